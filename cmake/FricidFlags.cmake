@@ -1,0 +1,38 @@
+# Flags of every target of this project.
+
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+if(PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  find_program(FRICID_CCACHE ccache)
+  mark_as_advanced(FRICID_CCACHE)
+  if(FRICID_CCACHE)
+    set(CMAKE_CXX_COMPILER_LAUNCHER ${FRICID_CCACHE})
+    set(CMAKE_C_COMPILER_LAUNCHER ${FRICID_CCACHE})
+  endif()
+endif()
+
+if(NOT FRICID_ARCH MATCHES "^(native|x86-64-v3|x86-64-v4)$")
+  message(FATAL_ERROR "FRICID_ARCH = ${FRICID_ARCH}; allowed: native, x86-64-v3, x86-64-v4")
+endif()
+
+# What a consumer must compile with too: Pack and Eigen types cross the border, so one -march
+# for all; -ffp-contract=off keeps results independent of how the compiler fuses.
+add_library(fricid_abi INTERFACE)
+target_compile_features(fricid_abi INTERFACE cxx_std_20)
+target_compile_options(fricid_abi INTERFACE -march=${FRICID_ARCH} -ffp-contract=off -fno-math-errno
+                                           -fno-trapping-math)
+
+# Warnings and sanitizers: ours alone.
+add_library(fricid_flags INTERFACE)
+target_compile_options(fricid_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Wno-psabi)
+if(FRICID_WERROR)
+  target_compile_options(fricid_flags INTERFACE -Werror)
+endif()
+if(FRICID_SANITIZE)
+  target_compile_options(fricid_flags INTERFACE -fsanitize=address,undefined
+                                                -fno-sanitize-recover=all -fno-omit-frame-pointer -O1)
+  target_link_options(fricid_flags INTERFACE -fsanitize=address,undefined)
+endif()

@@ -1,0 +1,33 @@
+# fricid_library(NAME SOURCES files... [PUBLIC targets...] [PRIVATE targets...])
+# A static library fricid::NAME with the headers of ./include, and nothing visible but what it names.
+function(fricid_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;PUBLIC;PRIVATE")
+  add_library(fricid_${name} STATIC ${arg_SOURCES})
+  add_library(fricid::${name} ALIAS fricid_${name})
+  set_target_properties(fricid_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(
+    fricid_${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
+                          $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(fricid_${name} PUBLIC fricid_abi ${arg_PUBLIC}
+                                       PRIVATE $<BUILD_INTERFACE:fricid_flags> ${arg_PRIVATE})
+  set_property(GLOBAL APPEND PROPERTY FRICID_LIBRARIES fricid_${name})
+  set_property(GLOBAL APPEND PROPERTY FRICID_INCLUDE_DIRS ${CMAKE_CURRENT_SOURCE_DIR}/include)
+endfunction()
+
+# fricid_test(NAME SOURCES files... DEPENDS targets... [LABEL label] [TIMEOUT seconds])
+# One GoogleTest program, one CTest entry per TEST().
+function(fricid_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "LABEL;TIMEOUT" "SOURCES;DEPENDS")
+  if(NOT arg_LABEL)
+    set(arg_LABEL unit)
+  endif()
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${arg_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
+  target_link_libraries(${name} PRIVATE ${arg_DEPENDS} GTest::gmock_main fricid_flags)
+  target_compile_definitions(${name} PRIVATE FRICID_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+                                             FRICID_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT})
+endfunction()

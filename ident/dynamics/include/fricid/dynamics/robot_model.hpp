@@ -1,0 +1,89 @@
+// A robot as a const kinematic tree with parameters.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fricid::dynamics {
+
+enum class JointType { kRevolute, kPrismatic };
+
+/// Joint i moves link i. Frame i sits on the joint, moves with link i and equals, at q = 0, the fixed
+/// placement (R0, p0) in the frame of the parent link (or of the base).
+struct Joint {
+  std::string name;
+  std::string link;            ///< name of the moved link
+  JointType type = JointType::kRevolute;
+  bool continuous = false;     ///< revolute without position limits
+  int parent = -1;             ///< index of the joint that moves the parent link; -1: base. < own index
+  Eigen::Matrix3d R0 = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p0 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector in frame i
+  double lower = 0, upper = 0; ///< position limits [rad or m]
+  double velocity = 0;         ///< limit [rad/s or m/s]; 0: none given
+  double effort = 0;           ///< limit [N m or N]; 0: none given
+  double acceleration = 0;     ///< limit [rad/s^2]; 0: none given
+  double jerk = 0;             ///< limit [rad/s^3]; 0: none given
+};
+
+/// A frame fixed to link `link` (-1: base) with pose (R, p) in the link's frame.
+struct Frame {
+  std::string name;
+  int link = -1;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+};
+
+/// A known torque, linear in one parameter c:  tau_j += c phi(q_j).  Counterbalances, springs and
+/// sensor offsets.
+struct LinearTorque {
+  enum class Shape { kConstant, kSin, kCos, kLinear };  ///< 1, sin(k q), cos(k q), q
+  std::string name;  ///< for tables, e.g. "joint_a2 sin(2 q)"
+  int joint = 0;
+  Shape shape = Shape::kConstant;
+  double k = 1;
+};
+
+/// Const physics of an arm. Inverse dynamics is linear in the standard parameters
+///
+///     pi = [ (m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz) of link 0 .. n-1,
+///            armature Ia of joint 0 .. n-1,  c of linear torque 0 .. n_c-1 ]   (11 n + n_c)
+///
+/// link inertia expressed in and taken about frame i. Units kg, kg m, kg m^2, N m.
+struct RobotModel {
+  std::string name;
+  std::vector<Joint> joints;
+  std::vector<Frame> frames;
+  std::vector<LinearTorque> linear_torques;
+  Eigen::Vector3d gravity{0, 0, -9.81};  ///< in the base frame [m/s^2]
+  Eigen::VectorXd pi;                    ///< nominal (CAD) parameters (parameter_count)
+
+  int n() const { return static_cast<int>(joints.size()); }
+  int parameter_count() const { return 11 * n() + static_cast<int>(linear_torques.size()); }
+  int armature_begin() const { return 10 * n(); }
+  int linear_begin() const { return 11 * n(); }
+  /// "joint_a2 m cx" ... in the order of pi.
+  std::vector<std::string> parameter_names() const;
+};
+
+/// Reads a URDF: a tree of revolute, continuous, prismatic and fixed joints. Links behind fixed joints
+/// are lumped into the link that carries them and kept as frames. The non-standard child element
+/// <fricid armature= acceleration= jerk=/> of a joint is read when present.
+/// @param mount  rotation that takes base vectors to world vectors; gravity = mount' (0, 0, -9.81)
+/// @throws UserError naming file, link or joint: missing or non-positive mass, inertia that is not
+///         physical, unsupported joint type, no moving joint, file missing
+RobotModel load_urdf(const std::filesystem::path& path,
+                     const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity());
+RobotModel parse_urdf(const std::string& text, const std::string& source_name,
+                      const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity());
+
+/// Adds a linear torque with initial coefficient c and extends pi.
+void add_linear_torque(RobotModel& model, LinearTorque torque, double c = 0);
+
+/// Adds a rigid payload to a link: mass [kg], com [m] in the given frame, inertia about its com [kg m^2].
+void add_payload(RobotModel& model, const Frame& frame, double mass, const Eigen::Vector3d& com,
+                 const Eigen::Matrix3d& inertia);
+
+}  // namespace fricid::dynamics

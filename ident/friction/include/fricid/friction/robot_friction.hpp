@@ -1,0 +1,113 @@
+// Friction of a whole robot: per joint a sum of laws, each seen through its modifiers. Chosen at run
+// time, evaluated without virtual calls: one dispatch per joint and law for all lanes.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/friction/law.hpp"
+
+namespace fricid::friction {
+
+/// A modifier of a law by name ("load", "ripple", "temperature", "backlash", "asymmetry").
+struct ModifierSpec {
+  std::string name;
+  int order = 1;  ///< number of terms for modifiers that have several (ripple harmonics)
+};
+
+/// One law of a joint by name, with the modifiers that apply to it, innermost first.
+struct LawSpec {
+  std::string law;
+  int elements = 0;  ///< number of elements for gms and maxwell_slip, else 0
+  std::vector<ModifierSpec> modifiers;
+};
+
+/// The friction of a joint is the sum of its laws; no law means no friction.
+struct JointSpec {
+  std::vector<LawSpec> laws;
+};
+
+/// Where one entry of theta belongs.
+struct ParameterRef {
+  int joint;               ///< index of the joint
+  int law;                 ///< index of the law within the joint
+  std::string owner;       ///< name of the law or modifier
+  std::string symbol;      ///< symbol within the owner, e.g. "k3" of a 4-element gms
+  ParameterInfo info;
+};
+
+/// Structure of the friction of n joints. `theta` stacks joints, then laws, then (law parameters,
+/// modifier parameters in order); `z` likewise. Both belong to the caller.
+class RobotFriction {
+ public:
+  RobotFriction() = default;
+  /// @throws UserError on an unknown law or modifier, naming the known ones
+  explicit RobotFriction(std::vector<JointSpec> joints);
+
+  int joint_count() const { return static_cast<int>(joints_.size()); }
+  int parameter_count() const { return static_cast<int>(parameters_.size()); }
+  int state_size() const { return state_size_; }
+  const std::vector<JointSpec>& joints() const { return joints_; }
+  const std::vector<ParameterRef>& parameters() const { return parameters_; }
+  int parameter_begin(int joint) const;  ///< theta of joint j: [begin(j), begin(j + 1))
+  int state_begin(int joint) const;      ///< z of joint j: [begin(j), begin(j + 1))
+  bool reads_load() const;
+  bool reads_temperature() const;
+
+  /// tau_f (n) [N m] from theta (parameter_count), in (n), z (state_size).
+  template <class S>
+  void torque(std::span<const S> theta, std::span<const Input<S>> in, std::span<const S> z,
+              std::span<S> tau_f) const;
+
+  /// Advances z by dt [s] with the inputs held.
+  template <class S>
+  void step(std::span<const S> theta, std::span<const Input<S>> in, double dt,
+            std::span<S> z) const;
+
+  /// Accumulates the vector-Jacobian product of `torque` into theta_bar, in_bar, z_bar.
+  template <class S>
+  void torque_pullback(std::span<const S> theta, std::span<const Input<S>> in,
+                       std::span<const S> z, std::span<const S> tau_f_bar, std::span<S> theta_bar,
+                       std::span<Input<S>> in_bar, std::span<S> z_bar) const;
+
+  /// The same for `step`; z is the state before the step.
+  template <class S>
+  void step_pullback(std::span<const S> theta, std::span<const Input<S>> in, double dt,
+                     std::span<const S> z, std::span<const S> z_next_bar, std::span<S> theta_bar,
+                     std::span<Input<S>> in_bar, std::span<S> z_bar) const;
+
+ private:
+  std::vector<JointSpec> joints_;
+  std::vector<ParameterRef> parameters_;
+  std::vector<int> parameter_begin_{0}, state_begin_{0};
+  int state_size_ = 0;
+};
+
+/// A friction with its parameters: what a scene injects and a model file holds.
+struct Friction {
+  RobotFriction model;
+  std::vector<double> theta;  ///< (model.parameter_count())
+};
+
+/// Throws UserError when a parameter is outside its bounds; `where` starts the message.
+void check_bounds(const Friction& friction, const std::vector<std::string>& joint_names,
+                  std::string_view where);
+
+/// One row of the table of all laws (or modifiers): the scene reader, the model file, the fits, the
+/// templates and docs/friction_laws.md are made from it.
+struct LawInfo {
+  std::string_view name;
+  std::string_view equation;
+  std::string_view source;
+  bool has_elements;   ///< a run-time number of elements (laws) or terms (modifiers)
+  Claims claims;
+};
+std::span<const LawInfo> law_table();
+std::span<const LawInfo> modifier_table();
+
+/// Parameters of one law or modifier by name, in the order of theta. @throws UserError when unknown
+std::vector<ParameterInfo> parameters_of_law(std::string_view name, int elements);
+std::vector<ParameterInfo> parameters_of_modifier(std::string_view name, int order);
+
+}  // namespace fricid::friction
