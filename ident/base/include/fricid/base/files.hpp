@@ -7,8 +7,8 @@
 
 namespace fricid {
 
-/// Writes `path` so that a reader sees the old file or the new one and never a torn one: `write` fills
-/// a temporary file in the same folder, which is synced, renamed and the folder synced.
+/// Writes `path` so that a reader sees the old file or the new one and never a torn one: `write`
+/// fills a temporary file in the same folder, which is synced, renamed and the folder synced.
 /// Creates missing parent folders.
 /// @throws UserError naming the path and the reason (no space, no permission, a folder in the way)
 void write_file_atomically(const std::filesystem::path& path,

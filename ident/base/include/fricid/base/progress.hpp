@@ -4,8 +4,8 @@
 
 namespace fricid {
 
-/// Progress of one stage, written to stderr: on a terminal a bar with percent, rate and ETA, otherwise
-/// a line every 10 s; nothing when quiet. Thread safe.
+/// Progress of one stage, written to stderr: on a terminal a bar with percent, rate and ETA,
+/// otherwise a line every 10 s; nothing when quiet. Thread safe.
 class Progress {
  public:
   Progress(std::string_view stage, double total);
@@ -14,8 +14,8 @@ class Progress {
   static void set_quiet(bool quiet);
 };
 
-/// Ctrl-C: `install_stop_handler` once in main; long loops ask `stop_requested` between steps and throw
-/// `Stopped`, which the program turns into exit code 130 with everything finished kept.
+/// Ctrl-C: `install_stop_handler` once in main; long loops ask `stop_requested` between steps and
+/// throw `Stopped`, which the program turns into exit code 130 with everything finished kept.
 struct Stopped {};
 void install_stop_handler();
 bool stop_requested();

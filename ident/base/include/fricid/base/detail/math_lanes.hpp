@@ -1,0 +1,209 @@
+// Bit patterns, constants and range reductions behind math.hpp.
+#pragma once
+
+#include <bit>
+#include <concepts>
+#include <cstdint>
+
+#include "fricid/base/pack.hpp"
+
+namespace fricid {
+
+/// The scalar types that math.hpp is written for.
+template <class S>
+concept Lanewise = std::same_as<S, double> || std::same_as<S, float> || kIsPack<S>;
+
+namespace detail {
+
+/// Unsigned integers lane for lane as wide as S; `Word` is one of them.
+template <class S>
+struct Bits;
+template <>
+struct Bits<double> {
+  using Scalar = double;
+  using Word = std::uint64_t;
+  using Words = Word;
+};
+template <>
+struct Bits<float> {
+  using Scalar = float;
+  using Word = std::uint32_t;
+  using Words = Word;
+};
+template <class T, int N>
+struct Bits<Pack<T, N>> {
+  using Scalar = T;
+  using Word = typename Bits<T>::Word;
+  typedef Word Words __attribute__((vector_size(sizeof(T) * N)));
+};
+template <class S>
+using Words = typename Bits<S>::Words;
+
+template <Lanewise S>
+Words<S> to_bits(S x) {
+  return std::bit_cast<Words<S>>(x);
+}
+template <Lanewise S>
+S from_bits(Words<S> bits) {
+  return std::bit_cast<S>(bits);
+}
+
+/// IEEE 754 layout and rounded constants of one scalar type. `kRound` = 1.5 2^mantissa: adding it
+/// leaves the nearest integer in the low mantissa bits.
+template <class T>
+struct Real;
+
+template <>
+struct Real<double> {
+  using Word = std::uint64_t;
+  static constexpr int kMantissa = 52;
+  static constexpr Word kBias = 1023;
+  static constexpr Word kSign = Word{1} << 63;
+  static constexpr Word kMantissaMask = (Word{1} << 52) - 1;
+  static constexpr double kInf = __builtin_inf();
+  static constexpr double kNaN = __builtin_nan("");
+  static constexpr double kSmallestNormal = 0x1p-1022;
+  static constexpr double kRound = 0x1.8p52;
+  static constexpr double kSqrtHalf = 0x1.6a09e667f3bcdp-1;
+
+  // exp: overflow above, zero below; -1 from expm1 below
+  static constexpr double kExpHigh = 720, kExpLow = -760, kExpm1Low = -50;
+  static constexpr double kLog2e = 0x1.71547652b82fep+0;
+  static constexpr double kLn2High = 0x1.62e42fefa4000p-1, kLn2Low = -0x1.8432a1b0e2634p-43;
+  static constexpr double kTwoOverPi = 0x1.45f306dc9c883p-1;
+  static constexpr double kHalfPi[3] = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54,
+                                        -0x1.f1976b7ed8fbcp-110};
+  static constexpr double kTrigLimit = 0x1p30;
+
+  // (e^r - 1 - r) / r^2 on |r| <= ln(2)/2: relative error of r + r^2 p(r) below 2^-60
+  static constexpr double kExp[] = {0.5,
+                                    0x1.5555555555557p-3,
+                                    0x1.5555555555556p-5,
+                                    0x1.111111111009cp-7,
+                                    0x1.6c16c16c162b0p-10,
+                                    0x1.a01a01ac0a9eep-13,
+                                    0x1.a01a01a6ec522p-16,
+                                    0x1.71de01c3fc936p-19,
+                                    0x1.27e4db25ce3adp-22,
+                                    0x1.af4ecd2129492p-26,
+                                    0x1.1f7385560be05p-29};
+  // (log((1 + s) / (1 - s)) - 2 s) / s^3 in z = s^2, m in [sqrt(1/2), sqrt(2)]: 2^-55.7
+  static constexpr double kLog[] = {
+      0x1.55555555557b0p-1, 0x1.99999998cb356p-2, 0x1.249249e06c9dap-2, 0x1.c71bd302523a6p-3,
+      0x1.747fe2480d97fp-3, 0x1.3717c51a087d2p-3, 0x1.482443db8126ap-3};
+  // (sin r - r) / r^3 and (cos r - 1 + r^2/2) / r^4 in z = r^2, |r| <= 1.02 pi/4: 2^-55.3, 2^-58.6
+  static constexpr double kSin[] = {-0x1.5555555555527p-3,  0x1.111111110c6b0p-7,
+                                    -0x1.a01a01962b5d1p-13, 0x1.71de30a260f5ap-19,
+                                    -0x1.ae5ad3c86e6c5p-26, 0x1.5c98bc04789b0p-33};
+  static constexpr double kCos[] = {0x1.55555555554f1p-5,  -0x1.6c16c16c08ff5p-10,
+                                    0x1.a01a018a89685p-16, -0x1.27e4eb968a890p-22,
+                                    0x1.1ee1ef7c07b94p-29, -0x1.8bca78a861b01p-37};
+};
+
+template <>
+struct Real<float> {
+  using Word = std::uint32_t;
+  static constexpr int kMantissa = 23;
+  static constexpr Word kBias = 127;
+  static constexpr Word kSign = Word{1} << 31;
+  static constexpr Word kMantissaMask = (Word{1} << 23) - 1;
+  static constexpr float kInf = __builtin_inff();
+  static constexpr float kNaN = __builtin_nanf("");
+  static constexpr float kSmallestNormal = 0x1p-126f;
+  static constexpr float kRound = 0x1.8p23f;
+  static constexpr float kSqrtHalf = 0x1.6a09e6p-1f;
+
+  static constexpr float kExpHigh = 90, kExpLow = -110, kExpm1Low = -25;
+  static constexpr float kLog2e = 0x1.715476p+0f;
+  static constexpr float kLn2High = 0x1.62e400p-1f, kLn2Low = 0x1.7f7d1cp-20f;
+  static constexpr float kTwoOverPi = 0x1.45f306p-1f;
+  static constexpr float kHalfPi[3] = {0x1.921fb6p+0f, -0x1.777a5cp-25f, -0x1.ee59dap-50f};
+  static constexpr float kTrigLimit = 0x1p17f;
+
+  // as above; relative errors 2^-29, 2^-31, 2^-28, 2^-30
+  static constexpr float kExp[] = {0.5f,           0x1.555556p-3f,  0x1.5554e8p-5f,
+                                   0x1.1110e0p-7f, 0x1.6d444ap-10f, 0x1.a125f6p-13f};
+  static constexpr float kLog[] = {0x1.555554p-1f, 0x1.999a7ap-2f, 0x1.2438f4p-2f, 0x1.e2f576p-3f};
+  static constexpr float kSin[] = {-0x1.555556p-3f, 0x1.111108p-7f, -0x1.a00eb2p-13f,
+                                   0x1.6ca0f0p-19f};
+  static constexpr float kCos[] = {0x1.555548p-5f, -0x1.6c0b70p-10f, 0x1.99b234p-16f};
+};
+
+template <class S>
+using RealOf = Real<typename Bits<S>::Scalar>;
+
+/// c[0] + c[1] x + c[2] x^2 + ...
+template <Lanewise S, class T, int n>
+S polynomial(S x, const T (&c)[n]) {
+  S sum(c[n - 1]);
+#pragma GCC unroll 16
+  for (int i = n - 2; i >= 0; --i) sum = fma(sum, x, S(c[i]));
+  return sum;
+}
+
+/// 2^k for the integer k in the low bits of `bits`, within the normal range.
+template <Lanewise S>
+S power_of_two(Words<S> k) {
+  using R = RealOf<S>;
+  return from_bits<S>((k + R::kBias) << R::kMantissa);
+}
+
+/// The integer nearest to x, as lanes of integers and of reals; |x| < 2^(mantissa - 2).
+template <class S>
+struct Rounded {
+  S real;
+  Words<S> integer;
+};
+template <Lanewise S>
+Rounded<S> round_to_integer(S x) {
+  using R = RealOf<S>;
+  const S shifted = x + S(R::kRound);
+  return {shifted - S(R::kRound), to_bits(shifted) - to_bits(S(R::kRound))};
+}
+
+/// x = n ln 2 + r with |r| <= ln(2)/2, and p = e^r - 1. `low`, `high`: 2^n = low * high, each in
+/// range where 2^n is not.
+template <class S>
+struct ExpParts {
+  S p;
+  S n;
+  S low, high;
+};
+template <Lanewise S>
+ExpParts<S> exp_parts(S x) {
+  using R = RealOf<S>;
+  const Rounded<S> n = round_to_integer(x * S(R::kLog2e));
+  const S r = fma(-n.real, S(R::kLn2Low), fma(-n.real, S(R::kLn2High), x));
+  const Rounded<S> half = round_to_integer(n.real * S(0.5));
+  return {fma(r * r, polynomial(r, R::kExp), r), n.real, power_of_two<S>(half.integer),
+          power_of_two<S>(n.integer - half.integer)};
+}
+
+/// x = 2^n m with sqrt(1/2) <= m < sqrt(2), for x > 0 and normal.
+template <class S>
+struct LogParts {
+  S n, m;
+};
+template <Lanewise S>
+LogParts<S> log_parts(S x) {
+  using R = RealOf<S>;
+  const Words<S> half = to_bits(S(R::kSqrtHalf));
+  const Words<S> bits = to_bits(x) + (to_bits(S(1)) - half);
+  const S n = from_bits<S>((bits >> R::kMantissa) + to_bits(S(R::kRound))) - S(R::kRound);
+  return {n - S(R::kBias), from_bits<S>((bits & R::kMantissaMask) + half)};
+}
+
+/// log(1 + f) + n ln 2 + correction, sqrt(1/2) <= 1 + f < sqrt(2).
+template <Lanewise S>
+S log_sum(S f, S n, S correction) {
+  using R = RealOf<S>;
+  const S s = f / (S(2) + f);
+  const S z = s * s;
+  const S half_square = S(0.5) * f * f;
+  const S tail = s * (half_square + z * polynomial(z, R::kLog));
+  const S low = tail + fma(n, S(R::kLn2Low), correction);
+  return fma(n, S(R::kLn2High), f - (half_square - low));
+}
+
+}  // namespace detail
+}  // namespace fricid
