@@ -1,0 +1,94 @@
+#include "run_folder.hpp"
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/progress.hpp"
+#include "version.hpp"
+
+namespace fricid::cli {
+namespace {
+
+constexpr std::string_view kFormat = "fricid.manifest/1";
+
+std::string cpu_name() {
+  std::ifstream cpuinfo("/proc/cpuinfo");
+  for (std::string line; std::getline(cpuinfo, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+std::filesystem::path created(std::filesystem::path path) {
+  std::error_code failure;
+  std::filesystem::create_directories(path, failure);
+  if (failure || !std::filesystem::is_directory(path))
+    throw UserError("{}: cannot make this folder: {}", path.string(), failure.message());
+  return path;
+}
+
+nlohmann::json read_manifest(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path)) return {};
+  const auto manifest = nlohmann::json::parse(read_file(path), nullptr, false);
+  if (manifest.is_discarded() || manifest.value("format", "") != kFormat)
+    throw UserError("{}: found no \"format\": \"{}\"; the folder belongs to something else", path.string(),
+                    kFormat);
+  return manifest;
+}
+
+}  // namespace
+
+RunFolder::RunFolder(std::filesystem::path path, bool fresh)
+    : path_(created(std::move(path))), lock_(path_ / ".lock") {
+  if (!fresh) manifest_ = read_manifest(path_ / "manifest.json");
+  manifest_["format"] = kFormat;
+  manifest_["version"] = kFricidVersion;
+  manifest_["commit"] = kFricidCommit;
+  manifest_["machine"] = {{"cpu", cpu_name()}, {"cores", std::thread::hardware_concurrency()}};
+}
+
+bool RunFolder::up_to_date(const std::string& name, const std::string& key) const {
+  const auto stages = manifest_.find("stages");
+  if (stages == manifest_.end() || !stages->contains(name)) return false;
+  const auto& stage = (*stages)[name];
+  if (stage["key"] != key) return false;
+  for (const auto& [file, hash] : stage["outputs"].items())
+    if (!std::filesystem::exists(path_ / file) || sha256_of_file(path_ / file) != hash) return false;
+  return true;
+}
+
+bool RunFolder::stage(const std::string& name, const std::string& key_text,
+                      const std::function<std::vector<std::string>()>& body) {
+  throw_if_stopped();
+  const std::string key = sha256_of_text(std::string(kFricidVersion) + kFricidCommit + key_text);
+  if (up_to_date(name, key)) return false;
+
+  const auto begin = std::chrono::steady_clock::now();
+  nlohmann::json outputs = nlohmann::json::object();
+  for (const std::string& file : body()) outputs[file] = sha256_of_file(path_ / file);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+  manifest_["stages"][name] = {{"key", key}, {"outputs", outputs}, {"seconds", elapsed.count()}};
+  save();
+  return true;
+}
+
+void RunFolder::describe(const std::string& key, const nlohmann::json& value) {
+  if (manifest_.contains(key) && manifest_[key] == value) return;
+  manifest_[key] = value;
+  save();
+}
+
+std::string RunFolder::outputs_of(const std::string& name) const {
+  return manifest_.at("stages").at(name).at("outputs").dump();
+}
+
+double RunFolder::seconds_of(const std::string& name) const {
+  return manifest_.at("stages").at(name).at("seconds").get<double>();
+}
+
+void RunFolder::save() const {
+  write_file_atomically(path_ / "manifest.json", manifest_.dump(2) + "\n");
+}
+
+}  // namespace fricid::cli

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "fricid/base/files.hpp"
+
+namespace fricid::cli {
+
+/// A run folder and its manifest.json. The work is cut into stages; a stage whose key and outputs are
+/// as recorded is skipped, so an interrupted run goes on where it stopped.
+class RunFolder {
+ public:
+  /// Opens or creates the folder and locks it. @throws UserError when another run holds it
+  RunFolder(std::filesystem::path path, bool fresh);
+
+  /// Does `body` unless `key` and the hashes of the outputs it named last time are unchanged.
+  /// `body` returns the files it wrote, relative to the folder. @return true when it ran
+  bool stage(const std::string& name, const std::string& key,
+             const std::function<std::vector<std::string>()>& body);
+
+  /// Records facts about the run (seeds, inputs, machine) in the manifest.
+  void describe(const std::string& key, const nlohmann::json& value);
+
+  /// Hashes of everything a stage wrote, as one text: part of the key of what depends on it.
+  std::string outputs_of(const std::string& name) const;
+
+  /// Wall-clock seconds that a stage took when it last ran.
+  double seconds_of(const std::string& name) const;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  bool up_to_date(const std::string& name, const std::string& key) const;
+  void save() const;
+
+  std::filesystem::path path_;
+  FileLock lock_;
+  nlohmann::json manifest_;
+};
+
+}  // namespace fricid::cli
