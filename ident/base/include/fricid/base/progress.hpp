@@ -1,5 +1,8 @@
 #pragma once
 
+#include <chrono>
+#include <mutex>
+#include <string>
 #include <string_view>
 
 namespace fricid {
@@ -8,17 +11,42 @@ namespace fricid {
 /// otherwise a line every 10 s; nothing when quiet. Thread safe.
 class Progress {
  public:
+  /// @param total  the amount of work of the whole stage, in any unit
   Progress(std::string_view stage, double total);
   ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// Adds finished work; `figure` is the one number that matters, e.g. "rmse 0.12 N m".
   void advance(double amount, std::string_view figure = {});
+
+  /// For the whole program: --quiet.
   static void set_quiet(bool quiet);
+
+ private:
+  void show(double seconds, bool last);
+
+  std::mutex mutex_;
+  std::string stage_, figure_;
+  double total_, done_ = 0;
+  bool terminal_, shown_ = false;
+  std::chrono::steady_clock::time_point start_;
+  double last_shown_ = 0;  // [s] after start_
 };
 
-/// Ctrl-C: `install_stop_handler` once in main; long loops ask `stop_requested` between steps and
-/// throw `Stopped`, which the program turns into exit code 130 with everything finished kept.
+/// "stage  42 %  3.1/s  ETA 0:12  figure" after `seconds` of work.
+std::string progress_line(std::string_view stage, double done, double total, double seconds,
+                          std::string_view figure);
+
+/// What a stopped loop throws; the program turns it into exit code 130 with everything finished
+/// kept.
 struct Stopped {};
+
+/// Ctrl-C or SIGTERM sets a flag that long loops ask for between steps; a second one ends the
+/// process. Call once in main.
 void install_stop_handler();
 bool stop_requested();
+/// @throws Stopped after a stop was requested
 void throw_if_stopped();
 
 }  // namespace fricid

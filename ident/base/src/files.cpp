@@ -1,0 +1,152 @@
+#include "fricid/base/files.hpp"
+
+#include <fcntl.h>
+#include <openssl/evp.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "fricid/base/error.hpp"
+
+namespace fricid {
+namespace fs = std::filesystem;
+namespace {
+
+/// A file descriptor that closes itself.
+class Descriptor {
+ public:
+  Descriptor(const fs::path& path, int flags)
+      : fd_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+[[noreturn]] void throw_system_error(const fs::path& path, std::string_view what) {
+  throw UserError("{}: {}: {}", path.string(), what, std::strerror(errno));
+}
+
+void sync(const fs::path& path) {
+  const Descriptor file(path, O_RDONLY);
+  if (file.get() < 0 || ::fsync(file.get()) != 0) throw_system_error(path, "cannot be written");
+}
+
+/// The file that a rename must replace: symbolic links are followed.
+fs::path target_of(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (fs::is_directory(status))
+    throw UserError("{}: is a folder, a file is to be written", path.string());
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    throw UserError("{}: is not a regular file", path.string());
+  return fs::is_symlink(fs::symlink_status(path, error)) ? fs::weakly_canonical(path) : path;
+}
+
+std::string hexadecimal(const unsigned char* bytes, unsigned size) {
+  std::string text;
+  for (unsigned i = 0; i < size; ++i) text += fmt::format("{:02x}", bytes[i]);
+  return text;
+}
+
+/// SHA-256 fed piece by piece.
+class Sha256 {
+ public:
+  Sha256() { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
+  void add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
+  std::string finish() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
+    unsigned size = 0;
+    EVP_DigestFinal_ex(context_.get(), digest.data(), &size);
+    return hexadecimal(digest.data(), size);
+  }
+
+ private:
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_{EVP_MD_CTX_new(),
+                                                                   &EVP_MD_CTX_free};
+};
+
+/// Calls use(piece) for the whole content of a file.
+template <class Use>
+void read_pieces(const fs::path& path, Use use) {
+  if (fs::is_directory(path)) throw UserError("{}: is a folder, a file is expected", path.string());
+  const Descriptor file(path, O_RDONLY);
+  if (file.get() < 0) throw_system_error(path, "cannot be read");
+  std::vector<char> buffer(1 << 16);
+  for (;;) {
+    const ssize_t size = ::read(file.get(), buffer.data(), buffer.size());
+    if (size < 0 && errno == EINTR) continue;
+    if (size < 0) throw_system_error(path, "cannot be read");
+    if (size == 0) return;
+    use(std::string_view(buffer.data(), static_cast<std::size_t>(size)));
+  }
+}
+
+}  // namespace
+
+void write_file_atomically(const fs::path& path,
+                           const std::function<void(const fs::path&)>& write) {
+  const fs::path target = target_of(path);
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw UserError("{}: cannot be created: {}", folder.string(), error.message());
+
+  static std::atomic<unsigned> count = 0;
+  const fs::path temporary =
+      folder / fmt::format(".{}.{}.{}.tmp", target.filename().string(), ::getpid(), count++);
+  try {
+    write(temporary);
+    sync(temporary);
+    fs::rename(temporary, target, error);
+    if (error) throw UserError("{}: cannot be written: {}", path.string(), error.message());
+  } catch (...) {
+    fs::remove(temporary, error);
+    throw;
+  }
+  sync(folder);
+}
+
+void write_file_atomically(const fs::path& path, std::string_view text) {
+  write_file_atomically(path, [&](const fs::path& temporary) {
+    const Descriptor file(temporary, O_WRONLY | O_CREAT | O_EXCL);
+    if (file.get() < 0) throw_system_error(path, "cannot be written");
+    while (!text.empty()) {
+      const ssize_t size = ::write(file.get(), text.data(), text.size());
+      if (size < 0 && errno == EINTR) continue;
+      if (size < 0) throw_system_error(path, "cannot be written");
+      text.remove_prefix(static_cast<std::size_t>(size));
+    }
+  });
+}
+
+std::string read_file(const fs::path& path) {
+  std::string text;
+  read_pieces(path, [&](std::string_view piece) { text += piece; });
+  return text;
+}
+
+std::string sha256_of_file(const fs::path& path) {
+  Sha256 hash;
+  read_pieces(path, [&](std::string_view piece) { hash.add(piece); });
+  return hash.finish();
+}
+
+std::string sha256_of_text(std::string_view text) {
+  Sha256 hash;
+  hash.add(text);
+  return hash.finish();
+}
+
+}  // namespace fricid
