@@ -54,6 +54,12 @@ fs::path target_of(const fs::path& path) {
   return fs::is_symlink(fs::symlink_status(path, error)) ? fs::weakly_canonical(path) : path;
 }
 
+void create_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw UserError("{}: cannot be created: {}", folder.string(), error.message());
+}
+
 std::string hexadecimal(const unsigned char* bytes, unsigned size) {
   std::string text;
   for (unsigned i = 0; i < size; ++i) text += fmt::format("{:02x}", bytes[i]);
@@ -99,13 +105,12 @@ void write_file_atomically(const fs::path& path,
                            const std::function<void(const fs::path&)>& write) {
   const fs::path target = target_of(path);
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw UserError("{}: cannot be created: {}", folder.string(), error.message());
+  create_folder(folder);
 
   static std::atomic<unsigned> count = 0;
   const fs::path temporary =
       folder / fmt::format(".{}.{}.{}.tmp", target.filename().string(), ::getpid(), count++);
+  std::error_code error;
   try {
     write(temporary);
     sync(temporary);
@@ -148,5 +153,18 @@ std::string sha256_of_text(std::string_view text) {
   hash.add(text);
   return hash.finish();
 }
+
+FolderLock::FolderLock(const fs::path& folder) {
+  create_folder(folder);
+  const fs::path path = folder / ".lock";
+  descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) throw_system_error(path, "cannot be written");
+  if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  ::close(descriptor_);
+  throw UserError("{}: another run is writing here; wait for it or name another folder",
+                  folder.string());
+}
+
+FolderLock::~FolderLock() { ::close(descriptor_); }
 
 }  // namespace fricid

@@ -9,8 +9,12 @@ namespace fricid {
 
 /// Writes `path` so that a reader sees the old file or the new one and never a torn one: `write`
 /// fills a temporary file in the same folder, which is synced, renamed and the folder synced.
-/// Creates missing parent folders.
+/// Creates missing parent folders; a symbolic link stays one and its target is replaced. After a
+/// failure or an exception of `write` the old file is untouched and the temporary removed; after a
+/// kill the temporary
+/// ".NAME.PID.COUNT.tmp" stays.
 /// @throws UserError naming the path and the reason (no space, no permission, a folder in the way)
+/// @see Pillai et al., "All file systems are not created equal", OSDI 2014
 void write_file_atomically(const std::filesystem::path& path,
                            const std::function<void(const std::filesystem::path&)>& write);
 void write_file_atomically(const std::filesystem::path& path, std::string_view text);
@@ -21,5 +25,21 @@ std::string read_file(const std::filesystem::path& path);
 /// SHA-256 of a file or a text as 64 hexadecimal digits.
 std::string sha256_of_file(const std::filesystem::path& path);
 std::string sha256_of_text(std::string_view text);
+
+/// Keeps other runs out of a folder for as long as it lives, whatever ends the process: an
+/// exclusive flock on the file ".lock" in it, which stays there empty. On file systems without
+/// locks it keeps nobody out.
+class FolderLock {
+ public:
+  /// Creates the folder when missing.
+  /// @throws UserError when another process or another FolderLock holds it, or it cannot be written
+  explicit FolderLock(const std::filesystem::path& folder);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_;
+};
 
 }  // namespace fricid

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace fricid {
+
+/// Fewest insertions, deletions and substitutions of one character and swaps of two neighbours that
+/// turn `a` into `b`, no part changed twice (optimal string alignment distance).
+int edit_distance(std::string_view a, std::string_view b);
+
+/// The known word that `word` most likely meant, for "did you mean": the first of smallest edit
+/// distance, letter case ignored; empty when more than a third of the letters would have to change.
+std::string nearest(std::string_view word, std::span<const std::string_view> known);
+
+}  // namespace fricid
