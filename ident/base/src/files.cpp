@@ -38,9 +38,11 @@ class Descriptor {
   throw UserError("{}: {}: {}", path.string(), what, std::strerror(errno));
 }
 
+/// Waits until a file or folder is on disk; EINVAL: a file system that does not sync folders.
 void sync(const fs::path& path) {
   const Descriptor file(path, O_RDONLY);
-  if (file.get() < 0 || ::fsync(file.get()) != 0) throw_system_error(path, "cannot be written");
+  if (file.get() < 0 || (::fsync(file.get()) != 0 && errno != EINVAL))
+    throw_system_error(path, "cannot be written");
 }
 
 /// The file that a rename must replace: symbolic links are followed.
@@ -52,6 +54,10 @@ fs::path target_of(const fs::path& path) {
   if (fs::exists(status) && !fs::is_regular_file(status))
     throw UserError("{}: is not a regular file", path.string());
   return fs::is_symlink(fs::symlink_status(path, error)) ? fs::weakly_canonical(path) : path;
+}
+
+fs::path folder_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
 void create_folder(const fs::path& folder) {
@@ -104,7 +110,7 @@ void read_pieces(const fs::path& path, Use use) {
 void write_file_atomically(const fs::path& path,
                            const std::function<void(const fs::path&)>& write) {
   const fs::path target = target_of(path);
-  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  const fs::path folder = folder_of(target);
   create_folder(folder);
 
   static std::atomic<unsigned> count = 0;
@@ -154,17 +160,17 @@ std::string sha256_of_text(std::string_view text) {
   return hash.finish();
 }
 
-FolderLock::FolderLock(const fs::path& folder) {
+FileLock::FileLock(const fs::path& file) {
+  const fs::path folder = folder_of(file);
   create_folder(folder);
-  const fs::path path = folder / ".lock";
-  descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) throw_system_error(path, "cannot be written");
+  descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) throw_system_error(file, "cannot be written");
   if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
   ::close(descriptor_);
   throw UserError("{}: another run is writing here; wait for it or name another folder",
                   folder.string());
 }
 
-FolderLock::~FolderLock() { ::close(descriptor_); }
+FileLock::~FileLock() { ::close(descriptor_); }
 
 }  // namespace fricid

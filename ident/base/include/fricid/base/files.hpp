@@ -26,17 +26,17 @@ std::string read_file(const std::filesystem::path& path);
 std::string sha256_of_file(const std::filesystem::path& path);
 std::string sha256_of_text(std::string_view text);
 
-/// Keeps other runs out of a folder for as long as it lives, whatever ends the process: an
-/// exclusive flock on the file ".lock" in it, which stays there empty. On file systems without
-/// locks it keeps nobody out.
-class FolderLock {
+/// Keeps other processes (and other FileLocks) out for as long as it lives, whatever ends the
+/// process: an exclusive flock on an empty file that is made for it and stays. On file systems
+/// without locks it keeps nobody out.
+class FileLock {
  public:
-  /// Creates the folder when missing.
-  /// @throws UserError when another process or another FolderLock holds it, or it cannot be written
-  explicit FolderLock(const std::filesystem::path& folder);
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
+  /// Creates missing parent folders.
+  /// @throws UserError naming the folder when it is held already, or `file` cannot be written
+  explicit FileLock(const std::filesystem::path& file);
+  ~FileLock();
+  FileLock(const FileLock&) = delete;
+  FileLock& operator=(const FileLock&) = delete;
 
  private:
   int descriptor_;
