@@ -1,0 +1,41 @@
+// One function per command of the program. Results go to stdout, progress and log to stderr.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fricid::cli {
+
+struct CommonOptions {
+  int jobs = 0;
+  bool quiet = false, json = false, fresh = false;
+};
+
+struct RunOptions {
+  std::filesystem::path target;                ///< scene file or run folder
+  std::filesystem::path output;                ///< empty: run/NAME
+  std::vector<std::string> models;             ///< empty: all of the scene
+  std::string seeds;                           ///< empty: those of the scene
+  std::vector<std::filesystem::path> data;     ///< further data sets to evaluate on
+  std::vector<std::string> render;
+};
+
+struct ImportOptions {
+  std::vector<std::filesystem::path> logs;
+  std::filesystem::path contract, output = ".";
+};
+
+enum class Verdict { kDone, kNo, kNumericalFailure };
+
+Verdict run(const RunOptions& options, const CommonOptions& common);
+Verdict simulate(const RunOptions& options, const CommonOptions& common);
+Verdict identify(const RunOptions& options, const CommonOptions& common);
+Verdict evaluate(const RunOptions& options, const CommonOptions& common);
+Verdict render(const RunOptions& options, const CommonOptions& common);
+Verdict import_logs(const ImportOptions& options, const CommonOptions& common);
+Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& common);
+Verdict print_template(const std::string& topic);
+void print_version();
+
+}  // namespace fricid::cli

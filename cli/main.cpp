@@ -1,0 +1,133 @@
+// The `fricid` program: options in, exit codes out.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "commands.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/base/progress.hpp"
+
+namespace {
+
+using namespace fricid;
+using namespace fricid::cli;
+
+enum ExitCode { kDone = 0, kVerdictNo = 1, kUserMistake = 2, kNumericalFailure = 3, kStopped = 130 };
+
+/// Options that every command takes.
+void add_common(CLI::App& command, CommonOptions& common, const std::string& example) {
+  command.add_option("--jobs", common.jobs, "threads; 0: all cores")->check(CLI::Range(0, 4096));
+  command.add_flag("--quiet", common.quiet, "no progress on stderr");
+  command.add_flag("--json", common.json, "result on stdout as JSON");
+  command.add_flag("--fresh", common.fresh, "redo what is already there");
+  command.footer("Example:\n  " + example);
+}
+
+int exit_code_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kDone:
+      return kDone;
+    case Verdict::kNo:
+      return kVerdictNo;
+    case Verdict::kNumericalFailure:
+      return kNumericalFailure;
+  }
+  return kNumericalFailure;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"fricid: ground truth, identification and pictures for friction in robot joints"};
+  app.require_subcommand(0, 1);
+  app.set_help_all_flag("--help-all", "help of every command");
+  bool version = false;
+  app.add_flag("--version", version, "versions, SIMD path");
+
+  CommonOptions common;
+  RunOptions run_options;
+  ImportOptions import_options;
+  std::string file, topic;
+  bool csv = false;
+  std::function<Verdict()> command;
+
+  auto* run_command = app.add_subcommand("run", "the whole job: data, identification, evaluation, plots");
+  run_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
+  run_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
+  add_common(*run_command, common, "fricid run scenes/kr6_demo.toml -o run/kr6_demo");
+  run_command->callback([&] { command = [&] { return run(run_options, common); }; });
+
+  auto* simulate_command = app.add_subcommand("simulate", "ground truth only: data sets and truth files");
+  simulate_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
+  simulate_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
+  add_common(*simulate_command, common, "fricid simulate scenes/kr6_lugre.toml");
+  simulate_command->callback([&] { command = [&] { return simulate(run_options, common); }; });
+
+  auto* identify_command = app.add_subcommand("identify", "fit models to the training data");
+  identify_command->add_option("SCENE|DIR", run_options.target, "scene file or run folder")->required();
+  identify_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
+  identify_command->add_option("--model", run_options.models, "only these models (repeatable)");
+  identify_command->add_option("--seeds", run_options.seeds, "e.g. 1-5 or 1,3");
+  add_common(*identify_command, common, "fricid identify run/kr6_demo --model lugre --seeds 1-5");
+  identify_command->callback([&] { command = [&] { return identify(run_options, common); }; });
+
+  auto* evaluate_command = app.add_subcommand("evaluate", "open loop against held-out data");
+  evaluate_command->add_option("DIR", run_options.target, "run folder")->required();
+  evaluate_command->add_option("--data", run_options.data, "further data sets (HDF5), also unseen ones");
+  add_common(*evaluate_command, common, "fricid evaluate run/kr6_demo --data other/validation_0.h5");
+  evaluate_command->callback([&] { command = [&] { return evaluate(run_options, common); }; });
+
+  auto* render_command = app.add_subcommand("render", "draw the plots of a run folder");
+  render_command->add_option("DIR", run_options.target, "run folder")->required();
+  render_command->add_option("WHAT", run_options.render, "plots")->check(CLI::IsMember({"plots"}));
+  add_common(*render_command, common, "fricid render run/kr6_demo plots");
+  render_command->callback([&] { command = [&] { return render(run_options, common); }; });
+
+  auto* import_command = app.add_subcommand("import", "real logs (CSV) to data sets");
+  import_command->add_option("LOG", import_options.logs, "log files")->required();
+  import_command->add_option("--contract", import_options.contract, "what the columns are (TOML)")->required();
+  import_command->add_option("-o,--output", import_options.output, "folder for the data sets; default .");
+  add_common(*import_command, common, "fricid import log.csv --contract contract.toml -o data");
+  import_command->callback([&] { command = [&] { return import_logs(import_options, common); }; });
+
+  auto* info_command = app.add_subcommand("info", "what is in any file of ours");
+  info_command->add_option("FILE", file, "data set, truth, rollout, model or scene")->required();
+  info_command->add_flag("--csv", csv, "write its signals as text");
+  add_common(*info_command, common, "fricid info run/kr6_demo/data/train_0.h5");
+  info_command->callback([&] { command = [&] { return info(file, csv, common); }; });
+
+  auto* template_command = app.add_subcommand("template", "a commented file with every key");
+  template_command->add_option("KIND", topic, "scene or contract")
+      ->required()
+      ->check(CLI::IsMember({"robot", "scene", "contract"}));
+  add_common(*template_command, common, "fricid template scene > my_scene.toml");
+  template_command->callback([&] { command = [&] { return print_template(topic); }; });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help
+    std::fprintf(stderr, "fricid: %s\n", error.what());
+    return kUserMistake;
+  }
+  if (version) return print_version(), kDone;
+  if (!command) {
+    std::fputs(app.help().c_str(), stdout);
+    return kUserMistake;
+  }
+
+  install_stop_handler();
+  Progress::set_quiet(common.quiet);
+  try {
+    return exit_code_of(command());
+  } catch (const UserError& error) {
+    std::fprintf(stderr, "fricid: %s\n", error.what());
+    return kUserMistake;
+  } catch (const Stopped&) {
+    std::fputs("fricid: stopped; the same command goes on from here\n", stderr);
+    return kStopped;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "fricid: unexpected failure: %s\n", error.what());
+    return kNumericalFailure;
+  }
+}

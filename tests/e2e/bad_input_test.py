@@ -1,0 +1,140 @@
+"""A user's mistake gets one line, exit 2, and nothing is written."""
+import unittest
+
+from fricid_program import SOURCE, ProgramTest, fricid
+
+
+class BadScene(ProgramTest):
+    def refuse(self, changes, pattern):
+        out = self.folder / "out"
+        self.assert_refused(fricid("run", self.tiny(changes=changes), "-o", out), pattern, out)
+
+    def test_unknown_key_names_the_nearest(self):
+        self.refuse({"base_rad_s": "base_rad"}, r"scene\.toml:\d+: .*base_rad\b.*base_rad_s")
+
+    def test_value_outside_its_range(self):
+        self.refuse({"harmonics = 5": "harmonics = -5"}, r"scene\.toml:\d+: .*harmonics = -5")
+
+    def test_law_parameter_outside_its_bounds(self):
+        self.refuse({"vs = 0.05": "vs = -0.05"}, r"scene\.toml:\d+: .*vs = -0\.05 rad/s")
+
+    def test_missing_law_parameter(self):
+        self.refuse({"vs = 0.05\n": ""}, r"scene\.toml:\d+: .*vs")
+
+    def test_unknown_law(self):
+        self.refuse({'law = "lugre"': 'law = "lugrey"'}, r"scene\.toml:\d+: .*lugrey.*lugre")
+
+    def test_wrong_joint_count(self):
+        self.refuse({"sigma1 = [60, 60, 30, 8, 7, 4]": "sigma1 = [60, 60]"},
+                    r"scene\.toml:\d+: .*sigma1.*2.*6")
+
+    def test_not_toml(self):
+        self.refuse({"[excitation]": "[excitation"}, r"scene\.toml:\d+")
+
+    def test_missing_scene(self):
+        self.assert_refused(fricid("run", self.folder / "none.toml"), r"none\.toml")
+
+    def test_folder_instead_of_scene(self):
+        self.assert_refused(fricid("run", self.folder), str(self.folder))
+
+    def test_empty_scene(self):
+        self.assert_refused(fricid("run", self.write("empty.toml", "")), r"empty\.toml")
+
+
+class BadRobot(ProgramTest):
+    def refuse(self, old, new, pattern):
+        urdf = (SOURCE / "models/kr6_r700/kr6_r700.urdf").read_text()
+        self.assertIn(old, urdf)
+        self.write("arm.urdf", urdf.replace(old, new, 1))
+        scene = self.tiny(changes={"[excitation]": '[robot]\nurdf = "arm.urdf"\n\n[excitation]'})
+        out = self.folder / "out"
+        self.assert_refused(fricid("simulate", scene, "-o", out), pattern, out)
+
+    def test_link_without_inertial(self):
+        urdf = (SOURCE / "models/kr6_r700/kr6_r700.urdf").read_text()
+        link = urdf[urdf.index('<link name="link_2"'):]
+        inertial = link[link.index("<inertial>"):link.index("</inertial>") + len("</inertial>")]
+        self.refuse(inertial, "", r"arm\.urdf: .*link_2.*inertial")
+
+    def test_negative_mass(self):
+        urdf = (SOURCE / "models/kr6_r700/kr6_r700.urdf").read_text()
+        link = urdf[urdf.index('<link name="link_2"'):]
+        mass = link[link.index("<mass value="):]
+        mass = mass[:mass.index(">") + 1]
+        self.refuse(mass, '<mass value="-1"/>', r"arm\.urdf: .*link_2.*mass = -1")
+
+    def test_missing_file(self):
+        scene = self.tiny(changes={"[excitation]": '[robot]\nurdf = "none.urdf"\n\n[excitation]'})
+        self.assert_refused(fricid("simulate", scene), r"none\.urdf")
+
+
+class BadLog(ProgramTest):
+    HEADER = "t,q1,tau1\n"
+    CONTRACT = 'joint_names = ["j1"]\n[columns]\nt = "t"\nq = "q{}"\ntau = "tau{}"\n'
+
+    def log(self, rows):
+        return self.write("log.csv", self.HEADER + "".join(f"{t},{q},{tau}\n" for t, q, tau in rows))
+
+    def import_log(self, rows=None, log=None):
+        contract = self.write("contract.toml", self.CONTRACT)
+        return fricid("import", log or self.log(rows), "--contract", contract, "-o", self.folder / "out")
+
+    def refuse(self, pattern, **data):
+        self.assert_refused(self.import_log(**data), pattern, self.folder / "out" / "log.h5")
+
+    def good_rows(self):
+        return [(round(0.004 * k, 6), 0.01 * k, 1.0) for k in range(50)]
+
+    def test_good_log_is_imported(self):
+        self.assertEqual(self.import_log(self.good_rows()).returncode, 0)
+        self.assertTrue((self.folder / "out" / "log.h5").exists())
+
+    def test_gap_in_time(self):
+        rows = self.good_rows()
+        del rows[20:23]
+        self.refuse(r"log\.csv:22: ", rows=rows)
+
+    def test_time_runs_backwards(self):
+        rows = self.good_rows()
+        rows[30] = (0.001, *rows[30][1:])
+        self.refuse(r"log\.csv:32: ", rows=rows)
+
+    def test_degrees_warn(self):
+        done = self.import_log([(t, 57.3 * q * 50, tau) for t, q, tau in self.good_rows()])
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stderr, r"(?i)degree")
+
+    def test_wrong_joint_count(self):
+        self.CONTRACT = self.CONTRACT.replace('["j1"]', '["j1", "j2"]')
+        self.refuse(r"q2", rows=self.good_rows())
+
+    def test_not_a_number(self):
+        rows = self.good_rows()
+        rows[7] = (rows[7][0], "abc", 1.0)
+        self.refuse(r"log\.csv:9: .*abc", rows=rows)
+
+    def test_empty_file(self):
+        self.refuse(r"empty\.csv", log=self.write("empty.csv", ""))
+
+    def test_folder_instead_of_file(self):
+        self.refuse(str(self.folder), log=self.folder)
+
+
+class BadFile(ProgramTest):
+    def test_truncated_dataset(self):
+        contract = self.write("contract.toml", BadLog.CONTRACT)
+        log = self.write("log.csv", BadLog.HEADER + "".join(f"{0.004 * k:.3f},0.1,1\n" for k in range(50)))
+        self.assertEqual(fricid("import", log, "--contract", contract, "-o", self.folder).returncode, 0)
+        whole = (self.folder / "log.h5").read_bytes()
+        (self.folder / "torn.h5").write_bytes(whole[:len(whole) // 2])
+        self.assert_refused(fricid("info", self.folder / "torn.h5"), r"torn\.h5")
+
+    def test_unknown_option(self):
+        self.assert_refused(fricid("run", "--bogus"), r"bogus|SCENE")
+
+    def test_unknown_command(self):
+        self.assert_refused(fricid("simulat"), r"simulat")
+
+
+if __name__ == "__main__":
+    unittest.main()

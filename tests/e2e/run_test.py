@@ -1,0 +1,109 @@
+"""The whole job: files, determinism, interruption, crash, full disk."""
+import random
+import resource
+import signal
+import subprocess
+import time
+import unittest
+
+from fricid_program import PROGRAM, TINY, ProgramTest, fricid, load
+
+
+class WholeJob(ProgramTest):
+    def job(self, name, *options):
+        folder = self.folder / name
+        done = fricid("run", TINY, "-o", folder, *options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return folder
+
+    def test_writes_the_files_of_the_contract(self):
+        folder = self.job("run")
+        for name in ("manifest.json", "scene.toml", "data/train_0.h5", "data/validation_0.h5",
+                     "truth/train_0.h5", "models/lugre_s1.json", "fit/lugre_s1.json",
+                     "rollouts/lugre_s1_validation_0.h5", "evaluation.json", "table.md", "table.csv"):
+            self.assertTrue((folder / name).exists(), name)
+        evaluation = load(folder / "evaluation.json")
+        self.assertEqual([m["name"] for m in evaluation["models"] if m["is_oracle"]][:1], ["oracle"])
+        self.assertTrue({"simple", "lugre"} <= {m["name"] for m in evaluation["models"]})
+
+    def test_same_bytes_for_any_number_of_threads(self):
+        one = self.job("one", "--jobs", 1)
+        self.assert_same_results(one, self.job("two", "--jobs", 2))
+        self.assert_same_results(one, self.job("three", "--jobs", 3))
+
+    def test_scene_as_run_gives_the_same_bytes(self):
+        one = self.job("one")
+        again = self.folder / "again"
+        done = fricid("run", one / "scene.toml", "-o", again)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assert_same_results(one, again)
+
+    def test_second_call_does_nothing(self):
+        folder = self.job("run")
+        before = {p: p.stat().st_mtime_ns for p in folder.rglob("*.h5")}
+        self.job("run")
+        self.assertEqual(before, {p: p.stat().st_mtime_ns for p in folder.rglob("*.h5")})
+
+    def test_two_runs_in_one_folder_are_refused(self):
+        first = subprocess.Popen([PROGRAM, "run", str(TINY), "-o", str(self.folder / "run")],
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            lock = self.folder / "run" / ".lock"
+            while not lock.exists():
+                time.sleep(0.005)
+            time.sleep(0.05)
+            second = fricid("run", TINY, "-o", self.folder / "run")
+            self.assert_refused(second, "run")
+        finally:
+            first.kill()
+            first.wait()
+
+
+class Interrupted(ProgramTest):
+    def start(self, folder, **options):
+        return subprocess.Popen([PROGRAM, "run", str(TINY), "-o", str(folder)], stdout=subprocess.DEVNULL,
+                                stderr=subprocess.DEVNULL, **options)
+
+    def reference(self):
+        begin = time.monotonic()
+        done = fricid("run", TINY, "-o", self.folder / "reference")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return self.folder / "reference", time.monotonic() - begin
+
+    def test_killed_at_random_times_and_resumed(self):
+        reference, seconds = self.reference()
+        rng = random.Random(1)
+        folder = self.folder / "killed"
+        for _ in range(6):
+            job = self.start(folder)
+            time.sleep(rng.uniform(0, 0.6 * seconds))
+            job.send_signal(signal.SIGKILL)
+            job.wait()
+        self.assertEqual(fricid("run", TINY, "-o", folder).returncode, 0)
+        self.assert_same_results(reference, folder)
+
+    def test_ctrl_c_keeps_what_is_finished(self):
+        reference, seconds = self.reference()
+        folder = self.folder / "stopped"
+        job = self.start(folder)
+        time.sleep(0.4 * seconds)
+        job.send_signal(signal.SIGINT)
+        self.assertIn(job.wait(timeout=20), (130, 0))
+        self.assertEqual(fricid("run", TINY, "-o", folder).returncode, 0)
+        self.assert_same_results(reference, folder)
+
+    def test_full_disk_leaves_no_torn_file(self):
+        def small_files():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+
+        folder = self.folder / "full"
+        done = fricid("run", TINY, "-o", folder, preexec_fn=small_files, restore_signals=False)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(done.stderr.strip().count("\n"), 0, done.stderr)
+        for path in folder.rglob("*.h5"):
+            self.assertEqual(fricid("info", path).returncode, 0, path)
+
+
+if __name__ == "__main__":
+    unittest.main()
