@@ -42,7 +42,7 @@ S log(S x) {
   using R = detail::RealOf<S>;
   constexpr int kShift = R::kMantissa + 2;
   const auto tiny = x < S(R::kSmallestNormal);
-  const S scale = detail::power_of_two<S>(detail::to_bits(S(0)) + typename R::Word(kShift));
+  const S scale = detail::power_of_two<S>(detail::Words<S>(kShift));
   const auto e = detail::log_parts(select(tiny, x * scale, x));
   const S n = select(tiny, e.n - S(kShift), e.n);
   const S y = detail::log_sum(e.m - S(1), n, S(0));
@@ -68,8 +68,6 @@ S log1p(S x) {
 template <Lanewise S>
 SinCos<S> sincos(S x) {
   using R = detail::RealOf<S>;
-  using detail::from_bits;
-  using detail::to_bits;
   const auto n = detail::round_to_integer(x * S(R::kTwoOverPi));
   S r = fma(-n.real, S(R::kHalfPi[0]), x);
   r = fma(-n.real, S(R::kHalfPi[1]), r);
@@ -83,9 +81,9 @@ SinCos<S> sincos(S x) {
   constexpr int kTop = R::kMantissa == 52 ? 62 : 30;
   const auto sign_s = (n.integer << kTop) & R::kSign;
   const auto sign_c = ((n.integer + Word(1)) << kTop) & R::kSign;
-  const auto odd = from_bits<S>((n.integer & Word(1)) * R::kBias << R::kMantissa) == S(1);
-  SinCos<S> y{from_bits<S>(to_bits(select(odd, c, s)) ^ sign_s),
-              from_bits<S>(to_bits(select(odd, s, c)) ^ sign_c)};
+  const auto odd = from_bits((n.integer & Word(1)) * R::kBias << R::kMantissa) == S(1);
+  SinCos<S> y{from_bits(to_bits(select(odd, c, s)) ^ sign_s),
+              from_bits(to_bits(select(odd, s, c)) ^ sign_c)};
   y.sin = select(x == S(0), x, y.sin);
   const auto large = abs(x) > S(R::kTrigLimit);
   if (any(large)) {

@@ -11,42 +11,14 @@ namespace fricid {
 
 /// The scalar types that math.hpp is written for.
 template <class S>
-concept Lanewise = std::same_as<S, double> || std::same_as<S, float> || kIsPack<S>;
+concept Lanewise =
+    std::same_as<decltype(lane(S(), 0)), double> || std::same_as<decltype(lane(S(), 0)), float>;
 
 namespace detail {
 
-/// Unsigned integers lane for lane as wide as S; `Word` is one of them.
+/// Unsigned integers lane for lane as wide as S.
 template <class S>
-struct Bits;
-template <>
-struct Bits<double> {
-  using Scalar = double;
-  using Word = std::uint64_t;
-  using Words = Word;
-};
-template <>
-struct Bits<float> {
-  using Scalar = float;
-  using Word = std::uint32_t;
-  using Words = Word;
-};
-template <class T, int N>
-struct Bits<Pack<T, N>> {
-  using Scalar = T;
-  using Word = typename Bits<T>::Word;
-  typedef Word Words __attribute__((vector_size(sizeof(T) * N)));
-};
-template <class S>
-using Words = typename Bits<S>::Words;
-
-template <Lanewise S>
-Words<S> to_bits(S x) {
-  return std::bit_cast<Words<S>>(x);
-}
-template <Lanewise S>
-S from_bits(Words<S> bits) {
-  return std::bit_cast<S>(bits);
-}
+using Words = decltype(to_bits(S()));
 
 /// IEEE 754 layout and rounded constants of one scalar type. `kRound` = 1.5 2^mantissa: adding it
 /// leaves the nearest integer in the low mantissa bits.
@@ -130,7 +102,7 @@ struct Real<float> {
 };
 
 template <class S>
-using RealOf = Real<typename Bits<S>::Scalar>;
+using RealOf = Real<decltype(lane(S(), 0))>;
 
 /// c[0] + c[1] x + c[2] x^2 + ...
 template <Lanewise S, class T, int n>
@@ -145,7 +117,7 @@ S polynomial(S x, const T (&c)[n]) {
 template <Lanewise S>
 S power_of_two(Words<S> k) {
   using R = RealOf<S>;
-  return from_bits<S>((k + R::kBias) << R::kMantissa);
+  return from_bits((k + R::kBias) << R::kMantissa);
 }
 
 /// The integer nearest to x, as lanes of integers and of reals; |x| < 2^(mantissa - 2).
@@ -189,8 +161,8 @@ LogParts<S> log_parts(S x) {
   using R = RealOf<S>;
   const Words<S> half = to_bits(S(R::kSqrtHalf));
   const Words<S> bits = to_bits(x) + (to_bits(S(1)) - half);
-  const S n = from_bits<S>((bits >> R::kMantissa) + to_bits(S(R::kRound))) - S(R::kRound);
-  return {n - S(R::kBias), from_bits<S>((bits & R::kMantissaMask) + half)};
+  const S n = from_bits((bits >> R::kMantissa) + to_bits(S(R::kRound))) - S(R::kRound);
+  return {n - S(R::kBias), from_bits((bits & R::kMantissaMask) + half)};
 }
 
 /// log(1 + f) + n ln 2 + correction, sqrt(1/2) <= 1 + f < sqrt(2).
