@@ -16,7 +16,7 @@ struct SinCos {
 
 /// e^x.
 template <Lanewise S>
-S exp(S x) {
+[[gnu::flatten]] S exp(S x) {
   using R = detail::RealOf<S>;
   const S clamped =
       select(x > S(R::kExpHigh), S(R::kExpHigh), select(x < S(R::kExpLow), S(R::kExpLow), x));
@@ -26,7 +26,7 @@ S exp(S x) {
 
 /// e^x - 1 without cancellation near x = 0.
 template <Lanewise S>
-S expm1(S x) {
+[[gnu::flatten]] S expm1(S x) {
   using R = detail::RealOf<S>;
   const S clamped =
       select(x > S(R::kExpHigh), S(R::kExpHigh), select(x < S(R::kExpm1Low), S(R::kExpm1Low), x));
@@ -38,7 +38,7 @@ S expm1(S x) {
 
 /// Natural logarithm; -inf at 0, NaN below.
 template <Lanewise S>
-S log(S x) {
+[[gnu::flatten]] S log(S x) {
   using R = detail::RealOf<S>;
   constexpr int kShift = R::kMantissa + 2;
   const auto tiny = x < S(R::kSmallestNormal);
@@ -52,7 +52,7 @@ S log(S x) {
 
 /// log(1 + x) without cancellation near x = 0; -inf at -1, NaN below.
 template <Lanewise S>
-S log1p(S x) {
+[[gnu::flatten]] S log1p(S x) {
   using R = detail::RealOf<S>;
   const S u = S(1) + x;
   const auto e = detail::log_parts(u);
@@ -66,7 +66,7 @@ S log1p(S x) {
 
 /// sin and cos of x [rad].
 template <Lanewise S>
-SinCos<S> sincos(S x) {
+[[gnu::flatten]] SinCos<S> sincos(S x) {
   using R = detail::RealOf<S>;
   const auto n = detail::round_to_integer(x * S(R::kTwoOverPi));
   S r = fma(-n.real, S(R::kHalfPi[0]), x);
@@ -98,7 +98,7 @@ SinCos<S> sincos(S x) {
 
 /// Hyperbolic tangent.
 template <Lanewise S>
-S tanh(S x) {
+[[gnu::flatten]] S tanh(S x) {
   const S e = expm1(S(-2) * abs(x));
   const S magnitude = -e / (S(2) + e);
   return select(x == S(0), x, select(x < S(0), -magnitude, magnitude));
@@ -106,13 +106,13 @@ S tanh(S x) {
 
 /// log(1 + e^x).
 template <Lanewise S>
-S softplus(S x) {
+[[gnu::flatten]] S softplus(S x) {
   return max(x, S(0)) + log1p(exp(-abs(x)));
 }
 
 /// x tanh(softplus(x)) = x (e^2 + 2 e) / (e^2 + 2 e + 2), e = exp x.
 template <Lanewise S>
-S mish(S x) {
+[[gnu::flatten]] S mish(S x) {
   const S low = S(detail::RealOf<S>::kExpLow);
   const S e = exp(min(x, S(24)));
   const S numerator = e * (e + S(2));
@@ -121,14 +121,14 @@ S mish(S x) {
 
 /// (e^x - 1) / x, 1 at x = 0.
 template <Lanewise S>
-S phi1(S x) {
+[[gnu::flatten]] S phi1(S x) {
   const S y = expm1(x) / x;
   return select(x == S(0), S(1), select(x > S(detail::RealOf<S>::kExpHigh), x, y));
 }
 
 /// x^y for x >= 0; pow(0, y > 0) = 0, pow(x, 0) = 1.
 template <Lanewise S>
-S pow(S x, S y) {
+[[gnu::flatten]] S pow(S x, S y) {
   return select(y == S(0), S(1), exp(y * log(x)));
 }
 

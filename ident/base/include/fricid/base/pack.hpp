@@ -143,9 +143,9 @@ struct Pack {
   }
 };
 
-/// The widths the engine is built for: one AVX-512 register (two AVX2 registers).
-using PackD = Pack<double, 8>;
-using PackF = Pack<float, 16>;
+/// The widths the engine is built for: one register, 8 and 16 lanes with AVX-512, 4 and 8 with AVX2.
+using PackD = Pack<double, kRegisterBytes / 8>;
+using PackF = Pack<float, kRegisterBytes / 4>;
 
 template <class S>
 inline constexpr bool kIsPack = false;
