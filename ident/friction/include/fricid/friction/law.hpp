@@ -2,7 +2,6 @@
 // estimator and the plots all call these functions and no others.
 #pragma once
 
-#include <limits>
 #include <span>
 #include <string_view>
 
@@ -25,39 +24,46 @@ enum class Scale { kLog, kLinear };
 /// One entry of a parameter vector theta: what a scene, a model file, a fit and the documentation
 /// need to know about it. Bounds are closed and in `unit`.
 struct ParameterInfo {
-  std::string_view symbol;   ///< as in papers and files, e.g. "sigma0"
-  std::string_view unit;     ///< SI, e.g. "N m/rad"; "1" if dimensionless
-  double lower, upper;       ///< what a scene may say and a fit may reach
-  double typical;            ///< a middle-sized joint; start of a search and default in templates
+  std::string_view symbol;  ///< as in papers and files, e.g. "sigma0"
+  std::string_view unit;    ///< SI, e.g. "N m/rad"; "1" if dimensionless
+  double lower, upper;      ///< what a scene may say and a fit may reach
+  double typical;           ///< a middle-sized joint; start of a search and default in templates
   Scale scale;
   std::string_view meaning;  ///< one phrase
 };
 
 /// What the law suite may demand of a law beyond what it demands of all.
 struct Claims {
-  bool odd = true;           ///< tau_f(-v, -z) = -tau_f(v, z) at q = load = 0, T = 293.15 K
-  bool dissipative = true;   ///< no energy gain over closed cycles of z
-  bool contracts = true;     ///< |dz'/dz| <= 1
-  bool semigroup = true;     ///< two half steps at the same v equal one
+  bool odd = true;          ///< tau_f(-v, -z) = -tau_f(v, z) at q = load = 0, T = 293.15 K
+  bool dissipative = true;  ///< no energy gain over closed cycles of z
+  bool contracts = true;    ///< |dz'/dz| <= 1
+  bool semigroup = true;    ///< two half steps at the same v equal one
 };
 
-// A LAW is a small value of pure structure: no parameters, no memory, no clock. Parameters theta and
-// state z belong to the caller. With v held over [t_k, t_k + dt):
+/// Which inputs beside v a law or modifier looks at.
+struct Reads {
+  bool q = false, load = false, temperature = false;
+};
+
+// A LAW is a small value of pure structure: no parameters, no memory, no clock. Parameters theta
+// and state z belong to the caller. With v held over [t_k, t_k + dt):
 //
 //     tau_k   = torque(theta, in, z_k)       [N m], > 0 resists v > 0
 //     z_{k+1} = step(theta, in, dt, z_k)     in place, exact or exponential, stable at any dt >= 0
 //
-// so that  M(q) a + h(q, v) + tau_f = tau. Torque is read at k, then the state moves to k + 1; a host
-// that integrates semi-implicitly moves z with the new velocity, as it does q.
+// so that  M(q) a + h(q, v) + tau_f = tau. Torque is read at k, then the state moves to k + 1; a
+// host that integrates semi-implicitly moves z with the new velocity, as it does q.
 //
 // Every law has the members (S = double, a Pack, or a dual number):
 //
 //     static constexpr std::string_view kName;      name in scenes and model files
+//     static constexpr std::string_view kEquation;  one line for the tables
 //     static constexpr std::string_view kSource;    paper
-//     int state_size() const;
-//     std::span<const ParameterInfo> parameters() const;
-//     S    torque(const S* theta, const Input<S>& in, const S* z) const;
-//     void step(const S* theta, const Input<S>& in, double dt, S* z) const;
+//     static constexpr Claims kClaims;  static constexpr Reads kReads;
+//     static constexpr bool kHasElements;           constructed from a number of elements, or from
+//     {} int state_size() const; std::span<const ParameterInfo> parameters() const; S torque(const
+//     S* theta, const Input<S>& in, const S* z) const; void step(const S* theta, const Input<S>&
+//     in, double dt, S* z) const;
 //     // vector-Jacobian products, hand-written; all *_bar are accumulated into
 //     void torque_pullback(const S* theta, const Input<S>& in, const S* z, S tau_bar,
 //                          S* theta_bar, Input<S>& in_bar, S* z_bar) const;

@@ -1,5 +1,5 @@
-// Friction of a whole robot: per joint a sum of laws, each seen through its modifiers. Chosen at run
-// time, evaluated without virtual calls: one dispatch per joint and law for all lanes.
+// Friction of a whole robot: per joint a sum of laws, each seen through its modifiers. Chosen at
+// run time, evaluated without virtual calls: one dispatch per joint and law for all lanes.
 #pragma once
 
 #include <span>
@@ -16,7 +16,8 @@ struct ModifierSpec {
   int order = 1;  ///< number of terms for modifiers that have several (ripple harmonics)
 };
 
-/// One law of a joint by name, with the modifiers that apply to it, innermost first.
+/// One law of a joint by name, with the modifiers that apply to it, innermost first, each at most
+/// once. Backlash acts on the motion, the others on the torque, so its place among them is free.
 struct LawSpec {
   std::string law;
   int elements = 0;  ///< number of elements for gms and maxwell_slip, else 0
@@ -30,10 +31,10 @@ struct JointSpec {
 
 /// Where one entry of theta belongs.
 struct ParameterRef {
-  int joint;               ///< index of the joint
-  int law;                 ///< index of the law within the joint
-  std::string owner;       ///< name of the law or modifier
-  std::string symbol;      ///< symbol within the owner, e.g. "k3" of a 4-element gms
+  int joint;           ///< index of the joint
+  int law;             ///< index of the law within the joint
+  std::string owner;   ///< name of the law or modifier
+  std::string symbol;  ///< symbol within the owner, e.g. "k3" of a 4-element gms
   ParameterInfo info;
 };
 
@@ -65,10 +66,16 @@ class RobotFriction {
   void step(std::span<const S> theta, std::span<const Input<S>> in, double dt,
             std::span<S> z) const;
 
+  /// tau_f (n) that `torque` tends to when v, load and temperature stay as they are [N m];
+  /// hysteretic laws give 0 at v = 0. Needs no state: what a plot of friction against speed shows.
+  template <class S>
+  void steady_torque(std::span<const S> theta, std::span<const Input<S>> in,
+                     std::span<S> tau_f) const;
+
   /// Accumulates the vector-Jacobian product of `torque` into theta_bar, in_bar, z_bar.
   template <class S>
-  void torque_pullback(std::span<const S> theta, std::span<const Input<S>> in,
-                       std::span<const S> z, std::span<const S> tau_f_bar, std::span<S> theta_bar,
+  void torque_pullback(std::span<const S> theta, std::span<const Input<S>> in, std::span<const S> z,
+                       std::span<const S> tau_f_bar, std::span<S> theta_bar,
                        std::span<Input<S>> in_bar, std::span<S> z_bar) const;
 
   /// The same for `step`; z is the state before the step.
@@ -78,8 +85,25 @@ class RobotFriction {
                      std::span<Input<S>> in_bar, std::span<S> z_bar) const;
 
  private:
+  struct ModifierSlot {
+    int kind;  // row of Modifiers
+    int order;
+    int theta, z;  // where its parameters and state begin
+  };
+  struct LawSlot {
+    int joint;
+    int kind;  // row of Laws
+    int elements;
+    int theta, z;
+    std::vector<ModifierSlot> torque_modifiers;  // innermost first
+    ModifierSlot backlash;                       // kind < 0: none
+  };
+  template <class S>
+  friend struct Kernels;
+
   std::vector<JointSpec> joints_;
   std::vector<ParameterRef> parameters_;
+  std::vector<LawSlot> slots_;
   std::vector<int> parameter_begin_{0}, state_begin_{0};
   int state_size_ = 0;
 };
@@ -89,6 +113,9 @@ struct Friction {
   RobotFriction model;
   std::vector<double> theta;  ///< (model.parameter_count())
 };
+
+/// Typical value of every parameter: theta of a middle-sized robot, the start of a search.
+std::vector<double> default_theta(const RobotFriction& model);
 
 /// Throws UserError when a parameter is outside its bounds; `where` starts the message.
 void check_bounds(const Friction& friction, const std::vector<std::string>& joint_names,
@@ -100,7 +127,7 @@ struct LawInfo {
   std::string_view name;
   std::string_view equation;
   std::string_view source;
-  bool has_elements;   ///< a run-time number of elements (laws) or terms (modifiers)
+  bool has_elements;  ///< a run-time number of elements (laws) or terms (modifiers)
   Claims claims;
 };
 std::span<const LawInfo> law_table();

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "fricid/friction/law.hpp"
+
+namespace fricid::friction {
+
+/// No friction: tau = 0.
+class None {
+ public:
+  static constexpr std::string_view kName = "none";
+  static constexpr std::string_view kEquation = "tau = 0";
+  static constexpr std::string_view kSource = "-";
+  static constexpr Claims kClaims{};
+  static constexpr Reads kReads{};
+  static constexpr bool kHasElements = false;
+
+  static constexpr int state_size() { return 0; }
+  static constexpr std::span<const ParameterInfo> parameters() { return {}; }
+
+  template <class S>
+  S torque(const S*, const Input<S>&, const S*) const {
+    return S(0);
+  }
+  template <class S>
+  void step(const S*, const Input<S>&, double, S*) const {}
+  template <class S>
+  void torque_pullback(const S*, const Input<S>&, const S*, const S&, S*, Input<S>&, S*) const {}
+  template <class S>
+  void step_pullback(const S*, const Input<S>&, double, const S*, const S*, S*, Input<S>&,
+                     S*) const {}
+  template <class S>
+  S steady_torque(const S*, const Input<S>&) const {
+    return S(0);
+  }
+};
+
+}  // namespace fricid::friction

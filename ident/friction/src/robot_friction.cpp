@@ -1,0 +1,179 @@
+#include "fricid/friction/robot_friction.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "fricid/base/error.hpp"
+#include "fricid/friction/laws.hpp"
+
+namespace fricid::friction {
+namespace {
+
+// Row of a name in law_table() or modifier_table().
+int find_row(std::span<const LawInfo> table, std::string_view what, std::string_view name) {
+  const auto row = std::ranges::find(table, name, &LawInfo::name);
+  if (row != table.end()) return static_cast<int>(row - table.begin());
+  std::string known;
+  for (const LawInfo& info : table) known += (known.empty() ? "" : ", ") + std::string(info.name);
+  throw UserError("unknown {} '{}'; known: {}", what, name, known);
+}
+
+int checked_elements(const LawInfo& info, std::string_view word, int n, int most) {
+  if (!info.has_elements) return 0;
+  if (n < 1 || n > most) throw UserError("{}: {} = {}, allowed 1 .. {}", info.name, word, n, most);
+  return n;
+}
+
+template <class List>
+std::vector<ParameterInfo> parameters_of(int row, int elements) {
+  std::vector<ParameterInfo> result;
+  visit_entry<List>(row, elements, [&](const auto entry) {
+    const auto p = entry.parameters();
+    result.assign(p.begin(), p.end());
+  });
+  return result;
+}
+
+template <class List>
+int state_size_of(int row, int elements) {
+  int size = 0;
+  visit_entry<List>(row, elements, [&](const auto entry) { size = entry.state_size(); });
+  return size;
+}
+
+template <class List>
+Reads reads_of(int row, int elements) {
+  Reads reads;
+  visit_entry<List>(row, elements, [&](const auto entry) { reads = decltype(entry)::kReads; });
+  return reads;
+}
+
+}  // namespace
+
+RobotFriction::RobotFriction(std::vector<JointSpec> joints) : joints_(std::move(joints)) {
+  const auto add_parameters = [this](int joint, int law, std::string_view owner,
+                                     const std::vector<ParameterInfo>& infos) {
+    const int begin = parameter_count();
+    for (const ParameterInfo& info : infos)
+      parameters_.push_back({joint, law, std::string(owner), std::string(info.symbol), info});
+    return begin;
+  };
+  const auto add_state = [this](int size) {
+    return std::exchange(state_size_, state_size_ + size);
+  };
+
+  for (int j = 0; j < joint_count(); ++j) {
+    const auto& laws = joints_[static_cast<std::size_t>(j)].laws;
+    for (int l = 0; l < static_cast<int>(laws.size()); ++l) {
+      const LawSpec& spec = laws[static_cast<std::size_t>(l)];
+      LawSlot slot{};
+      slot.joint = j;
+      slot.kind = find_row(law_table(), "friction law", spec.law);
+      slot.elements = checked_elements(law_table()[static_cast<std::size_t>(slot.kind)], "elements",
+                                       spec.elements, kMaxElements);
+      slot.theta = add_parameters(j, l, spec.law, parameters_of<Laws>(slot.kind, slot.elements));
+      slot.z = add_state(state_size_of<Laws>(slot.kind, slot.elements));
+      slot.backlash.kind = -1;
+
+      for (const ModifierSpec& modifier : spec.modifiers) {
+        ModifierSlot m{};
+        m.kind = find_row(modifier_table(), "friction modifier", modifier.name);
+        if (std::ranges::count(spec.modifiers, modifier.name, &ModifierSpec::name) > 1)
+          throw UserError("{}: modifier '{}' is given more than once", spec.law, modifier.name);
+        m.order = checked_elements(modifier_table()[static_cast<std::size_t>(m.kind)], "order",
+                                   modifier.order, Ripple::kMaxTerms);
+        m.theta = add_parameters(j, l, modifier.name, parameters_of<Modifiers>(m.kind, m.order));
+        m.z = add_state(state_size_of<Modifiers>(m.kind, m.order));
+        if (modifier.name == Backlash::kName)
+          slot.backlash = m;
+        else
+          slot.torque_modifiers.push_back(m);
+      }
+      slots_.push_back(std::move(slot));
+    }
+    parameter_begin_.push_back(parameter_count());
+    state_begin_.push_back(state_size_);
+  }
+}
+
+int RobotFriction::parameter_begin(int joint) const {
+  return parameter_begin_[static_cast<std::size_t>(joint)];
+}
+
+int RobotFriction::state_begin(int joint) const {
+  return state_begin_[static_cast<std::size_t>(joint)];
+}
+
+bool RobotFriction::reads_load() const {
+  return std::ranges::any_of(slots_, [](const LawSlot& slot) {
+    return reads_of<Laws>(slot.kind, slot.elements).load ||
+           std::ranges::any_of(slot.torque_modifiers, [](const ModifierSlot& m) {
+             return reads_of<Modifiers>(m.kind, m.order).load;
+           });
+  });
+}
+
+bool RobotFriction::reads_temperature() const {
+  return std::ranges::any_of(slots_, [](const LawSlot& slot) {
+    return reads_of<Laws>(slot.kind, slot.elements).temperature ||
+           std::ranges::any_of(slot.torque_modifiers, [](const ModifierSlot& m) {
+             return reads_of<Modifiers>(m.kind, m.order).temperature;
+           });
+  });
+}
+
+std::vector<double> default_theta(const RobotFriction& model) {
+  std::vector<double> theta;
+  for (const ParameterRef& p : model.parameters()) theta.push_back(p.info.typical);
+  return theta;
+}
+
+void check_bounds(const Friction& friction, const std::vector<std::string>& joint_names,
+                  std::string_view where) {
+  const auto& parameters = friction.model.parameters();
+  if (friction.theta.size() != parameters.size())
+    throw UserError("{}: friction has {} parameters, expected {}", where, friction.theta.size(),
+                    parameters.size());
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const ParameterRef& p = parameters[i];
+    const double value = friction.theta[i];
+    if (value >= p.info.lower && value <= p.info.upper) continue;
+    throw UserError("{}: joint {}: {}.{} = {} {}, allowed {} .. {}", where,
+                    joint_names.at(static_cast<std::size_t>(p.joint)), p.owner, p.symbol, value,
+                    p.info.unit, p.info.lower, p.info.upper);
+  }
+}
+
+namespace {
+
+template <class Entry>
+constexpr LawInfo row() {
+  return {Entry::kName, Entry::kEquation, Entry::kSource, Entry::kHasElements, Entry::kClaims};
+}
+template <class... Entries>
+constexpr auto rows(std::tuple<Entries...>*) {
+  return std::array<LawInfo, sizeof...(Entries)>{row<Entries>()...};
+}
+constexpr auto kLawTable = rows(static_cast<Laws*>(nullptr));
+constexpr auto kModifierTable = rows(static_cast<Modifiers*>(nullptr));
+
+}  // namespace
+
+std::span<const LawInfo> law_table() { return kLawTable; }
+std::span<const LawInfo> modifier_table() { return kModifierTable; }
+
+std::vector<ParameterInfo> parameters_of_law(std::string_view name, int elements) {
+  const int row = find_row(law_table(), "friction law", name);
+  return parameters_of<Laws>(row, checked_elements(law_table()[static_cast<std::size_t>(row)],
+                                                   "elements", elements, kMaxElements));
+}
+
+std::vector<ParameterInfo> parameters_of_modifier(std::string_view name, int order) {
+  const int row = find_row(modifier_table(), "friction modifier", name);
+  return parameters_of<Modifiers>(
+      row, checked_elements(modifier_table()[static_cast<std::size_t>(row)], "order", order,
+                            Ripple::kMaxTerms));
+}
+
+}  // namespace fricid::friction
