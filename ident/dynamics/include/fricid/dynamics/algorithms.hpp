@@ -1,5 +1,5 @@
-// Rigid-body algorithms on any scalar S: double (one state) or Pack (one state per lane). The model is
-// const and shared; the workspace is the caller's, made once per thread; nothing here allocates.
+// Rigid-body algorithms on any scalar S: double (one state) or Pack (one state per lane). The model
+// is const and shared; the workspace is the caller's, made once per thread; nothing here allocates.
 // Explicit instantiations: double, PackD, PackF.
 #pragma once
 
@@ -9,12 +9,9 @@
 
 #include "fricid/base/pack.hpp"
 #include "fricid/dynamics/robot_model.hpp"
+#include "fricid/dynamics/workspace.hpp"
 
 namespace fricid::dynamics {
-
-/// Preallocated intermediates for a model of n joints; contents are private to the algorithms.
-template <class S>
-class Workspace;
 
 /// Inverse dynamics (Luh, Walker & Paul 1980; Featherstone 2008, ch. 5):
 ///     tau = M(q) a + h(q, v) + armature a + linear torques.     [q, v, a, tau: n; pi: 11 n + n_c]

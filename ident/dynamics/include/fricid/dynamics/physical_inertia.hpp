@@ -8,8 +8,9 @@ namespace fricid::dynamics {
 
 using Vector10 = Eigen::Matrix<double, 10, 1>;
 
-/// pi (m, mc, I as in RobotModel) from eta (alpha, d1, d2, d3, s12, s23, s13, t1, t2, t3); any eta in
-/// R^10 gives positive mass and a positive-definite pseudo-inertia. Jacobian d pi / d eta optional.
+/// pi (m, mc, I as in RobotModel) from eta (alpha, d1, d2, d3, s12, s23, s13, t1, t2, t3); any eta
+/// in R^10 gives positive mass and a positive-definite pseudo-inertia. Jacobian d pi / d eta
+/// optional.
 Vector10 inertia_from_log_cholesky(const Vector10& eta,
                                    Eigen::Matrix<double, 10, 10>* jacobian = nullptr);
 
@@ -19,7 +20,8 @@ Vector10 log_cholesky_from_inertia(const Vector10& pi);
 /// 4 x 4 pseudo-inertia [Sigma, h; h', m] with Sigma = tr(I)/2 1 - I.
 Eigen::Matrix4d pseudo_inertia(const Vector10& pi);
 
-/// True when a body with density >= 0 can have these parameters (smallest eigenvalue > tolerance * m).
+/// True when a body with density >= 0 can have these parameters (smallest eigenvalue > tolerance *
+/// m).
 bool is_physical(const Vector10& pi, double tolerance = 0);
 
 }  // namespace fricid::dynamics

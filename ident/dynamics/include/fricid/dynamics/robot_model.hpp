@@ -10,22 +10,22 @@ namespace fricid::dynamics {
 
 enum class JointType { kRevolute, kPrismatic };
 
-/// Joint i moves link i. Frame i sits on the joint, moves with link i and equals, at q = 0, the fixed
-/// placement (R0, p0) in the frame of the parent link (or of the base).
+/// Joint i moves link i. Frame i sits on the joint, moves with link i and equals, at q = 0, the
+/// fixed placement (R0, p0) in the frame of the parent link (or of the base).
 struct Joint {
   std::string name;
-  std::string link;            ///< name of the moved link
+  std::string link;  ///< name of the moved link
   JointType type = JointType::kRevolute;
-  bool continuous = false;     ///< revolute without position limits
-  int parent = -1;             ///< index of the joint that moves the parent link; -1: base. < own index
+  bool continuous = false;  ///< revolute without position limits
+  int parent = -1;  ///< index of the joint that moves the parent link; -1: base. < own index
   Eigen::Matrix3d R0 = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p0 = Eigen::Vector3d::Zero();
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector in frame i
-  double lower = 0, upper = 0; ///< position limits [rad or m]
-  double velocity = 0;         ///< limit [rad/s or m/s]; 0: none given
-  double effort = 0;           ///< limit [N m or N]; 0: none given
-  double acceleration = 0;     ///< limit [rad/s^2]; 0: none given
-  double jerk = 0;             ///< limit [rad/s^3]; 0: none given
+  double lower = 0, upper = 0;                      ///< position limits [rad or m]
+  double velocity = 0;                              ///< limit [rad/s or m/s]; 0: none given
+  double effort = 0;                                ///< limit [N m or N]; 0: none given
+  double acceleration = 0;                          ///< limit [rad/s^2]; 0: none given
+  double jerk = 0;                                  ///< limit [rad/s^3]; 0: none given
 };
 
 /// A frame fixed to link `link` (-1: base) with pose (R, p) in the link's frame.
@@ -40,7 +40,7 @@ struct Frame {
 /// sensor offsets.
 struct LinearTorque {
   enum class Shape { kConstant, kSin, kCos, kLinear };  ///< 1, sin(k q), cos(k q), q
-  std::string name;  ///< for tables, e.g. "joint_a2 sin(2 q)"
+  std::string name;                                     ///< for tables, e.g. "joint_a2 sin(2 q)"
   int joint = 0;
   Shape shape = Shape::kConstant;
   double k = 1;
@@ -68,9 +68,9 @@ struct RobotModel {
   std::vector<std::string> parameter_names() const;
 };
 
-/// Reads a URDF: a tree of revolute, continuous, prismatic and fixed joints. Links behind fixed joints
-/// are lumped into the link that carries them and kept as frames. The non-standard child element
-/// <fricid armature= acceleration= jerk=/> of a joint is read when present.
+/// Reads a URDF: a tree of revolute, continuous, prismatic and fixed joints. Links behind fixed
+/// joints are lumped into the link that carries them and kept as frames. The non-standard child
+/// element <fricid armature= acceleration= jerk=/> of a joint is read when present.
 /// @param mount  rotation that takes base vectors to world vectors; gravity = mount' (0, 0, -9.81)
 /// @throws UserError naming file, link or joint: missing or non-positive mass, inertia that is not
 ///         physical, unsupported joint type, no moving joint, file missing
@@ -82,7 +82,8 @@ RobotModel parse_urdf(const std::string& text, const std::string& source_name,
 /// Adds a linear torque with initial coefficient c and extends pi.
 void add_linear_torque(RobotModel& model, LinearTorque torque, double c = 0);
 
-/// Adds a rigid payload to a link: mass [kg], com [m] in the given frame, inertia about its com [kg m^2].
+/// Adds a rigid payload to a link: mass [kg], com [m] in the given frame, inertia about its com [kg
+/// m^2].
 void add_payload(RobotModel& model, const Frame& frame, double mass, const Eigen::Vector3d& com,
                  const Eigen::Matrix3d& inertia);
 

@@ -1,0 +1,3 @@
+using Scalar = double;
+
+#include "instantiate.inc"

@@ -1,0 +1,5 @@
+#include "fricid/base/pack.hpp"
+
+using Scalar = fricid::PackF;
+
+#include "instantiate.inc"

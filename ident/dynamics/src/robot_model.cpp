@@ -1,0 +1,42 @@
+#include "fricid/dynamics/robot_model.hpp"
+
+#include <fmt/format.h>
+
+namespace fricid::dynamics {
+
+std::vector<std::string> RobotModel::parameter_names() const {
+  std::vector<std::string> names;
+  for (const Joint& joint : joints)
+    for (const char* symbol :
+         {"m", "m cx", "m cy", "m cz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz"})
+      names.push_back(fmt::format("{} {}", joint.name, symbol));
+  for (const Joint& joint : joints) names.push_back(fmt::format("{} Ia", joint.name));
+  for (const LinearTorque& torque : linear_torques) names.push_back(torque.name);
+  return names;
+}
+
+void add_linear_torque(RobotModel& model, LinearTorque torque, double c) {
+  model.linear_torques.push_back(std::move(torque));
+  model.pi.conservativeResize(model.parameter_count());
+  model.pi(model.pi.size() - 1) = c;
+}
+
+void add_payload(RobotModel& model, const Frame& frame, double mass, const Eigen::Vector3d& com,
+                 const Eigen::Matrix3d& inertia) {
+  if (frame.link < 0) return;
+  const Eigen::Vector3d c = frame.R * com + frame.p;
+  const Eigen::Matrix3d about_origin =
+      frame.R * inertia * frame.R.transpose() +
+      mass * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
+  auto pi = model.pi.segment<10>(10 * frame.link);
+  pi(0) += mass;
+  pi.segment<3>(1) += mass * c;
+  pi(4) += about_origin(0, 0);
+  pi(5) += about_origin(0, 1);
+  pi(6) += about_origin(1, 1);
+  pi(7) += about_origin(0, 2);
+  pi(8) += about_origin(1, 2);
+  pi(9) += about_origin(2, 2);
+}
+
+}  // namespace fricid::dynamics

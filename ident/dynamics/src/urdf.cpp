@@ -1,0 +1,304 @@
+#include <console_bridge/console.h>
+#include <tinyxml2.h>
+#include <urdf_model/model.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <sstream>
+
+#include "fricid/base/error.hpp"
+#include "fricid/dynamics/robot_model.hpp"
+
+namespace fricid::dynamics {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// files round moments of inertia, so a thin body may miss the triangle inequality by this share
+constexpr double kRounding = 1e-3;
+
+/// Keeps what urdfdom would print; the first line is the reason of a failure.
+class Messages : public console_bridge::OutputHandler {
+ public:
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (first_.empty() && level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR)
+      first_ = text.substr(0, text.find('\n'));
+  }
+  const std::string& first() const { return first_; }
+
+ private:
+  std::string first_;
+};
+
+urdf::ModelInterfaceSharedPtr parse_tree(const std::string& text, const std::string& source) {
+  static std::mutex console;  // console_bridge has one handler per process
+  const std::lock_guard lock(console);
+  Messages messages;
+  console_bridge::useOutputHandler(&messages);
+  const urdf::ModelInterfaceSharedPtr tree = urdf::parseURDF(text);
+  console_bridge::restorePreviousOutputHandler();
+  if (!tree) throw UserError("{}: {}", source, messages.first());
+  return tree;
+}
+
+/// What urdfdom does not tell: lines, the order in the file, our own element.
+struct JointElement {
+  int line = 0;
+  int order = 0;
+  bool mimic = false;
+  double armature = 0, acceleration = 0, jerk = 0;
+};
+struct Document {
+  std::string source;
+  std::map<std::string, int> link_lines;
+  std::map<std::string, JointElement> joints;
+
+  std::string at_link(const std::string& name) const {
+    return fmt::format("{}:{}: link {}", source, link_lines.at(name), name);
+  }
+  std::string at_joint(const std::string& name) const {
+    return fmt::format("{}:{}: joint {}", source, joints.at(name).line, name);
+  }
+};
+
+double non_negative(const tinyxml2::XMLAttribute& attribute, const std::string& place) {
+  double value = 0;
+  if (attribute.QueryDoubleValue(&value) != tinyxml2::XML_SUCCESS || !std::isfinite(value) ||
+      value < 0)
+    throw UserError("{}: fricid {} = \"{}\"; must be a number >= 0", place, attribute.Name(),
+                    attribute.Value());
+  return value;
+}
+
+Document read_document(const std::string& text, const std::string& source) {
+  tinyxml2::XMLDocument xml;
+  if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+    throw UserError("{}:{}: not well-formed XML ({})", source, xml.ErrorLineNum(), xml.ErrorName());
+  const tinyxml2::XMLElement* robot = xml.FirstChildElement("robot");
+  if (!robot) throw UserError("{}: no <robot> element", source);
+
+  Document document{.source = source, .link_lines = {}, .joints = {}};
+  for (auto* e = robot->FirstChildElement("link"); e; e = e->NextSiblingElement("link"))
+    if (e->Attribute("name")) document.link_lines[e->Attribute("name")] = e->GetLineNum();
+  int order = 0;
+  for (auto* e = robot->FirstChildElement("joint"); e; e = e->NextSiblingElement("joint")) {
+    if (!e->Attribute("name")) continue;
+    JointElement& joint = document.joints[e->Attribute("name")];
+    joint.line = e->GetLineNum();
+    joint.order = order++;
+    joint.mimic = e->FirstChildElement("mimic") != nullptr;
+    const tinyxml2::XMLElement* own = e->FirstChildElement("fricid");
+    if (!own) continue;
+    const std::string place = document.at_joint(e->Attribute("name"));
+    for (auto* a = own->FirstAttribute(); a; a = a->Next()) {
+      const std::string_view key = a->Name();
+      if (key == "armature") {
+        joint.armature = non_negative(*a, place);
+      } else if (key == "acceleration") {
+        joint.acceleration = non_negative(*a, place);
+      } else if (key == "jerk") {
+        joint.jerk = non_negative(*a, place);
+      } else {
+        throw UserError("{}: fricid: unknown attribute \"{}\"; known: armature, acceleration, jerk",
+                        place, key);
+      }
+    }
+  }
+  return document;
+}
+
+Vector3d to_eigen(const urdf::Vector3& a) { return {a.x, a.y, a.z}; }
+
+Matrix3d to_eigen(const urdf::Rotation& r) {
+  return Eigen::Quaterniond(r.w, r.x, r.y, r.z).normalized().toRotationMatrix();
+}
+
+/// @throws UserError unless mass > 0 (or nothing at all) and the inertia is that of a body
+void check_inertial(const urdf::Inertial& inertial, const std::string& place) {
+  const double m = inertial.mass;
+  const double values[] = {inertial.ixx, inertial.iyy, inertial.izz,
+                           inertial.ixy, inertial.ixz, inertial.iyz};
+  const char* const names[] = {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"};
+  bool empty = true;
+  for (int k = 0; k < 6; ++k) {
+    if (!std::isfinite(values[k]))
+      throw UserError("{}: {} = {} kg m^2; must be finite", place, names[k], values[k]);
+    empty = empty && values[k] == 0;
+  }
+  if (m == 0 && empty) return;
+  if (!std::isfinite(m) || m <= 0) throw UserError("{}: mass = {} kg; must be > 0", place, m);
+  if (!to_eigen(inertial.origin.position).allFinite())
+    throw UserError("{}: inertial origin must be finite", place);
+
+  const Matrix3d I{{values[0], values[3], values[4]},
+                   {values[3], values[1], values[5]},
+                   {values[4], values[5], values[2]}};
+  const Vector3d moments = Eigen::SelfAdjointEigenSolver<Matrix3d>(I).eigenvalues();
+  const double trace = moments.sum();
+  if (moments(0) < -kRounding * std::abs(trace))
+    throw UserError("{}: principal moment of inertia {:.4g} kg m^2; must be > 0", place,
+                    moments(0));
+  if (moments(2) > (0.5 + kRounding) * trace)
+    throw UserError(
+        "{}: principal moments of inertia {:.4g}, {:.4g}, {:.4g} kg m^2; the largest must not "
+        "exceed the sum of the other two",
+        place, moments(0), moments(1), moments(2));
+}
+
+/// Walks the tree from the base, adds joints, lumps links behind fixed joints.
+class Builder {
+ public:
+  Builder(const urdf::ModelInterface& tree, const Document& document) : document_(document) {
+    model_.name = tree.getName();
+    visit(*tree.getRoot(), Frame{});
+    if (model_.joints.empty())
+      throw UserError("{}: no revolute, continuous or prismatic joint", document_.source);
+    check_moving();
+    fill_armature();
+  }
+  RobotModel model() && { return std::move(model_); }
+
+ private:
+  /// @param frame  where the link sits in the moving link (or base) that carries it
+  void visit(const urdf::Link& link, Frame frame) {
+    frame.name = link.name;
+    model_.frames.push_back(frame);
+    if (link.inertial) {
+      check_inertial(*link.inertial, document_.at_link(link.name));
+      add_payload(model_, frame, link.inertial->mass, to_eigen(link.inertial->origin.position),
+                  inertia_about_com(*link.inertial));
+    }
+    auto joints = link.child_joints;
+    std::sort(joints.begin(), joints.end(), [this](const auto& a, const auto& b) {
+      return document_.joints.at(a->name).order < document_.joints.at(b->name).order;
+    });
+    for (const auto& joint : joints) {
+      const auto child = std::find_if(
+          link.child_links.begin(), link.child_links.end(),
+          [&joint](const auto& candidate) { return candidate->name == joint->child_link_name; });
+      Frame placed = frame;
+      const urdf::Pose& origin = joint->parent_to_joint_origin_transform;
+      placed.p = frame.R * to_eigen(origin.position) + frame.p;
+      placed.R = frame.R * to_eigen(origin.rotation);
+      if (joint->type == urdf::Joint::FIXED) {
+        visit(**child, placed);
+      } else {
+        add_joint(*joint, placed);
+        visit(**child, Frame{.name = "", .link = model_.n() - 1});
+      }
+    }
+  }
+
+  static Matrix3d inertia_about_com(const urdf::Inertial& inertial) {
+    const Matrix3d R = to_eigen(inertial.origin.rotation);
+    const Matrix3d I{{inertial.ixx, inertial.ixy, inertial.ixz},
+                     {inertial.ixy, inertial.iyy, inertial.iyz},
+                     {inertial.ixz, inertial.iyz, inertial.izz}};
+    return R * I * R.transpose();
+  }
+
+  void add_joint(const urdf::Joint& joint, const Frame& placed) {
+    const std::string place = document_.at_joint(joint.name);
+    const JointElement& element = document_.joints.at(joint.name);
+    const bool moves = joint.type == urdf::Joint::REVOLUTE ||
+                       joint.type == urdf::Joint::CONTINUOUS ||
+                       joint.type == urdf::Joint::PRISMATIC;
+    if (!moves)
+      throw UserError("{}: type is {}; allowed: revolute, continuous, prismatic, fixed", place,
+                      joint.type == urdf::Joint::PLANAR ? "planar" : "floating");
+    if (element.mimic) throw UserError("{}: <mimic> couples joints; each must be free", place);
+    const Vector3d axis = to_eigen(joint.axis);
+    if (!axis.allFinite() || axis.norm() < 1e-6)
+      throw UserError("{}: axis = ({}, {}, {}); must have a length", place, axis.x(), axis.y(),
+                      axis.z());
+    if (!placed.p.allFinite() || !placed.R.allFinite())
+      throw UserError("{}: origin must be finite", place);
+
+    Joint added;
+    added.name = joint.name;
+    added.link = joint.child_link_name;
+    added.type =
+        joint.type == urdf::Joint::PRISMATIC ? JointType::kPrismatic : JointType::kRevolute;
+    added.continuous = joint.type == urdf::Joint::CONTINUOUS;
+    added.parent = placed.link;
+    added.R0 = placed.R;
+    added.p0 = placed.p;
+    added.axis = axis.normalized();
+    if (joint.limits) {
+      added.lower = joint.limits->lower;
+      added.upper = joint.limits->upper;
+      added.velocity = joint.limits->velocity;
+      added.effort = joint.limits->effort;
+    }
+    added.acceleration = element.acceleration;
+    added.jerk = element.jerk;
+    check_limits(added, place);
+    model_.joints.push_back(added);
+    const auto inertial = model_.pi.size();
+    model_.pi.conservativeResize(inertial + 10);
+    model_.pi.tail<10>().setZero();
+  }
+
+  static void check_limits(Joint& joint, const std::string& place) {
+    if (joint.continuous) {
+      joint.lower = -std::numeric_limits<double>::infinity();
+      joint.upper = std::numeric_limits<double>::infinity();
+    } else if (!(joint.lower < joint.upper) || !std::isfinite(joint.upper - joint.lower)) {
+      throw UserError("{}: limits lower = {}, upper = {}; lower must be below upper", place,
+                      joint.lower, joint.upper);
+    }
+    if (!(joint.velocity >= 0))
+      throw UserError("{}: limit velocity = {}; must be >= 0", place, joint.velocity);
+    if (!(joint.effort >= 0))
+      throw UserError("{}: limit effort = {}; must be >= 0", place, joint.effort);
+  }
+
+  void check_moving() const {
+    for (int i = 0; i < model_.n(); ++i) {
+      if (model_.pi(10 * i) > 0) continue;
+      const Joint& joint = model_.joints[static_cast<size_t>(i)];
+      throw UserError("{}: moved by joint {} but without mass; needs <inertial> with mass > 0",
+                      document_.at_link(joint.link), joint.name);
+    }
+  }
+
+  void fill_armature() {
+    model_.pi.conservativeResize(model_.parameter_count());
+    for (int i = 0; i < model_.n(); ++i)
+      model_.pi(model_.armature_begin() + i) =
+          document_.joints.at(model_.joints[static_cast<size_t>(i)].name).armature;
+  }
+
+  const Document& document_;
+  RobotModel model_;
+};
+
+}  // namespace
+
+RobotModel load_urdf(const std::filesystem::path& path, const Matrix3d& mount) {
+  if (std::filesystem::is_directory(path))
+    throw UserError("{}: a directory; expected a URDF file", path.string());
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw UserError("{}: cannot be read", path.string());
+  std::ostringstream text;
+  text << file.rdbuf();
+  return parse_urdf(text.str(), path.string(), mount);
+}
+
+RobotModel parse_urdf(const std::string& text, const std::string& source_name,
+                      const Matrix3d& mount) {
+  const Document document = read_document(text, source_name);
+  const urdf::ModelInterfaceSharedPtr tree = parse_tree(text, source_name);
+  RobotModel model = Builder(*tree, document).model();
+  model.gravity = mount.transpose() * Vector3d(0, 0, -9.81);
+  return model;
+}
+
+}  // namespace fricid::dynamics
