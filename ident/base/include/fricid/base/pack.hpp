@@ -143,7 +143,8 @@ struct Pack {
   }
 };
 
-/// The widths the engine is built for: one register, 8 and 16 lanes with AVX-512, 4 and 8 with AVX2.
+/// The widths the engine is built for: one register, 8 and 16 lanes with AVX-512, 4 and 8 with
+/// AVX2.
 using PackD = Pack<double, kRegisterBytes / 8>;
 using PackF = Pack<float, kRegisterBytes / 4>;
 

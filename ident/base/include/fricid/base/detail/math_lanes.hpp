@@ -34,6 +34,8 @@ struct Real<double> {
   static constexpr Word kMantissaMask = (Word{1} << 52) - 1;
   static constexpr double kInf = __builtin_inf();
   static constexpr double kNaN = __builtin_nan("");
+  static constexpr int kSecondBitToSign = 62;
+  static constexpr double kEpsilon = 0x1p-52;
   static constexpr double kSmallestNormal = 0x1p-1022;
   static constexpr double kRound = 0x1.8p52;
   static constexpr double kSqrtHalf = 0x1.6a09e667f3bcdp-1;
@@ -81,11 +83,13 @@ struct Real<float> {
   static constexpr Word kMantissaMask = (Word{1} << 23) - 1;
   static constexpr float kInf = __builtin_inff();
   static constexpr float kNaN = __builtin_nanf("");
+  static constexpr int kSecondBitToSign = 30;
+  static constexpr float kEpsilon = 0x1p-23f;
   static constexpr float kSmallestNormal = 0x1p-126f;
   static constexpr float kRound = 0x1.8p23f;
   static constexpr float kSqrtHalf = 0x1.6a09e6p-1f;
 
-  static constexpr float kExpHigh = 90, kExpLow = -110, kExpm1Low = -25;
+  static constexpr float kExpHigh = 100, kExpLow = -110, kExpm1Low = -25;
   static constexpr float kLog2e = 0x1.715476p+0f;
   static constexpr float kLn2High = 0x1.62e400p-1f, kLn2Low = 0x1.7f7d1cp-20f;
   static constexpr float kTwoOverPi = 0x1.45f306p-1f;
@@ -133,25 +137,60 @@ Rounded<S> round_to_integer(S x) {
   return {shifted - S(R::kRound), to_bits(shifted) - to_bits(S(R::kRound))};
 }
 
-/// x = n ln 2 + r with |r| <= ln(2)/2, and p = e^r - 1. `low`, `high`: 2^n = low * high, each in
-/// range where 2^n is not.
+/// True where the lane is not zero.
+inline bool is_set(std::uint64_t bits) { return bits != 0; }
+inline bool is_set(std::uint32_t bits) { return bits != 0; }
+template <std::unsigned_integral T, int N>
+auto is_set(Pack<T, N> bits) {
+  using M = Mask<decltype(from_bits(T())), N>;
+  return M::make([&](int c) { return bits.v[c] != 0; });
+}
+
+/// e^x - 1 = p and e^x = (1 + p) low high, both factors powers of 2 in range; low high = 2^n.
 template <class S>
 struct ExpParts {
   S p;
-  S n;
+  Rounded<S> n;
   S low, high;
 };
+
+/// Of e^(x + tail), |tail| << 1, for kExpLow <= x <= kExpHigh: x + tail = n ln 2 + r with
+/// |r| <= ln(2)/2 and p = e^r - 1.
 template <Lanewise S>
-ExpParts<S> exp_parts(S x) {
+ExpParts<S> exp_parts(S x, S tail) {
   using R = RealOf<S>;
   const Rounded<S> n = round_to_integer(x * S(R::kLog2e));
-  const S r = fma(-n.real, S(R::kLn2Low), fma(-n.real, S(R::kLn2High), x));
+  const S r = fma(-n.real, S(R::kLn2Low), fma(-n.real, S(R::kLn2High), x)) + tail;
   const Rounded<S> half = round_to_integer(n.real * S(0.5));
-  return {fma(r * r, polynomial(r, R::kExp), r), n.real, power_of_two<S>(half.integer),
+  return {fma(r * r, polynomial(r, R::kExp), r), n, power_of_two<S>(half.integer),
           power_of_two<S>(n.integer - half.integer)};
 }
 
-/// x = 2^n m with sqrt(1/2) <= m < sqrt(2), for x > 0 and normal.
+/// x within the range of exp_parts; NaN stays.
+template <Lanewise S>
+S clamp_exponent(S x) {
+  using R = RealOf<S>;
+  return select(x > S(R::kExpHigh), S(R::kExpHigh), select(x < S(R::kExpLow), S(R::kExpLow), x));
+}
+
+/// e^x - 1 = y low high.
+template <class S>
+struct Expm1Parts {
+  S y;
+  S low, high;
+};
+template <Lanewise S>
+Expm1Parts<S> expm1_parts(S x) {
+  using R = RealOf<S>;
+  const S clamped =
+      select(x > S(R::kExpHigh), S(R::kExpHigh), select(x < S(R::kExpm1Low), S(R::kExpm1Low), x));
+  const ExpParts<S> e = exp_parts(clamped, S(0));
+  // 2^n (p + (1 - 2^-n)), where 2^-n is exact or far below the last place
+  const S inverse = select(e.n.real > S(64), S(0), power_of_two<S>(Words<S>(0) - e.n.integer));
+  return {e.p + (S(1) - inverse), e.low, e.high};
+}
+
+/// x = 2^n m with sqrt(1/2) <= m < sqrt(2), for x > 0.
 template <class S>
 struct LogParts {
   S n, m;
@@ -164,17 +203,64 @@ LogParts<S> log_parts(S x) {
   const S n = from_bits((bits >> R::kMantissa) + to_bits(S(R::kRound))) - S(R::kRound);
   return {n - S(R::kBias), from_bits((bits & R::kMantissaMask) + half)};
 }
-
-/// log(1 + f) + n ln 2 + correction, sqrt(1/2) <= 1 + f < sqrt(2).
+/// The same where x may be subnormal.
 template <Lanewise S>
-S log_sum(S f, S n, S correction) {
+LogParts<S> log_parts_of_any(S x) {
+  using R = RealOf<S>;
+  constexpr int kShift = R::kMantissa + 2;
+  const auto tiny = x < S(R::kSmallestNormal);
+  const LogParts<S> e = log_parts(select(tiny, x * power_of_two<S>(Words<S>(kShift)), x));
+  return {select(tiny, e.n - S(kShift), e.n), e.m};
+}
+
+/// log(1 + f) + n ln 2 + tail, sqrt(1/2) <= 1 + f < sqrt(2), by s = f / (2 + f) and
+/// log(1 + f) = f - f^2/2 + s (f^2/2 + s^2 p(s^2)).
+template <Lanewise S>
+S log_sum(S f, S n, S tail) {
   using R = RealOf<S>;
   const S s = f / (S(2) + f);
   const S z = s * s;
   const S half_square = S(0.5) * f * f;
-  const S tail = s * (half_square + z * polynomial(z, R::kLog));
-  const S low = tail + fma(n, S(R::kLn2Low), correction);
+  const S curved = s * (half_square + z * polynomial(z, R::kLog));
+  const S low = curved + fma(n, S(R::kLn2Low), tail);
   return fma(n, S(R::kLn2High), f - (half_square - low));
+}
+
+/// high + low, |low| <= ulp(high) / 2.
+template <class S>
+struct Double {
+  S high, low;
+};
+
+/// log where x is not a positive finite number.
+template <Lanewise S>
+S log_edge(S x) {
+  using R = RealOf<S>;
+  return select(x == S(0), S(-R::kInf), select(x < S(0), S(R::kNaN), x));
+}
+
+/// Natural logarithm to about 2^-59 (float: 2^-29) of its value, with log's edge values.
+template <Lanewise S>
+Double<S> log_extended(S x) {
+  using R = RealOf<S>;
+  const LogParts<S> e = log_parts_of_any(x);
+  // s = (m - 1) / (m + 1) with its remainder
+  const S f = e.m - S(1);
+  const S d = e.m + S(1);
+  const S d_low = e.m - (d - S(1));
+  const S inverse = S(1) / d;
+  const S s = f * inverse;
+  const S s_low = (fma(-s, d, f) - s * d_low) * inverse;
+
+  const S a = e.n * S(R::kLn2High);
+  const S b = s + s;
+  const S sum = a + b;
+  const S z = s * s;
+  const S rest =
+      (a - sum) + b + fma(e.n, S(R::kLn2Low), fma(s * z, polynomial(z, R::kLog), s_low + s_low));
+  const S high = sum + rest;
+  const auto regular = (x > S(0)) & (x < S(R::kInf));
+  return {select(regular, high, log_edge(x)), select(regular, rest - (high - sum), S(0))};
 }
 
 }  // namespace detail
