@@ -13,11 +13,11 @@ struct CommonOptions {
 };
 
 struct RunOptions {
-  std::filesystem::path target;                ///< scene file or run folder
-  std::filesystem::path output;                ///< empty: run/NAME
-  std::vector<std::string> models;             ///< empty: all of the scene
-  std::string seeds;                           ///< empty: those of the scene
-  std::vector<std::filesystem::path> data;     ///< further data sets to evaluate on
+  std::filesystem::path target;             ///< scene file or run folder
+  std::filesystem::path output;             ///< empty: run/NAME
+  std::vector<std::string> models;          ///< empty: all of the scene
+  std::string seeds;                        ///< empty: those of the scene
+  std::vector<std::filesystem::path> data;  ///< further data sets to evaluate on
   std::vector<std::string> render;
 };
 

@@ -12,7 +12,13 @@ namespace {
 using namespace fricid;
 using namespace fricid::cli;
 
-enum ExitCode { kDone = 0, kVerdictNo = 1, kUserMistake = 2, kNumericalFailure = 3, kStopped = 130 };
+enum ExitCode {
+  kDone = 0,
+  kVerdictNo = 1,
+  kUserMistake = 2,
+  kNumericalFailure = 3,
+  kStopped = 130
+};
 
 /// Options that every command takes.
 void add_common(CLI::App& command, CommonOptions& common, const std::string& example) {
@@ -51,20 +57,23 @@ int main(int argc, char** argv) {
   bool csv = false;
   std::function<Verdict()> command;
 
-  auto* run_command = app.add_subcommand("run", "the whole job: data, identification, evaluation, plots");
+  auto* run_command =
+      app.add_subcommand("run", "the whole job: data, identification, evaluation, plots");
   run_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
   run_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
   add_common(*run_command, common, "fricid run scenes/kr6_demo.toml -o run/kr6_demo");
   run_command->callback([&] { command = [&] { return run(run_options, common); }; });
 
-  auto* simulate_command = app.add_subcommand("simulate", "ground truth only: data sets and truth files");
+  auto* simulate_command =
+      app.add_subcommand("simulate", "ground truth only: data sets and truth files");
   simulate_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
   simulate_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
   add_common(*simulate_command, common, "fricid simulate scenes/kr6_lugre.toml");
   simulate_command->callback([&] { command = [&] { return simulate(run_options, common); }; });
 
   auto* identify_command = app.add_subcommand("identify", "fit models to the training data");
-  identify_command->add_option("SCENE|DIR", run_options.target, "scene file or run folder")->required();
+  identify_command->add_option("SCENE|DIR", run_options.target, "scene file or run folder")
+      ->required();
   identify_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
   identify_command->add_option("--model", run_options.models, "only these models (repeatable)");
   identify_command->add_option("--seeds", run_options.seeds, "e.g. 1-5 or 1,3");
@@ -73,8 +82,10 @@ int main(int argc, char** argv) {
 
   auto* evaluate_command = app.add_subcommand("evaluate", "open loop against held-out data");
   evaluate_command->add_option("DIR", run_options.target, "run folder")->required();
-  evaluate_command->add_option("--data", run_options.data, "further data sets (HDF5), also unseen ones");
-  add_common(*evaluate_command, common, "fricid evaluate run/kr6_demo --data other/validation_0.h5");
+  evaluate_command->add_option("--data", run_options.data,
+                               "further data sets (HDF5), also unseen ones");
+  add_common(*evaluate_command, common,
+             "fricid evaluate run/kr6_demo --data other/validation_0.h5");
   evaluate_command->callback([&] { command = [&] { return evaluate(run_options, common); }; });
 
   auto* render_command = app.add_subcommand("render", "draw the plots of a run folder");
@@ -85,8 +96,10 @@ int main(int argc, char** argv) {
 
   auto* import_command = app.add_subcommand("import", "real logs (CSV) to data sets");
   import_command->add_option("LOG", import_options.logs, "log files")->required();
-  import_command->add_option("--contract", import_options.contract, "what the columns are (TOML)")->required();
-  import_command->add_option("-o,--output", import_options.output, "folder for the data sets; default .");
+  import_command->add_option("--contract", import_options.contract, "what the columns are (TOML)")
+      ->required();
+  import_command->add_option("-o,--output", import_options.output,
+                             "folder for the data sets; default .");
   add_common(*import_command, common, "fricid import log.csv --contract contract.toml -o data");
   import_command->callback([&] { command = [&] { return import_logs(import_options, common); }; });
 

@@ -32,8 +32,8 @@ nlohmann::json read_manifest(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path)) return {};
   const auto manifest = nlohmann::json::parse(read_file(path), nullptr, false);
   if (manifest.is_discarded() || manifest.value("format", "") != kFormat)
-    throw UserError("{}: found no \"format\": \"{}\"; the folder belongs to something else", path.string(),
-                    kFormat);
+    throw UserError("{}: found no \"format\": \"{}\"; the folder belongs to something else",
+                    path.string(), kFormat);
   return manifest;
 }
 
@@ -54,7 +54,8 @@ bool RunFolder::up_to_date(const std::string& name, const std::string& key) cons
   const auto& stage = (*stages)[name];
   if (stage["key"] != key) return false;
   for (const auto& [file, hash] : stage["outputs"].items())
-    if (!std::filesystem::exists(path_ / file) || sha256_of_file(path_ / file) != hash) return false;
+    if (!std::filesystem::exists(path_ / file) || sha256_of_file(path_ / file) != hash)
+      return false;
   return true;
 }
 

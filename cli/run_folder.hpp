@@ -10,8 +10,8 @@
 
 namespace fricid::cli {
 
-/// A run folder and its manifest.json. The work is cut into stages; a stage whose key and outputs are
-/// as recorded is skipped, so an interrupted run goes on where it stopped.
+/// A run folder and its manifest.json. The work is cut into stages; a stage whose key and outputs
+/// are as recorded is skipped, so an interrupted run goes on where it stopped.
 class RunFolder {
  public:
   /// Opens or creates the folder and locks it. @throws UserError when another run holds it

@@ -11,7 +11,8 @@
 namespace fricid::render {
 namespace {
 
-constexpr double kLeftCm = 1.55, kRightCm = 0.25, kTitleCm = 0.55, kBottomCm = 1.15, kLegendCm = 0.8;
+constexpr double kLeftCm = 1.55, kRightCm = 0.25, kTitleCm = 0.55, kBottomCm = 1.15,
+                 kLegendCm = 0.8;
 
 constexpr std::string_view kStyle = R"(set encoding utf8
 set border 3 lw 0.6
@@ -30,8 +31,8 @@ std::string quoted(std::string text) {
 }
 
 std::string style_of(const Series& series) {
-  return fmt::format("with {} lw {} lc rgb '{}'{}{}", series.markers ? "linespoints" : "lines", series.width,
-                     series.colour, series.dashed ? " dt (6,4)" : " dt 1",
+  return fmt::format("with {} lw {} lc rgb '{}'{}{}", series.markers ? "linespoints" : "lines",
+                     series.width, series.colour, series.dashed ? " dt (6,4)" : " dt 1",
                      series.markers ? " pt 7 ps 0.35" : "");
 }
 
@@ -73,7 +74,8 @@ std::string data_blocks(const Figure& figure) {
 
 std::string panel_text(const Figure& figure, std::size_t p, Size size) {
   const Panel& panel = figure.panels[p];
-  const auto row = static_cast<int>(p) / figure.columns, column = static_cast<int>(p) % figure.columns;
+  const auto row = static_cast<int>(p) / figure.columns,
+             column = static_cast<int>(p) % figure.columns;
   const double cell = figure.width_cm / figure.columns;
   const double top = kLegendCm + row * (figure.panel_height_cm + kTitleCm + kBottomCm) + kTitleCm;
 
@@ -100,7 +102,8 @@ std::string legend_text(const Figure& figure, Size size) {
   if (legend.empty()) return {};
   std::string text = fmt::format(
       "set lmargin at screen 0\nset rmargin at screen 1\nset tmargin at screen 1\n"
-      "set bmargin at screen {:.5f}\nunset border\nunset tics\nunset grid\nunset title\nunset xlabel\n"
+      "set bmargin at screen {:.5f}\nunset border\nunset tics\nunset grid\nunset title\nunset "
+      "xlabel\n"
       "unset ylabel\nunset logscale\nset key center center horizontal samplen 2 width 1\n"
       "set xrange [0:1]\nset yrange [0:1]\nplot ",
       1 - kLegendCm / size.height);
@@ -112,8 +115,9 @@ std::string legend_text(const Figure& figure, Size size) {
 
 std::string script_of(const Figure& figure) {
   const Size size = size_of(figure);
-  std::string text = fmt::format("# gnuplot -e \"set terminal pdfcairo size {:.2f}cm,{:.2f}cm; set output '{}.pdf'\" {}.gp\n",
-                                 size.width, size.height, figure.name, figure.name);
+  std::string text = fmt::format(
+      "# gnuplot -e \"set terminal pdfcairo size {:.2f}cm,{:.2f}cm; set output '{}.pdf'\" {}.gp\n",
+      size.width, size.height, figure.name, figure.name);
   text += kStyle;
   text += data_blocks(figure);
   text += "set multiplot\nunset key\n";
@@ -128,34 +132,46 @@ void write_figure(const Figure& figure, const std::filesystem::path& folder) {
   const auto script = folder / (figure.name + ".gp");
   write_file_atomically(script, script_of(figure));
   if (std::system("command -v gnuplot >/dev/null 2>&1") != 0)
-    throw UserError("gnuplot is missing: {} was written, its pictures were not; install gnuplot-nox",
-                    script.string());
+    throw UserError(
+        "gnuplot is missing: {} was written, its pictures were not; install gnuplot-nox",
+        script.string());
 
   const Size size = size_of(figure);
   const std::array<std::pair<std::string, std::string>, 3> terminals{{
-      {"pdf", fmt::format("pdfcairo size {:.2f}cm,{:.2f}cm font 'DejaVu Sans,7'", size.width, size.height)},
-      {"svg", fmt::format("svg size {:.0f},{:.0f} font 'DejaVu Sans,9'", size.width * 38, size.height * 38)},
-      {"png", fmt::format("pngcairo size {:.0f},{:.0f} font 'DejaVu Sans,15' linewidth 2", size.width * 80,
-                          size.height * 80)},
+      {"pdf", fmt::format("pdfcairo size {:.2f}cm,{:.2f}cm font 'DejaVu Sans,7'", size.width,
+                          size.height)},
+      {"svg", fmt::format("svg size {:.0f},{:.0f} font 'DejaVu Sans,9'", size.width * 38,
+                          size.height * 38)},
+      {"png", fmt::format("pngcairo size {:.0f},{:.0f} font 'DejaVu Sans,15' linewidth 2",
+                          size.width * 80, size.height * 80)},
   }};
   for (const auto& [extension, terminal] : terminals)
-    write_file_atomically(folder / (figure.name + "." + extension), [&](const std::filesystem::path& part) {
-      const std::string command =
-          fmt::format("gnuplot -e \"set terminal {}; set output '{}'\" '{}' 2>/dev/null", terminal,
-                      part.string(), script.string());
-      if (std::system(command.c_str()) != 0)
-        throw UserError("{}: gnuplot refused the script; run it by hand to see why", script.string());
-    });
+    write_file_atomically(
+        folder / (figure.name + "." + extension), [&](const std::filesystem::path& part) {
+          const std::string command =
+              fmt::format("gnuplot -e \"set terminal {}; set output '{}'\" '{}' 2>/dev/null",
+                          terminal, part.string(), script.string());
+          if (std::system(command.c_str()) != 0)
+            throw UserError("{}: gnuplot refused the script; run it by hand to see why",
+                            script.string());
+        });
 }
 
 std::string colour_of(const std::string& model, int index) {
   static const std::array<std::pair<std::string_view, std::string_view>, 8> kNamed{{
-      {"oracle", "#000000"}, {"truth", "#000000"}, {"simple", "#999999"}, {"stribeck", "#E69F00"},
-      {"dahl", "#56B4E9"}, {"lugre", "#009E73"}, {"gms", "#D55E00"}, {"lvm", "#0072B2"},
+      {"oracle", "#000000"},
+      {"truth", "#000000"},
+      {"simple", "#999999"},
+      {"stribeck", "#E69F00"},
+      {"dahl", "#56B4E9"},
+      {"lugre", "#009E73"},
+      {"gms", "#D55E00"},
+      {"lvm", "#0072B2"},
   }};
   for (const auto& [name, colour] : kNamed)
     if (name == model) return std::string(colour);
-  static constexpr std::array<std::string_view, 5> kOthers{"#CC79A7", "#F0E442", "#8B4513", "#4B0082", "#708090"};
+  static constexpr std::array<std::string_view, 5> kOthers{"#CC79A7", "#F0E442", "#8B4513",
+                                                           "#4B0082", "#708090"};
   return std::string(kOthers[static_cast<std::size_t>(index) % kOthers.size()]);
 }
 

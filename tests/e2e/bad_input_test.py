@@ -70,7 +70,8 @@ class BadRobot(ProgramTest):
 
 class BadLog(ProgramTest):
     HEADER = "t,q1,tau1\n"
-    CONTRACT = 'joint_names = ["j1"]\n[columns]\nt = "t"\nq = "q{}"\ntau = "tau{}"\n'
+    CONTRACT = ('joint_names = ["j1"]\n[position]\ncolumns = ["q{}"]\n'
+                '[torque]\ncolumns = ["tau{}"]\n')
 
     def log(self, rows):
         return self.write("log.csv", self.HEADER + "".join(f"{t},{q},{tau}\n" for t, q, tau in rows))

@@ -9,7 +9,8 @@ int main(int, char** argv) {
   const fricid::Arm arm{scene.model, *scene.friction};
   fricid::ArmStepper<double> stepper(arm, {.substeps = 8});
   const auto n = static_cast<std::size_t>(arm.robot.n());
-  std::vector<double> q(n, 0.1), v(n, 0.0), z(static_cast<std::size_t>(arm.friction.model.state_size()), 0.0);
+  std::vector<double> q(n, 0.1), v(n, 0.0),
+      z(static_cast<std::size_t>(arm.friction.model.state_size()), 0.0);
   const std::vector<double> tau(n, 0.0), temperature(n, 293.15);
   for (int k = 0; k < 250; ++k) stepper.step(tau, temperature, 0.004, q, v, z);
   for (const double angle : q) std::printf("%.6f ", angle);

@@ -9,12 +9,12 @@ namespace fricid::render {
 
 /// One curve. Points with a NaN break the line.
 struct Series {
-  std::string label;           ///< empty: not in the legend
-  std::string colour;          ///< "#rrggbb"
+  std::string label;   ///< empty: not in the legend
+  std::string colour;  ///< "#rrggbb"
   std::vector<double> x, y;
-  double width = 1.2;          ///< [pt]
+  double width = 1.2;  ///< [pt]
   bool dashed = false;
-  bool markers = false;        ///< line with points
+  bool markers = false;  ///< line with points
 };
 
 /// One pair of axes.
@@ -26,7 +26,7 @@ struct Panel {
 
 /// A grid of panels with one legend above them.
 struct Figure {
-  std::string name;            ///< file stem
+  std::string name;  ///< file stem
   int columns = 3;
   std::vector<Panel> panels;
   double width_cm = 18, panel_height_cm = 4.2;

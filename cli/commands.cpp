@@ -1,0 +1,92 @@
+#include "commands.hpp"
+
+#include <cstdio>
+
+#include "fricid/base/error.hpp"
+#include "fricid/data/contract.hpp"
+#include "fricid/data/paths.hpp"
+#include "stages.hpp"
+
+namespace fricid::cli {
+namespace {
+
+void print_result(const Job& job, const CommonOptions& common) {
+  const auto print = [&](const char* name) {
+    std::fputs(read_file(job.folder.path() / name).c_str(), stdout);
+  };
+  if (common.json) return print("evaluation.json");
+  print("table.md");
+  if (!job.experiment.simulates()) {
+    std::fputs("\nOne-step torque prediction:\n\n", stdout);
+    print("torque.md");
+  }
+}
+
+/// Logs that a scene names by an environment variable which is not set: said, not failed.
+bool skipped(const Job& job) {
+  std::string why;
+  if (data::data_available(job.experiment, &why)) return false;
+  std::fprintf(stderr, "skipped: %s\n", why.c_str());
+  return true;
+}
+
+}  // namespace
+
+Verdict run(const RunOptions& options, const CommonOptions& common) {
+  Job job = open_job(options, common);
+  if (skipped(job)) return Verdict::kDone;
+  make_data(job);
+  const bool healthy = identify_models(job, options.models, options.seeds);
+  const bool meaningful = evaluate_models(job, options.data);
+  draw_plots(job);
+  print_result(job, common);
+  return healthy && meaningful ? Verdict::kDone : Verdict::kNo;
+}
+
+Verdict simulate(const RunOptions& options, const CommonOptions& common) {
+  Job job = open_job(options, common);
+  if (!job.experiment.simulates())
+    throw UserError("{}: found no [friction]; the scene imports logs, use `fricid run`",
+                    options.target.string());
+  make_data(job);
+  std::printf("%s\n", job.folder.path().c_str());
+  return Verdict::kDone;
+}
+
+Verdict identify(const RunOptions& options, const CommonOptions& common) {
+  Job job = open_job(options, common);
+  if (skipped(job)) return Verdict::kDone;
+  make_data(job);
+  return identify_models(job, options.models, options.seeds) ? Verdict::kDone : Verdict::kNo;
+}
+
+Verdict evaluate(const RunOptions& options, const CommonOptions& common) {
+  Job job = open_job(options, common);
+  const bool meaningful = evaluate_models(job, options.data);
+  print_result(job, common);
+  return meaningful ? Verdict::kDone : Verdict::kNo;
+}
+
+Verdict render(const RunOptions& options, const CommonOptions& common) {
+  Job job = open_job(options, common);
+  draw_plots(job);
+  return Verdict::kDone;
+}
+
+Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
+  const data::Contract contract = data::load_contract(options.contract);
+  std::vector<data::Dataset> sets;
+  for (const auto& log : options.logs) {
+    sets.push_back(data::import_csv(log, contract));
+    for (const std::string& warning : data::check_dataset(sets.back(), log.string()))
+      std::fprintf(stderr, "%s\n", warning.c_str());
+  }
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    const auto path = options.output / options.logs[i].filename().replace_extension(".h5");
+    data::save_dataset(sets[i], path);
+    std::printf("%s\n", path.c_str());
+  }
+  return Verdict::kDone;
+}
+
+}  // namespace fricid::cli

@@ -1,0 +1,199 @@
+// The evaluation stage: gathers held-out data, truth and models; scoring is done by
+// fricid::evaluate.
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/parallel.hpp"
+#include "fricid/data/hdf5.hpp"
+#include "fricid/estimate/filter.hpp"
+#include "fricid/evaluate/evaluate.hpp"
+#include "fricid/evaluate/torque_prediction.hpp"
+#include "fricid/sim/simulate.hpp"
+#include "stages.hpp"
+
+namespace fricid::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Held-out recordings with their truth, where there is one.
+struct HeldOut {
+  std::vector<evaluate::Trajectory> trajectories;
+  std::vector<estimate::Filtered> filtered;
+  std::vector<sim::Truth> truths;  ///< as many as trajectories, or none
+};
+
+void add_recording(HeldOut& held_out, const fs::path& data_file, const fs::path& truth_file,
+                   double cutoff_hz) {
+  evaluate::Trajectory trajectory{.data = data::load_dataset(data_file)};
+  held_out.filtered.push_back(estimate::filter_dataset(trajectory.data, cutoff_hz));
+  trajectory.q = held_out.filtered.back().q;
+  trajectory.v = held_out.filtered.back().v;
+  if (fs::exists(truth_file)) {
+    held_out.truths.push_back(sim::load_truth(truth_file));
+    const sim::Trace& trace = held_out.truths.back().trace;
+    trajectory.truth = evaluate::Reference{trace.q, trace.v, trace.tau_f, trace.z};
+  }
+  held_out.trajectories.push_back(std::move(trajectory));
+}
+
+HeldOut load_held_out(const Job& job, const std::vector<fs::path>& further_data) {
+  HeldOut held_out;
+  const fs::path& folder = job.folder.path();
+  const double cutoff = job.experiment.identify.cutoff_hz;
+  for (int i = 0;; ++i) {
+    const std::string name = fmt::format("validation_{}.h5", i);
+    if (!fs::exists(folder / "data" / name)) break;
+    add_recording(held_out, folder / "data" / name, folder / "truth" / name, cutoff);
+  }
+  for (const fs::path& file : further_data)
+    add_recording(held_out, file, file.parent_path().parent_path() / "truth" / file.filename(),
+                  cutoff);
+  if (held_out.trajectories.empty())
+    throw UserError("{}: found no validation data to evaluate on", (folder / "data").string());
+  if (!held_out.truths.empty() && held_out.truths.size() != held_out.trajectories.size())
+    throw UserError("--data: found recordings with and without truth; evaluate them apart");
+  return held_out;
+}
+
+/// The truth rolled out by the simulator at its own step times `share`, one rollout per planned
+/// start.
+std::vector<evaluate::Rollout> simulator_rollouts(const Job& job, const HeldOut& held_out,
+                                                  std::span<const evaluate::Start> starts,
+                                                  double share) {
+  const sim::MujocoArm arm = sim::make_arm(job.experiment, job.experiment.plant.step_s * share);
+  std::vector<evaluate::Rollout> rollouts(starts.size());
+  parallel_for(static_cast<int>(starts.size()), job.jobs, [&](int i) {
+    const evaluate::Start& start = starts[static_cast<std::size_t>(i)];
+    const auto trajectory = static_cast<std::size_t>(start.trajectory);
+    const sim::Trace trace =
+        sim::oracle_rollout(job.experiment, arm, held_out.truths[trajectory],
+                            held_out.trajectories[trajectory].data, start.begin, start.steps + 1);
+    rollouts[static_cast<std::size_t>(i)] = {start, false, trace.q, trace.v, trace.tau_f};
+  });
+  return rollouts;
+}
+
+data::ModelFile oracle_model(const data::Experiment& experiment) {
+  return {.name = "oracle",
+          .label = "oracle",
+          .arm = {experiment.model, *experiment.friction},
+          .is_oracle = true};
+}
+
+std::vector<data::ModelFile> load_models(const Job& job) {
+  std::vector<fs::path> files;
+  if (fs::exists(job.folder.path() / "models"))
+    for (const auto& entry : fs::directory_iterator(job.folder.path() / "models"))
+      if (entry.path().extension() == ".json") files.push_back(entry.path());
+
+  // The order of the scene, then by file name; seeds in order.
+  const auto rank = [&](const fs::path& file) {
+    const auto& models = job.experiment.models;
+    const std::string stem = file.stem().string();
+    const std::string name = stem.substr(0, stem.rfind("_s"));
+    const auto found = std::find_if(models.begin(), models.end(),
+                                    [&](const auto& model) { return model.name == name; });
+    return std::pair(found - models.begin(), file);
+  };
+  std::sort(files.begin(), files.end(),
+            [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+
+  std::vector<data::ModelFile> models;
+  for (const fs::path& file : files) {
+    models.push_back(data::load_model(file));
+    const auto fit = nlohmann::json::parse(read_file(job.folder.path() / "fit" / file.filename()),
+                                           nullptr, false);
+    if (!fit.is_discarded()) models.back().fit_seconds = fit.value("seconds", 0.0);
+  }
+  if (models.empty())
+    throw UserError("{}: found no models; run `fricid identify` first",
+                    (job.folder.path() / "models").string());
+  return models;
+}
+
+/// Torque and friction that each model predicts along the measured motion; files for the plots and
+/// one table: per recording and joint RMSE, share of RMS, R2.
+std::vector<std::string> predict_torques(const Job& job, const HeldOut& held_out,
+                                         const std::vector<data::ModelFile>& models) {
+  std::vector<std::string> files;
+  std::string table = "| model | recording | figure |";
+  for (const auto& joint : job.experiment.model.joints) table += " " + joint.name + " |";
+  table += "\n|---|---|---|";
+  for (std::size_t j = 0; j < job.experiment.model.joints.size(); ++j) table += "---|";
+  table += "\n";
+
+  for (const data::ModelFile& model : models)
+    for (std::size_t i = 0; i < held_out.trajectories.size(); ++i) {
+      const evaluate::Trajectory& recording = held_out.trajectories[i];
+      const estimate::Filtered& motion = held_out.filtered[i];
+      const auto prediction =
+          evaluate::torque_prediction(model.arm, recording.data, motion.q, motion.v, motion.a);
+      const auto row = [&](const char* figure, const std::vector<double>& values) {
+        table += fmt::format("| {} s{} | {} | {} |", model.label, model.seed, recording.data.name,
+                             figure);
+        for (const double value : values) table += fmt::format(" {:.4g} |", value);
+        table += "\n";
+      };
+      row("RMSE [N m]", prediction.rmse);
+      row("% of RMS", prediction.percent_of_rms);
+      row("R2", prediction.r2);
+
+      files.push_back(
+          fmt::format("predictions/{}_s{}_{}.h5", model.name, model.seed, recording.data.name));
+      data::write_hdf5(job.folder.path() / files.back(), "fricid.prediction/1",
+                       [&](data::H5Writer& file) {
+                         file.attribute("joint_names", recording.data.joint_names);
+                         file.vector("/t", recording.data.t, "s");
+                         file.matrix("/q", motion.q, "rad");
+                         file.matrix("/v", motion.v, "rad/s");
+                         file.matrix("/tau", recording.data.tau, "N m");
+                         file.matrix("/tau_predicted", prediction.tau, "N m");
+                         file.matrix("/tau_f", prediction.tau_f, "N m");
+                       });
+    }
+  files.emplace_back("torque.md");
+  write_file_atomically(job.folder.path() / files.back(), table);
+  return files;
+}
+
+}  // namespace
+
+bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
+  const std::vector<data::ModelFile> models = load_models(job);
+  std::string key = data::to_toml(job.experiment) + job.folder.outputs_of("data");
+  for (const data::ModelFile& model : models)
+    key += sha256_of_file(job.folder.path() / "models" /
+                          fmt::format("{}_s{}.json", model.name, model.seed));
+  for (const fs::path& file : further_data) key += sha256_of_file(file);
+
+  const bool ran = job.folder.stage("evaluate", key, [&] {
+    const HeldOut held_out = load_held_out(job, further_data);
+    const data::EvaluateConfig& options = job.experiment.evaluate;
+
+    evaluate::Contest contest{
+        .scene = job.experiment.name, .trajectories = held_out.trajectories, .models = models};
+    if (!held_out.truths.empty()) {
+      contest.models.insert(contest.models.begin(), oracle_model(job.experiment));
+      const auto starts =
+          evaluate::plan_starts(held_out.trajectories, options.horizons_s, options.starts);
+      contest.simulator_oracle = simulator_rollouts(job, held_out, starts, 1.0);
+      contest.simulator_halved = simulator_rollouts(job, held_out, starts, 0.5);
+    }
+    const evaluate::EvaluationReport report = evaluate::evaluate(contest, options, job.jobs);
+    evaluate::save_report(report, contest.trajectories, job.folder.path());
+
+    std::vector<std::string> files = predict_torques(job, held_out, models);
+    for (const char* name : {"evaluation.json", "table.md", "table.csv"}) files.emplace_back(name);
+    for (const auto& entry : fs::directory_iterator(job.folder.path() / "rollouts"))
+      files.push_back("rollouts/" + entry.path().filename().string());
+    return files;
+  });
+  if (!ran) std::fputs("evaluate: up to date\n", stderr);
+
+  const auto evaluation = nlohmann::json::parse(read_file(job.folder.path() / "evaluation.json"));
+  return evaluation.value("meaningful", true);
+}
+
+}  // namespace fricid::cli

@@ -1,0 +1,114 @@
+// `fricid info`, `fricid template`, `fricid --version`.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/data/contract.hpp"
+#include "fricid/data/experiment.hpp"
+#include "fricid/data/hdf5.hpp"
+#include "fricid/data/model_file.hpp"
+#include "fricid/data/paths.hpp"
+#include "fricid/sim/mujoco_arm.hpp"
+#include "version.hpp"
+
+namespace fricid::cli {
+namespace {
+
+void print(const std::string& text) { std::fputs(text.c_str(), stdout); }
+
+void print_csv(const data::H5Reader& file) {
+  std::vector<data::RowMatrix> tables;
+  std::string header;
+  for (const std::string& name : file.names()) {
+    tables.push_back(file.matrix(name));
+    const auto columns = tables.back().cols();
+    for (Eigen::Index j = 0; j < columns; ++j)
+      header += (header.empty() ? "" : ",") + name + (columns > 1 ? std::to_string(j + 1) : "");
+  }
+  print(header + "\n");
+  for (Eigen::Index k = 0; !tables.empty() && k < tables[0].rows(); ++k) {
+    std::string row;
+    for (const data::RowMatrix& table : tables)
+      for (Eigen::Index j = 0; j < table.cols(); ++j)
+        row += fmt::format("{}{}", row.empty() ? "" : ",", table(k, j));
+    print(row + "\n");
+  }
+}
+
+void print_hdf5(const std::filesystem::path& path, bool csv, bool json) {
+  const std::string format = data::hdf5_format(path);
+  const data::H5Reader file(path, format);
+  if (csv) return print_csv(file);
+  nlohmann::json tables;
+  for (const std::string& name : file.names()) {
+    const data::RowMatrix table = file.matrix(name);
+    tables[name] = {{"rows", table.rows()}, {"columns", table.cols()}, {"unit", file.unit(name)}};
+  }
+  const nlohmann::json summary{
+      {"format", format}, {"joints", file.texts_attribute("joint_names")}, {"tables", tables}};
+  if (json) return print(summary.dump(2) + "\n");
+  print(fmt::format("{}: {}\njoints: {}\n", path.string(), format,
+                    fmt::join(file.texts_attribute("joint_names"), " ")));
+  for (const auto& [name, table] : tables.items())
+    print(fmt::format("  {:<14}{:>8} x {:<4}{}\n", name, table["rows"].get<int>(),
+                      table["columns"].get<int>(), table["unit"].get<std::string>()));
+}
+
+void print_model(const std::filesystem::path& path) {
+  const data::ModelFile model = data::load_model(path);
+  const Arm& arm = model.arm;
+  print(fmt::format("{}: model {} ({}), seed {}, {} fitted values\n", path.string(), model.name,
+                    model.label, model.seed, model.free_parameters));
+  const auto& parameters = arm.friction.model.parameters();
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    print(fmt::format("  {:<12}{:<18}{:<10}{:>12.6g} {}\n",
+                      arm.robot.joints[static_cast<std::size_t>(parameters[i].joint)].name,
+                      parameters[i].owner, parameters[i].symbol, arm.friction.theta[i],
+                      parameters[i].info.unit));
+}
+
+}  // namespace
+
+Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& common) {
+  if (file.extension() == ".toml") {
+    print(data::to_toml(data::load_experiment(file)));
+  } else if (file.extension() == ".json") {
+    const auto content = nlohmann::json::parse(read_file(file), nullptr, false);
+    if (content.is_discarded()) throw UserError("{}: found text that is not JSON", file.string());
+    if (!common.json && content.value("format", "") == "fricid.model/1")
+      print_model(file);
+    else
+      print(content.dump(2) + "\n");
+  } else {
+    print_hdf5(file, csv, common.json);
+  }
+  return Verdict::kDone;
+}
+
+Verdict print_template(const std::string& topic) {
+  if (topic == "scene")
+    print(data::scene_template());
+  else if (topic == "contract")
+    print(data::contract_template());
+  else
+    print(read_file(data::share_dir() / "models/test/planar_2r.urdf"));
+  return Verdict::kDone;
+}
+
+void print_version() {
+#if defined(__AVX512F__)
+  constexpr std::string_view simd = "AVX-512";
+#elif defined(__AVX2__)
+  constexpr std::string_view simd = "AVX2";
+#else
+  constexpr std::string_view simd = "SSE2";
+#endif
+  print(fmt::format("fricid {} ({})\nMuJoCo {}\nSIMD {}, {} doubles per pack\n", kFricidVersion,
+                    kFricidCommit, mj_versionString(), simd, PackD::kLanes));
+}
+
+}  // namespace fricid::cli

@@ -1,0 +1,230 @@
+#include "stages.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/progress.hpp"
+#include "fricid/data/contract.hpp"
+#include "fricid/data/model_file.hpp"
+#include "fricid/estimate/fit.hpp"
+#include "fricid/render/figures.hpp"
+#include "fricid/sim/simulate.hpp"
+
+namespace fricid::cli {
+namespace {
+
+void say(const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); }
+
+/// The scene without the sections that a stage does not read, as text for its key.
+std::string key_of_data(const data::Experiment& experiment) {
+  data::Experiment read = experiment;
+  read.models.clear();
+  read.identify = {};
+  read.evaluate = {};
+  read.description.clear();
+  std::string key = data::to_toml(read);
+  for (const auto& path : experiment.inputs)
+    if (path.extension() != ".toml" || path.filename() == experiment.data.contract)
+      key += sha256_of_file(path);
+  for (const auto* logs : {&experiment.data.train, &experiment.data.validation})
+    for (const std::string& log : *logs)
+      key += sha256_of_file(data::find_file(log, experiment.folder));
+  return key;
+}
+
+std::string key_of_fit(const Job& job, const data::ModelConfig& config, int seed) {
+  data::Experiment read = job.experiment;
+  read.models = {config};
+  read.models[0].seeds = {seed};
+  read.evaluate = {};
+  read.description.clear();
+  return data::to_toml(read) + job.folder.outputs_of("data");
+}
+
+nlohmann::json to_json(const sim::TrajectoryReport& report, const data::Experiment& experiment) {
+  nlohmann::json joints;
+  for (std::size_t j = 0; j < report.joints.size(); ++j) {
+    const sim::JointMargins& margin = report.joints[j];
+    joints[experiment.model.joints[j].name] = {{"position_rad", margin.position_rad},
+                                               {"velocity", margin.velocity},
+                                               {"acceleration", margin.acceleration},
+                                               {"jerk", margin.jerk},
+                                               {"torque", margin.torque}};
+  }
+  return {{"name", report.name},
+          {"feasible", report.feasible},
+          {"condition", report.condition},
+          {"log_det_start", report.log_det_start},
+          {"log_det", report.log_det},
+          {"evaluations", report.evaluations},
+          {"clearance_m", report.clearance_m},
+          {"closest", report.closest},
+          {"margins", joints}};
+}
+
+std::vector<std::string> simulate_data(Job& job) {
+  const sim::Simulation truth = sim::simulate(job.experiment, job.jobs);
+  std::vector<std::string> files;
+  const auto save = [&](const std::vector<data::Dataset>& sets,
+                        const std::vector<sim::Truth>& truths) {
+    for (std::size_t i = 0; i < sets.size(); ++i) {
+      files.push_back("data/" + sets[i].name + ".h5");
+      data::save_dataset(sets[i], job.folder.path() / files.back());
+      files.push_back("truth/" + sets[i].name + ".h5");
+      sim::save_truth(truths[i], job.folder.path() / files.back());
+    }
+  };
+  save(truth.train, truth.train_truth);
+  save(truth.validation, truth.validation_truth);
+
+  nlohmann::json excitation;
+  for (const auto& report : truth.excitation.reports)
+    excitation.push_back(to_json(report, job.experiment));
+  files.emplace_back("excitation.json");
+  write_file_atomically(job.folder.path() / files.back(), excitation.dump(2) + "\n");
+  return files;
+}
+
+std::vector<std::string> import_data(Job& job) {
+  const data::Experiment& experiment = job.experiment;
+  const auto contract =
+      data::load_contract(data::find_file(experiment.data.contract, experiment.folder));
+  std::vector<std::string> files;
+  const auto import = [&](const std::vector<std::string>& logs, const std::string& kind) {
+    for (std::size_t i = 0; i < logs.size(); ++i) {
+      const auto path = data::find_file(logs[i], experiment.folder);
+      data::Dataset dataset = data::import_csv(path, contract);
+      for (const std::string& warning : data::check_dataset(dataset, path.string())) say(warning);
+      dataset.name = fmt::format("{}_{}", kind, i);
+      files.push_back("data/" + dataset.name + ".h5");
+      data::save_dataset(dataset, job.folder.path() / files.back());
+    }
+  };
+  import(experiment.data.train, "train");
+  import(experiment.data.validation, "validation");
+  return files;
+}
+
+/// Data sets of the folder whose names start with `kind`, in order of their number.
+std::vector<data::Dataset> load_datasets(const Job& job, const std::string& kind) {
+  std::vector<data::Dataset> sets;
+  for (int i = 0;; ++i) {
+    const auto path = job.folder.path() / "data" / fmt::format("{}_{}.h5", kind, i);
+    if (!std::filesystem::exists(path)) return sets;
+    sets.push_back(data::load_dataset(path));
+  }
+}
+
+std::vector<int> parse_seeds(const std::string& text) {
+  std::vector<int> seeds;
+  for (std::size_t at = 0; at < text.size();) {
+    int first = 0, last = 0, used = 0;
+    const char* rest = text.c_str() + at;
+    if (std::sscanf(rest, "%d-%d%n", &first, &last, &used) == 2) {
+    } else if (std::sscanf(rest, "%d%n", &first, &used) == 1) {
+      last = first;
+    }
+    at += static_cast<std::size_t>(used);
+    const bool separated = at == text.size() || text[at] == ',';
+    if (used == 0 || !separated || first < 0 || last < first || last - first > 1000)
+      throw UserError("--seeds {}: allowed: numbers and ranges such as 1-5 or 1,3", text);
+    for (int seed = first; seed <= last; ++seed) seeds.push_back(seed);
+    ++at;
+  }
+  return seeds;
+}
+
+/// The models to fit: all of the scene, or those named, which may also be laws of the table.
+std::vector<data::ModelConfig> chosen_models(const data::Experiment& experiment,
+                                             const std::vector<std::string>& names) {
+  if (names.empty()) return experiment.models;
+  std::vector<data::ModelConfig> chosen;
+  for (const std::string& name : names) {
+    const auto known = std::find_if(experiment.models.begin(), experiment.models.end(),
+                                    [&](const auto& model) { return model.name == name; });
+    chosen.push_back(known != experiment.models.end() ? *known : data::ModelConfig{.name = name});
+  }
+  return chosen;
+}
+
+}  // namespace
+
+Job open_job(const RunOptions& options, const CommonOptions& common) {
+  const bool is_folder = std::filesystem::exists(options.target / "manifest.json");
+  data::Experiment experiment =
+      data::load_experiment(is_folder ? options.target / "scene.toml" : options.target);
+  std::filesystem::path folder = options.output;
+  if (folder.empty())
+    folder = is_folder ? options.target : std::filesystem::path("run") / experiment.name;
+
+  Job job{std::move(experiment), RunFolder(folder, common.fresh), common.jobs};
+  const std::string scene = data::to_toml(job.experiment);
+  if (!std::filesystem::exists(folder / "scene.toml") || read_file(folder / "scene.toml") != scene)
+    write_file_atomically(folder / "scene.toml", scene);
+  job.folder.describe("scene", job.experiment.name);
+  job.folder.describe("seed", job.experiment.seed);
+  nlohmann::json inputs;
+  for (const auto& path : job.experiment.inputs)
+    inputs[path.filename().string()] = sha256_of_file(path);
+  job.folder.describe("inputs", inputs);
+  return job;
+}
+
+void make_data(Job& job) {
+  const bool ran = job.folder.stage("data", key_of_data(job.experiment), [&] {
+    say(job.experiment.simulates() ? "simulate: " + job.experiment.name
+                                   : "import: " + job.experiment.name);
+    return job.experiment.simulates() ? simulate_data(job) : import_data(job);
+  });
+  if (!ran) say("data: up to date");
+}
+
+bool identify_models(Job& job, const std::vector<std::string>& names, const std::string& seeds) {
+  std::optional<estimate::Prepared> prepared;
+  bool healthy = true;
+  for (const data::ModelConfig& config : chosen_models(job.experiment, names))
+    for (const int seed : seeds.empty() ? config.seeds : parse_seeds(seeds)) {
+      const std::string id = fmt::format("{}_s{}", config.name, seed);
+      const bool ran = job.folder.stage("identify " + id, key_of_fit(job, config, seed), [&] {
+        if (!prepared)
+          prepared = estimate::prepare(job.experiment, load_datasets(job, "train"), job.jobs);
+        const estimate::FitReport report =
+            estimate::fit_conventional(job.experiment, *prepared, config, seed, job.jobs);
+        const std::vector<std::string> files{"models/" + id + ".json", "fit/" + id + ".json"};
+        data::save_model(report.model, job.folder.path() / files[0]);
+        estimate::save_fit_report(report, job.folder.path() / files[1]);
+        say(report.brief());
+        return files;
+      });
+      if (!ran) say("identify " + id + ": up to date");
+      const auto fit = nlohmann::json::parse(read_file(job.folder.path() / "fit" / (id + ".json")));
+      healthy = healthy && fit.value("usable", false);
+    }
+  return healthy;
+}
+
+void draw_plots(Job& job) {
+  const std::string key = read_file(job.folder.path() / "evaluation.json");
+  try {
+    const bool ran = job.folder.stage("plots", key, [&] {
+      std::vector<std::string> files;
+      const auto figures = render::figures_of_run(job.folder.path());
+      Progress progress("plots", static_cast<double>(figures.size()));
+      for (const render::Figure& figure : figures) {
+        throw_if_stopped();
+        render::write_figure(figure, job.folder.path() / "plots");
+        progress.advance(1, figure.name);
+        for (const char* extension : {".gp", ".pdf", ".svg", ".png"})
+          files.push_back("plots/" + figure.name + extension);
+      }
+      return files;
+    });
+    if (!ran) say("plots: up to date");
+  } catch (const UserError& error) {
+    say(std::string("plots: ") + error.what());
+  }
+}
+
+}  // namespace fricid::cli

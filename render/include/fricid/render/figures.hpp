@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "fricid/render/figure.hpp"
+
+namespace fricid::render {
+
+/// The figures of a run folder, made from its files alone, first seed and first held-out
+/// trajectory:
+///
+///     tracking           measured position and each model's open loop, per joint
+///     error_time         mean absolute position error of the open loops against time
+///     error_horizon      geometric mean of MSE(q) against horizon, with oracle and floor
+///     torque_MODEL       measured and predicted motor torque and their difference, per joint
+///     friction_JOINT     friction torque against velocity, one panel per model, with truth
+///
+/// A figure whose files are absent (no truth, no rollout) is left out.
+/// @throws UserError when the folder holds no evaluation.json
+std::vector<Figure> figures_of_run(const std::filesystem::path& folder);
+
+}  // namespace fricid::render
