@@ -10,7 +10,7 @@
 namespace fricid {
 namespace {
 
-constexpr int kElements = 4096;
+constexpr int kElements = 1024;
 
 /// kElements arguments spread over [low, high].
 template <class S>

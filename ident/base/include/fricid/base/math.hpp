@@ -14,23 +14,24 @@ namespace fricid {
 /// e^x. Error <= 1 ulp.
 template <Lanewise S>
 [[gnu::flatten]] S exp(S x) {
-  const auto e = detail::exp_parts(detail::clamp_exponent(x), S(0));
-  return (S(1) + e.p) * e.low * e.high;
+  using R = detail::RealOf<S>;
+  const auto e = detail::exp_parts(detail::clamp_range(x, R::kExpLow, R::kExpHigh), S(0));
+  return detail::scale(S(1) + e.p, e.n);
 }
 
 /// e^x - 1 without cancellation near x = 0. Error <= 2 ulp.
 template <Lanewise S>
 [[gnu::flatten]] S expm1(S x) {
   const auto e = detail::expm1_parts(x);
-  return select(x == S(0), x, e.y * e.low * e.high);
+  return select(x == S(0), x, detail::scale(e.y, e.n));
 }
 
 /// (e^x - 1) / x, 1 at x = 0. Error <= 3 ulp.
 template <Lanewise S>
 [[gnu::flatten]] S phi1(S x) {
   const auto e = detail::expm1_parts(x);
-  const S divisor = min(x, S(detail::RealOf<S>::kExpHigh));
-  return select(x == S(0), S(1), e.y * e.low / divisor * e.high);
+  const S divisor = min(S(detail::RealOf<S>::kExpHigh), x);
+  return select(x == S(0), S(1), detail::scale(e.y / divisor, e.n));
 }
 
 /// Natural logarithm; -inf at 0, NaN below. Error <= 1 ulp.
@@ -120,21 +121,22 @@ template <Lanewise S>
 template <Lanewise S>
 [[gnu::flatten]] S mish(S x) {
   const S low = S(detail::RealOf<S>::kExpLow);
-  const S e = exp(select(x > S(24), S(24), x));
+  const S e = exp(min(S(24), x));
   const S numerator = e * (e + S(2));
-  return select(x < low, low, x) * (numerator / (numerator + S(2)));
+  return max(low, x) * (numerator / (numerator + S(2)));
 }
 
 /// x^y for x >= 0, NaN below; pow(0, y > 0) = 0, pow(x, 0) = pow(1, y) = 1. Error <= 1 ulp +
 /// |y log x| / 50 ulp (float: / 4).
 template <Lanewise S>
 [[gnu::flatten]] S pow(S x, std::type_identity_t<S> y) {
+  using R = detail::RealOf<S>;
   const auto l = detail::log_extended(x);
   const S product = y * l.high;
-  const S clamped = detail::clamp_exponent(product);
+  const S clamped = detail::clamp_range(product, R::kExpLow, R::kExpHigh);
   const S tail = select(clamped == product, fma(y, l.low, fma(y, l.high, -product)), S(0));
   const auto e = detail::exp_parts(clamped, tail);
-  return select((y == S(0)) | (x == S(1)), S(1), (S(1) + e.p) * e.low * e.high);
+  return select((y == S(0)) | (x == S(1)), S(1), detail::scale(S(1) + e.p, e.n));
 }
 
 }  // namespace fricid

@@ -6,10 +6,10 @@
 #include <immintrin.h>
 #endif
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
@@ -24,123 +24,64 @@ inline constexpr int kRegisterBytes = 32;
 inline constexpr int kRegisterBytes = 16;
 #endif
 
-/// How N lanes of T are cut into registers: the compiler takes vectors wider than one apart, lane
-/// by lane, so a pack is an array of vectors that fit.
-template <class T, int N>
-struct Lanes {
-  static_assert(std::is_arithmetic_v<T> && N > 0 && (N & (N - 1)) == 0);
-  static constexpr int kWidth = std::min(N, kRegisterBytes / static_cast<int>(sizeof(T)));
-  static constexpr int kCount = N / kWidth;
-  typedef T Vector __attribute__((vector_size(sizeof(T) * kWidth)));
-};
-
 /// Result of comparing two packs: one truth value per lane.
 template <class T, int N>
 struct Mask {
   using Int = std::conditional_t<sizeof(T) == 8, std::int64_t, std::int32_t>;
-  using Cut = Lanes<Int, N>;
+  typedef Int Vector __attribute__((vector_size(sizeof(T) * N)));
 
-  typename Cut::Vector m[Cut::kCount];  ///< 0 = false, -1 = true
+  Vector m;  ///< 0 = false, -1 = true
 
-  bool operator[](int lane) const { return m[lane / Cut::kWidth][lane % Cut::kWidth] != 0; }
-  friend Mask operator&(Mask a, Mask b) {
-    return make([&](int c) { return a.m[c] & b.m[c]; });
-  }
-  friend Mask operator|(Mask a, Mask b) {
-    return make([&](int c) { return a.m[c] | b.m[c]; });
-  }
-  friend Mask operator!(Mask a) {
-    return make([&](int c) { return ~a.m[c]; });
-  }
-
-  /// The mask of the vectors vector(0), vector(1), ...
-  template <class Vector>
-  static Mask make(Vector vector) {
-    Mask r;
-    for (int c = 0; c < Cut::kCount; ++c) r.m[c] = vector(c);
-    return r;
-  }
+  bool operator[](int lane) const { return m[lane] != 0; }
+  friend Mask operator&(Mask a, Mask b) { return {a.m & b.m}; }
+  friend Mask operator|(Mask a, Mask b) { return {a.m | b.m}; }
+  friend Mask operator!(Mask a) { return {~a.m}; }
 };
 
-/// N lanes of T with element-wise arithmetic. A scalar converts to N equal lanes. T is double,
-/// float, or an unsigned integer for bit patterns.
+/// N lanes of T with element-wise arithmetic, at most one register: compilers take wider vectors
+/// apart, lane by lane. A scalar converts to N equal lanes. T is double, float, or an unsigned
+/// integer for bit patterns.
 template <class T, int N>
 struct Pack {
+  static_assert(std::is_arithmetic_v<T> && N > 0 && (N & (N - 1)) == 0);
+  static_assert(sizeof(T) * N <= kRegisterBytes, "N lanes must fit one register: see PackD, PackF");
   using Scalar = T;
-  using Cut = Lanes<T, N>;
-  using Vector = typename Cut::Vector;
   static constexpr int kLanes = N;
+  typedef T Vector __attribute__((vector_size(sizeof(T) * N)));
 
-  Vector v[Cut::kCount];
+  Vector v;
 
   Pack() = default;
+  Pack(Vector vector) : v(vector) {}
   template <class U>
-  requires std::is_arithmetic_v<U> Pack(U scalar) {
-    for (Vector& vector : v) vector = static_cast<T>(scalar) - Vector{};
-  }
+  requires std::is_arithmetic_v<U> Pack(U scalar) : v(static_cast<T>(scalar) - Vector{}) {}
 
-  T operator[](int lane) const { return v[lane / Cut::kWidth][lane % Cut::kWidth]; }
-  void set(int lane, T value) { v[lane / Cut::kWidth][lane % Cut::kWidth] = value; }
+  T operator[](int lane) const { return v[lane]; }
+  void set(int lane, T value) { v[lane] = value; }
 
-  /// The pack of the vectors vector(0), vector(1), ...
-  template <class Function>
-  static Pack make(Function vector) {
-    Pack r;
-    for (int c = 0; c < Cut::kCount; ++c) r.v[c] = vector(c);
-    return r;
-  }
+  friend Pack operator+(Pack a, Pack b) { return a.v + b.v; }
+  friend Pack operator-(Pack a, Pack b) { return a.v - b.v; }
+  friend Pack operator*(Pack a, Pack b) { return a.v * b.v; }
+  friend Pack operator/(Pack a, Pack b) { return a.v / b.v; }
+  friend Pack operator-(Pack a) { return -a.v; }
+  Pack& operator+=(Pack b) { return v += b.v, *this; }
+  Pack& operator-=(Pack b) { return v -= b.v, *this; }
+  Pack& operator*=(Pack b) { return v *= b.v, *this; }
+  Pack& operator/=(Pack b) { return v /= b.v, *this; }
 
-  friend Pack operator+(Pack a, Pack b) {
-    return make([&](int c) { return a.v[c] + b.v[c]; });
-  }
-  friend Pack operator-(Pack a, Pack b) {
-    return make([&](int c) { return a.v[c] - b.v[c]; });
-  }
-  friend Pack operator*(Pack a, Pack b) {
-    return make([&](int c) { return a.v[c] * b.v[c]; });
-  }
-  friend Pack operator/(Pack a, Pack b) {
-    return make([&](int c) { return a.v[c] / b.v[c]; });
-  }
-  friend Pack operator-(Pack a) {
-    return make([&](int c) { return -a.v[c]; });
-  }
-  Pack& operator+=(Pack b) { return *this = *this + b; }
-  Pack& operator-=(Pack b) { return *this = *this - b; }
-  Pack& operator*=(Pack b) { return *this = *this * b; }
-  Pack& operator/=(Pack b) { return *this = *this / b; }
-
-  friend Mask<T, N> operator<(Pack a, Pack b) {
-    return Mask<T, N>::make([&](int c) { return a.v[c] < b.v[c]; });
-  }
-  friend Mask<T, N> operator<=(Pack a, Pack b) {
-    return Mask<T, N>::make([&](int c) { return a.v[c] <= b.v[c]; });
-  }
-  friend Mask<T, N> operator>(Pack a, Pack b) { return b < a; }
-  friend Mask<T, N> operator>=(Pack a, Pack b) { return b <= a; }
-  friend Mask<T, N> operator==(Pack a, Pack b) {
-    return Mask<T, N>::make([&](int c) { return a.v[c] == b.v[c]; });
-  }
-  friend Mask<T, N> operator!=(Pack a, Pack b) {
-    return Mask<T, N>::make([&](int c) { return a.v[c] != b.v[c]; });
-  }
+  friend Mask<T, N> operator<(Pack a, Pack b) { return {a.v < b.v}; }
+  friend Mask<T, N> operator<=(Pack a, Pack b) { return {a.v <= b.v}; }
+  friend Mask<T, N> operator>(Pack a, Pack b) { return {a.v > b.v}; }
+  friend Mask<T, N> operator>=(Pack a, Pack b) { return {a.v >= b.v}; }
+  friend Mask<T, N> operator==(Pack a, Pack b) { return {a.v == b.v}; }
+  friend Mask<T, N> operator!=(Pack a, Pack b) { return {a.v != b.v}; }
 
   // Bit patterns: unsigned integers only.
-  friend Pack operator&(Pack a, Pack b) requires std::unsigned_integral<T> {
-    return make([&](int c) { return a.v[c] & b.v[c]; });
-  }
-  friend Pack operator|(Pack a, Pack b) requires std::unsigned_integral<T> {
-    return make([&](int c) { return a.v[c] | b.v[c]; });
-  }
-  friend Pack operator^(Pack a, Pack b) requires std::unsigned_integral<T> {
-    return make([&](int c) { return a.v[c] ^ b.v[c]; });
-  }
-  friend Pack operator<<(Pack a, int bits) requires std::unsigned_integral<T> {
-    return make([&](int c) { return a.v[c] << bits; });
-  }
-  friend Pack operator>>(Pack a, int bits) requires std::unsigned_integral<T> {
-    return make([&](int c) { return a.v[c] >> bits; });
-  }
+  friend Pack operator&(Pack a, Pack b) { return a.v & b.v; }
+  friend Pack operator|(Pack a, Pack b) { return a.v | b.v; }
+  friend Pack operator^(Pack a, Pack b) { return a.v ^ b.v; }
+  friend Pack operator<<(Pack a, int bits) { return a.v << bits; }
+  friend Pack operator>>(Pack a, int bits) { return a.v >> bits; }
 };
 
 /// The widths the engine is built for: one register, 8 and 16 lanes with AVX-512, 4 and 8 with
@@ -185,12 +126,12 @@ inline float from_bits(std::uint32_t bits) { return std::bit_cast<float>(bits); 
 template <class T, int N>
 auto to_bits(Pack<T, N> x) {
   using Words = Pack<decltype(to_bits(T())), N>;
-  return Words::make([&](int c) { return std::bit_cast<typename Words::Vector>(x.v[c]); });
+  return Words((typename Words::Vector)x.v);
 }
 template <std::unsigned_integral T, int N>
 auto from_bits(Pack<T, N> bits) {
   using Reals = Pack<decltype(from_bits(T())), N>;
-  return Reals::make([&](int c) { return std::bit_cast<typename Reals::Vector>(bits.v[c]); });
+  return Reals((typename Reals::Vector)bits.v);
 }
 
 // select(condition, a, b) is a where the condition holds, else b; both sides are evaluated.
@@ -201,23 +142,22 @@ S select(bool condition, S a, S b) {
 template <class T, int N>
 Pack<T, N> select(Mask<T, N> condition, std::type_identity_t<Pack<T, N>> a,
                   std::type_identity_t<Pack<T, N>> b) {
-  return Pack<T, N>::make([&](int c) { return condition.m[c] ? a.v[c] : b.v[c]; });
+  return condition.m ? a.v : b.v;
 }
 
 inline bool any(bool condition) { return condition; }
 inline bool all(bool condition) { return condition; }
 template <class T, int N>
 bool any(Mask<T, N> mask) {
-  auto seen = mask.m[0];
-  for (int c = 1; c < Mask<T, N>::Cut::kCount; ++c) seen |= mask.m[c];
 #if defined(__AVX512F__)
-  if constexpr (sizeof(seen) == 64) return _mm512_test_epi32_mask((__m512i)seen, (__m512i)seen);
+  if constexpr (sizeof(T) * N == 64)
+    return _mm512_test_epi32_mask((__m512i)mask.m, (__m512i)mask.m) != 0;
 #endif
 #if defined(__AVX__)
-  if constexpr (sizeof(seen) == 32) return !_mm256_testz_si256((__m256i)seen, (__m256i)seen);
+  if constexpr (sizeof(T) * N == 32) return !_mm256_testz_si256((__m256i)mask.m, (__m256i)mask.m);
 #endif
   typename Mask<T, N>::Int bits = 0;
-  for (int i = 0; i < Mask<T, N>::Cut::kWidth; ++i) bits |= seen[i];
+  for (int i = 0; i < N; ++i) bits |= mask.m[i];
   return bits != 0;
 }
 template <class T, int N>
@@ -243,23 +183,20 @@ S sqrt(S x) {
 template <class T, int N>
 Pack<T, N> sqrt(Pack<T, N> x) {
   using Vector = typename Pack<T, N>::Vector;
-  return Pack<T, N>::make([&](int c) -> Vector {
+  constexpr std::size_t kBytes = sizeof(T) * N;
 #if defined(__AVX512F__)
-    if constexpr (sizeof(Vector) == 64 && sizeof(T) == 8)
-      return (Vector)_mm512_maskz_sqrt_pd(-1, (__m512d)x.v[c]);
-    if constexpr (sizeof(Vector) == 64 && sizeof(T) == 4)
-      return (Vector)_mm512_maskz_sqrt_ps(-1, (__m512)x.v[c]);
+  if constexpr (kBytes == 64 && sizeof(T) == 8)
+    return (Vector)_mm512_maskz_sqrt_pd(-1, (__m512d)x.v);
+  if constexpr (kBytes == 64 && sizeof(T) == 4)
+    return (Vector)_mm512_maskz_sqrt_ps(-1, (__m512)x.v);
 #endif
 #if defined(__AVX__)
-    if constexpr (sizeof(Vector) == 32 && sizeof(T) == 8)
-      return (Vector)_mm256_sqrt_pd((__m256d)x.v[c]);
-    if constexpr (sizeof(Vector) == 32 && sizeof(T) == 4)
-      return (Vector)_mm256_sqrt_ps((__m256)x.v[c]);
+  if constexpr (kBytes == 32 && sizeof(T) == 8) return (Vector)_mm256_sqrt_pd((__m256d)x.v);
+  if constexpr (kBytes == 32 && sizeof(T) == 4) return (Vector)_mm256_sqrt_ps((__m256)x.v);
 #endif
-    Vector r;
-    for (int i = 0; i < Pack<T, N>::Cut::kWidth; ++i) r[i] = std::sqrt(x.v[c][i]);
-    return r;
-  });
+  Vector r;
+  for (int i = 0; i < N; ++i) r[i] = std::sqrt(x.v[i]);
+  return r;
 }
 
 /// a b + c with one rounding; one instruction from x86-64-v3 on.
@@ -269,26 +206,25 @@ template <class T, int N>
 Pack<T, N> fma(Pack<T, N> a, std::type_identity_t<Pack<T, N>> b,
                std::type_identity_t<Pack<T, N>> c) {
   using Vector = typename Pack<T, N>::Vector;
-  return Pack<T, N>::make([&](int k) -> Vector {
+  constexpr std::size_t kBytes = sizeof(T) * N;
 #if defined(__AVX512F__)
-    if constexpr (sizeof(Vector) == 64 && sizeof(T) == 8)
-      return (Vector)_mm512_fmadd_pd((__m512d)a.v[k], (__m512d)b.v[k], (__m512d)c.v[k]);
-    if constexpr (sizeof(Vector) == 64 && sizeof(T) == 4)
-      return (Vector)_mm512_fmadd_ps((__m512)a.v[k], (__m512)b.v[k], (__m512)c.v[k]);
+  if constexpr (kBytes == 64 && sizeof(T) == 8)
+    return (Vector)_mm512_fmadd_pd((__m512d)a.v, (__m512d)b.v, (__m512d)c.v);
+  if constexpr (kBytes == 64 && sizeof(T) == 4)
+    return (Vector)_mm512_fmadd_ps((__m512)a.v, (__m512)b.v, (__m512)c.v);
 #endif
 #if defined(__FMA__)
-    if constexpr (sizeof(Vector) == 32 && sizeof(T) == 8)
-      return (Vector)_mm256_fmadd_pd((__m256d)a.v[k], (__m256d)b.v[k], (__m256d)c.v[k]);
-    if constexpr (sizeof(Vector) == 32 && sizeof(T) == 4)
-      return (Vector)_mm256_fmadd_ps((__m256)a.v[k], (__m256)b.v[k], (__m256)c.v[k]);
+  if constexpr (kBytes == 32 && sizeof(T) == 8)
+    return (Vector)_mm256_fmadd_pd((__m256d)a.v, (__m256d)b.v, (__m256d)c.v);
+  if constexpr (kBytes == 32 && sizeof(T) == 4)
+    return (Vector)_mm256_fmadd_ps((__m256)a.v, (__m256)b.v, (__m256)c.v);
 #endif
-    Vector r;
-    for (int i = 0; i < Pack<T, N>::Cut::kWidth; ++i) r[i] = fma(a.v[k][i], b.v[k][i], c.v[k][i]);
-    return r;
-  });
+  Vector r;
+  for (int i = 0; i < N; ++i) r[i] = fma(a.v[i], b.v[i], c.v[i]);
+  return r;
 }
 
-/// The smaller (larger) argument; b where one of them is NaN.
+/// The smaller (larger) argument; b where they are equal or one of them is NaN.
 template <class S>
 S min(S a, std::type_identity_t<S> b) {
   return select(a < b, a, b);
@@ -297,6 +233,35 @@ template <class S>
 S max(S a, std::type_identity_t<S> b) {
   return select(a > b, a, b);
 }
+#if defined(__AVX512F__)
+// One instruction each with exactly that meaning.
+inline Pack<double, 8> min(Pack<double, 8> a, Pack<double, 8> b) {
+  return (Pack<double, 8>::Vector)_mm512_maskz_min_pd(-1, (__m512d)a.v, (__m512d)b.v);
+}
+inline Pack<double, 8> max(Pack<double, 8> a, Pack<double, 8> b) {
+  return (Pack<double, 8>::Vector)_mm512_maskz_max_pd(-1, (__m512d)a.v, (__m512d)b.v);
+}
+inline Pack<float, 16> min(Pack<float, 16> a, Pack<float, 16> b) {
+  return (Pack<float, 16>::Vector)_mm512_maskz_min_ps(-1, (__m512)a.v, (__m512)b.v);
+}
+inline Pack<float, 16> max(Pack<float, 16> a, Pack<float, 16> b) {
+  return (Pack<float, 16>::Vector)_mm512_maskz_max_ps(-1, (__m512)a.v, (__m512)b.v);
+}
+#endif
+#if defined(__AVX__)
+inline Pack<double, 4> min(Pack<double, 4> a, Pack<double, 4> b) {
+  return (Pack<double, 4>::Vector)_mm256_min_pd((__m256d)a.v, (__m256d)b.v);
+}
+inline Pack<double, 4> max(Pack<double, 4> a, Pack<double, 4> b) {
+  return (Pack<double, 4>::Vector)_mm256_max_pd((__m256d)a.v, (__m256d)b.v);
+}
+inline Pack<float, 8> min(Pack<float, 8> a, Pack<float, 8> b) {
+  return (Pack<float, 8>::Vector)_mm256_min_ps((__m256)a.v, (__m256)b.v);
+}
+inline Pack<float, 8> max(Pack<float, 8> a, Pack<float, 8> b) {
+  return (Pack<float, 8>::Vector)_mm256_max_ps((__m256)a.v, (__m256)b.v);
+}
+#endif
 template <class S>
 S clamp(S x, std::type_identity_t<S> low, std::type_identity_t<S> high) {
   return min(max(x, low), high);

@@ -142,18 +142,43 @@ inline bool is_set(std::uint64_t bits) { return bits != 0; }
 inline bool is_set(std::uint32_t bits) { return bits != 0; }
 template <std::unsigned_integral T, int N>
 auto is_set(Pack<T, N> bits) {
-  using M = Mask<decltype(from_bits(T())), N>;
-  return M::make([&](int c) { return bits.v[c] != 0; });
+  return Mask<decltype(from_bits(T())), N>{bits.v != 0};
 }
 
-/// e^x - 1 = p and e^x = (1 + p) low high, both factors powers of 2 in range; low high = 2^n.
+/// x 2^n for |n| < 2 (kBias - 2), |x| below 4; over- and underflow are rounded once.
+template <Lanewise S>
+S scale_in_two_steps(S x, Rounded<S> n) {
+  const Rounded<S> half = round_to_integer(n.real * S(0.5));
+  return x * power_of_two<S>(half.integer) * power_of_two<S>(n.integer - half.integer);
+}
+template <std::floating_point S>
+S scale(S x, Rounded<S> n) {
+  return scale_in_two_steps(x, n);
+}
+template <class T, int N>
+Pack<T, N> scale(Pack<T, N> x, Rounded<Pack<T, N>> n) {
+#if defined(__AVX512F__)
+  using Vector = typename Pack<T, N>::Vector;
+  if constexpr (sizeof(T) * N == 64 && sizeof(T) == 8)
+    return (Vector)_mm512_maskz_scalef_pd(-1, (__m512d)x.v, (__m512d)n.real.v);
+  if constexpr (sizeof(T) * N == 64 && sizeof(T) == 4)
+    return (Vector)_mm512_maskz_scalef_ps(-1, (__m512)x.v, (__m512)n.real.v);
+#endif
+  return scale_in_two_steps(x, n);
+}
+
+/// x between low and high; NaN stays.
+template <Lanewise S, class T>
+S clamp_range(S x, T low, T high) {
+  return max(S(low), min(S(high), x));
+}
+
+/// e^x = (1 + p) 2^n.
 template <class S>
 struct ExpParts {
   S p;
   Rounded<S> n;
-  S low, high;
 };
-
 /// Of e^(x + tail), |tail| << 1, for kExpLow <= x <= kExpHigh: x + tail = n ln 2 + r with
 /// |r| <= ln(2)/2 and p = e^r - 1.
 template <Lanewise S>
@@ -161,33 +186,22 @@ ExpParts<S> exp_parts(S x, S tail) {
   using R = RealOf<S>;
   const Rounded<S> n = round_to_integer(x * S(R::kLog2e));
   const S r = fma(-n.real, S(R::kLn2Low), fma(-n.real, S(R::kLn2High), x)) + tail;
-  const Rounded<S> half = round_to_integer(n.real * S(0.5));
-  return {fma(r * r, polynomial(r, R::kExp), r), n, power_of_two<S>(half.integer),
-          power_of_two<S>(n.integer - half.integer)};
+  return {fma(r * r, polynomial(r, R::kExp), r), n};
 }
 
-/// x within the range of exp_parts; NaN stays.
-template <Lanewise S>
-S clamp_exponent(S x) {
-  using R = RealOf<S>;
-  return select(x > S(R::kExpHigh), S(R::kExpHigh), select(x < S(R::kExpLow), S(R::kExpLow), x));
-}
-
-/// e^x - 1 = y low high.
+/// e^x - 1 = y 2^n.
 template <class S>
 struct Expm1Parts {
   S y;
-  S low, high;
+  Rounded<S> n;
 };
 template <Lanewise S>
 Expm1Parts<S> expm1_parts(S x) {
   using R = RealOf<S>;
-  const S clamped =
-      select(x > S(R::kExpHigh), S(R::kExpHigh), select(x < S(R::kExpm1Low), S(R::kExpm1Low), x));
-  const ExpParts<S> e = exp_parts(clamped, S(0));
-  // 2^n (p + (1 - 2^-n)), where 2^-n is exact or far below the last place
+  const ExpParts<S> e = exp_parts(clamp_range(x, R::kExpm1Low, R::kExpHigh), S(0));
+  // y = p + (1 - 2^-n), where 2^-n is exact or far below the last place
   const S inverse = select(e.n.real > S(64), S(0), power_of_two<S>(Words<S>(0) - e.n.integer));
-  return {e.p + (S(1) - inverse), e.low, e.high};
+  return {e.p + (S(1) - inverse), e.n};
 }
 
 /// x = 2^n m with sqrt(1/2) <= m < sqrt(2), for x > 0.
