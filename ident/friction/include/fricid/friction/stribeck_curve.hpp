@@ -20,7 +20,7 @@ template <class S>
 StribeckCurve<S> stribeck_curve(const S& Fc, const S& Fs, const S& vs, const S& v) {
   const S r = v / vs;
   const S e = exp(-r * r);
-  return {e, Fc + (Fs - Fc) * e};
+  return {e, Fc * (S(1) - e) + Fs * e};  // stays positive in single precision too
 }
 
 /// Adds the vector-Jacobian product of s (value_bar) and of e (e_bar) to that of Fc, Fs, vs, v.

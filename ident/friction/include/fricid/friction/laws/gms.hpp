@@ -21,7 +21,7 @@ namespace fricid::friction {
 ///
 /// For held v the solution is closed, the switch inside a step included: with u = sgn(v) F_i,
 ///
-///     u(dt) = min(u + k_i |v| dt, c_i) + max(u - c_i, 0) exp(-C dt / s(v))
+///     u(dt) = min(u + k_i |v| dt, max(u, c_i)) - max(u - c_i, 0) (1 - exp(-C dt / s(v)))
 ///
 /// The state decides between stick and slip, there is no flag; v = 0 keeps it. The test is
 /// sgn(v) F >= c, never |F| >= c, which would make every element slip at a reversal as soon as c
@@ -68,7 +68,7 @@ class Gms {
     for (int i = 0; i < n_; ++i) {
       const S c = theta[alpha(i)] * h.cap_per_alpha;
       const S u = h.direction * F[i];
-      const S next = min(u + theta[k(i)] * h.travel, c) + max(u - c, S(0)) * h.E;
+      const S next = min(u + theta[k(i)] * h.travel, max(u, c)) - max(u - c, S(0)) * h.fall;
       F[i] = select(h.stuck, F[i], h.direction * next);
     }
   }
@@ -85,7 +85,7 @@ class Gms {
   void step_pullback(const S* theta, const Input<S>& in, double dt, const S* F, const S* F_next_bar,
                      S* theta_bar, Input<S>& in_bar, S* F_bar) const {
     const Held<S> h = held(theta, in.v, dt);
-    S E_bar = S(0), cap_per_alpha_bar = S(0), travel_bar = S(0);
+    S fall_bar = S(0), cap_per_alpha_bar = S(0), travel_bar = S(0);
     for (int i = 0; i < n_; ++i) {
       const S c = theta[alpha(i)] * h.cap_per_alpha;
       const S u = h.direction * F[i];
@@ -94,21 +94,22 @@ class Gms {
       const S next_bar = select(h.stuck, S(0), h.direction * F_next_bar[i]);
       const S slip_bar = select(slips, next_bar, S(0));
       const S stick_bar = select(sticks, next_bar, S(0));
-      const S c_bar = next_bar - stick_bar - slip_bar * h.E;
+      const S c_bar = next_bar - stick_bar - slip_bar * (S(1) - h.fall);
 
-      E_bar += slip_bar * (u - c);
+      fall_bar -= slip_bar * (u - c);
       theta_bar[k(i)] += stick_bar * h.travel;
       travel_bar += stick_bar * theta[k(i)];
       theta_bar[alpha(i)] += c_bar * h.cap_per_alpha;
       cap_per_alpha_bar += c_bar * theta[alpha(i)];
-      F_bar[i] += select(h.stuck, F_next_bar[i], h.direction * (stick_bar + slip_bar * h.E));
+      F_bar[i] +=
+          select(h.stuck, F_next_bar[i], h.direction * (stick_bar + slip_bar * (S(1) - h.fall)));
     }
     in_bar.v += travel_bar * S(dt) * h.direction;
 
-    // cap_per_alpha = s / sum alpha,  E = exp(-C dt / s)
+    // cap_per_alpha = s / sum alpha,  fall = 1 - exp(-C dt / s)
     const S sum_bar = -cap_per_alpha_bar * h.cap_per_alpha / h.alpha_sum;
     for (int i = 0; i < n_; ++i) theta_bar[alpha(i)] += sum_bar;
-    const S exponent_bar = E_bar * h.E;
+    const S exponent_bar = -fall_bar * (S(1) - h.fall);
     theta_bar[kC] -= exponent_bar * S(dt) / h.s.value;
     const S s_bar = cap_per_alpha_bar / h.alpha_sum +
                     exponent_bar * theta[kC] * S(dt) / (h.s.value * h.s.value);
@@ -128,7 +129,7 @@ class Gms {
   template <class S>
   struct Held {
     StribeckCurve<S> s;
-    S alpha_sum, cap_per_alpha, travel, direction, E;
+    S alpha_sum, cap_per_alpha, travel, direction, fall;
     decltype(S(0) == S(0)) stuck;
   };
 
@@ -142,7 +143,7 @@ class Gms {
             s.value / alpha_sum,
             abs(v) * S(dt),
             select(v < S(0), S(-1), S(1)),
-            exp(-theta[kC] * S(dt) / s.value),
+            -expm1(-theta[kC] * S(dt) / s.value),
             v == S(0)};
   }
 
