@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "fricid/data/hdf5.hpp"
+
 namespace fricid::data {
 
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// What a real log has, and nothing more: T samples of n joints. Row k holds time t_k; tau_k is held
-/// over [t_k, t_{k+1}). Missing values are NaN.
+/// What a real log has, and nothing more: T samples of n joints. Row k holds time t_k; tau_k is
+/// held over [t_k, t_{k+1}). Missing values are NaN.
 struct Dataset {
   std::string name;                      ///< file stem, e.g. "train_0"
   std::vector<std::string> joint_names;  ///< (n)
@@ -27,15 +27,17 @@ struct Dataset {
   double dt() const { return 1.0 / rate_hz; }
 };
 
-/// HDF5, format "fricid.dataset/1": /t /q /tau [/v] [/temperature] with attribute `unit`; root attributes
-/// format, joint_names, rate_hz, source. The file is written atomically.
+/// HDF5, format "fricid.dataset/1": /t /q /tau [/v] [/temperature] with attribute `unit`; root
+/// attributes format, joint_names, rate_hz, source. The file is written atomically.
 void save_dataset(const Dataset& dataset, const std::filesystem::path& path);
-/// @throws UserError naming the file when it is missing, a folder, torn, of another format or a newer version,
+/// @throws UserError naming the file when it is missing, a folder, torn, of another format or a
+/// newer version,
 ///         or when the data break a rule of `check_dataset`
 Dataset load_dataset(const std::filesystem::path& path);
 
-/// Rules of every data set: at least two samples, equal lengths, finite t, strictly increasing, no gap or
-/// jitter above 1 % of the period, finite q and tau except marked NaN, |q| > 4 pi warns (degrees?).
+/// Rules of every data set: at least two samples, equal lengths, finite t, strictly increasing, no
+/// gap or jitter above 1 % of the period, finite q and tau except marked NaN, |q| > 4 pi warns
+/// (degrees?).
 /// @throws UserError naming `where`, the sample and what was found
 /// @return warnings, one line each
 std::vector<std::string> check_dataset(const Dataset& dataset, const std::string& where);

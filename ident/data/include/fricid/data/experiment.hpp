@@ -1,127 +1,297 @@
-// One validated scene file. Each section names its fields once, in `visit`: reading, writing with every
-// default filled in, the unknown-key check and `fricid template scene` all use it.
+// One validated scene file. Each section names its fields once, in `visit`: reading, writing with
+// every default filled in, the unknown-key check and `fricid template scene` all use it, and it
+// says what each field means, in which unit and range.
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "fricid/data/field.hpp"
+#include "fricid/data/paths.hpp"
 #include "fricid/dynamics/robot_model.hpp"
 #include "fricid/friction/robot_friction.hpp"
 
 namespace fricid::data {
 
+/// [[robot.torque]]: torques of one joint, each a known shape times an unknown coefficient.
+struct TorqueConfig {
+  std::string joint;
+  std::vector<std::string> terms;
+  std::vector<double> prior_sd;
+
+  /// For the template.
+  static TorqueConfig example() {
+    return {.joint = "joint_a2", .terms = {"1", "sin(q)", "cos(q)"}, .prior_sd = {10, 500, 500}};
+  }
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("joint", joint, required(text("name of the joint")));
+    archive("terms", terms, required(text("shapes: 1, q, sin(q), cos(q), sin(2 q), ...")));
+    archive(
+        "prior_sd", prior_sd,
+        number("N m", 0, 1e6, "standard deviation of each coefficient about 0; []: none known"));
+  }
+};
+
 /// [robot]
 struct RobotConfig {
-  std::string urdf;                    ///< the engine's robot; relative to the scene file or the share folder
-  std::string mjcf;                    ///< the simulator's robot; empty for imported logs
-  std::string mount = "floor";         ///< floor, ceiling, wall, or rpy
-  std::array<double, 3> mount_rpy{};   ///< [rad], used when mount = "rpy"
-  double payload_kg = 0;               ///< rigid, at `payload_com` in the flange frame
+  std::string urdf;
+  std::string mjcf;
+  std::string mount = "floor";
+  std::array<double, 3> mount_rpy{};
+  double payload_kg = 0;
   std::array<double, 3> payload_com{};
-  /// [[robot.torque]]: known torques linear in a parameter: joint, terms = ["sin(q)", "cos(2 q)", "1", "q"], prior
-  std::vector<dynamics::LinearTorque> torques;
+  std::array<double, 6> payload_inertia{};
+  std::string payload_frame = "flange";
+  std::vector<TorqueConfig> torques;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("urdf", urdf,
+            required(text("the engine's robot; beside the scene or in the share folder")));
+    archive("mjcf", mjcf, text("the simulator's robot; empty for logs"));
+    archive("mount", mount, choice("floor ceiling wall rpy", "how the base is fixed"));
+    archive("mount_rpy", mount_rpy,
+            number("rad", -6.2832, 6.2832, "roll, pitch, yaw of the base when mount = \"rpy\""));
+    archive("payload_kg", payload_kg, number("kg", 0, 2000, "rigid payload"));
+    archive("payload_com", payload_com, number("m", -5, 5, "its centre of mass in payload_frame"));
+    archive("payload_inertia", payload_inertia,
+            number("kg m^2", -1e4, 1e4, "Ixx, Iyy, Izz, Ixy, Ixz, Iyz about its centre of mass"));
+    archive("payload_frame", payload_frame, text("frame of the URDF that carries it"));
+    archive.sections("torque", torques,
+                     "known torques linear in a parameter, e.g. a counterbalance");
+  }
 };
+
+/// Rotation that takes vectors of the base to the world (z up).
+Eigen::Matrix3d mount_rotation(const RobotConfig& robot);
 
 /// [plant]: the ground-truth simulation.
 struct PlantConfig {
-  double step_s = 0.0005;              ///< physics step; divides the sample period
+  double step_s = 0.0005;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("step_s", step_s, number("s", 1e-6, 0.1, "physics step; divides the sample period"));
+  }
 };
 
 /// [controller]: not known to the estimators.
 struct ControllerConfig {
-  std::string kind = "pd_gravity";     ///< pd_gravity, computed_torque, cascade (with integral, imperfect model)
-  double bandwidth_hz = 8;             ///< closed-loop position bandwidth
+  std::string kind = "pd_gravity";
+  double bandwidth_hz = 8;
   double damping = 0.9;
-  double integral_s = 0.3;             ///< cascade only: reset time
-  double model_error = 0.1;            ///< cascade only: relative error of its gravity model
+  double integral_s = 0.3;
+  double model_error = 0.1;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("kind", kind,
+            choice("pd_gravity computed_torque cascade",
+                   "law; cascade has an integral and an "
+                   "imperfect gravity model"));
+    archive("bandwidth_hz", bandwidth_hz,
+            number("Hz", 0.01, 1000, "closed-loop position bandwidth"));
+    archive("damping", damping, number("1", 0.01, 10, "damping ratio"));
+    archive("integral_s", integral_s, number("s", 1e-3, 1e6, "cascade: reset time"));
+    archive("model_error", model_error,
+            number("1", 0, 1, "cascade: relative error of its gravity model"));
+  }
 };
 
-/// [excitation]
+/// [excitation]: Fourier series per joint.
 struct ExcitationConfig {
   int harmonics = 20;
-  double base_rad_s = 0.2;             ///< w; period = 2 pi / w
-  double spectrum = 0.5;               ///< velocity amplitudes of the random start ~ k^spectrum
-  int train = 3;                       ///< distinct training trajectories
-  int repeats = 2;                     ///< periods of each, logged as separate sequences
+  double base_rad_s = 0.2;
+  double spectrum = 0.5;
+  int train = 3;
+  int repeats = 2;
   int validation = 3;
-  std::string criterion = "d_optimal"; ///< d_optimal, condition, none
+  std::string criterion = "d_optimal";
   int restarts = 8;
-  double velocity_share = 0.6;         ///< of the joint limit
+  double velocity_share = 0.6;
   double acceleration_share = 0.8;
   double jerk_share = 0.8;
   double torque_share = 0.8;
-  double clearance_m = 0.03;           ///< smallest distance to itself, floor, ceiling
-  std::vector<double> centre;          ///< (n) [rad] box centre; empty: middle of the limits
-  std::vector<double> half_range;      ///< (n) [rad]; empty: 90 % of the limits
+  double clearance_m = 0.03;
+  std::vector<double> centre;
+  std::vector<double> half_range;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("harmonics", harmonics, number("", 1, 200, "terms of the Fourier series"));
+    archive("base_rad_s", base_rad_s,
+            number("rad/s", 1e-3, 100, "base frequency w; the period is 2 pi / w"));
+    archive("spectrum", spectrum,
+            number("1", -4, 4, "velocity amplitudes of the random start rise as k^spectrum"));
+    archive("train", train, number("", 1, 1000, "distinct training trajectories"));
+    archive("repeats", repeats,
+            number("", 1, 100, "periods of each, logged as separate sequences"));
+    archive("validation", validation, number("", 0, 1000, "distinct validation trajectories"));
+    archive(
+        "criterion", criterion,
+        choice("d_optimal condition none", "what the optimiser improves in the base regressor"));
+    archive("restarts", restarts, number("", 1, 10000, "random starts of the optimiser"));
+    archive("velocity_share", velocity_share, number("1", 0.01, 1, "share of the velocity limit"));
+    archive("acceleration_share", acceleration_share,
+            number("1", 0.01, 1, "share of the acceleration limit"));
+    archive("jerk_share", jerk_share, number("1", 0.01, 1, "share of the jerk limit"));
+    archive("torque_share", torque_share, number("1", 0.01, 1, "share of the effort limit"));
+    archive("clearance_m", clearance_m,
+            number("m", 0, 1, "smallest distance to itself, floor and ceiling"));
+    archive("centre", centre,
+            per_joint("rad", -12.6, 12.6, "centre of the position box; []: middle of the limits"));
+    archive("half_range", half_range,
+            per_joint("rad", 0, 12.6, "half width of the position box; []: 90 % of the limits"));
+  }
 };
 
 /// [sensors]
 struct SensorsConfig {
   double rate_hz = 250;
-  std::vector<double> encoder_noise_rad;         ///< sd per joint
-  std::vector<double> encoder_step_rad;          ///< quantisation step per joint, 0: none
-  double torque_noise = 0.001;                   ///< sd as a share of the effort limit
-  double torque_step = 0.0005;                   ///< quantisation as a share of the effort limit, 0: none
+  std::vector<double> encoder_noise_rad;  ///< (n) after loading
+  std::vector<double> encoder_step_rad;   ///< (n) after loading
+  double torque_noise = 0.001;
+  double torque_step = 0.0005;
   int torque_delay_samples = 0;
-  double dropped = 0;                            ///< share of samples replaced by the previous one
-  bool velocity = false;                         ///< log a measured velocity too
-  bool temperature = false;                      ///< log the temperature
+  double dropped = 0;
+  bool velocity = false;
+  bool temperature = false;
   double temperature_start_K = 293.15;
-  double temperature_rise_K = 0;                 ///< exponential warm-up over the whole recording
+  double temperature_rise_K = 0;
   double temperature_time_s = 600;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("rate_hz", rate_hz, number("Hz", 1, 1e5, "sample rate"));
+    archive("encoder_noise_rad", encoder_noise_rad,
+            per_joint("rad", 0, 0.1, "standard deviation of the position noise; []: none"));
+    archive("encoder_step_rad", encoder_step_rad,
+            per_joint("rad", 0, 0.1, "quantisation of the position, 0: none; []: none"));
+    archive("torque_noise", torque_noise,
+            number("1", 0, 1, "standard deviation as a share of the effort limit"));
+    archive("torque_step", torque_step,
+            number("1", 0, 1, "quantisation as a share of the effort limit, 0: none"));
+    archive("torque_delay_samples", torque_delay_samples,
+            number("", 0, 1000, "samples that the logged torque lags behind"));
+    archive("dropped", dropped, number("1", 0, 0.5, "share of samples replaced by the one before"));
+    archive("velocity", velocity, flag("log a measured velocity too"));
+    archive("temperature", temperature, flag("log the temperature"));
+    archive("temperature_start_K", temperature_start_K,
+            number("K", 200, 500, "temperature at the start of the recording"));
+    archive("temperature_rise_K", temperature_rise_K,
+            number("K", -200, 200, "warm-up over the whole recording: rise (1 - exp(-t / time))"));
+    archive("temperature_time_s", temperature_time_s,
+            number("s", 1e-3, 1e6, "time constant of the warm-up"));
+  }
 };
 
 /// [data]: logs instead of simulation.
 struct DataConfig {
-  std::string contract;                          ///< column contract file (TOML)
-  std::vector<std::string> train, validation;    ///< log files; may start with $VARIABLE/
+  std::string contract;
+  std::vector<std::string> train, validation;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("contract", contract, text("column contract (fricid template contract)"));
+    archive("train", train, text("log files to learn from; may start with $VARIABLE/"));
+    archive("validation", validation, text("log files to judge by; may start with $VARIABLE/"));
+  }
 };
 
-/// [prior]: standard deviations of the CAD values, for excitation too short to identify them.
+/// [identify.prior]: the CAD values as a prior, for excitation too short to identify them.
 struct PriorConfig {
   bool use = false;
-  double mass = 0.15;                            ///< relative
+  double mass = 0.15;
   double com_m = 0.02;
-  double inertia = 0.3;                          ///< relative
-  double armature = 0.3;                         ///< relative
+  double inertia = 0.3;
+  double armature = 0.3;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("use", use, flag("use the robot's nominal values as a prior"));
+    archive("mass", mass, number("1", 1e-6, 1e3, "relative standard deviation of each mass"));
+    archive("com_m", com_m, number("m", 1e-6, 10, "standard deviation of each centre of mass"));
+    archive("inertia", inertia,
+            number("1", 1e-6, 1e3, "relative standard deviation of each inertia"));
+    archive("armature", armature,
+            number("1", 1e-6, 1e3, "relative standard deviation of each armature"));
+  }
 };
 
-/// [identify]: stage S0, common to all models.
+/// [identify]: the least-squares stage, common to all models.
 struct IdentifyConfig {
   double cutoff_hz = 10;
-  double min_speed_rad_s = 0.2;                  ///< rows with |v_j| above it enter the base parameters
+  double min_speed_rad_s = 0.2;
   PriorConfig prior;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("cutoff_hz", cutoff_hz,
+            number("Hz", 0.01, 1e4, "of the zero-phase low pass (Butterworth, order 4)"));
+    archive("min_speed_rad_s", min_speed_rad_s,
+            number("rad/s", 0, 100, "slower rows do not enter the base parameters"));
+    archive.section("prior", prior, "standard deviations about the nominal robot");
+  }
 };
 
 /// [[model]]: one thing to fit.
 struct ModelConfig {
-  std::string name;                              ///< simple, stribeck, dahl, lugre, gms, ... a law of the table
+  std::string name;
   std::string label;
+  std::string law;  ///< name of the law table after loading
   int elements = 4;
-  int starts = 4;                                ///< optimiser starts
+  int starts = 4;
   std::vector<int> seeds{1};
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("name", name, required(text("of its files: letters, digits, _ and -; used once")));
+    archive("label", label, text("in tables and plots; empty: the name"));
+    archive("law", law,
+            text("friction law fitted to every joint; empty: the name (simple: coulomb_viscous)"));
+    archive("elements", elements, number("", 1, 64, "elements of laws that have several"));
+    archive("starts", starts, number("", 1, 1000, "starts of the optimiser"));
+    archive("seeds", seeds, number("", 0, 1e9, "one fit per seed"));
+  }
 };
 
 /// [evaluate]
 struct EvaluateConfig {
-  std::vector<double> horizons_s{0.1, 1, 10, 0}; ///< 0: full length
-  int starts = 4;                                ///< start times per trajectory for horizons below full length
-  int substeps = 8;                              ///< engine steps per sample
-  double diverged_rad = 10;                      ///< |q error| beyond it flags and clamps a rollout
-  double min_headroom = 10;                      ///< below it a horizon is called meaningless
+  std::vector<double> horizons_s{0.1, 1, 10, 0};
+  int starts = 4;
+  int substeps = 8;
+  double diverged_rad = 10;
+  double min_headroom = 10;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("horizons_s", horizons_s,
+            number("s", 0, 1e5, "lengths of the open-loop rollouts; 0: the full length"));
+    archive("starts", starts,
+            number("", 1, 1000, "start times per trajectory for horizons below full length"));
+    archive("substeps", substeps, number("", 1, 1000, "steps of the engine per sample"));
+    archive("diverged_rad", diverged_rad,
+            number("rad", 1e-3, 1e6, "position error beyond which a rollout is flagged and held"));
+    archive("min_headroom", min_headroom,
+            number("1", 0, 1e9,
+                   "best conventional error over the oracle's below which a horizon is "
+                   "called meaningless"));
+  }
 };
 
-/// The whole scene. `n` joints come from the URDF.
+/// The whole scene. The number of joints n comes from the URDF.
 struct Experiment {
   std::string name;
-  std::uint64_t seed = 1;
   std::string description;
+  std::uint64_t seed = 1;
   RobotConfig robot;
+  std::optional<friction::Friction> friction;  ///< what is injected; absent for logs
   PlantConfig plant;
-  std::optional<friction::Friction> friction;    ///< what is injected; absent for logs
   ControllerConfig controller;
   ExcitationConfig excitation;
   SensorsConfig sensors;
@@ -130,18 +300,43 @@ struct Experiment {
   std::vector<ModelConfig> models;
   EvaluateConfig evaluate;
 
-  dynamics::RobotModel model;                    ///< loaded from robot.urdf with mount, payload, torques
-  std::vector<std::filesystem::path> inputs;     ///< every file read: scenes, URDF, contract
-  std::filesystem::path folder;                  ///< of the scene file: relative paths start there
+  dynamics::RobotModel model;           ///< from robot.urdf with mount, payload and torques
+  std::vector<double> torque_prior_sd;  ///< of model.linear_torques [N m]; infinity: none known
+  std::filesystem::path urdf_path, mjcf_path, contract_path;  ///< absolute; empty when not named
+  std::vector<std::filesystem::path> inputs;  ///< scenes, URDF, MJCF, contract, logs that exist
+  std::filesystem::path folder;               ///< of the scene file: relative log names start there
 
   bool simulates() const { return friction.has_value(); }
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("name", name, text("of the run; empty: the name of the file"));
+    archive("description", description, text("one line for tables and reports"));
+    archive("seed", seed, number("", 0, 9e15, "of every random draw"));
+    archive.section("robot", robot, "the arm");
+    archive.section("friction", friction, "what the simulator injects");
+    archive.section("plant", plant, "the simulation");
+    archive.section("controller", controller, "moves the simulated arm; unknown to the estimators");
+    archive.section("excitation", excitation, "Fourier trajectories inside all limits");
+    archive.section("sensors", sensors, "what the log sees of the truth");
+    archive.section("data", data, "log files instead of a simulation");
+    archive.section("identify", identify, "least squares on the rigid body, common to all models");
+    archive.sections("model", models, "what is fitted");
+    archive.section("evaluate", evaluate, "open loop on held-out data");
+  }
 };
 
-/// Reads a scene, following `extends`. Files named in it are looked for beside the scene, then in the
-/// share folder. @throws UserError "file:line: ..." on anything wrong
+/// Reads a scene, following `extends = "file"` (relative to the file that says it; tables merge,
+/// values and arrays replace). Files named in a scene are looked for beside the file that names
+/// them, then in the share folder. Log files need not exist: see `data_available`.
+/// @throws UserError "file:line: ..." on anything wrong
 Experiment load_experiment(const std::filesystem::path& path);
 
-/// The scene as run: every default filled in, `extends` resolved; loading it gives the same experiment.
+/// Whether every log file of the scene is there; if not, `why` says in one line what is missing.
+bool data_available(const Experiment& experiment, std::string* why);
+
+/// The scene as run: every default filled in, `extends` resolved; loading it gives the same
+/// experiment.
 std::string to_toml(const Experiment& experiment);
 
 /// A commented scene with every key, its unit, range and default.

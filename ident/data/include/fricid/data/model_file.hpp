@@ -10,8 +10,8 @@ namespace fricid::data {
 
 /// An identified robot: everything a caller needs to run it again anywhere.
 struct ModelFile {
-  std::string name;       ///< e.g. "lugre"
-  std::string label;      ///< for tables and plots, e.g. "LuGre"
+  std::string name;   ///< e.g. "lugre"
+  std::string label;  ///< for tables and plots, e.g. "LuGre"
   int seed = 1;
   Arm arm;
   int free_parameters = 0;  ///< number of fitted values
@@ -19,8 +19,8 @@ struct ModelFile {
   bool is_oracle = false;
 };
 
-/// JSON, format "fricid.model/1": robot tree and parameters in full precision (round trip to the last
-/// bit), friction law by law with named parameters. Written atomically.
+/// JSON, format "fricid.model/1": robot tree and parameters in full precision (round trip to the
+/// last bit), friction law by law with named parameters. Written atomically.
 void save_model(const ModelFile& model, const std::filesystem::path& path);
 /// @throws UserError naming the file and the key when something is missing or out of bounds
 ModelFile load_model(const std::filesystem::path& path);

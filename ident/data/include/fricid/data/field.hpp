@@ -1,0 +1,39 @@
+// What a key of a scene or contract may hold. Every configuration struct names its fields once, in
+// `visit(archive)`: reading, writing, the templates and the unknown-key check are archives.
+#pragma once
+
+#include <limits>
+#include <string_view>
+
+namespace fricid::data {
+
+/// Meaning and allowed values of one key. Bounds are closed and in `unit`.
+struct Field {
+  std::string_view meaning;  ///< one phrase
+  std::string_view unit{};   ///< SI; empty: none
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+  std::string_view choices{};  ///< allowed texts, separated by spaces; empty: any
+  bool per_joint = false;      ///< one value per joint; a single number stands for all
+  bool required = false;
+};
+
+constexpr Field number(std::string_view unit, double lower, double upper,
+                       std::string_view meaning) {
+  return {.meaning = meaning, .unit = unit, .lower = lower, .upper = upper};
+}
+constexpr Field per_joint(std::string_view unit, double lower, double upper,
+                          std::string_view meaning) {
+  return {.meaning = meaning, .unit = unit, .lower = lower, .upper = upper, .per_joint = true};
+}
+constexpr Field choice(std::string_view choices, std::string_view meaning) {
+  return {.meaning = meaning, .choices = choices};
+}
+constexpr Field text(std::string_view meaning) { return {.meaning = meaning}; }
+constexpr Field flag(std::string_view meaning) { return {.meaning = meaning}; }
+constexpr Field required(Field field) {
+  field.required = true;
+  return field;
+}
+
+}  // namespace fricid::data

@@ -1,0 +1,73 @@
+// HDF5 files of this project: a format string, attributes, and tables of doubles with a unit. Safe
+// to use from several threads (one at a time inside HDF5). The same content gives the same bytes.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace fricid::data {
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Fills a file that is being written; made by `write_hdf5`.
+class H5Writer {
+ public:
+  /// Table `name` (rows, columns) with attribute `unit`.
+  void matrix(const std::string& name, const RowMatrix& values, const std::string& unit);
+  void vector(const std::string& name, const Eigen::VectorXd& values, const std::string& unit);
+  /// Root attributes.
+  void attribute(const std::string& name, const std::string& value);
+  void attribute(const std::string& name, double value);
+  void attribute(const std::string& name, const std::vector<std::string>& values);
+  void attribute(const std::string& name, const std::vector<double>& values);
+
+ private:
+  friend void write_hdf5(const std::filesystem::path&, const std::string&,
+                         const std::function<void(H5Writer&)>&);
+  explicit H5Writer(std::int64_t file) : file_(file) {}
+  std::int64_t file_;
+};
+
+/// Creates or replaces `path` atomically; `write` fills it. Root attribute format = `format`, a
+/// name and a version, e.g. "fricid.truth/1".
+/// @throws UserError naming the path when it cannot be written
+void write_hdf5(const std::filesystem::path& path, const std::string& format,
+                const std::function<void(H5Writer&)>& write);
+
+/// An open file. Members throw UserError naming the file and the table or attribute that is
+/// missing, of another shape, or torn (every table carries a checksum).
+class H5Reader {
+ public:
+  /// @throws UserError when the file is missing, a folder, empty, torn, not HDF5, of another
+  /// format, or
+  ///         of a newer version than `format`
+  H5Reader(const std::filesystem::path& path, const std::string& format);
+  ~H5Reader();
+  H5Reader(const H5Reader&) = delete;
+  H5Reader& operator=(const H5Reader&) = delete;
+
+  bool has(const std::string& name) const;
+  /// @param columns  expected number of columns; -1: any
+  RowMatrix matrix(const std::string& name, int columns = -1) const;
+  Eigen::VectorXd vector(const std::string& name) const;
+  std::string unit(const std::string& name) const;
+  std::string text_attribute(const std::string& name) const;
+  double number_attribute(const std::string& name) const;
+  std::vector<std::string> texts_attribute(const std::string& name) const;
+  std::vector<double> numbers_attribute(const std::string& name) const;
+  /// Names of the tables, sorted.
+  std::vector<std::string> names() const;
+
+ private:
+  std::string path_;
+  std::int64_t file_ = -1;
+};
+
+/// The format string of any HDF5 file of this project. @throws UserError as H5Reader
+std::string hdf5_format(const std::filesystem::path& path);
+
+}  // namespace fricid::data

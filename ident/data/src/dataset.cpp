@@ -1,0 +1,126 @@
+#include "fricid/data/dataset.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "check_times.hpp"
+#include "fricid/base/error.hpp"
+
+namespace fricid::data {
+namespace {
+
+constexpr char kFormat[] = "fricid.dataset/1";
+constexpr double kJitter = 0.01;                   // of the sample period
+constexpr double kDegrees = 4 * std::numbers::pi;  // no joint turns further between its stops
+
+void check_shape(const Dataset& d, const RowMatrix& values, const char* name,
+                 const std::string& where) {
+  if (values.rows() != d.length() || values.cols() != d.n())
+    throw UserError("{}: {} is {} x {}; allowed: {} samples x {} joints", where, name,
+                    values.rows(), values.cols(), d.length(), d.n());
+}
+
+// NaN marks a missing value; a joint without any value, and infinity, are errors.
+void check_values(const Dataset& d, const RowMatrix& values, const char* name,
+                  const std::string& where) {
+  for (int j = 0; j < d.n(); ++j) {
+    bool any = false;
+    for (int k = 0; k < d.length(); ++k) {
+      const double value = values(k, j);
+      any = any || !std::isnan(value);
+      if (std::isinf(value))
+        throw UserError("{}: sample {}: {} of {} = {}; allowed: finite, or nan where missing",
+                        where, k, name, d.joint_names[static_cast<std::size_t>(j)], value);
+    }
+    if (!any)
+      throw UserError("{}: {} of {} has no value at all", where, name,
+                      d.joint_names[static_cast<std::size_t>(j)]);
+  }
+}
+
+}  // namespace
+
+void check_times(const Eigen::VectorXd& t, double rate_hz,
+                 const std::function<std::string(int)>& place) {
+  const double period = 1 / rate_hz;
+  for (int k = 0; k < static_cast<int>(t.size()); ++k) {
+    if (!std::isfinite(t[k])) throw UserError("{}: t = {}; allowed: a finite time", place(k), t[k]);
+    if (k == 0) continue;
+    const double dt = t[k] - t[k - 1];
+    if (dt <= 0)
+      throw UserError("{}: t = {:.9g} s after {:.9g} s; allowed: rising times", place(k), t[k],
+                      t[k - 1]);
+    if (std::abs(dt - period) > kJitter * period)
+      throw UserError(
+          "{}: {} in time: {:.6g} s after the sample before; allowed: {:.6g} s within {:g} %",
+          place(k), dt > 1.5 * period ? "gap" : "jitter", dt, period, 100 * kJitter);
+  }
+}
+
+std::vector<std::string> check_dataset(const Dataset& d, const std::string& where) {
+  if (d.length() < 2) throw UserError("{}: {} samples; allowed: at least 2", where, d.length());
+  if (d.n() < 1) throw UserError("{}: no joints", where);
+  if (d.joint_names.size() != static_cast<std::size_t>(d.n()))
+    throw UserError("{}: {} joint names for {} joints", where, d.joint_names.size(), d.n());
+  if (!(d.rate_hz > 0) || !std::isfinite(d.rate_hz))
+    throw UserError("{}: rate_hz = {}; allowed: a positive number", where, d.rate_hz);
+  check_times(d.t, d.rate_hz, [&](int k) { return fmt::format("{}: sample {}", where, k); });
+  check_shape(d, d.q, "q", where);
+  check_shape(d, d.tau, "tau", where);
+  if (d.v.size() > 0) check_shape(d, d.v, "v", where);
+  if (d.temperature.size() > 0) check_shape(d, d.temperature, "temperature", where);
+  check_values(d, d.q, "q", where);
+  check_values(d, d.tau, "tau", where);
+  if (d.v.size() > 0) check_values(d, d.v, "v", where);
+  if (d.temperature.size() > 0) check_values(d, d.temperature, "temperature", where);
+
+  std::vector<std::string> warnings;
+  for (int j = 0; j < d.n(); ++j) {
+    double largest = 0;
+    for (int k = 0; k < d.length(); ++k)
+      if (std::abs(d.q(k, j)) > largest) largest = std::abs(d.q(k, j));
+    if (largest > kDegrees)
+      warnings.push_back(fmt::format("{}: |q| of {} reaches {:.4g} rad, more than 4 pi: degrees?",
+                                     where, d.joint_names[static_cast<std::size_t>(j)], largest));
+  }
+  return warnings;
+}
+
+void save_dataset(const Dataset& d, const std::filesystem::path& path) {
+  check_dataset(d, path.string());
+  write_hdf5(path, kFormat, [&](H5Writer& file) {
+    file.attribute("joint_names", d.joint_names);
+    file.attribute("rate_hz", d.rate_hz);
+    file.attribute("source", d.source);
+    file.vector("t", d.t, "s");
+    file.matrix("q", d.q, "rad");
+    file.matrix("tau", d.tau, "N m");
+    if (d.v.size() > 0) file.matrix("v", d.v, "rad/s");
+    if (d.temperature.size() > 0) file.matrix("temperature", d.temperature, "K");
+  });
+}
+
+Dataset load_dataset(const std::filesystem::path& path) {
+  const H5Reader file(path, kFormat);
+  Dataset d;
+  d.name = path.stem().string();
+  d.joint_names = file.texts_attribute("joint_names");
+  d.rate_hz = file.number_attribute("rate_hz");
+  d.source = file.text_attribute("source");
+  d.t = file.vector("t");
+  const int n = static_cast<int>(d.joint_names.size());
+  const auto read = [&](const char* name, const char* unit) {
+    RowMatrix values = file.matrix(name, n);
+    if (const std::string found = file.unit(name); found != unit)
+      throw UserError("{}: unit of /{} = \"{}\"; allowed: {}", path.string(), name, found, unit);
+    return values;
+  };
+  d.q = read("q", "rad");
+  d.tau = read("tau", "N m");
+  if (file.has("v")) d.v = read("v", "rad/s");
+  if (file.has("temperature")) d.temperature = read("temperature", "K");
+  check_dataset(d, path.string());
+  return d;
+}
+
+}  // namespace fricid::data

@@ -1,0 +1,347 @@
+#include "fricid/data/hdf5.hpp"
+
+#include <hdf5.h>
+
+#include <algorithm>
+#include <charconv>
+#include <mutex>
+#include <utility>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+
+namespace fricid::data {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The library is not thread safe as distributions build it.
+std::recursive_mutex& library_mutex() {
+  static std::recursive_mutex mutex;
+  return mutex;
+}
+
+// One use of the library: locked, and without its own messages on stderr.
+class Session {
+ public:
+  Session() : lock_(library_mutex()) { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+ private:
+  std::lock_guard<std::recursive_mutex> lock_;
+};
+
+// Owns an identifier of any kind.
+class Id {
+ public:
+  Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  ~Id() {
+    if (id_ >= 0) close_(id_);
+  }
+  Id(Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  operator hid_t() const { return id_; }
+  bool ok() const { return id_ >= 0; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+void demand(bool ok, const char* what) {
+  if (!ok) throw std::runtime_error(what);
+}
+
+Id text_type() {
+  Id type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type, H5T_VARIABLE);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  return type;
+}
+
+// Objects carry no times, so that the same content gives the same bytes.
+Id creation_properties(hid_t kind) {
+  Id properties(H5Pcreate(kind), H5Pclose);
+  H5Pset_obj_track_times(properties, false);
+  return properties;
+}
+
+void write_texts(hid_t object, const char* name, const std::vector<const char*>& values,
+                 bool scalar) {
+  const Id type = text_type();
+  const hsize_t size = values.size();
+  const Id space(scalar ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &size, nullptr), H5Sclose);
+  const Id attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  demand(attribute.ok() && (size == 0 || H5Awrite(attribute, type, values.data()) >= 0),
+         "cannot write an attribute");
+}
+
+void write_numbers(hid_t object, const char* name, const double* values, hsize_t size,
+                   bool scalar) {
+  const Id space(scalar ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &size, nullptr), H5Sclose);
+  const Id attribute(H5Acreate2(object, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+                     H5Aclose);
+  demand(attribute.ok() && (size == 0 || H5Awrite(attribute, H5T_NATIVE_DOUBLE, values) >= 0),
+         "cannot write an attribute");
+}
+
+// A table with a checksum, in chunks of whole rows.
+void write_table(hid_t file, const std::string& name, const double* values,
+                 const std::vector<hsize_t>& shape, const std::string& unit) {
+  constexpr hsize_t kChunkBytes = 1 << 20;
+  const int rank = static_cast<int>(shape.size());
+  const hsize_t columns = rank == 2 ? shape[1] : 1;
+  const Id space(H5Screate_simple(rank, shape.data(), nullptr), H5Sclose);
+  const Id properties = creation_properties(H5P_DATASET_CREATE);
+  if (shape[0] > 0 && columns > 0) {
+    std::vector<hsize_t> chunk = shape;
+    chunk[0] = std::clamp<hsize_t>(kChunkBytes / (sizeof(double) * columns), 1, shape[0]);
+    H5Pset_chunk(properties, rank, chunk.data());
+    H5Pset_fletcher32(properties);
+  }
+  const Id table(
+      H5Dcreate2(file, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT),
+      H5Dclose);
+  demand(table.ok(), "cannot create a table");
+  demand(H5Dwrite(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0,
+         "cannot write a table");
+  write_texts(table, "unit", {unit.c_str()}, true);
+}
+
+std::vector<hsize_t> shape_of(hid_t space) {
+  const int rank = H5Sget_simple_extent_ndims(space);
+  std::vector<hsize_t> shape(static_cast<std::size_t>(std::max(rank, 0)));
+  if (rank > 0) H5Sget_simple_extent_dims(space, shape.data(), nullptr);
+  return shape;
+}
+
+// Texts of an attribute, of variable or fixed length; nothing when it is absent or of another kind.
+bool read_texts(hid_t object, const char* name, std::vector<std::string>& values) {
+  if (H5Aexists(object, name) <= 0) return false;
+  const Id attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  if (!attribute.ok()) return false;
+  const Id stored(H5Aget_type(attribute), H5Tclose);
+  const Id space(H5Aget_space(attribute), H5Sclose);
+  const hssize_t count = H5Sget_simple_extent_npoints(space);
+  if (H5Tget_class(stored) != H5T_STRING || count < 0) return false;
+  const auto size = static_cast<std::size_t>(count);
+  if (H5Tis_variable_str(stored) > 0) {
+    const Id type(H5Tcopy(stored), H5Tclose);
+    std::vector<char*> texts(size, nullptr);
+    if (size > 0 && H5Aread(attribute, type, texts.data()) < 0) return false;
+    for (const char* text : texts) values.emplace_back(text ? text : "");
+    if (size > 0) H5Dvlen_reclaim(type, space, H5P_DEFAULT, texts.data());
+    return true;
+  }
+  const std::size_t length = H5Tget_size(stored);
+  std::vector<char> buffer(size * length + 1, '\0');
+  if (size > 0 && H5Aread(attribute, stored, buffer.data()) < 0) return false;
+  for (std::size_t i = 0; i < size; ++i) {
+    const char* begin = buffer.data() + i * length;
+    values.emplace_back(begin, std::find(begin, begin + length, '\0'));
+  }
+  return true;
+}
+
+bool read_numbers(hid_t object, const char* name, std::vector<double>& values) {
+  if (H5Aexists(object, name) <= 0) return false;
+  const Id attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  if (!attribute.ok()) return false;
+  const Id stored(H5Aget_type(attribute), H5Tclose);
+  const Id space(H5Aget_space(attribute), H5Sclose);
+  const H5T_class_t kind = H5Tget_class(stored);
+  const hssize_t count = H5Sget_simple_extent_npoints(space);
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || count < 0) return false;
+  values.resize(static_cast<std::size_t>(count));
+  return values.empty() || H5Aread(attribute, H5T_NATIVE_DOUBLE, values.data()) >= 0;
+}
+
+// Opens a file after looking for the mistakes that the library reports poorly.
+hid_t open_file(const fs::path& path) {
+  std::error_code error;
+  const std::string name = path.string();
+  if (fs::is_directory(path, error)) throw UserError("{}: a folder, not an HDF5 file", name);
+  if (!fs::exists(path, error)) throw UserError("{}: no such file", name);
+  const auto size = fs::file_size(path, error);
+  if (!error && size == 0) throw UserError("{}: an empty file", name);
+  if (H5Fis_hdf5(name.c_str()) <= 0) throw UserError("{}: not an HDF5 file, or torn", name);
+  const hid_t file = H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  if (file < 0) throw UserError("{}: cannot be opened: torn, or no permission", name);
+  return file;
+}
+
+// "fricid.dataset/1" -> {"fricid.dataset", 1}
+std::pair<std::string, int> split_format(const std::string& format) {
+  const std::size_t slash = format.rfind('/');
+  int version = 0;
+  if (slash != std::string::npos)
+    std::from_chars(format.data() + slash + 1, format.data() + format.size(), version);
+  return {format.substr(0, slash), version};
+}
+
+}  // namespace
+
+void H5Writer::matrix(const std::string& name, const RowMatrix& values, const std::string& unit) {
+  write_table(file_, name, values.data(),
+              {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())}, unit);
+}
+
+void H5Writer::vector(const std::string& name, const Eigen::VectorXd& values,
+                      const std::string& unit) {
+  write_table(file_, name, values.data(), {static_cast<hsize_t>(values.size())}, unit);
+}
+
+void H5Writer::attribute(const std::string& name, const std::string& value) {
+  write_texts(file_, name.c_str(), {value.c_str()}, true);
+}
+
+void H5Writer::attribute(const std::string& name, double value) {
+  write_numbers(file_, name.c_str(), &value, 1, true);
+}
+
+void H5Writer::attribute(const std::string& name, const std::vector<std::string>& values) {
+  std::vector<const char*> texts;
+  for (const std::string& value : values) texts.push_back(value.c_str());
+  write_texts(file_, name.c_str(), texts, false);
+}
+
+void H5Writer::attribute(const std::string& name, const std::vector<double>& values) {
+  write_numbers(file_, name.c_str(), values.data(), values.size(), false);
+}
+
+void write_hdf5(const fs::path& path, const std::string& format,
+                const std::function<void(H5Writer&)>& write) {
+  write_file_atomically(path, [&](const fs::path& temporary) {
+    const Session session;
+    const Id create = creation_properties(H5P_FILE_CREATE);
+    const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    // The 1.8 layout has checksums over all of its own bookkeeping.
+    H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18);
+    const hid_t file = H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, create, access);
+    if (file < 0) throw UserError("{}: cannot be created", path.string());
+    try {
+      H5Writer writer(file);
+      writer.attribute("format", format);
+      write(writer);
+    } catch (const UserError&) {
+      H5Fclose(file);
+      throw;
+    } catch (const std::runtime_error& error) {
+      H5Fclose(file);
+      throw UserError("{}: {}", path.string(), error.what());
+    }
+    if (H5Fclose(file) < 0) throw UserError("{}: cannot be written", path.string());
+  });
+}
+
+H5Reader::H5Reader(const fs::path& path, const std::string& format) : path_(path.string()) {
+  const Session session;
+  const auto [wanted, newest] = split_format(format);
+  file_ = open_file(path);
+  std::vector<std::string> texts;
+  const bool has_format = read_texts(file_, "format", texts) && texts.size() == 1;
+  const auto [kind, version] = split_format(has_format ? texts[0] : "");
+  if (kind == wanted && version >= 1 && version <= newest) return;
+  H5Fclose(file_);
+  if (!has_format) throw UserError("{}: attribute format is missing; allowed: {}", path_, format);
+  if (kind == wanted && version > newest)
+    throw UserError("{}: format {} is newer than {}, which this program reads", path_, texts[0],
+                    format);
+  throw UserError("{}: format = \"{}\"; allowed: {}", path_, texts[0], format);
+}
+
+H5Reader::~H5Reader() {
+  const Session session;
+  H5Fclose(file_);
+}
+
+bool H5Reader::has(const std::string& name) const {
+  const Session session;
+  return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
+}
+
+RowMatrix H5Reader::matrix(const std::string& name, int columns) const {
+  const Session session;
+  if (!has(name)) throw UserError("{}: /{} is missing", path_, name);
+  const Id table(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!table.ok()) throw UserError("{}: /{} is not a table, or torn", path_, name);
+  const Id space(H5Dget_space(table), H5Sclose);
+  const Id type(H5Dget_type(table), H5Tclose);
+  const std::vector<hsize_t> shape = shape_of(space);
+  if (H5Tget_class(type) != H5T_FLOAT || shape.empty() || shape.size() > 2)
+    throw UserError("{}: /{} is not a table of numbers", path_, name);
+  const hsize_t found = shape.size() == 2 ? shape[1] : 1;
+  if (columns >= 0 && found != static_cast<hsize_t>(columns))
+    throw UserError("{}: /{} has {} columns; allowed: {}", path_, name, found, columns);
+  // A torn header must not ask for more memory than the file can hold.
+  if (shape[0] * found > 0 && H5Dget_storage_size(table) / sizeof(double) < shape[0] * found)
+    throw UserError("{}: /{} is torn", path_, name);
+  RowMatrix values(static_cast<Eigen::Index>(shape[0]), static_cast<Eigen::Index>(found));
+  if (values.size() > 0 &&
+      H5Dread(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+    throw UserError("{}: /{} is torn", path_, name);
+  return values;
+}
+
+Eigen::VectorXd H5Reader::vector(const std::string& name) const { return matrix(name, 1).col(0); }
+
+std::string H5Reader::unit(const std::string& name) const {
+  const Session session;
+  const Id table(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  std::vector<std::string> texts;
+  if (!table.ok() || !read_texts(table, "unit", texts) || texts.size() != 1)
+    throw UserError("{}: attribute unit of /{} is missing", path_, name);
+  return texts[0];
+}
+
+std::string H5Reader::text_attribute(const std::string& name) const {
+  const std::vector<std::string> texts = texts_attribute(name);
+  if (texts.size() != 1)
+    throw UserError("{}: attribute {} has {} texts; allowed: 1", path_, name, texts.size());
+  return texts[0];
+}
+
+std::vector<std::string> H5Reader::texts_attribute(const std::string& name) const {
+  const Session session;
+  std::vector<std::string> texts;
+  if (!read_texts(file_, name.c_str(), texts))
+    throw UserError("{}: attribute {} is missing or not a text", path_, name);
+  return texts;
+}
+
+double H5Reader::number_attribute(const std::string& name) const {
+  const std::vector<double> numbers = numbers_attribute(name);
+  if (numbers.size() != 1)
+    throw UserError("{}: attribute {} has {} numbers; allowed: 1", path_, name, numbers.size());
+  return numbers[0];
+}
+
+std::vector<double> H5Reader::numbers_attribute(const std::string& name) const {
+  const Session session;
+  std::vector<double> numbers;
+  if (!read_numbers(file_, name.c_str(), numbers))
+    throw UserError("{}: attribute {} is missing or not a number", path_, name);
+  return numbers;
+}
+
+std::vector<std::string> H5Reader::names() const {
+  const Session session;
+  std::vector<std::string> names;
+  H5Literate(
+      file_, H5_INDEX_NAME, H5_ITER_INC, nullptr,
+      [](hid_t, const char* name, const H5L_info_t*, void* list) -> herr_t {
+        static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+        return 0;
+      },
+      &names);
+  return names;
+}
+
+std::string hdf5_format(const fs::path& path) {
+  const Session session;
+  const Id file(open_file(path), H5Fclose);
+  std::vector<std::string> texts;
+  if (!read_texts(file, "format", texts) || texts.size() != 1)
+    throw UserError("{}: attribute format is missing", path.string());
+  return texts[0];
+}
+
+}  // namespace fricid::data

@@ -1,0 +1,361 @@
+#include "fricid/data/model_file.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+
+namespace fricid::data {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using dynamics::Frame;
+using dynamics::Joint;
+using dynamics::JointType;
+using dynamics::LinearTorque;
+using dynamics::RobotModel;
+using friction::Friction;
+using friction::ParameterInfo;
+
+constexpr char kFormatName[] = "fricid.model";
+constexpr int kFormatVersion = 1;
+constexpr int kMostElements = 64;
+constexpr const char* kInertiaKeys[] = {"Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz"};
+constexpr const char* kShapes[] = {"1", "sin(k q)", "cos(k q)",
+                                   "q"};  // order of LinearTorque::Shape
+
+// ---- writing
+
+Json vector_json(const double* values, int size) {
+  Json array = Json::array();
+  for (int i = 0; i < size; ++i) array.push_back(values[i]);
+  return array;
+}
+
+Json matrix_json(const Eigen::Matrix3d& R) {
+  Json rows = Json::array();
+  for (int i = 0; i < 3; ++i) rows.push_back({R(i, 0), R(i, 1), R(i, 2)});
+  return rows;
+}
+
+Json link_json(const RobotModel& robot, int i) {
+  const double* pi = robot.pi.data() + 10 * i;
+  Json inertia = Json::object();
+  for (int k = 0; k < 6; ++k) inertia[kInertiaKeys[k]] = pi[4 + k];
+  return {{"mass", pi[0]}, {"first_moment", vector_json(pi + 1, 3)}, {"inertia", inertia}};
+}
+
+Json joint_json(const RobotModel& robot, int i) {
+  const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+  return {{"name", joint.name},
+          {"link", joint.link},
+          {"type", joint.type == JointType::kRevolute ? "revolute" : "prismatic"},
+          {"continuous", joint.continuous},
+          {"parent", joint.parent},
+          {"R0", matrix_json(joint.R0)},
+          {"p0", vector_json(joint.p0.data(), 3)},
+          {"axis", vector_json(joint.axis.data(), 3)},
+          {"lower", joint.lower},
+          {"upper", joint.upper},
+          {"velocity", joint.velocity},
+          {"effort", joint.effort},
+          {"acceleration", joint.acceleration},
+          {"jerk", joint.jerk},
+          {"armature", robot.pi[robot.armature_begin() + i]},
+          {"moves", link_json(robot, i)}};
+}
+
+Json robot_json(const RobotModel& robot) {
+  Json joints = Json::array(), frames = Json::array(), torques = Json::array();
+  for (int i = 0; i < robot.n(); ++i) joints.push_back(joint_json(robot, i));
+  for (const Frame& frame : robot.frames)
+    frames.push_back({{"name", frame.name},
+                      {"link", frame.link},
+                      {"R", matrix_json(frame.R)},
+                      {"p", vector_json(frame.p.data(), 3)}});
+  for (std::size_t i = 0; i < robot.linear_torques.size(); ++i) {
+    const LinearTorque& torque = robot.linear_torques[i];
+    torques.push_back({{"name", torque.name},
+                       {"joint", torque.joint},
+                       {"shape", kShapes[static_cast<int>(torque.shape)]},
+                       {"k", torque.k},
+                       {"c", robot.pi[robot.linear_begin() + static_cast<int>(i)]}});
+  }
+  return {{"name", robot.name},
+          {"gravity", vector_json(robot.gravity.data(), 3)},
+          {"joints", joints},
+          {"frames", frames},
+          {"linear_torques", torques}};
+}
+
+Json parameters_json(const std::vector<ParameterInfo>& infos, const double* theta) {
+  Json parameters = Json::object();
+  for (std::size_t p = 0; p < infos.size(); ++p)
+    parameters[std::string(infos[p].symbol)] = {{"value", theta[p]},
+                                                {"unit", std::string(infos[p].unit)}};
+  return parameters;
+}
+
+Json friction_json(const Friction& friction) {
+  Json joints = Json::array();
+  const double* theta = friction.theta.data();
+  for (const friction::JointSpec& joint : friction.model.joints()) {
+    Json laws = Json::array();
+    for (const friction::LawSpec& law : joint.laws) {
+      const auto infos = friction::parameters_of_law(law.law, law.elements);
+      Json item = {{"law", law.law},
+                   {"elements", law.elements},
+                   {"parameters", parameters_json(infos, theta)},
+                   {"modifiers", Json::array()}};
+      theta += infos.size();
+      for (const friction::ModifierSpec& modifier : law.modifiers) {
+        const auto own = friction::parameters_of_modifier(modifier.name, modifier.order);
+        item["modifiers"].push_back({{"modifier", modifier.name},
+                                     {"order", modifier.order},
+                                     {"parameters", parameters_json(own, theta)}});
+        theta += own.size();
+      }
+      laws.push_back(item);
+    }
+    joints.push_back(laws);
+  }
+  return joints;
+}
+
+// JSON has no infinity and no NaN.
+void refuse_non_finite(const Json& node, const std::string& where, const std::string& path) {
+  if (node.is_number_float() && !std::isfinite(node.get<double>()))
+    throw UserError("{}: {} = {}; allowed: finite", where, path, node.get<double>());
+  if (!node.is_structured()) return;
+  for (const auto& [key, value] : node.items())
+    refuse_non_finite(value, where, path.empty() ? key : path + "." + key);
+}
+
+// ---- reading
+
+// A node with its path, for messages.
+class Node {
+ public:
+  Node(const Json& json, const std::string& file, std::string path)
+      : json_(json), file_(file), path_(std::move(path)) {}
+
+  Node operator[](const std::string& key) const {
+    const std::string path = path_.empty() ? key : path_ + "." + key;
+    if (!json_.is_object()) refuse("an object");
+    const auto found = json_.find(key);
+    if (found == json_.end()) throw UserError("{}: {} is missing", file_, path);
+    return {*found, file_, path};
+  }
+  Node at(std::size_t i) const { return {json_[i], file_, fmt::format("{}[{}]", path_, i)}; }
+  std::size_t size() const {
+    if (!json_.is_array()) refuse("an array");
+    return json_.size();
+  }
+  std::size_t key_count() const { return json_.size(); }
+  double number() const {
+    if (!json_.is_number()) refuse("a number");
+    return json_.get<double>();
+  }
+  double number(double lower, double upper) const {
+    const double value = number();
+    if (!(value >= lower && value <= upper)) refuse(fmt::format("{:g} to {:g}", lower, upper));
+    return value;
+  }
+  int integer(int lower, int upper) const {
+    if (!json_.is_number_integer()) refuse("a whole number");
+    return static_cast<int>(number(lower, upper));
+  }
+  bool flag() const {
+    if (!json_.is_boolean()) refuse("true or false");
+    return json_.get<bool>();
+  }
+  std::string text() const {
+    if (!json_.is_string()) refuse("a text");
+    return json_.get<std::string>();
+  }
+  Eigen::Vector3d vector() const {
+    if (size() != 3) refuse("3 numbers");
+    return {at(0).number(), at(1).number(), at(2).number()};
+  }
+  Eigen::Matrix3d rotation() const {
+    if (size() != 3) refuse("3 rows");
+    Eigen::Matrix3d R;
+    for (int i = 0; i < 3; ++i) R.row(i) = at(static_cast<std::size_t>(i)).vector();
+    // Written by hand or rounded files are refused: a rotation carries full precision.
+    if ((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-9)
+      refuse("a rotation");
+    return R;
+  }
+  [[noreturn]] void refuse(const std::string& allowed) const {
+    std::string found = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (found.size() > 60) found = found.substr(0, 60) + "...";
+    throw UserError("{}: {} = {}; allowed: {}", file_, path_, found, allowed);
+  }
+
+ private:
+  const Json& json_;
+  const std::string& file_;
+  std::string path_;
+};
+
+constexpr int kMost = 1'000'000'000;
+
+RobotModel read_robot(const Node& node) {
+  RobotModel robot;
+  robot.name = node["name"].text();
+  robot.gravity = node["gravity"].vector();
+  const Node joints = node["joints"], frames = node["frames"], torques = node["linear_torques"];
+  const int n = static_cast<int>(joints.size());
+  if (n < 1) joints.refuse("at least one joint");
+  robot.pi.setZero(11 * n + static_cast<int>(torques.size()));
+  for (int i = 0; i < n; ++i) {
+    const Node item = joints.at(static_cast<std::size_t>(i));
+    Joint joint;
+    joint.name = item["name"].text();
+    joint.link = item["link"].text();
+    const std::string type = item["type"].text();
+    if (type != "revolute" && type != "prismatic") item["type"].refuse("revolute or prismatic");
+    joint.type = type == "revolute" ? JointType::kRevolute : JointType::kPrismatic;
+    joint.continuous = item["continuous"].flag();
+    joint.parent = item["parent"].integer(-1, i - 1);
+    joint.R0 = item["R0"].rotation();
+    joint.p0 = item["p0"].vector();
+    joint.axis = item["axis"].vector();
+    if (std::abs(joint.axis.norm() - 1) > 1e-9) item["axis"].refuse("a unit vector");
+    joint.lower = item["lower"].number();
+    joint.upper = item["upper"].number();
+    joint.velocity = item["velocity"].number();
+    joint.effort = item["effort"].number();
+    joint.acceleration = item["acceleration"].number();
+    joint.jerk = item["jerk"].number();
+    robot.pi[robot.pi.size() - static_cast<int>(torques.size()) - n + i] =
+        item["armature"].number();
+    const Node link = item["moves"];
+    robot.pi[10 * i] = link["mass"].number();
+    robot.pi.segment<3>(10 * i + 1) = link["first_moment"].vector();
+    for (int k = 0; k < 6; ++k)
+      robot.pi[10 * i + 4 + k] = link["inertia"][kInertiaKeys[k]].number();
+    robot.joints.push_back(joint);
+  }
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const Node item = frames.at(i);
+    robot.frames.push_back({.name = item["name"].text(),
+                            .link = item["link"].integer(-1, n - 1),
+                            .R = item["R"].rotation(),
+                            .p = item["p"].vector()});
+  }
+  for (std::size_t i = 0; i < torques.size(); ++i) {
+    const Node item = torques.at(i);
+    const std::string shape = item["shape"].text();
+    const auto known = std::find(std::begin(kShapes), std::end(kShapes), shape);
+    if (known == std::end(kShapes)) item["shape"].refuse("1, sin(k q), cos(k q) or q");
+    robot.linear_torques.push_back(
+        {.name = item["name"].text(),
+         .joint = item["joint"].integer(0, n - 1),
+         .shape = static_cast<LinearTorque::Shape>(known - std::begin(kShapes)),
+         .k = item["k"].number()});
+    robot.pi[11 * n + static_cast<int>(i)] = item["c"].number();
+  }
+  return robot;
+}
+
+void read_parameters(const Node& node, const std::vector<ParameterInfo>& infos,
+                     std::vector<double>& theta) {
+  for (const ParameterInfo& info : infos) {
+    const Node parameter = node[std::string(info.symbol)];
+    if (parameter["unit"].text() != info.unit) parameter["unit"].refuse(std::string(info.unit));
+    theta.push_back(parameter["value"].number(info.lower, info.upper));
+  }
+  if (node.key_count() != infos.size())
+    node.refuse(fmt::format("the {} parameters of the law", infos.size()));
+}
+
+Friction read_friction(const Node& node, int n) {
+  if (node.size() != static_cast<std::size_t>(n))
+    node.refuse(fmt::format("one list of laws for each of {} joints", n));
+  std::vector<friction::JointSpec> joints(static_cast<std::size_t>(n));
+  std::vector<double> theta;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const Node laws = node.at(j);
+    for (std::size_t i = 0; i < laws.size(); ++i) {
+      const Node item = laws.at(i);
+      friction::LawSpec law{.law = item["law"].text(),
+                            .elements = item["elements"].integer(0, kMostElements),
+                            .modifiers = {}};
+      read_parameters(item["parameters"], friction::parameters_of_law(law.law, law.elements),
+                      theta);
+      const Node modifiers = item["modifiers"];
+      for (std::size_t m = 0; m < modifiers.size(); ++m) {
+        const Node own = modifiers.at(m);
+        friction::ModifierSpec modifier{.name = own["modifier"].text(),
+                                        .order = own["order"].integer(1, kMostElements)};
+        read_parameters(own["parameters"],
+                        friction::parameters_of_modifier(modifier.name, modifier.order), theta);
+        law.modifiers.push_back(modifier);
+      }
+      joints[j].laws.push_back(law);
+    }
+  }
+  return {.model = friction::RobotFriction(std::move(joints)), .theta = std::move(theta)};
+}
+
+void check_format(const Node& root, const std::string& file) {
+  const std::string format = root["format"].text();
+  const std::string allowed = fmt::format("{}/{}", kFormatName, kFormatVersion);
+  if (format == allowed) return;
+  const std::size_t slash = format.rfind('/');
+  int version = 0;
+  if (slash != std::string::npos)
+    std::from_chars(format.data() + slash + 1, format.data() + format.size(), version);
+  if (format.substr(0, slash) == kFormatName && version > kFormatVersion)
+    throw UserError("{}: format {} is newer than {}, which this program reads", file, format,
+                    allowed);
+  throw UserError("{}: format = \"{}\"; allowed: {}", file, format, allowed);
+}
+
+}  // namespace
+
+void save_model(const ModelFile& model, const std::filesystem::path& path) {
+  const Json json = {{"format", fmt::format("{}/{}", kFormatName, kFormatVersion)},
+                     {"name", model.name},
+                     {"label", model.label},
+                     {"seed", model.seed},
+                     {"is_oracle", model.is_oracle},
+                     {"free_parameters", model.free_parameters},
+                     {"fit_seconds", model.fit_seconds},
+                     {"robot", robot_json(model.arm.robot)},
+                     {"friction", friction_json(model.arm.friction)}};
+  refuse_non_finite(json, path.string(), "");
+  write_file_atomically(path, json.dump(1) + "\n");
+}
+
+ModelFile load_model(const std::filesystem::path& path) {
+  const std::string file = path.string();
+  const std::string text = read_file(path);
+  if (text.empty()) throw UserError("{}: an empty file", file);
+  Json json;
+  try {
+    json = Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    const std::size_t end = std::min(error.byte, text.size());
+    const auto line =
+        1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n');
+    throw UserError("{}:{}: not JSON, or torn", file, line);
+  }
+  const Node root(json, file, "");
+  check_format(root, file);
+  ModelFile model;
+  model.name = root["name"].text();
+  model.label = root["label"].text();
+  model.seed = root["seed"].integer(0, kMost);
+  model.is_oracle = root["is_oracle"].flag();
+  model.free_parameters = root["free_parameters"].integer(0, kMost);
+  model.fit_seconds = root["fit_seconds"].number();
+  model.arm.robot = read_robot(root["robot"]);
+  model.arm.friction = read_friction(root["friction"], model.arm.robot.n());
+  return model;
+}
+
+}  // namespace fricid::data

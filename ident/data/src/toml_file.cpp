@@ -1,0 +1,144 @@
+#include "toml_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/data/paths.hpp"
+
+namespace fricid::data {
+namespace {
+
+constexpr std::size_t kLongestQuote = 60;
+
+std::string one_line(std::string_view text) {
+  std::string line(text.substr(0, 200));
+  std::replace_if(
+      line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  return line;
+}
+
+// Moves every entry of `over` into `base`; a copy of a node would lose its place.
+void merge(toml::table& base, toml::table&& over) {
+  for (auto&& [key, node] : over) {
+    toml::node* known = base.get(key.str());
+    if (known && known->is_table() && node.is_table()) {
+      merge(*known->as_table(), std::move(*node.as_table()));
+      continue;
+    }
+    base.erase(key.str());
+    node.visit([&](auto& value) { base.insert(key, std::move(value)); });
+  }
+}
+
+toml::table load_merged(const std::filesystem::path& path,
+                        std::vector<std::filesystem::path>& files,
+                        std::vector<std::filesystem::path> chain) {
+  toml::table table = parse_toml(read_file(path), path.string());
+  files.push_back(path);
+  chain.push_back(std::filesystem::weakly_canonical(path));
+  const toml::node* extends = table.get("extends");
+  if (!extends) return table;
+
+  const std::string where = place(*extends, path.string());
+  if (!extends->is_string())
+    throw UserError("{}: extends = {}; allowed: a file name", where, found(*extends));
+  const std::string name = extends->as_string()->get();
+  std::filesystem::path base;
+  try {
+    base = std::filesystem::weakly_canonical(find_file(name, path.parent_path()));
+  } catch (const UserError& error) {
+    throw UserError("{}: extends: {}", where, error.what());
+  }
+  if (std::find(chain.begin(), chain.end(), base) != chain.end())
+    throw UserError("{}: extends = \"{}\" leads back to a scene that extends it", where, name);
+  // Keep the user's way of naming files in messages where the base lies beside the scene.
+  const std::filesystem::path beside = path.parent_path() / name;
+  toml::table merged =
+      load_merged(std::filesystem::exists(beside) ? beside : base, files, std::move(chain));
+  table.erase("extends");
+  merge(merged, std::move(table));
+  return merged;
+}
+
+}  // namespace
+
+toml::table parse_toml(const std::string& text, const std::string& path) {
+  try {
+    return toml::parse(std::string_view(text), std::string_view(path));
+  } catch (const toml::parse_error& error) {
+    throw UserError("{}:{}: not TOML: {}", path, error.source().begin.line,
+                    one_line(error.description()));
+  }
+}
+
+TomlFile load_toml(const std::filesystem::path& path) {
+  TomlFile file{.path = path.string(), .table = {}, .files = {}};
+  file.table = load_merged(path, file.files, {});
+  return file;
+}
+
+std::string place(const toml::node& node, const std::string& fallback) {
+  const toml::source_region& source = node.source();
+  if (!source.path || source.begin.line == 0) return fallback;
+  return fmt::format("{}:{}", *source.path, source.begin.line);
+}
+
+std::filesystem::path folder_of(const toml::node& node, const std::filesystem::path& fallback) {
+  const toml::source_region& source = node.source();
+  return source.path ? std::filesystem::path(*source.path).parent_path() : fallback;
+}
+
+std::optional<double> as_number(const toml::node& node) {
+  if (node.is_integer()) return static_cast<double>(node.as_integer()->get());
+  if (node.is_floating_point()) return node.as_floating_point()->get();
+  return std::nullopt;
+}
+
+std::string found(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::string: {
+      const std::string& value = node.as_string()->get();
+      const bool cut = value.size() > kLongestQuote;
+      return fmt::format("\"{}{}\"", one_line(std::string_view(value).substr(0, kLongestQuote)),
+                         cut ? "..." : "");
+    }
+    case toml::node_type::integer:
+      return fmt::format("{}", node.as_integer()->get());
+    case toml::node_type::floating_point:
+      return fmt::format("{}", node.as_floating_point()->get());
+    case toml::node_type::boolean:
+      return node.as_boolean()->get() ? "true" : "false";
+    case toml::node_type::array:
+      return node.as_array()->empty() ? "an empty array"
+                                      : fmt::format("an array of {}", node.as_array()->size());
+    case toml::node_type::table:
+      return "a table";
+    default:
+      return "a date or time";
+  }
+}
+
+std::string toml_number(double value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  return fmt::format("{:#}", value);
+}
+
+std::string toml_text(std::string_view value) {
+  std::string text = "\"";
+  for (const char c : value) {
+    if (c == '"' || c == '\\') {
+      text += '\\';
+      text += c;
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      text += fmt::format("\\u{:04X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
+    } else {
+      text += c;
+    }
+  }
+  return text + '"';
+}
+
+}  // namespace fricid::data
