@@ -1,4 +1,5 @@
-// Robot and friction as one discrete-time system: the step that evaluation, training and filters share.
+// Robot and friction as one discrete-time system: the step that evaluation, training and filters
+// share.
 #pragma once
 
 #include <span>
@@ -6,46 +7,62 @@
 
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/robot_model.hpp"
+#include "fricid/dynamics/workspace.hpp"
 #include "fricid/friction/robot_friction.hpp"
 
 namespace fricid {
 
 /// What an identified (or true) robot is: rigid body and friction with their parameters.
 struct Arm {
-  dynamics::RobotModel robot;   ///< robot.pi holds the parameters in force
+  dynamics::RobotModel robot;  ///< robot.pi holds the parameters in force
   friction::Friction friction;
 };
 
+/// Temperature that laws see where none was measured [K].
+inline constexpr double kRoomTemperature = 293.15;
+
 /// How an Arm is stepped over one sample with torque held: `substeps` semi-implicit Euler steps
 ///
-///     a      = M(q)^-1 (tau - h(q, v) - tau_f(q, v, z)),   load = tau
-///     v'     = v + h a,   q' = q + h v',   z' = step(z; v', h),     h = dt / substeps.
+///     a  = M(q)^-1 (tau - h(q, v) - tau_f(q, v, z)),   load = tau
+///     v' = v + h a,   q' = q + h v',   z' = step(z; q', v', h),     h = dt / substeps.
 ///
 /// One setting for all models of a scene.
 struct StepOptions {
   int substeps = 8;
 };
 
-/// Steps S-batches of states of one arm (one state per lane). Owns the workspace; make one per thread.
+/// Steps S-batches of states of one arm (one state per lane); lane k of a Pack equals the scalar
+/// step to the last bit. Owns the workspace: make one per thread. Keeps a reference to the arm.
+/// Instantiated for double, PackD and PackF.
 template <class S>
 class ArmStepper {
  public:
+  /// @throws UserError when robot and friction differ in their number of joints, or substeps < 1
   ArmStepper(const Arm& arm, StepOptions options);
 
-  /// Advances (q, v, z) by dt under the held torque tau; temperature [K] per joint.
+  /// Advances (q, v, z) by dt [s] under the held torque tau [N m]; temperature [K].
+  /// Sizes: tau, temperature, q, v (n), z (state_size). Does not allocate.
   void step(std::span<const S> tau, std::span<const S> temperature, double dt, std::span<S> q,
             std::span<S> v, std::span<S> z);
 
-  /// Friction torque at the present state.
+  /// Friction torque [N m] at the present state. Does not allocate.
   void friction_torque(std::span<const S> tau, std::span<const S> temperature, std::span<const S> q,
                        std::span<const S> v, std::span<const S> z, std::span<S> tau_f);
 
  private:
+  void set_inputs(std::span<const S> tau, std::span<const S> temperature, std::span<const S> q,
+                  std::span<const S> v);
+
   const Arm& arm_;
   StepOptions options_;
   dynamics::Workspace<S> ws_;
-  std::vector<S> pi_, theta_, tau_f_, net_, a_;
+  std::vector<S> pi_, theta_;       // parameters in every lane
+  std::vector<S> tau_f_, net_, a_;  // (n)
   std::vector<friction::Input<S>> in_;
 };
+
+extern template class ArmStepper<double>;
+extern template class ArmStepper<PackD>;
+extern template class ArmStepper<PackF>;
 
 }  // namespace fricid

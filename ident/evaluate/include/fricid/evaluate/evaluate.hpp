@@ -1,0 +1,52 @@
+// Open-loop evaluation of identified robots on held-out recordings.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/data/experiment.hpp"
+#include "fricid/data/model_file.hpp"
+#include "fricid/evaluate/report.hpp"
+
+namespace fricid::evaluate {
+
+/// What is evaluated, on what, against what.
+struct Contest {
+  std::string scene;
+  std::vector<Trajectory> trajectories;
+  /// Models to roll out. Those with is_oracle start from the true friction state.
+  std::vector<data::ModelFile> models;
+  std::vector<std::string> unconventional;  ///< names of models that are not a convention to beat
+  /// Rollouts by the simulator with the true model from the true state under the measured torque,
+  /// at the truth's inner step and at half of it; one per planned start, in that order, or empty
+  /// (real logs).
+  std::vector<Rollout> simulator_oracle, simulator_halved;
+};
+
+/// Rolls every model out from every planned start and scores it: every model begins at the same
+/// position and velocity (true ones where there is a truth, else filtered ones), its friction state
+/// washed out by the measured motion before; only an oracle begins with the true friction state.
+///
+/// Work is cut into lanes by model and start alone: the report is the same to the last bit for any
+/// `jobs`.
+/// @throws UserError naming the model or trajectory whose sizes do not agree
+EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& options, int jobs);
+
+/// Shares and ratios from scored models: what `evaluate` ends with. `report.models`, `horizons_s`,
+/// `halving` and `integration` are given; the rest of the per-horizon values, the summary and the
+/// verdict are filled.
+void summarise(EvaluationReport& report, double min_headroom,
+               std::span<const std::vector<double>> friction_rms);
+
+/// The report as text: JSON "fricid.evaluation/1", a Markdown table, comma-separated values.
+std::string to_json(const EvaluationReport& report);
+std::string to_markdown(const EvaluationReport& report);
+std::string to_csv(const EvaluationReport& report);
+
+/// Writes evaluation.json, table.md, table.csv and rollouts/NAME_sSEED_TRAJECTORY.h5 into `folder`.
+void save_report(const EvaluationReport& report, std::span<const Trajectory> trajectories,
+                 const std::filesystem::path& folder);
+
+}  // namespace fricid::evaluate

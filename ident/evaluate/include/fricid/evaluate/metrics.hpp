@@ -1,0 +1,42 @@
+// Errors of a rollout by horizon and of a friction torque by regime.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fricid/evaluate/rollout.hpp"
+#include "fricid/evaluate/trajectory.hpp"
+
+namespace fricid::evaluate {
+
+/// Errors pooled over the samples of [start, start + h]: mean of e^2 (mse) and of |e| (mae), per
+/// joint and averaged over joints. NaN where the rollout is shorter than the horizon. Samples whose
+/// reference is missing are left out.
+struct HorizonError {
+  double q_mse, q_mae;                                                     ///< [rad^2], [rad]
+  double v_mse, v_mae;                                                     ///< [rad^2/s^2], [rad/s]
+  std::vector<double> q_mse_joint, q_mae_joint, v_mse_joint, v_mae_joint;  ///< (n)
+};
+
+/// Errors of a rollout over its first `steps` samples after the start.
+HorizonError horizon_error(const Rollout& rollout, const Trajectory& trajectory, int steps);
+
+/// Root mean square error of friction torque per joint [N m] by regime of the true motion:
+///
+///     presliding   |v| < 0.05 rad/s, or less than 5 mrad of travel since the last reversal
+///     reversal     less than 0.05 s from a change of sign of v
+///     sliding      neither
+///
+/// Presliding and reversal overlap. NaN where a joint has no such sample.
+struct FrictionError {
+  std::vector<double> all, presliding, reversal, sliding;  ///< (n)
+};
+
+/// @param tau_f  torque to be scored (rows, n), row i at sample begin + i of the trajectory
+/// @pre trajectory.truth holds tau_f
+FrictionError friction_error(ConstRowMatrix tau_f, const Trajectory& trajectory, int begin);
+
+/// Root mean square of the true friction torque per joint [N m], whole recording.
+std::vector<double> friction_rms(const Trajectory& trajectory);
+
+}  // namespace fricid::evaluate

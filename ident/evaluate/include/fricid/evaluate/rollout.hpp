@@ -1,0 +1,48 @@
+// Open-loop rollouts of one arm, many at once: lanes of a Pack are rollouts.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/evaluate/trajectory.hpp"
+#include "fricid/system/arm.hpp"
+
+namespace fricid::evaluate {
+
+/// Motion of an arm under the measured torque alone.
+struct Rollout {
+  Start start;
+  bool diverged = false;
+  RowMatrix q;      ///< (steps + 1, n) [rad]
+  RowMatrix v;      ///< (steps + 1, n) [rad/s]
+  RowMatrix tau_f;  ///< (steps + 1, n) [N m]
+};
+
+struct RolloutOptions {
+  StepOptions step;
+  double diverged_rad = 10;  ///< largest |q error| of a joint that still counts as a rollout
+};
+
+/// Rolls an arm out from (start_q, start_v, z0) with tau_k held over each sample.
+///
+/// A rollout whose state is no longer finite or whose error exceeds `diverged_rad` at any joint is
+/// flagged; from there on the arm stands still at its last finite position, clamped to the scored
+/// position
+/// +- diverged_rad. Missing (NaN) torque repeats the last one.
+///
+/// @param starts  at most as many as PackD has lanes; one lane each
+/// @param z0      initial friction state of each rollout (state_size)
+/// @return one rollout per start, the same whatever the other lanes do
+std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajectories,
+                              std::span<const Start> starts,
+                              std::span<const std::vector<double>> z0,
+                              const RolloutOptions& options);
+
+/// Writes HDF5, format "fricid.rollout/1": /t (s), /q, /v, /tau_f with attribute `unit`; root
+/// attributes format, joint_names, model, seed, trajectory. Atomic.
+void save_rollout(const Rollout& rollout, const Trajectory& trajectory, const std::string& model,
+                  int seed, const std::filesystem::path& path);
+
+}  // namespace fricid::evaluate

@@ -1,0 +1,253 @@
+#include "fricid/evaluate/evaluate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/parallel.hpp"
+#include "fricid/base/progress.hpp"
+#include "fricid/evaluate/statistics.hpp"
+
+namespace fricid::evaluate {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// Lanes that run together: indices into the plan, longest rollouts first. Depends on the plan
+/// alone.
+std::vector<std::vector<int>> batches_of(const std::vector<Start>& plan) {
+  std::vector<int> order(plan.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return plan[static_cast<std::size_t>(a)].steps > plan[static_cast<std::size_t>(b)].steps;
+  });
+  std::vector<std::vector<int>> batches;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i % PackD::kLanes == 0) batches.emplace_back();
+    batches.back().push_back(order[i]);
+  }
+  return batches;
+}
+
+/// Friction of one model driven by the measured motion of one trajectory.
+struct Driven {
+  RowMatrix tau_f;                      ///< (T, n); empty for rollouts that come from elsewhere
+  std::vector<std::vector<double>> z0;  ///< state at each planned start of the trajectory
+};
+
+Driven drive(const data::ModelFile& model, const Trajectory& trajectory,
+             std::span<const Start> starts) {
+  const data::Dataset& data = trajectory.data;
+  const DrivenFriction driven = drive_friction(model.arm.friction, data.dt(), trajectory.q,
+                                               trajectory.v, data.tau, data.temperature);
+  const bool from_truth = model.is_oracle && trajectory.truth && trajectory.truth->z.size() > 0;
+  const RowMatrix& z = from_truth ? trajectory.truth->z : driven.z;
+  if (z.cols() != driven.z.cols())
+    throw UserError("{}: the true friction state has {} values, the oracle {} has {}", data.name,
+                    z.cols(), model.name, driven.z.cols());
+  Driven result{driven.tau_f, {}};
+  for (const Start& start : starts)
+    result.z0.emplace_back(z.row(start.begin).begin(), z.row(start.begin).end());
+  return result;
+}
+
+RolloutScore score_of(const Rollout& rollout, const Trajectory& trajectory,
+                      const RowMatrix& driven_tau_f, std::span<const double> horizons_s) {
+  const data::Dataset& data = trajectory.data;
+  const Start& start = rollout.start;
+  RolloutScore score;
+  score.trajectory = start.trajectory;
+  score.start_s = start.begin * data.dt();
+  score.diverged = rollout.diverged;
+  for (const double h : horizons_s)
+    score.horizons.push_back(
+        horizon_error(rollout, trajectory, horizon_steps(h, data.dt(), data.length())));
+  if (!trajectory.truth) return score;
+  if (driven_tau_f.size() > 0)
+    score.friction = friction_error(driven_tau_f.middleRows(start.begin, start.steps + 1),
+                                    trajectory, start.begin);
+  if (rollout.tau_f.size() > 0)
+    score.friction_rollout = friction_error(rollout.tau_f, trajectory, start.begin);
+  return score;
+}
+
+/// Everything that is fixed before the first rollout.
+struct Plan {
+  std::vector<Start> starts;
+  std::vector<std::vector<int>> batches;
+  std::vector<std::vector<Start>> by_trajectory;
+  std::vector<int> rank;  ///< of each start within its trajectory
+};
+
+Plan make_plan(std::span<const Trajectory> trajectories, const data::EvaluateConfig& options) {
+  Plan plan;
+  plan.starts = plan_starts(trajectories, options.horizons_s, options.starts);
+  plan.batches = batches_of(plan.starts);
+  plan.by_trajectory.resize(trajectories.size());
+  for (const Start& start : plan.starts) {
+    auto& own = plan.by_trajectory[static_cast<std::size_t>(start.trajectory)];
+    plan.rank.push_back(static_cast<int>(own.size()));
+    own.push_back(start);
+  }
+  return plan;
+}
+
+/// Rollouts of every model, one per planned start, and the friction that was driven on the way.
+struct Rolled {
+  std::vector<std::vector<Rollout>> rollouts;  ///< [model][start]
+  std::vector<std::vector<Driven>> driven;     ///< [model][trajectory]
+};
+
+Rolled roll_out_all(const Contest& contest, const Plan& plan, const RolloutOptions& options,
+                    int jobs) {
+  const std::size_t models = contest.models.size(), trajectories = contest.trajectories.size();
+  Rolled rolled{std::vector(models, std::vector<Rollout>(plan.starts.size())),
+                std::vector(models, std::vector<Driven>(trajectories))};
+  parallel_for(static_cast<int>(models * trajectories), jobs, [&](int task) {
+    const auto m = static_cast<std::size_t>(task) / trajectories;
+    const auto i = static_cast<std::size_t>(task) % trajectories;
+    rolled.driven[m][i] = drive(contest.models[m], contest.trajectories[i], plan.by_trajectory[i]);
+  });
+  // Batches outermost: the long ones start first, whoever they belong to.
+  parallel_for(static_cast<int>(models * plan.batches.size()), jobs, [&](int task) {
+    throw_if_stopped();
+    const auto m = static_cast<std::size_t>(task) % models;
+    const std::vector<int>& batch = plan.batches[static_cast<std::size_t>(task) / models];
+    std::vector<Start> starts;
+    std::vector<std::vector<double>> z0;
+    for (const int i : batch) {
+      const auto index = static_cast<std::size_t>(i);
+      starts.push_back(plan.starts[index]);
+      z0.push_back(rolled.driven[m][static_cast<std::size_t>(starts.back().trajectory)]
+                       .z0[static_cast<std::size_t>(plan.rank[index])]);
+    }
+    std::vector<Rollout> made =
+        roll_out(contest.models[m].arm, contest.trajectories, starts, z0, options);
+    for (std::size_t l = 0; l < batch.size(); ++l)
+      rolled.rollouts[m][static_cast<std::size_t>(batch[l])] = std::move(made[l]);
+  });
+  return rolled;
+}
+
+/// Scores every rollout; keeps those from the first sample.
+void add_scores(ModelResult& result, std::vector<Rollout>& rollouts, std::span<const Driven> driven,
+                std::span<const Trajectory> trajectories, std::span<const double> horizons_s) {
+  for (Rollout& rollout : rollouts) {
+    const auto i = static_cast<std::size_t>(rollout.start.trajectory);
+    result.scores.push_back(score_of(rollout, trajectories[i],
+                                     driven.empty() ? RowMatrix() : driven[i].tau_f, horizons_s));
+    if (rollout.start.begin == 0) result.rollouts.push_back(std::move(rollout));
+  }
+}
+
+double mean_squared_difference(const RowMatrix& a, const RowMatrix& b, Eigen::Index rows) {
+  double sum = 0;
+  for (Eigen::Index k = 0; k < rows; ++k)
+    for (Eigen::Index j = 0; j < a.cols(); ++j) {
+      const double e = a(k, j) - b(k, j);
+      sum += e * e;
+    }
+  return sum / static_cast<double>(rows * a.cols());
+}
+
+/// Geometric mean over starts of the mean squared difference of two sets of rollouts, per horizon.
+std::vector<double> difference(std::span<const Rollout> a, std::span<const Rollout> b,
+                               std::span<const Trajectory> trajectories,
+                               std::span<const double> horizons_s) {
+  std::vector<double> result;
+  for (const double h : horizons_s) {
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      const data::Dataset& data =
+          trajectories[static_cast<std::size_t>(a[i].start.trajectory)].data;
+      const int steps = horizon_steps(h, data.dt(), data.length());
+      if (steps < a[i].q.rows())
+        errors.push_back(mean_squared_difference(a[i].q, b[i].q, steps + 1));
+    }
+    result.push_back(geometric_mean(errors));
+  }
+  return result;
+}
+
+void check_simulator_rollouts(std::span<const Rollout> rollouts, const Plan& plan,
+                              const char* what) {
+  if (rollouts.empty()) return;
+  bool agree = rollouts.size() == plan.starts.size();
+  for (std::size_t i = 0; agree && i < rollouts.size(); ++i)
+    agree = rollouts[i].start.trajectory == plan.starts[i].trajectory &&
+            rollouts[i].start.begin == plan.starts[i].begin &&
+            rollouts[i].q.rows() == plan.starts[i].steps + 1;
+  if (!agree)
+    throw UserError("{} rollouts of the simulator: found {}, expected the {} planned starts", what,
+                    rollouts.size(), plan.starts.size());
+}
+
+}  // namespace
+
+EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& options, int jobs) {
+  if (contest.trajectories.empty()) throw UserError("evaluate: no held-out data");
+  const Plan plan = make_plan(contest.trajectories, options);
+  if (plan.starts.empty()) throw UserError("evaluate: horizons_s is empty");
+  check_simulator_rollouts(contest.simulator_oracle, plan, "oracle");
+  check_simulator_rollouts(contest.simulator_halved, plan, "half-step");
+
+  EvaluationReport report;
+  report.scene = contest.scene;
+  double longest = 0;
+  std::vector<std::vector<double>> rms;
+  for (const Trajectory& trajectory : contest.trajectories) {
+    report.trajectories.push_back(trajectory.data.name);
+    longest = std::max(longest, (trajectory.data.length() - 1) * trajectory.data.dt());
+    if (trajectory.truth) rms.push_back(friction_rms(trajectory));
+  }
+  if (rms.size() < contest.trajectories.size()) rms.clear();
+  for (const double h : options.horizons_s) report.horizons_s.push_back(h == 0 ? longest : h);
+
+  Rolled rolled = roll_out_all(contest, plan, {{options.substeps}, options.diverged_rad}, jobs);
+
+  // Differences of whole sets of rollouts, before scoring keeps only some of them.
+  const std::vector<Rollout>& simulated = contest.simulator_oracle;
+  if (!contest.simulator_halved.empty() && !simulated.empty())
+    report.halving =
+        difference(simulated, contest.simulator_halved, contest.trajectories, options.horizons_s);
+  const auto engine_oracle = std::find_if(contest.models.begin(), contest.models.end(),
+                                          [](const data::ModelFile& m) { return m.is_oracle; });
+  if (engine_oracle != contest.models.end() && !simulated.empty())
+    report.integration = difference(
+        simulated,
+        rolled.rollouts[static_cast<std::size_t>(engine_oracle - contest.models.begin())],
+        contest.trajectories, options.horizons_s);
+
+  if (!simulated.empty()) {
+    ModelResult& oracle = report.models.emplace_back();
+    oracle.name = "oracle";
+    oracle.label = "Oracle (simulator)";
+    oracle.is_oracle = true;
+    std::vector<Rollout> rollouts = simulated;
+    add_scores(oracle, rollouts, {}, contest.trajectories, options.horizons_s);
+  }
+  for (const bool oracles : {true, false})
+    for (std::size_t m = 0; m < contest.models.size(); ++m) {
+      const data::ModelFile& model = contest.models[m];
+      if (model.is_oracle != oracles) continue;
+      ModelResult& result = report.models.emplace_back();
+      result.name = model.name;
+      result.label = model.label;
+      result.seed = model.seed;
+      result.parameters = model.free_parameters;
+      result.fit_seconds = model.fit_seconds;
+      result.is_oracle = model.is_oracle;
+      result.is_conventional =
+          !model.is_oracle &&
+          std::find(contest.unconventional.begin(), contest.unconventional.end(), model.name) ==
+              contest.unconventional.end();
+      add_scores(result, rolled.rollouts[m], rolled.driven[m], contest.trajectories,
+                 options.horizons_s);
+    }
+  summarise(report, options.min_headroom, rms);
+  return report;
+}
+
+}  // namespace fricid::evaluate

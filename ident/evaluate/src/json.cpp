@@ -1,0 +1,123 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "fricid/evaluate/evaluate.hpp"
+
+namespace fricid::evaluate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// JSON knows no NaN: what does not exist is null.
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json numbers(const std::vector<double>& values) {
+  Json array = Json::array();
+  for (const double value : values) array.push_back(number(value));
+  return array;
+}
+
+template <class Range, class Convert>
+Json list(const Range& range, const Convert& convert) {
+  Json array = Json::array();
+  for (const auto& item : range) array.push_back(convert(item));
+  return array;
+}
+
+void put_friction(Json& json, const FrictionError& error, const std::string& prefix) {
+  if (error.all.empty()) return;
+  json[prefix] = numbers(error.all);
+  json[prefix + "_presliding"] = numbers(error.presliding);
+  json[prefix + "_reversal"] = numbers(error.reversal);
+  json[prefix + "_sliding"] = numbers(error.sliding);
+}
+
+Json score_json(const RolloutScore& score, const EvaluationReport& report) {
+  Json json;
+  json["name"] = report.trajectories[static_cast<std::size_t>(score.trajectory)];
+  json["start_s"] = score.start_s;
+  json["diverged"] = score.diverged;
+  const auto per_horizon = [&](const char* key, double HorizonError::*member) {
+    json[key] = list(score.horizons, [&](const HorizonError& e) { return number(e.*member); });
+  };
+  const auto per_joint = [&](const char* key, std::vector<double> HorizonError::*member) {
+    json[key] = list(score.horizons, [&](const HorizonError& e) { return numbers(e.*member); });
+  };
+  per_horizon("q_mse", &HorizonError::q_mse);
+  per_horizon("q_mae", &HorizonError::q_mae);
+  per_horizon("v_mse", &HorizonError::v_mse);
+  per_horizon("v_mae", &HorizonError::v_mae);
+  per_joint("q_mse_joint", &HorizonError::q_mse_joint);
+  per_joint("q_mae_joint", &HorizonError::q_mae_joint);
+  per_joint("v_mse_joint", &HorizonError::v_mse_joint);
+  per_joint("v_mae_joint", &HorizonError::v_mae_joint);
+  put_friction(json, score.friction, "friction_rmse");
+  put_friction(json, score.friction_rollout, "friction_rmse_rollout");
+  return json;
+}
+
+Json model_json(const ModelResult& model, const EvaluationReport& report) {
+  return {{"name", model.name},
+          {"label", model.label},
+          {"seed", model.seed},
+          {"parameters", model.parameters},
+          {"fit_seconds", model.fit_seconds},
+          {"is_oracle", model.is_oracle},
+          {"is_conventional", model.is_conventional},
+          {"trajectories", list(model.scores, [&](const RolloutScore& score) {
+             return score_json(score, report);
+           })}};
+}
+
+Json summary_json(const Summary& summary) {
+  return {{"name", summary.name},
+          {"label", summary.label},
+          {"is_oracle", summary.is_oracle},
+          {"is_conventional", summary.is_conventional},
+          {"seeds", summary.seeds},
+          {"parameters", summary.parameters},
+          {"fit_seconds", summary.fit_seconds},
+          {"q_mse_geometric_mean", numbers(summary.q_mse_geometric_mean)},
+          {"q_mse_median", numbers(summary.q_mse_median)},
+          {"q_mse_mean", numbers(summary.q_mse_mean)},
+          {"v_mse_geometric_mean", numbers(summary.v_mse_geometric_mean)},
+          {"interval_90", list(summary.interval_90,
+                               [](const Interval& i) {
+                                 return Json::array({number(i.low), number(i.high)});
+                               })},
+          {"interval_over", summary.interval_over},
+          {"ratio_to_oracle", numbers(summary.ratio_to_oracle)},
+          {"headroom_closed", numbers(summary.headroom_closed)},
+          {"diverged", summary.diverged},
+          {"rollouts", summary.rollouts},
+          {"friction", number(summary.friction)},
+          {"friction_presliding", number(summary.friction_presliding)},
+          {"friction_reversal", number(summary.friction_reversal)},
+          {"friction_sliding", number(summary.friction_sliding)},
+          {"friction_rollout", number(summary.friction_rollout)}};
+}
+
+}  // namespace
+
+std::string to_json(const EvaluationReport& report) {
+  Json json;
+  json["format"] = "fricid.evaluation/1";
+  json["scene"] = report.scene;
+  json["horizons_s"] = numbers(report.horizons_s);
+  json["trajectories"] = report.trajectories;
+  json["models"] =
+      list(report.models, [&](const ModelResult& model) { return model_json(model, report); });
+  json["summary"] = list(report.summary, summary_json);
+  json["headroom"] = numbers(report.headroom);
+  json["oracle"] = numbers(report.oracle);
+  json["halving"] = numbers(report.halving);
+  json["floor"] = numbers(report.floor);
+  json["integration"] = numbers(report.integration);
+  json["best_conventional"] = numbers(report.best_conventional);
+  json["meaningless"] = list(report.verdict, [](const HorizonVerdict& verdict) {
+    return verdict.meaningless ? Json(verdict.reason) : Json(nullptr);
+  });
+  return json.dump(1) + "\n";
+}
+
+}  // namespace fricid::evaluate

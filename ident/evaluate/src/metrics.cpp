@@ -1,0 +1,117 @@
+#include "fricid/evaluate/metrics.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace fricid::evaluate {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kPreslidingSpeed = 0.05;     // [rad/s]
+constexpr double kPreslidingTravel = 0.005;   // [rad]
+constexpr double kReversalHalfWindow = 0.05;  // [s]
+
+/// Running mean of e^2 and |e|; NaN when empty.
+struct Mean {
+  double squares = 0, magnitudes = 0;
+  int count = 0;
+  void add(double error) {
+    if (std::isnan(error)) return;
+    squares += error * error;
+    magnitudes += std::abs(error);
+    ++count;
+  }
+  double mse() const { return count ? squares / count : kNan; }
+  double mae() const { return count ? magnitudes / count : kNan; }
+  double rmse() const { return std::sqrt(mse()); }
+};
+
+double average(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+/// Errors of one signal per joint over rows 0 .. steps.
+void pool(const RowMatrix& x, const RowMatrix& reference, int begin, int steps,
+          std::vector<double>& mse, std::vector<double>& mae) {
+  for (Eigen::Index j = 0; j < x.cols(); ++j) {
+    Mean errors;
+    if (steps < x.rows())
+      for (int k = 0; k <= steps; ++k) errors.add(x(k, j) - reference(begin + k, j));
+    mse.push_back(errors.mse());
+    mae.push_back(errors.mae());
+  }
+}
+
+/// Regime of every sample of one joint.
+struct Regimes {
+  std::vector<bool> presliding, reversal;
+};
+
+Regimes regimes_of(const Reference& truth, Eigen::Index j, double dt) {
+  const auto T = static_cast<std::size_t>(truth.v.rows());
+  Regimes regimes{std::vector<bool>(T), std::vector<bool>(T)};
+  const auto window = static_cast<std::size_t>(std::lround(kReversalHalfWindow / dt));
+  double direction = 0, turned_at = truth.q(0, j);
+  for (std::size_t k = 0; k < T; ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    const double v = truth.v(row, j);
+    if (v * direction < 0) {
+      turned_at = truth.q(row, j);
+      for (std::size_t i = k - std::min(k, window); i < std::min(T, k + window); ++i)
+        regimes.reversal[i] = true;
+    }
+    if (v != 0) direction = v;
+    regimes.presliding[k] =
+        std::abs(v) < kPreslidingSpeed || std::abs(truth.q(row, j) - turned_at) < kPreslidingTravel;
+  }
+  return regimes;
+}
+
+}  // namespace
+
+HorizonError horizon_error(const Rollout& rollout, const Trajectory& trajectory, int steps) {
+  HorizonError error{};
+  const int begin = rollout.start.begin;
+  pool(rollout.q, trajectory.scored_q(), begin, steps, error.q_mse_joint, error.q_mae_joint);
+  pool(rollout.v, trajectory.scored_v(), begin, steps, error.v_mse_joint, error.v_mae_joint);
+  error.q_mse = average(error.q_mse_joint);
+  error.q_mae = average(error.q_mae_joint);
+  error.v_mse = average(error.v_mse_joint);
+  error.v_mae = average(error.v_mae_joint);
+  return error;
+}
+
+FrictionError friction_error(ConstRowMatrix tau_f, const Trajectory& trajectory, int begin) {
+  const Reference& truth = *trajectory.truth;
+  FrictionError error;
+  for (Eigen::Index j = 0; j < tau_f.cols(); ++j) {
+    const Regimes regimes = regimes_of(truth, j, trajectory.data.dt());
+    Mean all, presliding, reversal, sliding;
+    for (Eigen::Index i = 0; i < tau_f.rows(); ++i) {
+      const Eigen::Index row = begin + i;
+      const double e = tau_f(i, j) - truth.tau_f(row, j);
+      const auto k = static_cast<std::size_t>(row);
+      all.add(e);
+      if (regimes.presliding[k]) presliding.add(e);
+      if (regimes.reversal[k]) reversal.add(e);
+      if (!regimes.presliding[k] && !regimes.reversal[k]) sliding.add(e);
+    }
+    error.all.push_back(all.rmse());
+    error.presliding.push_back(presliding.rmse());
+    error.reversal.push_back(reversal.rmse());
+    error.sliding.push_back(sliding.rmse());
+  }
+  return error;
+}
+
+std::vector<double> friction_rms(const Trajectory& trajectory) {
+  std::vector<double> rms;
+  const RowMatrix& tau_f = trajectory.truth->tau_f;
+  for (Eigen::Index j = 0; j < tau_f.cols(); ++j)
+    rms.push_back(std::sqrt(tau_f.col(j).squaredNorm() / static_cast<double>(tau_f.rows())));
+  return rms;
+}
+
+}  // namespace fricid::evaluate

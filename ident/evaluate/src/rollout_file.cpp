@@ -1,0 +1,21 @@
+#include "fricid/data/hdf5.hpp"
+#include "fricid/evaluate/rollout.hpp"
+
+namespace fricid::evaluate {
+
+void save_rollout(const Rollout& rollout, const Trajectory& trajectory, const std::string& model,
+                  int seed, const std::filesystem::path& path) {
+  data::write_hdf5(path, "fricid.rollout/1", [&](data::H5Writer& file) {
+    file.attribute("joint_names", trajectory.data.joint_names);
+    file.attribute("model", model);
+    file.attribute("seed", static_cast<double>(seed));
+    file.attribute("trajectory", trajectory.data.name);
+    file.attribute("diverged", rollout.diverged ? 1.0 : 0.0);
+    file.vector("t", trajectory.data.t.segment(rollout.start.begin, rollout.start.steps + 1), "s");
+    file.matrix("q", rollout.q, "rad");
+    file.matrix("v", rollout.v, "rad/s");
+    file.matrix("tau_f", rollout.tau_f, "N m");
+  });
+}
+
+}  // namespace fricid::evaluate

@@ -1,0 +1,209 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "fricid/base/files.hpp"
+#include "fricid/evaluate/evaluate.hpp"
+
+namespace fricid::evaluate {
+namespace {
+
+using Cells = std::vector<std::string>;
+
+/// Two significant digits, as errors deserve: "1.5e-4", "0.12", "37".
+std::string digits(double value) {
+  if (std::isnan(value)) return "–";
+  if (value == 0) return "0";
+  const double magnitude = std::abs(value);
+  if (magnitude >= 100 && magnitude < 1e5) return fmt::format("{:.0f}", value);
+  if (magnitude >= 0.01 && magnitude < 100) return fmt::format("{:.2g}", value);
+  std::string text = fmt::format("{:.1e}", value);
+  const std::size_t e = text.find('e');
+  const int exponent = std::stoi(text.substr(e + 1));
+  return fmt::format("{}e{}", text.substr(0, e), exponent);
+}
+
+std::string percent(double share) { return std::isnan(share) ? "–" : digits(100 * share); }
+
+/// Two decimals: shares of the headroom are compared by difference.
+std::string fixed(double value) {
+  return std::isnan(value) ? "–" : fmt::format("{:.2f}", value + 0.0);
+}
+
+std::string seconds(double value) { return fmt::format("{:.3g} s", value); }
+
+std::size_t width_of(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+/// A Markdown table that is readable as plain text too: padded, first column left, the rest right.
+std::string markdown_table(const std::vector<Cells>& rows) {
+  std::vector<std::size_t> widths(rows.front().size(), 3);
+  for (const Cells& row : rows)
+    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], width_of(row[c]));
+  std::string text;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    for (std::size_t c = 0; c < widths.size(); ++c) {
+      const std::string pad(widths[c] - width_of(rows[r][c]), ' ');
+      text += c == 0 ? fmt::format("| {}{} ", rows[r][c], pad)
+                     : fmt::format("| {}{} ", pad, rows[r][c]);
+    }
+    text += "|\n";
+    if (r > 0) continue;
+    for (std::size_t c = 0; c < widths.size(); ++c)
+      text += c == 0 ? fmt::format("|{:-<{}}", "", widths[c] + 2)
+                     : fmt::format("|{:-<{}}:", "", widths[c] + 1);
+    text += "|\n";
+  }
+  return text;
+}
+
+template <class Values>
+void append(Cells& cells, const Values& values, std::string (*format)(double)) {
+  for (const double value : values) cells.push_back(format(value));
+}
+
+Cells horizon_titles(const EvaluationReport& report, const std::string& first) {
+  Cells cells{first};
+  append(cells, report.horizons_s, seconds);
+  return cells;
+}
+
+std::string error_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{horizon_titles(report, "model")};
+  for (const char* title : {"diverged", "parameters", "fit s"}) rows[0].push_back(title);
+  for (const Summary& summary : report.summary) {
+    Cells& row = rows.emplace_back(Cells{summary.label});
+    append(row, summary.q_mse_geometric_mean, digits);
+    row.push_back(fmt::format("{}/{}", summary.diverged, summary.rollouts));
+    row.push_back(summary.is_oracle ? "–" : std::to_string(summary.parameters));
+    row.push_back(summary.is_oracle ? "–" : digits(summary.fit_seconds));
+  }
+  return markdown_table(rows);
+}
+
+std::string floor_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{horizon_titles(report, "benchmark")};
+  const auto add = [&](const char* title, const std::vector<double>& values) {
+    append(rows.emplace_back(Cells{title}), values, digits);
+  };
+  add("oracle", report.oracle);
+  add("halving the truth's step", report.halving);
+  add("floor", report.floor);
+  add("engine against simulator", report.integration);
+  add("best conventional", report.best_conventional);
+  add("headroom", report.headroom);
+  return markdown_table(rows);
+}
+
+std::string closed_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{horizon_titles(report, "headroom closed")};
+  for (const Summary& summary : report.summary)
+    append(rows.emplace_back(Cells{summary.label}), summary.headroom_closed, fixed);
+  return markdown_table(rows);
+}
+
+std::string interval_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{horizon_titles(report, "90 % interval")};
+  rows[0].push_back("over");
+  for (const Summary& summary : report.summary) {
+    Cells& row = rows.emplace_back(Cells{summary.label});
+    for (const Interval& i : summary.interval_90)
+      row.push_back(std::isnan(i.low) ? "–"
+                                      : fmt::format("{} … {}", digits(i.low), digits(i.high)));
+    row.push_back(summary.seeds > 1 ? fmt::format("{} seeds", summary.seeds)
+                                    : summary.interval_over);
+  }
+  return markdown_table(rows);
+}
+
+std::string friction_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{
+      {"friction torque", "all", "presliding", "reversal", "sliding", "along the rollout"}};
+  for (const Summary& s : report.summary) {
+    Cells& row = rows.emplace_back(Cells{s.label});
+    append(row,
+           std::initializer_list<double>{s.friction, s.friction_presliding, s.friction_reversal,
+                                         s.friction_sliding, s.friction_rollout},
+           percent);
+  }
+  return markdown_table(rows);
+}
+
+}  // namespace
+
+std::string to_markdown(const EvaluationReport& report) {
+  const bool has_oracle = !std::all_of(report.oracle.begin(), report.oracle.end(),
+                                       [](double value) { return std::isnan(value); });
+  const bool has_friction =
+      std::any_of(report.summary.begin(), report.summary.end(),
+                  [](const Summary& summary) { return !std::isnan(summary.friction); });
+  std::string text = fmt::format("# {}: open loop on held-out data\n\n", report.scene);
+  text += fmt::format(
+      "Mean squared error of q [rad²] from the start of a rollout to the horizon, geometric mean "
+      "over {} trajectories, start times and seeds. Diverged rollouts count, clamped.\n\n",
+      report.trajectories.size());
+  text += error_table(report);
+  if (has_oracle) {
+    text +=
+        "\nThe oracle is the true model under the same noisy torque; the floor is the larger of "
+        "its "
+        "error and of what halving the truth's inner step changes; headroom is the best "
+        "conventional model over the oracle.\n\n";
+    text += floor_table(report);
+    text +=
+        "\nHeadroom closed: 0 as good as the best conventional model, 1 as good as physics "
+        "allows.\n\n";
+    text += closed_table(report);
+  }
+  text += fmt::format("\n{}", interval_table(report));
+  if (has_friction) {
+    text +=
+        "\nError of the friction torque, percent of its RMS, mean over joints. Driven by the "
+        "measured motion, but for the last column.\n\n";
+    text += friction_table(report);
+  }
+  for (const HorizonVerdict& verdict : report.verdict)
+    if (verdict.meaningless) text += fmt::format("\nMeaningless: {}.\n", verdict.reason);
+  return text;
+}
+
+std::string to_csv(const EvaluationReport& report) {
+  std::string text =
+      "model,label,seed,is_oracle,trajectory,start_s,horizon_s,diverged,q_mse,q_mae,v_mse,v_mae\n";
+  const auto cell = [](double value) {
+    return std::isnan(value) ? std::string() : fmt::format("{}", value);
+  };
+  for (const ModelResult& model : report.models)
+    for (const RolloutScore& score : model.scores)
+      for (std::size_t h = 0; h < report.horizons_s.size(); ++h) {
+        const HorizonError& error = score.horizons[h];
+        if (std::isnan(error.q_mse)) continue;
+        text +=
+            fmt::format("{},\"{}\",{},{},{},{},{},{},{},{},{},{}\n", model.name, model.label,
+                        model.seed, model.is_oracle ? 1 : 0,
+                        report.trajectories[static_cast<std::size_t>(score.trajectory)],
+                        cell(score.start_s), cell(report.horizons_s[h]), score.diverged ? 1 : 0,
+                        cell(error.q_mse), cell(error.q_mae), cell(error.v_mse), cell(error.v_mae));
+      }
+  return text;
+}
+
+void save_report(const EvaluationReport& report, std::span<const Trajectory> trajectories,
+                 const std::filesystem::path& folder) {
+  for (const ModelResult& model : report.models)
+    for (const Rollout& rollout : model.rollouts) {
+      const Trajectory& trajectory =
+          trajectories[static_cast<std::size_t>(rollout.start.trajectory)];
+      save_rollout(rollout, trajectory, model.name, model.seed,
+                   folder / "rollouts" /
+                       fmt::format("{}_s{}_{}.h5", model.name, model.seed, trajectory.data.name));
+    }
+  write_file_atomically(folder / "table.md", to_markdown(report));
+  write_file_atomically(folder / "table.csv", to_csv(report));
+  write_file_atomically(folder / "evaluation.json", to_json(report));
+}
+
+}  // namespace fricid::evaluate

@@ -1,0 +1,62 @@
+#include "fricid/evaluate/torque_prediction.hpp"
+
+#include <cmath>
+
+#include "fricid/base/error.hpp"
+
+namespace fricid::evaluate {
+namespace {
+
+RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, ConstRowMatrix q, ConstRowMatrix v,
+                            ConstRowMatrix a) {
+  dynamics::Workspace<double> ws(robot);
+  const auto n = static_cast<std::size_t>(robot.n());
+  const std::span<const double> pi(robot.pi.data(), static_cast<std::size_t>(robot.pi.size()));
+  RowMatrix tau(q.rows(), q.cols());
+  for (Eigen::Index k = 0; k < q.rows(); ++k)
+    dynamics::rnea<double>(robot, ws, pi, {q.row(k).data(), n}, {v.row(k).data(), n},
+                           {a.row(k).data(), n}, {tau.row(k).data(), n});
+  return tau;
+}
+
+void score_joint(TorquePrediction& prediction, const RowMatrix& measured, Eigen::Index j) {
+  double sum = 0, squares = 0, residual = 0;
+  int count = 0;
+  for (Eigen::Index k = 0; k < measured.rows(); ++k) {
+    const double tau = measured(k, j);
+    if (!std::isfinite(tau)) continue;
+    const double e = prediction.tau(k, j) - tau;
+    sum += tau;
+    squares += tau * tau;
+    residual += e * e;
+    ++count;
+  }
+  const double rmse = std::sqrt(residual / count);
+  prediction.rmse.push_back(rmse);
+  prediction.percent_of_rms.push_back(100 * rmse / std::sqrt(squares / count));
+  prediction.r2.push_back(1 - residual / (squares - sum * sum / count));
+}
+
+}  // namespace
+
+TorquePrediction torque_prediction(const Arm& arm, const data::Dataset& dataset, ConstRowMatrix q,
+                                   ConstRowMatrix v, ConstRowMatrix a) {
+  const int n = arm.robot.n();
+  for (const ConstRowMatrix* motion : {&q, &v, &a})
+    if (motion->rows() != dataset.length() || motion->cols() != n || dataset.n() != n)
+      throw UserError("{}: motion is {} x {}, torque {} x {}, the model has {} joints",
+                      dataset.name, motion->rows(), motion->cols(), dataset.length(), dataset.n(),
+                      n);
+  const RowMatrix rigid = rigid_body_torque(arm.robot, q, v, a);
+  const auto with_load = [&](const RowMatrix& load) -> RowMatrix {
+    return rigid +
+           drive_friction(arm.friction, dataset.dt(), q, v, load, dataset.temperature).tau_f;
+  };
+  TorquePrediction prediction;
+  prediction.tau = with_load(rigid);
+  if (arm.friction.model.reads_load()) prediction.tau = with_load(prediction.tau);
+  for (Eigen::Index j = 0; j < n; ++j) score_joint(prediction, dataset.tau, j);
+  return prediction;
+}
+
+}  // namespace fricid::evaluate

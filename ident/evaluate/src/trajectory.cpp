@@ -1,0 +1,34 @@
+#include "fricid/evaluate/trajectory.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fricid::evaluate {
+
+int horizon_steps(double horizon_s, double dt, int T) {
+  return horizon_s == 0 ? T - 1 : static_cast<int>(std::lround(horizon_s / dt));
+}
+
+std::vector<Start> plan_starts(std::span<const Trajectory> trajectories,
+                               std::span<const double> horizons_s, int starts) {
+  std::vector<Start> plan;
+  for (int i = 0; i < std::ssize(trajectories); ++i) {
+    const data::Dataset& data = trajectories[static_cast<std::size_t>(i)].data;
+    const int last = data.length() - 1;
+    int from_first = 0, from_later = 0;
+    for (const double h : horizons_s) {
+      const int steps = std::min(horizon_steps(h, data.dt(), data.length()), last);
+      from_first = std::max(from_first, steps);
+      if (steps < last) from_later = std::max(from_later, steps);
+    }
+    if (from_first > 0) plan.push_back({i, 0, from_first});
+    if (from_later == 0) continue;
+    for (int s = 1; s <= starts; ++s) {
+      const double share = static_cast<double>(s) / starts;
+      plan.push_back({i, static_cast<int>(std::lround(share * (last - from_later))), from_later});
+    }
+  }
+  return plan;
+}
+
+}  // namespace fricid::evaluate
