@@ -38,6 +38,21 @@ void check_values(const Dataset& d, const RowMatrix& values, const char* name,
   }
 }
 
+// Smallest step of a position that is logged in coarse steps, else 0. Such a position stands still
+// between its steps; friction before sliding needs a tenth of a milliradian.
+double coarse_step(const Eigen::VectorXd& q) {
+  constexpr double kCoarse = 1e-4, kStanding = 0.05;
+  double smallest = 0;
+  Eigen::Index standing = 0;
+  for (Eigen::Index k = 1; k < q.size(); ++k) {
+    const double step = std::abs(q[k] - q[k - 1]);
+    if (step == 0) ++standing;
+    if (step > 0 && (smallest == 0 || step < smallest)) smallest = step;
+  }
+  const bool stands = static_cast<double>(standing) > kStanding * static_cast<double>(q.size());
+  return stands && smallest > kCoarse ? smallest : 0;
+}
+
 }  // namespace
 
 void check_times(const Eigen::VectorXd& t, double rate_hz,
@@ -75,6 +90,11 @@ std::vector<std::string> check_dataset(const Dataset& d, const std::string& wher
   if (d.temperature.size() > 0) check_values(d, d.temperature, "temperature", where);
 
   std::vector<std::string> warnings;
+  for (int j = 0; j < d.n(); ++j)
+    if (const double step = coarse_step(d.q.col(j)); step > 0)
+      warnings.push_back(
+          fmt::format("{}: q of {} moves in steps of {:.3g} rad: log it with more digits", where,
+                      d.joint_names[static_cast<std::size_t>(j)], step));
   for (int j = 0; j < d.n(); ++j) {
     double largest = 0;
     for (int k = 0; k < d.length(); ++k)

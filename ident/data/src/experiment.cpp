@@ -8,6 +8,7 @@
 #include <regex>
 
 #include "fricid/base/error.hpp"
+#include "fricid/data/contract.hpp"
 #include "friction_toml.hpp"
 #include "toml_file.hpp"
 #include "toml_reader.hpp"
@@ -196,6 +197,16 @@ void check_consistency(const Experiment& experiment, const Places& places,
                     1 / experiment.sensors.rate_hz);
 }
 
+void check_contract(const Experiment& experiment, const Places& places) {
+  if (experiment.contract_path.empty()) return;
+  const Contract contract = load_contract(experiment.contract_path);
+  const std::vector<std::string> joints = joint_names(experiment.model);
+  if (contract.joint_names != joints)
+    throw UserError("{}: data.contract has the joints {}; allowed: those of the robot, {}",
+                    places.of("data.contract"), fmt::join(contract.joint_names, ", "),
+                    fmt::join(joints, ", "));
+}
+
 std::vector<fs::path> named_inputs(const TomlFile& file, const Experiment& experiment) {
   std::vector<fs::path> inputs = file.files;
   for (const fs::path& path :
@@ -261,6 +272,7 @@ Experiment load_experiment(const std::filesystem::path& path) {
   experiment.contract_path = resolve(experiment.data.contract, places, "data.contract");
   resolve_logs(experiment.data.train, places.folder("data.train"));
   resolve_logs(experiment.data.validation, places.folder("data.validation"));
+  check_contract(experiment, places);
   check_models(experiment, places);
   check_consistency(experiment, places, file.path);
   experiment.inputs = named_inputs(file, experiment);

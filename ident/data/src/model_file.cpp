@@ -22,6 +22,7 @@ using friction::ParameterInfo;
 constexpr char kFormatName[] = "fricid.model";
 constexpr int kFormatVersion = 1;
 constexpr int kMostElements = 64;
+constexpr int kDeepest = 32;
 constexpr const char* kInertiaKeys[] = {"Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz"};
 constexpr const char* kShapes[] = {"1", "sin(k q)", "cos(k q)",
                                    "q"};  // order of LinearTorque::Shape
@@ -272,6 +273,19 @@ void read_parameters(const Node& node, const std::vector<ParameterInfo>& infos,
     node.refuse(fmt::format("the {} parameters of the law", infos.size()));
 }
 
+const friction::LawInfo& row_of(const Node& name, std::span<const friction::LawInfo> rows) {
+  std::string known;
+  for (const friction::LawInfo& row : rows) {
+    if (row.name == name.text()) return row;
+    known += (known.empty() ? "" : ", ") + std::string(row.name);
+  }
+  name.refuse(known);
+}
+
+int read_count(const Node& count, const friction::LawInfo& row, int none) {
+  return row.has_elements ? count.integer(1, kMostElements) : count.integer(none, none);
+}
+
 Friction read_friction(const Node& node, int n) {
   if (node.size() != static_cast<std::size_t>(n))
     node.refuse(fmt::format("one list of laws for each of {} joints", n));
@@ -281,16 +295,18 @@ Friction read_friction(const Node& node, int n) {
     const Node laws = node.at(j);
     for (std::size_t i = 0; i < laws.size(); ++i) {
       const Node item = laws.at(i);
-      friction::LawSpec law{.law = item["law"].text(),
-                            .elements = item["elements"].integer(0, kMostElements),
+      const friction::LawInfo& row = row_of(item["law"], friction::law_table());
+      friction::LawSpec law{.law = std::string(row.name),
+                            .elements = read_count(item["elements"], row, 0),
                             .modifiers = {}};
       read_parameters(item["parameters"], friction::parameters_of_law(law.law, law.elements),
                       theta);
       const Node modifiers = item["modifiers"];
       for (std::size_t m = 0; m < modifiers.size(); ++m) {
         const Node own = modifiers.at(m);
-        friction::ModifierSpec modifier{.name = own["modifier"].text(),
-                                        .order = own["order"].integer(1, kMostElements)};
+        const friction::LawInfo& kind = row_of(own["modifier"], friction::modifier_table());
+        friction::ModifierSpec modifier{.name = std::string(kind.name),
+                                        .order = read_count(own["order"], kind, 1)};
         read_parameters(own["parameters"],
                         friction::parameters_of_modifier(modifier.name, modifier.order), theta);
         law.modifiers.push_back(modifier);
@@ -337,7 +353,11 @@ ModelFile load_model(const std::filesystem::path& path) {
   if (text.empty()) throw UserError("{}: an empty file", file);
   Json json;
   try {
-    json = Json::parse(text);
+    // Depth is bounded because messages print nodes recursively.
+    json = Json::parse(text, [&](int depth, Json::parse_event_t, Json&) {
+      if (depth > kDeepest) throw UserError("{}: nested deeper than {}", file, kDeepest);
+      return true;
+    });
   } catch (const Json::parse_error& error) {
     const std::size_t end = std::min(error.byte, text.size());
     const auto line =

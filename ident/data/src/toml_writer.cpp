@@ -32,7 +32,8 @@ std::string TomlWriter::open(std::string_view left, std::string_view key, std::s
 void TomlWriter::write(std::string_view key, const std::string& value, const std::string& allowed,
                        const Field& field) {
   if (commented_)
-    text_ += fmt::format("# {}{}{}\n", field.meaning, allowed.empty() ? "" : "; ", allowed);
+    text_ += fmt::format("# {}{}{}{}\n", field.required ? "required: " : "", field.meaning,
+                         allowed.empty() ? "" : "; ", allowed);
   text_ += fmt::format("{} = {}\n", key, value);
 }
 

@@ -58,10 +58,12 @@ struct RobotConfig {
     archive("mount_rpy", mount_rpy,
             number("rad", -6.2832, 6.2832, "roll, pitch, yaw of the base when mount = \"rpy\""));
     archive("payload_kg", payload_kg, number("kg", 0, 2000, "rigid payload"));
-    archive("payload_com", payload_com, number("m", -5, 5, "its centre of mass in payload_frame"));
+    archive("payload_com", payload_com,
+            number("m", -5, 5, "centre of mass of the payload in payload_frame"));
     archive("payload_inertia", payload_inertia,
-            number("kg m^2", -1e4, 1e4, "Ixx, Iyy, Izz, Ixy, Ixz, Iyz about its centre of mass"));
-    archive("payload_frame", payload_frame, text("frame of the URDF that carries it"));
+            number("kg m^2", -1e4, 1e4,
+                   "Ixx, Iyy, Izz, Ixy, Ixz, Iyz of the payload about its centre of mass"));
+    archive("payload_frame", payload_frame, text("frame of the URDF that carries the payload"));
     archive.sections("torque", torques,
                      "known torques linear in a parameter, e.g. a counterbalance");
   }
@@ -129,8 +131,9 @@ struct ExcitationConfig {
     archive("spectrum", spectrum,
             number("1", -4, 4, "velocity amplitudes of the random start rise as k^spectrum"));
     archive("train", train, number("", 1, 1000, "distinct training trajectories"));
-    archive("repeats", repeats,
-            number("", 1, 100, "periods of each, logged as separate sequences"));
+    archive(
+        "repeats", repeats,
+        number("", 1, 100, "periods of each training trajectory, logged as separate sequences"));
     archive("validation", validation, number("", 0, 1000, "distinct validation trajectories"));
     archive(
         "criterion", criterion,
@@ -232,9 +235,9 @@ struct IdentifyConfig {
   template <class Archive>
   void visit(Archive& archive) {
     archive("cutoff_hz", cutoff_hz,
-            number("Hz", 0.01, 1e4, "of the zero-phase low pass (Butterworth, order 4)"));
+            number("Hz", 0.01, 1e4, "cut-off of the zero-phase low pass (Butterworth, order 4)"));
     archive("min_speed_rad_s", min_speed_rad_s,
-            number("rad/s", 0, 100, "slower rows do not enter the base parameters"));
+            number("rad/s", 0, 100, "speed below which rows do not enter the base parameters"));
     archive.section("prior", prior, "standard deviations about the nominal robot");
   }
 };
@@ -250,8 +253,8 @@ struct ModelConfig {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("name", name, required(text("of its files: letters, digits, _ and -; used once")));
-    archive("label", label, text("in tables and plots; empty: the name"));
+    archive("name", name, required(text("name of its files, used once: letters, digits, _ and -")));
+    archive("label", label, text("name in tables and plots; empty: the name"));
     archive("law", law,
             text("friction law fitted to every joint; empty: the name (simple: coulomb_viscous)"));
     archive("elements", elements, number("", 1, 64, "elements of laws that have several"));
@@ -310,9 +313,9 @@ struct Experiment {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("name", name, text("of the run; empty: the name of the file"));
-    archive("description", description, text("one line for tables and reports"));
-    archive("seed", seed, number("", 0, 9e15, "of every random draw"));
+    archive("name", name, text("name of the run; empty: that of the file"));
+    archive("description", description, text("one line for reports"));
+    archive("seed", seed, number("", 0, 9e15, "seed of every random draw"));
     archive.section("robot", robot, "the arm");
     archive.section("friction", friction, "what the simulator injects");
     archive.section("plant", plant, "the simulation");
