@@ -188,7 +188,7 @@ TYPED_TEST(Accuracy, Mish) {
   Grids<T> grids = {bit_grid<T>(0, kMax<T>), bit_grid<T>(0, low, -1), linear_grid<T>(-8, 8),
                     linear_grid<T>(-low, 30)};
   expect_ulp<T>([](auto x) { return mish(x); },
-                [](long double x) { return x * std::tanh(std::log1p(std::exp(x))); }, grids, 4);
+                [](long double x) { return x * std::tanh(std::log1p(std::exp(x))); }, grids, 5);
 }
 
 TYPED_TEST(Accuracy, Phi1) {
@@ -202,10 +202,10 @@ TYPED_TEST(Accuracy, Phi1) {
 
 TYPED_TEST(Accuracy, Pow) {
   using T = TypeParam;
-  for (const T y : {T(0.3), T(0.5), T(0.8), T(1), T(2), T(-1.5), T(17.3)}) {
+  for (const T y : {T(0.8), T(-1.5), T(17.3), T(300.7)}) {
     expect_ulp<T>([y](auto x) { return pow(x, y); },
                   [y](long double x) { return std::pow(x, static_cast<long double>(y)); },
-                  {bit_grid<T>(0, kMax<T>), linear_grid<T>(0, 8), linear_grid<T>(0.9, 1.1)}, 1000);
+                  {bit_grid<T>(0, kMax<T>), linear_grid<T>(0.7, 1.5)}, 2);
   }
 }
 

@@ -15,8 +15,8 @@ namespace fricid {
 template <Lanewise S>
 [[gnu::flatten]] S exp(S x) {
   using R = detail::RealOf<S>;
-  const auto e = detail::exp_parts(detail::clamp_range(x, R::kExpLow, R::kExpHigh), S(0));
-  return detail::scale(S(1) + e.p, e.n);
+  const auto e = detail::reduce_exponent(detail::clamp_range(x, R::kExpLow, R::kExpHigh));
+  return detail::scale(detail::add_expm1(S(1), e.r), e.n);
 }
 
 /// e^x - 1 without cancellation near x = 0. Error <= 2 ulp.
@@ -75,9 +75,9 @@ template <Lanewise S>
   using Words = detail::Words<S>;
   // x = n pi/2 + r by Cody and Waite: the first product is exact in the fused step
   const auto n = detail::round_to_integer(x * S(R::kTwoOverPi));
-  S r = fma(-n.real, S(R::kHalfPi[0]), x);
-  r = fma(-n.real, S(R::kHalfPi[1]), r);
-  r = fma(-n.real, S(R::kHalfPi[2]), r);
+  S r = fma(n.real, S(-R::kHalfPi[0]), x);
+  r = fma(n.real, S(-R::kHalfPi[1]), r);
+  r = fma(n.real, S(-R::kHalfPi[2]), r);
   const S z = r * r;
   const S s = fma(r * z, detail::polynomial(z, R::kSin), r);
   const S c = fma(z, fma(z, detail::polynomial(z, R::kCos), S(-0.5)), S(1));
@@ -112,7 +112,7 @@ template <Lanewise S>
 /// log(1 + e^x). Error <= 2 ulp.
 template <Lanewise S>
 [[gnu::flatten]] S softplus(S x) {
-  return max(x, S(0)) + log1p(exp(-abs(x)));
+  return max(S(0), x) + detail::log1p_of_share(exp(-abs(x)));
 }
 
 /// x tanh(softplus(x)) = x (e^2 + 2 e) / (e^2 + 2 e + 2) with e = exp x; -0 at -inf. Error <= 5 ulp
@@ -135,8 +135,9 @@ template <Lanewise S>
   const S product = y * l.high;
   const S clamped = detail::clamp_range(product, R::kExpLow, R::kExpHigh);
   const S tail = select(clamped == product, fma(y, l.low, fma(y, l.high, -product)), S(0));
-  const auto e = detail::exp_parts(clamped, tail);
-  return select((y == S(0)) | (x == S(1)), S(1), detail::scale(S(1) + e.p, e.n));
+  const auto e = detail::reduce_exponent(clamped);
+  const S power = detail::scale(detail::add_expm1(S(1), e.r + tail), e.n);
+  return select((y == S(0)) | (x == S(1)), S(1), power);
 }
 
 }  // namespace fricid

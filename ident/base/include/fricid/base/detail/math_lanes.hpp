@@ -65,6 +65,11 @@ struct Real<double> {
   static constexpr double kLog[] = {
       0x1.55555555557b0p-1, 0x1.99999998cb356p-2, 0x1.249249e06c9dap-2, 0x1.c71bd302523a6p-3,
       0x1.747fe2480d97fp-3, 0x1.3717c51a087d2p-3, 0x1.482443db8126ap-3};
+  // the same for z in [0, 1/9], the logarithm of 1 to 2: 2^-57
+  static constexpr double kLogWide[] = {
+      0x1.5555555555555p-1, 0x1.999999999a3dfp-2, 0x1.24924923d422cp-2, 0x1.c71c727164156p-3,
+      0x1.745cf0aa6a011p-3, 0x1.3b18b34a260a3p-3, 0x1.10ac6a3d3e5f6p-3, 0x1.eb913ba3ef69ep-4,
+      0x1.687604d0c86a1p-4, 0x1.4b0ed4be611b2p-3};
   // (sin r - r) / r^3 and (cos r - 1 + r^2/2) / r^4 in z = r^2, |r| <= 1.02 pi/4: 2^-55.3, 2^-58.6
   static constexpr double kSin[] = {-0x1.5555555555527p-3,  0x1.111111110c6b0p-7,
                                     -0x1.a01a01962b5d1p-13, 0x1.71de30a260f5ap-19,
@@ -96,10 +101,12 @@ struct Real<float> {
   static constexpr float kHalfPi[3] = {0x1.921fb6p+0f, -0x1.777a5cp-25f, -0x1.ee59dap-50f};
   static constexpr float kTrigLimit = 0x1p17f;
 
-  // as above; relative errors 2^-29, 2^-31, 2^-28, 2^-30
+  // as above; relative errors 2^-29, 2^-31, 2^-30, 2^-28, 2^-30
   static constexpr float kExp[] = {0.5f,           0x1.555556p-3f,  0x1.5554e8p-5f,
                                    0x1.1110e0p-7f, 0x1.6d444ap-10f, 0x1.a125f6p-13f};
   static constexpr float kLog[] = {0x1.555554p-1f, 0x1.999a7ap-2f, 0x1.2438f4p-2f, 0x1.e2f576p-3f};
+  static constexpr float kLogWide[] = {0x1.555556p-1f, 0x1.9998d4p-2f, 0x1.24c92cp-2f,
+                                       0x1.bc8c5ep-3f, 0x1.dba57ap-3f};
   static constexpr float kSin[] = {-0x1.555556p-3f, 0x1.111108p-7f, -0x1.a00eb2p-13f,
                                    0x1.6ca0f0p-19f};
   static constexpr float kCos[] = {0x1.555548p-5f, -0x1.6c0b70p-10f, 0x1.99b234p-16f};
@@ -108,13 +115,18 @@ struct Real<float> {
 template <class S>
 using RealOf = Real<decltype(lane(S(), 0))>;
 
-/// c[0] + c[1] x + c[2] x^2 + ...
+/// c[0] + c[1] x + c[2] x^2 + ..., even and odd powers apart: half the latency of Horner's scheme.
 template <Lanewise S, class T, int n>
 S polynomial(S x, const T (&c)[n]) {
-  S sum(c[n - 1]);
+  static_assert(n >= 2);
+  constexpr int kEven = (n - 1) / 2 * 2, kOdd = n / 2 * 2 - 1;
+  const S square = x * x;
+  S even(c[kEven]), odd(c[kOdd]);
 #pragma GCC unroll 16
-  for (int i = n - 2; i >= 0; --i) sum = fma(sum, x, S(c[i]));
-  return sum;
+  for (int i = kEven - 2; i >= 0; i -= 2) even = fma(even, square, S(c[i]));
+#pragma GCC unroll 16
+  for (int i = kOdd - 2; i >= 0; i -= 2) odd = fma(odd, square, S(c[i]));
+  return fma(odd, x, even);
 }
 
 /// 2^k for the integer k in the low bits of `bits`, within the normal range.
@@ -173,20 +185,25 @@ S clamp_range(S x, T low, T high) {
   return max(S(low), min(S(high), x));
 }
 
-/// e^x = (1 + p) 2^n.
+/// x = n ln 2 + r with |r| <= ln(2)/2, by Cody and Waite.
 template <class S>
-struct ExpParts {
-  S p;
+struct ReducedExponent {
+  S r;
   Rounded<S> n;
 };
-/// Of e^(x + tail), |tail| << 1, for kExpLow <= x <= kExpHigh: x + tail = n ln 2 + r with
-/// |r| <= ln(2)/2 and p = e^r - 1.
 template <Lanewise S>
-ExpParts<S> exp_parts(S x, S tail) {
+ReducedExponent<S> reduce_exponent(S x) {
   using R = RealOf<S>;
   const Rounded<S> n = round_to_integer(x * S(R::kLog2e));
-  const S r = fma(-n.real, S(R::kLn2Low), fma(-n.real, S(R::kLn2High), x)) + tail;
-  return {fma(r * r, polynomial(r, R::kExp), r), n};
+  return {fma(n.real, S(-R::kLn2Low), fma(n.real, S(-R::kLn2High), x)), n};
+}
+
+/// c + (e^r - 1) for |r| <= ln(2)/2 and c = 0 or |c| >= |r|: the rounding error of c + r is kept.
+template <Lanewise S>
+S add_expm1(S c, S r) {
+  const S high = c + r;
+  const S low = r - (high - c);
+  return high + fma(r * r, polynomial(r, RealOf<S>::kExp), low);
 }
 
 /// e^x - 1 = y 2^n.
@@ -198,10 +215,10 @@ struct Expm1Parts {
 template <Lanewise S>
 Expm1Parts<S> expm1_parts(S x) {
   using R = RealOf<S>;
-  const ExpParts<S> e = exp_parts(clamp_range(x, R::kExpm1Low, R::kExpHigh), S(0));
-  // y = p + (1 - 2^-n), where 2^-n is exact or far below the last place
-  const S inverse = select(e.n.real > S(64), S(0), power_of_two<S>(Words<S>(0) - e.n.integer));
-  return {e.p + (S(1) - inverse), e.n};
+  const auto [r, n] = reduce_exponent(clamp_range(x, R::kExpm1Low, R::kExpHigh));
+  // y = (1 - 2^-n) + e^r - 1, where 2^-n is exact or far below the last place
+  const S inverse = select(n.real > S(64), S(0), power_of_two<S>(Words<S>(0) - n.integer));
+  return {add_expm1(S(1) - inverse, r), n};
 }
 
 /// x = 2^n m with sqrt(1/2) <= m < sqrt(2), for x > 0.
@@ -238,6 +255,14 @@ S log_sum(S f, S n, S tail) {
   const S curved = s * (half_square + z * polynomial(z, R::kLog));
   const S low = curved + fma(n, S(R::kLn2Low), tail);
   return fma(n, S(R::kLn2High), f - (half_square - low));
+}
+
+/// log(1 + f) for 0 <= f <= 1, as log_sum.
+template <Lanewise S>
+S log1p_of_share(S f) {
+  const S s = f / (S(2) + f);
+  const S z = s * s;
+  return f - s * (f - z * polynomial(z, RealOf<S>::kLogWide));
 }
 
 /// high + low, |low| <= ulp(high) / 2.
