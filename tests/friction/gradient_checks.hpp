@@ -1,4 +1,5 @@
-// Pullbacks of one subject against dual numbers and against central differences.
+// Pullbacks of one subject against dual numbers and against central differences, and the whole
+// suite.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -122,6 +123,23 @@ void check_pullback_against_differences(const Subject& subject, int trials = 40)
     }
   }
   EXPECT_LE(passed_over, compared / 20);
+}
+
+/// The whole suite for one subject.
+template <class Subject>
+void check_all(const Subject& subject) {
+  check_odd(subject);
+  check_bound_and_contraction(subject);
+  check_dissipates(subject);
+  check_semigroup(subject);
+  check_steady_state(subject);
+  check_stuck(subject);
+  check_extremes<PackD>(subject);
+  check_extremes<PackF>(subject);
+  check_lanes(subject);
+  check_single_precision(subject);
+  check_pullback_against_dual(subject);
+  check_pullback_against_differences(subject);
 }
 
 }  // namespace fricid::friction::test

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,21 +40,26 @@ inline std::vector<double> state_bound(const Gms& law, const double* theta) {
   return bound;
 }
 
-/// One law by itself.
+/// Largest |z_i| as a function of theta.
+using StateBound = std::function<std::vector<double>(const double* theta)>;
+
+/// One law by itself. A law that is not in the table brings its bound.
 template <class Law>
 struct LawSubject {
   Law law;
   std::string name;
   Claims claims = Law::kClaims;
+  StateBound bound;
 
-  explicit LawSubject(Law l) : law(l), name(Law::kName) {
+  explicit LawSubject(Law l)
+      : LawSubject(l, [l](const double* theta) { return state_bound(l, theta); }) {}
+  LawSubject(Law l, StateBound b) : law(l), name(Law::kName), bound(std::move(b)) {
     if (Law::kHasElements) name += " N = " + std::to_string(law.state_size());
   }
   std::vector<ParameterInfo> parameters() const {
     return {law.parameters().begin(), law.parameters().end()};
   }
   int state_size() const { return law.state_size(); }
-  std::vector<double> bound(const double* theta) const { return state_bound(law, theta); }
 
   template <class S>
   S torque(const S* theta, const Input<S>& in, const S* z) const {
