@@ -1,0 +1,64 @@
+// Stage S0: conventional identification. One call per model; the rigid body is identified once.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/data/dataset.hpp"
+#include "fricid/data/experiment.hpp"
+#include "fricid/data/model_file.hpp"
+#include "fricid/estimate/filter.hpp"
+#include "fricid/estimate/friction_fit.hpp"
+#include "fricid/estimate/least_squares.hpp"
+#include "fricid/estimate/report.hpp"
+
+namespace fricid::estimate {
+
+/// What all conventional fits of an experiment share: filtered training data and the rigid body.
+struct Prepared {
+  std::vector<Filtered> sequences;
+  RigidBodyFit rigid_body;
+};
+
+/// Filters the training data and identifies the rigid body with linear friction.
+/// @throws UserError when the data do not fit the robot or the filter
+Prepared prepare(const data::Experiment& experiment, std::span<const data::Dataset> train,
+                 int jobs);
+
+/// How one model was fitted. `model` is usable whenever `usable()`, and best so far otherwise.
+struct FitReport {
+  Outcome outcome = Outcome::kFailed;
+  std::string message = "fit_conventional was not called";
+  data::ModelFile model;
+  RigidBodyFit rigid_body;               ///< the one in the model: re-estimated with this friction
+  std::vector<JointFrictionFit> joints;  ///< (n)
+  std::vector<double> objective;  ///< per pass: mean over joints of residual / torque mean square
+  std::vector<double> residual_rms;  ///< (n) inverse-dynamics residual, all usable rows [N m]
+  std::vector<double> r2;            ///< (n) 1 - residual / torque variance on the training rows
+  double seconds = 0;
+
+  bool usable() const {
+    return outcome == Outcome::kConverged || outcome == Outcome::kIterationLimit;
+  }
+  std::string brief() const;  ///< one line for the terminal
+};
+
+/// Fits one friction law of the table, per joint and alone, to what the rigid body leaves of the
+/// torque, over all rows; then re-estimates the rigid body over all rows with that friction
+/// removed, and the friction once more (`passes`). Joints run in parallel; the result does not
+/// depend on `jobs`.
+/// @throws UserError on a model name that is not a law; Stopped on Ctrl-C
+FitReport fit_conventional(const data::Experiment& experiment, const Prepared& prepared,
+                           const data::ModelConfig& config, int seed, int jobs);
+
+/// Torque that a model predicts along a measured motion, teacher forcing, at every row (T, n) [N
+/// m], filtered at cutoff_hz like the `tau` of `measured`.
+data::RowMatrix predict_torque(const Arm& arm, const Filtered& measured, double cutoff_hz);
+
+/// JSON, format "fricid.fit/1", written atomically.
+void save_fit_report(const FitReport& report, const std::filesystem::path& path);
+
+}  // namespace fricid::estimate

@@ -1,0 +1,100 @@
+// Fit of one joint's friction law to the torque that the rigid body does not explain.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/base/pack.hpp"
+#include "fricid/estimate/filter.hpp"
+#include "fricid/estimate/report.hpp"
+#include "fricid/friction/robot_friction.hpp"
+
+namespace fricid::estimate {
+
+/// What one joint's friction has to explain: its inputs and its target torque over all sequences,
+/// eight sequences to a pack.
+///
+/// The model is driven by the measured motion ("teacher forcing"): with z_0 = 0,
+///
+///     f_k     = torque(theta; q_k, v_k, load_k, z_k)         v_k central difference
+///     z_{k+1} = step(theta; q_{k+1}, (q_{k+1} - q_k) / dt, load_k, dt, z_k)
+///
+/// (`drive_friction`, eight sequences at once), and F[f], through the filter of the measured
+/// torque, is compared with the target at used rows.
+class JointFrictionData {
+ public:
+  /// @param target  per sequence, torque of every joint that friction must explain (T, n) [N m]
+  JointFrictionData(std::span<const Filtered> sequences, std::span<const data::RowMatrix> target,
+                    int joint, double cutoff_hz);
+
+  /// Torque of the model at every row, filtered; `out` (groups x T packs).
+  /// @param friction  structure of one joint
+  void predict(const friction::RobotFriction& friction, std::span<const double> theta,
+               std::vector<std::vector<PackD>>& out) const;
+
+  /// Mean square of F[f] - target over the used rows [N^2 m^2]; infinity when not finite.
+  double mean_square(const friction::RobotFriction& friction, std::span<const double> theta) const;
+
+  /// F[f] of one sequence (T).
+  Eigen::VectorXd predicted(const friction::RobotFriction& friction, std::span<const double> theta,
+                            int sequence) const;
+
+  int rows() const { return rows_; }
+  double target_mean_square() const { return target_mean_square_; }
+  double largest_target() const { return largest_target_; }
+
+ private:
+  struct Group {
+    std::vector<friction::Input<PackD>> at;    // inputs of torque at sample k
+    std::vector<friction::Input<PackD>> over;  // inputs of step over [t_k, t_{k+1})
+    std::vector<PackD> target, weight;         // weight 1 at used rows, else 0
+  };
+  std::vector<Group> groups_;
+  std::vector<int> lengths_;
+  double dt_;
+  ZeroPhaseButterworth low_pass_;
+  int rows_ = 0;
+  double target_mean_square_ = 0, largest_target_ = 0;
+};
+
+struct FrictionFitOptions {
+  int starts = 4;  ///< the first from the data, the others spread around it
+  std::uint64_t seed = 1;
+  std::uint64_t stream = 0;  ///< random stream, one per joint
+  int evaluations = 600;     ///< budget per start
+  double tolerance = 1e-4;   ///< on the scaled parameters and, squared, on the objective
+};
+
+/// Best parameters of one joint and how they were reached.
+struct JointFrictionFit {
+  Outcome outcome = Outcome::kFailed;
+  std::string message = "fit_joint_friction was not called";
+  std::vector<double> theta;          ///< (parameter_count)
+  double rms = 0;                     ///< of the residual over used rows [N m]
+  double explained = 0;               ///< 1 - residual / target mean square
+  std::vector<double> start_rms;      ///< (starts) where each start ended [N m]
+  std::vector<std::string> at_bound;  ///< symbols that ended on a bound
+  int evaluations = 0;
+};
+
+/// Linear friction that seeds a search.
+struct FrictionGuess {
+  double Fc = 1;  ///< [N m]
+  double Fv = 1;  ///< [N m s/rad]
+};
+
+/// First guess of every parameter: typical values of the table, torques and stiffnesses scaled by
+/// guess.Fc over the typical Coulomb torque, viscous coefficients from guess.Fv, within bounds.
+std::vector<double> initial_theta(const friction::RobotFriction& friction,
+                                  const FrictionGuess& guess);
+
+/// Minimises `mean_square` over theta within the bounds of the table, in coordinates that are
+/// logarithms where the table says so: Nelder-Mead (Johnson's NLopt, bound constrained) from
+/// several starts, then once more from the best. Deterministic for (seed, stream).
+JointFrictionFit fit_joint_friction(const JointFrictionData& data,
+                                    const friction::RobotFriction& friction,
+                                    std::vector<double> start, const FrictionFitOptions& options);
+
+}  // namespace fricid::estimate

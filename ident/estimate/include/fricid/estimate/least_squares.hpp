@@ -1,0 +1,86 @@
+// Rigid-body parameters by weighted linear least squares on the inverse-dynamics model.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/data/experiment.hpp"
+#include "fricid/dynamics/robot_model.hpp"
+#include "fricid/estimate/filter.hpp"
+#include "fricid/estimate/report.hpp"
+
+namespace fricid::estimate {
+
+/// What the rigid-body fit found: standard parameters that are physical, base parameters with their
+/// uncertainty, and the linear friction that was estimated beside them.
+struct RigidBodyFit {
+  Outcome outcome = Outcome::kFailed;
+  std::string message = "rigid_body_least_squares was not called";
+
+  Eigen::VectorXd pi;                   ///< (11 n + n_c) standard parameters, physically consistent
+  std::vector<std::string> base_names;  ///< (b)
+  Eigen::VectorXd base;                 ///< (b) least-squares base parameters
+  Eigen::VectorXd base_se;              ///< (b) their standard errors
+  Eigen::VectorXd base_physical;        ///< (b) base parameters of `pi`
+  double condition = 0;  ///< of the weighted observation matrix, columns of unit length
+
+  std::vector<int> rows,
+      rows_total;                  ///< (n) samples used and available per joint at the log's rate
+  std::vector<int> equations;      ///< (n) rows of the regression after decimation
+  Eigen::VectorXd sigma;           ///< (n) standard deviation of the residual [N m]
+  Eigen::VectorXd Fc, Fv, offset;  ///< (n) linear friction [N m], [N m s/rad], [N m]
+  Eigen::VectorXd Fc_se, Fv_se, offset_se;
+  double seconds = 0;
+};
+
+struct RigidBodyOptions {
+  double cutoff_hz = 10;
+  double min_speed = 0.2;  ///< rows with |v_j| above it enter [rad/s]
+  bool robust = true;      ///< Huber weights beyond 2.5 sigma
+  bool offset = true;      ///< a constant torque per joint beside Coulomb and viscous friction
+  data::PriorConfig prior;
+  /// (n_c or 0) standard deviation of the coefficient of each linear torque about its given value
+  /// [N m]; infinite, or all missing: free
+  std::vector<double> linear_prior_sd;
+};
+
+/// Torque already explained by friction, per sequence (T, n), filtered as the measured torque.
+using FrictionTorques = std::vector<data::RowMatrix>;
+
+/// Solves, over the rows with |v_j| > min_speed,
+///
+///     tau_j = Y_j(q, v, a) pi + Fc_j F[sign v_j] + Fv_j v_j + offset_j + e_j,   e_j ~ N(0,
+///     sigma_j^2)
+///
+/// F[.] being the filter that the torque went through. Slow rows are left out because hysteretic
+/// friction there looks like negative inertia. Rows are decimated until residuals are about white;
+/// sigma_j is estimated by iteration and weights joint j; `robust` adds Huber weights. Without a
+/// prior the base parameters are free; with one, pi ~ N(CAD, P) with P from `prior_covariance`.
+/// `pi` is then the physical parameter set closest to the estimate in the metric of its covariance,
+/// pulled weakly to the CAD values where the data say nothing (`fit_physical_inertia`).
+/// @param known  friction torque to subtract first; when given, all rows enter (no speed threshold)
+///               and the friction columns shrink to the offset
+RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
+                                      std::span<const Filtered> sequences,
+                                      const RigidBodyOptions& options,
+                                      const FrictionTorques* known = nullptr);
+
+/// Covariance (11 n square) of the CAD values: mass, armature and central inertia with relative
+/// standard deviations, centre of mass with an absolute one, propagated to (m, m c, I) of each
+/// link.
+Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot, const data::PriorConfig& prior);
+
+/// Minimises  1/2 pi' A pi - b' pi  over physical parameters pi: log-Cholesky inertia per link, log
+/// armature, free linear torques. Levenberg-Marquardt from `start`.
+/// @param A  (p x p) positive definite, @param b (p)
+/// @return physical parameters; `start` made physical when nothing better was found
+Eigen::VectorXd fit_physical_inertia(const dynamics::RobotModel& robot, const Eigen::MatrixXd& A,
+                                     const Eigen::VectorXd& b, const Eigen::VectorXd& start);
+
+/// Inverse-dynamics torque  Y(q, v, a) pi  of every sample (T, n).
+data::RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
+                                  const Filtered& sequence);
+
+}  // namespace fricid::estimate

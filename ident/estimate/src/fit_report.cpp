@@ -1,0 +1,81 @@
+#include <nlohmann/json.hpp>
+
+#include "fricid/base/files.hpp"
+#include "fricid/estimate/fit.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json vector_of(const Eigen::VectorXd& x) {
+  return std::vector<double>(x.data(), x.data() + x.size());
+}
+
+Json rigid_body_json(const RigidBodyFit& fit, const std::vector<std::string>& joints) {
+  Json base = Json::array();
+  for (Eigen::Index i = 0; i < fit.base.size(); ++i)
+    base.push_back({{"name", fit.base_names[static_cast<std::size_t>(i)]},
+                    {"value", fit.base[i]},
+                    {"standard_error", fit.base_se[i]},
+                    {"physical", fit.base_physical[i]}});
+  return {{"outcome", to_string(fit.outcome)},
+          {"message", fit.message},
+          {"condition", fit.condition},
+          {"joints", joints},
+          {"rows_used", fit.rows},
+          {"rows_total", fit.rows_total},
+          {"equations", fit.equations},
+          {"residual_sd_Nm", vector_of(fit.sigma)},
+          {"coulomb_Nm", vector_of(fit.Fc)},
+          {"viscous_Nms_rad", vector_of(fit.Fv)},
+          {"offset_Nm", vector_of(fit.offset)},
+          {"coulomb_se_Nm", vector_of(fit.Fc_se)},
+          {"viscous_se_Nms_rad", vector_of(fit.Fv_se)},
+          {"offset_se_Nm", vector_of(fit.offset_se)},
+          {"base_parameters", base},
+          {"seconds", fit.seconds}};
+}
+
+}  // namespace
+
+void save_fit_report(const FitReport& report, const std::filesystem::path& path) {
+  std::vector<std::string> names;
+  for (const auto& joint : report.model.arm.robot.joints) names.push_back(joint.name);
+
+  const friction::RobotFriction& friction = report.model.arm.friction.model;
+  Json joints = Json::array();
+  for (std::size_t j = 0; j < report.joints.size(); ++j) {
+    const JointFrictionFit& fit = report.joints[j];
+    Json parameters = Json::object();
+    const auto begin = static_cast<std::size_t>(friction.parameter_begin(static_cast<int>(j)));
+    for (std::size_t i = 0; i < fit.theta.size(); ++i)
+      parameters[friction.parameters()[begin + i].symbol] = fit.theta[i];
+    joints.push_back({{"joint", names[j]},
+                      {"outcome", to_string(fit.outcome)},
+                      {"message", fit.message},
+                      {"rms_Nm", fit.rms},
+                      {"explained", fit.explained},
+                      {"residual_rms_Nm", report.residual_rms[j]},
+                      {"r2", report.r2[j]},
+                      {"start_rms_Nm", fit.start_rms},
+                      {"at_bound", fit.at_bound},
+                      {"evaluations", fit.evaluations},
+                      {"parameters", parameters}});
+  }
+  const Json out = {{"format", "fricid.fit/1"},
+                    {"name", report.model.name},
+                    {"label", report.model.label},
+                    {"seed", report.model.seed},
+                    {"outcome", to_string(report.outcome)},
+                    {"usable", report.usable()},
+                    {"message", report.message},
+                    {"objective", report.objective},
+                    {"parameters", report.model.free_parameters},
+                    {"seconds", report.seconds},
+                    {"rigid_body", rigid_body_json(report.rigid_body, names)},
+                    {"joints", joints}};
+  write_file_atomically(path, out.dump(2) + "\n");
+}
+
+}  // namespace fricid::estimate
