@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "fricid/data/experiment.hpp"
+#include "fricid/dynamics/algorithms.hpp"
+
+namespace fricid::sim {
+
+/// Desired motion at one sample.
+struct Reference {
+  Eigen::VectorXd q, v, a;  ///< (n) [rad], [rad/s], [rad/s^2]
+};
+
+/// Joint controllers, evaluated once per sample. With e = q_ref - q, w = 2 pi bandwidth, D = diag
+/// M(q):
+///
+///     pd_gravity       tau = g(q) + D (w^2 e + 2 zeta w e')
+///     computed_torque  tau = M(q) (a_ref + w^2 e + 2 zeta w e') + h(q, v)
+///     cascade          v* = v_ref + w / (2 zeta) e
+///                      tau = (1 + epsilon) g(q) + 2 zeta w D (v* - v + integral (v* - v) / Ti)
+///
+/// g, h, M of the nominal robot; the cascade's gravity is wrong by the relative error epsilon. The
+/// torque saturates at the effort limits, and the integral stops there.
+class Controller {
+ public:
+  /// @throws UserError on an unknown kind, naming the known ones
+  Controller(const data::ControllerConfig& config, const dynamics::RobotModel& robot, double dt);
+
+  /// Motor torque tau (n) [N m] for the coming sample.
+  void torque(const Reference& reference, std::span<const double> q, std::span<const double> v,
+              std::span<double> tau);
+
+ private:
+  enum class Kind { kPdGravity, kComputedTorque, kCascade };
+
+  const dynamics::RobotModel& robot_;
+  dynamics::Workspace<double> ws_;
+  Kind kind_;
+  double w_, zeta_, integral_s_, model_error_, dt_;
+  std::vector<double> zero_, a_, M_, bias_, integral_;
+};
+
+}  // namespace fricid::sim

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "fricid/data/experiment.hpp"
+#include "fricid/sim/fourier.hpp"
+#include "fricid/sim/mujoco_arm.hpp"
+
+namespace fricid::sim {
+
+/// What is left of each limit on the whole trajectory; a limit that the robot does not state is 1.
+/// Shares: 1 - largest value / allowed value.
+struct JointMargins {
+  double position_rad = 0;  ///< to the nearer border of the box [rad]
+  double velocity = 0;
+  double acceleration = 0;
+  double jerk = 0;
+  double torque = 0;  ///< rigid body plus the friction allowance
+};
+
+/// How one trajectory was found and how near its limits it comes.
+struct TrajectoryReport {
+  std::string name;
+  bool feasible = false;
+  int evaluations = 0;       ///< of the criterion
+  double log_det_start = 0;  ///< log det of the information matrix, best random start
+  double log_det = 0;        ///< the same, as kept
+  double condition = 0;      ///< of the base regressor, rows weighted by 1 / effort
+  double clearance_m = 0;    ///< smallest distance on the trajectory
+  std::string closest;       ///< the two bodies that come that near
+  std::vector<JointMargins> joints;
+};
+
+/// Trajectories of a scene.
+struct Excitation {
+  std::vector<Fourier> train, validation;
+  std::vector<TrajectoryReport> reports;  ///< train, then validation
+};
+
+/// Designs all trajectories: random series with velocity amplitudes ~ k^spectrum, at rest at both
+/// ends, scaled to the limits; the best of `restarts` is then improved by BOBYQA (Powell 2009) over
+/// amplitude, centre and phase of each joint, by the criterion (base parameters' regressor Y_b,
+/// rows weighted by 1 / effort)
+///
+///     d_optimal   max log det sum_t Y_b' W Y_b          condition   min cond(W^1/2 Y_b)
+///
+/// Every trajectory has its own random stream, so train and validation differ and results do not
+/// depend on `jobs`.
+/// @throws UserError when no trajectory keeps all limits, naming the one that is broken
+Excitation design_excitation(const data::ExcitationConfig& config, const MujocoArm& arm,
+                             const dynamics::RobotModel& robot, std::uint64_t seed, int jobs);
+
+/// Margins of a trajectory on a grid of `samples` times over one period.
+TrajectoryReport examine(const Fourier& series, const data::ExcitationConfig& config,
+                         const MujocoArm& arm, const dynamics::RobotModel& robot, int samples);
+
+}  // namespace fricid::sim

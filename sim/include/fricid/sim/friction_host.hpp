@@ -1,0 +1,43 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fricid/friction/robot_friction.hpp"
+#include "fricid/sim/mujoco_arm.hpp"
+
+namespace fricid::sim {
+
+/// Hosts the friction of all joints inside MuJoCo: the code of friction::RobotFriction and no
+/// other. Owns the friction state. Around one physics step of length h
+///
+///     mj_step1;  tau_f = torque(q_k, v_k, z_k);      qfrc_applied = tau - tau_f
+///     mj_step2;  z_{k+1} = step(q_{k+1}, v_{k+1}, h, z_k)
+///
+/// so that z moves with the new velocity, as q does in semi-implicit Euler. load = tau.
+class FrictionHost {
+ public:
+  /// @throws UserError when the number of joints differs
+  FrictionHost(const friction::Friction& friction, const MujocoArm& arm);
+
+  std::span<double> z() { return z_; }
+  std::span<const double> z() const { return z_; }
+
+  /// tau_f (n) [N m] at the present state of `data`, valid until the next call.
+  /// @param tau, temperature  motor torque [N m] and temperature [K] per joint, held
+  std::span<const double> torque(const mjData& data, std::span<const double> tau,
+                                 std::span<const double> temperature);
+
+  /// Moves z by h [s] with the state of `data` after the physics step and the inputs of `torque`.
+  void step(const mjData& data, double h);
+
+ private:
+  void read_motion(const mjData& data);
+
+  friction::Friction friction_;
+  std::vector<int> qpos_, dof_;
+  std::vector<friction::Input<double>> in_;
+  std::vector<double> z_, tau_f_;
+};
+
+}  // namespace fricid::sim

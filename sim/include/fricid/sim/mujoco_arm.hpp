@@ -1,0 +1,68 @@
+// MuJoCo as the physics of the ground truth: one arm, contacts and limits off, no loss of its own.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "fricid/dynamics/robot_model.hpp"
+
+namespace fricid::sim {
+
+struct MjModelDeleter {
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+};
+struct MjDataDeleter {
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
+using MjModelPtr = std::unique_ptr<mjModel, MjModelDeleter>;
+using MjDataPtr = std::unique_ptr<mjData, MjDataDeleter>;
+
+/// Makes MuJoCo a guest that behaves: its errors become std::runtime_error, its warnings one line
+/// on stderr, and it neither waits for a key nor writes a log file. Called by every loader; cheap.
+/// @throws UserError when the library that was loaded is not the one whose header was compiled
+void initialise_mujoco();
+
+/// A rigid payload: mass [kg], centre of mass [m] in `frame`, inertia about it [kg m^2].
+struct Payload {
+  dynamics::Frame frame;
+  double mass = 0;
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+};
+
+/// A MuJoCo model whose joints are those of a RobotModel, matched by name. Const after loading, so
+/// threads share it; each makes its own mjData.
+class MujocoArm {
+ public:
+  /// Loads an MJCF file. Contacts, limits, actuators and all other constraints are off; the
+  /// integrator is semi-implicit Euler with `step` [s]. When gravity in the base frame differs from
+  /// robot.gravity, the base is turned until it agrees.
+  /// @throws UserError naming the file and the joint: file not readable, joint missing, of another
+  /// type
+  ///         or not in `robot`, frictionloss or damping of its own, dynamics other than those of
+  ///         `robot`
+  MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotModel& robot, double step,
+            const Payload& payload = {});
+
+  const mjModel& model() const { return *model_; }
+  MjDataPtr make_data() const;
+  int n() const { return static_cast<int>(dofs_.size()); }
+  double step() const { return model_->opt.timestep; }
+  int dof(int joint) const { return dofs_[static_cast<std::size_t>(joint)]; }
+  int qpos(int joint) const { return qpos_[static_cast<std::size_t>(joint)]; }
+  int body(int joint) const { return bodies_[static_cast<std::size_t>(joint)]; }
+
+ private:
+  MjModelPtr model_;
+  std::vector<int> dofs_, qpos_, bodies_;
+};
+
+/// Largest difference of inverse dynamics between MuJoCo and the engine over `states` random states
+/// within the limits, as a share of the largest torque met (linear torques of `robot` left out).
+double dynamics_mismatch(const MujocoArm& arm, const dynamics::RobotModel& robot, int states = 5);
+
+}  // namespace fricid::sim

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "fricid/data/dataset.hpp"
+#include "fricid/dynamics/robot_model.hpp"
+#include "fricid/friction/robot_friction.hpp"
+#include "fricid/sim/friction_host.hpp"
+#include "fricid/sim/mujoco_arm.hpp"
+
+namespace fricid::sim {
+
+using data::RowMatrix;
+
+/// State of the true arm.
+struct State {
+  std::vector<double> q;  ///< (n) [rad]
+  std::vector<double> v;  ///< (n) [rad/s]
+  std::vector<double> z;  ///< (state_size) friction state
+};
+
+/// The true arm: MuJoCo's rigid body, hosted friction and the linear torques c phi(q) of the robot,
+///
+///     M(q) a + h(q, v) + c phi(q) + tau_f = tau,
+///
+/// stepped by semi-implicit Euler of length arm.step() under a held motor torque. One per thread;
+/// keeps references to `arm` and `robot`.
+class Plant {
+ public:
+  Plant(const MujocoArm& arm, const dynamics::RobotModel& robot,
+        const friction::Friction& friction);
+
+  int n() const { return arm_.n(); }
+  int state_size() const { return static_cast<int>(host_.z().size()); }
+  double physics_step() const { return arm_.step(); }
+  void set_state(const State& state);
+  State state() const;
+
+  /// Holds tau (n) [N m] and temperature (n) [K] for `steps` physics steps. Keeps acceleration and
+  /// friction torque of the start for `a` and `tau_f`.
+  void hold(std::span<const double> tau, std::span<const double> temperature, int steps);
+
+  std::span<const double> a() const { return a_; }  ///< [rad/s^2] at the start of the last hold
+  std::span<const double> tau_f() const { return tau_f_; }  ///< [N m] at the start of the last hold
+
+ private:
+  void physics_step(std::span<const double> tau, std::span<const double> temperature);
+
+  const MujocoArm& arm_;
+  const dynamics::RobotModel& robot_;
+  MjDataPtr data_;
+  FrictionHost host_;
+  std::vector<double> a_, tau_f_;
+};
+
+/// What the true arm did at each sample. Row k holds the state at t_k, and acceleration and
+/// friction torque there under tau_k, the motor torque applied over [t_k, t_{k+1}).
+struct Trace {
+  Eigen::VectorXd t;      ///< (T) [s]
+  RowMatrix q, v, a;      ///< (T, n) [rad], [rad/s], [rad/s^2]
+  RowMatrix tau, tau_f;   ///< (T, n) [N m]
+  RowMatrix z;            ///< (T, state_size)
+  RowMatrix temperature;  ///< (T, n) [K]
+
+  int length() const { return static_cast<int>(t.size()); }
+  State state(int sample) const;
+};
+
+/// Empty trace of `length` samples with dt between them.
+Trace make_trace(int length, double dt, int n, int state_size);
+
+/// Open loop of the truth: from `initial` under the held torques tau (T, n), one row per dt.
+/// @param temperature (T, n) [K]
+/// @throws UserError when dt is no multiple of the physics step
+Trace rollout(Plant& plant, const State& initial, const RowMatrix& tau,
+              const RowMatrix& temperature, double dt);
+
+/// Writes sample k of a trace: `state` at t_k and what the plant's last hold found there.
+void record(const Plant& plant, const State& state, std::span<const double> tau,
+            std::span<const double> temperature, int k, Trace& trace);
+
+/// Number of physics steps in a sample. @throws UserError when `physics_step` does not divide dt
+int steps_per_sample(double dt, double physics_step);
+
+}  // namespace fricid::sim

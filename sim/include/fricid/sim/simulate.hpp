@@ -1,0 +1,39 @@
+#pragma once
+
+#include <vector>
+
+#include "fricid/data/dataset.hpp"
+#include "fricid/data/experiment.hpp"
+#include "fricid/sim/excitation.hpp"
+#include "fricid/sim/mujoco_arm.hpp"
+#include "fricid/sim/truth.hpp"
+
+namespace fricid::sim {
+
+/// Ground truth of a scene: data sets and truths go pairwise.
+struct Simulation {
+  std::vector<data::Dataset> train, validation;
+  std::vector<Truth> train_truth, validation_truth;
+  Excitation excitation;
+};
+
+/// The arm of a scene in MuJoCo, with mount and payload.
+/// @throws UserError as MujocoArm, and when the scene has no [robot] mjcf
+MujocoArm make_arm(const data::Experiment& experiment);
+/// The same with another physics step [s].
+MujocoArm make_arm(const data::Experiment& experiment, double step);
+
+/// Designs the excitation and simulates every sequence, each on a plant of its own: `train` x
+/// `repeats` periods to train on, `validation` to judge by. The arm enters each period from the end
+/// of the one before, so that a log starts in a natural state. Equal bytes for any number of jobs.
+/// @throws UserError on a scene without friction, or as above; std::runtime_error when the arm
+/// diverges
+Simulation simulate(const data::Experiment& experiment, int jobs);
+
+/// Open loop of the truth for a data set: from the true state at `start`, under the measured, held
+/// torque of the data set: what physics and sensors allow at best.
+/// @param length  samples; row 0 is the state at `start`
+Trace oracle_rollout(const data::Experiment& experiment, const MujocoArm& arm, const Truth& truth,
+                     const data::Dataset& dataset, int start, int length);
+
+}  // namespace fricid::sim

@@ -1,0 +1,189 @@
+#include "fricid/sim/mujoco_arm.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <mutex>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/rng.hpp"
+#include "fricid/dynamics/algorithms.hpp"
+
+namespace fricid::sim {
+namespace {
+
+// MuJoCo and the engine agree to rounding; a wrong number in a model file is far above this.
+constexpr double kMismatchAllowed = 1e-8;
+
+struct MjSpecDeleter {
+  void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
+};
+using MjSpecPtr = std::unique_ptr<mjSpec, MjSpecDeleter>;
+
+void throw_error(const char* message) {
+  throw std::runtime_error(std::string("MuJoCo: ") + message);
+}
+
+void print_warning(const char* message) { std::fprintf(stderr, "MuJoCo: %s\n", message); }
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+MjModelPtr compile(mjSpec& spec, const std::filesystem::path& mjcf) {
+  MjModelPtr model(mj_compile(&spec, nullptr));
+  if (!model) throw UserError("{}: {}", mjcf.string(), one_line(mjs_getError(&spec)));
+  return model;
+}
+
+Eigen::Matrix3d orientation_of(const mjModel& model, int body) {
+  const MjDataPtr data(mj_makeData(&model));
+  mj_kinematics(&model, data.get());
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data->xmat + 9 * body);
+}
+
+mjsBody& find_body(const mjSpec& spec, const mjModel& model, int body) {
+  const char* name = mj_id2name(&model, mjOBJ_BODY, body);
+  mjsBody* found = name ? mjs_findBody(&spec, name) : nullptr;
+  if (!found) throw UserError("MJCF: the base and the last link need names");
+  return *found;
+}
+
+// Turns the base so that gravity, seen from the carrier of the first joint, is `wanted`.
+bool turn_base(mjSpec& spec, const mjModel& model, int first_body, const Eigen::Vector3d& wanted) {
+  const Eigen::Matrix3d R_WB = orientation_of(model, model.body_parentid[first_body]);
+  const Eigen::Vector3d gravity(model.opt.gravity), found = R_WB.transpose() * gravity;
+  if ((found - wanted).norm() <= 1e-9 * std::max(1.0, wanted.norm())) return false;
+  // R makes R_WB' R' g = wanted, so R takes R_WB wanted to g.
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(R_WB * wanted, gravity);
+  const int root = model.body_rootid[first_body];
+  const double* quat = model.body_quat + 4 * root;
+  const Eigen::Quaterniond now = turn * Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]);
+  mjsBody& base = find_body(spec, model, root);
+  base.alt.type = mjORIENTATION_QUAT;
+  base.quat[0] = now.w();
+  base.quat[1] = now.x();
+  base.quat[2] = now.y();
+  base.quat[3] = now.z();
+  return true;
+}
+
+void add_payload_body(mjSpec& spec, const mjModel& model, int link_body, const Payload& payload) {
+  mjsBody* body = mjs_addBody(&find_body(spec, model, link_body), nullptr);
+  const Eigen::Vector3d p = payload.frame.p + payload.frame.R * payload.com;
+  const Eigen::Matrix3d I = payload.frame.R * payload.inertia * payload.frame.R.transpose();
+  body->explicitinertial = 1;
+  body->mass = payload.mass;
+  for (int i = 0; i < 3; ++i) body->ipos[i] = p[i];
+  const std::array<double, 6> full{I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};
+  std::copy(full.begin(), full.end(), body->fullinertia);
+}
+
+void disable_all_but_gravity(mjModel& model, double step) {
+  model.opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_LIMIT |
+                            mjDSBL_FRICTIONLOSS | mjDSBL_EQUALITY | mjDSBL_ACTUATION |
+                            mjDSBL_AUTORESET;
+  model.opt.integrator = mjINT_EULER;
+  model.opt.timestep = step;
+}
+
+}  // namespace
+
+void initialise_mujoco() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    if (mj_version() != mjVERSION_HEADER)
+      throw UserError("MuJoCo library is {}, this program was built for {}", mj_version(),
+                      static_cast<int>(mjVERSION_HEADER));
+    mju_user_error = throw_error;
+    mju_user_warning = print_warning;
+  });
+}
+
+MujocoArm::MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotModel& robot,
+                     double step, const Payload& payload) {
+  initialise_mujoco();
+  const std::string file = mjcf.string();
+  std::array<char, 1024> error{};
+  const MjSpecPtr spec(mj_parseXML(file.c_str(), nullptr, error.data(), error.size()));
+  if (!spec) throw UserError("{}: {}", file, one_line(error.data()));
+  model_ = compile(*spec, mjcf);
+
+  // match the joints by name, both ways
+  for (const dynamics::Joint& joint : robot.joints) {
+    const int id = mj_name2id(model_.get(), mjOBJ_JOINT, joint.name.c_str());
+    if (id < 0) throw UserError("{}: joint {} of {} is missing", file, joint.name, robot.name);
+    const int type = model_->jnt_type[id];
+    if (type != (joint.type == dynamics::JointType::kRevolute ? mjJNT_HINGE : mjJNT_SLIDE))
+      throw UserError("{}: joint {} has another type than in {}", file, joint.name, robot.name);
+    const int dof = model_->jnt_dofadr[id];
+    if (model_->dof_frictionloss[dof] != 0 || model_->dof_damping[dof] != 0)
+      throw UserError(
+          "{}: joint {} has frictionloss {} and damping {}, allowed 0: friction comes from "
+          "the scene",
+          file, joint.name, model_->dof_frictionloss[dof], model_->dof_damping[dof]);
+    dofs_.push_back(dof);
+    qpos_.push_back(model_->jnt_qposadr[id]);
+    bodies_.push_back(model_->jnt_bodyid[id]);
+  }
+  if (model_->nv != n())
+    throw UserError("{}: {} degrees of freedom, {} has {}", file, model_->nv, robot.name, n());
+
+  // bring in what the scene adds, then compile once more
+  const bool turned = turn_base(*spec, *model_, bodies_.front(), robot.gravity);
+  if (payload.mass > 0) {
+    const int link = payload.frame.link;
+    if (link < 0) throw UserError("{}: payload on a frame that does not move", file);
+    add_payload_body(*spec, *model_, body(link), payload);
+  }
+  if (turned || payload.mass > 0) model_ = compile(*spec, mjcf);
+  disable_all_but_gravity(*model_, step);
+
+  if (const double mismatch = dynamics_mismatch(*this, robot); mismatch > kMismatchAllowed)
+    throw UserError(
+        "{}: inverse dynamics differ from {} by {:.1e} of the largest torque, allowed {:.0e}", file,
+        robot.name, mismatch, kMismatchAllowed);
+}
+
+MjDataPtr MujocoArm::make_data() const { return MjDataPtr(mj_makeData(model_.get())); }
+
+double dynamics_mismatch(const MujocoArm& arm, const dynamics::RobotModel& robot, int states) {
+  dynamics::RobotModel tree = robot;
+  tree.linear_torques.clear();
+  tree.pi.conservativeResize(tree.linear_begin());
+  dynamics::Workspace<double> ws(tree);
+
+  const auto n = static_cast<std::size_t>(arm.n());
+  std::vector<double> q(n), v(n), a(n), tau(n);
+  const MjDataPtr data = arm.make_data();
+  double difference = 0, largest = 0;
+  for (int s = 0; s < states; ++s) {
+    Rng rng(0, static_cast<std::uint64_t>(s));
+    for (std::size_t j = 0; j < n; ++j) {
+      q[j] = std::numbers::pi * (2 * rng.uniform() - 1);
+      v[j] = 2 * rng.normal();
+      a[j] = 5 * rng.normal();
+      const int joint = static_cast<int>(j);
+      data->qpos[arm.qpos(joint)] = q[j];
+      data->qvel[arm.dof(joint)] = v[j];
+      data->qacc[arm.dof(joint)] = a[j];
+    }
+    mj_inverse(&arm.model(), data.get());
+    dynamics::rnea<double>(tree, ws, {tree.pi.data(), static_cast<std::size_t>(tree.pi.size())}, q,
+                           v, a, tau);
+    for (std::size_t j = 0; j < n; ++j) {
+      const double of_mujoco = data->qfrc_inverse[arm.dof(static_cast<int>(j))];
+      difference = std::max(difference, std::abs(of_mujoco - tau[j]));
+      largest = std::max(largest, std::abs(tau[j]));
+    }
+  }
+  return difference / largest;
+}
+
+}  // namespace fricid::sim

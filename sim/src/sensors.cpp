@@ -1,0 +1,72 @@
+#include "fricid/sim/sensors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "fricid/sim/streams.hpp"
+
+namespace fricid::sim {
+namespace {
+
+double round_to(double step, double value) {
+  return step > 0 ? step * std::round(value / step) : value;
+}
+
+double at_or_zero(const std::vector<double>& values, int joint) {
+  return values.empty() ? 0 : values[static_cast<std::size_t>(joint)];
+}
+
+// Replaces dropped rows by the last one that arrived; the first always arrives.
+void drop_samples(data::Dataset& dataset, double share, Rng rng) {
+  if (share <= 0) return;
+  for (int k = 1; k < dataset.length(); ++k) {
+    if (rng.uniform() >= share) continue;
+    for (RowMatrix* matrix : {&dataset.q, &dataset.tau, &dataset.v, &dataset.temperature})
+      if (matrix->rows() > 0) matrix->row(k) = matrix->row(k - 1);
+  }
+}
+
+}  // namespace
+
+double temperature_at(const data::SensorsConfig& config, double time) {
+  return config.temperature_start_K -
+         config.temperature_rise_K * std::expm1(-time / config.temperature_time_s);
+}
+
+data::Dataset measure(const Trace& trace, const data::SensorsConfig& config,
+                      const dynamics::RobotModel& robot, std::uint64_t seed, int sequence) {
+  const int T = trace.length(), n = robot.n();
+  const double dt = 1 / config.rate_hz;
+  data::Dataset dataset;
+  for (const dynamics::Joint& joint : robot.joints) dataset.joint_names.push_back(joint.name);
+  dataset.rate_hz = config.rate_hz;
+  dataset.t = trace.t;
+  dataset.q.resize(T, n);
+  dataset.tau.resize(T, n);
+  if (config.velocity) dataset.v.resize(T, n);
+  if (config.temperature) dataset.temperature = trace.temperature;
+
+  for (int j = 0; j < n; ++j) {
+    const double effort = robot.joints[static_cast<std::size_t>(j)].effort;
+    const double encoder_noise = at_or_zero(config.encoder_noise_rad, j);
+    const double encoder_step = at_or_zero(config.encoder_step_rad, j);
+    Rng encoder = make_rng(seed, Purpose::kEncoder, sequence, j);
+    Rng torque = make_rng(seed, Purpose::kTorque, sequence, j);
+    Rng velocity = make_rng(seed, Purpose::kVelocity, sequence, j);
+    for (int k = 0; k < T; ++k) {
+      const int delayed = std::max(0, k - config.torque_delay_samples);
+      dataset.q(k, j) = round_to(encoder_step, trace.q(k, j) + encoder_noise * encoder.normal());
+      dataset.tau(k, j) =
+          round_to(config.torque_step * effort,
+                   trace.tau(delayed, j) + config.torque_noise * effort * torque.normal());
+      if (config.velocity)
+        dataset.v(k, j) =
+            trace.v(k, j) + std::numbers::sqrt2 * encoder_noise / dt * velocity.normal();
+    }
+  }
+  drop_samples(dataset, config.dropped, make_rng(seed, Purpose::kDrop, sequence, 0));
+  return dataset;
+}
+
+}  // namespace fricid::sim

@@ -1,0 +1,160 @@
+#include "fricid/sim/simulate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/parallel.hpp"
+#include "fricid/base/progress.hpp"
+#include "fricid/sim/controller.hpp"
+#include "fricid/sim/sensors.hpp"
+
+namespace fricid::sim {
+namespace {
+
+// Long enough for the controller to settle and for every bristle to forget where it began.
+constexpr double kRunIn = 2.0;
+
+// A sequence to simulate: one period of a series.
+struct Task {
+  std::string name;
+  const Fourier* series;
+  int number;  // within the experiment
+};
+
+void fill_temperature(const data::SensorsConfig& config, double time,
+                      std::vector<double>& temperature) {
+  std::fill(temperature.begin(), temperature.end(), temperature_at(config, time));
+}
+
+// Controls the arm along `series` from `run_in` seconds before its start; logs one period.
+Trace follow(const data::Experiment& experiment, const MujocoArm& arm, const Fourier& series,
+             double start_time) {
+  const dynamics::RobotModel& robot = experiment.model;
+  const double dt = 1 / experiment.sensors.rate_hz;
+  const int steps = steps_per_sample(dt, arm.step());
+  const int length = static_cast<int>(std::lround(series.period() / dt));
+  const int run_in = static_cast<int>(std::lround(std::min(kRunIn, series.period()) / dt));
+
+  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(run_in + length, -run_in, length - 1) * dt;
+  const Motion motion = TimeGrid(series.w, series.harmonics(), t).sample(series);
+  Plant plant(arm, robot, *experiment.friction);
+  Controller controller(experiment.controller, robot, dt);
+  Trace trace = make_trace(length, dt, robot.n(), plant.state_size());
+
+  const auto n = static_cast<std::size_t>(robot.n());
+  State state{std::vector<double>(motion.q.col(0).begin(), motion.q.col(0).end()),
+              std::vector<double>(motion.v.col(0).begin(), motion.v.col(0).end()),
+              std::vector<double>(static_cast<std::size_t>(plant.state_size()), 0.0)};
+  plant.set_state(state);
+  std::vector<double> tau(n), temperature(n);
+  for (int k = 0; k < run_in + length; ++k) {
+    controller.torque({motion.q.col(k), motion.v.col(k), motion.a.col(k)}, state.q, state.v, tau);
+    fill_temperature(experiment.sensors, start_time + std::max(0.0, t[k]), temperature);
+    plant.hold(tau, temperature, steps);
+    if (k >= run_in) record(plant, state, tau, temperature, k - run_in, trace);
+    state = plant.state();
+  }
+  return trace;
+}
+
+Payload payload_of(const data::Experiment& experiment) {
+  const data::RobotConfig& robot = experiment.robot;
+  if (robot.payload_kg <= 0) return {};
+  const auto& frames = experiment.model.frames;
+  const auto frame = std::find_if(frames.begin(), frames.end(), [&](const dynamics::Frame& f) {
+    return f.name == robot.payload_frame;
+  });
+  if (frame == frames.end())
+    throw UserError("{}: payload_frame = \"{}\" is no frame of {}", experiment.name,
+                    robot.payload_frame, experiment.model.name);
+  const std::array<double, 6>& I = robot.payload_inertia;
+  Payload payload{*frame, robot.payload_kg, Eigen::Vector3d(robot.payload_com.data()), {}};
+  payload.inertia << I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2];
+  return payload;
+}
+
+void check_finite(const Trace& trace, const std::string& name) {
+  if (!trace.q.allFinite() || !trace.v.allFinite() || !trace.z.allFinite())
+    throw std::runtime_error(fmt::format("{}: the simulated arm diverged", name));
+}
+
+}  // namespace
+
+MujocoArm make_arm(const data::Experiment& experiment) {
+  return make_arm(experiment, experiment.plant.step_s);
+}
+
+MujocoArm make_arm(const data::Experiment& experiment, double step) {
+  if (experiment.mjcf_path.empty())
+    throw UserError("{}: [robot] mjcf is missing, a simulation needs it", experiment.name);
+  return MujocoArm(experiment.mjcf_path, experiment.model, step, payload_of(experiment));
+}
+
+Simulation simulate(const data::Experiment& experiment, int jobs) {
+  if (!experiment.simulates())
+    throw UserError("{}: [friction] is missing, a simulation needs it", experiment.name);
+  const MujocoArm arm = make_arm(experiment);
+  steps_per_sample(1 / experiment.sensors.rate_hz, arm.step());
+
+  Simulation result;
+  result.excitation =
+      design_excitation(experiment.excitation, arm, experiment.model, experiment.seed, jobs);
+
+  std::vector<Task> tasks;
+  const auto add = [&](const std::string& kind, int index, const Fourier& series) {
+    tasks.push_back({fmt::format("{}_{}", kind, index), &series, static_cast<int>(tasks.size())});
+  };
+  const int repeats = experiment.excitation.repeats;
+  const int train = static_cast<int>(result.excitation.train.size()) * repeats;
+  for (int i = 0; i < train; ++i)
+    add("train", i, result.excitation.train[static_cast<std::size_t>(i / repeats)]);
+  for (std::size_t i = 0; i < result.excitation.validation.size(); ++i)
+    add("validation", static_cast<int>(i), result.excitation.validation[i]);
+
+  std::vector<data::Dataset> datasets(tasks.size());
+  std::vector<Truth> truths(tasks.size());
+  Progress progress("simulate", static_cast<double>(tasks.size()));
+  parallel_for(static_cast<int>(tasks.size()), jobs, [&](int i) {
+    throw_if_stopped();
+    const auto index = static_cast<std::size_t>(i);
+    const Task& task = tasks[index];
+    Truth& truth = truths[index];
+    truth.name = task.name;
+    truth.rate_hz = experiment.sensors.rate_hz;
+    truth.friction = *experiment.friction;
+    for (const dynamics::Joint& joint : experiment.model.joints)
+      truth.joint_names.push_back(joint.name);
+    truth.trace = follow(experiment, arm, *task.series, task.number * task.series->period());
+    check_finite(truth.trace, task.name);
+
+    data::Dataset& dataset = datasets[index];
+    dataset =
+        measure(truth.trace, experiment.sensors, experiment.model, experiment.seed, task.number);
+    dataset.name = task.name;
+    dataset.source = fmt::format("simulation {} seed {}", experiment.name, experiment.seed);
+    progress.advance(1);
+  });
+
+  const auto move_range = [train](auto& from, auto& first, auto& second) {
+    first.assign(std::make_move_iterator(from.begin()),
+                 std::make_move_iterator(from.begin() + train));
+    second.assign(std::make_move_iterator(from.begin() + train),
+                  std::make_move_iterator(from.end()));
+  };
+  move_range(datasets, result.train, result.validation);
+  move_range(truths, result.train_truth, result.validation_truth);
+  return result;
+}
+
+Trace oracle_rollout(const data::Experiment& experiment, const MujocoArm& arm, const Truth& truth,
+                     const data::Dataset& dataset, int start, int length) {
+  Plant plant(arm, experiment.model, truth.friction);
+  return rollout(plant, truth.trace.state(start), dataset.tau.middleRows(start, length),
+                 truth.trace.temperature.middleRows(start, length), truth.dt());
+}
+
+}  // namespace fricid::sim
