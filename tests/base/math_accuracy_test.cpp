@@ -202,10 +202,26 @@ TYPED_TEST(Accuracy, Phi1) {
 
 TYPED_TEST(Accuracy, Pow) {
   using T = TypeParam;
-  for (const T y : {T(0.8), T(-1.5), T(17.3), T(300.7)}) {
-    expect_ulp<T>([y](auto x) { return pow(x, y); },
-                  [y](long double x) { return std::pow(x, static_cast<long double>(y)); },
-                  {bit_grid<T>(0, kMax<T>), linear_grid<T>(0.7, 1.5)}, 2);
+  struct Case {
+    T y;
+    double bound;
+  };
+  // The last: |y log x| <= 122, so 1 + 122 / 4.
+  for (const auto [y, bound] : {Case{T(0.8), 2}, Case{T(-1.5), 2}, Case{T(300.7), 31.5}}) {
+    expect_ulp<T>(
+        [power = y](auto x) { return pow(x, power); },
+        [power = y](long double x) { return std::pow(x, static_cast<long double>(power)); },
+        {bit_grid<T>(0, kMax<T>), linear_grid<T>(0.7, 1.5)}, bound);
+  }
+}
+
+/// Below -700 (-80) e^x is subnormal and has few digits left.
+TYPED_TEST(Accuracy, MishOfVeryNegativeIsAbsolute) {
+  using T = TypeParam;
+  const double low = kDouble<T> ? -760 : -110, high = kDouble<T> ? -700 : -80;
+  for (const T x : linear_grid<T>(low, high)) {
+    const long double exact = static_cast<long double>(x) * std::exp(static_cast<long double>(x));
+    ASSERT_LE(std::fabs(mish(x) - exact), kDouble<T> ? 1e-320L : 1e-42L) << x;
   }
 }
 

@@ -54,11 +54,46 @@ void register_all(const char* name, Function function, double low, double high) 
   });
 }
 
+/// Random numbers in bulk and one by one.
+template <class Fill>
+void fill_buffer(benchmark::State& state, Fill fill) {
+  std::vector<double> out(kElements);
+  std::uint64_t first = 0;
+  for (auto _ : state) {
+    fill(first, out);
+    first += kElements;
+    benchmark::DoNotOptimize(out.data());
+    benchmark::ClobberMemory();
+  }
+  state.SetItemsProcessed(state.iterations() * kElements);
+}
+void BM_FillUniform(benchmark::State& state) {
+  fill_buffer(
+      state, [](std::uint64_t first, std::vector<double>& out) { fill_uniform(1, 2, first, out); });
+}
+void BM_FillNormal(benchmark::State& state) {
+  fill_buffer(state,
+              [](std::uint64_t first, std::vector<double>& out) { fill_normal(1, 2, first, out); });
+}
+void BM_RngNormal(benchmark::State& state) {
+  fill_buffer(state, [](std::uint64_t first, std::vector<double>& out) {
+    Rng rng(1, 2, first);
+    for (double& x : out) x = rng.normal();
+  });
+}
+BENCHMARK(BM_FillUniform);
+BENCHMARK(BM_FillNormal);
+BENCHMARK(BM_RngNormal);
+
 const bool registered = [] {
-  register_all("Exp", [](auto x) { return exp(x); }, -20, 5);
-  register_all("Expm1", [](auto x) { return expm1(x); }, -5, 5);
-  register_all("Log", [](auto x) { return log(x); }, 1e-3, 1e3);
-  register_all("Log1p", [](auto x) { return log1p(x); }, -0.9, 10);
+  register_all(
+      "Exp", [](auto x) { return exp(x); }, -20, 5);
+  register_all(
+      "Expm1", [](auto x) { return expm1(x); }, -5, 5);
+  register_all(
+      "Log", [](auto x) { return log(x); }, 1e-3, 1e3);
+  register_all(
+      "Log1p", [](auto x) { return log1p(x); }, -0.9, 10);
   register_all(
       "SinCos",
       [](auto x) {
@@ -66,12 +101,18 @@ const bool registered = [] {
         return y.sin + y.cos;
       },
       -10, 10);
-  register_all("Tanh", [](auto x) { return tanh(x); }, -4, 4);
-  register_all("Softplus", [](auto x) { return softplus(x); }, -10, 10);
-  register_all("Mish", [](auto x) { return mish(x); }, -10, 10);
-  register_all("Phi1", [](auto x) { return phi1(x); }, -5, 0);
-  register_all("Pow", [](auto x) { return pow(x, decltype(x)(0.8)); }, 0, 3);
-  register_all("Sqrt", [](auto x) { return sqrt(x); }, 0, 3);
+  register_all(
+      "Tanh", [](auto x) { return tanh(x); }, -4, 4);
+  register_all(
+      "Softplus", [](auto x) { return softplus(x); }, -10, 10);
+  register_all(
+      "Mish", [](auto x) { return mish(x); }, -10, 10);
+  register_all(
+      "Phi1", [](auto x) { return phi1(x); }, -5, 0);
+  register_all(
+      "Pow", [](auto x) { return pow(x, decltype(x)(0.8)); }, 0, 3);
+  register_all(
+      "Sqrt", [](auto x) { return sqrt(x); }, 0, 3);
   return true;
 }();
 

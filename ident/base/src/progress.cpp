@@ -38,7 +38,8 @@ std::string progress_line(std::string_view stage, double done, double total, dou
   const double share = total > 0 ? std::clamp(done / total, 0.0, 1.0) : 0;
   const double rate = seconds > 0 ? done / seconds : 0;
   std::string line = fmt::format("{} {:3.0f} %", stage, 100 * share);
-  if (rate > 0) line += fmt::format("  {:.3g}/s  ETA {}", rate, clock_time((total - done) / rate));
+  if (rate > 0)
+    line += fmt::format("  {:.3g}/s  ETA {}", rate, clock_time(std::max(total - done, 0.0) / rate));
   if (!figure.empty()) line += fmt::format("  {}", figure);
   return line;
 }

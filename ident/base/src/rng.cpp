@@ -1,64 +1,160 @@
 #include "fricid/base/rng.hpp"
 
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
 #include "fricid/base/math.hpp"
 
 namespace fricid {
 namespace {
 
-// Salmon et al., SC 2011: multipliers and Weyl increments of Philox4x32
-constexpr std::uint32_t kMultiplier0 = 0xD2511F53, kMultiplier1 = 0xCD9E8D57;
-constexpr std::uint32_t kWeyl0 = 0x9E3779B9, kWeyl1 = 0xBB67AE85;
-constexpr int kRounds = 10;
 constexpr double kTwoPi = 6.283185307179586;
 
-/// What a block of random words serves: separate counters keep uniforms and normals independent.
+/// What a block of random words serves: the top bit of its index.
 enum class Kind : std::uint64_t { kUniform = 0, kNormal = std::uint64_t{1} << 63 };
 
-/// The two 64-bit words of one block.
-std::array<std::uint64_t, 2> random_words(std::uint64_t seed, std::uint64_t stream,
-                                          std::uint64_t block, Kind kind) {
-  const std::uint64_t counter = block | static_cast<std::uint64_t>(kind);
-  const auto low = [](std::uint64_t x) { return static_cast<std::uint32_t>(x); };
-  const auto high = [](std::uint64_t x) { return static_cast<std::uint32_t>(x >> 32); };
-  const auto w =
-      philox4x32({low(counter), high(counter), low(stream), high(stream)}, {low(seed), high(seed)});
-  return {w[0] | std::uint64_t{w[1]} << 32, w[2] | std::uint64_t{w[3]} << 32};
+// Lanes of 64 bits of which Philox uses the lower 32.
+using Words = detail::Words<PackD>;
+constexpr int kLanes = PackD::kLanes;
+
+/// The product of the lower halves.
+std::uint64_t multiply_low(std::uint64_t a, std::uint32_t b) { return (a & 0xFFFFFFFF) * b; }
+Words multiply_low(Words a, std::uint32_t b) {
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+  return (Words::Vector)_mm512_maskz_mul_epu32(-1, (__m512i)a.v, _mm512_set1_epi64(b));
+#elif defined(__AVX2__)
+  return (Words::Vector)_mm256_mul_epu32((__m256i)a.v, _mm256_set1_epi64x(b));
+#else
+  return (a & Words(0xFFFFFFFF)) * Words(b);
+#endif
 }
 
-/// (k + 1/2) 2^-52 with k the upper 52 bits: exact, never 0 or 1.
-double to_unit_interval(std::uint64_t word) {
-  return static_cast<double>(word >> 12) * 0x1p-52 + 0x1p-53;
+/// Ten rounds on the lower halves of `c`; the upper ones hold anything.
+template <class W>
+void philox_rounds(W (&c)[4], std::uint32_t key0, std::uint32_t key1) {
+#pragma GCC unroll 10
+  for (int round = 0; round < 10; ++round) {
+    const W p0 = multiply_low(c[0], 0xD2511F53);
+    const W p1 = multiply_low(c[2], 0xCD9E8D57);
+    c[0] = (p1 >> 32) ^ c[1] ^ W(key0);
+    c[1] = p1;
+    c[2] = (p0 >> 32) ^ c[3] ^ W(key1);
+    c[3] = p0;
+    key0 += 0x9E3779B9;
+    key1 += 0xBB67AE85;
+  }
+}
+
+std::uint32_t low(std::uint64_t x) { return static_cast<std::uint32_t>(x); }
+std::uint32_t high(std::uint64_t x) { return static_cast<std::uint32_t>(x >> 32); }
+
+/// (k + 1/2) 2^-52 with k the upper 52 bits of the word: exact, never 0 or 1.
+template <class W>
+auto unit_interval(W word) {
+  const auto one_to_two = from_bits((word >> 12) | W(to_bits(1.0)));
+  return one_to_two - (1 - 0x1p-53);
+}
+
+/// The two numbers of a block; a block per lane.
+template <class S>
+struct Pair {
+  S first, second;
+};
+
+/// Two uniforms of each block.
+template <class S>
+Pair<S> uniforms(std::uint64_t seed, std::uint64_t stream, detail::Words<S> block, Kind kind) {
+  using W = detail::Words<S>;
+  const W counter = block | W(static_cast<std::uint64_t>(kind));
+  W c[4] = {counter, counter >> 32, W(stream), W(stream >> 32)};
+  philox_rounds(c, low(seed), high(seed));
+  const W mask(0xFFFFFFFF);
+  return {unit_interval((c[0] & mask) | (c[1] << 32)), unit_interval((c[2] & mask) | (c[3] << 32))};
+}
+
+/// Box and Muller: two normals of two uniforms.
+template <class S>
+Pair<S> normals(Pair<S> u) {
+  const S radius = sqrt(S(-2) * log(u.first));
+  const SinCos<S> angle = sincos(S(kTwoPi) * u.second);
+  return {radius * angle.cos, radius * angle.sin};
+}
+
+template <Kind kind, class S>
+Pair<S> draws(std::uint64_t seed, std::uint64_t stream, detail::Words<S> block) {
+  const Pair<S> u = uniforms<S>(seed, stream, block, kind);
+  if constexpr (kind == Kind::kNormal)
+    return normals(u);
+  else
+    return u;
+}
+
+template <Kind kind>
+double draw_one(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
+  const Pair<double> pair = draws<kind, double>(seed, stream, index / 2);
+  return index % 2 == 0 ? pair.first : pair.second;
+}
+
+/// a[0], b[0], a[1], b[1], ... to memory.
+template <std::size_t... I>
+void store_in_turn(PackD a, PackD b, double* out, std::index_sequence<I...>) {
+  constexpr int kHalf = kLanes / 2;
+  const PackD first = __builtin_shufflevector(a.v, b.v, (I / 2 + I % 2 * kLanes)...);
+  const PackD second = __builtin_shufflevector(a.v, b.v, (kHalf + I / 2 + I % 2 * kLanes)...);
+  std::memcpy(out, &first, sizeof(first));
+  std::memcpy(out + kLanes, &second, sizeof(second));
+}
+
+template <Kind kind>
+[[gnu::flatten]] void fill(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
+                           std::span<double> out) {
+  constexpr std::size_t kDraws = 2 * kLanes;
+  // an odd start is the second of a pair
+  if (first % 2 == 1 && !out.empty()) {
+    out[0] = draw_one<kind>(seed, stream, first++);
+    out = out.subspan(1);
+  }
+  Words block(0);
+  for (int i = 0; i < kLanes; ++i) block.set(i, first / 2 + static_cast<std::uint64_t>(i));
+  while (!out.empty()) {
+    const Pair<PackD> pair = draws<kind, PackD>(seed, stream, block);
+    if (out.size() >= kDraws) {
+      store_in_turn(pair.first, pair.second, out.data(), std::make_index_sequence<kLanes>());
+      out = out.subspan(kDraws);
+    } else {
+      double values[kDraws];
+      store_in_turn(pair.first, pair.second, values, std::make_index_sequence<kLanes>());
+      std::copy_n(values, out.size(), out.data());
+      out = {};
+    }
+    block = block + Words(kLanes);
+  }
 }
 
 }  // namespace
 
 std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
                                         std::array<std::uint32_t, 2> key) {
-  for (int round = 0; round < kRounds; ++round) {
-    const std::uint64_t p0 = std::uint64_t{kMultiplier0} * counter[0];
-    const std::uint64_t p1 = std::uint64_t{kMultiplier1} * counter[2];
-    counter = {
-        static_cast<std::uint32_t>(p1 >> 32) ^ counter[1] ^ key[0], static_cast<std::uint32_t>(p1),
-        static_cast<std::uint32_t>(p0 >> 32) ^ counter[3] ^ key[1], static_cast<std::uint32_t>(p0)};
-    key[0] += kWeyl0;
-    key[1] += kWeyl1;
-  }
-  return counter;
+  std::uint64_t c[4] = {counter[0], counter[1], counter[2], counter[3]};
+  philox_rounds(c, key[0], key[1]);
+  return {low(c[0]), low(c[1]), low(c[2]), low(c[3])};
 }
 
-Rng::Rng(std::uint64_t seed, std::uint64_t stream) : seed_(seed), stream_(stream) {}
+Rng::Rng(std::uint64_t seed, std::uint64_t stream, std::uint64_t draw)
+    : seed_(seed), stream_(stream), draw_(draw) {}
 
-double Rng::uniform() {
-  const auto words = random_words(seed_, stream_, draw_ / 2, Kind::kUniform);
-  return to_unit_interval(words[draw_++ % 2]);
+double Rng::uniform() { return draw_one<Kind::kUniform>(seed_, stream_, draw_++); }
+double Rng::normal() { return draw_one<Kind::kNormal>(seed_, stream_, draw_++); }
+
+void fill_uniform(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
+                  std::span<double> out) {
+  fill<Kind::kUniform>(seed, stream, first, out);
 }
 
-double Rng::normal() {
-  // Box-Muller: the even draw of a block is r cos, the odd one r sin
-  const auto words = random_words(seed_, stream_, draw_ / 2, Kind::kNormal);
-  const double radius = sqrt(-2 * log(to_unit_interval(words[0])));
-  const auto angle = sincos(kTwoPi * to_unit_interval(words[1]));
-  return radius * (draw_++ % 2 == 0 ? angle.cos : angle.sin);
+void fill_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
+                 std::span<double> out) {
+  fill<Kind::kNormal>(seed, stream, first, out);
 }
 
 }  // namespace fricid

@@ -126,8 +126,8 @@ template <Lanewise S>
   return max(low, x) * (numerator / (numerator + S(2)));
 }
 
-/// x^y for x >= 0, NaN below; pow(0, y > 0) = 0, pow(x, 0) = pow(1, y) = 1. Error <= 1 ulp +
-/// |y log x| / 50 ulp (float: / 4).
+/// x^y for x >= 0, NaN below; pow(0, y > 0) = 0, pow(x, 0) = pow(1, y) = 1.
+/// Error <= 1 + |y log x| / 4 ulp, and <= 2 ulp for |y| <= 1.5.
 template <Lanewise S>
 [[gnu::flatten]] S pow(S x, std::type_identity_t<S> y) {
   using R = detail::RealOf<S>;

@@ -2,23 +2,39 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 namespace fricid {
 
-/// Philox4x32-10 (Salmon et al., SC 2011): 128 random bits from a counter and a key, no state.
+/// Philox4x32-10: 128 random bits from a counter and a key, without state.
+/// @see Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011
 std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
                                         std::array<std::uint32_t, 2> key);
 
-/// A stream of random numbers fixed by (seed, stream): draw k of a stream is the same on any number
-/// of threads and any machine of the same floating-point width.
+/// A stream of random numbers fixed by (seed, stream): draw k is the same on any number of threads
+/// and with any compiler that keeps IEEE arithmetic. Seed is Philox's key; its counter is the
+/// stream, k / 2 and whether draw k is asked for as a uniform or as a normal, so that these two are
+/// independent. Two draws share a block of 128 bits.
 class Rng {
  public:
-  Rng(std::uint64_t seed, std::uint64_t stream);
-  double uniform();  ///< in (0, 1)
-  double normal();   ///< N(0, 1)
+  /// @param draw  index of the first draw, to go on where another Rng stopped
+  Rng(std::uint64_t seed, std::uint64_t stream, std::uint64_t draw = 0);
+
+  double uniform();  ///< in (0, 1), a multiple of 2^-53
+  double normal();   ///< N(0, 1) by Box and Muller, |x| < 8.6
+
+  /// Index of the next draw, < 2^63.
+  std::uint64_t draw() const { return draw_; }
 
  private:
-  std::uint64_t seed_, stream_, draw_ = 0;
+  std::uint64_t seed_, stream_, draw_;
 };
+
+/// out[i] = what Rng(seed, stream, first + i) draws next, all at once: about 0.4 ns (uniform) and 2
+/// ns (normal) per number with AVX-512, tests/bench/math_bench.cpp.
+void fill_uniform(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
+                  std::span<double> out);
+void fill_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
+                 std::span<double> out);
 
 }  // namespace fricid
