@@ -39,7 +39,8 @@ struct Run {
 };
 
 Run read_run(const std::filesystem::path& folder) {
-  Run run{.folder = folder};
+  Run run;
+  run.folder = folder;
   run.evaluation = nlohmann::json::parse(read_file(folder / "evaluation.json"), nullptr, false);
   if (run.evaluation.is_discarded() || !run.evaluation.contains("models"))
     throw UserError("{}: found no evaluation; run `fricid evaluate` first",
@@ -105,8 +106,12 @@ Figure error_time(const Run& run) {
     if (!std::filesystem::exists(path)) continue;
     const data::H5Reader file(path, "fricid.rollout/1");
     const RowMatrix q = file.matrix("/q");
-    const Eigen::VectorXd error =
-        (q - run.measured.q.topRows(q.rows())).cwiseAbs().rowwise().mean().cwiseMax(1e-9);
+    Eigen::VectorXd error(q.rows());
+    for (Eigen::Index k = 0; k < q.rows(); ++k) {
+      double sum = 0;
+      for (Eigen::Index j = 0; j < q.cols(); ++j) sum += std::abs(q(k, j) - run.measured.q(k, j));
+      error[k] = std::max(sum / static_cast<double>(q.cols()), 1e-9);
+    }
     panel.series.push_back(curve(actor, file.vector("/t"), error));
   }
   figure.panels.push_back(std::move(panel));

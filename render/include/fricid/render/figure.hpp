@@ -11,7 +11,7 @@ namespace fricid::render {
 struct Series {
   std::string label;   ///< empty: not in the legend
   std::string colour;  ///< "#rrggbb"
-  std::vector<double> x, y;
+  std::vector<double> x{}, y{};
   double width = 1.2;  ///< [pt]
   bool dashed = false;
   bool markers = false;  ///< line with points
@@ -19,16 +19,16 @@ struct Series {
 
 /// One pair of axes.
 struct Panel {
-  std::string title, x_label, y_label;
+  std::string title{}, x_label{}, y_label{};
   bool log_x = false, log_y = false;
-  std::vector<Series> series;
+  std::vector<Series> series{};
 };
 
 /// A grid of panels with one legend above them.
 struct Figure {
   std::string name;  ///< file stem
   int columns = 3;
-  std::vector<Panel> panels;
+  std::vector<Panel> panels{};
   double width_cm = 18, panel_height_cm = 4.2;
 };
 
