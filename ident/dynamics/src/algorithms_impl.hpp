@@ -6,7 +6,7 @@
 //     f = m a + U h,      n = h x a + (U Sigma - Sigma U')^vee.
 #pragma once
 
-#include <cassert>
+#include <algorithm>
 
 #include "chain.hpp"
 #include "fricid/dynamics/algorithms.hpp"
@@ -29,14 +29,20 @@ Link<To> convert(const Link<double>& from) {
   Link<To> to;
   to.revolute = from.revolute;
   to.parent = from.parent;
+  to.hands_on = from.hands_on;
+  to.subtree = from.subtree;
+  to.subtree_size = from.subtree_size;
   to.turn = from.turn;
+  to.shift = from.shift;
   to.general = convert<To>(from.general);
   to.offset = To(from.offset);
   to.p0 = convert<To>(from.p0);
-  to.swaps = from.swaps;
-  to.source = from.source;
-  for (size_t k = 0; k < 3; ++k) to.sign[k] = To(from.sign[k]);
   to.Q = convert<To>(from.Q);
+  to.swaps = from.swaps;
+  to.first = from.first;
+  to.second = from.second;
+  for (size_t k = 0; k < 3; ++k) to.first_sign[k] = To(from.first_sign[k]);
+  for (size_t k = 0; k < 6; ++k) to.second_sign[k] = To(from.second_sign[k]);
   return to;
 }
 
@@ -54,122 +60,186 @@ struct Kernels {
       const L& link = ws.links_[i];
       J& joint = ws.motion_[i];
       const S angle = link.revolute ? q[i] + S(link.offset) : S(link.offset);
-      const SinCos<S> sc = sincos(angle);
+      const auto sc = sincos(angle);
       joint.c = sc.cos;
       joint.s = sc.sin;
-      joint.p = {S(link.p0.x), S(link.p0.y), S(link.p0.z)};
-      if (!link.revolute) joint.p += turn(link, Vec3<S>{S(0), S(0), q[i]});
+      if (link.revolute) continue;
+      with_turn(
+          link.turn, [&]<Turn kind>(TurnIs<kind>) __attribute__((always_inline)) {
+            joint.p = turn<kind>(link, Vec3<S>{S(0), S(0), q[i]}) + convert<S>(link.p0);
+          });
     }
   }
 
-  static void load_bodies(Workspace<S>& ws, std::span<const S> pi) {
+  /// Inertias of the links whose axes are not just swapped; the others are read on the way.
+  static void load_turned_bodies(Workspace<S>& ws, std::span<const S> pi) {
     for (size_t i = 0; i < ws.links_.size(); ++i)
-      ws.motion_[i].body = load_inertia(ws.links_[i], &pi[10 * i]);
+      if (!ws.links_[i].swaps) load_turned(ws.links_[i], &pi[10 * i], ws.motion_[i].inertia);
+  }
+  static void load_body(const L& link, const S* pi, J& j) {
+    if (link.swaps) load_swapped(link, pi, j.inertia);
   }
 
+  /// A point r of a link has the acceleration a + U r.
   static Mat3<S> acceleration_tensor(const Vec3<S>& w, const Vec3<S>& alpha) {
-    const S xx = w.x * w.x, yy = w.y * w.y, zz = w.z * w.z;
-    const S xy = w.x * w.y, xz = w.x * w.z, yz = w.y * w.z;
-    return {-(yy + zz),   xy - alpha.z, xz + alpha.y, xy + alpha.z, -(xx + zz),
-            yz - alpha.x, xz - alpha.y, yz + alpha.x, -(xx + yy)};
+    const S xx = w.x * w.x, yy = w.y * w.y;
+    return {mul_add(-w.z, w.z, -yy),     mul_add(w.x, w.y, -alpha.z), mul_add(w.x, w.z, alpha.y),
+            mul_add(w.x, w.y, alpha.z),  mul_add(-w.z, w.z, -xx),     mul_add(w.y, w.z, -alpha.x),
+            mul_add(w.x, w.z, -alpha.y), mul_add(w.y, w.z, alpha.x),  -(xx + yy)};
   }
 
   /// Moment of a link's own inertia forces about its origin.
-  static Vec3<S> moment(const Inertia<S>& body, const J& j) {
+  static Vec3<S> moment(const Inertia<S>& body, const Mat3<S>& U, const Vec3<S>& a) {
     const Sym3<S>& s = body.sigma;
-    const Mat3<S>& U = j.U;
-    const Vec3<S> spin{
-        U.zx * s.xy - U.yx * s.xz + U.zy * s.yy - U.yz * s.zz + (U.zz - U.yy) * s.yz,
-        U.xy * s.yz - U.zy * s.xy + U.xz * s.zz - U.zx * s.xx + (U.xx - U.zz) * s.xz,
-        U.yz * s.xz - U.xz * s.yz + U.yx * s.xx - U.xy * s.yy + (U.yy - U.xx) * s.xy};
-    return cross(body.h, j.a) + spin;
+    const Vec3<S> diagonal{mul_add(U.zy, s.yy, mul_add(-U.yz, s.zz, (U.zz - U.yy) * s.yz)),
+                           mul_add(U.xz, s.zz, mul_add(-U.zx, s.xx, (U.xx - U.zz) * s.xz)),
+                           mul_add(U.yx, s.xx, mul_add(-U.xy, s.yy, (U.yy - U.xx) * s.xy))};
+    const Vec3<S> spin{mul_add(U.zx, s.xy, mul_add(-U.yx, s.xz, diagonal.x)),
+                       mul_add(U.xy, s.yz, mul_add(-U.zy, s.xy, diagonal.y)),
+                       mul_add(U.yz, s.xz, mul_add(-U.xz, s.yz, diagonal.z))};
+    return cross_add(body.h, a, spin);
   }
 
-  /// Acceleration of the base: against gravity, in the root's internal frame before its own turn.
-  static Vec3<S> base_acceleration(const RobotModel& model, const L& link) {
-    const auto& g = model.gravity;
-    return multiply_transposed(link.general,
-                               Vec3<S>{S(Real(-g.x())), S(Real(-g.y())), S(Real(-g.z()))});
-  }
+  /// What a link needs of its parent, in the parent's frame: rates, and acceleration of its origin.
+  struct Incoming {
+    Vec3<S> w, alpha, a;
+  };
 
-  /// Velocities, accelerations and each link's own force from base to tip. `a` empty: zero.
-  static void sweep_out(const RobotModel& model, Workspace<S>& ws, std::span<const S> v,
-                        std::span<const S> a) {
+  /// Velocities, accelerations and each link's own force from base to tip. `a` empty: zero. With
+  /// kKeep every w, alpha, a is stored, else only what a branch needs.
+  template <bool kKeep>
+  static void sweep_out(const RobotModel& model, Workspace<S>& ws, std::span<const S> pi,
+                        std::span<const S> v, std::span<const S> a) {
+    load_turned_bodies(ws, pi);
+    Incoming in;
     for (size_t i = 0; i < ws.links_.size(); ++i) {
       const L& link = ws.links_[i];
       J& j = ws.motion_[i];
-      const bool has_a = !a.empty();
+      Vec3<S> w, alpha, acc;
       if (link.parent < 0) {
-        const Vec3<S> t = base_acceleration(model, link);
-        j.w = j.alpha = {S(0), S(0), S(0)};
-        j.a = {j.c * t.x + j.s * t.y, j.c * t.y - j.s * t.x, t.z};
+        const auto& g = model.gravity;
+        w = alpha = {S(0), S(0), S(0)};
+        acc = to_child<Turn::kGeneral>(link, j.c, j.s,
+                                       Vec3<S>{S(Real(-g.x())), S(Real(-g.y())), S(Real(-g.z()))});
       } else {
-        const J& parent = ws.motion_[at(link.parent)];
-        j.w = to_child(link, j, parent.w);
-        j.alpha = to_child(link, j, parent.alpha);
-        j.a = to_child(link, j, parent.a + multiply(parent.U, j.p));
+        if (!ws.links_[at(link.parent)].hands_on) {
+          const J& parent = ws.motion_[at(link.parent)];
+          const Mat3<S> U = acceleration_tensor(parent.w, parent.alpha);
+          in = {parent.w, parent.alpha, multiply_add(U, j.p, parent.a)};
+        }
+        with_turn(
+            link.turn, [&]<Turn kind>(TurnIs<kind>) __attribute__((always_inline)) {
+              w = to_child<kind>(link, j.c, j.s, in.w);
+              alpha = to_child<kind>(link, j.c, j.s, in.alpha);
+              acc = to_child<kind>(link, j.c, j.s, in.a);
+            });
       }
       if (link.revolute) {
-        j.alpha.x += j.w.y * v[i];
-        j.alpha.y -= j.w.x * v[i];
-        j.w.z += v[i];
-        if (has_a) j.alpha.z += a[i];
+        alpha.x = mul_add(w.y, v[i], alpha.x);
+        alpha.y = mul_add(-w.x, v[i], alpha.y);
+        w.z += v[i];
+        if (!a.empty()) alpha.z += a[i];
       } else {
         const S twice = v[i] + v[i];
-        j.a.x += j.w.y * twice;
-        j.a.y -= j.w.x * twice;
-        if (has_a) j.a.z += a[i];
+        acc.x = mul_add(w.y, twice, acc.x);
+        acc.y = mul_add(-w.x, twice, acc.y);
+        if (!a.empty()) acc.z += a[i];
       }
-      j.U = acceleration_tensor(j.w, j.alpha);
-      j.f = j.body.m * j.a + multiply(j.U, j.body.h);
-      j.n = moment(j.body, j);
+      const Mat3<S> U = acceleration_tensor(w, alpha);
+      load_body(link, &pi[10 * i], j);
+      const S& m = j.inertia.m;
+      j.force.f = multiply_add(U, j.inertia.h, Vec3<S>{m * acc.x, m * acc.y, m * acc.z});
+      j.force.n = moment(j.inertia, U, acc);
+      if (kKeep || !link.hands_on) {
+        j.w = w;
+        j.alpha = alpha;
+        j.a = acc;
+      }
+      if (link.hands_on)
+        with_shift(
+            ws.links_[i + 1].shift, [&]<Shift shift>(
+                                        ShiftIs<shift>) __attribute__((always_inline)) {
+              in = {w, alpha,
+                    multiply_add(U, origin<shift>(ws.links_[i + 1], ws.motion_[i + 1]), acc)};
+            });
     }
   }
 
-  /// Hands the force of link i to its parent.
-  static void pass_force(Workspace<S>& ws, size_t i) {
+  /// The wrench w at a link, seen in and about the parent's frame.
+  template <Turn kind, class V>
+  [[gnu::always_inline]] static void move_wrench(const L& link, const S& c, const S& s, const V& p,
+                                                 const Wrench<S>& w, Wrench<S>& out) {
+    const Vec3<S> f = to_parent<kind>(link, c, s, w.f);
+    out.n = cross_add(p, f, to_parent<kind>(link, c, s, w.n));
+    out.f = f;
+  }
+  template <Turn kind, class V>
+  [[gnu::always_inline]] static void add_wrench(const L& link, const S& c, const S& s, const V& p,
+                                                const Wrench<S>& w, Wrench<S>& sum) {
+    const Vec3<S> f = to_parent<kind>(link, c, s, w.f);
+    sum.n += cross_add(p, f, to_parent<kind>(link, c, s, w.n));
+    sum.f += f;
+  }
+
+  static S along_axis(const L& link, const Wrench<S>& w) { return link.revolute ? w.n.z : w.f.z; }
+
+  /// Wrench of a unit acceleration of a joint.
+  [[gnu::always_inline]] static Wrench<S> unit_wrench(const L& link, const Inertia<S>& c) {
+    if (link.revolute) {
+      return {{-c.h.y, c.h.x, S(0)}, {-c.sigma.xz, -c.sigma.yz, c.sigma.xx + c.sigma.yy}};
+    }
+    return {{S(0), S(0), c.m}, {c.h.y, -c.h.x, S(0)}};
+  }
+
+  /// Hands forces and, with kMass, inertia and mass-matrix columns of link i to its parent. Column
+  /// k carries the wrench of a unit acceleration of joint k towards the base.
+  template <Turn kind, Shift shift, bool kForce, bool kMass>
+  static void hand_in(Workspace<S>& ws, size_t i) {
     const L& link = ws.links_[i];
-    if (link.parent < 0) return;
     const J& j = ws.motion_[i];
     J& parent = ws.motion_[at(link.parent)];
-    const Vec3<S> f = to_parent(link, j, j.f);
-    parent.f += f;
-    parent.n += to_parent(link, j, j.n) + cross(j.p, f);
-  }
-
-  static S axis_force(const L& link, const J& j) { return link.revolute ? j.n.z : j.f.z; }
-
-  static void pass_inertia(Workspace<S>& ws, size_t i) {
-    const L& link = ws.links_[i];
-    if (link.parent < 0) return;
-    const J& j = ws.motion_[i];
-    ws.motion_[at(link.parent)].composite += to_parent(link, j, j.composite);
-  }
-
-  /// Column i of the mass matrix, upwards from joint i; lower triangle.
-  static void mass_column(Workspace<S>& ws, size_t i, const S& armature) {
-    const size_t n = ws.links_.size();
-    const L* link = &ws.links_[i];
-    const J* j = &ws.motion_[i];
-    const Inertia<S>& c = j->composite;
-    Vec3<S> f, m;  // force and moment of a unit acceleration
-    if (link->revolute) {
-      f = {-c.h.y, c.h.x, S(0)};
-      m = {-c.sigma.xz, -c.sigma.yz, c.sigma.xx + c.sigma.yy};
-      ws.M_[i * n + i] = m.z + armature;
-    } else {
-      f = {S(0), S(0), c.m};
-      m = {c.h.y, -c.h.x, S(0)};
-      ws.M_[i * n + i] = f.z + armature;
+    const auto p = origin<shift>(link, j);
+    const S c = copy(j.c), s = copy(j.s);
+    if constexpr (kForce) add_wrench<kind>(link, c, s, p, j.force, parent.force);
+    if constexpr (kMass) {
+      const size_t n = ws.links_.size();
+      const bool revolute = ws.links_[at(link.parent)].revolute;
+      S* const row = &ws.M_[at(link.parent)];
+      Wrench<S>* const columns = ws.columns_.data();
+      const auto move = [&](const Wrench<S>& w, size_t k) __attribute__((always_inline)) {
+        move_wrench<kind>(link, c, s, p, w, columns[k]);
+        row[k * n] = revolute ? columns[k].n.z : columns[k].f.z;
+      };
+      move(unit_wrench(link, j.inertia), i);
+      const int* const subtree = &ws.subtrees_[at(link.subtree)];
+      for (int k = 1; k < link.subtree_size; ++k) move(columns[at(subtree[k])], at(subtree[k]));
+      add_to_parent<kind>(link, c, s, p, j.inertia, parent.inertia);
     }
-    for (size_t k = 0; k < i; ++k) ws.M_[i * n + k] = S(0);
-    while (link->parent >= 0) {
-      f = to_parent(*link, *j, f);
-      m = to_parent(*link, *j, m) + cross(j->p, f);
-      const size_t k = at(link->parent);
-      link = &ws.links_[k];
-      j = &ws.motion_[k];
-      ws.M_[i * n + k] = link->revolute ? m.z : f.z;
+  }
+
+  template <bool kForce, bool kMass>
+  static void hand_in_any(Workspace<S>& ws, size_t i) {
+    with_placement(ws.links_[i], [&]<Turn kind, Shift shift>(TurnIs<kind>, ShiftIs<shift>) {
+      hand_in<kind, shift, kForce, kMass>(ws, i);
+    });
+  }
+
+  /// Inward sweep: forces to `tau` and, with kMass, the lower triangle of the mass matrix without
+  /// armature.
+  template <bool kForce, bool kMass>
+  static void sweep_in(Workspace<S>& ws, std::span<S> tau) {
+    const size_t n = ws.links_.size();
+    if (kMass && ws.branched_) std::fill(ws.M_.begin(), ws.M_.end(), S(0));
+    for (size_t i = n; i-- > 0;) {
+      const L& link = ws.links_[i];
+      const J& j = ws.motion_[i];
+      if constexpr (kForce) tau[i] = along_axis(link, j.force);
+      if constexpr (kMass) {
+        const Inertia<S>& c = j.inertia;
+        ws.M_[i * n + i] = link.revolute ? c.sigma.xx + c.sigma.yy : c.m;
+      }
+      if (link.parent < 0) continue;
+      hand_in_any<kForce, kMass>(ws, i);
     }
   }
 
@@ -201,53 +271,75 @@ struct Kernels {
                    std::span<S> tau) {
     const size_t n = ws.links_.size();
     place(ws, q);
-    load_bodies(ws, pi);
-    sweep_out(model, ws, v, a);
-    for (size_t i = n; i-- > 0;) {
-      tau[i] = axis_force(ws.links_[i], ws.motion_[i]) + pi[10 * n + i] * a[i];
-      pass_force(ws, i);
-    }
+    sweep_out<false>(model, ws, pi, v, a);
+    sweep_in<true, false>(ws, tau);
+    for (size_t i = 0; i < n; ++i) tau[i] = mul_add(pi[10 * n + i], a[i], tau[i]);
     add_linear_torques(model, pi, q, tau);
+  }
+
+  static void add_armature(Workspace<S>& ws, std::span<const S> pi) {
+    const size_t n = ws.links_.size();
+    for (size_t i = 0; i < n; ++i) ws.M_[i * n + i] += pi[10 * n + i];
   }
 
   static void crba(Workspace<S>& ws, std::span<const S> pi, std::span<const S> q, std::span<S> M) {
     const size_t n = ws.links_.size();
     place(ws, q);
-    load_bodies(ws, pi);
-    for (J& j : ws.motion_) j.composite = j.body;
-    for (size_t i = n; i-- > 0;) {
-      mass_column(ws, i, pi[10 * n + i]);
-      pass_inertia(ws, i);
-    }
+    load_turned_bodies(ws, pi);
+    for (size_t i = 0; i < n; ++i) load_body(ws.links_[i], &pi[10 * i], ws.motion_[i]);
+    sweep_in<false, true>(ws, {});
+    add_armature(ws, pi);
     for (size_t i = 0; i < n; ++i)
       for (size_t k = 0; k <= i; ++k) M[i * n + k] = M[k * n + i] = ws.M_[i * n + k];
   }
 
-  /// M = L D L' in place; L unit lower.
-  static void factorise(Workspace<S>& ws) {
-    const size_t n = ws.links_.size();
-    S* M = ws.M_.data();
-    for (size_t k = 0; k < n; ++k) {
-      const S inverse = S(1) / M[k * n + k];
-      ws.inverse_d_[k] = inverse;
-      for (size_t i = k + 1; i < n; ++i) {
-        const S l = M[i * n + k] * inverse;
-        for (size_t j = k + 1; j < i; ++j) M[i * n + j] -= l * M[k * n + j];
-        M[i * n + i] -= l * M[i * n + k];
-        M[k * n + i] = M[i * n + k];
-        M[i * n + k] = l;
-      }
-    }
+  /// Calls f with the number of joints as a compile-time constant for the usual arms, else with 0.
+  template <class F>
+  static void with_size(size_t n, F&& f) {
+    if (n == 6) return f(std::integral_constant<size_t, 6>{});
+    if (n == 7) return f(std::integral_constant<size_t, 7>{});
+    f(std::integral_constant<size_t, 0>{});
   }
 
+  /// M = L D L' in place; L unit lower.
+  static void factorise(Workspace<S>& ws) {
+    with_size(ws.links_.size(), [&]<size_t kSize>(std::integral_constant<size_t, kSize>) {
+      const size_t n = kSize ? kSize : ws.links_.size();
+      S* M = ws.M_.data();
+      for (size_t i = 0; i < n; ++i) {
+        // row i of L D in place, then of L
+        for (size_t k = 0; k < i; ++k) {
+          S x = M[i * n + k];
+          for (size_t j = 0; j < k; ++j) x = mul_add(-M[i * n + j], M[k * n + j], x);
+          M[i * n + k] = x;
+        }
+        S d = M[i * n + i];
+        for (size_t k = 0; k < i; ++k) {
+          const S l = M[i * n + k] * ws.inverse_d_[k];
+          d = mul_add(-l, M[i * n + k], d);
+          M[i * n + k] = l;
+        }
+        ws.inverse_d_[i] = S(1) / d;
+      }
+    });
+  }
+
+  /// x <- M^-1 x with the factor in ws.
   static void solve(const Workspace<S>& ws, std::span<S> x) {
-    const size_t n = ws.links_.size();
-    const S* M = ws.M_.data();
-    for (size_t i = 0; i < n; ++i)
-      for (size_t k = 0; k < i; ++k) x[i] -= M[i * n + k] * x[k];
-    for (size_t i = 0; i < n; ++i) x[i] *= ws.inverse_d_[i];
-    for (size_t i = n; i-- > 0;)
-      for (size_t k = i + 1; k < n; ++k) x[i] -= M[k * n + i] * x[k];
+    with_size(ws.links_.size(), [&]<size_t kSize>(std::integral_constant<size_t, kSize>) {
+      const size_t n = kSize ? kSize : ws.links_.size();
+      const S* M = ws.M_.data();
+      for (size_t i = 0; i < n; ++i) {
+        S sum = x[i];
+        for (size_t k = 0; k < i; ++k) sum = mul_add(-M[i * n + k], x[k], sum);
+        x[i] = sum;
+      }
+      for (size_t i = n; i-- > 0;) {
+        S sum = x[i] * ws.inverse_d_[i];
+        for (size_t k = i + 1; k < n; ++k) sum = mul_add(-M[k * n + i], x[k], sum);
+        x[i] = sum;
+      }
+    });
   }
 
   static void forward_dynamics(const RobotModel& model, Workspace<S>& ws, std::span<const S> pi,
@@ -255,19 +347,167 @@ struct Kernels {
                                std::span<S> a) {
     const size_t n = ws.links_.size();
     place(ws, q);
-    load_bodies(ws, pi);
-    sweep_out(model, ws, v, {});
-    for (J& j : ws.motion_) j.composite = j.body;
-    for (size_t i = n; i-- > 0;) {
-      ws.bias_[i] = axis_force(ws.links_[i], ws.motion_[i]);
-      pass_force(ws, i);
-      mass_column(ws, i, pi[10 * n + i]);
-      pass_inertia(ws, i);
-    }
+    sweep_out<false>(model, ws, pi, v, {});
+    sweep_in<true, true>(ws, ws.bias_);
+    add_armature(ws, pi);
     add_linear_torques(model, pi, q, std::span<S>(ws.bias_));
     for (size_t i = 0; i < n; ++i) a[i] = tau[i] - ws.bias_[i];
     factorise(ws);
     solve(ws, a);
+  }
+
+  static S shape_slope(const LinearTorque& torque, const S& q) {
+    const S k(Real(torque.k));
+    switch (torque.shape) {
+      case LinearTorque::Shape::kConstant:
+        return S(0);
+      case LinearTorque::Shape::kSin:
+        return k * sincos(k * q).cos;
+      case LinearTorque::Shape::kCos:
+        return -k * sincos(k * q).sin;
+      case LinearTorque::Shape::kLinear:
+        return S(1);
+    }
+    return S(0);
+  }
+
+  /// Where rnea_pullback adds; an empty span is skipped.
+  struct Bars {
+    std::span<S> q, v, a, pi;
+  };
+
+  static void rnea_pullback(const RobotModel& model, Workspace<S>& ws, std::span<const S> pi,
+                            std::span<const S> q, std::span<const S> v, std::span<const S> a,
+                            std::span<const S> lambda, const Bars& bars) {
+    const size_t n = ws.links_.size();
+    place(ws, q);
+    sweep_out<true>(model, ws, pi, v, a);
+    sweep_forces(ws);
+    for (size_t i = 0; i < n; ++i) {
+      if (!bars.a.empty()) bars.a[i] += lambda[i] * pi[10 * n + i];
+      if (!bars.pi.empty()) bars.pi[10 * n + i] += lambda[i] * a[i];
+      pull_force(ws, i, lambda[i], bars);
+    }
+    for (size_t i = n; i-- > 0;) pull_motion(ws, i, v[i], bars);
+    for (size_t k = 0; k < model.linear_torques.size(); ++k) {
+      const LinearTorque& torque = model.linear_torques[k];
+      const size_t i = at(torque.joint), c = at(model.linear_begin()) + k;
+      if (!bars.pi.empty()) bars.pi[c] += lambda[i] * shape(torque, q[i]);
+      if (!bars.q.empty()) bars.q[i] += lambda[i] * pi[c] * shape_slope(torque, q[i]);
+    }
+  }
+
+  static void sweep_forces(Workspace<S>& ws) {
+    for (size_t i = ws.links_.size(); i-- > 0;)
+      if (ws.links_[i].parent >= 0) hand_in_any<true, false>(ws, i);
+  }
+
+  /// Reverse of the inward sweep at joint i, parents first. The adjoint of the force that a joint
+  /// transmits is a virtual twist: every joint i moves at the rate lambda_i. It works on the link's
+  /// own force, whence the adjoints of its inertia and acceleration.
+  static void pull_force(Workspace<S>& ws, size_t i, const S& lambda, const Bars& bars) {
+    const L& link = ws.links_[i];
+    const J& j = ws.motion_[i];
+    Adjoint<S>& bar = ws.adjoint_[i];
+    bar.f = bar.n = {S(0), S(0), S(0)};
+    if (link.parent >= 0) {
+      const Adjoint<S>& parent = ws.adjoint_[at(link.parent)];
+      with_turn(link.turn, [&]<Turn kind>(TurnIs<kind>) {
+        bar.f = to_child<kind>(link, j.c, j.s, cross_add(parent.n, j.p, parent.f));
+        bar.n = to_child<kind>(link, j.c, j.s, parent.n);
+        if (bars.q.empty()) return;
+        const Vec3<S>&f = j.force.f, &m = j.force.n;
+        if (link.revolute) {
+          bars.q[i] += f.x * bar.f.y - f.y * bar.f.x + m.x * bar.n.y - m.y * bar.n.x;
+        } else {
+          // the moment p x f grows with q along the axis
+          bars.q[i] += f.x * bar.n.y - f.y * bar.n.x;
+        }
+      });
+    }
+    (link.revolute ? bar.n.z : bar.f.z) += lambda;
+
+    // f = m a + U h,  n = h x a + (U Sigma)^vee;  with T = [n_bar]x:  U_bar = f_bar h' + T Sigma
+    const Inertia<S>& body = j.inertia;
+    const Vec3<S>& h = body.h;
+    const Sym3<S>& s = body.sigma;
+    const Vec3<S>&f = bar.f, &t = bar.n;
+    bar.a = cross_add(t, h, Vec3<S>{body.m * f.x, body.m * f.y, body.m * f.z});
+    bar.w = bar.alpha = {S(0), S(0), S(0)};
+    bar.U = {f.x * h.x + t.y * s.xz - t.z * s.xy, f.x * h.y + t.y * s.yz - t.z * s.yy,
+             f.x * h.z + t.y * s.zz - t.z * s.yz, f.y * h.x + t.z * s.xx - t.x * s.xz,
+             f.y * h.y + t.z * s.xy - t.x * s.yz, f.y * h.z + t.z * s.xz - t.x * s.zz,
+             f.z * h.x + t.x * s.xy - t.y * s.xx, f.z * h.y + t.x * s.yy - t.y * s.xy,
+             f.z * h.z + t.x * s.yz - t.y * s.xz};
+    if (bars.pi.empty()) return;
+    const Mat3<S> U = acceleration_tensor(j.w, j.alpha);
+    Inertia<S> inertia;
+    inertia.m = dot(f, j.a);
+    inertia.h = multiply_add(transpose(U), f, cross(j.a, t));
+    // Sigma_bar = T' U, off the diagonal summed over the pair
+    inertia.sigma = {t.z * U.yx - t.y * U.zx,
+                     t.z * U.yy - t.y * U.zy + t.x * U.zx - t.z * U.xx,
+                     t.x * U.zy - t.z * U.xy,
+                     t.z * U.yz - t.y * U.zz + t.y * U.xx - t.x * U.yx,
+                     t.x * U.zz - t.z * U.xz + t.y * U.xy - t.x * U.yy,
+                     t.y * U.xz - t.x * U.yz};
+    store_inertia(link, inertia, &bars.pi[10 * i]);
+  }
+
+  /// Reverse of the outward sweep at joint i, children first.
+  static void pull_motion(Workspace<S>& ws, size_t i, const S& v, const Bars& bars) {
+    const L& link = ws.links_[i];
+    const J& j = ws.motion_[i];
+    Adjoint<S>& bar = ws.adjoint_[i];
+    // U = [alpha]x + w w' - w'w 1
+    const Mat3<S>& B = bar.U;
+    const Vec3<S>& w = j.w;
+    bar.alpha += Vec3<S>{B.zy - B.yz, B.xz - B.zx, B.yx - B.xy};
+    const S xy = B.xy + B.yx, xz = B.xz + B.zx, yz = B.yz + B.zy;
+    const S two(2);
+    bar.w += Vec3<S>{xy * w.y + xz * w.z - two * (B.yy + B.zz) * w.x,
+                     xy * w.x + yz * w.z - two * (B.xx + B.zz) * w.y,
+                     xz * w.x + yz * w.y - two * (B.xx + B.yy) * w.z};
+
+    // the joint's own motion
+    const Vec3<S> alpha = bar.alpha, acc = bar.a;
+    Vec3<S> rate = bar.w;
+    if (link.revolute) {
+      if (!bars.a.empty()) bars.a[i] += alpha.z;
+      if (!bars.v.empty()) bars.v[i] += rate.z + alpha.x * w.y - alpha.y * w.x;
+      rate.x -= alpha.y * v;
+      rate.y += alpha.x * v;
+      if (!bars.q.empty()) {
+        // before the joint: w less z v, alpha less w x z v, a; all turn against q
+        const S alpha_x = j.alpha.x - w.y * v, alpha_y = j.alpha.y + w.x * v;
+        bars.q[i] += w.y * rate.x - w.x * rate.y + alpha_y * alpha.x - alpha_x * alpha.y +
+                     j.a.y * acc.x - j.a.x * acc.y;
+      }
+    } else {
+      if (!bars.a.empty()) bars.a[i] += acc.z;
+      if (!bars.v.empty()) bars.v[i] += two * (acc.x * w.y - acc.y * w.x);
+      rate.x -= two * acc.y * v;
+      rate.y += two * acc.x * v;
+    }
+    if (link.parent < 0) return;
+
+    const J& above = ws.motion_[at(link.parent)];
+    Adjoint<S>& parent = ws.adjoint_[at(link.parent)];
+    with_turn(link.turn, [&]<Turn kind>(TurnIs<kind>) {
+      parent.w += to_parent<kind>(link, j.c, j.s, rate);
+      parent.alpha += to_parent<kind>(link, j.c, j.s, alpha);
+      const Vec3<S> a = to_parent<kind>(link, j.c, j.s, acc);
+      parent.a += a;
+      const Vec3<S>& p = j.p;
+      Mat3<S>& U = parent.U;
+      U = {U.xx + a.x * p.x, U.xy + a.x * p.y, U.xz + a.x * p.z, U.yx + a.y * p.x, U.yy + a.y * p.y,
+           U.yz + a.y * p.z, U.zx + a.z * p.x, U.zy + a.z * p.y, U.zz + a.z * p.z};
+      if (link.revolute || bars.q.empty()) return;
+      // the origin p moves along the axis
+      const Mat3<S> tensor = acceleration_tensor(above.w, above.alpha);
+      const Vec3<S> axis = turn<kind>(link, Vec3<S>{S(0), S(0), S(1)});
+      bars.q[i] += dot(a, multiply(tensor, axis));
+    });
   }
 };
 
@@ -276,12 +516,27 @@ struct Kernels {
 template <class S>
 Workspace<S>::Workspace(const RobotModel& model)
     : motion_(model.joints.size()),
+      adjoint_(model.joints.size()),
+      columns_(model.joints.size()),
       M_(model.joints.size() * model.joints.size()),
       inverse_d_(model.joints.size()),
       bias_(model.joints.size()),
       own_frames_(model.joints.size()) {
   for (const auto& link : detail::make_links(model))
     links_.push_back(detail::convert<typename detail::ConstantOf<S>::type>(link));
+  for (size_t i = 0; i < links_.size(); ++i) {
+    auto& link = links_[i];
+    motion_[i].p = detail::convert<S>(link.p0);
+    link.subtree = static_cast<int>(subtrees_.size());
+    for (size_t k = i; k < links_.size(); ++k) {
+      int ancestor = static_cast<int>(k);
+      while (ancestor > static_cast<int>(i))
+        ancestor = links_[static_cast<size_t>(ancestor)].parent;
+      if (ancestor == static_cast<int>(i)) subtrees_.push_back(static_cast<int>(k));
+    }
+    link.subtree_size = static_cast<int>(subtrees_.size()) - link.subtree;
+    if (i + static_cast<size_t>(link.subtree_size) < links_.size()) branched_ = true;
+  }
 }
 
 template <class S>
@@ -301,6 +556,14 @@ void forward_dynamics(const RobotModel& model, Workspace<S>& ws, std::span<const
                       std::span<const S> q, std::span<const S> v, std::span<const S> tau,
                       std::span<S> a) {
   detail::Kernels<S>::forward_dynamics(model, ws, pi, q, v, tau, a);
+}
+
+template <class S>
+void rnea_pullback(const RobotModel& model, Workspace<S>& ws, std::span<const S> pi,
+                   std::span<const S> q, std::span<const S> v, std::span<const S> a,
+                   std::span<const S> lambda, std::span<S> q_bar, std::span<S> v_bar,
+                   std::span<S> a_bar, std::span<S> pi_bar) {
+  detail::Kernels<S>::rnea_pullback(model, ws, pi, q, v, a, lambda, {q_bar, v_bar, a_bar, pi_bar});
 }
 
 template <class S>

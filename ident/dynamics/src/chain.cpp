@@ -24,6 +24,12 @@ Matrix3d frame_with(const Vector3d& x, const Vector3d& z) {
   return X;
 }
 
+/// Components that only rounding keeps from zero become zero.
+Vector3d without_rounding(const Vector3d& p) {
+  const double smallest = kExact * p.norm();
+  return p.unaryExpr([smallest](double x) { return std::abs(x) < smallest ? 0.0 : x; });
+}
+
 Mat3<double> to_mat3(const Matrix3d& R) {
   return {R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)};
 }
@@ -35,16 +41,26 @@ Matrix3d quarter_turn(Turn kind) {
   return (Matrix3d() << 1, 0, 0, 0, c, -s, 0, s, c).finished();
 }
 
-/// Q as a signed permutation, when it is one.
+/// Q as a signed permutation, when it is one: where each entry of the internal h and I is in pi.
 void find_swaps(const Matrix3d& Q, Link<double>& link) {
+  constexpr int kSecond[3][3] = {{4, 5, 7}, {5, 6, 8}, {7, 8, 9}};  // I in pi
+  constexpr int kPairs[6][2] = {{0, 0}, {0, 1}, {1, 1}, {0, 2}, {1, 2}, {2, 2}};
+  int source[3];
+  double sign[3];
   link.swaps = true;
   for (int k = 0; k < 3; ++k) {
-    Eigen::Index source;
-    Q.col(k).cwiseAbs().maxCoeff(&source);
-    const double sign = Q(source, k) > 0 ? 1 : -1;
-    link.source[static_cast<size_t>(k)] = static_cast<int>(source);
-    link.sign[static_cast<size_t>(k)] = sign;
-    if ((Q.col(k) - sign * Vector3d::Unit(source)).norm() > kExact) link.swaps = false;
+    Q.col(k).cwiseAbs().maxCoeff(&source[k]);
+    sign[k] = Q(source[k], k) > 0 ? 1 : -1;
+    if ((Q.col(k) - sign[k] * Vector3d::Unit(source[k])).norm() > kExact) link.swaps = false;
+  }
+  for (size_t k = 0; k < 3; ++k) {
+    link.first[k] = 1 + source[k];
+    link.first_sign[k] = sign[k];
+  }
+  for (size_t k = 0; k < 6; ++k) {
+    const auto [i, j] = kPairs[k];
+    link.second[k] = kSecond[source[i]][source[j]];
+    link.second_sign[k] = sign[i] * sign[j];
   }
 }
 
@@ -89,13 +105,22 @@ std::vector<Link<double>> make_links(const RobotModel& model) {
     link.Q = to_mat3(Q);
     find_swaps(Q, link);
 
+    std::vector<size_t> children;
+    for (size_t k = 0; k < links.size(); ++k)
+      if (model.joints[k].parent == static_cast<int>(i)) children.push_back(k);
+    link.hands_on = children == std::vector<size_t>{i + 1};
+
     const bool on_base = joint.parent < 0;
     const auto parent = static_cast<size_t>(joint.parent);
     const Matrix3d Q_parent =
         on_base ? Matrix3d(Matrix3d::Identity()) : Matrix3d(R[parent].transpose() * X[parent]);
     const Matrix3d placement = Q_parent.transpose() * joint.R0 * Q;
-    const Vector3d p0 = Q_parent.transpose() * joint.p0;
+    const Vector3d p0 = without_rounding(Q_parent.transpose() * joint.p0);
     link.p0 = {p0.x(), p0.y(), p0.z()};
+    const bool has_x = p0.x() != 0, has_y = p0.y() != 0, has_z = p0.z() != 0;
+    if (link.revolute && !has_y && !has_z) link.shift = Shift::kX;
+    if (link.revolute && !has_z && !has_x) link.shift = Shift::kY;
+    if (link.revolute && !has_x && !has_y) link.shift = Shift::kZ;
     link.turn = Turn::kGeneral;
     link.general = to_mat3(placement);
     if (on_base) continue;

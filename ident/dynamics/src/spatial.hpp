@@ -2,43 +2,88 @@
 // structs, so that a pack stays in registers.
 #pragma once
 
+#include <type_traits>
+
 #include "fricid/base/math.hpp"
 #include "fricid/dynamics/workspace.hpp"
 
 namespace fricid::dynamics::detail {
 
+/// a b + c, rounded once where the scalar can.
 template <class S>
-Vec3<S> operator+(const Vec3<S>& a, const Vec3<S>& b) {
+[[gnu::always_inline]] inline S mul_add(const S& a, const std::type_identity_t<S>& b,
+                                        const std::type_identity_t<S>& c) {
+  if constexpr (Lanewise<S>) {
+    return fma(a, b, c);
+  } else {
+    return a * b + c;
+  }
+}
+
+template <class S>
+[[gnu::always_inline]] inline Vec3<S> operator+(const Vec3<S>& a, const Vec3<S>& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
 template <class S>
-Vec3<S>& operator+=(Vec3<S>& a, const Vec3<S>& b) {
+[[gnu::always_inline]] inline Vec3<S>& operator+=(Vec3<S>& a, const Vec3<S>& b) {
   return a = a + b;
 }
+/// A component known to be zero when compiled: its products vanish.
+struct Zero {
+  Zero operator-() const { return {}; }
+};
 template <class S>
-Vec3<S> operator*(const S& k, const Vec3<S>& a) {
-  return {k * a.x, k * a.y, k * a.z};
+[[gnu::always_inline]] inline S mul_add(Zero, const S&, const S& c) {
+  return c;
 }
 template <class S>
-Vec3<S> cross(const Vec3<S>& a, const Vec3<S>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+[[gnu::always_inline]] inline S mul_add(const S&, Zero, const S& c) {
+  return c;
+}
+template <class X, class Y, class Z>
+struct Offset {
+  X x;
+  Y y;
+  Z z;
+};
+
+/// k a + b.
+template <class S>
+[[gnu::always_inline]] inline Vec3<S> mul_add(const S& k, const Vec3<S>& a, const Vec3<S>& b) {
+  return {mul_add(k, a.x, b.x), mul_add(k, a.y, b.y), mul_add(k, a.z, b.z)};
 }
 template <class S>
-S dot(const Vec3<S>& a, const Vec3<S>& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
+[[gnu::always_inline]] inline Vec3<S> cross(const Vec3<S>& a, const Vec3<S>& b) {
+  return {mul_add(a.y, b.z, -(a.z * b.y)), mul_add(a.z, b.x, -(a.x * b.z)),
+          mul_add(a.x, b.y, -(a.y * b.x))};
+}
+/// a x b + c.
+template <class V, class S>
+[[gnu::always_inline]] inline Vec3<S> cross_add(const V& a, const Vec3<S>& b, const Vec3<S>& c) {
+  return {mul_add(a.y, b.z, mul_add(-a.z, b.y, c.x)), mul_add(a.z, b.x, mul_add(-a.x, b.z, c.y)),
+          mul_add(a.x, b.y, mul_add(-a.y, b.x, c.z))};
+}
+template <class S>
+[[gnu::always_inline]] inline S dot(const Vec3<S>& a, const Vec3<S>& b) {
+  return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
+}
+/// U r + b.
+template <class A, class V, class S>
+[[gnu::always_inline]] inline Vec3<S> multiply_add(const Mat3<A>& U, const V& r, const Vec3<S>& b) {
+  return {mul_add(r.x, S(U.xx), mul_add(r.y, S(U.xy), mul_add(r.z, S(U.xz), b.x))),
+          mul_add(r.x, S(U.yx), mul_add(r.y, S(U.yy), mul_add(r.z, S(U.yz), b.y))),
+          mul_add(r.x, S(U.zx), mul_add(r.y, S(U.zy), mul_add(r.z, S(U.zz), b.z)))};
+}
+template <class A>
+[[gnu::always_inline]] inline Mat3<A> transpose(const Mat3<A>& G) {
+  return {G.xx, G.yx, G.zx, G.xy, G.yy, G.zy, G.xz, G.yz, G.zz};
 }
 template <class A, class S>
-Vec3<S> multiply(const Mat3<A>& U, const Vec3<S>& r) {
-  return {U.xx * r.x + U.xy * r.y + U.xz * r.z, U.yx * r.x + U.yy * r.y + U.yz * r.z,
-          U.zx * r.x + U.zy * r.y + U.zz * r.z};
-}
-template <class A, class S>
-Vec3<S> multiply_transposed(const Mat3<A>& U, const Vec3<S>& r) {
-  return {U.xx * r.x + U.yx * r.y + U.zx * r.z, U.xy * r.x + U.yy * r.y + U.zy * r.z,
-          U.xz * r.x + U.yz * r.y + U.zz * r.z};
+[[gnu::always_inline]] inline Vec3<S> multiply(const Mat3<A>& U, const Vec3<S>& r) {
+  return multiply_add(U, r, Vec3<S>{S(0), S(0), S(0)});
 }
 
-/// G sigma G' for a general turn G.
+/// G sigma G' for a turn G.
 template <class A, class S>
 Sym3<S> conjugate(const Mat3<A>& G, const Sym3<S>& s) {
   const Vec3<S> x = multiply(G, Vec3<S>{s.xx, s.xy, s.xz});  // columns of G sigma
@@ -50,121 +95,182 @@ Sym3<S> conjugate(const Mat3<A>& G, const Sym3<S>& s) {
   return {rx.x, rx.y, ry.y, rx.z, ry.z, rz.z};
 }
 
-template <class A>
-Mat3<A> transpose(const Mat3<A>& G) {
-  return {G.xx, G.yx, G.zx, G.xy, G.yy, G.zy, G.xz, G.yz, G.zz};
+// Call f with the turn, or the shift, or both as compile-time constants, so that each kind has its
+// own straight code.
+template <Turn kind>
+using TurnIs = std::integral_constant<Turn, kind>;
+template <Shift kind>
+using ShiftIs = std::integral_constant<Shift, kind>;
+
+template <class F>
+[[gnu::always_inline]] inline void with_turn(Turn kind, F&& f) {
+  switch (kind) {
+    case Turn::kNone:
+      return f(TurnIs<Turn::kNone>{});
+    case Turn::kPlus90:
+      return f(TurnIs<Turn::kPlus90>{});
+    case Turn::kMinus90:
+      return f(TurnIs<Turn::kMinus90>{});
+    case Turn::kHalf:
+      return f(TurnIs<Turn::kHalf>{});
+    case Turn::kGeneral:
+      return f(TurnIs<Turn::kGeneral>{});
+  }
+}
+template <class F>
+[[gnu::always_inline]] inline void with_shift(Shift kind, F&& f) {
+  switch (kind) {
+    case Shift::kX:
+      return f(ShiftIs<Shift::kX>{});
+    case Shift::kY:
+      return f(ShiftIs<Shift::kY>{});
+    case Shift::kZ:
+      return f(ShiftIs<Shift::kZ>{});
+    case Shift::kGeneral:
+      return f(ShiftIs<Shift::kGeneral>{});
+  }
+}
+template <class A, class F>
+[[gnu::always_inline]] inline void with_placement(const Link<A>& link, F&& f) {
+  if (link.turn == Turn::kGeneral) return f(TurnIs<Turn::kGeneral>{}, ShiftIs<Shift::kGeneral>{});
+  with_turn(
+      link.turn, [&]<Turn turn>(TurnIs<turn>) __attribute__((always_inline)) {
+        with_shift(
+            link.shift, [&]<Shift shift>(ShiftIs<shift>) __attribute__((always_inline)) {
+              f(TurnIs<turn>{}, ShiftIs<shift>{});
+            });
+      });
+}
+
+/// Origin of a joint in the parent's frame.
+template <Shift shift, class A, class S>
+[[gnu::always_inline]] inline auto origin(const Link<A>& link, const Motion<S>& joint) {
+  if constexpr (shift == Shift::kX) {
+    return Offset<S, Zero, Zero>{S(link.p0.x), {}, {}};
+  } else if constexpr (shift == Shift::kY) {
+    return Offset<Zero, S, Zero>{{}, S(link.p0.y), {}};
+  } else if constexpr (shift == Shift::kZ) {
+    return Offset<Zero, Zero, S>{{}, {}, S(link.p0.z)};
+  } else {
+    return joint.p;
+  }
 }
 
 // The constant turn of a joint, and its inverse.
-template <class A, class S>
-Vec3<S> turn(const Link<A>& link, const Vec3<S>& u) {
-  switch (link.turn) {
-    case Turn::kNone:
-      return u;
-    case Turn::kPlus90:
-      return {u.x, -u.z, u.y};
-    case Turn::kMinus90:
-      return {u.x, u.z, -u.y};
-    case Turn::kHalf:
-      return {u.x, -u.y, -u.z};
-    case Turn::kGeneral:
-      break;
-  }
-  return multiply(link.general, u);
+template <Turn kind, class A, class S>
+[[gnu::always_inline]] inline Vec3<S> turn(const Link<A>& link, const Vec3<S>& u) {
+  if constexpr (kind == Turn::kNone) return u;
+  if constexpr (kind == Turn::kPlus90) return {u.x, -u.z, u.y};
+  if constexpr (kind == Turn::kMinus90) return {u.x, u.z, -u.y};
+  if constexpr (kind == Turn::kHalf) return {u.x, -u.y, -u.z};
+  if constexpr (kind == Turn::kGeneral) return multiply(link.general, u);
 }
-template <class A, class S>
-Vec3<S> turn_back(const Link<A>& link, const Vec3<S>& u) {
-  switch (link.turn) {
-    case Turn::kNone:
-      return u;
-    case Turn::kPlus90:
-      return {u.x, u.z, -u.y};
-    case Turn::kMinus90:
-      return {u.x, -u.z, u.y};
-    case Turn::kHalf:
-      return {u.x, -u.y, -u.z};
-    case Turn::kGeneral:
-      break;
-  }
-  return multiply_transposed(link.general, u);
+template <Turn kind, class A, class S>
+[[gnu::always_inline]] inline Vec3<S> turn_back(const Link<A>& link, const Vec3<S>& u) {
+  if constexpr (kind == Turn::kNone) return u;
+  if constexpr (kind == Turn::kPlus90) return {u.x, u.z, -u.y};
+  if constexpr (kind == Turn::kMinus90) return {u.x, -u.z, u.y};
+  if constexpr (kind == Turn::kHalf) return {u.x, -u.y, -u.z};
+  if constexpr (kind == Turn::kGeneral) return multiply(transpose(link.general), u);
 }
-template <class A, class S>
-Sym3<S> turn(const Link<A>& link, const Sym3<S>& s) {
-  switch (link.turn) {
-    case Turn::kNone:
-      return s;
-    case Turn::kPlus90:
-      return {s.xx, -s.xz, s.zz, s.xy, -s.yz, s.yy};
-    case Turn::kMinus90:
-      return {s.xx, s.xz, s.zz, -s.xy, -s.yz, s.yy};
-    case Turn::kHalf:
-      return {s.xx, -s.xy, s.yy, -s.xz, s.yz, s.zz};
-    case Turn::kGeneral:
-      break;
-  }
-  return conjugate(link.general, s);
+template <Turn kind, class A, class S>
+[[gnu::always_inline]] inline Sym3<S> turn(const Link<A>& link, const Sym3<S>& s) {
+  if constexpr (kind == Turn::kNone) return s;
+  if constexpr (kind == Turn::kPlus90) return {s.xx, -s.xz, s.zz, s.xy, -s.yz, s.yy};
+  if constexpr (kind == Turn::kMinus90) return {s.xx, s.xz, s.zz, -s.xy, -s.yz, s.yy};
+  if constexpr (kind == Turn::kHalf) return {s.xx, -s.xy, s.yy, -s.xz, s.yz, s.zz};
+  if constexpr (kind == Turn::kGeneral) return conjugate(link.general, s);
 }
 
 // Child to parent, R u, and back, R' u.
-template <class A, class S>
-Vec3<S> to_parent(const Link<A>& link, const Motion<S>& j, const Vec3<S>& u) {
-  return turn(link, Vec3<S>{j.c * u.x - j.s * u.y, j.s * u.x + j.c * u.y, u.z});
+template <Turn kind, class A, class S>
+[[gnu::always_inline]] inline Vec3<S> to_parent(const Link<A>& link, const S& c, const S& s,
+                                                const Vec3<S>& u) {
+  return turn<kind>(link, Vec3<S>{mul_add(c, u.x, -(s * u.y)), mul_add(s, u.x, c * u.y), u.z});
 }
-template <class A, class S>
-Vec3<S> to_child(const Link<A>& link, const Motion<S>& j, const Vec3<S>& u) {
-  const Vec3<S> t = turn_back(link, u);
-  return {j.c * t.x + j.s * t.y, j.c * t.y - j.s * t.x, t.z};
-}
-
-/// Inertia of the child's frame in and about the parent's.
-template <class A, class S>
-Inertia<S> to_parent(const Link<A>& link, const Motion<S>& j, const Inertia<S>& body) {
-  const Sym3<S>& t = body.sigma;
-  const S u = j.c * t.xx - j.s * t.xy;
-  const S w = j.c * t.xy - j.s * t.yy;
-  const S xx = j.c * u - j.s * w;
-  Sym3<S> s = turn(link, Sym3<S>{xx, j.s * u + j.c * w, t.xx + t.yy - xx, j.c * t.xz - j.s * t.yz,
-                                 j.s * t.xz + j.c * t.yz, t.zz});
-  const Vec3<S> h = to_parent(link, j, body.h);
-  const Vec3<S>& p = j.p;
-  const Vec3<S> g = h + body.m * p;
-  s.xx += p.x * (h.x + g.x);
-  s.yy += p.y * (h.y + g.y);
-  s.zz += p.z * (h.z + g.z);
-  s.xy += h.x * p.y + p.x * g.y;
-  s.xz += h.x * p.z + p.x * g.z;
-  s.yz += h.y * p.z + p.y * g.z;
-  return {body.m, g, s};
+template <Turn kind, class A, class S>
+[[gnu::always_inline]] inline Vec3<S> to_child(const Link<A>& link, const S& c, const S& s,
+                                               const Vec3<S>& u) {
+  const Vec3<S> t = turn_back<kind>(link, u);
+  return {mul_add(c, t.x, s * t.y), mul_add(c, t.y, -(s * t.x)), t.z};
 }
 
+/// Adds the inertia of the child, with its frame at p, to that of the parent.
+template <Turn kind, class A, class S, class V>
+[[gnu::always_inline]] inline void add_to_parent(const Link<A>& link, const S& c, const S& s,
+                                                 const V& p, const Inertia<S>& child,
+                                                 Inertia<S>& sum) {
+  const Sym3<S>& t = child.sigma;
+  const S u = mul_add(c, t.xx, -(s * t.xy));
+  const S w = mul_add(c, t.xy, -(s * t.yy));
+  const S xx = mul_add(c, u, -(s * w));
+  const Sym3<S> r =
+      turn<kind>(link, Sym3<S>{xx, mul_add(s, u, c * w), t.xx + t.yy - xx,
+                               mul_add(c, t.xz, -(s * t.yz)), mul_add(s, t.xz, c * t.yz), t.zz});
+  const Vec3<S> h = to_parent<kind>(link, c, s, child.h);
+  const Vec3<S> g{mul_add(p.x, child.m, h.x), mul_add(p.y, child.m, h.y),
+                  mul_add(p.z, child.m, h.z)};
+  sum.m += child.m;
+  sum.h.x += g.x;
+  sum.h.y += g.y;
+  sum.h.z += g.z;
+  sum.sigma.xx = mul_add(p.x, h.x + g.x, sum.sigma.xx + r.xx);
+  sum.sigma.xy = mul_add(p.y, h.x, mul_add(p.x, g.y, sum.sigma.xy + r.xy));
+  sum.sigma.yy = mul_add(p.y, h.y + g.y, sum.sigma.yy + r.yy);
+  sum.sigma.xz = mul_add(p.z, h.x, mul_add(p.x, g.z, sum.sigma.xz + r.xz));
+  sum.sigma.yz = mul_add(p.z, h.y, mul_add(p.y, g.z, sum.sigma.yz + r.yz));
+  sum.sigma.zz = mul_add(p.z, h.z + g.z, sum.sigma.zz + r.zz);
+}
+
+/// Second moment of mass from I, and its transpose: the map back of an adjoint.
 template <class S>
-Inertia<S>& operator+=(Inertia<S>& a, const Inertia<S>& b) {
-  a.m += b.m;
-  a.h += b.h;
-  a.sigma = {a.sigma.xx + b.sigma.xx, a.sigma.xy + b.sigma.xy, a.sigma.yy + b.sigma.yy,
-             a.sigma.xz + b.sigma.xz, a.sigma.yz + b.sigma.yz, a.sigma.zz + b.sigma.zz};
-  return a;
+[[gnu::always_inline]] inline Sym3<S> second_moment(const Sym3<S>& I) {
+  const S half_trace = S(0.5) * (I.xx + I.yy + I.zz);
+  return {half_trace - I.xx, -I.xy, half_trace - I.yy, -I.xz, -I.yz, half_trace - I.zz};
 }
 
-/// Internal inertia from the standard parameters (m, m c, I) of a link, and the frame change.
+// Internal inertia from the standard parameters of a link: for any Q, and when Q only swaps axes.
 template <class A, class S>
-Inertia<S> load_inertia(const Link<A>& link, const S* pi) {
-  const S half_trace = S(0.5) * (pi[4] + pi[6] + pi[9]);
-  const Vec3<S> h{pi[1], pi[2], pi[3]};
-  const Sym3<S> s{half_trace - pi[4], -pi[5], half_trace - pi[6], -pi[7], -pi[8],
-                  half_trace - pi[9]};
-  if (!link.swaps) {
-    return {pi[0], multiply_transposed(link.Q, h), conjugate(transpose(link.Q), s)};
+void load_turned(const Link<A>& link, const S* pi, Inertia<S>& out) {
+  const Mat3<A> Qt = transpose(link.Q);
+  out.m = pi[0];
+  out.h = multiply(Qt, Vec3<S>{pi[1], pi[2], pi[3]});
+  out.sigma = second_moment(conjugate(Qt, Sym3<S>{pi[4], pi[5], pi[6], pi[7], pi[8], pi[9]}));
+}
+template <class A, class S>
+[[gnu::always_inline]] inline void load_swapped(const Link<A>& link, const S* pi, Inertia<S>& out) {
+  const auto h = [&](size_t k) { return S(link.first_sign[k]) * pi[link.first[k]]; };
+  const auto product = [&](size_t k) { return S(-link.second_sign[k]) * pi[link.second[k]]; };
+  const S xx = pi[link.second[0]], yy = pi[link.second[2]], zz = pi[link.second[5]];
+  const S half_trace = S(0.5) * (xx + yy + zz);
+  out.m = pi[0];
+  out.h = {h(0), h(1), h(2)};
+  out.sigma = {half_trace - xx, product(1), half_trace - yy,
+               product(3),      product(4), half_trace - zz};
+}
+
+/// The transpose of both: adds the adjoint `bar` to pi_bar. Off-diagonal adjoints belong to
+/// the pair of entries.
+template <class A, class S>
+[[gnu::always_inline]] inline void store_inertia(const Link<A>& link, const Inertia<S>& bar,
+                                                 S* pi_bar) {
+  pi_bar[0] += bar.m;
+  const Sym3<S> I = second_moment(bar.sigma);
+  if (link.swaps) {
+    const S h[3] = {bar.h.x, bar.h.y, bar.h.z};
+    const S i[6] = {I.xx, I.xy, I.yy, I.xz, I.yz, I.zz};
+    for (size_t k = 0; k < 3; ++k) pi_bar[link.first[k]] += S(link.first_sign[k]) * h[k];
+    for (size_t k = 0; k < 6; ++k) pi_bar[link.second[k]] += S(link.second_sign[k]) * i[k];
+    return;
   }
-  const std::array<S, 3> first{h.x, h.y, h.z};
-  const std::array<std::array<S, 3>, 3> second{
-      {{s.xx, s.xy, s.xz}, {s.xy, s.yy, s.yz}, {s.xz, s.yz, s.zz}}};
-  const auto& [i, k, l] = link.source;
-  const auto& [si, sk, sl] = link.sign;
-  return {pi[0],
-          {first[i] * S(si), first[k] * S(sk), first[l] * S(sl)},
-          {second[i][i], second[i][k] * S(si * sk), second[k][k], second[i][l] * S(si * sl),
-           second[k][l] * S(sk * sl), second[l][l]}};
+  const Vec3<S> h = multiply(link.Q, bar.h);
+  const S half(0.5);
+  const Sym3<S> full =
+      conjugate(link.Q, Sym3<S>{I.xx, half * I.xy, I.yy, half * I.xz, half * I.yz, I.zz});
+  const S values[9] = {
+      h.x,    h.y, h.z, full.xx, full.xy + full.xy, full.yy, full.xz + full.xz, full.yz + full.yz,
+      full.zz};
+  for (size_t k = 0; k < 9; ++k) pi_bar[1 + k] += values[k];
 }
 
 }  // namespace fricid::dynamics::detail

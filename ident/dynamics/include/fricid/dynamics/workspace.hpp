@@ -12,20 +12,96 @@ namespace fricid::dynamics {
 
 namespace detail {
 
+/// x as a fresh vector: g++ 12 copies a struct around a vector through memory, so the types below
+/// are copied field by field with this.
+template <class S>
+[[gnu::always_inline]] inline S copy(const S& x) {
+  if constexpr (kIsPack<S>) {
+    return S(x.v);
+  } else {
+    return x;
+  }
+}
+
 template <class S>
 struct Vec3 {
   S x, y, z;
+
+  Vec3() = default;
+  Vec3(const S& x_, const S& y_, const S& z_) : x(copy(x_)), y(copy(y_)), z(copy(z_)) {}
+  Vec3(const Vec3& o) : x(copy(o.x)), y(copy(o.y)), z(copy(o.z)) {}
+  Vec3& operator=(const Vec3& o) {
+    x = copy(o.x);
+    y = copy(o.y);
+    z = copy(o.z);
+    return *this;
+  }
 };
 
 /// Symmetric 3 x 3 matrix.
 template <class S>
 struct Sym3 {
   S xx, xy, yy, xz, yz, zz;
+
+  Sym3() = default;
+  Sym3(const S& xx_, const S& xy_, const S& yy_, const S& xz_, const S& yz_, const S& zz_)
+      : xx(copy(xx_)), xy(copy(xy_)), yy(copy(yy_)), xz(copy(xz_)), yz(copy(yz_)), zz(copy(zz_)) {}
+  Sym3(const Sym3& o)
+      : xx(copy(o.xx)),
+        xy(copy(o.xy)),
+        yy(copy(o.yy)),
+        xz(copy(o.xz)),
+        yz(copy(o.yz)),
+        zz(copy(o.zz)) {}
+  Sym3& operator=(const Sym3& o) {
+    xx = copy(o.xx);
+    xy = copy(o.xy);
+    yy = copy(o.yy);
+    xz = copy(o.xz);
+    yz = copy(o.yz);
+    zz = copy(o.zz);
+    return *this;
+  }
 };
 
 template <class S>
 struct Mat3 {
   S xx, xy, xz, yx, yy, yz, zx, zy, zz;
+
+  Mat3() = default;
+  Mat3(const S& xx_, const S& xy_, const S& xz_, const S& yx_, const S& yy_, const S& yz_,
+       const S& zx_, const S& zy_, const S& zz_)
+      : xx(copy(xx_)),
+        xy(copy(xy_)),
+        xz(copy(xz_)),
+        yx(copy(yx_)),
+        yy(copy(yy_)),
+        yz(copy(yz_)),
+        zx(copy(zx_)),
+        zy(copy(zy_)),
+        zz(copy(zz_)) {}
+  Mat3(const Mat3& o)
+      : xx(copy(o.xx)),
+        xy(copy(o.xy)),
+        xz(copy(o.xz)),
+        yx(copy(o.yx)),
+        yy(copy(o.yy)),
+        yz(copy(o.yz)),
+        zx(copy(o.zx)),
+        zy(copy(o.zy)),
+        zz(copy(o.zz)) {}
+  Mat3& operator=(const Mat3& o) {
+    xx = copy(o.xx);
+    xy = copy(o.xy);
+    xz = copy(o.xz);
+    yx = copy(o.yx);
+    yy = copy(o.yy);
+    yz = copy(o.yz);
+    zx = copy(o.zx);
+    zy = copy(o.zy);
+    zz = copy(o.zz);
+    return *this;
+  }
 };
 
 /// Rigid-body parameters about the frame origin: mass, first moment, second moment of mass
@@ -55,6 +131,9 @@ struct ConstantOf<Pack<T, N>> {
 /// robot has, or anything.
 enum class Turn { kNone, kPlus90, kMinus90, kHalf, kGeneral };
 
+/// Which components of a constant joint origin are not zero: one, as on most robots, or any.
+enum class Shift { kX, kY, kZ, kGeneral };
+
 /// One joint in internal frames. Their origin is that of frame i; z is the joint axis and x is
 /// chosen so that the constant turn to the parent is a quarter turn about x where the mechanism
 /// allows:
@@ -63,28 +142,45 @@ template <class Real>
 struct Link {
   bool revolute = true;
   int parent = -1;
+  bool hands_on = false;  ///< link i + 1 is the only child
+  int subtree = 0;        ///< where the list of the links that joint i moves starts in subtrees_
+  int subtree_size = 0;
   Turn turn = Turn::kNone;
-  Mat3<Real> general;  ///< the turn as a matrix (at any kind)
-  Real offset = 0;     ///< [rad]
-  Vec3<Real> p0;       ///< joint origin in the parent's internal frame [m]
-  bool swaps = true;   ///< Q only permutes and flips axes
-  std::array<int, 3>
-      source{};  ///< swaps: internal axis k is sign[k] times axis source[k] of frame i
-  std::array<Real, 3> sign{};
-  Mat3<Real> Q;  ///< turns internal vectors into frame i
+  Shift shift = Shift::kGeneral;
+  Mat3<Real> general;           ///< the turn as a matrix (at any kind)
+  Real offset = 0;              ///< [rad]
+  Vec3<Real> p0;                ///< joint origin in the parent's internal frame [m]
+  Mat3<Real> Q;                 ///< turns internal vectors into frame i
+  bool swaps = true;            ///< Q only permutes and flips axes, as follows
+  std::array<int, 3> first{};   ///< internal h[k] = first_sign[k] pi[first[k]]
+  std::array<int, 6> second{};  ///< the same for I in the order of Sym3
+  std::array<Real, 3> first_sign{};
+  std::array<Real, 6> second_sign{};
 };
 
-/// What one sweep stores per link, in its internal frame.
+/// A force and its moment about the frame origin.
+template <class S>
+struct Wrench {
+  Vec3<S> f, n;
+};
+
+/// What the sweeps store per link, in its internal frame.
 template <class S>
 struct Motion {
-  S c, s;                ///< cos, sin of the joint's turn
-  Vec3<S> p;             ///< joint origin in the parent's frame
-  Vec3<S> w, alpha;      ///< angular velocity and acceleration
-  Vec3<S> a;             ///< acceleration of the origin less gravity
-  Mat3<S> U;             ///< [alpha]x + [w]x [w]x
-  Vec3<S> f, n;          ///< force and moment about the origin that the joint transmits
-  Inertia<S> body;       ///< of the link alone
-  Inertia<S> composite;  ///< of the link and all it carries
+  S c, s;              ///< cos, sin of the joint's turn
+  Vec3<S> p;           ///< joint origin in the parent's frame (prismatic; else p0)
+  Vec3<S> w, alpha;    ///< angular velocity and acceleration
+  Vec3<S> a;           ///< acceleration of the origin less gravity
+  Wrench<S> force;     ///< of the link; that the joint transmits after the inward sweep
+  Inertia<S> inertia;  ///< of the link; of the link and all it carries in the inward sweep
+};
+
+/// Adjoints of Motion.
+template <class S>
+struct Adjoint {
+  Vec3<S> f, n;  ///< of the transmitted force and moment: a virtual twist
+  Vec3<S> w, alpha, a;
+  Mat3<S> U;  ///< of the acceleration tensor
 };
 
 /// One link in its own frame i, for the algorithms that exist in double only.
@@ -113,6 +209,10 @@ class Workspace {
   friend struct detail::OwnFrameKernels;
   std::vector<detail::Link<typename detail::ConstantOf<S>::type>> links_;
   std::vector<detail::Motion<S>> motion_;
+  std::vector<detail::Adjoint<S>> adjoint_;
+  std::vector<detail::Wrench<S>> columns_;  ///< of a unit acceleration of each joint
+  std::vector<int> subtrees_;
+  bool branched_ = false;
   std::vector<S> M_;  ///< mass matrix (n x n); after a factorisation L below, D on the diagonal
   std::vector<S> inverse_d_;  ///< 1 / D (n)
   std::vector<S> bias_;       ///< h (n)
