@@ -183,8 +183,8 @@ TYPED_TEST(Accuracy, Softplus) {
 
 TYPED_TEST(Accuracy, Mish) {
   using T = TypeParam;
-  // below -700 (-80) e^x is subnormal
-  const T low = kDouble<T> ? 700 : 80;
+  // below it e^x is subnormal
+  const T low = kDouble<T> ? 708 : 87;
   Grids<T> grids = {bit_grid<T>(0, kMax<T>), bit_grid<T>(0, low, -1), linear_grid<T>(-8, 8),
                     linear_grid<T>(-low, 30)};
   expect_ulp<T>([](auto x) { return mish(x); },
@@ -215,13 +215,13 @@ TYPED_TEST(Accuracy, Pow) {
   }
 }
 
-/// Below -700 (-80) e^x is subnormal and has few digits left.
+/// Below -708 (-87) e^x is subnormal and has few digits left.
 TYPED_TEST(Accuracy, MishOfVeryNegativeIsAbsolute) {
   using T = TypeParam;
-  const double low = kDouble<T> ? -760 : -110, high = kDouble<T> ? -700 : -80;
+  const double low = kDouble<T> ? -760 : -110, high = kDouble<T> ? -708 : -87;
   for (const T x : linear_grid<T>(low, high)) {
     const long double exact = static_cast<long double>(x) * std::exp(static_cast<long double>(x));
-    ASSERT_LE(std::fabs(mish(x) - exact), kDouble<T> ? 1e-320L : 1e-42L) << x;
+    ASSERT_LE(std::fabs(mish(x) - exact), kDouble<T> ? 2e-320L : 1e-42L) << x;
   }
 }
 

@@ -186,9 +186,9 @@ Pack<T, N> sqrt(Pack<T, N> x) {
   constexpr std::size_t kBytes = sizeof(T) * N;
 #if defined(__AVX512F__)
   if constexpr (kBytes == 64 && sizeof(T) == 8)
-    return (Vector)_mm512_maskz_sqrt_pd(-1, (__m512d)x.v);
+    return (Vector)_mm512_maskz_sqrt_pd(0xFF, (__m512d)x.v);
   if constexpr (kBytes == 64 && sizeof(T) == 4)
-    return (Vector)_mm512_maskz_sqrt_ps(-1, (__m512)x.v);
+    return (Vector)_mm512_maskz_sqrt_ps(0xFFFF, (__m512)x.v);
 #endif
 #if defined(__AVX__)
   if constexpr (kBytes == 32 && sizeof(T) == 8) return (Vector)_mm256_sqrt_pd((__m256d)x.v);
@@ -200,8 +200,10 @@ Pack<T, N> sqrt(Pack<T, N> x) {
 }
 
 /// a b + c with one rounding; one instruction from x86-64-v3 on.
-inline double fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
-inline float fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
+template <std::floating_point S>
+S fma(S a, std::type_identity_t<S> b, std::type_identity_t<S> c) {
+  return std::fma(a, b, c);
+}
 template <class T, int N>
 Pack<T, N> fma(Pack<T, N> a, std::type_identity_t<Pack<T, N>> b,
                std::type_identity_t<Pack<T, N>> c) {
@@ -236,16 +238,16 @@ S max(S a, std::type_identity_t<S> b) {
 #if defined(__AVX512F__)
 // One instruction each with exactly that meaning.
 inline Pack<double, 8> min(Pack<double, 8> a, Pack<double, 8> b) {
-  return (Pack<double, 8>::Vector)_mm512_maskz_min_pd(-1, (__m512d)a.v, (__m512d)b.v);
+  return (Pack<double, 8>::Vector)_mm512_maskz_min_pd(0xFF, (__m512d)a.v, (__m512d)b.v);
 }
 inline Pack<double, 8> max(Pack<double, 8> a, Pack<double, 8> b) {
-  return (Pack<double, 8>::Vector)_mm512_maskz_max_pd(-1, (__m512d)a.v, (__m512d)b.v);
+  return (Pack<double, 8>::Vector)_mm512_maskz_max_pd(0xFF, (__m512d)a.v, (__m512d)b.v);
 }
 inline Pack<float, 16> min(Pack<float, 16> a, Pack<float, 16> b) {
-  return (Pack<float, 16>::Vector)_mm512_maskz_min_ps(-1, (__m512)a.v, (__m512)b.v);
+  return (Pack<float, 16>::Vector)_mm512_maskz_min_ps(0xFFFF, (__m512)a.v, (__m512)b.v);
 }
 inline Pack<float, 16> max(Pack<float, 16> a, Pack<float, 16> b) {
-  return (Pack<float, 16>::Vector)_mm512_maskz_max_ps(-1, (__m512)a.v, (__m512)b.v);
+  return (Pack<float, 16>::Vector)_mm512_maskz_max_ps(0xFFFF, (__m512)a.v, (__m512)b.v);
 }
 #endif
 #if defined(__AVX__)

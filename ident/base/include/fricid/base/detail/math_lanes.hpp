@@ -172,9 +172,9 @@ Pack<T, N> scale(Pack<T, N> x, Rounded<Pack<T, N>> n) {
 #if defined(__AVX512F__)
   using Vector = typename Pack<T, N>::Vector;
   if constexpr (sizeof(T) * N == 64 && sizeof(T) == 8)
-    return (Vector)_mm512_maskz_scalef_pd(-1, (__m512d)x.v, (__m512d)n.real.v);
+    return (Vector)_mm512_maskz_scalef_pd(0xFF, (__m512d)x.v, (__m512d)n.real.v);
   if constexpr (sizeof(T) * N == 64 && sizeof(T) == 4)
-    return (Vector)_mm512_maskz_scalef_ps(-1, (__m512)x.v, (__m512)n.real.v);
+    return (Vector)_mm512_maskz_scalef_ps(0xFFFF, (__m512)x.v, (__m512)n.real.v);
 #endif
   return scale_in_two_steps(x, n);
 }
