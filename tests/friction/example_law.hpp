@@ -27,7 +27,7 @@ class ViscousBristle {
   static constexpr std::string_view kSource = "example of docs/add_a_friction_law.md";
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
-  static constexpr bool kHasElements = false;
+  static constexpr int kMostElements = 0;
 
   static constexpr int state_size() { return 1; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

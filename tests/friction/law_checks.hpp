@@ -208,12 +208,28 @@ void check_stuck(const Subject& subject, int trials = 100) {
   }
 }
 
+template <class S, class Subject>
+void expect_finite_pullback(const Subject& subject, const Trial<S>& x, double dt) {
+  std::vector<S> theta_bar(x.theta.size(), S(0)), z_bar(x.z.size(), S(0));
+  const std::vector<S> z_next_bar(x.z.size(), S(1));
+  Input<S> in_bar{S(0), S(0), S(0), S(0)};
+  subject.torque_pullback(x.theta.data(), x.in, x.z.data(), S(1), theta_bar.data(), in_bar,
+                          z_bar.data());
+  subject.step_pullback(x.theta.data(), x.in, dt, x.z.data(), z_next_bar.data(), theta_bar.data(),
+                        in_bar, z_bar.data());
+  S sum = in_bar.q + in_bar.v + in_bar.load + in_bar.temperature;
+  for (const S& bar : theta_bar) sum += bar;
+  for (const S& bar : z_bar) sum += bar;
+  for (int i = 0; i < kLaneCount<S>; ++i)
+    ASSERT_TRUE(std::isfinite(lane(sum, i))) << "v = " << lane(x.in.v, i) << " dt = " << dt;
+}
+
 /// No NaN and no state beyond its bound at speeds from 0 to 1e3, steps from 0 to 1e6 s and
 /// parameters at the corners of their bounds, with all of them side by side in the lanes.
 template <class S, class Subject>
 void check_extremes(const Subject& subject, int trials = 200) {
   using T = ScalarOf<S>;
-  const T speeds[] = {0, T(1e-30), T(-1e-12), T(1e-3), T(-0.1), 1, -1000, 1000};
+  const T speeds[] = {0, T(1e-37), T(-1e-12), T(1e-3), T(-0.1), 1, -1000, 1000};
   const double steps[] = {0, 1e-9, 4e-3, 1, 1e6};
   const double slack = 4 * static_cast<double>(std::numeric_limits<T>::epsilon());
   const auto parameters = subject.parameters();
@@ -245,6 +261,7 @@ void check_extremes(const Subject& subject, int trials = 200) {
                     x.bound[static_cast<std::size_t>(i)][k] * (1 + slack))
               << "v = " << lane(x.in.v, i) << " dt = " << dt;
       }
+      if (sizeof(T) == sizeof(double)) expect_finite_pullback(subject, x, dt);
     }
   }
 }

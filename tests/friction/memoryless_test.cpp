@@ -90,18 +90,5 @@ TEST(Asymmetry, IsContinuousWhereTheTorquePassesZero) {
   EXPECT_DOUBLE_EQ(Asymmetry{}.apply(&a, in, -5.0), -4.0);
 }
 
-TEST(Phi1Derivative, AgreesWithTheIntegralItIs) {
-  // phi1'(x) = int_0^1 s e^(x s) ds, by Simpson's rule
-  for (const double x : {0.0, -1e-9, -1e-3, -0.3, -0.999, -1.001, -3.0, -40.0}) {
-    const int n = 20000;
-    double sum = 0;
-    for (int k = 0; k <= n; ++k) {
-      const double s = static_cast<double>(k) / n;
-      sum += (k == 0 || k == n ? 1 : k % 2 == 1 ? 4 : 2) * s * std::exp(x * s);
-    }
-    EXPECT_NEAR(phi1_derivative(x) / (sum / (3.0 * n)), 1, 1e-12) << "x = " << x;
-  }
-}
-
 }  // namespace
 }  // namespace fricid::friction::test

@@ -19,9 +19,10 @@ int find_row(std::span<const LawInfo> table, std::string_view what, std::string_
   throw UserError("unknown {} '{}'; known: {}", what, name, known);
 }
 
-int checked_elements(const LawInfo& info, std::string_view word, int n, int most) {
+int checked_elements(const LawInfo& info, std::string_view word, int n) {
   if (!info.has_elements) return 0;
-  if (n < 1 || n > most) throw UserError("{}: {} = {}, allowed 1 .. {}", info.name, word, n, most);
+  if (n < 1 || n > info.most_elements)
+    throw UserError("{}: {} = {}, allowed 1 .. {}", info.name, word, n, info.most_elements);
   return n;
 }
 
@@ -71,7 +72,7 @@ RobotFriction::RobotFriction(std::vector<JointSpec> joints) : joints_(std::move(
       slot.joint = j;
       slot.kind = find_row(law_table(), "friction law", spec.law);
       slot.elements = checked_elements(law_table()[static_cast<std::size_t>(slot.kind)], "elements",
-                                       spec.elements, kMaxElements);
+                                       spec.elements);
       slot.theta = add_parameters(j, l, spec.law, parameters_of<Laws>(slot.kind, slot.elements));
       slot.z = add_state(state_size_of<Laws>(slot.kind, slot.elements));
       slot.backlash.kind = -1;
@@ -82,7 +83,7 @@ RobotFriction::RobotFriction(std::vector<JointSpec> joints) : joints_(std::move(
         if (std::ranges::count(spec.modifiers, modifier.name, &ModifierSpec::name) > 1)
           throw UserError("{}: modifier '{}' is given more than once", spec.law, modifier.name);
         m.order = checked_elements(modifier_table()[static_cast<std::size_t>(m.kind)], "order",
-                                   modifier.order, Ripple::kMaxTerms);
+                                   modifier.order);
         m.theta = add_parameters(j, l, modifier.name, parameters_of<Modifiers>(m.kind, m.order));
         m.z = add_state(state_size_of<Modifiers>(m.kind, m.order));
         if (modifier.name == Backlash::kName)
@@ -149,7 +150,8 @@ namespace {
 
 template <class Entry>
 constexpr LawInfo row() {
-  return {Entry::kName, Entry::kEquation, Entry::kSource, Entry::kHasElements, Entry::kClaims};
+  return {Entry::kName,   Entry::kEquation,    Entry::kSource, Entry::kMostElements > 0,
+          Entry::kClaims, Entry::kMostElements};
 }
 template <class... Entries>
 constexpr auto rows(std::tuple<Entries...>*) {
@@ -165,15 +167,14 @@ std::span<const LawInfo> modifier_table() { return kModifierTable; }
 
 std::vector<ParameterInfo> parameters_of_law(std::string_view name, int elements) {
   const int row = find_row(law_table(), "friction law", name);
-  return parameters_of<Laws>(row, checked_elements(law_table()[static_cast<std::size_t>(row)],
-                                                   "elements", elements, kMaxElements));
+  return parameters_of<Laws>(
+      row, checked_elements(law_table()[static_cast<std::size_t>(row)], "elements", elements));
 }
 
 std::vector<ParameterInfo> parameters_of_modifier(std::string_view name, int order) {
   const int row = find_row(modifier_table(), "friction modifier", name);
   return parameters_of<Modifiers>(
-      row, checked_elements(modifier_table()[static_cast<std::size_t>(row)], "order", order,
-                            Ripple::kMaxTerms));
+      row, checked_elements(modifier_table()[static_cast<std::size_t>(row)], "order", order));
 }
 
 }  // namespace fricid::friction

@@ -8,10 +8,16 @@
 
 namespace fricid::friction {
 
-/// Derivative of phi1(x) = (e^x - 1) / x. Relative error < 1e-14 for x <= 0.
+/// phi1(x) = (e^x - 1) / x with its derivative and e^x, from one call of expm1.
 template <class S>
-S phi1_derivative(S x) {
-  // Taylor series sum_n n x^(n-1) / (n+1)! where the quotient (e^x - phi1) / x would cancel
+struct Phi1 {
+  S value, derivative, exponential;
+};
+
+/// For x <= 0; relative error of the derivative < 1e-14.
+template <class S>
+Phi1<S> phi1_with_derivative(const S& x) {
+  // Taylor series sum_n n x^(n-1) / (n+1)! of the derivative where (e^x - phi1) / x would cancel
   constexpr int kTerms = 15;
   constexpr auto kCoefficients = [] {
     std::array<double, kTerms> c{};
@@ -27,8 +33,12 @@ S phi1_derivative(S x) {
   S series = S(kCoefficients.back());
   for (int n = kTerms - 2; n >= 0; --n)
     series = series * x_near + S(kCoefficients[static_cast<std::size_t>(n)]);
-  const S x_far = select(near, S(1), x);
-  return select(near, series, (exp(x_far) - phi1(x_far)) / x_far);
+
+  const S rise = expm1(x);
+  const auto tiny = abs(x) < S(1e-30);  // phi1 = 1, and 1/x may overflow
+  const S inverse = S(1) / select(tiny, S(1), x);
+  const S value = select(tiny, S(1), rise * inverse);
+  return {value, select(near, series, (S(1) + rise - value) * inverse), S(1) + rise};
 }
 
 /// Exact solution after dt [s] of
@@ -50,10 +60,10 @@ template <class S>
 BristleBar<S> bristle_step_pullback(const S& v, const S& r, double dt, const S& z,
                                     const S& z_next_bar) {
   const S h = S(dt);
-  const S x = -r * h;
-  const S p = phi1(x);
-  return {z_next_bar * h * p, -z_next_bar * h * (z * p + h * (v - r * z) * phi1_derivative(x)),
-          z_next_bar * exp(x)};
+  const Phi1<S> p = phi1_with_derivative(-r * h);
+  return {z_next_bar * h * p.value,
+          -z_next_bar * h * (z * p.value + h * (v - r * z) * p.derivative),
+          z_next_bar * p.exponential};
 }
 
 }  // namespace fricid::friction

@@ -60,10 +60,11 @@ struct Reads {
 //     static constexpr std::string_view kEquation;  one line for the tables
 //     static constexpr std::string_view kSource;    paper
 //     static constexpr Claims kClaims;  static constexpr Reads kReads;
-//     static constexpr bool kHasElements;           constructed from a number of elements, or from
-//     {} int state_size() const; std::span<const ParameterInfo> parameters() const; S torque(const
-//     S* theta, const Input<S>& in, const S* z) const; void step(const S* theta, const Input<S>&
-//     in, double dt, S* z) const;
+//     static constexpr int kMostElements;           made from 1 .. this many; 0: made from {}
+//     int state_size() const;
+//     std::span<const ParameterInfo> parameters() const;
+//     S    torque(const S* theta, const Input<S>& in, const S* z) const;
+//     void step(const S* theta, const Input<S>& in, double dt, S* z) const;
 //     // vector-Jacobian products, hand-written; all *_bar are accumulated into
 //     void torque_pullback(const S* theta, const Input<S>& in, const S* z, S tau_bar,
 //                          S* theta_bar, Input<S>& in_bar, S* z_bar) const;

@@ -54,7 +54,7 @@ concept FrictionLaw = std::copyable<Law> &&
   { Law::kSource } -> std::convertible_to<std::string_view>;
   { Law::kClaims } -> std::convertible_to<Claims>;
   { Law::kReads } -> std::convertible_to<Reads>;
-  { Law::kHasElements } -> std::convertible_to<bool>;
+  { Law::kMostElements } -> std::convertible_to<int>;
   { law.state_size() } -> std::same_as<int>;
   { law.parameters() } -> std::same_as<std::span<const ParameterInfo>>;
   { law.template torque<double>(theta, in, z) } -> std::same_as<double>;
@@ -74,7 +74,7 @@ concept TorqueModifier = requires(const Modifier m, const double* theta, const I
 /// A law or modifier with its run-time number of elements or terms.
 template <class T>
 constexpr T make_entry(int elements) {
-  if constexpr (T::kHasElements)
+  if constexpr (T::kMostElements > 0)
     return T(elements);
   else
     return T{};

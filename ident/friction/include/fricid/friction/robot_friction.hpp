@@ -129,6 +129,7 @@ struct LawInfo {
   std::string_view source;
   bool has_elements;  ///< a run-time number of elements (laws) or terms (modifiers)
   Claims claims;
+  int most_elements;  ///< largest such number; 0 where has_elements is false
 };
 std::span<const LawInfo> law_table();
 std::span<const LawInfo> modifier_table();

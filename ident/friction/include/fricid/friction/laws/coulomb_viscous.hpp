@@ -27,7 +27,7 @@ class CoulombViscous {
       "Coulomb 1785; smoothing as in Andersson et al., Tribology Int. 40, 2007";
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
-  static constexpr bool kHasElements = false;
+  static constexpr int kMostElements = 0;
 
   static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

@@ -41,7 +41,7 @@ class Gms {
       "Al-Bender, Lampaert & Swevers, IEEE TAC 50(11), 2005";
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
-  static constexpr bool kHasElements = true;
+  static constexpr int kMostElements = kMaxElements;
 
   /// @param elements N, 1 .. kMaxElements
   explicit constexpr Gms(int elements) : n_(elements) {}

@@ -31,7 +31,7 @@ class LoadDependent {
       "al., ICRA 2025";
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{.load = true};
-  static constexpr bool kHasElements = false;
+  static constexpr int kMostElements = 0;
 
   static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

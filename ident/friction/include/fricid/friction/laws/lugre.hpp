@@ -42,7 +42,7 @@ class BasicLuGre {
              : "Canudas de Wit et al., IEEE TAC 40(3), 1995";
   static constexpr Claims kClaims{.dissipative = kFades};
   static constexpr Reads kReads{};
-  static constexpr bool kHasElements = false;
+  static constexpr int kMostElements = 0;
 
   static constexpr int state_size() { return 1; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

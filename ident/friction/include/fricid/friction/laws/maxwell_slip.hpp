@@ -27,7 +27,7 @@ class MaxwellSlip {
       "Iwan, J. Appl. Mech. 33, 1966; Goldfarb & Celanovic, IEEE Control Systems 17(3), 1997";
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
-  static constexpr bool kHasElements = true;
+  static constexpr int kMostElements = kMaxElements;
 
   /// @param elements N, 1 .. kMaxElements
   explicit constexpr MaxwellSlip(int elements) : n_(elements) {}

@@ -15,7 +15,7 @@ class None {
   static constexpr std::string_view kSource = "-";
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
-  static constexpr bool kHasElements = false;
+  static constexpr int kMostElements = 0;
 
   static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return {}; }

@@ -28,7 +28,7 @@ class Stribeck {
       "Bo & Pavelescu, Wear 82, 1982; Armstrong-Helouvry et al., Automatica 30(7), 1994";
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
-  static constexpr bool kHasElements = false;
+  static constexpr int kMostElements = 0;
 
   static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

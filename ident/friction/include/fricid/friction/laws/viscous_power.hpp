@@ -25,7 +25,7 @@ class ViscousPower {
       "nonlinear viscous friction of strain-wave gears: Wolf & Iskandar, ICRA 2018";
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
-  static constexpr bool kHasElements = false;
+  static constexpr int kMostElements = 0;
 
   static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

@@ -26,7 +26,7 @@ class Asymmetry {
       "direction-dependent Coulomb levels: Armstrong-Helouvry et al., Automatica 30(7), 1994";
   static constexpr Claims kClaims{.odd = false};
   static constexpr Reads kReads{};
-  static constexpr bool kHasElements = false;
+  static constexpr int kMostElements = 0;
 
   static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

@@ -38,7 +38,7 @@ class Backlash {
   static constexpr std::string_view kSource = "Nordin & Gutman, Automatica 38(10), 2002";
   static constexpr Claims kClaims{.contracts = false, .semigroup = false};
   static constexpr Reads kReads{};
-  static constexpr bool kHasElements = false;
+  static constexpr int kMostElements = 0;
 
   static constexpr int state_size() { return 1; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

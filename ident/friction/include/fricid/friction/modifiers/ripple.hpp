@@ -15,20 +15,18 @@ namespace fricid::friction {
 ///     tau' = (1 + sum_k A_k sin(n_k q + phi_k)) tau,    k = 1 .. order
 ///
 /// n_k counts periods per 2 pi of joint angle: a strain-wave gear of ratio i ripples at 2 i. At
-/// most kMaxTerms terms, and their bounds keep the factor positive.
+/// most kMostElements terms, and their bounds keep the factor positive.
 class Ripple {
  public:
-  static constexpr int kMaxTerms = 4;
-
   static constexpr std::string_view kName = "ripple";
   static constexpr std::string_view kEquation = "tau' = (1 + sum_k A_k sin(n_k q + phi_k)) tau";
   static constexpr std::string_view kSource =
       "Armstrong, ICRA 1988; Tuttle & Seering, IEEE TRA 12(3), 1996";
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{.q = true};
-  static constexpr bool kHasElements = true;
+  static constexpr int kMostElements = 4;
 
-  /// @param order number of terms, 1 .. kMaxTerms
+  /// @param order number of terms, 1 .. kMostElements
   explicit constexpr Ripple(int order) : order_(order) {}
 
   static constexpr int state_size() { return 0; }
@@ -72,11 +70,11 @@ class Ripple {
   }
 
   // typical: twice, once and four times per turn of the motor of a gear 1:100
-  static constexpr std::array<ParameterInfo, 3 * kMaxTerms> kParameters = [] {
-    constexpr double kTypicalOrder[kMaxTerms] = {200, 100, 400, 50};
+  static constexpr std::array<ParameterInfo, 3 * kMostElements> kParameters = [] {
+    constexpr double kTypicalOrder[kMostElements] = {200, 100, 400, 50};
     constexpr double kPi = 3.14159265358979323846;
-    std::array<ParameterInfo, 3 * kMaxTerms> p{};
-    for (int k = 0; k < kMaxTerms; ++k) {
+    std::array<ParameterInfo, 3 * kMostElements> p{};
+    for (int k = 0; k < kMostElements; ++k) {
       ParameterInfo* term = &p[static_cast<std::size_t>(3 * k)];
       term[0] = {numbered<"n">(k),
                  "1/rad",

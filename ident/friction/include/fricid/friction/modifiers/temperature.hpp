@@ -22,7 +22,7 @@ class Temperature {
       "Bittencourt & Gunnarsson, J. Dyn. Syst. Meas. Control 134, 2012";
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{.temperature = true};
-  static constexpr bool kHasElements = false;
+  static constexpr int kMostElements = 0;
 
   static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

@@ -1,0 +1,73 @@
+#include "law_docs.hpp"
+
+#include <fmt/format.h>
+
+#include "fricid/friction/robot_friction.hpp"
+
+namespace fricid::friction::test {
+namespace {
+
+// a bar would end the cell of a table
+std::string cell(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) escaped += c == '|' ? std::string("\\|") : std::string(1, c);
+  return escaped;
+}
+
+std::string parameter_table(const std::vector<ParameterInfo>& parameters) {
+  if (parameters.empty()) return "No parameters.\n";
+  std::string table =
+      "| parameter | unit | bounds | typical | searched | meaning |\n|---|---|---|---|---|---|\n";
+  for (const ParameterInfo& p : parameters)
+    table += fmt::format("| `{}` | {} | {:.4g} .. {:.4g} | {:.4g} | {} | {} |\n", p.symbol,
+                         cell(p.unit), p.lower, p.upper, p.typical,
+                         p.scale == Scale::kLog ? "log" : "linear", cell(p.meaning));
+  return table;
+}
+
+std::string claims(const Claims& c) {
+  std::string text;
+  const auto add = [&](bool claimed, const char* word) {
+    if (claimed) text += (text.empty() ? "" : ", ") + std::string(word);
+  };
+  add(c.odd, "odd");
+  add(c.dissipative, "dissipative");
+  add(c.contracts, "contracting");
+  add(c.semigroup, "two half steps equal one");
+  return text;
+}
+
+std::string section(const LawInfo& info, const std::vector<ParameterInfo>& parameters) {
+  return fmt::format("### {}\n\n    {}\n\nSource: {}. Claims: {}.\n\n{}\n", info.name,
+                     info.equation, info.source, claims(info.claims), parameter_table(parameters));
+}
+
+}  // namespace
+
+std::string law_docs() {
+  std::string text = "\n## Laws\n\n";
+  for (const LawInfo& law : law_table()) {
+    text += section(law, parameters_of_law(law.name, 1));
+    if (law.has_elements)
+      text += fmt::format("For N elements the numbered parameters repeat; elements = 1 .. {}.\n\n",
+                          law.most_elements);
+  }
+  text += "## Modifiers\n\n";
+  for (const LawInfo& modifier : modifier_table()) {
+    text += section(modifier, parameters_of_modifier(modifier.name, 1));
+    if (modifier.has_elements)
+      text += fmt::format("For several terms the numbered parameters repeat; order = 1 .. {}.\n\n",
+                          modifier.most_elements);
+  }
+  return text;
+}
+
+std::string with_law_docs(const std::string& page) {
+  const std::string begin = "<!-- from the table: begin -->\n",
+                    end = "<!-- from the table: end -->";
+  const auto from = page.find(begin), to = page.find(end);
+  if (from == std::string::npos || to == std::string::npos) return page;
+  return page.substr(0, from + begin.size()) + law_docs() + page.substr(to);
+}
+
+}  // namespace fricid::friction::test
