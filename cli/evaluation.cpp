@@ -26,7 +26,8 @@ struct HeldOut {
 
 void add_recording(HeldOut& held_out, const fs::path& data_file, const fs::path& truth_file,
                    double cutoff_hz) {
-  evaluate::Trajectory trajectory{.data = data::load_dataset(data_file)};
+  evaluate::Trajectory trajectory;
+  trajectory.data = data::load_dataset(data_file);
   held_out.filtered.push_back(estimate::filter_dataset(trajectory.data, cutoff_hz));
   trajectory.q = held_out.filtered.back().q;
   trajectory.v = held_out.filtered.back().v;
@@ -76,10 +77,11 @@ std::vector<evaluate::Rollout> simulator_rollouts(const Job& job, const HeldOut&
 }
 
 data::ModelFile oracle_model(const data::Experiment& experiment) {
-  return {.name = "oracle",
-          .label = "oracle",
-          .arm = {experiment.model, *experiment.friction},
-          .is_oracle = true};
+  data::ModelFile model;
+  model.name = model.label = "oracle";
+  model.arm = {experiment.model, *experiment.friction};
+  model.is_oracle = true;
+  return model;
 }
 
 std::vector<data::ModelFile> load_models(const Job& job) {
@@ -172,8 +174,10 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
     const HeldOut held_out = load_held_out(job, further_data);
     const data::EvaluateConfig& options = job.experiment.evaluate;
 
-    evaluate::Contest contest{
-        .scene = job.experiment.name, .trajectories = held_out.trajectories, .models = models};
+    evaluate::Contest contest;
+    contest.scene = job.experiment.name;
+    contest.trajectories = held_out.trajectories;
+    contest.models = models;
     if (!held_out.truths.empty()) {
       contest.models.insert(contest.models.begin(), oracle_model(job.experiment));
       const auto starts =

@@ -40,7 +40,7 @@ nlohmann::json read_manifest(const std::filesystem::path& path) {
 }  // namespace
 
 RunFolder::RunFolder(std::filesystem::path path, bool fresh)
-    : path_(created(std::move(path))), lock_(path_ / ".lock") {
+    : path_(created(std::move(path))), lock_(std::make_unique<FileLock>(path_ / ".lock")) {
   if (!fresh) manifest_ = read_manifest(path_ / "manifest.json");
   manifest_["format"] = kFormat;
   manifest_["version"] = kFricidVersion;

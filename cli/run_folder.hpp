@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -38,7 +39,7 @@ class RunFolder {
   void save() const;
 
   std::filesystem::path path_;
-  FileLock lock_;
+  std::unique_ptr<FileLock> lock_;
   nlohmann::json manifest_;
 };
 

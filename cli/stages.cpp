@@ -144,7 +144,11 @@ std::vector<data::ModelConfig> chosen_models(const data::Experiment& experiment,
   for (const std::string& name : names) {
     const auto known = std::find_if(experiment.models.begin(), experiment.models.end(),
                                     [&](const auto& model) { return model.name == name; });
-    chosen.push_back(known != experiment.models.end() ? *known : data::ModelConfig{.name = name});
+    chosen.emplace_back();
+    if (known != experiment.models.end())
+      chosen.back() = *known;
+    else
+      chosen.back().name = chosen.back().label = chosen.back().law = name;
   }
   return chosen;
 }
