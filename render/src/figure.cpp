@@ -84,8 +84,9 @@ std::string panel_text(const Figure& figure, std::size_t p, Size size) {
       "set bmargin at screen {:.5f}\n",
       (column * cell + kLeftCm) / size.width, ((column + 1) * cell - kRightCm) / size.width,
       1 - top / size.height, 1 - (top + figure.panel_height_cm) / size.height);
-  text += fmt::format("set title {}\nset xlabel {}\nset ylabel {}\n", quoted(panel.title),
-                      quoted(panel.x_label), quoted(panel.y_label));
+  text +=
+      fmt::format("set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n",
+                  quoted(panel.title), quoted(panel.x_label), quoted(panel.y_label));
   const auto axis = [](bool log, char name) {
     return log ? fmt::format("set logscale {0}\nset format {0} '10^{{%L}}'\n", name)
                : fmt::format("unset logscale {0}\nset format {0} '%g'\n", name);
@@ -108,8 +109,8 @@ std::string legend_text(const Figure& figure, Size size) {
       "set xrange [0:1]\nset yrange [0:1]\nplot ",
       1 - kLegendCm / size.height);
   for (std::size_t i = 0; i < legend.size(); ++i)
-    text += fmt::format("{}NaN {} title {}", i == 0 ? "" : ", \\\n     ", style_of(*legend[i]),
-                        quoted(legend[i]->label));
+    text += fmt::format("{}NaN {} title {} noenhanced", i == 0 ? "" : ", \\\n     ",
+                        style_of(*legend[i]), quoted(legend[i]->label));
   return text + "\n";
 }
 
@@ -161,7 +162,7 @@ std::string colour_of(const std::string& model, int index) {
   static const std::array<std::pair<std::string_view, std::string_view>, 8> kNamed{{
       {"oracle", "#000000"},
       {"truth", "#000000"},
-      {"simple", "#999999"},
+      {"simple", "#CC79A7"},
       {"stribeck", "#E69F00"},
       {"dahl", "#56B4E9"},
       {"lugre", "#009E73"},
@@ -170,8 +171,8 @@ std::string colour_of(const std::string& model, int index) {
   }};
   for (const auto& [name, colour] : kNamed)
     if (name == model) return std::string(colour);
-  static constexpr std::array<std::string_view, 5> kOthers{"#CC79A7", "#F0E442", "#8B4513",
-                                                           "#4B0082", "#708090"};
+  static constexpr std::array<std::string_view, 4> kOthers{"#F0E442", "#8B4513", "#4B0082",
+                                                           "#708090"};
   return std::string(kOthers[static_cast<std::size_t>(index) % kOthers.size()]);
 }
 

@@ -77,7 +77,7 @@ Series curve(const Actor& actor, const Eigen::VectorXd& x,
 }
 
 const Actor kMeasured{"truth", "measured", "#000000"};
-const Actor kTruth{"truth", "truth", "#999999"};
+const Actor kTruth{"truth", "truth", "#b0b0b0"};
 
 Figure tracking(const Run& run) {
   Figure figure{.name = "tracking"};
@@ -121,7 +121,7 @@ Figure error_time(const Run& run) {
 Figure error_horizon(const Run& run) {
   Figure figure{.name = "error_horizon", .columns = 1, .width_cm = 12, .panel_height_cm = 7};
   Panel panel{
-      run.evaluation["scene"], "horizon [s]", "MSE(q) [rad^2], geometric mean", true, true, {}};
+      run.evaluation["scene"], "horizon [s]", "MSE(q) [rad²], geometric mean", true, true, {}};
   const auto numbers = [](const nlohmann::json& values) {
     std::vector<double> result;
     for (const auto& value : values)
