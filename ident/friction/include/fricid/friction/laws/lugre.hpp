@@ -20,11 +20,11 @@ enum class BristleDamping { kFading, kConstant };
 ///     tau   = sigma0 z + sigma1(v) dz/dt + sigma2 v
 ///     sigma1(v) = sigma1 exp(-(v/vs)^2)   (lugre)   or   sigma1   (lugre_classic)
 ///
-/// Friction takes energy in every state if sigma1(v) |v| <= 4 g(v) (write the balance of sigma0
-/// z^2/2 as a quadratic form in dz/dt and r z). Constant damping breaks that above |v| = 4
-/// Fc/sigma1, a speed that robots reach; fading damping keeps it at every speed when sigma1 vs <= 9
-/// min(Fc, Fs). `step` is exact for held v. State: z (1), mean bristle deflection [rad], |z| <=
-/// max(Fc, Fs)/sigma0.
+/// Friction takes energy in every state if sigma1(v) |v| <= 4 g(v) (write the balance of the energy
+/// sigma0 z^2/2 as a quadratic form in dz/dt and r z). Constant damping breaks that above
+/// |v| = 4 Fc/sigma1, a speed that robots reach; fading damping keeps it at every speed when
+/// sigma1 vs <= 9 min(Fc, Fs). `step` is exact for held v.
+/// State: z (1), mean bristle deflection [rad], |z| <= max(Fc, Fs)/sigma0.
 template <BristleDamping damping>
 class BasicLuGre {
  public:

@@ -14,8 +14,8 @@ namespace fricid::friction {
 ///     tau' = tau + a |tau|
 ///
 /// The sign of the torque decides, not that of v: the result is continuous where a hysteretic
-/// torque passes through zero after a reversal. In sliding both signs agree, and the levels are (1
-/// + a) and (1 - a) of the law's.
+/// torque passes through zero after a reversal. In sliding both signs agree, and the levels are
+/// those of the law times 1 + a and 1 - a.
 class Asymmetry {
  public:
   enum Index { kA, kSize };
