@@ -54,14 +54,14 @@ class BadRobot(ProgramTest):
         urdf = (SOURCE / "models/kr6_r700/kr6_r700.urdf").read_text()
         link = urdf[urdf.index('<link name="link_2"'):]
         inertial = link[link.index("<inertial>"):link.index("</inertial>") + len("</inertial>")]
-        self.refuse(inertial, "", r"arm\.urdf: .*link_2.*inertial")
+        self.refuse(inertial, "", r"arm\.urdf:\d+: .*link_2.*inertial")
 
     def test_negative_mass(self):
         urdf = (SOURCE / "models/kr6_r700/kr6_r700.urdf").read_text()
         link = urdf[urdf.index('<link name="link_2"'):]
         mass = link[link.index("<mass value="):]
         mass = mass[:mass.index(">") + 1]
-        self.refuse(mass, '<mass value="-1"/>', r"arm\.urdf: .*link_2.*mass = -1")
+        self.refuse(mass, '<mass value="-1"/>', r"arm\.urdf:\d+: .*link_2.*mass = -1")
 
     def test_missing_file(self):
         scene = self.tiny(changes={"[excitation]": '[robot]\nurdf = "none.urdf"\n\n[excitation]'})

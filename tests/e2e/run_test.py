@@ -23,7 +23,7 @@ class WholeJob(ProgramTest):
                      "rollouts/lugre_s1_validation_0.h5", "evaluation.json", "table.md", "table.csv"):
             self.assertTrue((folder / name).exists(), name)
         evaluation = load(folder / "evaluation.json")
-        self.assertEqual([m["name"] for m in evaluation["models"] if m["is_oracle"]][:1], ["oracle"])
+        self.assertIn("oracle", [m["name"] for m in evaluation["models"] if m["is_oracle"]])
         self.assertTrue({"simple", "lugre"} <= {m["name"] for m in evaluation["models"]})
 
     def test_same_bytes_for_any_number_of_threads(self):
