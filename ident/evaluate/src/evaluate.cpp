@@ -41,7 +41,7 @@ Driven drive(const data::ModelFile& model, const Trajectory& trajectory,
              std::span<const Start> starts) {
   const data::Dataset& data = trajectory.data;
   const DrivenFriction driven = drive_friction(model.arm.friction, data.dt(), trajectory.q,
-                                               trajectory.v, data.tau, data.temperature);
+                                               trajectory.v, held_torque(data), data.temperature);
   const bool from_truth = model.is_oracle && trajectory.truth && trajectory.truth->z.size() > 0;
   const RowMatrix& z = from_truth ? trajectory.truth->z : driven.z;
   if (z.cols() != driven.z.cols())
@@ -207,11 +207,16 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
 
   Rolled rolled = roll_out_all(contest, plan, {{options.substeps}, options.diverged_rad}, jobs);
 
+  std::vector<Rollout> simulated = contest.simulator_oracle, halved = contest.simulator_halved;
+  for (std::vector<Rollout>* rollouts : {&simulated, &halved})
+    for (Rollout& rollout : *rollouts)
+      settle_divergence(rollout,
+                        contest.trajectories[static_cast<std::size_t>(rollout.start.trajectory)],
+                        options.diverged_rad);
+
   // Differences of whole sets of rollouts, before scoring keeps only some of them.
-  const std::vector<Rollout>& simulated = contest.simulator_oracle;
-  if (!contest.simulator_halved.empty() && !simulated.empty())
-    report.halving =
-        difference(simulated, contest.simulator_halved, contest.trajectories, options.horizons_s);
+  if (!halved.empty() && !simulated.empty())
+    report.halving = difference(simulated, halved, contest.trajectories, options.horizons_s);
   const auto engine_oracle = std::find_if(contest.models.begin(), contest.models.end(),
                                           [](const data::ModelFile& m) { return m.is_oracle; });
   if (engine_oracle != contest.models.end() && !simulated.empty())
@@ -222,11 +227,10 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
 
   if (!simulated.empty()) {
     ModelResult& oracle = report.models.emplace_back();
-    oracle.name = "oracle";
-    oracle.label = "Oracle (simulator)";
+    oracle.name = "simulator";
+    oracle.label = "oracle (simulator)";
     oracle.is_oracle = true;
-    std::vector<Rollout> rollouts = simulated;
-    add_scores(oracle, rollouts, {}, contest.trajectories, options.horizons_s);
+    add_scores(oracle, simulated, {}, contest.trajectories, options.horizons_s);
   }
   for (const bool oracles : {true, false})
     for (std::size_t m = 0; m < contest.models.size(); ++m) {

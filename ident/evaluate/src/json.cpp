@@ -114,6 +114,7 @@ std::string to_json(const EvaluationReport& report) {
   json["floor"] = numbers(report.floor);
   json["integration"] = numbers(report.integration);
   json["best_conventional"] = numbers(report.best_conventional);
+  json["meaningful"] = report.meaningful();
   json["meaningless"] = list(report.verdict, [](const HorizonVerdict& verdict) {
     return verdict.meaningless ? Json(verdict.reason) : Json(nullptr);
   });

@@ -8,94 +8,31 @@
 namespace fricid::evaluate {
 namespace {
 
-using Row = Eigen::RowVectorXd;
-
-/// One lane of a batch: what it is fed, what it has recorded, where it starts.
+/// What one lane is fed and what it records.
 struct Lane {
-  const Trajectory* trajectory;
-  Start start;
-  RowMatrix tau;          ///< (steps + 1, n) without gaps
-  RowMatrix temperature;  ///< (steps + 1, n)
+  RowMatrix tau, temperature;  ///< (steps + 1, n)
   Rollout rollout;
 };
 
-RowMatrix rows_of(const RowMatrix& matrix, const Start& start) {
-  return matrix.middleRows(start.begin, start.steps + 1);
-}
-
-/// Repeats the last torque where one is missing; zero before the first.
-void fill_gaps(RowMatrix& tau) {
-  for (Eigen::Index j = 0; j < tau.cols(); ++j) {
-    double last = 0;
-    for (Eigen::Index k = 0; k < tau.rows(); ++k) {
-      if (std::isfinite(tau(k, j))) last = tau(k, j);
-      tau(k, j) = last;
-    }
-  }
-}
-
 Lane make_lane(const Trajectory& trajectory, const Start& start) {
-  const Eigen::Index rows = start.steps + 1, n = trajectory.data.n();
-  Lane lane{&trajectory,
-            start,
-            rows_of(trajectory.data.tau, start),
+  const data::Dataset& data = trajectory.data;
+  const Eigen::Index rows = start.steps + 1, n = data.n();
+  Lane lane{held_torque(data).middleRows(start.begin, rows),
             RowMatrix::Constant(rows, n, kRoomTemperature),
-            {}};
-  fill_gaps(lane.tau);
-  if (trajectory.data.temperature.size() > 0)
-    lane.temperature = rows_of(trajectory.data.temperature, start);
-  lane.rollout = {start, false, RowMatrix::Zero(rows, n), RowMatrix::Zero(rows, n),
-                  RowMatrix::Zero(rows, n)};
+            {start, false, RowMatrix(rows, n), RowMatrix(rows, n), RowMatrix(rows, n)}};
+  if (data.temperature.size() > 0)
+    lane.temperature = data.temperature.middleRows(start.begin, rows);
   return lane;
 }
 
-bool has_diverged(const Row& q, const Row& v, const Lane& lane, int k, double limit) {
-  if (!q.allFinite() || !v.allFinite()) return true;
-  const Row error = q - lane.trajectory->scored_q().row(lane.start.begin + k);
-  return (error.array().abs() > limit).any();  // a missing reference (NaN) accuses nobody
+/// Row `row` of a matrix into lane l of as many packs as it has columns, and back.
+void load(const RowMatrix& matrix, Eigen::Index row, int l, std::vector<PackD>& packs) {
+  for (std::size_t j = 0; j < packs.size(); ++j)
+    set_lane(packs[j], l, matrix(row, static_cast<Eigen::Index>(j)));
 }
-
-/// From sample k on the arm stands still where it last was, inside reference +- limit.
-void stand_still(Lane& lane, int k, double limit) {
-  Rollout& out = lane.rollout;
-  out.diverged = true;
-  const Row last = out.q.row(k - 1);
-  for (int i = k; i <= lane.start.steps; ++i) {
-    const auto reference = lane.trajectory->scored_q().row(lane.start.begin + i);
-    for (Eigen::Index j = 0; j < last.size(); ++j)
-      out.q(i, j) = std::isnan(reference[j])
-                        ? last[j]
-                        : std::clamp(last[j], reference[j] - limit, reference[j] + limit);
-  }
-}
-
-/// States of all lanes as the stepper wants them.
-struct Batch {
-  std::vector<PackD> q, v, z, tau, temperature, tau_f;
-  Batch(std::size_t n, std::size_t nz)
-      : q(n, 0), v(n, 0), z(nz, 0), tau(n, 0), temperature(n, kRoomTemperature), tau_f(n, 0) {}
-};
-
-void load_state(Batch& batch, int l, const Row& q, const Row& v, std::span<const double> z) {
-  for (std::size_t j = 0; j < batch.q.size(); ++j) {
-    set_lane(batch.q[j], l, q[static_cast<Eigen::Index>(j)]);
-    set_lane(batch.v[j], l, v[static_cast<Eigen::Index>(j)]);
-  }
-  for (std::size_t i = 0; i < batch.z.size(); ++i) set_lane(batch.z[i], l, z[i]);
-}
-
-void load_inputs(Batch& batch, int l, const Lane& lane, int k) {
-  for (std::size_t j = 0; j < batch.q.size(); ++j) {
-    const auto col = static_cast<Eigen::Index>(j);
-    set_lane(batch.tau[j], l, lane.tau(k, col));
-    set_lane(batch.temperature[j], l, lane.temperature(k, col));
-  }
-}
-
-Row lane_of(const std::vector<PackD>& packs, int l) {
-  Row row(static_cast<Eigen::Index>(packs.size()));
-  for (std::size_t j = 0; j < packs.size(); ++j) row[static_cast<Eigen::Index>(j)] = packs[j][l];
-  return row;
+void store(const std::vector<PackD>& packs, int l, Eigen::Index row, RowMatrix& matrix) {
+  for (std::size_t j = 0; j < packs.size(); ++j)
+    matrix(row, static_cast<Eigen::Index>(j)) = lane(packs[j], l);
 }
 
 void check_sizes(const Arm& arm, std::span<const Trajectory> trajectories,
@@ -105,71 +42,97 @@ void check_sizes(const Arm& arm, std::span<const Trajectory> trajectories,
                     starts.size(), z0.size(), PackD::kLanes);
   for (std::size_t i = 0; i < starts.size(); ++i) {
     const Trajectory& trajectory = trajectories[static_cast<std::size_t>(starts[i].trajectory)];
-    if (trajectory.data.n() != arm.robot.n())
-      throw UserError("{}: {} joints, the model has {}", trajectory.data.name, trajectory.data.n(),
-                      arm.robot.n());
+    const data::Dataset& data = trajectory.data;
+    if (data.n() != arm.robot.n())
+      throw UserError("{}: {} joints, the model has {}", data.name, data.n(), arm.robot.n());
     if (std::ssize(z0[i]) != arm.friction.model.state_size())
-      throw UserError("{}: initial friction state has {} values, the model {}",
-                      trajectory.data.name, z0[i].size(), arm.friction.model.state_size());
+      throw UserError("{}: initial friction state has {} values, the model {}", data.name,
+                      z0[i].size(), arm.friction.model.state_size());
   }
 }
 
+bool has_diverged(const Rollout& rollout, const RowMatrix& reference, Eigen::Index k,
+                  double limit) {
+  for (Eigen::Index j = 0; j < rollout.q.cols(); ++j) {
+    if (!std::isfinite(rollout.q(k, j)) || !std::isfinite(rollout.v(k, j))) return true;
+    // a missing reference (NaN) accuses nobody
+    if (std::abs(rollout.q(k, j) - reference(rollout.start.begin + k, j)) > limit) return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+void settle_divergence(Rollout& rollout, const Trajectory& trajectory, double diverged_rad) {
+  const RowMatrix& reference = trajectory.scored_q();
+  const Eigen::Index rows = rollout.q.rows();
+  Eigen::Index k = 1;
+  while (k < rows && !has_diverged(rollout, reference, k, diverged_rad)) ++k;
+  if (k >= rows) return;
+
+  rollout.diverged = true;
+  rollout.v.bottomRows(rows - k).setZero();
+  if (rollout.tau_f.size() > 0) rollout.tau_f.bottomRows(rows - k).setZero();
+  for (Eigen::Index i = k; i < rows; ++i)
+    for (Eigen::Index j = 0; j < rollout.q.cols(); ++j) {
+      const double last = rollout.q(k - 1, j), wanted = reference(rollout.start.begin + i, j);
+      rollout.q(i, j) = std::isnan(wanted)
+                            ? last
+                            : std::clamp(last, wanted - diverged_rad, wanted + diverged_rad);
+    }
+}
 
 std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajectories,
                               std::span<const Start> starts,
                               std::span<const std::vector<double>> z0,
                               const RolloutOptions& options) {
   check_sizes(arm, trajectories, starts, z0);
+  if (starts.empty()) return {};
+  const auto trajectory_of = [&](int l) -> const Trajectory& {
+    const Start& start = starts[static_cast<std::size_t>(l)];
+    return trajectories[static_cast<std::size_t>(start.trajectory)];
+  };
+  const double dt = trajectory_of(0).data.dt();
+  const int count = static_cast<int>(starts.size());
   const auto n = static_cast<std::size_t>(arm.robot.n());
-  const auto nz = static_cast<std::size_t>(arm.friction.model.state_size());
-  ArmStepper<PackD> stepper(arm, options.step);
-  Batch batch(n, nz);
+
+  std::vector<PackD> q(n, 0.0), v(n, 0.0), tau(n, 0.0), temperature(n, kRoomTemperature), tau_f(n);
+  std::vector<PackD> z(static_cast<std::size_t>(arm.friction.model.state_size()), 0.0);
   std::vector<Lane> lanes;
   int longest = 0;
-  for (const Start& start : starts) {
-    lanes.push_back(make_lane(trajectories[static_cast<std::size_t>(start.trajectory)], start));
-    longest = std::max(longest, start.steps);
+  for (int l = 0; l < count; ++l) {
+    const auto i = static_cast<std::size_t>(l);
+    lanes.push_back(make_lane(trajectory_of(l), starts[i]));
+    longest = std::max(longest, starts[i].steps);
+    load(trajectory_of(l).start_q(), starts[i].begin, l, q);
+    load(trajectory_of(l).start_v(), starts[i].begin, l, v);
+    for (std::size_t s = 0; s < z.size(); ++s) set_lane(z[s], l, z0[i][s]);
   }
 
-  // A lane without a rollout, or one that has ended, stands at its start.
-  const auto restart = [&](int l) {
-    const Lane& lane = lanes[static_cast<std::size_t>(l)];
-    load_state(batch, l, lane.trajectory->start_q().row(lane.start.begin),
-               lane.trajectory->start_v().row(lane.start.begin), z0[static_cast<std::size_t>(l)]);
-    load_inputs(batch, l, lane, 0);
-  };
-  for (int l = 0; l < std::ssize(lanes); ++l) restart(l);
-
+  // A lane that has ended goes on under its last torque, unrecorded.
+  ArmStepper<PackD> stepper(arm, options.step);
   for (int k = 0; k <= longest; ++k) {
-    for (int l = 0; l < std::ssize(lanes); ++l) {
+    for (int l = 0; l < count; ++l) {
       Lane& lane = lanes[static_cast<std::size_t>(l)];
-      if (lane.rollout.diverged || k > lane.start.steps) {
-        restart(l);
-        continue;
-      }
-      load_inputs(batch, l, lane, k);
-      const Row q = lane_of(batch.q, l), v = lane_of(batch.v, l);
-      if (k > 0 && has_diverged(q, v, lane, k, options.diverged_rad)) {
-        stand_still(lane, k, options.diverged_rad);
-        continue;
-      }
-      lane.rollout.q.row(k) = q;
-      lane.rollout.v.row(k) = v;
+      if (k > lane.rollout.start.steps) continue;
+      load(lane.tau, k, l, tau);
+      load(lane.temperature, k, l, temperature);
+      store(q, l, k, lane.rollout.q);
+      store(v, l, k, lane.rollout.v);
     }
-    stepper.friction_torque(batch.tau, batch.temperature, batch.q, batch.v, batch.z, batch.tau_f);
-    for (int l = 0; l < std::ssize(lanes); ++l) {
-      Lane& lane = lanes[static_cast<std::size_t>(l)];
-      if (!lane.rollout.diverged && k <= lane.start.steps)
-        lane.rollout.tau_f.row(k) = lane_of(batch.tau_f, l);
+    stepper.friction_torque(tau, temperature, q, v, z, tau_f);
+    for (int l = 0; l < count; ++l) {
+      Rollout& rollout = lanes[static_cast<std::size_t>(l)].rollout;
+      if (k <= rollout.start.steps) store(tau_f, l, k, rollout.tau_f);
     }
-    if (k < longest)
-      stepper.step(batch.tau, batch.temperature, trajectories.front().data.dt(), batch.q, batch.v,
-                   batch.z);
+    if (k < longest) stepper.step(tau, temperature, dt, q, v, z);
   }
 
   std::vector<Rollout> rollouts;
-  for (Lane& lane : lanes) rollouts.push_back(std::move(lane.rollout));
+  for (int l = 0; l < count; ++l) {
+    rollouts.push_back(std::move(lanes[static_cast<std::size_t>(l)].rollout));
+    settle_divergence(rollouts.back(), trajectory_of(l), options.diverged_rad);
+  }
   return rollouts;
 }
 

@@ -48,13 +48,13 @@ TorquePrediction torque_prediction(const Arm& arm, const data::Dataset& dataset,
                       dataset.name, motion->rows(), motion->cols(), dataset.length(), dataset.n(),
                       n);
   const RowMatrix rigid = rigid_body_torque(arm.robot, q, v, a);
-  const auto with_load = [&](const RowMatrix& load) -> RowMatrix {
-    return rigid +
-           drive_friction(arm.friction, dataset.dt(), q, v, load, dataset.temperature).tau_f;
-  };
   TorquePrediction prediction;
-  prediction.tau = with_load(rigid);
-  if (arm.friction.model.reads_load()) prediction.tau = with_load(prediction.tau);
+  prediction.tau = rigid;
+  for (int pass = 0; pass < (arm.friction.model.reads_load() ? 2 : 1); ++pass) {
+    prediction.tau_f =
+        drive_friction(arm.friction, dataset.dt(), q, v, prediction.tau, dataset.temperature).tau_f;
+    prediction.tau = rigid + prediction.tau_f;
+  }
   for (Eigen::Index j = 0; j < n; ++j) score_joint(prediction, dataset.tau, j);
   return prediction;
 }

@@ -5,6 +5,18 @@
 
 namespace fricid::evaluate {
 
+RowMatrix held_torque(const data::Dataset& dataset) {
+  RowMatrix tau = dataset.tau;
+  for (Eigen::Index j = 0; j < tau.cols(); ++j) {
+    double last = 0;
+    for (Eigen::Index k = 0; k < tau.rows(); ++k) {
+      if (std::isfinite(tau(k, j))) last = tau(k, j);
+      tau(k, j) = last;
+    }
+  }
+  return tau;
+}
+
 int horizon_steps(double horizon_s, double dt, int T) {
   return horizon_s == 0 ? T - 1 : static_cast<int>(std::lround(horizon_s / dt));
 }

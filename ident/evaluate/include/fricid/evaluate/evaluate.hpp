@@ -21,7 +21,7 @@ struct Contest {
   std::vector<std::string> unconventional;  ///< names of models that are not a convention to beat
   /// Rollouts by the simulator with the true model from the true state under the measured torque,
   /// at the truth's inner step and at half of it; one per planned start, in that order, or empty
-  /// (real logs).
+  /// (real logs). The former are the first row of the report, "simulator".
   std::vector<Rollout> simulator_oracle, simulator_halved;
 };
 

@@ -25,16 +25,17 @@ struct RolloutOptions {
   double diverged_rad = 10;  ///< largest |q error| of a joint that still counts as a rollout
 };
 
-/// Rolls an arm out from (start_q, start_v, z0) with tau_k held over each sample.
-///
-/// A rollout whose state is no longer finite or whose error exceeds `diverged_rad` at any joint is
-/// flagged; from there on the arm stands still at its last finite position, clamped to the scored
-/// position
-/// +- diverged_rad. Missing (NaN) torque repeats the last one.
-///
-/// @param starts  at most as many as PackD has lanes; one lane each
+/// Flags a rollout whose state is no longer finite or whose position error exceeds `diverged_rad`
+/// at any joint. From that sample on the arm stands still (v = 0, tau_f = 0) at its last position,
+/// clamped to the scored position +- diverged_rad: its figures stay finite.
+void settle_divergence(Rollout& rollout, const Trajectory& trajectory, double diverged_rad);
+
+/// Rolls an arm out from (start_q, start_v, z0) with the measured torque held over each sample, and
+/// settles what diverged.
+/// @param starts  at most as many as PackD has lanes; one lane each, the same whatever the others
+/// do
 /// @param z0      initial friction state of each rollout (state_size)
-/// @return one rollout per start, the same whatever the other lanes do
+/// @throws UserError when sizes do not agree
 std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajectories,
                               std::span<const Start> starts,
                               std::span<const std::vector<double>> z0,

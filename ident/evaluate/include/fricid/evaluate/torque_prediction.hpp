@@ -12,6 +12,7 @@ namespace fricid::evaluate {
 /// Predicted motor torque and its error per joint, over the samples with a measured torque.
 struct TorquePrediction {
   RowMatrix tau;                       ///< (T, n) predicted [N m]
+  RowMatrix tau_f;                     ///< (T, n) friction in it [N m]
   std::vector<double> rmse;            ///< (n) [N m]
   std::vector<double> percent_of_rms;  ///< (n) 100 rmse / rms of the measured torque
   std::vector<double> r2;              ///< (n) 1 - sum e^2 / sum (tau - mean tau)^2

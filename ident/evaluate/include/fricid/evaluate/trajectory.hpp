@@ -34,6 +34,10 @@ struct Trajectory {
   const RowMatrix& start_v() const { return truth ? truth->v : v; }
 };
 
+/// Measured torque (T, n) [N m] with missing (NaN) values replaced by the last one, zero before the
+/// first.
+RowMatrix held_torque(const data::Dataset& dataset);
+
 /// One open-loop rollout: from sample `begin` of a trajectory over `steps` samples.
 struct Start {
   int trajectory = 0;

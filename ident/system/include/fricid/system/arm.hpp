@@ -24,11 +24,22 @@ inline constexpr double kRoomTemperature = 293.15;
 /// How an Arm is stepped over one sample with torque held: `substeps` semi-implicit Euler steps
 ///
 ///     a  = M(q)^-1 (tau - h(q, v) - tau_f(q, v, z)),   load = tau
-///     v' = v + h a,   q' = q + h v',   z' = step(z; q', v', h),     h = dt / substeps.
+///     v' = v + h a,   q' = q + h v',   z' = step(z; q', v', h),     h = dt / substeps,
 ///
-/// One setting for all models of a scene.
+/// or, for leap = m > 1, leaps of length H = m h that stand for m such steps to second order: on
+/// average over m Euler steps the velocity changes (H - h) / 2 into the leap, so
+///
+///     drift   q_m = q + (H - h)/2 v,      z_m = step(z; q_m, v, (H - h)/2)
+///     kick    v'  = v + H a_m,            a_m at (q_m, v + (H - h)/2 a, z_m)
+///     drift   q'  = q_m + (H + h)/2 v',   z' = step(z_m; q', v', (H + h)/2).
+///
+/// m = 1 is the Euler step itself, h -> 0 symmetric splitting. The kick takes M and h(q, v) before
+/// the velocity is moved to the middle and only tau_f after it: one evaluation of the dynamics and
+/// two of the friction torque. docs/integration.md measures all of them. One setting for all models
+/// of a scene.
 struct StepOptions {
   int substeps = 8;
+  int leap = 1;  ///< divides substeps
 };
 
 /// Steps S-batches of states of one arm (one state per lane); lane k of a Pack equals the scalar
@@ -37,7 +48,8 @@ struct StepOptions {
 template <class S>
 class ArmStepper {
  public:
-  /// @throws UserError when robot and friction differ in their number of joints, or substeps < 1
+  /// @throws UserError when robot and friction differ in their number of joints, substeps < 1, or
+  ///         leap does not divide substeps
   ArmStepper(const Arm& arm, StepOptions options);
 
   /// Advances (q, v, z) by dt [s] under the held torque tau [N m]; temperature [K].
@@ -52,12 +64,15 @@ class ArmStepper {
  private:
   void set_inputs(std::span<const S> tau, std::span<const S> temperature, std::span<const S> q,
                   std::span<const S> v);
+  void drift(double h, std::span<S> q, std::span<const S> v, std::span<S> z);
+  void acceleration(std::span<const S> tau, double ahead, std::span<const S> q,
+                    std::span<const S> v, std::span<const S> z);
 
   const Arm& arm_;
   StepOptions options_;
   dynamics::Workspace<S> ws_;
-  std::vector<S> pi_, theta_;       // parameters in every lane
-  std::vector<S> tau_f_, net_, a_;  // (n)
+  std::vector<S> pi_, theta_;                    // parameters in every lane
+  std::vector<S> tau_f_, net_, a_, correction_;  // (n)
   std::vector<friction::Input<S>> in_;
 };
 

@@ -1,0 +1,151 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "contest.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/data/hdf5.hpp"
+
+namespace fricid::test {
+namespace {
+
+using evaluate::EvaluationReport;
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+const EvaluationReport& report() {
+  static const EvaluationReport made = evaluate::evaluate(small_contest(), small_options(), 1);
+  return made;
+}
+
+TEST(EvaluationJson, HoldsTheFieldsOfTheContract) {
+  const json file = json::parse(to_json(report()));
+  EXPECT_EQ(file.at("format"), "fricid.evaluation/1");
+  EXPECT_EQ(file.at("scene"), "small");
+  EXPECT_EQ(file.at("trajectories"), (json{"validation_0", "validation_1"}));
+  const std::size_t horizons = file.at("horizons_s").size();
+  EXPECT_EQ(horizons, 3u);
+  EXPECT_EQ(file.at("headroom").size(), horizons);
+  EXPECT_TRUE(file.at("meaningful").is_boolean());
+
+  ASSERT_EQ(file.at("models").size(), 3u);
+  for (const json& model : file.at("models")) {
+    for (const char* key : {"name", "label", "seed", "parameters", "fit_seconds", "is_oracle"})
+      EXPECT_TRUE(model.contains(key)) << key;
+    ASSERT_EQ(model.at("trajectories").size(), 8u);
+    for (const json& rollout : model.at("trajectories")) {
+      EXPECT_TRUE(rollout.at("name").is_string());
+      EXPECT_TRUE(rollout.at("start_s").is_number());
+      EXPECT_TRUE(rollout.at("diverged").is_boolean());
+      for (const char* key : {"q_mse", "q_mae", "v_mse", "v_mae"})
+        EXPECT_EQ(rollout.at(key).size(), horizons) << key;
+      EXPECT_EQ(rollout.at("q_mse_joint").size(), horizons);
+      EXPECT_EQ(rollout.at("q_mse_joint")[0].size(), 6u);
+      for (const char* key : {"friction_rmse", "friction_rmse_presliding", "friction_rmse_reversal",
+                              "friction_rmse_sliding"})
+        EXPECT_EQ(rollout.at(key).size(), 6u) << key;
+    }
+  }
+  EXPECT_TRUE(file.at("models")[0].at("is_oracle"));
+
+  ASSERT_EQ(file.at("summary").size(), 3u);
+  for (const json& summary : file.at("summary")) {
+    for (const char* key : {"q_mse_geometric_mean", "q_mse_median", "q_mse_mean", "interval_90",
+                            "ratio_to_oracle", "headroom_closed"})
+      EXPECT_EQ(summary.at(key).size(), horizons) << key;
+    EXPECT_EQ(summary.at("interval_90")[0].size(), 2u);
+    EXPECT_EQ(summary.at("seeds"), 1);
+    EXPECT_EQ(summary.at("diverged"), 0);
+  }
+}
+
+TEST(EvaluationJson, FullLengthIsNullForLaterStarts) {
+  const json file = json::parse(to_json(report()));
+  const json& rollouts = file.at("models")[0].at("trajectories");
+  EXPECT_TRUE(rollouts[0].at("q_mse")[2].is_number());
+  EXPECT_GT(rollouts[1].at("start_s"), 0);
+  EXPECT_TRUE(rollouts[1].at("q_mse")[2].is_null());
+  EXPECT_TRUE(rollouts[1].at("q_mse_joint")[2][5].is_null());
+}
+
+TEST(EvaluationJson, NumbersSurviveTheRoundTrip) {
+  const json file = json::parse(to_json(report()));
+  EXPECT_EQ(file.at("summary")[1].at("q_mse_mean")[1].get<double>(),
+            report().summary[1].q_mse_mean[1]);
+}
+
+TEST(Table, ShowsOracleFirstAndWhatTheBenchmarkIsWorth) {
+  const std::string text = to_markdown(report());
+  EXPECT_LT(text.find("| oracle"), text.find("| simple"));
+  for (const char* part : {"0.1 s", "1 s", "2.8 s", "floor", "headroom", "headroom closed",
+                           "diverged", "parameters", "fit s", "presliding", "0/8", "1.00"})
+    EXPECT_THAT(text, HasSubstr(part));
+  EXPECT_THAT(text, ::testing::Not(HasSubstr("nan")));
+}
+
+// Every table has as many cells in each row as in its header.
+TEST(Table, IsRectangular) {
+  std::istringstream text(to_markdown(report()));
+  std::string line;
+  long columns = 0;
+  int rows = 0;
+  while (std::getline(text, line)) {
+    if (!line.starts_with("|")) {
+      columns = 0;
+      continue;
+    }
+    const long cells = std::count(line.begin(), line.end(), '|');
+    if (columns == 0) columns = cells;
+    EXPECT_EQ(cells, columns) << line;
+    ++rows;
+  }
+  EXPECT_GT(rows, 20);
+}
+
+TEST(Table, SaysWhenAHorizonIsMeaningless) {
+  EvaluationReport doubtful = report();
+  doubtful.verdict[1] = {true, "1 s: too close to the floor"};
+  EXPECT_THAT(to_markdown(doubtful), HasSubstr("Meaningless: 1 s: too close to the floor."));
+}
+
+TEST(Csv, OneRowPerRolloutAndHorizonThatExists) {
+  std::istringstream text(to_csv(report()));
+  std::string line;
+  std::getline(text, line);
+  const long columns = std::count(line.begin(), line.end(), ',');
+  int rows = 0;
+  for (; std::getline(text, line); ++rows)
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns) << line;
+  EXPECT_EQ(rows, 3 * (2 * 3 + 6 * 2));  // models x (full rollouts x horizons + starts x horizons)
+}
+
+class SaveReport : public ::testing::Test {
+ protected:
+  const std::filesystem::path folder =
+      std::filesystem::path(::testing::TempDir()) / "fricid_report_test";
+  void SetUp() override { std::filesystem::remove_all(folder); }
+  void TearDown() override { std::filesystem::remove_all(folder); }
+};
+
+TEST_F(SaveReport, WritesTheRunFoldersFiles) {
+  const evaluate::Contest contest = small_contest();
+  save_report(report(), contest.trajectories, folder);
+  EXPECT_EQ(read_file(folder / "evaluation.json"), to_json(report()));
+  EXPECT_EQ(read_file(folder / "table.md"), to_markdown(report()));
+  EXPECT_EQ(read_file(folder / "table.csv"), to_csv(report()));
+
+  const data::H5Reader file(folder / "rollouts" / "simple_s1_validation_1.h5", "fricid.rollout/1");
+  const auto& rollout = report().models[1].rollouts[1];
+  EXPECT_EQ(file.matrix("q"), rollout.q);
+  EXPECT_EQ(file.matrix("v"), rollout.v);
+  EXPECT_EQ(file.matrix("tau_f"), rollout.tau_f);
+  EXPECT_EQ(file.vector("t"), contest.trajectories[1].data.t);
+  EXPECT_EQ(file.unit("tau_f"), "N m");
+  EXPECT_EQ(file.texts_attribute("joint_names"), contest.trajectories[1].data.joint_names);
+}
+
+}  // namespace
+}  // namespace fricid::test

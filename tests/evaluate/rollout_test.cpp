@@ -1,0 +1,141 @@
+#include "fricid/evaluate/rollout.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "contest.hpp"
+#include "fricid/base/error.hpp"
+
+namespace fricid::test {
+namespace {
+
+using evaluate::Rollout;
+using evaluate::Start;
+using evaluate::Trajectory;
+
+std::vector<double> row(const RowMatrix& matrix, Eigen::Index k) {
+  return {matrix.row(k).begin(), matrix.row(k).end()};
+}
+
+/// A wheel under constant torque: T samples of its own recording.
+Trajectory spinning(const Arm& arm, double tau, int T) {
+  Recording recording{RowMatrix(T, 1), RowMatrix(T, 1), RowMatrix::Constant(T, 1, tau),
+                      RowMatrix::Zero(T, 1), RowMatrix(T, 0)};
+  ArmStepper<double> stepper(arm, {kSubsteps});
+  std::vector<double> q{0.1}, v{0.2}, z, torque{tau}, temperature{kRoomTemperature};
+  for (Eigen::Index k = 0; k < T; ++k) {
+    recording.q(k, 0) = q[0];
+    recording.v(k, 0) = v[0];
+    stepper.step(torque, temperature, kSamplePeriod, q, v, z);
+  }
+  return as_trajectory(recording, "wheel");
+}
+
+TEST(RollOut, FollowsTheClosedFormOfAWheel) {
+  const double inertia = 0.3, Fv = 0.8, tau = 0.5, v0 = 0.2;
+  const Arm arm = flywheel(inertia, Fv);
+  std::vector<Trajectory> trajectories{spinning(arm, tau, 300)};
+  const std::vector<Start> starts{{0, 0, 299}};
+  const auto rollout = evaluate::roll_out(arm, trajectories, starts, {{{}}}, {{kSubsteps}, 10})[0];
+
+  const double h = kSamplePeriod / kSubsteps, r = 1 - h * Fv / inertia, end = tau / Fv;
+  for (int k : {0, 1, 77, 299}) {
+    const double v = end + std::pow(r, k * kSubsteps) * (v0 - end);
+    EXPECT_NEAR(rollout.v(k, 0), v, 1e-13) << "sample " << k;
+    EXPECT_NEAR(rollout.tau_f(k, 0), Fv * v, 1e-13) << "sample " << k;
+  }
+}
+
+TEST(RollOut, TheTrueModelRepeatsItsOwnRecordingFromAnyStart) {
+  const Arm arm{hanging_kr6(), kr6_friction("gms")};
+  const std::vector<Trajectory> trajectories{
+      as_trajectory(record(arm, HangingMotion(1), 300, {kSubsteps}), "a"),
+      as_trajectory(record(arm, HangingMotion(2), 200, {kSubsteps}), "b")};
+  const std::vector<Start> starts{{0, 0, 299}, {1, 0, 199}, {0, 150, 100}, {1, 30, 20}};
+  std::vector<std::vector<double>> z0;
+  for (const Start& start : starts)
+    z0.push_back(
+        row(trajectories[static_cast<std::size_t>(start.trajectory)].truth->z, start.begin));
+  const auto rollouts = evaluate::roll_out(arm, trajectories, starts, z0, {{kSubsteps}, 10});
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const auto& truth = *trajectories[static_cast<std::size_t>(starts[i].trajectory)].truth;
+    ASSERT_EQ(rollouts[i].q.rows(), starts[i].steps + 1);
+    EXPECT_EQ(rollouts[i].q, truth.q.middleRows(starts[i].begin, starts[i].steps + 1));
+    EXPECT_EQ(rollouts[i].v, truth.v.middleRows(starts[i].begin, starts[i].steps + 1));
+    EXPECT_EQ(rollouts[i].tau_f, truth.tau_f.middleRows(starts[i].begin, starts[i].steps + 1));
+    EXPECT_FALSE(rollouts[i].diverged);
+  }
+}
+
+TEST(RollOut, MissingTorqueRepeatsTheLast) {
+  const Arm arm = flywheel(0.3, 0.8);
+  std::vector<Trajectory> whole{spinning(arm, 0.5, 50)}, gaps = whole;
+  gaps[0].data.tau.middleRows(10, 20).setConstant(std::numeric_limits<double>::quiet_NaN());
+  const std::vector<Start> starts{{0, 0, 49}};
+  EXPECT_EQ(evaluate::roll_out(arm, whole, starts, {{{}}}, {{kSubsteps}, 10})[0].q,
+            evaluate::roll_out(arm, gaps, starts, {{{}}}, {{kSubsteps}, 10})[0].q);
+}
+
+TEST(RollOut, MeasuredTemperatureReachesTheLaws) {
+  friction::JointSpec spec{{{"coulomb_viscous", 0, {{"temperature", 1}}}}};
+  Arm arm = flywheel(0.3, 0.8);
+  arm.friction =
+      make_friction(1, spec, [](int, std::string_view, std::string_view) { return std::nan(""); });
+  std::vector<Trajectory> cold{spinning(arm, 0.5, 50)}, warm = cold;
+  warm[0].data.temperature = RowMatrix::Constant(50, 1, kRoomTemperature + 30);
+  const std::vector<Start> starts{{0, 0, 49}};
+  EXPECT_NE(evaluate::roll_out(arm, cold, starts, {{{}}}, {{kSubsteps}, 10})[0].q,
+            evaluate::roll_out(arm, warm, starts, {{{}}}, {{kSubsteps}, 10})[0].q);
+}
+
+// A wheel that is driven away crosses the limit once; its lane mate is not disturbed.
+TEST(RollOut, DivergedRolloutIsFlaggedClampedAndFinite) {
+  const Arm arm = flywheel(0.3, 0.8);
+  std::vector<Trajectory> trajectories{spinning(arm, 0.5, 200), spinning(arm, 0.5, 200)};
+  trajectories[0].data.tau.setConstant(1e3);
+  const std::vector<Start> starts{{0, 0, 199}, {1, 0, 199}};
+  const double limit = 2;
+  const auto rollouts =
+      evaluate::roll_out(arm, trajectories, starts, {{{}, {}}}, {{kSubsteps}, limit});
+  const Rollout& away = rollouts[0];
+  ASSERT_TRUE(away.diverged);
+  EXPECT_LE((away.q - trajectories[0].truth->q).cwiseAbs().maxCoeff(), limit);
+  EXPECT_EQ(away.v(199, 0), 0);
+  EXPECT_EQ(away.tau_f(199, 0), 0);
+  EXPECT_GT(away.v(5, 0), 1);
+  EXPECT_FALSE(rollouts[1].diverged);
+  EXPECT_EQ(rollouts[1].q, trajectories[1].truth->q);
+}
+
+TEST(SettleDivergence, NotANumberStopsWhereItAppears) {
+  const Arm arm = flywheel(0.3, 0.8);
+  const Trajectory trajectory = spinning(arm, 0.5, 10);
+  const auto& truth = *trajectory.truth;
+  Rollout rollout{{0, 0, 9}, false, truth.q, truth.v, truth.tau_f};
+  rollout.v(6, 0) = std::numeric_limits<double>::quiet_NaN();
+  rollout.q.bottomRows(3).setConstant(std::numeric_limits<double>::infinity());
+  evaluate::settle_divergence(rollout, trajectory, 10);
+  EXPECT_TRUE(rollout.diverged);
+  EXPECT_TRUE(rollout.q.allFinite() && rollout.v.allFinite() && rollout.tau_f.allFinite());
+  EXPECT_EQ(rollout.v(5, 0), truth.v(5, 0));
+  EXPECT_EQ(rollout.q(6, 0), truth.q(5, 0));
+  EXPECT_EQ(rollout.q(9, 0), truth.q(5, 0));
+  EXPECT_EQ(rollout.v(6, 0), 0);
+}
+
+TEST(RollOut, RefusesWhatDoesNotFit) {
+  const Arm arm = flywheel(0.3, 0.8);
+  const std::vector<Trajectory> trajectories{spinning(arm, 0.5, 10)};
+  const std::vector<Start> one{{0, 0, 9}};
+  const std::vector<Start> many(PackD::kLanes + 1, one[0]);
+  const std::vector<std::vector<double>> empty(many.size()), wrong{{1.0}};
+  EXPECT_THROW(evaluate::roll_out(arm, trajectories, many, empty, {}), UserError);
+  EXPECT_THROW(evaluate::roll_out(arm, trajectories, one, wrong, {}), UserError);
+  const Arm six{hanging_kr6(), kr6_friction("coulomb_viscous")};
+  EXPECT_THROW(evaluate::roll_out(six, trajectories, one, {{{}}}, {}), UserError);
+}
+
+}  // namespace
+}  // namespace fricid::test

@@ -1,0 +1,99 @@
+#include "fricid/evaluate/torque_prediction.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "contest.hpp"
+#include "fricid/base/error.hpp"
+
+namespace fricid::test {
+namespace {
+
+using evaluate::torque_prediction;
+using evaluate::TorquePrediction;
+
+/// A recording at one step per sample and the acceleration that its torque makes.
+struct Moving {
+  Arm arm;
+  evaluate::Trajectory trajectory;
+  RowMatrix a;
+  explicit Moving(friction::Friction friction) : arm{hanging_kr6(), std::move(friction)} {
+    const Recording recording = record(arm, HangingMotion(5), 500, {1});
+    trajectory = as_trajectory(recording, "validation_0");
+    a.resize(500, 6);
+    dynamics::Workspace<double> ws(arm.robot);
+    const std::span<const double> pi(arm.robot.pi.data(),
+                                     static_cast<std::size_t>(arm.robot.pi.size()));
+    const RowMatrix net = recording.tau - recording.tau_f;
+    for (Eigen::Index k = 0; k < 500; ++k)
+      dynamics::forward_dynamics<double>(arm.robot, ws, pi, {recording.q.row(k).data(), 6},
+                                         {recording.v.row(k).data(), 6}, {net.row(k).data(), 6},
+                                         {a.row(k).data(), 6});
+  }
+  TorquePrediction predict(const Arm& model) const {
+    return torque_prediction(model, trajectory.data, trajectory.q, trajectory.v, a);
+  }
+};
+
+TEST(TorquePrediction, TrueModelOnItsOwnMotionIsExact) {
+  const Moving moving(kr6_friction("lugre"));
+  const TorquePrediction prediction = moving.predict(moving.arm);
+  for (std::size_t j = 0; j < 6; ++j) {
+    EXPECT_LT(prediction.rmse[j], 1e-7);
+    EXPECT_LT(prediction.percent_of_rms[j], 1e-5);
+    EXPECT_NEAR(prediction.r2[j], 1, 1e-12);
+  }
+}
+
+// Without its friction a model errs by the true friction torque: RMSE, % of RMS and R2 by hand.
+TEST(TorquePrediction, FiguresByHand) {
+  const Moving moving(kr6_friction("lugre"));
+  const Arm bare{moving.arm.robot,
+                 {friction::RobotFriction(std::vector<friction::JointSpec>(6)), {}}};
+  const TorquePrediction prediction = moving.predict(bare);
+  EXPECT_EQ(prediction.tau_f, RowMatrix::Zero(500, 6));
+  const RowMatrix& tau = moving.trajectory.data.tau;
+  for (Eigen::Index j = 0; j < 6; ++j) {
+    const auto i = static_cast<std::size_t>(j);
+    const double error = moving.trajectory.truth->tau_f.col(j).squaredNorm();
+    const double power = tau.col(j).squaredNorm();
+    const double variance = (tau.col(j).array() - tau.col(j).mean()).square().sum();
+    EXPECT_NEAR(prediction.rmse[i], std::sqrt(error / 500), 1e-9);
+    EXPECT_NEAR(prediction.percent_of_rms[i], 100 * std::sqrt(error / power), 1e-8);
+    EXPECT_NEAR(prediction.r2[i], 1 - error / variance, 1e-9);
+  }
+}
+
+TEST(TorquePrediction, LeavesOutMissingTorque) {
+  Moving moving(kr6_friction("lugre"));
+  const Arm bare{moving.arm.robot, kr6_friction("coulomb_viscous")};
+  moving.trajectory.data.tau.topRows(499).setConstant(std::numeric_limits<double>::quiet_NaN());
+  const TorquePrediction prediction = moving.predict(bare);
+  EXPECT_NEAR(prediction.rmse[2],
+              std::abs(prediction.tau(499, 2) - moving.trajectory.data.tau(499, 2)), 1e-12);
+}
+
+// A law that depends on load must predict without looking at the torque to be predicted.
+TEST(TorquePrediction, DoesNotPeekAtTheMeasuredTorque) {
+  const friction::Friction loaded =
+      make_friction(6, {{{"load_dependent", 0, {}}}},
+                    [](int, std::string_view, std::string_view) { return std::nan(""); });
+  ASSERT_TRUE(loaded.model.reads_load());
+  Moving moving(kr6_friction("lugre"));
+  const Arm arm{moving.arm.robot, loaded};
+  const RowMatrix before = moving.predict(arm).tau;
+  moving.trajectory.data.tau *= 2;
+  EXPECT_EQ(moving.predict(arm).tau, before);
+}
+
+TEST(TorquePrediction, RefusesWhatDoesNotFit) {
+  const Moving moving(kr6_friction("lugre"));
+  EXPECT_THROW(torque_prediction(moving.arm, moving.trajectory.data, moving.trajectory.q,
+                                 moving.trajectory.v, moving.a.topRows(3)),
+               UserError);
+  EXPECT_THROW(moving.predict(flywheel(1, 0)), UserError);
+}
+
+}  // namespace
+}  // namespace fricid::test
