@@ -40,7 +40,9 @@ nlohmann::json read_manifest(const std::filesystem::path& path) {
 }  // namespace
 
 RunFolder::RunFolder(std::filesystem::path path, bool fresh)
-    : path_(created(std::move(path))), lock_(std::make_unique<FileLock>(path_ / ".lock")) {
+    : path_(created(std::move(path))),
+      lock_(std::make_unique<FileLock>(path_ / ".lock")),
+      program_(sha256_of_file("/proc/self/exe")) {
   if (!fresh) manifest_ = read_manifest(path_ / "manifest.json");
   manifest_["format"] = kFormat;
   manifest_["version"] = kFricidVersion;
@@ -62,7 +64,7 @@ bool RunFolder::up_to_date(const std::string& name, const std::string& key) cons
 bool RunFolder::stage(const std::string& name, const std::string& key_text,
                       const std::function<std::vector<std::string>()>& body) {
   throw_if_stopped();
-  const std::string key = sha256_of_text(std::string(kFricidVersion) + kFricidCommit + key_text);
+  const std::string key = sha256_of_text(program_ + key_text);
   if (up_to_date(name, key)) return false;
 
   const auto begin = std::chrono::steady_clock::now();

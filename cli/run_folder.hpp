@@ -40,6 +40,7 @@ class RunFolder {
 
   std::filesystem::path path_;
   std::unique_ptr<FileLock> lock_;
+  std::string program_;  // hash of the running program: another build does its work anew
   nlohmann::json manifest_;
 };
 
