@@ -3,7 +3,9 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <mutex>
 #include <utility>
 
@@ -21,10 +23,14 @@ std::recursive_mutex& library_mutex() {
   return mutex;
 }
 
-// One use of the library: locked, and without its own messages on stderr.
+// One use of the library: locked, without its own messages on stderr, and without its clean-up at exit,
+// which crashes on a file that a full disk kept it from finishing.
 class Session {
  public:
-  Session() : lock_(library_mutex()) { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+  Session() : lock_(library_mutex()) {
+    [[maybe_unused]] static const herr_t no_cleanup = H5dont_atexit();
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
 
  private:
   std::lock_guard<std::recursive_mutex> lock_;
@@ -207,43 +213,32 @@ void H5Writer::attribute(const std::string& name, const std::vector<double>& val
   write_numbers(file_, name.c_str(), values.data(), values.size(), false);
 }
 
-namespace {
-
-// The file as bytes, made in memory: writing them is our own, so that a full disk is our error and
-// HDF5 never holds a file that it cannot finish.
-std::string file_image(const std::string& format, const std::function<void(H5Writer&)>& write,
-                       const std::function<H5Writer(std::int64_t)>& make_writer) {
-  const Session session;
-  const Id create = creation_properties(H5P_FILE_CREATE);
-  const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  // The 1.8 layout has checksums over all of its own bookkeeping.
-  H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18);
-  H5Pset_fapl_core(access, std::size_t{1} << 20, false);
-  const Id file(H5Fcreate("image", H5F_ACC_TRUNC, create, access), H5Fclose);
-  H5Writer writer = make_writer(file);
-  writer.attribute("format", format);
-  write(writer);
-  H5Fflush(file, H5F_SCOPE_GLOBAL);
-  const ssize_t size = H5Fget_file_image(file, nullptr, 0);
-  std::string image(static_cast<std::size_t>(std::max<ssize_t>(size, 0)), '\0');
-  if (size <= 0 || H5Fget_file_image(file, image.data(), image.size()) != size)
-    throw std::runtime_error("HDF5 could not build the file in memory");
-  return image;
-}
-
-}  // namespace
-
 void write_hdf5(const fs::path& path, const std::string& format,
                 const std::function<void(H5Writer&)>& write) {
-  std::string image;
-  try {
-    image = file_image(format, write, [](std::int64_t file) { return H5Writer(file); });
-  } catch (const UserError&) {
-    throw;
-  } catch (const std::runtime_error& error) {
-    throw UserError("{}: {}", path.string(), error.what());
-  }
-  write_file_atomically(path, image);
+  write_file_atomically(path, [&](const fs::path& temporary) {
+    const Session session;
+    const Id create = creation_properties(H5P_FILE_CREATE);
+    const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    // The 1.8 layout has checksums over all of its own bookkeeping.
+    H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18);
+    const hid_t file = H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, create, access);
+    if (file < 0) throw UserError("{}: cannot be created", path.string());
+    try {
+      H5Writer writer(file);
+      writer.attribute("format", format);
+      write(writer);
+    } catch (const UserError&) {
+      H5Fclose(file);
+      throw;
+    } catch (const std::runtime_error& error) {
+      H5Fclose(file);
+      throw UserError("{}: {}", path.string(), error.what());
+    }
+    errno = 0;
+    if (H5Fclose(file) < 0)
+      throw UserError("{}: cannot be written: {}", path.string(),
+                      errno != 0 ? std::strerror(errno) : "HDF5 could not finish the file");
+  });
 }
 
 H5Reader::H5Reader(const fs::path& path, const std::string& format) : path_(path.string()) {
