@@ -30,7 +30,7 @@ std::filesystem::path created(std::filesystem::path path) {
 
 nlohmann::json read_manifest(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path)) return {};
-  const auto manifest = nlohmann::json::parse(read_file(path), nullptr, false);
+  auto manifest = nlohmann::json::parse(read_file(path), nullptr, false);
   if (manifest.is_discarded() || manifest.value("format", "") != kFormat)
     throw UserError("{}: found no \"format\": \"{}\"; the folder belongs to something else",
                     path.string(), kFormat);
