@@ -49,12 +49,24 @@ std::vector<const Series*> legend_of(const Figure& figure) {
 }
 
 struct Size {
-  double width, height;  ///< [cm]
+  double width, height, legend;  ///< [cm]
 };
 
+/// Height of the legend: its columns are as wide as the longest label.
+double legend_height(const Figure& figure) {
+  const auto legend = legend_of(figure);
+  std::size_t longest = 1;
+  for (const Series* series : legend) longest = std::max(longest, series->label.size());
+  const double column = kSampleCm + kLetterCm * static_cast<double>(longest);
+  const int columns = std::max(1, static_cast<int>(figure.width_cm / column));
+  const int rows = (static_cast<int>(legend.size()) + columns - 1) / columns;
+  return kLegendPadCm + kLegendRowCm * rows;
+}
+
 Size size_of(const Figure& figure) {
-  const auto rows = (static_cast<int>(figure.panels.size()) + figure.columns - 1) / figure.columns;
-  return {figure.width_cm, kLegendCm + rows * (figure.panel_height_cm + kTitleCm + kBottomCm)};
+  const int rows = (static_cast<int>(figure.panels.size()) + figure.columns - 1) / figure.columns;
+  const double legend = legend_height(figure);
+  return {figure.width_cm, legend + rows * (figure.panel_height_cm + kTitleCm + kBottomCm), legend};
 }
 
 std::string data_blocks(const Figure& figure) {
@@ -77,7 +89,7 @@ std::string panel_text(const Figure& figure, std::size_t p, Size size) {
   const auto row = static_cast<int>(p) / figure.columns,
              column = static_cast<int>(p) % figure.columns;
   const double cell = figure.width_cm / figure.columns;
-  const double top = kLegendCm + row * (figure.panel_height_cm + kTitleCm + kBottomCm) + kTitleCm;
+  const double top = size.legend + row * (figure.panel_height_cm + kTitleCm + kBottomCm) + kTitleCm;
 
   std::string text = fmt::format(
       "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n"
@@ -107,7 +119,7 @@ std::string legend_text(const Figure& figure, Size size) {
       "xlabel\n"
       "unset ylabel\nunset logscale\nset key center center horizontal samplen 2 width 1\n"
       "set xrange [0:1]\nset yrange [0:1]\nplot ",
-      1 - kLegendCm / size.height);
+      1 - size.legend / size.height);
   for (std::size_t i = 0; i < legend.size(); ++i)
     text += fmt::format("{}NaN {} title {} noenhanced", i == 0 ? "" : ", \\\n     ",
                         style_of(*legend[i]), quoted(legend[i]->label));

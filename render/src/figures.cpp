@@ -31,7 +31,7 @@ struct Run {
   nlohmann::json evaluation;
   std::string trajectory;
   data::Dataset measured;
-  std::vector<Actor> actors;  ///< first seed of each model, oracles first
+  std::vector<Actor> actors;  ///< first seed of each model, the oracle first
 
   std::filesystem::path file(const std::string& kind, const Actor& actor) const {
     return folder / kind / fmt::format("{}_s{}_{}.h5", actor.name, actor.seed, trajectory);
@@ -49,6 +49,7 @@ Run read_run(const std::filesystem::path& folder) {
   run.measured = data::load_dataset(folder / "data" / (run.trajectory + ".h5"));
   for (const auto& model : run.evaluation["models"]) {
     const std::string name = model["name"];
+    if (model["is_oracle"] && name != "oracle") continue;  // the simulator's, equal to the engine's
     const bool known = std::any_of(run.actors.begin(), run.actors.end(),
                                    [&](const Actor& actor) { return actor.name == name; });
     if (known) continue;
