@@ -11,8 +11,8 @@
 namespace fricid::render {
 namespace {
 
-constexpr double kLeftCm = 1.55, kRightCm = 0.25, kTitleCm = 0.55, kBottomCm = 1.15,
-                 kLegendCm = 0.8;
+constexpr double kLeftCm = 1.55, kRightCm = 0.25, kTitleCm = 0.55, kBottomCm = 1.15;
+constexpr double kLegendRowCm = 0.45, kLegendPadCm = 0.35, kLetterCm = 0.16, kSampleCm = 1.7;
 
 constexpr std::string_view kStyle = R"(set encoding utf8
 set border 3 lw 0.6
