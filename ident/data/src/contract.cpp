@@ -70,10 +70,7 @@ class ContractCheck {
   }
 
  private:
-  std::string line_of(std::string_view key) const {
-    const auto node = file_.table.at_path(key);
-    return node ? place(*node.node(), file_.path) : file_.path;
-  }
+  std::string line_of(std::string_view key) const { return place_of_key(file_, key); }
   void count(std::string_view key, const Names& columns, bool optional) const {
     if (columns.size() == n_ || (optional && columns.empty())) return;
     throw UserError("{}: {} names {} columns; allowed: {}, one per joint, or one pattern with {{}}",

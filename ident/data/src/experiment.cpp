@@ -20,19 +20,16 @@ namespace {
 namespace fs = std::filesystem;
 using dynamics::LinearTorque;
 
-// Place of a key in the file, and folder of the file that says it: "" walks to a nested table.
+// Where the keys of a scene stand.
 class Places {
  public:
   explicit Places(const TomlFile& file) : file_(file) {}
 
-  const toml::node* find(std::string_view path) const { return file_.table.at_path(path).node(); }
-  std::string of(std::string_view path) const {
-    const toml::node* node = find(path);
-    return node ? place(*node, file_.path) : file_.path;
-  }
-  fs::path folder(std::string_view path) const {
+  const toml::node* find(std::string_view key) const { return file_.table.at_path(key).node(); }
+  std::string of(std::string_view key) const { return place_of_key(file_, key); }
+  fs::path folder(std::string_view key) const {
     const fs::path outer = fs::path(file_.path).parent_path();
-    const toml::node* node = find(path);
+    const toml::node* node = find(key);
     return node ? folder_of(*node, outer) : outer;
   }
 

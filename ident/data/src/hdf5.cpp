@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <fstream>
 #include <mutex>
 #include <utility>
 
@@ -23,8 +24,8 @@ std::recursive_mutex& library_mutex() {
   return mutex;
 }
 
-// One use of the library: locked, without its own messages on stderr, and without its clean-up at exit,
-// which crashes on a file that a full disk kept it from finishing.
+// One use of the library: locked, without its own messages on stderr, and without its clean-up at
+// exit, which crashes on a file that a full disk kept it from finishing.
 class Session {
  public:
   Session() : lock_(library_mutex()) {
@@ -39,12 +40,13 @@ class Session {
 // Owns an identifier of any kind.
 class Id {
  public:
-  Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  Id(hid_t id, herr_t (*closer)(hid_t)) : id_(id), close_(closer) {}
   ~Id() {
     if (id_ >= 0) close_(id_);
   }
   Id(Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
   operator hid_t() const { return id_; }
+  bool close() { return close_(std::exchange(id_, -1)) >= 0; }
   bool ok() const { return id_ >= 0; }
 
  private:
@@ -52,8 +54,11 @@ class Id {
   herr_t (*close_)(hid_t);
 };
 
+// The library reports no reason; a full or broken disk has left one in errno.
 void demand(bool ok, const char* what) {
-  if (!ok) throw std::runtime_error(what);
+  if (ok) return;
+  const bool disk = errno == ENOSPC || errno == EDQUOT || errno == EFBIG || errno == EIO;
+  throw std::runtime_error(disk ? fmt::format("{}: {}", what, std::strerror(errno)) : what);
 }
 
 Id text_type() {
@@ -89,20 +94,10 @@ void write_numbers(hid_t object, const char* name, const double* values, hsize_t
          "cannot write an attribute");
 }
 
-// A table with a checksum, in chunks of whole rows.
 void write_table(hid_t file, const std::string& name, const double* values,
                  const std::vector<hsize_t>& shape, const std::string& unit) {
-  constexpr hsize_t kChunkBytes = 1 << 20;
-  const int rank = static_cast<int>(shape.size());
-  const hsize_t columns = rank == 2 ? shape[1] : 1;
-  const Id space(H5Screate_simple(rank, shape.data(), nullptr), H5Sclose);
+  const Id space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
   const Id properties = creation_properties(H5P_DATASET_CREATE);
-  if (shape[0] > 0 && columns > 0) {
-    std::vector<hsize_t> chunk = shape;
-    chunk[0] = std::clamp<hsize_t>(kChunkBytes / (sizeof(double) * columns), 1, shape[0]);
-    H5Pset_chunk(properties, rank, chunk.data());
-    H5Pset_fletcher32(properties);
-  }
   const Id table(
       H5Dcreate2(file, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT),
       H5Dclose);
@@ -160,17 +155,38 @@ bool read_numbers(hid_t object, const char* name, std::vector<double>& values) {
   return values.empty() || H5Aread(attribute, H5T_NATIVE_DOUBLE, values.data()) >= 0;
 }
 
-// Opens a file after looking for the mistakes that the library reports poorly.
+// The first bytes of a file, which HDF5 leaves to its user: what it is, and the checksum of the
+// rest.
+constexpr std::size_t kHeader = 512;
+constexpr std::string_view kHdf5Signature("\x89HDF\r\n\x1a\n", 8);
+
+std::string make_header(const std::string& format, std::string_view rest) {
+  std::string header =
+      fmt::format("{}\nsha256 from byte {} on: {}\n", format, kHeader, sha256_of_text(rest));
+  header.resize(kHeader, '\0');
+  return header;
+}
+
+// Opens a file after looking for the mistakes that the library reports poorly. Files with our
+// header must match their checksum; files of other programs have none.
 hid_t open_file(const fs::path& path) {
   std::error_code error;
   const std::string name = path.string();
   if (fs::is_directory(path, error)) throw UserError("{}: a folder, not an HDF5 file", name);
   if (!fs::exists(path, error)) throw UserError("{}: no such file", name);
-  const auto size = fs::file_size(path, error);
-  if (!error && size == 0) throw UserError("{}: an empty file", name);
-  if (H5Fis_hdf5(name.c_str()) <= 0) throw UserError("{}: not an HDF5 file, or torn", name);
+  const std::string bytes = read_file(path);
+  if (bytes.empty()) throw UserError("{}: an empty file", name);
+  if (!bytes.starts_with(kHdf5Signature)) {
+    if (bytes.size() < kHeader ||
+        bytes.compare(kHeader, kHdf5Signature.size(), kHdf5Signature) != 0)
+      throw UserError("{}: not an HDF5 file, or torn", name);
+    const std::string format = bytes.substr(0, std::min(bytes.find('\n'), kHeader));
+    if (bytes.compare(0, kHeader, make_header(format, std::string_view(bytes).substr(kHeader))) !=
+        0)
+      throw UserError("{}: torn: its checksum does not match", name);
+  }
   const hid_t file = H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
-  if (file < 0) throw UserError("{}: cannot be opened: torn, or no permission", name);
+  if (file < 0) throw UserError("{}: not an HDF5 file, or torn", name);
   return file;
 }
 
@@ -213,31 +229,42 @@ void H5Writer::attribute(const std::string& name, const std::vector<double>& val
   write_numbers(file_, name.c_str(), values.data(), values.size(), false);
 }
 
+namespace {
+
+void fill_file(const std::string& name, const std::string& format,
+               const std::function<void(hid_t)>& write) {
+  const Session session;
+  errno = 0;
+  const Id create = creation_properties(H5P_FILE_CREATE);
+  H5Pset_userblock(create, kHeader);
+  const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18);
+  Id file(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, create, access), H5Fclose);
+  demand(file.ok(), "cannot be created");
+  write_texts(file, "format", {format.c_str()}, true);
+  write(file);
+  demand(file.close(), "cannot be written");
+}
+
+}  // namespace
+
 void write_hdf5(const fs::path& path, const std::string& format,
                 const std::function<void(H5Writer&)>& write) {
   write_file_atomically(path, [&](const fs::path& temporary) {
-    const Session session;
-    const Id create = creation_properties(H5P_FILE_CREATE);
-    const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    // The 1.8 layout has checksums over all of its own bookkeeping.
-    H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18);
-    const hid_t file = H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, create, access);
-    if (file < 0) throw UserError("{}: cannot be created", path.string());
     try {
-      H5Writer writer(file);
-      writer.attribute("format", format);
-      write(writer);
+      fill_file(temporary.string(), format, [&](hid_t file) {
+        H5Writer writer(file);
+        write(writer);
+      });
     } catch (const UserError&) {
-      H5Fclose(file);
       throw;
     } catch (const std::runtime_error& error) {
-      H5Fclose(file);
       throw UserError("{}: {}", path.string(), error.what());
     }
-    errno = 0;
-    if (H5Fclose(file) < 0)
-      throw UserError("{}: cannot be written: {}", path.string(),
-                      errno != 0 ? std::strerror(errno) : "HDF5 could not finish the file");
+    const std::string bytes = read_file(temporary);
+    std::fstream file(temporary, std::ios::binary | std::ios::in | std::ios::out);
+    file << make_header(format, std::string_view(bytes).substr(kHeader)) << std::flush;
+    if (!file) throw UserError("{}: cannot be written", path.string());
   });
 }
 
@@ -280,9 +307,6 @@ RowMatrix H5Reader::matrix(const std::string& name, int columns) const {
   const hsize_t found = shape.size() == 2 ? shape[1] : 1;
   if (columns >= 0 && found != static_cast<hsize_t>(columns))
     throw UserError("{}: /{} has {} columns; allowed: {}", path_, name, found, columns);
-  // A torn header must not ask for more memory than the file can hold.
-  if (shape[0] * found > 0 && H5Dget_storage_size(table) / sizeof(double) < shape[0] * found)
-    throw UserError("{}: /{} is torn", path_, name);
   RowMatrix values(static_cast<Eigen::Index>(shape[0]), static_cast<Eigen::Index>(found));
   if (values.size() > 0 &&
       H5Dread(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)

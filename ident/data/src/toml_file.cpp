@@ -85,6 +85,15 @@ std::string place(const toml::node& node, const std::string& fallback) {
   return fmt::format("{}:{}", *source.path, source.begin.line);
 }
 
+std::string place_of_key(const TomlFile& file, std::string_view key) {
+  while (!key.empty()) {
+    if (const auto node = file.table.at_path(key)) return place(*node.node(), file.path);
+    const std::size_t dot = key.rfind('.');
+    key = key.substr(0, dot == std::string_view::npos ? 0 : dot);
+  }
+  return file.path;
+}
+
 std::filesystem::path folder_of(const toml::node& node, const std::filesystem::path& fallback) {
   const toml::source_region& source = node.source();
   return source.path ? std::filesystem::path(*source.path).parent_path() : fallback;

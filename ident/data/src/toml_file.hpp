@@ -27,6 +27,9 @@ TomlFile load_toml(const std::filesystem::path& path);
 /// "file:line" of a node, or `fallback` when the parser recorded none.
 std::string place(const toml::node& node, const std::string& fallback);
 
+/// "file:line" of a key such as "robot.torque[0].joint", or of the nearest table around it.
+std::string place_of_key(const TomlFile& file, std::string_view key);
+
 /// Folder of the file that a node came from.
 std::filesystem::path folder_of(const toml::node& node, const std::filesystem::path& fallback);
 

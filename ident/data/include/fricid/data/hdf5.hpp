@@ -39,7 +39,7 @@ void write_hdf5(const std::filesystem::path& path, const std::string& format,
                 const std::function<void(H5Writer&)>& write);
 
 /// An open file. Members throw UserError naming the file and the table or attribute that is
-/// missing, of another shape, or torn (every table carries a checksum).
+/// missing, of another shape, or unreadable.
 class H5Reader {
  public:
   /// @throws UserError when the file is missing, a folder, empty, torn, not HDF5, of another

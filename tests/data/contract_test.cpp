@@ -1,0 +1,276 @@
+#include "fricid/data/contract.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+#include "helpers.hpp"
+
+namespace fricid::data {
+namespace {
+
+using testing::ElementsAre;
+using testing::StartsWith;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+constexpr char kContract[] = R"(joint_names = ["shoulder", "elbow"]
+[position]
+columns = "q{}"
+[torque]
+columns = "tau{}"
+)";
+
+constexpr char kLog[] =
+    "t,q1,q2,tau1,tau2,note\n"
+    "5.000,0.1,0.2,1,2,0\n"
+    "5.004,0.11,0.21,1.5,2.5,0\n"
+    "5.008,0.12,0.22,-1e1,+3,0\n"
+    "5.012,0.13,0.23,1,4,0\n";
+
+class Import : public FolderTest {
+ protected:
+  Contract contract(const std::string& text = kContract) const {
+    return load_contract(write("contract.toml", text));
+  }
+  Dataset import(const std::string& log, const std::string& text = kContract) const {
+    return import_csv(write("log.csv", log), contract(text));
+  }
+  std::string log_error(const std::string& log, const std::string& text = kContract) const {
+    return message_of([&] { import(log, text); });
+  }
+  std::string contract_error(const std::string& text) const {
+    return message_of([&] { contract(text); });
+  }
+};
+
+TEST_F(Import, ReadsColumnsByPattern) {
+  const Dataset d = import(kLog);
+  EXPECT_EQ(d.name, "log");
+  EXPECT_EQ(d.source, "import log.csv");
+  EXPECT_THAT(d.joint_names, ElementsAre("shoulder", "elbow"));
+  EXPECT_EQ(d.rate_hz, 250);
+  EXPECT_EQ(d.length(), 4);
+  EXPECT_EQ(d.t[0], 0);
+  EXPECT_NEAR(d.t[3], 0.012, 1e-12);
+  EXPECT_EQ(d.q(2, 0), 0.12);
+  EXPECT_EQ(d.q(2, 1), 0.22);
+  EXPECT_EQ(d.tau(2, 0), -10);
+  EXPECT_EQ(d.tau(2, 1), 3);
+  EXPECT_EQ(d.v.size(), 0);
+  EXPECT_EQ(d.temperature.size(), 0);
+}
+
+// The same numbers written in the ways that loggers and spreadsheets write them.
+TEST_F(Import, SeparatorsLineEndsAndDecimalCommas) {
+  const Dataset expected = import(kLog);
+  const auto with = [](std::string text, char from, const std::string& to) {
+    std::string result;
+    for (const char c : text) result += c == from ? to : std::string(1, c);
+    return result;
+  };
+  const auto same = [&](const std::string& log, const std::string& text = kContract) {
+    const Dataset d = import(log, text);
+    return d.q == expected.q && d.tau == expected.tau && d.t == expected.t;
+  };
+  EXPECT_TRUE(same(with(kLog, ',', ";")));
+  EXPECT_TRUE(same(with(kLog, ',', "\t")));
+  EXPECT_TRUE(same(with(kLog, ',', "   ")));
+  EXPECT_TRUE(same(with(kLog, ',', " , ")));
+  EXPECT_TRUE(same(with(kLog, '\n', "\r\n")));
+  EXPECT_TRUE(same("\xEF\xBB\xBF# made by a logger\n\n" + std::string(kLog) + "\n# end\n"));
+  EXPECT_TRUE(same(with(kLog, '\n', ",\n")));
+  EXPECT_TRUE(same(replaced(kLog, "t,q1", "\"t\",\"q1\"")));
+  EXPECT_TRUE(same(replaced(kLog, "q1,q2", "Q1,Q2")));
+  EXPECT_TRUE(same(with(with(kLog, ',', ";"), '.', ","),
+                   std::string("decimal_comma = true\n") + kContract));
+  EXPECT_TRUE(same(kLog, std::string("separator = \"comma\"\n") + kContract));
+}
+
+// Oracle: the formulas of the header, by hand.
+TEST_F(Import, UnitsSignsGearsAndOffsets) {
+  const Dataset d = import(
+      "Time;A1;A2;w1;w2;I1;I2;T1;T2\n"
+      "0;90;-180;10;20;1;2;25;26\n"
+      "4;91;-170;10;20;3;4;25;27\n",
+      R"(joint_names = ["shoulder", "elbow"]
+gear_ratio = [100, 50]
+[time]
+column = "Time"
+unit = "ms"
+[position]
+columns = ["A1", "A2"]
+unit = "deg"
+sign = [1, -1]
+offset_rad = [0.5, 0]
+[velocity]
+columns = "w{}"
+unit = "motor_deg"
+sign = -1
+[torque]
+columns = "I{}"
+kind = "current"
+torque_constant = [0.2, 0.1]
+sign = [-1, 1]
+[temperature]
+columns = "T{}"
+unit = "C"
+)");
+  EXPECT_EQ(d.rate_hz, 250);
+  EXPECT_NEAR(d.q(0, 0), 90 * kDegree + 0.5, 1e-15);
+  EXPECT_NEAR(d.q(1, 1), 170 * kDegree, 1e-15);
+  EXPECT_NEAR(d.v(0, 0), -10 * kDegree / 100, 1e-15);
+  EXPECT_NEAR(d.v(1, 1), -20 * kDegree / 50, 1e-15);
+  EXPECT_NEAR(d.tau(1, 0), -3 * 0.2 * 100, 1e-12);
+  EXPECT_NEAR(d.tau(1, 1), 4 * 0.1 * 50, 1e-12);
+  EXPECT_NEAR(d.temperature(1, 1), 27 + 273.15, 1e-12);
+}
+
+TEST_F(Import, MotorTorqueGoesThroughTheGear) {
+  const std::string text = replaced(kContract, "[torque]\n", "[torque]\nkind = \"motor_torque\"\n");
+  const Dataset d = import(kLog, "gear_ratio = [100, 50]\n" + text);
+  EXPECT_EQ(d.tau(1, 0), 150);
+  EXPECT_EQ(d.tau(1, 1), 125);
+}
+
+TEST_F(Import, EmptyCellsAreMissingValues) {
+  const Dataset d = import(replaced(replaced(kLog, "0.11,", ","), "1.5", "nan"));
+  EXPECT_TRUE(std::isnan(d.q(1, 0)));
+  EXPECT_TRUE(std::isnan(d.tau(1, 0)));
+  EXPECT_EQ(d.q(1, 1), 0.21);
+}
+
+TEST_F(Import, RateIsWholeDespiteRoundedTimes) {
+  std::string log = "t,q1,q2,tau1,tau2\n";
+  for (int k = 0; k < 100; ++k) {
+    char line[64];
+    std::snprintf(line, sizeof line, "%.4f,%d,0,0,0\n", k / 1200.0, k % 3);
+    log += line;
+  }
+  EXPECT_EQ(message_of([&] { import(log); }).substr(0, 30), "log.csv:4: jitter in time: 0.0");
+  log = "t,q1,q2,tau1,tau2\n";
+  for (int k = 0; k < 100; ++k) {
+    char line[64];
+    std::snprintf(line, sizeof line, "%.7f,%d,0,0,0\n", k / 1200.0, k % 3);
+    log += line;
+  }
+  EXPECT_EQ(import(log).rate_hz, 1200);
+}
+
+TEST_F(Import, GapInTime) {
+  EXPECT_EQ(log_error(replaced(kLog, "5.012", "5.016")),
+            "log.csv:5: gap in time: 0.008 s after the sample before; allowed: 0.004 s within 1 %");
+}
+
+TEST_F(Import, TimeThatDoesNotRise) {
+  EXPECT_EQ(log_error(replaced(kLog, "5.008", "5.001")),
+            "log.csv:4: t = 0.001 s after 0.004 s; allowed: rising times");
+  EXPECT_EQ(log_error(replaced(kLog, "5.008", "5.004")),
+            "log.csv:4: t = 0.004 s after 0.004 s; allowed: rising times");
+  EXPECT_EQ(log_error(replaced(kLog, "5.008", "")), "log.csv:4: t = nan; allowed: a finite time");
+}
+
+TEST_F(Import, Cells) {
+  EXPECT_EQ(log_error(replaced(kLog, "0.21", "O.21")),
+            "log.csv:3: q2 = \"O.21\"; allowed: a number");
+  EXPECT_EQ(log_error(replaced(kLog, "0.21", "0.21 rad")),
+            "log.csv:3: q2 = \"0.21 rad\"; allowed: a number");
+  EXPECT_EQ(log_error(replaced(kLog, "0.21", "inf")),
+            "log.csv:3: q2 = inf; allowed: finite, or nan where missing");
+  EXPECT_EQ(log_error(replaced(kLog, "0.21,", "")),
+            "log.csv:3: 5 cells; allowed: 6, as in the header");
+  EXPECT_EQ(log_error(std::string(kLog) + "5.016,1"),
+            "log.csv:6: 2 cells; allowed: 6, as in the header");
+}
+
+TEST_F(Import, Columns) {
+  EXPECT_EQ(log_error(replaced(kLog, "tau2", "tau_2")),
+            "log.csv:1: no column \"tau2\"; nearest: \"tau1\"");
+  EXPECT_EQ(log_error(replaced(kLog, "t,q1", "when,q1")),
+            "log.csv:1: no column \"t\"; found: when, q1, q2, tau1, tau2, note");
+}
+
+TEST_F(Import, Files) {
+  EXPECT_EQ(log_error(""), "log.csv: an empty file");
+  EXPECT_EQ(log_error("\n\n# nothing\n"), "log.csv: an empty file");
+  EXPECT_EQ(log_error("t,q1,q2,tau1,tau2\n"), "log.csv: 0 rows of numbers; allowed: at least 2");
+  EXPECT_EQ(log_error(std::string("t,q1\0,q2", 8)), "log.csv: not a text file");
+  EXPECT_EQ(message_of([&] { import_csv(path("none.csv"), contract()); }),
+            "none.csv: cannot be read: No such file or directory");
+  EXPECT_THAT(message_of([&] { import_csv(folder_, contract()); }), testing::HasSubstr("folder"));
+}
+
+TEST_F(Import, DegreesWarn) {
+  const Dataset d = import(replaced(kLog, "0.13", "13"));
+  EXPECT_THAT(check_dataset(d, "log.csv"),
+              ElementsAre("log.csv: |q| of shoulder reaches 13 rad, more than 4 pi: degrees?"));
+}
+
+TEST_F(Import, WrongJointCount) {
+  EXPECT_EQ(contract_error(replaced(kContract, "\"q{}\"", "[\"q1\", \"q2\", \"q3\"]")),
+            "contract.toml:3: position.columns names 3 columns; allowed: 2, one per joint, or one "
+            "pattern with {}");
+  EXPECT_EQ(
+      contract_error(std::string("gear_ratio = [1, 2, 3]\n") + kContract),
+      "contract.toml:1: gear_ratio = an array of 3; allowed: a number from 0.001 to 100000, or "
+      "an array of them for the 2 joints");
+}
+
+TEST_F(Import, ContractMistakes) {
+  EXPECT_EQ(contract_error(std::string("seperator = \"tab\"\n") + kContract),
+            "contract.toml:1: unknown key seperator; nearest known key: separator");
+  EXPECT_EQ(contract_error("[position]\ncolumns = \"q{}\"\n"),
+            "contract.toml: joint_names is missing: joints of the robot");
+  EXPECT_EQ(contract_error(replaced(kContract, "columns = \"q{}\"\n", "")),
+            "contract.toml:2: position.columns names 0 columns; allowed: 2, one per joint, or one "
+            "pattern with {}");
+  EXPECT_EQ(contract_error(replaced(kContract, "[torque]\n", "[torque]\nkind = \"current\"\n")),
+            "contract.toml:5: gear_ratio is missing; torque.kind = \"current\" needs it");
+  EXPECT_EQ(contract_error("gear_ratio = 100\n" +
+                           replaced(kContract, "[torque]\n", "[torque]\nkind = \"current\"\n")),
+            "contract.toml:6: torque.torque_constant is missing; torque.kind = \"current\" needs "
+            "it");
+  EXPECT_EQ(contract_error(replaced(kContract, "[torque]\n", "unit = \"motor_deg\"\n[torque]\n")),
+            "contract.toml:4: gear_ratio is missing; position.unit = \"motor_deg\" needs it");
+  EXPECT_EQ(contract_error(replaced(kContract, "[torque]\n", "sign = 0.5\n[torque]\n")),
+            "contract.toml:4: position.sign has 0.5; allowed: 1 or -1");
+  EXPECT_EQ(
+      contract_error("decimal_comma = true\nseparator = \"comma\"\n" + std::string(kContract)),
+      "contract.toml:2: separator = \"comma\"; allowed: another one with decimal_comma");
+}
+
+TEST_F(Import, TemplateIsAContract) {
+  const Contract c = contract(contract_template());
+  EXPECT_EQ(c.n(), 6);
+  EXPECT_THAT(c.position.columns, ElementsAre("q1", "q2", "q3", "q4", "q5", "q6"));
+  EXPECT_EQ(c.torque.kind, "joint_torque");
+}
+
+TEST(SampleLog, Imports) {
+  const std::filesystem::path folder = FRICID_SOURCE_DIR "/tests/data";
+  const Dataset d =
+      import_csv(folder / "sample_log.csv", load_contract(folder / "sample_contract.toml"));
+  EXPECT_EQ(d.rate_hz, 250);
+  EXPECT_EQ(d.n(), 2);
+  EXPECT_TRUE(check_dataset(d, "sample").empty());
+}
+
+// The log itself is not part of this project: FRICID_REALLOGS names the folder that holds it.
+TEST(KukaLog, Imports) {
+  const char* logs = std::getenv("FRICID_REALLOGS");
+  if (!logs) GTEST_SKIP() << "FRICID_REALLOGS is not set";
+  const Contract contract = load_contract(FRICID_SOURCE_DIR "/scenes/kuka_kr300_contract.toml");
+  const Dataset d =
+      import_csv(std::filesystem::path(logs) / "kuka_kr300_2020" / "trajA_train.csv", contract);
+  EXPECT_EQ(d.length(), 2501);
+  EXPECT_EQ(d.n(), 6);
+  EXPECT_EQ(d.rate_hz, 250);
+  EXPECT_EQ(d.tau(0, 0), 538.9044);
+  EXPECT_EQ(d.v.rows(), 2501);
+  EXPECT_TRUE(check_dataset(d, "trajA").empty());
+}
+
+}  // namespace
+}  // namespace fricid::data

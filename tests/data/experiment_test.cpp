@@ -1,0 +1,295 @@
+#include "fricid/data/experiment.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+#include "helpers.hpp"
+
+namespace fricid::data {
+namespace {
+
+using testing::DoubleNear;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Pointwise;
+
+class ExperimentFile : public FolderTest {
+ protected:
+  Experiment load(const std::string& text, const std::string& name = "scene.toml") const {
+    return load_experiment(write(name, text));
+  }
+};
+
+TEST_F(ExperimentFile, SimpleSceneHasDefaults) {
+  const Experiment e = load(kScene);
+  EXPECT_EQ(e.name, "scene");
+  EXPECT_EQ(e.seed, 1u);
+  EXPECT_EQ(e.model.n(), 2);
+  EXPECT_EQ(e.sensors.rate_hz, 250);
+  EXPECT_THAT(e.sensors.encoder_noise_rad, ElementsAre(0, 0));
+  EXPECT_THAT(e.evaluate.horizons_s, ElementsAre(0.1, 1, 10, 0));
+  ASSERT_TRUE(e.simulates());
+  EXPECT_THAT(e.friction->theta, ElementsAre(3, 1, 0.01, 3, 0.5, 0.01));
+  EXPECT_THAT(e.inputs, ElementsAre(path("scene.toml"), path("arm.urdf"), path("arm.xml")));
+}
+
+TEST_F(ExperimentFile, EveryKindOfValueIsRead) {
+  const Experiment e = load(R"toml(
+name = "all"
+seed = 12
+[robot]
+urdf = "arm.urdf"
+mjcf = "arm.xml"
+mount = "ceiling"
+[sensors]
+rate_hz = 500
+encoder_noise_rad = 1e-5
+encoder_step_rad = [1e-6, 2e-6]
+velocity = true
+[excitation]
+harmonics = 7
+centre = [0.5, -0.5]
+[evaluate]
+horizons_s = [0.5, 2]
+[[model]]
+name = "simple"
+seeds = [3, 1, 3]
+[[model]]
+name = "gms_8"
+law = "gms"
+label = "GMS"
+elements = 8
+[[friction.law]]
+law = "none"
+)toml");
+  EXPECT_EQ(e.name, "all");
+  EXPECT_EQ(e.seed, 12u);
+  EXPECT_EQ(e.sensors.rate_hz, 500);
+  EXPECT_THAT(e.sensors.encoder_noise_rad, ElementsAre(1e-5, 1e-5));
+  EXPECT_THAT(e.sensors.encoder_step_rad, ElementsAre(1e-6, 2e-6));
+  EXPECT_TRUE(e.sensors.velocity);
+  EXPECT_EQ(e.excitation.harmonics, 7);
+  EXPECT_THAT(e.excitation.centre, ElementsAre(0.5, -0.5));
+  EXPECT_THAT(e.evaluate.horizons_s, ElementsAre(0.5, 2));
+  ASSERT_EQ(e.models.size(), 2u);
+  EXPECT_EQ(e.models[0].law, "coulomb_viscous");
+  EXPECT_EQ(e.models[0].label, "simple");
+  EXPECT_THAT(e.models[0].seeds, ElementsAre(1, 3));
+  EXPECT_EQ(e.models[1].law, "gms");
+  EXPECT_EQ(e.models[1].elements, 8);
+}
+
+// Oracle: gravity in the base frame is the world's, turned back by the mount.
+TEST_F(ExperimentFile, MountTurnsGravity) {
+  const auto gravity = [&](const std::string& mount) {
+    return Eigen::Vector3d(
+        load(replaced(kScene, "[robot]\n", "[robot]\n" + mount + "\n")).model.gravity);
+  };
+  const double g = 9.81;
+  EXPECT_EQ(gravity("mount = \"floor\""), Eigen::Vector3d(0, 0, -g));
+  EXPECT_EQ(gravity("mount = \"ceiling\""), Eigen::Vector3d(0, 0, g));
+  EXPECT_EQ(gravity("mount = \"wall\""), Eigen::Vector3d(g, 0, 0));
+  const Eigen::Vector3d rolled = gravity("mount = \"rpy\"\nmount_rpy = [0.5, 0, 2.0]");
+  EXPECT_LT((rolled - Eigen::Vector3d(0, -g * std::sin(0.5), -g * std::cos(0.5))).norm(), 1e-12);
+  RobotConfig tilted;
+  tilted.mount = "rpy";
+  tilted.mount_rpy = {0.1, 0.2, 0.3};
+  const Eigen::Matrix3d R = mount_rotation(tilted);
+  EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-15);
+  // Yaw last: the base x axis leaves the horizontal by the pitch alone.
+  EXPECT_NEAR(R(2, 0), -std::sin(0.2), 1e-15);
+}
+
+// Oracle: mass and first moment of the link grow by those of a point at the flange, 0.3 m out.
+TEST_F(ExperimentFile, PayloadJoinsTheLastLink) {
+  const Eigen::VectorXd bare = load(kScene).model.pi;
+  const Eigen::VectorXd loaded =
+      load(replaced(kScene, "[robot]\n",
+                    "[robot]\npayload_kg = 2\npayload_com = [0.1, 0, 0]\n"
+                    "payload_inertia = [0.1, 0.2, 0.2, 0, 0, 0]\n"))
+          .model.pi;
+  EXPECT_EQ(loaded.head(10), bare.head(10));
+  EXPECT_NEAR(loaded[10] - bare[10], 2, 1e-12);
+  EXPECT_NEAR(loaded[11] - bare[11], 2 * 0.4, 1e-12);
+  EXPECT_NEAR(loaded[14] - bare[14], 0.1, 1e-12);
+  EXPECT_NEAR(loaded[16] - bare[16], 0.2 + 2 * 0.4 * 0.4, 1e-12);
+}
+
+TEST_F(ExperimentFile, LinearTorquesAreParsed) {
+  const Experiment e = load(replaced(kScene, "[friction]\n", R"toml([[robot.torque]]
+joint = "elbow"
+terms = ["1", "q", "sin(q)", "cos( 2 q )", "sin(3*q)"]
+prior_sd = [1, 2, 3, 4, 5]
+[[robot.torque]]
+joint = "shoulder"
+terms = "cos(q)"
+[friction]
+)toml"));
+  using Shape = dynamics::LinearTorque::Shape;
+  const auto& torques = e.model.linear_torques;
+  ASSERT_EQ(torques.size(), 6u);
+  EXPECT_EQ(e.model.pi.size(), 11 * 2 + 6);
+  const std::vector<Shape> shapes{Shape::kConstant, Shape::kLinear, Shape::kSin,
+                                  Shape::kCos,      Shape::kSin,    Shape::kCos};
+  const std::vector<double> k{1, 1, 1, 2, 3, 1};
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    EXPECT_EQ(torques[i].shape, shapes[i]) << i;
+    EXPECT_EQ(torques[i].k, k[i]) << i;
+    EXPECT_EQ(torques[i].joint, i < 5 ? 1 : 0) << i;
+  }
+  EXPECT_EQ(torques[3].name, "elbow cos( 2 q )");
+  EXPECT_THAT(e.torque_prior_sd,
+              ElementsAre(1, 2, 3, 4, 5, std::numeric_limits<double>::infinity()));
+}
+
+TEST_F(ExperimentFile, ExtendsMergesTablesAndReplacesArrays) {
+  write("base/arm.urdf", kArmUrdf);
+  write("base/arm.xml", "<mujoco/>");
+  write("base/base.toml", std::string(kScene) + R"toml(
+[sensors]
+rate_hz = 500
+torque_noise = 0.002
+[evaluate]
+horizons_s = [1, 2, 3]
+[[model]]
+name = "simple"
+[[model]]
+name = "dahl"
+)toml");
+  write("middle.toml", "extends = \"base/base.toml\"\n[sensors]\ntorque_noise = 0.003\n");
+  const Experiment e = load(R"toml(extends = "middle.toml"
+seed = 5
+[evaluate]
+horizons_s = [4]
+[[model]]
+name = "lugre"
+[[friction.law]]
+law = "none"
+)toml");
+  EXPECT_EQ(e.seed, 5u);
+  EXPECT_EQ(e.sensors.rate_hz, 500);
+  EXPECT_EQ(e.sensors.torque_noise, 0.003);
+  EXPECT_THAT(e.evaluate.horizons_s, ElementsAre(4));
+  ASSERT_EQ(e.models.size(), 1u);
+  EXPECT_EQ(e.models[0].name, "lugre");
+  EXPECT_EQ(e.friction->model.joints()[0].laws.size(), 1u);
+  EXPECT_EQ(e.friction->model.joints()[0].laws[0].law, "none");
+  // The robot is found beside the file that names it.
+  EXPECT_EQ(e.urdf_path, path("base/arm.urdf"));
+  EXPECT_THAT(e.inputs, ElementsAre(path("scene.toml"), path("middle.toml"), path("base/base.toml"),
+                                    path("base/arm.urdf"), path("base/arm.xml")));
+}
+
+TEST_F(ExperimentFile, WritingIsAFixedPointOfLoading) {
+  write("logs/a.csv", "t");
+  write("contract.toml",
+        "joint_names = [\"shoulder\", \"elbow\"]\n"
+        "position.columns = \"q{}\"\ntorque.columns = \"tau{}\"\n");
+  const std::string rich = replaced(kScene, "[friction]\n", R"toml(mount = "rpy"
+mount_rpy = [0.1, 0.2, 0.30000000000000004]
+payload_kg = 1e-3
+[[robot.torque]]
+joint = "elbow"
+terms = ["1", "sin(2 q)"]
+prior_sd = [0.1, 1e3]
+[[model]]
+name = "lugre"
+seeds = [2, 3]
+[friction]
+)toml");
+  const std::string log_scene = R"toml(description = "quotes \" and \\ and \u00e9"
+[robot]
+urdf = "arm.urdf"
+[data]
+contract = "contract.toml"
+train = ["logs/a.csv", "$FRICID_TEST_LOGS/b.csv"]
+)toml";
+  for (const std::string& text : {std::string(kScene), rich, log_scene}) {
+    const std::string once = to_toml(load(text));
+    const std::string twice = to_toml(load(once, "elsewhere/again.toml"));
+    EXPECT_EQ(twice, once);
+  }
+}
+
+// What lies in the share folder is named relative to it, so that a run folder can be moved.
+TEST_F(ExperimentFile, FilesOfTheShareFolderStayRelative) {
+  setenv("FRICID_SHARE", folder_.c_str(), 1);
+  const std::string text = to_toml(load(kScene, "scenes/scene.toml"));
+  unsetenv("FRICID_SHARE");
+  EXPECT_THAT(text, HasSubstr("urdf = \"arm.urdf\"\n"));
+}
+
+TEST_F(ExperimentFile, LogsThatAreMissingAreTold) {
+  write("contract.toml",
+        "joint_names = [\"shoulder\", \"elbow\"]\n"
+        "position.columns = \"q{}\"\ntorque.columns = \"tau{}\"\n");
+  const std::string scene = R"toml([robot]
+urdf = "arm.urdf"
+[data]
+contract = "contract.toml"
+train = ["$FRICID_TEST_LOGS/a.csv"]
+)toml";
+  unsetenv("FRICID_TEST_LOGS");
+  std::string why;
+  EXPECT_FALSE(data_available(load(scene), &why));
+  EXPECT_EQ(why,
+            "$FRICID_TEST_LOGS/a.csv needs the environment variable FRICID_TEST_LOGS, which is not "
+            "set");
+  setenv("FRICID_TEST_LOGS", path("logs").c_str(), 1);
+  EXPECT_FALSE(data_available(load(scene), &why));
+  EXPECT_EQ(why, path("logs/a.csv").string() + " does not exist");
+  write("logs/a.csv", "t");
+  const Experiment found = load(scene);
+  EXPECT_TRUE(data_available(found, nullptr));
+  EXPECT_EQ(found.inputs.back(), path("logs/a.csv"));
+  EXPECT_FALSE(found.simulates());
+  unsetenv("FRICID_TEST_LOGS");
+}
+
+TEST_F(ExperimentFile, TemplateIsASceneWithTheDefaults) {
+  std::string text = scene_template();
+  for (const char* name : {"arm.urdf", "arm.xml"}) {
+    const std::string shown = std::string(name) == "arm.urdf" ? "kr6_r700.urdf" : "kr6_r700.xml";
+    text = replaced(text, "models/kr6_r700/" + shown, name);
+  }
+  const Experiment e = load(text);
+  Experiment defaults = load(kScene);
+  EXPECT_EQ(e.sensors.torque_noise, defaults.sensors.torque_noise);
+  // Everything but the robot, the friction and the models is the default scene.
+  const auto tail = [](const Experiment& experiment) {
+    Experiment copy = experiment;
+    copy.models.clear();
+    const std::string all = to_toml(copy);
+    return all.substr(all.find("[plant]"));
+  };
+  EXPECT_EQ(tail(e), tail(defaults));
+}
+
+// A scene made of the commented parts, too: every example in the template is valid.
+TEST_F(ExperimentFile, CommentedExamplesOfTheTemplateLoad) {
+  std::istringstream lines(scene_template());
+  std::string text = std::string(kScene), block, line;
+  bool in_law = false;
+  while (std::getline(lines, line)) {
+    if (line == "# [[friction.law]]") in_law = true;
+    if (in_law && line.empty()) in_law = false;
+    if (!in_law || !line.starts_with("# ")) continue;
+    const std::string code = line.substr(2);
+    if (code.starts_with("[[") || code.find(" = ") != std::string::npos) text += code + "\n";
+  }
+  const Experiment e = load(text);
+  EXPECT_EQ(e.friction->model.joints()[0].laws.size(), friction::law_table().size());
+}
+
+TEST(SceneKeys, DocumentIsTheTemplate) {
+  std::stringstream document;
+  document << std::ifstream(FRICID_SOURCE_DIR "/docs/scene_keys.md").rdbuf();
+  EXPECT_THAT(document.str(), HasSubstr("```toml\n" + scene_template() + "```\n"))
+      << "write the output of `fricid template scene` between the fences of docs/scene_keys.md";
+}
+
+}  // namespace
+}  // namespace fricid::data
