@@ -190,6 +190,7 @@ TEST_F(Import, Columns) {
             "log.csv:1: no column \"tau2\"; nearest: \"tau1\"");
   EXPECT_EQ(log_error(replaced(kLog, "t,q1", "when,q1")),
             "log.csv:1: no column \"t\"; found: when, q1, q2, tau1, tau2, note");
+  EXPECT_EQ(log_error(replaced(kLog, "note", "q1")), "log.csv:1: column \"q1\" appears twice");
 }
 
 TEST_F(Import, Files) {

@@ -176,6 +176,9 @@ TEST_F(BadScene, Torques) {
   EXPECT_EQ(torque("joint = \"elbow\"\nterms = [\"1\", \"tan(q)\"]"),
             "scene.toml:8: robot.torque[1].terms[2] = \"tan(q)\"; allowed: 1, q, sin(q), cos(q), "
             "sin(2 q), ...");
+  for (const char* term : {"", "sin(", "sin(q", "sin(0 q)", "sin(1.5 q)", "cos(-q)", "q q"})
+    EXPECT_THAT(torque("joint = \"elbow\"\nterms = \"" + std::string(term) + "\""),
+                testing::StartsWith("scene.toml:8: robot.torque[1].terms[1] = "));
   EXPECT_EQ(torque("joint = \"elbow\"\nterms = [\"1\"]\nprior_sd = [1, 2]"),
             "scene.toml:9: robot.torque[1].prior_sd = an array of 2; allowed: [] or 1 numbers, one "
             "per term");

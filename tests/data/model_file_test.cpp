@@ -129,6 +129,15 @@ TEST_F(ModelJson, RoundTripToTheLastBit) {
   EXPECT_EQ(this->read("again.json"), this->read("models/all_s3.json"));
 }
 
+TEST_F(ModelJson, ARobotWithoutFrictionIsAModelToo) {
+  ModelFile model = make_model();
+  model.arm.friction = {};
+  save_model(model, path("a.json"));
+  const friction::Friction friction = load_model(path("a.json")).arm.friction;
+  EXPECT_EQ(friction.model.joint_count(), 2);
+  EXPECT_TRUE(friction.theta.empty());
+}
+
 TEST_F(ModelJson, TruncatedAtEveryByteIsAnError) {
   save_model(make_model(), path("a.json"));
   const std::string whole = read("a.json");

@@ -79,6 +79,8 @@ bool parse_number(std::string_view cell, bool decimal_comma, double& value) {
 std::size_t find_column(const std::vector<std::string>& header, const std::string& name,
                         const std::string& where) {
   const auto exact = std::find(header.begin(), header.end(), name);
+  if (std::count(exact, header.end(), name) > 1)
+    throw UserError("{}: column {} appears twice", where, in_quotes(name));
   if (exact != header.end()) return static_cast<std::size_t>(exact - header.begin());
   std::vector<std::size_t> alike;
   for (std::size_t i = 0; i < header.size(); ++i)

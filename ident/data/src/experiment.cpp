@@ -3,9 +3,9 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
-#include <regex>
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/contract.hpp"
@@ -55,22 +55,24 @@ fs::path resolve(std::string& name, const Places& places, std::string_view key) 
   return path;
 }
 
-// "1", "q", "sin(q)", "cos(2 q)"
-std::optional<LinearTorque> parse_term(const std::string& term) {
+// 1, q, sin(q), cos(2 q), sin(3*q)
+std::optional<LinearTorque> parse_term(std::string term) {
+  std::erase_if(term, [](char c) { return c == ' ' || c == '*'; });
   LinearTorque torque;
-  static const std::regex kPattern(R"(\s*(sin|cos)\(\s*(?:([0-9]{1,3})\s*\*?\s*)?q\s*\)\s*)");
-  std::smatch match;
-  if (term == "1") {
-    torque.shape = LinearTorque::Shape::kConstant;
-  } else if (term == "q") {
+  if (term == "1") return torque;
+  if (term == "q") {
     torque.shape = LinearTorque::Shape::kLinear;
-  } else if (std::regex_match(term, match, kPattern)) {
-    torque.shape = match[1] == "sin" ? LinearTorque::Shape::kSin : LinearTorque::Shape::kCos;
-    torque.k = match[2].matched ? std::stod(match[2]) : 1;
-    if (torque.k < 1) return std::nullopt;
-  } else {
-    return std::nullopt;
+    return torque;
   }
+  const bool sine = term.starts_with("sin("), cosine = term.starts_with("cos(");
+  if ((!sine && !cosine) || !term.ends_with("q)")) return std::nullopt;
+  torque.shape = sine ? LinearTorque::Shape::kSin : LinearTorque::Shape::kCos;
+  const std::string_view factor = std::string_view(term).substr(4, term.size() - 6);
+  if (factor.empty()) return torque;
+  int k = 0;
+  const auto [end, error] = std::from_chars(factor.data(), factor.data() + factor.size(), k);
+  if (error != std::errc() || end != factor.data() + factor.size() || k < 1) return std::nullopt;
+  torque.k = k;
   return torque;
 }
 

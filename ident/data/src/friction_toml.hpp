@@ -25,14 +25,4 @@ std::string write_friction(const friction::Friction& friction,
 /// modifiers.
 std::string friction_template();
 
-/// Parameters of a law or modifier as keys of a file: the members k1, k2, ... of a family share the
-/// key "k".
-struct FrictionKey {
-  std::string key;
-  std::vector<int> members;  ///< indices into the parameters; one per element
-  bool family = false;
-};
-std::vector<FrictionKey> friction_keys(const std::vector<friction::ParameterInfo>& now,
-                                       const std::vector<friction::ParameterInfo>& one_more);
-
 }  // namespace fricid::data

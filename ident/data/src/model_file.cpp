@@ -6,6 +6,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "friction_keys.hpp"
 
 namespace fricid::data {
 namespace {
@@ -21,7 +22,6 @@ using friction::ParameterInfo;
 
 constexpr char kFormatName[] = "fricid.model";
 constexpr int kFormatVersion = 1;
-constexpr int kMostElements = 64;
 constexpr int kDeepest = 32;
 constexpr const char* kInertiaKeys[] = {"Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz"};
 constexpr const char* kShapes[] = {"1", "sin(k q)", "cos(k q)",
@@ -99,8 +99,11 @@ Json parameters_json(const std::vector<ParameterInfo>& infos, const double* thet
   return parameters;
 }
 
-Json friction_json(const Friction& friction) {
+// One list of laws per joint; a robot without friction has empty ones.
+Json friction_json(const Friction& friction, int n) {
   Json joints = Json::array();
+  if (friction.model.joint_count() == 0)
+    for (int j = 0; j < n; ++j) joints.push_back(Json::array());
   const double* theta = friction.theta.data();
   for (const friction::JointSpec& joint : friction.model.joints()) {
     Json laws = Json::array();
@@ -274,12 +277,9 @@ void read_parameters(const Node& node, const std::vector<ParameterInfo>& infos,
 }
 
 const friction::LawInfo& row_of(const Node& name, std::span<const friction::LawInfo> rows) {
-  std::string known;
-  for (const friction::LawInfo& row : rows) {
-    if (row.name == name.text()) return row;
-    known += (known.empty() ? "" : ", ") + std::string(row.name);
-  }
-  name.refuse(known);
+  const friction::LawInfo* row = find_row(rows, name.text());
+  if (!row) name.refuse(list_names(rows));
+  return *row;
 }
 
 int read_count(const Node& count, const friction::LawInfo& row, int none) {
@@ -342,7 +342,7 @@ void save_model(const ModelFile& model, const std::filesystem::path& path) {
                      {"free_parameters", model.free_parameters},
                      {"fit_seconds", model.fit_seconds},
                      {"robot", robot_json(model.arm.robot)},
-                     {"friction", friction_json(model.arm.friction)}};
+                     {"friction", friction_json(model.arm.friction, model.arm.robot.n())}};
   refuse_non_finite(json, path.string(), "");
   write_file_atomically(path, json.dump(1) + "\n");
 }
