@@ -47,7 +47,8 @@ inline data::ModelFile model_file(const std::string& name, Arm arm, bool is_orac
   return model;
 }
 
-/// KR6 with LuGre friction: the truth, a LuGre model that is 5 % off and a Coulomb model.
+/// KR6 with LuGre friction: the truth, a LuGre model whose bristles are 30 % too stiff and a
+/// Coulomb model.
 inline evaluate::Contest small_contest(int T = 700, double noise = 0.002) {
   const Arm truth{hanging_kr6(), kr6_friction("lugre")};
   evaluate::Contest contest;
@@ -57,7 +58,8 @@ inline evaluate::Contest small_contest(int T = 700, double noise = 0.002) {
         record(truth, HangingMotion(static_cast<std::uint64_t>(10 + i)), T, {kSubsteps}),
         "validation_" + std::to_string(i), noise, static_cast<std::uint64_t>(i)));
   Arm near = truth;
-  for (double& value : near.friction.theta) value *= 1.05;
+  for (std::size_t i = 0; i < near.friction.theta.size(); ++i)
+    if (near.friction.model.parameters()[i].symbol == "sigma0") near.friction.theta[i] *= 1.3;
   contest.models = {model_file("oracle", truth, true),
                     model_file("simple", {truth.robot, kr6_friction("coulomb_viscous")}),
                     model_file("lugre", near)};

@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw,
 TEST_P(EveryLaw, LaneEqualsScalarToTheLastBit) {
   Vectors<PackD> lanes(arm);
   for (int k = 0; k < PackD::kLanes; ++k) fill_lane(lanes, k, k);
-  ArmStepper<PackD> pack_stepper(arm, {3});
+  ArmStepper<PackD> pack_stepper(arm, {4, 2});
   for (int i = 0; i < 25; ++i) advance(pack_stepper, lanes);
   pack_stepper.friction_torque(lanes.tau, lanes.temperature, lanes.q, lanes.v, lanes.z,
                                lanes.tau_f);
@@ -67,7 +67,7 @@ TEST_P(EveryLaw, LaneEqualsScalarToTheLastBit) {
   for (int k = 0; k < PackD::kLanes; ++k) {
     Vectors<double> one(arm);
     fill_lane(one, 0, k);
-    ArmStepper<double> stepper(arm, {3});
+    ArmStepper<double> stepper(arm, {4, 2});
     for (int i = 0; i < 25; ++i) advance(stepper, one);
     stepper.friction_torque(one.tau, one.temperature, one.q, one.v, one.z, one.tau_f);
     const auto expect_same = [k](const std::vector<PackD>& packs, const std::vector<double>& x) {
@@ -107,7 +107,7 @@ TEST_P(EveryLaw, SinglePrecisionLanesDoNotSeeEachOther) {
 TEST_P(EveryLaw, StepDoesNotAllocate) {
   Vectors<PackD> x(arm);
   fill_lane(x, 0, 0);
-  ArmStepper<PackD> stepper(arm, {2});
+  ArmStepper<PackD> stepper(arm, {2, 2});
   const long before = allocation_count();
   for (int i = 0; i < 10; ++i) advance(stepper, x);
   stepper.friction_torque(x.tau, x.temperature, x.q, x.v, x.z, x.tau_f);
@@ -179,9 +179,63 @@ TEST(ArmStepper, FallingArmKeepsItsEnergy) {
   EXPECT_NEAR(coarse / fine, 2, 0.2);
 }
 
+/// Distance [rad, root of the mean square] of a rollout of 0.1 s from the same in eight Euler steps
+/// per sample, which made the torque.
+double distance_from_euler(const Arm& arm, const Recording& recording, StepOptions options) {
+  const auto row = [](const RowMatrix& matrix, Eigen::Index k) {
+    return std::vector<double>(matrix.row(k).begin(), matrix.row(k).end());
+  };
+  const Eigen::Index start = 120, steps = 25;
+  Vectors<double> x(arm);
+  x.q = row(recording.q, start);
+  x.v = row(recording.v, start);
+  x.z = row(recording.z, start);
+  ArmStepper<double> stepper(arm, options);
+  double sum = 0;
+  for (Eigen::Index k = start; k < start + steps; ++k) {
+    x.tau = row(recording.tau, k);
+    advance(stepper, x);
+    for (std::size_t j = 0; j < 6; ++j) {
+      const double e = x.q[j] - recording.q(k + 1, static_cast<Eigen::Index>(j));
+      sum += e * e;
+    }
+  }
+  return std::sqrt(sum / 6 / static_cast<double>(steps));
+}
+
+// A leap over m Euler steps errs at second order: a quarter for half the leap, and far less than
+// one Euler step of the same length.
+TEST_P(EveryLaw, LeapStandsForItsEulerSteps) {
+  const Recording recording = record(arm, HangingMotion(1), 150, {8});
+  const auto distance = [&](StepOptions options) {
+    return distance_from_euler(arm, recording, options);
+  };
+  const double two = distance({8, 2}), four = distance({8, 4}), eight = distance({8, 8});
+  EXPECT_EQ(distance({8, 1}), 0);
+  EXPECT_LT(eight, 0.1 * distance({1, 1}));
+  EXPECT_LT(four, 0.45 * eight);
+  EXPECT_LT(two, 0.45 * four);
+  EXPECT_GT(two, 0);
+}
+
+// Constant acceleration: a leap is m Euler steps exactly, q = q0 + N h v0 + N (N + 1) h^2 a / 2.
+TEST(ArmStepper, LeapIsExactForConstantTorque) {
+  const Arm arm = flywheel(0.3, 0);
+  Vectors<double> x(arm);
+  x.tau[0] = 0.6;
+  x.v[0] = 0.1;
+  ArmStepper<double> stepper(arm, {8, 4});
+  for (int k = 0; k < 50; ++k) advance(stepper, x);
+  const double h = kSamplePeriod / 8, a = 2;
+  EXPECT_NEAR(x.v[0], 0.1 + 400 * h * a, 1e-13);
+  EXPECT_NEAR(x.q[0], 400 * h * 0.1 + 400 * 401 * h * h * a / 2, 1e-13);
+}
+
 TEST(ArmStepper, RefusesWhatDoesNotFit) {
   Arm arm = flywheel(1, 0);
   EXPECT_THROW(ArmStepper<double>(arm, {0}), UserError);
+  EXPECT_THROW(ArmStepper<double>(arm, {8, 3}), UserError);
+  EXPECT_THROW(ArmStepper<double>(arm, {8, 0}), UserError);
   arm.friction = kr6_friction("lugre");
   try {
     ArmStepper<double> stepper(arm, {1});
