@@ -27,7 +27,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kDesignDensity = 8, kCheckDensity = 80;
 // What a limit may be exceeded by between the points of the last check, as a share and in metres.
 constexpr double kShareGuard = 2e-3, kClearanceGuard = 1e-3;
-// Criterion evaluations of the optimiser; more gain less than 1 % of log det.
+// Criterion evaluations of the optimiser; 400 gain less than 0.4 in log det.
 constexpr int kEvaluations = 120;
 // Shrinking stops here: then the box itself is not free.
 constexpr int kShrinks = 60;

@@ -28,8 +28,8 @@ Motion TimeGrid::sample(const Fourier& series) const {
   motion.q.colwise() += series.q0;
   motion.v = series.a * cosine_ + series.b * sine_;
   motion.a = b_kw * cosine_ - a_kw * sine_;
-  motion.jerk = -(a_kw * kw_.matrix().asDiagonal() * cosine_) -
-                b_kw * kw_.matrix().asDiagonal() * sine_;
+  motion.jerk =
+      -(a_kw * kw_.matrix().asDiagonal() * cosine_) - b_kw * kw_.matrix().asDiagonal() * sine_;
   return motion;
 }
 

@@ -1,5 +1,6 @@
 #include "fricid/sim/mujoco_arm.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -78,11 +79,19 @@ void add_payload_body(mjSpec& spec, const mjModel& model, int link_body, const P
   mjsBody* body = mjs_addBody(&find_body(spec, model, link_body), nullptr);
   const Eigen::Vector3d p = payload.frame.p + payload.frame.R * payload.com;
   const Eigen::Matrix3d I = payload.frame.R * payload.inertia * payload.frame.R.transpose();
+  // principal axes, so that a point mass is allowed too
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(I);
+  Eigen::Matrix3d axes = principal.eigenvectors();
+  if (axes.determinant() < 0) axes.col(0) = -axes.col(0);
+  const Eigen::Quaterniond q(axes);
   body->explicitinertial = 1;
   body->mass = payload.mass;
-  for (int i = 0; i < 3; ++i) body->ipos[i] = p[i];
-  const std::array<double, 6> full{I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};
-  std::copy(full.begin(), full.end(), body->fullinertia);
+  const std::array<double, 4> quat{q.w(), q.x(), q.y(), q.z()};
+  std::copy(quat.begin(), quat.end(), body->iquat);
+  for (int i = 0; i < 3; ++i) {
+    body->ipos[i] = p[i];
+    body->inertia[i] = std::max(0.0, principal.eigenvalues()[i]);
+  }
 }
 
 void disable_all_but_gravity(mjModel& model, double step) {

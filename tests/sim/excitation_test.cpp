@@ -1,0 +1,148 @@
+#include "fricid/sim/excitation.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "arms.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/sim/clearance.hpp"
+#include "fricid/sim/simulate.hpp"
+
+namespace fricid::sim::test {
+namespace {
+
+using testing::HasSubstr;
+
+bool same_bytes(const Fourier& x, const Fourier& y) {
+  const auto same = [](const auto& a, const auto& b) {
+    return a.size() == b.size() &&
+           std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(double)) ==
+               0;
+  };
+  return same(x.q0, y.q0) && same(x.a, y.a) && same(x.b, y.b);
+}
+
+// The full design of one scene, made once.
+struct Designed {
+  data::Experiment experiment = scene("kr6_full");
+  MujocoArm arm = make_arm(experiment);
+  Excitation excitation;
+
+  Designed() {
+    experiment.excitation.train = 1;
+    experiment.excitation.validation = 1;
+    experiment.excitation.restarts = 8;
+    excitation = design_excitation(experiment.excitation, arm, experiment.model, 1, 2);
+  }
+  static const Designed& once() {
+    static const Designed designed;
+    return designed;
+  }
+};
+
+// Claim: between the points of the design every limit holds too.
+TEST(Excitation, KeepsAllLimitsOnADenserGrid) {
+  const Designed& d = Designed::once();
+  constexpr int kDesignPoints = 80 * 20;
+  for (const Fourier& series : {d.excitation.train[0], d.excitation.validation[0]}) {
+    const TrajectoryReport report =
+        examine(series, d.experiment.excitation, d.arm, d.experiment.model, 5 * kDesignPoints);
+    EXPECT_TRUE(report.feasible);
+    EXPECT_GE(report.clearance_m, d.experiment.excitation.clearance_m) << report.closest;
+    for (std::size_t j = 0; j < report.joints.size(); ++j) {
+      SCOPED_TRACE(d.experiment.model.joints[j].name);
+      const JointMargins& margins = report.joints[j];
+      EXPECT_GE(margins.position_rad, 0);
+      EXPECT_GE(margins.velocity, 0);
+      EXPECT_GE(margins.acceleration, 0);
+      EXPECT_GE(margins.jerk, 0);
+      EXPECT_GE(margins.torque, 0);
+      EXPECT_LT(margins.velocity, 1) << "it moves";
+    }
+  }
+}
+
+TEST(Excitation, StartsAndEndsAtRest) {
+  for (const Fourier& series : Designed::once().excitation.train) {
+    const Motion ends =
+        TimeGrid(series.w, series.harmonics(), Eigen::Vector2d(0, series.period())).sample(series);
+    EXPECT_LT(ends.v.cwiseAbs().maxCoeff(), 1e-11);
+    EXPECT_LT(ends.a.cwiseAbs().maxCoeff(), 1e-10);
+  }
+}
+
+TEST(Excitation, OptimiserImprovesTheBestStart) {
+  for (const TrajectoryReport& report : Designed::once().excitation.reports) {
+    EXPECT_GT(report.log_det, report.log_det_start + 3) << report.name;
+    EXPECT_LT(report.condition, 300) << report.name;
+    EXPECT_GT(report.evaluations, 100) << report.name;
+  }
+}
+
+TEST(Excitation, ValidationIsAnotherMotion) {
+  const Excitation& e = Designed::once().excitation;
+  // correlation of the velocity coefficients of each joint
+  for (int j = 0; j < 6; ++j) {
+    const Eigen::VectorXd x = e.train[0].a.row(j), y = e.validation[0].a.row(j);
+    EXPECT_LT(std::abs(x.dot(y)) / (x.norm() * y.norm()), 0.85) << "joint " << j;
+  }
+}
+
+TEST(Excitation, DependsOnSeedAndNotOnJobs) {
+  data::Experiment experiment = small_scene("kr6_gms");
+  experiment.excitation.train = 2;
+  const MujocoArm arm = make_arm(experiment);
+  const auto design = [&](std::uint64_t seed, int jobs) {
+    return design_excitation(experiment.excitation, arm, experiment.model, seed, jobs);
+  };
+  const Excitation one = design(1, 1), three = design(1, 3), other = design(2, 1);
+  EXPECT_TRUE(same_bytes(one.train[0], three.train[0]));
+  EXPECT_TRUE(same_bytes(one.train[1], three.train[1]));
+  EXPECT_TRUE(same_bytes(one.validation[0], three.validation[0]));
+  EXPECT_FALSE(same_bytes(one.train[0], other.train[0]));
+  EXPECT_FALSE(same_bytes(one.train[0], one.train[1]));
+}
+
+std::string refusal(const data::Experiment& experiment) {
+  try {
+    design_excitation(experiment.excitation, make_arm(experiment), experiment.model, 1, 1);
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "designed";
+}
+
+TEST(Excitation, SaysWhichLimitCannotBeKept) {
+  data::Experiment experiment = small_scene("kr6_gms");
+  experiment.excitation.clearance_m = 0.5;
+  EXPECT_THAT(refusal(experiment), HasSubstr("clearance_m = 0.5"));
+  experiment = small_scene("kr6_gms");
+  experiment.excitation.torque_share = 0.1;
+  EXPECT_THAT(refusal(experiment), HasSubstr("torque_share = 0.1"));
+  experiment = small_scene("kr6_gms");
+  experiment.excitation.centre[1] = 0.5;
+  EXPECT_THAT(refusal(experiment), HasSubstr("joint_a2: box"));
+}
+
+TEST(Clearance, SeesTheArmTheBaseAndTheRoom) {
+  const data::Experiment experiment = scene("kr6_floor");
+  const MujocoArm arm = make_arm(experiment);
+  Clearance clearance(arm, 0.2);
+  // stretched forwards and down: the wrist is below the floor
+  const std::vector<double> below{0, 0.7, 0, 0, 0, 0};
+  Clearance::Pair pair = clearance.closest(below);
+  EXPECT_LT(pair.distance, 0);
+  // folded back over the base
+  const std::vector<double> folded{0, -2.2, 2.7, 0, 0, 0};
+  pair = clearance.closest(folded);
+  EXPECT_LT(pair.distance, 0.05);
+  EXPECT_THAT(clearance.name(pair), HasSubstr("link_"));
+  // home: nothing but what the arm's shape brings along
+  const std::vector<double> home{0, -1.5708, 1.5708, 0, 0, 0};
+  EXPECT_GT(clearance.closest(home).distance, 0.015);
+}
+
+}  // namespace
+}  // namespace fricid::sim::test

@@ -1,0 +1,156 @@
+#include "fricid/sim/simulate.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+
+#include "arms.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/dynamics/algorithms.hpp"
+#include "fricid/sim/sensors.hpp"
+
+namespace fricid::sim::test {
+namespace {
+
+using testing::HasSubstr;
+
+bool same_bytes(const RowMatrix& x, const RowMatrix& y) {
+  return x.rows() == y.rows() && x.cols() == y.cols() &&
+         (x.size() == 0 || std::memcmp(x.data(), y.data(),
+                                       static_cast<std::size_t>(x.size()) * sizeof(double)) == 0);
+}
+
+// Independent check: the ENGINE's inverse dynamics on what MuJoCo did, at every logged sample.
+TEST(Simulate, TruthObeysTheEquationOfMotion) {
+  for (const char* name : {"kr6_full", "kr6_thermal", "kr6_load"}) {
+    SCOPED_TRACE(name);
+    const data::Experiment experiment = small_scene(name);
+    const Simulation simulation = simulate(experiment, 2);
+    const dynamics::RobotModel& robot = experiment.model;
+    dynamics::Workspace<double> ws(robot);
+    std::vector<double> tau(static_cast<std::size_t>(robot.n()));
+    const Trace& trace = simulation.validation_truth[0].trace;
+    const Eigen::RowVectorXd range =
+        trace.tau.colwise().maxCoeff() - trace.tau.colwise().minCoeff();
+    for (int k = 0; k < trace.length(); ++k) {
+      const State state = trace.state(k);
+      dynamics::rnea<double>(robot, ws,
+                             {robot.pi.data(), static_cast<std::size_t>(robot.pi.size())}, state.q,
+                             state.v, {trace.a.row(k).data(), tau.size()}, tau);
+      for (Eigen::Index j = 0; j < robot.n(); ++j)
+        ASSERT_NEAR(tau[static_cast<std::size_t>(j)] + trace.tau_f(k, j), trace.tau(k, j),
+                    1e-9 * range[j])
+            << "sample " << k << " joint " << j;
+    }
+  }
+}
+
+// Claim: the truth at t_k and t_{k+1} are joined by one hold of tau_k, so with perfect sensors the
+// open loop of the truth is the truth, to the last bit.
+TEST(Simulate, OracleWithPerfectSensorsIsTheTruth) {
+  data::Experiment experiment = small_scene("kr6_thermal");
+  data::SensorsConfig& sensors = experiment.sensors;
+  sensors.encoder_noise_rad.clear();
+  sensors.encoder_step_rad.clear();
+  sensors.torque_noise = sensors.torque_step = 0;
+  const Simulation simulation = simulate(experiment, 2);
+  const Truth& truth = simulation.validation_truth[0];
+  const MujocoArm arm = make_arm(experiment);
+  constexpr int kStart = 100, kLength = 1000;
+  const Trace trace =
+      oracle_rollout(experiment, arm, truth, simulation.validation[0], kStart, kLength);
+  EXPECT_TRUE(same_bytes(trace.q, truth.trace.q.middleRows(kStart, kLength)));
+  EXPECT_TRUE(same_bytes(trace.v, truth.trace.v.middleRows(kStart, kLength)));
+  EXPECT_TRUE(same_bytes(trace.z, truth.trace.z.middleRows(kStart, kLength)));
+}
+
+TEST(Simulate, EqualBytesForAnyNumberOfJobs) {
+  data::Experiment experiment = small_scene("kr6_full");
+  experiment.excitation.repeats = 2;
+  const Simulation one = simulate(experiment, 1);
+  ASSERT_EQ(one.train.size(), 2u);
+  ASSERT_EQ(one.validation.size(), 1u);
+  for (const int jobs : {2, 3}) {
+    const Simulation many = simulate(experiment, jobs);
+    for (std::size_t i = 0; i < one.train.size(); ++i) {
+      EXPECT_TRUE(same_bytes(one.train[i].q, many.train[i].q));
+      EXPECT_TRUE(same_bytes(one.train[i].tau, many.train[i].tau));
+      EXPECT_TRUE(same_bytes(one.train_truth[i].trace.z, many.train_truth[i].trace.z));
+      EXPECT_TRUE(same_bytes(one.train_truth[i].trace.a, many.train_truth[i].trace.a));
+    }
+    EXPECT_TRUE(same_bytes(one.validation[0].q, many.validation[0].q));
+  }
+}
+
+TEST(Simulate, RepeatsAPeriodWithOtherNoiseAndWarmer) {
+  data::Experiment experiment = small_scene("kr6_thermal");
+  experiment.excitation.repeats = 2;
+  const Simulation simulation = simulate(experiment, 2);
+  const RowMatrix& first = simulation.train[0].q;
+  const RowMatrix& second = simulation.train[1].q;
+  EXPECT_FALSE(same_bytes(first, second));
+  EXPECT_LT((first - second).cwiseAbs().maxCoeff(), 0.02) << "the same motion, but for the grease";
+  EXPECT_THAT(simulation.train[0].name, "train_0");
+  EXPECT_THAT(simulation.train[1].name, "train_1");
+  EXPECT_THAT(simulation.validation[0].name, "validation_0");
+  // the second sequence starts when the first has ended
+  const double period = simulation.excitation.train[0].period();
+  EXPECT_DOUBLE_EQ(simulation.train[0].temperature(0, 0), experiment.sensors.temperature_start_K);
+  EXPECT_DOUBLE_EQ(simulation.train[1].temperature(0, 0),
+                   temperature_at(experiment.sensors, period));
+}
+
+// Claim: friction is already deflected when the log begins, as in a real log.
+TEST(Simulate, LogStartsInANaturalState) {
+  const Simulation simulation = simulate(small_scene("kr6_full"), 2);
+  const Trace& trace = simulation.train_truth[0].trace;
+  const RowMatrix tau_f = trace.tau_f.topRows(1);
+  for (int j = 0; j < 6; ++j) EXPECT_GT(std::abs(tau_f(0, j)), 1e-3) << "joint " << j;
+  EXPECT_LT(trace.v.topRows(1).cwiseAbs().maxCoeff(), 0.2) << "near rest";
+}
+
+TEST(Simulate, RefusesASceneWithoutFriction) {
+  data::Experiment experiment = small_scene("kr6_gms");
+  experiment.friction.reset();
+  EXPECT_THROW(simulate(experiment, 1), UserError);
+  experiment = small_scene("kr6_gms");
+  experiment.mjcf_path.clear();
+  EXPECT_THROW(simulate(experiment, 1), UserError);
+}
+
+TEST(Truth, FileGivesBackEveryBit) {
+  const Simulation simulation = simulate(small_scene("kr6_full"), 2);
+  const Truth& truth = simulation.validation_truth[0];
+  const TempFile file("truth.h5", "");
+  save_truth(truth, file.path());
+  const Truth back = load_truth(file.path());
+  for (RowMatrix Trace::*table : {&Trace::q, &Trace::v, &Trace::a, &Trace::tau, &Trace::tau_f,
+                                  &Trace::z, &Trace::temperature})
+    EXPECT_TRUE(same_bytes(back.trace.*table, truth.trace.*table));
+  EXPECT_EQ(back.trace.t, truth.trace.t);
+  EXPECT_EQ(back.joint_names, truth.joint_names);
+  EXPECT_EQ(back.rate_hz, truth.rate_hz);
+  EXPECT_EQ(back.friction.theta, truth.friction.theta);
+  ASSERT_EQ(back.friction.model.parameter_count(), truth.friction.model.parameter_count());
+  for (std::size_t i = 0; i < back.friction.theta.size(); ++i) {
+    EXPECT_EQ(back.friction.model.parameters()[i].symbol,
+              truth.friction.model.parameters()[i].symbol);
+    EXPECT_EQ(back.friction.model.parameters()[i].owner,
+              truth.friction.model.parameters()[i].owner);
+  }
+}
+
+TEST(Truth, NamesAFileThatIsNoTruth) {
+  const TempFile file("truth.h5", "not hdf5");
+  EXPECT_THROW(load_truth(file.path()), UserError);
+  EXPECT_THROW(load_truth(file.path().parent_path()), UserError);
+  // a data set is not a truth
+  const Simulation simulation = simulate(small_scene("kr6_gms"), 2);
+  data::save_dataset(simulation.train[0], file.path());
+  EXPECT_THROW(load_truth(file.path()), UserError);
+}
+
+}  // namespace
+}  // namespace fricid::sim::test
