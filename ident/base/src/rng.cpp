@@ -21,7 +21,7 @@ constexpr int kLanes = PackD::kLanes;
 /// The product of the lower halves.
 std::uint64_t multiply_low(std::uint64_t a, std::uint32_t b) { return (a & 0xFFFFFFFF) * b; }
 Words multiply_low(Words a, std::uint32_t b) {
-#if defined(__AVX512F__) && defined(__AVX512DQ__)
+#if defined(__AVX512F__)
   return (Words::Vector)_mm512_maskz_mul_epu32(0xFF, (__m512i)a.v, _mm512_set1_epi64(b));
 #elif defined(__AVX2__)
   return (Words::Vector)_mm256_mul_epu32((__m256i)a.v, _mm256_set1_epi64x(b));

@@ -16,7 +16,7 @@
 namespace fricid {
 
 /// Width of the vector registers that the compiler may use, in bytes.
-#if defined(__AVX512F__) && defined(__AVX512DQ__)
+#if defined(__AVX512F__)
 inline constexpr int kRegisterBytes = 64;
 #elif defined(__AVX__)
 inline constexpr int kRegisterBytes = 32;

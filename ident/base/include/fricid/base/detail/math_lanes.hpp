@@ -129,7 +129,7 @@ S polynomial(S x, const T (&c)[n]) {
   return fma(odd, x, even);
 }
 
-/// 2^k for the integer k in the low bits of `bits`, within the normal range.
+/// 2^k for integers k within the normal range.
 template <Lanewise S>
 S power_of_two(Words<S> k) {
   using R = RealOf<S>;
