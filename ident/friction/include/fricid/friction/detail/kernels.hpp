@@ -2,7 +2,6 @@
 // PackD and PackF in the library, dual numbers in the tests.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cassert>
 
@@ -55,7 +54,9 @@ struct Kernels {
                           z[slot.backlash.z]);
   }
 
-  static void torque(const Slot& slot, const S* theta, const Input<S>& in, const S* z, S& tau_f) {
+  // Adds the torque of one law to tau_f.
+  static void add_torque(const Slot& slot, const S* theta, const Input<S>& in, const S* z,
+                         S& tau_f) {
     visit_entry<Laws>(slot.kind, slot.elements, [&](const auto law) {
       const S tau = law.torque(theta + slot.theta, seen(law, slot, theta, in, z), z + slot.z);
       Stages stages;
@@ -73,7 +74,7 @@ struct Kernels {
     });
   }
 
-  static void steady_torque(const Slot& slot, const S* theta, const Input<S>& in, S& tau_f) {
+  static void add_steady_torque(const Slot& slot, const S* theta, const Input<S>& in, S& tau_f) {
     visit_entry<Laws>(slot.kind, slot.elements, [&](const auto law) {
       Stages stages;
       tau_f += modify(slot, theta, in, law.steady_torque(theta + slot.theta, in), stages);
@@ -123,10 +124,12 @@ void RobotFriction::torque(std::span<const S> theta, std::span<const Input<S>> i
   assert(static_cast<int>(theta.size()) == parameter_count() &&
          static_cast<int>(z.size()) == state_size() &&
          static_cast<int>(in.size()) == joint_count() && tau_f.size() == in.size());
-  std::fill(tau_f.begin(), tau_f.end(), S(0));
-  for (const LawSlot& slot : slots_) {
-    const auto j = static_cast<std::size_t>(slot.joint);
-    Kernels<S>::torque(slot, theta.data(), in[j], z.data(), tau_f[j]);
+  auto slot = slots_.begin();  // sorted by joint
+  for (std::size_t j = 0; j < in.size(); ++j) {
+    S sum = S(0);
+    for (; slot != slots_.end() && slot->joint == static_cast<int>(j); ++slot)
+      Kernels<S>::add_torque(*slot, theta.data(), in[j], z.data(), sum);
+    tau_f[j] = sum;
   }
 }
 
@@ -145,10 +148,12 @@ void RobotFriction::steady_torque(std::span<const S> theta, std::span<const Inpu
                                   std::span<S> tau_f) const {
   assert(static_cast<int>(theta.size()) == parameter_count() &&
          static_cast<int>(in.size()) == joint_count() && tau_f.size() == in.size());
-  std::fill(tau_f.begin(), tau_f.end(), S(0));
-  for (const LawSlot& slot : slots_) {
-    const auto j = static_cast<std::size_t>(slot.joint);
-    Kernels<S>::steady_torque(slot, theta.data(), in[j], tau_f[j]);
+  auto slot = slots_.begin();
+  for (std::size_t j = 0; j < in.size(); ++j) {
+    S sum = S(0);
+    for (; slot != slots_.end() && slot->joint == static_cast<int>(j); ++slot)
+      Kernels<S>::add_steady_torque(*slot, theta.data(), in[j], sum);
+    tau_f[j] = sum;
   }
 }
 
