@@ -11,6 +11,7 @@
 namespace fricid::estimate {
 namespace {
 
+constexpr double kWidest = 0.4;       // of the sample rate
 constexpr double kForgotten = 1e-15;  // share of a start-up transient left after the padding
 constexpr double kRoomTemperature = 293.15;
 
@@ -30,6 +31,16 @@ void bridge(Eigen::Ref<Eigen::VectorXd> x, std::vector<std::uint8_t>& missing) {
     last = k;
   }
   for (Eigen::Index i = last + 1; last >= 0 && i < size; ++i) x[i] = x[last];
+}
+
+// (q_{k+1} - q_{k-1}) / (2 dt); the end rows, never used, repeat their neighbours.
+data::RowMatrix central_difference(const data::RowMatrix& q, double dt) {
+  const Eigen::Index T = q.rows();
+  data::RowMatrix v(T, q.cols());
+  v.middleRows(1, T - 2) = (q.bottomRows(T - 2) - q.topRows(T - 2)) / (2 * dt);
+  v.row(0) = v.row(1);
+  v.row(T - 1) = v.row(T - 2);
+  return v;
 }
 
 }  // namespace
@@ -102,6 +113,8 @@ int decimation(double dt, double cutoff_hz) {
 
 Filtered filter_dataset(const data::Dataset& dataset, double cutoff_hz) {
   const ZeroPhaseButterworth low_pass(cutoff_hz, dataset.rate_hz);
+  const ZeroPhaseButterworth wide(std::min(kWideBand * cutoff_hz, kWidest * dataset.rate_hz),
+                                  dataset.rate_hz);
   const int T = dataset.length(), n = dataset.n();
   const double dt = dataset.dt();
   if (T < 8 / (cutoff_hz * dt))
@@ -112,10 +125,7 @@ Filtered filter_dataset(const data::Dataset& dataset, double cutoff_hz) {
   out.name = dataset.name;
   out.dt = dt;
   out.t = dataset.t;
-  out.q = dataset.q;
-  out.tau = dataset.tau;
-  out.v.resize(T, n);
-  out.a.resize(T, n);
+  for (auto* signal : {&out.q, &out.q_wide, &out.tau, &out.a}) signal->resize(T, n);
   out.temperature = dataset.temperature;
   if (out.temperature.size() == 0)
     out.temperature = data::RowMatrix::Constant(T, n, kRoomTemperature);
@@ -123,7 +133,8 @@ Filtered filter_dataset(const data::Dataset& dataset, double cutoff_hz) {
   std::vector<std::uint8_t> missing(static_cast<std::size_t>(T), 0);
   std::vector<double> work;
   Eigen::VectorXd column(T);
-  const auto filter = [&](data::RowMatrix& signal, int j, bool held) {
+  const auto filter = [&](const data::RowMatrix& signal, int j, const ZeroPhaseButterworth& by,
+                          bool held) {
     column = signal.col(j);
     bridge(column, missing);
     if (column.hasNaN())
@@ -132,38 +143,40 @@ Filtered filter_dataset(const data::Dataset& dataset, double cutoff_hz) {
     // Torque in force around t_k: mean of the values held before and after it.
     if (held)
       for (int k = T - 1; k > 0; --k) column[k] = 0.5 * (column[k - 1] + column[k]);
-    low_pass.apply(std::span<double>(column.data(), static_cast<std::size_t>(T)), work);
-    signal.col(j) = column;
+    by.apply(std::span<double>(column.data(), static_cast<std::size_t>(T)), work);
+    return column;
   };
   for (int j = 0; j < n; ++j) {
-    filter(out.q, j, false);
-    filter(out.tau, j, true);
+    out.q.col(j) = filter(dataset.q, j, low_pass, false);
+    out.q_wide.col(j) = filter(dataset.q, j, wide, false);
+    out.tau.col(j) = filter(dataset.tau, j, low_pass, true);
     column = out.temperature.col(j);
     std::vector<std::uint8_t> ignored(static_cast<std::size_t>(T), 0);
     bridge(column, ignored);
     out.temperature.col(j) = column;
   }
 
-  // Central differences; the two end rows repeat their neighbours and are not used.
-  out.v.middleRows(1, T - 2) = (out.q.bottomRows(T - 2) - out.q.topRows(T - 2)) / (2 * dt);
+  out.v = central_difference(out.q, dt);
+  out.v_wide = central_difference(out.q_wide, dt);
   out.a.middleRows(1, T - 2) =
       (out.q.bottomRows(T - 2) - 2 * out.q.middleRows(1, T - 2) + out.q.topRows(T - 2)) / (dt * dt);
-  for (auto* derivative : {&out.v, &out.a}) {
-    derivative->row(0) = derivative->row(1);
-    derivative->row(T - 1) = derivative->row(T - 2);
-  }
+  out.a.row(0) = out.a.row(1);
+  out.a.row(T - 1) = out.a.row(T - 2);
 
   const int edge = static_cast<int>(std::ceil(2 / (cutoff_hz * dt)));
   const int near = static_cast<int>(std::ceil(1 / (cutoff_hz * dt)));
-  out.use.assign(static_cast<std::size_t>(T), 1);
+  out.use.setConstant(T, n, true);
   const auto skip = [&](int from, int to) {
-    for (int k = std::max(0, from); k < std::min(T, to); ++k)
-      out.use[static_cast<std::size_t>(k)] = 0;
+    from = std::max(0, from);
+    out.use.middleRows(from, std::max(0, std::min(T, to) - from)).setConstant(false);
   };
   skip(0, edge);
   skip(T - edge, T);
   for (int k = 0; k < T; ++k)
     if (missing[static_cast<std::size_t>(k)]) skip(k - near, k + near + 1);
+  for (int j = 0; j < n; ++j)
+    for (int k = 0; k < T && std::abs(out.q(k, j) - out.q(0, j)) < kWashout; ++k)
+      out.use(k, j) = false;
   return out;
 }
 

@@ -1,11 +1,11 @@
 #include "fricid/estimate/fit.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
+
+#include <fmt/format.h>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
@@ -21,8 +21,10 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-RigidBodyOptions rigid_body_options(const data::Experiment& experiment) {
+RigidBodyOptions rigid_body_options(const data::Experiment& experiment,
+                                    const dynamics::RobotModel& robot) {
   RigidBodyOptions options;
+  options.offset = false;
   options.cutoff_hz = experiment.identify.cutoff_hz;
   options.min_speed = experiment.identify.min_speed_rad_s;
   options.prior = experiment.identify.prior;
@@ -31,7 +33,28 @@ RigidBodyOptions rigid_body_options(const data::Experiment& experiment) {
       options.linear_prior_sd.push_back(i < torque.prior_sd.size()
                                             ? torque.prior_sd[i]
                                             : std::numeric_limits<double>::infinity());
+  options.linear_prior_sd.resize(robot.linear_torques.size(),
+                                 std::numeric_limits<double>::infinity());
   return options;
+}
+
+// The robot that is fitted: a constant torque at every joint that has none takes up sensor offsets
+// and what friction differs between the directions, which no odd law can hold.
+dynamics::RobotModel with_offsets(dynamics::RobotModel robot) {
+  using dynamics::LinearTorque;
+  for (int j = 0; j < robot.n(); ++j) {
+    const bool has_one = std::any_of(
+        robot.linear_torques.begin(), robot.linear_torques.end(), [&](const LinearTorque& torque) {
+          return torque.joint == j && torque.shape == LinearTorque::Shape::kConstant;
+        });
+    if (has_one) continue;
+    LinearTorque offset;
+    offset.name = robot.joints[static_cast<std::size_t>(j)].name + " 1";
+    offset.joint = j;
+    offset.shape = LinearTorque::Shape::kConstant;
+    dynamics::add_linear_torque(robot, offset);
+  }
+  return robot;
 }
 
 // Law of the table that a model name stands for.
@@ -73,8 +96,9 @@ Prepared prepare(const data::Experiment& experiment, std::span<const data::Datas
     const auto s = static_cast<std::size_t>(i);
     out.sequences[s] = filter_dataset(train[s], experiment.identify.cutoff_hz);
   });
+  out.robot = with_offsets(experiment.model);
   out.rigid_body =
-      rigid_body_least_squares(experiment.model, out.sequences, rigid_body_options(experiment));
+      rigid_body_least_squares(out.robot, out.sequences, rigid_body_options(experiment, out.robot));
   return out;
 }
 
@@ -103,7 +127,7 @@ std::string_view to_string(Outcome outcome) {
 FitReport fit_conventional(const data::Experiment& experiment, const Prepared& prepared,
                            const data::ModelConfig& config, int seed, int jobs) {
   const auto begin = std::chrono::steady_clock::now();
-  const dynamics::RobotModel& robot = experiment.model;
+  const dynamics::RobotModel& robot = prepared.robot;
   const int n = robot.n();
   const double cutoff = experiment.identify.cutoff_hz;
   const friction::LawSpec law = law_of(config);
@@ -129,7 +153,7 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
   for (int pass = 0; pass < kPasses; ++pass) {
     if (pass > 0)
       report.rigid_body = rigid_body_least_squares(
-          robot, prepared.sequences, rigid_body_options(experiment), &friction_torque);
+          robot, prepared.sequences, rigid_body_options(experiment, robot), &friction_torque);
     const FrictionTorques target =
         friction_target(robot, report.rigid_body.pi, prepared.sequences, jobs);
     std::vector<double> share(static_cast<std::size_t>(n));
@@ -160,7 +184,7 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
       double residual = 0, sum = 0, square = 0, count = 0;
       for (std::size_t s = 0; s < prepared.sequences.size(); ++s)
         for (int k = 0; k < prepared.sequences[s].length(); ++k) {
-          if (!prepared.sequences[s].use[static_cast<std::size_t>(k)]) continue;
+          if (!prepared.sequences[s].use(k, j)) continue;
           const double tau = prepared.sequences[s].tau(k, j);
           residual += std::pow(target[s](k, j) - friction_torque[s](k, j), 2);
           sum += tau, square += tau * tau, count += 1;
@@ -192,8 +216,8 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
 }
 
 data::RowMatrix predict_torque(const Arm& arm, const Filtered& measured, double cutoff_hz) {
-  data::RowMatrix tau_f = drive_friction(arm.friction, measured.dt, measured.q, measured.v,
-                                         measured.tau, measured.temperature)
+  data::RowMatrix tau_f = drive_friction(arm.friction, measured.dt, measured.q_wide,
+                                         measured.v_wide, measured.tau, measured.temperature)
                               .tau_f;
   const ZeroPhaseButterworth low_pass(cutoff_hz, 1 / measured.dt);
   std::vector<double> work;

@@ -1,13 +1,13 @@
 #include "fricid/estimate/friction_fit.hpp"
 
-#include <fmt/format.h>
-#include <nlopt.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <numeric>
+
+#include <fmt/format.h>
+#include <nlopt.h>
+#include <Eigen/Cholesky>
 
 #include "fricid/base/progress.hpp"
 #include "fricid/base/rng.hpp"
@@ -17,8 +17,12 @@ namespace {
 
 constexpr int kLanes = kLaneCount<PackD>;
 constexpr double kSpread = 1.2;  // sd of the random starts in log coordinates: a factor of about 3
-constexpr double kFirstStep = 0.4;  // of the simplex, in scaled coordinates
-constexpr double kOnBound = 1e-3;   // distance in scaled coordinates that counts as on the bound
+constexpr double kFirstStep = 0.4;    // of the simplex, in scaled coordinates
+constexpr double kOnBound = 1e-3;     // distance in scaled coordinates that counts as on the bound
+constexpr double kDifference = 1e-5;  // of the Jacobian, in scaled coordinates
+constexpr double kLargestStep = 1.5;  // of one iteration in any scaled coordinate
+constexpr double kSmallestGain =
+    1e-7;                           // relative decrease of the objective that counts as converged
 constexpr double kBadValue = 1e30;  // objective of a diverged prediction; finite for the optimiser
 
 // Scaled search coordinates: log(theta) or theta / unit.
@@ -68,13 +72,18 @@ struct Search {
   int evaluations = 0;
 };
 
+double safe_mean_square(const JointFrictionData& data, const friction::RobotFriction& friction,
+                        std::span<const double> theta) {
+  const double value = data.mean_square(friction, theta);
+  return std::isfinite(value) ? value : kBadValue;
+}
+
 double objective(unsigned size, const double* x, double*, void* user) {
   Search& search = *static_cast<Search*>(user);
   ++search.evaluations;
   if (stop_requested()) nlopt_force_stop(search.optimiser);
   search.coordinates.to_theta({x, size}, search.theta);
-  const double value = search.data.mean_square(search.friction, search.theta);
-  return std::isfinite(value) ? value : kBadValue;
+  return safe_mean_square(search.data, search.friction, search.theta);
 }
 
 struct Minimum {
@@ -85,7 +94,7 @@ struct Minimum {
 };
 
 Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction& friction,
-                    const Coordinates& coordinates, std::vector<double> x, double first_step,
+                    const Coordinates& coordinates, std::vector<double> x,
                     const FrictionFitOptions& options) {
   const auto size = static_cast<unsigned>(x.size());
   const std::unique_ptr<nlopt_opt_s, decltype(&nlopt_destroy)> optimiser(
@@ -94,9 +103,9 @@ Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction
   nlopt_set_lower_bounds(optimiser.get(), coordinates.lower().data());
   nlopt_set_upper_bounds(optimiser.get(), coordinates.upper().data());
   nlopt_set_min_objective(optimiser.get(), &objective, &search);
-  nlopt_set_initial_step1(optimiser.get(), first_step);
+  nlopt_set_initial_step1(optimiser.get(), kFirstStep);
   nlopt_set_xtol_abs1(optimiser.get(), options.tolerance);
-  nlopt_set_ftol_rel(optimiser.get(), options.tolerance * options.tolerance);
+  nlopt_set_ftol_rel(optimiser.get(), options.tolerance);
   nlopt_set_maxeval(optimiser.get(), options.evaluations);
   double value = kBadValue;
   const nlopt_result result = nlopt_optimize(optimiser.get(), x.data(), &value);
@@ -104,6 +113,114 @@ Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction
   const bool converged = result == NLOPT_XTOL_REACHED || result == NLOPT_FTOL_REACHED ||
                          result == NLOPT_SUCCESS || result == NLOPT_ROUNDOFF_LIMITED;
   return {std::move(x), value, converged, search.evaluations};
+}
+
+// J'J and J'e of the residuals at x, columns by forward differences; the sum of squares goes to
+// value.
+struct NormalEquations {
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g;
+};
+NormalEquations linearise(const JointFrictionData& data, const friction::RobotFriction& friction,
+                          const Coordinates& coordinates, std::span<const double> x) {
+  const auto p = static_cast<Eigen::Index>(x.size());
+  // Lane 0 of every pass holds x itself, the others one shifted coordinate each.
+  constexpr Eigen::Index kColumns = kLanes - 1;
+  const Eigen::Index passes = (p + kColumns - 1) / kColumns;
+  std::vector<double> step(x.size()), shifted(x.begin(), x.end()), theta(x.size());
+  std::vector<std::vector<PackD>> lanes(static_cast<std::size_t>(passes),
+                                        std::vector<PackD>(x.size()));
+  for (Eigen::Index pass = 0; pass < passes; ++pass)
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const auto i = static_cast<std::size_t>(pass * kColumns + lane - 1);
+      const bool moves = lane > 0 && i < x.size();
+      if (moves) {
+        step[i] = x[i] + kDifference < coordinates.upper()[i] ? kDifference : -kDifference;
+        shifted[i] += step[i];
+      }
+      coordinates.to_theta(shifted, theta);
+      for (std::size_t k = 0; k < x.size(); ++k)
+        lanes[static_cast<std::size_t>(pass)][k].set(lane, theta[k]);
+      if (moves) shifted[i] = x[i];
+    }
+
+  NormalEquations out{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p)};
+  std::vector<std::vector<PackD>> e(static_cast<std::size_t>(passes));
+  std::vector<PackD> work;
+  Eigen::VectorXd column(p);
+  for (int s = 0; s < data.sequences(); ++s) {
+    for (std::size_t pass = 0; pass < e.size(); ++pass)
+      data.residual(friction, lanes[pass], s, e[pass], work);
+    for (std::size_t k = 0; k < e[0].size(); ++k) {
+      const double base = e[0][k][0];
+      for (Eigen::Index i = 0; i < p; ++i) {
+        const auto pass = static_cast<std::size_t>(i / kColumns);
+        const int lane = static_cast<int>(i % kColumns) + 1;
+        column[i] = (e[pass][k][lane] - base) / step[static_cast<std::size_t>(i)];
+      }
+      out.H.selfadjointView<Eigen::Lower>().rankUpdate(column);
+      out.g += base * column;
+    }
+  }
+  out.H.triangularView<Eigen::StrictlyUpper>() = out.H.transpose();
+  out.H /= data.rows();
+  out.g /= data.rows();
+  return out;
+}
+
+// Levenberg-Marquardt inside the bounds: coordinates that press against a bound are held there.
+void levenberg_marquardt(const JointFrictionData& data, const friction::RobotFriction& friction,
+                         const Coordinates& coordinates, Minimum& at, int iterations) {
+  const auto p = static_cast<Eigen::Index>(at.x.size());
+  std::vector<double> theta(at.x.size()), trial(at.x.size());
+  double damping = 1e-3;
+  at.converged = false;
+  for (int iteration = 0; iteration < iterations && at.value < kBadValue; ++iteration) {
+    throw_if_stopped();
+    const NormalEquations normal = linearise(data, friction, coordinates, at.x);
+    const int passes = (static_cast<int>(p) + kLanes - 2) / (kLanes - 1);
+    at.evaluations += passes * data.sequences();
+    if (!normal.H.allFinite()) return;
+
+    double lowered = 0;
+    while (damping < 1e8) {
+      Eigen::MatrixXd H = normal.H;
+      Eigen::VectorXd g = normal.g;
+      for (Eigen::Index i = 0; i < p; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        const bool held = (at.x[k] <= coordinates.lower()[k] && g[i] > 0) ||
+                          (at.x[k] >= coordinates.upper()[k] && g[i] < 0);
+        if (held || H(i, i) <= 0) {
+          H.row(i).setZero();
+          H.col(i).setZero();
+          H(i, i) = 1;
+          g[i] = 0;
+        } else {
+          H(i, i) *= 1 + damping;
+        }
+      }
+      const Eigen::VectorXd step = -H.ldlt().solve(g);
+      for (std::size_t k = 0; k < trial.size(); ++k)
+        trial[k] = std::clamp(
+            at.x[k] + std::clamp(step[static_cast<Eigen::Index>(k)], -kLargestStep, kLargestStep),
+            coordinates.lower()[k], coordinates.upper()[k]);
+      coordinates.to_theta(trial, theta);
+      const double value = safe_mean_square(data, friction, theta);
+      ++at.evaluations;
+      if (value < at.value) {
+        lowered = (at.value - value) / at.value;
+        at.value = value;
+        at.x = trial;
+        damping = std::max(damping / 10, 1e-12);
+        break;
+      }
+      damping *= 10;
+    }
+    if (lowered < kSmallestGain) {
+      at.converged = true;
+      return;
+    }
+  }
 }
 
 }  // namespace
@@ -135,18 +252,18 @@ JointFrictionData::JointFrictionData(std::span<const Filtered> sequences,
         const auto i = static_cast<std::size_t>(k);
         const int row = std::min(k, length - 1);
         const bool moving = k + 1 < length;
-        const double q = s.q(row, joint), next = moving ? s.q(row + 1, joint) : q;
+        const double q = s.q_wide(row, joint), next = moving ? s.q_wide(row + 1, joint) : q;
         friction::Input<PackD>& at = group.at[i];
         friction::Input<PackD>& over = group.over[i];
         at.q.set(lane, q);
-        at.v.set(lane, k < length ? s.v(row, joint) : 0.0);
+        at.v.set(lane, k < length ? s.v_wide(row, joint) : 0.0);
         at.load.set(lane, s.tau(row, joint));
         at.temperature.set(lane, s.temperature(row, joint));
         over.q.set(lane, next);
         over.v.set(lane, (next - q) / dt_);
         over.load.set(lane, s.tau(row, joint));
         over.temperature.set(lane, s.temperature(row, joint));
-        if (!present || k >= length || !s.use[i]) continue;
+        if (!present || k >= length || !s.use(k, joint)) continue;
         const double value = target[index](row, joint);
         group.target[i].set(lane, value);
         group.weight[i].set(lane, 1);
@@ -176,6 +293,27 @@ void JointFrictionData::predict(const friction::RobotFriction& friction,
     }
     low_pass_.apply(std::span<PackD>(out[g]), work);
   }
+}
+
+void JointFrictionData::residual(const friction::RobotFriction& friction,
+                                 std::span<const PackD> theta, int sequence,
+                                 std::vector<PackD>& out, std::vector<PackD>& work) const {
+  const Group& group = groups_[static_cast<std::size_t>(sequence / kLanes)];
+  const int from = sequence % kLanes;
+  const auto spread = [from](const friction::Input<PackD>& in) {
+    return friction::Input<PackD>{PackD(in.q[from]), PackD(in.v[from]), PackD(in.load[from]),
+                                  PackD(in.temperature[from])};
+  };
+  std::vector<PackD> z(static_cast<std::size_t>(friction.state_size()), PackD(0));
+  out.resize(static_cast<std::size_t>(lengths_[static_cast<std::size_t>(sequence)]));
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    const friction::Input<PackD> at = spread(group.at[k]), over = spread(group.over[k]);
+    friction.torque<PackD>(theta, {&at, 1}, z, {&out[k], 1});
+    friction.step<PackD>(theta, {&over, 1}, dt_, z);
+  }
+  low_pass_.apply(std::span<PackD>(out), work);
+  for (std::size_t k = 0; k < out.size(); ++k)
+    out[k] = PackD(group.weight[k][from]) * (out[k] - PackD(group.target[k][from]));
 }
 
 double JointFrictionData::mean_square(const friction::RobotFriction& friction,
@@ -247,16 +385,12 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
                                      : x[i] * std::exp(kSpread * rng.normal());
         x[i] = std::clamp(x[i], coordinates.lower()[i], coordinates.upper()[i]);
       }
-    Minimum found = nelder_mead(data, friction, coordinates, std::move(x), kFirstStep, options);
+    Minimum found = nelder_mead(data, friction, coordinates, std::move(x), options);
+    levenberg_marquardt(data, friction, coordinates, found, options.iterations);
     fit.evaluations += found.evaluations;
     fit.start_rms.push_back(std::sqrt(found.value));
     if (found.value < best.value) best = std::move(found);
   }
-  // A fresh, smaller simplex from the best: a collapsed simplex is no minimum.
-  const Minimum polished =
-      nelder_mead(data, friction, coordinates, best.x, kFirstStep / 4, options);
-  fit.evaluations += polished.evaluations;
-  if (polished.value <= best.value) best = polished;
 
   coordinates.to_theta(best.x, fit.theta);
   for (std::size_t i = 0; i < fit.theta.size(); ++i) {

@@ -1,13 +1,13 @@
 #include "fricid/estimate/least_squares.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 
 #include <fmt/format.h>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
@@ -32,7 +32,7 @@ int friction_column(int p, int n, int kind, int j) { return p + kind * n + j; }
 // Filtered sign of the velocity of joint j: what Coulomb friction of 1 N m looks like after the
 // filter.
 Eigen::VectorXd filtered_sign(const Filtered& sequence, int j, double cutoff_hz) {
-  Eigen::VectorXd s = sequence.v.col(j).array().sign();
+  Eigen::VectorXd s = sequence.v_wide.col(j).array().sign();
   std::vector<double> work;
   ZeroPhaseButterworth(cutoff_hz, 1 / sequence.dt)
       .apply(std::span<double>(s.data(), static_cast<std::size_t>(s.size())), work);
@@ -40,14 +40,13 @@ Eigen::VectorXd filtered_sign(const Filtered& sequence, int j, double cutoff_hz)
 }
 
 Regression stack(const dynamics::RobotModel& robot, std::span<const Filtered> sequences,
-                 const RigidBodyOptions& options, const FrictionTorques* known, RigidBodyFit& fit) {
+                 const RigidBodyOptions& options, const FrictionTorques* shape, RigidBodyFit& fit) {
   const int n = robot.n(), p = robot.parameter_count();
   fit.rows.assign(static_cast<std::size_t>(n), 0);
   fit.rows_total = fit.equations = fit.rows;
 
   const auto used = [&](const Filtered& s, int k, int j) {
-    return s.use[static_cast<std::size_t>(k)] &&
-           (known != nullptr || std::abs(s.v(k, j)) > options.min_speed);
+    return s.use(k, j) && std::abs(s.v(k, j)) > options.min_speed;
   };
   // Count, then fill.
   Eigen::Index count = 0;
@@ -83,12 +82,8 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const Filtered> se
         const auto r = static_cast<Eigen::Index>(out.joint.size());
         out.rows.row(r).head(p) = Y.row(j);
         out.tau[r] = s.tau(k, j);
-        if (known) {
-          out.tau[r] -= (*known)[i](k, j);
-        } else {
-          out.rows(r, friction_column(p, n, 0, j)) = coulomb(k, j);
-          out.rows(r, friction_column(p, n, 1, j)) = s.v(k, j);
-        }
+        out.rows(r, friction_column(p, n, 0, j)) = shape ? (*shape)[i](k, j) : coulomb(k, j);
+        out.rows(r, friction_column(p, n, 1, j)) = s.v(k, j);
         if (options.offset) out.rows(r, friction_column(p, n, 2, j)) = 1;
         out.joint.push_back(j);
       }
@@ -176,6 +171,46 @@ Eigen::MatrixXd invert(const Eigen::MatrixXd& H, double* condition) {
          eigen.eigenvectors().transpose() * scale.asDiagonal();
 }
 
+// W with W' W = inverse of a covariance, through a unit diagonal.
+Eigen::MatrixXd inverse_root(const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd scale = covariance.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      Eigen::MatrixXd(scale.asDiagonal() * covariance * scale.asDiagonal()));
+  const Eigen::VectorXd values =
+      eigen.eigenvalues().cwiseMax(1e-16 * eigen.eigenvalues().maxCoeff());
+  return values.cwiseSqrt().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() *
+         scale.asDiagonal();
+}
+
+// Precision of what is known before the data: CAD values and coefficients of linear torques.
+Eigen::MatrixXd prior_precision(const dynamics::RobotModel& robot,
+                                const RigidBodyOptions& options) {
+  const int p = robot.parameter_count(), body = robot.linear_begin();
+  Eigen::MatrixXd P = prior_covariance(robot, options.prior);
+  P.diagonal() *= 1 + 1e-9;
+  P.diagonal().array() += 1e-18;
+  Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(p, p);
+  precision.topLeftCorner(body, body) = invert(P, nullptr);
+  for (std::size_t i = 0; i < options.linear_prior_sd.size(); ++i)
+    if (const double sd = options.linear_prior_sd[i]; std::isfinite(sd)) {
+      const int k = body + static_cast<int>(i);
+      precision(k, k) = 1 / (sd * sd);
+    }
+  return precision;
+}
+
+// Square root of a precision so wide that it only decides what the data leave open.
+Eigen::MatrixXd weak_pull(const dynamics::RobotModel& robot) {
+  data::PriorConfig wide;
+  wide.mass = 1, wide.com_m = 0.2, wide.inertia = 1, wide.armature = 10;
+  const int body = robot.linear_begin();
+  Eigen::MatrixXd P = prior_covariance(robot, wide);
+  P.diagonal().array() += 1e-9 * P.diagonal().array() + 1e-12;
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(robot.parameter_count(), robot.parameter_count());
+  root.topLeftCorner(body, body) = inverse_root(P);
+  return root;
+}
+
 }  // namespace
 
 Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot,
@@ -241,13 +276,13 @@ data::RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, const Eigen
 RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
                                       std::span<const Filtered> sequences,
                                       const RigidBodyOptions& options,
-                                      const FrictionTorques* known) {
+                                      const FrictionTorques* shape) {
   const auto begin = std::chrono::steady_clock::now();
   const int n = robot.n(), p = robot.parameter_count();
   RigidBodyFit fit;
   const dynamics::BaseParameters base = dynamics::base_parameters(robot);
   const auto b = static_cast<Eigen::Index>(base.columns.size());
-  const Regression data = stack(robot, sequences, options, known, fit);
+  const Regression data = stack(robot, sequences, options, shape, fit);
 
   // Friction columns that any row excites.
   std::vector<int> friction;
@@ -270,25 +305,10 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
     return fit;
   }
 
-  // Precision of the CAD values; parameters without spread (no prior, or zero) stay as they are
-  // told.
-  const auto precision = [&](const data::PriorConfig& prior) {
-    Eigen::MatrixXd P = prior_covariance(robot, prior);
-    P.diagonal() *= 1 + 1e-9;
-    P.diagonal().array() += 1e-18;
-    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(p, p);
-    information.topLeftCorner(P.rows(), P.cols()) = invert(P, nullptr);
-    for (std::size_t i = 0; i < options.linear_prior_sd.size(); ++i)
-      if (const double sd = options.linear_prior_sd[i]; std::isfinite(sd)) {
-        const int k = robot.linear_begin() + static_cast<int>(i);
-        information(k, k) = 1 / (sd * sd);
-      }
-    return information;
-  };
   Eigen::MatrixXd prior_information = Eigen::MatrixXd::Zero(head + f, head + f);
   Eigen::VectorXd prior_mean = Eigen::VectorXd::Zero(head + f);
   if (options.prior.use) {
-    prior_information.topLeftCorner(p, p) = precision(options.prior);
+    prior_information.topLeftCorner(p, p) = prior_precision(robot, options);
     prior_mean.head(p) = robot.pi;
   }
 
@@ -319,22 +339,18 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
     se[j] = std::sqrt(std::max(0.0, covariance(head + i, head + i)));
   }
 
-  // Information on the rigid body alone: friction marginalised.
-  const Eigen::MatrixXd information =
-      covariance.topLeftCorner(head, head).ldlt().solve(Eigen::MatrixXd::Identity(head, head));
-  Eigen::MatrixXd A;
-  Eigen::VectorXd right;
-  if (options.prior.use) {
-    A = information;
-    right = information * solved.x.head(head);
-  } else {
-    data::PriorConfig weak;
-    weak.mass = 1, weak.com_m = 0.2, weak.inertia = 1, weak.armature = 1;
-    const Eigen::MatrixXd pull = precision(weak);
-    A = base.K.transpose() * information * base.K + pull;
-    right = base.K.transpose() * (information * solved.x.head(head)) + pull * robot.pi;
+  // The physical parameters nearest to the estimate, friction marginalised.
+  const Eigen::MatrixXd root = inverse_root(covariance.topLeftCorner(head, head));
+  Eigen::MatrixXd G = root;
+  Eigen::VectorXd d = root * solved.x.head(head);
+  if (!options.prior.use) {
+    const Eigen::MatrixXd pull = weak_pull(robot);
+    G.resize(head + p, p);
+    G << root * base.K, pull;
+    d.resize(head + p);
+    d << root * solved.x.head(head), pull * robot.pi;
   }
-  fit.pi = fit_physical_inertia(robot, A, right, robot.pi);
+  fit.pi = fit_physical_inertia(robot, G, d, robot.pi);
   fit.base_physical = base.K * fit.pi;
 
   const bool finite = fit.pi.allFinite() && fit.base.allFinite();

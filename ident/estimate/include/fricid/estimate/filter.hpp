@@ -1,11 +1,12 @@
 // From logged positions and torques to the q, v, a, tau of inverse-dynamics identification.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <span>
 #include <string>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "fricid/data/dataset.hpp"
 
@@ -44,19 +45,30 @@ class ZeroPhaseButterworth {
   int padding_;
 };
 
+using UseMask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// One sequence as the inverse-dynamics model sees it, T samples of n joints at the log's own rate.
 struct Filtered {
   std::string name;
-  double dt = 0;                  ///< [s]
-  Eigen::VectorXd t;              ///< (T) [s]
-  data::RowMatrix q, v, a;        ///< (T, n) filtered position and its central differences
-  data::RowMatrix tau;            ///< (T, n) torque in force around t_k, filtered alike [N m]
-  data::RowMatrix temperature;    ///< (T, n) [K]; 293.15 where the log has none
-  std::vector<std::uint8_t> use;  ///< (T) 0 near the ends and near missing samples
+  double dt = 0;                   ///< [s]
+  Eigen::VectorXd t;               ///< (T) [s]
+  data::RowMatrix q, v, a;         ///< (T, n) filtered position and its central differences
+  data::RowMatrix q_wide, v_wide;  ///< (T, n) filtered kWideBand times wider; drive friction
+  data::RowMatrix tau;             ///< (T, n) torque in force around t_k, filtered like q [N m]
+  data::RowMatrix temperature;     ///< (T, n) [K]; 293.15 where the log has none
+  UseMask use;                     ///< (T, n) rows that may enter a fit of a joint
 
   int length() const { return static_cast<int>(t.size()); }
   int n() const { return static_cast<int>(q.cols()); }
 };
+
+/// Friction is driven by a motion filtered at kWideBand times the cut-off: a reversal takes
+/// milliseconds, and at the cut-off itself a joint that sticks would seem to creep through zero
+/// speed.
+inline constexpr double kWideBand = 5;
+
+/// Travel that makes a joint forget the friction state it started with [rad or m].
+inline constexpr double kWashout = 5e-3;
 
 /// Filters a data set. The torque tau_k of a log is held over [t_k, t_{k+1}), while the central
 /// difference a_k averages the acceleration over (t_{k-1}, t_{k+1}) with a triangle; under held

@@ -18,7 +18,10 @@
 namespace fricid::estimate {
 
 /// What all conventional fits of an experiment share: filtered training data and the rigid body.
+/// `robot` is the scene's with a constant torque at every joint, which is identified like any other
+/// parameter.
 struct Prepared {
+  dynamics::RobotModel robot;
   std::vector<Filtered> sequences;
   RigidBodyFit rigid_body;
 };

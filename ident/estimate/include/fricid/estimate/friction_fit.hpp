@@ -16,7 +16,7 @@ namespace fricid::estimate {
 /// What one joint's friction has to explain: its inputs and its target torque over all sequences,
 /// eight sequences to a pack.
 ///
-/// The model is driven by the measured motion ("teacher forcing"): with z_0 = 0,
+/// The model is driven by the measured, wide-band motion ("teacher forcing"): with z_0 = 0,
 ///
 ///     f_k     = torque(theta; q_k, v_k, load_k, z_k)         v_k central difference
 ///     z_{k+1} = step(theta; q_{k+1}, (q_{k+1} - q_k) / dt, load_k, dt, z_k)
@@ -41,6 +41,12 @@ class JointFrictionData {
   Eigen::VectorXd predicted(const friction::RobotFriction& friction, std::span<const double> theta,
                             int sequence) const;
 
+  /// F[f] - target of one sequence for eight parameter vectors at once (one per lane), 0 at unused
+  /// rows.
+  void residual(const friction::RobotFriction& friction, std::span<const PackD> theta, int sequence,
+                std::vector<PackD>& out, std::vector<PackD>& work) const;
+
+  int sequences() const { return static_cast<int>(lengths_.size()); }
   int rows() const { return rows_; }
   double target_mean_square() const { return target_mean_square_; }
   double largest_target() const { return largest_target_; }
@@ -63,8 +69,9 @@ struct FrictionFitOptions {
   int starts = 4;  ///< the first from the data, the others spread around it
   std::uint64_t seed = 1;
   std::uint64_t stream = 0;  ///< random stream, one per joint
-  int evaluations = 600;     ///< budget per start
-  double tolerance = 1e-4;   ///< on the scaled parameters and, squared, on the objective
+  int evaluations = 200;     ///< of Nelder-Mead, per start
+  int iterations = 40;       ///< of Levenberg-Marquardt, per start
+  double tolerance = 1e-4;   ///< of Nelder-Mead, on the scaled parameters
 };
 
 /// Best parameters of one joint and how they were reached.
@@ -91,8 +98,10 @@ std::vector<double> initial_theta(const friction::RobotFriction& friction,
                                   const FrictionGuess& guess);
 
 /// Minimises `mean_square` over theta within the bounds of the table, in coordinates that are
-/// logarithms where the table says so: Nelder-Mead (Johnson's NLopt, bound constrained) from
-/// several starts, then once more from the best. Deterministic for (seed, stream).
+/// logarithms where the table says so: Nelder-Mead with bounds (NLopt) from several starts, each
+/// followed by Levenberg-Marquardt on the residuals with a finite-difference Jacobian (all columns
+/// at once, one parameter per lane) and an active set at the bounds. Deterministic for (seed,
+/// stream).
 JointFrictionFit fit_joint_friction(const JointFrictionData& data,
                                     const friction::RobotFriction& friction,
                                     std::vector<double> start, const FrictionFitOptions& options);

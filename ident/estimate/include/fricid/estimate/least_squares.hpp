@@ -1,10 +1,11 @@
 // Rigid-body parameters by weighted linear least squares on the inverse-dynamics model.
 #pragma once
 
-#include <Eigen/Core>
 #include <span>
 #include <string>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "fricid/data/experiment.hpp"
 #include "fricid/dynamics/robot_model.hpp"
@@ -46,7 +47,7 @@ struct RigidBodyOptions {
   std::vector<double> linear_prior_sd;
 };
 
-/// Torque already explained by friction, per sequence (T, n), filtered as the measured torque.
+/// Friction torque of a model, per sequence (T, n), filtered as the measured torque.
 using FrictionTorques = std::vector<data::RowMatrix>;
 
 /// Solves, over the rows with |v_j| > min_speed,
@@ -60,24 +61,30 @@ using FrictionTorques = std::vector<data::RowMatrix>;
 /// prior the base parameters are free; with one, pi ~ N(CAD, P) with P from `prior_covariance`.
 /// `pi` is then the physical parameter set closest to the estimate in the metric of its covariance,
 /// pulled weakly to the CAD values where the data say nothing (`fit_physical_inertia`).
-/// @param known  friction torque to subtract first; when given, all rows enter (no speed threshold)
-///               and the friction columns shrink to the offset
+/// @param shape  friction torque of a fitted law that replaces F[sign v_j], its factor (about 1) in
+/// the
+///               place of Fc_j; with hysteresis in the shape, slow rows may enter: set min_speed =
+///               0
 RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
                                       std::span<const Filtered> sequences,
                                       const RigidBodyOptions& options,
-                                      const FrictionTorques* known = nullptr);
+                                      const FrictionTorques* shape = nullptr);
 
 /// Covariance (11 n square) of the CAD values: mass, armature and central inertia with relative
 /// standard deviations, centre of mass with an absolute one, propagated to (m, m c, I) of each
 /// link.
 Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot, const data::PriorConfig& prior);
 
-/// Minimises  1/2 pi' A pi - b' pi  over physical parameters pi: log-Cholesky inertia per link, log
-/// armature, free linear torques. Levenberg-Marquardt from `start`.
-/// @param A  (p x p) positive definite, @param b (p)
-/// @return physical parameters; `start` made physical when nothing better was found
-Eigen::VectorXd fit_physical_inertia(const dynamics::RobotModel& robot, const Eigen::MatrixXd& A,
-                                     const Eigen::VectorXd& b, const Eigen::VectorXd& start);
+/// Minimises 1/2 |G pi - d|^2 over physical parameters: every link's pseudo-inertia positive
+/// definite, every armature positive, linear torques free. The cone is convex, so the barrier
+/// method (- mu log det of the pseudo-inertias, mu -> 0) finds the global minimum; its iterates are
+/// strictly inside, so the result has log-Cholesky coordinates (Wensing, Kim & Slotine, RA-L 2018;
+/// Rucker & Wensing 2022).
+/// @param G      (m x p) of full column rank
+/// @param d      (m)
+/// @param start  physical parameters (p), e.g. the CAD values; a zero armature is raised
+Eigen::VectorXd fit_physical_inertia(const dynamics::RobotModel& robot, const Eigen::MatrixXd& G,
+                                     const Eigen::VectorXd& d, const Eigen::VectorXd& start);
 
 /// Inverse-dynamics torque  Y(q, v, a) pi  of every sample (T, n).
 data::RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
