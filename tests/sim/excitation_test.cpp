@@ -64,6 +64,27 @@ TEST(Excitation, KeepsAllLimitsOnADenserGrid) {
   }
 }
 
+// Claim: whichever limit is tight is kept and reached.
+TEST(Excitation, ReachesWhicheverLimitIsTight) {
+  using Share = double data::ExcitationConfig::*;
+  using Margin = double JointMargins::*;
+  const std::vector<std::pair<Share, Margin>> limits{
+      {&data::ExcitationConfig::velocity_share, &JointMargins::velocity},
+      {&data::ExcitationConfig::acceleration_share, &JointMargins::acceleration},
+      {&data::ExcitationConfig::jerk_share, &JointMargins::jerk}};
+  for (const auto& [share, margin] : limits) {
+    data::Experiment experiment = small_scene("kr6_gms");
+    experiment.excitation.*share = 0.01;
+    const MujocoArm arm = make_arm(experiment);
+    const Excitation excitation =
+        design_excitation(experiment.excitation, arm, experiment.model, 1, 2);
+    for (const JointMargins& joint : excitation.reports[0].joints) {
+      EXPECT_GE(joint.*margin, 0);
+      EXPECT_LT(joint.*margin, 0.1);
+    }
+  }
+}
+
 TEST(Excitation, StartsAndEndsAtRest) {
   for (const Fourier& series : Designed::once().excitation.train) {
     const Motion ends =
