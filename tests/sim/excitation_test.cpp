@@ -147,6 +147,40 @@ TEST(Excitation, SaysWhichLimitCannotBeKept) {
   EXPECT_THAT(refusal(experiment), HasSubstr("joint_a2: box"));
 }
 
+// Two links on a base above a floor, spheres that overlap at the joints. Left are base - second
+// link, first link - floor and second link - floor.
+TEST(Clearance, LeavesOutWhatCannotOrMustMeet) {
+  const auto link = [](const std::string& name) {
+    return "<link name='" + name +
+           "'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
+           "iyz='0'/></inertial></link>";
+  };
+  const auto joint = [](const std::string& name, const std::string& parent,
+                        const std::string& child) {
+    return "<joint name='" + name + "' type='continuous'><parent link='" + parent +
+           "'/><child link='" + child + "'/><origin xyz='0 0 0.3'/><axis xyz='0 1 0'/></joint>";
+  };
+  const dynamics::RobotModel robot =
+      dynamics::parse_urdf("<robot name='r'><link name='base'/>" + link("one") + link("two") +
+                               joint("j1", "base", "one") + joint("j2", "one", "two") + "</robot>",
+                           "chain.urdf");
+  const std::string body = "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/><geom size='0.2'/>";
+  const TempFile file(
+      "chain.xml",
+      "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1' pos='0 0 -1'/><body "
+      "name='base'><geom size='0.2'/><body name='one' pos='0 0 0.3'><joint name='j1' axis='0 1 "
+      "0'/>" +
+          body + "<body name='two' pos='0 0 0.3'><joint name='j2' axis='0 1 0'/>" + body +
+          "</body></body></body></worldbody></mujoco>");
+  const MujocoArm arm(file.path(), robot, 1e-3);
+  Clearance clearance(arm, 1);
+  EXPECT_EQ(clearance.pair_count(), 3);
+  // closed form: base and second link are 0.6 apart, less two radii
+  const Clearance::Pair pair = clearance.closest(std::vector<double>{0, 0});
+  EXPECT_NEAR(pair.distance, 0.2, 1e-9);
+  EXPECT_EQ(clearance.name(pair), "base - two");
+}
+
 TEST(Clearance, SeesTheArmTheBaseAndTheRoom) {
   const data::Experiment experiment = scene("kr6_floor");
   const MujocoArm arm = make_arm(experiment);
