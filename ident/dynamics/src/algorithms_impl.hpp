@@ -29,7 +29,6 @@ Link<To> convert(const Link<double>& from) {
   Link<To> to;
   to.revolute = from.revolute;
   to.parent = from.parent;
-  to.hands_on = from.hands_on;
   to.subtree = from.subtree;
   to.subtree_size = from.subtree_size;
   to.turn = from.turn;
@@ -41,8 +40,8 @@ Link<To> convert(const Link<double>& from) {
   to.swaps = from.swaps;
   to.first = from.first;
   to.second = from.second;
-  for (size_t k = 0; k < 3; ++k) to.first_sign[k] = To(from.first_sign[k]);
-  for (size_t k = 0; k < 6; ++k) to.second_sign[k] = To(from.second_sign[k]);
+  for (size_t k = 0; k < 3; ++k) to.first_zero[k] = To(from.first_zero[k]);
+  for (size_t k = 0; k < 6; ++k) to.second_zero[k] = To(from.second_zero[k]);
   return to;
 }
 
@@ -71,67 +70,56 @@ struct Kernels {
     }
   }
 
-  /// Inertias of the links whose axes are not just swapped; the others are read on the way.
-  static void load_turned_bodies(Workspace<S>& ws, std::span<const S> pi) {
-    for (size_t i = 0; i < ws.links_.size(); ++i)
-      if (!ws.links_[i].swaps) load_turned(ws.links_[i], &pi[10 * i], ws.motion_[i].inertia);
-  }
-  static void load_body(const L& link, const S* pi, J& j) {
-    if (link.swaps) load_swapped(link, pi, j.inertia);
+  [[gnu::always_inline]] static void load_body(const L& link, const S* pi, Inertia<S>& body) {
+    link.swaps ? load_swapped(link, pi, body) : load_turned(link, pi, body);
   }
 
   /// A point r of a link has the acceleration a + U r.
   static Mat3<S> acceleration_tensor(const Vec3<S>& w, const Vec3<S>& alpha) {
-    const S xx = w.x * w.x, yy = w.y * w.y;
-    return {mul_add(-w.z, w.z, -yy),     mul_add(w.x, w.y, -alpha.z), mul_add(w.x, w.z, alpha.y),
-            mul_add(w.x, w.y, alpha.z),  mul_add(-w.z, w.z, -xx),     mul_add(w.y, w.z, -alpha.x),
-            mul_add(w.x, w.z, -alpha.y), mul_add(w.y, w.z, alpha.x),  -(xx + yy)};
+    const S xx = w.x * w.x, yy = w.y * w.y, zz = w.z * w.z;
+    const S xy = w.x * w.y, xz = w.x * w.z, yz = w.y * w.z;
+    return {-(yy + zz),   xy - alpha.z, xz + alpha.y, xy + alpha.z, -(xx + zz),
+            yz - alpha.x, xz - alpha.y, yz + alpha.x, -(xx + yy)};
   }
 
-  /// Moment of a link's own inertia forces about its origin.
-  static Vec3<S> moment(const Inertia<S>& body, const Mat3<S>& U, const Vec3<S>& a) {
-    const Sym3<S>& s = body.sigma;
+  /// Moment about the origin that turns a second moment of mass.
+  static Vec3<S> spin_moment(const Sym3<S>& s, const Mat3<S>& U) {
     const Vec3<S> diagonal{mul_add(U.zy, s.yy, mul_add(-U.yz, s.zz, (U.zz - U.yy) * s.yz)),
                            mul_add(U.xz, s.zz, mul_add(-U.zx, s.xx, (U.xx - U.zz) * s.xz)),
                            mul_add(U.yx, s.xx, mul_add(-U.xy, s.yy, (U.yy - U.xx) * s.xy))};
-    const Vec3<S> spin{mul_add(U.zx, s.xy, mul_add(-U.yx, s.xz, diagonal.x)),
-                       mul_add(U.xy, s.yz, mul_add(-U.zy, s.xy, diagonal.y)),
-                       mul_add(U.yz, s.xz, mul_add(-U.xz, s.yz, diagonal.z))};
-    return cross_add(body.h, a, spin);
+    return {mul_add(U.zx, s.xy, mul_add(-U.yx, s.xz, diagonal.x)),
+            mul_add(U.xy, s.yz, mul_add(-U.zy, s.xy, diagonal.y)),
+            mul_add(U.yz, s.xz, mul_add(-U.xz, s.yz, diagonal.z))};
   }
 
-  /// What a link needs of its parent, in the parent's frame: rates, and acceleration of its origin.
-  struct Incoming {
-    Vec3<S> w, alpha, a;
-  };
+  /// Acceleration of the base, against gravity, in the frame of a link that it carries.
+  static Vec3<S> base_acceleration(const RobotModel& model, const L& link, const J& j) {
+    const auto& g = model.gravity;
+    const Vec3<Real> up =
+        turn_back<Turn::kGeneral>(link, Vec3<Real>{Real(-g.x()), Real(-g.y()), Real(-g.z())});
+    return to_child<Turn::kNone>(link, j.c, j.s, convert<S>(up));
+  }
 
-  /// Velocities, accelerations and each link's own force from base to tip. `a` empty: zero. With
-  /// kKeep every w, alpha, a is stored, else only what a branch needs.
-  template <bool kKeep>
-  static void sweep_out(const RobotModel& model, Workspace<S>& ws, std::span<const S> pi,
-                        std::span<const S> v, std::span<const S> a) {
-    load_turned_bodies(ws, pi);
-    Incoming in;
+  /// Outward sweep: rates and accelerations from base to tip. `a` empty: zero.
+  static void sweep_out(const RobotModel& model, Workspace<S>& ws, std::span<const S> v,
+                        std::span<const S> a) {
     for (size_t i = 0; i < ws.links_.size(); ++i) {
       const L& link = ws.links_[i];
       J& j = ws.motion_[i];
       Vec3<S> w, alpha, acc;
       if (link.parent < 0) {
-        const auto& g = model.gravity;
         w = alpha = {S(0), S(0), S(0)};
-        acc = to_child<Turn::kGeneral>(link, j.c, j.s,
-                                       Vec3<S>{S(Real(-g.x())), S(Real(-g.y())), S(Real(-g.z()))});
+        acc = base_acceleration(model, link, j);
       } else {
-        if (!ws.links_[at(link.parent)].hands_on) {
-          const J& parent = ws.motion_[at(link.parent)];
-          const Mat3<S> U = acceleration_tensor(parent.w, parent.alpha);
-          in = {parent.w, parent.alpha, multiply_add(U, j.p, parent.a)};
-        }
-        with_turn(
-            link.turn, [&]<Turn kind>(TurnIs<kind>) __attribute__((always_inline)) {
-              w = to_child<kind>(link, j.c, j.s, in.w);
-              alpha = to_child<kind>(link, j.c, j.s, in.alpha);
-              acc = to_child<kind>(link, j.c, j.s, in.a);
+        const J& parent = ws.motion_[at(link.parent)];
+        with_placement(
+            link, [&]<Turn kind, Shift shift>(TurnIs<kind>,
+                                              ShiftIs<shift>) __attribute__((always_inline)) {
+              const S c = in_registers(j.c), s = in_registers(j.s);
+              const Mat3<S> U = acceleration_tensor(parent.w, parent.alpha);
+              w = to_child<kind>(link, c, s, parent.w);
+              alpha = to_child<kind>(link, c, s, parent.alpha);
+              acc = to_child<kind>(link, c, s, multiply_add(U, origin<shift>(link, j), parent.a));
             });
       }
       if (link.revolute) {
@@ -145,23 +133,25 @@ struct Kernels {
         acc.y = mul_add(-w.x, twice, acc.y);
         if (!a.empty()) acc.z += a[i];
       }
+      j.w = w;
+      j.alpha = alpha;
+      j.a = acc;
+    }
+  }
+
+  /// Force and moment that the motion of each link alone takes.
+  static void own_forces(Workspace<S>& ws, std::span<const S> pi) {
+    for (size_t i = 0; i < ws.links_.size(); ++i) {
+      J& j = ws.motion_[i];
+      load_body(ws.links_[i], &pi[10 * i], j.inertia);
+      const Vec3<S> w = in_registers(j.w), alpha = in_registers(j.alpha);
       const Mat3<S> U = acceleration_tensor(w, alpha);
-      load_body(link, &pi[10 * i], j);
-      const S& m = j.inertia.m;
-      j.force.f = multiply_add(U, j.inertia.h, Vec3<S>{m * acc.x, m * acc.y, m * acc.z});
-      j.force.n = moment(j.inertia, U, acc);
-      if (kKeep || !link.hands_on) {
-        j.w = w;
-        j.alpha = alpha;
-        j.a = acc;
-      }
-      if (link.hands_on)
-        with_shift(
-            ws.links_[i + 1].shift, [&]<Shift shift>(
-                                        ShiftIs<shift>) __attribute__((always_inline)) {
-              in = {w, alpha,
-                    multiply_add(U, origin<shift>(ws.links_[i + 1], ws.motion_[i + 1]), acc)};
-            });
+      const Vec3<S> a = in_registers(j.a);
+      const auto [m, h, sigma] = in_registers(j.inertia);
+      const Vec3<S> f = multiply_add(U, h, Vec3<S>{m * a.x, m * a.y, m * a.z});
+      const Vec3<S> n = cross_add(h, a, spin_moment(sigma, U));
+      j.force.f = f;
+      j.force.n = n;
     }
   }
 
@@ -169,15 +159,15 @@ struct Kernels {
   template <Turn kind, class V>
   [[gnu::always_inline]] static void move_wrench(const L& link, const S& c, const S& s, const V& p,
                                                  const Wrench<S>& w, Wrench<S>& out) {
-    const Vec3<S> f = to_parent<kind>(link, c, s, w.f);
-    out.n = cross_add(p, f, to_parent<kind>(link, c, s, w.n));
+    const Vec3<S> f = to_parent<kind>(link, c, s, in_registers(w.f));
+    out.n = cross_add(p, f, to_parent<kind>(link, c, s, in_registers(w.n)));
     out.f = f;
   }
   template <Turn kind, class V>
   [[gnu::always_inline]] static void add_wrench(const L& link, const S& c, const S& s, const V& p,
                                                 const Wrench<S>& w, Wrench<S>& sum) {
-    const Vec3<S> f = to_parent<kind>(link, c, s, w.f);
-    sum.n += cross_add(p, f, to_parent<kind>(link, c, s, w.n));
+    const Vec3<S> f = to_parent<kind>(link, c, s, in_registers(w.f));
+    sum.n += cross_add(p, f, to_parent<kind>(link, c, s, in_registers(w.n)));
     sum.f += f;
   }
 
@@ -199,7 +189,7 @@ struct Kernels {
     const J& j = ws.motion_[i];
     J& parent = ws.motion_[at(link.parent)];
     const auto p = origin<shift>(link, j);
-    const S c = copy(j.c), s = copy(j.s);
+    const S c = in_registers(j.c), s = in_registers(j.s);
     if constexpr (kForce) add_wrench<kind>(link, c, s, p, j.force, parent.force);
     if constexpr (kMass) {
       const size_t n = ws.links_.size();
@@ -213,7 +203,7 @@ struct Kernels {
       move(unit_wrench(link, j.inertia), i);
       const int* const subtree = &ws.subtrees_[at(link.subtree)];
       for (int k = 1; k < link.subtree_size; ++k) move(columns[at(subtree[k])], at(subtree[k]));
-      add_to_parent<kind>(link, c, s, p, j.inertia, parent.inertia);
+      add_to_parent<kind>(link, c, s, p, in_registers(j.inertia), parent.inertia);
     }
   }
 
@@ -271,7 +261,8 @@ struct Kernels {
                    std::span<S> tau) {
     const size_t n = ws.links_.size();
     place(ws, q);
-    sweep_out<false>(model, ws, pi, v, a);
+    sweep_out(model, ws, v, a);
+    own_forces(ws, pi);
     sweep_in<true, false>(ws, tau);
     for (size_t i = 0; i < n; ++i) tau[i] = mul_add(pi[10 * n + i], a[i], tau[i]);
     add_linear_torques(model, pi, q, tau);
@@ -285,8 +276,7 @@ struct Kernels {
   static void crba(Workspace<S>& ws, std::span<const S> pi, std::span<const S> q, std::span<S> M) {
     const size_t n = ws.links_.size();
     place(ws, q);
-    load_turned_bodies(ws, pi);
-    for (size_t i = 0; i < n; ++i) load_body(ws.links_[i], &pi[10 * i], ws.motion_[i]);
+    for (size_t i = 0; i < n; ++i) load_body(ws.links_[i], &pi[10 * i], ws.motion_[i].inertia);
     sweep_in<false, true>(ws, {});
     add_armature(ws, pi);
     for (size_t i = 0; i < n; ++i)
@@ -347,7 +337,8 @@ struct Kernels {
                                std::span<S> a) {
     const size_t n = ws.links_.size();
     place(ws, q);
-    sweep_out<false>(model, ws, pi, v, {});
+    sweep_out(model, ws, v, {});
+    own_forces(ws, pi);
     sweep_in<true, true>(ws, ws.bias_);
     add_armature(ws, pi);
     add_linear_torques(model, pi, q, std::span<S>(ws.bias_));
@@ -381,7 +372,8 @@ struct Kernels {
                             std::span<const S> lambda, const Bars& bars) {
     const size_t n = ws.links_.size();
     place(ws, q);
-    sweep_out<true>(model, ws, pi, v, a);
+    sweep_out(model, ws, v, a);
+    own_forces(ws, pi);
     sweep_forces(ws);
     for (size_t i = 0; i < n; ++i) {
       if (!bars.a.empty()) bars.a[i] += lambda[i] * pi[10 * n + i];

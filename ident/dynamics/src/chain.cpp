@@ -55,12 +55,12 @@ void find_swaps(const Matrix3d& Q, Link<double>& link) {
   }
   for (size_t k = 0; k < 3; ++k) {
     link.first[k] = 1 + source[k];
-    link.first_sign[k] = sign[k];
+    link.first_zero[k] = 0 * sign[k];
   }
   for (size_t k = 0; k < 6; ++k) {
     const auto [i, j] = kPairs[k];
     link.second[k] = kSecond[source[i]][source[j]];
-    link.second_sign[k] = sign[i] * sign[j];
+    link.second_zero[k] = 0 * sign[i] * sign[j];
   }
 }
 
@@ -104,11 +104,6 @@ std::vector<Link<double>> make_links(const RobotModel& model) {
     const Matrix3d Q = R[i].transpose() * X[i];
     link.Q = to_mat3(Q);
     find_swaps(Q, link);
-
-    std::vector<size_t> children;
-    for (size_t k = 0; k < links.size(); ++k)
-      if (model.joints[k].parent == static_cast<int>(i)) children.push_back(k);
-    link.hands_on = children == std::vector<size_t>{i + 1};
 
     const bool on_base = joint.parent < 0;
     const auto parent = static_cast<size_t>(joint.parent);

@@ -2,6 +2,7 @@
 // structs, so that a pack stays in registers.
 #pragma once
 
+#include <cmath>
 #include <type_traits>
 
 #include "fricid/base/math.hpp"
@@ -17,6 +18,37 @@ template <class S>
     return fma(a, b, c);
   } else {
     return a * b + c;
+  }
+}
+
+/// x, read once: g++ would read it from memory again at every use, and memory is the narrowest path
+/// (one 64-byte load per cycle).
+template <class S>
+[[gnu::always_inline]] inline S in_registers(S x) {
+#if defined(__GNUC__) && defined(__x86_64__)
+  if constexpr (kIsPack<S>) asm("" : "+v"(x.v));
+#endif
+  return x;
+}
+template <class S>
+[[gnu::always_inline]] inline Vec3<S> in_registers(const Vec3<S>& a) {
+  return {in_registers(a.x), in_registers(a.y), in_registers(a.z)};
+}
+template <class S>
+[[gnu::always_inline]] inline Inertia<S> in_registers(const Inertia<S>& a) {
+  const Sym3<S>& s = a.sigma;
+  return {in_registers(a.m), in_registers(a.h),
+          Sym3<S>{in_registers(s.xx), in_registers(s.xy), in_registers(s.yy), in_registers(s.xz),
+                  in_registers(s.yz), in_registers(s.zz)}};
+}
+
+/// x with its sign flipped where `zero` is -0: no multiplication.
+template <class S, class A>
+[[gnu::always_inline]] inline S flip(A zero, const S& x) {
+  if constexpr (Lanewise<S>) {
+    return from_bits(to_bits(x) ^ to_bits(S(zero)));
+  } else {
+    return std::signbit(zero) ? -x : x;
   }
 }
 
@@ -239,8 +271,8 @@ void load_turned(const Link<A>& link, const S* pi, Inertia<S>& out) {
 }
 template <class A, class S>
 [[gnu::always_inline]] inline void load_swapped(const Link<A>& link, const S* pi, Inertia<S>& out) {
-  const auto h = [&](size_t k) { return S(link.first_sign[k]) * pi[link.first[k]]; };
-  const auto product = [&](size_t k) { return S(-link.second_sign[k]) * pi[link.second[k]]; };
+  const auto h = [&](size_t k) { return flip(link.first_zero[k], pi[link.first[k]]); };
+  const auto product = [&](size_t k) { return flip(-link.second_zero[k], pi[link.second[k]]); };
   const S xx = pi[link.second[0]], yy = pi[link.second[2]], zz = pi[link.second[5]];
   const S half_trace = S(0.5) * (xx + yy + zz);
   out.m = pi[0];
@@ -259,8 +291,8 @@ template <class A, class S>
   if (link.swaps) {
     const S h[3] = {bar.h.x, bar.h.y, bar.h.z};
     const S i[6] = {I.xx, I.xy, I.yy, I.xz, I.yz, I.zz};
-    for (size_t k = 0; k < 3; ++k) pi_bar[link.first[k]] += S(link.first_sign[k]) * h[k];
-    for (size_t k = 0; k < 6; ++k) pi_bar[link.second[k]] += S(link.second_sign[k]) * i[k];
+    for (size_t k = 0; k < 3; ++k) pi_bar[link.first[k]] += flip(link.first_zero[k], h[k]);
+    for (size_t k = 0; k < 6; ++k) pi_bar[link.second[k]] += flip(link.second_zero[k], i[k]);
     return;
   }
   const Vec3<S> h = multiply(link.Q, bar.h);

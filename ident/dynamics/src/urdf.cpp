@@ -24,19 +24,22 @@ using Eigen::Vector3d;
 // files round moments of inertia, so a thin body may miss the triangle inequality by this share
 constexpr double kRounding = 1e-3;
 
-/// Keeps what urdfdom would print; the first line is the reason of a failure.
+/// Keeps what urdfdom would print. Its errors come from the inside out, so joined they name the
+/// number, then the link.
 class Messages : public console_bridge::OutputHandler {
  public:
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-    if (first_.empty() && level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR)
-      first_ = text.substr(0, text.find('\n'));
+    if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR) return;
+    if (!errors_.empty()) errors_ += "; ";
+    for (const char c : text) errors_ += c == '\n' ? ' ' : c;
   }
-  const std::string& first() const { return first_; }
+  const std::string& errors() const { return errors_; }
 
  private:
-  std::string first_;
+  std::string errors_;
 };
 
+/// @throws UserError on anything that urdfdom calls an error, even where it goes on with zeros
 urdf::ModelInterfaceSharedPtr parse_tree(const std::string& text, const std::string& source) {
   static std::mutex console;  // console_bridge has one handler per process
   const std::lock_guard lock(console);
@@ -44,7 +47,8 @@ urdf::ModelInterfaceSharedPtr parse_tree(const std::string& text, const std::str
   console_bridge::useOutputHandler(&messages);
   const urdf::ModelInterfaceSharedPtr tree = urdf::parseURDF(text);
   console_bridge::restorePreviousOutputHandler();
-  if (!tree) throw UserError("{}: {}", source, messages.first());
+  if (!messages.errors().empty()) throw UserError("{}: {}", source, messages.errors());
+  if (!tree) throw UserError("{}: not a URDF", source);
   return tree;
 }
 
@@ -120,26 +124,15 @@ Matrix3d to_eigen(const urdf::Rotation& r) {
   return Eigen::Quaterniond(r.w, r.x, r.y, r.z).normalized().toRotationMatrix();
 }
 
+Matrix3d inertia_matrix(const urdf::Inertial& i) {
+  return Matrix3d{{i.ixx, i.ixy, i.ixz}, {i.ixy, i.iyy, i.iyz}, {i.ixz, i.iyz, i.izz}};
+}
+
 /// @throws UserError unless mass > 0 (or nothing at all) and the inertia is that of a body
 void check_inertial(const urdf::Inertial& inertial, const std::string& place) {
-  const double m = inertial.mass;
-  const double values[] = {inertial.ixx, inertial.iyy, inertial.izz,
-                           inertial.ixy, inertial.ixz, inertial.iyz};
-  const char* const names[] = {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"};
-  bool empty = true;
-  for (int k = 0; k < 6; ++k) {
-    if (!std::isfinite(values[k]))
-      throw UserError("{}: {} = {} kg m^2; must be finite", place, names[k], values[k]);
-    empty = empty && values[k] == 0;
-  }
-  if (m == 0 && empty) return;
-  if (!std::isfinite(m) || m <= 0) throw UserError("{}: mass = {} kg; must be > 0", place, m);
-  if (!to_eigen(inertial.origin.position).allFinite())
-    throw UserError("{}: inertial origin must be finite", place);
-
-  const Matrix3d I{{values[0], values[3], values[4]},
-                   {values[3], values[1], values[5]},
-                   {values[4], values[5], values[2]}};
+  const Matrix3d I = inertia_matrix(inertial);
+  if (inertial.mass == 0 && I.isZero(0)) return;
+  if (!(inertial.mass > 0)) throw UserError("{}: mass = {} kg; must be > 0", place, inertial.mass);
   const Vector3d moments = Eigen::SelfAdjointEigenSolver<Matrix3d>(I).eigenvalues();
   const double trace = moments.sum();
   if (moments(0) < -kRounding * std::abs(trace))
@@ -198,10 +191,7 @@ class Builder {
 
   static Matrix3d inertia_about_com(const urdf::Inertial& inertial) {
     const Matrix3d R = to_eigen(inertial.origin.rotation);
-    const Matrix3d I{{inertial.ixx, inertial.ixy, inertial.ixz},
-                     {inertial.ixy, inertial.iyy, inertial.iyz},
-                     {inertial.ixz, inertial.iyz, inertial.izz}};
-    return R * I * R.transpose();
+    return R * inertia_matrix(inertial) * R.transpose();
   }
 
   void add_joint(const urdf::Joint& joint, const Frame& placed) {
@@ -215,11 +205,9 @@ class Builder {
                       joint.type == urdf::Joint::PLANAR ? "planar" : "floating");
     if (element.mimic) throw UserError("{}: <mimic> couples joints; each must be free", place);
     const Vector3d axis = to_eigen(joint.axis);
-    if (!axis.allFinite() || axis.norm() < 1e-6)
+    if (!(axis.norm() > 1e-6))
       throw UserError("{}: axis = ({}, {}, {}); must have a length", place, axis.x(), axis.y(),
                       axis.z());
-    if (!placed.p.allFinite() || !placed.R.allFinite())
-      throw UserError("{}: origin must be finite", place);
 
     Joint added;
     added.name = joint.name;
@@ -241,8 +229,7 @@ class Builder {
     added.jerk = element.jerk;
     check_limits(added, place);
     model_.joints.push_back(added);
-    const auto inertial = model_.pi.size();
-    model_.pi.conservativeResize(inertial + 10);
+    model_.pi.conservativeResize(model_.pi.size() + 10);
     model_.pi.tail<10>().setZero();
   }
 
@@ -250,7 +237,7 @@ class Builder {
     if (joint.continuous) {
       joint.lower = -std::numeric_limits<double>::infinity();
       joint.upper = std::numeric_limits<double>::infinity();
-    } else if (!(joint.lower < joint.upper) || !std::isfinite(joint.upper - joint.lower)) {
+    } else if (!(joint.lower < joint.upper)) {
       throw UserError("{}: limits lower = {}, upper = {}; lower must be below upper", place,
                       joint.lower, joint.upper);
     }

@@ -142,20 +142,19 @@ template <class Real>
 struct Link {
   bool revolute = true;
   int parent = -1;
-  bool hands_on = false;  ///< link i + 1 is the only child
-  int subtree = 0;        ///< where the list of the links that joint i moves starts in subtrees_
+  int subtree = 0;  ///< where the list of the links that joint i moves starts in subtrees_
   int subtree_size = 0;
   Turn turn = Turn::kNone;
   Shift shift = Shift::kGeneral;
-  Mat3<Real> general;           ///< the turn as a matrix (at any kind)
-  Real offset = 0;              ///< [rad]
-  Vec3<Real> p0;                ///< joint origin in the parent's internal frame [m]
-  Mat3<Real> Q;                 ///< turns internal vectors into frame i
-  bool swaps = true;            ///< Q only permutes and flips axes, as follows
-  std::array<int, 3> first{};   ///< internal h[k] = first_sign[k] pi[first[k]]
+  Mat3<Real> general;          ///< the turn as a matrix (at any kind)
+  Real offset = 0;             ///< [rad]
+  Vec3<Real> p0;               ///< joint origin in the parent's internal frame [m]
+  Mat3<Real> Q;                ///< turns internal vectors into frame i
+  bool swaps = true;           ///< Q only permutes and flips axes, as follows
+  std::array<int, 3> first{};  ///< internal h[k] is pi[first[k]], negated where first_zero[k] is -0
   std::array<int, 6> second{};  ///< the same for I in the order of Sym3
-  std::array<Real, 3> first_sign{};
-  std::array<Real, 6> second_sign{};
+  std::array<Real, 3> first_zero{};
+  std::array<Real, 6> second_zero{};
 };
 
 /// A force and its moment about the frame origin.

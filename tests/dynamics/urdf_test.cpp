@@ -1,0 +1,206 @@
+// What the URDF reader understands, and what it says when it does not.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "fricid/base/error.hpp"
+#include "fricid/dynamics/robot_model.hpp"
+#include "robots.hpp"
+
+namespace fricid::dynamics::test {
+namespace {
+
+const std::string kInertial =
+    R"(<inertial><origin xyz="0 0 0.1"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" )"
+    R"(ixy="0" ixz="0" iyz="0"/></inertial>)";
+const std::string kLimit = R"(<limit lower="-1" upper="1" velocity="2" effort="3"/>)";
+
+/// One joint "turn" of link "arm", on lines 3 and 4 of the file.
+std::string one_joint(const std::string& inertial = kInertial, const std::string& limit = kLimit,
+                      const std::string& type = "revolute",
+                      const std::string& axis = R"(<axis xyz="0 0 1"/>)") {
+  return "<robot name=\"r\">\n<link name=\"base\"/>\n<link name=\"arm\">" + inertial +
+         "</link>\n<joint name=\"turn\" type=\"" + type +
+         R"("><parent link="base"/><child link="arm"/>)" + axis + limit + "</joint>\n</robot>\n";
+}
+
+std::string inertial(const std::string& mass, const std::string& inertia) {
+  return "<inertial><mass value=\"" + mass + "\"/><inertia " + inertia +
+         R"( ixy="0" ixz="0" iyz="0"/></inertial>)";
+}
+
+std::string message(const std::string& text) {
+  testing::internal::CaptureStderr();
+  testing::internal::CaptureStdout();
+  std::string what = "no error";
+  try {
+    parse_urdf(text, "r.urdf");
+  } catch (const UserError& error) {
+    what = error.what();
+  }
+  // the parser's own messages stay unheard
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+  return what;
+}
+
+TEST(Urdf, ReadsJointsLimitsAndOwnElement) {
+  const RobotModel model = parse_urdf(
+      one_joint(kInertial, kLimit + R"(<fricid armature="0.4" acceleration="9" jerk="80"/>)"),
+      "r.urdf");
+  ASSERT_EQ(model.n(), 1);
+  const Joint& joint = model.joints[0];
+  EXPECT_EQ(joint.name, "turn");
+  EXPECT_EQ(joint.link, "arm");
+  EXPECT_EQ(joint.parent, -1);
+  EXPECT_EQ(joint.lower, -1);
+  EXPECT_EQ(joint.upper, 1);
+  EXPECT_EQ(joint.velocity, 2);
+  EXPECT_EQ(joint.effort, 3);
+  EXPECT_EQ(joint.acceleration, 9);
+  EXPECT_EQ(joint.jerk, 80);
+  EXPECT_EQ(model.gravity, Vector3d(0, 0, -9.81));
+  const VectorXd pi{{1, 0, 0, 0.1, 0.02, 0, 0.02, 0, 0, 0.01, 0.4}};
+  EXPECT_TRUE(close(model.pi, pi, 1e-15));
+  EXPECT_EQ(model.parameter_names()[1], "turn m cx");
+  EXPECT_EQ(model.parameter_names().back(), "turn Ia");
+}
+
+TEST(Urdf, ContinuousHasNoPositionLimits) {
+  const RobotModel model = parse_urdf(one_joint(kInertial, "", "continuous"), "r.urdf");
+  EXPECT_TRUE(model.joints[0].continuous);
+  EXPECT_TRUE(std::isinf(model.joints[0].upper));
+}
+
+TEST(Urdf, KeepsEveryLinkAsAFrameAndTheOrderOfTheFile) {
+  const RobotModel model = load("test/branched.urdf");
+  std::vector<std::string> joints, frames;
+  for (const Joint& joint : model.joints) joints.push_back(joint.name);
+  for (const Frame& frame : model.frames) frames.push_back(frame.name);
+  EXPECT_EQ(joints, (std::vector<std::string>{"waist", "left_shoulder", "left_elbow", "right_slide",
+                                              "right_shoulder"}));
+  EXPECT_EQ(frames, (std::vector<std::string>{"base", "pedestal", "torso", "head", "left_upper",
+                                              "left_mount", "left_lower", "left_tool", "right_rail",
+                                              "right_arm", "right_tip"}));
+  EXPECT_EQ(model.frames[1].link, -1);
+  EXPECT_EQ(model.frames[3].link, 0);
+  EXPECT_DOUBLE_EQ(model.pi(0), 9 + 1.5);  // torso with the head behind a fixed joint
+}
+
+TEST(Urdf, IgnoresWhatDynamicsDoesNotNeed) {
+  std::string text = one_joint();
+  text.insert(text.find("</link>"), R"(<visual><geometry><mesh filename="package://none/arm.stl"/>
+    </geometry></visual><collision><geometry><box size="1 1 1"/></geometry></collision>)");
+  text.insert(text.find("</robot>"),
+              R"(<transmission name="t"><type>x</type></transmission><gazebo reference="arm"/>)");
+  EXPECT_EQ(parse_urdf(text, "r.urdf").n(), 1);
+}
+
+TEST(Urdf, ReadsAThinPlateWithRoundedMoments) {
+  EXPECT_EQ(message(one_joint(inertial("1", R"(ixx="0.0333" iyy="0.0333" izz="0.06666")"))),
+            "no error");
+}
+
+TEST(UrdfError, Inertia) {
+  EXPECT_EQ(message(one_joint("")),
+            "r.urdf:3: link arm: moved by joint turn but without mass; needs <inertial> with mass "
+            "> 0");
+  EXPECT_EQ(message(one_joint(inertial("-1", R"(ixx="1" iyy="1" izz="1")"))),
+            "r.urdf:3: link arm: mass = -1 kg; must be > 0");
+  EXPECT_EQ(message(one_joint(inertial("0", R"(ixx="1" iyy="1" izz="1")"))),
+            "r.urdf:3: link arm: mass = 0 kg; must be > 0");
+  EXPECT_EQ(message(one_joint(inertial("0", R"(ixx="0" iyy="0" izz="0")"))),
+            "r.urdf:3: link arm: moved by joint turn but without mass; needs <inertial> with mass "
+            "> 0");
+  EXPECT_EQ(message(one_joint(inertial("1", R"(ixx="1" iyy="1" izz="3")"))),
+            "r.urdf:3: link arm: principal moments of inertia 1, 1, 3 kg m^2; the largest must not "
+            "exceed the sum of the other two");
+  EXPECT_EQ(message(one_joint(inertial("1", R"(ixx="-1" iyy="1" izz="1")"))),
+            "r.urdf:3: link arm: principal moment of inertia -1 kg m^2; must be > 0");
+  EXPECT_EQ(message(one_joint(inertial("1", R"(ixx="nan" iyy="1" izz="1")"))),
+            "r.urdf: Inertial: inertia element ixx is not a valid double; Could not parse inertial "
+            "element for Link [arm]");
+}
+
+TEST(UrdfError, Joint) {
+  EXPECT_EQ(
+      message(one_joint(kInertial, kLimit, "planar")),
+      "r.urdf:4: joint turn: type is planar; allowed: revolute, continuous, prismatic, fixed");
+  EXPECT_EQ(message(one_joint(kInertial, kLimit, "floating")),
+            "r.urdf:4: joint turn: type is floating; allowed: revolute, continuous, prismatic, "
+            "fixed");
+  EXPECT_EQ(message(one_joint(kInertial, kLimit, "revolute", R"(<axis xyz="0 0 0"/>)")),
+            "r.urdf:4: joint turn: axis = (0, 0, 0); must have a length");
+  EXPECT_EQ(message(one_joint(kInertial, R"(<limit velocity="1" effort="1"/>)")),
+            "r.urdf:4: joint turn: limits lower = 0, upper = 0; lower must be below upper");
+  EXPECT_EQ(
+      message(one_joint(kInertial, R"(<limit lower="-1" upper="1" velocity="-2" effort="3"/>)")),
+      "r.urdf:4: joint turn: limit velocity = -2; must be >= 0");
+  EXPECT_EQ(
+      message(one_joint(kInertial, R"(<limit lower="-1" upper="1" velocity="2" effort="-3"/>)")),
+      "r.urdf:4: joint turn: limit effort = -3; must be >= 0");
+  EXPECT_EQ(message(one_joint(kInertial, kLimit + R"(<mimic joint="other"/>)")),
+            "r.urdf:4: joint turn: <mimic> couples joints; each must be free");
+  EXPECT_EQ(message(one_joint(kInertial, "", "fixed")),
+            "r.urdf: no revolute, continuous or prismatic joint");
+  EXPECT_EQ(message("<robot name=\"r\">\n<link name=\"base\"/>\n</robot>"),
+            "r.urdf: no revolute, continuous or prismatic joint");
+}
+
+TEST(UrdfError, OwnElement) {
+  EXPECT_EQ(message(one_joint(kInertial, kLimit + R"(<fricid armature="-0.1"/>)")),
+            "r.urdf:4: joint turn: fricid armature = \"-0.1\"; must be a number >= 0");
+  EXPECT_EQ(message(one_joint(kInertial, kLimit + R"(<fricid jerk="fast"/>)")),
+            "r.urdf:4: joint turn: fricid jerk = \"fast\"; must be a number >= 0");
+  EXPECT_EQ(message(one_joint(kInertial, kLimit + R"(<fricid armatur="0.1"/>)")),
+            "r.urdf:4: joint turn: fricid: unknown attribute \"armatur\"; known: armature, "
+            "acceleration, jerk");
+}
+
+/// One line that names the file.
+void expect_one_line(const std::string& what) {
+  EXPECT_EQ(what.find("r.urdf:"), 0u) << what;
+  EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+  EXPECT_GT(what.size(), 12u) << what;
+}
+
+TEST(UrdfError, BrokenXmlIsOneLine) {
+  EXPECT_EQ(message("<robot name=\"r\">\n<link name=\"base\">\n</robot>"),
+            "r.urdf:2: not well-formed XML (XML_ERROR_MISMATCHED_ELEMENT)");
+  EXPECT_EQ(message("<mujoco/>"), "r.urdf: no <robot> element");
+  EXPECT_EQ(message(""), "r.urdf:0: not well-formed XML (XML_ERROR_EMPTY_DOCUMENT)");
+  expect_one_line(message(one_joint(inertial("heavy", R"(ixx="1" iyy="1" izz="1")"))));
+  expect_one_line(message(one_joint(kInertial, "")));  // revolute without <limit>
+  expect_one_line(message("<robot name=\"r\"></robot>"));
+  std::string orphan = one_joint();
+  orphan.replace(orphan.find("parent link=\"base\""), 18, "parent link=\"none\"");
+  expect_one_line(message(orphan));
+  std::string loop = one_joint();
+  loop.replace(loop.find("parent link=\"base\""), 18, "parent link=\"arm\"");
+  expect_one_line(message(loop));
+}
+
+// Cut anywhere, a file is read or refused in one line.
+TEST(UrdfError, TruncatedAnywhereIsOneLine) {
+  const std::string whole = one_joint();
+  for (size_t size = 0; size + 2 < whole.size(); ++size)
+    expect_one_line(message(whole.substr(0, size)));
+}
+
+TEST(UrdfError, MissingFileAndDirectory) {
+  const auto what = [](const std::filesystem::path& path) -> std::string {
+    try {
+      load_urdf(path);
+    } catch (const UserError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(what("no/such.urdf"), "no/such.urdf: cannot be read");
+  const std::string folder = FRICID_SOURCE_DIR "/models";
+  EXPECT_EQ(what(folder), folder + ": a directory; expected a URDF file");
+}
+
+}  // namespace
+}  // namespace fricid::dynamics::test
