@@ -1,6 +1,7 @@
 // Robots and random states that the tests of rigid-body dynamics share.
 #pragma once
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -60,12 +61,12 @@ inline RobotModel random_tree(int n, std::uint64_t seed, bool chain = false) {
   const auto pick = [&rng](int count) { return static_cast<int>(count * rng.uniform()); };
   const auto vector = [&rng] { return Vector3d(rng.normal(), rng.normal(), rng.normal()); };
   RobotModel model;
-  model.name = "random tree " + std::to_string(seed);
+  model.name = fmt::format("random tree {}", seed);
   model.pi.resize(11 * n);
   for (int i = 0; i < n; ++i) {
     Joint joint;
-    joint.name = "j" + std::to_string(i);
-    joint.link = "l" + std::to_string(i);
+    joint.name = fmt::format("j{}", i);
+    joint.link = fmt::format("l{}", i);
     joint.type = pick(4) == 0 ? JointType::kPrismatic : JointType::kRevolute;
     joint.parent = chain ? i - 1 : pick(i + 1) - 1;
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
