@@ -66,6 +66,24 @@ TEST_F(FrictionSection, FamiliesOfElements) {
   EXPECT_EQ(value_of(f, 1, "K3"), 15);
 }
 
+// The most elements a law can have, and one more.
+TEST_F(FrictionSection, NumberOfElements) {
+  const auto law = [](int elements) {
+    return "[[friction.law]]\nlaw = \"maxwell_slip\"\nelements = " + std::to_string(elements) +
+           "\nK = 10\nW = 2\n";
+  };
+  const auto rows = friction::law_table();
+  const auto row = std::find_if(rows.begin(), rows.end(),
+                                [](const auto& info) { return info.name == "maxwell_slip"; });
+  const int most = row->most_elements;
+  EXPECT_EQ(load(law(1)).theta.size(), 2u * 2);
+  EXPECT_EQ(load(law(most)).theta.size(), 2u * 2 * static_cast<std::size_t>(most));
+  EXPECT_EQ(error_of(law(most + 1)),
+            fmt::format("scene.toml:7: friction.law[1].elements = {}; allowed: a whole number from "
+                        "1 to {}",
+                        most + 1, most));
+}
+
 // Whatever order the keys come in, modifiers apply in the order of the table.
 TEST_F(FrictionSection, ModifiersFollowTheTable) {
   std::string text = kDahl;

@@ -10,16 +10,20 @@ namespace {
 using friction::LawInfo;
 using friction::ParameterInfo;
 
-// Keys of `now`, where `one_more` are the parameters with one more element.
+// Keys of `now`, where `other` are the parameters with another number of elements: a family is what
+// that number changes, less the number at its end.
 std::vector<FrictionKey> make_keys(const std::vector<ParameterInfo>& now,
-                                   const std::vector<ParameterInfo>& one_more) {
-  // The bases of families are what one more element adds, less its number.
+                                   const std::vector<ParameterInfo>& other) {
   std::vector<std::string> bases;
-  for (const ParameterInfo& info : one_more) {
-    const auto same_symbol = [&](const ParameterInfo& p) { return p.symbol == info.symbol; };
-    if (std::any_of(now.begin(), now.end(), same_symbol)) continue;
-    bases.emplace_back(info.symbol.substr(0, info.symbol.find_last_not_of("0123456789") + 1));
-  }
+  const auto add_bases = [&](const auto& some, const auto& without) {
+    for (const ParameterInfo& info : some) {
+      const auto same_symbol = [&](const ParameterInfo& p) { return p.symbol == info.symbol; };
+      if (std::any_of(without.begin(), without.end(), same_symbol)) continue;
+      bases.emplace_back(info.symbol.substr(0, info.symbol.find_last_not_of("0123456789") + 1));
+    }
+  };
+  add_bases(now, other);
+  add_bases(other, now);
 
   std::vector<FrictionKey> keys;
   for (std::size_t p = 0; p < now.size(); ++p) {
@@ -40,15 +44,18 @@ std::vector<FrictionKey> make_keys(const std::vector<ParameterInfo>& now,
   return keys;
 }
 
+int other_count(const LawInfo& row, int elements) {
+  return !row.has_elements ? elements : elements > 1 ? elements - 1 : elements + 1;
+}
+
 }  // namespace
 
 FrictionOwner law_owner(const LawInfo& row, int elements) {
   FrictionOwner owner{.name = std::string(row.name),
                       .parameters = friction::parameters_of_law(row.name, elements),
                       .keys = {}};
-  owner.keys = make_keys(owner.parameters, row.has_elements
-                                               ? friction::parameters_of_law(row.name, elements + 1)
-                                               : owner.parameters);
+  const int other = other_count(row, elements);
+  owner.keys = make_keys(owner.parameters, friction::parameters_of_law(row.name, other));
   return owner;
 }
 
@@ -56,9 +63,8 @@ FrictionOwner modifier_owner(const LawInfo& row, int elements) {
   FrictionOwner owner{.name = std::string(row.name),
                       .parameters = friction::parameters_of_modifier(row.name, elements),
                       .keys = {}};
-  owner.keys = make_keys(owner.parameters,
-                         row.has_elements ? friction::parameters_of_modifier(row.name, elements + 1)
-                                          : owner.parameters);
+  const int other = other_count(row, elements);
+  owner.keys = make_keys(owner.parameters, friction::parameters_of_modifier(row.name, other));
   return owner;
 }
 

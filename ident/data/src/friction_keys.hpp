@@ -10,8 +10,6 @@
 
 namespace fricid::data {
 
-inline constexpr int kMostElements = 64;
-
 /// One key: a parameter, or a family k1, k2, ... of one value per element under the key "k".
 struct FrictionKey {
   std::string key;

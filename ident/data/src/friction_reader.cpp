@@ -159,7 +159,8 @@ class EntryReader {
 
   static int read_count(TomlReader& fields, const LawInfo& row, std::string_view key) {
     int count = row.has_elements ? 1 : 0;
-    if (row.has_elements) fields(key, count, number("", 1, kMostElements, "number of elements"));
+    if (row.has_elements)
+      fields(key, count, number("", 1, row.most_elements, "number of elements"));
     return count;
   }
 

@@ -283,7 +283,7 @@ const friction::LawInfo& row_of(const Node& name, std::span<const friction::LawI
 }
 
 int read_count(const Node& count, const friction::LawInfo& row, int none) {
-  return row.has_elements ? count.integer(1, kMostElements) : count.integer(none, none);
+  return row.has_elements ? count.integer(1, row.most_elements) : count.integer(none, none);
 }
 
 Friction read_friction(const Node& node, int n) {
