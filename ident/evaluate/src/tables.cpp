@@ -11,13 +11,17 @@ namespace {
 
 using Cells = std::vector<std::string>;
 
-/// Two significant digits, as errors deserve: "1.5e-4", "0.12", "37".
+/// Two or three significant digits, as errors deserve: "1.5e-4", "0.12", "3.7", "4667".
 std::string digits(double value) {
   if (std::isnan(value)) return "–";
   if (value == 0) return "0";
   const double magnitude = std::abs(value);
-  if (magnitude >= 100 && magnitude < 1e5) return fmt::format("{:.0f}", value);
-  if (magnitude >= 0.01 && magnitude < 100) return fmt::format("{:.2g}", value);
+  if (magnitude >= 0.01 && magnitude < 1e5)
+    return fmt::format("{:.{}f}", value,
+                       magnitude < 0.1  ? 3
+                       : magnitude < 1  ? 2
+                       : magnitude < 10 ? 1
+                                        : 0);
   std::string text = fmt::format("{:.1e}", value);
   const std::size_t e = text.find('e');
   const int exponent = std::stoi(text.substr(e + 1));
@@ -60,6 +64,10 @@ std::string markdown_table(const std::vector<Cells>& rows) {
   return text;
 }
 
+bool has_any(const std::vector<double>& values) {
+  return std::any_of(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
+}
+
 template <class Values>
 void append(Cells& cells, const Values& values, std::string (*format)(double)) {
   for (const double value : values) cells.push_back(format(value));
@@ -73,14 +81,25 @@ Cells horizon_titles(const EvaluationReport& report, const std::string& first) {
 
 std::string error_table(const EvaluationReport& report) {
   std::vector<Cells> rows{horizon_titles(report, "model")};
-  for (const char* title : {"diverged", "parameters", "fit s"}) rows[0].push_back(title);
-  for (const Summary& summary : report.summary) {
+  for (const char* title : {"friction %", "diverged", "parameters", "fit s"})
+    rows[0].emplace_back(title);
+  const auto add_bound = [&](const char* title, const std::vector<double>& values) {
+    if (!has_any(values)) return;
+    append(rows.emplace_back(Cells{title}), values, digits);
+    rows.back().resize(rows[0].size());
+  };
+  for (std::size_t i = 0; i < report.summary.size(); ++i) {
+    const Summary& summary = report.summary[i];
+    if (i > 0 && report.summary[i - 1].is_oracle && !summary.is_oracle)
+      add_bound("*floor*", report.floor);
     Cells& row = rows.emplace_back(Cells{summary.label});
     append(row, summary.q_mse_geometric_mean, digits);
+    row.push_back(percent(summary.friction));
     row.push_back(fmt::format("{}/{}", summary.diverged, summary.rollouts));
     row.push_back(summary.is_oracle ? "–" : std::to_string(summary.parameters));
     row.push_back(summary.is_oracle ? "–" : digits(summary.fit_seconds));
   }
+  add_bound("*headroom*", report.headroom);
   return markdown_table(rows);
 }
 
@@ -135,15 +154,16 @@ std::string friction_table(const EvaluationReport& report) {
 }  // namespace
 
 std::string to_markdown(const EvaluationReport& report) {
-  const bool has_oracle = !std::all_of(report.oracle.begin(), report.oracle.end(),
-                                       [](double value) { return std::isnan(value); });
+  const bool has_oracle = has_any(report.oracle);
   const bool has_friction =
       std::any_of(report.summary.begin(), report.summary.end(),
                   [](const Summary& summary) { return !std::isnan(summary.friction); });
   std::string text = fmt::format("# {}: open loop on held-out data\n\n", report.scene);
   text += fmt::format(
       "Mean squared error of q [rad²] from the start of a rollout to the horizon, geometric mean "
-      "over {} trajectories, start times and seeds. Diverged rollouts count, clamped.\n\n",
+      "over {} trajectories, start times and seeds. Diverged rollouts count, clamped. Friction: "
+      "error "
+      "of the friction torque driven by the measured motion, percent of its RMS.\n\n",
       report.trajectories.size());
   text += error_table(report);
   if (has_oracle) {
