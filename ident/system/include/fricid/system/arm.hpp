@@ -57,6 +57,24 @@ class ArmStepper {
   void step(std::span<const S> tau, std::span<const S> temperature, double dt, std::span<S> q,
             std::span<S> v, std::span<S> z);
 
+  /// Takes other parameters than the arm's, which may differ between lanes: pi (11 n + n_c), theta
+  /// (parameter_count).
+  void set_parameters(std::span<const S> pi, std::span<const S> theta);
+
+  /// `step` is this many leaps.
+  int leaps() const { return options_.substeps / options_.leap; }
+  void leap(std::span<const S> tau, std::span<const S> temperature, double dt, std::span<S> q,
+            std::span<S> v, std::span<S> z);
+
+  /// Vector-Jacobian product of `leap` at the state before it. The adjoint (q_bar, v_bar, z_bar) of
+  /// the state after is replaced by that of the state before; the parameters' is accumulated into
+  /// pi_bar and theta_bar, lane by lane (an empty span is skipped). The torque is given, not
+  /// differentiated. Costs about four leaps. Does not allocate.
+  void leap_pullback(std::span<const S> tau, std::span<const S> temperature, double dt,
+                     std::span<const S> q, std::span<const S> v, std::span<const S> z,
+                     std::span<S> q_bar, std::span<S> v_bar, std::span<S> z_bar,
+                     std::span<S> pi_bar, std::span<S> theta_bar);
+
   /// Friction torque [N m] at the present state. Does not allocate.
   void friction_torque(std::span<const S> tau, std::span<const S> temperature, std::span<const S> q,
                        std::span<const S> v, std::span<const S> z, std::span<S> tau_f);
@@ -64,9 +82,20 @@ class ArmStepper {
  private:
   void set_inputs(std::span<const S> tau, std::span<const S> temperature, std::span<const S> q,
                   std::span<const S> v);
+  /// Lengths of the drifts before and after the kick, and of the whole leap [s].
+  struct Lengths {
+    double before, after, leap;
+  };
+  Lengths lengths(double dt) const;
   void drift(double h, std::span<S> q, std::span<const S> v, std::span<S> z);
+  void drift_pullback(double h, std::span<const S> v, std::span<const S> z, std::span<S> q_bar,
+                      std::span<S> v_bar, std::span<S> z_bar, std::span<S> theta_bar);
   void acceleration(std::span<const S> tau, double ahead, std::span<const S> q,
                     std::span<const S> v, std::span<const S> z);
+  void acceleration_pullback(std::span<const S> q, std::span<const S> v, std::span<const S> z,
+                             std::span<const S> a, std::span<const S> a_bar, std::span<S> q_bar,
+                             std::span<S> v_bar, std::span<S> v_friction_bar, std::span<S> z_bar,
+                             std::span<S> pi_bar, std::span<S> theta_bar);
 
   const Arm& arm_;
   StepOptions options_;
@@ -74,6 +103,11 @@ class ArmStepper {
   std::vector<S> pi_, theta_;                    // parameters in every lane
   std::vector<S> tau_f_, net_, a_, correction_;  // (n)
   std::vector<friction::Input<S>> in_;
+
+  // of the pullback: the state within a leap and its adjoints
+  std::vector<S> q_mid_, v_mid_, z_mid_, v_new_, a_lag_, a_bar_, lambda_, v_friction_bar_;
+  std::vector<S> z_next_bar_, theta_unused_;
+  std::vector<friction::Input<S>> in_bar_;
 };
 
 extern template class ArmStepper<double>;
