@@ -130,8 +130,8 @@ std::vector<std::string> predict_torques(const Job& job, const HeldOut& held_out
     for (std::size_t i = 0; i < held_out.trajectories.size(); ++i) {
       const evaluate::Trajectory& recording = held_out.trajectories[i];
       const estimate::Filtered& motion = held_out.filtered[i];
-      const auto prediction =
-          evaluate::torque_prediction(model.arm, recording.data, motion.q, motion.v, motion.a);
+      const auto prediction = evaluate::torque_prediction(
+          model.arm, job.experiment.model, recording.data, motion.q, motion.v, motion.a);
       const auto row = [&](const char* figure, const std::vector<double>& values) {
         table += fmt::format("| {} s{} | {} | {} |", model.label, model.seed, recording.data.name,
                              figure);
@@ -178,6 +178,7 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
     contest.scene = job.experiment.name;
     contest.trajectories = held_out.trajectories;
     contest.models = models;
+    contest.robot = job.experiment.model;
     if (!held_out.truths.empty()) {
       contest.models.insert(contest.models.begin(), oracle_model(job.experiment));
       const auto starts =

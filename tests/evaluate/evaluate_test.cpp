@@ -111,6 +111,32 @@ TEST(Evaluate, FrictionShareByHand) {
   EXPECT_NEAR(summary_of(report, "simple").friction, sum, 1e-12);
 }
 
+// Friction 0.7 N m stronger in one direction than in the other, under the torque that balances it:
+// a model that carries this as a constant torque of the joint is right, one without is 0.7 off.
+TEST(Evaluate, ConstantTorqueOfAModelCountsAsFriction) {
+  constexpr double kConstant = 0.7;
+  evaluate::Contest contest = small_contest(400, 0);
+  for (auto& trajectory : contest.trajectories) {
+    trajectory.truth->tau_f.col(2).array() += kConstant;
+    trajectory.data.tau.col(2).array() += kConstant;
+  }
+  Arm offset = contest.models[0].arm;
+  dynamics::add_linear_torque(offset.robot, {"offset", 2}, kConstant);
+  contest.models.push_back(model_file("offset", offset));
+
+  const EvaluationReport report = evaluate::evaluate(contest, small_options(), 1);
+  const auto& right = result_of(report, "offset").scores[0];
+  EXPECT_LT(right.horizons[2].q_mse, 1e-30);
+  EXPECT_LT(right.friction_rollout.all[2], 1e-12);
+  EXPECT_LT(right.friction.all[2], 0.1 * kConstant);
+  EXPECT_NEAR(result_of(report, "oracle").scores[0].friction.all[2], kConstant, 0.1 * kConstant);
+
+  // what the robot had before identification is no friction
+  contest.robot = offset.robot;
+  const EvaluationReport known = evaluate::evaluate(contest, small_options(), 1);
+  EXPECT_NEAR(result_of(known, "offset").scores[0].friction_rollout.all[2], kConstant, 1e-12);
+}
+
 TEST(Evaluate, SimulatorIsTheFirstOracleAndTheReference) {
   evaluate::Contest contest = small_contest();
   const auto options = small_options();

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -84,6 +85,29 @@ TEST(Table, ShowsOracleFirstAndWhatTheBenchmarkIsWorth) {
                            "diverged", "parameters", "fit s", "presliding", "0/8", "1.00"})
     EXPECT_THAT(text, HasSubstr(part));
   EXPECT_THAT(text, ::testing::Not(HasSubstr("nan")));
+}
+
+// Between oracle and models stands what no model can beat, below them what is left to gain.
+TEST(Table, FloorAndHeadroomStandWithTheErrors) {
+  EvaluationReport full = report();
+  full.floor = {1.5e-7, 0.0123, 4666.6};
+  full.headroom = {3.71, 0.5, std::numeric_limits<double>::quiet_NaN()};
+  full.summary[1].friction = 0.1234;
+  const std::string text = to_markdown(full);
+  const std::size_t oracle = text.find("| oracle "), floor = text.find("| *floor*"),
+                    simple = text.find("| simple "), headroom = text.find("| *headroom*");
+  EXPECT_LT(oracle, floor);
+  EXPECT_LT(floor, simple);
+  EXPECT_LT(simple, headroom);
+  const auto line = [&](std::size_t begin) {
+    return text.substr(begin, text.find('\n', begin) - begin);
+  };
+  EXPECT_THAT(line(floor), ::testing::MatchesRegex(R"(.* 1\.5e-7 \|  *0\.012 \|  *4667 \|.*)"));
+  EXPECT_THAT(line(headroom), ::testing::MatchesRegex(R"(.* 3\.7 \|  *0\.50 \|  *– \|.*)"));
+  EXPECT_THAT(line(simple), HasSubstr(" 12 |"));
+
+  full.floor.assign(3, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_THAT(to_markdown(full), ::testing::Not(HasSubstr("*floor*")));
 }
 
 // Every table has as many cells in each row as in its header.

@@ -32,7 +32,7 @@ struct Moving {
                                          {a.row(k).data(), 6});
   }
   TorquePrediction predict(const Arm& model) const {
-    return torque_prediction(model, trajectory.data, trajectory.q, trajectory.v, a);
+    return torque_prediction(model, arm.robot, trajectory.data, trajectory.q, trajectory.v, a);
   }
 };
 
@@ -65,6 +65,19 @@ TEST(TorquePrediction, FiguresByHand) {
   }
 }
 
+TEST(TorquePrediction, ConstantTorqueIsPartOfTheFrictionOnce) {
+  const Moving moving(kr6_friction("lugre"));
+  Arm offset = moving.arm;
+  dynamics::add_linear_torque(offset.robot, {"offset", 2}, 0.7);
+  const TorquePrediction with = moving.predict(offset), without = moving.predict(moving.arm);
+  for (const auto& difference :
+       {RowMatrix(with.tau - without.tau), RowMatrix(with.tau_f - without.tau_f)}) {
+    EXPECT_NEAR(difference.col(2).minCoeff(), 0.7, 1e-12);
+    EXPECT_NEAR(difference.col(2).maxCoeff(), 0.7, 1e-12);
+    EXPECT_EQ(difference.col(1).norm(), 0);
+  }
+}
+
 TEST(TorquePrediction, LeavesOutMissingTorque) {
   Moving moving(kr6_friction("lugre"));
   const Arm bare{moving.arm.robot, kr6_friction("coulomb_viscous")};
@@ -89,8 +102,8 @@ TEST(TorquePrediction, DoesNotPeekAtTheMeasuredTorque) {
 
 TEST(TorquePrediction, RefusesWhatDoesNotFit) {
   const Moving moving(kr6_friction("lugre"));
-  EXPECT_THROW(torque_prediction(moving.arm, moving.trajectory.data, moving.trajectory.q,
-                                 moving.trajectory.v, moving.a.topRows(3)),
+  EXPECT_THROW(torque_prediction(moving.arm, moving.arm.robot, moving.trajectory.data,
+                                 moving.trajectory.q, moving.trajectory.v, moving.a.topRows(3)),
                UserError);
   EXPECT_THROW(moving.predict(flywheel(1, 0)), UserError);
 }

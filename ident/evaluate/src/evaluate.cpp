@@ -8,6 +8,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
+#include "fricid/evaluate/constant_friction.hpp"
 #include "fricid/evaluate/statistics.hpp"
 
 namespace fricid::evaluate {
@@ -37,8 +38,8 @@ struct Driven {
   std::vector<std::vector<double>> z0;  ///< state at each planned start of the trajectory
 };
 
-Driven drive(const data::ModelFile& model, const Trajectory& trajectory,
-             std::span<const Start> starts) {
+Driven drive(const data::ModelFile& model, const dynamics::RobotModel& known,
+             const Trajectory& trajectory, std::span<const Start> starts) {
   const data::Dataset& data = trajectory.data;
   const DrivenFriction driven = drive_friction(model.arm.friction, data.dt(), trajectory.q,
                                                trajectory.v, held_torque(data), data.temperature);
@@ -48,6 +49,7 @@ Driven drive(const data::ModelFile& model, const Trajectory& trajectory,
     throw UserError("{}: the true friction state has {} values, the oracle {} has {}", data.name,
                     z.cols(), model.name, driven.z.cols());
   Driven result{driven.tau_f, {}};
+  result.tau_f.rowwise() += constant_friction(model.arm.robot, known);
   for (const Start& start : starts)
     result.z0.emplace_back(z.row(start.begin).begin(), z.row(start.begin).end());
   return result;
@@ -100,7 +102,7 @@ struct Rolled {
   std::vector<std::vector<Driven>> driven;     ///< [model][trajectory]
 };
 
-Rolled roll_out_all(const Contest& contest, const Plan& plan, const RolloutOptions& options,
+Rolled roll_out_all(const Contest& contest, const Plan& plan, const data::EvaluateConfig& options,
                     int jobs) {
   const std::size_t models = contest.models.size(), trajectories = contest.trajectories.size();
   Rolled rolled{std::vector(models, std::vector<Rollout>(plan.starts.size())),
@@ -108,7 +110,8 @@ Rolled roll_out_all(const Contest& contest, const Plan& plan, const RolloutOptio
   parallel_for(static_cast<int>(models * trajectories), jobs, [&](int task) {
     const auto m = static_cast<std::size_t>(task) / trajectories;
     const auto i = static_cast<std::size_t>(task) % trajectories;
-    rolled.driven[m][i] = drive(contest.models[m], contest.trajectories[i], plan.by_trajectory[i]);
+    rolled.driven[m][i] =
+        drive(contest.models[m], contest.robot, contest.trajectories[i], plan.by_trajectory[i]);
   });
   // Batches outermost: the long ones start first, whoever they belong to.
   parallel_for(static_cast<int>(models * plan.batches.size()), jobs, [&](int task) {
@@ -123,8 +126,10 @@ Rolled roll_out_all(const Contest& contest, const Plan& plan, const RolloutOptio
       z0.push_back(rolled.driven[m][static_cast<std::size_t>(starts.back().trajectory)]
                        .z0[static_cast<std::size_t>(plan.rank[index])]);
     }
-    std::vector<Rollout> made =
-        roll_out(contest.models[m].arm, contest.trajectories, starts, z0, options);
+    const Arm& arm = contest.models[m].arm;
+    std::vector<Rollout> made = roll_out(
+        arm, contest.trajectories, starts, z0,
+        {{options.substeps}, options.diverged_rad, constant_friction(arm.robot, contest.robot)});
     for (std::size_t l = 0; l < batch.size(); ++l)
       rolled.rollouts[m][static_cast<std::size_t>(batch[l])] = std::move(made[l]);
   });
@@ -205,7 +210,7 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
   if (rms.size() < contest.trajectories.size()) rms.clear();
   for (const double h : options.horizons_s) report.horizons_s.push_back(h == 0 ? longest : h);
 
-  Rolled rolled = roll_out_all(contest, plan, {{options.substeps}, options.diverged_rad}, jobs);
+  Rolled rolled = roll_out_all(contest, plan, options, jobs);
 
   std::vector<Rollout> simulated = contest.simulator_oracle, halved = contest.simulator_halved;
   for (std::vector<Rollout>* rollouts : {&simulated, &halved})

@@ -123,7 +123,9 @@ std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajec
     stepper.friction_torque(tau, temperature, q, v, z, tau_f);
     for (int l = 0; l < count; ++l) {
       Rollout& rollout = lanes[static_cast<std::size_t>(l)].rollout;
-      if (k <= rollout.start.steps) store(tau_f, l, k, rollout.tau_f);
+      if (k > rollout.start.steps) continue;
+      store(tau_f, l, k, rollout.tau_f);
+      if (options.constant_friction.size() > 0) rollout.tau_f.row(k) += options.constant_friction;
     }
     if (k < longest) stepper.step(tau, temperature, dt, q, v, z);
   }

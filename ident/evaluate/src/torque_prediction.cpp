@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fricid/base/error.hpp"
+#include "fricid/evaluate/constant_friction.hpp"
 
 namespace fricid::evaluate {
 namespace {
@@ -39,8 +40,9 @@ void score_joint(TorquePrediction& prediction, const RowMatrix& measured, Eigen:
 
 }  // namespace
 
-TorquePrediction torque_prediction(const Arm& arm, const data::Dataset& dataset, ConstRowMatrix q,
-                                   ConstRowMatrix v, ConstRowMatrix a) {
+TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& known,
+                                   const data::Dataset& dataset, ConstRowMatrix q, ConstRowMatrix v,
+                                   ConstRowMatrix a) {
   const int n = arm.robot.n();
   for (const ConstRowMatrix* motion : {&q, &v, &a})
     if (motion->rows() != dataset.length() || motion->cols() != n || dataset.n() != n)
@@ -55,6 +57,7 @@ TorquePrediction torque_prediction(const Arm& arm, const data::Dataset& dataset,
         drive_friction(arm.friction, dataset.dt(), q, v, prediction.tau, dataset.temperature).tau_f;
     prediction.tau = rigid + prediction.tau_f;
   }
+  prediction.tau_f.rowwise() += constant_friction(arm.robot, known);
   for (Eigen::Index j = 0; j < n; ++j) score_joint(prediction, dataset.tau, j);
   return prediction;
 }

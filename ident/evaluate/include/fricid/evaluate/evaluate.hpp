@@ -18,6 +18,8 @@ struct Contest {
   std::vector<Trajectory> trajectories;
   /// Models to roll out. Those with is_oracle start from the true friction state.
   std::vector<data::ModelFile> models;
+  /// Before identification: what a model's constant torques add to it counts as friction.
+  dynamics::RobotModel robot;
   std::vector<std::string> unconventional;  ///< names of models that are not a convention to beat
   /// Rollouts by the simulator with the true model from the true state under the measured torque,
   /// at the truth's inner step and at half of it; one per planned start, in that order, or empty

@@ -23,6 +23,7 @@ struct Rollout {
 struct RolloutOptions {
   StepOptions step;
   double diverged_rad = 10;  ///< largest |q error| of a joint that still counts as a rollout
+  Eigen::RowVectorXd constant_friction = {};  ///< (n) in the recorded tau_f [N m]; empty: none
 };
 
 /// Flags a rollout whose state is no longer finite or whose position error exceeds `diverged_rad`

@@ -12,7 +12,7 @@ namespace fricid::evaluate {
 /// Predicted motor torque and its error per joint, over the samples with a measured torque.
 struct TorquePrediction {
   RowMatrix tau;                       ///< (T, n) predicted [N m]
-  RowMatrix tau_f;                     ///< (T, n) friction in it [N m]
+  RowMatrix tau_f;                     ///< (T, n) friction in it, its constant part too [N m]
   std::vector<double> rmse;            ///< (n) [N m]
   std::vector<double> percent_of_rms;  ///< (n) 100 rmse / rms of the measured torque
   std::vector<double> r2;              ///< (n) 1 - sum e^2 / sum (tau - mean tau)^2
@@ -21,9 +21,11 @@ struct TorquePrediction {
 /// tau = M(q) a + h(q, v) + tau_f, friction driven by the motion (free run: its state is never
 /// corrected by the measured torque). Laws that read the load see the predicted torque, not the
 /// measured one: the rigid-body torque first, then once more with the friction found.
+/// @param known    the robot before identification, see constant_friction
 /// @param q, v, a  zero-phase filtered motion (T, n)
 /// @throws UserError when the sizes do not agree
-TorquePrediction torque_prediction(const Arm& arm, const data::Dataset& dataset, ConstRowMatrix q,
-                                   ConstRowMatrix v, ConstRowMatrix a);
+TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& known,
+                                   const data::Dataset& dataset, ConstRowMatrix q, ConstRowMatrix v,
+                                   ConstRowMatrix a);
 
 }  // namespace fricid::evaluate
