@@ -1,8 +1,8 @@
 #include "fricid/render/figures.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
@@ -62,7 +62,7 @@ Run read_run(const std::filesystem::path& folder) {
 
 /// Every k-th row of a column, at most kPointsPerCurve points.
 std::vector<double> thinned(const Eigen::Ref<const Eigen::VectorXd>& x) {
-  const Eigen::Index stride = std::max<Eigen::Index>(1, x.size() / kPointsPerCurve);
+  const Eigen::Index stride = 1 + (x.size() - 1) / kPointsPerCurve;
   std::vector<double> points;
   for (Eigen::Index k = 0; k < x.size(); k += stride) points.push_back(x[k]);
   return points;
@@ -140,6 +140,9 @@ Figure error_horizon(const Run& run) {
                                 .width = 1.6,
                                 .dashed = actor.is_oracle,
                                 .markers = true});
+  const std::vector<double> floor = numbers(run.evaluation["floor"]);
+  if (std::any_of(floor.begin(), floor.end(), [](double x) { return std::isfinite(x); }))
+    panel.series.push_back({.label = "floor", .colour = "#999999", .x = horizons, .y = floor});
   figure.panels.push_back(std::move(panel));
   return figure;
 }
