@@ -1,0 +1,172 @@
+// Included by particle_filter.hpp.
+#pragma once
+
+namespace fricid::smc {
+
+template <StateSpaceModel M, Guide G>
+auto ParticleFilter<M, G>::noise_of(int b) -> const S* {
+  for (int i = 0; i < n_; ++i) {
+    temporary_[static_cast<std::size_t>(i)] =
+        load<S>(noise_.data() + i * stride_ + b * kLaneCount<S>);
+  }
+  return temporary_.data();
+}
+
+template <StateSpaceModel M, Guide G>
+void ParticleFilter<M, G>::start() {
+  draw_noise(0);
+  for (int b = 0; b < x_.blocks(); ++b) guide_->start(noise_of(b), x_.block(b));
+  const auto N = static_cast<std::size_t>(particles());
+  std::fill(log_weights_.begin(), log_weights_.end(), -std::numeric_limits<double>::infinity());
+  std::fill_n(log_weights_.begin(), N, -std::log(static_cast<double>(N)));
+  for (std::size_t i = 0; i < roots_.size(); ++i) roots_[i] = i < N ? static_cast<int>(i) : 0;
+  resampled_ = false;
+}
+
+template <StateSpaceModel M, Guide G>
+std::optional<WeightSum> ParticleFilter<M, G>::weigh(int t, Slice<S>* slice) {
+  constexpr int kLanes = kLaneCount<S>;
+  const bool has_next = t + 1 < steps();
+  const bool wants_past = slice != nullptr || options_.y != nullptr;
+  guide_->prepare(t);
+  for (int b = 0; b < x_.blocks(); ++b) {
+    const S* x = x_.block(b);
+    S* F = nullptr;
+    if (has_next) {
+      F = image_.block(b);
+      std::copy_n(x, n_, F);
+      model_->transition(t, std::span<S>(F, static_cast<std::size_t>(n_)));
+    }
+    const LogWeight<S> gained = guide_->log_weight(x, F, wants_past);
+    for (int k = 0; k < kLanes; ++k) {
+      const auto i = static_cast<std::size_t>(b * kLanes + k);
+      // lanes past N carry -inf, whatever they gain
+      if (i >= static_cast<std::size_t>(particles())) break;
+      const double carried = log_weights_[i];
+      log_weights_[i] = carried + static_cast<double>(lane(gained.total, k));
+      past_log_weights_[i] = carried + static_cast<double>(lane(gained.past, k));
+    }
+  }
+  const auto sum = normalise(first(log_weights_), weights_);
+  if (!sum) return {};
+  for (double& lw : log_weights_) lw -= sum->log_sum;
+  ess_ = sum->ess;
+  if (slice != nullptr) {
+    slice->x = x_;
+    if (has_next) slice->image = image_;
+    slice->log_weights = has_next ? past_log_weights_ : log_weights_;
+  }
+  return sum;
+}
+
+template <StateSpaceModel M, Guide G>
+void ParticleFilter<M, G>::draw_ancestors(int t) {
+  const auto N = static_cast<std::size_t>(particles());
+  resampled_ = ess_ < options_.ess_threshold * static_cast<double>(N);
+  if (!resampled_) {
+    for (std::size_t i = 0; i < ancestors_.size(); ++i) {
+      ancestors_[i] = i < N ? static_cast<int>(i) : 0;
+    }
+    return;
+  }
+  fill_uniform(options_.seed, stream(t), 0, uniforms_);
+  resample(options_.resampling, first(weights_), uniforms_, std::span(ancestors_).first(N));
+  std::fill_n(log_weights_.begin(), N, -std::log(static_cast<double>(N)));
+}
+
+template <StateSpaceModel M, Guide G>
+void ParticleFilter<M, G>::move(int t, Slice<S>* slice) {
+  draw_ancestors(t);
+  draw_noise(t + 1);
+  for (int b = 0; b < x_.blocks(); ++b) {
+    const S* F = image_.block(b);
+    if (resampled_) {
+      S* copy = temporary_.data() + n_;
+      image_.gather(b, ancestors_, copy);
+      F = copy;
+    }
+    guide_->move(F, noise_of(b), x_.block(b));
+  }
+  if (resampled_) {
+    old_roots_.swap(roots_);
+    for (std::size_t i = 0; i < roots_.size(); ++i) {
+      roots_[i] = old_roots_[static_cast<std::size_t>(ancestors_[i])];
+    }
+  }
+  if (slice != nullptr) slice->ancestors = ancestors_;
+}
+
+template <StateSpaceModel M, Guide G>
+int ParticleFilter<M, G>::count_roots() {
+  const auto N = static_cast<std::size_t>(particles());
+  std::fill(old_roots_.begin(), old_roots_.end(), 0);
+  int count = 0;
+  for (std::size_t i = 0; i < N; ++i) {
+    int& met = old_roots_[static_cast<std::size_t>(roots_[i])];
+    count += met == 0 ? 1 : 0;
+    met = 1;
+  }
+  return count;
+}
+
+template <StateSpaceModel M, Guide G>
+void ParticleFilter<M, G>::open_segment(History<S>& history, int t) {
+  auto& checkpoint = history.checkpoint(history.segment_of(t));
+  checkpoint.x = x_;
+  checkpoint.log_weights = log_weights_;
+  history.held = history.segment_of(t);
+}
+
+template <StateSpaceModel M, Guide G>
+void ParticleFilter<M, G>::run(Report& report, History<S>* history) {
+  const int T = steps();
+  report.reset(T, particles());
+  report.log_likelihood = guide_->log_start();
+  start();
+  if (options_.y != nullptr) {
+    innovations_.start(row_of(*options_.y, 0));
+    innovations_.add_to(report);
+  }
+  for (int t = 0; t < T; ++t) {
+    if (history != nullptr && t % history->interval() == 0) open_segment(*history, t);
+    Slice<S>* slice = history != nullptr ? &history->slice(t) : nullptr;
+    const auto sum = weigh(t, slice);
+    if (!sum) {
+      report.log_likelihood = -std::numeric_limits<double>::infinity();
+      return;
+    }
+    report.log_likelihood += sum->log_sum;
+    report.ess[static_cast<std::size_t>(t)] = sum->ess;
+    report.steps = t + 1;
+    if (t + 1 == T) break;
+    if (options_.y != nullptr) {
+      normalise(first(past_log_weights_), past_weights_);
+      innovations_.predict(image_, first(past_weights_), row_of(*options_.y, t + 1));
+      innovations_.add_to(report);
+    }
+    move(t, slice);
+    report.resampled += resampled_ ? 1 : 0;
+  }
+  report.distinct_roots = count_roots();
+  report.failed = false;
+}
+
+template <StateSpaceModel M, Guide G>
+auto ParticleFilter<M, G>::at(History<S>& history, int t) -> const Slice<S>& {
+  const int segment = history.segment_of(t);
+  if (segment != history.held) {
+    const auto& checkpoint = history.checkpoint(segment);
+    x_ = checkpoint.x;
+    log_weights_ = checkpoint.log_weights;
+    history.held = segment;
+    const int begin = segment * history.interval();
+    const int end = std::min(begin + history.interval(), steps());
+    for (int u = begin; u < end; ++u) {
+      weigh(u, &history.slice(u));
+      if (u + 1 < steps()) move(u, &history.slice(u));
+    }
+  }
+  return history.slice(t);
+}
+
+}  // namespace fricid::smc

@@ -1,0 +1,143 @@
+// Particles in lanes: block b holds the states of particles L b .. L b + L - 1, component i of all
+// of them in one pack; L = kLaneCount<S>.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstring>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "fricid/base/pack.hpp"
+
+namespace fricid::smc {
+
+/// double or float, the number in a lane of S.
+template <class S>
+using Real = std::remove_cvref_t<decltype(lane(std::declval<S>(), 0))>;
+
+/// Numbers in memory to lanes and back, converted to the lanes' type.
+template <class S, class T>
+S load(const T* from) {
+  S x(0);
+  if constexpr (std::is_same_v<T, Real<S>>) {
+    std::memcpy(&x, from, sizeof(S));
+  } else {
+    for (int i = 0; i < kLaneCount<S>; ++i) set_lane(x, i, static_cast<Real<S>>(from[i]));
+  }
+  return x;
+}
+template <class S, class T>
+void store(S x, T* to) {
+  if constexpr (std::is_same_v<T, Real<S>>) {
+    std::memcpy(to, &x, sizeof(S));
+  } else {
+    for (int i = 0; i < kLaneCount<S>; ++i) to[i] = static_cast<T>(lane(x, i));
+  }
+}
+
+/// Sum over the lanes, lane 0 first.
+template <class S>
+Real<S> add_lanes(S x) {
+  Real<S> sum = lane(x, 0);
+  for (int i = 1; i < kLaneCount<S>; ++i) sum += lane(x, i);
+  return sum;
+}
+
+/// Random numbers are laid out for this many particles at a time, so that particle i sees the same
+/// ones in lanes of any width.
+inline constexpr int kPadding = 16;
+
+/// `particles` rounded up to a multiple of kPadding.
+constexpr int padded(int particles) { return (particles + kPadding - 1) / kPadding * kPadding; }
+
+/// The states of `particles` particles and of the empty lanes behind them.
+template <class S>
+class Cloud {
+ public:
+  static constexpr int kLanes = kLaneCount<S>;
+
+  Cloud() = default;
+  Cloud(int state_size, int particles)
+      : n_(state_size),
+        blocks_((particles + kLanes - 1) / kLanes),
+        x_(static_cast<std::size_t>(n_ * blocks_), S(0)) {}
+
+  int state_size() const { return n_; }
+  int blocks() const { return blocks_; }
+  S* block(int b) { return x_.data() + static_cast<std::ptrdiff_t>(b) * n_; }
+  const S* block(int b) const { return x_.data() + static_cast<std::ptrdiff_t>(b) * n_; }
+
+  /// Component i of one particle.
+  Real<S> at(int particle, int i) const {
+    return reinterpret_cast<const Real<S>*>(x_.data())[offset(particle) + i * kLanes];
+  }
+  void set(int particle, int i, Real<S> value) {
+    reinterpret_cast<Real<S>*>(x_.data())[offset(particle) + i * kLanes] = value;
+  }
+
+  /// Copies `from`'s particles ancestors[L b] .. ancestors[L b + L - 1] into a block of lanes.
+  void gather(int b, std::span<const int> ancestors, S* to) const {
+    for (int k = 0; k < kLanes; ++k) {
+      const int particle = ancestors[static_cast<std::size_t>(b * kLanes + k)];
+      const Real<S>* from = reinterpret_cast<const Real<S>*>(x_.data()) + offset(particle);
+      Real<S>* lane_k = reinterpret_cast<Real<S>*>(to) + k;
+      for (int i = 0; i < n_; ++i) lane_k[i * kLanes] = from[i * kLanes];
+    }
+  }
+
+ private:
+  std::ptrdiff_t offset(int particle) const {
+    return static_cast<std::ptrdiff_t>(particle / kLanes) * n_ * kLanes + particle % kLanes;
+  }
+
+  int n_ = 0, blocks_ = 0;
+  std::vector<S> x_;
+};
+
+/// A matrix of constants times a vector of lanes; entries that are exactly zero cost nothing.
+template <class S>
+class LaneMatrix {
+ public:
+  LaneMatrix() = default;
+  /// Room for rows x cols entries, so that assign does not allocate.
+  LaneMatrix(Eigen::Index rows, Eigen::Index cols) {
+    start_.reserve(static_cast<std::size_t>(rows) + 1);
+    entries_.reserve(static_cast<std::size_t>(rows * cols));
+  }
+
+  void assign(const Eigen::Ref<const Eigen::MatrixXd>& A) {
+    start_.clear();
+    entries_.clear();
+    start_.push_back(0);
+    for (Eigen::Index i = 0; i < A.rows(); ++i) {
+      for (Eigen::Index j = 0; j < A.cols(); ++j) {
+        if (A(i, j) != 0) entries_.push_back({static_cast<Real<S>>(A(i, j)), static_cast<int>(j)});
+      }
+      start_.push_back(entries_.size());
+    }
+  }
+
+  int rows() const { return static_cast<int>(start_.size()) - 1; }
+
+  /// Row i times x, added to `sum`.
+  S add_row(int i, const S* x, S sum) const {
+    const auto row = static_cast<std::size_t>(i);
+    for (std::size_t k = start_[row]; k < start_[row + 1]; ++k) {
+      sum = fma(S(entries_[k].value), x[entries_[k].column], sum);
+    }
+    return sum;
+  }
+
+ private:
+  struct Entry {
+    Real<S> value;
+    int column;
+  };
+  std::vector<std::size_t> start_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace fricid::smc

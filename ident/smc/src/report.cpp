@@ -1,0 +1,106 @@
+#include "fricid/smc/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <span>
+
+namespace fricid::smc {
+namespace {
+
+double median(std::span<const double> values) {
+  std::vector<double> sorted(values.begin(), values.end());
+  if (sorted.empty()) return 0;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle;
+}
+
+}  // namespace
+
+void Report::reset(int T, int N) {
+  failed = true;
+  steps = 0;
+  particles = N;
+  log_likelihood = 0;
+  ess.assign(static_cast<std::size_t>(T), 0);
+  resampled = distinct_roots = 0;
+  nis.clear();
+  present.clear();
+  backward_ess.clear();
+  paths = path_roots = 0;
+  refreshed = 0;
+}
+
+double Report::min_ess() const {
+  const std::span valid(ess.data(), static_cast<std::size_t>(steps));
+  return valid.empty() ? 0 : *std::min_element(valid.begin(), valid.end());
+}
+
+double Report::median_ess() const {
+  return median(std::span(ess.data(), static_cast<std::size_t>(steps)));
+}
+
+double Report::median_backward_ess() const { return median(backward_ess); }
+
+double Report::nis_per_channel() const {
+  const int channels = std::accumulate(present.begin(), present.end(), 0);
+  return channels == 0 ? 1 : std::accumulate(nis.begin(), nis.end(), 0.0) / channels;
+}
+
+double Report::nis_half_width() const {
+  const int channels = std::accumulate(present.begin(), present.end(), 0);
+  return channels == 0 ? std::numeric_limits<double>::infinity() : 3 * std::sqrt(2.0 / channels);
+}
+
+std::vector<Warning> Report::warnings() const {
+  std::vector<Warning> list;
+  if (failed) {
+    list.push_back({fmt::format("no particle explains observation {}", steps),
+                    "every weight vanished or one is not a number; nothing after it is known",
+                    "raise Q, check the observation for outliers, bound the states"});
+    return list;
+  }
+  const double half_width = nis_half_width();
+  if (const double mean = nis_per_channel(); std::abs(mean - 1) > half_width) {
+    const bool large = mean > 1;
+    list.push_back(
+        {fmt::format("NIS per channel {:.3g}, a true model gives {:.3g} to {:.3g}", mean,
+                     1 - half_width, 1 + half_width),
+         large ? "the data depart from the predictions by more than Q and R admit"
+               : "the data follow the predictions more closely than Q and R expect",
+         large ? "raise Q or improve the model; never lower Q from here" : "lower Q or R"});
+  }
+  if (distinct_roots < 0.1 * particles) {
+    list.push_back({fmt::format("distinct roots {} of {}", distinct_roots, particles),
+                    "all particles descend from few: their histories are no smoothed sample",
+                    "smooth backwards, use the twisted filter, or raise Q"});
+  }
+  if (!backward_ess.empty() && median_backward_ess() < 3) {
+    list.push_back({fmt::format("backward ESS {:.2g}", median_backward_ess()),
+                    "given its future each path has one possible past: smoothing repeats the "
+                    "filter's histories",
+                    "raise Q, use more particles, the twisted filter, or the Gaussian smoother"});
+  }
+  if (paths > 0 && refreshed < 0.2) {
+    list.push_back({fmt::format("{:.2g} of the ancestors refreshed", refreshed),
+                    "backward steps keep the filter's histories",
+                    "raise Q, or make more moves per step"});
+  }
+  if (paths > 0 && path_roots < 0.1 * std::min(paths, particles)) {
+    list.push_back({fmt::format("distinct roots {} of {} paths", path_roots, paths),
+                    "the paths agree near the start: their spread there means nothing",
+                    "as for a low backward ESS"});
+  }
+  if (min_ess() < 2) {
+    list.push_back({fmt::format("smallest ESS {:.3g} of {}", min_ess(), particles),
+                    "one particle carried nearly all weight at some step",
+                    "look at the data there; use the adapted or twisted filter, more particles"});
+  }
+  return list;
+}
+
+}  // namespace fricid::smc

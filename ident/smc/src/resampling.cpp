@@ -1,0 +1,136 @@
+#include "fricid/smc/resampling.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "fricid/base/math.hpp"
+#include "fricid/smc/lanes.hpp"
+
+namespace fricid::smc {
+namespace {
+
+/// Walks through the cumulated weights: next(x) is the first index with W_0 + .. + W_i > x, for
+/// x that never fall. The walk ends on the last positive weight, whatever rounding did to the sum.
+class Walk {
+ public:
+  explicit Walk(std::span<const double> W) : W_(W), last_(W.size() - 1) {
+    while (last_ > 0 && !(W[last_] > 0)) --last_;
+    sum_ = W[0];
+  }
+  int next(double x) {
+    while (sum_ <= x && index_ < last_) sum_ += W_[++index_];
+    return static_cast<int>(index_);
+  }
+
+ private:
+  std::span<const double> W_;
+  std::size_t index_ = 0, last_;
+  double sum_;
+};
+
+void resample_multinomial(std::span<const double> W, std::span<const double> uniforms,
+                          std::span<int> ancestors) {
+  // sorted uniforms are cumulated exponentials over their total
+  const std::size_t count = ancestors.size();
+  double total = 0;
+  for (std::size_t k = 0; k <= count; ++k) total -= log(uniforms[k]);
+  Walk walk(W);
+  double reached = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    reached -= log(uniforms[k]);
+    ancestors[k] = walk.next(reached / total);
+  }
+}
+
+void resample_killing(std::span<const double> W, std::span<const double> uniforms,
+                      std::span<int> ancestors) {
+  assert(ancestors.size() == W.size());
+  const double largest = *std::max_element(W.begin(), W.end());
+  const std::size_t count = W.size();
+  std::size_t killed = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool survives = uniforms[i] * largest < W[i];
+    killed += survives ? 0 : 1;
+    ancestors[i] = survives ? static_cast<int>(i) : -1;
+  }
+  if (killed == 0) return;
+  // the places of the killed, drawn anew: sorted uniforms over as many as were killed
+  double total = 0;
+  for (std::size_t k = 0; k <= killed; ++k) total -= log(uniforms[count + k]);
+  Walk walk(W);
+  double reached = 0;
+  std::size_t drawn = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (ancestors[i] >= 0) continue;
+    reached -= log(uniforms[count + drawn++]);
+    ancestors[i] = walk.next(reached / total);
+  }
+}
+
+}  // namespace
+
+std::optional<WeightSum> normalise(std::span<const double> lw, std::span<double> W) {
+  assert(W.size() >= lw.size());
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double largest = -kInfinity;
+  for (const double x : lw) largest = std::max(largest, x);
+  if (!(std::abs(largest) < kInfinity)) return {};
+
+  constexpr std::size_t kLanes = PackD::kLanes;
+  PackD sums(0.0), squares(0.0);
+  std::size_t i = 0;
+  for (; i + kLanes <= lw.size(); i += kLanes) {
+    const PackD w = exp(load<PackD>(lw.data() + i) - PackD(largest));
+    store(w, W.data() + i);
+    sums += w;
+    squares = fma(w, w, squares);
+  }
+  double sum = add_lanes(sums), square = add_lanes(squares);
+  for (; i < lw.size(); ++i) {
+    W[i] = exp(lw[i] - largest);
+    sum += W[i];
+    square += W[i] * W[i];
+  }
+  if (!(sum > 0)) return {};
+  const double scale = 1 / sum;
+  for (std::size_t k = 0; k < lw.size(); ++k) W[k] *= scale;
+  return WeightSum{largest + log(sum), sum * sum / square};
+}
+
+std::size_t uniforms_needed(Resampling scheme, std::size_t count) {
+  switch (scheme) {
+    case Resampling::kSystematic:
+      return 1;
+    case Resampling::kStratified:
+      return count;
+    case Resampling::kMultinomial:
+      return count + 1;
+    case Resampling::kKilling:
+      return 2 * count + 1;
+  }
+  return 0;
+}
+
+void resample(Resampling scheme, std::span<const double> W, std::span<const double> uniforms,
+              std::span<int> ancestors) {
+  const std::size_t count = ancestors.size();
+  assert(uniforms.size() >= uniforms_needed(scheme, count));
+  if (scheme == Resampling::kMultinomial) return resample_multinomial(W, uniforms, ancestors);
+  if (scheme == Resampling::kKilling) return resample_killing(W, uniforms, ancestors);
+  Walk walk(W);
+  const bool systematic = scheme == Resampling::kSystematic;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double u = uniforms[systematic ? 0 : k];
+    ancestors[k] = walk.next((static_cast<double>(k) + u) / static_cast<double>(count));
+  }
+}
+
+int pick(std::span<const double> W, double u) {
+  double total = 0;
+  for (const double w : W) total += w;
+  return Walk(W).next(u * total);
+}
+
+}  // namespace fricid::smc
