@@ -96,6 +96,14 @@ TEST(Evaluate, DrivenFrictionOfTheTruthIsRight) {
             summary_of(report, "oracle").friction_rollout);
 }
 
+TEST(Evaluate, DrivenFrictionIsJudgedOnWholeRecordingsWhateverTheHorizons) {
+  const evaluate::Contest contest = small_contest();
+  data::EvaluateConfig brief = small_options();
+  brief.horizons_s = {0.1};
+  EXPECT_EQ(summary_of(evaluate::evaluate(contest, brief, 1), "simple").friction,
+            summary_of(evaluate::evaluate(contest, small_options(), 1), "simple").friction);
+}
+
 // The mean over joints of RMSE_j / RMS_j, first-sample rollouts only, by hand from the scores.
 TEST(Evaluate, FrictionShareByHand) {
   const evaluate::Contest contest = small_contest();

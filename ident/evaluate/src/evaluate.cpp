@@ -68,7 +68,7 @@ RolloutScore score_of(const Rollout& rollout, const Trajectory& trajectory,
         horizon_error(rollout, trajectory, horizon_steps(h, data.dt(), data.length())));
   if (!trajectory.truth) return score;
   if (driven_tau_f.size() > 0)
-    score.friction = friction_error(driven_tau_f.middleRows(start.begin, start.steps + 1),
+    score.friction = friction_error(driven_tau_f.bottomRows(driven_tau_f.rows() - start.begin),
                                     trajectory, start.begin);
   if (rollout.tau_f.size() > 0)
     score.friction_rollout = friction_error(rollout.tau_f, trajectory, start.begin);

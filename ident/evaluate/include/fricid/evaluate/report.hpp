@@ -15,9 +15,11 @@ struct RolloutScore {
   double start_s = 0;
   bool diverged = false;
   std::vector<HorizonError> horizons;
-  FrictionError friction;  ///< driven by the measured motion (teacher forcing); empty without truth
-  FrictionError
-      friction_rollout;  ///< along the rollout, which has left the true motion; empty without truth
+  /// Driven by the measured motion (teacher forcing) from the start to the end of the recording;
+  /// empty without truth.
+  FrictionError friction;
+  /// Along the rollout, which has left the true motion; empty without truth.
+  FrictionError friction_rollout;
 };
 
 /// All rollouts of one model and seed.
