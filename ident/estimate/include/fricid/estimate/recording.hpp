@@ -1,0 +1,33 @@
+// A log as the gradient methods see it: motion at the samples and the torque held between them.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fricid/data/dataset.hpp"
+#include "fricid/estimate/filter.hpp"
+#include "fricid/system/arm.hpp"
+
+namespace fricid::estimate {
+
+/// One sequence of T samples of n joints.
+struct Recording {
+  std::string name;
+  double dt = 0;                ///< [s]
+  data::RowMatrix q, v;         ///< (T, n) zero-phase filtered motion, wide band
+  data::RowMatrix q_measured;   ///< (T, n) as logged; NaN where missing
+  data::RowMatrix tau;          ///< (T, n) held over [t_k, t_{k+1}); the last where missing
+  data::RowMatrix temperature;  ///< (T, n) [K]
+
+  int length() const { return static_cast<int>(q.rows()); }
+  int n() const { return static_cast<int>(q.cols()); }
+};
+
+/// @pre `filtered` was made from `dataset`
+Recording make_recording(const data::Dataset& dataset, const Filtered& filtered);
+
+/// Friction state of a model along every recording, washed out by the motion: (T, state_size) each.
+std::vector<data::RowMatrix> wash_out(const friction::Friction& friction,
+                                      std::span<const Recording> recordings, int jobs);
+
+}  // namespace fricid::estimate

@@ -1,0 +1,32 @@
+#include "fricid/estimate/adam.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kB1 = 0.9, kB2 = 0.999, kEpsilon = 1e-10;
+constexpr double kClip = 3, kLengthMemory = 0.95;
+
+}  // namespace
+
+bool Adam::step(const Eigen::VectorXd& gradient, double rate, const Eigen::VectorXd& rates,
+                const Eigen::VectorXd& lower, const Eigen::VectorXd& upper, Eigen::VectorXd& x) {
+  const double length = gradient.norm();
+  if (!std::isfinite(length)) return false;
+  ++k_;
+  const double shrink = k_ > 1 && length > kClip * mean_length_ ? kClip * mean_length_ / length : 1;
+  mean_length_ =
+      k_ == 1 ? length : kLengthMemory * mean_length_ + (1 - kLengthMemory) * shrink * length;
+  m_ = kB1 * m_ + (1 - kB1) * shrink * gradient;
+  s_ = kB2 * s_ + (1 - kB2) * (shrink * gradient).cwiseAbs2();
+  const double m_share = 1 - std::pow(kB1, k_), s_share = 1 - std::pow(kB2, k_);
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const double move = m_[i] / m_share / (std::sqrt(s_[i] / s_share) + kEpsilon);
+    x[i] = std::clamp(x[i] - rate * rates[i] * move, lower[i], upper[i]);
+  }
+  return true;
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,108 @@
+#include "fricid/estimate/coordinates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fricid/dynamics/physical_inertia.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kSmallestArmature = 1e-6;   // [kg m^2]
+constexpr double kLinearTorqueShare = 0.02;  // of the joint's torque: size of a linear torque
+
+dynamics::Vector10 link(const Eigen::VectorXd& pi, int i) { return pi.segment<10>(10 * i); }
+
+}  // namespace
+
+ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options) {
+  std::vector<double> start, rate, lower, upper;
+  const auto add = [&](Scalar scalar, double value, double low, double high, double r) {
+    const auto to_c = [&](double x) { return scalar.logarithmic ? std::log(x) : x / scalar.scale; };
+    scalars_.push_back(scalar);
+    start.push_back(std::clamp(to_c(value), to_c(low), to_c(high)));
+    lower.push_back(to_c(low));
+    upper.push_back(to_c(high));
+    rate.push_back(r);
+  };
+
+  const auto& infos = arm.friction.model.parameters();
+  for (int p = 0; p < static_cast<int>(infos.size()); ++p) {
+    const friction::ParameterInfo& info = infos[static_cast<std::size_t>(p)].info;
+    const double value = arm.friction.theta[static_cast<std::size_t>(p)];
+    const double size = std::max(std::abs(value), 0.1 * std::abs(info.typical));
+    add({p, false, info.scale == friction::Scale::kLog, size > 0 ? size : 1}, value, info.lower,
+        info.upper, 1);
+  }
+  const dynamics::RobotModel& robot = arm.robot;
+  const int n = robot.n();
+  if (options.rigid_body) {
+    for (int j = 0; j < n; ++j)
+      add({robot.armature_begin() + j, true, true, 1},
+          std::max(robot.pi[robot.armature_begin() + j], kSmallestArmature), kSmallestArmature,
+          kInfinity, options.rigid_rate);
+    for (int k = 0; k < static_cast<int>(robot.linear_torques.size()); ++k) {
+      const auto joint =
+          static_cast<std::size_t>(robot.linear_torques[static_cast<std::size_t>(k)].joint);
+      const double torque = options.torque_scale.empty() ? 1 : options.torque_scale[joint];
+      add({robot.linear_begin() + k, true, false, kLinearTorqueShare * torque},
+          robot.pi[robot.linear_begin() + k], -kInfinity, kInfinity, 1);
+    }
+    links_ = n;
+  }
+  const auto scalars = static_cast<Eigen::Index>(start.size());
+  const Eigen::Index size = scalars + 10 * links_;
+  start_.resize(size);
+  rate_ = Eigen::VectorXd::Constant(size, options.rigid_rate);
+  lower_ = Eigen::VectorXd::Constant(size, -kInfinity);
+  upper_ = Eigen::VectorXd::Constant(size, kInfinity);
+  const auto view = [&](const std::vector<double>& x) {
+    return Eigen::Map<const Eigen::VectorXd>(x.data(), scalars);
+  };
+  start_.head(scalars) = view(start);
+  rate_.head(scalars) = view(rate);
+  lower_.head(scalars) = view(lower);
+  upper_.head(scalars) = view(upper);
+  for (int i = 0; i < links_; ++i)
+    start_.segment<10>(scalars + 10 * i) = dynamics::log_cholesky_from_inertia(link(robot.pi, i));
+}
+
+void ArmCoordinates::apply(const Eigen::VectorXd& c, Arm& arm) const {
+  for (std::size_t i = 0; i < scalars_.size(); ++i) {
+    const Scalar& s = scalars_[i];
+    const double x = c[static_cast<Eigen::Index>(i)];
+    const double value = s.logarithmic ? std::exp(x) : s.scale * x;
+    if (s.in_pi) {
+      arm.robot.pi[s.parameter] = value;
+    } else {
+      const auto p = static_cast<std::size_t>(s.parameter);
+      const friction::ParameterInfo& info = arm.friction.model.parameters()[p].info;
+      arm.friction.theta[p] = std::clamp(value, info.lower, info.upper);
+    }
+  }
+  const auto scalars = static_cast<Eigen::Index>(scalars_.size());
+  for (int i = 0; i < links_; ++i)
+    arm.robot.pi.segment<10>(10 * i) =
+        dynamics::inertia_from_log_cholesky(c.segment<10>(scalars + 10 * i));
+}
+
+void ArmCoordinates::pull_back(const Eigen::VectorXd& c, const Eigen::VectorXd& pi_bar,
+                               const Eigen::VectorXd& theta_bar, Eigen::VectorXd& c_bar) const {
+  c_bar.resize(size());
+  for (std::size_t i = 0; i < scalars_.size(); ++i) {
+    const Scalar& s = scalars_[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    const double slope = s.logarithmic ? std::exp(c[k]) : s.scale;
+    c_bar[k] = slope * (s.in_pi ? pi_bar : theta_bar)[s.parameter];
+  }
+  const auto scalars = static_cast<Eigen::Index>(scalars_.size());
+  Eigen::Matrix<double, 10, 10> jacobian;
+  for (int i = 0; i < links_; ++i) {
+    dynamics::inertia_from_log_cholesky(c.segment<10>(scalars + 10 * i), &jacobian);
+    c_bar.segment<10>(scalars + 10 * i) = jacobian.transpose() * pi_bar.segment<10>(10 * i);
+  }
+}
+
+}  // namespace fricid::estimate

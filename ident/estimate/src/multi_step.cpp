@@ -1,0 +1,239 @@
+#include "fricid/estimate/multi_step.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/parallel.hpp"
+#include "fricid/base/progress.hpp"
+#include "fricid/base/rng.hpp"
+#include "fricid/estimate/adam.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kShortRollout = 1;     // [s]
+constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
+
+std::span<const double> view(const Eigen::VectorXd& x) {
+  return {x.data(), static_cast<std::size_t>(x.size())};
+}
+std::span<double> view(Eigen::VectorXd& x) {
+  return {x.data(), static_cast<std::size_t>(x.size())};
+}
+
+/// Step length of Adam over the course of a training.
+double schedule(int iteration, int iterations) {
+  const double done = static_cast<double>(iteration) / iterations;
+  return done < 0.6 ? 1 : done < 0.85 ? 0.3 : 0.1;
+}
+
+/// Windows drawn uniformly from the training part.
+std::vector<Window> draw_windows(std::span<const Recording> recordings, const Split& split,
+                                 int steps, int count, Rng& rng) {
+  std::vector<int> starts;  // admissible, cumulative
+  int total = 0;
+  for (std::size_t i = 0; i < recordings.size(); ++i)
+    starts.push_back(total += std::max(0, split.train_end[i] - steps));
+  std::vector<Window> windows;
+  for (int k = 0; k < count; ++k) {
+    const int at = std::min(static_cast<int>(rng.uniform() * total), total - 1);
+    const auto i = std::upper_bound(starts.begin(), starts.end(), at) - starts.begin();
+    windows.push_back(
+        {static_cast<int>(i), at - (i > 0 ? starts[static_cast<std::size_t>(i) - 1] : 0)});
+  }
+  return windows;
+}
+
+/// Loss and gradient of a batch of windows, packs of them in parallel, summed in their order.
+class Batch {
+ public:
+  struct Gradient {
+    Eigen::VectorXd pi, theta;
+    double loss = 0;
+  };
+
+  Batch(const Arm& arm, std::span<const Recording> recordings, StepOptions step, int steps,
+        const MultiStepOptions& options)
+      : packs_((options.batch + kLanes - 1) / kLanes), parts_(static_cast<std::size_t>(packs_)) {
+    for (int p = 0; p < packs_; ++p)
+      rollouts_.emplace_back(arm, recordings, step, steps, options.scales);
+  }
+
+  /// Mean over the windows.
+  Gradient run(const Arm& arm, std::span<const Window> windows, std::span<const data::RowMatrix> z,
+               int jobs) {
+    parallel_for(packs_, jobs, [&](int p) {
+      const auto i = static_cast<std::size_t>(p), first = i * kLanes;
+      Gradient& part = parts_[i];
+      part.pi.setZero(arm.robot.pi.size());
+      part.theta.setZero(static_cast<Eigen::Index>(arm.friction.theta.size()));
+      rollouts_[i].set_parameters(view(arm.robot.pi), arm.friction.theta);
+      const auto count = std::min<std::size_t>(kLanes, windows.size() - first);
+      part.loss = rollouts_[i].loss(windows.subspan(first, count), z);
+      rollouts_[i].add_gradient(view(part.pi), view(part.theta));
+    });
+    Gradient mean = parts_[0];
+    for (std::size_t i = 1; i < parts_.size(); ++i) {
+      mean.pi += parts_[i].pi;
+      mean.theta += parts_[i].theta;
+      mean.loss += parts_[i].loss;
+    }
+    const double share = 1.0 / static_cast<double>(windows.size());
+    mean.pi *= share;
+    mean.theta *= share;
+    mean.loss *= share;
+    return mean;
+  }
+
+ private:
+  static constexpr int kLanes = WindowRollout<PackF>::lanes();
+  int packs_;
+  std::vector<WindowRollout<PackF>> rollouts_;
+  std::vector<Gradient> parts_;
+};
+
+/// Mean squares of rollouts of equal length, in the order of `windows`.
+std::vector<double> mean_squares(const Arm& arm, std::span<const Recording> recordings,
+                                 std::span<const data::RowMatrix> z,
+                                 std::span<const Window> windows, int steps, StepOptions step,
+                                 int jobs) {
+  constexpr int kLanes = PackD::kLanes;
+  std::vector<double> squares(windows.size());
+  const int groups = (static_cast<int>(windows.size()) + kLanes - 1) / kLanes;
+  parallel_for(groups, jobs, [&](int g) {
+    const auto first = static_cast<std::size_t>(g * kLanes);
+    const auto count = std::min<std::size_t>(kLanes, windows.size() - first);
+    WindowRollout<PackD> rollout(arm, recordings, step, steps);
+    rollout.set_parameters(view(arm.robot.pi), arm.friction.theta);
+    rollout.loss(windows.subspan(first, count), z);
+    for (std::size_t k = 0; k < count; ++k)
+      squares[first + k] = rollout.mean_square(static_cast<int>(k));
+  });
+  return squares;
+}
+
+}  // namespace
+
+Split split_recordings(std::span<const Recording> recordings, double hold_out) {
+  Split split;
+  for (const Recording& r : recordings) {
+    const int end = static_cast<int>(std::lround((1 - hold_out) * r.length()));
+    split.train_end.push_back(end);
+    split.test_begin.push_back(end);
+  }
+  return split;
+}
+
+double held_out_error(const Arm& arm, std::span<const Recording> recordings, const Split& split,
+                      StepOptions step, int jobs) {
+  const auto z = wash_out(arm.friction, recordings, jobs);
+  const int second = static_cast<int>(std::lround(kShortRollout / recordings.front().dt));
+  int shortest = recordings.front().length();
+  std::vector<Window> tiles, whole;
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const int end = recordings[i].length() - 1;
+    shortest = std::min(shortest, end - split.test_begin[i]);
+    whole.push_back({static_cast<int>(i), split.test_begin[i]});
+    for (int at = split.test_begin[i]; at + second <= end; at += second)
+      tiles.push_back({static_cast<int>(i), at});
+  }
+  const auto mean_log = [&](std::span<const Window> windows, int steps) {
+    double sum = 0;
+    for (const double square : mean_squares(arm, recordings, z, windows, steps, step, jobs))
+      sum += std::log(std::clamp(square, 1e-300, kFallenSquare));
+    return sum / static_cast<double>(windows.size());
+  };
+  if (tiles.empty()) return std::exp(mean_log(whole, shortest));
+  return std::exp(0.5 * (mean_log(tiles, second) + mean_log(whole, shortest)));
+}
+
+MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> recordings,
+                                 const MultiStepOptions& options, std::string_view label,
+                                 int jobs) {
+  const auto begin = std::chrono::steady_clock::now();
+  const double dt = recordings.front().dt;
+  const int steps = static_cast<int>(std::lround(options.window_s / dt));
+  const Split split = split_recordings(recordings, options.hold_out);
+  for (std::size_t i = 0; i < recordings.size(); ++i)
+    if (split.train_end[i] < 2 * steps)
+      throw UserError("{}: {} samples are too few for windows of {} s", recordings[i].name,
+                      recordings[i].length(), options.window_s);
+
+  MultiStepReport report;
+  report.arm = start;
+  const ArmCoordinates coordinates(start, options.coordinates);
+  Arm arm = start;
+  Eigen::VectorXd c = coordinates.start(), c_bar;
+  coordinates.apply(c, arm);
+  Adam adam(coordinates.size());
+  Rng rng(options.seed, 0);
+
+  const auto look = [&](int iteration) {
+    report.checked.push_back(iteration);
+    report.held_out.push_back(held_out_error(arm, recordings, split, options.judge, jobs));
+    if (report.held_out.back() < report.held_out[static_cast<std::size_t>(report.best)]) {
+      report.best = static_cast<int>(report.held_out.size()) - 1;
+      report.arm = arm;
+    }
+  };
+  look(0);
+
+  // the longest leap whose gradient is that of the judge's steps: stiff friction makes long leaps
+  // chatter, and gradients through chatter explode
+  StepOptions step = options.step;
+  const auto gradient = [&](Batch& batch, std::span<const Window> windows,
+                            std::span<const data::RowMatrix> z) {
+    const Batch::Gradient mean = batch.run(arm, windows, z, jobs);
+    coordinates.pull_back(c, mean.pi, mean.theta, c_bar);
+    return mean.loss;
+  };
+  std::vector<data::RowMatrix> z = wash_out(arm.friction, recordings, jobs);
+  {
+    Rng trial(options.seed, 1);
+    const auto windows = draw_windows(recordings, split, steps, options.batch, trial);
+    Batch fine(arm, recordings, options.judge, steps, options);
+    gradient(fine, windows, z);
+    const Eigen::VectorXd wanted = c_bar;
+    for (; step.leap > 1; step.leap /= 2) {
+      Batch coarse(arm, recordings, step, steps, options);
+      gradient(coarse, windows, z);
+      if ((c_bar - wanted).norm() < kLeapTolerance * wanted.norm()) break;
+    }
+    report.leap = step.leap;
+  }
+
+  Batch batch(arm, recordings, step, steps, options);
+  Progress progress(fmt::format("train {}", label), options.iterations);
+  for (int iteration = 0; iteration < options.iterations; ++iteration) {
+    throw_if_stopped();
+    if (iteration % options.wash_out_every == 0) z = wash_out(arm.friction, recordings, jobs);
+    const auto windows = draw_windows(recordings, split, steps, options.batch, rng);
+    const double loss = gradient(batch, windows, z);
+    report.loss.push_back(loss);
+    const double rate = options.rate * schedule(iteration, options.iterations);
+    if (!adam.step(c_bar, rate, coordinates.rate(), coordinates.lower(), coordinates.upper(), c))
+      ++report.skipped;
+    coordinates.apply(c, arm);
+    const int done = iteration + 1;
+    if (done * options.checks / options.iterations >
+        iteration * options.checks / options.iterations)
+      look(done);
+    progress.advance(1, fmt::format("loss {:.3g}, held out {:.2e} rad2", report.loss.back(),
+                                    report.held_out.back()));
+  }
+
+  const double best = report.held_out[static_cast<std::size_t>(report.best)];
+  report.outcome = std::isfinite(best) ? Outcome::kIterationLimit : Outcome::kFailed;
+  report.message =
+      fmt::format("held-out error {:.2e} rad2 after {} of {} iterations, {:.2e} before", best,
+                  report.checked[static_cast<std::size_t>(report.best)], options.iterations,
+                  report.held_out.front());
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return report;
+}
+
+}  // namespace fricid::estimate
