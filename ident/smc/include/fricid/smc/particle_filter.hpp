@@ -82,14 +82,20 @@ class ParticleFilter {
   std::optional<WeightSum> weigh(int t, Slice<S>* slice = nullptr);
   /// Resamples if due, and draws x_{t+1}.
   void move(int t, Slice<S>* slice = nullptr);
+  /// Draws x_{t+1} from given ancestors (N); all log weights are -log N after.
+  void move_from(int t, std::span<const int> ancestors, Slice<S>* slice = nullptr);
+  /// Puts a particle at x (n).
+  void place(int particle, std::span<const double> x);
+  /// The random numbers of the next run.
+  void set_sequence(std::uint32_t sequence) { options_.sequence = sequence; }
 
   const Cloud<S>& x() const { return x_; }
   /// Log weights of x(): normalised after weigh; after move what they carry on from t.
   std::span<const double> log_weights() const { return first(log_weights_); }
   /// Normalised weights as of the last weigh.
   std::span<const double> weights() const { return first(weights_); }
-  /// Whether the last move resampled.
-  bool resampled() const { return resampled_; }
+  /// Ancestors at t of the particles that the last move drew at t + 1.
+  std::span<const int> ancestors() const { return first(ancestors_); }
 
  private:
   template <class T>
@@ -106,6 +112,7 @@ class ParticleFilter {
   void draw_noise(int t) { fill_normal(options_.seed, stream(t), 0, noise_); }
   const S* noise_of(int b);
   void draw_ancestors(int t);
+  void draw_next(int t, Slice<S>* slice);
   void record_innovation(int t, Report& report);
   void open_segment(History<S>& history, int t);
   int count_roots();

@@ -71,12 +71,30 @@ void ParticleFilter<M, G>::draw_ancestors(int t) {
   }
   fill_uniform(options_.seed, stream(t), 0, uniforms_);
   resample(options_.resampling, first(weights_), uniforms_, std::span(ancestors_).first(N));
-  std::fill_n(log_weights_.begin(), N, -std::log(static_cast<double>(N)));
 }
 
 template <StateSpaceModel M, Guide G>
 void ParticleFilter<M, G>::move(int t, Slice<S>* slice) {
   draw_ancestors(t);
+  draw_next(t, slice);
+}
+
+template <StateSpaceModel M, Guide G>
+void ParticleFilter<M, G>::move_from(int t, std::span<const int> ancestors, Slice<S>* slice) {
+  std::copy(ancestors.begin(), ancestors.end(), ancestors_.begin());
+  resampled_ = true;
+  draw_next(t, slice);
+}
+
+template <StateSpaceModel M, Guide G>
+void ParticleFilter<M, G>::place(int particle, std::span<const double> x) {
+  for (int i = 0; i < n_; ++i) {
+    x_.set(particle, i, static_cast<Real<S>>(x[static_cast<std::size_t>(i)]));
+  }
+}
+
+template <StateSpaceModel M, Guide G>
+void ParticleFilter<M, G>::draw_next(int t, Slice<S>* slice) {
   draw_noise(t + 1);
   for (int b = 0; b < x_.blocks(); ++b) {
     const S* F = image_.block(b);
@@ -88,6 +106,8 @@ void ParticleFilter<M, G>::move(int t, Slice<S>* slice) {
     guide_->move(F, noise_of(b), x_.block(b));
   }
   if (resampled_) {
+    const auto N = static_cast<std::size_t>(particles());
+    std::fill_n(log_weights_.begin(), N, -std::log(static_cast<double>(N)));
     old_roots_.swap(roots_);
     for (std::size_t i = 0; i < roots_.size(); ++i) {
       roots_[i] = old_roots_[static_cast<std::size_t>(ancestors_[i])];
