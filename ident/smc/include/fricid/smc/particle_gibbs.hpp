@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "fricid/base/rng.hpp"
@@ -70,7 +71,8 @@ bool ParticleGibbs<M, G>::sweep(RowMatrix& path, std::uint32_t sweep) {
     const int parent = kernel_.draw(uniforms_[N], ess);
     if (parent < 0) return false;
     ancestors_[kReference] = parent;
-    for (std::size_t i = 1; i < N; ++i) ancestors_[i] = pick(filter_.weights(), uniforms_[i]);
+    resample(Resampling::kMultinomial, filter_.weights(), std::span(uniforms_).first(N),
+             std::span(ancestors_).subspan(1));
     filter_.move_from(t, ancestors_, &slice);
     filter_.place(kReference, row(path, t + 1));
   }
