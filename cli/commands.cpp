@@ -22,10 +22,10 @@ void print_result(const Job& job, const CommonOptions& common) {
   }
 }
 
-/// Logs that a scene names by an environment variable which is not set: said, not failed.
-bool skipped(const Job& job) {
+/// Logs that are not there: said, not failed, and no folder made.
+bool skipped(const data::Experiment& experiment) {
   std::string why;
-  if (data::data_available(job.experiment, &why)) return false;
+  if (data::data_available(experiment, &why)) return false;
   std::fprintf(stderr, "skipped: %s\n", why.c_str());
   return true;
 }
@@ -33,8 +33,9 @@ bool skipped(const Job& job) {
 }  // namespace
 
 Verdict run(const RunOptions& options, const CommonOptions& common) {
-  Job job = open_job(options, common);
-  if (skipped(job)) return Verdict::kDone;
+  data::Experiment experiment = load_experiment(options.target);
+  if (skipped(experiment)) return Verdict::kDone;
+  Job job = open_job(std::move(experiment), options, common);
   make_data(job);
   const bool healthy = identify_models(job, options.models, options.seeds);
   const bool meaningful = evaluate_models(job, options.data);
@@ -44,31 +45,35 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
 }
 
 Verdict simulate(const RunOptions& options, const CommonOptions& common) {
-  Job job = open_job(options, common);
-  if (!job.experiment.simulates())
+  data::Experiment experiment = load_experiment(options.target);
+  if (!experiment.simulates())
     throw UserError("{}: found no [friction]; the scene imports logs, use `fricid run`",
                     options.target.string());
+  Job job = open_job(std::move(experiment), options, common);
   make_data(job);
   std::printf("%s\n", job.folder.path().c_str());
   return Verdict::kDone;
 }
 
 Verdict identify(const RunOptions& options, const CommonOptions& common) {
-  Job job = open_job(options, common);
-  if (skipped(job)) return Verdict::kDone;
+  data::Experiment experiment = load_experiment(options.target);
+  if (skipped(experiment)) return Verdict::kDone;
+  Job job = open_job(std::move(experiment), options, common);
   make_data(job);
   return identify_models(job, options.models, options.seeds) ? Verdict::kDone : Verdict::kNo;
 }
 
 Verdict evaluate(const RunOptions& options, const CommonOptions& common) {
-  Job job = open_job(options, common);
+  require_run_folder(options.target);
+  Job job = open_job(load_experiment(options.target), options, common);
   const bool meaningful = evaluate_models(job, options.data);
   print_result(job, common);
   return meaningful ? Verdict::kDone : Verdict::kNo;
 }
 
 Verdict render(const RunOptions& options, const CommonOptions& common) {
-  Job job = open_job(options, common);
+  require_run_folder(options.target);
+  Job job = open_job(load_experiment(options.target), options, common);
   draw_plots(job);
   return Verdict::kDone;
 }

@@ -26,7 +26,9 @@ struct ImportOptions {
   std::filesystem::path contract, output = ".";
 };
 
-enum class Verdict { kDone, kNo, kNumericalFailure };
+/// What a command that did its work found. kNo: a fit failed its own health test, or a horizon of
+/// the evaluation cannot rank models. Logs without a truth have no such horizon.
+enum class Verdict { kDone, kNo };
 
 Verdict run(const RunOptions& options, const CommonOptions& common);
 Verdict simulate(const RunOptions& options, const CommonOptions& common);

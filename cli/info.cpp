@@ -95,7 +95,7 @@ Verdict print_template(const std::string& topic) {
   else if (topic == "contract")
     print(data::contract_template());
   else
-    print(read_file(data::share_dir() / "models/test/planar_2r.urdf"));
+    print(read_file(data::share_dir() / "models/template.urdf"));
   return Verdict::kDone;
 }
 

@@ -29,17 +29,7 @@ void add_common(CLI::App& command, CommonOptions& common, const std::string& exa
   command.footer("Example:\n  " + example);
 }
 
-int exit_code_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kDone:
-      return kDone;
-    case Verdict::kNo:
-      return kVerdictNo;
-    case Verdict::kNumericalFailure:
-      return kNumericalFailure;
-  }
-  return kNumericalFailure;
-}
+int exit_code_of(Verdict verdict) { return verdict == Verdict::kDone ? kDone : kVerdictNo; }
 
 }  // namespace
 
@@ -110,7 +100,7 @@ int main(int argc, char** argv) {
   info_command->callback([&] { command = [&] { return info(file, csv, common); }; });
 
   auto* template_command = app.add_subcommand("template", "a commented file with every key");
-  template_command->add_option("KIND", topic, "scene or contract")
+  template_command->add_option("KIND", topic, "robot, scene or contract")
       ->required()
       ->check(CLI::IsMember({"robot", "scene", "contract"}));
   add_common(*template_command, common, "fricid template scene > my_scene.toml");

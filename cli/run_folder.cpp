@@ -40,7 +40,8 @@ nlohmann::json read_manifest(const std::filesystem::path& path) {
 }  // namespace
 
 RunFolder::RunFolder(std::filesystem::path path, bool fresh)
-    : path_(created(std::move(path))),
+    : made_(!std::filesystem::exists(path)),
+      path_(created(std::move(path))),
       lock_(std::make_unique<FileLock>(path_ / ".lock")),
       program_(sha256_of_file("/proc/self/exe")) {
   if (!fresh) manifest_ = read_manifest(path_ / "manifest.json");
@@ -48,6 +49,15 @@ RunFolder::RunFolder(std::filesystem::path path, bool fresh)
   manifest_["version"] = kFricidVersion;
   manifest_["commit"] = kFricidCommit;
   manifest_["machine"] = {{"cpu", cpu_name()}, {"cores", std::thread::hardware_concurrency()}};
+}
+
+RunFolder::~RunFolder() {
+  const bool moved = !lock_;
+  if (moved || !made_ || manifest_.contains("stages")) return;
+  std::error_code kept;  // what is not ours stays, and the folder with it
+  for (const char* name : {"manifest.json", "scene.toml", ".lock"})
+    std::filesystem::remove(path_ / name, kept);
+  std::filesystem::remove(path_, kept);
 }
 
 bool RunFolder::up_to_date(const std::string& name, const std::string& key) const {

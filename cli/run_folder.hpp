@@ -12,11 +12,14 @@
 namespace fricid::cli {
 
 /// A run folder and its manifest.json. The work is cut into stages; a stage whose key and outputs
-/// are as recorded is skipped, so an interrupted run goes on where it stopped.
+/// are as recorded is skipped, so an interrupted run goes on where it stopped. A folder that was
+/// made for a run which then finished no stage is removed again.
 class RunFolder {
  public:
   /// Opens or creates the folder and locks it. @throws UserError when another run holds it
   RunFolder(std::filesystem::path path, bool fresh);
+  ~RunFolder();
+  RunFolder(RunFolder&&) = default;
 
   /// Does `body` unless `key` and the hashes of the outputs it named last time are unchanged.
   /// `body` returns the files it wrote, relative to the folder. @return true when it ran
@@ -38,6 +41,7 @@ class RunFolder {
   bool up_to_date(const std::string& name, const std::string& key) const;
   void save() const;
 
+  bool made_;  // here, not found
   std::filesystem::path path_;
   std::unique_ptr<FileLock> lock_;
   std::string program_;  // hash of the running program: another build does its work anew

@@ -17,6 +17,10 @@ namespace {
 
 void say(const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); }
 
+bool is_run_folder(const std::filesystem::path& path) {
+  return std::filesystem::exists(path / "manifest.json");
+}
+
 /// The scene without the sections that a stage does not read, as text for its key.
 std::string key_of_data(const data::Experiment& experiment) {
   data::Experiment read = experiment;
@@ -65,6 +69,7 @@ nlohmann::json to_json(const sim::TrajectoryReport& report, const data::Experime
 }
 
 std::vector<std::string> simulate_data(Job& job) {
+  say("simulate: " + job.experiment.name);
   const sim::Simulation truth = sim::simulate(job.experiment, job.jobs);
   std::vector<std::string> files;
   const auto save = [&](const std::vector<data::Dataset>& sets,
@@ -91,19 +96,25 @@ std::vector<std::string> import_data(Job& job) {
   const data::Experiment& experiment = job.experiment;
   const auto contract =
       data::load_contract(data::find_file(experiment.data.contract, experiment.folder));
-  std::vector<std::string> files;
+  std::vector<data::Dataset> sets;
   const auto import = [&](const std::vector<std::string>& logs, const std::string& kind) {
     for (std::size_t i = 0; i < logs.size(); ++i) {
       const auto path = data::find_file(logs[i], experiment.folder);
-      data::Dataset dataset = data::import_csv(path, contract);
-      for (const std::string& warning : data::check_dataset(dataset, path.string())) say(warning);
-      dataset.name = fmt::format("{}_{}", kind, i);
-      files.push_back("data/" + dataset.name + ".h5");
-      data::save_dataset(dataset, job.folder.path() / files.back());
+      sets.push_back(data::import_csv(path, contract));
+      for (const std::string& warning : data::check_dataset(sets.back(), path.string()))
+        say(warning);
+      sets.back().name = fmt::format("{}_{}", kind, i);
     }
   };
   import(experiment.data.train, "train");
   import(experiment.data.validation, "validation");
+
+  std::vector<std::string> files;
+  for (const data::Dataset& dataset : sets) {
+    files.push_back("data/" + dataset.name + ".h5");
+    data::save_dataset(dataset, job.folder.path() / files.back());
+  }
+  say(fmt::format("import: {}: {} recordings", experiment.name, sets.size()));
   return files;
 }
 
@@ -155,13 +166,23 @@ std::vector<data::ModelConfig> chosen_models(const data::Experiment& experiment,
 
 }  // namespace
 
-Job open_job(const RunOptions& options, const CommonOptions& common) {
-  const bool is_folder = std::filesystem::exists(options.target / "manifest.json");
-  data::Experiment experiment =
-      data::load_experiment(is_folder ? options.target / "scene.toml" : options.target);
+data::Experiment load_experiment(const std::filesystem::path& target) {
+  if (is_run_folder(target)) return data::load_experiment(target / "scene.toml");
+  data::Experiment experiment = data::load_experiment(target);
+  if (experiment.simulates()) sim::make_arm(experiment);
+  return experiment;
+}
+
+void require_run_folder(const std::filesystem::path& path) {
+  if (!is_run_folder(path))
+    throw UserError("{}: found no manifest.json; allowed: the folder of a run", path.string());
+}
+
+Job open_job(data::Experiment experiment, const RunOptions& options, const CommonOptions& common) {
   std::filesystem::path folder = options.output;
   if (folder.empty())
-    folder = is_folder ? options.target : std::filesystem::path("run") / experiment.name;
+    folder = is_run_folder(options.target) ? options.target
+                                           : std::filesystem::path("run") / experiment.name;
 
   Job job{std::move(experiment), RunFolder(folder, common.fresh), common.jobs};
   const std::string scene = data::to_toml(job.experiment);
@@ -178,8 +199,6 @@ Job open_job(const RunOptions& options, const CommonOptions& common) {
 
 void make_data(Job& job) {
   const bool ran = job.folder.stage("data", key_of_data(job.experiment), [&] {
-    say(job.experiment.simulates() ? "simulate: " + job.experiment.name
-                                   : "import: " + job.experiment.name);
     return job.experiment.simulates() ? simulate_data(job) : import_data(job);
   });
   if (!ran) say("data: up to date");

@@ -18,9 +18,16 @@ struct Job {
   int jobs;
 };
 
-/// From a scene file (the folder is `output`, by default run/NAME) or from a run folder.
-/// Nothing is created before the scene is found valid. @throws UserError
-Job open_job(const RunOptions& options, const CommonOptions& common);
+/// The experiment of a scene file or of a run folder, checked as far as it can be without doing any
+/// of its work: the simulated arm must be that of the URDF. @throws UserError
+data::Experiment load_experiment(const std::filesystem::path& target);
+
+/// @throws UserError unless `path` is the folder of an earlier run
+void require_run_folder(const std::filesystem::path& path);
+
+/// Opens or creates the run folder: `output`, by default run/NAME, or the one that is the target.
+/// @throws UserError
+Job open_job(data::Experiment experiment, const RunOptions& options, const CommonOptions& common);
 
 /// data/*.h5 and truth/*.h5 by simulation, or data/*.h5 from logs.
 void make_data(Job& job);

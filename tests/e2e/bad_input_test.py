@@ -1,7 +1,7 @@
 """A user's mistake gets one line, exit 2, and nothing is written."""
 import unittest
 
-from fricid_program import SOURCE, ProgramTest, fricid
+from fricid_program import SOURCE, TINY, ProgramTest, fricid
 
 
 class BadScene(ProgramTest):
@@ -129,6 +129,11 @@ class BadFile(ProgramTest):
         whole = (self.folder / "log.h5").read_bytes()
         (self.folder / "torn.h5").write_bytes(whole[:len(whole) // 2])
         self.assert_refused(fricid("info", self.folder / "torn.h5"), r"torn\.h5")
+
+    def test_evaluating_what_is_not_a_run_folder(self):
+        for command in ("evaluate", "render"):
+            self.assert_refused(fricid(command, TINY), r"tiny\.toml.*manifest\.json")
+            self.assert_refused(fricid(command, self.folder), r"manifest\.json")
 
     def test_unknown_option(self):
         self.assert_refused(fricid("run", "--bogus"), r"bogus|SCENE")

@@ -12,10 +12,10 @@ SOURCE = pathlib.Path(os.environ["FRICID_SOURCE_DIR"])
 TINY = SOURCE / "tests" / "e2e" / "tiny.toml"
 
 
-def fricid(*arguments, **options):
+def fricid(*arguments, environment={}, **options):
     """Runs the program; returns the finished process with text output."""
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True,
-                          stdin=subprocess.DEVNULL, **options)
+                          stdin=subprocess.DEVNULL, env=os.environ | environment, **options)
 
 
 def without_seconds(text):

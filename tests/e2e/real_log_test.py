@@ -1,0 +1,94 @@
+"""A scene on logs: no truth, so no oracle and no headroom; the verdict is that of the fits."""
+import math
+import unittest
+
+from fricid_program import ProgramTest, fricid, load
+
+CONTRACT = """
+joint_names = ["shoulder", "elbow"]
+[position]
+columns = "q{}"
+[torque]
+columns = "tau{}"
+"""
+
+SCENE = """
+[robot]
+urdf = "my_robot.urdf"
+mount = "floor"
+[data]
+contract = "contract.toml"
+train = ["$E2E_LOGS/train.csv"]
+validation = ["$E2E_LOGS/validation.csv"]
+[[model]]
+name = "simple"
+[evaluate]
+horizons_s = [0.1]
+starts = 1
+"""
+
+
+class RealLog(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.out = self.folder / "run"
+        self.write("my_robot.urdf", fricid("template", "robot").stdout)
+        self.write("contract.toml", CONTRACT)
+        self.scene = self.write("scene.toml", SCENE)
+        self.write_log("validation.csv")
+
+    def write_log(self, name, elbow_rad=0.9):
+        """12 s of a log: both joints swing, the torque is gravity-like plus Coulomb friction."""
+        rows = ["t,q1,q2,tau1,tau2"]
+        for k in range(3000):
+            t = 0.004 * k
+            q = [0.8 * math.sin(1.3 * t), elbow_rad * math.sin(2.1 * t)]
+            friction = [3 * math.copysign(1, math.cos(w * t)) for w in (1.3, 2.1)]
+            tau = [20 * math.sin(q[0]) + friction[0], 5 * math.sin(q[0] + q[1]) + friction[1]]
+            rows.append(f"{t:.3f}," + ",".join(f"{x:.7f}" for x in q + tau))
+        self.write(name, "\n".join(rows) + "\n")
+
+    def run_scene(self, command="run"):
+        return fricid(command, self.scene, "-o", self.out, environment={"E2E_LOGS": str(self.folder)})
+
+    def test_without_truth_there_is_no_verdict_on_horizons(self):
+        self.write_log("train.csv")
+        done = self.run_scene()
+        self.assertEqual(done.returncode, 0, done.stderr)
+        evaluation = load(self.out / "evaluation.json")
+        self.assertEqual(evaluation["headroom"], [None])
+        self.assertEqual([m["name"] for m in evaluation["models"]], ["simple"])
+        self.assertNotIn("headroom", (self.out / "table.md").read_text())
+
+    def test_a_fit_that_fails_its_health_test_is_a_no(self):
+        self.write_log("train.csv", elbow_rad=0)
+        for command in ("identify", "run"):
+            done = self.run_scene(command)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(load(self.out / "fit/simple_s1.json")["outcome"], ("ill conditioned", "failed"))
+
+    def test_absent_logs_are_said_and_leave_no_folder(self):
+        for command in ("run", "identify"):
+            done = self.run_scene(command)
+            self.assertEqual(done.returncode, 0)
+            self.assertRegex(done.stderr, r"^skipped: .*train\.csv[^\n]*\n$")
+            self.assertEqual(done.stdout, "")
+            self.assertFalse(self.out.exists())
+
+    def test_a_broken_log_leaves_no_folder(self):
+        self.write("train.csv", "t,q1,q2,tau1,tau2\n0,0,0,0,0\n0.004,0,x,0,0\n")
+        self.assert_refused(self.run_scene(), r"train\.csv:3: .*x", self.out)
+        self.write_log("train.csv")
+        self.write("validation.csv", "t,q1,q2,tau1\n0,0,0,0\n0.004,0,0,0\n")
+        self.assert_refused(self.run_scene(), r"validation\.csv.*tau2", self.out)
+
+    def test_a_folder_with_other_files_is_kept(self):
+        self.out.mkdir()
+        self.write("run/mine.txt", "keep me")
+        self.write("train.csv", "")
+        self.assert_refused(self.run_scene(), r"train\.csv")
+        self.assertTrue((self.out / "mine.txt").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
