@@ -14,14 +14,30 @@ std::string cell(std::string_view text) {
   return escaped;
 }
 
+// Two members of a numbered family that differ in their number only.
+bool alike(const ParameterInfo& a, const ParameterInfo& b) {
+  const auto stem = [](std::string_view s) {
+    return s.substr(0, s.find_last_not_of("0123456789") + 1);
+  };
+  return stem(a.symbol) == stem(b.symbol) && a.unit == b.unit && a.lower == b.lower &&
+         a.upper == b.upper && a.typical == b.typical && a.scale == b.scale &&
+         a.meaning == b.meaning;
+}
+
+// One row per parameter, members of a family that are alike in one.
 std::string parameter_table(const std::vector<ParameterInfo>& parameters) {
   if (parameters.empty()) return "No parameters.\n";
   std::string table =
       "| parameter | unit | bounds | typical | searched | meaning |\n|---|---|---|---|---|---|\n";
-  for (const ParameterInfo& p : parameters)
-    table += fmt::format("| `{}` | {} | {:.4g} .. {:.4g} | {:.4g} | {} | {} |\n", p.symbol,
+  for (std::size_t i = 0, end; i < parameters.size(); i = end) {
+    const ParameterInfo& p = parameters[i];
+    for (end = i + 1; end < parameters.size() && alike(p, parameters[end]);) ++end;
+    std::string symbols = fmt::format("`{}`", p.symbol);
+    if (end > i + 1) symbols += fmt::format(" .. `{}`", parameters[end - 1].symbol);
+    table += fmt::format("| {} | {} | {:.4g} .. {:.4g} | {:.4g} | {} | {} |\n", symbols,
                          cell(p.unit), p.lower, p.upper, p.typical,
                          p.scale == Scale::kLog ? "log" : "linear", cell(p.meaning));
+  }
   return table;
 }
 
@@ -34,6 +50,7 @@ std::string claims(const Claims& c) {
   add(c.dissipative, "dissipative");
   add(c.contracts, "contracting");
   add(c.semigroup, "two half steps equal one");
+  add(c.settles, "settling");
   return text;
 }
 
@@ -49,8 +66,12 @@ std::string law_docs() {
   for (const LawInfo& law : law_table()) {
     text += section(law, parameters_of_law(law.name, 1));
     if (law.has_elements)
-      text += fmt::format("For N elements the numbered parameters repeat; elements = 1 .. {}.\n\n",
-                          law.most_elements);
+      text += fmt::format(
+          "This is for elements = 1. The numbered parameters grow with elements = 1 .. {}: {} in "
+          "all "
+          "for 4, {} for 16.\n\n",
+          law.most_elements, parameters_of_law(law.name, 4).size(),
+          parameters_of_law(law.name, 16).size());
   }
   text += "## Modifiers\n\n";
   for (const LawInfo& modifier : modifier_table()) {

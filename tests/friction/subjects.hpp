@@ -40,6 +40,11 @@ inline std::vector<double> state_bound(const Gms& law, const double* theta) {
   return bound;
 }
 
+template <int kLatents>
+std::vector<double> state_bound(const BasicLvm<kLatents>&, const double*) {
+  return std::vector<double>(kLatents, std::exp(BasicLvm<kLatents>::kLogRateLimit));
+}
+
 /// Largest |z_i| as a function of theta.
 using StateBound = std::function<std::vector<double>(const double* theta)>;
 
@@ -54,7 +59,8 @@ struct LawSubject {
   explicit LawSubject(Law l)
       : LawSubject(l, [l](const double* theta) { return state_bound(l, theta); }) {}
   LawSubject(Law l, StateBound b) : law(l), name(Law::kName), bound(std::move(b)) {
-    if (Law::kMostElements > 0) name += " N = " + std::to_string(law.state_size());
+    if (Law::kMostElements > 0)
+      name += ", " + std::to_string(law.parameters().size()) + " parameters";
   }
   std::vector<ParameterInfo> parameters() const {
     return {law.parameters().begin(), law.parameters().end()};
@@ -157,6 +163,7 @@ struct JointSubject {
       claims.dissipative &= info.claims.dissipative;
       claims.contracts &= info.claims.contracts;
       claims.semigroup &= info.claims.semigroup;
+      claims.settles &= info.claims.settles;
     }
   }
 };
@@ -176,15 +183,16 @@ inline std::vector<JointSpec> compositions() {
       {{{"gms", 4, {asymmetry, backlash, ripple}}, {"load_dependent", 0, {}}}},
       {{{"maxwell_slip", 10, {load, ripple, asymmetry}}, {"viscous_power", 0, {}}}},
       {{{"maxwell_slip", 3, {temperature, backlash}}}},
+      {{{"lvm", 6, {ripple, backlash}}, {"neural", 3, {temperature}}}},
   };
 }
 
-/// Calls f(subject) for all laws (those with elements at 1, 4 and kMaxElements) and compositions.
+/// Calls f(subject) for all laws (those with elements at 1, 4 and the most) and compositions.
 template <class F>
 void for_each_subject(F&& f) {
   const auto one = [&]<class Law>(std::type_identity<Law>) {
     if constexpr (Law::kMostElements > 0)
-      for (const int n : {1, 4, kMaxElements}) f(LawSubject<Law>(Law(n)));
+      for (const int n : {1, 4, Law::kMostElements}) f(LawSubject<Law>(Law(n)));
     else
       f(LawSubject<Law>(Law{}));
   };
@@ -210,7 +218,7 @@ class Draw {
     std::vector<double> values;
     for (const ParameterInfo& p : parameters) {
       double x = p.typical * log_uniform(1.0 / 3, 3);
-      if (p.typical == 0) x = uniform(p.lower, p.upper);
+      if (p.typical == 0) x = uniform(std::max(p.lower, -kLarge), std::min(p.upper, kLarge));
       values.push_back(std::clamp(x, p.lower, p.upper));
     }
     return values;
@@ -226,6 +234,7 @@ class Draw {
   }
 
  private:
+  static constexpr double kLarge = 1;  // parameters around 0: phases, weights
   Rng rng_;
 };
 

@@ -46,6 +46,9 @@ inline Dual tanh(Dual a) {
   const double c = std::cosh(a.x);
   return {t, a.d / (c * c)};
 }
+inline Dual fma(Dual a, Dual b, Dual c) { return a * b + c; }
+/// x tanh(log(1 + e^x))
+inline Dual mish(Dual a) { return a * tanh(log1p(exp(a))); }
 
 struct DualSinCos {
   Dual sin, cos;

@@ -130,6 +130,20 @@ std::vector<double> default_theta(const RobotFriction& model) {
   return theta;
 }
 
+void initialise_networks(const RobotFriction& model, std::uint64_t seed, std::span<double> theta) {
+  int joint = -1;
+  std::uint64_t law = 0;
+  for (const auto& slot : model.slots_) {
+    law = slot.joint == joint ? law + 1 : 0;
+    joint = slot.joint;
+    Rng rng(seed, static_cast<std::uint64_t>(joint) << 32 | law);
+    visit_entry<Laws>(slot.kind, slot.elements, [&](const auto entry) {
+      if constexpr (LearnedLaw<std::remove_cvref_t<decltype(entry)>>)
+        entry.initialise(theta.data() + slot.theta, rng);
+    });
+  }
+}
+
 void check_bounds(const Friction& friction, const std::vector<std::string>& joint_names,
                   std::string_view where) {
   const auto& parameters = friction.model.parameters();

@@ -1,5 +1,5 @@
-// For laws and modifiers with a run-time number of elements: names of their parameters ("k1" ..
-// "k16") and a spread of starting values.
+// For laws and modifiers with a run-time number of elements or weights: names of their parameters
+// ("k1" .. "k16", "w1" .. "w1000") and a spread of starting values.
 #pragma once
 
 #include <array>
@@ -22,30 +22,33 @@ struct Stem {
   }
 };
 
-/// numbered<"k">(i) is "k1" for i = 0, up to "k99"; the text lives as long as the program.
-template <Stem stem>
+/// Texts "k1", "k2", .. up to kCount of them; they live as long as the program.
+template <Stem stem, int kCount>
 struct Numbered {
-  static constexpr int kCount = 99;
-  using Text = std::array<char, sizeof(stem.text) + 1>;
+  static_assert(kCount < 10000);
+  struct Text {
+    char text[sizeof(stem.text) + 3];
+    std::size_t size;
+  };
 
   static constexpr std::array<Text, kCount> kTexts = [] {
     std::array<Text, kCount> texts{};
     for (int i = 0; i < kCount; ++i) {
-      std::size_t n = 0;
-      for (; stem.text[n] != '\0'; ++n) texts[i][n] = stem.text[n];
-      if (i + 1 >= 10) texts[i][n++] = static_cast<char>('0' + (i + 1) / 10);
-      texts[i][n] = static_cast<char>('0' + (i + 1) % 10);
+      auto& [text, size] = texts[static_cast<std::size_t>(i)];
+      for (; stem.text[size] != '\0'; ++size) text[size] = stem.text[size];
+      int place = 1;
+      while (place * 10 <= i + 1) place *= 10;
+      for (; place > 0; place /= 10) text[size++] = static_cast<char>('0' + (i + 1) / place % 10);
     }
     return texts;
   }();
-  static constexpr std::string_view symbol(int i) {
-    return {kTexts[i].data(), sizeof(stem.text) - 1 + (i + 1 >= 10 ? 2 : 1)};
-  }
 };
 
-template <Stem stem>
+/// numbered<"k">(i) is "k1" for i = 0.
+template <Stem stem, int kCount = 99>
 constexpr std::string_view numbered(int i) {
-  return Numbered<stem>::symbol(i);
+  const auto& [text, size] = Numbered<stem, kCount>::kTexts[static_cast<std::size_t>(i)];
+  return {text, size};
 }
 
 /// Presliding length of element i of n where nothing better is known [rad]: 0.2 to 4 mrad with
@@ -54,6 +57,19 @@ constexpr double typical_length(int i, int n) {
   constexpr double kShortest = 2e-4, kLongest = 4e-3;
   const double share = n == 1 ? 0.5 : static_cast<double>(i) / (n - 1);
   return kShortest + (kLongest - kShortest) * share * share;
+}
+
+/// Parameter table of a law with networks: the common ones, then weights "w1" .. of which a law
+/// takes as many as its width asks for.
+template <int kWeights, std::size_t kCommon>
+constexpr auto weight_table(const std::array<ParameterInfo, kCommon>& common) {
+  std::array<ParameterInfo, kCommon + kWeights> table{};
+  std::size_t next = 0;
+  for (const ParameterInfo& info : common) table[next++] = info;
+  for (int i = 0; i < kWeights; ++i)
+    table[next++] = {numbered<"w", kWeights>(i), "1", -100, 100, 0, Scale::kLinear,
+                     "weight of a network"};
+  return table;
 }
 
 /// Parameter tables of a law with n = 1 .. kMaxElements elements and two parameters each: the

@@ -38,6 +38,7 @@ struct Claims {
   bool dissipative = true;  ///< no energy gain over closed cycles of z
   bool contracts = true;    ///< |dz'/dz| <= 1
   bool semigroup = true;    ///< two half steps at the same v equal one
+  bool settles = true;      ///< at constant v every state ends at steady_torque
 };
 
 /// Which inputs beside v a law or modifier looks at.
@@ -71,5 +72,9 @@ struct Reads {
 //     void step_pullback(const S* theta, const Input<S>& in, double dt, const S* z,
 //                        const S* z_next_bar, S* theta_bar, Input<S>& in_bar, S* z_bar) const;
 //     S    steady_torque(const S* theta, const Input<S>& in) const;   limit of torque at constant v
+//
+// and, where networks are part of it,
+//
+//     void initialise(double* theta, Rng& rng) const;   writes the weights and nothing else
 
 }  // namespace fricid::friction

@@ -7,13 +7,16 @@
 #include <tuple>
 #include <utility>
 
+#include "fricid/base/rng.hpp"
 #include "fricid/friction/law.hpp"
 #include "fricid/friction/laws/coulomb_viscous.hpp"
 #include "fricid/friction/laws/dahl.hpp"
 #include "fricid/friction/laws/gms.hpp"
 #include "fricid/friction/laws/load_dependent.hpp"
 #include "fricid/friction/laws/lugre.hpp"
+#include "fricid/friction/laws/lvm.hpp"
 #include "fricid/friction/laws/maxwell_slip.hpp"
+#include "fricid/friction/laws/neural.hpp"
 #include "fricid/friction/laws/none.hpp"
 #include "fricid/friction/laws/stribeck.hpp"
 #include "fricid/friction/laws/viscous_power.hpp"
@@ -35,7 +38,11 @@ using Laws = std::tuple<  //
     LuGre,                //
     LuGreClassic,         //
     Gms,                  //
-    MaxwellSlip>;
+    MaxwellSlip,          //
+    Neural,               //
+    Lvm1,                 //
+    Lvm,                  //
+    Lvm4>;
 
 using Modifiers = std::tuple<  //
     LoadModifier,              //
@@ -62,6 +69,12 @@ concept FrictionLaw = std::copyable<Law> &&
   law.template torque_pullback<double>(theta, in, z, dt, bar, in_bar, bar);
   law.template step_pullback<double>(theta, in, dt, z, z, bar, in_bar, bar);
   { law.template steady_torque<double>(theta, in) } -> std::same_as<double>;
+};
+
+/// Laws with networks, whose weights start as random numbers.
+template <class Law>
+concept LearnedLaw = requires(const Law law, double* theta, Rng& rng) {
+  { law.initialise(theta, rng) } -> std::same_as<void>;
 };
 
 /// Modifiers of the torque, tau' = apply(tau); the other kind, Backlash, modifies the motion.

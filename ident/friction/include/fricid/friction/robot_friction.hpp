@@ -2,6 +2,7 @@
 // run time, evaluated without virtual calls: one dispatch per joint and law for all lanes.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,7 +21,7 @@ struct ModifierSpec {
 /// once. Backlash acts on the motion, the others on the torque, so its place among them is free.
 struct LawSpec {
   std::string law;
-  int elements = 0;  ///< number of elements for gms and maxwell_slip, else 0
+  int elements = 0;  ///< where LawInfo::has_elements: their number or a network's width; else 0
   std::vector<ModifierSpec> modifiers;
 };
 
@@ -100,6 +101,7 @@ class RobotFriction {
   };
   template <class S>
   friend struct Kernels;
+  friend void initialise_networks(const RobotFriction&, std::uint64_t, std::span<double>);
 
   std::vector<JointSpec> joints_;
   std::vector<ParameterRef> parameters_;
@@ -117,6 +119,11 @@ struct Friction {
 /// Typical value of every parameter: theta of a middle-sized robot, the start of a search.
 std::vector<double> default_theta(const RobotFriction& model);
 
+/// Writes starting values of all network weights into theta, which keeps the rest: the weights of
+/// law l of joint j are drawn from (seed, j and l), so other joints do not matter. Without networks
+/// nothing changes. An untrained network hardly changes the torque.
+void initialise_networks(const RobotFriction& model, std::uint64_t seed, std::span<double> theta);
+
 /// Throws UserError when a parameter is outside its bounds; `where` starts the message.
 void check_bounds(const Friction& friction, const std::vector<std::string>& joint_names,
                   std::string_view where);
@@ -127,7 +134,7 @@ struct LawInfo {
   std::string_view name;
   std::string_view equation;
   std::string_view source;
-  bool has_elements;  ///< a run-time number of elements (laws) or terms (modifiers)
+  bool has_elements;  ///< a run-time number of elements or width (laws) or terms (modifiers)
   Claims claims;
   int most_elements;  ///< largest such number; 0 where has_elements is false
 };

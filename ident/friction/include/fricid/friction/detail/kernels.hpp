@@ -85,9 +85,12 @@ struct Kernels {
                               const S& tau_f_bar, S* theta_bar, Input<S>& in_bar, S* z_bar) {
     visit_entry<Laws>(slot.kind, slot.elements, [&](const auto law) {
       const Input<S> law_in = seen(law, slot, theta, in, z);
-      Stages stages;
-      modify(slot, theta, in, law.torque(theta + slot.theta, law_in, z + slot.z), stages);
-      const S tau_bar = modify_pullback(slot, theta, in, stages, tau_f_bar, theta_bar, in_bar);
+      S tau_bar = tau_f_bar;
+      if (!slot.torque_modifiers.empty()) {
+        Stages stages;
+        modify(slot, theta, in, law.torque(theta + slot.theta, law_in, z + slot.z), stages);
+        tau_bar = modify_pullback(slot, theta, in, stages, tau_f_bar, theta_bar, in_bar);
+      }
       const S v_bar = in_bar.v;
       law.torque_pullback(theta + slot.theta, law_in, z + slot.z, tau_bar, theta_bar + slot.theta,
                           in_bar, z_bar + slot.z);

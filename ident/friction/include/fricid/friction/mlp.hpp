@@ -1,0 +1,216 @@
+// Dense networks on any scalar of the engine, forward and backward: the blocks of the learned laws.
+// Weights are part of the caller's theta, all memory is on the stack.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+
+#include "fricid/base/math.hpp"
+#include "fricid/base/rng.hpp"
+
+namespace fricid::friction {
+
+/// Activations: Mish x tanh(log(1 + e^x)), ReLU max(x, 0), tanh x.
+enum class Activation { kMish, kRelu, kTanh };
+
+template <Activation activation, class S>
+S activate(const S& x) {
+  if constexpr (activation == Activation::kMish) return mish(x);
+  if constexpr (activation == Activation::kRelu) return max(x, S(0));
+  if constexpr (activation == Activation::kTanh) return tanh(x);
+}
+
+/// A value with its derivative.
+template <class S>
+struct Sloped {
+  S value, slope;
+};
+
+/// activate(x) with its derivative; for Mish one exponential and one division give both:
+/// with e = exp x and n = e (e + 2),  mish = x n/(n + 2),  mish' = n/(n + 2) + 4 x e (e + 1)/(n +
+/// 2)^2.
+template <Activation activation, class S>
+Sloped<S> activate_with_slope(const S& x) {
+  if constexpr (activation == Activation::kMish) {
+    const S e = exp(min(S(24), x));  // beyond, mish(x) = x in double precision
+    const S n = e * (e + S(2));
+    const S inverse = S(1) / (n + S(2));
+    const S share = n * inverse;
+    return {x * share, share + S(4) * x * (e * inverse) * ((e + S(1)) * inverse)};
+  } else if constexpr (activation == Activation::kRelu) {
+    return {max(x, S(0)), select(x > S(0), S(1), S(0))};
+  } else {
+    const S t = tanh(x);
+    return {t, S(1) - t * t};
+  }
+}
+
+/// One layer for kColumns inputs at once:  Y = W X + b.
+///
+/// `layer` holds W (outputs x inputs, row-major), then b (outputs); X (inputs x kColumns) and Y
+/// (outputs x kColumns) are row-major. Every weight is read once for all columns, and four rows go
+/// together, so that the chains of fused steps overlap.
+template <int kColumns, int kRows, class S>
+void dense_rows(int inputs, const S* W, const S* b, const S* X, S* Y) {
+  S sum[kRows][kColumns];
+  for (int r = 0; r < kRows; ++r)
+    for (int k = 0; k < kColumns; ++k) sum[r][k] = b[r];
+  for (int c = 0; c < inputs; ++c)
+    for (int r = 0; r < kRows; ++r)
+      for (int k = 0; k < kColumns; ++k)
+        sum[r][k] = fma(W[r * inputs + c], X[c * kColumns + k], sum[r][k]);
+  for (int r = 0; r < kRows; ++r)
+    for (int k = 0; k < kColumns; ++k) Y[r * kColumns + k] = sum[r][k];
+}
+template <int kColumns, class S>
+void dense(int inputs, int outputs, const S* layer, const S* X, S* Y) {
+  constexpr int kBlock = 4;
+  const S* b = layer + outputs * inputs;
+  int r = 0;
+  for (; r + kBlock <= outputs; r += kBlock)
+    dense_rows<kColumns, kBlock>(inputs, layer + r * inputs, b + r, X, Y + r * kColumns);
+  for (; r < outputs; ++r)
+    dense_rows<kColumns, 1>(inputs, layer + r * inputs, b + r, X, Y + r * kColumns);
+}
+
+/// Vector-Jacobian product of `dense`: adds to the bars of W, b and X.
+template <int kColumns, int kRows, class S>
+void dense_rows_pullback(int inputs, const S* W, const S* X, const S* Y_bar, S* W_bar, S* b_bar,
+                         S* X_bar) {
+  S bar[kRows][kColumns];
+  for (int r = 0; r < kRows; ++r)
+    for (int k = 0; k < kColumns; ++k) {
+      bar[r][k] = Y_bar[r * kColumns + k];
+      b_bar[r] += bar[r][k];
+    }
+  for (int c = 0; c < inputs; ++c) {
+    for (int k = 0; k < kColumns; ++k) {
+      S sum = X_bar[c * kColumns + k];
+      for (int r = 0; r < kRows; ++r) sum = fma(W[r * inputs + c], bar[r][k], sum);
+      X_bar[c * kColumns + k] = sum;
+    }
+    for (int r = 0; r < kRows; ++r) {
+      S sum = W_bar[r * inputs + c];
+      for (int k = 0; k < kColumns; ++k) sum = fma(bar[r][k], X[c * kColumns + k], sum);
+      W_bar[r * inputs + c] = sum;
+    }
+  }
+}
+template <int kColumns, class S>
+void dense_pullback(int inputs, int outputs, const S* layer, const S* X, const S* Y_bar,
+                    S* layer_bar, S* X_bar) {
+  constexpr int kBlock = 4;
+  S* b_bar = layer_bar + outputs * inputs;
+  int r = 0;
+  for (; r + kBlock <= outputs; r += kBlock)
+    dense_rows_pullback<kColumns, kBlock>(inputs, layer + r * inputs, X, Y_bar + r * kColumns,
+                                          layer_bar + r * inputs, b_bar + r, X_bar);
+  for (; r < outputs; ++r)
+    dense_rows_pullback<kColumns, 1>(inputs, layer + r * inputs, X, Y_bar + r * kColumns,
+                                     layer_bar + r * inputs, b_bar + r, X_bar);
+}
+
+/// A network with kHidden layers of `width` units,
+///
+///     h_0 = x,   h_l = activation(W_l h_{l-1} + b_l), l = 1 .. kHidden,   y = W h_kHidden + b,
+///
+/// for kColumns inputs at once. Arrays are row-major: x (kInputs x kColumns), y (kOutputs x
+/// kColumns); weights (weight_count) are the layers in order, each W then b.
+template <Activation activation, int kInputs, int kHidden, int kOutputs, int kMostWidth>
+class Mlp {
+ public:
+  static_assert(kInputs > 0 && kHidden > 0 && kOutputs > 0 && kMostWidth > 0);
+
+  /// @param width  units per hidden layer, 1 .. kMostWidth
+  explicit constexpr Mlp(int width) : width_(width) {}
+
+  constexpr int width() const { return width_; }
+  constexpr int weight_count() const { return hidden_begin(kHidden) + (width_ + 1) * kOutputs; }
+
+  /// What `pullback` needs of a forward pass: units and the slopes of their activations.
+  template <int kColumns, class S>
+  struct Tape {
+    S unit[kHidden][kMostWidth * kColumns];
+    S slope[kHidden][kMostWidth * kColumns];
+  };
+
+  template <int kColumns, class S>
+  [[gnu::noinline]] void forward(const S* weights, const S* x, S* y) const {
+    S units[2][kMostWidth * kColumns];
+    const S* last = x;
+    for (int l = 0; l < kHidden; ++l) {
+      S* next = units[l % 2];
+      dense<kColumns>(inputs_of(l), width_, weights + hidden_begin(l), last, next);
+      for (int i = 0; i < width_ * kColumns; ++i) next[i] = activate<activation>(next[i]);
+      last = next;
+    }
+    dense<kColumns>(width_, kOutputs, weights + hidden_begin(kHidden), last, y);
+  }
+
+  /// The same, with the tape written.
+  template <int kColumns, class S>
+  [[gnu::noinline]] void forward(const S* weights, const S* x, S* y,
+                                 Tape<kColumns, S>& tape) const {
+    const S* last = x;
+    for (int l = 0; l < kHidden; ++l) {
+      S* unit = tape.unit[l];
+      dense<kColumns>(inputs_of(l), width_, weights + hidden_begin(l), last, unit);
+      for (int i = 0; i < width_ * kColumns; ++i) {
+        const Sloped<S> a = activate_with_slope<activation>(unit[i]);
+        unit[i] = a.value;
+        tape.slope[l][i] = a.slope;
+      }
+      last = unit;
+    }
+    dense<kColumns>(width_, kOutputs, weights + hidden_begin(kHidden), last, y);
+  }
+
+  /// Vector-Jacobian product at the x of `tape`: adds to weights_bar and x_bar.
+  template <int kColumns, class S>
+  [[gnu::noinline]] void pullback(const S* weights, const S* x, const Tape<kColumns, S>& tape,
+                                  const S* y_bar, S* weights_bar, S* x_bar) const {
+    const int units = width_ * kColumns;
+    S bars[2][kMostWidth * kColumns];
+    S* bar = bars[0];
+    for (int i = 0; i < units; ++i) bar[i] = S(0);
+    const int output = hidden_begin(kHidden);
+    dense_pullback<kColumns>(width_, kOutputs, weights + output, tape.unit[kHidden - 1], y_bar,
+                             weights_bar + output, bar);
+    for (int l = kHidden - 1; l > 0; --l) {
+      S* below = bars[(kHidden - l) % 2];
+      for (int i = 0; i < units; ++i) {
+        bar[i] *= tape.slope[l][i];
+        below[i] = S(0);
+      }
+      const int begin = hidden_begin(l);
+      dense_pullback<kColumns>(width_, width_, weights + begin, tape.unit[l - 1], bar,
+                               weights_bar + begin, below);
+      bar = below;
+    }
+    for (int i = 0; i < units; ++i) bar[i] *= tape.slope[0][i];
+    dense_pullback<kColumns>(kInputs, width_, weights, x, bar, weights_bar, x_bar);
+  }
+
+  /// Starts the weights: W ~ N(0, 1/inputs of the layer), the last layer times `output_scale`,
+  /// b = 0. Draws weight_count() - biases numbers.
+  void initialise(double* weights, Rng& rng, double output_scale) const {
+    for (int l = 0; l <= kHidden; ++l) {
+      const int inputs = inputs_of(l), outputs = l < kHidden ? width_ : kOutputs;
+      const double scale = (l < kHidden ? 1 : output_scale) / std::sqrt(inputs);
+      double* layer = weights + hidden_begin(l);
+      for (int i = 0; i < inputs * outputs; ++i) layer[i] = scale * rng.normal();
+      for (int i = 0; i < outputs; ++i) layer[inputs * outputs + i] = 0;
+    }
+  }
+
+ private:
+  constexpr int inputs_of(int layer) const { return layer == 0 ? kInputs : width_; }
+  // where the weights of a layer begin; layer kHidden is the output
+  constexpr int hidden_begin(int layer) const {
+    return layer == 0 ? 0 : (kInputs + 1) * width_ + (layer - 1) * (width_ + 1) * width_;
+  }
+
+  int width_;
+};
+
+}  // namespace fricid::friction
