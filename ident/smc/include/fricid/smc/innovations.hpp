@@ -26,6 +26,7 @@ class InnovationMonitor {
       : C_(model.C()),
         R_(model.R()),
         CQC_(C_ * model.Q() * C_.transpose()),
+        CPC_(C_ * model.initial().covariance * C_.transpose()),
         start_(model.initial()),
         ws_(static_cast<int>(C_.rows()), static_cast<int>(C_.rows())),
         lanes_(C_.rows(), C_.cols()),
@@ -41,7 +42,7 @@ class InnovationMonitor {
   /// For y_0, predicted by N(m0, P0).
   void start(std::span<const double> y) {
     predicted_.mean.noalias() = C_ * start_.mean;
-    predicted_.covariance.noalias() = C_ * start_.covariance * C_.transpose();
+    predicted_.covariance = CPC_;
     last_ = kalman_update(y, identity_, R_, predicted_, ws_);
   }
 
@@ -54,7 +55,7 @@ class InnovationMonitor {
   }
 
  private:
-  Eigen::MatrixXd C_, R_, CQC_;
+  Eigen::MatrixXd C_, R_, CQC_, CPC_;
   Gaussian start_;
   UpdateWorkspace ws_;
   LaneMatrix<S> lanes_;

@@ -25,8 +25,10 @@ struct FilterOptions {
   double ess_threshold = 0.5;  ///< resample when ESS < threshold N; > 1 resamples always
   Resampling resampling = Resampling::kSystematic;
   std::uint64_t seed = 1;
-  std::uint32_t sequence = 0;    ///< tells runs with one seed apart, < 2^29
-  const RowMatrix* y = nullptr;  ///< observations (T x ny) to compute the NIS of, or none
+  std::uint32_t sequence = 0;  ///< tells runs with one seed apart, < 2^29
+  /// Observations (T x ny) to compute the NIS of, or none. Not with the twisted guide, whose
+  /// particles know the future: take the NIS of its GaussianPath.
+  const RowMatrix* y = nullptr;
 };
 
 /// Particle filter of a model under a guide (guides.hpp), N particles in the lanes of S = PackD or
