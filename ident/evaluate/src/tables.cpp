@@ -162,7 +162,8 @@ std::string to_markdown(const EvaluationReport& report) {
   text += fmt::format(
       "Mean squared error of q [rad²] from the start of a rollout to the horizon, geometric mean "
       "over {} trajectories, start times and seeds. Diverged rollouts count, clamped. Friction: "
-      "error of the friction torque driven by the measured motion, percent of its RMS.\n\n",
+      "error of the friction torque driven by the measured motion, percent of its RMS; the "
+      "oracle's is what filtering that motion costs.\n\n",
       report.trajectories.size());
   text += error_table(report);
   if (has_oracle) {
