@@ -1,16 +1,19 @@
 #include "fricid/estimate/least_squares.hpp"
 
 #include <gmock/gmock.h>
-#include <Eigen/QR>
+#include <cmath>
+#include <limits>
 
 #include "arm_data.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "fricid/dynamics/physical_inertia.hpp"
-#include "fricid/estimate/fit.hpp"
+#include "recovery.hpp"
 
 namespace fricid::estimate {
 namespace {
+
+constexpr double kCutoff = 10;
 
 // Coulomb friction of 4 N m, viscous 2 N m s/rad, switching within 1 mrad/s.
 Arm coulomb_arm() {
@@ -19,12 +22,19 @@ Arm coulomb_arm() {
   return arm;
 }
 
-std::vector<Filtered> filtered_logs(const Arm& arm, LogOptions options, int count) {
+std::vector<data::Dataset> clean_logs(const Arm& arm, LogOptions options, int count) {
+  std::vector<data::Dataset> logs(static_cast<std::size_t>(count));
+  parallel_for(count, 2, [&](int i) {
+    LogOptions one = options;
+    one.seed = 100 + static_cast<std::uint64_t>(i);
+    logs[static_cast<std::size_t>(i)] = make_log(arm, one);
+  });
+  return logs;
+}
+
+std::vector<Filtered> filtered(std::span<const data::Dataset> logs) {
   std::vector<Filtered> out;
-  for (int i = 0; i < count; ++i) {
-    options.seed = 100 + static_cast<std::uint64_t>(i);
-    out.push_back(filter_dataset(make_log(arm, options), 10));
-  }
+  for (const data::Dataset& log : logs) out.push_back(filter_dataset(log, kCutoff));
   return out;
 }
 
@@ -41,29 +51,128 @@ dynamics::RobotModel wrong_cad(const dynamics::RobotModel& truth) {
   return robot;
 }
 
-// Reference: the injected truth, with clean data from an integrator of its own. Coulomb friction to
-// 0.3 %, viscous to 0.5 %; base parameters to 0.2 % of the largest, since filtered torque steps of
-// the other joints reach the weak ones.
+// Reference: the injected truth, with clean data from an integrator of its own.
 TEST(RigidBodyLeastSquares, FindsTruthWithoutNoise) {
   const Arm arm = coulomb_arm();
   LogOptions options;
-  options.substeps = 100;
-  const auto sequences = filtered_logs(arm, options, 3);
+  options.substeps = 200;
+  const auto sequences = filtered(clean_logs(arm, options, 3));
   const RigidBodyFit fit = rigid_body_least_squares(wrong_cad(arm.robot), sequences, {});
   ASSERT_EQ(fit.outcome, Outcome::kConverged) << fit.message;
-  const auto base = dynamics::base_parameters(arm.robot);
-  const Eigen::VectorXd truth = base.K * arm.robot.pi;
-  const double scale = truth.cwiseAbs().maxCoeff();
-  for (Eigen::Index i = 0; i < truth.size(); ++i) {
-    SCOPED_TRACE(fit.base_names[static_cast<std::size_t>(i)]);
-    EXPECT_NEAR(fit.base[i], truth[i], 2e-3 * scale);
-    EXPECT_NEAR(fit.base_physical[i], truth[i], 2e-3 * scale);
-  }
+  expect_base_parameters(arm.robot, fit.base, sequences, 1e-3);
+  expect_base_parameters(arm.robot, fit.base_physical, sequences, 1e-3);
   for (int j = 0; j < arm.robot.n(); ++j) {
-    const auto begin = static_cast<std::size_t>(3 * j);
-    EXPECT_NEAR(fit.Fc[j], arm.friction.theta[begin], 3e-3 * arm.friction.theta[begin]);
-    EXPECT_NEAR(fit.Fv[j], arm.friction.theta[begin + 1], 5e-3 * arm.friction.theta[begin + 1]);
-    EXPECT_NEAR(fit.offset[j], 0, 3e-3 * arm.friction.theta[begin]);
+    const double Fc = arm.friction.theta[static_cast<std::size_t>(3 * j)];
+    const double Fv = arm.friction.theta[static_cast<std::size_t>(3 * j) + 1];
+    EXPECT_NEAR(fit.Fc[j], Fc, 1e-3 * Fc);
+    EXPECT_NEAR(fit.Fv[j], Fv, 1e-3 * Fv);
+    EXPECT_NEAR(fit.offset[j], 0, 1e-3 * Fc);
+  }
+}
+
+// Estimates, standard errors and truth of all parameters of one fit: base, Fc, Fv, offset.
+struct Estimates {
+  Eigen::VectorXd value, se, truth;
+};
+
+Estimates all_parameters(const RigidBodyFit& fit, const Arm& arm) {
+  const int n = arm.robot.n();
+  Eigen::VectorXd Fc(n), Fv(n);
+  for (int j = 0; j < n; ++j) {
+    Fc[j] = arm.friction.theta[static_cast<std::size_t>(3 * j)];
+    Fv[j] = arm.friction.theta[static_cast<std::size_t>(3 * j) + 1];
+  }
+  const auto base = dynamics::base_parameters(arm.robot);
+  Estimates out;
+  const Eigen::Index size = fit.base.size() + 3 * n;
+  out.value.resize(size), out.se.resize(size), out.truth.resize(size);
+  out.value << fit.base, fit.Fc, fit.Fv, fit.offset;
+  out.se << fit.base_se, fit.Fc_se, fit.Fv_se, fit.offset_se;
+  out.truth << base.K * arm.robot.pi, Fc, Fv, Eigen::VectorXd::Zero(n);
+  return out;
+}
+
+// Reference: the sampling distribution. 50 draws of the sensor noise of a KR 6 (torque 0.5 % of the
+// effort limit, encoder 4e-6 rad): every estimate is within 3 standard errors as often as a normal
+// distribution promises (0.27 %, 1 % allowed), and 90 % intervals cover 80 to 97 %.
+TEST(RigidBodyLeastSquares, StandardErrorsAreHonest) {
+  constexpr int kSeeds = 50;
+  constexpr double kNinety = 1.645;
+  const Arm arm = coulomb_arm();
+  const auto logs = clean_logs(arm, {}, 2);
+  std::vector<Estimates> runs(kSeeds);
+  parallel_for(kSeeds, 2, [&](int seed) {
+    auto noisy = logs;
+    Rng rng(static_cast<std::uint64_t>(seed), 7);
+    for (data::Dataset& log : noisy)
+      for (Eigen::Index k = 0; k < log.tau.rows(); ++k)
+        for (Eigen::Index j = 0; j < log.tau.cols(); ++j) {
+          log.tau(k, j) +=
+              0.005 * arm.robot.joints[static_cast<std::size_t>(j)].effort * rng.normal();
+          log.q(k, j) += 4e-6 * rng.normal();
+        }
+    runs[static_cast<std::size_t>(seed)] =
+        all_parameters(rigid_body_least_squares(arm.robot, filtered(noisy), {}), arm);
+  });
+
+  const Eigen::Index size = runs[0].value.size();
+  double covered = 0, beyond_three = 0;
+  for (Eigen::Index i = 0; i < size; ++i) {
+    int inside = 0;
+    for (const Estimates& run : runs) {
+      const double z = std::abs(run.value[i] - run.truth[i]) / run.se[i];
+      inside += z < kNinety;
+      beyond_three += z > 3;
+    }
+    // 32 of 50 happens to one honest interval in a million.
+    EXPECT_GT(inside, 32) << "parameter " << i;
+    covered += inside;
+  }
+  covered /= static_cast<double>(kSeeds * size);
+  beyond_three /= static_cast<double>(kSeeds * size);
+  EXPECT_GE(covered, 0.80);
+  EXPECT_LE(covered, 0.97);
+  EXPECT_LE(beyond_three, 0.01);
+  RecordProperty("covered", std::to_string(covered));
+  RecordProperty("beyond_three", std::to_string(beyond_three));
+}
+
+data::PriorConfig prior_of_width(double width) {
+  data::PriorConfig prior;
+  prior.use = true;
+  prior.mass = prior.inertia = prior.armature = width;
+  prior.com_m = width;
+  return prior;
+}
+
+// Limit: a prior without width is the answer.
+TEST(RigidBodyLeastSquares, InfinitelyTightPriorGivesTheCadValues) {
+  const Arm arm = coulomb_arm();
+  const auto sequences = filtered(clean_logs(arm, {}, 1));
+  const dynamics::RobotModel cad = wrong_cad(arm.robot);
+  RigidBodyOptions options;
+  options.prior = prior_of_width(1e-7);
+  const RigidBodyFit fit = rigid_body_least_squares(cad, sequences, options);
+  const auto base = dynamics::base_parameters(cad);
+  EXPECT_LT((fit.pi - cad.pi).norm(), 1e-5 * cad.pi.norm());
+  EXPECT_LT((fit.base - base.K * cad.pi).norm(), 1e-5 * fit.base.norm());
+}
+
+// Limit: a prior of endless width leaves the least-squares solution.
+TEST(RigidBodyLeastSquares, InfinitelyWeakPriorGivesLeastSquares) {
+  const Arm arm = coulomb_arm();
+  LogOptions log;
+  log.torque_noise = 0.3;
+  const auto sequences = filtered(clean_logs(arm, log, 1));
+  const dynamics::RobotModel cad = wrong_cad(arm.robot);
+  RigidBodyOptions options;
+  const RigidBodyFit free = rigid_body_least_squares(cad, sequences, options);
+  options.prior = prior_of_width(100);
+  const RigidBodyFit weak = rigid_body_least_squares(cad, sequences, options);
+  for (Eigen::Index i = 0; i < free.base.size(); ++i) {
+    SCOPED_TRACE(free.base_names[static_cast<std::size_t>(i)]);
+    EXPECT_NEAR(weak.base[i], free.base[i], 0.01 * free.base_se[i]);
+    EXPECT_NEAR(weak.base_se[i], free.base_se[i], 0.02 * free.base_se[i]);
   }
 }
 

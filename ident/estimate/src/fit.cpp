@@ -15,7 +15,8 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr int kPasses = 2;  // friction, rigid body with friction removed, friction again
+constexpr int kPasses = 2;             // friction, rigid body with friction removed, friction again
+constexpr double kMemoryOfAShape = 1;  // memory_periods once a law describes the reversals
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -151,9 +152,12 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
     friction_torque[s].resize(prepared.sequences[s].length(), n);
 
   for (int pass = 0; pass < kPasses; ++pass) {
-    if (pass > 0)
-      report.rigid_body = rigid_body_least_squares(
-          robot, prepared.sequences, rigid_body_options(experiment, robot), &friction_torque);
+    if (pass > 0) {
+      RigidBodyOptions options = rigid_body_options(experiment, robot);
+      options.memory_periods = kMemoryOfAShape;
+      report.rigid_body =
+          rigid_body_least_squares(robot, prepared.sequences, options, &friction_torque);
+    }
     const FrictionTorques target =
         friction_target(robot, report.rigid_body.pi, prepared.sequences, jobs);
     std::vector<double> share(static_cast<std::size_t>(n));
@@ -164,8 +168,12 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
       options.seed = static_cast<std::uint64_t>(seed);
       options.stream = static_cast<std::uint64_t>(j);
       options.starts = pass == 0 ? config.starts : 1;
-      const FrictionGuess guess{std::max(prepared.rigid_body.Fc[j], 0.01 * data.largest_target()),
+      const double smallest = 0.01 * data.largest_target();
+      const FrictionGuess guess{std::max(prepared.rigid_body.Fc[j], smallest),
                                 std::max(prepared.rigid_body.Fv[j], 0.0)};
+      // Linear friction is what the regression found; only how it turns over is left to fit.
+      if (law.law == "coulomb_viscous" && prepared.rigid_body.Fc[j] > smallest)
+        options.held = {"Fc", "Fv"};
       const std::vector<double> start =
           pass == 0 ? initial_theta(one, guess) : report.joints[i].theta;
       report.joints[i] = fit_joint_friction(data, one, start, options);

@@ -68,10 +68,11 @@ class JointFrictionData {
 struct FrictionFitOptions {
   int starts = 4;  ///< the first from the data, the others spread around it
   std::uint64_t seed = 1;
-  std::uint64_t stream = 0;  ///< random stream, one per joint
-  int evaluations = 200;     ///< of Nelder-Mead, per start
-  int iterations = 40;       ///< of Levenberg-Marquardt, per start
-  double tolerance = 1e-4;   ///< of Nelder-Mead, on the scaled parameters
+  std::uint64_t stream = 0;       ///< random stream, one per joint
+  int evaluations = 200;          ///< of Nelder-Mead, per start
+  int iterations = 40;            ///< of Levenberg-Marquardt, per start
+  double tolerance = 1e-4;        ///< of Nelder-Mead, on the scaled parameters
+  std::vector<std::string> held;  ///< symbols of parameters that keep their start
 };
 
 /// Best parameters of one joint and how they were reached.

@@ -39,8 +39,11 @@ struct RigidBodyFit {
 struct RigidBodyOptions {
   double cutoff_hz = 10;
   double min_speed = 0.2;  ///< rows with |v_j| above it enter [rad/s]
-  bool robust = true;      ///< Huber weights beyond 2.5 sigma
-  bool offset = true;      ///< a constant torque per joint beside Coulomb and viscous friction
+  /// ... unless joint j stands or turns within so many periods of the cut-off: the filter spreads
+  /// the torque of a reversal, which the sign of a velocity tells badly, over that time
+  double memory_periods = 2.5;
+  bool robust = true;  ///< Huber weights beyond 2.5 sigma
+  bool offset = true;  ///< a constant torque per joint beside Coulomb and viscous friction
   data::PriorConfig prior;
   /// (n_c or 0) standard deviation of the coefficient of each linear torque about its given value
   /// [N m]; infinite, or all missing: free
@@ -50,7 +53,7 @@ struct RigidBodyOptions {
 /// Friction torque of a model, per sequence (T, n), filtered as the measured torque.
 using FrictionTorques = std::vector<data::RowMatrix>;
 
-/// Solves, over the rows with |v_j| > min_speed,
+/// Solves, over the rows with |v_j| > min_speed now and no reversal near,
 ///
 ///     tau_j = Y_j(q, v, a) pi + Fc_j F[sign v_j] + Fv_j v_j + offset_j + e_j,   e_j ~ N(0,
 ///     sigma_j^2)

@@ -1,0 +1,206 @@
+#include "friction_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include <nlopt.h>
+#include <Eigen/Cholesky>
+
+#include "fricid/base/progress.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr int kLanes = kLaneCount<PackD>;
+constexpr double kFirstStep = 0.4;    // of the simplex, in scaled coordinates
+constexpr double kDifference = 1e-5;  // of the Jacobian, in scaled coordinates
+constexpr double kLargestStep = 1.5;  // of one iteration in any scaled coordinate
+constexpr double kSmallestGain =
+    1e-7;  // relative decrease of the objective that counts as converged
+
+struct Search {
+  const JointFrictionData& data;
+  const friction::RobotFriction& friction;
+  const SearchCoordinates& coordinates;
+  std::vector<double> theta;
+  nlopt_opt optimiser;
+  int evaluations = 0;
+};
+
+double safe_mean_square(const JointFrictionData& data, const friction::RobotFriction& friction,
+                        std::span<const double> theta) {
+  const double value = data.mean_square(friction, theta);
+  return std::isfinite(value) ? value : kBadValue;
+}
+
+double objective(unsigned size, const double* x, double*, void* user) {
+  Search& search = *static_cast<Search*>(user);
+  ++search.evaluations;
+  if (stop_requested()) nlopt_force_stop(search.optimiser);
+  search.coordinates.to_theta({x, size}, search.theta);
+  return safe_mean_square(search.data, search.friction, search.theta);
+}
+
+// J'J and J'e of the residuals at x, columns by forward differences; the sum of squares goes to
+// value.
+struct NormalEquations {
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g;
+};
+NormalEquations linearise(const JointFrictionData& data, const friction::RobotFriction& friction,
+                          const SearchCoordinates& coordinates, std::span<const double> x) {
+  const auto p = static_cast<Eigen::Index>(x.size());
+  // Lane 0 of every pass holds x itself, the others one shifted coordinate each.
+  constexpr Eigen::Index kColumns = kLanes - 1;
+  const Eigen::Index passes = (p + kColumns - 1) / kColumns;
+  std::vector<double> step(x.size()), shifted(x.begin(), x.end()), theta(x.size());
+  std::vector<std::vector<PackD>> lanes(static_cast<std::size_t>(passes),
+                                        std::vector<PackD>(x.size()));
+  for (Eigen::Index pass = 0; pass < passes; ++pass)
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const auto i = static_cast<std::size_t>(pass * kColumns + lane - 1);
+      const bool moves = lane > 0 && i < x.size();
+      if (moves) {
+        step[i] = x[i] + kDifference < coordinates.upper()[i] ? kDifference : -kDifference;
+        shifted[i] += step[i];
+      }
+      coordinates.to_theta(shifted, theta);
+      for (std::size_t k = 0; k < x.size(); ++k)
+        lanes[static_cast<std::size_t>(pass)][k].set(lane, theta[k]);
+      if (moves) shifted[i] = x[i];
+    }
+
+  NormalEquations out{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p)};
+  std::vector<std::vector<PackD>> e(static_cast<std::size_t>(passes));
+  std::vector<PackD> work;
+  Eigen::VectorXd column(p);
+  for (int s = 0; s < data.sequences(); ++s) {
+    for (std::size_t pass = 0; pass < e.size(); ++pass)
+      data.residual(friction, lanes[pass], s, e[pass], work);
+    for (std::size_t k = 0; k < e[0].size(); ++k) {
+      const double base = e[0][k][0];
+      for (Eigen::Index i = 0; i < p; ++i) {
+        const auto pass = static_cast<std::size_t>(i / kColumns);
+        const int lane = static_cast<int>(i % kColumns) + 1;
+        column[i] = (e[pass][k][lane] - base) / step[static_cast<std::size_t>(i)];
+      }
+      out.H.selfadjointView<Eigen::Lower>().rankUpdate(column);
+      out.g += base * column;
+    }
+  }
+  out.H.triangularView<Eigen::StrictlyUpper>() = out.H.transpose();
+  out.H /= data.rows();
+  out.g /= data.rows();
+  return out;
+}
+
+}  // namespace
+
+SearchCoordinates::SearchCoordinates(const friction::RobotFriction& friction,
+                                     std::span<const double> reference,
+                                     std::span<const std::string> held) {
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    const friction::ParameterInfo& info = friction.parameters()[i].info;
+    log_.push_back(info.scale == friction::Scale::kLog);
+    unit_.push_back(std::max(std::abs(reference[i]), 0.1 * std::abs(info.typical)));
+    if (unit_.back() == 0) unit_.back() = info.upper - info.lower;
+    held_.push_back(std::ranges::count(held, friction.parameters()[i].symbol) > 0);
+    lower_.push_back(to_scaled(i, held_[i] ? reference[i] : info.lower));
+    upper_.push_back(to_scaled(i, held_[i] ? reference[i] : info.upper));
+  }
+}
+
+double SearchCoordinates::to_scaled(std::size_t i, double theta) const {
+  return log_[i] ? std::log(std::max(theta, std::numeric_limits<double>::min())) : theta / unit_[i];
+}
+
+std::vector<double> SearchCoordinates::to_scaled(std::span<const double> theta) const {
+  std::vector<double> x(theta.size());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    x[i] = std::clamp(to_scaled(i, theta[i]), lower_[i], upper_[i]);
+  return x;
+}
+
+void SearchCoordinates::to_theta(std::span<const double> x, std::span<double> theta) const {
+  for (std::size_t i = 0; i < x.size(); ++i) theta[i] = log_[i] ? std::exp(x[i]) : x[i] * unit_[i];
+}
+
+Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction& friction,
+                    const SearchCoordinates& coordinates, std::vector<double> x,
+                    const FrictionFitOptions& options) {
+  const auto size = static_cast<unsigned>(x.size());
+  const std::unique_ptr<nlopt_opt_s, decltype(&nlopt_destroy)> optimiser(
+      nlopt_create(NLOPT_LN_NELDERMEAD, size), &nlopt_destroy);
+  Search search{data, friction, coordinates, std::vector<double>(x.size()), optimiser.get(), 0};
+  nlopt_set_lower_bounds(optimiser.get(), coordinates.lower().data());
+  nlopt_set_upper_bounds(optimiser.get(), coordinates.upper().data());
+  nlopt_set_min_objective(optimiser.get(), &objective, &search);
+  nlopt_set_initial_step1(optimiser.get(), kFirstStep);
+  nlopt_set_xtol_abs1(optimiser.get(), options.tolerance);
+  nlopt_set_ftol_rel(optimiser.get(), options.tolerance);
+  nlopt_set_maxeval(optimiser.get(), options.evaluations);
+  double value = kBadValue;
+  const nlopt_result result = nlopt_optimize(optimiser.get(), x.data(), &value);
+  throw_if_stopped();
+  const bool converged = result == NLOPT_XTOL_REACHED || result == NLOPT_FTOL_REACHED ||
+                         result == NLOPT_SUCCESS || result == NLOPT_ROUNDOFF_LIMITED;
+  return {std::move(x), value, converged, search.evaluations};
+}
+
+void levenberg_marquardt(const JointFrictionData& data, const friction::RobotFriction& friction,
+                         const SearchCoordinates& coordinates, Minimum& at, int iterations) {
+  const auto p = static_cast<Eigen::Index>(at.x.size());
+  std::vector<double> theta(at.x.size()), trial(at.x.size());
+  double damping = 1e-3;
+  at.converged = false;
+  for (int iteration = 0; iteration < iterations && at.value < kBadValue; ++iteration) {
+    throw_if_stopped();
+    const NormalEquations normal = linearise(data, friction, coordinates, at.x);
+    const int passes = (static_cast<int>(p) + kLanes - 2) / (kLanes - 1);
+    at.evaluations += passes * data.sequences();
+    if (!normal.H.allFinite()) return;
+
+    double lowered = 0;
+    while (damping < 1e8) {
+      Eigen::MatrixXd H = normal.H;
+      Eigen::VectorXd g = normal.g;
+      for (Eigen::Index i = 0; i < p; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        const bool held = (at.x[k] <= coordinates.lower()[k] && g[i] > 0) ||
+                          (at.x[k] >= coordinates.upper()[k] && g[i] < 0);
+        if (held || H(i, i) <= 0) {
+          H.row(i).setZero();
+          H.col(i).setZero();
+          H(i, i) = 1;
+          g[i] = 0;
+        } else {
+          H(i, i) *= 1 + damping;
+        }
+      }
+      const Eigen::VectorXd step = -H.ldlt().solve(g);
+      for (std::size_t k = 0; k < trial.size(); ++k)
+        trial[k] = std::clamp(
+            at.x[k] + std::clamp(step[static_cast<Eigen::Index>(k)], -kLargestStep, kLargestStep),
+            coordinates.lower()[k], coordinates.upper()[k]);
+      coordinates.to_theta(trial, theta);
+      const double value = safe_mean_square(data, friction, theta);
+      ++at.evaluations;
+      if (value < at.value) {
+        lowered = (at.value - value) / at.value;
+        at.value = value;
+        at.x = trial;
+        damping = std::max(damping / 10, 1e-12);
+        break;
+      }
+      damping *= 10;
+    }
+    if (lowered < kSmallestGain) {
+      at.converged = true;
+      return;
+    }
+  }
+}
+
+}  // namespace fricid::estimate

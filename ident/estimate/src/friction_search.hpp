@@ -1,0 +1,58 @@
+// Search over the parameters of one joint's friction law, within the bounds of the law table.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/estimate/friction_fit.hpp"
+
+namespace fricid::estimate {
+
+/// Scaled search coordinates, all of order one: log(theta) where the table says so, else theta over
+/// the size of its reference.
+class SearchCoordinates {
+ public:
+  /// @param held  symbols of parameters whose bounds close on their reference
+  SearchCoordinates(const friction::RobotFriction& friction, std::span<const double> reference,
+                    std::span<const std::string> held);
+
+  std::vector<double> to_scaled(std::span<const double> theta) const;  ///< within the bounds
+  void to_theta(std::span<const double> x, std::span<double> theta) const;
+
+  bool is_log(std::size_t i) const { return log_[i]; }
+  bool is_held(std::size_t i) const { return held_[i]; }
+  const std::vector<double>& lower() const { return lower_; }
+  const std::vector<double>& upper() const { return upper_; }
+
+ private:
+  double to_scaled(std::size_t i, double theta) const;
+
+  std::vector<bool> log_, held_;
+  std::vector<double> unit_, lower_, upper_;
+};
+
+/// Objective of a prediction that is not finite: finite for the optimiser.
+inline constexpr double kBadValue = 1e30;
+
+/// Where a search ended.
+struct Minimum {
+  std::vector<double> x;
+  double value;  ///< mean square [N^2 m^2]
+  bool converged;
+  int evaluations;
+};
+
+/// Nelder-Mead within bounds (NLopt) from x.
+/// @throws Stopped on Ctrl-C
+Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction& friction,
+                    const SearchCoordinates& coordinates, std::vector<double> x,
+                    const FrictionFitOptions& options);
+
+/// Levenberg-Marquardt from `at` inside the bounds: coordinates that press against a bound are held
+/// there.
+/// @throws Stopped on Ctrl-C
+void levenberg_marquardt(const JointFrictionData& data, const friction::RobotFriction& friction,
+                         const SearchCoordinates& coordinates, Minimum& at, int iterations);
+
+}  // namespace fricid::estimate

@@ -1,0 +1,133 @@
+#include "fricid/estimate/friction_fit.hpp"
+
+#include <gmock/gmock.h>
+#include <unistd.h>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "arm_data.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/estimate/fit.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+data::ModelConfig model(const std::string& name) {
+  data::ModelConfig config;
+  config.name = name;
+  config.starts = 2;
+  return config;
+}
+
+std::vector<data::Dataset> logs_of(const Arm& arm, LogOptions options, int count) {
+  std::vector<data::Dataset> logs;
+  for (int i = 0; i < count; ++i) {
+    options.seed = 100 + static_cast<std::uint64_t>(i);
+    logs.push_back(make_log(arm, options));
+  }
+  return logs;
+}
+
+double theta_of(const FitReport& report, int joint, const std::string& symbol) {
+  const friction::RobotFriction& friction = report.model.arm.friction.model;
+  for (std::size_t i = 0; i < friction.parameters().size(); ++i)
+    if (friction.parameters()[i].joint == joint && friction.parameters()[i].symbol == symbol)
+      return report.model.arm.friction.theta[i];
+  return std::nan("");
+}
+
+// Reference: the injected truth. Presliding of 1 mrad takes 50 ms at these accelerations, so the
+// bristle shows within the 50 Hz of the wide band.
+TEST(FitConventional, RecoversLuGre) {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("lugre", {4, 4.6, 0.1, 4000, 5, 2}, arm.robot.n());
+  const auto& infos = arm.friction.model.parameters();
+  ASSERT_EQ(infos[0].symbol, "Fc");
+  ASSERT_EQ(infos[3].symbol, "sigma0");
+  const auto logs = logs_of(arm, {}, 3);
+  const data::Experiment experiment = make_experiment(arm.robot);
+  const Prepared prepared = prepare(experiment, logs, 2);
+  const FitReport report = fit_conventional(experiment, prepared, model("lugre"), 1, 2);
+  ASSERT_TRUE(report.usable()) << report.message;
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    SCOPED_TRACE(j);
+    const auto true_value = [&](const std::string& symbol) {
+      for (std::size_t i = 0; i < infos.size(); ++i)
+        if (infos[i].joint == j && infos[i].symbol == symbol) return arm.friction.theta[i];
+      return std::nan("");
+    };
+    const std::pair<const char*, double> tolerances[] = {
+        {"Fc", 0.01}, {"Fs", 0.05}, {"sigma0", 0.1}, {"sigma2", 0.02}};
+    for (const auto& [symbol, share] : tolerances)
+      EXPECT_NEAR(theta_of(report, j, symbol), true_value(symbol), share * true_value(symbol))
+          << symbol;
+    EXPECT_GT(report.r2[static_cast<std::size_t>(j)], 0.9999);
+  }
+}
+
+// The linear law is the regression's: exact without noise.
+TEST(FitConventional, SimpleTakesLinearFrictionFromTheRegression) {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("coulomb_viscous", {4, 2, 1e-3}, arm.robot.n());
+  LogOptions options;
+  options.substeps = 200;
+  const auto logs = logs_of(arm, options, 3);
+  const data::Experiment experiment = make_experiment(arm.robot);
+  const Prepared prepared = prepare(experiment, logs, 2);
+  const FitReport report = fit_conventional(experiment, prepared, model("simple"), 1, 2);
+  ASSERT_TRUE(report.usable()) << report.message;
+  const auto& theta = arm.friction.theta;
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    const auto begin = static_cast<std::size_t>(3 * j);
+    EXPECT_NEAR(theta_of(report, j, "Fc"), theta[begin], 1e-3 * theta[begin]);
+    EXPECT_NEAR(theta_of(report, j, "Fv"), theta[begin + 1], 1e-3 * theta[begin + 1]);
+    EXPECT_THAT(report.joints[static_cast<std::size_t>(j)].at_bound, testing::IsEmpty());
+  }
+}
+
+std::string saved(FitReport report) {
+  report.seconds = report.rigid_body.seconds = report.model.fit_seconds = 0;
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("fit_report_" + std::to_string(::getpid()) + ".json");
+  save_fit_report(report, path);
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  std::filesystem::remove(path);
+  return text.str();
+}
+
+// All but the time it took.
+TEST(FitConventional, ReportIsTheSameBytesForAnyNumberOfJobs) {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("stribeck", {4, 5, 0.1, 2, 1e-3}, arm.robot.n());
+  LogOptions options;
+  options.torque_noise = 0.1;
+  options.encoder_noise = 4e-6;
+  const auto logs = logs_of(arm, options, 2);
+  const data::Experiment experiment = make_experiment(arm.robot);
+  const auto fitted = [&](int jobs) {
+    return saved(
+        fit_conventional(experiment, prepare(experiment, logs, jobs), model("dahl"), 3, jobs));
+  };
+  const std::string one = fitted(1);
+  EXPECT_THAT(one, testing::HasSubstr("\"format\": \"fricid.fit/1\""));
+  EXPECT_EQ(fitted(2), one);
+  EXPECT_EQ(fitted(3), one);
+}
+
+TEST(FitConventional, NamesAnUnknownLaw) {
+  const Arm arm{small_arm(), same_law("coulomb_viscous", {4, 2, 1e-3}, 3)};
+  const data::Experiment experiment = make_experiment(arm.robot);
+  Prepared prepared;
+  prepared.robot = arm.robot;
+  try {
+    fit_conventional(experiment, prepared, model("stribek"), 1, 1);
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("unknown law \"stribek\""));
+  }
+}
+
+}  // namespace
+}  // namespace fricid::estimate
