@@ -249,5 +249,64 @@ TEST(Allocation, WideModelsTakeNothingFromTheHeap) {
   EXPECT_EQ(blocks(TwistedGuide<PackD>(model, twist)), 0);
 }
 
+/// A filter whose observations come one by one.
+class Online {
+ public:
+  Online(Scene& scene, int N)
+      : scene_(&scene),
+        ring_(scene.y.topRows(1)),
+        guide_(scene.toy, ring_, std::numeric_limits<int>::max()),
+        filter_(scene.toy, guide_, FilterOptions{.particles = N}),
+        log_likelihood(guide_.log_start()) {
+    filter_.start();
+  }
+  void step(int t) {
+    ring_(0, 0) = scene_->y(t + 1, 0);
+    log_likelihood += filter_.weigh(t)->log_sum;
+    filter_.move(t);
+  }
+  auto& filter() { return filter_; }
+
+ private:
+  Scene* scene_;
+  RowMatrix ring_;
+  AdaptedGuide<PackD> guide_;
+  ParticleFilter<test::FrictionToy, AdaptedGuide<PackD>> filter_;
+
+ public:
+  double log_likelihood;
+};
+
+TEST(Online, StepsAreThoseOfARunAndTakeNothingFromTheHeap) {
+  Scene scene(60);
+  AdaptedGuide<PackD> guide(scene.toy, scene.y);
+  Report report;
+  ParticleFilter(scene.toy, guide, FilterOptions{.particles = 50}).run(report);
+  Online online(scene, 50);
+  online.step(0);
+  const long before = test::heap_blocks();
+  for (int t = 1; t < 59; ++t) online.step(t);
+  EXPECT_EQ(test::heap_blocks(), before);
+  EXPECT_EQ(online.log_likelihood, report.log_likelihood);
+}
+
+TEST(Online, ARestoredFilterGoesOnToTheLastBit) {
+  Scene scene(60);
+  Online online(scene, 50);
+  for (int t = 0; t < 30; ++t) online.step(t);
+  FilterState<PackD> state;
+  online.filter().save(state);
+  const double before = online.log_likelihood;
+  for (int t = 30; t < 59; ++t) online.step(t);
+  const double after = online.log_likelihood, q = online.filter().x().at(7, 0);
+
+  Online other(scene, 50);
+  other.filter().restore(state);
+  other.log_likelihood = before;
+  for (int t = 30; t < 59; ++t) other.step(t);
+  EXPECT_EQ(other.log_likelihood, after);
+  EXPECT_EQ(other.filter().x().at(7, 0), q);
+}
+
 }  // namespace
 }  // namespace fricid::smc

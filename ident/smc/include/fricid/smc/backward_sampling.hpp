@@ -20,7 +20,7 @@ namespace fricid::smc {
 enum class Backward {
   kExact,  ///< drawn from all N particles: FFBSi, Godsill, Doucet & West (2004)
   kMoves,  ///< a few Metropolis moves from the genealogical ancestor: Bunch & Godsill (2013),
-           ///< Dau & Chopin (2023); O(1) per path and step
+           ///< Dau & Chopin (2023); O(1) per path and step, pays for N in the thousands
   kTrace,  ///< the genealogical ancestor itself; right where the filter hardly resampled, as the
            ///< twisted one does
 };
@@ -134,8 +134,9 @@ void sample_paths(ParticleFilter<M, G>& filter, History<typename G::Lanes>& hist
   std::fill(ws.met.begin(), ws.met.end(), 0);
   for (const int i : index) ws.met[static_cast<std::size_t>(i)] = 1;
   report.path_roots = static_cast<int>(std::count(ws.met.begin(), ws.met.end(), 1));
+  const bool traced = options.method == Backward::kTrace || T == 1;
   const auto steps = static_cast<double>(count) * (T - 1);
-  report.refreshed = T > 1 ? static_cast<double>(refreshed) / steps : 1;
+  report.refreshed = traced ? 1 : static_cast<double>(refreshed) / steps;
 }
 
 }  // namespace fricid::smc

@@ -26,7 +26,7 @@ namespace fricid::smc {
 template <class S>
 struct LogWeight {
   S total;  ///< what x_t gains at step t
-  S past;   ///< the same without log g_{t+1}(f_t(x_t)), if asked for: p(y_t | x_t) / psi_t(x_t)
+  S past;   ///< the same without log g_{t+1}(f_t(x_t)), up to a constant; if asked for
 };
 
 /// Calls in the order of the filter: start for each block, then per step prepare(t), weight and
@@ -221,13 +221,20 @@ class BootstrapGuide {
 /// Fully adapted filter (Pitt & Shephard 1999), possible because y is linear in x:
 ///     S = C Q C' + R,  K = Q C' S^-1,  V = (I - K C) Q
 ///     g_{t+1}(F) = N(y_{t+1}; C F, S),   x_{t+1} ~ N(F + K (y_{t+1} - C F), V)
+/// The weights of x_t then are those given y_0 .. y_{t+1}.
 template <class S>
 class AdaptedGuide {
  public:
   using Lanes = S;
 
+  /// Keeps a reference to y.
   template <StateSpaceModel M>
   AdaptedGuide(const M& model, const RowMatrix& y)
+      : AdaptedGuide(model, y, static_cast<int>(y.rows())) {}
+  /// For observations that come one by one: y is a ring whose row t % y.rows() holds y_t when
+  /// prepare(t - 1) is called, and y_0 now.
+  template <StateSpaceModel M>
+  AdaptedGuide(const M& model, const RowMatrix& y, int steps)
       : y_(&y),
         C_(model.C()),
         Q_(model.Q()),
@@ -236,19 +243,20 @@ class AdaptedGuide {
         ws_(model.state_size(), model.observation_size()),
         llt_(model.state_size()),
         gain_(Q_.rows(), C_.rows()),
-        noise_(Eigen::VectorXd::Zero(Q_.rows()), Q_) {
+        noise_(Eigen::VectorXd::Zero(Q_.rows()), Q_),
+        steps_(steps) {
     Gaussian x = model.initial();
     log_start_ = kalman_update(row_of(y, 0), C_, R_, x, ws_).log_likelihood;
     start_ = NormalSampler<S>(x.mean, square_root(x.covariance));
   }
 
-  int steps() const { return static_cast<int>(y_->rows()); }
+  int steps() const { return steps_; }
   double log_start() const { return log_start_; }
   void start(const S* e, S* x) const { start_.draw(e, x); }
 
   void prepare(int t) {
     if (t + 1 == steps()) return;
-    const auto y = row_of(*y_, t + 1);
+    const auto y = row_of(*y_, (t + 1) % static_cast<int>(y_->rows()));
     if (!density_.assign(y)) return;
     posterior_.mean.setZero(Q_.rows());
     posterior_.covariance = Q_;
@@ -278,6 +286,7 @@ class AdaptedGuide {
   LaneMatrix<S> gain_;
   NormalSampler<S> start_, noise_;
   double log_start_;
+  int steps_;
 };
 
 }  // namespace fricid::smc

@@ -15,8 +15,15 @@ template <class S>
 struct Slice {
   Cloud<S> x;                       ///< particles x_t
   Cloud<S> image;                   ///< F = f_t(x_t), not valid at the last step
-  std::vector<double> log_weights;  ///< (N) of x_t given y_0 .. y_t, without any look-ahead
+  std::vector<double> log_weights;  ///< (N) of x_t given y_0 .. y_t alone, up to a constant
   std::vector<int> ancestors;       ///< (N) of the particles at t + 1, not valid at the last step
+};
+
+/// All that a filter carries from one step to the next: particles and their log weights, (N).
+template <class S>
+struct FilterState {
+  Cloud<S> x;
+  std::vector<double> log_weights;
 };
 
 /// Particles of a whole run, owned by the caller, used again by run after run.
@@ -49,24 +56,20 @@ class History {
     return History(state_size, particles, steps, std::clamp(root, 1, steps));
   }
 
-  /// The filter where a segment begins: particles and their log weights before y_t is taken in.
-  struct Checkpoint {
-    Cloud<S> x;
-    std::vector<double> log_weights;
-  };
-
   int steps() const { return steps_; }
   int interval() const { return interval_; }
   int segment_of(int t) const { return t / interval_; }
   Slice<S>& slice(int t) { return slices_[static_cast<std::size_t>(t % interval_)]; }
-  Checkpoint& checkpoint(int segment) { return checkpoints_[static_cast<std::size_t>(segment)]; }
+  FilterState<S>& checkpoint(int segment) {
+    return checkpoints_[static_cast<std::size_t>(segment)];
+  }
 
   int held = -1;  ///< the segment whose slices are held
 
  private:
   int steps_, interval_;
   std::vector<Slice<S>> slices_;
-  std::vector<Checkpoint> checkpoints_;
+  std::vector<FilterState<S>> checkpoints_;
 };
 
 }  // namespace fricid::smc

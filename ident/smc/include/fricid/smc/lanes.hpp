@@ -124,10 +124,9 @@ class LaneMatrix {
 
   /// Row i times x, added to `sum`.
   S add_row(int i, const S* x, S sum) const {
-    const auto row = static_cast<std::size_t>(i);
-    for (std::size_t k = start_[row]; k < start_[row + 1]; ++k) {
-      sum = fma(S(entries_[k].value), x[entries_[k].column], sum);
-    }
+    const Entry* entry = entries_.data() + start_[static_cast<std::size_t>(i)];
+    const Entry* end = entries_.data() + start_[static_cast<std::size_t>(i) + 1];
+    for (; entry != end; ++entry) sum = fma(S(entry->value), x[entry->column], sum);
     return sum;
   }
 

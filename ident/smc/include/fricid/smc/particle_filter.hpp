@@ -72,10 +72,11 @@ class ParticleFilter {
   void run(Report& report, History<S>* history = nullptr);
 
   /// What the last run left at step t. Computes its segment again where `history` does not hold it.
+  /// x() and the weights are then those of the end of that segment.
   /// @pre the run did not fail and neither model, guide nor history was used otherwise since
   const Slice<S>& at(History<S>& history, int t);
 
-  // The steps of a run, for those who write their own loop:
+  // The steps of a run, for those who write their own loop, as online estimation does:
   //   start, then for t = 0, 1, ..: weigh(t), and but for the last move(t)
 
   /// Draws x_0.
@@ -88,6 +89,10 @@ class ParticleFilter {
   void move_from(int t, std::span<const int> ancestors, Slice<S>* slice = nullptr);
   /// Puts a particle at x (n).
   void place(int particle, std::span<const double> x);
+  /// Where the filter stands before weigh(t), to go on from here later: to the last bit, whatever
+  /// was run in between. Saving into a state saved before does not allocate.
+  void save(FilterState<S>& state) const;
+  void restore(const FilterState<S>& state);
   /// The random numbers of the next run.
   void set_sequence(std::uint32_t sequence) { options_.sequence = sequence; }
 
@@ -116,7 +121,6 @@ class ParticleFilter {
   void draw_ancestors(int t);
   void draw_next(int t, Slice<S>* slice);
   void record_innovation(int t, Report& report);
-  void open_segment(History<S>& history, int t);
   int count_roots();
 
   M* model_;

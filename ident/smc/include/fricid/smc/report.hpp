@@ -32,7 +32,8 @@ struct Report {
   std::vector<double> backward_ess;  ///< (T - 1) mean over paths of the ESS of the backward weights
   int paths = 0;                     ///< smoothed paths M
   int path_roots = 0;                ///< different particles at t = 0 among them
-  double refreshed = 0;  ///< share of (path, t) whose ancestor is not the genealogical one
+  double refreshed = 0;  ///< share of (path, t) whose ancestor is not the genealogical one; 1 for
+                         ///< traced paths, where it is no question
 
   /// Empties it for a run of T steps and N particles; allocates only when T grows.
   void reset(int T, int N);

@@ -132,7 +132,9 @@ class TwistedGuide {
     set(kNext, twist_->s[k + 1]);
     set(kDefect, twist_->c[k]);
     set(kSlope, step_.h);
-    constant_ = step_.log_constant + twist_->kappa[k + 1];
+    // common to all particles, so of no account where weights are only compared
+    const bool whole = twist_->foresight == Foresight::kWhole;
+    constant_ = whole ? 0 : step_.log_constant + twist_->kappa[k + 1];
   }
 
   LogWeight<S> log_weight(const S* x, const S* F, bool wants_past) {

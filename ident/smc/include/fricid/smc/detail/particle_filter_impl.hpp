@@ -130,11 +130,15 @@ int ParticleFilter<M, G>::count_roots() {
 }
 
 template <StateSpaceModel M, Guide G>
-void ParticleFilter<M, G>::open_segment(History<S>& history, int t) {
-  auto& checkpoint = history.checkpoint(history.segment_of(t));
-  checkpoint.x = x_;
-  checkpoint.log_weights = log_weights_;
-  history.held = history.segment_of(t);
+void ParticleFilter<M, G>::save(FilterState<S>& state) const {
+  state.x = x_;
+  state.log_weights = log_weights_;
+}
+
+template <StateSpaceModel M, Guide G>
+void ParticleFilter<M, G>::restore(const FilterState<S>& state) {
+  x_ = state.x;
+  log_weights_ = state.log_weights;
 }
 
 template <StateSpaceModel M, Guide G>
@@ -148,7 +152,10 @@ void ParticleFilter<M, G>::run(Report& report, History<S>* history) {
     innovations_.add_to(report);
   }
   for (int t = 0; t < T; ++t) {
-    if (history != nullptr && t % history->interval() == 0) open_segment(*history, t);
+    if (history != nullptr && t % history->interval() == 0) {
+      history->held = history->segment_of(t);
+      save(history->checkpoint(history->held));
+    }
     Slice<S>* slice = history != nullptr ? &history->slice(t) : nullptr;
     const auto sum = weigh(t, slice);
     if (!sum) {
@@ -175,9 +182,7 @@ template <StateSpaceModel M, Guide G>
 auto ParticleFilter<M, G>::at(History<S>& history, int t) -> const Slice<S>& {
   const int segment = history.segment_of(t);
   if (segment != history.held) {
-    const auto& checkpoint = history.checkpoint(segment);
-    x_ = checkpoint.x;
-    log_weights_ = checkpoint.log_weights;
+    restore(history.checkpoint(segment));
     history.held = segment;
     const int begin = segment * history.interval();
     const int end = std::min(begin + history.interval(), steps());
