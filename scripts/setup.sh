@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Installs the missing ones of scripts/packages.txt. Without root it prints the line to run.
+# Installs the missing ones of scripts/packages.txt and of the packages given. Without root it prints the
+# line to run.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 missing=()
-for package in $(grep -v '^#' scripts/packages.txt); do
+for package in $(grep -v '^#' scripts/packages.txt) "$@"; do
   dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' ||
     missing+=("$package")
 done

@@ -150,7 +150,10 @@ void write_figure(const Figure& figure, const std::filesystem::path& folder) {
         script.string());
 
   const Size size = size_of(figure);
-  const std::array<std::pair<std::string, std::string>, 3> terminals{{
+  struct Terminal {
+    std::string extension, settings;
+  };
+  const std::array<Terminal, 3> terminals{{
       {"pdf", fmt::format("pdfcairo size {:.2f}cm,{:.2f}cm font 'DejaVu Sans,7'", size.width,
                           size.height)},
       {"svg", fmt::format("svg size {:.0f},{:.0f} font 'DejaVu Sans,9'", size.width * 38,
@@ -158,12 +161,12 @@ void write_figure(const Figure& figure, const std::filesystem::path& folder) {
       {"png", fmt::format("pngcairo size {:.0f},{:.0f} font 'DejaVu Sans,15' linewidth 2",
                           size.width * 80, size.height * 80)},
   }};
-  for (const auto& [extension, terminal] : terminals)
+  for (const Terminal& terminal : terminals)
     write_file_atomically(
-        folder / (figure.name + "." + extension), [&](const std::filesystem::path& part) {
+        folder / (figure.name + "." + terminal.extension), [&](const std::filesystem::path& part) {
           const std::string command =
               fmt::format("gnuplot -e \"set terminal {}; set output '{}'\" '{}' 2>/dev/null",
-                          terminal, part.string(), script.string());
+                          terminal.settings, part.string(), script.string());
           if (std::system(command.c_str()) != 0)
             throw UserError("{}: gnuplot refused the script; run it by hand to see why",
                             script.string());

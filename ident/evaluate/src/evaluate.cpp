@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "fricid/base/error.hpp"
@@ -13,8 +12,6 @@
 
 namespace fricid::evaluate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Lanes that run together: indices into the plan, longest rollouts first. Depends on the plan
 /// alone.
