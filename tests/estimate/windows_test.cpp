@@ -19,7 +19,8 @@ Recording record(const Arm& truth, std::uint64_t seed, int T) {
           made.v,
           made.q,
           made.tau,
-          data::RowMatrix::Constant(T, made.q.cols(), kRoomTemperature)};
+          data::RowMatrix::Constant(T, made.q.cols(), kRoomTemperature),
+          Eigen::VectorXd::Constant(6, 1e-6)};
 }
 
 std::span<const double> view(const Eigen::VectorXd& x) {

@@ -168,6 +168,11 @@ void check_models(Experiment& experiment, const Places& places) {
       throw UserError("{}: {}.{} = \"{}\"; allowed: {}", places.of(key + "." + said), shown, said,
                       model.law, fmt::join(laws, ", "));
     if (model.label.empty()) model.label = model.name;
+    if (model.method.empty())
+      model.method = friction::is_learned(model.law) ? "multi_step" : "conventional";
+    if (model.method == "conventional" && friction::is_learned(model.law))
+      throw UserError("{}: {}.method = \"conventional\"; allowed for {}: multi_step, em",
+                      places.of(key + ".method"), shown, model.law);
     std::sort(model.seeds.begin(), model.seeds.end());
     model.seeds.erase(std::unique(model.seeds.begin(), model.seeds.end()), model.seeds.end());
   }
@@ -307,6 +312,7 @@ std::string scene_template() {
   example.models.emplace_back();
   example.models[0].name = "lugre";
   example.models[0].label = "LuGre";
+  example.models[0].method = "conventional";
   TomlWriter writer(true, {});
   example.visit(writer);
   return "# A scene of fricid. Every key is optional unless it says required; the values are the\n"

@@ -93,9 +93,12 @@ Prepared prepare(const data::Experiment& experiment, std::span<const data::Datas
   }
   Prepared out;
   out.sequences.resize(train.size());
+  out.recordings.resize(train.size());
   parallel_for(static_cast<int>(train.size()), jobs, [&](int i) {
     const auto s = static_cast<std::size_t>(i);
-    out.sequences[s] = filter_dataset(train[s], experiment.identify.cutoff_hz);
+    const double cutoff = experiment.identify.cutoff_hz;
+    out.sequences[s] = filter_dataset(train[s], cutoff);
+    out.recordings[s] = make_recording(train[s], out.sequences[s], cutoff);
   });
   out.robot = with_offsets(experiment.model);
   out.rigid_body =

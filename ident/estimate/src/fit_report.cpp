@@ -37,6 +37,41 @@ Json rigid_body_json(const RigidBodyFit& fit, const std::vector<std::string>& jo
           {"seconds", fit.seconds}};
 }
 
+Json multi_step_json(const MultiStepReport& report) {
+  return {{"outcome", to_string(report.outcome)},
+          {"message", report.message},
+          {"loss", report.loss},
+          {"checked", report.checked},
+          {"held_out_q_mse", report.held_out},
+          {"chosen", report.best},
+          {"skipped", report.skipped},
+          {"leap", report.leap},
+          {"seconds", report.seconds}};
+}
+
+Json em_json(const EmReport& report) {
+  Json iterations = Json::array();
+  for (const EmIteration& i : report.iterations)
+    iterations.push_back({{"log_likelihood", i.log_likelihood},
+                          {"nis", i.nis},
+                          {"least_roots", i.least_roots},
+                          {"least_backward_ess", i.least_backward_ess},
+                          {"objective", i.objective},
+                          {"held_out_q_mse", i.held_out}});
+  return {{"outcome", to_string(report.outcome)},
+          {"message", report.message},
+          {"held_out_q_mse_start", report.held_out_start},
+          {"iterations", iterations},
+          {"chosen", report.best},
+          {"stopped", report.stopped},
+          {"warnings", report.warnings},
+          {"variance_q", vector_of(report.noise.q)},
+          {"variance_v", vector_of(report.noise.v)},
+          {"variance_z", vector_of(report.noise.z)},
+          {"variance_observation", vector_of(report.noise.R)},
+          {"seconds", report.seconds}};
+}
+
 }  // namespace
 
 void save_fit_report(const FitReport& report, const std::filesystem::path& path) {
@@ -63,18 +98,21 @@ void save_fit_report(const FitReport& report, const std::filesystem::path& path)
                       {"evaluations", fit.evaluations},
                       {"parameters", parameters}});
   }
-  const Json out = {{"format", "fricid.fit/1"},
-                    {"name", report.model.name},
-                    {"label", report.model.label},
-                    {"seed", report.model.seed},
-                    {"outcome", to_string(report.outcome)},
-                    {"usable", report.usable()},
-                    {"message", report.message},
-                    {"objective", report.objective},
-                    {"parameters", report.model.free_parameters},
-                    {"seconds", report.seconds},
-                    {"rigid_body", rigid_body_json(report.rigid_body, names)},
-                    {"joints", joints}};
+  Json out = {{"format", "fricid.fit/1"},
+              {"name", report.model.name},
+              {"label", report.model.label},
+              {"seed", report.model.seed},
+              {"method", report.method},
+              {"outcome", to_string(report.outcome)},
+              {"usable", report.usable()},
+              {"message", report.message},
+              {"objective", report.objective},
+              {"parameters", report.model.free_parameters},
+              {"seconds", report.seconds},
+              {"rigid_body", rigid_body_json(report.rigid_body, names)},
+              {"joints", joints}};
+  if (report.multi_step) out["multi_step"] = multi_step_json(*report.multi_step);
+  if (report.em) out["em"] = em_json(*report.em);
   write_file_atomically(path, out.dump(2) + "\n");
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/rng.hpp"
 #include "fricid/friction/laws.hpp"
 
 namespace fricid::friction {
@@ -141,6 +142,31 @@ void initialise_networks(const RobotFriction& model, std::uint64_t seed, std::sp
       if constexpr (LearnedLaw<std::remove_cvref_t<decltype(entry)>>)
         entry.initialise(theta.data() + slot.theta, rng);
     });
+  }
+}
+
+bool is_learned(std::string_view law) {
+  bool learned = false;
+  visit_entry<Laws>(find_row(law_table(), "friction law", law), 1, [&](const auto entry) {
+    learned = requires(double* theta, Rng& rng) { entry.initialise(theta, rng); };
+  });
+  return learned;
+}
+
+void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta) {
+  for (int j = 0; j < model.joint_count(); ++j) {
+    Rng rng(seed, static_cast<std::uint64_t>(j));
+    double* at = theta.data() + model.parameter_begin(j);
+    for (const LawSpec& law : model.joints()[static_cast<std::size_t>(j)].laws) {
+      visit_entry<Laws>(find_row(law_table(), "friction law", law.law), law.elements,
+                        [&](const auto entry) {
+                          if constexpr (requires { entry.initialise(at, rng); })
+                            entry.initialise(at, rng);
+                          at += entry.parameters().size();
+                        });
+      for (const ModifierSpec& modifier : law.modifiers)
+        at += parameters_of_modifier(modifier.name, modifier.order).size();
+    }
   }
 }
 

@@ -242,14 +242,76 @@ struct IdentifyConfig {
   }
 };
 
+/// [model.train]: training on open-loop windows.
+struct TrainConfig {
+  double window_s = 0.5;
+  int batch = 64;
+  int iterations = 2000;
+  double rate = 0.004;
+  bool rigid_body = true;
+  double hold_out = 0.2;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("window_s", window_s, number("s", 0.01, 100, "length of a window"));
+    archive("batch", batch, number("", 1, 1e6, "windows per step"));
+    archive("iterations", iterations, number("", 0, 1e7, "steps of Adam"));
+    archive("rate", rate, number("1", 1e-6, 1, "first step length of Adam"));
+    archive("rigid_body", rigid_body, flag("train the rigid body together with the friction"));
+    archive("hold_out", hold_out,
+            number("1", 0.05, 0.5, "last share of every recording, kept for choosing"));
+  }
+};
+
+/// [model.em]: expectation-maximisation.
+struct EmConfig {
+  std::string e_step = "ekf";
+  int iterations = 10;
+  int particles = 200;
+  int paths = 4;
+  int m_steps = 500;
+  int batch = 2048;
+  double rate = 0.004;
+  double torque_noise = 0.1;
+  double torque_floor = 0.01;
+  double z_noise_first = 0.1;
+  double z_noise_last = 0.01;
+  bool rigid_body = true;
+  double hold_out = 0.2;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("e_step", e_step, choice("ekf psi adapted bootstrap", "how paths are smoothed"));
+    archive("iterations", iterations, number("", 0, 1e5, "E- and M-steps"));
+    archive("particles", particles, number("", 1, 1e6, "of the particle filters"));
+    archive("paths", paths, number("", 1, 1000, "smoothed paths per recording"));
+    archive("m_steps", m_steps, number("", 0, 1e6, "steps of Adam per iteration"));
+    archive("batch", batch, number("", 1, 1e7, "transitions per step of Adam"));
+    archive("rate", rate, number("1", 1e-6, 1, "first step length of Adam"));
+    archive("torque_noise", torque_noise,
+            number("1", 1e-6, 10, "first noise of the torque, share of the friction torque"));
+    archive("torque_floor", torque_floor, number("1", 1e-9, 10, "least such noise"));
+    archive(
+        "z_noise_first", z_noise_first,
+        number("1", 1e-9, 10, "first noise of the latent states per sample, share of their size"));
+    archive("z_noise_last", z_noise_last, number("1", 1e-9, 10, "last such noise"));
+    archive("rigid_body", rigid_body, flag("fit the rigid body together with the friction"));
+    archive("hold_out", hold_out,
+            number("1", 0.05, 0.5, "last share of every recording, kept for choosing"));
+  }
+};
+
 /// [[model]]: one thing to fit.
 struct ModelConfig {
   std::string name;
   std::string label;
-  std::string law;  ///< name of the law table after loading
+  std::string law;     ///< name of the law table after loading
+  std::string method;  ///< never empty after loading
   int elements = 4;
   int starts = 4;
   std::vector<int> seeds{1};
+  TrainConfig train;
+  EmConfig em;
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -257,9 +319,19 @@ struct ModelConfig {
     archive("label", label, text("name in tables and plots; empty: the name"));
     archive("law", law,
             text("friction law fitted to every joint; empty: the name (simple: coulomb_viscous)"));
-    archive("elements", elements, number("", 1, 64, "elements of laws that have several"));
+    archive(
+        "method", method,
+        choice("conventional multi_step em",
+               "how it is fitted: to the torque that the rigid body leaves, or from there on by "
+               "open-loop windows or by expectation-maximisation; empty: multi_step for learned "
+               "laws, else conventional"));
+    archive(
+        "elements", elements,
+        number("", 1, 64, "elements of laws that have several; width of the nets of learned ones"));
     archive("starts", starts, number("", 1, 1000, "starts of the optimiser"));
     archive("seeds", seeds, number("", 0, 1e9, "one fit per seed"));
+    archive.section("train", train, "method multi_step");
+    archive.section("em", em, "method em");
   }
 };
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +14,9 @@
 #include "fricid/estimate/filter.hpp"
 #include "fricid/estimate/friction_fit.hpp"
 #include "fricid/estimate/least_squares.hpp"
+#include "fricid/estimate/em.hpp"
+#include "fricid/estimate/multi_step.hpp"
+#include "fricid/estimate/recording.hpp"
 #include "fricid/estimate/report.hpp"
 
 namespace fricid::estimate {
@@ -23,6 +27,7 @@ namespace fricid::estimate {
 struct Prepared {
   dynamics::RobotModel robot;
   std::vector<Filtered> sequences;
+  std::vector<Recording> recordings;  ///< what the gradient methods see of them
   RigidBodyFit rigid_body;
 };
 
@@ -42,6 +47,9 @@ struct FitReport {
   std::vector<double> residual_rms;  ///< (n) inverse-dynamics residual, all usable rows [N m]
   std::vector<double> r2;            ///< (n) 1 - residual / torque variance on the training rows
   double seconds = 0;
+  std::string method = "conventional";
+  std::optional<MultiStepReport> multi_step;  ///< of method multi_step
+  std::optional<EmReport> em;                 ///< of method em
 
   bool usable() const {
     return outcome == Outcome::kConverged || outcome == Outcome::kIterationLimit;
@@ -56,6 +64,14 @@ struct FitReport {
 /// @throws UserError on a model name that is not a law; Stopped on Ctrl-C
 FitReport fit_conventional(const data::Experiment& experiment, const Prepared& prepared,
                            const data::ModelConfig& config, int seed, int jobs);
+
+/// Fits one model of an experiment by its method. Whatever the method, it starts from the
+/// conventional fit of its law; learned laws start from that of dahl, their networks from random
+/// weights that hardly say anything. Methods multi_step and em choose by held-out rollouts, so that
+/// they are no worse there than the conventional fit.
+/// @throws as fit_conventional
+FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared,
+                    const data::ModelConfig& config, int seed, int jobs);
 
 /// Torque that a model predicts along a measured motion, teacher forcing, at every row (T, n) [N
 /// m], filtered at cutoff_hz like the `tau` of `measured`.

@@ -18,13 +18,14 @@ struct Recording {
   data::RowMatrix q_measured;   ///< (T, n) as logged; NaN where missing
   data::RowMatrix tau;          ///< (T, n) held over [t_k, t_{k+1}); the last where missing
   data::RowMatrix temperature;  ///< (T, n) [K]
+  Eigen::VectorXd noise_sd;     ///< (n) of q_measured, from what lies above the band [rad]
 
   int length() const { return static_cast<int>(q.rows()); }
   int n() const { return static_cast<int>(q.cols()); }
 };
 
-/// @pre `filtered` was made from `dataset`
-Recording make_recording(const data::Dataset& dataset, const Filtered& filtered);
+/// @pre `filtered` was made from `dataset` with this cut-off
+Recording make_recording(const data::Dataset& dataset, const Filtered& filtered, double cutoff_hz);
 
 /// Friction state of a model along every recording, washed out by the motion: (T, state_size) each.
 std::vector<data::RowMatrix> wash_out(const friction::Friction& friction,

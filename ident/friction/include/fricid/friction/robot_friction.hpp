@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -123,6 +124,13 @@ std::vector<double> default_theta(const RobotFriction& model);
 /// law l of joint j are drawn from (seed, j and l), so other joints do not matter. Without networks
 /// nothing changes. An untrained network hardly changes the torque.
 void initialise_networks(const RobotFriction& model, std::uint64_t seed, std::span<double> theta);
+
+/// Whether a law of the table holds a network, whose weights want random starting values.
+bool is_learned(std::string_view law);
+
+/// Draws the weights of every network in theta; the other parameters stay. Joint j uses the random
+/// stream (seed, j).
+void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta);
 
 /// Throws UserError when a parameter is outside its bounds; `where` starts the message.
 void check_bounds(const Friction& friction, const std::vector<std::string>& joint_names,

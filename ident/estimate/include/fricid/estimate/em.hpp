@@ -1,0 +1,87 @@
+// Stage S2: expectation-maximisation with filters and smoothers, for any friction model.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/estimate/coordinates.hpp"
+#include "fricid/estimate/e_step.hpp"
+#include "fricid/estimate/latent_friction_model.hpp"
+#include "fricid/estimate/multi_step.hpp"
+#include "fricid/estimate/recording.hpp"
+#include "fricid/estimate/report.hpp"
+
+namespace fricid::estimate {
+
+struct EmOptions {
+  EStep e_step = EStep::kEkf;
+  int iterations = 8;
+  int particles = 200;
+  int paths = 4;       ///< smoothed paths per recording
+  int m_steps = 500;   ///< steps of Adam per iteration
+  int batch = 2048;    ///< transitions per step
+  double rate = 2e-3;  ///< of Adam, times 0.3 in the last third of the iterations
+  double torque_noise =
+      0.1;  ///< first sd of the torque that drives v, share of the friction torque
+  double torque_floor = 0.01;                       ///< least such sd
+  double z_noise_first = 0.1, z_noise_last = 0.01;  ///< sd per sample, share of the rms of z
+  bool estimate_R = false;                          ///< else R stays what the logs show
+  double hold_out = 0.2;
+  StepOptions step{8, 4};   ///< of filter and M-step
+  StepOptions judge{8, 1};  ///< of the held-out rollouts
+  CoordinateOptions coordinates;
+  std::uint64_t seed = 1;
+};
+
+/// What one iteration saw.
+struct EmIteration {
+  double log_likelihood = 0;  ///< of the training parts, estimated [nat]
+  double nis = 0;             ///< mean per channel; 1 when the noise is as large as the model says
+  double least_roots = 0;     ///< least share of distinct roots over the recordings; 1 for EKF
+  double least_backward_ess = 0;  ///< least median over the recordings; 0 where it does not apply
+  double objective = 0;  ///< mean of minus the log transition density after the M-step [nat]
+  double held_out = 0;   ///< [rad^2] after the iteration
+};
+
+struct EmReport {
+  Outcome outcome = Outcome::kFailed;
+  std::string message = "fit_em was not called";
+  Arm arm;                    ///< best on the held-out part, the start included
+  LatentNoise noise;          ///< that belongs to it
+  double held_out_start = 0;  ///< [rad^2] of the start
+  std::vector<EmIteration> iterations;
+  int best = -1;  ///< index of the chosen iteration, -1: the start
+  std::vector<std::string> warnings;
+  bool stopped = false;  ///< by Ctrl-C: best so far
+  double seconds = 0;
+};
+
+/// Noise to start with: R from what the logs hold above their band, Q from shares of the friction
+/// torque and of the latent states.
+LatentNoise initial_noise(const Arm& arm, std::span<const Recording> recordings,
+                          const EmOptions& options);
+
+/// Where a filter over a recording begins: filtered motion, washed-out friction state z, each with
+/// the uncertainty that goes with it.
+/// @param z_size  (n_z) rms of the states, see `latent_sizes`
+smc::Gaussian initial_state(const Recording& recording, const Eigen::VectorXd& z,
+                            const Eigen::VectorXd& z_size, const LatentNoise& noise);
+
+/// Root mean square of every latent state along the recordings (n_z); 1 for one that stays 0.
+Eigen::VectorXd latent_sizes(std::span<const data::RowMatrix> z);
+
+/// EM from `start`. E-step: smoothed paths of the training part of each recording under the present
+/// parameters. M-step: Adam on the transition density of random transitions of these paths, from
+/// the last parameters, averaged over its second half; then the noise of v in closed form,
+///
+///     Q_v = mean (v_{t+1} - f_v(x_t))^2
+///
+/// above its floor, that of z on a falling schedule instead (left free it stays where it is).
+/// Returns the parameters with the smallest held-out error met, so never worse there than `start`.
+/// The result depends on the options alone, not on `jobs`.
+EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const EmOptions& options,
+                std::string_view label, int jobs);
+
+}  // namespace fricid::estimate

@@ -1,0 +1,112 @@
+#include "fricid/estimate/e_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "fricid/smc/backward_sampling.hpp"
+#include "fricid/smc/kalman.hpp"
+#include "fricid/smc/particle_filter.hpp"
+#include "fricid/smc/twist.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr int kPsiIterations = 2;  // of the path that the twisted filter follows
+
+double nis_per_channel(const smc::GaussianPath& path) {
+  double sum = 0, channels = 0;
+  for (std::size_t t = 0; t < path.nis.size(); ++t) {
+    sum += path.nis[t];
+    channels += path.present[t];
+  }
+  return channels > 0 ? sum / channels : 0;
+}
+
+/// Filter under a guide and paths by `backward`.
+template <class Guide>
+void run_particles(LatentFrictionModel& model, Guide& guide, const smc::RowMatrix& y,
+                   smc::Backward backward, const EStepOptions& options, EStepResult& out) {
+  smc::FilterOptions filter_options;
+  filter_options.particles = options.particles;
+  filter_options.seed = options.seed;
+  filter_options.sequence = options.sequence;
+  filter_options.y = &y;
+  smc::ParticleFilter<LatentFrictionModel, Guide> filter(model, guide, filter_options);
+  auto history = smc::History<PackD>::checkpointed(model.state_size(), options.particles,
+                                                   static_cast<int>(y.rows()));
+  smc::Report report;
+  filter.run(report, &history);
+  out.log_likelihood = report.log_likelihood;
+  out.failed = report.failed;
+  if (!report.failed) {
+    smc::BackwardWorkspace<PackD> ws(model.Q(), options.particles, options.paths);
+    smc::BackwardOptions backward_options;
+    backward_options.method = backward;
+    backward_options.seed = options.seed;
+    backward_options.sequence = options.sequence;
+    smc::sample_paths(filter, history, backward_options, ws, out.paths, report);
+    out.failed = report.failed;
+  }
+  out.nis = report.nis_per_channel();
+  out.roots = static_cast<double>(report.distinct_roots) / options.particles;
+  out.backward_ess =
+      backward == smc::Backward::kExact && !report.failed ? report.median_backward_ess() : 0;
+  for (const smc::Warning& w : report.warnings())
+    out.warnings.push_back(fmt::format("{}: {}; {}", w.figure, w.meaning, w.remedy));
+}
+
+}  // namespace
+
+std::string_view to_string(EStep e_step) {
+  switch (e_step) {
+    case EStep::kEkf:
+      return "ekf";
+    case EStep::kPsi:
+      return "psi";
+    case EStep::kAdapted:
+      return "adapted";
+    case EStep::kBootstrap:
+      break;
+  }
+  return "bootstrap";
+}
+
+EStepResult smooth(LatentFrictionModel& model, const Recording& recording, int steps,
+                   const EStepOptions& options) {
+  EStepResult out;
+  out.paths.resize(static_cast<std::size_t>(options.paths));
+  const smc::RowMatrix y = recording.q_measured.topRows(steps);
+
+  if (options.method == EStep::kAdapted) {
+    smc::AdaptedGuide<PackD> guide(model, y);
+    run_particles(model, guide, y, smc::Backward::kExact, options, out);
+    return out;
+  }
+  if (options.method == EStep::kBootstrap) {
+    smc::BootstrapGuide<PackD> guide(model, y);
+    run_particles(model, guide, y, smc::Backward::kExact, options, out);
+    return out;
+  }
+  smc::GaussianPath path;
+  smc::gaussian_smoother(model, y, path, options.method == EStep::kPsi ? kPsiIterations : 0);
+  out.log_likelihood = path.log_likelihood;
+  out.failed = path.failed;
+  out.nis = nis_per_channel(path);
+  if (path.failed) return out;
+  if (options.method == EStep::kPsi) {
+    smc::Twist twist;
+    smc::make_twist(model, y, path, twist);
+    path = {};
+    const double nis = out.nis;  // that of the twisted particles, who know what comes, says little
+    smc::TwistedGuide<PackD> guide(model, twist);
+    run_particles(model, guide, y, smc::Backward::kTrace, options, out);
+    out.nis = nis;
+    return out;
+  }
+  smc::sample_gaussian_paths(model.Q(), path, options.seed, options.sequence, out.paths);
+  return out;
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,162 @@
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/parallel.hpp"
+#include "fricid/estimate/fit.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr std::string_view kStartOfLearnedLaws = "dahl";
+// How a learned law shares out the Coulomb friction of its start.
+constexpr double kWithoutMemory = 0.1, kOfNetwork = 0.5;
+
+/// Torque sizes per joint (n) [N m].
+std::vector<double> torque_rms(std::span<const Recording> recordings) {
+  const int n = recordings.front().n();
+  std::vector<double> rms(static_cast<std::size_t>(n));
+  for (int j = 0; j < n; ++j) {
+    double sum = 0, rows = 0;
+    for (const Recording& r : recordings) {
+      sum += r.tau.col(j).squaredNorm();
+      rows += static_cast<double>(r.tau.rows());
+    }
+    rms[static_cast<std::size_t>(j)] = std::sqrt(sum / rows);
+  }
+  return rms;
+}
+
+/// A learned law in every joint that starts as the Dahl law of `start`: its level shared between
+/// bristles, its viscous coefficient kept, networks near zero.
+Arm learned_start(const Arm& start, const friction::LawSpec& law, std::uint64_t seed,
+                  const std::vector<double>& torque) {
+  Arm arm = start;
+  const int n = arm.robot.n();
+  arm.friction.model = friction::RobotFriction(
+      std::vector<friction::JointSpec>(static_cast<std::size_t>(n), friction::JointSpec{{law}}));
+  arm.friction.theta = friction::default_theta(arm.friction.model);
+  friction::initialise_weights(arm.friction.model, seed, arm.friction.theta);
+
+  const auto dahl = [&](int joint, std::string_view symbol) {
+    for (std::size_t p = 0; p < start.friction.theta.size(); ++p) {
+      const friction::ParameterRef& ref = start.friction.model.parameters()[p];
+      if (ref.joint == joint && ref.symbol == symbol) return start.friction.theta[p];
+    }
+    throw UserError("a learned law starts from {}, which has no {}", kStartOfLearnedLaws, symbol);
+  };
+  const int latents = arm.friction.model.state_size() / n;
+  for (std::size_t p = 0; p < arm.friction.theta.size(); ++p) {
+    const friction::ParameterRef& ref = arm.friction.model.parameters()[p];
+    double& value = arm.friction.theta[p];
+    const double Fc = dahl(ref.joint, "Fc");
+    if (ref.symbol == "F0") value = latents > 0 ? kWithoutMemory * Fc : Fc;
+    if (ref.symbol == "Fv") value = dahl(ref.joint, "Fv");
+    if (ref.symbol == "Fc") value = kOfNetwork * Fc;
+    if (ref.symbol[0] == 'K') value = (1 - kWithoutMemory) * Fc / latents;
+    if (ref.symbol == "load_ref") value = torque[static_cast<std::size_t>(ref.joint)];
+    value = std::clamp(value, ref.info.lower, ref.info.upper);
+  }
+  return arm;
+}
+
+/// Residual and explained variance of the training torque under the final arm.
+void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitReport& report) {
+  const auto count = prepared.sequences.size();
+  std::vector<data::RowMatrix> predicted(count);
+  parallel_for(static_cast<int>(count), jobs, [&](int i) {
+    const auto s = static_cast<std::size_t>(i);
+    predicted[s] = predict_torque(report.model.arm, prepared.sequences[s], cutoff_hz);
+  });
+  for (int j = 0; j < prepared.robot.n(); ++j) {
+    double residual = 0, sum = 0, square = 0, rows = 0;
+    for (std::size_t s = 0; s < count; ++s)
+      for (int k = 0; k < prepared.sequences[s].length(); ++k) {
+        if (!prepared.sequences[s].use(k, j)) continue;
+        const double tau = prepared.sequences[s].tau(k, j);
+        residual += std::pow(tau - predicted[s](k, j), 2);
+        sum += tau, square += tau * tau, rows += 1;
+      }
+    const auto i = static_cast<std::size_t>(j);
+    report.residual_rms[i] = std::sqrt(residual / std::max(1.0, rows));
+    report.r2[i] = 1 - residual / (square - sum * sum / std::max(1.0, rows));
+  }
+}
+
+MultiStepOptions options_of(const data::TrainConfig& config, int seed,
+                            const std::vector<double>& torque) {
+  MultiStepOptions options;
+  options.window_s = config.window_s;
+  options.batch = config.batch;
+  options.iterations = config.iterations;
+  options.rate = config.rate;
+  options.hold_out = config.hold_out;
+  options.coordinates.rigid_body = config.rigid_body;
+  options.coordinates.torque_scale = torque;
+  options.seed = static_cast<std::uint64_t>(seed);
+  return options;
+}
+
+EmOptions options_of(const data::EmConfig& config, int seed, const std::vector<double>& torque) {
+  EmOptions options;
+  for (const EStep e_step : {EStep::kEkf, EStep::kPsi, EStep::kAdapted, EStep::kBootstrap})
+    if (to_string(e_step) == config.e_step) options.e_step = e_step;
+  options.iterations = config.iterations;
+  options.particles = config.particles;
+  options.paths = config.paths;
+  options.m_steps = config.m_steps;
+  options.batch = config.batch;
+  options.rate = config.rate;
+  options.torque_noise = config.torque_noise;
+  options.torque_floor = config.torque_floor;
+  options.z_noise_first = config.z_noise_first;
+  options.z_noise_last = config.z_noise_last;
+  options.hold_out = config.hold_out;
+  options.coordinates.rigid_body = config.rigid_body;
+  options.coordinates.torque_scale = torque;
+  options.seed = static_cast<std::uint64_t>(seed);
+  return options;
+}
+
+}  // namespace
+
+FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared,
+                    const data::ModelConfig& config, int seed, int jobs) {
+  const bool learned = friction::is_learned(config.law);
+  data::ModelConfig start = config;
+  if (learned) start.law = kStartOfLearnedLaws;
+  FitReport report = fit_conventional(experiment, prepared, start, seed, jobs);
+  report.method = config.method;
+  if (config.method == "conventional" || !report.usable()) return report;
+
+  const std::vector<double> torque = torque_rms(prepared.recordings);
+  Arm arm = report.model.arm;
+  if (learned)
+    arm = learned_start(arm, {config.law, config.elements, {}}, static_cast<std::uint64_t>(seed),
+                        torque);
+  report.joints.clear();
+  if (config.method == "multi_step") {
+    report.multi_step = train_multi_step(
+        arm, prepared.recordings, options_of(config.train, seed, torque), report.model.label, jobs);
+    report.outcome = report.multi_step->outcome;
+    report.message = report.multi_step->message;
+    report.model.arm = report.multi_step->arm;
+    report.seconds += report.multi_step->seconds;
+    report.model.fit_seconds += report.multi_step->seconds;
+  } else {
+    report.em = fit_em(arm, prepared.recordings, options_of(config.em, seed, torque),
+                       report.model.label, jobs);
+    report.outcome = report.em->outcome;
+    report.message = report.em->message;
+    report.model.arm = report.em->arm;
+    report.seconds += report.em->seconds;
+    report.model.fit_seconds += report.em->seconds;
+  }
+  report.model.free_parameters = static_cast<int>(report.rigid_body.base.size()) +
+                                 report.model.arm.friction.model.parameter_count();
+  score_torque(prepared, experiment.identify.cutoff_hz, jobs, report);
+  return report;
+}
+
+}  // namespace fricid::estimate

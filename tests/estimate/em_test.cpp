@@ -1,0 +1,101 @@
+// Expectation-maximisation on an arm whose truth is known.
+#include "fricid/estimate/em.hpp"
+
+#include <gtest/gtest.h>
+
+#include "fricid/base/rng.hpp"
+#include "kr6_truth.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kEncoderNoise = 4e-6;  // [rad]
+constexpr double kTorqueNoise = 0.02;   // [N m]
+
+/// A noisy recording of the true arm.
+Recording record(const Arm& truth, std::uint64_t seed, int T) {
+  const auto made = fricid::test::record(truth, fricid::test::HangingMotion(seed), T, {8, 1});
+  Recording out{"recording",
+                fricid::test::kSamplePeriod,
+                made.q,
+                made.v,
+                made.q,
+                made.tau,
+                data::RowMatrix::Constant(T, made.q.cols(), kRoomTemperature),
+                Eigen::VectorXd::Constant(made.q.cols(), kEncoderNoise)};
+  Rng rng(seed, 3);
+  for (double& q : out.q_measured.reshaped()) q += kEncoderNoise * rng.normal();
+  for (double& tau : out.tau.reshaped()) tau += kTorqueNoise * rng.normal();
+  return out;
+}
+
+class Em : public ::testing::Test {
+ protected:
+  Arm truth{fricid::test::hanging_kr6(), fricid::test::kr6_friction("dahl")};
+  std::vector<Recording> recordings;
+  Arm start;
+  EmOptions options;
+
+  Em() {
+    for (std::size_t p = 0; p < truth.friction.theta.size(); p += 3)
+      truth.friction.theta[p + 1] = truth.friction.theta[p] / 2e-3;
+    recordings = {record(truth, 1, 1200), record(truth, 2, 1200)};
+    start = truth;
+    Rng rng(8, 0);
+    for (double& x : start.friction.theta) x *= rng.uniform() < 0.5 ? 0.7 : 1.3;
+    options.coordinates.rigid_body = false;
+    options.batch = 512;
+    options.m_steps = 200;
+    options.rate = 1e-2;
+  }
+
+  /// Error of the friction torque along the recordings, share of its rms, over all joints.
+  double friction_error(const Arm& arm) const {
+    double error = 0, size = 0;
+    for (const Recording& r : recordings) {
+      const auto wanted =
+          drive_friction(truth.friction, r.dt, r.q, r.v, r.tau, r.temperature).tau_f;
+      const auto found = drive_friction(arm.friction, r.dt, r.q, r.v, r.tau, r.temperature).tau_f;
+      error += (found - wanted).squaredNorm();
+      size += wanted.squaredNorm();
+    }
+    return std::sqrt(error / size);
+  }
+};
+
+TEST_F(Em, RecoversFrictionFromParametersThatAreOff) {
+  for (const EStep method : {EStep::kEkf, EStep::kPsi}) {
+    options.e_step = method;
+    options.particles = 50;
+    options.iterations = method == EStep::kEkf ? 14 : 8;
+    const EmReport report = fit_em(start, recordings, options, "dahl", 2);
+    ASSERT_EQ(report.outcome, Outcome::kIterationLimit) << report.message;
+    EXPECT_GT(friction_error(start), 0.15);
+    EXPECT_LT(friction_error(report.arm), 0.07) << to_string(method);
+    EXPECT_GT(report.iterations.back().log_likelihood, report.iterations.front().log_likelihood);
+  }
+}
+
+TEST_F(Em, KeepsAStartThatCannotBeBettered) {
+  options.iterations = 1;
+  options.m_steps = 3;
+  options.rate = 0.3;
+  const EmReport report = fit_em(truth, recordings, options, "dahl", 2);
+  EXPECT_EQ(report.best, -1);
+  EXPECT_EQ(report.arm.friction.theta, truth.friction.theta);
+}
+
+TEST_F(Em, DoesNotDependOnTheNumberOfThreads) {
+  options.iterations = 2;
+  options.m_steps = 20;
+  const EmReport one = fit_em(start, recordings, options, "dahl", 1);
+  const EmReport three = fit_em(start, recordings, options, "dahl", 3);
+  EXPECT_EQ(one.arm.friction.theta, three.arm.friction.theta);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(one.iterations[i].log_likelihood, three.iterations[i].log_likelihood);
+    EXPECT_EQ(one.iterations[i].held_out, three.iterations[i].held_out);
+  }
+}
+
+}  // namespace
+}  // namespace fricid::estimate
