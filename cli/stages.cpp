@@ -215,7 +215,7 @@ bool identify_models(Job& job, const std::vector<std::string>& names, const std:
           prepared = estimate::prepare(job.experiment, load_datasets(job, "train"), job.jobs);
         const estimate::FitReport report =
             estimate::fit_model(job.experiment, *prepared, config, seed, job.jobs);
-        const std::vector<std::string> files{"models/" + id + ".json", "fit/" + id + ".json"};
+        std::vector<std::string> files{"models/" + id + ".json", "fit/" + id + ".json"};
         data::save_model(report.model, job.folder.path() / files[0]);
         estimate::save_fit_report(report, job.folder.path() / files[1]);
         say(report.brief());
