@@ -137,7 +137,7 @@ TEST(LearnedLaws, StartFromASeedEachJointAndLawByItself) {
   const auto start = [](const std::vector<JointSpec>& joints, std::uint64_t seed) {
     const RobotFriction model(joints);
     std::vector<double> theta = default_theta(model);
-    initialise_networks(model, seed, theta);
+    initialise_weights(model, seed, theta);
     return theta;
   };
   const auto tail = [](const std::vector<double>& x, std::size_t n) {
@@ -151,6 +151,8 @@ TEST(LearnedLaws, StartFromASeedEachJointAndLawByItself) {
   const std::vector<double> doubled = start({both}, 3);
   EXPECT_NE(tail(doubled, n), std::vector<double>(doubled.begin(), doubled.end() - n));
   EXPECT_EQ(start({lugre}, 3), default_theta(RobotFriction({lugre})));
+  EXPECT_TRUE(is_learned("lvm") && is_learned("neural"));
+  EXPECT_FALSE(is_learned("lugre") || is_learned("gms"));
 }
 
 TEST(Neural, WithoutWeightsIsCoulombAndViscousFriction) {

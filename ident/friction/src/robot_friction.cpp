@@ -131,7 +131,7 @@ std::vector<double> default_theta(const RobotFriction& model) {
   return theta;
 }
 
-void initialise_networks(const RobotFriction& model, std::uint64_t seed, std::span<double> theta) {
+void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta) {
   int joint = -1;
   std::uint64_t law = 0;
   for (const auto& slot : model.slots_) {
@@ -148,26 +148,9 @@ void initialise_networks(const RobotFriction& model, std::uint64_t seed, std::sp
 bool is_learned(std::string_view law) {
   bool learned = false;
   visit_entry<Laws>(find_row(law_table(), "friction law", law), 1, [&](const auto entry) {
-    learned = requires(double* theta, Rng& rng) { entry.initialise(theta, rng); };
+    learned = LearnedLaw<std::remove_cvref_t<decltype(entry)>>;
   });
   return learned;
-}
-
-void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta) {
-  for (int j = 0; j < model.joint_count(); ++j) {
-    Rng rng(seed, static_cast<std::uint64_t>(j));
-    double* at = theta.data() + model.parameter_begin(j);
-    for (const LawSpec& law : model.joints()[static_cast<std::size_t>(j)].laws) {
-      visit_entry<Laws>(find_row(law_table(), "friction law", law.law), law.elements,
-                        [&](const auto entry) {
-                          if constexpr (requires { entry.initialise(at, rng); })
-                            entry.initialise(at, rng);
-                          at += entry.parameters().size();
-                        });
-      for (const ModifierSpec& modifier : law.modifiers)
-        at += parameters_of_modifier(modifier.name, modifier.order).size();
-    }
-  }
 }
 
 void check_bounds(const Friction& friction, const std::vector<std::string>& joint_names,

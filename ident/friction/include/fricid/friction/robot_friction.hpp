@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -102,7 +101,7 @@ class RobotFriction {
   };
   template <class S>
   friend struct Kernels;
-  friend void initialise_networks(const RobotFriction&, std::uint64_t, std::span<double>);
+  friend void initialise_weights(const RobotFriction&, std::uint64_t, std::span<double>);
 
   std::vector<JointSpec> joints_;
   std::vector<ParameterRef> parameters_;
@@ -123,14 +122,10 @@ std::vector<double> default_theta(const RobotFriction& model);
 /// Writes starting values of all network weights into theta, which keeps the rest: the weights of
 /// law l of joint j are drawn from (seed, j and l), so other joints do not matter. Without networks
 /// nothing changes. An untrained network hardly changes the torque.
-void initialise_networks(const RobotFriction& model, std::uint64_t seed, std::span<double> theta);
+void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta);
 
 /// Whether a law of the table holds a network, whose weights want random starting values.
 bool is_learned(std::string_view law);
-
-/// Draws the weights of every network in theta; the other parameters stay. Joint j uses the random
-/// stream (seed, j).
-void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta);
 
 /// Throws UserError when a parameter is outside its bounds; `where` starts the message.
 void check_bounds(const Friction& friction, const std::vector<std::string>& joint_names,
