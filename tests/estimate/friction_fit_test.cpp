@@ -82,6 +82,8 @@ TEST(FitConventional, SimpleTakesLinearFrictionFromTheRegression) {
     const auto begin = static_cast<std::size_t>(3 * j);
     EXPECT_NEAR(theta_of(report, j, "Fc"), theta[begin], 1e-3 * theta[begin]);
     EXPECT_NEAR(theta_of(report, j, "Fv"), theta[begin + 1], 1e-3 * theta[begin + 1]);
+    EXPECT_NEAR(theta_of(report, j, "Fc"), prepared.rigid_body.Fc[j], 1e-12 * theta[begin]);
+    EXPECT_NEAR(theta_of(report, j, "Fv"), prepared.rigid_body.Fv[j], 1e-12 * theta[begin]);
     EXPECT_THAT(report.joints[static_cast<std::size_t>(j)].at_bound, testing::IsEmpty());
   }
 }
