@@ -26,6 +26,12 @@ struct ImportOptions {
   std::filesystem::path contract, output = ".";
 };
 
+struct EstimateOptions {
+  std::filesystem::path model, log, output = "estimate.h5";
+  int particles = 200;
+  unsigned seed = 1;
+};
+
 /// What a command that did its work found. kNo: a fit failed its own health test, or a horizon of
 /// the evaluation cannot rank models. Logs without a truth have no such horizon.
 enum class Verdict { kDone, kNo };
@@ -36,6 +42,7 @@ Verdict identify(const RunOptions& options, const CommonOptions& common);
 Verdict evaluate(const RunOptions& options, const CommonOptions& common);
 Verdict render(const RunOptions& options, const CommonOptions& common);
 Verdict import_logs(const ImportOptions& options, const CommonOptions& common);
+Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common);
 Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& common);
 Verdict print_template(const std::string& topic);
 void print_version();

@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
   CommonOptions common;
   RunOptions run_options;
   ImportOptions import_options;
+  EstimateOptions estimate_options;
   std::string file, topic;
   bool csv = false;
   std::function<Verdict()> command;
@@ -92,6 +93,22 @@ int main(int argc, char** argv) {
                              "folder for the data sets; default .");
   add_common(*import_command, common, "fricid import log.csv --contract contract.toml -o data");
   import_command->callback([&] { command = [&] { return import_logs(import_options, common); }; });
+
+  auto* estimate_command = app.add_subcommand(
+      "estimate", "states and friction along a log, sample by sample, by the online filter");
+  estimate_command->add_option("MODEL", estimate_options.model, "identified model (JSON)")
+      ->required();
+  estimate_command->add_option("LOG", estimate_options.log, "data set (HDF5)")->required();
+  estimate_command->add_option("-o,--output", estimate_options.output,
+                               "HDF5 file; default estimate.h5");
+  estimate_command->add_option("--particles", estimate_options.particles, "of the filter")
+      ->check(CLI::Range(1, 1'000'000));
+  estimate_command->add_option("--seed", estimate_options.seed, "of the filter");
+  add_common(*estimate_command, common,
+             "fricid estimate run/kr6_demo/models/lugre_s1.json "
+             "run/kr6_demo/data/validation_0.h5 -o estimate.h5");
+  estimate_command->callback(
+      [&] { command = [&] { return estimate_log(estimate_options, common); }; });
 
   auto* info_command = app.add_subcommand("info", "what is in any file of ours");
   info_command->add_option("FILE", file, "data set, truth, rollout, model or scene")->required();

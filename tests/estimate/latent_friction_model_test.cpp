@@ -58,6 +58,7 @@ Drawn draw(const Arm& arm, int T, std::uint64_t seed, StepOptions step) {
   for (int j = 0; j < n; ++j)
     friction[j] = kTorqueNoise * fricid::test::kJointScales[static_cast<std::size_t>(j)].Fc;
   const Eigen::VectorXd mobility = fricid::test::kSamplePeriod * M.inverse().diagonal();
+  out.noise.dt = fricid::test::kSamplePeriod;
   out.noise.R = Eigen::VectorXd::Constant(n, kEncoderNoise * kEncoderNoise);
   out.noise.q = 0.25 * 0.25 * out.noise.R;
   out.noise.v = friction.cwiseProduct(mobility).cwiseAbs2();

@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
@@ -128,6 +129,17 @@ Json friction_json(const Friction& friction, int n) {
   return joints;
 }
 
+Json noise_json(const LatentNoise& noise) {
+  const auto list = [](const Eigen::VectorXd& x) {
+    return vector_json(x.data(), static_cast<int>(x.size()));
+  };
+  return {{"sample_s", noise.dt},
+          {"variance_q", list(noise.q)},
+          {"variance_v", list(noise.v)},
+          {"variance_z", list(noise.z)},
+          {"variance_observation", list(noise.R)}};
+}
+
 // JSON has no infinity and no NaN.
 void refuse_non_finite(const Json& node, const std::string& where, const std::string& path) {
   if (node.is_number_float() && !std::isfinite(node.get<double>()))
@@ -157,6 +169,7 @@ class Node {
     if (!json_.is_array()) refuse("an array");
     return json_.size();
   }
+  bool has(const std::string& key) const { return json_.contains(key); }
   std::size_t key_count() const { return json_.size(); }
   double number() const {
     if (!json_.is_number()) refuse("a number");
@@ -317,6 +330,26 @@ Friction read_friction(const Node& node, int n) {
   return {.model = friction::RobotFriction(std::move(joints)), .theta = std::move(theta)};
 }
 
+LatentNoise read_noise(const Node& node, int n, int nz) {
+  const auto variances = [&](const char* key, std::initializer_list<int> sizes) {
+    const Node list = node[key];
+    const int size = static_cast<int>(list.size());
+    if (std::find(sizes.begin(), sizes.end(), size) == sizes.end())
+      list.refuse(fmt::format("{} numbers", fmt::join(sizes, " or ")));
+    Eigen::VectorXd values(size);
+    for (int i = 0; i < size; ++i)
+      values[i] =
+          list.at(static_cast<std::size_t>(i))
+              .number(std::numeric_limits<double>::min(), std::numeric_limits<double>::max());
+    return values;
+  };
+  return {.dt = node["sample_s"].number(1e-9, 1e9),
+          .q = variances("variance_q", {n}),
+          .v = variances("variance_v", {n}),
+          .z = variances("variance_z", {nz}),
+          .R = variances("variance_observation", {n, 2 * n})};
+}
+
 void check_format(const Node& root, const std::string& file) {
   const std::string format = root["format"].text();
   const std::string allowed = fmt::format("{}/{}", kFormatName, kFormatVersion);
@@ -334,15 +367,16 @@ void check_format(const Node& root, const std::string& file) {
 }  // namespace
 
 void save_model(const ModelFile& model, const std::filesystem::path& path) {
-  const Json json = {{"format", fmt::format("{}/{}", kFormatName, kFormatVersion)},
-                     {"name", model.name},
-                     {"label", model.label},
-                     {"seed", model.seed},
-                     {"is_oracle", model.is_oracle},
-                     {"free_parameters", model.free_parameters},
-                     {"fit_seconds", model.fit_seconds},
-                     {"robot", robot_json(model.arm.robot)},
-                     {"friction", friction_json(model.arm.friction, model.arm.robot.n())}};
+  Json json = {{"format", fmt::format("{}/{}", kFormatName, kFormatVersion)},
+               {"name", model.name},
+               {"label", model.label},
+               {"seed", model.seed},
+               {"is_oracle", model.is_oracle},
+               {"free_parameters", model.free_parameters},
+               {"fit_seconds", model.fit_seconds},
+               {"robot", robot_json(model.arm.robot)},
+               {"friction", friction_json(model.arm.friction, model.arm.robot.n())}};
+  if (model.noise) json["noise"] = noise_json(*model.noise);
   refuse_non_finite(json, path.string(), "");
   write_file_atomically(path, json.dump(1) + "\n");
 }
@@ -375,6 +409,9 @@ ModelFile load_model(const std::filesystem::path& path) {
   model.fit_seconds = root["fit_seconds"].number();
   model.arm.robot = read_robot(root["robot"]);
   model.arm.friction = read_friction(root["friction"], model.arm.robot.n());
+  if (root.has("noise"))
+    model.noise =
+        read_noise(root["noise"], model.arm.robot.n(), model.arm.friction.model.state_size());
   return model;
 }
 

@@ -32,8 +32,10 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
   for (int p = 0; p < static_cast<int>(infos.size()); ++p) {
     const friction::ParameterInfo& info = infos[static_cast<std::size_t>(p)].info;
     const double value = arm.friction.theta[static_cast<std::size_t>(p)];
-    const double size = std::max(std::abs(value), 0.1 * std::abs(info.typical));
-    add({p, false, info.scale == friction::Scale::kLog, size > 0 ? size : 1}, value, info.lower,
+    // what has no typical size, as a network's weights, is of order one
+    const double size =
+        info.typical == 0 ? 1 : std::max(std::abs(value), 0.1 * std::abs(info.typical));
+    add({p, false, info.scale == friction::Scale::kLog, size}, value, info.lower,
         info.upper, 1);
   }
   const dynamics::RobotModel& robot = arm.robot;

@@ -153,6 +153,7 @@ LatentNoise initial_noise(const Arm& arm, std::span<const Recording> recordings,
   const Eigen::VectorXd z_size = latent_sizes(wash_out(arm.friction, recordings, 1));
 
   LatentNoise noise;
+  noise.dt = recordings.front().dt;
   noise.R = Eigen::VectorXd::Zero(n);
   for (const Recording& r : recordings)
     noise.R += r.noise_sd.cwiseAbs2() / static_cast<double>(recordings.size());

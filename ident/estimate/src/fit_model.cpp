@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -119,6 +120,14 @@ EmOptions options_of(const data::EmConfig& config, int seed, const std::vector<d
   return options;
 }
 
+/// Noise of a model whose method estimates none: that with which EM would begin, its latent states
+/// as quiet as EM would make them.
+LatentNoise assumed_noise(const Arm& arm, std::span<const Recording> recordings) {
+  EmOptions options;
+  options.z_noise_first = options.z_noise_last;
+  return initial_noise(arm, recordings, options);
+}
+
 }  // namespace
 
 FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared,
@@ -128,7 +137,11 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
   if (learned) start.law = kStartOfLearnedLaws;
   FitReport report = fit_conventional(experiment, prepared, start, seed, jobs);
   report.method = config.method;
-  if (config.method == "conventional" || !report.usable()) return report;
+  if (!report.usable()) return report;
+  if (config.method == "conventional") {
+    report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
+    return report;
+  }
 
   const std::vector<double> torque = torque_rms(prepared.recordings);
   Arm arm = report.model.arm;
@@ -142,6 +155,7 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
     report.outcome = report.multi_step->outcome;
     report.message = report.multi_step->message;
     report.model.arm = report.multi_step->arm;
+    report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
     report.seconds += report.multi_step->seconds;
     report.model.fit_seconds += report.multi_step->seconds;
   } else {
@@ -150,6 +164,7 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
     report.outcome = report.em->outcome;
     report.message = report.em->message;
     report.model.arm = report.em->arm;
+    report.model.noise = report.em->noise;
     report.seconds += report.em->seconds;
     report.model.fit_seconds += report.em->seconds;
   }

@@ -21,17 +21,6 @@ Parts<Span> split(Span x, int n) {
 
 }  // namespace
 
-Eigen::MatrixXd LatentNoise::Q(double dt) const {
-  const Eigen::Index n = v.size(), nz = z.size();
-  Eigen::MatrixXd Q = Eigen::MatrixXd::Zero(2 * n + nz, 2 * n + nz);
-  Q.topLeftCorner(n, n) = (q + 0.25 * dt * dt * v).asDiagonal();
-  Q.block(0, n, n, n) = (0.5 * dt * v).asDiagonal();
-  Q.block(n, 0, n, n) = Q.block(0, n, n, n);
-  Q.block(n, n, n, n) = v.asDiagonal();
-  Q.bottomRightCorner(nz, nz) = z.asDiagonal();
-  return Q;
-}
-
 template <class S>
 LatentFrictionModel::Lanes<S>::Lanes(const Arm& arm, StepOptions step)
     : stepper(arm, step), tau(static_cast<std::size_t>(arm.robot.n())), temperature(tau.size()) {
@@ -60,7 +49,7 @@ LatentFrictionModel::LatentFrictionModel(const Arm& arm, const Recording& record
       n_(arm.robot.n()),
       nz_(arm.friction.model.state_size()),
       initial_(std::move(initial)),
-      Q_(noise.Q(recording.dt)),
+      Q_(noise.Q()),
       C_(Eigen::MatrixXd::Identity(noise.R.size(), 2 * n_ + nz_)),
       R_(noise.R.asDiagonal()),
       one_(arm, step),
@@ -81,10 +70,11 @@ LatentFrictionModel::LatentFrictionModel(const Arm& arm, const Recording& record
 /// Torque and temperature of sample t in every lane.
 template <class S>
 void LatentFrictionModel::hold(int t, Lanes<S>& lanes) const {
+  const Eigen::Index row = t % recording_->tau.rows();
   for (int j = 0; j < n_; ++j) {
     const auto i = static_cast<std::size_t>(j);
-    lanes.tau[i] = S(recording_->tau(t, j));
-    lanes.temperature[i] = S(recording_->temperature(t, j));
+    lanes.tau[i] = S(recording_->tau(row, j));
+    lanes.temperature[i] = S(recording_->temperature(row, j));
   }
 }
 

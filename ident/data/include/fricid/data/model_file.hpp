@@ -1,10 +1,11 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
+#include <optional>
 #include <string>
 
 #include "fricid/system/arm.hpp"
+#include "fricid/system/noise.hpp"
 
 namespace fricid::data {
 
@@ -14,7 +15,8 @@ struct ModelFile {
   std::string label;  ///< for tables and plots, e.g. "LuGre"
   int seed = 1;
   Arm arm;
-  int free_parameters = 0;  ///< number of fitted values
+  std::optional<LatentNoise> noise = {};  ///< what a filter of this robot should assume
+  int free_parameters = 0;                ///< number of fitted values
   double fit_seconds = 0;
   bool is_oracle = false;
 };

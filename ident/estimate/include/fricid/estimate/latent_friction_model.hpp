@@ -8,22 +8,9 @@
 #include "fricid/estimate/recording.hpp"
 #include "fricid/smc/model.hpp"
 #include "fricid/system/arm.hpp"
+#include "fricid/system/noise.hpp"
 
 namespace fricid::estimate {
-
-/// Noise of a LatentFrictionModel, variances per sample. What disturbs the torque for a sample
-/// moves q by half of what it moves v times dt:
-///
-///     w_v ~ N(0, v),   w_q = dt/2 w_v + N(0, q),   w_z ~ N(0, z).
-struct LatentNoise {
-  Eigen::VectorXd q;  ///< (n) [rad^2], small and positive
-  Eigen::VectorXd v;  ///< (n) [rad^2/s^2]
-  Eigen::VectorXd z;  ///< (n_z) [z^2]
-  Eigen::VectorXd R;  ///< (n), or (2 n) when the velocity is observed
-
-  /// Covariance of [w_q, w_v, w_z].
-  Eigen::MatrixXd Q(double dt) const;
-};
 
 /// The arm over one recording, torque held over each sample:
 ///
@@ -31,7 +18,8 @@ struct LatentNoise {
 ///     y_t = q + e  or  [q, v] + e,                                                  e ~ N(0, R)
 ///
 /// with f one sample of ArmStepper, z being integrated exactly for held velocity. Whether velocity
-/// is observed follows from the size of R.
+/// is observed follows from the size of R. A recording shorter than a run is read round and round,
+/// so that one of a single row serves online.
 class LatentFrictionModel {
  public:
   /// @param initial  of x_0

@@ -1,0 +1,34 @@
+// fricid estimate: the online filter over a log.
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "fricid/estimate/online_log.hpp"
+
+namespace fricid::cli {
+
+Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common) {
+  const data::ModelFile model = data::load_model(options.model);
+  const data::Dataset log = data::load_dataset(options.log);
+  const estimate::OnlineLog estimated = estimate::estimate_log(
+      model, log, {.particles = options.particles, .step = {8, 4}, .seed = options.seed});
+  estimate::save_online_log(estimated, model, log, options.output);
+
+  const int T = log.length();
+  const double log_likelihood = estimated.log_likelihood[T - 1];
+  if (common.json) {
+    const nlohmann::json result = {{"samples", T},
+                                   {"log_likelihood", log_likelihood},
+                                   {"lost", estimated.lost},
+                                   {"output", options.output.string()}};
+    std::printf("%s\n", result.dump(2).c_str());
+  } else {
+    fmt::print("{}: {} samples, log-likelihood {:.6g}, lost {} times\n", options.output.string(), T,
+               log_likelihood, estimated.lost);
+  }
+  return estimated.lost == 0 ? Verdict::kDone : Verdict::kNo;
+}
+
+}  // namespace fricid::cli

@@ -1,0 +1,119 @@
+// The online estimator on a recording of an arm whose truth is known.
+#include "fricid/estimate/online.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "fricid/base/rng.hpp"
+#include "fricid/estimate/online_state.hpp"
+#include "kr6_truth.hpp"
+#include "malloc_counter.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr int kSamples = 600;
+constexpr double kEncoderNoise = 4e-6;  // [rad]
+constexpr double kTorqueNoise = 0.05;   // [N m]
+
+class Online : public ::testing::Test {
+ protected:
+  Arm arm{fricid::test::hanging_kr6(), fricid::test::kr6_friction("lugre")};
+  fricid::test::Recording truth =
+      fricid::test::record(arm, fricid::test::HangingMotion(3), kSamples, {8, 4});
+  RowMatrix y = truth.q, tau = truth.tau;
+  LatentNoise noise;
+  smc::Gaussian start;
+
+  Online() {
+    Rng rng(1, 0);
+    for (double& q : y.reshaped()) q += kEncoderNoise * rng.normal();
+    for (double& u : tau.reshaped()) u += kTorqueNoise * rng.normal();
+    const Eigen::Index n = 6, nz = arm.friction.model.state_size();
+    noise.dt = fricid::test::kSamplePeriod;
+    noise.R = Eigen::VectorXd::Constant(n, kEncoderNoise * kEncoderNoise);
+    noise.q = 0.06 * noise.R;
+    dynamics::Workspace<double> ws(arm.robot);
+    Eigen::MatrixXd M(n, n);
+    dynamics::crba<double>(arm.robot, ws,
+                           {arm.robot.pi.data(), static_cast<std::size_t>(arm.robot.pi.size())},
+                           row(truth.q, 0), {M.data(), 36});
+    noise.v = (2 * kTorqueNoise * noise.dt * M.inverse().diagonal()).cwiseAbs2();
+    noise.z = Eigen::VectorXd::Constant(nz, 1e-12);
+    start = online_start(truth.q.row(0), truth.v.row(0), truth.z.row(0), noise, 1e-3,
+                         Eigen::VectorXd::Constant(nz, 1e-5));
+  }
+
+  static std::span<const double> row(const RowMatrix& x, int t) {
+    return {x.row(t).data(), static_cast<std::size_t>(x.cols())};
+  }
+  const OnlineEstimate& step(OnlineEstimator& estimator, int t) {
+    return estimator.step(row(tau, t), row(y, t + 1));
+  }
+};
+
+TEST_F(Online, FollowsStatesAndFriction) {
+  OnlineEstimator estimator(arm, noise, start, {});
+  double error = 0, size = 0, q_error = 0;
+  for (int t = 0; t + 1 < kSamples; ++t) {
+    const OnlineEstimate& now = step(estimator, t);
+    ASSERT_FALSE(now.lost) << "sample " << t;
+    q_error += (now.q - truth.q.row(t + 1).transpose()).squaredNorm() / (6 * (kSamples - 1));
+    if (t < 50) continue;
+    error += (now.tau_f - truth.tau_f.row(t + 1).transpose()).squaredNorm();
+    size += truth.tau_f.row(t + 1).squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(q_error), kEncoderNoise);
+  EXPECT_LT(std::sqrt(error / size), 0.05);
+  EXPECT_TRUE(std::isfinite(estimator.estimate().log_likelihood));
+}
+
+TEST_F(Online, BridgesMissingSamplesAndSaysSoByItsBand) {
+  OnlineEstimator estimator(arm, noise, start, {});
+  for (int t = 0; t < 200; ++t) step(estimator, t);
+  const double known = estimator.estimate().q_sd[0];
+  const std::vector<double> nothing(6, std::nan(""));
+  for (int t = 200; t < 220; ++t) estimator.step(row(tau, t), nothing);
+  EXPECT_GT(estimator.estimate().q_sd[0], 3 * known);
+  for (int t = 220; t < 260; ++t) step(estimator, t);
+  EXPECT_LT(estimator.estimate().q_sd[0], 2 * known);
+  EXPECT_NEAR(estimator.estimate().q[0], truth.q(260, 0), 5 * kEncoderNoise);
+}
+
+TEST_F(Online, DoesNotAllocate) {
+  OnlineEstimator estimator(arm, noise, start, {});
+  step(estimator, 0);
+  OnlineEstimator::State state;
+  estimator.save(state);
+  const auto before = smc::test::heap_blocks();
+  for (int t = 1; t < 200; ++t) step(estimator, t);
+  estimator.save(state);
+  estimator.restore(state);
+  EXPECT_EQ(smc::test::heap_blocks(), before);
+}
+
+TEST_F(Online, GoesOnFromASavedStateToTheLastBit) {
+  OnlineEstimator estimator(arm, noise, start, {}), other(arm, noise, start, {});
+  for (int t = 0; t < 100; ++t) step(estimator, t);
+  OnlineEstimator::State state;
+  estimator.save(state);
+  for (int t = 100; t < 150; ++t) step(estimator, t);
+  other.restore(state);
+  for (int t = 100; t < 150; ++t) step(other, t);
+  EXPECT_EQ(estimator.estimate().tau_f, other.estimate().tau_f);
+  EXPECT_EQ(estimator.estimate().q_sd, other.estimate().q_sd);
+  EXPECT_EQ(estimator.estimate().log_likelihood, other.estimate().log_likelihood);
+}
+
+TEST_F(Online, ResetBeginsAgain) {
+  OnlineEstimator estimator(arm, noise, start, {});
+  for (int t = 0; t < 20; ++t) step(estimator, t);
+  const double first = estimator.estimate().log_likelihood;
+  estimator.reset();
+  for (int t = 0; t < 20; ++t) step(estimator, t);
+  EXPECT_EQ(estimator.estimate().log_likelihood, first);
+}
+
+}  // namespace
+}  // namespace fricid::estimate
