@@ -98,7 +98,8 @@ void ParticleFilter<M, G>::draw_next(int t, Slice<S>* slice) {
   draw_noise(t + 1);
   for (int b = 0; b < x_.blocks(); ++b) {
     const S* F = image_.block(b);
-    if (resampled_) {
+    // empty lanes of the last block follow particle 0, lest they wander off on their own
+    if (resampled_ || b + 1 == x_.blocks()) {
       S* copy = temporary_.data() + n_;
       image_.gather(b, ancestors_, copy);
       F = copy;
