@@ -45,7 +45,7 @@ urdf::ModelInterfaceSharedPtr parse_tree(const std::string& text, const std::str
   const std::lock_guard lock(console);
   Messages messages;
   console_bridge::useOutputHandler(&messages);
-  const urdf::ModelInterfaceSharedPtr tree = urdf::parseURDF(text);
+  urdf::ModelInterfaceSharedPtr tree = urdf::parseURDF(text);
   console_bridge::restorePreviousOutputHandler();
   if (!messages.errors().empty()) throw UserError("{}: {}", source, messages.errors());
   if (!tree) throw UserError("{}: not a URDF", source);
