@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kPositionNoise = 0.25;  // sd of w on q, share of the encoder noise
 constexpr double kVelocityStart = 0.02;  // sd of the first velocity [rad/s]
-constexpr double kFallingShare = 0.5;    // of the iterations, in which the noise of z falls
+constexpr double kFallingShare = 0.7;    // of the iterations, in which the noise of z falls
 constexpr double kSmallestR = 1e-14;     // [rad^2]
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
@@ -201,17 +201,16 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
   MStep m_step(arm, recordings, options);
   Rng rng(options.seed, 2);
   Progress progress(fmt::format("EM {}", label), options.iterations);
+  // sd of z falls geometrically over the first iterations, but not where the noise is all used up
+  double z_noise = options.z_noise_first;
+  const double fall = std::pow(options.z_noise_last / options.z_noise_first,
+                               1 / std::max(1.0, kFallingShare * options.iterations));
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
     if (stop_requested()) {
       report.stopped = true;
       break;
     }
     EmIteration now;
-    // sd of z falls geometrically from the first to the last value
-    const double done =
-        options.iterations > 1 ? static_cast<double>(iteration) / (options.iterations - 1) : 0;
-    const double z_noise =
-        options.z_noise_first * std::pow(options.z_noise_last / options.z_noise_first, done);
     noise.z = (z_noise * z_size).cwiseAbs2();
 
     // E-step: one recording per task
@@ -245,6 +244,7 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
       paths.push_back(std::move(result.paths));
     }
     report.warnings = smoothed.front().warnings;
+    if (now.nis < options.most_nis) z_noise = std::max(options.z_noise_last, z_noise * fall);
 
     // M-step: the coordinates averaged over its second half
     const std::vector<Transition> all = all_transitions(paths);
@@ -258,7 +258,10 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
                                              rng.uniform() * static_cast<double>(all.size())))];
       const MStep::Sum mean = m_step.run(arm, batch, paths, noise, true, jobs);
       coordinates.pull_back(c, mean.pi, mean.theta, c_bar);
-      adam.step(c_bar, rate, coordinates.rate(), coordinates.lower(), coordinates.upper(), c);
+      // steps shorten towards the end: the quieter the model, the steeper its density
+      const double shorter = 1 - 0.9 * k / options.m_steps;
+      adam.step(c_bar, shorter * rate, coordinates.rate(), coordinates.lower(), coordinates.upper(),
+                c);
       coordinates.apply(c, arm);
       if (2 * k >= options.m_steps) average += c;
     }

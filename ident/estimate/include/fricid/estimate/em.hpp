@@ -27,7 +27,7 @@ struct EmOptions {
       0.1;  ///< first sd of the torque that drives v, share of the friction torque
   double torque_floor = 0.01;                       ///< least such sd
   double z_noise_first = 0.1, z_noise_last = 0.01;  ///< sd per sample, share of the rms of z
-  bool estimate_R = false;                          ///< else R stays what the logs show
+  double most_nis = 2;  ///< the noise of z falls no further where NIS per channel is above it
   double hold_out = 0.2;
   StepOptions step{8, 4};   ///< of filter and M-step
   StepOptions judge{8, 1};  ///< of the held-out rollouts
@@ -78,7 +78,8 @@ Eigen::VectorXd latent_sizes(std::span<const data::RowMatrix> z);
 ///
 ///     Q_v = mean (v_{t+1} - f_v(x_t))^2
 ///
-/// above its floor, that of z on a falling schedule instead (left free it stays where it is).
+/// above its floor, that of z on a falling schedule instead (left free it stays where it is), R as
+/// the logs show it.
 /// Returns the parameters with the smallest held-out error met, so never worse there than `start`.
 /// The result depends on the options alone, not on `jobs`.
 EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const EmOptions& options,
