@@ -28,7 +28,7 @@ void merge(toml::table& base, toml::table&& over) {
       continue;
     }
     base.erase(key.str());
-    node.visit([&](auto& value) { base.insert(key, std::move(value)); });
+    node.visit([&base, &key = key](auto& value) { base.insert(key, std::move(value)); });
   }
 }
 
