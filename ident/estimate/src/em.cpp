@@ -65,7 +65,7 @@ Sizes joint_sizes(const Arm& arm, std::span<const Recording> recordings) {
 class MStep {
  public:
   MStep(const Arm& arm, std::span<const Recording> recordings, const EmOptions& options)
-      : options_(options), packs_((options.batch + kLanes - 1) / kLanes / kPacksPerTask) {
+      : options_(options), packs_(std::max(1, options.batch / (kLanes * kPacksPerTask))) {
     for (int p = 0; p < packs_; ++p) losses_.emplace_back(arm, recordings, options.step);
     parts_.resize(static_cast<std::size_t>(packs_));
   }

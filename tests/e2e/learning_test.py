@@ -1,0 +1,77 @@
+"""Fits by windows and by EM, and the online estimator, as a user meets them."""
+import unittest
+
+from fricid_program import ProgramTest, fricid, load
+
+MODELS = """
+[[model]]
+name = "windows"
+law = "dahl"
+method = "multi_step"
+train = {iterations = 20, window_s = 0.1, batch = 16}
+[[model]]
+name = "em"
+law = "dahl"
+method = "em"
+em = {iterations = 2, m_steps = 10, batch = 64}
+[[model]]
+name = "lvm"
+elements = 4
+train = {iterations = 10, window_s = 0.1, batch = 16}
+"""
+
+
+class Learning(ProgramTest):
+    def run_folder(self):
+        scene = self.tiny()
+        scene.write_text(scene.read_text() + MODELS)
+        folder = self.folder / "run"
+        done = fricid("simulate", scene, "-o", folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return folder
+
+    def test_methods_write_models_and_histories_alike_for_any_jobs(self):
+        folder = self.run_folder()
+        histories = []
+        for jobs in (1, 3):
+            done = fricid("identify", folder, "--fresh", "--jobs", jobs, "--model", "windows",
+                          "--model", "em", "--model", "lvm")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            fits = {name: load(folder / "fit" / f"{name}_s1.json")
+                    for name in ("windows", "em", "lvm")}
+            histories.append((fits["windows"]["multi_step"]["held_out_q_mse"],
+                              fits["em"]["em"]["iterations"],
+                              fits["lvm"]["multi_step"]["loss"]))
+            for name in ("windows", "lvm"):
+                held_out = fits[name]["multi_step"]["held_out_q_mse"]
+                self.assertEqual(held_out[fits[name]["multi_step"]["chosen"]], min(held_out))
+        self.assertEqual(histories[0], histories[1])
+
+    def test_estimate_follows_a_log(self):
+        folder = self.run_folder()
+        done = fricid("identify", folder, "--model", "windows")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        model, log = folder / "models" / "windows_s1.json", folder / "data" / "validation_0.h5"
+        out = self.folder / "estimate.h5"
+        done = fricid("estimate", model, log, "-o", out, "--particles", 50)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("lost 0 times", done.stdout)
+        listed = fricid("info", out)
+        self.assertEqual(listed.returncode, 0, listed.stderr)
+        for name in ("tau_f", "tau_f_sd", "log_likelihood"):
+            self.assertIn(name, listed.stdout)
+
+        self.assert_refused(fricid("estimate", folder / "scene.toml", log, "-o", out), "not JSON")
+        self.assert_refused(fricid("estimate", model, model, "-o", out), "not an HDF5 file")
+
+    def test_a_network_cannot_be_fitted_conventionally(self):
+        scene = self.tiny()
+        scene.write_text(scene.read_text() +
+                         '\n[[model]]\nname = "lvm"\nmethod = "conventional"\n')
+        self.assert_refused(fricid("run", scene, "-o", self.folder / "run"),
+                            r"scene\.toml:\d+: model\[\d+\]\.method = \"conventional\"; "
+                            "allowed for lvm: multi_step, em", self.folder / "run")
+
+
+if __name__ == "__main__":
+    unittest.main()
