@@ -43,7 +43,7 @@ TwistStep::TwistStep(const Eigen::MatrixXd& Q)
       M_(Q),
       W_(Q),
       product_(Q),
-      llt_(Q.rows()) {
+      llt_(Q) {
   L_.triangularView<Eigen::Lower>().solveInPlace(inverse_L_);
 }
 

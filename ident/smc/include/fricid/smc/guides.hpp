@@ -82,7 +82,7 @@ class ObservationDensity {
       : V_(V),
         minus_C_(C.rows(), C.cols()),
         whiten_(V.rows(), V.cols()),
-        llt_(V.rows()),
+        llt_(Eigen::MatrixXd::Identity(V.rows(), V.rows())),
         y_(static_cast<std::size_t>(C.rows())),
         residual_(y_.size(), S(0)) {
     minus_C_.assign(-C);
@@ -241,7 +241,7 @@ class AdaptedGuide {
         R_(model.R()),
         density_(C_, Eigen::MatrixXd(C_ * Q_ * C_.transpose() + R_)),
         ws_(model.state_size(), model.observation_size()),
-        llt_(model.state_size()),
+        llt_(Q_),
         gain_(Q_.rows(), C_.rows()),
         noise_(Eigen::VectorXd::Zero(Q_.rows()), Q_),
         steps_(steps) {
