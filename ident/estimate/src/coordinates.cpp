@@ -35,8 +35,7 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
     // what has no typical size, as a network's weights, is of order one
     const double size =
         info.typical == 0 ? 1 : std::max(std::abs(value), 0.1 * std::abs(info.typical));
-    add({p, false, info.scale == friction::Scale::kLog, size}, value, info.lower,
-        info.upper, 1);
+    add({p, false, info.scale == friction::Scale::kLog, size}, value, info.lower, info.upper, 1);
   }
   const dynamics::RobotModel& robot = arm.robot;
   const int n = robot.n();
@@ -90,6 +89,23 @@ void ArmCoordinates::apply(const Eigen::VectorXd& c, Arm& arm) const {
         dynamics::inertia_from_log_cholesky(c.segment<10>(scalars + 10 * i));
 }
 
+Eigen::MatrixXd ArmCoordinates::jacobian(const Eigen::VectorXd& c, Eigen::Index pi_size,
+                                         Eigen::Index theta_size) const {
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(pi_size + theta_size, size());
+  for (std::size_t i = 0; i < scalars_.size(); ++i) {
+    const Scalar& s = scalars_[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    J(s.in_pi ? s.parameter : pi_size + s.parameter, k) = s.logarithmic ? std::exp(c[k]) : s.scale;
+  }
+  const auto scalars = static_cast<Eigen::Index>(scalars_.size());
+  Eigen::Matrix<double, 10, 10> link;
+  for (int i = 0; i < links_; ++i) {
+    dynamics::inertia_from_log_cholesky(c.segment<10>(scalars + 10 * i), &link);
+    J.block<10, 10>(10 * i, scalars + 10 * i) = link;
+  }
+  return J;
+}
+
 void ArmCoordinates::pull_back(const Eigen::VectorXd& c, const Eigen::VectorXd& pi_bar,
                                const Eigen::VectorXd& theta_bar, Eigen::VectorXd& c_bar) const {
   c_bar.resize(size());
@@ -100,10 +116,10 @@ void ArmCoordinates::pull_back(const Eigen::VectorXd& c, const Eigen::VectorXd& 
     c_bar[k] = slope * (s.in_pi ? pi_bar : theta_bar)[s.parameter];
   }
   const auto scalars = static_cast<Eigen::Index>(scalars_.size());
-  Eigen::Matrix<double, 10, 10> jacobian;
+  Eigen::Matrix<double, 10, 10> link;
   for (int i = 0; i < links_; ++i) {
-    dynamics::inertia_from_log_cholesky(c.segment<10>(scalars + 10 * i), &jacobian);
-    c_bar.segment<10>(scalars + 10 * i) = jacobian.transpose() * pi_bar.segment<10>(10 * i);
+    dynamics::inertia_from_log_cholesky(c.segment<10>(scalars + 10 * i), &link);
+    c_bar.segment<10>(scalars + 10 * i) = link.transpose() * pi_bar.segment<10>(10 * i);
   }
 }
 

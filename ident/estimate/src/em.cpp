@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "fricid/base/error.hpp"
@@ -17,10 +18,14 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kPositionNoise = 0.25;  // sd of w on q, share of the encoder noise
-constexpr double kVelocityStart = 0.02;  // sd of the first velocity [rad/s]
-constexpr double kFallingShare = 0.7;    // of the iterations, in which the noise of z falls
-constexpr double kSmallestR = 1e-14;     // [rad^2]
+constexpr double kPositionNoise = 0.25;       // sd of w on q, share of the encoder noise
+constexpr double kVelocityStart = 0.02;       // sd of the first velocity [rad/s]
+constexpr double kFallingShare = 0.7;         // of the iterations, in which the noise of z falls
+constexpr int kMostForNormalEquations = 400;  // coordinates; networks have thousands
+constexpr int kBatchesOfNormalEquations = 4;  // of EmOptions::batch
+constexpr int kNormalEquationSteps = 6, kAttempts = 5;
+constexpr double kFirstDamping = 1e-3, kLongestStep = 0.3;
+constexpr double kSmallestR = 1e-14;  // [rad^2]
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -72,13 +77,17 @@ class MStep {
 
   struct Sum {
     Eigen::VectorXd pi, theta, squares;
+    Eigen::MatrixXd JJ;
+    Eigen::VectorXd Jw;
     double loss = 0;
-    long count = 0;
   };
+  enum class Wants { kGradient, kSquares, kNormalEquations, kLoss };
 
-  /// Mean loss over `transitions`, and its gradient or the mean squares of the residuals.
+  /// Mean loss over `transitions`, and its gradient, the mean squares of the residuals, or the
+  /// normal equations in the coordinates that `parameters_of` belongs to.
   Sum run(const Arm& arm, std::span<const Transition> transitions, std::span<const Paths> paths,
-          const LatentNoise& noise, bool gradient, int jobs) {
+          const LatentNoise& noise, Wants wants, int jobs,
+          const Eigen::MatrixXd& parameters_of = {}) {
     parallel_for(packs_, jobs, [&](int p) {
       const auto i = static_cast<std::size_t>(p);
       Sum& part = parts_[i];
@@ -86,15 +95,20 @@ class MStep {
       part.theta.setZero(static_cast<Eigen::Index>(arm.friction.theta.size()));
       part.squares.setZero(2 * noise.v.size() + noise.z.size());
       part.loss = 0;
+      part.JJ.setZero(parameters_of.cols(), parameters_of.cols());
+      part.Jw.setZero(parameters_of.cols());
       losses_[i].set_parameters(view(arm.robot.pi), arm.friction.theta);
       const std::size_t share = (transitions.size() + static_cast<std::size_t>(packs_) - 1) /
                                 static_cast<std::size_t>(packs_);
       const std::size_t end = std::min(transitions.size(), (i + 1) * share);
       for (std::size_t at = i * share; at < end; at += kLanes) {
         const auto some = transitions.subspan(at, std::min<std::size_t>(kLanes, end - at));
-        part.loss += losses_[i].loss(some, paths, noise,
-                                     gradient ? std::span<double>() : view(part.squares));
-        if (gradient) losses_[i].add_gradient(view(part.pi), view(part.theta));
+        part.loss +=
+            losses_[i].loss(some, paths, noise,
+                            wants == Wants::kSquares ? view(part.squares) : std::span<double>());
+        if (wants == Wants::kGradient) losses_[i].add_gradient(view(part.pi), view(part.theta));
+        if (wants == Wants::kNormalEquations)
+          losses_[i].add_normal_equations(parameters_of, noise, part.JJ, part.Jw);
       }
     });
     Sum mean = parts_[0];
@@ -102,12 +116,18 @@ class MStep {
       mean.pi += parts_[i].pi;
       mean.theta += parts_[i].theta;
       mean.squares += parts_[i].squares;
+      mean.JJ += parts_[i].JJ;
+      mean.Jw += parts_[i].Jw;
       mean.loss += parts_[i].loss;
     }
     const double share = 1 / static_cast<double>(transitions.size());
     mean.pi *= share;
     mean.theta *= share;
     mean.squares *= share;
+    mean.JJ = mean.JJ.selfadjointView<Eigen::Lower>() *
+              Eigen::MatrixXd::Identity(mean.JJ.rows(), mean.JJ.cols());
+    mean.JJ *= share;
+    mean.Jw *= share;
     mean.loss *= share;
     return mean;
   }
@@ -129,6 +149,69 @@ std::vector<Transition> all_transitions(std::span<const Paths> paths) {
       for (int t = 0; t + 1 < paths[r][p].rows(); ++t)
         all.push_back({static_cast<int>(r), static_cast<int>(p), t});
   return all;
+}
+
+std::vector<Transition> draw(const std::vector<Transition>& all, int count, Rng& rng) {
+  std::vector<Transition> some(static_cast<std::size_t>(count));
+  const auto size = static_cast<double>(all.size());
+  for (Transition& t : some)
+    t = all[std::min(all.size() - 1, static_cast<std::size_t>(rng.uniform() * size))];
+  return some;
+}
+
+/// Adam on random batches, the coordinates averaged over its second half.
+void maximise_by_adam(MStep& m_step, const ArmCoordinates& coordinates,
+                      const std::vector<Transition>& all, std::span<const Paths> paths,
+                      const LatentNoise& noise, const EmOptions& options, double slower, Rng& rng,
+                      int jobs, Arm& arm, Eigen::VectorXd& c) {
+  if (options.m_steps == 0) return;
+  Adam adam(coordinates.size());
+  Eigen::VectorXd average = Eigen::VectorXd::Zero(c.size()), c_bar;
+  for (int k = 0; k < options.m_steps; ++k) {
+    const auto batch = draw(all, options.batch, rng);
+    const MStep::Sum mean = m_step.run(arm, batch, paths, noise, MStep::Wants::kGradient, jobs);
+    coordinates.pull_back(c, mean.pi, mean.theta, c_bar);
+    // steps shorten towards the end: the quieter the model, the steeper its density
+    const double rate = slower * options.rate * (1 - 0.9 * k / options.m_steps);
+    adam.step(c_bar, rate, coordinates.rate(), coordinates.lower(), coordinates.upper(), c);
+    coordinates.apply(c, arm);
+    if (2 * k >= options.m_steps) average += c;
+  }
+  c = average / (options.m_steps - options.m_steps / 2);
+  coordinates.apply(c, arm);
+}
+
+/// Levenberg-Marquardt on one random batch, with a weak pull to where it starts.
+void maximise_by_normal_equations(MStep& m_step, const ArmCoordinates& coordinates,
+                                  const std::vector<Transition>& all, std::span<const Paths> paths,
+                                  const LatentNoise& noise, const EmOptions& options, Rng& rng,
+                                  int jobs, Arm& arm, Eigen::VectorXd& c) {
+  if (options.m_steps == 0) return;
+  const auto batch = draw(all, kBatchesOfNormalEquations * options.batch, rng);
+  const auto count = static_cast<double>(all.size()) / options.paths;
+  const auto pi_size = arm.robot.pi.size();
+  const auto theta_size = static_cast<Eigen::Index>(arm.friction.theta.size());
+  double damping = kFirstDamping;
+  for (int k = 0; k < kNormalEquationSteps; ++k) {
+    const MStep::Sum here = m_step.run(arm, batch, paths, noise, MStep::Wants::kNormalEquations,
+                                       jobs, coordinates.jacobian(c, pi_size, theta_size));
+    bool moved = false;
+    for (int attempt = 0; attempt < kAttempts && !moved; ++attempt) {
+      Eigen::MatrixXd H = here.JJ;
+      H.diagonal() *= 1 + damping;
+      H.diagonal().array() += 1 / count;  // one nat per unit of a coordinate over all data
+      const Eigen::VectorXd step = H.ldlt().solve(-here.Jw);
+      Eigen::VectorXd trial = c + step.cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
+      trial = trial.cwiseMax(coordinates.lower()).cwiseMin(coordinates.upper());
+      coordinates.apply(trial, arm);
+      const double loss = m_step.run(arm, batch, paths, noise, MStep::Wants::kLoss, jobs).loss;
+      moved = loss < here.loss;
+      if (moved) c = trial;
+      damping = std::clamp(moved ? damping / 5 : damping * 10, 1e-9, 1e6);
+    }
+    coordinates.apply(c, arm);
+    if (!moved) return;
+  }
 }
 
 }  // namespace
@@ -185,7 +268,7 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
   report.arm = start;
   const ArmCoordinates coordinates(start, options.coordinates);
   Arm arm = start;
-  Eigen::VectorXd c = coordinates.start(), c_bar;
+  Eigen::VectorXd c = coordinates.start();
   coordinates.apply(c, arm);
 
   const Eigen::VectorXd z_size = latent_sizes(wash_out(arm.friction, recordings, jobs));
@@ -246,30 +329,16 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
     report.warnings = smoothed.front().warnings;
     if (now.nis < options.most_nis) z_noise = std::max(options.z_noise_last, z_noise * fall);
 
-    // M-step: the coordinates averaged over its second half
     const std::vector<Transition> all = all_transitions(paths);
-    const double rate = options.rate * (3 * iteration < 2 * options.iterations ? 1 : 0.3);
-    Adam adam(coordinates.size());
-    Eigen::VectorXd average = Eigen::VectorXd::Zero(c.size());
-    std::vector<Transition> batch(static_cast<std::size_t>(options.batch));
-    for (int k = 0; k < options.m_steps; ++k) {
-      for (Transition& t : batch)
-        t = all[std::min(all.size() - 1, static_cast<std::size_t>(
-                                             rng.uniform() * static_cast<double>(all.size())))];
-      const MStep::Sum mean = m_step.run(arm, batch, paths, noise, true, jobs);
-      coordinates.pull_back(c, mean.pi, mean.theta, c_bar);
-      // steps shorten towards the end: the quieter the model, the steeper its density
-      const double shorter = 1 - 0.9 * k / options.m_steps;
-      adam.step(c_bar, shorter * rate, coordinates.rate(), coordinates.lower(), coordinates.upper(),
-                c);
-      coordinates.apply(c, arm);
-      if (2 * k >= options.m_steps) average += c;
-    }
-    if (options.m_steps > 0) c = average / (options.m_steps - options.m_steps / 2);
-    coordinates.apply(c, arm);
+    if (c.size() <= kMostForNormalEquations)
+      maximise_by_normal_equations(m_step, coordinates, all, paths, noise, options, rng, jobs, arm,
+                                   c);
+    else
+      maximise_by_adam(m_step, coordinates, all, paths, noise, options,
+                       3 * iteration < 2 * options.iterations ? 1 : 0.3, rng, jobs, arm, c);
 
     // that of v in closed form above its floor; that of q stays, that of z follows its schedule
-    const MStep::Sum residual = m_step.run(arm, all, paths, noise, false, jobs);
+    const MStep::Sum residual = m_step.run(arm, all, paths, noise, MStep::Wants::kSquares, jobs);
     noise.v = residual.squares.segment(n, n).cwiseMax(least_Qv);
     now.objective = residual.loss;
     now.held_out = held_out_error(arm, recordings, split, options.judge, jobs);

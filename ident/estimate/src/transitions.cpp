@@ -1,6 +1,7 @@
 #include "fricid/estimate/transitions.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace fricid::estimate {
 
@@ -15,6 +16,7 @@ TransitionLoss::TransitionLoss(const Arm& arm, std::span<const Recording> record
   history_.resize(nx * static_cast<std::size_t>(stepper_.leaps() + 1));
   residual_.resize(nx);
   bar_.resize(nx);
+  whitened_.resize(nx);
   tau_.resize(static_cast<std::size_t>(n_));
   temperature_.resize(tau_.size());
   pi_.resize(static_cast<std::size_t>(arm.robot.parameter_count()));
@@ -58,6 +60,7 @@ double TransitionLoss::loss(std::span<const Transition> transitions, std::span<c
   PackD sum(0);
   const auto weigh = [&](std::size_t i, const PackD& r, double variance) {
     const PackD slope = PackD(1 / variance) * r;
+    whitened_[i] = PackD(1 / std::sqrt(variance)) * r;
     sum += PackD(0.5) * slope * r;
     if (!squares.empty())
       for (int k = 0; k < count_; ++k) squares[i] += r[k] * r[k];
@@ -78,11 +81,12 @@ double TransitionLoss::loss(std::span<const Transition> transitions, std::span<c
   return total;
 }
 
-void TransitionLoss::add_gradient(std::span<double> pi_bar, std::span<double> theta_bar) {
-  const auto n = static_cast<std::size_t>(n_), nx = bar_.size();
+/// Pulls `bar` of x_{t+1} back through the step; parameters' adjoints are then in pi_bar_,
+/// theta_bar_.
+void TransitionLoss::pull(std::span<PackD> bar) {
+  const auto n = static_cast<std::size_t>(n_), nx = bar.size();
   std::fill(pi_bar_.begin(), pi_bar_.end(), PackD(0));
   std::fill(theta_bar_.begin(), theta_bar_.end(), PackD(0));
-  const std::span bar(bar_);
   for (int l = stepper_.leaps(); l-- > 0;) {
     const std::span x =
         std::span<const PackD>(history_).subspan(nx * static_cast<std::size_t>(l), nx);
@@ -90,12 +94,50 @@ void TransitionLoss::add_gradient(std::span<double> pi_bar, std::span<double> th
                            x.subspan(2 * n), bar.subspan(0, n), bar.subspan(n, n),
                            bar.subspan(2 * n), pi_bar_, theta_bar_);
   }
+}
+
+void TransitionLoss::add_gradient(std::span<double> pi_bar, std::span<double> theta_bar) {
+  pull(bar_);
   const auto add = [&](const std::vector<PackD>& lanes_bar, std::span<double> total) {
     for (std::size_t i = 0; i < total.size(); ++i)
       for (int k = 0; k < count_; ++k) total[i] += lanes_bar[i][k];
   };
   add(pi_bar_, pi_bar);
   add(theta_bar_, theta_bar);
+}
+
+void TransitionLoss::add_normal_equations(const Eigen::MatrixXd& parameters_of,
+                                          const LatentNoise& noise, Eigen::MatrixXd& JJ,
+                                          Eigen::VectorXd& Jw) {
+  const auto n = static_cast<std::size_t>(n_), nx = bar_.size();
+  const Eigen::Index rows = static_cast<Eigen::Index>(nx) * count_;
+  const auto pi_size = static_cast<Eigen::Index>(pi_bar_.size());
+  Eigen::MatrixXd physical(rows, parameters_of.rows());
+  Eigen::VectorXd w(rows);
+  for (std::size_t i = 0; i < nx; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    std::fill(bar_.begin(), bar_.end(), PackD(0));
+    // w_q = (e_q - dt/2 e_v) / sd, the others e / sd, with e = x' - f
+    if (i < n) {
+      const double sd = std::sqrt(noise.q[row]);
+      bar_[i] = PackD(-1 / sd);
+      bar_[n + i] = PackD(0.5 * dt_ / sd);
+    } else {
+      const auto from = static_cast<Eigen::Index>(i < 2 * n ? i - n : i - 2 * n);
+      bar_[i] = PackD(-1 / std::sqrt(i < 2 * n ? noise.v[from] : noise.z[from]));
+    }
+    pull(bar_);
+    for (int k = 0; k < count_; ++k) {
+      const Eigen::Index at = row * count_ + k;
+      w[at] = whitened_[i][k];
+      for (Eigen::Index p = 0; p < physical.cols(); ++p)
+        physical(at, p) = p < pi_size ? pi_bar_[static_cast<std::size_t>(p)][k]
+                                      : theta_bar_[static_cast<std::size_t>(p - pi_size)][k];
+    }
+  }
+  const Eigen::MatrixXd J = physical * parameters_of;
+  JJ.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
+  Jw.noalias() += J.transpose() * w;
 }
 
 }  // namespace fricid::estimate

@@ -37,6 +37,10 @@ class ArmCoordinates {
   /// Parameters at c.
   void apply(const Eigen::VectorXd& c, Arm& arm) const;
 
+  /// d(pi, theta)/dc at c, (n_pi + n_theta) x size.
+  Eigen::MatrixXd jacobian(const Eigen::VectorXd& c, Eigen::Index pi_size,
+                           Eigen::Index theta_size) const;
+
   /// Gradient with respect to c from that with respect to pi and theta, at c.
   void pull_back(const Eigen::VectorXd& c, const Eigen::VectorXd& pi_bar,
                  const Eigen::VectorXd& theta_bar, Eigen::VectorXd& c_bar) const;

@@ -73,8 +73,9 @@ smc::Gaussian initial_state(const Recording& recording, const Eigen::VectorXd& z
 Eigen::VectorXd latent_sizes(std::span<const data::RowMatrix> z);
 
 /// EM from `start`. E-step: smoothed paths of the training part of each recording under the present
-/// parameters. M-step: Adam on the transition density of random transitions of these paths, from
-/// the last parameters, averaged over its second half; then the noise of v in closed form,
+/// parameters. M-step: the transition density of random transitions of these paths is maximised
+/// from the last parameters on, by Levenberg-Marquardt, or by Adam where there are thousands
+/// (networks); then the noise of v in closed form,
 ///
 ///     Q_v = mean (v_{t+1} - f_v(x_t))^2
 ///

@@ -41,17 +41,26 @@ class TransitionLoss {
   double loss(std::span<const Transition> transitions, std::span<const Paths> paths,
               const LatentNoise& noise, std::span<double> squares = {});
 
+  /// After `loss` on the same transitions: adds J'J and J'w of the whitened residuals w = L^-1 e,
+  /// Q = L L', whose squares make the loss; J = dw/dc by one reverse sweep per state.
+  /// @param parameters_of  d(pi, theta)/dc, see ArmCoordinates::jacobian
+  void add_normal_equations(const Eigen::MatrixXd& parameters_of, const LatentNoise& noise,
+                            Eigen::MatrixXd& JJ, Eigen::VectorXd& Jw);
+
   /// After `loss` on the same transitions: adds its gradient to pi_bar and theta_bar.
   void add_gradient(std::span<double> pi_bar, std::span<double> theta_bar);
 
  private:
   std::span<const Recording> recordings_;
   ArmStepper<PackD> stepper_;
+  void pull(std::span<PackD> bar);
+
   int n_, nz_;
   int count_ = 0;
   double dt_;
   std::vector<PackD> history_, residual_, bar_, tau_, temperature_, pi_, theta_, pi_bar_,
       theta_bar_;
+  std::vector<PackD> whitened_;
 };
 
 }  // namespace fricid::estimate
