@@ -160,6 +160,16 @@ std::vector<std::string> predict_torques(const Job& job, const HeldOut& held_out
   return files;
 }
 
+/// Whether a model is a convention to beat: no network, and fitted as is the custom.
+bool is_conventional(const data::Experiment& experiment, const data::ModelFile& model) {
+  for (const friction::JointSpec& joint : model.arm.friction.model.joints())
+    for (const friction::LawSpec& law : joint.laws)
+      if (friction::is_learned(law.law)) return false;
+  for (const data::ModelConfig& config : experiment.models)
+    if (config.name == model.name) return config.method == "conventional";
+  return true;
+}
+
 }  // namespace
 
 bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
@@ -179,6 +189,8 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
     contest.trajectories = held_out.trajectories;
     contest.models = models;
     contest.robot = job.experiment.model;
+    for (const data::ModelFile& model : models)
+      if (!is_conventional(job.experiment, model)) contest.unconventional.push_back(model.name);
     if (!held_out.truths.empty()) {
       contest.models.insert(contest.models.begin(), oracle_model(job.experiment));
       const auto starts =

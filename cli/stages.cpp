@@ -156,10 +156,12 @@ std::vector<data::ModelConfig> chosen_models(const data::Experiment& experiment,
     const auto known = std::find_if(experiment.models.begin(), experiment.models.end(),
                                     [&](const auto& model) { return model.name == name; });
     chosen.emplace_back();
-    if (known != experiment.models.end())
+    if (known != experiment.models.end()) {
       chosen.back() = *known;
-    else
+    } else {
       chosen.back().name = chosen.back().label = chosen.back().law = name;
+      chosen.back().method = friction::is_learned(name) ? "multi_step" : "conventional";
+    }
   }
   return chosen;
 }

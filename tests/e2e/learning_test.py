@@ -47,6 +47,18 @@ class Learning(ProgramTest):
                 self.assertEqual(held_out[fits[name]["multi_step"]["chosen"]], min(held_out))
         self.assertEqual(histories[0], histories[1])
 
+    def test_only_conventional_fits_are_the_convention_to_beat(self):
+        folder = self.run_folder()
+        for model in ("simple", "windows", "dahl"):
+            done = fricid("identify", folder, "--model", model)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(load(folder / "fit" / "dahl_s1.json")["method"], "conventional")
+        fricid("evaluate", folder)
+        report = load(folder / "evaluation.json")
+        error = {s["name"]: s["q_mse_geometric_mean"] for s in report["summary"]}
+        for h, best in enumerate(report["best_conventional"]):
+            self.assertEqual(best, min(error["simple"][h], error["dahl"][h]))
+
     def test_estimate_follows_a_log(self):
         folder = self.run_folder()
         done = fricid("identify", folder, "--model", "windows")
