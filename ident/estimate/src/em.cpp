@@ -13,7 +13,9 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/estimate/adam.hpp"
+#include "fricid/estimate/online.hpp"
 #include "fricid/system/driven_friction.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -27,26 +29,22 @@ constexpr int kNormalEquationSteps = 6, kAttempts = 5;
 constexpr double kFirstDamping = 1e-3, kLongestStep = 0.3;
 constexpr double kSmallestR = 1e-14;  // [rad^2]
 
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
-std::span<const double> view(const Eigen::VectorXd& x) {
-  return {x.data(), static_cast<std::size_t>(x.size())};
-}
-std::span<double> view(Eigen::VectorXd& x) {
-  return {x.data(), static_cast<std::size_t>(x.size())};
-}
-
-/// Size of the friction torque per joint, and what one N m does to v in a sample.
+/// Size of the friction torque per joint, what one N m does to v in a sample, size of the latents.
 struct Sizes {
   Eigen::VectorXd friction;  // rms [N m]
   Eigen::VectorXd mobility;  // dt mean (M^-1)_jj [rad/s per N m]
+  Eigen::VectorXd z;         // rms
+
+  /// Variance of v under a torque noise of this share of the friction torque.
+  Eigen::VectorXd variance_v(double share) const {
+    return (share * friction.cwiseProduct(mobility)).cwiseAbs2();
+  }
 };
 
-Sizes joint_sizes(const Arm& arm, std::span<const Recording> recordings) {
+Sizes sizes_of(const Arm& arm, std::span<const Recording> recordings, int jobs) {
   const int n = arm.robot.n();
-  Sizes sizes{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)};
+  Sizes sizes{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n),
+              latent_sizes(wash_out(arm.friction, recordings, jobs))};
   dynamics::Workspace<double> ws(arm.robot);
   Eigen::MatrixXd M(n, n);
   double rows = 0, poses = 0;
@@ -66,11 +64,25 @@ Sizes joint_sizes(const Arm& arm, std::span<const Recording> recordings) {
   return sizes;
 }
 
-/// All transitions of all paths.
+LatentNoise noise_of(const Sizes& sizes, std::span<const Recording> recordings,
+                     const EmOptions& options) {
+  LatentNoise noise;
+  noise.dt = recordings.front().dt;
+  noise.R = Eigen::VectorXd::Zero(sizes.friction.size());
+  for (const Recording& r : recordings)
+    noise.R += r.noise_sd.cwiseAbs2() / static_cast<double>(recordings.size());
+  noise.R = noise.R.cwiseMax(kSmallestR);
+  noise.q = kPositionNoise * kPositionNoise * noise.R;
+  noise.v = sizes.variance_v(options.torque_noise);
+  noise.z = (options.z_noise_first * sizes.z).cwiseAbs2();
+  return noise;
+}
+
+/// Sums over transitions, packs of them in parallel.
 class MStep {
  public:
   MStep(const Arm& arm, std::span<const Recording> recordings, const EmOptions& options)
-      : options_(options), packs_(std::max(1, options.batch / (kLanes * kPacksPerTask))) {
+      : packs_(std::max(1, options.batch / (kLanes * kPacksPerTask))) {
     for (int p = 0; p < packs_; ++p) losses_.emplace_back(arm, recordings, options.step);
     parts_.resize(static_cast<std::size_t>(packs_));
   }
@@ -136,7 +148,6 @@ class MStep {
   static constexpr int kLanes = TransitionLoss::lanes();
   static constexpr int kPacksPerTask = 16;  // a task of about 0.1 ms
 
-  EmOptions options_;
   int packs_;
   std::vector<TransitionLoss> losses_;
   std::vector<Sum> parts_;
@@ -231,33 +242,12 @@ Eigen::VectorXd latent_sizes(std::span<const data::RowMatrix> z) {
 
 LatentNoise initial_noise(const Arm& arm, std::span<const Recording> recordings,
                           const EmOptions& options) {
-  const int n = arm.robot.n();
-  const Sizes joints = joint_sizes(arm, recordings);
-  const Eigen::VectorXd z_size = latent_sizes(wash_out(arm.friction, recordings, 1));
-
-  LatentNoise noise;
-  noise.dt = recordings.front().dt;
-  noise.R = Eigen::VectorXd::Zero(n);
-  for (const Recording& r : recordings)
-    noise.R += r.noise_sd.cwiseAbs2() / static_cast<double>(recordings.size());
-  noise.R = noise.R.cwiseMax(kSmallestR);
-  noise.q = kPositionNoise * kPositionNoise * noise.R;
-  noise.v = (options.torque_noise * joints.friction.cwiseProduct(joints.mobility)).cwiseAbs2();
-  noise.z = (options.z_noise_first * z_size).cwiseAbs2();
-  return noise;
+  return noise_of(sizes_of(arm, recordings, 1), recordings, options);
 }
 
 smc::Gaussian initial_state(const Recording& recording, const Eigen::VectorXd& z,
                             const Eigen::VectorXd& z_size, const LatentNoise& noise) {
-  const Eigen::Index n = recording.n(), nz = z.size();
-  smc::Gaussian x;
-  x.mean.resize(2 * n + nz);
-  x.mean << recording.q.row(0).transpose(), recording.v.row(0).transpose(), z;
-  Eigen::VectorXd variance(2 * n + nz);
-  variance << 4 * noise.R.head(n), Eigen::VectorXd::Constant(n, kVelocityStart * kVelocityStart),
-      z_size.cwiseAbs2();
-  x.covariance = variance.asDiagonal();
-  return x;
+  return online_start(recording.q.row(0), recording.v.row(0), z, noise, kVelocityStart, z_size);
 }
 
 EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const EmOptions& options,
@@ -271,12 +261,10 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
   Eigen::VectorXd c = coordinates.start();
   coordinates.apply(c, arm);
 
-  const Eigen::VectorXd z_size = latent_sizes(wash_out(arm.friction, recordings, jobs));
-  LatentNoise noise = initial_noise(arm, recordings, options);
-  const Sizes joints = joint_sizes(arm, recordings);
+  const Sizes sizes = sizes_of(arm, recordings, jobs);
+  LatentNoise noise = noise_of(sizes, recordings, options);
   const Eigen::Index n = arm.robot.n();
-  const Eigen::VectorXd least_Qv =
-      (options.torque_floor * joints.friction.cwiseProduct(joints.mobility)).cwiseAbs2();
+  const Eigen::VectorXd least_Qv = sizes.variance_v(options.torque_floor);
   report.noise = noise;
   report.held_out_start = held_out_error(arm, recordings, split, options.judge, jobs);
   double best = report.held_out_start;
@@ -294,7 +282,7 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
       break;
     }
     EmIteration now;
-    noise.z = (z_noise * z_size).cwiseAbs2();
+    noise.z = (z_noise * sizes.z).cwiseAbs2();
 
     // E-step: one recording per task
     const auto z = wash_out(arm.friction, recordings, jobs);
@@ -302,7 +290,7 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
     parallel_for(static_cast<int>(recordings.size()), jobs, [&](int i) {
       const auto r = static_cast<std::size_t>(i);
       LatentFrictionModel model(arm, recordings[r], noise,
-                                initial_state(recordings[r], z[r].row(0), z_size, noise),
+                                initial_state(recordings[r], z[r].row(0), sizes.z, noise),
                                 options.step);
       EStepOptions e_options{options.e_step, options.particles, options.paths, options.seed,
                              static_cast<std::uint32_t>(iteration * std::ssize(recordings) + i)};

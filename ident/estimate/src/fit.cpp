@@ -11,16 +11,13 @@
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/system/driven_friction.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr int kPasses = 2;             // friction, rigid body with friction removed, friction again
 constexpr double kMemoryOfAShape = 1;  // memory_periods once a law describes the reversals
-
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 RigidBodyOptions rigid_body_options(const data::Experiment& experiment,
                                     const dynamics::RobotModel& robot) {

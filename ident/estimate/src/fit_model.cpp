@@ -149,24 +149,23 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
     arm = learned_start(arm, {config.law, config.elements, {}}, static_cast<std::uint64_t>(seed),
                         torque);
   report.joints.clear();
+  const auto take = [&](const auto& trained) {
+    report.outcome = trained.outcome;
+    report.message = trained.message;
+    report.model.arm = trained.arm;
+    report.seconds += trained.seconds;
+    report.model.fit_seconds += trained.seconds;
+  };
   if (config.method == "multi_step") {
     report.multi_step = train_multi_step(
         arm, prepared.recordings, options_of(config.train, seed, torque), report.model.label, jobs);
-    report.outcome = report.multi_step->outcome;
-    report.message = report.multi_step->message;
-    report.model.arm = report.multi_step->arm;
+    take(*report.multi_step);
     report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
-    report.seconds += report.multi_step->seconds;
-    report.model.fit_seconds += report.multi_step->seconds;
   } else {
     report.em = fit_em(arm, prepared.recordings, options_of(config.em, seed, torque),
                        report.model.label, jobs);
-    report.outcome = report.em->outcome;
-    report.message = report.em->message;
-    report.model.arm = report.em->arm;
+    take(*report.em);
     report.model.noise = report.em->noise;
-    report.seconds += report.em->seconds;
-    report.model.fit_seconds += report.em->seconds;
   }
   report.model.free_parameters = static_cast<int>(report.rigid_body.base.size()) +
                                  report.model.arm.friction.model.parameter_count();

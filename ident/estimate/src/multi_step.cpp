@@ -11,19 +11,13 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/estimate/adam.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr double kShortRollout = 1;     // [s]
 constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
-
-std::span<const double> view(const Eigen::VectorXd& x) {
-  return {x.data(), static_cast<std::size_t>(x.size())};
-}
-std::span<double> view(Eigen::VectorXd& x) {
-  return {x.data(), static_cast<std::size_t>(x.size())};
-}
 
 /// Step length of Adam over the course of a training.
 double schedule(int iteration, int iterations) {
@@ -232,7 +226,7 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
       fmt::format("held-out error {:.2e} rad2 after {} of {} iterations, {:.2e} before", best,
                   report.checked[static_cast<std::size_t>(report.best)], options.iterations,
                   report.held_out.front());
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = seconds_since(begin);
   return report;
 }
 

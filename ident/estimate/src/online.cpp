@@ -37,7 +37,7 @@ struct OnlineEstimator::Filter {
   smc::ParticleFilter<LatentFrictionModel, Guide> filter;
   OnlineEstimate out;
   int t = 0;
-  std::vector<PackD> x, tau_f;
+  std::vector<PackD> tau_f;
   Eigen::VectorXd sum, squares;  // weighted, of [q, v, z, tau_f] about the reference
   Eigen::VectorXd reference;
 
@@ -60,7 +60,6 @@ struct OnlineEstimator::Filter {
         guide(model, y, std::numeric_limits<int>::max()),
         filter(model, guide, {.particles = options.particles, .seed = options.seed}) {
     const Eigen::Index n = arm.robot.n(), nz = arm.friction.model.state_size();
-    x.resize(static_cast<std::size_t>(2 * n + nz));
     tau_f.resize(static_cast<std::size_t>(n));
     for (auto* part : {&out.q, &out.v, &out.tau_f, &out.q_sd, &out.v_sd, &out.tau_f_sd})
       part->setZero(n);
@@ -82,7 +81,8 @@ struct OnlineEstimator::Filter {
 
   /// Means and standard deviations over the weighted particles.
   void summarise() {
-    const auto n = static_cast<std::size_t>(arm.robot.n()), nx = x.size();
+    const auto n = static_cast<std::size_t>(arm.robot.n());
+    const auto nx = static_cast<std::size_t>(model.state_size());
     const std::span<const double> log_weights = filter.log_weights();
     const int blocks = filter.x().blocks();
     sum.setZero();
