@@ -8,6 +8,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/render/palette.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::render {
@@ -56,10 +57,91 @@ TEST_F(WriteFigure, WithoutGnuplotTheScriptIsThereAllTheSame) {
   EXPECT_FALSE(std::filesystem::exists(folder / "pair.pdf"));
 }
 
-TEST(ColourOf, SameModelSameColour) {
-  EXPECT_EQ(colour_of("lugre", 0), colour_of("lugre", 7));
-  EXPECT_NE(colour_of("lugre", 0), colour_of("gms", 0));
-  EXPECT_NE(colour_of("mine", 1), colour_of("yours", 2));
+TEST_F(WriteFigure, SaysWhichLineGnuplotRefused) {
+  Figure broken = two_panels();
+  broken.panels[0].series[0].dash = -7;
+  try {
+    write_figure(broken, folder);
+    FAIL() << "accepted";
+  } catch (const UserError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("pair.gp: gnuplot refused the script: line "));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "pair.pdf"));
+}
+
+/// A program called gnuplot, first in the PATH for as long as this lives.
+class FakeGnuplot {
+ public:
+  FakeGnuplot(const std::filesystem::path& folder, const std::string& script)
+      : path_(std::getenv("PATH")) {
+    const auto program = folder / "bin/gnuplot";
+    write_file_atomically(program, "#!/bin/sh\n" + script);
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    setenv("PATH", (program.parent_path().string() + ":" + path_).c_str(), 1);
+  }
+  ~FakeGnuplot() { setenv("PATH", path_.c_str(), 1); }
+
+ private:
+  std::string path_;
+};
+
+TEST_F(WriteFigure, KilledGnuplotIsSaid) {
+  const FakeGnuplot gnuplot(folder, "kill -9 $$\n");
+  try {
+    write_figure(two_panels(), folder);
+    FAIL() << "accepted";
+  } catch (const UserError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("killed by signal 9"));
+  }
+}
+
+TEST_F(WriteFigure, TornPictureIsRefused) {
+  // What a full disk leaves: gnuplot ends well, the end of its file is missing.
+  const FakeGnuplot gnuplot(folder,
+                            "for f in $(echo \"$2\" | tr ';' '\\n' | sed -n \"s/.*set output "
+                            "'\\(.*\\)'/\\1/p\"); do echo torn > $f; done\n");
+  try {
+    write_figure(two_panels(), folder);
+    FAIL() << "accepted";
+  } catch (const UserError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("could not write all of it"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "pair.png"));
+}
+
+TEST_F(WriteFigure, PathsMayHoldQuotesAndSpaces) {
+  write_figure(two_panels(), folder / "o'brien & $HOME \"x\"");
+  EXPECT_TRUE(std::filesystem::exists(folder / "o'brien & $HOME \"x\"/pair.png"));
+}
+
+TEST(Script, LinesAreThinnedToWhatShows) {
+  Series straight, corner;
+  for (int i = 0; i <= 1000; ++i) {
+    straight.x.push_back(i);
+    straight.y.push_back(2 * i);
+    corner.x.push_back(i);
+    corner.y.push_back(i < 500 ? 0 : i);
+  }
+  Figure figure{.name = "thin"};
+  figure.panels = {{.series = {straight, corner}}};
+  EXPECT_THAT(script_of(figure), HasSubstr("$d0_0 << EOD\n0 0\n1000 2000\nEOD"));
+  EXPECT_THAT(script_of(figure), HasSubstr("$d0_1 << EOD\n0 0\n499 0\n500 500\n1000 1000\nEOD"));
+}
+
+TEST(Script, BarsHaveTheirEnds) {
+  Figure figure{.name = "bars"};
+  figure.panels = {
+      {.series = {
+           {.x = {1, 2}, .y = {3, 4}, .mark = Mark::kBars, .low = {2, NAN}, .high = {5, NAN}}}}};
+  EXPECT_THAT(script_of(figure), HasSubstr("$d0_0 << EOD\n1 3 2 5 \n\nEOD"));
+}
+
+TEST(LookOfLaw, SameLawSameHueOtherShade) {
+  EXPECT_EQ(look_of_law("lugre").colour, "#009E73");
+  EXPECT_EQ(look_of_law("lugre", 1).colour, "#66C5AB");  // 40 % towards white
+  EXPECT_EQ(look_of_law("lugre", 2).colour, "#005F45");  // 40 % towards black
+  EXPECT_NE(look_of_law("lugre", 1).dash, look_of_law("lugre").dash);
+  EXPECT_EQ(look_of_law("lugre", 1).marker, look_of_law("lugre").marker);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "fricid/base/files.hpp"
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/hdf5.hpp"
+#include "fricid/friction/robot_friction.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::render {
@@ -39,11 +40,14 @@ class FiguresOfRun : public TemporaryFolder {
     const auto summary = [](const char* name, double mse) {
       return json{{"name", name}, {"q_mse_geometric_mean", {mse, nullptr}}};
     };
+    json simple = model("simple", false);
+    for (const double mse : {4.0, 16.0})
+      simple["trajectories"].push_back({{"q_mse_joint", {{1, 1}, {1, mse}}}});
     const json evaluation{
         {"scene", "two joints"},
         {"horizons_s", {0.1, 1}},
         {"trajectories", {"validation_0"}},
-        {"models", {model("simulator", true), model("oracle", true), model("simple", false)}},
+        {"models", {model("simulator", true), model("oracle", true), simple}},
         {"summary", {summary("simulator", 1), summary("oracle", 1), summary("simple", 7)}},
         {"floor", {2, nullptr}}};
     write_file_atomically(folder / "evaluation.json", evaluation.dump());
@@ -54,7 +58,10 @@ class FiguresOfRun : public TemporaryFolder {
     measured.t = Eigen::VectorXd::LinSpaced(kRows, 0, (kRows - 1) / measured.rate_hz);
     measured.q = measured.tau = ramp(kMeasured);
     data::save_dataset(measured, folder / "data/validation_0.h5");
-    write("truth/validation_0.h5", "fricid.truth/1", {{"/v", kTruth}, {"/tau_f", kTruth}});
+    write("truth/validation_0.h5", "fricid.truth/1",
+          {{"/v", kTruth}, {"/tau_f", kTruth}, {"/z", 0}}, friction_json().dump());
+    write_file_atomically(folder / "models/simple_s1.json",
+                          R"({"friction": [[{"law": "coulomb_viscous"}]]})");
     write("predictions/simple_s1_validation_0.h5", "fricid.prediction/1",
           {{"/v", 0}, {"/tau", kMeasured}, {"/tau_predicted", kPredicted}, {"/tau_f", kPredicted}});
     for (const char* name : {"oracle", "simple"})
@@ -62,9 +69,22 @@ class FiguresOfRun : public TemporaryFolder {
             {{"/q", kRollout}});
   }
 
+  /// A bristle at every joint, as a truth file says it.
+  static json friction_json() {
+    json parameters;
+    for (const auto& info : friction::parameters_of_law("dahl", 0))
+      parameters.push_back({{"symbol", info.symbol}, {"value", info.typical}});
+    const json law{
+        {"law", "dahl"}, {"elements", 0}, {"modifiers", json::array()}, {"parameters", parameters}};
+    const json joint{{"laws", {law}}};
+    return {{"joints", {joint, joint}}};
+  }
+
   void write(const std::string& name, const std::string& format,
-             const std::vector<std::pair<std::string, double>>& tables) const {
+             const std::vector<std::pair<std::string, double>>& tables,
+             const std::string& friction = "{}") const {
     data::write_hdf5(folder / name, format, [&](data::H5Writer& file) {
+      file.attribute("friction", friction);
       file.vector("/t", Eigen::VectorXd::LinSpaced(kRows, 0, 1), "s");
       for (const auto& [table, base] : tables) file.matrix(table, ramp(base), "");
     });
@@ -82,8 +102,8 @@ TEST_F(FiguresOfRun, AreThoseOfTheHeader) {
   std::vector<std::string> names;
   for (const Figure& figure : figures_of_run(folder)) names.push_back(figure.name);
   EXPECT_EQ(names,
-            (std::vector<std::string>{"tracking", "error_time", "error_horizon", "torque_simple",
-                                      "friction_joint_a1", "friction_joint_a2"}));
+            (std::vector<std::string>{"error_time", "error_horizon", "error_joint", "tracking",
+                                      "friction_joint_a1", "friction_joint_a2", "torque_simple"}));
 }
 
 TEST_F(FiguresOfRun, FrictionShowsTheModelOverTheTruthOfItsJoint) {
@@ -105,8 +125,8 @@ TEST_F(FiguresOfRun, TrackingShowsMeasurementAndModels) {
   EXPECT_EQ(tracking.panels[1].title, "joint_a2");
   const auto& series = tracking.panels[1].series;
   ASSERT_EQ(series.size(), 2u);  // the oracle would hide the measurement
-  EXPECT_EQ(series[0].y[0], kMeasured + 1);
-  EXPECT_EQ(series[1].y[0], kRollout + 1);
+  EXPECT_EQ(series[0].y[0], kRollout + 1);
+  EXPECT_EQ(series[1].y[0], kMeasured + 1);
 }
 
 TEST_F(FiguresOfRun, TorqueShowsTheResidual) {
@@ -120,11 +140,21 @@ TEST_F(FiguresOfRun, TorqueShowsTheResidual) {
 TEST_F(FiguresOfRun, ErrorOverHorizonHasOracleModelsAndFloor) {
   const auto series = figure("error_horizon").panels.at(0).series;
   ASSERT_EQ(series.size(), 3u);
-  EXPECT_EQ(series[0].label, "oracle");
-  EXPECT_EQ(series[1].y[0], 7);
-  EXPECT_TRUE(std::isnan(series[1].y[1]));
-  EXPECT_EQ(series[2].label, "floor");
-  EXPECT_EQ(series[2].y[0], 2);
+  EXPECT_EQ(series[0].label, "floor");
+  EXPECT_EQ(series[0].y[0], 2);
+  EXPECT_EQ(series[1].label, "oracle");
+  EXPECT_EQ(series[2].y[0], 7);
+  EXPECT_TRUE(std::isnan(series[2].y[1]));
+}
+
+TEST_F(FiguresOfRun, ErrorOfAJointIsTheRootOfTheGeometricMean) {
+  const Figure joints = figure("error_joint");
+  ASSERT_EQ(joints.panels.size(), 1u);  // 1 s is the longest horizon
+  const Series& simple = joints.panels[0].series.at(0);
+  ASSERT_EQ(simple.y.size(), 2u);
+  EXPECT_NEAR(simple.y[1], std::sqrt(std::sqrt(4.0 * 16.0)), 1e-12);
+  EXPECT_NEAR(simple.low[1], 2, 1e-12);
+  EXPECT_NEAR(simple.high[1], 4, 1e-12);
 }
 
 TEST_F(FiguresOfRun, ErrorOverTimeIsTheMeanOverJoints) {
@@ -133,17 +163,11 @@ TEST_F(FiguresOfRun, ErrorOverTimeIsTheMeanOverJoints) {
   EXPECT_NEAR(series[1].y[0], kRollout - kMeasured, 1e-12);
 }
 
-TEST_F(FiguresOfRun, LongSignalsAreThinned) {
-  const auto x = figure("torque_simple").panels.at(0).series[0].x;
-  EXPECT_EQ(x.size(), 1334u);  // every third of 4000, to stay below 1500
-  EXPECT_NEAR(x[1], 3.0 / (kRows - 1), 1e-12);
-}
-
 TEST_F(FiguresOfRun, WhatIsAbsentIsLeftOut) {
   std::filesystem::remove_all(folder / "truth");
   EXPECT_EQ(figure("friction_joint_a1").panels.at(0).series.size(), 1u);
   std::filesystem::remove_all(folder / "predictions");
-  EXPECT_EQ(figures_of_run(folder).size(), 3u);
+  EXPECT_EQ(figures_of_run(folder).size(), 4u);
   std::filesystem::remove(folder / "evaluation.json");
   EXPECT_THROW(figures_of_run(folder), UserError);
 }

@@ -1,42 +1,68 @@
 // Figures as data, drawn by the gnuplot program. One look for all of them.
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace fricid::render {
 
-/// One curve. Points with a NaN break the line.
+/// How a series is drawn. kBars: points with a bar from low to high; kBand: the area between low
+/// and high.
+enum class Mark { kLine, kLinePoints, kPoints, kBars, kBand };
+
+/// One curve. Points that are not finite break the line.
 struct Series {
-  std::string label;   ///< empty: not in the legend
-  std::string colour;  ///< "#rrggbb"
+  std::string label{};  ///< empty: not in the legend
+  std::string colour = "#000000";
   std::vector<double> x{}, y{};
   double width = 1.2;  ///< [pt]
-  bool dashed = false;
-  bool markers = false;  ///< line with points
+  int dash = 1;        ///< gnuplot dash type: 1 solid, 2 dashed, 3 dotted, 4 dash-dot
+  Mark mark = Mark::kLine;
+  int marker = 7;                     ///< gnuplot point type
+  std::vector<double> low{}, high{};  ///< of kBars and kBand
 };
 
-/// One pair of axes.
+/// Closed interval of an axis; NaN: from the data.
+struct Range {
+  double low, high;
+};
+inline constexpr Range kFromData{std::numeric_limits<double>::quiet_NaN(),
+                                 std::numeric_limits<double>::quiet_NaN()};
+
+/// One pair of axes. With `matrix`, whose entries lie in [-1, 1], a colour map with row 0 on top.
 struct Panel {
   std::string title{}, x_label{}, y_label{};
   bool log_x = false, log_y = false;
   std::vector<Series> series{};
+  Range x_range = kFromData, y_range = kFromData;
+  std::vector<std::pair<double, std::string>> x_tics{}, y_tics{};  ///< named places; empty: numbers
+  Eigen::MatrixXd matrix{};
 };
 
 /// A grid of panels with one legend above them.
 struct Figure {
-  std::string name;  ///< file stem
+  std::string name;       ///< file stem
+  std::string caption{};  ///< one or two sentences for the report
   int columns = 3;
   std::vector<Panel> panels{};
   double width_cm = 18, panel_height_cm = 4.2;
+  double left_cm = 1.55;  ///< room for the labels of the vertical axis
 };
 
-/// Writes NAME.gp (script with its data, made to be restyled) and NAME.pdf, .svg, .png beside it.
-/// @throws UserError when gnuplot is missing or refuses the script; NAME.gp is there all the same
-void write_figure(const Figure& figure, const std::filesystem::path& folder);
+inline constexpr double kColumnCm = 8.8;  ///< width of one column of a journal page
 
-/// The colour of a model, the same in every figure (Okabe & Ito 2008); truth and oracle are black.
-std::string colour_of(const std::string& model, int index);
+/// The gnuplot script with its data, made to be restyled. Lines are thinned to what can be seen:
+/// a point stays when it lies more than 0.06 % of the panel off the line through its neighbours
+/// (Ramer 1972; Douglas & Peucker 1973).
+std::string script_of(const Figure& figure);
+
+/// Writes NAME.gp and by it NAME.pdf, .svg and .png beside it.
+/// @throws UserError when gnuplot is missing, refuses the script, was killed, or could not write
+///         all of a picture; NAME.gp is there all the same. Stopped after Ctrl-C
+void write_figure(const Figure& figure, const std::filesystem::path& folder);
 
 }  // namespace fricid::render

@@ -10,11 +10,12 @@ namespace fricid::render {
 /// The figures of a run folder, made from its files alone, first seed and first held-out
 /// trajectory:
 ///
-///     tracking           measured position and each model's open loop, per joint
 ///     error_time         mean absolute position error of the open loops against time
-///     error_horizon      geometric mean of MSE(q) against horizon, with oracle and floor
-///     torque_MODEL       measured and predicted motor torque and their difference, per joint
+///     error_horizon      geometric mean of MSE(q) against horizon, with oracle, floor, intervals
+///     error_joint        error of each joint, with the spread over rollouts
+///     tracking           measured position and each model's open loop, per joint
 ///     friction_JOINT     friction torque against velocity, one panel per model, with truth
+///     torque_MODEL       measured and predicted motor torque and their difference, per joint
 ///
 /// A figure whose files are absent (no truth, no rollout) is left out.
 /// @throws UserError when the folder holds no evaluation.json

@@ -1,0 +1,40 @@
+// Who appears in the pictures of a run, and how each looks: the same in figures, video and report.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fricid::render {
+
+/// How one model is drawn. The colour says the law (Okabe & Ito 2008: told apart by everybody);
+/// dash and marker repeat it for print in grey.
+struct Look {
+  std::string colour = "#000000";  ///< "#rrggbb"
+  int dash = 1;                    ///< gnuplot dash type: 1 solid, 2 dashed, 3 dotted, 4 dash-dot
+  int marker = 7;                  ///< gnuplot point type
+};
+
+/// The look of a law's `again`-th model (0 for the first): the law's hue, then paler and darker,
+/// each with another dash.
+Look look_of_law(const std::string& law, int again = 0);
+
+/// Colour of the truth and of what was measured.
+inline constexpr const char* kTruthColour = "#a6a6a6";
+inline constexpr const char* kMeasuredColour = "#000000";
+
+/// A model of a run.
+struct RunModel {
+  std::string name, label;
+  std::string law;         ///< of its first joint; "oracle" for the truth itself
+  std::vector<int> seeds;  ///< ascending as in the evaluation
+  bool is_oracle = false;
+  Look look;
+};
+
+/// The models of a run in the order of evaluation.json, the engine's oracle first; the simulator's
+/// oracle, equal to it, is left out.
+/// @throws UserError when the folder holds no evaluation.json
+std::vector<RunModel> models_of_run(const std::filesystem::path& folder);
+
+}  // namespace fricid::render

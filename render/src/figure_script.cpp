@@ -1,0 +1,280 @@
+#include "figure_script.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "simplify.hpp"
+
+namespace fricid::render {
+namespace {
+
+constexpr double kRightCm = 0.3, kTitleCm = 0.55, kBottomCm = 1.15;
+constexpr double kLegendRowCm = 0.42, kLegendPadCm = 0.3, kLetterCm = 0.155, kSampleCm = 1.5;
+constexpr double kTolerance = 6e-4;  // of a panel's width or height
+
+constexpr std::string_view kStyle = R"(reset
+set encoding utf8
+set border 3 lw 0.6
+set tics nomirror out scale 0.5
+set grid lt 1 lw 0.4 lc rgb "#dddddd"
+set datafile missing "nan"
+set title offset 0,-0.6
+set xlabel offset 0,0.4
+set ylabel offset 1.2,0
+set bars 0.4
+set palette defined (-1 "#0072B2", 0 "#f7f7f7", 1 "#D55E00")
+set cbrange [-1:1]
+)";
+
+std::string quoted(std::string text) {
+  for (char& c : text)
+    if (c == '\'' || c == '\n') c = ' ';
+  return "'" + text + "'";
+}
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+std::string style_of(const Series& series) {
+  const std::string line =
+      fmt::format("lw {} lc rgb '{}' dt {}", series.width, series.colour, series.dash);
+  const std::string points = fmt::format("pt {} ps 0.45", series.marker);
+  switch (series.mark) {
+    case Mark::kLine:
+      return "with lines " + line;
+    case Mark::kLinePoints:
+      return "with linespoints " + line + " " + points;
+    case Mark::kPoints:
+      return "with points " + line + " " + points;
+    case Mark::kBars:
+      return "with yerrorbars " + line + " " + points;
+    case Mark::kBand:
+      return fmt::format("with filledcurves fs transparent solid 0.22 noborder lc rgb '{}'",
+                         series.colour);
+  }
+  return {};
+}
+
+std::string columns_of(Mark mark) {
+  return mark == Mark::kBars ? "1:2:3:4" : mark == Mark::kBand ? "1:2:3" : "1:2";
+}
+
+/// Labels in order of first appearance, with the style they have there.
+std::vector<const Series*> legend_of(const Figure& figure) {
+  std::vector<const Series*> legend;
+  for (const Panel& panel : figure.panels)
+    for (const Series& series : panel.series)
+      if (!series.label.empty() &&
+          std::none_of(legend.begin(), legend.end(),
+                       [&](const Series* known) { return known->label == series.label; }))
+        legend.push_back(&series);
+  return legend;
+}
+
+struct Layout {
+  double width, height, legend;  ///< [cm]
+};
+
+/// Height of the legend: its columns are as wide as the longest label.
+double legend_height(const Figure& figure) {
+  const auto legend = legend_of(figure);
+  if (legend.empty()) return 0.1;
+  std::size_t longest = 1;
+  for (const Series* series : legend) longest = std::max(longest, series->label.size());
+  const double column = kSampleCm + kLetterCm * static_cast<double>(longest);
+  const int columns = std::max(1, static_cast<int>(figure.width_cm / column));
+  const int rows = (static_cast<int>(legend.size()) + columns - 1) / columns;
+  return kLegendPadCm + kLegendRowCm * rows;
+}
+
+Layout layout_of(const Figure& figure) {
+  const int rows = (static_cast<int>(figure.panels.size()) + figure.columns - 1) / figure.columns;
+  const double legend = legend_height(figure);
+  return {figure.width_cm, legend + rows * (figure.panel_height_cm + kTitleCm + kBottomCm), legend};
+}
+
+/// One axis as shares of what its data span.
+class Axis {
+ public:
+  Axis(const Panel& panel, std::vector<double> Series::*values, bool log, Range range) : log_(log) {
+    for (const Series& series : panel.series)
+      for (const double value : series.*values)
+        if (const double at = place(value); std::isfinite(at)) {
+          low_ = std::min(low_, at);
+          high_ = std::max(high_, at);
+        }
+    if (std::isfinite(range.low)) low_ = place(range.low);
+    if (std::isfinite(range.high)) high_ = place(range.high);
+  }
+  double share(double value) const {
+    return high_ > low_ ? (place(value) - low_) / (high_ - low_) : place(value) - low_;
+  }
+
+ private:
+  double place(double value) const { return log_ ? std::log10(value) : value; }
+  bool log_;
+  double low_ = std::numeric_limits<double>::infinity(), high_ = -low_;
+};
+
+std::string number(double value) { return fmt::format("{:.6g}", value); }
+
+/// The points of a line that show, with an empty line where it breaks.
+std::string line_data(const Series& series, const Axis& x_axis, const Axis& y_axis) {
+  std::string text;
+  std::vector<double> x, y;
+  std::size_t begin = 0;
+  const auto flush = [&] {
+    for (const std::size_t k : simplified(x, y, kTolerance))
+      text += fmt::format("{:.6g} {:.6g}\n", series.x[begin + k], series.y[begin + k]);
+    x.clear();
+    y.clear();
+  };
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    const double px = x_axis.share(series.x[i]), py = y_axis.share(series.y[i]);
+    if (std::isfinite(px) && std::isfinite(py)) {
+      if (x.empty()) begin = i;
+      x.push_back(px);
+      y.push_back(py);
+      continue;
+    }
+    flush();
+    text += "\n";
+  }
+  flush();
+  return text;
+}
+
+std::string series_data(const Series& series, const Axis& x_axis, const Axis& y_axis) {
+  if (series.mark == Mark::kLine) return line_data(series, x_axis, y_axis);
+  std::string text;
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    std::vector<double> row{series.x[i]};
+    if (series.mark != Mark::kBand) row.push_back(series.y[i]);
+    if (series.mark == Mark::kBand || series.mark == Mark::kBars) {
+      row.push_back(series.low[i]);
+      row.push_back(series.high[i]);
+    }
+    const bool drawn =
+        std::all_of(row.begin(), row.end(), [](double v) { return std::isfinite(v); });
+    if (drawn)
+      for (const double value : row) text += fmt::format("{:.6g} ", value);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string data_blocks(const Figure& figure) {
+  std::string text;
+  for (std::size_t p = 0; p < figure.panels.size(); ++p) {
+    const Panel& panel = figure.panels[p];
+    const Axis x_axis(panel, &Series::x, panel.log_x, panel.x_range);
+    const Axis y_axis(panel, &Series::y, panel.log_y, panel.y_range);
+    for (std::size_t s = 0; s < panel.series.size(); ++s)
+      text += fmt::format("$d{}_{} << EOD\n{}EOD\n", p, s,
+                          series_data(panel.series[s], x_axis, y_axis));
+    if (panel.matrix.size() == 0) continue;
+    text += fmt::format("$m{} << EOD\n", p);
+    for (Eigen::Index r = 0; r < panel.matrix.rows(); ++r) {
+      for (Eigen::Index c = 0; c < panel.matrix.cols(); ++c)
+        text += fmt::format("{:.3f} ", panel.matrix(r, c));
+      text += "\n";
+    }
+    text += "EOD\n";
+  }
+  return text;
+}
+
+std::string axis_text(char name, bool log, Range range,
+                      const std::vector<std::pair<double, std::string>>& tics) {
+  const auto bound = [](double value) { return std::isfinite(value) ? number(value) : "*"; };
+  std::string text = log ? fmt::format("set logscale {0}\nset format {0} '10^{{%L}}'\n", name)
+                         : fmt::format("unset logscale {0}\nset format {0} '%g'\n", name);
+  text += fmt::format("set {}range [{}:{}] noreverse\n", name, bound(range.low), bound(range.high));
+  if (tics.empty()) return text + fmt::format("set {}tics autofreq norotate\n", name);
+  text += fmt::format("set {}tics noenhanced (", name);
+  for (std::size_t i = 0; i < tics.size(); ++i)
+    text +=
+        fmt::format("{}{} {}", i == 0 ? "" : ", ", quoted(tics[i].second), number(tics[i].first));
+  return text + ")\n";
+}
+
+std::string plots_text(const Panel& panel, std::size_t p) {
+  std::string text = "plot ";
+  if (panel.matrix.size() > 0)
+    return "set yrange [*:*] reverse\n" + text +
+           fmt::format("$m{} matrix using 1:2:3 with image pixels notitle\n", p);
+  bool first = true;
+  for (std::size_t s = 0; s < panel.series.size(); ++s) {
+    const Series& series = panel.series[s];
+    if (series.x.empty()) continue;
+    text += fmt::format("{}$d{}_{} using {} {} notitle", first ? "" : ", \\\n     ", p, s,
+                        columns_of(series.mark), style_of(series));
+    first = false;
+  }
+  return text + (first ? "NaN notitle\n" : "\n");
+}
+
+std::string panel_text(const Figure& figure, std::size_t p, Layout layout) {
+  const Panel& panel = figure.panels[p];
+  const auto row = static_cast<int>(p) / figure.columns,
+             column = static_cast<int>(p) % figure.columns;
+  const double cell = figure.width_cm / figure.columns;
+  const double top =
+      layout.legend + row * (figure.panel_height_cm + kTitleCm + kBottomCm) + kTitleCm;
+
+  std::string text = fmt::format(
+      "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n"
+      "set bmargin at screen {:.5f}\n",
+      (column * cell + figure.left_cm) / layout.width,
+      ((column + 1) * cell - kRightCm - (panel.matrix.size() > 0 ? 1.2 : 0)) / layout.width,
+      1 - top / layout.height, 1 - (top + figure.panel_height_cm) / layout.height);
+  text +=
+      fmt::format("set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n",
+                  quoted(panel.title), quoted(panel.x_label), quoted(panel.y_label));
+  return text + axis_text('x', panel.log_x, panel.x_range, panel.x_tics) +
+         axis_text('y', panel.log_y, panel.y_range, panel.y_tics) + plots_text(panel, p);
+}
+
+std::string legend_text(const Figure& figure, Layout layout) {
+  const auto legend = legend_of(figure);
+  if (legend.empty()) return {};
+  std::string text = fmt::format(
+      "set lmargin at screen 0\nset rmargin at screen 1\nset tmargin at screen 1\n"
+      "set bmargin at screen {:.5f}\nunset border\nunset tics\nunset grid\nunset title\n"
+      "unset xlabel\nunset ylabel\nunset logscale\n"
+      "set key center center horizontal samplen 2 width 1\n"
+      "set xrange [0:1]\nset yrange [0:1]\nplot ",
+      1 - layout.legend / layout.height);
+  for (std::size_t i = 0; i < legend.size(); ++i)
+    text += fmt::format("{}NaN {} title {} noenhanced", i == 0 ? "" : ", \\\n     ",
+                        style_of(*legend[i]), quoted(legend[i]->label));
+  return text + "\n";
+}
+
+}  // namespace
+
+FigureSize size_of(const Figure& figure) {
+  const Layout layout = layout_of(figure);
+  return {layout.width, layout.height};
+}
+
+std::string script_of(const Figure& figure) {
+  const Layout layout = layout_of(figure);
+  std::string text = fmt::format(
+      "# {}\n# gnuplot -e \"set terminal pdfcairo size {:.2f}cm,{:.2f}cm; set output '{}.pdf'\" "
+      "{}.gp\n",
+      one_line(figure.caption), layout.width, layout.height, figure.name, figure.name);
+  text += kStyle;
+  text += data_blocks(figure);
+  text += "set multiplot\nunset key\n";
+  for (std::size_t p = 0; p < figure.panels.size(); ++p) text += panel_text(figure, p, layout);
+  text += legend_text(figure, layout) + "unset multiplot\n";
+  return text;
+}
+
+}  // namespace fricid::render

@@ -1,0 +1,196 @@
+#include <algorithm>
+#include <cmath>
+
+#include "figure_parts.hpp"
+#include "json_files.hpp"
+
+namespace fricid::render {
+namespace {
+
+constexpr double kSmallest = 1e-9;  // [rad] below what any encoder resolves: bottom of a log axis
+
+/// Mean over joints of |q - measured| of a rollout, per sample [rad].
+Eigen::VectorXd mean_error(const Run& run, const data::H5Reader& file) {
+  const RowMatrix q = file.matrix("/q", run.n());
+  Eigen::VectorXd error(q.rows());
+  for (Eigen::Index k = 0; k < q.rows(); ++k) {
+    double sum = 0;
+    for (Eigen::Index j = 0; j < q.cols(); ++j) sum += std::abs(q(k, j) - run.measured.q(k, j));
+    error[k] = std::max(sum / static_cast<double>(q.cols()), kSmallest);
+  }
+  return error;
+}
+
+/// The scores of one model over its seeds, trajectories and starts.
+std::vector<nlohmann::json> scores_of(const Run& run, const std::string& name) {
+  std::vector<nlohmann::json> scores;
+  for (const auto& model : run.evaluation.at("models"))
+    if (model.at("name") == name)
+      for (const auto& score : model.value("trajectories", nlohmann::json::array()))
+        scores.push_back(score);
+  return scores;
+}
+
+const nlohmann::json* summary_of(const Run& run, const std::string& name) {
+  for (const auto& summary : run.evaluation.at("summary"))
+    if (summary.at("name") == name) return &summary;
+  return nullptr;
+}
+
+}  // namespace
+
+Figure tracking(const Run& run) {
+  Figure figure{.name = "tracking"};
+  figure.caption = fmt::format(
+      "Open loop on {}: every model starts at the measured state and is driven by the measured "
+      "motor torque alone. Black: measured position.",
+      run.trajectory);
+  for (int j = 0; j < run.n(); ++j)
+    figure.panels.push_back({.title = run.joint(j), .x_label = "t [s]", .y_label = "q [rad]"});
+  for (const RunModel& model : run.fitted()) {
+    const auto path = run.file("rollouts", model);
+    if (path.empty()) continue;
+    const data::H5Reader file(path, "fricid.rollout/1");
+    const Eigen::VectorXd t = file.vector("/t");
+    const RowMatrix q = file.matrix("/q", run.n());
+    for (int j = 0; j < run.n(); ++j)
+      figure.panels[static_cast<std::size_t>(j)].series.push_back(curve(model, t, q.col(j)));
+  }
+  for (int j = 0; j < run.n(); ++j)
+    figure.panels[static_cast<std::size_t>(j)].series.push_back(
+        curve("measured", kMeasuredColour, run.measured.t, run.measured.q.col(j)));
+  return figure;
+}
+
+Figure error_time(const Run& run) {
+  Figure figure{.name = "error_time", .columns = 1, .panel_height_cm = 6};
+  figure.caption = fmt::format(
+      "Absolute position error of the open loops on {}, mean over joints, against time.",
+      run.trajectory);
+  Panel panel{.x_label = "t [s]", .y_label = "mean |q error| [rad]", .log_y = true};
+  for (const RunModel& model : run.models) {
+    const auto path = run.file("rollouts", model);
+    if (path.empty()) continue;
+    const data::H5Reader file(path, "fricid.rollout/1");
+    panel.series.push_back(curve(model, file.vector("/t"), mean_error(run, file)));
+  }
+  // The first samples lie decades below: they are shown from where the curves have risen.
+  double least = 1;
+  for (const Series& series : panel.series)
+    for (std::size_t i = series.y.size() / 100; i < series.y.size(); ++i)
+      least = std::min(least, series.y[i]);
+  panel.y_range.low = std::pow(10, std::floor(std::log10(std::max(least, kSmallest))));
+  if (!panel.series.empty()) figure.panels.push_back(std::move(panel));
+  return figure;
+}
+
+Figure error_horizon(const Run& run) {
+  Figure figure{.name = "error_horizon", .columns = 1, .width_cm = kColumnCm, .panel_height_cm = 6};
+  Panel panel{.x_label = "horizon [s]", .y_label = "MSE(q) [rad²]", .log_x = true, .log_y = true};
+  const std::vector<double> horizons = numbers_in(run.evaluation, "horizons_s");
+  const std::vector<double> floor = numbers_in(run.evaluation, "floor");
+  const bool has_floor =
+      std::any_of(floor.begin(), floor.end(), [](double x) { return std::isfinite(x); });
+  if (has_floor)
+    panel.series.push_back({.label = "floor",
+                            .colour = kTruthColour,
+                            .x = horizons,
+                            .y = floor,
+                            .width = 3,
+                            .mark = Mark::kLine});
+  std::string over = "none";
+  for (std::size_t m = 0; m < run.models.size(); ++m) {
+    const RunModel& model = run.models[m];
+    const auto* summary = summary_of(run, model.name);
+    if (summary == nullptr) continue;
+    // Bars side by side: a shift of 2 % per model on the log axis.
+    const double shift =
+        std::pow(1.02, static_cast<double>(m) - static_cast<double>(run.models.size() - 1) / 2);
+    Series line{.label = model.label,
+                .colour = model.look.colour,
+                .y = numbers_in(*summary, "q_mse_geometric_mean"),
+                .width = 1.4,
+                .dash = model.look.dash,
+                .mark = Mark::kLinePoints,
+                .marker = model.look.marker};
+    for (const double horizon : horizons) line.x.push_back(horizon * shift);
+    if (summary->contains("interval_90")) {
+      Series bars = line;
+      bars.label.clear();
+      bars.mark = Mark::kBars;
+      bars.dash = 1;
+      bars.width = 0.8;
+      for (const auto& interval : summary->at("interval_90")) {
+        const bool known = interval.size() == 2 && interval[0].is_number();
+        bars.low.push_back(known ? interval[0].get<double>() : kNaN);
+        bars.high.push_back(known ? interval[1].get<double>() : kNaN);
+      }
+      over = summary->value("interval_over", over);
+      if (over != "none" && bars.low.size() == bars.y.size()) panel.series.push_back(bars);
+    }
+    panel.series.push_back(line);
+  }
+  figure.caption =
+      "Geometric mean of the open-loop MSE(q) over trajectories, start times and seeds, against "
+      "the horizon." +
+      (over == "none" ? std::string() : fmt::format(" Bars: 90 % interval over {}.", over)) +
+      (has_floor ? " No model can be better than the floor." : "");
+  figure.panels.push_back(std::move(panel));
+  return figure;
+}
+
+Figure error_joint(const Run& run) {
+  const std::vector<double> horizons = numbers_in(run.evaluation, "horizons_s");
+  Figure figure{.name = "error_joint", .columns = 2, .panel_height_cm = 5};
+  figure.caption =
+      "Open-loop error of each joint: root of the geometric mean of its MSE over trajectories, "
+      "start times and seeds; bars from the best to the worst of them.";
+  std::vector<std::pair<double, std::string>> joints;
+  for (int j = 0; j < run.n(); ++j) joints.emplace_back(j, run.joint(j));
+
+  // One second, where friction decides, and the longest horizon.
+  std::vector<std::size_t> shown;
+  for (std::size_t h = 0; h < horizons.size(); ++h)
+    if (horizons[h] == 1 || h + 1 == horizons.size()) shown.push_back(h);
+  for (const std::size_t h : shown) {
+    Panel panel{.title = fmt::format("first {:.4g} s", horizons[h]),
+                .y_label = "RMS(q) [rad]",
+                .log_y = true,
+                .x_range = {-0.6, run.n() - 0.4},
+                .x_tics = joints};
+    for (std::size_t m = 0; m < run.models.size(); ++m) {
+      const RunModel& model = run.models[m];
+      Series bars{.label = model.label,
+                  .colour = model.look.colour,
+                  .width = 1,
+                  .mark = Mark::kBars,
+                  .marker = model.look.marker};
+      const auto scores = scores_of(run, model.name);
+      for (int j = 0; j < run.n(); ++j) {
+        double sum = 0, least = INFINITY, most = 0;
+        int count = 0;
+        for (const auto& score : scores) {
+          const auto at = nlohmann::json::json_pointer(fmt::format("/q_mse_joint/{}/{}", h, j));
+          if (!score.contains(at) || !score.at(at).is_number()) continue;
+          const double mse = std::max(score.at(at).get<double>(), kSmallest * kSmallest);
+          sum += std::log(mse);
+          least = std::min(least, mse);
+          most = std::max(most, mse);
+          ++count;
+        }
+        if (count == 0) continue;
+        bars.x.push_back(
+            j +
+            0.8 * ((static_cast<double>(m) + 0.5) / static_cast<double>(run.models.size()) - 0.5));
+        bars.y.push_back(std::exp(sum / count / 2));
+        bars.low.push_back(std::sqrt(least));
+        bars.high.push_back(std::sqrt(most));
+      }
+      if (!bars.x.empty()) panel.series.push_back(std::move(bars));
+    }
+    if (!panel.series.empty()) figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+}  // namespace fricid::render

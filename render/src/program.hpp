@@ -1,0 +1,22 @@
+// Other programs, without a shell between.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace fricid::render {
+
+/// How a program ended.
+struct ProgramResult {
+  bool found = false;
+  int exit_code = -1;  ///< when it ended by itself
+  int signal = 0;      ///< that killed it, or 0
+  std::string errors;  ///< what it said on stderr
+
+  bool succeeded() const { return found && signal == 0 && exit_code == 0; }
+};
+
+/// Runs argv[0] from the PATH to its end, with nothing on stdin and stdout unheard.
+ProgramResult run_program(const std::vector<std::string>& argv);
+
+}  // namespace fricid::render
