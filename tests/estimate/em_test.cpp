@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "fricid/base/rng.hpp"
+#include "fricid/estimate/innovations.hpp"
 #include "kr6_truth.hpp"
 
 namespace fricid::estimate {
@@ -63,7 +64,8 @@ class Em : public ::testing::Test {
   }
 };
 
-TEST_F(Em, RecoversFrictionFromParametersThatAreOff) {
+TEST_F(Em, RecoversFrictionFromSmoothedPathsAlone) {
+  options.m_step = MStep::kTransitions;
   for (const EStep method : {EStep::kEkf, EStep::kPsi}) {
     options.e_step = method;
     options.particles = 50;
@@ -74,6 +76,72 @@ TEST_F(Em, RecoversFrictionFromParametersThatAreOff) {
     EXPECT_LT(friction_error(report.arm), 0.07) << to_string(method);
     EXPECT_GT(report.iterations.back().log_likelihood, report.iterations.front().log_likelihood);
   }
+}
+
+// What the transition density needs hundreds of iterations for.
+TEST_F(Em, RecoversFrictionInFewIterationsByItsScore) {
+  options.iterations = 5;
+  const EmReport report = fit_em(start, recordings, options, "dahl", 2);
+  ASSERT_EQ(report.outcome, Outcome::kIterationLimit) << report.message;
+  EXPECT_GT(friction_error(start), 0.15);
+  EXPECT_LT(friction_error(report.arm), 0.03);
+}
+
+// Without noise of the process and of the start the filter is the open loop, whose residuals' sum
+// of squares can be differenced.
+TEST_F(Em, ScoreOfAnOpenLoopIsTheSlopeOfItsLikelihood) {
+  constexpr int kSteps = 40;
+  const Recording& r = recordings[0];
+  const auto z = wash_out(start.friction, recordings, 1);
+  LatentNoise noise = initial_noise(start, recordings, options);
+  noise.R.setConstant(1e-8);
+  smc::Gaussian begin = initial_state(r, z[0].row(0), latent_sizes(z), noise);
+  begin.covariance *= 1e-12;
+  noise.q *= 1e-12;
+  noise.v *= 1e-12;
+  noise.z *= 1e-12;
+  const smc::RowMatrix y = r.q_measured.topRows(kSteps);
+  const auto score = [&](const Arm& arm) {
+    LatentFrictionModel model(arm, r, noise, begin, {8, 4});
+    return innovation_score(model, y);
+  };
+  const InnovationScore here = score(start);
+  LatentFrictionModel model(start, r, noise, begin, {8, 4});
+  EXPECT_EQ(here.log_likelihood, innovation_likelihood(model, y));
+  ASSERT_FALSE(here.failed);
+
+  const auto expect_slope = [&](double value, Eigen::Index column, auto change) {
+    const double h = 1e-5 * value;
+    Arm up = start, down = start;
+    change(up, value + h);
+    change(down, value - h);
+    const double slope = (score(up).log_likelihood - score(down).log_likelihood) / (2 * h);
+    EXPECT_NEAR(here.score[column] / slope, 1, 1e-3) << "parameter " << column;
+  };
+  for (const int p : {10, 21, 32}) {  // inertias that move something
+    const double value = start.robot.pi[p];
+    if (value != 0) expect_slope(value, p, [p](Arm& arm, double x) { arm.robot.pi[p] = x; });
+  }
+  for (std::size_t p = 0; p < start.friction.theta.size(); ++p)
+    expect_slope(start.friction.theta[p], start.robot.pi.size() + static_cast<Eigen::Index>(p),
+                 [p](Arm& arm, double x) { arm.friction.theta[p] = x; });
+}
+
+// Missing positions take nothing but their information.
+TEST_F(Em, ScoreSkipsMissingPositions) {
+  const auto z = wash_out(truth.friction, recordings, 1);
+  const LatentNoise noise = initial_noise(truth, recordings, options);
+  const smc::Gaussian begin = initial_state(recordings[0], z[0].row(0), latent_sizes(z), noise);
+  LatentFrictionModel model(truth, recordings[0], noise, begin, {8, 4});
+  smc::RowMatrix y = recordings[0].q_measured.topRows(100);
+  const InnovationScore all = innovation_score(model, y);
+  y.middleRows(50, 20).setConstant(std::nan(""));
+  y(80, 3) = std::nan("");
+  const InnovationScore some = innovation_score(model, y);
+  ASSERT_FALSE(some.failed);
+  EXPECT_EQ(some.log_likelihood, innovation_likelihood(model, y));
+  EXPECT_LT(some.information.trace(), all.information.trace());
+  EXPECT_GT(some.information.trace(), 0);
 }
 
 TEST_F(Em, KeepsAStartThatCannotBeBettered) {

@@ -99,10 +99,22 @@ MultiStepOptions options_of(const data::TrainConfig& config, int seed,
   return options;
 }
 
-EmOptions options_of(const data::EmConfig& config, int seed, const std::vector<double>& torque) {
+/// Noise of a model whose method estimates none: that with which EM would begin, its latent states
+/// as quiet as EM would make them.
+LatentNoise assumed_noise(const Arm& arm, std::span<const Recording> recordings) {
+  EmOptions options;
+  options.z_noise_first = options.z_noise_last;
+  return initial_noise(arm, recordings, options);
+}
+
+}  // namespace
+
+EmOptions em_options(const data::EmConfig& config, int seed,
+                     std::span<const Recording> recordings) {
   EmOptions options;
   for (const EStep e_step : {EStep::kEkf, EStep::kPsi, EStep::kAdapted, EStep::kBootstrap})
     if (to_string(e_step) == config.e_step) options.e_step = e_step;
+  if (config.m_step == to_string(MStep::kTransitions)) options.m_step = MStep::kTransitions;
   options.iterations = config.iterations;
   options.particles = config.particles;
   options.paths = config.paths;
@@ -115,20 +127,10 @@ EmOptions options_of(const data::EmConfig& config, int seed, const std::vector<d
   options.z_noise_last = config.z_noise_last;
   options.hold_out = config.hold_out;
   options.coordinates.rigid_body = config.rigid_body;
-  options.coordinates.torque_scale = torque;
+  options.coordinates.torque_scale = torque_rms(recordings);
   options.seed = static_cast<std::uint64_t>(seed);
   return options;
 }
-
-/// Noise of a model whose method estimates none: that with which EM would begin, its latent states
-/// as quiet as EM would make them.
-LatentNoise assumed_noise(const Arm& arm, std::span<const Recording> recordings) {
-  EmOptions options;
-  options.z_noise_first = options.z_noise_last;
-  return initial_noise(arm, recordings, options);
-}
-
-}  // namespace
 
 FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared,
                     const data::ModelConfig& config, int seed, int jobs) {
@@ -162,7 +164,7 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
     take(*report.multi_step);
     report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   } else {
-    report.em = fit_em(arm, prepared.recordings, options_of(config.em, seed, torque),
+    report.em = fit_em(arm, prepared.recordings, em_options(config.em, seed, prepared.recordings),
                        report.model.label, jobs);
     take(*report.em);
     report.model.noise = report.em->noise;

@@ -55,7 +55,9 @@ LatentFrictionModel::LatentFrictionModel(const Arm& arm, const Recording& record
       one_(arm, step),
       wide_(arm, step),
       narrow_(arm, step),
-      broadcast_(static_cast<std::size_t>(2 * n_ + nz_)) {
+      broadcast_(static_cast<std::size_t>(2 * n_ + nz_)),
+      pi_bar_(static_cast<std::size_t>(arm.robot.parameter_count())),
+      theta_bar_(arm.friction.theta.size()) {
   if (recording.n() != n_)
     throw UserError("{}: {} joints, the robot has {}", recording.name, recording.n(), n_);
   if (Q_.rows() != state_size() || initial_.mean.size() != state_size() ||
@@ -101,36 +103,60 @@ void LatentFrictionModel::roll(int t, std::span<const S> x, Lanes<S>& l) {
   }
 }
 
-/// Pulls l.bar back through the step that `roll` kept.
+/// Pulls l.bar back through the step that `roll` kept, adding up the parameters' adjoints.
 template <class S>
-void LatentFrictionModel::pull(Lanes<S>& l) {
+void LatentFrictionModel::pull(Lanes<S>& l, std::span<S> pi_bar, std::span<S> theta_bar) {
   const std::size_t nx = l.bar.size();
   const auto [q_bar, v_bar, z_bar] = split(std::span(l.bar), n_);
   for (int k = l.stepper.leaps(); k-- > 0;) {
     const auto [q, v, z] =
         split(std::span<const S>(l.history).subspan(nx * static_cast<std::size_t>(k), nx), n_);
-    l.stepper.leap_pullback(l.tau, l.temperature, recording_->dt, q, v, z, q_bar, v_bar, z_bar, {},
-                            {});
+    l.stepper.leap_pullback(l.tau, l.temperature, recording_->dt, q, v, z, q_bar, v_bar, z_bar, pi_bar,
+                            theta_bar);
   }
 }
 
 void LatentFrictionModel::linearise(int t, const Eigen::VectorXd& x, Eigen::VectorXd& f,
                                     Eigen::MatrixXd& A) {
+  linearise(t, x, f, A, nullptr);
+}
+
+void LatentFrictionModel::linearise(int t, const Eigen::VectorXd& x, Eigen::VectorXd& f,
+                                    Eigen::MatrixXd& A, Eigen::MatrixXd& B) {
+  linearise(t, x, f, A, &B);
+}
+
+void LatentFrictionModel::linearise(int t, const Eigen::VectorXd& x, Eigen::VectorXd& f,
+                                    Eigen::MatrixXd& A, Eigen::MatrixXd* B) {
   Lanes<PackD>& l = wide_;
   const int nx = state_size();
   for (int i = 0; i < nx; ++i) broadcast_[static_cast<std::size_t>(i)] = PackD(x[i]);
   roll<PackD>(t, broadcast_, l);
   f.resize(nx);
   A.resize(nx, nx);
+  if (B) B->resize(nx, parameter_count());
   const auto last = l.history.end() - nx;
   for (int i = 0; i < nx; ++i) f[i] = last[i][0];
   for (int row = 0; row < nx; row += PackD::kLanes) {
     const int rows = std::min(PackD::kLanes, nx - row);
     std::fill(l.bar.begin(), l.bar.end(), PackD(0));
     for (int k = 0; k < rows; ++k) l.bar[static_cast<std::size_t>(row + k)].set(k, 1);
-    pull(l);
+    if (B) {
+      std::fill(pi_bar_.begin(), pi_bar_.end(), PackD(0));
+      std::fill(theta_bar_.begin(), theta_bar_.end(), PackD(0));
+      pull<PackD>(l, pi_bar_, theta_bar_);
+    } else {
+      pull(l);
+    }
     for (int i = 0; i < nx; ++i)
       for (int k = 0; k < rows; ++k) A(row + k, i) = l.bar[static_cast<std::size_t>(i)][k];
+    if (!B) continue;
+    int column = 0;
+    for (const auto* bar : {&pi_bar_, &theta_bar_})
+      for (const PackD& lanes : *bar) {
+        for (int k = 0; k < rows; ++k) (*B)(row + k, column) = lanes[k];
+        ++column;
+      }
   }
 }
 

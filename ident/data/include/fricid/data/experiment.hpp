@@ -266,6 +266,7 @@ struct TrainConfig {
 /// [model.em]: expectation-maximisation.
 struct EmConfig {
   std::string e_step = "ekf";
+  std::string m_step = "score";
   int iterations = 10;
   int particles = 200;
   int paths = 4;
@@ -282,6 +283,9 @@ struct EmConfig {
   template <class Archive>
   void visit(Archive& archive) {
     archive("e_step", e_step, choice("ekf psi adapted bootstrap", "how paths are smoothed"));
+    archive("m_step", m_step,
+            choice("score transitions",
+                   "climb the likelihood, or the transition density, as networks always do"));
     archive("iterations", iterations, number("", 0, 1e5, "E- and M-steps"));
     archive("particles", particles, number("", 1, 1e6, "of the particle filters"));
     archive("paths", paths, number("", 1, 1000, "smoothed paths per recording"));

@@ -15,8 +15,17 @@
 
 namespace fricid::estimate {
 
+/// How the M-step finds the parameters of robot and friction.
+enum class MStep {
+  kScore,       ///< one step of Fisher scoring up the likelihood of the innovations
+  kTransitions  ///< the maximum of the transition density of the smoothed paths
+};
+/// "score", "transitions".
+std::string_view to_string(MStep m_step);
+
 struct EmOptions {
   EStep e_step = EStep::kEkf;
+  MStep m_step = MStep::kScore;  ///< where there are thousands of parameters, kTransitions
   int iterations = 8;
   int particles = 200;
   int paths = 4;       ///< smoothed paths per recording
@@ -73,9 +82,11 @@ smc::Gaussian initial_state(const Recording& recording, const Eigen::VectorXd& z
 Eigen::VectorXd latent_sizes(std::span<const data::RowMatrix> z);
 
 /// EM from `start`. E-step: smoothed paths of the training part of each recording under the present
-/// parameters. M-step: the transition density of random transitions of these paths is maximised
-/// from the last parameters on, by Levenberg-Marquardt, or by Adam where there are thousands
-/// (networks); then the noise of v in closed form,
+/// parameters. M-step: either the likelihood itself climbs by one step of Fisher scoring (ECME, Liu
+/// & Rubin 1994: as far in one iteration as plain EM in 1 / (share of information observed)), or
+/// the transition density of random transitions of these paths is maximised from the last
+/// parameters on, by Levenberg-Marquardt, or by Adam where there are thousands (networks); then the
+/// noise of v in closed form,
 ///
 ///     Q_v = mean (v_{t+1} - f_v(x_t))^2
 ///

@@ -73,6 +73,9 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
 FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared,
                     const data::ModelConfig& config, int seed, int jobs);
 
+/// Options of EM as a scene words them.
+EmOptions em_options(const data::EmConfig& config, int seed, std::span<const Recording> recordings);
+
 /// Torque that a model predicts along a measured motion, teacher forcing, at every row (T, n) [N
 /// m], filtered at cutoff_hz like the `tau` of `measured`.
 data::RowMatrix predict_torque(const Arm& arm, const Filtered& measured, double cutoff_hz);

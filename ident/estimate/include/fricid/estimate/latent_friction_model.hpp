@@ -41,6 +41,11 @@ class LatentFrictionModel {
   /// f(x) and A = df/dx at one state; the rows of A are pulled back together, one per lane.
   void linearise(int t, const Eigen::VectorXd& x, Eigen::VectorXd& f, Eigen::MatrixXd& A);
 
+  /// Likewise, and B = df/d(pi, theta), (state_size x parameter_count).
+  void linearise(int t, const Eigen::VectorXd& x, Eigen::VectorXd& f, Eigen::MatrixXd& A,
+                 Eigen::MatrixXd& B);
+  int parameter_count() const { return static_cast<int>(pi_bar_.size() + theta_bar_.size()); }
+
   /// A of every lane, row-major (state_size x state_size), for S = double, PackD or PackF.
   template <class S>
   void jacobian(int t, std::span<const S> x, std::span<S> A);
@@ -65,7 +70,9 @@ class LatentFrictionModel {
   template <class S>
   void roll(int t, std::span<const S> x, Lanes<S>& lanes);
   template <class S>
-  void pull(Lanes<S>& lanes);
+  void pull(Lanes<S>& lanes, std::span<S> pi_bar = {}, std::span<S> theta_bar = {});
+  void linearise(int t, const Eigen::VectorXd& x, Eigen::VectorXd& f, Eigen::MatrixXd& A,
+                 Eigen::MatrixXd* B);
 
   const Recording* recording_;
   int n_, nz_;
@@ -74,7 +81,7 @@ class LatentFrictionModel {
   Lanes<double> one_;
   Lanes<PackD> wide_;
   Lanes<PackF> narrow_;
-  std::vector<PackD> broadcast_;
+  std::vector<PackD> broadcast_, pi_bar_, theta_bar_;
 };
 static_assert(smc::StateSpaceModel<LatentFrictionModel>);
 

@@ -31,7 +31,9 @@ struct GaussianPath {
   int steps() const { return static_cast<int>(predicted.size()); }
 };
 
-/// Scratch of one measurement update; made from the sizes, does not allocate after.
+/// Scratch of one measurement update; made from the sizes, does not allocate after. Afterwards the
+/// first `present` rows of C, and of the Cholesky factor of S in the lower triangle of S, are those
+/// of the present channels, `whitened` is L^-1 (y - C m) and I_KC is I - K C.
 struct UpdateWorkspace {
   UpdateWorkspace(int state_size, int observation_size);
   Eigen::MatrixXd C, R, S, K, PCt, I_KC, product;
