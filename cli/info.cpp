@@ -12,6 +12,7 @@
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/data/paths.hpp"
+#include "fricid/film/gl_context.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 #include "version.hpp"
 
@@ -109,6 +110,7 @@ void print_version() {
 #endif
   print(fmt::format("fricid {} ({})\nMuJoCo {}\nSIMD {}, {} doubles per pack\n", kFricidVersion,
                     kFricidCommit, mj_versionString(), simd, PackD::kLanes));
+  for (const std::string& line : film::describe_gl_backends()) print("renderer " + line + "\n");
 }
 
 }  // namespace fricid::cli

@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(0, 1);
   app.set_help_all_flag("--help-all", "help of every command");
   bool version = false;
-  app.add_flag("--version", version, "versions, SIMD path");
+  app.add_flag("--version", version, "versions, SIMD path, renderers found");
 
   CommonOptions common;
   RunOptions run_options;

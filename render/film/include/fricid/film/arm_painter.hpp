@@ -1,0 +1,87 @@
+// Pictures of an arm by MuJoCo's renderer.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/film/gl_context.hpp"
+#include "fricid/film/image.hpp"
+#include "fricid/film/paint.hpp"
+#include "fricid/sim/mujoco_arm.hpp"
+
+namespace fricid::film {
+
+/// A camera that looks at a point. Azimuth 0 looks along +x, 90 along +y; a negative elevation
+/// looks down.
+struct View {
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();  ///< in the world [m]
+  double distance = 2;                               ///< to the target [m]
+  double azimuth_deg = 135, elevation_deg = -12;
+};
+
+/// One arm in a picture. Without a tint it has the colours of its model, and brings its
+/// surroundings; with one, only the moving links are drawn, all in that colour.
+struct PaintedArm {
+  std::span<const double> q;  ///< (n) [rad]
+  std::optional<Paint> tint = {};
+};
+
+/// A line in space.
+struct Trail {
+  std::vector<Eigen::Vector3d> points;  ///< in the world [m]
+  Paint paint;
+  double radius = 0.002;  ///< [m]
+};
+
+/// draft: no shadows. final: shadows and smoother edges.
+struct PaintQuality {
+  int samples = 4;        ///< per pixel, for smooth edges
+  int shadow_pixels = 0;  ///< side of the shadow map; 0: no shadows
+  static PaintQuality draft() { return {}; }
+  static PaintQuality final() { return {8, 2048}; }
+};
+
+/// Owns a copy of the model, the scene and what the GPU holds of them. Use it on the thread of its
+/// GL context, which must outlive it.
+class ArmPainter {
+ public:
+  /// @param tip  site of the MJCF whose path is followed; when there is none, the last link
+  /// @param width, height  largest picture
+  ArmPainter(const sim::MujocoArm& arm, const std::string& tip, int width, int height,
+             PaintQuality quality);
+  ~ArmPainter();
+
+  /// The first arm brings floor, base and light. @pre `arms` is not empty
+  Image paint(const View& view, int width, int height, std::span<const PaintedArm> arms,
+              std::span<const Trail> trails = {});
+
+  /// Where the tip is in the world [m].
+  Eigen::Vector3d tip(std::span<const double> q);
+
+  /// Where all joints and the tip are (n + 1) [m].
+  std::vector<Eigen::Vector3d> joints(std::span<const double> q);
+
+  /// Share of `points` that the surroundings hide from a camera.
+  double hidden_share(const View& view, std::span<const Eigen::Vector3d> points) const;
+
+  /// Full vertical angle of the camera [rad].
+  double field_of_view() const;
+
+ private:
+  struct Gl;  // what lives in the context
+
+  void pose(std::span<const double> q);
+  void add_trail(const Trail& trail);
+
+  const sim::MujocoArm& arm_;
+  sim::MjModelPtr model_;
+  sim::MjDataPtr data_;
+  int tip_site_;
+  std::unique_ptr<Gl> gl_;
+};
+
+}  // namespace fricid::film

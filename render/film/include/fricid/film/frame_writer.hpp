@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include "fricid/film/image.hpp"
+
+namespace fricid::film {
+
+/// Whether the ffmpeg program can be called.
+bool ffmpeg_found();
+
+/// Writes a video frame by frame: H.264, 8-bit 4:2:0, BT.709, index first (faststart), by the
+/// ffmpeg program through a pipe. The file appears under its name when `finish` succeeds.
+class FrameWriter {
+ public:
+  /// @param fast  quicker and larger, for drafts
+  /// @throws UserError when ffmpeg cannot be started
+  FrameWriter(std::filesystem::path path, int width, int height, int frames_per_second, bool fast);
+  /// Without `finish` nothing stays.
+  ~FrameWriter();
+  FrameWriter(const FrameWriter&) = delete;
+  FrameWriter& operator=(const FrameWriter&) = delete;
+
+  /// @throws UserError with ffmpeg's own words when it ended early (disk full, killed);
+  ///         Stopped when that was asked for
+  void write(const Image& frame);
+  /// @throws UserError as `write`
+  void finish();
+
+ private:
+  [[noreturn]] void fail(int status) const;
+  int close();
+
+  std::filesystem::path path_, part_, log_;
+  std::FILE* pipe_ = nullptr;
+};
+
+}  // namespace fricid::film

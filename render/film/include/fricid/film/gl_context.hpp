@@ -1,0 +1,50 @@
+// OpenGL without a window. Nothing of GL is linked: the library that makes the context is opened at
+// run time, because libmujoco takes its GL functions from whichever one the process holds.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fricid::film {
+
+/// kOsmesa: in memory, by the processor alone. kEgl: surfaceless EGL, on a GPU where there is one.
+enum class GlBackend { kOsmesa, kEgl };
+
+std::string_view name_of(GlBackend backend);
+/// @throws UserError on another name than osmesa and egl
+GlBackend backend_of(std::string_view name);
+
+/// A current OpenGL context (compatibility profile, as mjr needs) of the thread that made it.
+class GlContext {
+ public:
+  virtual ~GlContext() = default;
+  GlContext(const GlContext&) = delete;
+  GlContext& operator=(const GlContext&) = delete;
+
+  virtual GlBackend backend() const = 0;
+  /// Address of a GL function, null when there is none.
+  virtual void* function(const char* name) const = 0;
+  /// What draws: "llvmpipe (LLVM 15.0.6, 256 bits)".
+  std::string renderer() const;
+
+ protected:
+  GlContext() = default;
+};
+
+/// Makes a context of one kind.
+/// @throws UserError naming the library that is missing and its package, or when libmujoco in this
+///         process is bound to the other kind already
+std::unique_ptr<GlContext> make_gl_context(GlBackend backend);
+
+/// The kind to use: `wanted`, else the environment variable FRICID_GL, else the first that works of
+/// egl and osmesa. `wanted` and FRICID_GL: osmesa, egl, or empty.
+/// @throws UserError as make_gl_context, or saying what to install when none works
+std::unique_ptr<GlContext> make_gl_context(std::string_view wanted = {});
+
+/// One line per kind: "osmesa: llvmpipe (...)" or "osmesa: libOSMesa.so.8 is missing; ...". Each is
+/// tried in a process of its own.
+std::vector<std::string> describe_gl_backends();
+
+}  // namespace fricid::film

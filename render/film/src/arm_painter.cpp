@@ -1,0 +1,169 @@
+#include "fricid/film/arm_painter.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "fricid/base/error.hpp"
+
+namespace fricid::film {
+namespace {
+
+constexpr int kGeoms = 20000;
+constexpr double kRadians = std::numbers::pi / 180;
+
+Eigen::Vector3d vector_at(const mjtNum* values, int index) {
+  return Eigen::Vector3d::Map(values + 3 * static_cast<std::ptrdiff_t>(index));
+}
+
+Eigen::Vector3d eye_of(const View& view) {
+  const double azimuth = view.azimuth_deg * kRadians, elevation = view.elevation_deg * kRadians;
+  return view.target - view.distance * Eigen::Vector3d(std::cos(azimuth) * std::cos(elevation),
+                                                       std::sin(azimuth) * std::cos(elevation),
+                                                       std::sin(elevation));
+}
+
+}  // namespace
+
+struct ArmPainter::Gl {
+  mjvScene scene;
+  mjvOption option;
+  mjvPerturb nobody;
+  mjrContext context;
+};
+
+ArmPainter::ArmPainter(const sim::MujocoArm& arm, const std::string& tip, int width, int height,
+                       PaintQuality quality)
+    : arm_(arm),
+      model_(mj_copyModel(nullptr, &arm.model())),
+      data_(arm.make_data()),
+      tip_site_(mj_name2id(model_.get(), mjOBJ_SITE, tip.c_str())),
+      gl_(std::make_unique<Gl>()) {
+  model_->vis.global.offwidth = width;
+  model_->vis.global.offheight = height;
+  model_->vis.quality.offsamples = quality.samples;
+  model_->vis.quality.shadowsize = quality.shadow_pixels;
+
+  mjv_defaultScene(&gl_->scene);
+  mjv_makeScene(model_.get(), &gl_->scene, kGeoms);
+  gl_->scene.flags[mjRND_SHADOW] = quality.shadow_pixels > 0;
+  mjv_defaultOption(&gl_->option);
+  mjv_defaultPerturb(&gl_->nobody);
+  mjr_defaultContext(&gl_->context);
+  mjr_makeContext(model_.get(), &gl_->context, mjFONTSCALE_100);
+  mjr_setBuffer(mjFB_OFFSCREEN, &gl_->context);
+}
+
+ArmPainter::~ArmPainter() {
+  mjr_freeContext(&gl_->context);
+  mjv_freeScene(&gl_->scene);
+}
+
+void ArmPainter::pose(std::span<const double> q) {
+  for (int j = 0; j < arm_.n(); ++j) data_->qpos[arm_.qpos(j)] = q[static_cast<std::size_t>(j)];
+  mj_kinematics(model_.get(), data_.get());
+  mj_comPos(model_.get(), data_.get());
+  mj_camlight(model_.get(), data_.get());
+}
+
+Eigen::Vector3d ArmPainter::tip(std::span<const double> q) { return joints(q).back(); }
+
+std::vector<Eigen::Vector3d> ArmPainter::joints(std::span<const double> q) {
+  pose(q);
+  std::vector<Eigen::Vector3d> points;
+  for (int j = 0; j < arm_.n(); ++j) points.push_back(vector_at(data_->xpos, arm_.body(j)));
+  points.push_back(tip_site_ >= 0 ? vector_at(data_->site_xpos, tip_site_) : points.back());
+  return points;
+}
+
+double ArmPainter::hidden_share(const View& view, std::span<const Eigen::Vector3d> points) const {
+  constexpr std::array<mjtByte, mjNGROUP> kAllGroups{1, 1, 1, 1, 1, 1};
+  const Eigen::Vector3d eye = eye_of(view);
+  int hidden = 0;
+  for (const Eigen::Vector3d& point : points) {
+    Eigen::Vector3d from = eye;
+    const Eigen::Vector3d ray = point - eye;
+    // links are no obstacle: go on behind them
+    double passed = 0;
+    for (int hits = 0; hits < 64 && passed < 1; ++hits) {
+      int geom = -1;
+      const double further = mj_ray(model_.get(), data_.get(), from.data(), ray.data(),
+                                    kAllGroups.data(), 1, -1, &geom, nullptr);
+      if (further < 0 || passed + further >= 1) break;
+      if (model_->body_weldid[model_->geom_bodyid[geom]] == 0) {
+        ++hidden;
+        break;
+      }
+      passed += further + 1e-4;
+      from = eye + passed * ray;
+    }
+  }
+  return points.empty() ? 0 : static_cast<double>(hidden) / static_cast<double>(points.size());
+}
+
+double ArmPainter::field_of_view() const {
+  return static_cast<double>(model_->vis.global.fovy) * kRadians;
+}
+
+void ArmPainter::add_trail(const Trail& trail) {
+  mjvScene& scene = gl_->scene;
+  const std::array<float, 4> rgba{trail.paint.red, trail.paint.green, trail.paint.blue,
+                                  trail.paint.alpha};
+  for (std::size_t i = 1; i < trail.points.size() && scene.ngeom < scene.maxgeom; ++i) {
+    mjvGeom& geom = scene.geoms[scene.ngeom++];
+    mjv_initGeom(&geom, mjGEOM_CAPSULE, nullptr, nullptr, nullptr, rgba.data());
+    mjv_connector(&geom, mjGEOM_CAPSULE, trail.radius, trail.points[i - 1].data(),
+                  trail.points[i].data());
+    geom.category = mjCAT_DECOR;
+    geom.emission = 0.6f;
+    geom.castshadow = 0;
+  }
+}
+
+Image ArmPainter::paint(const View& view, int width, int height, std::span<const PaintedArm> arms,
+                        std::span<const Trail> trails) {
+  mjvScene& scene = gl_->scene;
+  mjvCamera camera;
+  mjv_defaultCamera(&camera);
+  Eigen::Vector3d::Map(camera.lookat) = view.target;
+  camera.distance = view.distance;
+  camera.azimuth = view.azimuth_deg;
+  camera.elevation = view.elevation_deg;
+
+  // the first arm with all around it, then the links of the others
+  pose(arms.front().q);
+  mjv_updateCamera(model_.get(), data_.get(), &camera, &scene);  // the headlight sits there
+  mjv_updateScene(model_.get(), data_.get(), &gl_->option, &gl_->nobody, &camera, mjCAT_ALL,
+                  &scene);
+  for (std::size_t a = 0; a < arms.size(); ++a) {
+    int first = 0;
+    if (a > 0) {
+      first = scene.ngeom;
+      pose(arms[a].q);
+      mjv_addGeoms(model_.get(), data_.get(), &gl_->option, &gl_->nobody, mjCAT_DYNAMIC, &scene);
+    }
+    if (!arms[a].tint) continue;
+    const Paint& tint = *arms[a].tint;
+    for (int g = first; g < scene.ngeom; ++g) {
+      mjvGeom& geom = scene.geoms[g];
+      if (geom.category != mjCAT_DYNAMIC) continue;
+      std::copy_n(std::array{tint.red, tint.green, tint.blue, tint.alpha}.data(), 4, geom.rgba);
+      geom.matid = geom.texid = -1;
+      geom.specular = 0.2f;
+      geom.transparent = tint.alpha < 1;
+      geom.castshadow = tint.alpha >= 1;
+    }
+  }
+  for (const Trail& trail : trails) add_trail(trail);
+
+  const mjrRect viewport{0, 0, width, height};
+  mjr_render(viewport, &scene, &gl_->context);
+  Image upside_down(width, height), image(width, height);
+  mjr_readPixels(upside_down.rgb.data(), nullptr, viewport, &gl_->context);
+  for (int y = 0; y < height; ++y)
+    std::copy_n(upside_down.row(height - 1 - y), 3 * static_cast<std::size_t>(width), image.row(y));
+  return image;
+}
+
+}  // namespace fricid::film

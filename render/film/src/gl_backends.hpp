@@ -1,0 +1,12 @@
+#pragma once
+
+#include <memory>
+
+#include "fricid/film/gl_context.hpp"
+
+namespace fricid::film {
+
+std::unique_ptr<GlContext> make_osmesa_context();
+std::unique_ptr<GlContext> make_egl_context();
+
+}  // namespace fricid::film

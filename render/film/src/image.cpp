@@ -1,0 +1,76 @@
+#include "fricid/film/image.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "cairo_pixels.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+
+namespace fricid::film {
+
+SurfacePtr surface_of(const Image& image) {
+  SurfacePtr surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+  cairo_surface_flush(surface.get());
+  unsigned char* pixels = cairo_image_surface_get_data(surface.get());
+  const std::ptrdiff_t stride = cairo_image_surface_get_stride(surface.get());
+  for (int y = 0; y < image.height; ++y) {
+    auto* to = reinterpret_cast<std::uint32_t*>(pixels + stride * y);
+    const std::uint8_t* from = image.row(y);
+    for (int x = 0; x < image.width; ++x, from += 3)
+      to[x] = static_cast<std::uint32_t>(from[0] << 16 | from[1] << 8 | from[2]);
+  }
+  cairo_surface_mark_dirty(surface.get());
+  return surface;
+}
+
+Image image_of(cairo_surface_t& surface) {
+  cairo_surface_flush(&surface);
+  Image image(cairo_image_surface_get_width(&surface), cairo_image_surface_get_height(&surface));
+  const unsigned char* pixels = cairo_image_surface_get_data(&surface);
+  const std::ptrdiff_t stride = cairo_image_surface_get_stride(&surface);
+  for (int y = 0; y < image.height; ++y) {
+    const auto* from = reinterpret_cast<const std::uint32_t*>(pixels + stride * y);
+    std::uint8_t* to = image.row(y);
+    for (int x = 0; x < image.width; ++x, to += 3) {
+      to[0] = static_cast<std::uint8_t>(from[x] >> 16);
+      to[1] = static_cast<std::uint8_t>(from[x] >> 8);
+      to[2] = static_cast<std::uint8_t>(from[x]);
+    }
+  }
+  return image;
+}
+
+void save_png(const Image& image, const std::filesystem::path& path) {
+  const SurfacePtr surface = surface_of(image);
+  write_file_atomically(path, [&](const std::filesystem::path& part) {
+    const cairo_status_t status = cairo_surface_write_to_png(surface.get(), part.c_str());
+    if (status != CAIRO_STATUS_SUCCESS)
+      throw UserError("{}: cannot write: {}", path.string(), cairo_status_to_string(status));
+  });
+}
+
+Image load_png(const std::filesystem::path& path) {
+  const SurfacePtr surface(cairo_image_surface_create_from_png(path.c_str()));
+  if (const cairo_status_t status = cairo_surface_status(surface.get());
+      status != CAIRO_STATUS_SUCCESS)
+    throw UserError("{}: {}", path.string(), cairo_status_to_string(status));
+  const cairo_format_t format = cairo_image_surface_get_format(surface.get());
+  if (format != CAIRO_FORMAT_RGB24 && format != CAIRO_FORMAT_ARGB32)
+    throw UserError("{}: found a PNG without 8-bit colours", path.string());
+  return image_of(*surface);
+}
+
+double share_differing(const Image& a, const Image& b, int levels) {
+  if (a.width != b.width || a.height != b.height) return 1;
+  std::size_t differing = 0;
+  for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
+    int largest = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+      largest = std::max(largest, std::abs(int{a.rgb[i + c]} - int{b.rgb[i + c]}));
+    differing += largest > levels ? 1 : 0;
+  }
+  return a.rgb.empty() ? 0 : 3 * static_cast<double>(differing) / static_cast<double>(a.rgb.size());
+}
+
+}  // namespace fricid::film

@@ -1,0 +1,29 @@
+#include "shared_library.hpp"
+
+#include <dlfcn.h>
+
+#include <utility>
+
+#include "fricid/base/error.hpp"
+
+namespace fricid::film {
+
+SharedLibrary::SharedLibrary(std::string name, const std::string& package)
+    : name_(std::move(name)), handle_(dlopen(name_.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+  if (!handle_) throw UserError("{} is missing; install {}", name_, package);
+}
+
+SharedLibrary::~SharedLibrary() { dlclose(handle_); }
+
+void SharedLibrary::publish() const {
+  // stays open: whoever found its functions may keep them
+  dlopen(name_.c_str(), RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD);
+}
+
+void* SharedLibrary::find(const char* symbol) const {
+  void* address = dlsym(handle_, symbol);
+  if (!address) throw UserError("{} has no {}", name_, symbol);
+  return address;
+}
+
+}  // namespace fricid::film

@@ -1,0 +1,107 @@
+#include "fricid/film/arm_painter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "fricid/sim/simulate.hpp"
+
+namespace fricid::film {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 240;
+constexpr std::array<double, 6> kPose{0.4, -1.1, 1, -0.4, -0.9, 0};
+constexpr Paint kBlue{0, 0, 1, 1};
+
+sim::MujocoArm kr6() {
+  return sim::make_arm(
+      data::load_experiment(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml"));
+}
+
+View front() { return {.target = {0.1, 0, 1.1}, .distance = 1.8, .azimuth_deg = 135}; }
+
+/// Pixels with much more of one colour channel than of the others.
+int pixels_of(const Image& image, std::size_t channel) {
+  int count = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
+    const int here = image.rgb[i + channel];
+    count += here > 60 + image.rgb[i + (channel + 1) % 3] &&
+             here > 60 + image.rgb[i + (channel + 2) % 3];
+  }
+  return count;
+}
+
+double mean_column(const Image& image, std::size_t channel) {
+  double sum = 0, count = 0;
+  for (int x = 0; x < image.width; ++x) {
+    Image column(1, image.height);
+    for (int y = 0; y < image.height; ++y) std::copy_n(image.row(y) + 3 * x, 3, column.row(y));
+    sum += x * pixels_of(column, channel);
+    count += pixels_of(column, channel);
+  }
+  return sum / count;
+}
+
+TEST(ArmPainter, DrawsAnOrangeArm) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft());
+  const std::array<PaintedArm, 1> arms{{{kPose}}};
+  const Image image = painter.paint(front(), kWidth, kHeight, arms);
+  EXPECT_GT(pixels_of(image, 0), 3000);
+  EXPECT_EQ(pixels_of(image, 2), 0);
+  EXPECT_EQ(painter.paint(front(), kWidth, kHeight, arms).rgb, image.rgb);
+}
+
+TEST(ArmPainter, AGhostStandsWhereItsJointsSay) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft());
+  const auto blue_column = [&](double turn) {
+    std::array<double, 6> other = kPose;
+    other[0] += turn;
+    const std::array<PaintedArm, 2> arms{{{kPose}, {other, kBlue}}};
+    return mean_column(painter.paint(front(), kWidth, kHeight, arms), 2);
+  };
+  // a1 turns about the upward axis; at turn + 0.4 = 45 deg the arm points to the right of the
+  // picture
+  const double right = blue_column(0.385), ahead = blue_column(-1.185), left = blue_column(-2.755);
+  EXPECT_GT(right, ahead + 20);
+  EXPECT_GT(ahead, left + 20);
+}
+
+TEST(ArmPainter, TrailsAreDrawn) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft());
+  const std::array<PaintedArm, 1> arms{{{kPose}}};
+  const std::array<Trail, 1> trails{{{{{0.3, -0.5, 0.8}, {0.3, 0.4, 0.8}}, kBlue, 0.01}}};
+  EXPECT_GT(pixels_of(painter.paint(front(), kWidth, kHeight, arms, trails), 2), 200);
+}
+
+TEST(ArmPainter, TipIsTheFlange) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  ArmPainter painter(arm, "flange", 16, 16, PaintQuality::draft());
+  // hanging from 1.6 m; stretched: 400 down, 25 + 315 + 365 + 80 along, 35 up
+  const std::array<double, 6> stretched{};
+  const Eigen::Vector3d tip = painter.tip(stretched);
+  EXPECT_NEAR((tip - Eigen::Vector3d(0.785, 0, 1.6 - 0.435)).norm(), 0, 1e-9) << tip.transpose();
+  EXPECT_EQ(painter.joints(stretched).size(), 7u);
+}
+
+TEST(ArmPainter, SurroundingsHide) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  ArmPainter painter(arm, "flange", 16, 16, PaintQuality::draft());
+  painter.tip(kPose);
+  // along +y; a post of the portal stands at x = 0, y = -1
+  const View along_y{{0, 0, 1}, 3, 90, 0};
+  const std::array<Eigen::Vector3d, 2> points{{{0, 0, 1}, {0.3, 0, 1}}};
+  EXPECT_EQ(painter.hidden_share(along_y, points), 0.5);
+  EXPECT_EQ(painter.hidden_share(front(), points), 0);
+}
+
+}  // namespace
+}  // namespace fricid::film
