@@ -33,6 +33,6 @@ if(FRICID_WERROR)
 endif()
 if(FRICID_SANITIZE)
   target_compile_options(fricid_flags INTERFACE -fsanitize=address,undefined
-                                                -fno-sanitize-recover=all -fno-omit-frame-pointer -O1)
+                                                -fno-sanitize-recover=all -fno-omit-frame-pointer -O1 -g1)
   target_link_options(fricid_flags INTERFACE -fsanitize=address,undefined)
 endif()
