@@ -41,10 +41,11 @@ nlohmann::json read_manifest(const std::filesystem::path& path) {
 
 RunFolder::RunFolder(std::filesystem::path path, bool fresh)
     : made_(!std::filesystem::exists(path)),
+      fresh_(fresh),
       path_(created(std::move(path))),
       lock_(std::make_unique<FileLock>(path_ / ".lock")),
       program_(sha256_of_file("/proc/self/exe")) {
-  if (!fresh) manifest_ = read_manifest(path_ / "manifest.json");
+  manifest_ = read_manifest(path_ / "manifest.json");
   manifest_["format"] = kFormat;
   manifest_["version"] = kFricidVersion;
   manifest_["commit"] = kFricidCommit;
@@ -61,6 +62,7 @@ RunFolder::~RunFolder() {
 }
 
 bool RunFolder::up_to_date(const std::string& name, const std::string& key) const {
+  if (fresh_) return false;
   const auto stages = manifest_.find("stages");
   if (stages == manifest_.end() || !stages->contains(name)) return false;
   const auto& stage = (*stages)[name];

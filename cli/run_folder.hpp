@@ -41,7 +41,8 @@ class RunFolder {
   bool up_to_date(const std::string& name, const std::string& key) const;
   void save() const;
 
-  bool made_;  // here, not found
+  bool made_;   // here, not found
+  bool fresh_;  // stages are done whatever the manifest says
   std::filesystem::path path_;
   std::unique_ptr<FileLock> lock_;
   std::string program_;  // hash of the running program: another build does its work anew

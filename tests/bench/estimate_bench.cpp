@@ -132,7 +132,7 @@ BENCHMARK_CAPTURE(BM_MStepGradient, gms, "gms");
 /// Gradient of a window of 125 samples: items are samples of windows.
 void BM_WindowGradient(benchmark::State& state, const char* law) {
   const Subject subject(law, 400);
-  const auto z = wash_out(subject.arm.friction, subject.recordings, 1);
+  const auto z = wash_out(subject.arm, subject.recordings, 1);
   WindowRollout<PackF> rollout(subject.arm, subject.recordings, {8, 4}, 125);
   rollout.set_parameters(
       {subject.arm.robot.pi.data(), static_cast<std::size_t>(subject.arm.robot.pi.size())},

@@ -5,6 +5,8 @@
 
 #include "fricid/estimate/coordinates.hpp"
 #include "fricid/estimate/multi_step.hpp"
+#include "fricid/system/driven_friction.hpp"
+#include "fricid/system/initial_state.hpp"
 #include "kr6_truth.hpp"
 
 namespace fricid::estimate {
@@ -40,7 +42,7 @@ class Windows : public ::testing::TestWithParam<const char*> {
   Arm truth{fricid::test::hanging_kr6(), smooth_friction(GetParam())};
   std::vector<Recording> recordings{record(truth, 1, 700), record(truth, 2, 700)};
   std::vector<Window> windows{{0, 100}, {1, 200}, {0, 330}};
-  std::vector<data::RowMatrix> z = wash_out(truth.friction, recordings, 1);
+  std::vector<data::RowMatrix> z = wash_out(truth, recordings, 1);
 
   /// Loss of the windows at coordinates c; its gradient when asked.
   template <class S>
@@ -64,6 +66,19 @@ class Windows : public ::testing::TestWithParam<const char*> {
 };
 INSTANTIATE_TEST_SUITE_P(Laws, Windows,
                          ::testing::Values("coulomb_viscous", "lugre", "gms", "maxwell_slip"));
+
+// Four seconds of motion make every law forget where a piece began.
+TEST_P(Windows, WashesOutInPiecesAsInOne) {
+  const std::vector<Recording> recording{record(truth, 3, 3500)};
+  const Recording& r = recording.front();
+  const std::vector<double> z0 =
+      initial_friction_state(truth, r.dt, r.q, r.v, r.tau, r.temperature);
+  const data::RowMatrix whole =
+      drive_friction(truth.friction, r.dt, r.q, r.v, r.tau, r.temperature, z0).z;
+  const data::RowMatrix pieces = wash_out(truth, recording, 2).front();
+  if (whole.cols() == 0) return;
+  EXPECT_LT((whole - pieces).cwiseAbs().maxCoeff(), 1e-9 * whole.cwiseAbs().maxCoeff());
+}
 
 // Each leap is exact to rounding (system/arm_pullback_test); over a window a difference of two runs
 // also sees reversals and, for gms, slip begin a sub-step earlier or later.

@@ -42,12 +42,8 @@ TEST(Evaluate, OnlyTheOracleStartsFromTheTrueFrictionState) {
   contest.models.push_back(model_file("twin", contest.models[0].arm));
   const EvaluationReport report = evaluate::evaluate(contest, small_options(), 1);
   const ModelResult& twin = result_of(report, "twin");
-  for (const auto& score : twin.scores) {
-    if (score.start_s == 0)
-      EXPECT_EQ(score.horizons[0].q_mse, 0);  // the truth began with an unstrained bristle too
-    else
-      EXPECT_GT(score.horizons[0].q_mse, 0) << "start " << score.start_s;
-  }
+  for (const auto& score : twin.scores)
+    EXPECT_GT(score.horizons[0].q_mse, 0) << "start " << score.start_s;
   // washed out, not wrong: far closer than a model with wrong bristles
   EXPECT_LT(summary_of(report, "twin").q_mse_median[0],
             0.1 * summary_of(report, "lugre").q_mse_median[0]);
@@ -134,15 +130,16 @@ TEST(Evaluate, ConstantTorqueOfAModelCountsAsFriction) {
 
   const EvaluationReport report = evaluate::evaluate(contest, small_options(), 1);
   const auto& right = result_of(report, "offset").scores[0];
-  EXPECT_LT(right.horizons[2].q_mse, 1e-30);
-  EXPECT_LT(right.friction_rollout.all[2], 1e-12);
+  EXPECT_LT(right.horizons[2].q_mse, 1e-10);  // it began with an estimated friction state
+  EXPECT_LT(right.friction_rollout.all[2], 1e-2 * kConstant);
   EXPECT_LT(right.friction.all[2], 0.1 * kConstant);
   EXPECT_NEAR(result_of(report, "oracle").scores[0].friction.all[2], kConstant, 0.1 * kConstant);
 
   // what the robot had before identification is no friction
   contest.robot = offset.robot;
   const EvaluationReport known = evaluate::evaluate(contest, small_options(), 1);
-  EXPECT_NEAR(result_of(known, "offset").scores[0].friction_rollout.all[2], kConstant, 1e-12);
+  EXPECT_NEAR(result_of(known, "offset").scores[0].friction_rollout.all[2], kConstant,
+              1e-2 * kConstant);
 }
 
 TEST(Evaluate, SimulatorIsTheFirstOracleAndTheReference) {

@@ -147,8 +147,9 @@ void load_robot(Experiment& experiment, const Places& places) {
 }
 
 void check_models(Experiment& experiment, const Places& places) {
-  std::vector<std::string_view> laws;
+  std::vector<std::string_view> laws, modifiers;
   for (const friction::LawInfo& row : friction::law_table()) laws.push_back(row.name);
+  for (const friction::LawInfo& row : friction::modifier_table()) modifiers.push_back(row.name);
   for (std::size_t i = 0; i < experiment.models.size(); ++i) {
     ModelConfig& model = experiment.models[i];
     const std::string key = fmt::format("model[{}]", i), shown = fmt::format("model[{}]", i + 1);
@@ -167,6 +168,14 @@ void check_models(Experiment& experiment, const Places& places) {
     if (std::find(laws.begin(), laws.end(), model.law) == laws.end())
       throw UserError("{}: {}.{} = \"{}\"; allowed: {}", places.of(key + "." + said), shown, said,
                       model.law, fmt::join(laws, ", "));
+    for (const std::string& modifier : model.modifiers) {
+      if (std::find(modifiers.begin(), modifiers.end(), modifier) == modifiers.end())
+        throw UserError("{}: {}.modifiers = \"{}\"; allowed: {}", places.of(key + ".modifiers"),
+                        shown, modifier, fmt::join(modifiers, ", "));
+      if (std::ranges::count(model.modifiers, modifier) > 1)
+        throw UserError("{}: {}.modifiers names \"{}\" twice", places.of(key + ".modifiers"), shown,
+                        modifier);
+    }
     if (model.label.empty()) model.label = model.name;
     if (model.method.empty())
       model.method = friction::is_learned(model.law) ? "multi_step" : "conventional";

@@ -32,9 +32,12 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
   for (int p = 0; p < static_cast<int>(infos.size()); ++p) {
     const friction::ParameterInfo& info = infos[static_cast<std::size_t>(p)].info;
     const double value = arm.friction.theta[static_cast<std::size_t>(p)];
-    // what has no typical size, as a network's weights, is of order one
-    const double size =
-        info.typical == 0 ? 1 : std::max(std::abs(value), 0.1 * std::abs(info.typical));
+    // zero says nothing about size; what has no typical size, as a network's weights, is of order
+    // one
+    const double typical = info.typical == 0 ? 1 : std::abs(info.typical);
+    const double size = value == 0          ? typical
+                        : info.typical == 0 ? 1
+                                            : std::max(std::abs(value), 0.1 * typical);
     add({p, false, info.scale == friction::Scale::kLog, size}, value, info.lower, info.upper, 1);
   }
   const dynamics::RobotModel& robot = arm.robot;

@@ -40,7 +40,7 @@ struct Sizes {
 Sizes sizes_of(const Arm& arm, std::span<const Recording> recordings, int jobs) {
   const int n = arm.robot.n();
   Sizes sizes{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n),
-              latent_sizes(wash_out(arm.friction, recordings, jobs))};
+              latent_sizes(wash_out(arm, recordings, jobs))};
   dynamics::Workspace<double> ws(arm.robot);
   Eigen::MatrixXd M(n, n);
   double rows = 0, poses = 0;
@@ -139,7 +139,7 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
     noise.z = (z_noise * sizes.z).cwiseAbs2();
 
     // E-step: one recording per task
-    const auto z = wash_out(arm.friction, recordings, jobs);
+    const auto z = wash_out(arm, recordings, jobs);
     std::vector<EStepResult> smoothed(recordings.size());
     std::vector<smc::Gaussian> starts;
     for (std::size_t r = 0; r < recordings.size(); ++r)

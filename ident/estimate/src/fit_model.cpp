@@ -6,6 +6,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -40,17 +41,26 @@ Arm learned_start(const Arm& start, const friction::LawSpec& law, std::uint64_t 
   arm.friction.theta = friction::default_theta(arm.friction.model);
   friction::initialise_weights(arm.friction.model, seed, arm.friction.theta);
 
-  const auto dahl = [&](int joint, std::string_view symbol) {
+  const auto of_start = [&](int joint, std::string_view owner, std::string_view symbol) {
     for (std::size_t p = 0; p < start.friction.theta.size(); ++p) {
       const friction::ParameterRef& ref = start.friction.model.parameters()[p];
-      if (ref.joint == joint && ref.symbol == symbol) return start.friction.theta[p];
+      if (ref.joint == joint && ref.owner == owner && ref.symbol == symbol)
+        return start.friction.theta[p];
     }
-    throw UserError("a learned law starts from {}, which has no {}", kStartOfLearnedLaws, symbol);
+    throw UserError("a learned law starts from {}, which has no {} {}", kStartOfLearnedLaws, owner,
+                    symbol);
+  };
+  const auto dahl = [&](int joint, std::string_view symbol) {
+    return of_start(joint, kStartOfLearnedLaws, symbol);
   };
   const int latents = arm.friction.model.state_size() / n;
   for (std::size_t p = 0; p < arm.friction.theta.size(); ++p) {
     const friction::ParameterRef& ref = arm.friction.model.parameters()[p];
     double& value = arm.friction.theta[p];
+    if (ref.owner != law.law) {
+      value = of_start(ref.joint, ref.owner, ref.symbol);
+      continue;
+    }
     const double Fc = dahl(ref.joint, "Fc");
     if (ref.symbol == "F0") value = latents > 0 ? kWithoutMemory * Fc : Fc;
     if (ref.symbol == "Fv") value = dahl(ref.joint, "Fv");
@@ -148,8 +158,8 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
   const std::vector<double> torque = torque_rms(prepared.recordings);
   Arm arm = report.model.arm;
   if (learned)
-    arm = learned_start(arm, {config.law, config.elements, {}}, static_cast<std::uint64_t>(seed),
-                        torque);
+    arm = learned_start(arm, {config.law, config.elements, modifiers_of(config)},
+                        static_cast<std::uint64_t>(seed), torque);
   report.joints.clear();
   const auto take = [&](const auto& trained) {
     report.outcome = trained.outcome;

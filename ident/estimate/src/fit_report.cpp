@@ -89,6 +89,7 @@ void save_fit_report(const FitReport& report, const std::filesystem::path& path)
     joints.push_back({{"joint", names[j]},
                       {"outcome", to_string(fit.outcome)},
                       {"message", fit.message},
+                      {"offset_Nm", fit.offset},
                       {"rms_Nm", fit.rms},
                       {"explained", fit.explained},
                       {"residual_rms_Nm", report.residual_rms[j]},

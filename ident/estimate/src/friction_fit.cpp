@@ -43,6 +43,7 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
     fit.message = start.empty() ? "no parameters to fit" : "no usable rows";
     fit.outcome = start.empty() ? Outcome::kConverged : Outcome::kFailed;
     fit.rms = std::sqrt(data.target_mean_square());
+    if (data.rows() > 0) fit.offset = data.offset(friction, fit.theta);
     return fit;
   }
   const SearchCoordinates coordinates(friction, start, options.held);
@@ -73,6 +74,7 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
                                     coordinates.upper()[i] - best.x[i] < kOnBound))
       fit.at_bound.push_back(parameter.symbol);
   }
+  fit.offset = data.offset(friction, fit.theta);
   fit.rms = std::sqrt(best.value);
   fit.explained = data.target_mean_square() > 0 ? 1 - best.value / data.target_mean_square() : 0;
   if (best.value >= kBadValue) {

@@ -43,8 +43,7 @@ double objective(unsigned size, const double* x, double*, void* user) {
   return safe_mean_square(search.data, search.friction, search.theta);
 }
 
-// J'J and J'e of the residuals at x, columns by forward differences; the sum of squares goes to
-// value.
+// J'J and J'e of the residuals less their mean at x, columns by forward differences.
 struct NormalEquations {
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
@@ -75,7 +74,8 @@ NormalEquations linearise(const JointFrictionData& data, const friction::RobotFr
   NormalEquations out{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p)};
   std::vector<std::vector<PackD>> e(static_cast<std::size_t>(passes));
   std::vector<PackD> work;
-  Eigen::VectorXd column(p);
+  Eigen::VectorXd column(p), columns = Eigen::VectorXd::Zero(p);
+  double sum = 0;
   for (int s = 0; s < data.sequences(); ++s) {
     for (std::size_t pass = 0; pass < e.size(); ++pass)
       data.residual(friction, lanes[pass], s, e[pass], work);
@@ -88,11 +88,16 @@ NormalEquations linearise(const JointFrictionData& data, const friction::RobotFr
       }
       out.H.selfadjointView<Eigen::Lower>().rankUpdate(column);
       out.g += base * column;
+      columns += column;
+      sum += base;
     }
   }
   out.H.triangularView<Eigen::StrictlyUpper>() = out.H.transpose();
   out.H /= data.rows();
   out.g /= data.rows();
+  columns /= data.rows();
+  out.H -= columns * columns.transpose();
+  out.g -= sum / data.rows() * columns;
   return out;
 }
 

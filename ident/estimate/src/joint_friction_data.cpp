@@ -15,7 +15,7 @@ JointFrictionData::JointFrictionData(std::span<const Filtered> sequences,
                                      std::span<const data::RowMatrix> target, int joint,
                                      double cutoff_hz)
     : dt_(sequences.front().dt), low_pass_(cutoff_hz, 1 / sequences.front().dt) {
-  double sum = 0;
+  double sum = 0, square = 0;
   for (std::size_t first = 0; first < sequences.size(); first += kLanes) {
     const auto last = std::min(sequences.size(), first + kLanes);
     int longest = 0;
@@ -54,13 +54,14 @@ JointFrictionData::JointFrictionData(std::span<const Filtered> sequences,
         group.target[i].set(lane, value);
         group.weight[i].set(lane, 1);
         ++rows_;
-        sum += value * value;
+        sum += value;
+        square += value * value;
         largest_target_ = std::max(largest_target_, std::abs(value));
       }
     }
     groups_.push_back(std::move(group));
   }
-  target_mean_square_ = rows_ > 0 ? sum / rows_ : 0;
+  target_mean_square_ = rows_ > 0 ? square / rows_ - std::pow(sum / rows_, 2) : 0;
 }
 
 void JointFrictionData::predict(const friction::RobotFriction& friction,
@@ -102,20 +103,35 @@ void JointFrictionData::residual(const friction::RobotFriction& friction,
     out[k] = PackD(group.weight[k][from]) * (out[k] - PackD(group.target[k][from]));
 }
 
-double JointFrictionData::mean_square(const friction::RobotFriction& friction,
-                                      std::span<const double> theta) const {
+JointFrictionData::Moments JointFrictionData::moments(const friction::RobotFriction& friction,
+                                                      std::span<const double> theta) const {
   std::vector<std::vector<PackD>> predicted;
   predict(friction, theta, predicted);
-  PackD sum = 0;
+  PackD sum = 0, square = 0;
   for (std::size_t g = 0; g < groups_.size(); ++g)
     for (std::size_t k = 0; k < predicted[g].size(); ++k) {
       const PackD e = groups_[g].weight[k] * (predicted[g][k] - groups_[g].target[k]);
-      sum += e * e;
+      sum += e;
+      square += e * e;
     }
-  double total = 0;
-  for (int lane = 0; lane < kLanes; ++lane) total += sum[lane];
-  return std::isfinite(total) ? total / std::max(1, rows_)
-                              : std::numeric_limits<double>::infinity();
+  Moments out;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    out.mean += sum[lane] / std::max(1, rows_);
+    out.square += square[lane] / std::max(1, rows_);
+  }
+  return out;
+}
+
+double JointFrictionData::mean_square(const friction::RobotFriction& friction,
+                                      std::span<const double> theta) const {
+  const Moments e = moments(friction, theta);
+  return std::isfinite(e.square) ? std::max(0.0, e.square - e.mean * e.mean)
+                                 : std::numeric_limits<double>::infinity();
+}
+
+double JointFrictionData::offset(const friction::RobotFriction& friction,
+                                 std::span<const double> theta) const {
+  return -moments(friction, theta).mean;
 }
 
 Eigen::VectorXd JointFrictionData::predicted(const friction::RobotFriction& friction,

@@ -124,7 +124,7 @@ Split split_recordings(std::span<const Recording> recordings, double hold_out) {
 
 double held_out_error(const Arm& arm, std::span<const Recording> recordings, const Split& split,
                       StepOptions step, int jobs) {
-  const auto z = wash_out(arm.friction, recordings, jobs);
+  const auto z = wash_out(arm, recordings, jobs);
   const int second = static_cast<int>(std::lround(kShortRollout / recordings.front().dt));
   int shortest = recordings.front().length();
   std::vector<Window> tiles, whole;
@@ -185,7 +185,7 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
     coordinates.pull_back(c, mean.pi, mean.theta, c_bar);
     return mean.loss;
   };
-  std::vector<data::RowMatrix> z = wash_out(arm.friction, recordings, jobs);
+  std::vector<data::RowMatrix> z = wash_out(arm, recordings, jobs);
   {
     Rng trial(options.seed, 1);
     const auto windows = draw_windows(recordings, split, steps, options.batch, trial);
@@ -204,7 +204,7 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   Progress progress(fmt::format("train {}", label), options.iterations);
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
     throw_if_stopped();
-    if (iteration % options.wash_out_every == 0) z = wash_out(arm.friction, recordings, jobs);
+    if (iteration % options.wash_out_every == 0) z = wash_out(arm, recordings, jobs);
     const auto windows = draw_windows(recordings, split, steps, options.batch, rng);
     const double loss = gradient(batch, windows, z);
     report.loss.push_back(loss);

@@ -9,6 +9,7 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/evaluate/constant_friction.hpp"
 #include "fricid/evaluate/statistics.hpp"
+#include "fricid/system/initial_state.hpp"
 
 namespace fricid::evaluate {
 namespace {
@@ -38,8 +39,11 @@ struct Driven {
 Driven drive(const data::ModelFile& model, const dynamics::RobotModel& known,
              const Trajectory& trajectory, std::span<const Start> starts) {
   const data::Dataset& data = trajectory.data;
+  const RowMatrix tau = held_torque(data);
+  const std::vector<double> start = initial_friction_state(model.arm, data.dt(), trajectory.q,
+                                                           trajectory.v, tau, data.temperature);
   const DrivenFriction driven = drive_friction(model.arm.friction, data.dt(), trajectory.q,
-                                               trajectory.v, held_torque(data), data.temperature);
+                                               trajectory.v, tau, data.temperature, start);
   const bool from_truth = model.is_oracle && trajectory.truth && trajectory.truth->z.size() > 0;
   const RowMatrix& z = from_truth ? trajectory.truth->z : driven.z;
   if (z.cols() != driven.z.cols())
@@ -47,8 +51,8 @@ Driven drive(const data::ModelFile& model, const dynamics::RobotModel& known,
                     z.cols(), model.name, driven.z.cols());
   Driven result{driven.tau_f, {}};
   result.tau_f.rowwise() += constant_friction(model.arm.robot, known);
-  for (const Start& start : starts)
-    result.z0.emplace_back(z.row(start.begin).begin(), z.row(start.begin).end());
+  for (const Start& at : starts)
+    result.z0.emplace_back(z.row(at.begin).begin(), z.row(at.begin).end());
   return result;
 }
 

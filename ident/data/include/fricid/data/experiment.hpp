@@ -312,6 +312,7 @@ struct ModelConfig {
   std::string law;     ///< name of the law table after loading
   std::string method;  ///< never empty after loading
   int elements = 4;
+  std::vector<std::string> modifiers;
   int starts = 4;
   std::vector<int> seeds{1};
   TrainConfig train;
@@ -332,6 +333,8 @@ struct ModelConfig {
     archive(
         "elements", elements,
         number("", 1, 64, "elements of laws that have several; width of the nets of learned ones"));
+    archive("modifiers", modifiers,
+            text("modifiers of the law, innermost first: asymmetry, load, temperature, ..."));
     archive("starts", starts, number("", 1, 1000, "starts of the optimiser"));
     archive("seeds", seeds, number("", 0, 1e9, "one fit per seed"));
     archive.section("train", train, "method multi_step");

@@ -21,8 +21,9 @@ namespace fricid::estimate {
 ///     f_k     = torque(theta; q_k, v_k, load_k, z_k)         v_k central difference
 ///     z_{k+1} = step(theta; q_{k+1}, (q_{k+1} - q_k) / dt, load_k, dt, z_k)
 ///
-/// (`drive_friction`, eight sequences at once), and F[f], through the filter of the measured
-/// torque, is compared with the target at used rows.
+/// (`drive_friction`, eight sequences at once), and F[f] + c, through the filter of the measured
+/// torque, is compared with the target at used rows. The constant c is whatever fits best: without
+/// it a law that differs between the directions could not be told from an offset.
 class JointFrictionData {
  public:
   /// @param target  per sequence, torque of every joint that friction must explain (T, n) [N m]
@@ -34,20 +35,24 @@ class JointFrictionData {
   void predict(const friction::RobotFriction& friction, std::span<const double> theta,
                std::vector<std::vector<PackD>>& out) const;
 
-  /// Mean square of F[f] - target over the used rows [N^2 m^2]; infinity when not finite.
+  /// Mean square of F[f] + c - target over the used rows [N^2 m^2]; infinity when not finite.
   double mean_square(const friction::RobotFriction& friction, std::span<const double> theta) const;
+
+  /// c: mean of target - F[f] over the used rows [N m].
+  double offset(const friction::RobotFriction& friction, std::span<const double> theta) const;
 
   /// F[f] of one sequence (T).
   Eigen::VectorXd predicted(const friction::RobotFriction& friction, std::span<const double> theta,
                             int sequence) const;
 
-  /// F[f] - target of one sequence for eight parameter vectors at once (one per lane), 0 at unused
-  /// rows.
+  /// F[f] - target of one sequence for eight parameter vectors at once (one per lane), without c; 0
+  /// at unused rows.
   void residual(const friction::RobotFriction& friction, std::span<const PackD> theta, int sequence,
                 std::vector<PackD>& out, std::vector<PackD>& work) const;
 
   int sequences() const { return static_cast<int>(lengths_.size()); }
   int rows() const { return rows_; }
+  /// Of target - its mean over the used rows [N^2 m^2].
   double target_mean_square() const { return target_mean_square_; }
   double largest_target() const { return largest_target_; }
 
@@ -57,6 +62,11 @@ class JointFrictionData {
     std::vector<friction::Input<PackD>> over;  // inputs of step over [t_k, t_{k+1})
     std::vector<PackD> target, weight;         // weight 1 at used rows, else 0
   };
+  struct Moments {
+    double mean = 0, square = 0;  // of F[f] - target over the used rows
+  };
+  Moments moments(const friction::RobotFriction& friction, std::span<const double> theta) const;
+
   std::vector<Group> groups_;
   std::vector<int> lengths_;
   double dt_;
@@ -80,6 +90,7 @@ struct JointFrictionFit {
   Outcome outcome = Outcome::kFailed;
   std::string message = "fit_joint_friction was not called";
   std::vector<double> theta;          ///< (parameter_count)
+  double offset = 0;                  ///< constant torque beside the law [N m]
   double rms = 0;                     ///< of the residual over used rows [N m]
   double explained = 0;               ///< 1 - residual / target mean square
   std::vector<double> start_rms;      ///< (starts) where each start ended [N m]

@@ -27,8 +27,10 @@ struct Recording {
 /// @pre `filtered` was made from `dataset` with this cut-off
 Recording make_recording(const data::Dataset& dataset, const Filtered& filtered, double cutoff_hz);
 
-/// Friction state of a model along every recording, washed out by the motion: (T, state_size) each.
-std::vector<data::RowMatrix> wash_out(const friction::Friction& friction,
-                                      std::span<const Recording> recordings, int jobs);
+/// Friction state of a model along every recording, washed out by the motion: (T, state_size) each,
+/// from `initial_friction_state` on. Steps as `drive_friction` does, but in pieces of 4 s side by
+/// side, each run in over the 4 s before it: what is older, the motion has made a joint forget.
+std::vector<data::RowMatrix> wash_out(const Arm& arm, std::span<const Recording> recordings,
+                                      int jobs);
 
 }  // namespace fricid::estimate

@@ -1,0 +1,38 @@
+// The friction state with which a record begins.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fricid/system/arm.hpp"
+#include "fricid/system/driven_friction.hpp"
+
+namespace fricid {
+
+/// State of a friction at a moment where only its torque is known. Hysteresis leaves it open how
+/// the joints came there, so the most likely way is taken, joint by joint:
+///
+/// * a joint that moves, |v| > 0.02 rad/s, has been sliding at v;
+/// * a joint at rest has slid in from afar in the direction of its torque, slowed down, and was let
+///   back by just as much as brings its torque from the sliding one to `tau_f`; not at all where
+///   the sliding torque is the smaller one.
+///
+/// @param in     motion, load and temperature at that moment (n)
+/// @param tau_f  friction torque (n) [N m]
+/// @return z (state_size); laws without memory have none
+std::vector<double> state_at_torque(const friction::Friction& friction,
+                                    std::span<const friction::Input<double>> in,
+                                    std::span<const double> tau_f);
+
+/// State at the first sample of a record, from the torque that the rigid body leaves there:
+///
+///     tau_f = mean of tau over the first 20 ms - rnea(q_0, v_0, a),   a = mean of dv/dt over them.
+///
+/// @param q, v         filtered motion (T, n)
+/// @param tau          torque held after each sample (T, n) [N m]
+/// @param temperature  (T, n) [K], or empty for room temperature
+std::vector<double> initial_friction_state(const Arm& arm, double dt, ConstRowMatrix q,
+                                           ConstRowMatrix v, ConstRowMatrix tau,
+                                           ConstRowMatrix temperature);
+
+}  // namespace fricid
