@@ -5,6 +5,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/paths.hpp"
+#include "fricid/evaluate/compare.hpp"
 #include "stages.hpp"
 
 namespace fricid::cli {
@@ -34,6 +35,7 @@ bool skipped(const data::Experiment& experiment) {
 
 Verdict run(const RunOptions& options, const CommonOptions& common) {
   data::Experiment experiment = load_experiment(options.target);
+  if (options.seed) experiment.seed = *options.seed;
   if (skipped(experiment)) return Verdict::kDone;
   Job job = open_job(std::move(experiment), options, common);
   make_data(job);
@@ -46,12 +48,24 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
 
 Verdict simulate(const RunOptions& options, const CommonOptions& common) {
   data::Experiment experiment = load_experiment(options.target);
+  if (options.seed) experiment.seed = *options.seed;
   if (!experiment.simulates())
     throw UserError("{}: found no [friction]; the scene imports logs, use `fricid run`",
                     options.target.string());
   Job job = open_job(std::move(experiment), options, common);
   make_data(job);
   std::printf("%s\n", job.folder.path().c_str());
+  return Verdict::kDone;
+}
+
+Verdict compare(const std::vector<std::filesystem::path>& folders,
+                const std::filesystem::path& output, const CommonOptions& common) {
+  const std::vector<evaluate::ComparedScene> scenes = evaluate::compare_runs(folders);
+  const std::string text = common.json ? evaluate::to_json(scenes) : evaluate::to_markdown(scenes);
+  if (output.empty())
+    std::fputs(text.c_str(), stdout);
+  else
+    write_file_atomically(output, text);
   return Verdict::kDone;
 }
 

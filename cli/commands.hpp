@@ -1,7 +1,9 @@
 // One function per command of the program. Results go to stdout, progress and log to stderr.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +19,7 @@ struct RunOptions {
   std::filesystem::path output;             ///< empty: run/NAME
   std::vector<std::string> models;          ///< empty: all of the scene
   std::string seeds;                        ///< empty: those of the scene
+  std::optional<std::uint64_t> seed;        ///< of the scene itself, its data included
   std::vector<std::filesystem::path> data;  ///< further data sets to evaluate on
   std::vector<std::string> render;
 };
@@ -42,6 +45,8 @@ Verdict identify(const RunOptions& options, const CommonOptions& common);
 Verdict evaluate(const RunOptions& options, const CommonOptions& common);
 Verdict render(const RunOptions& options, const CommonOptions& common);
 Verdict import_logs(const ImportOptions& options, const CommonOptions& common);
+Verdict compare(const std::vector<std::filesystem::path>& folders,
+                const std::filesystem::path& output, const CommonOptions& common);
 Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common);
 Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& common);
 Verdict print_template(const std::string& topic);

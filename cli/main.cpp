@@ -2,6 +2,8 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
+#include <vector>
 
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
@@ -45,6 +47,8 @@ int main(int argc, char** argv) {
   ImportOptions import_options;
   EstimateOptions estimate_options;
   std::string file, topic;
+  std::vector<std::filesystem::path> folders;
+  std::filesystem::path output;
   bool csv = false;
   std::function<Verdict()> command;
 
@@ -52,6 +56,7 @@ int main(int argc, char** argv) {
       app.add_subcommand("run", "the whole job: data, identification, evaluation, plots");
   run_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
   run_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
+  run_command->add_option("--seed", run_options.seed, "of the data, instead of the scene's");
   add_common(*run_command, common, "fricid run scenes/kr6_demo.toml -o run/kr6_demo");
   run_command->callback([&] { command = [&] { return run(run_options, common); }; });
 
@@ -59,6 +64,7 @@ int main(int argc, char** argv) {
       app.add_subcommand("simulate", "ground truth only: data sets and truth files");
   simulate_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
   simulate_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
+  simulate_command->add_option("--seed", run_options.seed, "of the data, instead of the scene's");
   add_common(*simulate_command, common, "fricid simulate scenes/kr6_lugre.toml");
   simulate_command->callback([&] { command = [&] { return simulate(run_options, common); }; });
 
@@ -84,6 +90,13 @@ int main(int argc, char** argv) {
   render_command->add_option("WHAT", run_options.render, "plots")->check(CLI::IsMember({"plots"}));
   add_common(*render_command, common, "fricid render run/kr6_demo plots");
   render_command->callback([&] { command = [&] { return render(run_options, common); }; });
+
+  auto* compare_command = app.add_subcommand(
+      "compare", "evaluations of many runs joined, with intervals over the runs");
+  compare_command->add_option("DIR", folders, "run folders")->required();
+  compare_command->add_option("-o,--output", output, "file for the table; default stdout");
+  add_common(*compare_command, common, "fricid compare run/kr6_gms_1 run/kr6_gms_2");
+  compare_command->callback([&] { command = [&] { return compare(folders, output, common); }; });
 
   auto* import_command = app.add_subcommand("import", "real logs (CSV) to data sets");
   import_command->add_option("LOG", import_options.logs, "log files")->required();

@@ -166,6 +166,11 @@ std::vector<data::ModelConfig> chosen_models(const data::Experiment& experiment,
   return chosen;
 }
 
+/// Folder of a run that names none.
+std::string default_name(const data::Experiment& experiment, const RunOptions& options) {
+  return options.seed ? fmt::format("{}_{}", experiment.name, *options.seed) : experiment.name;
+}
+
 }  // namespace
 
 data::Experiment load_experiment(const std::filesystem::path& target) {
@@ -183,8 +188,9 @@ void require_run_folder(const std::filesystem::path& path) {
 Job open_job(data::Experiment experiment, const RunOptions& options, const CommonOptions& common) {
   std::filesystem::path folder = options.output;
   if (folder.empty())
-    folder = is_run_folder(options.target) ? options.target
-                                           : std::filesystem::path("run") / experiment.name;
+    folder = is_run_folder(options.target)
+                 ? options.target
+                 : std::filesystem::path("run") / default_name(experiment, options);
 
   Job job{std::move(experiment), RunFolder(folder, common.fresh), common.jobs};
   const std::string scene = data::to_toml(job.experiment);

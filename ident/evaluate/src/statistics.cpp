@@ -67,4 +67,17 @@ double student_t_quantile(double p, int dof) {
   }
 }
 
+Interval interval_90(std::span<const double> values) {
+  if (values.size() < 2) return {kNan, kNan};
+  std::vector<double> logs;
+  for (const double m : values) logs.push_back(std::log(m));
+  const double centre = mean(logs);
+  double squares = 0;
+  for (const double log : logs) squares += (log - centre) * (log - centre);
+  const auto count = static_cast<double>(logs.size());
+  const double half = student_t_quantile(0.95, static_cast<int>(logs.size()) - 1) *
+                      std::sqrt(squares / (count - 1) / count);
+  return {std::exp(centre - half), std::exp(centre + half)};
+}
+
 }  // namespace fricid::evaluate

@@ -38,19 +38,6 @@ std::vector<double> independent_means(const Seeds& seeds, std::size_t h) {
   return means;
 }
 
-Interval interval_90(const std::vector<double>& means) {
-  if (means.size() < 2) return {kNan, kNan};
-  std::vector<double> logs;
-  for (const double m : means) logs.push_back(std::log(m));
-  const double centre = mean(logs);
-  double squares = 0;
-  for (const double log : logs) squares += (log - centre) * (log - centre);
-  const auto count = static_cast<double>(logs.size());
-  const double half = student_t_quantile(0.95, static_cast<int>(logs.size()) - 1) *
-                      std::sqrt(squares / (count - 1) / count);
-  return {std::exp(centre - half), std::exp(centre + half)};
-}
-
 /// Share of the true friction's RMS, mean over joints.
 double share(const std::vector<double>& rmse, const std::vector<double>& rms) {
   std::vector<double> shares;

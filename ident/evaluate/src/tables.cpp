@@ -5,72 +5,13 @@
 
 #include "fricid/base/files.hpp"
 #include "fricid/evaluate/evaluate.hpp"
+#include "markdown.hpp"
 
 namespace fricid::evaluate {
 namespace {
 
-using Cells = std::vector<std::string>;
-
-/// Two or three significant digits, as errors deserve: "1.5e-4", "0.12", "3.7", "4667".
-std::string digits(double value) {
-  if (std::isnan(value)) return "–";
-  if (value == 0) return "0";
-  const double magnitude = std::abs(value);
-  if (magnitude >= 0.01 && magnitude < 1e5)
-    return fmt::format("{:.{}f}", value,
-                       magnitude < 0.1  ? 3
-                       : magnitude < 1  ? 2
-                       : magnitude < 10 ? 1
-                                        : 0);
-  std::string text = fmt::format("{:.1e}", value);
-  const std::size_t e = text.find('e');
-  const int exponent = std::stoi(text.substr(e + 1));
-  return fmt::format("{}e{}", text.substr(0, e), exponent);
-}
-
-std::string percent(double share) { return std::isnan(share) ? "–" : digits(100 * share); }
-
-/// Two decimals: shares of the headroom are compared by difference.
-std::string fixed(double value) {
-  return std::isnan(value) ? "–" : fmt::format("{:.2f}", value + 0.0);
-}
-
-std::string seconds(double value) { return fmt::format("{:.3g} s", value); }
-
-std::size_t width_of(const std::string& text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
-}
-
-/// A Markdown table that is readable as plain text too: padded, first column left, the rest right.
-std::string markdown_table(const std::vector<Cells>& rows) {
-  std::vector<std::size_t> widths(rows.front().size(), 3);
-  for (const Cells& row : rows)
-    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], width_of(row[c]));
-  std::string text;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    for (std::size_t c = 0; c < widths.size(); ++c) {
-      const std::string pad(widths[c] - width_of(rows[r][c]), ' ');
-      text += c == 0 ? fmt::format("| {}{} ", rows[r][c], pad)
-                     : fmt::format("| {}{} ", pad, rows[r][c]);
-    }
-    text += "|\n";
-    if (r > 0) continue;
-    for (std::size_t c = 0; c < widths.size(); ++c)
-      text += c == 0 ? fmt::format("|{:-<{}}", "", widths[c] + 2)
-                     : fmt::format("|{:-<{}}:", "", widths[c] + 1);
-    text += "|\n";
-  }
-  return text;
-}
-
 bool has_any(const std::vector<double>& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
-}
-
-template <class Values>
-void append(Cells& cells, const Values& values, std::string (*format)(double)) {
-  for (const double value : values) cells.push_back(format(value));
 }
 
 Cells horizon_titles(const EvaluationReport& report, const std::string& first) {
@@ -129,9 +70,7 @@ std::string interval_table(const EvaluationReport& report) {
   rows[0].push_back("over");
   for (const Summary& summary : report.summary) {
     Cells& row = rows.emplace_back(Cells{summary.label});
-    for (const Interval& i : summary.interval_90)
-      row.push_back(std::isnan(i.low) ? "–"
-                                      : fmt::format("{} … {}", digits(i.low), digits(i.high)));
+    for (const Interval& i : summary.interval_90) row.push_back(range(i));
     row.push_back(summary.seeds > 1 ? fmt::format("{} seeds", summary.seeds)
                                     : summary.interval_over);
   }

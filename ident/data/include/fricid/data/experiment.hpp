@@ -245,9 +245,9 @@ struct IdentifyConfig {
 /// [model.train]: training on open-loop windows.
 struct TrainConfig {
   double window_s = 0.5;
-  int batch = 64;
-  int iterations = 2000;
-  double rate = 0.004;
+  int batch = 32;
+  int iterations = 1000;
+  double rate = 0.008;
   bool rigid_body = true;
   double hold_out = 0.2;
 

@@ -30,9 +30,9 @@ inline constexpr double kFallenSquare = 1;  // [rad^2]
 
 struct MultiStepOptions {
   double window_s = 0.5;
-  int batch = 64;  ///< windows per iteration
-  int iterations = 2000;
-  double rate = 4e-3;       ///< of Adam, times 0.3 after 60 % and 0.1 after 85 % of the iterations
+  int batch = 32;  ///< windows per iteration
+  int iterations = 1000;
+  double rate = 8e-3;       ///< of Adam, times 0.3 after 60 % and 0.1 after 85 % of the iterations
   double hold_out = 0.2;    ///< share of every recording
   int wash_out_every = 20;  ///< iterations between refreshes of the friction states
   int checks = 10;          ///< how often the held-out error is looked at

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fricid/evaluate/metrics.hpp"
+#include "fricid/evaluate/statistics.hpp"
 
 namespace fricid::evaluate {
 
@@ -33,10 +34,6 @@ struct ModelResult {
   bool is_conventional = false;
   std::vector<RolloutScore> scores;
   std::vector<Rollout> rollouts;  ///< those from the first sample, one per trajectory
-};
-
-struct Interval {
-  double low, high;
 };
 
 /// One model over its seeds, trajectories and starts; one value per horizon.

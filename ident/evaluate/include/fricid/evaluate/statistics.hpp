@@ -14,4 +14,11 @@ double median(std::span<const double> values);
 /// rounding.
 double student_t_quantile(double p, int dof);
 
+struct Interval {
+  double low, high;
+};
+
+/// 90 % Student t interval of the geometric mean, on logarithms; NaN with fewer than two values.
+Interval interval_90(std::span<const double> values);
+
 }  // namespace fricid::evaluate
