@@ -7,9 +7,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <numeric>
 #include <string>
 #include <vector>
+
+#include "fricid/base/single_normals.hpp"
 
 namespace fricid {
 namespace {
@@ -178,6 +181,57 @@ TEST(Rng, NormalsAreNormal) {
   EXPECT_LT(std::fabs(mean_z(
                 x, [](double v) { return std::fabs(v) > 4 ? 1.0 : 0.0; }, tail, tail)),
             kLimit);
+}
+
+TEST(SingleNormals, AreNormalAndUncorrelated) {
+  std::vector<float> out(kDraws);
+  fill_normal(kSeed, 1, out);
+  const std::vector<double> x(out.begin(), out.end());
+  const auto power = [](int n) { return [n](double v) { return std::pow(v, n); }; };
+  EXPECT_LT(std::fabs(mean_z(x, identity, 0, 1)), kLimit);
+  EXPECT_LT(std::fabs(mean_z(x, power(2), 1, 2)), kLimit);
+  EXPECT_LT(std::fabs(mean_z(x, power(3), 0, 15)), kLimit);
+  EXPECT_LT(std::fabs(mean_z(x, power(4), 3, 96)), kLimit);
+  EXPECT_LT(std::fabs(chi_square_z(x, 1000, normal_cdf)), kLimit);
+  EXPECT_LT(kolmogorov(x, normal_cdf), 2.3);
+  const double tail = 2 * normal_cdf(-4);
+  EXPECT_LT(std::fabs(mean_z(
+                x, [](double v) { return std::fabs(v) > 4 ? 1.0 : 0.0; }, tail, tail)),
+            kLimit);
+  for (const std::size_t lag : {1u, 2u, 3u, 4u, 8u, 16u, 17u, 32u, 64u}) {
+    double sum = 0, squares = 0;
+    for (std::size_t i = 0; i + lag < x.size(); ++i) {
+      sum += x[i] * x[i + lag];
+      squares += (x[i] * x[i] - 1) * (x[i + lag] * x[i + lag] - 1) / 2;
+    }
+    const double root = std::sqrt(static_cast<double>(x.size() - lag));
+    EXPECT_LT(std::fabs(sum / root), kLimit) << lag;
+    EXPECT_LT(std::fabs(squares / root), kLimit) << lag;
+  }
+}
+
+// A draw is that of Philox's words through Box and Muller in double precision, and does not depend
+// on how many are asked for.
+TEST(SingleNormals, FollowTheWordsOfPhilox) {
+  constexpr std::uint64_t kStream = 0x300000002;
+  std::vector<float> all(200);
+  fill_normal(kSeed, kStream, all);
+  for (std::uint32_t block = 0; block < 50; ++block) {
+    const auto w = philox4x32({block, 0x40000000, 2, 3}, {kSeed & 0xFFFFFFFF, kSeed >> 32});
+    for (std::size_t pair = 0; pair < 2; ++pair) {
+      const double u = (w[2 * pair] + 0.5) * 0x1p-32, a = (w[2 * pair + 1] + 0.5) * 0x1p-32;
+      const double r = std::sqrt(-2 * std::log(u)), angle = 2 * std::numbers::pi * a;
+      const float* x = all.data() + 4 * block + 2 * pair;
+      EXPECT_NEAR(x[0], r * std::cos(angle), 4e-6);
+      EXPECT_NEAR(x[1], r * std::sin(angle), 4e-6);
+    }
+  }
+  for (std::size_t count = 0; count < 70; ++count) {
+    std::vector<float> some(count + 1, -99.0F);
+    fill_normal(kSeed, kStream, std::span(some).first(count));
+    ASSERT_TRUE(std::equal(some.begin(), some.end() - 1, all.begin())) << count;
+    ASSERT_EQ(some.back(), -99.0F);
+  }
 }
 
 /// sqrt(n) times the correlation of x[i] and y[i + lag], both of mean 0 and variance 1.

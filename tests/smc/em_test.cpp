@@ -135,6 +135,51 @@ TEST(GaussianEm, RisesToTheOptimumNearTheTruth) {
   check(model.noise(1, 1), truth.noise(1, 1), [](LinearModel& m, double h) { m.noise(1, 1) += h; });
 }
 
+// A7 for the bristle's rate a and stiffness k of the linear joint, together with Q and R: each row
+// of A is a regression on the smoothed moments, sum E[x' z] / sum E[z^2] for its last column.
+TEST(GaussianEm, FindsRateAndStiffnessOfTheBristle) {
+  constexpr int T = 2000;
+  LinearModel model = surrogate();
+  model.noise = Eigen::Vector3d(1e-10, 1e-3, 1e-5).asDiagonal();
+  const LinearModel truth = model;
+  const RowMatrix y = test::simulate(model, T, 5).y;
+  model.A(1, 2) *= 0.7;            // k
+  model.A(2, 2) = 1 - 1.3 * 0.12;  // a
+  model.noise(1, 1) *= 2;
+  model.error *= 1.5;
+  double last = -1e300;
+  for (int i = 0; i < 400; ++i) {
+    GaussianPath path;
+    gaussian_smoother(model, y, path);
+    ASSERT_GT(path.log_likelihood, last - 1e-9 * std::abs(path.log_likelihood)) << i;
+    last = path.log_likelihood;
+    NoiseMoments moments(3, 1);
+    moments.add(path, y, model.C());
+    model.noise(1, 1) = moments.Q()(1, 1);
+    model.error = moments.R();
+    double product[2] = {}, square = 0;
+    for (std::size_t t = 0; t + 1 < path.smoothed.size(); ++t) {
+      const Gaussian &x = path.smoothed[t], &next = path.smoothed[t + 1];
+      const Eigen::Matrix3d P = x.covariance + x.mean * x.mean.transpose();
+      const Eigen::Matrix3d N = path.lag_one[t] + next.mean * x.mean.transpose();
+      square += P(2, 2);
+      for (const int row : {1, 2})
+        product[row - 1] += N(row, 2) - model.A(row, 0) * P(0, 2) - model.A(row, 1) * P(1, 2);
+    }
+    model.A(1, 2) = product[0] / square;
+    model.A(2, 2) = product[1] / square;
+  }
+  for (const int row : {1, 2}) {
+    const auto change = [row](LinearModel& m, double h) { m.A(row, 2) += h; };
+    const Differences d = differences(model, y, 1e-3 * std::abs(truth.A(row, 2)), change);
+    const double sd = 1 / std::sqrt(-d.second);
+    EXPECT_LT(std::abs(d.first) * sd, 0.05) << "not at the optimum of row " << row;
+    EXPECT_LT(std::abs(model.A(row, 2) - truth.A(row, 2)) / sd, 3) << "row " << row;
+  }
+  EXPECT_NEAR(model.noise(1, 1) / truth.noise(1, 1), 1, 0.3);
+  EXPECT_NEAR(model.error(0, 0) / truth.error(0, 0), 1, 0.3);
+}
+
 // A6: near the fixed point the error shrinks by 1 - I_obs / I_complete per step (Dempster et al.).
 TEST(GaussianEm, ErrorShrinksByTheShareOfMissingInformation) {
   constexpr int T = 400;

@@ -5,14 +5,19 @@
 #include <utility>
 
 #include "fricid/base/math.hpp"
+#include "fricid/base/single_normals.hpp"
 
 namespace fricid {
 namespace {
 
 constexpr double kTwoPi = 6.283185307179586;
 
-/// What a block of random words serves: the top bit of its index.
-enum class Kind : std::uint64_t { kUniform = 0, kNormal = std::uint64_t{1} << 63 };
+/// What a block of random words serves: the top bits of its index.
+enum class Kind : std::uint64_t {
+  kUniform = 0,
+  kNormal = std::uint64_t{1} << 63,
+  kSingleNormal = std::uint64_t{1} << 62
+};
 
 // Lanes of 64 bits of which Philox uses the lower 32.
 using Words = detail::Words<PackD>;
@@ -62,13 +67,23 @@ struct Pair {
   S first, second;
 };
 
+/// The four random words of each block, in the lower halves of c.
+template <class W>
+void random_words(std::uint64_t seed, std::uint64_t stream, W block, Kind kind, W (&c)[4]) {
+  const W counter = block | W(static_cast<std::uint64_t>(kind));
+  c[0] = counter;
+  c[1] = counter >> 32;
+  c[2] = W(stream);
+  c[3] = W(stream >> 32);
+  philox_rounds(c, low(seed), high(seed));
+}
+
 /// Two uniforms of each block.
 template <class S>
 Pair<S> uniforms(std::uint64_t seed, std::uint64_t stream, detail::Words<S> block, Kind kind) {
   using W = detail::Words<S>;
-  const W counter = block | W(static_cast<std::uint64_t>(kind));
-  W c[4] = {counter, counter >> 32, W(stream), W(stream >> 32)};
-  philox_rounds(c, low(seed), high(seed));
+  W c[4];
+  random_words(seed, stream, block, kind, c);
   const W mask(0xFFFFFFFF);
   return {unit_interval((c[0] & mask) | (c[1] << 32)), unit_interval((c[2] & mask) | (c[3] << 32))};
 }
@@ -97,13 +112,35 @@ double draw_one(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
 }
 
 /// a[0], b[0], a[1], b[1], ... to memory.
-template <std::size_t... I>
-void store_in_turn(PackD a, PackD b, double* out, std::index_sequence<I...>) {
-  constexpr int kHalf = kLanes / 2;
-  const PackD first = __builtin_shufflevector(a.v, b.v, (I / 2 + I % 2 * kLanes)...);
-  const PackD second = __builtin_shufflevector(a.v, b.v, (kHalf + I / 2 + I % 2 * kLanes)...);
+template <class T, int N, std::size_t... I>
+void store_in_turn(Pack<T, N> a, Pack<T, N> b, T* out, std::index_sequence<I...>) {
+  const Pack<T, N> first = __builtin_shufflevector(a.v, b.v, (I / 2 + I % 2 * N)...);
+  const Pack<T, N> second = __builtin_shufflevector(a.v, b.v, (N / 2 + I / 2 + I % 2 * N)...);
   std::memcpy(out, &first, sizeof(first));
-  std::memcpy(out + kLanes, &second, sizeof(second));
+  std::memcpy(out + N, &second, sizeof(second));
+}
+
+/// (k + 1/2) 2^-32 of every word k, to the 24 digits of a float: never 0, 1 only by rounding.
+PackF unit_interval(detail::Words<PackF> word) {
+  using W = detail::Words<PackF>;
+  // the halves of the word behind 2^23, exactly
+  const PackF high = from_bits((word >> 16) | W(0x4B000000)) - PackF(0x1p23f);
+  const PackF low_half = from_bits((word & W(0xFFFF)) | W(0x4B000000)) - PackF(0x1p23f - 0.5f);
+  return fma(high, PackF(0x1p-16f), low_half * PackF(0x1p-32f));
+}
+
+/// Two blocks' worth of pairs per lane of 64 bits: lanes 2 b and 2 b + 1 are the pairs of block b.
+[[gnu::always_inline]] inline Pair<PackF> single_normals(std::uint64_t seed, std::uint64_t stream,
+                                                         Words block) {
+  static_assert(PackF::kLanes == 2 * kLanes);
+  Words c[4];
+  random_words(seed, stream, block, Kind::kSingleNormal, c);
+  const Words mask(0xFFFFFFFF);
+  const Words radius = (c[0] & mask) | (c[2] << 32), angle = (c[1] & mask) | (c[3] << 32);
+  detail::Words<PackF> u, w;
+  std::memcpy(&u, &radius, sizeof(u));
+  std::memcpy(&w, &angle, sizeof(w));
+  return normals(Pair<PackF>{unit_interval(u), unit_interval(w)});
 }
 
 template <Kind kind>
@@ -155,6 +192,25 @@ void fill_uniform(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
 void fill_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
                  std::span<double> out) {
   fill<Kind::kNormal>(seed, stream, first, out);
+}
+
+[[gnu::flatten]] void fill_normal(std::uint64_t seed, std::uint64_t stream, std::span<float> out) {
+  constexpr std::size_t kDraws = 2 * PackF::kLanes;
+  constexpr auto kInTurn = std::make_index_sequence<PackF::kLanes>();
+  Words block(0);
+  for (int i = 0; i < kLanes; ++i) block.set(i, static_cast<std::uint64_t>(i));
+  for (; !out.empty(); block = block + Words(kLanes)) {
+    const Pair<PackF> pair = single_normals(seed, stream, block);
+    if (out.size() >= kDraws) {
+      store_in_turn(pair.first, pair.second, out.data(), kInTurn);
+      out = out.subspan(kDraws);
+    } else {
+      float values[kDraws];
+      store_in_turn(pair.first, pair.second, values, kInTurn);
+      std::copy_n(values, out.size(), out.data());
+      out = {};
+    }
+  }
 }
 
 }  // namespace fricid

@@ -30,6 +30,26 @@ class Walk {
   double sum_;
 };
 
+/// Offspring of i are the k with (k + u) / N between the weights cumulated before and after i. No
+/// branch depends on the weights: each i writes its number where its offspring begin, to be written
+/// over where there are none, and a running maximum fills the places between.
+void resample_systematic(std::span<const double> W, double u, std::span<int> ancestors) {
+  const auto count = static_cast<std::ptrdiff_t>(ancestors.size());
+  const auto N = static_cast<double>(count);
+  auto last = std::ssize(W) - 1;
+  while (last > 0 && !(W[static_cast<std::size_t>(last)] > 0)) --last;
+  std::fill(ancestors.begin(), ancestors.end(), 0);
+  double sum = 0;
+  std::ptrdiff_t begin = 0;
+  for (std::ptrdiff_t i = 0; i <= last && begin < count; ++i) {
+    ancestors[static_cast<std::size_t>(begin)] = static_cast<int>(i);
+    sum += W[static_cast<std::size_t>(i)];
+    begin = std::max(begin, static_cast<std::ptrdiff_t>(std::ceil(N * sum - u)));
+  }
+  int running = 0;
+  for (int& a : ancestors) a = running = std::max(running, a);
+}
+
 void resample_multinomial(std::span<const double> W, std::span<const double> uniforms,
                           std::span<int> ancestors) {
   // sorted uniforms are cumulated exponentials over their total
@@ -119,12 +139,10 @@ void resample(Resampling scheme, std::span<const double> W, std::span<const doub
   assert(uniforms.size() >= uniforms_needed(scheme, count));
   if (scheme == Resampling::kMultinomial) return resample_multinomial(W, uniforms, ancestors);
   if (scheme == Resampling::kKilling) return resample_killing(W, uniforms, ancestors);
+  if (scheme == Resampling::kSystematic) return resample_systematic(W, uniforms[0], ancestors);
   Walk walk(W);
-  const bool systematic = scheme == Resampling::kSystematic;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double u = uniforms[systematic ? 0 : k];
-    ancestors[k] = walk.next((static_cast<double>(k) + u) / static_cast<double>(count));
-  }
+  for (std::size_t k = 0; k < count; ++k)
+    ancestors[k] = walk.next((static_cast<double>(k) + uniforms[k]) / static_cast<double>(count));
 }
 
 int pick(std::span<const double> W, double u) {

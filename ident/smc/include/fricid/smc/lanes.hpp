@@ -24,8 +24,13 @@ S load(const T* from) {
   S x(0);
   if constexpr (std::is_same_v<T, Real<S>>) {
     std::memcpy(&x, from, sizeof(S));
+  } else if constexpr (kLaneCount<S> == 1) {
+    x = static_cast<S>(*from);
   } else {
-    for (int i = 0; i < kLaneCount<S>; ++i) set_lane(x, i, static_cast<Real<S>>(from[i]));
+    typedef T Vector __attribute__((vector_size(sizeof(T) * kLaneCount<S>)));
+    Vector v;
+    std::memcpy(&v, from, sizeof(v));
+    x = S(__builtin_convertvector(v, typename S::Vector));
   }
   return x;
 }

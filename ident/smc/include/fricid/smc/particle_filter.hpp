@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fricid/base/rng.hpp"
+#include "fricid/base/single_normals.hpp"
 #include "fricid/smc/guides.hpp"
 #include "fricid/smc/history.hpp"
 #include "fricid/smc/innovations.hpp"
@@ -116,7 +117,7 @@ class ParticleFilter {
   std::uint64_t stream(int t) const {
     return stream_of(Purpose::kFilter, options_.sequence, static_cast<std::uint32_t>(t));
   }
-  void draw_noise(int t) { fill_normal(options_.seed, stream(t), 0, noise_); }
+  void draw_noise(int t) { fill_normal(options_.seed, stream(t), noise_); }
   const S* noise_of(int b);
   void draw_ancestors(int t);
   void draw_next(int t, Slice<S>* slice);
@@ -130,7 +131,8 @@ class ParticleFilter {
   int n_, stride_;
   Cloud<S> x_, image_;
   std::vector<S> temporary_;  // noise and image of one block
-  std::vector<double> noise_, uniforms_;
+  std::vector<float> noise_;  // (n, stride)
+  std::vector<double> uniforms_;
   std::vector<int> ancestors_, roots_, old_roots_;
   std::vector<double> log_weights_, past_log_weights_, weights_, past_weights_;
   double ess_ = 0;

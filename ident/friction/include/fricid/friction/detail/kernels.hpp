@@ -59,6 +59,10 @@ struct Kernels {
                          S& tau_f) {
     visit_entry<Laws>(slot.kind, slot.elements, [&](const auto law) {
       const S tau = law.torque(theta + slot.theta, seen(law, slot, theta, in, z), z + slot.z);
+      if (slot.torque_modifiers.empty()) {
+        tau_f += tau;
+        return;
+      }
       Stages stages;
       tau_f += modify(slot, theta, in, tau, stages);
     });
