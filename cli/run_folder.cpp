@@ -46,6 +46,7 @@ RunFolder::RunFolder(std::filesystem::path path, bool fresh)
       lock_(std::make_unique<FileLock>(path_ / ".lock")),
       program_(sha256_of_file("/proc/self/exe")) {
   manifest_ = read_manifest(path_ / "manifest.json");
+  if (fresh_) std::filesystem::remove_all(path_ / "checkpoint");
   manifest_["format"] = kFormat;
   manifest_["version"] = kFricidVersion;
   manifest_["commit"] = kFricidCommit;
@@ -73,10 +74,14 @@ bool RunFolder::up_to_date(const std::string& name, const std::string& key) cons
   return true;
 }
 
+std::string RunFolder::key_of(const std::string& text) const {
+  return sha256_of_text(program_ + text);
+}
+
 bool RunFolder::stage(const std::string& name, const std::string& key_text,
                       const std::function<std::vector<std::string>()>& body) {
   throw_if_stopped();
-  const std::string key = sha256_of_text(program_ + key_text);
+  const std::string key = key_of(key_text);
   if (up_to_date(name, key)) return false;
 
   const auto begin = std::chrono::steady_clock::now();

@@ -26,6 +26,9 @@ class RunFolder {
   bool stage(const std::string& name, const std::string& key,
              const std::function<std::vector<std::string>()>& body);
 
+  /// What a stage with this key depends on, this build of the program included, as 64 digits.
+  std::string key_of(const std::string& text) const;
+
   /// Records facts about the run (seeds, inputs, machine) in the manifest.
   void describe(const std::string& key, const nlohmann::json& value);
 

@@ -218,11 +218,13 @@ bool identify_models(Job& job, const std::vector<std::string>& names, const std:
   for (const data::ModelConfig& config : chosen_models(job.experiment, names))
     for (const int seed : seeds.empty() ? config.seeds : parse_seeds(seeds)) {
       const std::string id = fmt::format("{}_s{}", config.name, seed);
-      const bool ran = job.folder.stage("identify " + id, key_of_fit(job, config, seed), [&] {
+      const std::string key = key_of_fit(job, config, seed);
+      const bool ran = job.folder.stage("identify " + id, key, [&] {
         if (!prepared)
           prepared = estimate::prepare(job.experiment, load_datasets(job, "train"), job.jobs);
-        const estimate::FitReport report =
-            estimate::fit_model(job.experiment, *prepared, config, seed, job.jobs);
+        const estimate::FitReport report = estimate::fit_model(
+            job.experiment, *prepared, config, seed, job.jobs,
+            {job.folder.path() / "checkpoint" / (id + ".json"), job.folder.key_of(key)});
         std::vector<std::string> files{"models/" + id + ".json", "fit/" + id + ".json"};
         data::save_model(report.model, job.folder.path() / files[0]);
         estimate::save_fit_report(report, job.folder.path() / files[1]);

@@ -1,7 +1,9 @@
 """Fits by windows and by EM, and the online estimator, as a user meets them."""
+import subprocess
+import time
 import unittest
 
-from fricid_program import ProgramTest, fricid, load
+from fricid_program import PROGRAM, ProgramTest, fricid, load, without_seconds
 
 MODELS = """
 [[model]]
@@ -13,7 +15,7 @@ train = {iterations = 20, window_s = 0.1, batch = 16}
 name = "em"
 law = "dahl"
 method = "em"
-em = {iterations = 2, m_steps = 10, batch = 64}
+em = {iterations = 4, m_steps = 10, batch = 64}
 [[model]]
 name = "lvm"
 elements = 4
@@ -46,6 +48,31 @@ class Learning(ProgramTest):
                 held_out = fits[name]["multi_step"]["held_out_q_mse"]
                 self.assertEqual(held_out[fits[name]["multi_step"]["chosen"]], min(held_out))
         self.assertEqual(histories[0], histories[1])
+
+    def test_a_fit_killed_in_its_middle_goes_on(self):
+        folder = self.run_folder()
+        command = ("identify", folder, "--model", "em")
+        self.assertEqual(fricid(*command).returncode, 0)
+        names = ("models/em_s1.json", "fit/em_s1.json")
+        reference = [without_seconds((folder / name).read_text()) for name in names]
+        self.assertFalse((folder / "checkpoint").exists())
+        for name in names:
+            (folder / name).unlink()
+
+        checkpoint = folder / "checkpoint" / "em_s1.json"
+        job = subprocess.Popen([PROGRAM, *map(str, command)], stderr=subprocess.DEVNULL)
+        while not checkpoint.exists() and job.poll() is None:
+            time.sleep(0.002)
+        job.kill()
+        job.wait()
+        self.assertTrue(checkpoint.exists(), "the fit was over before it could be killed")
+        self.assertGreaterEqual(load(checkpoint)["iteration"], 1)
+        self.assertFalse((folder / names[0]).exists())
+        done = fricid(*command)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([without_seconds((folder / name).read_text()) for name in names],
+                         reference)
+        self.assertFalse((folder / "checkpoint").exists())
 
     def test_only_conventional_fits_are_the_convention_to_beat(self):
         folder = self.run_folder()

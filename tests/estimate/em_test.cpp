@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <thread>
+
 #include "fricid/base/rng.hpp"
 #include "fricid/estimate/innovations.hpp"
 #include "kr6_truth.hpp"
@@ -92,7 +95,7 @@ TEST_F(Em, RecoversFrictionInFewIterationsByItsScore) {
 TEST_F(Em, ScoreOfAnOpenLoopIsTheSlopeOfItsLikelihood) {
   constexpr int kSteps = 40;
   const Recording& r = recordings[0];
-  const auto z = wash_out(start.friction, recordings, 1);
+  const auto z = wash_out(start, recordings, 1);
   LatentNoise noise = initial_noise(start, recordings, options);
   noise.R.setConstant(1e-8);
   smc::Gaussian begin = initial_state(r, z[0].row(0), latent_sizes(z), noise);
@@ -129,7 +132,7 @@ TEST_F(Em, ScoreOfAnOpenLoopIsTheSlopeOfItsLikelihood) {
 
 // Missing positions take nothing but their information.
 TEST_F(Em, ScoreSkipsMissingPositions) {
-  const auto z = wash_out(truth.friction, recordings, 1);
+  const auto z = wash_out(truth, recordings, 1);
   const LatentNoise noise = initial_noise(truth, recordings, options);
   const smc::Gaussian begin = initial_state(recordings[0], z[0].row(0), latent_sizes(z), noise);
   LatentFrictionModel model(truth, recordings[0], noise, begin, {8, 4});
@@ -151,6 +154,68 @@ TEST_F(Em, KeepsAStartThatCannotBeBettered) {
   const EmReport report = fit_em(truth, recordings, options, "dahl", 2);
   EXPECT_EQ(report.best, -1);
   EXPECT_EQ(report.arm.friction.theta, truth.friction.theta);
+}
+
+// Every state is written to the last bit, and a fit begun from it ends where one ends that ran on.
+TEST_F(Em, GoesOnFromItsCheckpoint) {
+  const auto path = std::filesystem::path(::testing::TempDir()) / "fricid_em" / "fit.json";
+  std::filesystem::remove(path);
+  const Checkpoint checkpoint(path, "key"), other(path, "another key");
+  const FitState state{3, {{"x", {0.1, -1e-300, 1.0 / 3, 4e15}}, {"none", {}}}, {"beware"}};
+  checkpoint.save(state);
+  EXPECT_EQ(checkpoint.load(), state);
+  EXPECT_EQ(other.load(), std::nullopt);
+  checkpoint.remove();
+  EXPECT_EQ(checkpoint.load(), std::nullopt);
+  EXPECT_FALSE(std::filesystem::exists(path.parent_path()));
+
+  // the state of a fit in its middle, as a kill would leave it
+  options.iterations = 3;
+  options.free_observation_noise = true;
+  const EmReport straight = fit_em(start, recordings, options, "dahl", 2, checkpoint);
+  EXPECT_FALSE(std::filesystem::exists(path));
+  std::thread watcher([&] {
+    while (!std::filesystem::exists(path)) std::this_thread::yield();
+    std::filesystem::copy_file(path, path.parent_path() / "kept.json");
+  });
+  fit_em(start, recordings, options, "dahl", 2, checkpoint);
+  watcher.join();
+  std::filesystem::rename(path.parent_path() / "kept.json", path);
+  ASSERT_GE(checkpoint.load().value().iteration, 1);
+  const EmReport resumed = fit_em(start, recordings, options, "dahl", 2, checkpoint);
+  EXPECT_EQ(resumed.arm.friction.theta, straight.arm.friction.theta);
+  EXPECT_EQ(resumed.noise.v, straight.noise.v);
+  EXPECT_EQ(resumed.noise.R, straight.noise.R);
+  EXPECT_EQ(resumed.message, straight.message);
+  ASSERT_EQ(resumed.iterations.size(), straight.iterations.size());
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_EQ(resumed.iterations[i].held_out, straight.iterations[i].held_out);
+}
+
+TEST_F(Em, NoiseOfVelocityStaysAboveItsFloor) {
+  options.iterations = 2;
+  options.torque_floor = 1;
+  const EmReport report = fit_em(start, recordings, options, "dahl", 2);
+  options.torque_noise = options.torque_floor;
+  const LatentNoise floor = initial_noise(start, recordings, options);
+  for (Eigen::Index j = 0; j < floor.v.size(); ++j)
+    EXPECT_NEAR(report.noise.v[j] / floor.v[j], 1, 1e-12);
+  EXPECT_GT(report.noise.q.minCoeff(), 0);
+  EXPECT_GT(report.noise.z.minCoeff(), 0);
+}
+
+// Encoders three times as noisy as the logs' high band says: freed, R comes back.
+TEST_F(Em, FreedObservationNoiseIsThatOfTheEncoders) {
+  for (Recording& r : recordings) r.noise_sd *= 3;
+  options.iterations = 10;
+  options.free_observation_noise = true;
+  const EmReport freed = fit_em(start, recordings, options, "dahl", 2);
+  ASSERT_GE(freed.best, 8);
+  for (const double variance : freed.noise.R)
+    EXPECT_NEAR(std::sqrt(variance) / kEncoderNoise, 1, 0.5);
+  options.iterations = 1;
+  options.free_observation_noise = false;
+  EXPECT_NEAR(fit_em(start, recordings, options, "dahl", 2).noise.R[0] / 144e-12, 1, 1e-9);
 }
 
 TEST_F(Em, DoesNotDependOnTheNumberOfThreads) {

@@ -29,4 +29,19 @@ bool Adam::step(const Eigen::VectorXd& gradient, double rate, const Eigen::Vecto
   return true;
 }
 
+std::vector<double> Adam::state() const {
+  std::vector<double> out(m_.begin(), m_.end());
+  out.insert(out.end(), s_.begin(), s_.end());
+  out.insert(out.end(), {mean_length_, static_cast<double>(k_)});
+  return out;
+}
+
+void Adam::restore(std::span<const double> state) {
+  const auto size = static_cast<std::size_t>(m_.size());
+  std::copy_n(state.begin(), size, m_.begin());
+  std::copy_n(state.begin() + m_.size(), size, s_.begin());
+  mean_length_ = state[2 * size];
+  k_ = static_cast<int>(state[2 * size + 1]);
+}
+
 }  // namespace fricid::estimate

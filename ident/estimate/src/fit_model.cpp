@@ -135,6 +135,7 @@ EmOptions em_options(const data::EmConfig& config, int seed,
   options.torque_floor = config.torque_floor;
   options.z_noise_first = config.z_noise_first;
   options.z_noise_last = config.z_noise_last;
+  options.free_observation_noise = config.free_observation_noise;
   options.hold_out = config.hold_out;
   options.coordinates.rigid_body = config.rigid_body;
   options.coordinates.torque_scale = torque_rms(recordings);
@@ -143,7 +144,8 @@ EmOptions em_options(const data::EmConfig& config, int seed,
 }
 
 FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared,
-                    const data::ModelConfig& config, int seed, int jobs) {
+                    const data::ModelConfig& config, int seed, int jobs,
+                    const Checkpoint& checkpoint) {
   const bool learned = friction::is_learned(config.law);
   data::ModelConfig start = config;
   if (learned) start.law = kStartOfLearnedLaws;
@@ -175,7 +177,7 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
     report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   } else {
     report.em = fit_em(arm, prepared.recordings, em_options(config.em, seed, prepared.recordings),
-                       report.model.label, jobs);
+                       report.model.label, jobs, checkpoint);
     take(*report.em);
     report.model.noise = report.em->noise;
   }

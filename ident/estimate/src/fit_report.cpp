@@ -63,7 +63,6 @@ Json em_json(const EmReport& report) {
           {"held_out_q_mse_start", report.held_out_start},
           {"iterations", iterations},
           {"chosen", report.best},
-          {"stopped", report.stopped},
           {"warnings", report.warnings},
           {"variance_q", vector_of(report.noise.q)},
           {"variance_v", vector_of(report.noise.v)},

@@ -277,6 +277,7 @@ struct EmConfig {
   double torque_floor = 0.01;
   double z_noise_first = 0.1;
   double z_noise_last = 0.01;
+  bool free_observation_noise = false;
   bool rigid_body = true;
   double hold_out = 0.2;
 
@@ -299,6 +300,8 @@ struct EmConfig {
         "z_noise_first", z_noise_first,
         number("1", 1e-9, 10, "first noise of the latent states per sample, share of their size"));
     archive("z_noise_last", z_noise_last, number("1", 1e-9, 10, "last such noise"));
+    archive("free_observation_noise", free_observation_noise,
+            flag("estimate the encoder noise too, once the latent states are quiet"));
     archive("rigid_body", rigid_body, flag("fit the rigid body together with the friction"));
     archive("hold_out", hold_out,
             number("1", 0.05, 0.5, "last share of every recording, kept for choosing"));

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
+#include <vector>
 
 namespace fricid::estimate {
 
@@ -20,6 +22,11 @@ class Adam {
   /// @return false when it was skipped
   bool step(const Eigen::VectorXd& gradient, double rate, const Eigen::VectorXd& rates,
             const Eigen::VectorXd& lower, const Eigen::VectorXd& upper, Eigen::VectorXd& x);
+
+  /// m, s, the mean length and k: what a step depends on besides its arguments.
+  std::vector<double> state() const;
+  /// @param state  of an Adam of the same size
+  void restore(std::span<const double> state);
 
  private:
   Eigen::VectorXd m_, s_;

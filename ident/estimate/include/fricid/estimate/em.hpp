@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "fricid/estimate/checkpoint.hpp"
 #include "fricid/estimate/coordinates.hpp"
 #include "fricid/estimate/e_step.hpp"
 #include "fricid/estimate/latent_friction_model.hpp"
@@ -37,6 +38,7 @@ struct EmOptions {
   double torque_floor = 0.01;                       ///< least such sd
   double z_noise_first = 0.1, z_noise_last = 0.01;  ///< sd per sample, share of the rms of z
   double most_nis = 2;  ///< the noise of z falls no further where NIS per channel is above it
+  bool free_observation_noise = false;  ///< R in closed form once the noise of z has fallen
   double hold_out = 0.2;
   StepOptions step{8, 4};   ///< of filter and M-step
   StepOptions judge{8, 1};  ///< of the held-out rollouts
@@ -63,7 +65,6 @@ struct EmReport {
   std::vector<EmIteration> iterations;
   int best = -1;  ///< index of the chosen iteration, -1: the start
   std::vector<std::string> warnings;
-  bool stopped = false;  ///< by Ctrl-C: best so far
   double seconds = 0;
 };
 
@@ -90,11 +91,13 @@ Eigen::VectorXd latent_sizes(std::span<const data::RowMatrix> z);
 ///
 ///     Q_v = mean (v_{t+1} - f_v(x_t))^2
 ///
-/// above its floor, that of z on a falling schedule instead (left free it stays where it is), R as
-/// the logs show it.
+/// above its floor, that of z on a falling schedule instead (left free it stays where it is), that
+/// of q as it is, R as the logs show it, or in closed form too. No variance of Q is ever 0.
 /// Returns the parameters with the smallest held-out error met, so never worse there than `start`.
-/// The result depends on the options alone, not on `jobs`.
+/// The result depends on the options alone, not on `jobs`, nor on how often it was killed and went
+/// on from `checkpoint`, saved after every iteration.
+/// @throws Stopped on Ctrl-C; the checkpoint stays
 EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const EmOptions& options,
-                std::string_view label, int jobs);
+                std::string_view label, int jobs, const Checkpoint& checkpoint = {});
 
 }  // namespace fricid::estimate
