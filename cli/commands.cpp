@@ -42,6 +42,7 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
   const bool healthy = identify_models(job, options.models, options.seeds);
   const bool meaningful = evaluate_models(job, options.data);
   draw_plots(job);
+  make_report(job);
   print_result(job, common);
   return healthy && meaningful ? Verdict::kDone : Verdict::kNo;
 }
@@ -89,6 +90,7 @@ Verdict render(const RunOptions& options, const CommonOptions& common) {
   require_run_folder(options.target);
   Job job = open_job(load_experiment(options.target), options, common);
   draw_plots(job);
+  make_report(job);
   return Verdict::kDone;
 }
 

@@ -43,4 +43,7 @@ bool evaluate_models(Job& job, const std::vector<std::filesystem::path>& further
 /// plots/*. A missing gnuplot costs one line on stderr, not the job.
 void draw_plots(Job& job);
 
+/// report.html, from what is there. @throws UserError when it cannot be written
+void make_report(Job& job);
+
 }  // namespace fricid::cli

@@ -13,8 +13,21 @@ Figure error_time(const Run& run);
 Figure error_horizon(const Run& run);
 Figure error_joint(const Run& run);
 
-// figures_friction.cpp
+// figures_friction.cpp: what the laws do
 Figure friction_loop(const Run& run, int joint);
+Figure presliding(const Run& run);
+Figure reversal(const Run& run);
+Figure friction_time(const Run& run);
+Figure friction_error(const Run& run);
+Figure latent(const Run& run);
 Figure torque(const Run& run, const RunModel& model);
+
+// figures_fit.cpp: how the models were found
+Figure parameters(const Run& run);
+Figure training(const Run& run);
+Figure filter_health(const Run& run);
+Figure residual_spectrum(const Run& run);
+Figure excitation(const Run& run);
+Figure margins(const Run& run);
 
 }  // namespace fricid::render

@@ -11,7 +11,7 @@
 namespace fricid::render {
 namespace {
 
-constexpr double kRightCm = 0.3, kTitleCm = 0.55, kBottomCm = 1.15;
+constexpr double kRightCm = 0.3, kTitleCm = 0.55, kBottomCm = 1.15, kLabelCm = 0.3;
 constexpr double kLegendRowCm = 0.42, kLegendPadCm = 0.3, kLetterCm = 0.155, kSampleCm = 1.5;
 constexpr double kTolerance = 6e-4;  // of a panel's width or height
 
@@ -23,10 +23,7 @@ set grid lt 1 lw 0.4 lc rgb "#dddddd"
 set datafile missing "nan"
 set title offset 0,-0.6
 set xlabel offset 0,0.4
-set ylabel offset 1.2,0
 set bars 0.4
-set palette defined (-1 "#0072B2", 0 "#f7f7f7", 1 "#D55E00")
-set cbrange [-1:1]
 )";
 
 std::string quoted(std::string text) {
@@ -43,7 +40,8 @@ std::string one_line(std::string text) {
 std::string style_of(const Series& series) {
   const std::string line =
       fmt::format("lw {} lc rgb '{}' dt {}", series.width, series.colour, series.dash);
-  const std::string points = fmt::format("pt {} ps 0.45", series.marker);
+  const std::string points =
+      fmt::format("pt {} ps {}", series.marker, series.mark == Mark::kLinePoints ? 0.55 : 0.7);
   switch (series.mark) {
     case Mark::kLine:
       return "with lines " + line;
@@ -177,14 +175,6 @@ std::string data_blocks(const Figure& figure) {
     for (std::size_t s = 0; s < panel.series.size(); ++s)
       text += fmt::format("$d{}_{} << EOD\n{}EOD\n", p, s,
                           series_data(panel.series[s], x_axis, y_axis));
-    if (panel.matrix.size() == 0) continue;
-    text += fmt::format("$m{} << EOD\n", p);
-    for (Eigen::Index r = 0; r < panel.matrix.rows(); ++r) {
-      for (Eigen::Index c = 0; c < panel.matrix.cols(); ++c)
-        text += fmt::format("{:.3f} ", panel.matrix(r, c));
-      text += "\n";
-    }
-    text += "EOD\n";
   }
   return text;
 }
@@ -205,9 +195,6 @@ std::string axis_text(char name, bool log, Range range,
 
 std::string plots_text(const Panel& panel, std::size_t p) {
   std::string text = "plot ";
-  if (panel.matrix.size() > 0)
-    return "set yrange [*:*] reverse\n" + text +
-           fmt::format("$m{} matrix using 1:2:3 with image pixels notitle\n", p);
   bool first = true;
   for (std::size_t s = 0; s < panel.series.size(); ++s) {
     const Series& series = panel.series[s];
@@ -231,11 +218,13 @@ std::string panel_text(const Figure& figure, std::size_t p, Layout layout) {
       "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n"
       "set bmargin at screen {:.5f}\n",
       (column * cell + figure.left_cm) / layout.width,
-      ((column + 1) * cell - kRightCm - (panel.matrix.size() > 0 ? 1.2 : 0)) / layout.width,
-      1 - top / layout.height, 1 - (top + figure.panel_height_cm) / layout.height);
-  text +=
-      fmt::format("set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n",
-                  quoted(panel.title), quoted(panel.x_label), quoted(panel.y_label));
+      ((column + 1) * cell - kRightCm) / layout.width, 1 - top / layout.height,
+      1 - (top + figure.panel_height_cm) / layout.height);
+  text += fmt::format(
+      "set title {} noenhanced\nset xlabel {} noenhanced\n"
+      "set label 1 {} at screen {:.5f}, graph 0.5 center rotate noenhanced\n",
+      quoted(panel.title), quoted(panel.x_label), quoted(panel.y_label),
+      (column * cell + kLabelCm) / layout.width);
   return text + axis_text('x', panel.log_x, panel.x_range, panel.x_tics) +
          axis_text('y', panel.log_y, panel.y_range, panel.y_tics) + plots_text(panel, p);
 }
@@ -246,7 +235,7 @@ std::string legend_text(const Figure& figure, Layout layout) {
   std::string text = fmt::format(
       "set lmargin at screen 0\nset rmargin at screen 1\nset tmargin at screen 1\n"
       "set bmargin at screen {:.5f}\nunset border\nunset tics\nunset grid\nunset title\n"
-      "unset xlabel\nunset ylabel\nunset logscale\n"
+      "unset xlabel\nunset label\nunset logscale\n"
       "set key center center horizontal samplen 2 width 1\n"
       "set xrange [0:1]\nset yrange [0:1]\nplot ",
       1 - layout.legend / layout.height);

@@ -8,6 +8,10 @@ std::vector<Figure> figures_of_run(const std::filesystem::path& folder) {
   const Run run = read_run(folder);
   std::vector<Figure> figures{error_time(run), error_horizon(run), error_joint(run), tracking(run)};
   for (int j = 0; j < run.n(); ++j) figures.push_back(friction_loop(run, j));
+  for (const auto& figure :
+       {presliding, reversal, friction_time, friction_error, latent, parameters, training,
+        filter_health, residual_spectrum, excitation, margins})
+    figures.push_back(figure(run));
   for (const RunModel& model : run.fitted()) figures.push_back(torque(run, model));
   std::erase_if(figures, [](const Figure& figure) { return figure.panels.empty(); });
   return figures;

@@ -1,7 +1,125 @@
+#include <algorithm>
+#include <cmath>
+
 #include "figure_parts.hpp"
+#include "fricid/data/model_file.hpp"
+#include "fricid/system/driven_friction.hpp"
 #include "json_files.hpp"
 
 namespace fricid::render {
+namespace {
+
+constexpr double kWindow = 5;         // [s] of what is shown in time
+constexpr double kAround = 0.15;      // [s] before and after a reversal
+constexpr double kFastEnough = 0.15;  // [rad/s] that a joint must reach on both sides of it
+constexpr double kNormal90 = 1.645;   // half width of a 90 % band in standard deviations
+
+/// A model's friction along the measured motion.
+struct Prediction {
+  Eigen::VectorXd t;
+  RowMatrix q, v, tau, tau_f;
+};
+
+std::optional<Prediction> prediction_of(const Run& run, const RunModel& model) {
+  const auto path = run.file("predictions", model);
+  if (path.empty()) return {};
+  const data::H5Reader file(path, "fricid.prediction/1");
+  return Prediction{file.vector("/t"), file.has("/q") ? file.matrix("/q") : file.matrix("/v"),
+                    file.matrix("/v"), file.matrix("/tau"), file.matrix("/tau_f")};
+}
+
+std::optional<data::ModelFile> model_file_of(const Run& run, const RunModel& model) {
+  const auto path =
+      run.folder / "models" / fmt::format("{}_s{}.json", model.name, model.seeds.front());
+  if (!std::filesystem::exists(path)) return {};
+  return data::load_model(path);
+}
+
+/// The part of a curve between two times, counted from `zero`.
+Series cut(Series series, double begin, double end, double zero = 0, double scale = 1) {
+  Series part = series;
+  part.x.clear();
+  part.y.clear();
+  for (std::size_t i = 0; i < series.x.size(); ++i)
+    if (series.x[i] >= begin && series.x[i] <= end) {
+      part.x.push_back((series.x[i] - zero) * scale);
+      part.y.push_back(series.y[i]);
+    }
+  return part;
+}
+
+/// Index of the slowest reversal of a joint that has motion on both sides; -1: none.
+Eigen::Index slowest_reversal(const Eigen::VectorXd& t, const Eigen::VectorXd& v) {
+  const double dt = t.size() > 1 ? t[1] - t[0] : 1;
+  const auto side = static_cast<Eigen::Index>(std::lround(kAround / dt));
+  Eigen::Index best = -1;
+  double least = INFINITY;
+  for (Eigen::Index k = side; k + side + 1 < v.size(); ++k) {
+    if ((v[k] > 0) == (v[k + 1] > 0)) continue;
+    if (std::abs(v[k - side]) < kFastEnough || std::abs(v[k + side]) < kFastEnough) continue;
+    if ((v[k - side] > 0) == (v[k + side] > 0)) continue;
+    const double acceleration = std::abs(v[k + 1] - v[k]);
+    if (acceleration < least) {
+      least = acceleration;
+      best = k;
+    }
+  }
+  return best;
+}
+
+/// Displacement over which a friction has reached 90 % of what it reaches in 50 mrad, per joint:
+/// the length of presliding [rad].
+Eigen::VectorXd presliding_length(const friction::Friction& friction) {
+  constexpr int kSteps = 5000;
+  constexpr double kFar = 0.05, kSpeed = 0.01;  // [rad], [rad/s]
+  const int n = friction.model.joint_count();
+  const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(kSteps, 0, kFar);
+  const RowMatrix q = x * Eigen::RowVectorXd::Ones(n), v = RowMatrix::Constant(kSteps, n, kSpeed);
+  const RowMatrix tau_f = drive_friction(friction, kFar / kSpeed / kSteps, q, v,
+                                         RowMatrix::Zero(kSteps, n), RowMatrix())
+                              .tau_f;
+  Eigen::VectorXd length(n);
+  for (int j = 0; j < n; ++j) {
+    int k = 0;
+    while (k + 1 < kSteps && tau_f(k, j) < 0.9 * tau_f(kSteps - 1, j)) ++k;
+    length[j] = x[k];
+  }
+  return length;
+}
+
+/// A slow motion through presliding: up, once around the outer loop, and an inner loop on the way
+/// back, in shares of the amplitude, one leg at a time at constant speed.
+struct Probe {
+  RowMatrix q, v;
+  double dt;
+};
+
+Probe presliding_probe(const Eigen::VectorXd& amplitude) {
+  constexpr std::array kTurns{0.0, 1.0, -1.0, 0.25, -0.35, 1.0};
+  constexpr int kSteps = 500;             // per unit of amplitude
+  constexpr double kDt = 0.002;           // [s]
+  std::vector<double> share{0.0}, speed;  // amplitudes, amplitudes per second
+  for (std::size_t leg = 1; leg < kTurns.size(); ++leg) {
+    const double from = kTurns[leg - 1], way = kTurns[leg] - from;
+    const int steps = static_cast<int>(std::lround(kSteps * std::abs(way)));
+    for (int k = 1; k <= steps; ++k) {
+      share.push_back(from + way * k / steps);
+      speed.push_back(way / (steps * kDt));
+    }
+  }
+  speed.push_back(speed.back());
+  const Eigen::Map<const Eigen::VectorXd> x(share.data(), std::ssize(share)),
+      rate(speed.data(), std::ssize(speed));
+  return {x * amplitude.transpose(), rate * amplitude.transpose(), kDt};
+}
+
+RowMatrix probed(const friction::Friction& friction, const Probe& probe) {
+  return drive_friction(friction, probe.dt, probe.q, probe.v,
+                        RowMatrix::Zero(probe.q.rows(), probe.q.cols()), RowMatrix())
+      .tau_f;
+}
+
+}  // namespace
 
 Figure torque(const Run& run, const RunModel& model) {
   Figure figure{.name = "torque_" + model.name};
@@ -19,6 +137,7 @@ Figure torque(const Run& run, const RunModel& model) {
         curve("measured - predicted", kTruthColour, t, measured.col(j) - predicted.col(j), 0.8),
         curve("measured", kMeasuredColour, t, measured.col(j), 0.8),
         curve(model, t, predicted.col(j))};
+    panel.series.back().dash = 1;
     figure.panels.push_back(std::move(panel));
   }
   return figure;
@@ -31,18 +150,178 @@ Figure friction_loop(const Run& run, int joint) {
       "Friction characteristic of {} on {}: torque of each model driven by the measured motion, "
       "against velocity.{}",
       name, run.trajectory, run.truth ? " Grey: the injected friction." : "");
-  for (const RunModel& model : run.fitted()) {
-    const auto path = run.file("predictions", model);
-    if (path.empty()) continue;
-    const data::H5Reader file(path, "fricid.prediction/1");
+  for (const RunModel& model : run.shown) {
+    const auto predicted = prediction_of(run, model);
+    if (!predicted) continue;
     Panel panel{.title = model.label, .x_label = "v [rad/s]", .y_label = "friction [N m]"};
     if (run.truth)
       panel.series.push_back(
-          curve("truth", kTruthColour, run.truth->v.col(joint), run.truth->tau_f.col(joint), 2.2));
-    panel.series.push_back(
-        curve(model, file.matrix("/v").col(joint), file.matrix("/tau_f").col(joint)));
+          curve("truth", kTruthColour, run.truth->v.col(joint), run.truth->tau_f.col(joint), 2.6));
+    panel.series.push_back(curve(model, predicted->v.col(joint), predicted->tau_f.col(joint)));
     panel.series.back().dash = 1;  // alone in its panel
+    panel.series.back().width = 0.9;
     figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+Figure presliding(const Run& run) {
+  Figure figure{.name = "presliding"};
+  std::vector<std::pair<RunModel, friction::Friction>> shown;
+  for (const RunModel& model : run.shown)
+    if (auto file = model_file_of(run, model)) shown.emplace_back(model, file->arm.friction);
+  if (shown.empty()) return figure;
+
+  // The scale of the loops: the truth's, or else that of the model with the longest presliding.
+  Eigen::VectorXd length = presliding_length(run.truth ? run.truth->friction : shown[0].second);
+  if (!run.truth)
+    for (const auto& [model, friction] : shown)
+      length = length.cwiseMax(presliding_length(friction));
+  const Probe probe = presliding_probe(1.5 * length.cwiseMax(1e-4));
+  figure.caption =
+      "Presliding: the law of every model moved slowly from rest around an outer and an inner "
+      "loop, "
+      "without load. Hysteresis with memory closes both loops; a law without memory that is smooth "
+      "in velocity stays near zero.";
+  if (run.truth) figure.caption += " Grey: the injected friction.";
+  const Eigen::MatrixXd milli = 1e3 * probe.q;
+  for (int j = 0; j < run.n(); ++j) {
+    Panel panel{
+        .title = run.joint(j), .x_label = "displacement [mrad]", .y_label = "friction [N m]"};
+    figure.panels.push_back(std::move(panel));
+  }
+  const auto add = [&](const friction::Friction& friction, Series look) {
+    const RowMatrix tau_f = probed(friction, probe);
+    for (int j = 0; j < run.n(); ++j) {
+      look.x = to_vector(milli.col(j));
+      look.y = to_vector(tau_f.col(j));
+      figure.panels[static_cast<std::size_t>(j)].series.push_back(look);
+    }
+  };
+  if (run.truth) add(run.truth->friction, {.label = "truth", .colour = kTruthColour, .width = 3});
+  for (const auto& [model, friction] : shown)
+    add(friction, {.label = model.label, .colour = model.look.colour, .dash = model.look.dash});
+  return figure;
+}
+
+Figure reversal(const Run& run) {
+  Figure figure{.name = "reversal"};
+  figure.caption = fmt::format(
+      "The slowest reversal of each joint on {}, friction torque against time: models driven by "
+      "the measured motion.{}",
+      run.trajectory, run.truth ? " Grey: the injected friction." : "");
+  std::vector<std::pair<RunModel, Prediction>> shown;
+  for (const RunModel& model : run.shown)
+    if (auto predicted = prediction_of(run, model)) shown.emplace_back(model, *predicted);
+  if (shown.empty()) return figure;
+  for (int j = 0; j < run.n(); ++j) {
+    const Prediction& first = shown[0].second;
+    const Eigen::Index k = slowest_reversal(first.t, first.v.col(j));
+    if (k < 0) continue;
+    const double zero = first.t[k];
+    Panel panel{.title = fmt::format("{}, t = {:.2f} s", run.joint(j), zero),
+                .x_label = "time from the reversal [ms]",
+                .y_label = "friction [N m]"};
+    const auto add = [&](const Series& series) {
+      panel.series.push_back(cut(series, zero - kAround, zero + kAround, zero, 1e3));
+    };
+    if (run.truth) add(curve("truth", kTruthColour, run.truth->t, run.truth->tau_f.col(j), 3));
+    for (const auto& [model, predicted] : shown)
+      add(curve(model, predicted.t, predicted.tau_f.col(j)));
+    figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+Figure friction_time(const Run& run) {
+  Figure figure{.name = "friction_time"};
+  bool has_band = false;
+  for (int j = 0; j < run.n(); ++j) {
+    Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "friction [N m]"};
+    for (const RunModel& model : run.shown) {
+      const auto path = run.file("estimates", model);
+      if (path.empty()) continue;
+      const data::H5Reader file(path, "fricid.estimate/1");
+      const Eigen::VectorXd mean = file.matrix("/tau_f").col(j),
+                            sd = file.matrix("/tau_f_sd").col(j), t = file.vector("/t");
+      Series band{.colour = model.look.colour, .mark = Mark::kBand};
+      for (Eigen::Index k = 0; k < t.size(); ++k)
+        if (t[k] <= kWindow) {
+          band.x.push_back(t[k]);
+          band.low.push_back(mean[k] - kNormal90 * sd[k]);
+          band.high.push_back(mean[k] + kNormal90 * sd[k]);
+        }
+      panel.series.push_back(band);
+      has_band = true;
+    }
+    if (run.truth)
+      panel.series.push_back(cut(
+          curve("truth", kTruthColour, run.truth->t, run.truth->tau_f.col(j), 2.6), 0, kWindow));
+    for (const RunModel& model : run.shown)
+      if (const auto predicted = prediction_of(run, model))
+        panel.series.push_back(
+            cut(curve(model, predicted->t, predicted->tau_f.col(j)), 0, kWindow));
+    if (panel.series.size() > (run.truth ? 1U : 0U)) figure.panels.push_back(std::move(panel));
+  }
+  figure.caption = fmt::format(
+      "Friction torque in the first {:.0f} s of {}: models driven by the measured motion.{}{}",
+      kWindow, run.trajectory, run.truth ? " Grey: the injected friction." : "",
+      has_band ? " Bands: 90 % of the online filter's belief." : "");
+  return figure;
+}
+
+Figure friction_error(const Run& run) {
+  Figure figure{.name = "friction_error"};
+  if (!run.truth) return figure;
+  figure.caption = fmt::format(
+      "Error of the friction torque in the first {:.0f} s of {}: models driven by the measured "
+      "motion against the injected friction.",
+      kWindow, run.trajectory);
+  for (int j = 0; j < run.n(); ++j) {
+    Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "error [N m]"};
+    for (const RunModel& model : run.shown) {
+      const auto predicted = prediction_of(run, model);
+      if (!predicted || predicted->t.size() != run.truth->t.size()) continue;
+      panel.series.push_back(
+          cut(curve(model, predicted->t, predicted->tau_f.col(j) - run.truth->tau_f.col(j)), 0,
+              kWindow));
+    }
+    if (!panel.series.empty()) figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+Figure latent(const Run& run) {
+  Figure figure{.name = "latent"};
+  figure.caption = fmt::format(
+      "Hidden states of {} in the first {:.0f} s of {}, driven by the measured motion: what each "
+      "model remembers, in its own unit.",
+      run.joint(0), kWindow, run.trajectory);
+  const auto add = [&](const std::string& title, const std::string& colour,
+                       const Eigen::VectorXd& t, const RowMatrix& z) {
+    Panel panel{.title = title, .x_label = "t [s]", .y_label = "z"};
+    for (Eigen::Index i = 0; i < z.cols(); ++i) {
+      Series state = cut(curve("", colour, t, z.col(i), 0.9), 0, kWindow);
+      state.dash = 1 + static_cast<int>(i % 4);
+      panel.series.push_back(std::move(state));
+    }
+    if (!panel.series.empty()) figure.panels.push_back(std::move(panel));
+  };
+  if (run.truth) {
+    const auto& model = run.truth->friction.model;
+    add("truth", "#555555", run.truth->t,
+        run.truth->z.leftCols(std::min<Eigen::Index>(model.state_begin(1), run.truth->z.cols())));
+  }
+  for (const RunModel& model : run.shown) {
+    const auto predicted = prediction_of(run, model);
+    const auto file = model_file_of(run, model);
+    if (!predicted || !file || file->arm.friction.model.state_size() == 0) continue;
+    const auto& friction = file->arm.friction;
+    const double dt = predicted->t[1] - predicted->t[0];
+    const DrivenFriction driven =
+        drive_friction(friction, dt, predicted->q, predicted->v, predicted->tau, RowMatrix());
+    add(model.label, model.look.colour, predicted->t,
+        driven.z.leftCols(friction.model.state_begin(1)));
   }
   return figure;
 }

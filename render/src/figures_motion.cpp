@@ -37,6 +37,20 @@ const nlohmann::json* summary_of(const Run& run, const std::string& name) {
   return nullptr;
 }
 
+/// The oracle, where there is one, and the models that share panels.
+std::vector<RunModel> with_oracle(const Run& run) {
+  std::vector<RunModel> models;
+  for (const RunModel& model : run.models)
+    if (model.is_oracle) models.push_back(model);
+  models.insert(models.end(), run.shown.begin(), run.shown.end());
+  return models;
+}
+
+/// Says that not all models are shown.
+std::string choice(const Run& run) {
+  return run.shown.size() == run.fitted().size() ? "" : " Of each law the best of its fits.";
+}
+
 }  // namespace
 
 Figure tracking(const Run& run) {
@@ -47,7 +61,7 @@ Figure tracking(const Run& run) {
       run.trajectory);
   for (int j = 0; j < run.n(); ++j)
     figure.panels.push_back({.title = run.joint(j), .x_label = "t [s]", .y_label = "q [rad]"});
-  for (const RunModel& model : run.fitted()) {
+  for (const RunModel& model : run.shown) {
     const auto path = run.file("rollouts", model);
     if (path.empty()) continue;
     const data::H5Reader file(path, "fricid.rollout/1");
@@ -64,11 +78,13 @@ Figure tracking(const Run& run) {
 
 Figure error_time(const Run& run) {
   Figure figure{.name = "error_time", .columns = 1, .panel_height_cm = 6};
-  figure.caption = fmt::format(
-      "Absolute position error of the open loops on {}, mean over joints, against time.",
-      run.trajectory);
+  figure.caption =
+      fmt::format(
+          "Absolute position error of the open loops on {}, mean over joints, against time.",
+          run.trajectory) +
+      choice(run);
   Panel panel{.x_label = "t [s]", .y_label = "mean |q error| [rad]", .log_y = true};
-  for (const RunModel& model : run.models) {
+  for (const RunModel& model : with_oracle(run)) {
     const auto path = run.file("rollouts", model);
     if (path.empty()) continue;
     const data::H5Reader file(path, "fricid.rollout/1");
@@ -88,6 +104,7 @@ Figure error_horizon(const Run& run) {
   Figure figure{.name = "error_horizon", .columns = 1, .width_cm = kColumnCm, .panel_height_cm = 6};
   Panel panel{.x_label = "horizon [s]", .y_label = "MSE(q) [rad²]", .log_x = true, .log_y = true};
   const std::vector<double> horizons = numbers_in(run.evaluation, "horizons_s");
+  if (!horizons.empty()) panel.x_range = {0.7 * horizons.front(), 1.4 * horizons.back()};
   const std::vector<double> floor = numbers_in(run.evaluation, "floor");
   const bool has_floor =
       std::any_of(floor.begin(), floor.end(), [](double x) { return std::isfinite(x); });
@@ -99,13 +116,14 @@ Figure error_horizon(const Run& run) {
                             .width = 3,
                             .mark = Mark::kLine});
   std::string over = "none";
-  for (std::size_t m = 0; m < run.models.size(); ++m) {
-    const RunModel& model = run.models[m];
+  const std::vector<RunModel> models = with_oracle(run);
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    const RunModel& model = models[m];
     const auto* summary = summary_of(run, model.name);
     if (summary == nullptr) continue;
     // Bars side by side: a shift of 2 % per model on the log axis.
     const double shift =
-        std::pow(1.02, static_cast<double>(m) - static_cast<double>(run.models.size() - 1) / 2);
+        std::pow(1.02, static_cast<double>(m) - static_cast<double>(models.size() - 1) / 2);
     Series line{.label = model.label,
                 .colour = model.look.colour,
                 .y = numbers_in(*summary, "q_mse_geometric_mean"),
@@ -134,7 +152,7 @@ Figure error_horizon(const Run& run) {
       "Geometric mean of the open-loop MSE(q) over trajectories, start times and seeds, against "
       "the horizon." +
       (over == "none" ? std::string() : fmt::format(" Bars: 90 % interval over {}.", over)) +
-      (has_floor ? " No model can be better than the floor." : "");
+      (has_floor ? " No model can be better than the floor." : "") + choice(run);
   figure.panels.push_back(std::move(panel));
   return figure;
 }
@@ -144,7 +162,8 @@ Figure error_joint(const Run& run) {
   Figure figure{.name = "error_joint", .columns = 2, .panel_height_cm = 5};
   figure.caption =
       "Open-loop error of each joint: root of the geometric mean of its MSE over trajectories, "
-      "start times and seeds; bars from the best to the worst of them.";
+      "start times and seeds; bars from the best to the worst of them." +
+      choice(run);
   std::vector<std::pair<double, std::string>> joints;
   for (int j = 0; j < run.n(); ++j) joints.emplace_back(j, run.joint(j));
 
@@ -158,8 +177,9 @@ Figure error_joint(const Run& run) {
                 .log_y = true,
                 .x_range = {-0.6, run.n() - 0.4},
                 .x_tics = joints};
-    for (std::size_t m = 0; m < run.models.size(); ++m) {
-      const RunModel& model = run.models[m];
+    const std::vector<RunModel> models = with_oracle(run);
+    for (std::size_t m = 0; m < models.size(); ++m) {
+      const RunModel& model = models[m];
       Series bars{.label = model.label,
                   .colour = model.look.colour,
                   .width = 1,
@@ -180,8 +200,7 @@ Figure error_joint(const Run& run) {
         }
         if (count == 0) continue;
         bars.x.push_back(
-            j +
-            0.8 * ((static_cast<double>(m) + 0.5) / static_cast<double>(run.models.size()) - 0.5));
+            j + 0.8 * ((static_cast<double>(m) + 0.5) / static_cast<double>(models.size()) - 0.5));
         bars.y.push_back(std::exp(sum / count / 2));
         bars.low.push_back(std::sqrt(least));
         bars.high.push_back(std::sqrt(most));

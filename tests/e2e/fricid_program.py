@@ -28,7 +28,9 @@ def results(folder):
     found = {}
     for path in sorted(pathlib.Path(folder).rglob("*")):
         name = str(path.relative_to(folder))
-        if not path.is_file() or name in ("manifest.json", ".lock") or name.startswith("plots/"):
+        if not path.is_file() or name in ("manifest.json", ".lock", "report.html"):
+            continue
+        if name.startswith("plots/"):
             continue
         if path.suffix == ".json":
             found[name] = without_seconds(path.read_text())

@@ -2,94 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
+#include <algorithm>
+#include <cmath>
 
 #include "fricid/base/error.hpp"
-#include "fricid/base/files.hpp"
-#include "fricid/data/dataset.hpp"
-#include "fricid/data/hdf5.hpp"
-#include "fricid/friction/robot_friction.hpp"
-#include "temporary_folder.hpp"
+#include "run_folder_fixture.hpp"
 
 namespace fricid::render {
 namespace {
 
-using data::RowMatrix;
-using nlohmann::json;
-
-constexpr int kRows = 4000, kJoints = 2;
-
-/// Row k of joint j: base + j + k / 1000.
-RowMatrix ramp(double base) {
-  RowMatrix values(kRows, kJoints);
-  for (int k = 0; k < kRows; ++k)
-    for (int j = 0; j < kJoints; ++j) values(k, j) = base + j + k * 1e-3;
-  return values;
-}
-
-/// A run folder with the oracle and one model on one trajectory of two joints.
-class FiguresOfRun : public TemporaryFolder {
+/// Its figures by name.
+class FiguresOfRun : public RunFolder {
  protected:
-  static constexpr double kTruth = 10, kPredicted = 20, kMeasured = 30, kRollout = 40;
-
-  void SetUp() override {
-    TemporaryFolder::SetUp();
-    const auto model = [](const char* name, bool is_oracle) {
-      return json{{"name", name}, {"label", name}, {"seed", 1}, {"is_oracle", is_oracle}};
-    };
-    const auto summary = [](const char* name, double mse) {
-      return json{{"name", name}, {"q_mse_geometric_mean", {mse, nullptr}}};
-    };
-    json simple = model("simple", false);
-    for (const double mse : {4.0, 16.0})
-      simple["trajectories"].push_back({{"q_mse_joint", {{1, 1}, {1, mse}}}});
-    const json evaluation{
-        {"scene", "two joints"},
-        {"horizons_s", {0.1, 1}},
-        {"trajectories", {"validation_0"}},
-        {"models", {model("simulator", true), model("oracle", true), simple}},
-        {"summary", {summary("simulator", 1), summary("oracle", 1), summary("simple", 7)}},
-        {"floor", {2, nullptr}}};
-    write_file_atomically(folder / "evaluation.json", evaluation.dump());
-
-    data::Dataset measured;
-    measured.joint_names = {"joint_a1", "joint_a2"};
-    measured.rate_hz = 250;
-    measured.t = Eigen::VectorXd::LinSpaced(kRows, 0, (kRows - 1) / measured.rate_hz);
-    measured.q = measured.tau = ramp(kMeasured);
-    data::save_dataset(measured, folder / "data/validation_0.h5");
-    write("truth/validation_0.h5", "fricid.truth/1",
-          {{"/v", kTruth}, {"/tau_f", kTruth}, {"/z", 0}}, friction_json().dump());
-    write_file_atomically(folder / "models/simple_s1.json",
-                          R"({"friction": [[{"law": "coulomb_viscous"}]]})");
-    write("predictions/simple_s1_validation_0.h5", "fricid.prediction/1",
-          {{"/v", 0}, {"/tau", kMeasured}, {"/tau_predicted", kPredicted}, {"/tau_f", kPredicted}});
-    for (const char* name : {"oracle", "simple"})
-      write(std::string("rollouts/") + name + "_s1_validation_0.h5", "fricid.rollout/1",
-            {{"/q", kRollout}});
-  }
-
-  /// A bristle at every joint, as a truth file says it.
-  static json friction_json() {
-    json parameters;
-    for (const auto& info : friction::parameters_of_law("dahl", 0))
-      parameters.push_back({{"symbol", info.symbol}, {"value", info.typical}});
-    const json law{
-        {"law", "dahl"}, {"elements", 0}, {"modifiers", json::array()}, {"parameters", parameters}};
-    const json joint{{"laws", {law}}};
-    return {{"joints", {joint, joint}}};
-  }
-
-  void write(const std::string& name, const std::string& format,
-             const std::vector<std::pair<std::string, double>>& tables,
-             const std::string& friction = "{}") const {
-    data::write_hdf5(folder / name, format, [&](data::H5Writer& file) {
-      file.attribute("friction", friction);
-      file.vector("/t", Eigen::VectorXd::LinSpaced(kRows, 0, 1), "s");
-      for (const auto& [table, base] : tables) file.matrix(table, ramp(base), "");
-    });
-  }
-
   Figure figure(const std::string& name) const {
     for (Figure& figure : figures_of_run(folder))
       if (figure.name == name) return figure;
@@ -103,7 +27,9 @@ TEST_F(FiguresOfRun, AreThoseOfTheHeader) {
   for (const Figure& figure : figures_of_run(folder)) names.push_back(figure.name);
   EXPECT_EQ(names,
             (std::vector<std::string>{"error_time", "error_horizon", "error_joint", "tracking",
-                                      "friction_joint_a1", "friction_joint_a2", "torque_simple"}));
+                                      "friction_joint_a1", "friction_joint_a2", "presliding",
+                                      "friction_time", "friction_error", "latent", "parameters",
+                                      "residual_spectrum", "excitation", "torque_simple"}));
 }
 
 TEST_F(FiguresOfRun, FrictionShowsTheModelOverTheTruthOfItsJoint) {
@@ -141,15 +67,15 @@ TEST_F(FiguresOfRun, ErrorOverHorizonHasOracleModelsAndFloor) {
   const auto series = figure("error_horizon").panels.at(0).series;
   ASSERT_EQ(series.size(), 3u);
   EXPECT_EQ(series[0].label, "floor");
-  EXPECT_EQ(series[0].y[0], 2);
+  EXPECT_EQ(series[0].y[0], 2e-6);
   EXPECT_EQ(series[1].label, "oracle");
-  EXPECT_EQ(series[2].y[0], 7);
+  EXPECT_EQ(series[2].y[0], 7e-6);
   EXPECT_TRUE(std::isnan(series[2].y[1]));
 }
 
 TEST_F(FiguresOfRun, ErrorOfAJointIsTheRootOfTheGeometricMean) {
   const Figure joints = figure("error_joint");
-  ASSERT_EQ(joints.panels.size(), 1u);  // 1 s is the longest horizon
+  ASSERT_EQ(joints.panels.size(), 2u);  // 1 s and the longest horizon
   const Series& simple = joints.panels[0].series.at(0);
   ASSERT_EQ(simple.y.size(), 2u);
   EXPECT_NEAR(simple.y[1], std::sqrt(std::sqrt(4.0 * 16.0)), 1e-12);
@@ -163,10 +89,112 @@ TEST_F(FiguresOfRun, ErrorOverTimeIsTheMeanOverJoints) {
   EXPECT_NEAR(series[1].y[0], kRollout - kMeasured, 1e-12);
 }
 
+TEST_F(FiguresOfRun, PreslidingLoopsOfTheTrueLawLieOnTheTruth) {
+  // The fitted law is the injected one, with its parameters.
+  const auto series = figure("presliding").panels.at(1).series;
+  ASSERT_EQ(series.size(), 2u);
+  EXPECT_EQ(series[0].label, "truth");
+  EXPECT_EQ(series[0].y, series[1].y);
+  // Outer loop: the torque at the turn up differs from that at the turn down by twice its height.
+  const auto [least, most] = std::minmax_element(series[1].y.begin(), series[1].y.end());
+  EXPECT_NEAR(*least, -*most, 0.05 * *most);
+  EXPECT_GT(*most, 0);
+}
+
+TEST_F(FiguresOfRun, SlowestReversalIsZoomedInto) {
+  // Joint j: velocity crosses zero at 0.5 s steeply and at 1.5 s ten times less so.
+  constexpr int kSamples = 500;
+  data::RowMatrix v(kSamples, kJoints), none = data::RowMatrix::Zero(kSamples, kJoints);
+  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(kSamples, 0, (kSamples - 1) / 250.0);
+  for (int k = 0; k < kSamples; ++k)
+    v.row(k).setConstant(t[k] < 1 ? 20 * (0.502 - t[k]) : 2 * (t[k] - 1.502));
+  data::write_hdf5(folder / "predictions/simple_s1_validation_0.h5", "fricid.prediction/1",
+                   [&](data::H5Writer& file) {
+                     file.vector("/t", t, "s");
+                     file.matrix("/v", v, "rad/s");
+                     for (const char* name : {"/q", "/tau", "/tau_predicted", "/tau_f"})
+                       file.matrix(name, none, "");
+                   });
+  const Figure zoom = figure("reversal");
+  ASSERT_EQ(zoom.panels.size(), 2u);
+  EXPECT_EQ(zoom.panels[0].title, "joint_a1, t = 1.50 s");
+  const auto& x = zoom.panels[0].series.back().x;
+  EXPECT_NEAR(x.front(), -150, 4.1);
+  EXPECT_NEAR(x.back(), 150, 4.1);
+}
+
+TEST_F(FiguresOfRun, BandOfTheOnlineFilterHoldsNinetyPercent) {
+  const data::RowMatrix mean = ramp(5), sd = ramp(1);
+  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(kRows, 0, 16), ess = 100 * t;
+  data::write_hdf5(folder / "estimates/simple_s1_validation_0.h5", "fricid.estimate/1",
+                   [&](data::H5Writer& file) {
+                     file.vector("/t", t, "s");
+                     file.vector("/ess", ess, "1");
+                     file.matrix("/tau_f", mean, "N m");
+                     file.matrix("/tau_f_sd", sd, "N m");
+                   });
+  EXPECT_EQ(figure("filter_health").panels.at(0).series.at(0).y.back(), 1600);
+  const Series band = figure("friction_time").panels.at(0).series.at(0);
+  EXPECT_EQ(band.mark, Mark::kBand);
+  EXPECT_NEAR(band.low[0], 5 - 1.645, 1e-12);
+  EXPECT_NEAR(band.high[0], 5 + 1.645, 1e-12);
+}
+
+TEST_F(FiguresOfRun, ErrorOfFrictionIsAgainstTheTruth) {
+  EXPECT_NEAR(figure("friction_error").panels.at(1).series.at(0).y[0], kPredicted - kTruth, 1e-12);
+}
+
+TEST_F(FiguresOfRun, ParametersStandBesideTheirTruth) {
+  const Figure parameters = figure("parameters");
+  const auto panel = std::find_if(parameters.panels.begin(), parameters.panels.end(),
+                                  [](const Panel& candidate) { return candidate.title == "Fc"; });
+  ASSERT_NE(panel, parameters.panels.end());
+  ASSERT_EQ(panel->series.size(), 2u);
+  EXPECT_EQ(panel->series[1].label, "truth");
+  EXPECT_EQ(panel->series[0].y, panel->series[1].y);
+}
+
+TEST_F(FiguresOfRun, TrainingShowsWhatChoseTheModel) {
+  edit("fit/simple_s1.json", [](json& fit) {
+    fit["em"] = {{"held_out_q_mse_start", 4},
+                 {"iterations",
+                  {{{"log_likelihood", 10}, {"nis", 2}, {"held_out_q_mse", 3}},
+                   {{"log_likelihood", 15}, {"nis", 1}, {"held_out_q_mse", 1}}}}};
+  });
+  const Figure training = figure("training");
+  ASSERT_EQ(training.panels.size(), 2u);
+  EXPECT_EQ(training.panels[0].series.at(0).y, (std::vector<double>{4, 3, 1}));
+  EXPECT_EQ(training.panels[0].series.at(0).x, (std::vector<double>{0, 50, 100}));
+  EXPECT_EQ(training.panels[1].series.at(0).y, (std::vector<double>{0, 5}));
+  EXPECT_EQ(figure("filter_health").panels.at(0).series.at(0).y, (std::vector<double>{2, 1}));
+}
+
+TEST_F(FiguresOfRun, ManyModelsAreOnePerLaw) {
+  // Nine more fits of the same law, the fifth of them better than the first model.
+  edit("evaluation.json", [](json& evaluation) {
+    for (int i = 0; i < 9; ++i) {
+      const std::string name = fmt::format("more{}", i);
+      json model = evaluation["models"][2], summary = evaluation["summary"][2];
+      model["name"] = model["label"] = summary["name"] = summary["label"] = name;
+      summary["q_mse_geometric_mean"] = {i == 4 ? 1e-7 : 1e-5, nullptr};
+      evaluation["models"].push_back(model);
+      evaluation["summary"].push_back(summary);
+    }
+  });
+  for (int i = 0; i < 9; ++i)
+    std::filesystem::copy(folder / "models/simple_s1.json",
+                          folder / fmt::format("models/more{}_s1.json", i));
+  const auto series = figure("error_horizon").panels.at(0).series;
+  ASSERT_EQ(series.size(), 3u);
+  EXPECT_EQ(series[1].label, "oracle");
+  EXPECT_EQ(series[2].label, "more4");
+}
+
 TEST_F(FiguresOfRun, WhatIsAbsentIsLeftOut) {
   std::filesystem::remove_all(folder / "truth");
   EXPECT_EQ(figure("friction_joint_a1").panels.at(0).series.size(), 1u);
-  std::filesystem::remove_all(folder / "predictions");
+  for (const char* name : {"predictions", "models", "data/train_0.h5"})
+    std::filesystem::remove_all(folder / name);
   EXPECT_EQ(figures_of_run(folder).size(), 4u);
   std::filesystem::remove(folder / "evaluation.json");
   EXPECT_THROW(figures_of_run(folder), UserError);

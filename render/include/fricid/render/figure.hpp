@@ -1,7 +1,6 @@
 // Figures as data, drawn by the gnuplot program. One look for all of them.
 #pragma once
 
-#include <Eigen/Core>
 #include <filesystem>
 #include <limits>
 #include <string>
@@ -33,14 +32,13 @@ struct Range {
 inline constexpr Range kFromData{std::numeric_limits<double>::quiet_NaN(),
                                  std::numeric_limits<double>::quiet_NaN()};
 
-/// One pair of axes. With `matrix`, whose entries lie in [-1, 1], a colour map with row 0 on top.
+/// One pair of axes.
 struct Panel {
   std::string title{}, x_label{}, y_label{};
   bool log_x = false, log_y = false;
   std::vector<Series> series{};
   Range x_range = kFromData, y_range = kFromData;
   std::vector<std::pair<double, std::string>> x_tics{}, y_tics{};  ///< named places; empty: numbers
-  Eigen::MatrixXd matrix{};
 };
 
 /// A grid of panels with one legend above them.

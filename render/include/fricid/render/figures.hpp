@@ -10,11 +10,17 @@ namespace fricid::render {
 /// The figures of a run folder, made from its files alone, first seed and first held-out
 /// trajectory:
 ///
-///     error_time         mean absolute position error of the open loops against time
 ///     error_horizon      geometric mean of MSE(q) against horizon, with oracle, floor, intervals
+///     error_time         mean absolute position error of the open loops against time
 ///     error_joint        error of each joint, with the spread over rollouts
 ///     tracking           measured position and each model's open loop, per joint
 ///     friction_JOINT     friction torque against velocity, one panel per model, with truth
+///     presliding         torque against displacement around an outer and an inner loop
+///     reversal           friction torque around each joint's slowest reversal
+///     friction_time, friction_error     against time, with bands of the online filter
+///     latent             hidden states
+///     parameters, training, filter_health, residual_spectrum    how the models were found
+///     excitation, margins               what the training motion covers
 ///     torque_MODEL       measured and predicted motor torque and their difference, per joint
 ///
 /// A figure whose files are absent (no truth, no rollout) is left out.

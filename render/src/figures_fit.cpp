@@ -1,0 +1,339 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "figure_parts.hpp"
+#include "json_files.hpp"
+#include "welch.hpp"
+
+namespace fricid::render {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kSegment = 1024;  // samples of one periodogram
+constexpr double kTwoSd = 2;
+
+json fit_of(const Run& run, const RunModel& model) {
+  json fit = read_json_if_there(run.folder / "fit" /
+                                fmt::format("{}_s{}.json", model.name, model.seeds.front()));
+  return fit.is_object() ? fit : json::object();
+}
+
+json model_json_of(const Run& run, const RunModel& model) {
+  json file = read_json_if_there(run.folder / "models" /
+                                 fmt::format("{}_s{}.json", model.name, model.seeds.front()));
+  return file.is_object() ? file : json::object();
+}
+
+Series counted(const RunModel& model, std::vector<double> y, double first = 0) {
+  Series series{.label = model.label,
+                .colour = model.look.colour,
+                .y = std::move(y),
+                .dash = model.look.dash};
+  for (std::size_t i = 0; i < series.y.size(); ++i)
+    series.x.push_back(first + static_cast<double>(i));
+  return series;
+}
+
+std::vector<double> per_iteration(const json& em, const char* key) {
+  std::vector<double> values;
+  for (const json& iteration : em.at("iterations")) values.push_back(number_in(iteration, key));
+  return values;
+}
+
+/// Bins averaged over a sixth of an octave, as a log axis shows them.
+Spectrum smoothed(const Spectrum& fine) {
+  const double step = std::pow(2, 1.0 / 6);
+  std::vector<double> frequency, density;
+  for (Eigen::Index k = 0; k < fine.density.size();) {
+    const double end = fine.frequency_hz[k] * step;
+    double sum_f = 0, sum_d = 0;
+    int count = 0;
+    for (; k < fine.density.size() && (count == 0 || fine.frequency_hz[k] < end); ++k, ++count) {
+      sum_f += fine.frequency_hz[k];
+      sum_d += fine.density[k];
+    }
+    frequency.push_back(sum_f / count);
+    density.push_back(sum_d / count);
+  }
+  return {Eigen::Map<Eigen::VectorXd>(frequency.data(), std::ssize(frequency)),
+          Eigen::Map<Eigen::VectorXd>(density.data(), std::ssize(density))};
+}
+
+/// Symbols that number an element of a law, or a weight: too many to plot one by one.
+bool is_numbered(const std::string& symbol) {
+  static constexpr std::array<std::string_view, 4> kScalars{"sigma0", "sigma1", "sigma2", "F0"};
+  return std::find(kScalars.begin(), kScalars.end(), symbol) == kScalars.end() &&
+         std::isdigit(static_cast<unsigned char>(symbol.back())) != 0;
+}
+
+}  // namespace
+
+Figure training(const Run& run) {
+  Figure figure{.name = "training", .columns = 3, .panel_height_cm = 4.6};
+  figure.caption =
+      "Training: the loss of each step, the error of held-out rollouts that chose the model, and "
+      "the log-likelihood of EM against its first iteration.";
+  Panel loss{.x_label = "step", .y_label = "multi-step loss", .log_y = true},
+      held_out{.x_label = "share of the training [%]",
+               .y_label = "held-out MSE(q) [rad²]",
+               .log_y = true},
+      likelihood{.x_label = "EM iteration", .y_label = "gain of log-likelihood [nat]"};
+  for (const RunModel& model : run.fitted()) {
+    const json fit = fit_of(run, model);
+    if (fit.contains("multi_step")) {
+      const json& report = fit.at("multi_step");
+      loss.series.push_back(counted(model, numbers_in(report, "loss"), 1));
+      Series chosen = counted(model, numbers_in(report, "held_out_q_mse"));
+      chosen.x = numbers_in(report, "checked");
+      if (!chosen.x.empty())
+        for (double& x : chosen.x) x *= 100 / std::max(1.0, numbers_in(report, "checked").back());
+      chosen.mark = Mark::kLinePoints;
+      chosen.marker = model.look.marker;
+      held_out.series.push_back(std::move(chosen));
+    }
+    if (fit.contains("em") && !fit.at("em").value("iterations", json::array()).empty()) {
+      const json& report = fit.at("em");
+      std::vector<double> error{number_in(report, "held_out_q_mse_start")};
+      for (const double value : per_iteration(report, "held_out_q_mse")) error.push_back(value);
+      Series chosen = counted(model, error);
+      for (double& x : chosen.x) x *= 100 / static_cast<double>(error.size() - 1);
+      chosen.mark = Mark::kLinePoints;
+      chosen.marker = model.look.marker;
+      held_out.series.push_back(std::move(chosen));
+      std::vector<double> gain = per_iteration(report, "log_likelihood");
+      const double first = gain.front();
+      for (double& value : gain) value -= first;
+      likelihood.series.push_back(counted(model, std::move(gain), 1));
+    }
+  }
+  for (Panel* panel : {&loss, &held_out, &likelihood})
+    if (!panel->series.empty()) figure.panels.push_back(std::move(*panel));
+  return figure;
+}
+
+Figure filter_health(const Run& run) {
+  Figure figure{.name = "filter_health", .columns = 3, .panel_height_cm = 4.6};
+  figure.caption =
+      "Health of the filters: normalised innovation squared per channel (1: the noise is as large "
+      "as the model says), least share of distinct roots of the smoothed paths (0: the paths have "
+      "one ancestor), and the effective sample size of the online filter.";
+  Panel nis{.x_label = "EM iteration", .y_label = "NIS per channel", .log_y = true},
+      roots{.x_label = "EM iteration", .y_label = "distinct roots", .y_range = {0, 1.05}},
+      ess{.x_label = "t [s]", .y_label = "effective particles"};
+  for (const RunModel& model : run.fitted()) {
+    const json fit = fit_of(run, model);
+    if (fit.contains("em") && !fit.at("em").value("iterations", json::array()).empty()) {
+      nis.series.push_back(counted(model, per_iteration(fit.at("em"), "nis"), 1));
+      roots.series.push_back(counted(model, per_iteration(fit.at("em"), "least_roots"), 1));
+    }
+    const auto path = run.file("estimates", model);
+    if (path.empty()) continue;
+    const data::H5Reader file(path, "fricid.estimate/1");
+    ess.series.push_back(curve(model, file.vector("/t"), file.vector("/ess")));
+  }
+  for (Panel* panel : {&nis, &roots, &ess})
+    if (!panel->series.empty()) figure.panels.push_back(std::move(*panel));
+  return figure;
+}
+
+Figure residual_spectrum(const Run& run) {
+  Figure figure{.name = "residual_spectrum"};
+  figure.caption = fmt::format(
+      "Spectrum of the torque that each model leaves along the measured motion of {} (Welch, Hann "
+      "windows of {} samples). Flat is noise; what rises towards low frequencies is friction or "
+      "inertia that the model does not have. Black: the measured torque.",
+      run.trajectory, kSegment);
+  for (int j = 0; j < run.n(); ++j)
+    figure.panels.push_back(
+        {.title = run.joint(j),
+         .x_label = "frequency [Hz]",
+         .y_label = "[N² m²/Hz]",
+         .log_x = true,
+         .log_y = true,
+         .x_range = {run.measured.rate_hz / kSegment, run.measured.rate_hz / 2}});
+  const auto add = [&](int j, Series look, const Eigen::VectorXd& signal) {
+    const Spectrum spectrum = smoothed(welch(signal, run.measured.rate_hz, kSegment));
+    look.x = to_vector(spectrum.frequency_hz);
+    look.y = to_vector(spectrum.density);
+    look.width = 0.9;
+    figure.panels[static_cast<std::size_t>(j)].series.push_back(std::move(look));
+  };
+  bool any = false;
+  for (const RunModel& model : run.shown) {
+    const auto path = run.file("predictions", model);
+    if (path.empty()) continue;
+    const data::H5Reader file(path, "fricid.prediction/1");
+    const RowMatrix tau = file.matrix("/tau"), predicted = file.matrix("/tau_predicted");
+    for (int j = 0; j < run.n(); ++j) {
+      if (!any) add(j, {.label = "measured torque", .colour = kMeasuredColour}, tau.col(j));
+      add(j, {.label = model.label, .colour = model.look.colour, .dash = model.look.dash},
+          tau.col(j) - predicted.col(j));
+    }
+    any = true;
+  }
+  if (!any) figure.panels.clear();
+  return figure;
+}
+
+Figure parameters(const Run& run) {
+  Figure figure{.name = "parameters"};
+  figure.caption =
+      "Friction parameters that several laws share, or of which the truth is known, joint by "
+      "joint; bars: two standard errors. Grey rings: as injected, where the truth has the same "
+      "law. A parameter of one law is no parameter of another, even under the same name.";
+  std::vector<std::pair<double, std::string>> joints;
+  for (int j = 0; j < run.n(); ++j) joints.emplace_back(j, run.joint(j));
+
+  std::map<std::string, std::vector<Series>> by_symbol;
+  std::map<std::string, std::string> units;
+  std::vector<std::string> order;
+  for (std::size_t m = 0; m < run.shown.size(); ++m) {
+    const RunModel& model = run.shown[m];
+    const json file = model_json_of(run, model), fit = fit_of(run, model);
+    const json joints_fit = fit.value("joints", json::array());
+    std::map<std::string, Series> own;
+    const json friction = file.value("friction", json::array());
+    for (std::size_t j = 0; j < friction.size(); ++j)
+      for (const json& law : friction[j])
+        for (const auto& [symbol, parameter] : law.at("parameters").items()) {
+          if (is_numbered(symbol)) continue;
+          Series& series = own[symbol];
+          units[symbol] = parameter.value("unit", "");
+          const double value = number_in(parameter, "value");
+          const double error =
+              j < joints_fit.size()
+                  ? number_in(joints_fit[j].value("standard_errors", json::object()), symbol)
+                  : kNaN;
+          const double half = std::isfinite(error) ? kTwoSd * error : 0;
+          series.x.push_back(
+              static_cast<double>(j) +
+              0.7 * ((static_cast<double>(m) + 0.5) / static_cast<double>(run.shown.size()) - 0.5));
+          series.y.push_back(value);
+          series.low.push_back(value - half);
+          series.high.push_back(value + half);
+        }
+    for (auto& [symbol, series] : own) {
+      series.label = model.label;
+      series.colour = model.look.colour;
+      series.marker = model.look.marker;
+      series.mark = Mark::kBars;
+      series.width = 0.9;
+      if (by_symbol[symbol].empty()) order.push_back(symbol);
+      by_symbol[symbol].push_back(std::move(series));
+    }
+  }
+  for (const std::string& symbol : order) {
+    Series truth{
+        .label = "truth", .colour = "#777777", .width = 1.4, .mark = Mark::kPoints, .marker = 6};
+    if (run.truth) {
+      const auto& injected = run.truth->friction.model.parameters();
+      for (std::size_t i = 0; i < injected.size(); ++i)
+        if (injected[i].symbol == symbol) {
+          truth.x.push_back(injected[i].joint);
+          truth.y.push_back(run.truth->friction.theta[i]);
+        }
+    }
+    std::vector<Series> series = by_symbol[symbol];
+    if (truth.x.empty() && series.size() < 2) continue;
+    Panel panel{.title = symbol,
+                .y_label = units[symbol] == "1" ? "" : "[" + units[symbol] + "]",
+                .series = std::move(series),
+                .x_range = {-0.6, run.n() - 0.4},
+                .x_tics = {}};
+    for (int j = 0; j < run.n(); ++j) panel.x_tics.emplace_back(j, fmt::format("{}", j + 1));
+    panel.x_label = "joint";
+    if (!truth.x.empty()) panel.series.push_back(truth);
+    double least = INFINITY, most = 0;
+    for (const Series& one : panel.series)
+      for (const double value : one.y) {
+        least = std::min(least, value);
+        most = std::max(most, value);
+      }
+    panel.log_y = least > 0 && most > 100 * least;
+    figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+Figure excitation(const Run& run) {
+  Figure figure{.name = "excitation"};
+  const auto file = run.folder / "data/train_0.h5";
+  if (!std::filesystem::exists(file) || run.fitted().empty()) return figure;
+  const data::Dataset set = data::load_dataset(file);
+  const json joints = model_json_of(run, run.fitted().front())
+                          .value("robot", json::object())
+                          .value("joints", json::array());
+  figure.caption =
+      "Excitation of train_0: velocity against position, with the robot's limits where they are "
+      "stated (dashed).";
+  for (int j = 0; j < set.n(); ++j) {
+    Eigen::VectorXd v(set.length());
+    for (Eigen::Index k = 0; k < v.size(); ++k) {
+      const Eigen::Index a = std::max<Eigen::Index>(k - 1, 0),
+                         b = std::min<Eigen::Index>(k + 1, v.size() - 1);
+      v[k] = (set.q(b, j) - set.q(a, j)) / (set.t[b] - set.t[a]);
+    }
+    Panel panel{.title = run.joint(j), .x_label = "q [rad]", .y_label = "v [rad/s]"};
+    panel.series.push_back(curve("", "#0072B2", set.q.col(j), v, 0.8));
+    if (static_cast<std::size_t>(j) < joints.size()) {
+      const json& joint = joints[static_cast<std::size_t>(j)];
+      const double lower = number_in(joint, "lower"), upper = number_in(joint, "upper"),
+                   speed = number_in(joint, "velocity");
+      const auto limit = [&](std::vector<double> x, std::vector<double> y) {
+        panel.series.push_back(
+            {.colour = "#777777", .x = std::move(x), .y = std::move(y), .width = 0.9, .dash = 2});
+      };
+      if (std::isfinite(lower) && std::isfinite(upper) && std::isfinite(speed)) {
+        limit({lower, upper, upper, lower, lower}, {speed, speed, -speed, -speed, speed});
+      }
+    }
+    figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+Figure margins(const Run& run) {
+  Figure figure{.name = "margins", .columns = 1, .width_cm = kColumnCm, .panel_height_cm = 5};
+  const json reports = read_json_if_there(run.folder / "excitation.json");
+  if (!reports.is_array() || reports.empty()) return figure;
+  figure.caption =
+      "Share of each allowed limit that the excitation uses, the most of all trajectories. At "
+      "100 % it touches the limit that the scene allows.";
+  struct Quantity {
+    const char *key, *label, *colour;
+    int marker;
+  };
+  constexpr std::array kQuantities{Quantity{"velocity", "velocity", "#0072B2", 7},
+                                   Quantity{"acceleration", "acceleration", "#E69F00", 9},
+                                   Quantity{"jerk", "jerk", "#009E73", 5},
+                                   Quantity{"torque", "torque", "#D55E00", 13}};
+  Panel panel{
+      .x_label = "share of the limit [%]", .x_range = {0, 105}, .y_range = {run.n() - 0.5, -0.5}};
+  for (int j = 0; j < run.n(); ++j) panel.y_tics.emplace_back(j, run.joint(j));
+  for (const Quantity& quantity : kQuantities) {
+    Series series{.label = quantity.label,
+                  .colour = quantity.colour,
+                  .mark = Mark::kPoints,
+                  .marker = quantity.marker};
+    for (int j = 0; j < run.n(); ++j) {
+      double least = kNaN;
+      for (const json& report : reports)
+        least = std::fmin(
+            least,
+            number_in(report.value("margins", json::object()).value(run.joint(j), json::object()),
+                      quantity.key));
+      if (!std::isfinite(least)) continue;
+      series.x.push_back(100 * (1 - least));
+      series.y.push_back(j);
+    }
+    panel.series.push_back(std::move(series));
+  }
+  panel.series.push_back(
+      {.colour = "#777777", .x = {100, 100}, .y = {-0.5, run.n() - 0.5}, .dash = 2});
+  figure.panels.push_back(std::move(panel));
+  return figure;
+}
+
+}  // namespace fricid::render

@@ -1,0 +1,67 @@
+// The sections of the report.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "run.hpp"
+
+namespace fricid::render {
+
+/// One fit of one model: its files.
+struct FittedModel {
+  RunModel model;
+  int seed = 1;
+  nlohmann::json fit, file;  ///< fit/NAME_sSEED.json, models/NAME_sSEED.json; null when missing
+};
+
+/// What the report is made from.
+struct Record {
+  Run run;
+  nlohmann::json manifest, excitation;
+  std::vector<FittedModel> fits;  ///< models in order, seeds in order
+  std::string scene;              ///< text of scene.toml
+};
+
+Record read_record(const std::filesystem::path& folder);
+
+/// Something a reader must know before trusting a number.
+struct Warning {
+  std::string subject;  ///< a model, a joint, a file
+  std::string found, meaning, remedy;
+};
+
+// report_summary.cpp
+/// Three sentences from the figures: the best model, how far it is from the oracle, what fails.
+std::string summary_section(const Record& record);
+std::string table_section(const Record& record);
+std::string video_section(const Record& record);
+
+// report_warnings.cpp
+std::vector<Warning> warnings_of(const Record& record);
+std::string warning_section(const std::vector<Warning>& warnings);
+
+// report_figures.cpp
+std::string figure_section(const Record& record);
+/// One plot of the folder as a numbered figure; empty when it was not drawn.
+std::string plot_html(const Record& record, const std::string& name);
+
+// report_models.cpp
+std::string model_section(const Record& record);
+
+// report_data.cpp
+/// What the scene says of itself (HTML); empty without a description.
+std::string describe_scene(const Record& record);
+std::string data_section(const Record& record);
+std::string reproduce_section(const Record& record);
+
+/// A model's name with a dot of its colour.
+std::string dotted(const RunModel& model);
+
+/// Share of the torque's RMS that a model leaves along the measured motion, mean over joints; NaN
+/// without its predictions.
+double torque_left(const Run& run, const RunModel& model);
+
+extern const char* const kReportStyle;  ///< the style sheet
+
+}  // namespace fricid::render

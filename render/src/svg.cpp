@@ -1,0 +1,143 @@
+#include "svg.hpp"
+
+#include <charconv>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "html.hpp"
+
+namespace fricid::render {
+namespace {
+
+void replace_all(std::string& text, const std::string& from, const std::string& to) {
+  std::string result;
+  std::size_t begin = 0;
+  for (std::size_t at = 0; (at = text.find(from, begin)) != std::string::npos;) {
+    result.append(text, begin, at - begin).append(to);
+    begin = at + from.size();
+  }
+  result.append(text, begin);
+  text = std::move(result);
+}
+
+/// Takes out every part from `from` to the next `to`, both included.
+void remove_all(std::string& text, const std::string& from, const std::string& to) {
+  std::string result;
+  std::size_t begin = 0;
+  while (true) {
+    const std::size_t at = text.find(from, begin);
+    const std::size_t end = at == std::string::npos ? at : text.find(to, at + from.size());
+    if (end == std::string::npos) break;
+    result.append(text, begin, at - begin);
+    begin = end + to.size();
+  }
+  result.append(text, begin);
+  text = std::move(result);
+}
+
+std::string part_between(const std::string& text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  if (at == std::string::npos) return {};
+  const std::size_t end = text.find(to, at + from.size());
+  return text.substr(at + from.size(), end - at - from.size());
+}
+
+/// Tenths of a pixel as "12", "3.4" or "-.5".
+std::string tenths(long value) {
+  const long whole = std::abs(value) / 10, rest = std::abs(value) % 10;
+  std::string text = value < 0 ? "-" : "";
+  if (whole != 0 || rest == 0) text += fmt::format("{}", whole);
+  if (rest != 0) text += fmt::format(".{}", rest);
+  return text;
+}
+
+void shorten_paths(std::string& text) {
+  std::string result;
+  std::size_t begin = 0;
+  for (std::size_t at = 0; (at = text.find(" d='M", begin)) != std::string::npos;) {
+    const std::size_t end = text.find('\'', at + 4);
+    result.append(text, begin, at - begin);
+    result += " d='" + relative_path(text.substr(at + 4, end - at - 4)) + "'";
+    begin = end + 1;
+  }
+  result.append(text, begin);
+  text = std::move(result);
+}
+
+}  // namespace
+
+std::string relative_path(const std::string& d) {
+  std::string result;
+  long last_x = 0, last_y = 0;
+  char command = 'M', written = 0;
+  const char *at = d.data(), *end = d.data() + d.size();
+  while (at < end) {
+    if (*at == 'M' || *at == 'L') {
+      command = *at++;
+      continue;
+    }
+    double x = 0, y = 0;
+    const auto [after_x, bad_x] = std::from_chars(at, end, x);
+    if (bad_x != std::errc()) {
+      if (*at == 'Z' || *at == 'z') result += 'z';
+      ++at;
+      continue;
+    }
+    const auto [after_y, bad_y] = std::from_chars(after_x + 1, end, y);
+    if (bad_y != std::errc()) break;
+    at = after_y;
+    const long px = std::lround(10 * x), py = std::lround(10 * y);
+    if (command == 'M') {
+      result += fmt::format("M{},{}", tenths(px), tenths(py));
+      written = 'M';
+    } else if (px != last_x || py != last_y) {
+      const std::string dx = tenths(px - last_x), dy = tenths(py - last_y);
+      if (written != 'l')
+        result += 'l';
+      else if (dx[0] != '-')
+        result += ' ';
+      result += dx + (dy[0] == '-' ? "" : ",") + dy;
+      written = 'l';
+    }
+    last_x = px;
+    last_y = py;
+  }
+  return result;
+}
+
+std::string inline_svg(const std::string& file, const std::string& label) {
+  const std::string width = part_between(file, "width=\"", "\""),
+                    height = part_between(file, "height=\"", "\"");
+  const std::size_t body = file.find('>', file.find("<svg"));
+  std::string text = file.substr(body + 1);
+  remove_all(text, "<title>", "</title>");
+  remove_all(text, "<desc>", "</desc>");
+  remove_all(text, "<defs>", "</defs>");
+  remove_all(text, " id=\"", "\"");
+  remove_all(text, " font-family=\"", "\"");
+  replace_all(text, " class=\"gridline\"", "");
+  for (const char* name : {"stroke", "fill", "color"})
+    for (const char* black :
+         {"'black'", "\"black\"", "'rgb(  0,   0,   0)'", "\"rgb(  0,   0,   0)\""})
+      replace_all(text, std::string(name) + "=" + black, std::string(name) + "='currentColor'");
+  replace_all(text, "stroke='rgb(221, 221, 221)'", "class='gridline'");
+  shorten_paths(text);
+  for (const char* space : {"\t", "\r"}) replace_all(text, space, "");
+  for (std::string before; before != text;) {
+    before = text;
+    replace_all(text, "\n\n", "\n");
+  }
+  return fmt::format(
+      "<svg viewBox=\"0 0 {0} {1}\" style=\"--width:{0}px\" role=\"img\" aria-label=\"{2}\">{3}",
+      width, height, html::escaped(label), text);
+}
+
+std::string svg_symbols(const std::string& file) {
+  std::string symbols = part_between(file, "<defs>", "</defs>");
+  remove_all(symbols, "<filter", "</filter>");
+  return "<svg width=\"0\" height=\"0\" class=\"symbols\" aria-hidden=\"true\"><defs>" + symbols +
+         "</defs></svg>\n";
+}
+
+}  // namespace fricid::render

@@ -1,0 +1,133 @@
+#include "fricid/render/report.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "../../render/src/html.hpp"
+#include "../../render/src/svg.hpp"
+#include "../../render/src/welch.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "run_folder_fixture.hpp"
+
+namespace fricid::render {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+using Report = RunFolder;
+
+TEST_F(Report, NamesTheBestModelAndItsDistanceFromTheOracle) {
+  const std::string page = report_of_run(folder);
+  EXPECT_THAT(page, HasSubstr("Of 1 model of <b>two joints</b>, <b>simple</b> follows the held-out "
+                              "trajectory best"));
+  // sqrt(7e-6) and sqrt(1e-6) rad
+  EXPECT_THAT(page, HasSubstr("it is off by 2.6&#8239;mrad within 1&#8239;s"));
+  EXPECT_THAT(page,
+              HasSubstr("The true model under the same noisy torque is off by 1.0&#8239;mrad"));
+  EXPECT_THAT(page, HasSubstr("simple is 7.0 times worse than physics allows: headroom that no "
+                              "model here closes."));
+}
+
+TEST_F(Report, SaysWhatFails) {
+  EXPECT_THAT(report_of_run(folder), HasSubstr("Nothing failed"));
+  edit("evaluation.json", [](nlohmann::json& evaluation) {
+    evaluation["summary"][2]["diverged"] = 3;
+    evaluation["meaningless"] = {nullptr, "headroom 2 below 10"};
+  });
+  edit("fit/simple_s1.json", [](nlohmann::json& fit) {
+    fit["joints"] = {{{"joint", "joint_a1"}, {"at_bound", {"Fc", "Fv"}}}};
+  });
+  const std::string page = report_of_run(folder);
+  EXPECT_THAT(page, HasSubstr("What fails: simple diverges in 3 of 4 rollouts, 2 parameters ended "
+                              "on a bound and the horizon of 10&#8239;s cannot rank models"));
+  EXPECT_THAT(page, HasSubstr("on a bound: Fc, Fv of joint_a1"));
+  EXPECT_THAT(page, HasSubstr("headroom 2 below 10"));
+}
+
+TEST_F(Report, WithoutTruthSaysNothingOfOracles) {
+  std::filesystem::remove_all(folder / "truth");
+  edit("evaluation.json", [](nlohmann::json& evaluation) {
+    for (const char* list : {"models", "summary"})
+      for (int oracle = 0; oracle < 2; ++oracle) evaluation[list].erase(0);
+    evaluation["floor"] = evaluation["oracle"] = {nullptr, nullptr};
+  });
+  const std::string page = report_of_run(folder);
+  EXPECT_THAT(page, HasSubstr("A log holds no truth"));
+  EXPECT_THAT(page, Not(HasSubstr("Table 2.")));
+  EXPECT_THAT(page, Not(HasSubstr("floor")));
+}
+
+TEST_F(Report, ShowsParametersWithTruthAndBounds) {
+  const std::string page = report_of_run(folder);
+  EXPECT_THAT(page, HasSubstr("Parameters of <i>dahl</i>"));
+  EXPECT_THAT(page, HasSubstr("truth: as injected"));
+}
+
+TEST_F(Report, NeedsAnEvaluation) {
+  std::filesystem::remove(folder / "evaluation.json");
+  EXPECT_THROW(write_report(folder), UserError);
+  EXPECT_FALSE(std::filesystem::exists(folder / "report.html"));
+}
+
+TEST(Html, EscapesWhatHasAMeaning) {
+  EXPECT_EQ(html::escaped("a<b> & \"c\" 'd'"), "a&lt;b&gt; &amp; &quot;c&quot; &#39;d&#39;");
+}
+
+TEST(Html, NumbersHaveTheDigitsThatCount) {
+  EXPECT_EQ(html::number(0.123), "0.12");
+  EXPECT_EQ(html::number(9.96), "10.0");
+  EXPECT_EQ(html::number(4667.2), "4667");
+  EXPECT_EQ(html::number(-7.2e-9), "−7.2&#8239;×&#8239;10<sup>−9</sup>");
+  EXPECT_EQ(html::number(NAN), "–");
+  EXPECT_EQ(html::percent(0.0345), "3.5&#8239;%");
+}
+
+TEST(Svg, PathsAreShortenedWithoutDrift) {
+  EXPECT_EQ(relative_path("M10.04,20.00 L11.06,20.00 L11.06,18.55  "), "M10,20l1.1,0 0-1.4");
+  // A thousand steps of 0.04 px end where they should.
+  std::string d = "M0,0 ";
+  for (int i = 1; i <= 1000; ++i) d += fmt::format("L{:.2f},0 ", 0.04 * i);
+  double x = 0;
+  const std::string path = relative_path(d);
+  for (std::size_t at = path.find('l'); at != std::string::npos; at = path.find(' ', at + 1))
+    x += std::stod(path.substr(at + 1));
+  EXPECT_NEAR(x, 40, 1e-9);
+}
+
+TEST(Svg, BlackFollowsThePage) {
+  const std::string svg = inline_svg(
+      "<?xml?>\n<svg width=\"10\" height=\"20\" xmlns=\"x\">\n<title>Gnuplot</title>\n"
+      "<defs><path id='gpPt0'/></defs><g id=\"plot\" color=\"black\"><path stroke='black'  "
+      "d='M1.00,2.00 L3.00,2.00  '/></g></svg>\n",
+      "a \"plot\"");
+  EXPECT_THAT(svg, HasSubstr("viewBox=\"0 0 10 20\""));
+  EXPECT_THAT(svg, HasSubstr("aria-label=\"a &quot;plot&quot;\""));
+  EXPECT_THAT(svg, HasSubstr("<path stroke='currentColor'  d='M1,2l2,0'/>"));
+  for (const char* gone : {"black", "id=", "defs", "title", "xml"})
+    EXPECT_THAT(svg, Not(HasSubstr(gone)));
+}
+
+TEST(Welch, IntegratesToTheVariance) {
+  // Reference: a sine of amplitude A has variance A^2 / 2, all of it at its frequency.
+  constexpr double kRate = 250, kAmplitude = 3, kFrequency = 20;
+  Eigen::VectorXd x(5000);
+  for (int k = 0; k < x.size(); ++k)
+    x[k] = 7 + kAmplitude * std::sin(2 * M_PI * kFrequency * k / kRate);
+  const Spectrum spectrum = welch(x, kRate, 500);
+  const double bin = kRate / 500;
+  double variance = 0;
+  Eigen::Index peak = 0;
+  for (Eigen::Index k = 0; k < spectrum.density.size(); ++k) {
+    variance += spectrum.density[k] * bin;
+    if (spectrum.density[k] > spectrum.density[peak]) peak = k;
+  }
+  EXPECT_NEAR(variance, kAmplitude * kAmplitude / 2, 1e-3);
+  EXPECT_DOUBLE_EQ(spectrum.frequency_hz[peak], kFrequency);
+}
+
+}  // namespace
+}  // namespace fricid::render
