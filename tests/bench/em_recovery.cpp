@@ -3,8 +3,9 @@
 // up or down, and EM runs with the scene defaults. Printed: root mean square of the error of the
 // friction torque along the true validation motion, per joint, in percent of its Coulomb torque.
 //
-//     fricid_em_recovery scenes/kr6_lugre.toml scenes/kr6_gms.toml [SEEDS]
+//     fricid_em_recovery scenes/kr6_lugre.toml scenes/kr6_gms.toml [FIRST_SEED LAST_SEED]
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <string>
@@ -92,18 +93,22 @@ double recover(data::Experiment experiment, int seed) {
   return *std::max_element(error.begin(), error.end());
 }
 
-int run(const std::vector<std::string>& arguments) {
-  int seeds = 5;
+int run(std::vector<std::string> scenes) {
+  int first = 1, last = 5;
   double worst = 0;
-  std::vector<std::string> scenes = arguments;
-  if (!scenes.empty() && std::isdigit(static_cast<unsigned char>(scenes.back()[0]))) {
-    seeds = std::stoi(scenes.back());
+  const auto is_number = [](const std::string& text) {
+    return std::isdigit(static_cast<unsigned char>(text[0])) != 0;
+  };
+  if (scenes.size() > 2 && is_number(scenes.back())) {
+    last = std::stoi(scenes.back());
+    scenes.pop_back();
+    first = std::stoi(scenes.back());
     scenes.pop_back();
   }
   fmt::print("| scene | seed | | J1 % | J2 % | J3 % | J4 % | J5 % | J6 % | |\n");
   fmt::print("|---|--:|---|--:|--:|--:|--:|--:|--:|---|\n");
   for (const std::string& scene : scenes)
-    for (int seed = 1; seed <= seeds; ++seed)
+    for (int seed = first; seed <= last; ++seed)
       worst = std::max(worst, recover(data::load_experiment(scene), seed));
   fmt::print("\nlargest error of a joint {:.2f} %, allowed {} %\n", worst, kBound);
   return worst <= kBound ? EXIT_SUCCESS : EXIT_FAILURE;

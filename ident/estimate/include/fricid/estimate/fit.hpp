@@ -69,9 +69,11 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
 /// conventional fit of its law; learned laws start from that of dahl, their networks from random
 /// weights that hardly say anything. Methods multi_step and em choose by held-out rollouts, so that
 /// they are no worse there than the conventional fit.
+/// @param checkpoint  where method em keeps what it has reached, and goes on from
 /// @throws as fit_conventional
 FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared,
-                    const data::ModelConfig& config, int seed, int jobs);
+                    const data::ModelConfig& config, int seed, int jobs,
+                    const Checkpoint& checkpoint = {});
 
 /// Options of EM as a scene words them.
 EmOptions em_options(const data::EmConfig& config, int seed, std::span<const Recording> recordings);
