@@ -2,6 +2,7 @@
 // Budgets on one AVX-512 core: a whole particle-step (dynamics, friction, noise, weights,
 // resampling) at N = 200 at most 0.10 of BM_MjForward in f64 and 0.05 in f32.
 #include <benchmark/benchmark.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
@@ -87,6 +88,13 @@ void BM_Jacobian(benchmark::State& state, const char* law) {
 BENCHMARK_CAPTURE(BM_Jacobian, lugre, "lugre");
 BENCHMARK_CAPTURE(BM_Jacobian, gms, "gms");
 
+/// Largest memory of the process so far [MB]: of one case when it runs alone.
+double peak_megabytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
 /// E-step of one recording of 1000 samples: items are samples times particles (1 for ekf).
 void BM_EStep(benchmark::State& state, const char* law, EStep method) {
   const Subject subject(law, 1000);
@@ -99,6 +107,7 @@ void BM_EStep(benchmark::State& state, const char* law, EStep method) {
     benchmark::DoNotOptimize(result.log_likelihood);
   }
   state.SetItemsProcessed(state.iterations() * 1000 * particles);
+  state.counters["peak_MB"] = peak_megabytes();
 }
 BENCHMARK_CAPTURE(BM_EStep, lugre / ekf, "lugre", EStep::kEkf)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_EStep, lugre / psi, "lugre", EStep::kPsi)->Unit(benchmark::kMillisecond);
