@@ -75,16 +75,17 @@ Figure training(const Run& run) {
   figure.caption =
       "Training: the loss of each step, the error of held-out rollouts that chose the model, and "
       "the log-likelihood of EM against its first iteration.";
-  Panel loss{.x_label = "step", .y_label = "multi-step loss", .log_y = true},
+  Panel loss{.x_label = "step [1000]", .y_label = "multi-step loss", .log_y = true},
       held_out{.x_label = "share of the training [%]",
                .y_label = "held-out MSE(q) [rad²]",
                .log_y = true},
-      likelihood{.x_label = "EM iteration", .y_label = "gain of log-likelihood [nat]"};
+      likelihood{.x_label = "EM iteration", .y_label = "log-likelihood gain [1000 nat]"};
   for (const RunModel& model : run.fitted()) {
     const json fit = fit_of(run, model);
     if (fit.contains("multi_step")) {
       const json& report = fit.at("multi_step");
       loss.series.push_back(counted(model, numbers_in(report, "loss"), 1));
+      for (double& step : loss.series.back().x) step /= 1000;
       Series chosen = counted(model, numbers_in(report, "held_out_q_mse"));
       chosen.x = numbers_in(report, "checked");
       if (!chosen.x.empty())
@@ -104,7 +105,7 @@ Figure training(const Run& run) {
       held_out.series.push_back(std::move(chosen));
       std::vector<double> gain = per_iteration(report, "log_likelihood");
       const double first = gain.front();
-      for (double& value : gain) value -= first;
+      for (double& value : gain) value = (value - first) / 1000;
       likelihood.series.push_back(counted(model, std::move(gain), 1));
     }
   }
@@ -126,7 +127,9 @@ Figure filter_health(const Run& run) {
     const json fit = fit_of(run, model);
     if (fit.contains("em") && !fit.at("em").value("iterations", json::array()).empty()) {
       nis.series.push_back(counted(model, per_iteration(fit.at("em"), "nis"), 1));
-      roots.series.push_back(counted(model, per_iteration(fit.at("em"), "least_roots"), 1));
+      const std::vector<double> least = per_iteration(fit.at("em"), "least_roots");
+      if (std::any_of(least.begin(), least.end(), [](double share) { return share < 1; }))
+        roots.series.push_back(counted(model, least, 1));  // a Kalman smoother has no paths
     }
     const auto path = run.file("estimates", model);
     if (path.empty()) continue;

@@ -57,8 +57,9 @@ std::string table(const std::vector<std::string>& head, const std::vector<Row>& 
   const auto style = [](const std::string& name) {
     return name.empty() ? std::string() : fmt::format(" class=\"{}\"", name);
   };
-  std::string text = "<div class=\"scroll\" tabindex=\"0\"><table>\n";
-  if (!caption.empty()) text += fmt::format("<caption>{}</caption>\n", caption);
+  std::string text;
+  if (!caption.empty()) text += fmt::format("<p class=\"caption\">{}</p>\n", caption);
+  text += "<div class=\"scroll\" tabindex=\"0\"><table>\n";
   if (!head.empty()) {
     text += "<thead><tr>";
     for (const std::string& cell : head) text += fmt::format("<th scope=\"col\">{}</th>", cell);

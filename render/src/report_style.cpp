@@ -31,7 +31,7 @@ h3 { font-size: 1.05rem; margin: 2.2rem 0 .6rem; }
 h4 { font-size: .95rem; margin: 1.5rem 0 .4rem; font-style: italic; }
 p { margin: .6rem 0; }
 a { color: var(--link); text-decoration-thickness: 1px; text-underline-offset: .15em; }
-.byline, .note, figcaption, caption, nav { color: var(--soft); font-size: .84rem; }
+.byline, .note, figcaption, .caption, nav { color: var(--soft); font-size: .84rem; }
 .byline { margin-bottom: 1.6rem; }
 .abstract { font-size: 1.06rem; margin: 1.4rem 0; }
 nav { margin: 1.4rem 0 0; line-height: 1.9; }
@@ -41,12 +41,14 @@ pre { background: var(--shade); padding: .8rem 1rem; overflow-x: auto; line-heig
 .scroll { overflow-x: auto; margin: 1.2rem 0; }
 table { border-collapse: collapse; font-size: .84rem; font-variant-numeric: tabular-nums lining-nums;
   border-top: 1.5px solid var(--ink); border-bottom: 1.5px solid var(--ink); min-width: 60%; }
-caption { caption-side: top; text-align: left; padding-bottom: .5rem; }
+.caption { margin: 1.4rem 0 .5rem; }
+.caption + .scroll { margin-top: 0; }
+.caption b { color: var(--ink); font-weight: 600; }
 th, td { padding: .22rem .55rem; text-align: right; white-space: nowrap; vertical-align: baseline; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; }
 thead th { border-bottom: 1px solid var(--rule); font-weight: 600; vertical-align: bottom; }
 tbody th { font-weight: 400; }
-td.text { text-align: left; white-space: normal; min-width: 12rem; }
+td.text, th.text { text-align: left; white-space: normal; min-width: 12rem; }
 sup { font-size: .72em; line-height: 0; }
 td.best { font-weight: 700; }
 td.bad, th.bad { color: var(--alert); }
@@ -95,7 +97,7 @@ dd { margin: 0; min-width: 0; }
   .scroll, .plot, pre { overflow: visible; }
   pre { white-space: pre-wrap; }
   .plot svg { min-width: 0; }
-  h2, h3, h4 { break-after: avoid; }
+  h2, h3, h4, .caption { break-after: avoid; }
   table { font-size: 7pt; }
   th, td { padding: .1rem .3rem; }
 }

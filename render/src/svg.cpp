@@ -122,6 +122,7 @@ std::string inline_svg(const std::string& file, const std::string& label) {
          {"'black'", "\"black\"", "'rgb(  0,   0,   0)'", "\"rgb(  0,   0,   0)\""})
       replace_all(text, std::string(name) + "=" + black, std::string(name) + "='currentColor'");
   replace_all(text, "stroke='rgb(221, 221, 221)'", "class='gridline'");
+  replace_all(text, "color='white'", "style='color:var(--paper)'");
   shorten_paths(text);
   for (const char* space : {"\t", "\r"}) replace_all(text, space, "");
   for (std::string before; before != text;) {

@@ -61,7 +61,7 @@ class Report(ProgramTest):
                                    'name = "lugre"\nlabel = %s\nstarts = 1' % json.dumps(self.label)})
         folder = self.folder / "a run"
         done = fricid("run", scene, "-o", folder, **options)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn(done.returncode, (0, 1), done.stderr)  # 1: a horizon cannot rank models
         return folder, done
 
     def check(self, folder):

@@ -139,7 +139,7 @@ TEST(Script, BarsHaveTheirEnds) {
 TEST(LookOfLaw, SameLawSameHueOtherShade) {
   EXPECT_EQ(look_of_law("lugre").colour, "#009E73");
   EXPECT_EQ(look_of_law("lugre", 1).colour, "#66C5AB");  // 40 % towards white
-  EXPECT_EQ(look_of_law("lugre", 2).colour, "#005F45");  // 40 % towards black
+  EXPECT_EQ(look_of_law("lugre", 2).colour, "#004734");  // 55 % towards black
   EXPECT_NE(look_of_law("lugre", 1).dash, look_of_law("lugre").dash);
   EXPECT_EQ(look_of_law("lugre", 1).marker, look_of_law("lugre").marker);
 }

@@ -165,7 +165,7 @@ TEST_F(FiguresOfRun, TrainingShowsWhatChoseTheModel) {
   ASSERT_EQ(training.panels.size(), 2u);
   EXPECT_EQ(training.panels[0].series.at(0).y, (std::vector<double>{4, 3, 1}));
   EXPECT_EQ(training.panels[0].series.at(0).x, (std::vector<double>{0, 50, 100}));
-  EXPECT_EQ(training.panels[1].series.at(0).y, (std::vector<double>{0, 5}));
+  EXPECT_EQ(training.panels[1].series.at(0).y, (std::vector<double>{0, 0.005}));
   EXPECT_EQ(figure("filter_health").panels.at(0).series.at(0).y, (std::vector<double>{2, 1}));
 }
 
