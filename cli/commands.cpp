@@ -41,7 +41,9 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
   make_data(job);
   const bool healthy = identify_models(job, options.models, options.seeds);
   const bool meaningful = evaluate_models(job, options.data);
-  draw_plots(job);
+  for (const std::string& missed :
+       {draw_plots(job), job.experiment.render.video ? make_videos(job, {}) : std::string()})
+    if (!missed.empty()) std::fprintf(stderr, "%s\n", missed.c_str());
   make_report(job);
   print_result(job, common);
   return healthy && meaningful ? Verdict::kDone : Verdict::kNo;
@@ -84,14 +86,6 @@ Verdict evaluate(const RunOptions& options, const CommonOptions& common) {
   const bool meaningful = evaluate_models(job, options.data);
   print_result(job, common);
   return meaningful ? Verdict::kDone : Verdict::kNo;
-}
-
-Verdict render(const RunOptions& options, const CommonOptions& common) {
-  require_run_folder(options.target);
-  Job job = open_job(load_experiment(options.target), options, common);
-  draw_plots(job);
-  make_report(job);
-  return Verdict::kDone;
 }
 
 Verdict import_logs(const ImportOptions& options, const CommonOptions&) {

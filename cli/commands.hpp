@@ -21,7 +21,15 @@ struct RunOptions {
   std::string seeds;                        ///< empty: those of the scene
   std::optional<std::uint64_t> seed;        ///< of the scene itself, its data included
   std::vector<std::filesystem::path> data;  ///< further data sets to evaluate on
-  std::vector<std::string> render;
+};
+
+struct RenderOptions {
+  std::filesystem::path target;   ///< run folder
+  std::vector<std::string> what;  ///< of plots, video, still; empty: plots and video
+  std::string quality, layout;    ///< empty: those of the scene
+  std::string renderer;           ///< empty: FRICID_GL or what is found
+  std::filesystem::path still = "still.png";
+  std::optional<double> at;  ///< time of the still [s]
 };
 
 struct ImportOptions {
@@ -43,7 +51,7 @@ Verdict run(const RunOptions& options, const CommonOptions& common);
 Verdict simulate(const RunOptions& options, const CommonOptions& common);
 Verdict identify(const RunOptions& options, const CommonOptions& common);
 Verdict evaluate(const RunOptions& options, const CommonOptions& common);
-Verdict render(const RunOptions& options, const CommonOptions& common);
+Verdict render(const RenderOptions& options, const CommonOptions& common);
 Verdict import_logs(const ImportOptions& options, const CommonOptions& common);
 Verdict compare(const std::vector<std::filesystem::path>& folders,
                 const std::filesystem::path& output, const CommonOptions& common);

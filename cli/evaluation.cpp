@@ -174,7 +174,9 @@ bool is_conventional(const data::Experiment& experiment, const data::ModelFile& 
 
 bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
   const std::vector<data::ModelFile> models = load_models(job);
-  std::string key = data::to_toml(job.experiment) + job.folder.outputs_of("data");
+  data::Experiment read = job.experiment;
+  read.render = {};
+  std::string key = data::to_toml(read) + job.folder.outputs_of("data");
   for (const data::ModelFile& model : models)
     key += sha256_of_file(job.folder.path() / "models" /
                           fmt::format("{}_s{}.json", model.name, model.seed));

@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
 
   CommonOptions common;
   RunOptions run_options;
+  RenderOptions render_options;
   ImportOptions import_options;
   EstimateOptions estimate_options;
   std::string file, topic;
@@ -85,11 +86,22 @@ int main(int argc, char** argv) {
              "fricid evaluate run/kr6_demo --data other/validation_0.h5");
   evaluate_command->callback([&] { command = [&] { return evaluate(run_options, common); }; });
 
-  auto* render_command = app.add_subcommand("render", "draw the plots of a run folder");
-  render_command->add_option("DIR", run_options.target, "run folder")->required();
-  render_command->add_option("WHAT", run_options.render, "plots")->check(CLI::IsMember({"plots"}));
-  add_common(*render_command, common, "fricid render run/kr6_demo plots");
-  render_command->callback([&] { command = [&] { return render(run_options, common); }; });
+  auto* render_command =
+      app.add_subcommand("render", "draw the plots, videos, report or a still of a run folder");
+  render_command->add_option("DIR", render_options.target, "run folder")->required();
+  render_command
+      ->add_option("WHAT", render_options.what, "plots, video, report, still; default: not still")
+      ->check(CLI::IsMember({"plots", "video", "report", "still"}));
+  render_command->add_option("--quality", render_options.quality, "of the video; default: scene")
+      ->check(CLI::IsMember({"draft", "standard", "final"}));
+  render_command->add_option("--layout", render_options.layout, "of the video; default: scene")
+      ->check(CLI::IsMember({"ghosts", "side_by_side"}));
+  render_command->add_option("--renderer", render_options.renderer, "default: what is found")
+      ->check(CLI::IsMember({"egl", "osmesa"}));
+  render_command->add_option("-o,--output", render_options.still, "of the still; still.png");
+  render_command->add_option("--at", render_options.at, "time of the still [s]; default: middle");
+  add_common(*render_command, common, "fricid render run/kr6_demo video --quality final");
+  render_command->callback([&] { command = [&] { return render(render_options, common); }; });
 
   auto* compare_command = app.add_subcommand(
       "compare", "evaluations of many runs joined, with intervals over the runs");

@@ -5,11 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
-#include "fricid/base/progress.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/estimate/fit.hpp"
-#include "fricid/render/figures.hpp"
 #include "fricid/sim/simulate.hpp"
 
 namespace fricid::cli {
@@ -27,6 +25,7 @@ std::string key_of_data(const data::Experiment& experiment) {
   read.models.clear();
   read.identify = {};
   read.evaluate = {};
+  read.render = {};
   read.description.clear();
   std::string key = data::to_toml(read);
   for (const auto& path : experiment.inputs)
@@ -43,6 +42,7 @@ std::string key_of_fit(const Job& job, const data::ModelConfig& config, int seed
   read.models = {config};
   read.models[0].seeds = {seed};
   read.evaluate = {};
+  read.render = {};
   read.description.clear();
   return data::to_toml(read) + job.folder.outputs_of("data");
 }
@@ -236,28 +236,6 @@ bool identify_models(Job& job, const std::vector<std::string>& names, const std:
       healthy = healthy && fit.value("usable", false);
     }
   return healthy;
-}
-
-void draw_plots(Job& job) {
-  const std::string key = read_file(job.folder.path() / "evaluation.json");
-  try {
-    const bool ran = job.folder.stage("plots", key, [&] {
-      std::vector<std::string> files;
-      const auto figures = render::figures_of_run(job.folder.path());
-      Progress progress("plots", static_cast<double>(figures.size()));
-      for (const render::Figure& figure : figures) {
-        throw_if_stopped();
-        render::write_figure(figure, job.folder.path() / "plots");
-        progress.advance(1, figure.name);
-        for (const char* extension : {".gp", ".pdf", ".svg", ".png"})
-          files.push_back("plots/" + figure.name + extension);
-      }
-      return files;
-    });
-    if (!ran) say("plots: up to date");
-  } catch (const UserError& error) {
-    say(std::string("plots: ") + error.what());
-  }
 }
 
 }  // namespace fricid::cli

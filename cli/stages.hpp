@@ -40,8 +40,10 @@ bool identify_models(Job& job, const std::vector<std::string>& names, const std:
 /// @return false when a horizon is meaningless
 bool evaluate_models(Job& job, const std::vector<std::filesystem::path>& further_data);
 
-/// plots/*. A missing gnuplot costs one line on stderr, not the job.
-void draw_plots(Job& job);
+/// plots/*, video/*. What cannot be made (no gnuplot, nothing to draw with, disk full) is left out.
+/// @return why, one line; empty when all is there
+std::string draw_plots(Job& job);
+std::string make_videos(Job& job, const std::string& renderer);
 
 /// report.html, from what is there. @throws UserError when it cannot be written
 void make_report(Job& job);

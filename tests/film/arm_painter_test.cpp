@@ -76,7 +76,7 @@ TEST(ArmPainter, TrailsAreDrawn) {
   const sim::MujocoArm arm = kr6();
   ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft());
   const std::array<PaintedArm, 1> arms{{{kPose}}};
-  const std::array<Trail, 1> trails{{{{{0.3, -0.5, 0.8}, {0.3, 0.4, 0.8}}, kBlue, 0.01}}};
+  const std::array<Trail, 1> trails{{{{{0.3, -0.5, 0.8}, {0.3, 0.4, 0.8}}, kBlue, 8}}};
   EXPECT_GT(pixels_of(painter.paint(front(), kWidth, kHeight, arms, trails), 2), 200);
 }
 
@@ -88,7 +88,7 @@ TEST(ArmPainter, TipIsTheFlange) {
   const std::array<double, 6> stretched{};
   const Eigen::Vector3d tip = painter.tip(stretched);
   EXPECT_NEAR((tip - Eigen::Vector3d(0.785, 0, 1.6 - 0.435)).norm(), 0, 1e-9) << tip.transpose();
-  EXPECT_EQ(painter.joints(stretched).size(), 7u);
+  EXPECT_EQ(painter.joints(stretched).size(), 8u);
 }
 
 TEST(ArmPainter, SurroundingsHide) {

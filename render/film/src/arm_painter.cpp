@@ -10,7 +10,7 @@
 namespace fricid::film {
 namespace {
 
-constexpr int kGeoms = 20000;
+constexpr int kGeoms = 5000;
 constexpr double kRadians = std::numbers::pi / 180;
 
 Eigen::Vector3d vector_at(const mjtNum* values, int index) {
@@ -71,34 +71,29 @@ Eigen::Vector3d ArmPainter::tip(std::span<const double> q) { return joints(q).ba
 
 std::vector<Eigen::Vector3d> ArmPainter::joints(std::span<const double> q) {
   pose(q);
-  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Vector3d> points{vector_at(data_->xpos, model_->body_parentid[arm_.body(0)])};
   for (int j = 0; j < arm_.n(); ++j) points.push_back(vector_at(data_->xpos, arm_.body(j)));
   points.push_back(tip_site_ >= 0 ? vector_at(data_->site_xpos, tip_site_) : points.back());
   return points;
 }
 
 double ArmPainter::hidden_share(const View& view, std::span<const Eigen::Vector3d> points) const {
-  constexpr std::array<mjtByte, mjNGROUP> kAllGroups{1, 1, 1, 1, 1, 1};
+  // simple shapes that stand still; the links are no obstacle
+  std::vector<int> obstacles;
+  for (int g = 0; g < model_->ngeom; ++g)
+    if (model_->body_weldid[model_->geom_bodyid[g]] == 0 && model_->geom_type[g] != mjGEOM_MESH &&
+        model_->geom_type[g] != mjGEOM_HFIELD)
+      obstacles.push_back(g);
   const Eigen::Vector3d eye = eye_of(view);
-  int hidden = 0;
-  for (const Eigen::Vector3d& point : points) {
-    Eigen::Vector3d from = eye;
+  const auto hidden = std::count_if(points.begin(), points.end(), [&](const auto& point) {
     const Eigen::Vector3d ray = point - eye;
-    // links are no obstacle: go on behind them
-    double passed = 0;
-    for (int hits = 0; hits < 64 && passed < 1; ++hits) {
-      int geom = -1;
-      const double further = mj_ray(model_.get(), data_.get(), from.data(), ray.data(),
-                                    kAllGroups.data(), 1, -1, &geom, nullptr);
-      if (further < 0 || passed + further >= 1) break;
-      if (model_->body_weldid[model_->geom_bodyid[geom]] == 0) {
-        ++hidden;
-        break;
-      }
-      passed += further + 1e-4;
-      from = eye + passed * ray;
-    }
-  }
+    return std::any_of(obstacles.begin(), obstacles.end(), [&](int g) {
+      const double hit =
+          mju_rayGeom(data_->geom_xpos + 3 * g, data_->geom_xmat + 9 * g, model_->geom_size + 3 * g,
+                      eye.data(), ray.data(), model_->geom_type[g], nullptr);
+      return hit >= 0 && hit < 1;
+    });
+  });
   return points.empty() ? 0 : static_cast<double>(hidden) / static_cast<double>(points.size());
 }
 
@@ -112,8 +107,8 @@ void ArmPainter::add_trail(const Trail& trail) {
                                   trail.paint.alpha};
   for (std::size_t i = 1; i < trail.points.size() && scene.ngeom < scene.maxgeom; ++i) {
     mjvGeom& geom = scene.geoms[scene.ngeom++];
-    mjv_initGeom(&geom, mjGEOM_CAPSULE, nullptr, nullptr, nullptr, rgba.data());
-    mjv_connector(&geom, mjGEOM_CAPSULE, trail.radius, trail.points[i - 1].data(),
+    mjv_initGeom(&geom, mjGEOM_LINE, nullptr, nullptr, nullptr, rgba.data());
+    mjv_connector(&geom, mjGEOM_LINE, trail.width, trail.points[i - 1].data(),
                   trail.points[i].data());
     geom.category = mjCAT_DECOR;
     geom.emission = 0.6f;

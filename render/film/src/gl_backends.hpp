@@ -6,7 +6,7 @@
 
 namespace fricid::film {
 
-std::unique_ptr<GlContext> make_osmesa_context();
-std::unique_ptr<GlContext> make_egl_context();
+std::unique_ptr<GlContext> make_osmesa_context(int width, int height);
+std::unique_ptr<GlContext> make_egl_context(int width, int height);
 
 }  // namespace fricid::film

@@ -66,21 +66,22 @@ std::string GlContext::renderer() const {
   return text ? reinterpret_cast<const char*>(text) : "unknown";
 }
 
-std::unique_ptr<GlContext> make_gl_context(GlBackend backend) {
+std::unique_ptr<GlContext> make_gl_context(GlBackend backend, int width, int height) {
   if (const auto before = bound.load(); before && *before != backend)
     throw UserError("this process draws by {} already, {} needs another process", name_of(*before),
                     name_of(backend));
-  auto context = backend == GlBackend::kOsmesa ? make_osmesa_context() : make_egl_context();
+  auto context = backend == GlBackend::kOsmesa ? make_osmesa_context(width, height)
+                                               : make_egl_context(width, height);
   bound = backend;
   return context;
 }
 
-std::unique_ptr<GlContext> make_gl_context(std::string_view wanted) {
+std::unique_ptr<GlContext> make_gl_context(std::string_view wanted, int width, int height) {
   if (const char* choice = std::getenv("FRICID_GL"); wanted.empty() && choice) wanted = choice;
-  if (!wanted.empty()) return make_gl_context(backend_of(wanted));
+  if (!wanted.empty()) return make_gl_context(backend_of(wanted), width, height);
   std::string reasons;
   for (const GlBackend backend : kBackends) try {
-      return make_gl_context(backend);
+      return make_gl_context(backend, width, height);
     } catch (const UserError& error) {
       reasons +=
           fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", name_of(backend), error.what());

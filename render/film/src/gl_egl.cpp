@@ -21,11 +21,12 @@ constexpr unsigned kOpenglApi = 0x30A2, kPlatformDevice = 0x313F, kPlatformSurfa
 
 class EglContext : public GlContext {
  public:
-  EglContext() : library_("libEGL.so.1", "libegl1 libegl-mesa0 libgl1-mesa-dri") {
+  EglContext(int width, int height)
+      : library_("libEGL.so.1", "libegl1 libegl-mesa0 libgl1-mesa-dri") {
     if (!open_device() && !open_surfaceless())
       throw UserError("EGL finds no device to draw with; install libegl-mesa0 libgl1-mesa-dri");
     try {
-      make_context();
+      make_context(width, height);
     } catch (...) {
       close();
       throw;
@@ -86,7 +87,7 @@ class EglContext : public GlContext {
            initialise(platform_display(kPlatformSurfaceless, nullptr));
   }
 
-  void make_context() {
+  void make_context(int width, int height) {
     const std::array<std::int32_t, 15> wanted{
         kSurfaceType, kPbufferBit, kRenderableType, kOpenglBit, kRed,     8, kGreen, 8,
         kBlue,        8,           kDepth,          24,         kStencil, 8, kNone};
@@ -100,7 +101,7 @@ class EglContext : public GlContext {
         "eglCreateContext")(display_, config, nullptr, nullptr);
     if (!context_) throw UserError("EGL cannot make an OpenGL context");
 
-    const std::array<std::int32_t, 5> size{kWidth, 16, kHeight, 16, kNone};
+    const std::array<std::int32_t, 5> size{kWidth, width, kHeight, height, kNone};
     surface_ = library_.function<Handle(Handle, Handle, const std::int32_t*)>(
         "eglCreatePbufferSurface")(display_, config, size.data());
     if (!make_current(surface_, context_)) throw UserError("EGL cannot make its context current");
@@ -125,6 +126,8 @@ class EglContext : public GlContext {
 
 }  // namespace
 
-std::unique_ptr<GlContext> make_egl_context() { return std::make_unique<EglContext>(); }
+std::unique_ptr<GlContext> make_egl_context(int width, int height) {
+  return std::make_unique<EglContext>(width, height);
+}
 
 }  // namespace fricid::film

@@ -15,19 +15,18 @@ constexpr int kFormat = 0x22, kDepthBits = 0x30, kStencilBits = 0x31, kProfile =
 constexpr int kCompatProfile = 0x35, kRgba = 0x1908, kUnsignedByte = 0x1401;
 using Handle = void*;
 
-// The default frame buffer; mjr draws into one of its own.
-constexpr int kSide = 16;
-
 class OsmesaContext : public GlContext {
  public:
-  OsmesaContext() : library_("libOSMesa.so.8", "libosmesa6"), buffer_(4 * kSide * kSide) {
+  OsmesaContext(int width, int height)
+      : library_("libOSMesa.so.8", "libosmesa6"),
+        buffer_(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
     const std::array<int, 9> attributes{kFormat, kRgba,    kDepthBits,     24, kStencilBits,
                                         8,       kProfile, kCompatProfile, 0};
     context_ = library_.function<Handle(const int*, Handle)>("OSMesaCreateContextAttribs")(
         attributes.data(), nullptr);
     if (!context_) throw UserError("OSMesa cannot make a context");
     if (!library_.function<unsigned char(Handle, void*, int, int, int)>("OSMesaMakeCurrent")(
-            context_, buffer_.data(), kUnsignedByte, kSide, kSide)) {
+            context_, buffer_.data(), kUnsignedByte, width, height)) {
       destroy();
       throw UserError("OSMesa cannot make its context current");
     }
@@ -50,6 +49,8 @@ class OsmesaContext : public GlContext {
 
 }  // namespace
 
-std::unique_ptr<GlContext> make_osmesa_context() { return std::make_unique<OsmesaContext>(); }
+std::unique_ptr<GlContext> make_osmesa_context(int width, int height) {
+  return std::make_unique<OsmesaContext>(width, height);
+}
 
 }  // namespace fricid::film

@@ -369,6 +369,34 @@ struct EvaluateConfig {
   }
 };
 
+/// [render]: the film of a run. The plots and the report are always made.
+struct RenderConfig {
+  bool video = true;
+  std::string layout = "ghosts";
+  std::string quality = "standard";
+  std::vector<std::string> models;
+  std::string joint;
+  std::vector<double> camera_deg;
+  double card_s = 3;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("video", video, flag("make the videos in `fricid run`"));
+    archive("layout", layout,
+            choice("ghosts side_by_side",
+                   "models as translucent ghosts on one arm, or each beside the others"));
+    archive("quality", quality,
+            choice("draft standard final", "standard has smooth edges, final shadows too"));
+    archive("models", models,
+            text("names of the models shown; []: the best, the first of the scene, the next best"));
+    archive("joint", joint, text("whose friction is shown; empty: the one the models miss most"));
+    archive(
+        "camera_deg", camera_deg,
+        number("deg", -360, 360, "azimuth and elevation; []: from where the error is seen best"));
+    archive("card_s", card_s, number("s", 0, 60, "opening and closing card, each; 0: none"));
+  }
+};
+
 /// The whole scene. The number of joints n comes from the URDF.
 struct Experiment {
   std::string name;
@@ -384,6 +412,7 @@ struct Experiment {
   IdentifyConfig identify;
   std::vector<ModelConfig> models;
   EvaluateConfig evaluate;
+  RenderConfig render;
 
   dynamics::RobotModel model;           ///< from robot.urdf with mount, payload and torques
   std::vector<double> torque_prior_sd;  ///< of model.linear_torques [N m]; infinity: none known
@@ -408,6 +437,7 @@ struct Experiment {
     archive.section("identify", identify, "least squares on the rigid body, common to all models");
     archive.sections("model", models, "what is fitted");
     archive.section("evaluate", evaluate, "open loop on held-out data");
+    archive.section("render", render, "the film of the run");
   }
 };
 

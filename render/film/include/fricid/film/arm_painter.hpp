@@ -34,15 +34,16 @@ struct PaintedArm {
 struct Trail {
   std::vector<Eigen::Vector3d> points;  ///< in the world [m]
   Paint paint;
-  double radius = 0.002;  ///< [m]
+  double width = 2.5;  ///< [pixels]
 };
 
-/// draft: no shadows. final: shadows and smoother edges.
+/// What a picture costs: draft is quick, standard has smooth edges, final has shadows too.
 struct PaintQuality {
-  int samples = 4;        ///< per pixel, for smooth edges
+  int samples = 0;        ///< per pixel, for smooth edges
   int shadow_pixels = 0;  ///< side of the shadow map; 0: no shadows
   static PaintQuality draft() { return {}; }
-  static PaintQuality final() { return {8, 2048}; }
+  static PaintQuality standard() { return {4, 0}; }
+  static PaintQuality final() { return {4, 2048}; }
 };
 
 /// Owns a copy of the model, the scene and what the GPU holds of them. Use it on the thread of its
@@ -62,10 +63,10 @@ class ArmPainter {
   /// Where the tip is in the world [m].
   Eigen::Vector3d tip(std::span<const double> q);
 
-  /// Where all joints and the tip are (n + 1) [m].
+  /// Where the base, all joints and the tip are (n + 2) [m].
   std::vector<Eigen::Vector3d> joints(std::span<const double> q);
 
-  /// Share of `points` that the surroundings hide from a camera.
+  /// Share of `points` that simple shapes of the surroundings hide from a camera.
   double hidden_share(const View& view, std::span<const Eigen::Vector3d> points) const;
 
   /// Full vertical angle of the camera [rad].

@@ -33,15 +33,17 @@ class GlContext {
   GlContext() = default;
 };
 
-/// Makes a context of one kind.
+/// Makes a context of one kind. Its own frame buffer has `width` x `height` pixels; arms are drawn
+/// into another.
 /// @throws UserError naming the library that is missing and its package, or when libmujoco in this
 ///         process is bound to the other kind already
-std::unique_ptr<GlContext> make_gl_context(GlBackend backend);
+std::unique_ptr<GlContext> make_gl_context(GlBackend backend, int width = 16, int height = 16);
 
 /// The kind to use: `wanted`, else the environment variable FRICID_GL, else the first that works of
 /// egl and osmesa. `wanted` and FRICID_GL: osmesa, egl, or empty.
 /// @throws UserError as make_gl_context, or saying what to install when none works
-std::unique_ptr<GlContext> make_gl_context(std::string_view wanted = {});
+std::unique_ptr<GlContext> make_gl_context(std::string_view wanted = {}, int width = 16,
+                                           int height = 16);
 
 /// One line per kind: "osmesa: llvmpipe (...)" or "osmesa: libOSMesa.so.8 is missing; ...". Each is
 /// tried in a process of its own.

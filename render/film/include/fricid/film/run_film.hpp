@@ -1,0 +1,59 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "fricid/data/experiment.hpp"
+#include "fricid/data/hdf5.hpp"
+
+namespace fricid::film {
+
+using data::RowMatrix;
+
+/// The open loop of one model; rows as in RunFilm::t.
+struct FilmModel {
+  std::string name, label, colour;
+  RowMatrix q;      ///< (T, n) [rad]
+  RowMatrix v;      ///< (T, n) [rad/s]
+  RowMatrix tau_f;  ///< (T, n) [N m]
+};
+
+/// A line of the final table.
+struct FilmRow {
+  std::string label, colour;
+  std::vector<double> mse;  ///< q_mse_geometric_mean per horizon [rad^2]; NaN: none
+  bool is_oracle = false;
+  bool shown = false;  ///< it is one of the film's models
+};
+
+/// What a film of a run shows, read from the run folder's files alone: the first held-out
+/// trajectory, the first seed of each model.
+struct RunFilm {
+  std::string scene, description, friction;  ///< friction: what was injected, in words
+  std::string trajectory;
+  std::vector<std::string> joint_names;
+  Eigen::VectorXd t;      ///< (T) [s], from 0
+  RowMatrix q, v, tau_f;  ///< (T, n) the truth, or q as measured and the others empty
+  std::vector<FilmModel> models;
+  FilmModel oracle;              ///< q is empty where there is none
+  std::vector<double> horizons;  ///< [s]
+  std::vector<FilmRow> table;
+
+  bool has_truth() const { return tau_f.size() > 0; }
+  int n() const { return static_cast<int>(joint_names.size()); }
+  /// Row of time `at` [s], the last one at most.
+  int row(double at) const;
+};
+
+/// @throws UserError when the folder holds no evaluation, or no rollout of a model of
+///         experiment.render.models
+RunFilm read_film(const std::filesystem::path& folder, const data::Experiment& experiment);
+
+/// "maxwell_slip, 10 elements, with load and ripple; viscous_power".
+std::string describe(const friction::Friction& friction);
+
+/// Joint whose friction torque the models miss most, relative to its size; 0 without truth.
+int most_telling_joint(const RunFilm& film);
+
+}  // namespace fricid::film

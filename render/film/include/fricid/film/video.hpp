@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fricid/data/experiment.hpp"
+
+namespace fricid::film {
+
+/// How pictures are made, apart from what the scene says.
+struct FilmOptions {
+  std::string renderer{};  ///< egl, osmesa; empty: FRICID_GL, else what is found
+  double orbit_s = 8;      ///< [s] of video/orbit.mp4
+};
+
+/// Makes the videos of a run folder, H.264 in MP4, 1280 x 720 at 30 frames per second:
+///
+///     video/comparison.mp4   truth and models, between two cards of render.card_s seconds
+///     video/orbit.mp4        the arm in the middle of its motion, seen from all around
+///
+/// Without the ffmpeg program the frames go to video/comparison/00001.png ..., orbit likewise, and
+/// one line on stderr says so.
+/// @return the files written, relative to the folder
+/// @throws UserError when nothing can be drawn (no GL, no MJCF) or not be written; Stopped
+std::vector<std::string> render_video(const std::filesystem::path& folder,
+                                      const data::Experiment& experiment,
+                                      const FilmOptions& options);
+
+/// One picture, final quality: the arm and its ghosts at a time of the first held-out trajectory,
+/// without text.
+/// @param at  [s]; absent: the middle
+void render_still(const std::filesystem::path& folder, const data::Experiment& experiment,
+                  std::optional<double> at, const std::filesystem::path& picture,
+                  const FilmOptions& options);
+
+}  // namespace fricid::film

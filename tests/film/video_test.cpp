@@ -1,0 +1,72 @@
+#include "fricid/film/video.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+
+#include "film_fixture.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/film/frame_writer.hpp"
+#include "fricid/film/image.hpp"
+
+namespace fricid::film {
+namespace {
+
+std::string probed(const std::filesystem::path& file) {
+  const std::string command =
+      "ffprobe -v error -select_streams v -show_entries "
+      "stream=codec_name,width,height,pix_fmt,r_frame_rate,nb_frames -of csv=p=0 " +
+      file.string();
+  std::string text;
+  std::FILE* pipe = popen(command.c_str(), "r");
+  std::array<char, 256> part{};
+  while (std::fgets(part.data(), part.size(), pipe)) text += part.data();
+  pclose(pipe);
+  return text;
+}
+
+class RenderVideo : public FilmFolder {
+ protected:
+  void SetUp() override {
+    FilmFolder::SetUp();
+    experiment.render.card_s = 0.2;
+    experiment.render.quality = "draft";
+  }
+  const FilmOptions options{"osmesa", 0.2};
+};
+
+TEST_F(RenderVideo, MakesBothVideos) {
+  if (!ffmpeg_found()) GTEST_SKIP() << "needs ffmpeg";
+  const auto files = render_video(folder, experiment, options);
+  EXPECT_EQ(files, (std::vector<std::string>{"video/comparison.mp4", "video/orbit.mp4"}));
+  // two seconds and two cards of six frames
+  EXPECT_EQ(probed(folder / "video/comparison.mp4"), "h264,1280,720,yuv420p,30/1,72\n");
+  EXPECT_EQ(probed(folder / "video/orbit.mp4"), "h264,1280,720,yuv420p,30/1,6\n");
+}
+
+TEST_F(RenderVideo, WithoutFfmpegThereArePictures) {
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", folder.c_str(), 1);
+  experiment.render.card_s = 0;
+  const auto files = render_video(folder, experiment, options);
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_EQ(files.size(), 60u + 6u);
+  EXPECT_EQ(files[0], "video/comparison/00001.png");
+  const Image last = load_png(folder / files.back());
+  EXPECT_EQ(last.width, 1280);
+  EXPECT_EQ(last.height, 720);
+}
+
+TEST_F(RenderVideo, WithoutAnMjcfThereIsNone) {
+  experiment.mjcf_path.clear();
+  EXPECT_THROW(render_video(folder, experiment, options), UserError);
+}
+
+TEST_F(RenderVideo, AStillIsFinal) {
+  render_still(folder, experiment, 1.0, folder / "still.png", options);
+  EXPECT_EQ(load_png(folder / "still.png").width, 1280);
+}
+
+}  // namespace
+}  // namespace fricid::film
