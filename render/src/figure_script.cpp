@@ -1,6 +1,7 @@
 #include "figure_script.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string_view>
 
@@ -38,8 +39,10 @@ std::string one_line(std::string text) {
 }
 
 std::string style_of(const Series& series) {
+  static constexpr std::array<std::string_view, 4> kDashes{"1", "(9,4)", "(3,3)", "(9,4,3,4)"};
+  const auto dash = static_cast<std::size_t>(std::clamp(series.dash, 1, 4) - 1);
   const std::string line =
-      fmt::format("lw {} lc rgb '{}' dt {}", series.width, series.colour, series.dash);
+      fmt::format("lw {} lc rgb '{}' dt {}", series.width, series.colour, kDashes[dash]);
   const std::string points =
       fmt::format("pt {} ps {}", series.marker, series.mark == Mark::kLinePoints ? 0.55 : 0.7);
   switch (series.mark) {
@@ -109,6 +112,8 @@ class Axis {
     if (std::isfinite(range.low)) low_ = place(range.low);
     if (std::isfinite(range.high)) high_ = place(range.high);
   }
+  /// Length of what the data span; 0 when there are none.
+  double span() const { return high_ > low_ ? high_ - low_ : 0; }
   double share(double value) const {
     return high_ > low_ ? (place(value) - low_) / (high_ - low_) : place(value) - low_;
   }
@@ -118,6 +123,12 @@ class Axis {
   bool log_;
   double low_ = std::numeric_limits<double>::infinity(), high_ = -low_;
 };
+
+/// Distance between tics that leaves about five of them: 1, 2 or 5 times a power of ten.
+double tic_step(double span) {
+  const double raw = span / 5, decade = std::pow(10, std::floor(std::log10(raw)));
+  return decade * (raw <= decade ? 1 : raw <= 2 * decade ? 2 : raw <= 5 * decade ? 5 : 10);
+}
 
 std::string number(double value) { return fmt::format("{:.6g}", value); }
 
@@ -179,13 +190,17 @@ std::string data_blocks(const Figure& figure) {
   return text;
 }
 
+/// @param span  of the data, for tics at a distance that leaves room for their numbers; 0:
+/// gnuplot's
 std::string axis_text(char name, bool log, Range range,
-                      const std::vector<std::pair<double, std::string>>& tics) {
+                      const std::vector<std::pair<double, std::string>>& tics, double span) {
   const auto bound = [](double value) { return std::isfinite(value) ? number(value) : "*"; };
   std::string text = log ? fmt::format("set logscale {0}\nset format {0} '10^{{%L}}'\n", name)
                          : fmt::format("unset logscale {0}\nset format {0} '%g'\n", name);
   text += fmt::format("set {}range [{}:{}] noreverse\n", name, bound(range.low), bound(range.high));
-  if (tics.empty()) return text + fmt::format("set {}tics autofreq norotate\n", name);
+  if (tics.empty() && !log && span > 0)
+    return text + fmt::format("set {}tics {}\n", name, number(tic_step(span)));
+  if (tics.empty()) return text + fmt::format("set {}tics autofreq\n", name);
   text += fmt::format("set {}tics noenhanced (", name);
   for (std::size_t i = 0; i < tics.size(); ++i)
     text +=
@@ -225,8 +240,9 @@ std::string panel_text(const Figure& figure, std::size_t p, Layout layout) {
       "set label 1 {} at screen {:.5f}, graph 0.5 center rotate noenhanced\n",
       quoted(panel.title), quoted(panel.x_label), quoted(panel.y_label),
       (column * cell + kLabelCm) / layout.width);
-  return text + axis_text('x', panel.log_x, panel.x_range, panel.x_tics) +
-         axis_text('y', panel.log_y, panel.y_range, panel.y_tics) + plots_text(panel, p);
+  const double span = Axis(panel, &Series::x, panel.log_x, panel.x_range).span();
+  return text + axis_text('x', panel.log_x, panel.x_range, panel.x_tics, span) +
+         axis_text('y', panel.log_y, panel.y_range, panel.y_tics, 0) + plots_text(panel, p);
 }
 
 std::string legend_text(const Figure& figure, Layout layout) {

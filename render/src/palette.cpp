@@ -54,7 +54,7 @@ std::string law_of(const std::filesystem::path& file) {
 }  // namespace
 
 Look look_of_law(const std::string& law, int again) {
-  static constexpr std::array kShares{0.0, 0.4, -0.55, 0.65, -0.75};
+  static constexpr std::array kShares{0.0, 0.4, -0.45, 0.65, -0.7};
   const auto hue = std::find_if(kHues.begin(), kHues.end() - 1,
                                 [&](const Hue& candidate) { return candidate.law == law; });
   const auto shade = static_cast<std::size_t>(again) % kShares.size();

@@ -19,7 +19,10 @@ std::string model_label(const json& summary) {
 /// "15.7 s" as in a table head.
 std::string horizon(double seconds) { return fmt::format("{:.3g}&#8239;s", seconds); }
 
-std::string milliradians(double mse) { return html::number(1e3 * std::sqrt(mse)) + "&#8239;mrad"; }
+std::string angle(double mse) {
+  const double rms = std::sqrt(mse);
+  return rms < 1 ? html::number(1e3 * rms) + "&#8239;mrad" : html::number(rms) + "&#8239;rad";
+}
 
 /// Logarithmic mean over horizons: what "best" means.
 double overall(const json& summary) {
@@ -56,7 +59,7 @@ std::string best_sentence(const json& evaluation, const json& best, std::size_t 
   const std::size_t trajectories = evaluation.at("trajectories").size();
   std::vector<std::string> errors, others;
   for (const std::size_t h : spoken(horizons))
-    errors.push_back(milliradians(mse.at(h)) + " within " + horizon(horizons[h]));
+    errors.push_back(angle(mse.at(h)) + " within " + horizon(horizons[h]));
   for (std::size_t h = 0; h < horizons.size(); ++h)
     for (const json& other : fitted_summaries(evaluation))
       if (numbers_in(other, "q_mse_geometric_mean").at(h) < 0.95 * mse.at(h))
@@ -86,7 +89,7 @@ std::string oracle_sentence(const Record& record, const json& best) {
   std::vector<std::string> errors, ratios, shares;
   for (const std::size_t h : spoken(horizons)) {
     if (h >= oracle.size() || !std::isfinite(oracle[h])) continue;
-    errors.push_back(milliradians(oracle[h]));
+    errors.push_back(angle(oracle[h]));
     ratios.push_back(html::number(ratio.at(h)));
     if (std::isfinite(closed.at(h))) shares.push_back(html::percent(closed[h]));
   }

@@ -59,7 +59,7 @@ TEST_F(WriteFigure, WithoutGnuplotTheScriptIsThereAllTheSame) {
 
 TEST_F(WriteFigure, SaysWhichLineGnuplotRefused) {
   Figure broken = two_panels();
-  broken.panels[0].series[0].dash = -7;
+  broken.panels[0].series[0].colour = "no colour";
   try {
     write_figure(broken, folder);
     FAIL() << "accepted";
@@ -128,6 +128,14 @@ TEST(Script, LinesAreThinnedToWhatShows) {
   EXPECT_THAT(script_of(figure), HasSubstr("$d0_1 << EOD\n0 0\n499 0\n500 500\n1000 1000\nEOD"));
 }
 
+TEST(Script, TicsLeaveRoomForTheirNumbers) {
+  Figure figure{.name = "tics"};
+  figure.panels = {{.series = {{.x = {0, 2}, .y = {0, 1}}}}};
+  EXPECT_THAT(script_of(figure), HasSubstr("\nset xtics 0.5\n"));
+  figure.panels[0].series[0].x = {-1571, 1571};
+  EXPECT_THAT(script_of(figure), HasSubstr("\nset xtics 1000\n"));
+}
+
 TEST(Script, BarsHaveTheirEnds) {
   Figure figure{.name = "bars"};
   figure.panels = {
@@ -139,7 +147,7 @@ TEST(Script, BarsHaveTheirEnds) {
 TEST(LookOfLaw, SameLawSameHueOtherShade) {
   EXPECT_EQ(look_of_law("lugre").colour, "#009E73");
   EXPECT_EQ(look_of_law("lugre", 1).colour, "#66C5AB");  // 40 % towards white
-  EXPECT_EQ(look_of_law("lugre", 2).colour, "#004734");  // 55 % towards black
+  EXPECT_EQ(look_of_law("lugre", 2).colour, "#00573F");  // 45 % towards black
   EXPECT_NE(look_of_law("lugre", 1).dash, look_of_law("lugre").dash);
   EXPECT_EQ(look_of_law("lugre", 1).marker, look_of_law("lugre").marker);
 }

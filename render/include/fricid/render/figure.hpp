@@ -19,7 +19,7 @@ struct Series {
   std::string colour = "#000000";
   std::vector<double> x{}, y{};
   double width = 1.2;  ///< [pt]
-  int dash = 1;        ///< gnuplot dash type: 1 solid, 2 dashed, 3 dotted, 4 dash-dot
+  int dash = 1;        ///< 1 solid, 2 dashed, 3 dotted, 4 dash-dot
   Mark mark = Mark::kLine;
   int marker = 7;                     ///< gnuplot point type
   std::vector<double> low{}, high{};  ///< of kBars and kBand

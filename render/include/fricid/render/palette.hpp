@@ -11,7 +11,7 @@ namespace fricid::render {
 /// dash and marker repeat it for print in grey.
 struct Look {
   std::string colour = "#000000";  ///< "#rrggbb"
-  int dash = 1;                    ///< gnuplot dash type: 1 solid, 2 dashed, 3 dotted, 4 dash-dot
+  int dash = 1;                    ///< 1 solid, 2 dashed, 3 dotted, 4 dash-dot
   int marker = 7;                  ///< gnuplot point type
 };
 
