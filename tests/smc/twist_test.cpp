@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "fricid/smc/particle_filter.hpp"
+#include "fricid/smc/statistical_twist.hpp"
 #include "linear_gaussian.hpp"
 
 namespace fricid::smc {
@@ -13,31 +14,35 @@ class TwistOnLinear : public testing::TestWithParam<std::tuple<int, int>> {};
 
 TEST_P(TwistOnLinear, LikelihoodIsExactWithoutVariance) {
   const auto [n, T] = GetParam();
-  for (const bool holes : {false, true}) {
-    SCOPED_TRACE(holes);
-    LinearModel model = test::random_model(n, 3);
-    RowMatrix y = test::simulate(model, T, 5).y;
-    if (holes) test::punch_holes(y);
-    GaussianPath path;
-    gaussian_smoother(model, y, path);
-    Twist twist;
-    make_twist(model, y, path, twist);
+  for (const bool statistical : {false, true})
+    for (const bool holes : {false, true}) {
+      SCOPED_TRACE(testing::Message() << "holes " << holes << ", statistical " << statistical);
+      LinearModel model = test::random_model(n, 3);
+      RowMatrix y = test::simulate(model, T, 5).y;
+      if (holes) test::punch_holes(y);
+      GaussianPath path;
+      gaussian_smoother(model, y, path);
+      Twist twist;
+      if (statistical)
+        make_statistical_twist(model, y, path, twist);
+      else
+        make_twist(model, y, path, twist);
 
-    TwistedGuide<PackD> guide(model, twist);
-    Report report;
-    for (const std::uint64_t seed : {1, 2, 3}) {
-      FilterOptions options;
-      options.particles = 20;
-      options.seed = seed;
-      ParticleFilter filter(model, guide, options);
-      filter.run(report);
-      EXPECT_NEAR(report.log_likelihood, path.log_likelihood, 1e-8);
-      EXPECT_EQ(report.resampled, 0);
-      EXPECT_EQ(report.distinct_roots, 20);
-      EXPECT_GT(report.min_ess(), 20 - 1e-6);
-      for (const double lw : filter.log_weights()) EXPECT_NEAR(lw, -std::log(20), 1e-8);
+      TwistedGuide<PackD> guide(model, twist);
+      Report report;
+      for (const std::uint64_t seed : {1, 2, 3}) {
+        FilterOptions options;
+        options.particles = 20;
+        options.seed = seed;
+        ParticleFilter filter(model, guide, options);
+        filter.run(report);
+        EXPECT_NEAR(report.log_likelihood, path.log_likelihood, 1e-8);
+        EXPECT_EQ(report.resampled, 0);
+        EXPECT_EQ(report.distinct_roots, 20);
+        EXPECT_GT(report.min_ess(), 20 - 1e-6);
+        for (const double lw : filter.log_weights()) EXPECT_NEAR(lw, -std::log(20), 1e-8);
+      }
     }
-  }
 }
 INSTANTIATE_TEST_SUITE_P(Sizes, TwistOnLinear,
                          testing::Combine(testing::Values(2, 6, 18), testing::Values(50, 1000)));

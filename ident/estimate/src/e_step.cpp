@@ -8,7 +8,7 @@
 #include "fricid/smc/backward_sampling.hpp"
 #include "fricid/smc/kalman.hpp"
 #include "fricid/smc/particle_filter.hpp"
-#include "fricid/smc/twist.hpp"
+#include "fricid/smc/statistical_twist.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -97,7 +97,7 @@ EStepResult smooth(LatentFrictionModel& model, const Recording& recording, int s
   if (path.failed) return out;
   if (options.method == EStep::kPsi) {
     smc::Twist twist;
-    smc::make_twist(model, y, path, twist);
+    smc::make_statistical_twist(model, y, path, twist);
     path = {};
     const double nis = out.nis;  // that of the twisted particles, who know what comes, says little
     smc::TwistedGuide<PackD> guide(model, twist);
