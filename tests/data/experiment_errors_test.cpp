@@ -126,7 +126,8 @@ TEST_F(BadScene, ExtendsInACircle) {
   write("a.toml", "extends = \"scene.toml\"\n");
   EXPECT_EQ(error_of("extends = \"a.toml\"\n"),
             "a.toml:1: extends = \"scene.toml\" leads back to a scene that extends it");
-  EXPECT_EQ(error_of("extends = 3\n"), "scene.toml:1: extends = 3; allowed: a file name");
+  EXPECT_EQ(error_of("extends = 3\n"),
+            "scene.toml:1: extends = 3; allowed: a file name or an array of them");
 }
 
 // A mistake in a base scene is reported where it stands.

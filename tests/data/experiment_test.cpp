@@ -177,6 +177,14 @@ law = "none"
   EXPECT_EQ(e.models[0].name, "lugre");
   EXPECT_EQ(e.friction->model.joints()[0].laws.size(), 1u);
   EXPECT_EQ(e.friction->model.joints()[0].laws[0].law, "none");
+  // Of several bases the last wins, and the scene itself over all of them.
+  write("models.toml", "seed = 7\n[[model]]\nname = \"gms\"\n[sensors]\ntorque_noise = 0.004\n");
+  const Experiment two = load("extends = [\"middle.toml\", \"models.toml\"]\nseed = 8\n");
+  EXPECT_EQ(two.seed, 8u);
+  EXPECT_EQ(two.sensors.torque_noise, 0.004);
+  EXPECT_EQ(two.sensors.rate_hz, 500);
+  ASSERT_EQ(two.models.size(), 1u);
+  EXPECT_EQ(two.models[0].name, "gms");
   // The robot is found beside the file that names it.
   EXPECT_EQ(e.urdf_path, path("base/arm.urdf"));
   EXPECT_THAT(e.inputs, ElementsAre(path("scene.toml"), path("middle.toml"), path("base/base.toml"),

@@ -326,7 +326,8 @@ std::string scene_template() {
   example.visit(writer);
   return "# A scene of fricid. Every key is optional unless it says required; the values are the\n"
          "# defaults. A scene may start from another: extends = \"other.toml\" (its tables merge,\n"
-         "# its values and arrays are replaced). Unknown keys are errors.\n\n" +
+         "# its values and arrays are replaced), or from several, the last of which wins:\n"
+         "# extends = [\"robot.toml\", \"models.toml\"]. Unknown keys are errors.\n\n" +
          writer.text();
 }
 

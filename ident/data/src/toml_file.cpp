@@ -32,35 +32,51 @@ void merge(toml::table& base, toml::table&& over) {
   }
 }
 
-toml::table load_merged(const std::filesystem::path& path,
-                        std::vector<std::filesystem::path>& files,
-                        std::vector<std::filesystem::path> chain) {
-  toml::table table = parse_toml(read_file(path), path.string());
-  files.push_back(path);
-  chain.push_back(std::filesystem::weakly_canonical(path));
-  const toml::node* extends = table.get("extends");
-  if (!extends) return table;
+/// A scene with all that it extends, in the order in which they give way.
+class Chain {
+ public:
+  explicit Chain(std::vector<std::filesystem::path>& files) : files_(files) {}
 
-  const std::string where = place(*extends, path.string());
-  if (!extends->is_string())
-    throw UserError("{}: extends = {}; allowed: a file name", where, found(*extends));
-  const std::string name = extends->as_string()->get();
-  std::filesystem::path base;
-  try {
-    base = std::filesystem::weakly_canonical(find_file(name, path.parent_path()));
-  } catch (const UserError& error) {
-    throw UserError("{}: extends: {}", where, error.what());
+  toml::table load(const std::filesystem::path& path) {
+    toml::table table = parse_toml(read_file(path), path.string());
+    files_.push_back(path);
+    open_.push_back(std::filesystem::weakly_canonical(path));
+    toml::table merged;
+    if (const toml::node* extends = table.get("extends")) {
+      if (const toml::array* names = extends->as_array(); names && !names->empty())
+        for (const toml::node& name : *names) merge(merged, load_base(name, path));
+      else
+        merged = load_base(*extends, path);
+      table.erase("extends");
+    }
+    merge(merged, std::move(table));
+    open_.pop_back();
+    return merged;
   }
-  if (std::find(chain.begin(), chain.end(), base) != chain.end())
-    throw UserError("{}: extends = \"{}\" leads back to a scene that extends it", where, name);
-  // Keep the user's way of naming files in messages where the base lies beside the scene.
-  const std::filesystem::path beside = path.parent_path() / name;
-  toml::table merged =
-      load_merged(std::filesystem::exists(beside) ? beside : base, files, std::move(chain));
-  table.erase("extends");
-  merge(merged, std::move(table));
-  return merged;
-}
+
+ private:
+  toml::table load_base(const toml::node& node, const std::filesystem::path& path) {
+    const std::string where = place(node, path.string());
+    if (!node.is_string())
+      throw UserError("{}: extends = {}; allowed: a file name or an array of them", where,
+                      found(node));
+    const std::string name = node.as_string()->get();
+    std::filesystem::path base;
+    try {
+      base = std::filesystem::weakly_canonical(find_file(name, path.parent_path()));
+    } catch (const UserError& error) {
+      throw UserError("{}: extends: {}", where, error.what());
+    }
+    if (std::find(open_.begin(), open_.end(), base) != open_.end())
+      throw UserError("{}: extends = \"{}\" leads back to a scene that extends it", where, name);
+    // Keep the user's way of naming files in messages where the base lies beside the scene.
+    const std::filesystem::path beside = path.parent_path() / name;
+    return load(std::filesystem::exists(beside) ? beside : base);
+  }
+
+  std::vector<std::filesystem::path>& files_;
+  std::vector<std::filesystem::path> open_;  // from the scene asked for to the one being read
+};
 
 }  // namespace
 
@@ -75,7 +91,7 @@ toml::table parse_toml(const std::string& text, const std::string& path) {
 
 TomlFile load_toml(const std::filesystem::path& path) {
   TomlFile file{.path = path.string(), .table = {}, .files = {}};
-  file.table = load_merged(path, file.files, {});
+  file.table = Chain(file.files).load(path);
   return file;
 }
 

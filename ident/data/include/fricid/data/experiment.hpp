@@ -441,9 +441,10 @@ struct Experiment {
   }
 };
 
-/// Reads a scene, following `extends = "file"` (relative to the file that says it; tables merge,
-/// values and arrays replace). Files named in a scene are looked for beside the file that names
-/// them, then in the share folder. Log files need not exist: see `data_available`.
+/// Reads a scene, following `extends = "file"` or an array of files of which the last wins
+/// (relative to the file that says it; tables merge, values and arrays replace). Files named in a
+/// scene are looked for beside the file that names them, then in the share folder. Log files need
+/// not exist: see `data_available`.
 /// @throws UserError "file:line: ..." on anything wrong
 Experiment load_experiment(const std::filesystem::path& path);
 
