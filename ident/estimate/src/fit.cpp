@@ -55,16 +55,6 @@ dynamics::RobotModel with_offsets(dynamics::RobotModel robot) {
   return robot;
 }
 
-// The constant torque of a joint in pi.
-int offset_index(const dynamics::RobotModel& robot, int joint) {
-  using dynamics::LinearTorque;
-  const auto& torques = robot.linear_torques;
-  const auto own = std::find_if(torques.begin(), torques.end(), [&](const LinearTorque& torque) {
-    return torque.joint == joint && torque.shape == LinearTorque::Shape::kConstant;
-  });
-  return robot.linear_begin() + static_cast<int>(own - torques.begin());
-}
-
 // Law of the table that a model name stands for, with its modifiers.
 friction::LawSpec law_of(const data::ModelConfig& config) {
   const std::string_view given = config.law.empty() ? config.name : config.law;
@@ -200,13 +190,12 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
 
     // Residual and explained variance of the whole torque.
     for (int j = 0; j < n; ++j) {
-      const double offset = report.joints[static_cast<std::size_t>(j)].offset;
       double residual = 0, sum = 0, square = 0, count = 0;
       for (std::size_t s = 0; s < prepared.sequences.size(); ++s)
         for (int k = 0; k < prepared.sequences[s].length(); ++k) {
           if (!prepared.sequences[s].use(k, j)) continue;
           const double tau = prepared.sequences[s].tau(k, j);
-          residual += std::pow(target[s](k, j) - friction_torque[s](k, j) - offset, 2);
+          residual += std::pow(target[s](k, j) - friction_torque[s](k, j), 2);
           sum += tau, square += tau * tau, count += 1;
         }
       const auto i = static_cast<std::size_t>(j);
@@ -216,9 +205,6 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
   }
 
   report.model.arm.robot.pi = report.rigid_body.pi;
-  for (int j = 0; j < n; ++j)
-    report.model.arm.robot.pi[offset_index(robot, j)] +=
-        report.joints[static_cast<std::size_t>(j)].offset;
   for (const JointFrictionFit& joint : report.joints)
     report.model.arm.friction.theta.insert(report.model.arm.friction.theta.end(),
                                            joint.theta.begin(), joint.theta.end());

@@ -23,7 +23,8 @@ namespace fricid::estimate {
 ///
 /// (`drive_friction`, eight sequences at once), and F[f] + c, through the filter of the measured
 /// torque, is compared with the target at used rows. The constant c is whatever fits best: without
-/// it a law that differs between the directions could not be told from an offset.
+/// it a law that differs between the directions could not be told from an offset. It belongs to no
+/// model: the constant torque of a joint is the rigid body's.
 class JointFrictionData {
  public:
   /// @param target  per sequence, torque of every joint that friction must explain (T, n) [N m]
