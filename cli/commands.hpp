@@ -32,6 +32,13 @@ struct RenderOptions {
   std::optional<double> at;  ///< time of the still [s]
 };
 
+struct ViewOptions {
+  std::filesystem::path target;              ///< run folder, scene or model
+  std::filesystem::path screenshot, script;  ///< empty: a window to play with
+  std::optional<double> at;                  ///< time of the screenshot [s]
+  std::string renderer;                      ///< off screen; empty: FRICID_GL or what is found
+};
+
 struct ImportOptions {
   std::vector<std::filesystem::path> logs;
   std::filesystem::path contract, output = ".";
@@ -52,6 +59,7 @@ Verdict simulate(const RunOptions& options, const CommonOptions& common);
 Verdict identify(const RunOptions& options, const CommonOptions& common);
 Verdict evaluate(const RunOptions& options, const CommonOptions& common);
 Verdict render(const RenderOptions& options, const CommonOptions& common);
+Verdict view(const ViewOptions& options);
 Verdict import_logs(const ImportOptions& options, const CommonOptions& common);
 Verdict compare(const std::vector<std::filesystem::path>& folders,
                 const std::filesystem::path& output, const CommonOptions& common);

@@ -45,6 +45,7 @@ int main(int argc, char** argv) {
   CommonOptions common;
   RunOptions run_options;
   RenderOptions render_options;
+  ViewOptions view_options;
   ImportOptions import_options;
   EstimateOptions estimate_options;
   std::string file, topic;
@@ -109,6 +110,19 @@ int main(int argc, char** argv) {
   compare_command->add_option("-o,--output", output, "file for the table; default stdout");
   add_common(*compare_command, common, "fricid compare run/kr6_gms_1 run/kr6_gms_2");
   compare_command->callback([&] { command = [&] { return compare(folders, output, common); }; });
+
+  auto* view_command =
+      app.add_subcommand("view", "replay of a run, or the live arm with its friction to play with");
+  view_command->add_option("DIR|SCENE|MODEL", view_options.target, "what to show")->required();
+  view_command->add_option("--screenshot", view_options.screenshot,
+                           "write this PNG and end; needs no display");
+  view_command->add_option("--at", view_options.at, "time of the screenshot [s]");
+  view_command->add_option("--script", view_options.script,
+                           "commands to obey and then end (docs/rendering.md)");
+  view_command->add_option("--renderer", view_options.renderer, "of the screenshot")
+      ->check(CLI::IsMember({"egl", "osmesa"}));
+  add_common(*view_command, common, "fricid view run/kr6_demo");
+  view_command->callback([&] { command = [&] { return view(view_options); }; });
 
   auto* import_command = app.add_subcommand("import", "real logs (CSV) to data sets");
   import_command->add_option("LOG", import_options.logs, "log files")->required();

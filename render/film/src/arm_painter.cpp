@@ -52,7 +52,6 @@ ArmPainter::ArmPainter(const sim::MujocoArm& arm, const std::string& tip, int wi
   mjv_defaultPerturb(&gl_->nobody);
   mjr_defaultContext(&gl_->context);
   mjr_makeContext(model_.get(), &gl_->context, mjFONTSCALE_100);
-  mjr_setBuffer(mjFB_OFFSCREEN, &gl_->context);
 }
 
 ArmPainter::~ArmPainter() {
@@ -153,6 +152,7 @@ Image ArmPainter::paint(const View& view, int width, int height, std::span<const
   for (const Trail& trail : trails) add_trail(trail);
 
   const mjrRect viewport{0, 0, width, height};
+  mjr_setBuffer(mjFB_OFFSCREEN, &gl_->context);
   mjr_render(viewport, &scene, &gl_->context);
   Image upside_down(width, height), image(width, height);
   mjr_readPixels(upside_down.rgb.data(), nullptr, viewport, &gl_->context);

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "fricid/data/experiment.hpp"
+#include "fricid/sim/plant.hpp"
+
+namespace fricid::viewer {
+
+/// What one does to one joint by hand; the others are held by a controller. On the pushed joint the
+/// motor carries gravity and adds
+///
+///     tau = torque + amplitude sin(2 pi frequency t).
+struct Push {
+  int joint = 0;
+  double torque = 0;        ///< [N m]
+  double amplitude = 0;     ///< [N m]
+  double frequency_hz = 1;  ///< [Hz]
+};
+
+/// One moment of a live arm.
+struct Moment {
+  double t;                              ///< [s]
+  std::vector<double> q, v, tau, tau_f;  ///< (n)
+};
+
+/// The true arm, simulated while one watches. Parameters of its friction may change at any time;
+/// state and time stay.
+class LiveArm {
+ public:
+  /// @param friction  what is injected; the scene's, or that of an identified model
+  /// Keeps references to `arm` and `experiment`.
+  LiveArm(const sim::MujocoArm& arm, const data::Experiment& experiment,
+          friction::Friction friction);
+
+  /// At rest in the middle of the scene's position box, friction relaxed, t = 0.
+  void reset();
+  /// Simulates the samples that fit into `seconds`, at most `kMostPerCall`; the rest waits.
+  void advance(double seconds);
+  /// One sample.
+  void step();
+
+  Push push;
+
+  double time() const { return t_; }
+  const sim::State& state() const { return state_; }
+  const friction::Friction& friction() const { return friction_; }
+  /// Clamped to the bounds of the law table.
+  void set_parameter(int index, double value);
+  /// The last `kHistory` seconds, oldest first.
+  const std::deque<Moment>& history() const { return history_; }
+
+  static constexpr double kHistory = 20;       ///< [s]
+  static constexpr double kMostPerCall = 0.1;  ///< [s]
+
+ private:
+  const sim::MujocoArm& arm_;
+  const data::Experiment& experiment_;
+  friction::Friction friction_;
+  double dt_;
+  int steps_;
+  std::unique_ptr<sim::Plant> plant_;
+  std::vector<double> middle_;
+  sim::State state_;
+  double t_ = 0, owed_ = 0;
+  std::deque<Moment> history_;
+};
+
+}  // namespace fricid::viewer

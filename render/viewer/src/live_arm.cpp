@@ -1,0 +1,85 @@
+#include "fricid/viewer/live_arm.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "fricid/dynamics/algorithms.hpp"
+#include "fricid/system/arm.hpp"
+
+namespace fricid::viewer {
+namespace {
+
+// The joints that are held: stiff, but softer than the sample rate allows.
+constexpr double kBandwidthHz = 6, kDamping = 0.9;
+
+std::span<const double> parameters_of(const dynamics::RobotModel& robot) {
+  return {robot.pi.data(), static_cast<std::size_t>(robot.pi.size())};
+}
+
+}  // namespace
+
+LiveArm::LiveArm(const sim::MujocoArm& arm, const data::Experiment& experiment,
+                 friction::Friction friction)
+    : arm_(arm),
+      experiment_(experiment),
+      friction_(std::move(friction)),
+      dt_(1 / experiment.sensors.rate_hz),
+      steps_(sim::steps_per_sample(dt_, arm.step())),
+      plant_(std::make_unique<sim::Plant>(arm, experiment.model, friction_)),
+      middle_(experiment.excitation.centre) {
+  if (middle_.empty())
+    for (const dynamics::Joint& joint : experiment.model.joints)
+      middle_.push_back(std::isfinite(joint.lower + joint.upper) ? (joint.lower + joint.upper) / 2
+                                                                 : 0);
+  reset();
+}
+
+void LiveArm::reset() {
+  const auto n = static_cast<std::size_t>(arm_.n());
+  state_ = {middle_, std::vector<double>(n),
+            std::vector<double>(static_cast<std::size_t>(plant_->state_size()))};
+  plant_->set_state(state_);
+  t_ = owed_ = 0;
+  history_.clear();
+}
+
+void LiveArm::advance(double seconds) {
+  owed_ = std::min(owed_ + seconds, kMostPerCall);
+  for (; owed_ >= dt_ * (1 - 1e-9); owed_ -= dt_) step();
+}
+
+void LiveArm::step() {
+  const dynamics::RobotModel& robot = experiment_.model;
+  const auto n = static_cast<std::size_t>(arm_.n());
+  dynamics::Workspace<double> ws(robot);
+  std::vector<double> rest(n), tau(n), M(n * n);
+  dynamics::rnea<double>(robot, ws, parameters_of(robot), state_.q, rest, rest, tau);
+  dynamics::crba<double>(robot, ws, parameters_of(robot), state_.q, M);
+  const double w = 2 * std::numbers::pi * kBandwidthHz;
+  for (std::size_t j = 0; j < n; ++j) {
+    if (static_cast<int>(j) == push.joint)
+      tau[j] +=
+          push.torque + push.amplitude * std::sin(2 * std::numbers::pi * push.frequency_hz * t_);
+    else
+      tau[j] +=
+          M[j * n + j] * (w * w * (middle_[j] - state_.q[j]) - 2 * kDamping * w * state_.v[j]);
+  }
+  const std::vector<double> temperature(n, kRoomTemperature);
+  plant_->hold(tau, temperature, steps_);
+  const auto tau_f = plant_->tau_f();
+  history_.push_back({t_, state_.q, state_.v, tau, {tau_f.begin(), tau_f.end()}});
+  while (history_.front().t < t_ - kHistory) history_.pop_front();
+  state_ = plant_->state();
+  t_ += dt_;
+}
+
+void LiveArm::set_parameter(int index, double value) {
+  const auto i = static_cast<std::size_t>(index);
+  const friction::ParameterInfo& info = friction_.model.parameters()[i].info;
+  friction_.theta[i] = std::clamp(value, info.lower, info.upper);
+  plant_ = std::make_unique<sim::Plant>(arm_, experiment_.model, friction_);
+  plant_->set_state(state_);
+}
+
+}  // namespace fricid::viewer

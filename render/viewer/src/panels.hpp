@@ -1,0 +1,22 @@
+#pragma once
+
+#include <imgui.h>
+
+#include "stage.hpp"
+
+namespace fricid::viewer {
+
+/// What the user asked for in this frame that only the window can do.
+struct Wishes {
+  bool still = false;  ///< save what is seen
+  bool scene = false;  ///< save the scene with the friction as it is
+};
+
+/// Size of the picture of the arm in a window of this size.
+ImVec2 picture_size(float width, float height);
+
+/// All panels around the picture of the arm: transport, models, friction parameters, plots. Changes
+/// `stage` as the user says.
+Wishes draw_panels(Stage& stage, ImTextureID picture, float width, float height);
+
+}  // namespace fricid::viewer

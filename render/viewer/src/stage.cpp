@@ -1,0 +1,165 @@
+#include "stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/data/model_file.hpp"
+#include "fricid/sim/simulate.hpp"
+
+namespace fricid::viewer {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFirstDistance = 2.1;  // [m]
+
+int joint_of(const Stage& stage, const std::string& name) {
+  const auto& joints = stage.experiment.model.joints;
+  const auto found = std::find_if(joints.begin(), joints.end(),
+                                  [&](const auto& joint) { return joint.name == name; });
+  if (found == joints.end()) throw UserError("joint {}: unknown", name);
+  return static_cast<int>(found - joints.begin());
+}
+
+/// Index in theta of a parameter of the shown joint.
+int parameter_of(const Stage& stage, const std::string& symbol) {
+  const auto& parameters = stage.live->friction().model.parameters();
+  std::string known;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (parameters[i].joint != stage.joint) continue;
+    if (parameters[i].symbol == symbol) return static_cast<int>(i);
+    known += (known.empty() ? "" : ", ") + parameters[i].symbol;
+  }
+  throw UserError("parameter {}: allowed: {}", symbol, known);
+}
+
+void require_live(const Stage& stage) {
+  if (!stage.live) throw UserError("the target has no friction to simulate");
+}
+
+}  // namespace
+
+void Stage::advance(double seconds) {
+  if (!playing) return;
+  if (mode == Mode::kLive) return live->advance(speed * seconds);
+  const double end = film->t[film->t.size() - 1];
+  t = t + speed * seconds;
+  if (t > end) t = 0;
+}
+
+void Stage::seek(double seconds) {
+  if (mode == Mode::kReplay) {
+    t = std::clamp(seconds, 0.0, film->t[film->t.size() - 1]);
+    return;
+  }
+  live->reset();
+  while (live->time() < seconds) live->step();
+}
+
+void Stage::reset() {
+  if (mode == Mode::kReplay)
+    t = 0;
+  else
+    live->reset();
+}
+
+Stage make_stage(const fs::path& target) {
+  Stage stage;
+  const bool is_run = fs::exists(target / "manifest.json");
+  const bool is_model = target.extension() == ".json";
+  if (is_run)
+    stage.experiment = data::load_experiment(target / "scene.toml");
+  else if (is_model)
+    stage.experiment = data::load_experiment(target.parent_path().parent_path() / "scene.toml");
+  else
+    stage.experiment = data::load_experiment(target);
+  stage.arm.emplace(sim::make_arm(stage.experiment));
+
+  if (is_run && fs::exists(target / "evaluation.json")) {
+    stage.film = film::read_film(target, stage.experiment);
+    stage.visible.assign(stage.film->models.size(), true);
+    stage.joint = film::most_telling_joint(*stage.film);
+    stage.mode = Mode::kReplay;
+  }
+  std::optional<friction::Friction> friction = stage.experiment.friction;
+  if (is_model) friction = data::load_model(target).arm.friction;
+  if (friction) stage.live = std::make_unique<LiveArm>(*stage.arm, stage.experiment, *friction);
+  if (!stage.live && !stage.film) throw UserError("{}: found nothing to show", target.string());
+  stage.view = {
+      {0.1, 0, stage.experiment.robot.mount == "ceiling" ? 1.05 : 0.5}, kFirstDistance, 135, -8};
+  return stage;
+}
+
+void save_scene(const Stage& stage, const fs::path& path) {
+  require_live(stage);
+  data::Experiment changed = stage.experiment;
+  changed.friction = stage.live->friction();
+  write_file_atomically(path, data::to_toml(changed));
+}
+
+std::optional<fs::path> obey(Stage& stage, const std::string& command) {
+  std::istringstream words(command);
+  std::string verb, name;
+  double value = 0;
+  words >> verb;
+  const auto number = [&] {
+    if (!(words >> value)) throw UserError("{}: a number is missing", command);
+    return value;
+  };
+  const auto word = [&] {
+    if (!(words >> name)) throw UserError("{}: a name is missing", command);
+    return name;
+  };
+
+  if (verb.empty() || verb.front() == '#') return {};
+  if (verb == "shot") return fs::path(word());
+  if (verb == "scene") {
+    save_scene(stage, word());
+  } else if (verb == "seek") {
+    stage.seek(number());
+  } else if (verb == "play" || verb == "pause") {
+    stage.playing = verb == "play";
+  } else if (verb == "speed") {
+    stage.speed = number();
+  } else if (verb == "toggle") {
+    word();
+    std::size_t m = 0;
+    const std::size_t count = stage.film ? stage.film->models.size() : 0;
+    while (m < count && stage.film->models[m].name != name) ++m;
+    if (m == count) throw UserError("{}: no such model is shown", command);
+    stage.visible[m] = !stage.visible[m];
+  } else if (verb == "joint") {
+    stage.joint = joint_of(stage, word());
+  } else if (verb == "live") {
+    require_live(stage);
+    stage.mode = Mode::kLive;
+  } else if (verb == "replay") {
+    if (!stage.film) throw UserError("{}: the target is no run folder", command);
+    stage.mode = Mode::kReplay;
+  } else if (verb == "reset") {
+    stage.reset();
+  } else if (verb == "set") {
+    require_live(stage);
+    const int parameter = parameter_of(stage, word());
+    stage.live->set_parameter(parameter, number());
+  } else if (verb == "push") {
+    require_live(stage);
+    stage.live->push = {stage.joint, number(), 0, 1};
+    if (words >> stage.live->push.amplitude) stage.live->push.frequency_hz = number();
+  } else if (verb == "run") {
+    constexpr double kPart = LiveArm::kMostPerCall / 2;
+    const bool was_playing = std::exchange(stage.playing, true);
+    for (double left = number(); left > 0; left -= kPart)
+      stage.advance(std::min(left, kPart) / stage.speed);
+    stage.playing = was_playing;
+  } else {
+    throw UserError("{}: unknown command", command);
+  }
+  return {};
+}
+
+}  // namespace fricid::viewer

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fricid/film/run_film.hpp"
+#include "fricid/film/viewpoint.hpp"
+#include "fricid/viewer/live_arm.hpp"
+#include "fricid/viewer/viewer.hpp"
+
+namespace fricid::viewer {
+
+/// What the viewer shows and where it stands. Knows no window and no ImGui: the panels and a script
+/// do the same things to it.
+struct Stage {
+  Mode mode = Mode::kLive;
+  data::Experiment experiment;
+  std::optional<sim::MujocoArm> arm;
+  std::optional<film::RunFilm> film;  ///< of a run folder
+  std::unique_ptr<LiveArm> live;
+
+  bool playing = true;
+  double speed = 1;
+  double t = 0;               ///< of the replay [s]
+  std::vector<bool> visible;  ///< per model of the film
+  int joint = 0;              ///< whose friction is shown
+  film::View view;
+
+  int row() const { return film->row(t); }
+  /// Moves replay or simulation by so much real time.
+  void advance(double seconds);
+  void seek(double seconds);
+  void reset();
+};
+
+/// @throws UserError as `view`
+Stage make_stage(const std::filesystem::path& target);
+
+/// One command of a script:
+///
+///     seek T | play | pause | speed X | toggle MODEL | joint NAME | live | replay | reset
+///     set PARAMETER VALUE      of the shown joint, by its symbol, e.g. set Fc 12
+///     push TORQUE [AMPLITUDE FREQUENCY]    on the shown joint
+///     run SECONDS              simulates or replays
+///     shot FILE.png | scene FILE.toml
+///
+/// Returns the file of a shot, which only the window can take. @throws UserError naming the command
+std::optional<std::filesystem::path> obey(Stage& stage, const std::string& command);
+
+/// The scene with the live friction in place of the injected one. @throws UserError when unwritable
+void save_scene(const Stage& stage, const std::filesystem::path& path);
+
+}  // namespace fricid::viewer

@@ -1,0 +1,248 @@
+#include "fricid/viewer/viewer.hpp"
+
+#include <dlfcn.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <imgui.h>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/base/progress.hpp"
+#include "imgui_gl.hpp"
+#include "panels.hpp"
+
+namespace fricid::viewer {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kLargestWidth = 3840, kLargestHeight = 2160;
+constexpr double kTrailPast = 1.5;  // [s]
+
+/// What the user left the window with; apart from any run.
+fs::path settings_file() {
+  const char* config = std::getenv("XDG_CONFIG_HOME");
+  const char* home = std::getenv("HOME");
+  const fs::path folder =
+      config && *config ? fs::path(config) : fs::path(home ? home : ".") / ".config";
+  return folder / "fricid" / "viewer.json";
+}
+
+void load_settings(Stage& stage) {
+  std::ifstream file(settings_file());
+  const auto settings = nlohmann::json::parse(file, nullptr, false);
+  if (settings.is_discarded()) return;
+  stage.view.azimuth_deg = settings.value("azimuth_deg", stage.view.azimuth_deg);
+  stage.view.elevation_deg = settings.value("elevation_deg", stage.view.elevation_deg);
+  stage.view.distance = settings.value("distance", stage.view.distance);
+  stage.speed = settings.value("speed", stage.speed);
+}
+
+void save_settings(const Stage& stage) {
+  const nlohmann::json settings{{"azimuth_deg", stage.view.azimuth_deg},
+                                {"elevation_deg", stage.view.elevation_deg},
+                                {"distance", stage.view.distance},
+                                {"speed", stage.speed}};
+  try {
+    write_file_atomically(settings_file(), settings.dump(2) + "\n");
+  } catch (const UserError&) {
+    // a home that cannot be written costs the settings, not the session
+  }
+}
+
+std::span<const double> row_of(const film::RowMatrix& values, int row) {
+  return {values.data() + row * values.cols(), static_cast<std::size_t>(values.cols())};
+}
+
+film::Image paint(const Stage& stage, film::ArmPainter& painter, int width, int height) {
+  std::vector<film::PaintedArm> arms;
+  std::vector<film::Trail> trails;
+  if (stage.mode == Mode::kLive) {
+    arms.push_back({stage.live->state().q});
+  } else {
+    const film::RunFilm& film = *stage.film;
+    const int row = stage.row(), first = film.row(stage.t - kTrailPast);
+    const auto trail = [&](const film::RowMatrix& q, const film::Paint& colour) {
+      film::Trail path{{}, colour};
+      for (int k = first; k < row; k += 12) path.points.push_back(painter.tip(row_of(q, k)));
+      path.points.push_back(painter.tip(row_of(q, row)));
+      trails.push_back(std::move(path));
+    };
+    arms.push_back({row_of(film.q, row), film::Paint{0.8f, 0.81f, 0.83f, 1}});
+    trail(film.q, {0.35f, 0.35f, 0.35f, 1});
+    for (std::size_t m = 0; m < film.models.size(); ++m) {
+      if (!stage.visible[m]) continue;
+      arms.push_back({row_of(film.models[m].q, row), film::paint_of(film.models[m].colour, 0.5f)});
+      trail(film.models[m].q, film::paint_of(film.models[m].colour));
+    }
+  }
+  return painter.paint(stage.view, width, height, arms, trails);
+}
+
+/// ImGui's context, its look, and what draws it.
+class Gui {
+ public:
+  explicit Gui(const std::function<void*(const char*)>& function) {
+    ImGui::CreateContext();
+    ImGui::StyleColorsLight();
+    ImGuiIO& io = ImGui::GetIO();
+    io.IniFilename = nullptr;
+    constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+    if (fs::exists(kFont)) io.Fonts->AddFontFromFileTTF(kFont, 14);
+    gl_.emplace(function);
+  }
+  ~Gui() {
+    gl_.reset();
+    ImGui::DestroyContext();
+  }
+  Gui(const Gui&) = delete;
+  Gui& operator=(const Gui&) = delete;
+
+  /// One frame into the window's buffer.
+  Wishes frame(Stage& stage, film::ArmPainter& painter) {
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    const ImVec2 picture = picture_size(size.x, size.y);
+    const ImTextureID texture =
+        gl_->show(paint(stage, painter, static_cast<int>(picture.x), static_cast<int>(picture.y)));
+    ImGui::NewFrame();
+    const Wishes wishes = draw_panels(stage, texture, size.x, size.y);
+    ImGui::Render();
+    gl_->draw(*ImGui::GetDrawData());
+    if (const unsigned error = gl_->error())
+      throw std::runtime_error(fmt::format("OpenGL error {:#x}", error));
+    return wishes;
+  }
+
+  film::Image seen() {
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    return gl_->read(static_cast<int>(size.x), static_cast<int>(size.y));
+  }
+
+ private:
+  std::optional<ImguiGl> gl_;
+};
+
+std::vector<std::string> commands_of(const ViewerOptions& options) {
+  std::vector<std::string> commands;
+  if (!options.script.empty()) {
+    std::istringstream text(read_file(options.script));
+    for (std::string line; std::getline(text, line);) commands.push_back(line);
+  } else {
+    if (options.at) commands.push_back(fmt::format("seek {}", *options.at));
+    commands.push_back("shot " + options.screenshot.string());
+  }
+  return commands;
+}
+
+/// Obeys the commands, each followed by one frame.
+void run_script(Stage& stage, film::ArmPainter& painter, Gui& gui,
+                const std::vector<std::string>& commands, const std::function<void()>& before_frame,
+                const std::function<void()>& after_frame) {
+  stage.playing = false;
+  for (const std::string& command : commands) {
+    throw_if_stopped();
+    const std::optional<fs::path> shot = obey(stage, command);
+    // ImGui needs two frames to settle its sizes
+    for (int pass = 0; pass < (shot ? 2 : 1); ++pass) {
+      before_frame();
+      gui.frame(stage, painter);
+      if (shot && pass == 1) film::save_png(gui.seen(), *shot);
+      after_frame();
+    }
+  }
+}
+
+void view_offscreen(Stage& stage, const ViewerOptions& options) {
+  const auto context = film::make_gl_context(options.renderer, options.width, options.height);
+  film::ArmPainter painter(*stage.arm, stage.experiment.robot.payload_frame, options.width,
+                           options.height, film::PaintQuality::final());
+  Gui gui([&](const char* name) { return context->function(name); });
+  ImGuiIO& io = ImGui::GetIO();
+  io.DisplaySize = {static_cast<float>(options.width), static_cast<float>(options.height)};
+  io.DeltaTime = 1.0f / 60;
+  run_script(
+      stage, painter, gui, commands_of(options), [] {}, [] {});
+}
+
+/// GLFW from beginning to end, with one window whose context is current.
+class Window {
+ public:
+  Window(const std::string& title, int width, int height) {
+    // libmujoco looks for GL among what is open to all
+    if (!dlopen("libGL.so.1", RTLD_NOW | RTLD_GLOBAL))
+      throw UserError("libGL.so.1 is missing; install libgl1 libgl1-mesa-dri");
+    if (!glfwInit()) throw UserError("found no display; --screenshot FILE works without one");
+    glfwWindowHint(GLFW_SAMPLES, 0);
+    window_ = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+    if (!window_) {
+      glfwTerminate();
+      throw UserError("cannot open a window with OpenGL; --screenshot FILE works without one");
+    }
+    glfwMakeContextCurrent(window_);
+    glfwSwapInterval(1);
+  }
+  ~Window() {
+    glfwDestroyWindow(window_);
+    glfwTerminate();
+  }
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+  GLFWwindow* get() const { return window_; }
+
+ private:
+  GLFWwindow* window_ = nullptr;
+};
+
+void view_in_window(Stage& stage, const ViewerOptions& options) {
+  const Window window("fricid: " + stage.experiment.name, options.width, options.height);
+  film::ArmPainter painter(*stage.arm, stage.experiment.robot.payload_frame, kLargestWidth,
+                           kLargestHeight, film::PaintQuality::standard());
+  Gui gui([](const char* name) { return reinterpret_cast<void*>(glfwGetProcAddress(name)); });
+  ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
+  if (!options.script.empty()) {
+    run_script(
+        stage, painter, gui, commands_of(options),
+        [] {
+          glfwPollEvents();
+          ImGui_ImplGlfw_NewFrame();
+        },
+        [&] { glfwSwapBuffers(window.get()); });
+  } else {
+    load_settings(stage);
+    auto last = std::chrono::steady_clock::now();
+    for (int shot = 0; !glfwWindowShouldClose(window.get()) && !stop_requested();) {
+      glfwPollEvents();
+      ImGui_ImplGlfw_NewFrame();
+      const auto now = std::chrono::steady_clock::now();
+      stage.advance(std::chrono::duration<double>(now - last).count());
+      last = now;
+      const Wishes wishes = gui.frame(stage, painter);
+      if (wishes.still)
+        film::save_png(gui.seen(), fmt::format("{}_{}.png", stage.experiment.name, ++shot));
+      if (wishes.scene) save_scene(stage, stage.experiment.name + "_edited.toml");
+      glfwSwapBuffers(window.get());
+    }
+    save_settings(stage);
+  }
+  ImGui_ImplGlfw_Shutdown();
+}
+
+}  // namespace
+
+void view(const fs::path& target, const ViewerOptions& options) {
+  Stage stage = make_stage(target);
+  const bool script_alone = !options.script.empty() && !std::getenv("DISPLAY");
+  if (options.offscreen || script_alone || !options.screenshot.empty())
+    view_offscreen(stage, options);
+  else
+    view_in_window(stage, options);
+}
+
+}  // namespace fricid::viewer

@@ -1,0 +1,88 @@
+#include "stage.hpp"
+
+#include <gtest/gtest.h>
+
+#include "film_fixture.hpp"
+#include "fricid/base/error.hpp"
+
+namespace fricid::viewer {
+namespace {
+
+/// A run folder as the viewer finds it.
+class StageTest : public film::FilmFolder {
+ protected:
+  void SetUp() override {
+    FilmFolder::SetUp();
+    write_file_atomically(folder / "manifest.json", "{}");
+    write_file_atomically(folder / "scene.toml", data::to_toml(experiment));
+  }
+  Stage stage() const { return make_stage(folder); }
+};
+
+TEST_F(StageTest, ARunFolderIsReplayed) {
+  Stage shown = stage();
+  EXPECT_EQ(shown.mode, Mode::kReplay);
+  EXPECT_EQ(shown.film->models.size(), 3u);
+  shown.advance(0.5);
+  EXPECT_NEAR(shown.t, 0.5, 1e-12);
+  shown.speed = 2;
+  shown.advance(0.5);
+  EXPECT_NEAR(shown.t, 1.5, 1e-12);
+  shown.playing = false;
+  shown.advance(1);
+  EXPECT_NEAR(shown.t, 1.5, 1e-12);
+  shown.seek(99);
+  EXPECT_EQ(shown.row(), kRows - 1);
+}
+
+TEST_F(StageTest, ASceneIsLive) {
+  Stage shown = make_stage(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_lugre.toml");
+  EXPECT_EQ(shown.mode, Mode::kLive);
+  EXPECT_FALSE(shown.film);
+  shown.advance(0.05);
+  EXPECT_NEAR(shown.live->time(), 0.048, 1e-9);
+}
+
+TEST_F(StageTest, CommandsDoWhatTheySay) {
+  Stage shown = stage();
+  obey(shown, "seek 1.25");
+  EXPECT_NEAR(shown.t, 1.25, 1e-12);
+  obey(shown, "toggle gms");
+  EXPECT_FALSE(shown.visible[2]);
+  obey(shown, "joint joint_a5");
+  EXPECT_EQ(shown.joint, 4);
+  obey(shown, "live");
+  obey(shown, "push 2 3 0.5");
+  EXPECT_EQ(shown.live->push.joint, 4);
+  EXPECT_EQ(shown.live->push.amplitude, 3);
+  obey(shown, "run 0.4");
+  EXPECT_NEAR(shown.live->time(), 0.4, 1e-9);
+  obey(shown, "pause");
+  EXPECT_FALSE(shown.playing);
+  EXPECT_EQ(obey(shown, "shot a.png"), std::filesystem::path("a.png"));
+  EXPECT_EQ(obey(shown, "# a remark"), std::nullopt);
+}
+
+TEST_F(StageTest, WrongCommandsAreNamed) {
+  Stage shown = stage();
+  for (const char* wrong :
+       {"jump", "seek", "seek now", "toggle nobody", "joint a9", "set Fq 3", "shot"})
+    EXPECT_THROW(obey(shown, wrong), UserError) << wrong;
+}
+
+TEST_F(StageTest, ASavedSceneHasTheFrictionOfTheSliders) {
+  Stage shown = make_stage(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_lugre.toml");
+  obey(shown, "joint joint_a2");
+  obey(shown, "set Fc 7.5");
+  obey(shown, "scene " + (folder / "edited.toml").string());
+  const data::Experiment saved = data::load_experiment(folder / "edited.toml");
+  EXPECT_EQ(saved.friction->theta, shown.live->friction().theta);
+  EXPECT_NE(saved.friction->theta, shown.experiment.friction->theta);
+}
+
+TEST_F(StageTest, WhatCannotBeShownIsRefused) {
+  EXPECT_THROW(make_stage(folder / "nothing.toml"), UserError);
+}
+
+}  // namespace
+}  // namespace fricid::viewer

@@ -1,0 +1,81 @@
+#include "fricid/viewer/viewer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "film_fixture.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/film/image.hpp"
+
+namespace fricid::viewer {
+namespace {
+
+using film::Image;
+using film::load_png;
+using film::share_differing;
+
+class ViewerTest : public film::FilmFolder {
+ protected:
+  void SetUp() override {
+    FilmFolder::SetUp();
+    write_file_atomically(folder / "manifest.json", "{}");
+    write_file_atomically(folder / "scene.toml", data::to_toml(experiment));
+  }
+  std::string png(const std::string& name) const { return (folder / (name + ".png")).string(); }
+
+  ViewerOptions script(const std::string& commands) const {
+    write_file_atomically(folder / "script.txt", commands);
+    ViewerOptions options;
+    options.renderer = "osmesa";
+    options.script = folder / "script.txt";
+    options.width = 960;
+    options.height = 640;
+    return options;
+  }
+};
+
+TEST_F(ViewerTest, AScreenshotNeedsNoDisplay) {
+  ViewerOptions options;
+  options.renderer = "osmesa";
+  options.screenshot = png("shot");
+  options.at = 1.5;
+  view(folder, options);
+  const Image shot = load_png(png("shot"));
+  EXPECT_EQ(shot.width, options.width);
+  EXPECT_EQ(shot.height, options.height);
+  EXPECT_GT(share_differing(shot, Image(shot.width, shot.height), 20), 0.5);  // not black
+}
+
+TEST_F(ViewerTest, WhatIsDoneIsSeen) {
+  ViewerOptions options =
+      script("seek 1.9\nshot " + png("all") + "\nshot " + png("again") + "\ntoggle gms\nshot " +
+             png("without") + "\nlive\njoint joint_a1\npush 0 15 1\nrun 1\nshot " + png("live") +
+             "\nscene " + (folder / "edited.toml").string() + "\n");
+  options.offscreen = true;
+  view(folder, options);
+  EXPECT_EQ(share_differing(load_png(png("all")), load_png(png("again")), 0), 0);
+  EXPECT_GT(share_differing(load_png(png("all")), load_png(png("without")), 20), 0.002);
+  EXPECT_GT(share_differing(load_png(png("without")), load_png(png("live")), 20), 0.02);
+  EXPECT_TRUE(std::filesystem::exists(folder / "edited.toml"));
+}
+
+TEST_F(ViewerTest, WorksInAWindow) {
+  if (!std::getenv("DISPLAY")) GTEST_SKIP() << "needs a display, e.g. xvfb-run";
+  view(folder, script("seek 1\nshot " + png("window") + "\nlive\nrun 0.2\nset W1 1\nshot " +
+                      png("live") + "\n"));
+  const Image shot = load_png(png("window"));
+  EXPECT_EQ(shot.width, 960);
+  EXPECT_GT(share_differing(shot, load_png(png("live")), 20), 0.02);
+}
+
+TEST_F(ViewerTest, WithoutADisplayItSaysSo) {
+  const char* display = std::getenv("DISPLAY");
+  const std::string before = display ? display : "";
+  unsetenv("DISPLAY");
+  EXPECT_THROW(view(folder, {}), UserError);
+  if (display) setenv("DISPLAY", before.c_str(), 1);
+}
+
+}  // namespace
+}  // namespace fricid::viewer
