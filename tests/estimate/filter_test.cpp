@@ -8,6 +8,8 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/pack.hpp"
+#include "fricid/base/rng.hpp"
+#include "fricid/estimate/recording.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -156,6 +158,17 @@ TEST(FilterDataset, LeavesOutAJointUntilItHasMoved) {
   const int moved = static_cast<int>((4 + kWashout / 0.1) * kRate);
   EXPECT_FALSE(out.use(moved - 2, 0));
   EXPECT_TRUE(out.use(moved + 2, 0));
+}
+
+// Five times this cut-off lies beyond the Nyquist frequency: the wide band ends at 0.4 of the rate.
+TEST(MakeRecording, FindsTheEncoderNoiseAtAHighCutoff) {
+  constexpr double kNoise = 1e-5, kHighCutoff = 30;
+  Rng rng(1, 0);
+  const data::Dataset log = make_log(
+      5000, [&](double t) { return 0.5 * std::sin(t) + kNoise * rng.normal(); },
+      [](double) { return 0.0; });
+  const Recording recording = make_recording(log, filter_dataset(log, kHighCutoff), kHighCutoff);
+  EXPECT_NEAR(recording.noise_sd[0], kNoise, 0.1 * kNoise);
 }
 
 TEST(FilterDataset, RefusesWhatItCannotFilter) {

@@ -111,10 +111,13 @@ int decimation(double dt, double cutoff_hz) {
   return std::max(1, static_cast<int>(std::floor(1 / (2 * cutoff_hz * dt))));
 }
 
+double wide_band(double cutoff_hz, double rate_hz) {
+  return std::min(kWideBand * cutoff_hz, kWidest * rate_hz);
+}
+
 Filtered filter_dataset(const data::Dataset& dataset, double cutoff_hz) {
   const ZeroPhaseButterworth low_pass(cutoff_hz, dataset.rate_hz);
-  const ZeroPhaseButterworth wide(std::min(kWideBand * cutoff_hz, kWidest * dataset.rate_hz),
-                                  dataset.rate_hz);
+  const ZeroPhaseButterworth wide(wide_band(cutoff_hz, dataset.rate_hz), dataset.rate_hz);
   const int T = dataset.length(), n = dataset.n();
   const double dt = dataset.dt();
   if (T < 8 / (cutoff_hz * dt))

@@ -74,7 +74,7 @@ Recording make_recording(const data::Dataset& dataset, const Filtered& filtered,
 
   // white noise leaves this share of its variance above the band; the median forgives reversals
   const double rate = 1 / filtered.dt;
-  const ZeroPhaseButterworth low_pass(kWideBand * cutoff_hz, rate);
+  const ZeroPhaseButterworth low_pass(wide_band(cutoff_hz, rate), rate);
   double share = 0;
   for (int i = 0; i < kFrequencies; ++i) {
     const double above = 1 - low_pass.gain((i + 0.5) / kFrequencies * rate / 2);

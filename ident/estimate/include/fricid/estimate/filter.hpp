@@ -67,6 +67,9 @@ struct Filtered {
 /// speed.
 inline constexpr double kWideBand = 5;
 
+/// Cut-off of that motion [Hz]: kWideBand times `cutoff_hz`, at most 0.4 of the sample rate.
+double wide_band(double cutoff_hz, double rate_hz);
+
 /// Travel that makes a joint forget the friction state it started with [rad or m].
 inline constexpr double kWashout = 5e-3;
 
