@@ -8,7 +8,6 @@
 namespace fricid::render {
 namespace {
 
-using html::Cell;
 using html::Row;
 using nlohmann::json;
 
