@@ -60,6 +60,12 @@ const void* at_byte(const void* begin, std::size_t offset) {
   return static_cast<const std::byte*>(begin) + offset;
 }
 
+/// ImGui hands a texture's name around as a pointer that nobody follows.
+ImTextureID texture_id(unsigned name) {
+  return reinterpret_cast<ImTextureID>(  // NOLINT(performance-no-int-to-ptr): see above
+      static_cast<std::uintptr_t>(name));
+}
+
 }  // namespace
 
 struct ImguiGl::Calls {
@@ -144,7 +150,7 @@ ImguiGl::ImguiGl(const std::function<void*(const char*)>& function)
   fonts.GetTexDataAsRGBA32(&pixels, &width, &height);
   font_ = make_texture();
   gl_->TexImage2D(kTexture2d, 0, kRgba, width, height, 0, kRgba, kUnsignedByte, pixels);
-  fonts.SetTexID(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(font_)));
+  fonts.SetTexID(texture_id(font_));
   picture_ = make_texture();
 }
 
@@ -169,7 +175,7 @@ ImTextureID ImguiGl::show(const film::Image& picture) {
   gl_->PixelStorei(kUnpackAlignment, 1);
   gl_->TexImage2D(kTexture2d, 0, kRgb, picture.width, picture.height, 0, kRgb, kUnsignedByte,
                   picture.rgb.data());
-  return reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(picture_));
+  return texture_id(picture_);
 }
 
 void ImguiGl::draw(const ImDrawData& data) {
