@@ -111,8 +111,8 @@ void LatentFrictionModel::pull(Lanes<S>& l, std::span<S> pi_bar, std::span<S> th
   for (int k = l.stepper.leaps(); k-- > 0;) {
     const auto [q, v, z] =
         split(std::span<const S>(l.history).subspan(nx * static_cast<std::size_t>(k), nx), n_);
-    l.stepper.leap_pullback(l.tau, l.temperature, recording_->dt, q, v, z, q_bar, v_bar, z_bar, pi_bar,
-                            theta_bar);
+    l.stepper.leap_pullback(l.tau, l.temperature, recording_->dt, q, v, z, q_bar, v_bar, z_bar,
+                            pi_bar, theta_bar);
   }
 }
 
