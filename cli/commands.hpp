@@ -25,7 +25,7 @@ struct RunOptions {
 
 struct RenderOptions {
   std::filesystem::path target;   ///< run folder
-  std::vector<std::string> what;  ///< of plots, video, still; empty: plots and video
+  std::vector<std::string> what;  ///< of plots, video, report, still; empty: all but still
   std::string quality, layout;    ///< empty: those of the scene
   std::string renderer;           ///< empty: FRICID_GL or what is found
   std::filesystem::path still = "still.png";

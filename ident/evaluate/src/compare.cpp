@@ -10,20 +10,19 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "json.hpp"
 #include "markdown.hpp"
 
 namespace fricid::evaluate {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-double number(const Json& json) { return json.is_number() ? json.get<double>() : kNan; }
+double read_number(const Json& json) { return json.is_number() ? json.get<double>() : kNan; }
 
-std::vector<double> numbers(const Json& json) {
+std::vector<double> read_numbers(const Json& json) {
   std::vector<double> values;
-  for (const Json& item : json) values.push_back(number(item));
+  for (const Json& item : json) values.push_back(read_number(item));
   return values;
 }
 
@@ -33,8 +32,8 @@ struct Run {
   Json json;
 
   std::string scene() const { return json.at("scene"); }
-  std::vector<double> horizons() const { return numbers(json.at("horizons_s")); }
-  std::vector<double> convention() const { return numbers(json.at("best_conventional")); }
+  std::vector<double> horizons() const { return read_numbers(json.at("horizons_s")); }
+  std::vector<double> convention() const { return read_numbers(json.at("best_conventional")); }
   const Json* summary(const std::string& name) const {
     for (const Json& summary : json.at("summary"))
       if (summary.at("name") == name) return &summary;
@@ -71,9 +70,9 @@ ComparedModel compare_model(const std::string& name, std::span<const Run> runs,
     model.diverged += summary->at("diverged").get<int>();
     model.rollouts += summary->at("rollouts").get<int>();
     model.runs += 1;
-    seconds_spent.push_back(number(summary->at("fit_seconds")));
-    friction.push_back(summary->contains("friction") ? number(summary->at("friction")) : kNan);
-    const std::vector<double> q_mse = numbers(summary->at("q_mse_geometric_mean"));
+    seconds_spent.push_back(read_number(summary->at("fit_seconds")));
+    friction.push_back(summary->contains("friction") ? read_number(summary->at("friction")) : kNan);
+    const std::vector<double> q_mse = read_numbers(summary->at("q_mse_geometric_mean"));
     const std::vector<double> convention = run.convention();
     for (std::size_t h = 0; h < horizons; ++h) {
       errors[h].push_back(q_mse[h]);
@@ -126,15 +125,10 @@ ComparedScene compare_scene(const std::string& name, std::span<const Run> runs) 
   return scene;
 }
 
-Cells titles(const ComparedScene& scene, const std::string& first) {
-  Cells cells{first};
-  append(cells, scene.horizons_s, seconds);
-  return cells;
-}
-
 std::string markdown(const ComparedScene& scene) {
-  std::vector<Cells> errors{titles(scene, "model")}, ratios{titles(scene, "against convention")},
-      closed{titles(scene, "headroom closed")};
+  std::vector<Cells> errors{horizon_titles("model", scene.horizons_s)},
+      ratios{horizon_titles("against convention", scene.horizons_s)},
+      closed{horizon_titles("headroom closed", scene.horizons_s)};
   for (const char* title : {"friction %", "diverged", "parameters", "fit s", "runs"})
     errors[0].emplace_back(title);
   const auto with_interval = [](double value, const Interval& interval) {
@@ -161,20 +155,6 @@ std::string markdown(const ComparedScene& scene) {
   return fmt::format("## {}: {} run{}\n\n{}\n{}\n{}", scene.scene, scene.runs,
                      scene.runs == 1 ? "" : "s", markdown_table(errors), markdown_table(ratios),
                      markdown_table(closed));
-}
-
-Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json json_numbers(const std::vector<double>& values) {
-  Json array = Json::array();
-  for (const double value : values) array.push_back(json_number(value));
-  return array;
-}
-
-Json json_intervals(const std::vector<Interval>& intervals) {
-  Json array = Json::array();
-  for (const Interval& i : intervals) array.push_back({json_number(i.low), json_number(i.high)});
-  return array;
 }
 
 }  // namespace
@@ -217,17 +197,17 @@ std::string to_json(std::span<const ComparedScene> scenes) {
                         {"diverged", m.diverged},
                         {"rollouts", m.rollouts},
                         {"parameters", m.parameters},
-                        {"fit_seconds", json_number(m.fit_seconds)},
-                        {"friction", json_number(m.friction)},
-                        {"q_mse_geometric_mean", json_numbers(m.q_mse)},
-                        {"interval_90", json_intervals(m.interval_90)},
-                        {"against_convention", json_numbers(m.against_convention)},
-                        {"against_convention_90", json_intervals(m.against_convention_90)},
-                        {"headroom_closed", json_numbers(m.headroom_closed)}});
+                        {"fit_seconds", number(m.fit_seconds)},
+                        {"friction", number(m.friction)},
+                        {"q_mse_geometric_mean", numbers(m.q_mse)},
+                        {"interval_90", intervals(m.interval_90)},
+                        {"against_convention", numbers(m.against_convention)},
+                        {"against_convention_90", intervals(m.against_convention_90)},
+                        {"headroom_closed", numbers(m.headroom_closed)}});
     json["scenes"].push_back({{"scene", scene.scene},
                               {"runs", scene.runs},
-                              {"horizons_s", json_numbers(scene.horizons_s)},
-                              {"headroom", json_numbers(scene.headroom)},
+                              {"horizons_s", numbers(scene.horizons_s)},
+                              {"headroom", numbers(scene.headroom)},
                               {"models", models}});
   }
   return json.dump(2) + "\n";

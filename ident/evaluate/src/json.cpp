@@ -2,27 +2,10 @@
 #include <nlohmann/json.hpp>
 
 #include "fricid/evaluate/evaluate.hpp"
+#include "json.hpp"
 
 namespace fricid::evaluate {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-/// JSON knows no NaN: what does not exist is null.
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json numbers(const std::vector<double>& values) {
-  Json array = Json::array();
-  for (const double value : values) array.push_back(number(value));
-  return array;
-}
-
-template <class Range, class Convert>
-Json list(const Range& range, const Convert& convert) {
-  Json array = Json::array();
-  for (const auto& item : range) array.push_back(convert(item));
-  return array;
-}
 
 void put_friction(Json& json, const FrictionError& error, const std::string& prefix) {
   if (error.all.empty()) return;
@@ -81,10 +64,7 @@ Json summary_json(const Summary& summary) {
           {"q_mse_median", numbers(summary.q_mse_median)},
           {"q_mse_mean", numbers(summary.q_mse_mean)},
           {"v_mse_geometric_mean", numbers(summary.v_mse_geometric_mean)},
-          {"interval_90", list(summary.interval_90,
-                               [](const Interval& i) {
-                                 return Json::array({number(i.low), number(i.high)});
-                               })},
+          {"interval_90", intervals(summary.interval_90)},
           {"interval_over", summary.interval_over},
           {"ratio_to_oracle", numbers(summary.ratio_to_oracle)},
           {"headroom_closed", numbers(summary.headroom_closed)},

@@ -66,4 +66,10 @@ std::string markdown_table(const std::vector<Cells>& rows) {
   return text;
 }
 
+Cells horizon_titles(const std::string& first, const std::vector<double>& horizons_s) {
+  Cells cells{first};
+  append(cells, horizons_s, seconds);
+  return cells;
+}
+
 }  // namespace fricid::evaluate

@@ -22,6 +22,9 @@ std::string range(const Interval& interval);
 /// A Markdown table that is readable as plain text too: padded, first column left, the rest right.
 std::string markdown_table(const std::vector<Cells>& rows);
 
+/// First row of a table: `first`, then the horizons.
+Cells horizon_titles(const std::string& first, const std::vector<double>& horizons_s);
+
 template <class Values>
 void append(Cells& cells, const Values& values, std::string (*format)(double)) {
   for (const double value : values) cells.push_back(format(value));

@@ -14,14 +14,8 @@ bool has_any(const std::vector<double>& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
 }
 
-Cells horizon_titles(const EvaluationReport& report, const std::string& first) {
-  Cells cells{first};
-  append(cells, report.horizons_s, seconds);
-  return cells;
-}
-
 std::string error_table(const EvaluationReport& report) {
-  std::vector<Cells> rows{horizon_titles(report, "model")};
+  std::vector<Cells> rows{horizon_titles("model", report.horizons_s)};
   for (const char* title : {"friction %", "diverged", "parameters", "fit s"})
     rows[0].emplace_back(title);
   const auto add_bound = [&](const char* title, const std::vector<double>& values) {
@@ -45,7 +39,7 @@ std::string error_table(const EvaluationReport& report) {
 }
 
 std::string floor_table(const EvaluationReport& report) {
-  std::vector<Cells> rows{horizon_titles(report, "benchmark")};
+  std::vector<Cells> rows{horizon_titles("benchmark", report.horizons_s)};
   const auto add = [&](const char* title, const std::vector<double>& values) {
     append(rows.emplace_back(Cells{title}), values, digits);
   };
@@ -59,14 +53,14 @@ std::string floor_table(const EvaluationReport& report) {
 }
 
 std::string closed_table(const EvaluationReport& report) {
-  std::vector<Cells> rows{horizon_titles(report, "headroom closed")};
+  std::vector<Cells> rows{horizon_titles("headroom closed", report.horizons_s)};
   for (const Summary& summary : report.summary)
     append(rows.emplace_back(Cells{summary.label}), summary.headroom_closed, fixed);
   return markdown_table(rows);
 }
 
 std::string interval_table(const EvaluationReport& report) {
-  std::vector<Cells> rows{horizon_titles(report, "90 % interval")};
+  std::vector<Cells> rows{horizon_titles("90 % interval", report.horizons_s)};
   rows[0].push_back("over");
   for (const Summary& summary : report.summary) {
     Cells& row = rows.emplace_back(Cells{summary.label});

@@ -39,7 +39,6 @@ std::vector<double> state_at_torque(const friction::Friction& friction,
   }
 
   // the way back: a joint stops where its torque fits, within the last piece by the secant
-  const std::vector<double> before = z;
   std::vector<char> done(n);
   const auto excess = [&](std::size_t j, const std::vector<double>& tau) {
     return direction(j) * (tau[j] - tau_f[j]);
