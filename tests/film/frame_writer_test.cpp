@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include <array>
 #include <csignal>
 #include <cstdlib>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "output_of.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::film {
@@ -24,15 +24,6 @@ Image grey(int level) {
   Image image(kWidth, kHeight);
   std::fill(image.rgb.begin(), image.rgb.end(), static_cast<std::uint8_t>(level));
   return image;
-}
-
-std::string output_of(const std::string& command) {
-  std::string text;
-  std::FILE* pipe = popen(command.c_str(), "r");
-  std::array<char, 256> part{};
-  while (std::fgets(part.data(), part.size(), pipe)) text += part.data();
-  pclose(pipe);
-  return text;
 }
 
 int files_in(const std::filesystem::path& folder) {

@@ -2,28 +2,22 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cstdlib>
 
 #include "film_fixture.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/film/frame_writer.hpp"
 #include "fricid/film/image.hpp"
+#include "output_of.hpp"
 
 namespace fricid::film {
 namespace {
 
 std::string probed(const std::filesystem::path& file) {
-  const std::string command =
+  return output_of(
       "ffprobe -v error -select_streams v -show_entries "
       "stream=codec_name,width,height,pix_fmt,r_frame_rate,nb_frames -of csv=p=0 " +
-      file.string();
-  std::string text;
-  std::FILE* pipe = popen(command.c_str(), "r");
-  std::array<char, 256> part{};
-  while (std::fgets(part.data(), part.size(), pipe)) text += part.data();
-  pclose(pipe);
-  return text;
+      file.string());
 }
 
 class RenderVideo : public FilmFolder {
