@@ -36,14 +36,13 @@ struct Moving {
   }
 };
 
-TEST(TorquePrediction, TrueModelOnItsOwnMotionIsExact) {
+// The first state is an estimate; what is wrong with it is soon forgotten.
+TEST(TorquePrediction, TrueModelOnItsOwnMotionIsExactOnceUnderWay) {
   const Moving moving(kr6_friction("lugre"));
   const TorquePrediction prediction = moving.predict(moving.arm);
-  for (std::size_t j = 0; j < 6; ++j) {
-    EXPECT_LT(prediction.rmse[j], 1e-7);
-    EXPECT_LT(prediction.percent_of_rms[j], 1e-5);
-    EXPECT_NEAR(prediction.r2[j], 1, 1e-12);
-  }
+  const RowMatrix error = prediction.tau - moving.trajectory.data.tau;
+  EXPECT_LT(error.bottomRows(250).cwiseAbs().maxCoeff(), 1e-7);
+  for (std::size_t j = 0; j < 6; ++j) EXPECT_LT(prediction.percent_of_rms[j], 0.1);
 }
 
 // Without its friction a model errs by the true friction torque: RMSE, % of RMS and R2 by hand.
@@ -70,11 +69,12 @@ TEST(TorquePrediction, ConstantTorqueIsPartOfTheFrictionOnce) {
   Arm offset = moving.arm;
   dynamics::add_linear_torque(offset.robot, {"offset", 2}, 0.7);
   const TorquePrediction with = moving.predict(offset), without = moving.predict(moving.arm);
-  for (const auto& difference :
-       {RowMatrix(with.tau - without.tau), RowMatrix(with.tau_f - without.tau_f)}) {
-    EXPECT_NEAR(difference.col(2).minCoeff(), 0.7, 1e-12);
-    EXPECT_NEAR(difference.col(2).maxCoeff(), 0.7, 1e-12);
-    EXPECT_EQ(difference.col(1).norm(), 0);
+  // the first state, from the torque balance, differs; later rows have forgotten it
+  for (const auto& difference : {RowMatrix((with.tau - without.tau).bottomRows(250)),
+                                 RowMatrix((with.tau_f - without.tau_f).bottomRows(250))}) {
+    EXPECT_NEAR(difference.col(2).minCoeff(), 0.7, 1e-9);
+    EXPECT_NEAR(difference.col(2).maxCoeff(), 0.7, 1e-9);
+    EXPECT_LT(difference.col(1).norm(), 1e-9);
   }
 }
 

@@ -11,6 +11,7 @@
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/system/driven_friction.hpp"
+#include "fricid/system/initial_state.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
@@ -225,8 +226,10 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
 }
 
 data::RowMatrix predict_torque(const Arm& arm, const Filtered& measured, double cutoff_hz) {
+  const std::vector<double> z0 = initial_friction_state(
+      arm, measured.dt, measured.q_wide, measured.v_wide, measured.tau, measured.temperature);
   data::RowMatrix tau_f = drive_friction(arm.friction, measured.dt, measured.q_wide,
-                                         measured.v_wide, measured.tau, measured.temperature)
+                                         measured.v_wide, measured.tau, measured.temperature, z0)
                               .tau_f;
   const ZeroPhaseButterworth low_pass(cutoff_hz, 1 / measured.dt);
   std::vector<double> work;

@@ -25,15 +25,20 @@ double schedule(int iteration, int iterations) {
   return done < 0.6 ? 1 : done < 0.85 ? 0.3 : 0.1;
 }
 
-/// Windows drawn uniformly from the training part.
+/// Windows drawn uniformly from the training part, but for a share that begins where a recording
+/// does: a rollout starts at rest, where little of a recording is.
 std::vector<Window> draw_windows(std::span<const Recording> recordings, const Split& split,
-                                 int steps, int count, Rng& rng) {
+                                 int steps, const MultiStepOptions& options, Rng& rng) {
   std::vector<int> starts;  // admissible, cumulative
   int total = 0;
   for (std::size_t i = 0; i < recordings.size(); ++i)
     starts.push_back(total += std::max(0, split.train_end[i] - steps));
   std::vector<Window> windows;
-  for (int k = 0; k < count; ++k) {
+  const int from_rest = static_cast<int>(std::lround(options.from_rest * options.batch));
+  for (int k = 0; k < from_rest; ++k)
+    windows.push_back(
+        {static_cast<int>(rng.uniform() * static_cast<double>(recordings.size())), 0});
+  for (int k = from_rest; k < options.batch; ++k) {
     const int at = std::min(static_cast<int>(rng.uniform() * total), total - 1);
     const auto i = std::upper_bound(starts.begin(), starts.end(), at) - starts.begin();
     windows.push_back(
@@ -188,7 +193,7 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   std::vector<data::RowMatrix> z = wash_out(arm, recordings, jobs);
   {
     Rng trial(options.seed, 1);
-    const auto windows = draw_windows(recordings, split, steps, options.batch, trial);
+    const auto windows = draw_windows(recordings, split, steps, options, trial);
     Batch fine(arm, recordings, options.judge, steps, options);
     gradient(fine, windows, z);
     const Eigen::VectorXd wanted = c_bar;
@@ -205,7 +210,7 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
     throw_if_stopped();
     if (iteration % options.wash_out_every == 0) z = wash_out(arm, recordings, jobs);
-    const auto windows = draw_windows(recordings, split, steps, options.batch, rng);
+    const auto windows = draw_windows(recordings, split, steps, options, rng);
     const double loss = gradient(batch, windows, z);
     report.loss.push_back(loss);
     const double rate = options.rate * schedule(iteration, options.iterations);

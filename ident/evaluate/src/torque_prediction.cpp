@@ -4,6 +4,8 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/evaluate/constant_friction.hpp"
+#include "fricid/evaluate/trajectory.hpp"
+#include "fricid/system/initial_state.hpp"
 
 namespace fricid::evaluate {
 namespace {
@@ -49,12 +51,15 @@ TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& k
       throw UserError("{}: motion is {} x {}, torque {} x {}, the model has {} joints",
                       dataset.name, motion->rows(), motion->cols(), dataset.length(), dataset.n(),
                       n);
+  const std::vector<double> z0 =
+      initial_friction_state(arm, dataset.dt(), q, v, held_torque(dataset), dataset.temperature);
   const RowMatrix rigid = rigid_body_torque(arm.robot, q, v, a);
   TorquePrediction prediction;
   prediction.tau = rigid;
   for (int pass = 0; pass < (arm.friction.model.reads_load() ? 2 : 1); ++pass) {
     prediction.tau_f =
-        drive_friction(arm.friction, dataset.dt(), q, v, prediction.tau, dataset.temperature).tau_f;
+        drive_friction(arm.friction, dataset.dt(), q, v, prediction.tau, dataset.temperature, z0)
+            .tau_f;
     prediction.tau = rigid + prediction.tau_f;
   }
   prediction.tau_f.rowwise() += constant_friction(arm.robot, known);

@@ -30,7 +30,8 @@ inline constexpr double kFallenSquare = 1;  // [rad^2]
 
 struct MultiStepOptions {
   double window_s = 0.5;
-  int batch = 32;  ///< windows per iteration
+  int batch = 32;            ///< windows per iteration
+  double from_rest = 0.125;  ///< share of them that begin with a recording
   int iterations = 1000;
   double rate = 8e-3;       ///< of Adam, times 0.3 after 60 % and 0.1 after 85 % of the iterations
   double hold_out = 0.2;    ///< share of every recording

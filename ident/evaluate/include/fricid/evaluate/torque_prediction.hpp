@@ -19,7 +19,8 @@ struct TorquePrediction {
 };
 
 /// tau = M(q) a + h(q, v) + tau_f, friction driven by the motion (free run: its state is never
-/// corrected by the measured torque). Laws that read the load see the predicted torque, not the
+/// corrected by the measured torque, which only says how the first sample was reached, see
+/// initial_friction_state). Laws that read the load see the predicted torque, not the
 /// measured one: the rigid-body torque first, then once more with the friction found.
 /// @param known    the robot before identification, see constant_friction
 /// @param q, v, a  zero-phase filtered motion (T, n)

@@ -25,6 +25,7 @@
 #include "fricid/friction/modifiers/load.hpp"
 #include "fricid/friction/modifiers/ripple.hpp"
 #include "fricid/friction/modifiers/temperature.hpp"
+#include "fricid/friction/modifiers/viscosity.hpp"
 
 namespace fricid::friction {
 
@@ -48,6 +49,7 @@ using Modifiers = std::tuple<  //
     LoadModifier,              //
     Ripple,                    //
     Temperature,               //
+    Viscosity,                 //
     Asymmetry,                 //
     Backlash>;
 

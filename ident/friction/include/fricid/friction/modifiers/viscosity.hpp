@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <string_view>
+
+#include "fricid/base/math.hpp"
+#include "fricid/friction/law.hpp"
+
+namespace fricid::friction {
+
+/// The viscous friction that a law has at T0 becomes thinner as the grease warms, whatever the rest
+/// of the law does:
+///
+///     tau' = tau + Fv (exp(-beta (T - T0)) - 1) v
+///
+/// Grease thins by some percent per kelvin, Coulomb friction by less than one: `temperature` alone,
+/// one factor for the whole law, cannot be both. Warmer than T0 it takes torque away; where that is
+/// more than the law has, friction would drive.
+class Viscosity {
+ public:
+  enum Index { kFv, kBeta, kT0, kSize };
+
+  static constexpr std::string_view kName = "viscosity";
+  static constexpr std::string_view kEquation = "tau' = tau + Fv (exp(-beta (T - T0)) - 1) v";
+  static constexpr std::string_view kSource =
+      "Bittencourt & Gunnarsson, J. Dyn. Syst. Meas. Control 134, 2012";
+  static constexpr Claims kClaims{.dissipative = false};
+  static constexpr Reads kReads{.temperature = true};
+  static constexpr int kMostElements = 0;
+
+  static constexpr int state_size() { return 0; }
+  static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }
+
+  template <class S>
+  S apply(const S* theta, const Input<S>& in, const S& tau) const {
+    return tau + theta[kFv] * (thinning(theta, in) - S(1)) * in.v;
+  }
+
+  template <class S>
+  void apply_pullback(const S* theta, const Input<S>& in, const S&, const S& out_bar, S* theta_bar,
+                      Input<S>& in_bar, S& tau_bar) const {
+    const S left = thinning(theta, in);
+    const S exponent_bar = out_bar * theta[kFv] * in.v * left;
+    theta_bar[kFv] += out_bar * (left - S(1)) * in.v;
+    theta_bar[kBeta] -= exponent_bar * (in.temperature - theta[kT0]);
+    theta_bar[kT0] += exponent_bar * theta[kBeta];
+    in_bar.temperature -= exponent_bar * theta[kBeta];
+    in_bar.v += out_bar * theta[kFv] * (left - S(1));
+    tau_bar += out_bar;
+  }
+
+ private:
+  template <class S>  // share of the viscous friction at T0
+  static S thinning(const S* theta, const Input<S>& in) {
+    return exp(-theta[kBeta] * (in.temperature - theta[kT0]));
+  }
+
+  static constexpr std::array<ParameterInfo, kSize> kParameters{{
+      {"Fv", "N m s/rad", 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient that warms, at T0"},
+      {"beta", "1/K", -0.01, 0.1, 0.02, Scale::kLinear, "relative fall per kelvin"},
+      {"T0", "K", 250, 400, 313.15, Scale::kLinear, "temperature at which the law holds as it is"},
+  }};
+};
+
+}  // namespace fricid::friction
