@@ -3,7 +3,6 @@
 #include <cstdio>
 
 #include "fricid/base/error.hpp"
-#include "fricid/data/contract.hpp"
 #include "fricid/data/paths.hpp"
 #include "fricid/evaluate/compare.hpp"
 #include "stages.hpp"
@@ -86,22 +85,6 @@ Verdict evaluate(const RunOptions& options, const CommonOptions& common) {
   const bool meaningful = evaluate_models(job, options.data);
   print_result(job, common);
   return meaningful ? Verdict::kDone : Verdict::kNo;
-}
-
-Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
-  const data::Contract contract = data::load_contract(options.contract);
-  std::vector<data::Dataset> sets;
-  for (const auto& log : options.logs) {
-    sets.push_back(data::import_csv(log, contract));
-    for (const std::string& warning : data::check_dataset(sets.back(), log.string()))
-      std::fprintf(stderr, "%s\n", warning.c_str());
-  }
-  for (std::size_t i = 0; i < sets.size(); ++i) {
-    const auto path = options.output / options.logs[i].filename().replace_extension(".h5");
-    data::save_dataset(sets[i], path);
-    std::printf("%s\n", path.c_str());
-  }
-  return Verdict::kDone;
 }
 
 }  // namespace fricid::cli

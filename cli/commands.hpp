@@ -42,6 +42,13 @@ struct ViewOptions {
 struct ImportOptions {
   std::vector<std::filesystem::path> logs;
   std::filesystem::path contract, output = ".";
+  std::filesystem::path robot;     ///< URDF, for what the doctor can tell by dynamics
+  std::vector<std::string> fixes;  ///< findings to repair
+};
+
+struct CheckOptions {
+  std::filesystem::path target;           ///< run folder, data set (HDF5) or log
+  std::filesystem::path contract, robot;  ///< of a log
 };
 
 struct EstimateOptions {
@@ -61,6 +68,7 @@ Verdict evaluate(const RunOptions& options, const CommonOptions& common);
 Verdict render(const RenderOptions& options, const CommonOptions& common);
 Verdict view(const ViewOptions& options);
 Verdict import_logs(const ImportOptions& options, const CommonOptions& common);
+Verdict check(const CheckOptions& options, const CommonOptions& common);
 Verdict compare(const std::vector<std::filesystem::path>& folders,
                 const std::filesystem::path& output, const CommonOptions& common);
 Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common);

@@ -48,6 +48,7 @@ int main(int argc, char** argv) {
   ViewOptions view_options;
   ImportOptions import_options;
   EstimateOptions estimate_options;
+  CheckOptions check_options;
   std::string file, topic;
   std::vector<std::filesystem::path> folders;
   std::filesystem::path output;
@@ -130,8 +131,23 @@ int main(int argc, char** argv) {
       ->required();
   import_command->add_option("-o,--output", import_options.output,
                              "folder for the data sets; default .");
+  import_command->add_option("--robot", import_options.robot,
+                             "URDF: joints are then checked against its dynamics too");
+  import_command
+      ->add_option("--fix", import_options.fixes,
+                   "findings to repair, by name: gap,delay,... (docs/your_own_log.md)")
+      ->delimiter(',');
   add_common(*import_command, common, "fricid import log.csv --contract contract.toml -o data");
   import_command->callback([&] { command = [&] { return import_logs(import_options, common); }; });
+
+  auto* check_command =
+      app.add_subcommand("check", "what is wrong with data, and what they can identify");
+  check_command->add_option("DIR|LOG", check_options.target, "run folder, data set (HDF5), or log")
+      ->required();
+  check_command->add_option("--contract", check_options.contract, "of a log (TOML)");
+  check_command->add_option("--robot", check_options.robot, "URDF of the robot of a log");
+  add_common(*check_command, common, "fricid check log.csv --contract contract.toml");
+  check_command->callback([&] { command = [&] { return check(check_options, common); }; });
 
   auto* estimate_command = app.add_subcommand(
       "estimate", "states and friction along a log, sample by sample, by the online filter");

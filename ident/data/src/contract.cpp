@@ -1,5 +1,6 @@
 #include "fricid/data/contract.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -108,45 +109,7 @@ double rate_of(const Eigen::VectorXd& t) {
   return std::abs(rate - whole) < 1e-6 * whole ? whole : rate;
 }
 
-}  // namespace
-
-Contract load_contract(const std::filesystem::path& path) {
-  const TomlFile file = load_toml(path);
-  Contract contract;
-  const std::vector<std::string> none;
-  TomlReader names(file.table, "", file.path, none);
-  names("joint_names", contract.joint_names, required(text("joints of the robot")));
-  const Names joints = contract.joint_names;
-  TomlReader reader(file.table, "", file.path, joints);
-  contract.visit(reader);
-  reader.refuse_unknown();
-  for (Names* columns : {&contract.position.columns, &contract.torque.columns,
-                         &contract.velocity.columns, &contract.temperature.columns})
-    expand_pattern(*columns, contract.n());
-  ContractCheck(file, contract).run();
-  for (MotionColumns* motion : {&contract.position, &contract.velocity}) {
-    fill(motion->sign, contract.n(), 1);
-    fill(motion->offset_rad, contract.n(), 0);
-  }
-  fill(contract.torque.sign, contract.n(), 1);
-  fill(contract.torque.torque_constant, contract.n(), 1);
-  fill(contract.gear_ratio, contract.n(), 1);
-  return contract;
-}
-
-std::string contract_template() {
-  Contract example;
-  example.joint_names = {"joint_a1", "joint_a2", "joint_a3", "joint_a4", "joint_a5", "joint_a6"};
-  example.position.columns = {"q{}"};
-  example.torque.columns = {"tau{}"};
-  TomlWriter writer(true, {});
-  example.visit(writer);
-  return "# A column contract of fricid: what each column of a log means. Headers are matched as\n"
-         "# written, else without regard to letter case. Unknown keys are errors.\n\n" +
-         writer.text();
-}
-
-Dataset import_csv(const std::filesystem::path& path, const Contract& contract) {
+Dataset read(const std::filesystem::path& path, const Contract& contract, std::vector<int>& lines) {
   const int n = contract.n();
   Names wanted{contract.time.column};
   const Names* groups[] = {&contract.position.columns, &contract.torque.columns,
@@ -169,7 +132,9 @@ Dataset import_csv(const std::filesystem::path& path, const Contract& contract) 
     return fmt::format("{}:{}", file, table.lines[static_cast<std::size_t>(k)]);
   };
   d.rate_hz = rate_of(d.t);
-  check_times(d.t, d.rate_hz, place_of);
+  for (int k = 0; k < length; ++k)
+    if (!std::isfinite(d.t[k]))
+      throw UserError("{}: t = {}; allowed: a finite time", place_of(k), d.t[k]);
 
   // Column group -> (T, n) with value = factor_j raw + offset_j.
   std::size_t next = 1;
@@ -210,7 +175,60 @@ Dataset import_csv(const std::filesystem::path& path, const Contract& contract) 
     d.temperature =
         take([](std::size_t) { return 1.0; },
              [&](std::size_t) { return contract.temperature.unit == "C" ? 273.15 : 0.0; });
-  check_dataset(d, file);
+  lines = table.lines;
+  return d;
+}
+
+}  // namespace
+
+Contract load_contract(const std::filesystem::path& path) {
+  const TomlFile file = load_toml(path);
+  Contract contract;
+  const std::vector<std::string> none;
+  TomlReader names(file.table, "", file.path, none);
+  names("joint_names", contract.joint_names, required(text("joints of the robot")));
+  const Names joints = contract.joint_names;
+  TomlReader reader(file.table, "", file.path, joints);
+  contract.visit(reader);
+  reader.refuse_unknown();
+  for (Names* columns : {&contract.position.columns, &contract.torque.columns,
+                         &contract.velocity.columns, &contract.temperature.columns})
+    expand_pattern(*columns, contract.n());
+  ContractCheck(file, contract).run();
+  for (MotionColumns* motion : {&contract.position, &contract.velocity}) {
+    fill(motion->sign, contract.n(), 1);
+    fill(motion->offset_rad, contract.n(), 0);
+  }
+  fill(contract.torque.sign, contract.n(), 1);
+  fill(contract.torque.torque_constant, contract.n(), 1);
+  fill(contract.gear_ratio, contract.n(), 1);
+  return contract;
+}
+
+std::string contract_template() {
+  Contract example;
+  example.joint_names = {"joint_a1", "joint_a2", "joint_a3", "joint_a4", "joint_a5", "joint_a6"};
+  example.position.columns = {"q{}"};
+  example.torque.columns = {"tau{}"};
+  TomlWriter writer(true, {});
+  example.visit(writer);
+  return "# A column contract of fricid: what each column of a log means. Headers are matched as\n"
+         "# written, else without regard to letter case. Unknown keys are errors.\n\n" +
+         writer.text();
+}
+
+Dataset read_log(const std::filesystem::path& path, const Contract& contract) {
+  std::vector<int> lines;
+  return read(path, contract, lines);
+}
+
+Dataset import_csv(const std::filesystem::path& path, const Contract& contract) {
+  std::vector<int> lines;
+  Dataset d = read(path, contract, lines);
+  check_times(d.t, d.rate_hz, [&](int k) {
+    return fmt::format("{}:{}", path.string(), lines[static_cast<std::size_t>(k)]);
+  });
+  check_dataset(d, path.string());
   return d;
 }
 

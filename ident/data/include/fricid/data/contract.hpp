@@ -124,6 +124,11 @@ Contract load_contract(const std::filesystem::path& path);
 /// A commented contract with every key, its unit, range and default.
 std::string contract_template();
 
+/// Reads a log as it stands: times may have gaps, repeat or jitter, which the doctor tells
+/// (`fricid/doctor/doctor.hpp`). t starts at 0; rate_hz is the usual rate.
+/// @throws UserError as import_csv, but for times
+Dataset read_log(const std::filesystem::path& path, const Contract& contract);
+
 /// Reads a log: a header line, then rows of numbers; empty cells and "nan" are missing values.
 /// Lines that start with # are skipped; t starts at 0.
 /// @throws UserError "file:line: ..." for a missing column, a cell that is no number, a row of

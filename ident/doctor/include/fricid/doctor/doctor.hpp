@@ -1,0 +1,40 @@
+// The data doctor: what is wrong with a log, before a fit hides it.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/data/dataset.hpp"
+#include "fricid/doctor/finding.hpp"
+#include "fricid/dynamics/robot_model.hpp"
+
+namespace fricid::doctor {
+
+/// Examines a log as it was read: times may have gaps, repeat or jitter.
+///
+/// Of the times: rate, gap, duplicate, jitter, clock_drift. Of each signal: missing, stuck,
+/// quantised, saturated, spike, jump, repeated rows. Between signals: a velocity that is not the
+/// derivative of the position. Against dynamics, by linear regression of the torque on the motion
+/// under every hypothesis (a sign, a swap, degrees, a delay): sign, swapped, angle_unit,
+/// torque_unit, delay. With `robot` the regressors are its nominal torques and its limits count;
+/// without it only a negative inertia and a torque that friction would push give a sign away.
+/// @return notes and damage, times first
+/// @pre d.t, d.q, d.tau have equal lengths of at least 2; d.rate_hz is the usual rate
+std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot = nullptr);
+
+/// The log with the findings named in `names` repaired, and told so in `source`.
+///
+///     gap          rows of missing values where samples are lost
+///     duplicate    the later of two rows of one time is dropped
+///     jitter, clock_drift    times are taken as uniform
+///     spike, repeated        the samples become missing values
+///     jump         whole turns are taken out of the position
+///     sign, swapped, angle_unit    applied to the signals that the finding names
+///     delay        torque is moved back in time, by straight lines between samples
+///     velocity, temperature_unit   the velocity is left out; 273.15 K are added
+/// @throws UserError for a name that is no kind, cannot be repaired, or was not found
+data::Dataset repair(const data::Dataset& d, std::span<const Finding> findings,
+                     std::span<const std::string> names);
+
+}  // namespace fricid::doctor

@@ -1,0 +1,24 @@
+// The parts of `diagnose`; each appends what it found.
+#pragma once
+
+#include <vector>
+
+#include "fricid/doctor/finding.hpp"
+#include "fricid/dynamics/robot_model.hpp"
+
+namespace fricid::doctor {
+
+using Findings = std::vector<Finding>;
+
+/// rate, gap, duplicate, jitter, clock_drift.
+void check_clock(const data::Dataset& d, Findings& findings);
+/// missing, stuck, quantised, saturated, spike, jump, repeated, temperature_unit and _trend.
+void check_signals(const data::Dataset& d, Findings& findings);
+/// Moving and holding.
+void find_segments(const data::Dataset& d, Findings& findings);
+/// velocity. @pre uniform times
+void check_velocity(const data::Dataset& d, Findings& findings);
+/// sign, swapped, angle_unit, torque_unit, delay. @pre uniform times
+void check_dynamics(const data::Dataset& d, const dynamics::RobotModel* robot, Findings& findings);
+
+}  // namespace fricid::doctor

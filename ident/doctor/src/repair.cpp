@@ -1,0 +1,179 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/text.hpp"
+#include "fricid/doctor/doctor.hpp"
+
+namespace fricid::doctor {
+namespace {
+
+using data::Dataset;
+using data::RowMatrix;
+
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+/// Every table of a data set that it has.
+std::vector<RowMatrix*> tables(Dataset& d) {
+  std::vector<RowMatrix*> all{&d.q, &d.tau};
+  for (RowMatrix* optional : {&d.v, &d.temperature})
+    if (optional->size() > 0) all.push_back(optional);
+  return all;
+}
+
+bool names_signal(const Finding& f, std::string_view signal) {
+  std::string_view rest = f.signal;
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(' '), rest.size());
+    if (rest.substr(0, end) == signal) return true;
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return false;
+}
+
+/// Puts row `from[i]` of the old log at row i; -1: a row of missing values.
+void choose_rows(Dataset& d, const std::vector<int>& from) {
+  const auto length = static_cast<Eigen::Index>(from.size());
+  for (RowMatrix* table : tables(d)) {
+    RowMatrix chosen(length, table->cols());
+    for (Eigen::Index i = 0; i < length; ++i) {
+      const int k = from[static_cast<std::size_t>(i)];
+      if (k >= 0)
+        chosen.row(i) = table->row(k);
+      else
+        chosen.row(i).setConstant(kMissing);
+    }
+    *table = chosen;
+  }
+}
+
+void make_uniform(Dataset& d) {
+  d.t = Eigen::VectorXd::LinSpaced(d.length(), 0, d.length() - 1) / d.rate_hz;
+}
+
+void drop_duplicates(Dataset& d) {
+  std::vector<int> kept;
+  for (int k = 0; k < d.length(); ++k)
+    if (kept.empty() || d.t[k] > d.t[kept.back()]) kept.push_back(k);
+  choose_rows(d, kept);
+  Eigen::VectorXd t(static_cast<Eigen::Index>(kept.size()));
+  for (std::size_t i = 0; i < kept.size(); ++i) t[static_cast<Eigen::Index>(i)] = d.t[kept[i]];
+  d.t = t;
+}
+
+// Whole periods between samples, counted one by one so that a drifting clock adds up nowhere.
+void fill_gaps(Dataset& d) {
+  std::vector<int> rows{0};
+  for (int k = 1; k < d.length(); ++k) {
+    const auto periods = std::lround((d.t[k] - d.t[k - 1]) * d.rate_hz);
+    for (long i = 1; i < periods; ++i) rows.push_back(-1);
+    rows.push_back(k);
+  }
+  const double begin = d.t[0];
+  choose_rows(d, rows);
+  d.t = begin +
+        Eigen::VectorXd::LinSpaced(d.q.rows(), 0, static_cast<double>(d.q.rows() - 1)).array() /
+            d.rate_hz;
+}
+
+// Torque at t_k taken from t_k + delay.
+void advance_torque(Dataset& d, double delay) {
+  const RowMatrix old = d.tau;
+  const int whole = static_cast<int>(std::floor(delay));
+  const double share = delay - whole;
+  const int T = d.length();
+  for (int k = 0; k < T; ++k) {
+    const int i = std::clamp(k + whole, 0, T - 1), next = std::clamp(k + whole + 1, 0, T - 1);
+    d.tau.row(k) = (1 - share) * old.row(i) + share * old.row(next);
+  }
+}
+
+// Whether `f` concerns joint j.
+bool concerns(const Finding& f, int j) { return f.joint < 0 || f.joint == j; }
+
+void scale(Dataset& d, const Finding& f, double factor) {
+  for (int j = 0; j < d.n(); ++j) {
+    if (!concerns(f, j)) continue;
+    if (names_signal(f, "q")) {
+      d.q.col(j) *= factor;
+      if (d.v.size() > 0 && names_signal(f, "v")) d.v.col(j) *= factor;
+    }
+    if (names_signal(f, "tau")) d.tau.col(j) *= factor;
+  }
+}
+
+void apply(Dataset& d, const Finding& f) {
+  if (f.name == "gap") return fill_gaps(d);
+  if (f.name == "duplicate") return drop_duplicates(d);
+  if (f.name == "jitter" || f.name == "clock_drift") return make_uniform(d);
+  if (f.name == "delay") return advance_torque(d, f.size);
+  if (f.name == "velocity") return d.v.resize(0, 0);
+  if (f.name == "sign") return scale(d, f, -1);
+  if (f.name == "angle_unit") return scale(d, f, std::numbers::pi / 180);
+  if (f.name == "temperature_unit") {
+    d.temperature.col(f.joint).array() += 273.15;
+  } else if (f.name == "swapped") {
+    if (names_signal(f, "q")) {
+      d.q.col(f.joint).swap(d.q.col(f.other));
+      if (d.v.size() > 0 && names_signal(f, "v")) d.v.col(f.joint).swap(d.v.col(f.other));
+    }
+    if (names_signal(f, "tau")) d.tau.col(f.joint).swap(d.tau.col(f.other));
+  } else if (f.name == "jump") {
+    const double turns = 2 * std::numbers::pi * std::round(f.size / (2 * std::numbers::pi));
+    d.q.col(f.joint).tail(d.length() - f.rows[0]).array() -= turns;
+  } else if (f.name == "spike") {
+    for (const int k : f.rows) (names_signal(f, "q") ? d.q : d.tau)(k, f.joint) = kMissing;
+  } else if (f.name == "repeated") {
+    for (const int k : f.rows)
+      for (RowMatrix* table : tables(d)) table->row(k).setConstant(kMissing);
+  }
+}
+
+// Repairs of given rows come first, then those that change the rows, then those that need even
+// times.
+int order_of(std::string_view name) {
+  if (name == "duplicate") return 2;
+  if (name == "gap") return 3;
+  return name == "jitter" || name == "clock_drift" || name == "delay" ? 4 : 1;
+}
+
+void check_name(const std::string& name, std::span<const Finding> findings) {
+  std::vector<std::string_view> fixable;
+  for (const Kind& kind : kinds())
+    if (kind.fixable) fixable.push_back(kind.name);
+  if (std::find(fixable.begin(), fixable.end(), name) == fixable.end())
+    throw UserError("--fix {}: allowed: {}", name, fmt::join(fixable, " "));
+  if (std::none_of(findings.begin(), findings.end(),
+                   [&](const Finding& f) { return f.name == name; }))
+    throw UserError("--fix {}: nothing of that name was found", name);
+}
+
+}  // namespace
+
+Dataset repair(const Dataset& d, std::span<const Finding> findings,
+               std::span<const std::string> names) {
+  for (const std::string& name : names) check_name(name, findings);
+  std::vector<const Finding*> chosen;
+  for (const Finding& f : findings)
+    if (std::find(names.begin(), names.end(), f.name) != names.end()) chosen.push_back(&f);
+  std::stable_sort(chosen.begin(), chosen.end(), [](const Finding* a, const Finding* b) {
+    return order_of(a->name) < order_of(b->name);
+  });
+
+  Dataset repaired = d;
+  std::string_view last;  // findings of one kind that are mended by one sweep
+  for (const Finding* f : chosen) {
+    const bool sweeps = f->name == "gap" || f->name == "velocity";
+    if (sweeps && f->name == last) continue;
+    apply(repaired, *f);
+    last = f->name;
+  }
+  for (const std::string& name : names) repaired.source += "; fixed " + name;
+  return repaired;
+}
+
+}  // namespace fricid::doctor

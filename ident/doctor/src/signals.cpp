@@ -1,0 +1,281 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "checks.hpp"
+
+namespace fricid::doctor {
+namespace {
+
+using data::RowMatrix;
+
+constexpr double kCoarsePosition = 1e-4;  // [rad] a tenth of the travel before sliding
+constexpr double kCoarseTorque = 0.02;    // of the range
+constexpr double kStuck = 0.5;            // [s] of one and the same value
+constexpr double kSpike = 15;             // robust standard deviations
+constexpr double kLeap = 0.02;            // of the range, within a sample
+constexpr int kPlateau = 12;              // samples at the very extreme
+constexpr double kCrowding = 8;           // times as many as just below
+constexpr double kRepeated = 0.005;       // share of rows
+constexpr double kWarming = 5;            // [K]
+constexpr double kColdest = 200;          // [K] below it a temperature is no kelvin
+
+/// One column with what is needed of it many times.
+struct Channel {
+  const data::Dataset& d;
+  const RowMatrix& x;
+  const char* signal;
+  int joint;
+  double low = 0, high = 0;  // extremes of the finite values
+
+  Channel(const data::Dataset& dataset, const RowMatrix& values, const char* name, int j)
+      : d(dataset), x(values), signal(name), joint(j) {
+    low = std::numeric_limits<double>::infinity();
+    high = -low;
+    for (Eigen::Index k = 0; k < x.rows(); ++k) {
+      if (!std::isfinite(x(k, j))) continue;
+      low = std::min(low, x(k, j));
+      high = std::max(high, x(k, j));
+    }
+  }
+  double operator[](Eigen::Index k) const { return x(k, joint); }
+  int length() const { return static_cast<int>(x.rows()); }
+  double range() const { return high - low; }
+
+  Finding finding(const char* name, int first, int last, double size, const char* unit) const {
+    return {.name = name,
+            .signal = signal,
+            .joint = joint,
+            .begin_s = d.t[first],
+            .end_s = d.t[last],
+            .size = size,
+            .unit = unit};
+  }
+};
+
+double median(std::vector<double> x) {
+  if (x.empty()) return 0;
+  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), middle, x.end());
+  return *middle;
+}
+
+void check_missing(const Channel& c, Findings& findings) {
+  Finding missing = c.finding("missing", 0, 0, 0, "samples");
+  for (int k = 0; k < c.length(); ++k) {
+    if (std::isfinite(c[k])) continue;
+    if (missing.size++ == 0) missing.begin_s = c.d.t[k];
+    missing.end_s = c.d.t[k];
+  }
+  if (missing.size > 0) findings.push_back(missing);
+}
+
+// The step that all differences are whole multiples of; 0 when there is none.
+double quantisation_step(const Channel& c) {
+  double step = 0;
+  int standing = 0;
+  for (int k = 1; k < c.length(); ++k) {
+    const double difference = std::abs(c[k] - c[k - 1]);
+    if (difference == 0) ++standing;
+    if (difference > 1e-9 * c.range() && (step == 0 || difference < step)) step = difference;
+  }
+  if (step == 0 || standing * 20 < c.length()) return 0;
+  int multiples = 0, moves = 0;
+  for (int k = 1; k < c.length(); ++k) {
+    const double ratio = std::abs(c[k] - c[k - 1]) / step;
+    if (!(ratio > 0.5)) continue;
+    ++moves;
+    if (std::abs(ratio - std::round(ratio)) < 0.01 * std::max(1.0, ratio)) ++multiples;
+  }
+  return multiples * 10 > moves * 9 ? step : 0;
+}
+
+bool check_quantisation(const Channel& c, double coarse, const char* unit, Findings& findings) {
+  const double step = quantisation_step(c);
+  if (step <= coarse) return false;
+  findings.push_back(c.finding("quantised", 0, c.length() - 1, step, unit));
+  return true;
+}
+
+// The longest run of one value, from an abrupt end of motion on: what moves does not stop within a
+// sample, and noise never stands still.
+void check_stuck(const Channel& c, double shortest_s, bool must_have_moved, Findings& findings) {
+  int best = 0, begin = 0, end = 0;
+  for (int k = 0, first = 0; k < c.length(); ++k) {
+    if (c[k] != c[first]) first = k;
+    if (k - first <= best) continue;
+    const int before = std::max(0, first - 5);
+    // travel of the five samples before, as if it went on through the run
+    const double rate = first > 0 ? std::abs(c[first] - c[before]) / (first - before) : 0;
+    const double after =
+        k + 1 < c.length() ? std::abs(c[k + 1] - c[k]) : std::numeric_limits<double>::infinity();
+    const bool abrupt = rate * (k - first) > kLeap * c.range() || after > kLeap * c.range();
+    if (must_have_moved && first > 0 && !abrupt) continue;
+    best = k - first;
+    begin = first;
+    end = k;
+  }
+  if (best * c.d.dt() < shortest_s && c.range() > 0) return;
+  findings.push_back(c.finding("stuck", begin, end, c.d.t[end] - c.d.t[begin], "s"));
+}
+
+// Many samples at the very extreme and few just below: an amplifier or a number at its end. A run
+// that ends in a leap is a channel that stuck there.
+void check_saturation(const Channel& c, Findings& findings) {
+  const double width = 0.01 * c.range();
+  for (const double sign : {1.0, -1.0}) {
+    const double extreme = sign > 0 ? c.high : c.low;
+    int at = 0, near = 0, first = -1, last = 0, run = 0, longest = 0;
+    for (int k = 0; k < c.length(); ++k) {
+      const double below = sign * (extreme - c[k]);
+      const bool top = below <= 1e-9 * c.range();
+      if (!top && run > kPlateau && below > kLeap * c.range()) {
+        at = 0;
+        break;
+      }
+      run = top ? run + 1 : 0;
+      longest = std::max(longest, run);
+      if (top) {
+        ++at;
+        if (first < 0) first = k;
+        last = k;
+      } else if (below < width) {
+        ++near;
+      }
+    }
+    if (longest < kPlateau || at < kCrowding * near) continue;
+    Finding finding = c.finding("saturated", first, last, extreme, "");
+    finding.unit = c.signal == std::string_view("q") ? "rad" : "N m";
+    finding.count = at;
+    findings.push_back(finding);
+  }
+}
+
+// A sample far off the line between its neighbours, which agree.
+void check_spikes(const Channel& c, Findings& findings) {
+  std::vector<double> bends;
+  for (int k = 1; k + 1 < c.length(); ++k) {
+    const double bend = std::abs(c[k] - (c[k - 1] + c[k + 1]) / 2);
+    if (std::isfinite(bend)) bends.push_back(bend);
+  }
+  const double sigma = std::max(1.48 * median(bends), 1e-6 * c.range());
+  Finding spike = c.finding("spike", 0, 0, 0, c.signal == std::string_view("q") ? "rad" : "N m");
+  spike.count = 0;
+  for (int k = 2; k + 2 < c.length(); ++k) {
+    const double bend = std::abs(c[k] - (c[k - 1] + c[k + 1]) / 2);
+    const double across = std::max({std::abs(c[k + 1] - c[k - 1]), std::abs(c[k + 2] - c[k + 1]),
+                                    std::abs(c[k - 1] - c[k - 2])});
+    if (!(bend > kSpike * sigma && bend > 4 * across && bend > 2e-3 * c.range())) continue;
+    if (spike.count++ == 0) spike.begin_s = c.d.t[k];
+    spike.end_s = c.d.t[k];
+    spike.size = std::max(spike.size, bend);
+    spike.rows.push_back(k);
+  }
+  if (spike.count > 0) findings.push_back(spike);
+}
+
+// A step in the position that stays: a resolver that lost whole turns.
+void check_jumps(const Channel& c, Findings& findings) {
+  constexpr double kSmallest = 0.2, kAbove = 20;  // [rad], times the usual step
+  std::vector<double> steps;
+  for (int k = 1; k < c.length(); ++k)
+    if (std::isfinite(c[k] - c[k - 1])) steps.push_back(std::abs(c[k] - c[k - 1]));
+  std::sort(steps.begin(), steps.end());
+  if (steps.empty()) return;
+  const double usual = steps[steps.size() * 9 / 10];
+  for (int k = 1; k + 1 < c.length(); ++k) {
+    const double step = c[k] - c[k - 1];
+    if (!(std::abs(step) >= kSmallest && std::abs(step) >= kAbove * usual)) continue;
+    if (std::abs(c[k + 1] - c[k - 1]) < 0.5 * std::abs(step)) continue;  // a spike
+    if (k > 1 && std::abs(c[k] - c[k - 2]) < 0.5 * std::abs(step)) continue;
+    if (c.d.t[k] - c.d.t[k - 1] > 1.5 * c.d.dt()) continue;  // a gap
+    Finding jump = c.finding("jump", k - 1, k, step, "rad");
+    jump.rows = {k};
+    findings.push_back(jump);
+  }
+}
+
+// Rows that repeat the one before in every signal although a joint moves.
+void check_repeats(const data::Dataset& d, Findings& findings) {
+  Finding repeated{.name = "repeated", .signal = "q tau", .unit = "% of rows", .count = 0};
+  for (int k = 2; k < d.length(); ++k) {
+    if (d.q.row(k) != d.q.row(k - 1) || d.tau.row(k) != d.tau.row(k - 1)) continue;
+    const bool moves = ((d.q.row(k - 1) - d.q.row(k - 2)).array().abs() > 0).count() * 2 > d.n();
+    if (!moves) continue;
+    if (repeated.count++ == 0) repeated.begin_s = d.t[k];
+    repeated.end_s = d.t[k];
+    repeated.rows.push_back(k);
+  }
+  repeated.size = 100.0 * repeated.count / d.length();
+  if (repeated.count > kRepeated * d.length()) findings.push_back(repeated);
+}
+
+void check_temperature(const Channel& c, Findings& findings) {
+  if (c.high < kColdest) {
+    findings.push_back(c.finding("temperature_unit", 0, c.length() - 1, c.high, "K"));
+  } else if (c.range() > kWarming) {
+    findings.push_back(c.finding("temperature_trend", 0, c.length() - 1, c.range(), "K"));
+  }
+}
+
+bool found(const Findings& findings, std::string_view name, const Channel& c) {
+  return std::any_of(findings.begin(), findings.end(), [&](const Finding& f) {
+    return f.name == name && f.joint == c.joint && f.signal == c.signal;
+  });
+}
+
+}  // namespace
+
+void check_signals(const data::Dataset& d, Findings& findings) {
+  for (int j = 0; j < d.n(); ++j) {
+    const Channel q(d, d.q, "q", j), tau(d, d.tau, "tau", j);
+    for (const Channel& c : {q, tau}) check_missing(c, findings);
+    const bool coarse = check_quantisation(q, kCoarsePosition, "rad", findings);
+    check_stuck(q, coarse ? 4 * kStuck : kStuck, true, findings);
+    if (!found(findings, "stuck", q)) {
+      check_saturation(q, findings);
+      check_spikes(q, findings);
+      check_jumps(q, findings);
+    }
+    const bool steps = check_quantisation(tau, kCoarseTorque * tau.range(), "N m", findings);
+    if (!steps) {
+      check_saturation(tau, findings);
+      check_spikes(tau, findings);
+    }
+    if (!found(findings, "saturated", tau))
+      check_stuck(tau, steps ? 10 * kStuck : kStuck, false, findings);
+    if (d.v.size() > 0) {
+      const Channel v(d, d.v, "v", j);
+      check_missing(v, findings);
+      check_stuck(v, kStuck, true, findings);
+    }
+    if (d.temperature.size() > 0) check_temperature({d, d.temperature, "temperature", j}, findings);
+  }
+  check_repeats(d, findings);
+}
+
+void find_segments(const data::Dataset& d, Findings& findings) {
+  constexpr double kWindow = 0.1;  // [s]
+  constexpr double kSlow = 1e-3;   // [rad/s]
+  const int width = std::max(1, static_cast<int>(std::lround(kWindow / d.dt())));
+  for (int j = 0; j < d.n(); ++j) {
+    int moving = 0, windows = 0;
+    for (int k = 0; k + width < d.length(); k += width) {
+      const double travel = std::abs(d.q(k + width, j) - d.q(k, j));
+      if (!std::isfinite(travel)) continue;
+      ++windows;
+      if (travel > kSlow * width * d.dt()) ++moving;
+    }
+    if (windows == 0) continue;
+    findings.push_back({.name = "segments",
+                        .signal = "q",
+                        .joint = j,
+                        .begin_s = d.t[0],
+                        .end_s = d.t[d.length() - 1],
+                        .size = 100.0 * moving / windows,
+                        .unit = "% moving"});
+  }
+}
+
+}  // namespace fricid::doctor

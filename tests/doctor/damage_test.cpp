@@ -1,0 +1,223 @@
+// A table of injected faults: what is done to a clean log is found, by name and place, and nothing
+// else is; clean logs of many scenes raise no alarm.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <numbers>
+
+#include "fricid/base/parallel.hpp"
+#include "fricid/base/rng.hpp"
+#include "fricid/data/experiment.hpp"
+#include "fricid/doctor/doctor.hpp"
+#include "fricid/sim/sensors.hpp"
+#include "fricid/sim/simulate.hpp"
+
+namespace fricid::doctor {
+namespace {
+
+using data::Dataset;
+using data::RowMatrix;
+
+struct Log {
+  Dataset data;
+  dynamics::RobotModel robot;
+};
+
+/// Two short logs of a scene, with velocity and temperature.
+std::vector<Log> simulate_logs(const std::string& scene, std::uint64_t seed) {
+  data::Experiment e = data::load_experiment(std::filesystem::path(FRICID_SOURCE_DIR) / "scenes" /
+                                             (scene + ".toml"));
+  e.seed = seed;
+  e.excitation.train = e.excitation.repeats = e.excitation.validation = 1;
+  e.excitation.criterion = "none";
+  e.excitation.harmonics = 5;
+  e.excitation.base_rad_s = 0.6;
+  e.sensors.velocity = e.sensors.temperature = true;
+  const sim::Simulation s = sim::simulate(e, 1);
+  return {{s.train[0], e.model}, {s.validation[0], e.model}};
+}
+
+/// Clean logs, made once.
+const std::vector<Log>& clean_logs() {
+  static const std::vector<Log> logs = [] {
+    const std::vector<std::pair<const char*, std::uint64_t>> scenes{
+        {"kr6_full", 1},    {"kr6_lugre", 2},     {"kr6_gms", 3},   {"kr6_load", 4},
+        {"kr6_thermal", 5}, {"kr6_stickslip", 6}, {"kr6_floor", 7}, {"kr6_strong", 8},
+        {"kr6_full", 9},    {"kr6_gms", 10}};
+    std::vector<std::vector<Log>> pairs(scenes.size());
+    parallel_for(static_cast<int>(scenes.size()), 0, [&](int i) {
+      const auto& [scene, seed] = scenes[static_cast<std::size_t>(i)];
+      pairs[static_cast<std::size_t>(i)] = simulate_logs(scene, seed);
+    });
+    std::vector<Log> all;
+    for (const auto& pair : pairs) all.insert(all.end(), pair.begin(), pair.end());
+    return all;
+  }();
+  return logs;
+}
+
+std::string text_of(const std::vector<Finding>& findings, const Dataset& d) {
+  std::string text;
+  for (const Finding& f : findings)
+    if (is_damage(f)) text += to_text(f, d) + "\n";
+  return text;
+}
+
+struct Damage {
+  std::string what;
+  std::string name;    ///< of the finding that it must raise
+  std::string signal;  ///< where
+  int joint, other;
+  std::function<void(Dataset&)> apply;
+};
+
+void keep_rows(Dataset& d, const std::function<int(int)>& copies) {
+  std::vector<int> rows;
+  for (int k = 0; k < d.length(); ++k)
+    for (int i = 0; i < copies(k); ++i) rows.push_back(k);
+  const auto length = static_cast<Eigen::Index>(rows.size());
+  Eigen::VectorXd t(length);
+  for (Eigen::Index i = 0; i < length; ++i) t[i] = d.t[rows[static_cast<std::size_t>(i)]];
+  d.t = t;
+  for (RowMatrix* table : {&d.q, &d.tau, &d.v, &d.temperature}) {
+    RowMatrix chosen(length, table->cols());
+    for (Eigen::Index i = 0; i < length; ++i)
+      chosen.row(i) = table->row(rows[static_cast<std::size_t>(i)]);
+    *table = chosen;
+  }
+}
+
+void delay_torque(Dataset& d, double samples) {
+  const RowMatrix old = d.tau;
+  for (int k = 0; k < d.length(); ++k) {
+    const double at = std::max(0.0, k - samples);
+    const int i = std::min(static_cast<int>(at), d.length() - 2);
+    d.tau.row(k) = (1 - (at - i)) * old.row(i) + (at - i) * old.row(i + 1);
+  }
+}
+
+void round_to(RowMatrix& x, int j, double step) {
+  x.col(j) = (x.col(j).array() / step).round() * step;
+}
+
+void swap_columns(RowMatrix& x, int i, int j) { x.col(i).swap(x.col(j)); }
+
+std::vector<Damage> damages() {
+  constexpr double kDegree = std::numbers::pi / 180;
+  return {
+      {"40 samples lost", "gap", "t", -1, -1,
+       [](Dataset& d) { keep_rows(d, [](int k) { return k >= 700 && k < 740 ? 0 : 1; }); }},
+      {"3 single samples lost", "gap", "t", -1, -1,
+       [](Dataset& d) {
+         keep_rows(d, [](int k) { return k == 300 || k == 800 || k == 1500 ? 0 : 1; });
+       }},
+      {"5 rows twice", "duplicate", "t", -1, -1,
+       [](Dataset& d) { keep_rows(d, [](int k) { return k % 400 == 100 ? 2 : 1; }); }},
+      {"times off by 5 % of the period", "jitter", "t", -1, -1,
+       [](Dataset& d) {
+         Rng rng(1, 0);
+         for (int k = 0; k < d.length(); ++k) d.t[k] += 0.05 * d.dt() * rng.normal();
+       }},
+      {"clock that slows by 1 %", "clock_drift", "t", -1, -1,
+       [](Dataset& d) {
+         const double T = d.t[d.length() - 1];
+         d.t = d.t.array() * (1 + 0.005 * d.t.array() / T);
+       }},
+      {"stale packets", "repeated", "q tau", -1, -1,
+       [](Dataset& d) {
+         for (int k = 1; k < d.length(); ++k)
+           if (k % 25 == 3)
+             for (RowMatrix* x : {&d.q, &d.tau, &d.v, &d.temperature})
+               x->row(k) = x->row(k - 1).eval();
+       }},
+      {"torque 3 samples late", "delay", "tau", -1, -1, [](Dataset& d) { delay_torque(d, 3); }},
+      {"torque 1.4 samples late", "delay", "tau", -1, -1, [](Dataset& d) { delay_torque(d, 1.4); }},
+      {"position of joint 2 of the other sign", "sign", "q v", 1, -1,
+       [](Dataset& d) {
+         d.q.col(1) *= -1;
+         d.v.col(1) *= -1;
+       }},
+      {"torque of joint 3 of the other sign", "sign", "tau", 2, -1,
+       [](Dataset& d) { d.tau.col(2) *= -1; }},
+      {"joint 5 of the other sign", "sign", "q v tau", 4, -1,
+       [](Dataset& d) {
+         for (RowMatrix* x : {&d.q, &d.v, &d.tau}) x->col(4) *= -1;
+       }},
+      {"degrees", "angle_unit", "q v", 0, -1,
+       [=](Dataset& d) {
+         d.q /= kDegree;
+         d.v /= kDegree;
+       }},
+      {"joint 3 in degrees", "angle_unit", "q", 2, -1, [=](Dataset& d) { d.q.col(2) /= kDegree; }},
+      {"joints 4 and 5 swapped", "swapped", "q v tau", 3, 4,
+       [](Dataset& d) {
+         for (RowMatrix* x : {&d.q, &d.v, &d.tau}) swap_columns(*x, 3, 4);
+       }},
+      {"torques 2 and 3 swapped", "swapped", "tau", 1, 2,
+       [](Dataset& d) { swap_columns(d.tau, 1, 2); }},
+      {"position 4 in steps of 0.1 deg", "quantised", "q", 3, -1,
+       [=](Dataset& d) { round_to(d.q, 3, 0.1 * kDegree); }},
+      {"torque 1 in 20 steps", "quantised", "tau", 0, -1,
+       [](Dataset& d) {
+         round_to(d.tau, 0, (d.tau.col(0).maxCoeff() - d.tau.col(0).minCoeff()) / 20);
+       }},
+      {"torque 1 clipped at 70 %", "saturated", "tau", 0, -1,
+       [](Dataset& d) {
+         const double limit = 0.7 * d.tau.col(0).cwiseAbs().maxCoeff();
+         d.tau.col(0) = d.tau.col(0).cwiseMax(-limit).cwiseMin(limit);
+       }},
+      {"position 6 stuck for 2 s", "stuck", "q", 5, -1,
+       [](Dataset& d) { d.q.col(5).segment(900, 500).setConstant(d.q(900, 5)); }},
+      {"torque 2 stuck for 1 s", "stuck", "tau", 1, -1,
+       [](Dataset& d) { d.tau.col(1).segment(900, 250).setConstant(d.tau(900, 1)); }},
+      {"spike in position 1", "spike", "q", 0, -1, [](Dataset& d) { d.q(1000, 0) += 0.05; }},
+      {"spikes in torque 5", "spike", "tau", 4, -1,
+       [](Dataset& d) {
+         for (const int k : {500, 1000, 1400})
+           d.tau(k, 4) += d.tau.col(4).maxCoeff() - d.tau.col(4).minCoeff();
+       }},
+      {"position 6 loses a turn", "jump", "q", 5, -1,
+       [](Dataset& d) { d.q.col(5).tail(1000).array() += 2 * std::numbers::pi; }},
+      {"position 2 missing for 0.2 s", "missing", "q", 1, -1,
+       [](Dataset& d) { d.q.col(1).segment(600, 50).setConstant(std::nan("")); }},
+      {"velocity 3 of the motor", "velocity", "v", 2, -1, [](Dataset& d) { d.v.col(2) *= 100; }},
+      {"velocity 2 of the other sign", "velocity", "v", 1, -1,
+       [](Dataset& d) { d.v.col(1) *= -1; }},
+      {"torque 2 of the motor", "torque_unit", "tau", 1, -1,
+       [](Dataset& d) { d.tau.col(1) /= 120; }},
+      {"temperature 4 in degrees Celsius", "temperature_unit", "temperature", 3, -1,
+       [](Dataset& d) { d.temperature.col(3).array() -= 273.15; }},
+  };
+}
+
+TEST(Doctor, NoFalseAlarmOnCleanLogs) {
+  ASSERT_EQ(clean_logs().size(), 20u);
+  for (std::size_t i = 0; i < clean_logs().size(); ++i) {
+    const auto& [log, robot] = clean_logs()[i];
+    EXPECT_EQ(text_of(diagnose(log, &robot), log), "") << "log " << i << ", " << log.source;
+    EXPECT_EQ(text_of(diagnose(log), log), "") << "without a robot, log " << i;
+  }
+}
+
+TEST(Doctor, FindsInjectedDamageByNameAndPlaceAndNothingElse) {
+  for (const Damage& damage : damages())
+    for (const std::size_t i : {0u, 5u, 13u}) {
+      SCOPED_TRACE(fmt::format("{}; log {}: {}", damage.what, i, clean_logs()[i].data.source));
+      Dataset log = clean_logs()[i].data;
+      damage.apply(log);
+      const std::vector<Finding> findings = diagnose(log, &clean_logs()[i].robot);
+      bool found = false;
+      for (const Finding& f : findings) {
+        if (!is_damage(f)) continue;
+        EXPECT_EQ(f.name, damage.name) << to_text(f, log);
+        found = found || (f.name == damage.name && f.signal == damage.signal &&
+                          f.joint == damage.joint && f.other == damage.other);
+      }
+      EXPECT_TRUE(found) << text_of(findings, log);
+    }
+}
+
+}  // namespace
+}  // namespace fricid::doctor

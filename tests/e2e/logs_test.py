@@ -1,0 +1,77 @@
+"""Real logs: the doctor speaks on import, repairs only what is named, and says so."""
+import json
+import math
+import unittest
+
+from fricid_program import ProgramTest, fricid, load
+
+CONTRACT = """
+joint_names = ["shoulder", "elbow"]
+[position]
+columns = "q{}"
+[torque]
+columns = "tau{}"
+"""
+
+
+class Logs(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.contract = self.write("contract.toml", CONTRACT)
+
+    def log(self, name, lost=(), torque_sign=1):
+        """12 s of two swinging joints with inertia, gravity and friction; some rows lost."""
+        rows = ["t,q1,q2,tau1,tau2"]
+        for k in range(3000):
+            t = 0.004 * k
+            q = [0.8 * math.sin(1.3 * t), 0.9 * math.sin(2.1 * t)]
+            a = [-0.8 * 1.69 * math.sin(1.3 * t), -0.9 * 4.41 * math.sin(2.1 * t)]
+            friction = [3 * math.copysign(1, math.cos(w * t)) for w in (1.3, 2.1)]
+            tau = [20 * math.sin(q[0]) + 2 * a[0] + friction[0],
+                   torque_sign * (5 * math.sin(q[0] + q[1]) + a[1] + friction[1])]
+            if k not in lost:
+                rows.append(f"{t:.3f}," + ",".join(f"{x:.7f}" for x in q + tau))
+        return self.write(name, "\n".join(rows) + "\n")
+
+    def findings(self, path):
+        return {f["name"] for f in load(path)["findings"] if f["severity"] == "damage"}
+
+    def test_clean_log(self):
+        done = fricid("import", self.log("a.csv"), "--contract", self.contract, "-o", self.folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("damage", done.stderr)
+        self.assertEqual(self.findings(self.folder / "a.doctor.json"), set())
+        self.assertEqual(fricid("check", self.folder / "a.h5").returncode, 0)
+
+    def test_lost_samples_are_found_and_filled_when_named(self):
+        log = self.log("a.csv", lost=range(900, 940))
+        refused = fricid("import", log, "--contract", self.contract, "-o", self.folder)
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("a: damage: gap: t, 3.596 to 3.76 s: 40 samples", refused.stderr)
+        self.assertIn("--fix gap", refused.stderr)
+        self.assertFalse((self.folder / "a.h5").exists())
+        done = fricid("import", log, "--contract", self.contract, "-o", self.folder, "--fix", "gap")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("fixed gap", load(self.folder / "a.doctor.json")["source"])
+        again = json.loads(fricid("check", self.folder / "a.h5", "--json").stdout)
+        self.assertIn("missing", {f["name"] for f in again[0]["findings"]})
+
+    def test_a_sign_is_found_and_turned_when_named(self):
+        log = self.log("a.csv", torque_sign=-1)
+        found = fricid("check", log, "--contract", self.contract)
+        self.assertEqual(found.returncode, 1, found.stderr)
+        self.assertRegex(found.stdout, "damage: sign: tau of elbow")
+        done = fricid("import", log, "--contract", self.contract, "-o", self.folder, "--fix", "sign")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(fricid("check", self.folder / "a.h5").returncode, 0)
+
+    def test_a_repair_that_is_not_needed_is_refused(self):
+        log = self.log("a.csv")
+        for name, message in (("delay", "nothing of that name"), ("magic", "allowed: gap")):
+            done = fricid("import", log, "--contract", self.contract, "--fix", name)
+            self.assertEqual(done.returncode, 2)
+            self.assertRegex(done.stderr.splitlines()[-1], message)
+
+
+if __name__ == "__main__":
+    unittest.main()
