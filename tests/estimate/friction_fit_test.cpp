@@ -66,6 +66,31 @@ TEST(FitConventional, RecoversLuGre) {
   }
 }
 
+// A ripple of any order is found although a descent sees no further than a period over the travel.
+TEST(FitConventional, FindsTheOrderOfARipple) {
+  Arm arm{small_arm(), {}};
+  const friction::LawSpec law{"coulomb_viscous", 0, {{"ripple", 1}}};
+  arm.friction.model = friction::RobotFriction(std::vector<friction::JointSpec>(
+      static_cast<std::size_t>(arm.robot.n()), friction::JointSpec{{law}}));
+  const double orders[] = {37, 61, 90}, phases[] = {0.4, -1.9, 2.5};
+  for (int j = 0; j < arm.robot.n(); ++j)
+    for (const double value : {4.0, 2.0, 1e-3, orders[j], 0.05, phases[j]})
+      arm.friction.theta.push_back(value);
+  const auto logs = logs_of(arm, {}, 3);
+  data::Experiment experiment = make_experiment(arm.robot);
+  const Prepared prepared = prepare(experiment, logs, 2);
+  data::ModelConfig rippling = model("simple");
+  rippling.modifiers = {"ripple"};
+  const FitReport report = fit_conventional(experiment, prepared, rippling, 1, 2);
+  ASSERT_TRUE(report.usable()) << report.message;
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    SCOPED_TRACE(j);
+    EXPECT_NEAR(theta_of(report, j, "n1"), orders[j], 0.1);
+    EXPECT_NEAR(theta_of(report, j, "A1"), 0.05, 0.005);
+    EXPECT_NEAR(theta_of(report, j, "phi1"), phases[j], 0.2);
+  }
+}
+
 // The linear law is the regression's: exact without noise.
 TEST(FitConventional, SimpleTakesLinearFrictionFromTheRegression) {
   Arm arm{small_arm(), {}};

@@ -10,7 +10,8 @@ namespace fricid::estimate {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSmallestArmature = 1e-6;   // [kg m^2]
+constexpr double kSmallestArmature = 1e-6;  // [kg m^2]
+constexpr double kWaveNumber = 0.1;  // [1/rad] size of a change that shifts a wave over the travel
 constexpr double kLinearTorqueShare = 0.02;  // of the joint's torque: size of a linear torque
 
 dynamics::Vector10 link(const Eigen::VectorXd& pi, int i) { return pi.segment<10>(10 * i); }
@@ -35,9 +36,10 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
     // zero says nothing about size; what has no typical size, as a network's weights, is of order
     // one
     const double typical = info.typical == 0 ? 1 : std::abs(info.typical);
-    const double size = value == 0          ? typical
-                        : info.typical == 0 ? 1
-                                            : std::max(std::abs(value), 0.1 * typical);
+    const double size = info.unit == "1/rad" ? kWaveNumber
+                        : value == 0         ? typical
+                        : info.typical == 0  ? 1
+                                             : std::max(std::abs(value), 0.1 * typical);
     add({p, false, info.scale == friction::Scale::kLog, size}, value, info.lower, info.upper, 1);
   }
   const dynamics::RobotModel& robot = arm.robot;

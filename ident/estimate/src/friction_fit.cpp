@@ -2,17 +2,54 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 
 #include "fricid/base/rng.hpp"
+#include "fricid/friction/modifiers/ripple.hpp"
 #include "friction_search.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr double kSpread = 1.2;  // sd of the random starts in log coordinates: a factor of about 3
-constexpr double kOnBound = 1e-3;  // distance in scaled coordinates that counts as on the bound
+constexpr double kOnBound = 1e-3;      // distance in scaled coordinates that counts as on the bound
+constexpr double kMostRipples = 1000;  // per 2 pi, of the search for a ripple
+constexpr double kRippleGrid = 0.25;   // its grid, in periods over the travel
+
+// Where theta has the terms of a ripple: n, A, phi one behind the other.
+std::vector<std::size_t> ripple_terms(const friction::RobotFriction& friction) {
+  std::vector<std::size_t> begin;
+  for (std::size_t i = 0; i < friction.parameters().size(); ++i)
+    if (friction.parameters()[i].owner == friction::Ripple::kName &&
+        friction.parameters()[i].symbol.starts_with("n"))
+      begin.push_back(i);
+  return begin;
+}
+
+// The torque of a ripple is periodic in its order n: a descent finds no n that is more than a
+// period over the travel away. So each term is looked for on a grid, in what the law without it
+// leaves.
+void seed_ripples(const JointFrictionData& data, const friction::RobotFriction& friction,
+                  std::span<const std::size_t> terms, std::span<double> theta) {
+  const double periods = data.travel() / (2 * std::numbers::pi);
+  std::vector<double> grid;
+  for (int i = 0; periods > 0; ++i) {
+    const double n = (1 + kRippleGrid * i) / periods;
+    if (n > kMostRipples) break;
+    grid.push_back(n);
+  }
+  for (const std::size_t i : terms) {
+    if (grid.empty()) return;
+    const RippleTerm term = data.strongest_ripple(friction, theta, grid);
+    const double values[] = {term.n, term.A, term.phi};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const friction::ParameterInfo& info = friction.parameters()[i + k].info;
+      theta[i + k] = std::clamp(values[k], info.lower, info.upper);
+    }
+  }
+}
 
 }  // namespace
 
@@ -46,7 +83,14 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
     if (data.rows() > 0) fit.offset = data.offset(friction, fit.theta);
     return fit;
   }
-  const SearchCoordinates coordinates(friction, start, options.held);
+  // a ripple has its own search, see seed_ripples: first the law without it
+  const std::vector<std::size_t> ripples = ripple_terms(friction);
+  std::vector<std::string> held = options.held;
+  for (const std::size_t i : ripples) {
+    start[i + 1] = 0;
+    for (std::size_t k = 0; k < 3; ++k) held.push_back(friction.parameters()[i + k].symbol);
+  }
+  SearchCoordinates coordinates(friction, start, held);
   const std::vector<double> centre = coordinates.to_scaled(start);
 
   Rng rng(options.seed, options.stream);
@@ -64,6 +108,15 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
     fit.evaluations += found.evaluations;
     fit.start_rms.push_back(std::sqrt(found.value));
     if (found.value < best.value) best = std::move(found);
+  }
+  if (!ripples.empty() && best.value < kBadValue) {
+    coordinates.to_theta(best.x, fit.theta);
+    seed_ripples(data, friction, ripples, fit.theta);
+    coordinates = SearchCoordinates(friction, fit.theta, options.held);
+    best.x = coordinates.to_scaled(fit.theta);
+    best.value = std::min(kBadValue, data.mean_square(friction, fit.theta));
+    levenberg_marquardt(data, friction, coordinates, best, options.iterations);
+    fit.evaluations += best.evaluations;
   }
 
   coordinates.to_theta(best.x, fit.theta);

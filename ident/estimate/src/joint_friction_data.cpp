@@ -2,6 +2,9 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Cholesky>
+
+#include "fricid/base/math.hpp"
 #include "fricid/estimate/friction_fit.hpp"
 
 namespace fricid::estimate {
@@ -16,6 +19,7 @@ JointFrictionData::JointFrictionData(std::span<const Filtered> sequences,
                                      double cutoff_hz)
     : dt_(sequences.front().dt), low_pass_(cutoff_hz, 1 / sequences.front().dt) {
   double sum = 0, square = 0;
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   for (std::size_t first = 0; first < sequences.size(); first += kLanes) {
     const auto last = std::min(sequences.size(), first + kLanes);
     int longest = 0;
@@ -56,19 +60,22 @@ JointFrictionData::JointFrictionData(std::span<const Filtered> sequences,
         ++rows_;
         sum += value;
         square += value * value;
+        lowest = std::min(lowest, q);
+        highest = std::max(highest, q);
         largest_target_ = std::max(largest_target_, std::abs(value));
       }
     }
     groups_.push_back(std::move(group));
   }
+  travel_ = std::max(0.0, highest - lowest);
   target_mean_square_ = rows_ > 0 ? square / rows_ - std::pow(sum / rows_, 2) : 0;
 }
 
-void JointFrictionData::predict(const friction::RobotFriction& friction,
-                                std::span<const double> theta,
-                                std::vector<std::vector<PackD>>& out) const {
+void JointFrictionData::drive(const friction::RobotFriction& friction,
+                              std::span<const double> theta,
+                              std::vector<std::vector<PackD>>& out) const {
   std::vector<PackD> parameters(theta.begin(), theta.end());
-  std::vector<PackD> z(static_cast<std::size_t>(friction.state_size())), work;
+  std::vector<PackD> z(static_cast<std::size_t>(friction.state_size()));
   out.resize(groups_.size());
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const Group& group = groups_[g];
@@ -78,8 +85,64 @@ void JointFrictionData::predict(const friction::RobotFriction& friction,
       friction.torque<PackD>(parameters, {&group.at[k], 1}, z, {&out[g][k], 1});
       friction.step<PackD>(parameters, {&group.over[k], 1}, dt_, z);
     }
-    low_pass_.apply(std::span<PackD>(out[g]), work);
   }
+}
+
+void JointFrictionData::predict(const friction::RobotFriction& friction,
+                                std::span<const double> theta,
+                                std::vector<std::vector<PackD>>& out) const {
+  std::vector<PackD> work;
+  drive(friction, theta, out);
+  for (std::vector<PackD>& group : out) low_pass_.apply(std::span<PackD>(group), work);
+}
+
+RippleTerm JointFrictionData::strongest_ripple(const friction::RobotFriction& friction,
+                                               std::span<const double> theta,
+                                               std::span<const double> grid) const {
+  std::vector<std::vector<PackD>> f, filtered;
+  drive(friction, theta, f);
+  filtered = f;
+  std::vector<PackD> work;
+  for (std::vector<PackD>& group : filtered) low_pass_.apply(std::span<PackD>(group), work);
+
+  RippleTerm best;
+  best.mean_square = std::numeric_limits<double>::infinity();
+  std::vector<PackD> sine, cosine;
+  for (const double n : grid) {
+    // moments of (1, F[f sin nq], F[f cos nq], target - F[f]) over the used rows
+    Eigen::Matrix4d moments = Eigen::Matrix4d::Zero();
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const Group& group = groups_[g];
+      sine.resize(f[g].size());
+      cosine.resize(f[g].size());
+      for (std::size_t k = 0; k < f[g].size(); ++k) {
+        const auto wave = sincos(PackD(n) * group.at[k].q);
+        sine[k] = f[g][k] * wave.sin;
+        cosine[k] = f[g][k] * wave.cos;
+      }
+      low_pass_.apply(std::span<PackD>(sine), work);
+      low_pass_.apply(std::span<PackD>(cosine), work);
+      PackD sum[4][4] = {};
+      for (std::size_t k = 0; k < f[g].size(); ++k) {
+        const PackD w = group.weight[k];
+        const PackD row[4] = {w, w * sine[k], w * cosine[k],
+                              w * (group.target[k] - filtered[g][k])};
+        for (int a = 0; a < 4; ++a)
+          for (int b = a; b < 4; ++b) sum[a][b] += row[a] * row[b];
+      }
+      for (int a = 0; a < 4; ++a)
+        for (int b = a; b < 4; ++b)
+          for (int lane = 0; lane < kLanes; ++lane) moments(a, b) += sum[a][b][lane];
+    }
+    moments /= std::max(1, rows_);
+    moments.triangularView<Eigen::StrictlyLower>() = moments.transpose();
+    const Eigen::Vector3d x =
+        moments.topLeftCorner<3, 3>().ldlt().solve(moments.topRightCorner<3, 1>());
+    const double left = moments(3, 3) - x.dot(moments.topRightCorner<3, 1>());
+    if (left < best.mean_square)
+      best = {n, std::hypot(x[1], x[2]), std::atan2(x[2], x[1]), std::max(0.0, left)};
+  }
+  return best;
 }
 
 void JointFrictionData::residual(const friction::RobotFriction& friction,

@@ -13,6 +13,14 @@
 
 namespace fricid::estimate {
 
+/// A sine in the joint angle that would scale friction, (1 + A sin(n q + phi)), and what it leaves.
+struct RippleTerm {
+  double n = 0;            ///< periods per 2 pi
+  double A = 0;            ///< relative amplitude
+  double phi = 0;          ///< [rad]
+  double mean_square = 0;  ///< of the residual with it [N^2 m^2]
+};
+
 /// What one joint's friction has to explain: its inputs and its target torque over all sequences,
 /// eight sequences to a pack.
 ///
@@ -51,6 +59,12 @@ class JointFrictionData {
   void residual(const friction::RobotFriction& friction, std::span<const PackD> theta, int sequence,
                 std::vector<PackD>& out, std::vector<PackD>& work) const;
 
+  /// The ripple that explains most of what F[f] leaves, by linear regression at every n of a grid:
+  /// amplitudes enter linearly as long as they are small.
+  RippleTerm strongest_ripple(const friction::RobotFriction& friction,
+                              std::span<const double> theta, std::span<const double> grid) const;
+  double travel() const { return travel_; }  ///< largest less smallest joint angle [rad]
+
   int sequences() const { return static_cast<int>(lengths_.size()); }
   int rows() const { return rows_; }
   /// Of target - its mean over the used rows [N^2 m^2].
@@ -67,13 +81,16 @@ class JointFrictionData {
     double mean = 0, square = 0;  // of F[f] - target over the used rows
   };
   Moments moments(const friction::RobotFriction& friction, std::span<const double> theta) const;
+  /// f at every row, not filtered.
+  void drive(const friction::RobotFriction& friction, std::span<const double> theta,
+             std::vector<std::vector<PackD>>& out) const;
 
   std::vector<Group> groups_;
   std::vector<int> lengths_;
   double dt_;
   ZeroPhaseButterworth low_pass_;
   int rows_ = 0;
-  double target_mean_square_ = 0, largest_target_ = 0;
+  double target_mean_square_ = 0, largest_target_ = 0, travel_ = 0;
 };
 
 struct FrictionFitOptions {
