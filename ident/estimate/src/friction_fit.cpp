@@ -14,9 +14,11 @@ namespace fricid::estimate {
 namespace {
 
 constexpr double kSpread = 1.2;  // sd of the random starts in log coordinates: a factor of about 3
-constexpr double kOnBound = 1e-3;      // distance in scaled coordinates that counts as on the bound
-constexpr double kMostRipples = 1000;  // per 2 pi, of the search for a ripple
-constexpr double kRippleGrid = 0.25;   // its grid, in periods over the travel
+constexpr double kOnBound = 1e-3;  // distance in scaled coordinates that counts as on the bound
+// Orders of a gear: slower waves are load.
+constexpr double kFewestRipples = 20, kMostRipples = 1000;
+constexpr double kRippleGrid = 0.25;    // of the orders, in periods over the travel
+constexpr double kFinestOfGrid = 0.05;  // joints that turn on and on
 
 // Where theta has the terms of a ripple: n, A, phi one behind the other.
 std::vector<std::size_t> ripple_terms(const friction::RobotFriction& friction) {
@@ -33,15 +35,10 @@ std::vector<std::size_t> ripple_terms(const friction::RobotFriction& friction) {
 // leaves.
 void seed_ripples(const JointFrictionData& data, const friction::RobotFriction& friction,
                   std::span<const std::size_t> terms, std::span<double> theta) {
-  const double periods = data.travel() / (2 * std::numbers::pi);
   std::vector<double> grid;
-  for (int i = 0; periods > 0; ++i) {
-    const double n = (1 + kRippleGrid * i) / periods;
-    if (n > kMostRipples) break;
-    grid.push_back(n);
-  }
+  const double step = std::max(kRippleGrid * 2 * std::numbers::pi / data.travel(), kFinestOfGrid);
+  for (double n = kFewestRipples; n < kMostRipples; n += step) grid.push_back(n);
   for (const std::size_t i : terms) {
-    if (grid.empty()) return;
     const RippleTerm term = data.strongest_ripple(friction, theta, grid);
     const double values[] = {term.n, term.A, term.phi};
     for (std::size_t k = 0; k < 3; ++k) {
