@@ -26,6 +26,17 @@ class WholeJob(ProgramTest):
         self.assertIn("oracle", [m["name"] for m in evaluation["models"] if m["is_oracle"]])
         self.assertTrue({"simple", "lugre"} <= {m["name"] for m in evaluation["models"]})
 
+    def test_conventional_baselines_are_well_fitted(self):
+        # Headroom and every ratio in a table are only as honest as the baselines. Here LuGre is the
+        # truth's own family: measured 2.7, 19 and 254 oracles at 0.1 s, 1 s and the end.
+        evaluation = load(self.job("run") / "evaluation.json")
+        models = {m["name"]: m for m in evaluation["summary"]}
+        q = {name: m["q_mse_geometric_mean"] for name, m in models.items()}
+        for horizon, oracles in enumerate((10, 60, 800)):
+            self.assertLess(q["lugre"][horizon], oracles * evaluation["oracle"][horizon])
+        self.assertLess(q["lugre"][1], q["simple"][1] / 4)
+        self.assertLess(models["lugre"]["friction"], 1.2 * models["oracle"]["friction"])
+
     def test_same_bytes_for_any_number_of_threads(self):
         one = self.job("one", "--jobs", 1)
         self.assert_same_results(one, self.job("two", "--jobs", 2))
