@@ -66,6 +66,37 @@ TEST(FitConventional, RecoversLuGre) {
   }
 }
 
+// Intervals from logs of different noise and motion hold the truth as often as they say, although
+// the filter makes neighbouring residuals hang together.
+TEST(FitConventional, StandardErrorsCoverTheTruth) {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("coulomb_viscous", {4, 2, 0.02}, arm.robot.n());
+  const data::Experiment experiment = make_experiment(arm.robot);
+  data::ModelConfig config = model("stribeck");
+  config.starts = 1;
+  int inside = 0, count = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    LogOptions options;
+    options.torque_noise = 0.5;
+    options.seed = 500 + seed;
+    const std::vector<data::Dataset> logs{make_log(arm, options)};
+    const FitReport report =
+        fit_conventional(experiment, prepare(experiment, logs, 2), config, 1, 2);
+    ASSERT_TRUE(report.usable()) << report.message;
+    for (std::size_t j = 0; j < report.joints.size(); ++j) {
+      const JointFrictionFit& fit = report.joints[j];
+      const double Fv = 2 * std::array{1.0, 0.8, 0.5}[j % 3];
+      const std::size_t at = 3;  // Fv of stribeck
+      if (!std::isfinite(fit.standard_error[at])) continue;
+      inside += std::abs(fit.theta[at] - Fv) < 1.645 * fit.standard_error[at];
+      ++count;
+    }
+  }
+  EXPECT_GE(count, 24);
+  EXPECT_GE(inside, 0.75 * count);
+  EXPECT_LE(inside, count - 1);
+}
+
 // A ripple of any order is found although a descent sees no further than a period over the travel.
 TEST(FitConventional, FindsTheOrderOfARipple) {
   Arm arm{small_arm(), {}};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -19,6 +20,10 @@ constexpr double kOnBound = 1e-3;  // distance in scaled coordinates that counts
 constexpr double kFewestRipples = 20, kMostRipples = 1000;
 constexpr double kRippleGrid = 0.25;    // of the orders, in periods over the travel
 constexpr double kFinestOfGrid = 0.05;  // joints that turn on and on
+
+bool on_bound(const SearchCoordinates& coordinates, std::span<const double> x, std::size_t i) {
+  return x[i] - coordinates.lower()[i] < kOnBound || coordinates.upper()[i] - x[i] < kOnBound;
+}
 
 // Where theta has the terms of a ripple: n, A, phi one behind the other.
 std::vector<std::size_t> ripple_terms(const friction::RobotFriction& friction) {
@@ -45,6 +50,29 @@ void seed_ripples(const JointFrictionData& data, const friction::RobotFriction& 
       const friction::ParameterInfo& info = friction.parameters()[i + k].info;
       theta[i + k] = std::clamp(values[k], info.lower, info.upper);
     }
+  }
+}
+
+// Standard errors and correlation of what was free at the end.
+void set_uncertainty(const JointFrictionData& data, const friction::RobotFriction& friction,
+                     const SearchCoordinates& coordinates, std::span<const double> x,
+                     JointFrictionFit& fit) {
+  const auto p = static_cast<Eigen::Index>(x.size());
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  fit.standard_error.assign(x.size(), kNone);
+  fit.correlation = Eigen::MatrixXd::Constant(p, p, kNone);
+  std::vector<std::size_t> free;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (!coordinates.is_held(i) && !on_bound(coordinates, x, i)) free.push_back(i);
+  const Eigen::MatrixXd covariance = search_covariance(data, friction, coordinates, x, free);
+  for (Eigen::Index a = 0; a < covariance.rows(); ++a) {
+    const std::size_t i = free[static_cast<std::size_t>(a)];
+    fit.standard_error[i] =
+        std::abs(coordinates.slope(i, fit.theta[i])) * std::sqrt(covariance(a, a));
+    for (Eigen::Index b = 0; b < covariance.cols(); ++b)
+      fit.correlation(static_cast<Eigen::Index>(i),
+                      static_cast<Eigen::Index>(free[static_cast<std::size_t>(b)])) =
+          covariance(a, b) / std::sqrt(covariance(a, a) * covariance(b, b));
   }
 }
 
@@ -120,10 +148,10 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
   for (std::size_t i = 0; i < fit.theta.size(); ++i) {
     const auto& parameter = friction.parameters()[i];
     fit.theta[i] = std::clamp(fit.theta[i], parameter.info.lower, parameter.info.upper);
-    if (!coordinates.is_held(i) && (best.x[i] - coordinates.lower()[i] < kOnBound ||
-                                    coordinates.upper()[i] - best.x[i] < kOnBound))
+    if (!coordinates.is_held(i) && on_bound(coordinates, best.x, i))
       fit.at_bound.push_back(parameter.symbol);
   }
+  set_uncertainty(data, friction, coordinates, best.x, fit);
   fit.offset = data.offset(friction, fit.theta);
   fit.rms = std::sqrt(best.value);
   fit.explained = data.target_mean_square() > 0 ? 1 - best.value / data.target_mean_square() : 0;

@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 
 #include "fricid/base/progress.hpp"
+#include "information.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -16,6 +17,7 @@ namespace {
 constexpr int kLanes = kLaneCount<PackD>;
 constexpr double kFirstStep = 0.4;    // of the simplex, in scaled coordinates
 constexpr double kDifference = 1e-5;  // of the Jacobian, in scaled coordinates
+constexpr double kBlock = 1;          // [s] beyond which residuals count as independent
 constexpr double kLargestStep = 1.5;  // of one iteration in any scaled coordinate
 constexpr double kSmallestGain =
     1e-7;  // relative decrease of the objective that counts as converged
@@ -43,13 +45,11 @@ double objective(unsigned size, const double* x, double*, void* user) {
   return safe_mean_square(search.data, search.friction, search.theta);
 }
 
-// J'J and J'e of the residuals less their mean at x, columns by forward differences.
-struct NormalEquations {
-  Eigen::MatrixXd H;
-  Eigen::VectorXd g;
-};
-NormalEquations linearise(const JointFrictionData& data, const friction::RobotFriction& friction,
-                          const SearchCoordinates& coordinates, std::span<const double> x) {
+// Calls f(sequence, row, column of the Jacobian, residual) for every row of the residuals at x,
+// columns by forward differences. Rows that are not used are zero.
+template <class F>
+void for_each_row(const JointFrictionData& data, const friction::RobotFriction& friction,
+                  const SearchCoordinates& coordinates, std::span<const double> x, F&& f) {
   const auto p = static_cast<Eigen::Index>(x.size());
   // Lane 0 of every pass holds x itself, the others one shifted coordinate each.
   constexpr Eigen::Index kColumns = kLanes - 1;
@@ -71,11 +71,9 @@ NormalEquations linearise(const JointFrictionData& data, const friction::RobotFr
       if (moves) shifted[i] = x[i];
     }
 
-  NormalEquations out{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p)};
   std::vector<std::vector<PackD>> e(static_cast<std::size_t>(passes));
   std::vector<PackD> work;
-  Eigen::VectorXd column(p), columns = Eigen::VectorXd::Zero(p);
-  double sum = 0;
+  Eigen::VectorXd column(p);
   for (int s = 0; s < data.sequences(); ++s) {
     for (std::size_t pass = 0; pass < e.size(); ++pass)
       data.residual(friction, lanes[pass], s, e[pass], work);
@@ -86,12 +84,29 @@ NormalEquations linearise(const JointFrictionData& data, const friction::RobotFr
         const int lane = static_cast<int>(i % kColumns) + 1;
         column[i] = (e[pass][k][lane] - base) / step[static_cast<std::size_t>(i)];
       }
-      out.H.selfadjointView<Eigen::Lower>().rankUpdate(column);
-      out.g += base * column;
-      columns += column;
-      sum += base;
+      f(s, static_cast<int>(k), column, base);
     }
   }
+}
+
+// J'J and J'e of the residuals less their mean at x, over the number of rows.
+struct NormalEquations {
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g;
+};
+NormalEquations linearise(const JointFrictionData& data, const friction::RobotFriction& friction,
+                          const SearchCoordinates& coordinates, std::span<const double> x) {
+  const auto p = static_cast<Eigen::Index>(x.size());
+  NormalEquations out{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p)};
+  Eigen::VectorXd columns = Eigen::VectorXd::Zero(p);
+  double sum = 0;
+  for_each_row(data, friction, coordinates, x,
+               [&](int, int, const Eigen::VectorXd& column, double residual) {
+                 out.H.selfadjointView<Eigen::Lower>().rankUpdate(column);
+                 out.g += residual * column;
+                 columns += column;
+                 sum += residual;
+               });
   out.H.triangularView<Eigen::StrictlyUpper>() = out.H.transpose();
   out.H /= data.rows();
   out.g /= data.rows();
@@ -130,6 +145,53 @@ std::vector<double> SearchCoordinates::to_scaled(std::span<const double> theta) 
 
 void SearchCoordinates::to_theta(std::span<const double> x, std::span<double> theta) const {
   for (std::size_t i = 0; i < x.size(); ++i) theta[i] = log_[i] ? std::exp(x[i]) : x[i] * unit_[i];
+}
+
+double SearchCoordinates::slope(std::size_t i, double theta) const {
+  return log_[i] ? theta : unit_[i];
+}
+
+Eigen::MatrixXd search_covariance(const JointFrictionData& data,
+                                  const friction::RobotFriction& friction,
+                                  const SearchCoordinates& coordinates, std::span<const double> x,
+                                  std::span<const std::size_t> free) {
+  struct Block {
+    Eigen::VectorXd score, columns;
+    double residuals = 0, rows = 0;
+  };
+  const auto p = static_cast<Eigen::Index>(free.size());
+  const int length = std::max(1, static_cast<int>(std::lround(kBlock / data.dt())));
+  std::vector<Block> blocks;
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(p, p);
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(p), column(p);
+  double mean_residual = 0;
+  for_each_row(data, friction, coordinates, x,
+               [&](int, int k, const Eigen::VectorXd& all, double residual) {
+                 if (k % length == 0)
+                   blocks.push_back({Eigen::VectorXd::Zero(p), Eigen::VectorXd::Zero(p)});
+                 if (residual == 0) return;
+                 for (Eigen::Index i = 0; i < p; ++i)
+                   column[i] = all[static_cast<Eigen::Index>(free[static_cast<std::size_t>(i)])];
+                 Block& block = blocks.back();
+                 block.score += residual * column;
+                 block.columns += column;
+                 block.residuals += residual;
+                 block.rows += 1;
+                 H += column * column.transpose();
+                 mean += column / data.rows();
+                 mean_residual += residual / data.rows();
+               });
+  H -= data.rows() * mean * mean.transpose();
+
+  // the constant beside the law is whatever fits best: rows count as what they are off their mean
+  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(p, p);
+  for (const Block& block : blocks) {
+    const Eigen::VectorXd score = block.score - mean_residual * block.columns -
+                                  block.residuals * mean + block.rows * mean_residual * mean;
+    B += score * score.transpose();
+  }
+  const Eigen::MatrixXd inverse = invert(H, nullptr);
+  return inverse * B * inverse;
 }
 
 Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction& friction,

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "fricid/estimate/friction_fit.hpp"
 
 namespace fricid::estimate {
@@ -20,6 +22,8 @@ class SearchCoordinates {
   std::vector<double> to_scaled(std::span<const double> theta) const;  ///< within the bounds
   void to_theta(std::span<const double> x, std::span<double> theta) const;
 
+  double slope(std::size_t i, double theta) const;  ///< d theta_i / d x_i
+
   bool is_log(std::size_t i) const { return log_[i]; }
   bool is_held(std::size_t i) const { return held_[i]; }
   const std::vector<double>& lower() const { return lower_; }
@@ -34,6 +38,18 @@ class SearchCoordinates {
 
 /// Objective of a prediction that is not finite: finite for the optimiser.
 inline constexpr double kBadValue = 1e30;
+
+/// Covariance of the coordinates `free` at a minimum, the others held. With J the Jacobian of the
+/// residuals e, both off their means, and blocks b of one second,
+///
+///     (J'J)^-1 (sum_b s_b s_b') (J'J)^-1,   s_b = sum_{k in b} J_k e_k,
+///
+/// which holds for residuals that a filter, or what the law cannot say, has made to hang together.
+/// @see Liang & Zeger, Biometrika 73(1), 1986
+Eigen::MatrixXd search_covariance(const JointFrictionData& data,
+                                  const friction::RobotFriction& friction,
+                                  const SearchCoordinates& coordinates, std::span<const double> x,
+                                  std::span<const std::size_t> free);
 
 /// Where a search ended.
 struct Minimum {

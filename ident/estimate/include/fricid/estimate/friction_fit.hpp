@@ -65,6 +65,7 @@ class JointFrictionData {
                               std::span<const double> theta, std::span<const double> grid) const;
   double travel() const { return travel_; }  ///< largest less smallest joint angle [rad]
 
+  double dt() const { return dt_; }
   int sequences() const { return static_cast<int>(lengths_.size()); }
   int rows() const { return rows_; }
   /// Of target - its mean over the used rows [N^2 m^2].
@@ -107,7 +108,13 @@ struct FrictionFitOptions {
 struct JointFrictionFit {
   Outcome outcome = Outcome::kFailed;
   std::string message = "fit_joint_friction was not called";
-  std::vector<double> theta;          ///< (parameter_count)
+  std::vector<double> theta;  ///< (parameter_count)
+  std::vector<double>
+      standard_error;  ///< (parameter_count) NaN where held or on a bound; the
+                       ///< rigid body counts as known  /// Of the parameters in the coordinates of
+                       ///< the search (logarithms where the table says so), NaN
+  /// in rows and columns of those that have no standard error.
+  Eigen::MatrixXd correlation;
   double offset = 0;                  ///< constant torque beside the law [N m]
   double rms = 0;                     ///< of the residual over used rows [N m]
   double explained = 0;               ///< 1 - residual / target mean square
