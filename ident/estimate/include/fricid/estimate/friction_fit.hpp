@@ -109,10 +109,9 @@ struct JointFrictionFit {
   Outcome outcome = Outcome::kFailed;
   std::string message = "fit_joint_friction was not called";
   std::vector<double> theta;  ///< (parameter_count)
-  std::vector<double>
-      standard_error;  ///< (parameter_count) NaN where held or on a bound; the
-                       ///< rigid body counts as known  /// Of the parameters in the coordinates of
-                       ///< the search (logarithms where the table says so), NaN
+  /// (parameter_count) with the rigid body known; NaN where held or on a bound.
+  std::vector<double> standard_error;
+  /// Of the parameters in the coordinates of the search (logarithms where the table says so); NaN
   /// in rows and columns of those that have no standard error.
   Eigen::MatrixXd correlation;
   double offset = 0;                  ///< constant torque beside the law [N m]
