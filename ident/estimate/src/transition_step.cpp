@@ -130,8 +130,7 @@ TransitionSums::Sum TransitionSums::run(const Arm& arm, std::span<const Transiti
   mean.pi *= share;
   mean.theta *= share;
   mean.squares *= share;
-  mean.JJ = mean.JJ.selfadjointView<Eigen::Lower>() *
-            Eigen::MatrixXd::Identity(mean.JJ.rows(), mean.JJ.cols());
+  mean.JJ.triangularView<Eigen::StrictlyUpper>() = mean.JJ.transpose();
   mean.JJ *= share;
   mean.Jw *= share;
   mean.loss *= share;
