@@ -34,7 +34,7 @@ endif()
 if(FRICID_SANITIZE)
   target_compile_options(fricid_flags INTERFACE -fsanitize=address,undefined
                                                 -fno-sanitize-recover=all -fno-omit-frame-pointer -O1 -g1)
-  target_link_options(fricid_flags INTERFACE -fsanitize=address,undefined)
+  target_link_options(fricid_abi INTERFACE -fsanitize=address,undefined)
   # GCC 12 sees its own AVX-512 intrinsics as uninitialised where sanitizers keep their vectors alive
   target_compile_options(fricid_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-uninitialized>
                                                 $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
