@@ -2,9 +2,11 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include "helpers.hpp"
 
@@ -31,8 +33,10 @@ Dataset make_dataset(int length = 50) {
 }
 
 bool same_bits(const RowMatrix& a, const RowMatrix& b) {
-  return a.rows() == b.rows() && a.cols() == b.cols() &&
-         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+  const auto bits = [](const RowMatrix& x) {
+    return std::as_bytes(std::span(x.data(), static_cast<std::size_t>(x.size())));
+  };
+  return a.rows() == b.rows() && a.cols() == b.cols() && std::ranges::equal(bits(a), bits(b));
 }
 
 class DatasetFile : public FolderTest {};
