@@ -162,6 +162,7 @@ std::vector<std::string> predict_torques(const Job& job, const HeldOut& held_out
 
 /// Whether a model is a convention to beat: no network, and fitted as is the custom.
 bool is_conventional(const data::Experiment& experiment, const data::ModelFile& model) {
+  if (model.arm.friction.model.has_whole()) return false;
   for (const friction::JointSpec& joint : model.arm.friction.model.joints())
     for (const friction::LawSpec& law : joint.laws)
       if (friction::is_learned(law.law)) return false;

@@ -119,6 +119,13 @@ RowMatrix probed(const friction::Friction& friction, const Probe& probe) {
       .tau_f;
 }
 
+/// States of the first joint, or the first ones of a law of the whole robot.
+Eigen::Index shown_states(const friction::RobotFriction& model) {
+  constexpr int kMost = 4;
+  const int of_joint = model.state_begin(1);
+  return of_joint > 0 ? of_joint : std::min(kMost, model.state_size());
+}
+
 }  // namespace
 
 Figure torque(const Run& run, const RunModel& model) {
@@ -322,7 +329,7 @@ Figure latent(const Run& run) {
     const DrivenFriction driven =
         drive_friction(friction, dt, predicted->q, predicted->v, predicted->tau, RowMatrix());
     add(model.label, model.look.colour, predicted->t,
-        driven.z.leftCols(friction.model.state_begin(1)));
+        driven.z.leftCols(shown_states(friction.model)));
   }
   return figure;
 }

@@ -30,6 +30,9 @@ constexpr std::array kHues{Hue{"oracle", "#000000", 7},
                            Hue{"lvm1", "#5D3FD3", 12},
                            Hue{"lvm4", "#00446B", 14},
                            Hue{"lugre_classic", "#66A61E", 12},
+                           Hue{"nn", "#B8860B", 6},
+                           Hue{"rnn", "#A0522D", 9},
+                           Hue{"lvm_paper", "#4169E1", 4},
                            Hue{"", "#708090", 3}};  // what is not in the table
 
 /// "#rrggbb" moved by `share` towards white (positive) or black (negative).
@@ -44,11 +47,13 @@ std::string shaded(std::string_view colour, double share) {
   return result;
 }
 
-/// Law of the first joint in a model file; empty when there is none to read.
+/// Law of the whole robot or of the first joint in a model file; empty when there is none to read.
 std::string law_of(const std::filesystem::path& file) {
   const auto model = read_json_if_there(file);
-  const auto law = nlohmann::json::json_pointer("/friction/0/0/law");
-  return model.contains(law) ? model.at(law).get<std::string>() : std::string();
+  for (const char* place : {"/friction_of_robot/law", "/friction/0/0/law"})
+    if (const nlohmann::json::json_pointer law(place); model.contains(law))
+      return model.at(law).get<std::string>();
+  return {};
 }
 
 }  // namespace

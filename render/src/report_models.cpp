@@ -134,6 +134,13 @@ std::string friction_tables(const Record& record, const FittedModel& fitted) {
     }
   std::string text;
   for (const auto& [law, elements] : laws) text += law_table(record, fitted, law, elements);
+  if (const json& whole = child(fitted.file, "friction_of_robot"); whole.contains("parameters"))
+    text += fmt::format(
+        "<p class=\"note\">One <i>{}</i> for the whole robot, {} elements: {} weights and scales, "
+        "in "
+        "the model file.</p>\n",
+        html::escaped(whole.value("law", "")), whole.value("elements", 0),
+        whole.at("parameters").size());
   return text;
 }
 
@@ -220,6 +227,8 @@ std::string health(const FittedModel& fitted) {
     item("Held-out MSE",
          html::number(number_in(em, "held_out_q_mse_start")) + " rad² at the start");
   }
+  if (const json& torque = child(fit, "torque"); torque.contains("message"))
+    item("Training on the torque", html::escaped(torque.value("message", "")));
   if (const json& multi = child(fit, "multi_step"); multi.contains("held_out_q_mse")) {
     const std::vector<double> held_out = numbers_in(multi, "held_out_q_mse");
     const auto chosen = multi.value("chosen", std::size_t{0});

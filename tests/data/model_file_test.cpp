@@ -41,7 +41,7 @@ class ModelJson : public FolderTest {
     for (const friction::LawInfo& row : friction::modifier_table())
       joints[1].laws[0].modifiers.push_back(
           {.name = std::string(row.name), .order = row.has_elements ? 3 : 1});
-    model.arm.friction.model = friction::RobotFriction(joints);
+    model.arm.friction.model = friction::RobotFriction(joints, {.law = "nn", .elements = 3});
     const auto& parameters = model.arm.friction.model.parameters();
     for (std::size_t p = 0; p < parameters.size(); ++p) {
       const friction::ParameterInfo& info = parameters[p].info;
@@ -125,6 +125,8 @@ TEST_F(ModelJson, RoundTripToTheLastBit) {
       }
     }
   }
+  EXPECT_EQ(read.arm.friction.model.whole().law, "nn");
+  EXPECT_EQ(read.arm.friction.model.whole().elements, 3);
   save_model(read, path("again.json"));
   EXPECT_EQ(this->read("again.json"), this->read("models/all_s3.json"));
 }

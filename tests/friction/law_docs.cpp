@@ -24,6 +24,10 @@ bool alike(const ParameterInfo& a, const ParameterInfo& b) {
          a.meaning == b.meaning;
 }
 
+const char* searched(Scale scale) {
+  return scale == Scale::kLog ? "log" : scale == Scale::kLinear ? "linear" : "constant";
+}
+
 // One row per parameter, members of a family that are alike in one.
 std::string parameter_table(const std::vector<ParameterInfo>& parameters) {
   if (parameters.empty()) return "No parameters.\n";
@@ -34,9 +38,9 @@ std::string parameter_table(const std::vector<ParameterInfo>& parameters) {
     for (end = i + 1; end < parameters.size() && alike(p, parameters[end]);) ++end;
     std::string symbols = fmt::format("`{}`", p.symbol);
     if (end > i + 1) symbols += fmt::format(" .. `{}`", parameters[end - 1].symbol);
-    table += fmt::format("| {} | {} | {:.4g} .. {:.4g} | {:.4g} | {} | {} |\n", symbols,
-                         cell(p.unit), p.lower, p.upper, p.typical,
-                         p.scale == Scale::kLog ? "log" : "linear", cell(p.meaning));
+    table +=
+        fmt::format("| {} | {} | {:.4g} .. {:.4g} | {:.4g} | {} | {} |\n", symbols, cell(p.unit),
+                    p.lower, p.upper, p.typical, searched(p.scale), cell(p.meaning));
   }
   return table;
 }
@@ -51,7 +55,7 @@ std::string claims(const Claims& c) {
   add(c.contracts, "contracting");
   add(c.semigroup, "two half steps equal one");
   add(c.settles, "settling");
-  return text;
+  return text.empty() ? "none" : text;
 }
 
 std::string section(const LawInfo& info, const std::vector<ParameterInfo>& parameters) {
@@ -72,6 +76,14 @@ std::string law_docs() {
           "for 4, {} for 16.\n\n",
           law.most_elements, parameters_of_law(law.name, 4).size(),
           parameters_of_law(law.name, 16).size());
+  }
+  text +=
+      "## Laws of the whole robot\n\n"
+      "One network sees all joints at once. The tables are for two joints and elements = 1.\n\n";
+  for (const LawInfo& law : robot_law_table()) {
+    text += section(law, parameters_of_robot_law(law.name, 2, 1));
+    text += fmt::format("{} parameters in all for 6 joints and elements = 32, the most.\n\n",
+                        parameters_of_robot_law(law.name, 6, 32).size());
   }
   text += "## Modifiers\n\n";
   for (const LawInfo& modifier : modifier_table()) {

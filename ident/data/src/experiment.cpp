@@ -149,6 +149,7 @@ void load_robot(Experiment& experiment, const Places& places) {
 void check_models(Experiment& experiment, const Places& places) {
   std::vector<std::string_view> laws, modifiers;
   for (const friction::LawInfo& row : friction::law_table()) laws.push_back(row.name);
+  for (const friction::LawInfo& row : friction::robot_law_table()) laws.push_back(row.name);
   for (const friction::LawInfo& row : friction::modifier_table()) modifiers.push_back(row.name);
   for (std::size_t i = 0; i < experiment.models.size(); ++i) {
     ModelConfig& model = experiment.models[i];
@@ -168,6 +169,9 @@ void check_models(Experiment& experiment, const Places& places) {
     if (std::find(laws.begin(), laws.end(), model.law) == laws.end())
       throw UserError("{}: {}.{} = \"{}\"; allowed: {}", places.of(key + "." + said), shown, said,
                       model.law, fmt::join(laws, ", "));
+    if (!model.modifiers.empty() && friction::is_robot_law(model.law))
+      throw UserError("{}: {}.modifiers = \"{}\"; allowed for {}, a law of the whole robot: none",
+                      places.of(key + ".modifiers"), shown, model.modifiers[0], model.law);
     for (const std::string& modifier : model.modifiers) {
       if (std::find(modifiers.begin(), modifiers.end(), modifier) == modifiers.end())
         throw UserError("{}: {}.modifiers = \"{}\"; allowed: {}", places.of(key + ".modifiers"),
@@ -180,7 +184,7 @@ void check_models(Experiment& experiment, const Places& places) {
     if (model.method.empty())
       model.method = friction::is_learned(model.law) ? "multi_step" : "conventional";
     if (model.method == "conventional" && friction::is_learned(model.law))
-      throw UserError("{}: {}.method = \"conventional\"; allowed for {}: multi_step, em",
+      throw UserError("{}: {}.method = \"conventional\"; allowed for {}: torque, multi_step, em",
                       places.of(key + ".method"), shown, model.law);
     std::sort(model.seeds.begin(), model.seeds.end());
     model.seeds.erase(std::unique(model.seeds.begin(), model.seeds.end()), model.seeds.end());

@@ -129,6 +129,17 @@ Json friction_json(const Friction& friction, int n) {
   return joints;
 }
 
+// The law of the whole robot.
+Json whole_json(const Friction& friction) {
+  const friction::RobotLawSpec& whole = friction.model.whole();
+  const int n = friction.model.joint_count();
+  return {{"law", whole.law},
+          {"elements", whole.elements},
+          {"parameters",
+           parameters_json(friction::parameters_of_robot_law(whole.law, n, whole.elements),
+                           friction.theta.data() + friction.model.parameter_begin(n))}};
+}
+
 Json noise_json(const LatentNoise& noise) {
   const auto list = [](const Eigen::VectorXd& x) {
     return vector_json(x.data(), static_cast<int>(x.size()));
@@ -299,7 +310,8 @@ int read_count(const Node& count, const friction::LawInfo& row, int none) {
   return row.has_elements ? count.integer(1, row.most_elements) : count.integer(none, none);
 }
 
-Friction read_friction(const Node& node, int n) {
+Friction read_friction(const Node& root, int n) {
+  const Node node = root["friction"];
   if (node.size() != static_cast<std::size_t>(n))
     node.refuse(fmt::format("one list of laws for each of {} joints", n));
   std::vector<friction::JointSpec> joints(static_cast<std::size_t>(n));
@@ -327,7 +339,16 @@ Friction read_friction(const Node& node, int n) {
       joints[j].laws.push_back(law);
     }
   }
-  return {.model = friction::RobotFriction(std::move(joints)), .theta = std::move(theta)};
+  friction::RobotLawSpec whole;
+  if (root.has("friction_of_robot")) {
+    const Node item = root["friction_of_robot"];
+    const friction::LawInfo& row = row_of(item["law"], friction::robot_law_table());
+    whole = {.law = std::string(row.name), .elements = read_count(item["elements"], row, 0)};
+    read_parameters(item["parameters"],
+                    friction::parameters_of_robot_law(whole.law, n, whole.elements), theta);
+  }
+  return {.model = friction::RobotFriction(std::move(joints), std::move(whole)),
+          .theta = std::move(theta)};
 }
 
 LatentNoise read_noise(const Node& node, int n, int nz) {
@@ -376,6 +397,8 @@ void save_model(const ModelFile& model, const std::filesystem::path& path) {
                {"fit_seconds", model.fit_seconds},
                {"robot", robot_json(model.arm.robot)},
                {"friction", friction_json(model.arm.friction, model.arm.robot.n())}};
+  if (model.arm.friction.model.has_whole())
+    json["friction_of_robot"] = whole_json(model.arm.friction);
   if (model.noise) json["noise"] = noise_json(*model.noise);
   refuse_non_finite(json, path.string(), "");
   write_file_atomically(path, json.dump(1) + "\n");
@@ -408,7 +431,7 @@ ModelFile load_model(const std::filesystem::path& path) {
   model.free_parameters = root["free_parameters"].integer(0, kMost);
   model.fit_seconds = root["fit_seconds"].number();
   model.arm.robot = read_robot(root["robot"]);
-  model.arm.friction = read_friction(root["friction"], model.arm.robot.n());
+  model.arm.friction = read_friction(root, model.arm.robot.n());
   if (root.has("noise"))
     model.noise =
         read_noise(root["noise"], model.arm.robot.n(), model.arm.friction.model.state_size());

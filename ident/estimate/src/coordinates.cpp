@@ -32,6 +32,7 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
   const auto& infos = arm.friction.model.parameters();
   for (int p = 0; p < static_cast<int>(infos.size()); ++p) {
     const friction::ParameterInfo& info = infos[static_cast<std::size_t>(p)].info;
+    if (info.scale == friction::Scale::kFixed) continue;
     const double value = arm.friction.theta[static_cast<std::size_t>(p)];
     // zero says nothing about size; what has no typical size, as a network's weights, is of order
     // one

@@ -210,7 +210,7 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
     report.model.arm.friction.theta.insert(report.model.arm.friction.theta.end(),
                                            joint.theta.begin(), joint.theta.end());
   report.model.free_parameters = static_cast<int>(report.rigid_body.base.size()) +
-                                 report.model.arm.friction.model.parameter_count();
+                                 friction::free_parameter_count(report.model.arm.friction.model);
 
   // The verdict is that of the worst part.
   report.outcome = report.rigid_body.outcome;

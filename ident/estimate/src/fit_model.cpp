@@ -12,6 +12,7 @@ namespace fricid::estimate {
 namespace {
 
 constexpr std::string_view kStartOfLearnedLaws = "dahl";
+constexpr std::string_view kStartOfRobotLaws = "coulomb_viscous";
 // How a learned law shares out the Coulomb friction of its start.
 constexpr double kWithoutMemory = 0.1, kOfNetwork = 0.5;
 
@@ -72,6 +73,42 @@ Arm learned_start(const Arm& start, const friction::LawSpec& law, std::uint64_t 
   return arm;
 }
 
+/// A law of the whole robot with random weights in the place of the friction of `start`, its scales
+/// those of the training data.
+Arm robot_law_start(const Arm& start, const data::ModelConfig& config, std::uint64_t seed,
+                    std::span<const TorqueData> data) {
+  const int n = start.robot.n();
+  Arm arm = start;
+  arm.friction.model = friction::RobotFriction(
+      std::vector<friction::JointSpec>(static_cast<std::size_t>(n)), {config.law, config.elements});
+  arm.friction.theta = friction::default_theta(arm.friction.model);
+  friction::initialise_weights(arm.friction.model, seed, arm.friction.theta);
+  for (std::size_t p = 0; p < arm.friction.theta.size(); ++p)
+    if (arm.friction.model.parameters()[p].symbol == "sample")
+      arm.friction.theta[p] = data.front().motion.dt;
+
+  friction::SignalSizes sizes;
+  for (int j = 0; j < n; ++j) {
+    double rows = 0, q = 0, qq = 0, vv = 0, tt = 0;
+    for (const TorqueData& d : data)
+      for (Eigen::Index k = 0; k < d.target.rows(); ++k) {
+        if (!d.use(k, j)) continue;
+        rows += 1;
+        q += d.motion.q(k, j);
+        qq += d.motion.q(k, j) * d.motion.q(k, j);
+        vv += d.motion.v(k, j) * d.motion.v(k, j);
+        tt += d.target(k, j) * d.target(k, j);
+      }
+    rows = std::max(1.0, rows);
+    sizes.q_mean.push_back(q / rows);
+    sizes.q_sd.push_back(std::sqrt(std::max(0.0, qq / rows - q / rows * (q / rows))));
+    sizes.v_sd.push_back(std::sqrt(vv / rows));
+    sizes.tau_sd.push_back(std::sqrt(tt / rows));
+  }
+  friction::set_signal_sizes(arm.friction.model, sizes, arm.friction.theta);
+  return arm;
+}
+
 /// Residual and explained variance of the training torque under the final arm.
 void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitReport& report) {
   const auto count = prepared.sequences.size();
@@ -93,6 +130,19 @@ void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitRepor
     report.residual_rms[i] = std::sqrt(residual / std::max(1.0, rows));
     report.r2[i] = 1 - residual / (square - sum * sum / std::max(1.0, rows));
   }
+}
+
+TorqueOptions torque_options(const data::TorqueTrainingConfig& config, double cutoff_hz, int seed) {
+  TorqueOptions options;
+  options.window_s = config.window_s;
+  options.batch = config.batch;
+  options.iterations = config.iterations;
+  options.rate = config.rate;
+  options.filtered = config.filtered;
+  options.hold_out = config.hold_out;
+  options.cutoff_hz = cutoff_hz;
+  options.seed = static_cast<std::uint64_t>(seed);
+  return options;
 }
 
 MultiStepOptions options_of(const data::TrainConfig& config, int seed,
@@ -147,8 +197,10 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
                     const data::ModelConfig& config, int seed, int jobs,
                     const Checkpoint& checkpoint) {
   const bool learned = friction::is_learned(config.law);
+  const bool whole = friction::is_robot_law(config.law);
+  const double cutoff = experiment.identify.cutoff_hz;
   data::ModelConfig start = config;
-  if (learned) start.law = kStartOfLearnedLaws;
+  if (learned) start.law = whole ? kStartOfRobotLaws : kStartOfLearnedLaws;
   FitReport report = fit_conventional(experiment, prepared, start, seed, jobs);
   report.method = config.method;
   if (!report.usable()) return report;
@@ -159,7 +211,11 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
 
   const std::vector<double> torque = torque_rms(prepared.recordings);
   Arm arm = report.model.arm;
-  if (learned)
+  const std::vector<TorqueData> explained =
+      torque_data(arm, prepared.sequences, prepared.recordings, config.torque.filtered);
+  if (whole)
+    arm = robot_law_start(arm, config, static_cast<std::uint64_t>(seed), explained);
+  else if (learned)
     arm = learned_start(arm, {config.law, config.elements, modifiers_of(config)},
                         static_cast<std::uint64_t>(seed), torque);
   report.joints.clear();
@@ -170,7 +226,17 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
     report.seconds += trained.seconds;
     report.model.fit_seconds += trained.seconds;
   };
-  if (config.method == "multi_step") {
+  const auto train_on_torque = [&] {
+    report.torque = train_torque(arm, explained, torque_options(config.torque, cutoff, seed),
+                                 report.model.label, jobs);
+    take(*report.torque);
+    arm = report.torque->arm;
+  };
+  if (config.method == "torque") {
+    train_on_torque();
+    report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
+  } else if (config.method == "multi_step") {
+    if (whole) train_on_torque();
     report.multi_step = train_multi_step(
         arm, prepared.recordings, options_of(config.train, seed, torque), report.model.label, jobs);
     take(*report.multi_step);
@@ -182,8 +248,8 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
     report.model.noise = report.em->noise;
   }
   report.model.free_parameters = static_cast<int>(report.rigid_body.base.size()) +
-                                 report.model.arm.friction.model.parameter_count();
-  score_torque(prepared, experiment.identify.cutoff_hz, jobs, report);
+                                 friction::free_parameter_count(report.model.arm.friction.model);
+  score_torque(prepared, cutoff, jobs, report);
   return report;
 }
 

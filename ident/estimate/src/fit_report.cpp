@@ -37,6 +37,17 @@ Json rigid_body_json(const RigidBodyFit& fit, const std::vector<std::string>& jo
           {"seconds", fit.seconds}};
 }
 
+Json torque_json(const TorqueReport& report) {
+  return {{"outcome", to_string(report.outcome)},
+          {"message", report.message},
+          {"loss", report.loss},
+          {"checked", report.checked},
+          {"held_out_share", report.held_out},
+          {"chosen", report.best},
+          {"skipped", report.skipped},
+          {"seconds", report.seconds}};
+}
+
 Json multi_step_json(const MultiStepReport& report) {
   return {{"outcome", to_string(report.outcome)},
           {"message", report.message},
@@ -117,6 +128,7 @@ void save_fit_report(const FitReport& report, const std::filesystem::path& path)
               {"seconds", report.seconds},
               {"rigid_body", rigid_body_json(report.rigid_body, names)},
               {"joints", joints}};
+  if (report.torque) out["torque"] = torque_json(*report.torque);
   if (report.multi_step) out["multi_step"] = multi_step_json(*report.multi_step);
   if (report.em) out["em"] = em_json(*report.em);
   write_file_atomically(path, out.dump(2) + "\n");

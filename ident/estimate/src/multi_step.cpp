@@ -12,40 +12,13 @@
 #include "fricid/base/rng.hpp"
 #include "fricid/estimate/adam.hpp"
 #include "support.hpp"
+#include "training.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr double kShortRollout = 1;     // [s]
 constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
-
-/// Step length of Adam over the course of a training.
-double schedule(int iteration, int iterations) {
-  const double done = static_cast<double>(iteration) / iterations;
-  return done < 0.6 ? 1 : done < 0.85 ? 0.3 : 0.1;
-}
-
-/// Windows drawn uniformly from the training part, but for a share that begins where a recording
-/// does: a rollout starts at rest, where little of a recording is.
-std::vector<Window> draw_windows(std::span<const Recording> recordings, const Split& split,
-                                 int steps, const MultiStepOptions& options, Rng& rng) {
-  std::vector<int> starts;  // admissible, cumulative
-  int total = 0;
-  for (std::size_t i = 0; i < recordings.size(); ++i)
-    starts.push_back(total += std::max(0, split.train_end[i] - steps));
-  std::vector<Window> windows;
-  const int from_rest = static_cast<int>(std::lround(options.from_rest * options.batch));
-  for (int k = 0; k < from_rest; ++k)
-    windows.push_back(
-        {static_cast<int>(rng.uniform() * static_cast<double>(recordings.size())), 0});
-  for (int k = from_rest; k < options.batch; ++k) {
-    const int at = std::min(static_cast<int>(rng.uniform() * total), total - 1);
-    const auto i = std::upper_bound(starts.begin(), starts.end(), at) - starts.begin();
-    windows.push_back(
-        {static_cast<int>(i), at - (i > 0 ? starts[static_cast<std::size_t>(i) - 1] : 0)});
-  }
-  return windows;
-}
 
 /// Loss and gradient of a batch of windows, packs of them in parallel, summed in their order.
 class Batch {
@@ -116,6 +89,31 @@ std::vector<double> mean_squares(const Arm& arm, std::span<const Recording> reco
 }
 
 }  // namespace
+
+double training_schedule(int iteration, int iterations) {
+  const double done = static_cast<double>(iteration) / iterations;
+  return done < 0.6 ? 1 : done < 0.85 ? 0.3 : 0.1;
+}
+
+std::vector<Window> draw_windows(std::span<const Recording> recordings, const Split& split,
+                                 int steps, int count, double from_rest, Rng& rng) {
+  std::vector<int> starts;  // admissible, cumulative
+  int total = 0;
+  for (std::size_t i = 0; i < recordings.size(); ++i)
+    starts.push_back(total += std::max(0, split.train_end[i] - steps));
+  std::vector<Window> windows;
+  const int at_rest = static_cast<int>(std::lround(from_rest * count));
+  for (int k = 0; k < at_rest; ++k)
+    windows.push_back(
+        {static_cast<int>(rng.uniform() * static_cast<double>(recordings.size())), 0});
+  for (int k = at_rest; k < count; ++k) {
+    const int at = std::min(static_cast<int>(rng.uniform() * total), total - 1);
+    const auto i = std::upper_bound(starts.begin(), starts.end(), at) - starts.begin();
+    windows.push_back(
+        {static_cast<int>(i), at - (i > 0 ? starts[static_cast<std::size_t>(i) - 1] : 0)});
+  }
+  return windows;
+}
 
 Split split_recordings(std::span<const Recording> recordings, double hold_out) {
   Split split;
@@ -193,7 +191,8 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   std::vector<data::RowMatrix> z = wash_out(arm, recordings, jobs);
   {
     Rng trial(options.seed, 1);
-    const auto windows = draw_windows(recordings, split, steps, options, trial);
+    const auto windows =
+        draw_windows(recordings, split, steps, options.batch, options.from_rest, trial);
     Batch fine(arm, recordings, options.judge, steps, options);
     gradient(fine, windows, z);
     const Eigen::VectorXd wanted = c_bar;
@@ -210,10 +209,11 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
     throw_if_stopped();
     if (iteration % options.wash_out_every == 0) z = wash_out(arm, recordings, jobs);
-    const auto windows = draw_windows(recordings, split, steps, options, rng);
+    const auto windows =
+        draw_windows(recordings, split, steps, options.batch, options.from_rest, rng);
     const double loss = gradient(batch, windows, z);
     report.loss.push_back(loss);
-    const double rate = options.rate * schedule(iteration, options.iterations);
+    const double rate = options.rate * training_schedule(iteration, options.iterations);
     if (!adam.step(c_bar, rate, coordinates.rate(), coordinates.lower(), coordinates.upper(), c))
       ++report.skipped;
     coordinates.apply(c, arm);

@@ -58,6 +58,12 @@ void wash_out_pieces(const friction::Friction& friction, std::span<const Recordi
       }
     }
     model.step<PackD>(theta, in, recordings.front().dt, state);
+    // a law of the whole robot need not keep its state at a standstill
+    for (std::size_t i = 0; i < pieces.size() && model.has_whole(); ++i)
+      if (pieces[i].begin + step < 0)
+        for (std::size_t k = 0; k < state.size(); ++k)
+          set_lane(state[k], static_cast<int>(i),
+                   z0[static_cast<std::size_t>(pieces[i].recording)][k]);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/friction/laws.hpp"
+#include "fricid/friction/robot_laws.hpp"
 
 namespace fricid::friction {
 namespace {
@@ -53,7 +54,8 @@ Reads reads_of(int row, int elements) {
 
 }  // namespace
 
-RobotFriction::RobotFriction(std::vector<JointSpec> joints) : joints_(std::move(joints)) {
+RobotFriction::RobotFriction(std::vector<JointSpec> joints, RobotLawSpec whole)
+    : joints_(std::move(joints)), whole_(std::move(whole)) {
   const auto add_parameters = [this](int joint, int law, std::string_view owner,
                                      const std::vector<ParameterInfo>& infos) {
     const int begin = parameter_count();
@@ -97,6 +99,16 @@ RobotFriction::RobotFriction(std::vector<JointSpec> joints) : joints_(std::move(
     parameter_begin_.push_back(parameter_count());
     state_begin_.push_back(state_size_);
   }
+
+  if (!has_whole()) return;
+  whole_slot_.kind = find_row(robot_law_table(), "law of the whole robot", whole_.law);
+  whole_slot_.joints = joint_count();
+  whole_slot_.elements = whole_.elements;
+  whole_slot_.theta =
+      add_parameters(kWholeRobot, 0, whole_.law,
+                     parameters_of_robot_law(whole_.law, whole_slot_.joints, whole_slot_.elements));
+  visit_robot_law(whole_slot_.kind, whole_slot_.joints, whole_slot_.elements,
+                  [&](const auto law) { whole_slot_.z = add_state(law.state_size()); });
 }
 
 int RobotFriction::parameter_begin(int joint) const {
@@ -143,9 +155,43 @@ void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::spa
         entry.initialise(theta.data() + slot.theta, rng);
     });
   }
+  const auto& whole = model.whole_slot_;
+  if (whole.kind < 0) return;
+  Rng rng(seed, static_cast<std::uint64_t>(whole.joints) << 32);
+  visit_robot_law(whole.kind, whole.joints, whole.elements,
+                  [&](const auto net) { net.initialise(theta.data() + whole.theta, rng); });
+}
+
+void set_signal_sizes(const RobotFriction& model, const SignalSizes& sizes,
+                      std::span<double> theta) {
+  const auto& whole = model.whole_slot_;
+  if (whole.kind < 0) return;
+  const SignalScales scales(whole.joints);
+  const auto set = [&](int index, double value) {
+    const auto p = static_cast<std::size_t>(whole.theta + index);
+    const ParameterInfo& info = model.parameters()[p].info;
+    theta[p] = std::clamp(value, info.lower, info.upper);
+  };
+  for (int j = 0; j < whole.joints; ++j) {
+    const auto i = static_cast<std::size_t>(j);
+    set(scales.q_mean(j), sizes.q_mean[i]);
+    set(scales.q_sd(j), sizes.q_sd[i]);
+    set(scales.v_sd(j), sizes.v_sd[i]);
+    set(scales.tau_sd(j), sizes.tau_sd[i]);
+  }
+}
+
+int free_parameter_count(const RobotFriction& model) {
+  return static_cast<int>(std::ranges::count_if(
+      model.parameters(), [](const ParameterRef& p) { return p.info.scale != Scale::kFixed; }));
+}
+
+bool is_robot_law(std::string_view law) {
+  return std::ranges::count(robot_law_table(), law, &LawInfo::name) > 0;
 }
 
 bool is_learned(std::string_view law) {
+  if (is_robot_law(law)) return true;
   bool learned = false;
   visit_entry<Laws>(find_row(law_table(), "friction law", law), 1, [&](const auto entry) {
     learned = LearnedLaw<std::remove_cvref_t<decltype(entry)>>;
@@ -163,9 +209,11 @@ void check_bounds(const Friction& friction, const std::vector<std::string>& join
     const ParameterRef& p = parameters[i];
     const double value = friction.theta[i];
     if (value >= p.info.lower && value <= p.info.upper) continue;
-    throw UserError("{}: joint {}: {}.{} = {} {}, allowed {} .. {}", where,
-                    joint_names.at(static_cast<std::size_t>(p.joint)), p.owner, p.symbol, value,
-                    p.info.unit, p.info.lower, p.info.upper);
+    const std::string owner = p.joint == kWholeRobot
+                                  ? "whole robot"
+                                  : "joint " + joint_names.at(static_cast<std::size_t>(p.joint));
+    throw UserError("{}: {}: {}.{} = {} {}, allowed {} .. {}", where, owner, p.owner, p.symbol,
+                    value, p.info.unit, p.info.lower, p.info.upper);
   }
 }
 
@@ -183,10 +231,26 @@ constexpr auto rows(std::tuple<Entries...>*) {
 constexpr auto kLawTable = rows(static_cast<Laws*>(nullptr));
 constexpr auto kModifierTable = rows(static_cast<Modifiers*>(nullptr));
 
+template <class Law>
+constexpr LawInfo robot_row() {
+  return {Law::kName,
+          Law::kEquation,
+          Law::kSource,
+          true,
+          Claims{false, false, false, false, false},
+          Law::kMostElements};
+}
+template <class... L>
+constexpr auto robot_rows(std::tuple<L...>*) {
+  return std::array<LawInfo, sizeof...(L)>{robot_row<L>()...};
+}
+constexpr auto kRobotLawTable = robot_rows(static_cast<RobotLaws*>(nullptr));
+
 }  // namespace
 
 std::span<const LawInfo> law_table() { return kLawTable; }
 std::span<const LawInfo> modifier_table() { return kModifierTable; }
+std::span<const LawInfo> robot_law_table() { return kRobotLawTable; }
 
 std::vector<ParameterInfo> parameters_of_law(std::string_view name, int elements) {
   const int row = find_row(law_table(), "friction law", name);
@@ -198,6 +262,18 @@ std::vector<ParameterInfo> parameters_of_modifier(std::string_view name, int ord
   const int row = find_row(modifier_table(), "friction modifier", name);
   return parameters_of<Modifiers>(
       row, checked_elements(modifier_table()[static_cast<std::size_t>(row)], "order", order));
+}
+
+std::vector<ParameterInfo> parameters_of_robot_law(std::string_view name, int joints,
+                                                   int elements) {
+  const int row = find_row(robot_law_table(), "law of the whole robot", name);
+  const LawInfo& info = robot_law_table()[static_cast<std::size_t>(row)];
+  if (joints < 1 || joints > kMostJoints)
+    throw UserError("{}: {} joints, allowed 1 .. {}", name, joints, kMostJoints);
+  std::vector<ParameterInfo> parameters;
+  visit_robot_law(row, joints, checked_elements(info, "elements", elements),
+                  [&](const auto law) { parameters = law.parameters(); });
+  return parameters;
 }
 
 }  // namespace fricid::friction

@@ -26,7 +26,8 @@ std::vector<double> state_at_torque(const friction::Friction& friction,
   const friction::RobotFriction& model = friction.model;
   const std::size_t n = in.size();
   std::vector<double> z(static_cast<std::size_t>(model.state_size()), 0.0);
-  if (z.empty()) return z;
+  const int of_joints = model.state_begin(model.joint_count());
+  if (of_joints == 0) return z;
   std::vector<friction::Input<double>> driven(in.begin(), in.end());
   std::vector<double> torque(n), last(n);
 
@@ -67,6 +68,7 @@ std::vector<double> state_at_torque(const friction::Friction& friction,
     for (std::size_t j = 0; j < n; ++j) done[j] = done[j] || arrived[j];
     last = torque;
   }
+  std::fill(z.begin() + of_joints, z.end(), 0.0);
   return z;
 }
 

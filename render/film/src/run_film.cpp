@@ -86,6 +86,8 @@ std::string describe(const friction::Friction& friction) {
                             law.modifiers[m].name);
       if (std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(part);
     }
+  if (const friction::RobotLawSpec& whole = friction.model.whole(); friction.model.has_whole())
+    parts.push_back(fmt::format("{}, {} elements", whole.law, whole.elements));
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
   return text.empty() ? "none" : text;

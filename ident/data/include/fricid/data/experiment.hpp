@@ -242,6 +242,30 @@ struct IdentifyConfig {
   }
 };
 
+/// [model.torque]: training on the torque that the rigid body leaves.
+struct TorqueTrainingConfig {
+  double window_s = 0.5;
+  int batch = 32;
+  int iterations = 2000;
+  double rate = 0.004;
+  bool filtered = true;
+  double hold_out = 0.2;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("window_s", window_s,
+            number("s", 0, 100, "over which the friction state is differentiated; 0: one sample"));
+    archive("batch", batch, number("", 1, 1e6, "windows per step"));
+    archive("iterations", iterations, number("", 0, 1e7, "steps of Adam"));
+    archive("rate", rate, number("1", 1e-6, 1, "first step length of Adam"));
+    archive("filtered", filtered,
+            flag("pass the model's torque through the filter of the measured one; else motion and "
+                 "torque are compared as filtered at cutoff_hz"));
+    archive("hold_out", hold_out,
+            number("1", 0.05, 0.5, "last share of every recording, kept for choosing"));
+  }
+};
+
 /// [model.train]: training on open-loop windows.
 struct TrainConfig {
   double window_s = 0.5;
@@ -318,6 +342,7 @@ struct ModelConfig {
   std::vector<std::string> modifiers;
   int starts = 4;
   std::vector<int> seeds{1};
+  TorqueTrainingConfig torque;
   TrainConfig train;
   EmConfig em;
 
@@ -326,13 +351,14 @@ struct ModelConfig {
     archive("name", name, required(text("name of its files, used once: letters, digits, _ and -")));
     archive("label", label, text("name in tables and plots; empty: the name"));
     archive("law", law,
-            text("friction law fitted to every joint; empty: the name (simple: coulomb_viscous)"));
+            text("friction law fitted to every joint, or law of the whole robot; empty: the name "
+                 "(simple: coulomb_viscous)"));
     archive(
         "method", method,
-        choice("conventional multi_step em",
-               "how it is fitted: to the torque that the rigid body leaves, or from there on by "
-               "open-loop windows or by expectation-maximisation; empty: multi_step for learned "
-               "laws, else conventional"));
+        choice("conventional torque multi_step em",
+               "how it is fitted: to the torque that the rigid body leaves, by a search or by "
+               "gradients, or from there on by open-loop windows or by expectation-maximisation; "
+               "empty: multi_step for learned laws, else conventional"));
     archive(
         "elements", elements,
         number("", 1, 64, "elements of laws that have several; width of the nets of learned ones"));
@@ -340,6 +366,8 @@ struct ModelConfig {
             text("modifiers of the law, innermost first: asymmetry, load, temperature, ..."));
     archive("starts", starts, number("", 1, 1000, "starts of the optimiser"));
     archive("seeds", seeds, number("", 0, 1e9, "one fit per seed"));
+    archive.section("torque", torque,
+                    "method torque, and multi_step of laws of the whole robot before its windows");
     archive.section("train", train, "method multi_step");
     archive.section("em", em, "method em");
   }

@@ -23,7 +23,7 @@ struct CoordinateOptions {
 ///     armature                  Ia = exp c           linear torque     c_k = s c
 ///
 /// s is the size of the start value or of the joint's torque. Friction stays within the bounds of
-/// the law table.
+/// the law table; what is fixed there does not move.
 class ArmCoordinates {
  public:
   ArmCoordinates(const Arm& arm, const CoordinateOptions& options);

@@ -18,6 +18,7 @@
 #include "fricid/estimate/multi_step.hpp"
 #include "fricid/estimate/recording.hpp"
 #include "fricid/estimate/report.hpp"
+#include "fricid/estimate/torque_training.hpp"
 
 namespace fricid::estimate {
 
@@ -48,6 +49,7 @@ struct FitReport {
   std::vector<double> r2;            ///< (n) 1 - residual / torque variance on the training rows
   double seconds = 0;
   std::string method = "conventional";
+  std::optional<TorqueReport> torque;         ///< of method torque, and where windows follow it
   std::optional<MultiStepReport> multi_step;  ///< of method multi_step
   std::optional<EmReport> em;                 ///< of method em
 
@@ -67,8 +69,10 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
 
 /// Fits one model of an experiment by its method. Whatever the method, it starts from the
 /// conventional fit of its law; learned laws start from that of dahl, their networks from random
-/// weights that hardly say anything. Methods multi_step and em choose by held-out rollouts, so that
-/// they are no worse there than the conventional fit.
+/// weights that hardly say anything. Laws of the whole robot start from random weights and the
+/// rigid body that the conventional fit of coulomb_viscous leaves; windows find them trained by
+/// method torque. Methods multi_step and em choose by held-out rollouts, so that they are no worse
+/// there than their start; method torque by the held-out torque.
 /// @param checkpoint  where method em keeps what it has reached, and goes on from
 /// @throws as fit_conventional
 FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared,

@@ -18,8 +18,9 @@ struct Input {
   S temperature;  ///< [K]
 };
 
-/// How a parameter is searched: on its logarithm (positive, orders of magnitude) or linearly.
-enum class Scale { kLog, kLinear };
+/// How a parameter is searched: on its logarithm (positive, orders of magnitude), linearly, or not
+/// at all (a constant of the data that belongs to the model, as the scales of a network's inputs).
+enum class Scale { kLog, kLinear, kFixed };
 
 /// One entry of a parameter vector theta: what a scene, a model file, a fit and the documentation
 /// need to know about it. Bounds are closed and in `unit`.

@@ -110,22 +110,27 @@ void dense_pullback(int inputs, int outputs, const S* layer, const S* X, const S
                                      layer_bar + r * inputs, b_bar + r, X_bar);
 }
 
+/// A size of a network that its constructor is given.
+inline constexpr int kAtRunTime = 0;
+
 /// A network with kHidden layers of `width` units,
 ///
 ///     h_0 = x,   h_l = activation(W_l h_{l-1} + b_l), l = 1 .. kHidden,   y = W h_kHidden + b,
 ///
 /// for kColumns inputs at once. Arrays are row-major: x (kInputs x kColumns), y (kOutputs x
-/// kColumns); weights (weight_count) are the layers in order, each W then b.
+/// kColumns); weights (weight_count) are the layers in order, each W then b. kInputs and kOutputs
+/// may be kAtRunTime.
 template <Activation activation, int kInputs, int kHidden, int kOutputs, int kMostWidth>
 class Mlp {
  public:
-  static_assert(kInputs > 0 && kHidden > 0 && kOutputs > 0 && kMostWidth > 0);
+  static_assert(kInputs >= 0 && kHidden > 0 && kOutputs >= 0 && kMostWidth > 0);
 
   /// @param width  units per hidden layer, 1 .. kMostWidth
-  explicit constexpr Mlp(int width) : width_(width) {}
+  explicit constexpr Mlp(int width, int inputs = kInputs, int outputs = kOutputs)
+      : width_(width), inputs_(inputs), outputs_(outputs) {}
 
   constexpr int width() const { return width_; }
-  constexpr int weight_count() const { return hidden_begin(kHidden) + (width_ + 1) * kOutputs; }
+  constexpr int weight_count() const { return hidden_begin(kHidden) + (width_ + 1) * outputs(); }
 
   /// What `pullback` needs of a forward pass: units and the slopes of their activations.
   template <int kColumns, class S>
@@ -144,7 +149,7 @@ class Mlp {
       for (int i = 0; i < width_ * kColumns; ++i) next[i] = activate<activation>(next[i]);
       last = next;
     }
-    dense<kColumns>(width_, kOutputs, weights + hidden_begin(kHidden), last, y);
+    dense<kColumns>(width_, outputs(), weights + hidden_begin(kHidden), last, y);
   }
 
   /// The same, with the tape written.
@@ -162,7 +167,7 @@ class Mlp {
       }
       last = unit;
     }
-    dense<kColumns>(width_, kOutputs, weights + hidden_begin(kHidden), last, y);
+    dense<kColumns>(width_, outputs(), weights + hidden_begin(kHidden), last, y);
   }
 
   /// Vector-Jacobian product at the x of `tape`: adds to weights_bar and x_bar.
@@ -174,7 +179,7 @@ class Mlp {
     S* bar = bars[0];
     for (int i = 0; i < units; ++i) bar[i] = S(0);
     const int output = hidden_begin(kHidden);
-    dense_pullback<kColumns>(width_, kOutputs, weights + output, tape.unit[kHidden - 1], y_bar,
+    dense_pullback<kColumns>(width_, outputs(), weights + output, tape.unit[kHidden - 1], y_bar,
                              weights_bar + output, bar);
     for (int l = kHidden - 1; l > 0; --l) {
       S* below = bars[(kHidden - l) % 2];
@@ -188,14 +193,14 @@ class Mlp {
       bar = below;
     }
     for (int i = 0; i < units; ++i) bar[i] *= tape.slope[0][i];
-    dense_pullback<kColumns>(kInputs, width_, weights, x, bar, weights_bar, x_bar);
+    dense_pullback<kColumns>(inputs(), width_, weights, x, bar, weights_bar, x_bar);
   }
 
   /// Starts the weights: W ~ N(0, 1/inputs of the layer), the last layer times `output_scale`,
   /// b = 0. Draws weight_count() - biases numbers.
   void initialise(double* weights, Rng& rng, double output_scale) const {
     for (int l = 0; l <= kHidden; ++l) {
-      const int inputs = inputs_of(l), outputs = l < kHidden ? width_ : kOutputs;
+      const int inputs = inputs_of(l), outputs = l < kHidden ? width_ : this->outputs();
       const double scale = (l < kHidden ? 1 : output_scale) / std::sqrt(inputs);
       double* layer = weights + hidden_begin(l);
       for (int i = 0; i < inputs * outputs; ++i) layer[i] = scale * rng.normal();
@@ -204,13 +209,16 @@ class Mlp {
   }
 
  private:
-  constexpr int inputs_of(int layer) const { return layer == 0 ? kInputs : width_; }
+  // known to the compiler where they are template arguments
+  constexpr int inputs() const { return kInputs == kAtRunTime ? inputs_ : kInputs; }
+  constexpr int outputs() const { return kOutputs == kAtRunTime ? outputs_ : kOutputs; }
+  constexpr int inputs_of(int layer) const { return layer == 0 ? inputs() : width_; }
   // where the weights of a layer begin; layer kHidden is the output
   constexpr int hidden_begin(int layer) const {
-    return layer == 0 ? 0 : (kInputs + 1) * width_ + (layer - 1) * (width_ + 1) * width_;
+    return layer == 0 ? 0 : (inputs() + 1) * width_ + (layer - 1) * (width_ + 1) * width_;
   }
 
-  int width_;
+  int width_, inputs_, outputs_;
 };
 
 }  // namespace fricid::friction

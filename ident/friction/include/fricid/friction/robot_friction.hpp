@@ -1,5 +1,6 @@
-// Friction of a whole robot: per joint a sum of laws, each seen through its modifiers. Chosen at
-// run time, evaluated without virtual calls: one dispatch per joint and law for all lanes.
+// Friction of a whole robot: per joint a sum of laws, each seen through its modifiers, and at most
+// one law that sees all joints at once. Chosen at run time, evaluated without virtual calls: one
+// dispatch per joint and law for all lanes.
 #pragma once
 
 #include <cstdint>
@@ -30,27 +31,44 @@ struct JointSpec {
   std::vector<LawSpec> laws;
 };
 
+/// A law of the whole robot by name; none where the name is empty.
+struct RobotLawSpec {
+  std::string law;
+  int elements = 0;  ///< width of its networks
+};
+
+/// ParameterRef::joint of what belongs to the law of the whole robot.
+inline constexpr int kWholeRobot = -1;
+
 /// Where one entry of theta belongs.
 struct ParameterRef {
-  int joint;           ///< index of the joint
+  int joint;           ///< index of the joint, or kWholeRobot
   int law;             ///< index of the law within the joint
   std::string owner;   ///< name of the law or modifier
   std::string symbol;  ///< symbol within the owner, e.g. "k3" of a 4-element gms
   ParameterInfo info;
 };
 
+/// Sizes of the signals of every joint, see SignalScales. All (n).
+struct SignalSizes {
+  std::vector<double> q_mean, q_sd, v_sd, tau_sd;  ///< [rad] [rad] [rad/s] [N m]
+};
+
 /// Structure of the friction of n joints. `theta` stacks joints, then laws, then (law parameters,
-/// modifier parameters in order); `z` likewise. Both belong to the caller.
+/// modifier parameters in order), and last the law of the whole robot; `z` likewise. Both belong to
+/// the caller.
 class RobotFriction {
  public:
   RobotFriction() = default;
   /// @throws UserError on an unknown law or modifier, naming the known ones
-  explicit RobotFriction(std::vector<JointSpec> joints);
+  explicit RobotFriction(std::vector<JointSpec> joints, RobotLawSpec whole = {});
 
   int joint_count() const { return static_cast<int>(joints_.size()); }
   int parameter_count() const { return static_cast<int>(parameters_.size()); }
   int state_size() const { return state_size_; }
   const std::vector<JointSpec>& joints() const { return joints_; }
+  const RobotLawSpec& whole() const { return whole_; }
+  bool has_whole() const { return !whole_.law.empty(); }
   const std::vector<ParameterRef>& parameters() const { return parameters_; }
   int parameter_begin(int joint) const;  ///< theta of joint j: [begin(j), begin(j + 1))
   int state_begin(int joint) const;      ///< z of joint j: [begin(j), begin(j + 1))
@@ -99,13 +117,21 @@ class RobotFriction {
     std::vector<ModifierSlot> torque_modifiers;  // innermost first
     ModifierSlot backlash;                       // kind < 0: none
   };
+  struct RobotLawSlot {
+    int kind = -1;  // row of RobotLaws; < 0: none
+    int joints = 0, elements = 0;
+    int theta = 0, z = 0;
+  };
   template <class S>
   friend struct Kernels;
   friend void initialise_weights(const RobotFriction&, std::uint64_t, std::span<double>);
+  friend void set_signal_sizes(const RobotFriction&, const SignalSizes&, std::span<double>);
 
   std::vector<JointSpec> joints_;
+  RobotLawSpec whole_;
   std::vector<ParameterRef> parameters_;
   std::vector<LawSlot> slots_;
+  RobotLawSlot whole_slot_;
   std::vector<int> parameter_begin_{0}, state_begin_{0};
   int state_size_ = 0;
 };
@@ -120,12 +146,24 @@ struct Friction {
 std::vector<double> default_theta(const RobotFriction& model);
 
 /// Writes starting values of all network weights into theta, which keeps the rest: the weights of
-/// law l of joint j are drawn from (seed, j and l), so other joints do not matter. Without networks
+/// law l of joint j are drawn from (seed, j and l), so other joints do not matter; those of the law
+/// of the whole robot from (seed, n). Without networks
 /// nothing changes. An untrained network hardly changes the torque.
 void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta);
 
-/// Whether a law of the table holds a network, whose weights want random starting values.
+/// Writes the scales of a law of the whole robot into theta, within their bounds; nothing without
+/// one.
+void set_signal_sizes(const RobotFriction& model, const SignalSizes& sizes,
+                      std::span<double> theta);
+
+/// How many parameters a fit may move: all that are not Scale::kFixed.
+int free_parameter_count(const RobotFriction& model);
+
+/// Whether a law of either table holds a network, whose weights want random starting values.
 bool is_learned(std::string_view law);
+
+/// Whether a law is one of the whole robot.
+bool is_robot_law(std::string_view law);
 
 /// Throws UserError when a parameter is outside its bounds; `where` starts the message.
 void check_bounds(const Friction& friction, const std::vector<std::string>& joint_names,
@@ -143,9 +181,11 @@ struct LawInfo {
 };
 std::span<const LawInfo> law_table();
 std::span<const LawInfo> modifier_table();
+std::span<const LawInfo> robot_law_table();  ///< of the whole robot; they claim nothing
 
 /// Parameters of one law or modifier by name, in the order of theta. @throws UserError when unknown
 std::vector<ParameterInfo> parameters_of_law(std::string_view name, int elements);
 std::vector<ParameterInfo> parameters_of_modifier(std::string_view name, int order);
+std::vector<ParameterInfo> parameters_of_robot_law(std::string_view name, int joints, int elements);
 
 }  // namespace fricid::friction

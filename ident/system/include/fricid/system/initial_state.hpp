@@ -17,6 +17,8 @@ namespace fricid {
 ///   back by just as much as brings its torque from the sliding one to `tau_f`; not at all where
 ///   the sliding torque is the smaller one.
 ///
+/// The state of a law of the whole robot starts at zero, whatever the torque.
+///
 /// @param in     motion, load and temperature at that moment (n)
 /// @param tau_f  friction torque (n) [N m]
 /// @return z (state_size); laws without memory have none

@@ -7,6 +7,7 @@
 
 #include "fricid/friction/laws.hpp"
 #include "fricid/friction/robot_friction.hpp"
+#include "fricid/friction/robot_laws.hpp"
 
 namespace fricid::friction {
 
@@ -123,6 +124,12 @@ struct Kernels {
   }
 
   static std::span<const Slot> slots(const RobotFriction& model) { return model.slots_; }
+
+  // Calls f(law) where there is a law of the whole robot.
+  template <class F>
+  static void visit_whole(const RobotFriction::RobotLawSlot& slot, F&& f) {
+    if (slot.kind >= 0) visit_robot_law(slot.kind, slot.joints, slot.elements, f);
+  }
 };
 
 template <class S>
@@ -138,6 +145,10 @@ void RobotFriction::torque(std::span<const S> theta, std::span<const Input<S>> i
       Kernels<S>::add_torque(*slot, theta.data(), in[j], z.data(), sum);
     tau_f[j] = sum;
   }
+  Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
+    law.add_torque(theta.data() + whole_slot_.theta, in.data(), z.data() + whole_slot_.z,
+                   tau_f.data());
+  });
 }
 
 template <class S>
@@ -148,6 +159,9 @@ void RobotFriction::step(std::span<const S> theta, std::span<const Input<S>> in,
          static_cast<int>(in.size()) == joint_count());
   for (const LawSlot& slot : slots_)
     Kernels<S>::step(slot, theta.data(), in[static_cast<std::size_t>(slot.joint)], dt, z.data());
+  Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
+    law.step(theta.data() + whole_slot_.theta, in.data(), dt, z.data() + whole_slot_.z);
+  });
 }
 
 template <class S>
@@ -162,6 +176,9 @@ void RobotFriction::steady_torque(std::span<const S> theta, std::span<const Inpu
       Kernels<S>::add_steady_torque(*slot, theta.data(), in[j], sum);
     tau_f[j] = sum;
   }
+  Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
+    law.add_steady_torque(theta.data() + whole_slot_.theta, in.data(), tau_f.data());
+  });
 }
 
 template <class S>
@@ -176,6 +193,11 @@ void RobotFriction::torque_pullback(std::span<const S> theta, std::span<const In
     Kernels<S>::torque_pullback(slot, theta.data(), in[j], z.data(), tau_f_bar[j], theta_bar.data(),
                                 in_bar[j], z_bar.data());
   }
+  Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
+    law.torque_pullback(theta.data() + whole_slot_.theta, in.data(), z.data() + whole_slot_.z,
+                        tau_f_bar.data(), theta_bar.data() + whole_slot_.theta, in_bar.data(),
+                        z_bar.data() + whole_slot_.z);
+  });
 }
 
 template <class S>
@@ -190,6 +212,11 @@ void RobotFriction::step_pullback(std::span<const S> theta, std::span<const Inpu
     Kernels<S>::step_pullback(slot, theta.data(), in[j], dt, z.data(), z_next_bar.data(),
                               theta_bar.data(), in_bar[j], z_bar.data());
   }
+  Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
+    law.step_pullback(theta.data() + whole_slot_.theta, in.data(), dt, z.data() + whole_slot_.z,
+                      z_next_bar.data() + whole_slot_.z, theta_bar.data() + whole_slot_.theta,
+                      in_bar.data(), z_bar.data() + whole_slot_.z);
+  });
 }
 
 /// Instantiates all templates of RobotFriction for one scalar type.

@@ -1,0 +1,20 @@
+// What both trainings by Adam share.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fricid/base/rng.hpp"
+#include "fricid/estimate/multi_step.hpp"
+
+namespace fricid::estimate {
+
+/// Step length of Adam over the course of a training, relative to the first.
+double training_schedule(int iteration, int iterations);
+
+/// Windows of `steps` samples drawn uniformly from the training part, but for a share that begins
+/// where a recording does: a rollout starts at rest, where little of a recording is.
+std::vector<Window> draw_windows(std::span<const Recording> recordings, const Split& split,
+                                 int steps, int count, double from_rest, Rng& rng);
+
+}  // namespace fricid::estimate

@@ -1,0 +1,60 @@
+// The table of the laws of a whole robot: networks that see all joints at once. A new one is a
+// header and one row here.
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "fricid/base/rng.hpp"
+#include "fricid/friction/law.hpp"
+#include "fricid/friction/robot_laws/lvm_paper.hpp"
+#include "fricid/friction/robot_laws/nn.hpp"
+#include "fricid/friction/robot_laws/rnn.hpp"
+
+namespace fricid::friction {
+
+using RobotLaws = std::tuple<  //
+    Nn,                        //
+    Rnn,                       //
+    LvmPaper>;
+
+/// A law of a whole robot is what a law of a joint is (law.hpp), but made from the number of joints
+/// and of elements, and with `in` (n), tau_f (n) and their adjoints in the place of single ones.
+/// Torques are added to tau_f. The first parameters are those of SignalScales.
+template <class Law>
+concept RobotLaw = std::copyable<Law> && std::constructible_from<Law, int, int> &&
+    requires(const Law law, const double* theta, double* z, const Input<double>* in,
+             Input<double>* in_bar, double dt, double* bar, Rng& rng) {
+  { Law::kName } -> std::convertible_to<std::string_view>;
+  { Law::kEquation } -> std::convertible_to<std::string_view>;
+  { Law::kSource } -> std::convertible_to<std::string_view>;
+  { Law::kMostElements } -> std::convertible_to<int>;
+  { law.state_size() } -> std::same_as<int>;
+  { law.parameters() } -> std::same_as<std::vector<ParameterInfo>>;
+  law.initialise(bar, rng);
+  law.template add_torque<double>(theta, in, z, bar);
+  law.template step<double>(theta, in, dt, z);
+  law.template torque_pullback<double>(theta, in, z, bar, bar, in_bar, bar);
+  law.template step_pullback<double>(theta, in, dt, z, z, bar, in_bar, bar);
+  law.template add_steady_torque<double>(theta, in, bar);
+};
+
+/// Calls f(law) for row `index` of RobotLaws.
+template <class F>
+void visit_robot_law(int index, int joints, int elements, F&& f) {
+  [&]<std::size_t... I>(std::index_sequence<I...>) {
+    (void)((index == static_cast<int>(I) &&
+            (f(std::tuple_element_t<I, RobotLaws>(joints, elements)), true)) ||
+           ...);
+  }
+  (std::make_index_sequence<std::tuple_size_v<RobotLaws>>{});
+}
+
+static_assert([]<class... L>(std::tuple<L...>*) {
+  return (RobotLaw<L> && ...);
+}(static_cast<RobotLaws*>(nullptr)));
+
+}  // namespace fricid::friction

@@ -1,0 +1,100 @@
+// What each part of the latent-variable model is worth on a small arm whose friction remembers and
+// grows with the load: without latents, with a random rate of the latents, without the load.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "arm_data.hpp"
+#include "fricid/estimate/multi_step.hpp"
+#include "fricid/estimate/torque_training.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kCutoff = 10;
+
+struct Score {
+  double torque;     ///< share of the held-out torque that is left
+  double open_loop;  ///< held-out error of position [rad^2]
+};
+
+class Ablation : public ::testing::Test {
+ protected:
+  Arm truth{small_arm(), {}};
+  std::vector<Filtered> sequences;
+  std::vector<Recording> recordings;
+  std::vector<TorqueData> data;
+  friction::SignalSizes sizes;
+
+  Ablation() {
+    const friction::JointSpec joint{{{"dahl", 0, {{"load"}}}}};
+    truth.friction.model = friction::RobotFriction({joint, joint, joint});
+    for (const double Fc : {6.0, 5.0, 3.0})
+      for (const double value : {Fc, Fc / 4e-3, 0.3 * Fc, 0.03})
+        truth.friction.theta.push_back(value);
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      LogOptions options;
+      options.seed = seed;
+      options.substeps = 16;
+      const data::Dataset log = make_log(truth, options);
+      sequences.push_back(filter_dataset(log, kCutoff));
+      recordings.push_back(make_recording(log, sequences.back(), kCutoff));
+    }
+    data = torque_data(truth, sequences, recordings, true);
+    for (int j = 0; j < 3; ++j) {
+      double square = 0;
+      for (const TorqueData& d : data) square += d.target.col(j).squaredNorm() / d.target.size();
+      sizes.q_mean.push_back(0);
+      sizes.q_sd.push_back(1);
+      sizes.v_sd.push_back(1);
+      sizes.tau_sd.push_back(std::sqrt(square));
+    }
+  }
+
+  /// A model with the true rigid body, trained on the torque for all alike.
+  Score trained(const std::string& name, const friction::RobotFriction& model,
+                const std::function<void(std::vector<double>&)>& change = {}) {
+    Arm start = truth;
+    start.friction = {model, friction::default_theta(model)};
+    friction::initialise_weights(model, 1, start.friction.theta);
+    friction::set_signal_sizes(model, sizes, start.friction.theta);
+    if (change) change(start.friction.theta);
+    TorqueOptions options;
+    options.window_s = 0.2;
+    options.batch = 16;
+    options.iterations = 500;
+    options.rate = 1e-2;
+    const TorqueReport report = train_torque(start, data, options, name, 2);
+    const Split split = split_recordings(recordings, options.hold_out);
+    const Score score{report.held_out[static_cast<std::size_t>(report.best)],
+                      held_out_error(report.arm, recordings, split, {8, 1}, 2)};
+    std::printf("%-16s torque left %.2e, open loop %.2e rad2\n", name.c_str(), score.torque,
+                score.open_loop);
+    return score;
+  }
+  static friction::RobotFriction each(const std::string& law) {
+    return friction::RobotFriction(std::vector<friction::JointSpec>(3, {{{law, 8, {}}}}));
+  }
+};
+
+TEST_F(Ablation, EveryPartOfTheModelIsWorthSomething) {
+  const friction::RobotFriction lvm = each("lvm");
+  const Score whole = trained("lvm", lvm);
+  const Score blind = trained("without load", lvm, [&](std::vector<double>& theta) {
+    for (std::size_t p = 0; p < theta.size(); ++p)
+      if (lvm.parameters()[p].symbol == "load_ref") theta[p] = lvm.parameters()[p].info.upper;
+  });
+  const Score random =
+      trained("random eta", friction::RobotFriction(std::vector<friction::JointSpec>(3),
+                                                    {.law = "lvm_paper", .elements = 32}));
+  const Score memoryless = trained("without latents", each("neural"));
+  EXPECT_LT(2 * whole.torque, blind.torque);
+  EXPECT_LT(2 * blind.torque, random.torque);
+  EXPECT_LT(2 * blind.torque, memoryless.torque);
+  EXPECT_LT(2 * whole.open_loop, blind.open_loop);
+  EXPECT_LT(2 * blind.open_loop, random.open_loop);
+  EXPECT_LT(2 * blind.open_loop, memoryless.open_loop);
+}
+
+}  // namespace
+}  // namespace fricid::estimate

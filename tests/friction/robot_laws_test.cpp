@@ -1,0 +1,315 @@
+// Laws of the whole robot: pullbacks, lanes, precision, what a recurrent memory does with time, and
+// the same networks written out by hand.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <vector>
+
+#include "allocation_counter.hpp"
+#include "dual.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/friction/detail/kernels.hpp"
+#include "fricid/friction/robot_friction.hpp"
+#include "fricid/friction/robot_laws.hpp"
+
+namespace fricid::friction::test {
+namespace {
+
+using fricid::test::Dual;
+
+constexpr int kJoints = 3;
+
+/// A law of the whole robot, beside Dahl friction in the first joint.
+RobotFriction robot(const std::string& law, int elements) {
+  std::vector<JointSpec> joints(kJoints);
+  joints[0] = {{{"dahl", 0, {}}}};
+  return RobotFriction(joints, {law, elements});
+}
+
+/// Parameters, inputs and states of one moment, stacked: theta, (q, v, load, temperature) per
+/// joint, z.
+struct Moment {
+  std::vector<double> x;
+  std::size_t n_theta, n_z;
+
+  Moment(const RobotFriction& model, Rng& rng)
+      : n_theta(static_cast<std::size_t>(model.parameter_count())),
+        n_z(static_cast<std::size_t>(model.state_size())) {
+    x = default_theta(model);
+    initialise_weights(model, 7, x);
+    for (std::size_t p = 3; p < x.size(); ++p) {
+      const ParameterRef& ref = model.parameters()[p];
+      if (ref.info.scale == Scale::kFixed && ref.symbol != "sample")
+        x[p] = ref.info.typical == 0 ? 0.3 * rng.normal() : x[p] * std::exp(0.3 * rng.normal());
+      if (ref.info.scale == Scale::kLinear) x[p] += 0.1 * rng.normal();
+    }
+    for (int j = 0; j < kJoints; ++j)
+      for (const double size : {1.0, 1.0, 10.0, 20.0}) x.push_back(size * rng.normal());
+    x.push_back(1e-4 * rng.normal());  // Dahl's bristle
+    for (std::size_t k = 1; k < n_z; ++k) x.push_back(rng.uniform());
+  }
+};
+
+template <class S>
+std::vector<Input<S>> inputs_of(const Moment& m, const std::vector<S>& x) {
+  std::vector<Input<S>> in;
+  for (std::size_t j = 0, at = m.n_theta; j < kJoints; ++j, at += 4)
+    in.push_back({x[at], x[at + 1], x[at + 2], x[at + 3]});
+  return in;
+}
+
+/// tau_bar . torque + z_bar . step
+template <class S>
+S objective(const RobotFriction& model, const Moment& m, const std::vector<S>& x, double dt,
+            const std::vector<double>& bar) {
+  const std::vector<Input<S>> in = inputs_of(m, x);
+  const std::span<const S> theta(x.data(), m.n_theta);
+  std::vector<S> z(x.end() - static_cast<std::ptrdiff_t>(m.n_z), x.end()), tau(kJoints);
+  model.torque<S>(theta, in, z, tau);
+  model.step<S>(theta, in, dt, z);
+  S value(0);
+  for (std::size_t j = 0; j < kJoints; ++j) value += S(bar[j]) * tau[j];
+  for (std::size_t k = 0; k < m.n_z; ++k) value += S(bar[kJoints + k]) * z[k];
+  return value;
+}
+
+std::vector<double> gradient(const RobotFriction& model, const Moment& m, double dt,
+                             const std::vector<double>& bar) {
+  const std::vector<Input<double>> in = inputs_of(m, m.x);
+  const std::span<const double> theta(m.x.data(), m.n_theta),
+      z = std::span(m.x).last(m.n_z), tau_bar = std::span(bar).first(kJoints),
+      z_next_bar = std::span(bar).subspan(kJoints);
+  std::vector<double> theta_bar(m.n_theta), z_bar(m.n_z);
+  std::vector<Input<double>> in_bar(kJoints);
+  model.torque_pullback<double>(theta, in, z, tau_bar, theta_bar, in_bar, z_bar);
+  model.step_pullback<double>(theta, in, dt, z, z_next_bar, theta_bar, in_bar, z_bar);
+  for (const Input<double>& j : in_bar)
+    theta_bar.insert(theta_bar.end(), {j.q, j.v, j.load, j.temperature});
+  theta_bar.insert(theta_bar.end(), z_bar.begin(), z_bar.end());
+  return theta_bar;
+}
+
+class RobotLaws : public ::testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Table, RobotLaws, ::testing::Values("nn", "rnn", "lvm_paper"));
+
+// A random direction sees an error in any entry; small ones are also looked at entry by entry.
+TEST_P(RobotLaws, PullbackEqualsDualNumbers) {
+  for (const int elements : {2, 32}) {
+    const RobotFriction model = robot(GetParam(), elements);
+    Rng rng(1, 0);
+    for (const double dt : {0.0, 1e-3, 4e-3, 5e-3}) {
+      Moment m(model, rng);
+      std::vector<double> bar;
+      for (std::size_t i = 0; i < kJoints + m.n_z; ++i) bar.push_back(rng.normal());
+      const std::vector<double> slope = gradient(model, m, dt, bar);
+      const auto compare = [&](const std::vector<Dual>& x) {
+        double expected = 0, size = 1;
+        for (std::size_t i = 0; i < slope.size(); ++i) {
+          expected += slope[i] * x[i].d;
+          size += std::abs(slope[i] * x[i].d);
+        }
+        EXPECT_NEAR(objective(model, m, x, dt, bar).d, expected, 1e-11 * size);
+      };
+      std::vector<Dual> x(m.x.begin(), m.x.end());
+      for (Dual& entry : x) entry.d = rng.normal();
+      compare(x);
+      for (std::size_t i = 0; i < (elements == 2 ? x.size() : 0); ++i) {
+        SCOPED_TRACE(i);
+        for (Dual& entry : x) entry.d = 0;
+        x[i].d = 1;
+        compare(x);
+      }
+    }
+  }
+}
+
+TEST_P(RobotLaws, LaneEqualsScalarToTheLastBitAndSinglePrecisionIsClose) {
+  const RobotFriction model = robot(GetParam(), 16);
+  Rng rng(2, 0);
+  std::vector<Moment> moments;
+  for (int k = 0; k < PackF::kLanes; ++k) moments.emplace_back(model, rng);
+  const auto run = [&]<class S>(S) {
+    std::vector<S> x(moments[0].x.size());
+    for (std::size_t i = 0; i < x.size(); ++i)
+      for (int k = 0; k < kLaneCount<S>; ++k)
+        set_lane(x[i], k,
+                 static_cast<decltype(lane(S(), 0))>(moments[static_cast<std::size_t>(k)].x[i]));
+    const std::span<const S> theta(x.data(), moments[0].n_theta);
+    std::vector<S> z(x.end() - static_cast<std::ptrdiff_t>(moments[0].n_z), x.end());
+    std::vector<S> out(kJoints);
+    const std::vector<Input<S>> in = inputs_of(moments[0], x);
+    model.torque<S>(theta, in, z, out);
+    model.step<S>(theta, in, 4e-3, z);
+    out.insert(out.end(), z.begin(), z.end());
+    return out;
+  };
+  const std::vector<PackD> wide = run(PackD());
+  const std::vector<PackF> narrow = run(PackF());
+  for (int k = 0; k < PackF::kLanes; ++k) {
+    std::swap(moments[0], moments[static_cast<std::size_t>(k)]);
+    const std::vector<double> one = run(0.0);
+    std::swap(moments[0], moments[static_cast<std::size_t>(k)]);
+    for (std::size_t i = 0; i < one.size(); ++i) {
+      if (k < PackD::kLanes) {
+        EXPECT_EQ(wide[i][k], one[i]) << i;
+      }
+      EXPECT_NEAR(narrow[i][k], one[i], 1e-4 * (1 + std::abs(one[i]))) << i;
+    }
+  }
+}
+
+TEST_P(RobotLaws, StaysFiniteUnderAnyMotion) {
+  const RobotFriction model = robot(GetParam(), 32);
+  Rng rng(3, 0);
+  Moment m(model, rng);
+  const std::vector<PackF> theta(m.x.begin(), m.x.begin() + static_cast<std::ptrdiff_t>(m.n_theta));
+  std::vector<PackF> z(m.n_z, PackF(0)), tau(kJoints);
+  std::vector<Input<PackF>> in(kJoints);
+  for (int k = 0; k < 5000; ++k) {
+    for (Input<PackF>& j : in)
+      j = {float(100 * rng.normal()), float(1000 * rng.normal()), 0.f, 293.f};
+    model.step<PackF>(theta, in, 4e-3, z);
+    model.torque<PackF>(theta, in, z, tau);
+  }
+  for (const auto& x : {z, tau})
+    for (const PackF& value : x) EXPECT_LT(std::abs(value[0]), 1e9);
+}
+
+TEST_P(RobotLaws, StartsAsNextToNoFriction) {
+  const RobotFriction model(std::vector<JointSpec>(kJoints), {GetParam(), 32});
+  std::vector<double> theta = default_theta(model), tau(kJoints);
+  initialise_weights(model, 1, theta);
+  const std::vector<double> z(static_cast<std::size_t>(model.state_size()));
+  const std::vector<Input<double>> in(kJoints, {0.5, 1, 0, 293});
+  model.torque<double>(theta, in, z, tau);
+  double largest = 0;
+  for (const double t : tau) largest = std::max(largest, std::abs(t));
+  EXPECT_GT(largest, 0);
+  EXPECT_LT(largest, 0.2 * 5) << "of 5 N m";
+}
+
+TEST_P(RobotLaws, DoesNotAllocate) {
+  const RobotFriction model = robot(GetParam(), 8);
+  Rng rng(4, 0);
+  const Moment m(model, rng);
+  const std::vector<Input<double>> in = inputs_of(m, m.x);
+  const std::span<const double> theta(m.x.data(), m.n_theta);
+  std::vector<double> z(m.n_z), z_bar(m.n_z), z_next_bar(m.n_z, 1), tau(kJoints);
+  std::vector<double> theta_bar(m.n_theta);
+  std::vector<Input<double>> in_bar(kJoints);
+  const long before = fricid::test::allocation_count();
+  model.torque<double>(theta, in, z, tau);
+  model.step<double>(theta, in, 4e-3, z);
+  model.steady_torque<double>(theta, in, tau);
+  model.torque_pullback<double>(theta, in, z, tau, theta_bar, in_bar, z_bar);
+  model.step_pullback<double>(theta, in, 4e-3, z, z_next_bar, theta_bar, in_bar, z_bar);
+  EXPECT_EQ(fricid::test::allocation_count() - before, 0);
+}
+
+/// A recurrent network of one unit per layer, its weights all `w` but for the biases.
+struct OneUnit {
+  RobotFriction model{std::vector<JointSpec>(1), {"rnn", 1}};
+  std::vector<double> theta = default_theta(model);
+  double q_sd = 2, v_sd = 0.5, tau_sd = 3, w = 0.7;
+
+  OneUnit() {
+    theta[1] = q_sd;
+    theta[2] = v_sd;
+    theta[3] = tau_sd;
+    for (std::size_t p = 5; p < theta.size(); ++p) theta[p] = w;
+    for (const std::size_t bias : {8, 11, 14, 16}) theta[bias] = 0;
+  }
+  /// What the three units remember next.
+  std::vector<double> next(const Input<double>& in, std::vector<double> h) const {
+    double below = in.q / q_sd + in.v / v_sd;
+    for (double& unit : h) below = unit = std::max(0.0, w * below + w * unit);
+    return h;
+  }
+};
+
+TEST(Rnn, IsTheRecurrentNetworkWrittenOut) {
+  const OneUnit net;
+  std::vector<double> z(4), h(3), tau(1);
+  for (int k = 0; k < 20; ++k) {
+    const Input<double> in{0.1 * k, std::sin(0.7 * k), 0, 293};
+    net.model.step<double>(net.theta, {&in, 1}, 4e-3, z);
+    h = net.next(in, h);
+    net.model.torque<double>(net.theta, {&in, 1}, z, tau);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(z[i], h[i], 1e-12);
+    EXPECT_NEAR(tau[0], net.tau_sd * net.w * net.next(in, h)[2], 1e-12);
+  }
+  EXPECT_GT(h[2], 0.1);
+}
+
+TEST(Rnn, RemembersOncePerSampleHoweverTheSampleIsStepped) {
+  const OneUnit net;
+  const auto after = [&](int substeps) {
+    std::vector<double> z(4);
+    for (int k = 0; k < 50; ++k)
+      for (int i = 1; i <= substeps; ++i) {
+        // the motion within the sample does not matter, only that at its end
+        const Input<double> in{0.2, i < substeps ? 9.0 : 0.1 * k, 0, 293};
+        net.model.step<double>(net.theta, {&in, 1}, 4e-3 / substeps, z);
+      }
+    return z;
+  };
+  const std::vector<double> whole = after(1);
+  EXPECT_GT(whole[2], 1);
+  for (const int substeps : {2, 7, 8}) EXPECT_EQ(after(substeps), whole) << substeps;
+}
+
+TEST(LvmPaper, MovesItsStatesByEulerStepsUpToTheClamp) {
+  const RobotFriction model(std::vector<JointSpec>(2), {"lvm_paper", 4});
+  std::vector<double> theta = default_theta(model);
+  theta[theta.size() - 2] = 0.5;  // the biases of eta: what it says without other weights
+  theta[theta.size() - 1] = -40;
+  const std::vector<Input<double>> in(2);
+  std::vector<double> z(2);
+  model.step<double>(theta, in, 0.01, z);
+  EXPECT_DOUBLE_EQ(z[0], 10 * 0.5 * 0.01);
+  EXPECT_DOUBLE_EQ(z[1], -4);
+  for (int k = 0; k < 5; ++k) model.step<double>(theta, in, 0.01, z);
+  EXPECT_EQ(z[1], -LvmPaper::kMost);
+}
+
+TEST(RobotLaws, TakeTheirScalesFromTheData) {
+  const RobotFriction model = robot("nn", 4);
+  std::vector<double> theta = default_theta(model);
+  const std::size_t begin = 3;  // after dahl
+  set_signal_sizes(model, {{1, 2, 3}, {4, 5, 6}, {7, 8, 0}, {10, 11, 12}}, theta);
+  EXPECT_THAT(std::vector<double>(theta.begin() + begin, theta.begin() + begin + 12),
+              testing::ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 1e-6, 10, 11, 12));
+  EXPECT_EQ(free_parameter_count(model), model.parameter_count() - 12);
+}
+
+TEST(RobotLaws, AddToTheLawsOfTheJoints) {
+  const RobotFriction both = robot("nn", 4), alone(std::vector<JointSpec>(kJoints), {"nn", 4});
+  Rng rng(5, 0);
+  const Moment m(both, rng);
+  const std::vector<Input<double>> in = inputs_of(m, m.x);
+  const std::span<const double> theta(m.x.data(), m.n_theta);
+  std::vector<double> sum(kJoints), part(kJoints);
+  both.torque<double>(theta, in, std::span(m.x).last(1), sum);
+  alone.torque<double>(theta.subspan(3), in, {}, part);
+  EXPECT_NEAR(sum[0] - part[0], m.x[1] * m.x.back() + m.x[2] * in[0].v, 1e-12);  // sigma0 z + Fv v
+  EXPECT_EQ(sum[2], part[2]);
+}
+
+TEST(RobotLaws, NameWhatIsWrong) {
+  const auto message_of = [](const std::string& law, int joints, int elements) -> std::string {
+    try {
+      RobotFriction(std::vector<JointSpec>(static_cast<std::size_t>(joints)), {law, elements});
+    } catch (const UserError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message_of("dahl", 3, 4),
+            "unknown law of the whole robot 'dahl'; known: nn, rnn, lvm_paper");
+  EXPECT_EQ(message_of("nn", 3, 33), "nn: elements = 33, allowed 1 .. 32");
+  EXPECT_EQ(message_of("nn", 9, 3), "nn: 9 joints, allowed 1 .. 8");
+  EXPECT_EQ(message_of("nn", 8, 32), "");
+}
+
+}  // namespace
+}  // namespace fricid::friction::test
