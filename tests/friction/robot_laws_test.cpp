@@ -266,9 +266,9 @@ TEST(LvmPaper, MovesItsStatesByEulerStepsUpToTheClamp) {
   const std::vector<Input<double>> in(2);
   std::vector<double> z(2);
   model.step<double>(theta, in, 0.01, z);
-  EXPECT_DOUBLE_EQ(z[0], 10 * 0.5 * 0.01);
-  EXPECT_DOUBLE_EQ(z[1], -4);
-  for (int k = 0; k < 5; ++k) model.step<double>(theta, in, 0.01, z);
+  EXPECT_DOUBLE_EQ(z[0], 0.5 * 0.01);
+  EXPECT_DOUBLE_EQ(z[1], -0.4);
+  for (int k = 0; k < 50; ++k) model.step<double>(theta, in, 0.01, z);
   EXPECT_EQ(z[1], -LvmPaper::kMost);
 }
 

@@ -267,7 +267,7 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
     seen.objective = residual.loss;
     seen.held_out = held_out_error(arm, recordings, split, options.judge, jobs);
     now.history.push_back(seen);
-    if (seen.held_out < now.best) {
+    if (options.keep_last || seen.held_out < now.best) {
       now.best = seen.held_out;
       now.best_iteration = now.iteration;
       now.best_c = now.c;

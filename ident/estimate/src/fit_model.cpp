@@ -187,6 +187,7 @@ EmOptions em_options(const data::EmConfig& config, int seed,
   options.z_noise_last = config.z_noise_last;
   options.free_observation_noise = config.free_observation_noise;
   options.hold_out = config.hold_out;
+  options.keep_last = config.keep == "last";
   options.coordinates.rigid_body = config.rigid_body;
   options.coordinates.torque_scale = torque_rms(recordings);
   options.seed = static_cast<std::uint64_t>(seed);

@@ -58,12 +58,6 @@ void wash_out_pieces(const friction::Friction& friction, std::span<const Recordi
       }
     }
     model.step<PackD>(theta, in, recordings.front().dt, state);
-    // a law of the whole robot need not keep its state at a standstill
-    for (std::size_t i = 0; i < pieces.size() && model.has_whole(); ++i)
-      if (pieces[i].begin + step < 0)
-        for (std::size_t k = 0; k < state.size(); ++k)
-          set_lane(state[k], static_cast<int>(i),
-                   z0[static_cast<std::size_t>(pieces[i].recording)][k]);
   }
 }
 
@@ -107,7 +101,10 @@ std::vector<data::RowMatrix> wash_out(const Arm& arm, std::span<const Recording>
   std::vector<std::vector<double>> z0(recordings.size());
   std::vector<Piece> pieces;
   const double dt = recordings.front().dt;
-  const int length = std::max(1, static_cast<int>(std::lround(kPiece / dt)));
+  // a law of the whole robot need not forget where it began: each recording in one piece
+  int length = std::max(1, static_cast<int>(std::lround(kPiece / dt)));
+  if (arm.friction.model.has_whole())
+    for (const Recording& r : recordings) length = std::max(length, r.length());
   const int run_in = static_cast<int>(std::lround(kRunIn / dt));
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const int T = recordings[i].length();

@@ -304,6 +304,7 @@ struct EmConfig {
   bool free_observation_noise = false;
   bool rigid_body = true;
   double hold_out = 0.2;
+  std::string keep = "held_out";
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -329,6 +330,8 @@ struct EmConfig {
     archive("rigid_body", rigid_body, flag("fit the rigid body together with the friction"));
     archive("hold_out", hold_out,
             number("1", 0.05, 0.5, "last share of every recording, kept for choosing"));
+    archive("keep", keep,
+            choice("held_out last", "which iteration: the best on held-out rollouts, or the last"));
   }
 };
 

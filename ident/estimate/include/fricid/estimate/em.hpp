@@ -40,6 +40,7 @@ struct EmOptions {
   double most_nis = 2;  ///< the noise of z falls no further where NIS per channel is above it
   bool free_observation_noise = false;  ///< R in closed form once the noise of z has fallen
   double hold_out = 0.2;
+  bool keep_last = false;   ///< keep the last iteration instead of the best on the held-out part
   StepOptions step{8, 4};   ///< of filter and M-step
   StepOptions judge{8, 1};  ///< of the held-out rollouts
   CoordinateOptions coordinates;
@@ -59,7 +60,7 @@ struct EmIteration {
 struct EmReport {
   Outcome outcome = Outcome::kFailed;
   std::string message = "fit_em was not called";
-  Arm arm;                    ///< best on the held-out part, the start included
+  Arm arm;                    ///< best on the held-out part, the start included, or the last
   LatentNoise noise;          ///< that belongs to it
   double held_out_start = 0;  ///< [rad^2] of the start
   std::vector<EmIteration> iterations;
@@ -93,7 +94,8 @@ Eigen::VectorXd latent_sizes(std::span<const data::RowMatrix> z);
 ///
 /// above its floor, that of z on a falling schedule instead (left free it stays where it is), that
 /// of q as it is, R as the logs show it, or in closed form too. No variance of Q is ever 0.
-/// Returns the parameters with the smallest held-out error met, so never worse there than `start`.
+/// Returns the parameters with the smallest held-out error met, so never worse there than `start`,
+/// or those of the last iteration where the options say so.
 /// The result depends on the options alone, not on `jobs`, nor on how often it was killed and went
 /// on from `checkpoint`, saved after every iteration.
 /// @throws Stopped on Ctrl-C; the checkpoint stays

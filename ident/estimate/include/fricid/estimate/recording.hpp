@@ -29,7 +29,8 @@ Recording make_recording(const data::Dataset& dataset, const Filtered& filtered,
 
 /// Friction state of a model along every recording, washed out by the motion: (T, state_size) each,
 /// from `initial_friction_state` on. Steps as `drive_friction` does, but in pieces of 4 s side by
-/// side, each run in over the 4 s before it: what is older, the motion has made a joint forget.
+/// side, each run in over the 4 s before it: what is older, the motion has made a joint forget. A
+/// law of the whole robot is driven through each recording in one piece.
 std::vector<data::RowMatrix> wash_out(const Arm& arm, std::span<const Recording> recordings,
                                       int jobs);
 

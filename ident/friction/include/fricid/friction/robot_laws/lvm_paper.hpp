@@ -14,7 +14,7 @@ namespace fricid::friction {
 /// The latent-variable model as published: one network says the friction torque of the whole robot,
 /// another the rate of two latent states, both from everything there is,
 ///
-///     x = ((q - q_mean)/q_sd, v/v_sd, z),    tau_f = tau_sd o y(x),    dz/dt = rate eta(x).
+///     x = ((q - q_mean)/q_sd, v/v_sd, z),    tau_f = tau_sd o y(x),    dz/dt = eta(x) 1/s.
 ///
 /// y has two hidden layers of `elements` Mish units, eta one. `step` is an explicit Euler step, and
 /// holds |z_i| <= kMost, since nothing in eta keeps z from running away. State: z (2).
@@ -22,7 +22,7 @@ class LvmPaper {
  public:
   static constexpr std::string_view kName = "lvm_paper";
   static constexpr std::string_view kEquation =
-      "tau_f = tau_sd net(x), dz/dt = rate eta(x), x = ((q - q_mean)/q_sd, v/v_sd, z), |z| <= 10; "
+      "tau_f = tau_sd net(x), dz/dt = eta(x), x = ((q - q_mean)/q_sd, v/v_sd, z), |z| <= 10; "
       "net has two hidden layers of `elements` Mish units, eta one";
   static constexpr std::string_view kSource =
       "Vantilborgh et al., Probabilistic latent variable modeling for dynamic friction "
@@ -42,16 +42,16 @@ class LvmPaper {
   std::vector<ParameterInfo> parameters() const {
     std::vector<ParameterInfo> table;
     scales_.append_parameters(table);
-    table.push_back({"rate", "1/s", 1e-3, 1e6, 10, Scale::kFixed, "scale of eta"});
     append_weights(net_.weight_count() + eta_.weight_count(), table);
     return table;
   }
 
-  /// Starts the weights: eta at random as published, the torque small.
+  /// Starts the weights: eta at random as published, so that z drifts by some tenths per second,
+  /// the torque small.
   void initialise(double* theta, Rng& rng) const {
-    constexpr double kOutputScale = 0.1;
-    net_.initialise(theta + net_begin(), rng, kOutputScale);
-    eta_.initialise(theta + eta_begin(), rng, 1);
+    constexpr double kTorqueScale = 0.1, kRateScale = 0.3;
+    net_.initialise(theta + net_begin(), rng, kTorqueScale);
+    eta_.initialise(theta + eta_begin(), rng, kRateScale);
   }
 
   template <class S>
@@ -67,7 +67,7 @@ class LvmPaper {
     S x[kMostInputs] = {}, y[kLatents] = {};
     see(theta, in, z, x);
     eta_.template forward<1>(theta + eta_begin(), x, y);
-    const S h = S(dt) * theta[rate()];
+    const S h(dt);
     for (int i = 0; i < kLatents; ++i) z[i] = max(S(-kMost), min(S(kMost), z[i] + h * y[i]));
   }
 
@@ -91,12 +91,11 @@ class LvmPaper {
     Eta::Tape<1, S> tape;
     see(theta, in, z, x);
     eta_.template forward<1>(theta + eta_begin(), x, y, tape);
-    const S h = S(dt) * theta[rate()];
+    const S h(dt);
     for (int i = 0; i < kLatents; ++i) {
       const S free = select(abs(z[i] + h * y[i]) < S(kMost), z_next_bar[i], S(0));
       z_bar[i] += free;
       y_bar[i] = h * free;
-      theta_bar[rate()] += S(dt) * y[i] * free;
     }
     S x_bar[kMostInputs] = {};
     eta_.template pullback<1>(theta + eta_begin(), x, tape, y_bar, theta_bar + eta_begin(), x_bar);
@@ -116,8 +115,7 @@ class LvmPaper {
   using Eta = Mlp<Activation::kMish, kAtRunTime, 1, kLatents, kMostElements>;
 
   // indices in theta
-  constexpr int rate() const { return scales_.size(); }
-  constexpr int net_begin() const { return rate() + 1; }
+  constexpr int net_begin() const { return scales_.size(); }
   constexpr int eta_begin() const { return net_begin() + net_.weight_count(); }
 
   template <class S>
