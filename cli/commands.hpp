@@ -49,6 +49,7 @@ struct ImportOptions {
 struct CheckOptions {
   std::filesystem::path target;           ///< run folder, data set (HDF5) or log
   std::filesystem::path contract, robot;  ///< of a log
+  std::filesystem::path design;           ///< where to write what to record next; empty: nowhere
 };
 
 struct EstimateOptions {

@@ -1,6 +1,7 @@
 // fricid import and fricid check: real logs, and what is wrong with data.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,6 +12,9 @@
 #include "fricid/data/contract.hpp"
 #include "fricid/data/experiment.hpp"
 #include "fricid/doctor/doctor.hpp"
+#include "fricid/estimate/identifiability.hpp"
+#include "fricid/sim/excitation.hpp"
+#include "fricid/sim/mujoco_arm.hpp"
 
 namespace fricid::cli {
 namespace {
@@ -50,6 +54,9 @@ bool damaged(const std::vector<doctor::Finding>& findings) {
 Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const data::Contract contract = data::load_contract(options.contract);
   const auto robot = load_robot(options.robot, contract.joint_names);
+  if (const auto warning = data::warning_of_kind(contract.torque.kind); !warning.empty())
+    fmt::print(stderr, "{}: torque.kind = \"{}\": {}\n", options.contract.string(),
+               contract.torque.kind, warning);
   std::vector<data::Dataset> sets;
   std::vector<std::string> reports;
   for (const fs::path& log : options.logs) {
@@ -69,38 +76,103 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   return Verdict::kDone;
 }
 
-Verdict check(const CheckOptions& options, const CommonOptions& common) {
+namespace {
+
+/// What `check` looks at.
+struct Subject {
   std::vector<data::Dataset> sets;
   std::optional<dynamics::RobotModel> robot;
-  if (fs::exists(options.target / "manifest.json")) {
-    robot = data::load_experiment(options.target / "scene.toml").model;
-    for (const char* kind : {"train", "validation"})
-      for (int i = 0;; ++i) {
-        const fs::path file = options.target / "data" / fmt::format("{}_{}.h5", kind, i);
-        if (!fs::exists(file)) break;
-        sets.push_back(data::load_dataset(file));
-      }
-    if (sets.empty())
-      throw UserError("{}: found no data; run `fricid simulate` or `fricid run` first",
-                      options.target.string());
-  } else if (options.contract.empty()) {
-    sets.push_back(data::load_dataset(options.target));
-  } else {
-    sets.push_back(data::read_log(options.target, data::load_contract(options.contract)));
-  }
-  if (!robot) robot = load_robot(options.robot, sets[0].joint_names);
+  data::IdentifyConfig identify{};
+  data::ExcitationConfig excitation{};
+  fs::path mjcf{};
+};
 
-  bool whole = true;
-  nlohmann::ordered_json reports = nlohmann::ordered_json::array();
-  for (const data::Dataset& d : sets) {
-    const auto findings = doctor::diagnose(d, pointer(robot));
-    whole = whole && !damaged(findings);
-    if (common.json)
-      reports.push_back(nlohmann::ordered_json::parse(doctor::to_json(findings, d)));
-    else
-      print_findings(findings, d, stdout);
+/// Training and validation data of a run folder, which exist already.
+Subject load_run(const fs::path& folder) {
+  const data::Experiment experiment = data::load_experiment(folder / "scene.toml");
+  Subject subject{
+      {}, experiment.model, experiment.identify, experiment.excitation, experiment.mjcf_path};
+  for (const char* kind : {"train", "validation"})
+    for (int i = 0;; ++i) {
+      const fs::path file = folder / "data" / fmt::format("{}_{}.h5", kind, i);
+      if (!fs::exists(file)) break;
+      subject.sets.push_back(data::load_dataset(file));
+    }
+  if (subject.sets.empty())
+    throw UserError("{}: found no data; run `fricid simulate` or `fricid run` first",
+                    folder.string());
+  return subject;
+}
+
+Subject load_subject(const CheckOptions& options) {
+  if (fs::exists(options.target / "manifest.json")) return load_run(options.target);
+  Subject subject;
+  if (options.contract.empty())
+    subject.sets.push_back(data::load_dataset(options.target));
+  else
+    subject.sets.push_back(data::read_log(options.target, data::load_contract(options.contract)));
+  subject.robot = load_robot(options.robot, subject.sets[0].joint_names);
+  return subject;
+}
+
+/// Whether the times allow a regression; if not, says so.
+bool regular(const std::vector<data::Dataset>& sets) {
+  try {
+    for (const data::Dataset& d : sets) data::check_dataset(d, d.name);
+  } catch (const UserError& error) {
+    fmt::print(stderr, "parameters: not examined: {}\n", error.what());
+    return false;
   }
-  if (common.json) std::printf("%s\n", reports.dump(2).c_str());
+  return true;
+}
+
+void design_next(const Subject& subject, const std::vector<estimate::Filtered>& sequences,
+                 const fs::path& file, int jobs) {
+  data::ExcitationConfig config = subject.excitation;
+  config.train = 1;
+  config.validation = 0;
+  const dynamics::RobotModel& robot = *subject.robot;
+  const sim::MujocoArm arm(subject.mjcf, robot, 1e-3);
+  const sim::Excitation next = sim::design_excitation(config, arm, robot, 1, jobs,
+                                                      estimate::base_information(robot, sequences));
+  write_file_atomically(file, sim::trajectory_toml(next.train[0], robot));
+  write_file_atomically(fs::path(file).replace_extension(".csv"),
+                        sim::trajectory_csv(next.train[0], robot, subject.sets[0].rate_hz));
+}
+
+}  // namespace
+
+Verdict check(const CheckOptions& options, const CommonOptions& common) {
+  const Subject subject = load_subject(options);
+  bool whole = true;
+  nlohmann::ordered_json result{{"format", "fricid.check/1"},
+                                {"doctor", nlohmann::ordered_json::array()}};
+  for (const data::Dataset& d : subject.sets) {
+    const auto findings = doctor::diagnose(d, pointer(subject.robot));
+    whole = whole && !damaged(findings);
+    result["doctor"].push_back(nlohmann::ordered_json::parse(doctor::to_json(findings, d)));
+    if (!common.json) print_findings(findings, d, stdout);
+  }
+  if (!subject.robot) {
+    fmt::print(stderr, "parameters: not examined: --robot names no URDF\n");
+    if (!options.design.empty())
+      throw UserError("--design: needs a robot: --robot URDF, or the folder of a run");
+  } else if (regular(subject.sets)) {
+    std::vector<estimate::Filtered> sequences;
+    for (const data::Dataset& d : subject.sets)
+      sequences.push_back(estimate::filter_dataset(d, subject.identify.cutoff_hz));
+    estimate::IdentifiabilityOptions how;
+    how.rigid_body.cutoff_hz = subject.identify.cutoff_hz;
+    how.rigid_body.min_speed = subject.identify.min_speed_rad_s;
+    const auto report = estimate::examine_data(*subject.robot, subject.sets, sequences, how);
+    result["identifiability"] =
+        nlohmann::ordered_json::parse(estimate::to_json(report, *subject.robot));
+    if (!common.json) std::fputs(estimate::to_text(report, *subject.robot).c_str(), stdout);
+    if (!options.design.empty()) design_next(subject, sequences, options.design, common.jobs);
+  }
+  if (common.json) std::printf("%s\n", result.dump(2).c_str());
+  if (fs::exists(options.target / "manifest.json"))
+    write_file_atomically(options.target / "check.json", result.dump(2) + "\n");
   return whole ? Verdict::kDone : Verdict::kNo;
 }
 

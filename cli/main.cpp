@@ -125,7 +125,8 @@ int main(int argc, char** argv) {
   add_common(*view_command, common, "fricid view run/kr6_demo");
   view_command->callback([&] { command = [&] { return view(view_options); }; });
 
-  auto* import_command = app.add_subcommand("import", "real logs (CSV) to data sets");
+  auto* import_command =
+      app.add_subcommand("import", "real logs to data sets (docs/your_own_log.md)");
   import_command->add_option("LOG", import_options.logs, "log files")->required();
   import_command->add_option("--contract", import_options.contract, "what the columns are (TOML)")
       ->required();
@@ -146,6 +147,9 @@ int main(int argc, char** argv) {
       ->required();
   check_command->add_option("--contract", check_options.contract, "of a log (TOML)");
   check_command->add_option("--robot", check_options.robot, "URDF of the robot of a log");
+  check_command->add_option(
+      "--design", check_options.design,
+      "write a trajectory (TOML, and CSV beside it) that adds what is missing");
   add_common(*check_command, common, "fricid check log.csv --contract contract.toml");
   check_command->callback([&] { command = [&] { return check(check_options, common); }; });
 

@@ -7,6 +7,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/doctor/doctor.hpp"
 #include "fricid/estimate/fit.hpp"
 #include "fricid/sim/simulate.hpp"
 
@@ -100,7 +101,7 @@ std::vector<std::string> import_data(Job& job) {
   const auto import = [&](const std::vector<std::string>& logs, const std::string& kind) {
     for (std::size_t i = 0; i < logs.size(); ++i) {
       const auto path = data::find_file(logs[i], experiment.folder);
-      sets.push_back(data::import_csv(path, contract));
+      sets.push_back(data::import_log(path, contract));
       for (const std::string& warning : data::check_dataset(sets.back(), path.string()))
         say(warning);
       sets.back().name = fmt::format("{}_{}", kind, i);
@@ -110,6 +111,13 @@ std::vector<std::string> import_data(Job& job) {
   import(experiment.data.validation, "validation");
 
   std::vector<std::string> files;
+  for (const data::Dataset& dataset : sets) {
+    const auto findings = doctor::diagnose(dataset, &experiment.model);
+    for (const doctor::Finding& finding : findings)
+      if (doctor::is_damage(finding)) say(dataset.name + ": " + doctor::to_text(finding, dataset));
+    files.push_back("data/" + dataset.name + ".doctor.json");
+    write_file_atomically(job.folder.path() / files.back(), doctor::to_json(findings, dataset));
+  }
   for (const data::Dataset& dataset : sets) {
     files.push_back("data/" + dataset.name + ".h5");
     data::save_dataset(dataset, job.folder.path() / files.back());

@@ -36,7 +36,7 @@ class Import : public FolderTest {
     return load_contract(write("contract.toml", text));
   }
   Dataset import(const std::string& log, const std::string& text = kContract) const {
-    return import_csv(write("log.csv", log), contract(text));
+    return import_log(write("log.csv", log), contract(text));
   }
   std::string log_error(const std::string& log, const std::string& text = kContract) const {
     return message_of([&] { import(log, text); });
@@ -198,9 +198,9 @@ TEST_F(Import, Files) {
   EXPECT_EQ(log_error("\n\n# nothing\n"), "log.csv: an empty file");
   EXPECT_EQ(log_error("t,q1,q2,tau1,tau2\n"), "log.csv: 0 rows of numbers; allowed: at least 2");
   EXPECT_EQ(log_error(std::string("t,q1\0,q2", 8)), "log.csv: not a text file");
-  EXPECT_EQ(message_of([&] { import_csv(path("none.csv"), contract()); }),
+  EXPECT_EQ(message_of([&] { import_log(path("none.csv"), contract()); }),
             "none.csv: cannot be read: No such file or directory");
-  EXPECT_THAT(message_of([&] { import_csv(folder_, contract()); }), testing::HasSubstr("folder"));
+  EXPECT_THAT(message_of([&] { import_log(folder_, contract()); }), testing::HasSubstr("folder"));
 }
 
 TEST_F(Import, DegreesWarn) {
@@ -252,7 +252,7 @@ TEST_F(Import, TemplateIsAContract) {
 TEST(SampleLog, Imports) {
   const std::filesystem::path folder = FRICID_SOURCE_DIR "/tests/data";
   const Dataset d =
-      import_csv(folder / "sample_log.csv", load_contract(folder / "sample_contract.toml"));
+      import_log(folder / "sample_log.csv", load_contract(folder / "sample_contract.toml"));
   EXPECT_EQ(d.rate_hz, 250);
   EXPECT_EQ(d.n(), 2);
   EXPECT_TRUE(check_dataset(d, "sample").empty());
@@ -264,7 +264,7 @@ TEST(KukaLog, Imports) {
   if (!logs) GTEST_SKIP() << "FRICID_REALLOGS is not set";
   const Contract contract = load_contract(FRICID_SOURCE_DIR "/scenes/kuka_kr300_contract.toml");
   const Dataset d =
-      import_csv(std::filesystem::path(logs) / "kuka_kr300_2020" / "trajA_train.csv", contract);
+      import_log(std::filesystem::path(logs) / "kuka_kr300_2020" / "trajA_train.csv", contract);
   EXPECT_EQ(d.length(), 2501);
   EXPECT_EQ(d.n(), 6);
   EXPECT_EQ(d.rate_hz, 250);

@@ -100,8 +100,6 @@ TEST_F(BadScene, MissingParts) {
             "share folder");
   EXPECT_EQ(error_of("[robot]\nurdf = \"arm.urdf\"\n"),
             "scene.toml: neither friction to inject nor logs; allowed: [friction] or data.train");
-  EXPECT_EQ(error_of(replaced(kScene, "mjcf = \"arm.xml\"", "")),
-            "scene.toml:2: robot.mjcf is missing: the simulator's robot");
   EXPECT_EQ(with("[[model]]\nlabel = \"?\"\n"),
             "scene.toml:12: model[1].name is missing: name of its files, used once: letters, "
             "digits, _ and -");

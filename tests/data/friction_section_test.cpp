@@ -165,8 +165,25 @@ TEST_F(FrictionSection, UnknownNames) {
             "scene.toml:10: friction.law[1].load = 0.1; allowed: a table of its parameters");
   EXPECT_EQ(error_of("load = \"gear\"\n" + std::string(kDahl)),
             "scene.toml:5: friction.load = \"gear\"; allowed: motor_torque");
-  EXPECT_EQ(error_of(""),
-            "scene.toml:4: friction.law is missing; allowed: tables [[friction.law]]");
+  EXPECT_EQ(error_of("law = 3\n"),
+            "scene.toml:5: friction.law = 3; allowed: tables [[friction.law]]");
+}
+
+// Oracle: the shares of the header, by hand; the efforts are 80 and 40 N m.
+TEST_F(FrictionSection, WithoutLawsIsSizedByTheEffortLimits) {
+  const std::string text =
+      replaced(kScene, std::string(kScene).substr(std::string(kScene).find("[[")), "");
+  const Experiment experiment = load_experiment(write("scene.toml", text));
+  const friction::Friction& friction = *experiment.friction;
+  std::vector<double> Fc, sigma2;
+  for (std::size_t i = 0; i < friction.theta.size(); ++i) {
+    if (friction.model.parameters()[i].symbol == "Fc") Fc.push_back(friction.theta[i]);
+    if (friction.model.parameters()[i].symbol == "sigma2") sigma2.push_back(friction.theta[i]);
+  }
+  EXPECT_THAT(Fc, testing::ElementsAre(0.06 * 80, 0.06 * 40));
+  EXPECT_THAT(sigma2, testing::ElementsAre(0.2 * 80 / 4, 0.2 * 40 / 5));
+  const std::string again = to_toml(experiment);
+  EXPECT_EQ(load_experiment(write("again.toml", again)).friction->theta, friction.theta);
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ TEST_F(DamagedFile, Log) {
   for (int k = 0; k < 40; ++k)
     log += std::to_string(0.01 * k) + "," + std::to_string(k * k) + "," +
            std::to_string(1.0 / (k + 1)) + "\n";
-  const int errors = refused(log, 800, [&](const auto& file) { import_csv(file, contract); });
+  const int errors = refused(log, 800, [&](const auto& file) { import_log(file, contract); });
   EXPECT_GT(errors, 200);
 }
 

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "check_times.hpp"
-#include "csv.hpp"
+#include "columns_of_joints.hpp"
 #include "fricid/base/error.hpp"
 #include "toml_file.hpp"
 #include "toml_reader.hpp"
@@ -16,31 +14,8 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// "q{}" -> q1 ... qn
-void expand_pattern(Names& columns, int n) {
-  if (columns.size() != 1 || columns[0].find("{}") == std::string::npos) return;
-  const std::string pattern = columns[0];
-  const std::size_t hole = pattern.find("{}");
-  columns.clear();
-  for (int j = 1; j <= n; ++j)
-    columns.push_back(pattern.substr(0, hole) + std::to_string(j) + pattern.substr(hole + 2));
-}
-
 void fill(std::vector<double>& values, int n, double value) {
   if (values.empty()) values.assign(static_cast<std::size_t>(n), value);
-}
-
-bool at_motor(const std::string& unit) { return unit.starts_with("motor_"); }
-double radians(const std::string& unit) {
-  return unit.ends_with("deg") ? std::numbers::pi / 180 : 1.0;
-}
-
-char separator_of(const std::string& name) {
-  return name == "comma"       ? ','
-         : name == "semicolon" ? ';'
-         : name == "tab"       ? '\t'
-         : name == "space"     ? ' '
-                               : '\0';
 }
 
 // Rules across the keys of a contract.
@@ -50,7 +25,8 @@ class ContractCheck {
       : file_(file), contract_(contract), n_(static_cast<std::size_t>(contract.n())) {}
 
   void run() const {
-    count("position.columns", contract_.position.columns, false);
+    const bool own_columns = contract_.format != "auto" && contract_.format != "csv";
+    count("position.columns", contract_.position.columns, own_columns);
     count("torque.columns", contract_.torque.columns, false);
     count("velocity.columns", contract_.velocity.columns, true);
     count("temperature.columns", contract_.temperature.columns, true);
@@ -61,10 +37,11 @@ class ContractCheck {
           contract_.position.unit);
     needs(at_motor(contract_.velocity.unit), "gear_ratio", contract_.gear_ratio, "velocity.unit",
           contract_.velocity.unit);
-    needs(contract_.torque.kind != "joint_torque", "gear_ratio", contract_.gear_ratio,
-          "torque.kind", contract_.torque.kind);
+    needs(counts_at_motor(contract_.torque.kind), "gear_ratio", contract_.gear_ratio, "torque.kind",
+          contract_.torque.kind);
     needs(contract_.torque.kind == "current", "torque.torque_constant",
           contract_.torque.torque_constant, "torque.kind", contract_.torque.kind);
+    for (const Coupling& coupling : contract_.couplings) couple(coupling);
     if (contract_.decimal_comma && contract_.separator == "comma")
       throw UserError("{}: separator = \"comma\"; allowed: another one with decimal_comma",
                       line_of("separator"));
@@ -76,6 +53,15 @@ class ContractCheck {
     if (columns.size() == n_ || (optional && columns.empty())) return;
     throw UserError("{}: {} names {} columns; allowed: {}, one per joint, or one pattern with {{}}",
                     line_of(key), key, columns.size(), n_);
+  }
+  void couple(const Coupling& coupling) const {
+    for (const std::string& name : {coupling.joint, coupling.motor})
+      if (std::find(contract_.joint_names.begin(), contract_.joint_names.end(), name) ==
+          contract_.joint_names.end())
+        throw UserError("{}: coupling names {}; allowed: {}", line_of("coupling"), name,
+                        fmt::join(contract_.joint_names, " "));
+    if (coupling.joint == coupling.motor)
+      throw UserError("{}: coupling of {} with itself", line_of("coupling"), coupling.joint);
   }
   void signs(std::string_view key, const std::vector<double>& values) const {
     for (const double value : values)
@@ -94,91 +80,6 @@ class ContractCheck {
   std::size_t n_;
 };
 
-// Rate of the samples, exactly whole where it is within a part in a million.
-double rate_of(const Eigen::VectorXd& t) {
-  std::vector<double> periods;
-  for (int k = 1; k < t.size(); ++k) periods.push_back(t[k] - t[k - 1]);
-  std::nth_element(periods.begin(),
-                   periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2),
-                   periods.end());
-  double rate = 1 / periods[periods.size() / 2];
-  // The whole length knows the period better than one rounded difference, unless there are gaps.
-  const double mean = static_cast<double>(t.size() - 1) / (t[t.size() - 1] - t[0]);
-  if (std::abs(mean - rate) < 1e-3 * rate) rate = mean;
-  const double whole = std::round(rate);
-  return std::abs(rate - whole) < 1e-6 * whole ? whole : rate;
-}
-
-Dataset read(const std::filesystem::path& path, const Contract& contract, std::vector<int>& lines) {
-  const int n = contract.n();
-  Names wanted{contract.time.column};
-  const Names* groups[] = {&contract.position.columns, &contract.torque.columns,
-                           &contract.velocity.columns, &contract.temperature.columns};
-  for (const Names* columns : groups) wanted.insert(wanted.end(), columns->begin(), columns->end());
-  const CsvTable table =
-      read_csv(path, wanted, separator_of(contract.separator), contract.decimal_comma);
-  const int length = static_cast<int>(table.lines.size());
-  const std::string file = path.string();
-  if (length < 2) throw UserError("{}: {} rows of numbers; allowed: at least 2", file, length);
-
-  Dataset d;
-  d.name = path.stem().string();
-  d.joint_names = contract.joint_names;
-  d.source = "import " + path.filename().string();
-  const double second = contract.time.unit == "s" ? 1 : contract.time.unit == "ms" ? 1e3 : 1e6;
-  d.t = Eigen::Map<const Eigen::VectorXd>(table.columns[0].data(), length);
-  d.t = ((d.t.array() - d.t[0]) / second).eval();
-  const auto place_of = [&](int k) {
-    return fmt::format("{}:{}", file, table.lines[static_cast<std::size_t>(k)]);
-  };
-  d.rate_hz = rate_of(d.t);
-  for (int k = 0; k < length; ++k)
-    if (!std::isfinite(d.t[k]))
-      throw UserError("{}: t = {}; allowed: a finite time", place_of(k), d.t[k]);
-
-  // Column group -> (T, n) with value = factor_j raw + offset_j.
-  std::size_t next = 1;
-  const auto take = [&](const auto& factor, const auto& offset) {
-    RowMatrix values(length, n);
-    for (int j = 0; j < n; ++j) {
-      const auto joint = static_cast<std::size_t>(j);
-      const std::vector<double>& column = table.columns[next++];
-      for (int k = 0; k < length; ++k) {
-        const double raw = column[static_cast<std::size_t>(k)];
-        if (std::isinf(raw))
-          throw UserError("{}: {} = {}; allowed: finite, or nan where missing", place_of(k),
-                          wanted[next - 1], raw);
-        values(k, j) = factor(joint) * raw + offset(joint);
-      }
-    }
-    return values;
-  };
-  const auto zero = [](std::size_t) { return 0.0; };
-  const auto motion_factor = [&](const MotionColumns& motion) {
-    return [&contract, &motion](std::size_t j) {
-      const double gear = at_motor(motion.unit) ? contract.gear_ratio[j] : 1.0;
-      return motion.sign[j] * radians(motion.unit) / gear;
-    };
-  };
-  d.q = take(motion_factor(contract.position),
-             [&](std::size_t j) { return contract.position.offset_rad[j]; });
-  d.tau = take(
-      [&](std::size_t j) {
-        const TorqueColumns& torque = contract.torque;
-        const double gear = torque.kind == "joint_torque" ? 1.0 : contract.gear_ratio[j];
-        const double constant = torque.kind == "current" ? torque.torque_constant[j] : 1.0;
-        return torque.sign[j] * constant * gear;
-      },
-      zero);
-  if (!contract.velocity.columns.empty()) d.v = take(motion_factor(contract.velocity), zero);
-  if (!contract.temperature.columns.empty())
-    d.temperature =
-        take([](std::size_t) { return 1.0; },
-             [&](std::size_t) { return contract.temperature.unit == "C" ? 273.15 : 0.0; });
-  lines = table.lines;
-  return d;
-}
-
 }  // namespace
 
 Contract load_contract(const std::filesystem::path& path) {
@@ -193,13 +94,16 @@ Contract load_contract(const std::filesystem::path& path) {
   reader.refuse_unknown();
   for (Names* columns : {&contract.position.columns, &contract.torque.columns,
                          &contract.velocity.columns, &contract.temperature.columns})
-    expand_pattern(*columns, contract.n());
+    *columns = expand_pattern(*columns, contract.joint_names);
   ContractCheck(file, contract).run();
   for (MotionColumns* motion : {&contract.position, &contract.velocity}) {
     fill(motion->sign, contract.n(), 1);
+    fill(motion->scale, contract.n(), 1);
     fill(motion->offset_rad, contract.n(), 0);
   }
   fill(contract.torque.sign, contract.n(), 1);
+  fill(contract.torque.scale, contract.n(), 1);
+  fill(contract.torque.percent_of, contract.n(), 100);
   fill(contract.torque.torque_constant, contract.n(), 1);
   fill(contract.gear_ratio, contract.n(), 1);
   return contract;
@@ -213,23 +117,24 @@ std::string contract_template() {
   TomlWriter writer(true, {});
   example.visit(writer);
   return "# A column contract of fricid: what each column of a log means. Headers are matched as\n"
-         "# written, else without regard to letter case. Unknown keys are errors.\n\n" +
+         "# written, else without regard to letter case. Unknown keys are errors.\n"
+         "#\n"
+         "# What torque.kind may be:\n"
+         "#   joint_torque   motor torque times gear ratio: friction is in it, all can be "
+         "identified\n"
+         "#   motor_torque   the same at the motor shaft [N m]; needs gear_ratio\n"
+         "#   current        motor current [A]; needs torque_constant and gear_ratio. KUKA RSI "
+         "MACur;\n"
+         "#                  $CURR_ACT is % of the amplifier's largest current: percent_of\n"
+         "#   gear_torque    the controller's estimate behind the gear from current, its friction\n"
+         "#                  model still in it\n"
+         "#   gear_torque_less_friction   ... taken out: what is identified is the friction that "
+         "the\n"
+         "#                  controller's model lacks (KUKA GearTorq)\n"
+         "#   link_torque    a sensor beyond the gear (Franka tau_J): friction of the gear is not "
+         "in\n"
+         "#                  it and cannot be identified\n\n" +
          writer.text();
-}
-
-Dataset read_log(const std::filesystem::path& path, const Contract& contract) {
-  std::vector<int> lines;
-  return read(path, contract, lines);
-}
-
-Dataset import_csv(const std::filesystem::path& path, const Contract& contract) {
-  std::vector<int> lines;
-  Dataset d = read(path, contract, lines);
-  check_times(d.t, d.rate_hz, [&](int k) {
-    return fmt::format("{}:{}", path.string(), lines[static_cast<std::size_t>(k)]);
-  });
-  check_dataset(d, path.string());
-  return d;
 }
 
 }  // namespace fricid::data

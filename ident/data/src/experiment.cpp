@@ -9,6 +9,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/contract.hpp"
+#include "friction_by_effort.hpp"
 #include "friction_toml.hpp"
 #include "toml_file.hpp"
 #include "toml_reader.hpp"
@@ -205,8 +206,6 @@ void check_consistency(const Experiment& experiment, const Places& places,
                       places.of("data"));
     return;
   }
-  if (experiment.robot.mjcf.empty())
-    throw UserError("{}: robot.mjcf is missing: the simulator's robot", places.of("robot"));
   const double steps = 1 / (experiment.sensors.rate_hz * experiment.plant.step_s);
   if (steps < 0.5 || std::abs(steps - std::round(steps)) > 1e-6 * steps)
     throw UserError("{}: plant.step_s = {} s; allowed: the sample period {} s over a whole number",
@@ -282,6 +281,8 @@ Experiment load_experiment(const std::filesystem::path& path) {
   experiment.visit(reader);
   reader.refuse_unknown();
   experiment.robot = robot;
+  if (experiment.friction && experiment.friction->model.joints().empty())
+    experiment.friction = friction_by_effort(experiment.model, places.of("friction"));
 
   if (experiment.name.empty()) experiment.name = path.stem().string();
   for (auto* values : {&experiment.sensors.encoder_noise_rad, &experiment.sensors.encoder_step_rad})

@@ -200,10 +200,11 @@ Friction read_friction(const toml::table& table, const std::string& where,
   fields.refuse_unknown();
 
   const toml::node* laws = table.get("law");
+  if (!laws) return {};  // sizes from the effort limits: see friction_by_effort
   const toml::array* array = laws ? laws->as_array() : nullptr;
   if (!array || array->empty() || !array->is_homogeneous(toml::node_type::table))
-    throw UserError("{}: friction.law is missing; allowed: tables [[friction.law]]",
-                    laws ? place(*laws, where) : where);
+    throw UserError("{}: friction.law = {}; allowed: tables [[friction.law]]", place(*laws, where),
+                    found(*laws));
 
   std::vector<JointSpec> joints(joint_names.size());
   std::vector<std::vector<double>> theta(joint_names.size());

@@ -272,6 +272,7 @@ H5Reader::H5Reader(const fs::path& path, const std::string& format) : path_(path
   const Session session;
   const auto [wanted, newest] = split_format(format);
   file_ = open_file(path);
+  if (format.empty()) return;  // any file, also one of another program
   std::vector<std::string> texts;
   const bool has_format = read_texts(file_, "format", texts) && texts.size() == 1;
   const auto [kind, version] = split_format(has_format ? texts[0] : "");
@@ -302,7 +303,8 @@ RowMatrix H5Reader::matrix(const std::string& name, int columns) const {
   const Id space(H5Dget_space(table), H5Sclose);
   const Id type(H5Dget_type(table), H5Tclose);
   const std::vector<hsize_t> shape = shape_of(space);
-  if (H5Tget_class(type) != H5T_FLOAT || shape.empty() || shape.size() > 2)
+  const H5T_class_t kind = H5Tget_class(type);
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || shape.empty() || shape.size() > 2)
     throw UserError("{}: /{} is not a table of numbers", path_, name);
   const hsize_t found = shape.size() == 2 ? shape[1] : 1;
   if (columns >= 0 && found != static_cast<hsize_t>(columns))

@@ -1,4 +1,5 @@
-// Import of real logs: a contract says what each column of a CSV file is; nothing is guessed.
+// Import of real logs: a contract says what each column is and what the torque means; nothing is
+// guessed. The formats are those of `log_reader.hpp`.
 #pragma once
 
 #include <filesystem>
@@ -9,6 +10,13 @@
 #include "fricid/data/field.hpp"
 
 namespace fricid::data {
+
+inline constexpr char kColumns[] =
+    "one header per joint, or one pattern: {} stands for 1, 2, ..., {0} for 0, 1, ..., {name} for "
+    "the joint";
+inline constexpr char kColumnsOptional[] =
+    "one header per joint, or one pattern: {} stands for 1, 2, ..., {0} for 0, 1, ..., {name} for "
+    "the joint; []: absent, or as the format has it";
 
 /// [time]
 struct TimeColumn {
@@ -22,53 +30,74 @@ struct TimeColumn {
   }
 };
 
-/// [position], [velocity]: the joint value is sign (raw / gear_ratio) + offset, gear_ratio used for
-/// motor_* units.
+/// [position], [velocity]: the joint value is sign (scale raw / gear_ratio) + offset, gear_ratio
+/// used for motor_* units, coupled motors then added (`Coupling`).
 struct MotionColumns {
   std::vector<std::string> columns;
   std::string unit = "rad";
   std::vector<double> sign;
+  std::vector<double> scale;
   std::vector<double> offset_rad;
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive(
-        "columns", columns,
-        text(
-            "one header per joint, or one pattern in which {} stands for 1, 2, ...; [] if absent"));
+    archive("columns", columns, text(kColumnsOptional));
     archive("unit", unit,
             choice("rad deg motor_rad motor_deg",
                    "unit (per second for a velocity), at the joint or "
                    "at the motor"));
     archive("sign", sign,
             per_joint("1", -1, 1, "+1 or -1: sign of the column along the joint axis"));
+    archive("scale", scale,
+            per_joint("1", 1e-12, 1e12, "of raw numbers that a logger left unscaled"));
     archive(
         "offset_rad", offset_rad,
         per_joint("rad", -12.6, 12.6, "added at the joint after sign and gear (position only)"));
   }
 };
 
-/// [torque]: joint_torque takes the column as the motor torque seen at the joint; motor_torque
-/// multiplies by gear_ratio; current multiplies by torque_constant and gear_ratio.
+/// [torque]: what `tau` means. Values at the joint are taken as they are, motor_torque is
+/// multiplied by gear_ratio, current by torque_constant and gear_ratio.
 struct TorqueColumns {
   std::vector<std::string> columns;
   std::string kind = "joint_torque";
   std::vector<double> sign;
+  std::vector<double> scale;
+  std::vector<double> percent_of;
   std::vector<double> torque_constant;
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("columns", columns,
-            text("one header per joint, or one pattern in which {} stands for 1, 2, ..."));
-    archive(
-        "kind", kind,
-        choice("joint_torque motor_torque current",
-               "joint_torque [N m]: motor torque at the joint; motor_torque [N m]: at the motor "
-               "shaft; current [A]"));
+    archive("columns", columns, text(kColumns));
+    archive("kind", kind,
+            choice("joint_torque motor_torque current gear_torque gear_torque_less_friction "
+                   "link_torque",
+                   "what the numbers are, see above"));
     archive("sign", sign,
             per_joint("1", -1, 1, "+1 or -1: sign of the column along the joint axis"));
+    archive("scale", scale,
+            per_joint("1", 1e-12, 1e12, "of raw numbers that a logger left unscaled"));
+    archive("percent_of", percent_of,
+            per_joint("N m or A", 1e-6, 1e6,
+                      "the columns are % of this much (rated torque, largest current); []: not"));
     archive("torque_constant", torque_constant,
             per_joint("N m/A", 0, 1e4, "motor torque per ampere (current only)"));
+  }
+};
+
+/// [[coupling]]: a motor that moves another joint too, as in wrists. With m the motor angles in
+/// joint units, q = A m with A = 1 + sum of the factors; motor torques then count as A^-T tau_m.
+struct Coupling {
+  std::string joint, motor;
+  double factor = 0;
+
+  /// For the template.
+  static Coupling example() { return {.joint = "joint_a6", .motor = "joint_a5", .factor = 0}; }
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("joint", joint, required(text("joint that is moved too")));
+    archive("motor", motor, required(text("joint whose motor moves it")));
+    archive("factor", factor, number("1", -10, 10, "turns of the joint per turn of the other"));
   }
 };
 
@@ -79,10 +108,7 @@ struct TemperatureColumns {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive(
-        "columns", columns,
-        text(
-            "one header per joint, or one pattern in which {} stands for 1, 2, ...; [] if absent"));
+    archive("columns", columns, text(kColumnsOptional));
     archive("unit", unit, choice("K C", "unit of the columns"));
   }
 };
@@ -90,6 +116,8 @@ struct TemperatureColumns {
 /// A column contract (TOML).
 struct Contract {
   std::vector<std::string> joint_names;
+  std::string format = "auto";
+  std::string topic;
   std::string separator = "auto";
   bool decimal_comma = false;
   std::vector<double> gear_ratio;
@@ -98,6 +126,7 @@ struct Contract {
   TorqueColumns torque;
   MotionColumns velocity;
   TemperatureColumns temperature;
+  std::vector<Coupling> couplings;
 
   int n() const { return static_cast<int>(joint_names.size()); }
 
@@ -105,6 +134,11 @@ struct Contract {
   void visit(Archive& archive) {
     archive("joint_names", joint_names,
             required(text("joints of the robot, in the order of columns")));
+    archive("format", format,
+            choice("auto csv rsi_xml rsi_csv kuka_trace ur_csv franka_csv mcap hdf5",
+                   "of the log; with a name, columns of time and position may be left out where "
+                   "the format has its own"));
+    archive("topic", topic, text("of a bag with several topics of joint states"));
     archive("separator", separator,
             choice("auto comma semicolon tab space", "between the columns of a row"));
     archive("decimal_comma", decimal_comma, flag("numbers are written 1,5 instead of 1.5"));
@@ -115,6 +149,7 @@ struct Contract {
     archive.section("torque", torque, "what moves the joints");
     archive.section("velocity", velocity, "measured velocities, if the log has them");
     archive.section("temperature", temperature, "temperatures of the gears, if the log has them");
+    archive.sections("coupling", couplings, "motors that move two joints (motor_* units only)");
   }
 };
 
@@ -124,17 +159,19 @@ Contract load_contract(const std::filesystem::path& path);
 /// A commented contract with every key, its unit, range and default.
 std::string contract_template();
 
+/// What a fit to torque of this kind cannot know, in one line; empty where it knows all.
+std::string_view warning_of_kind(std::string_view kind);
+
 /// Reads a log as it stands: times may have gaps, repeat or jitter, which the doctor tells
-/// (`fricid/doctor/doctor.hpp`). t starts at 0; rate_hz is the usual rate.
-/// @throws UserError as import_csv, but for times
+/// (`fricid/doctor/doctor.hpp`). t starts at 0; rate_hz is the usual rate. Text may have lines that
+/// start with # or are blank; empty cells and "nan" are missing values.
+/// @throws UserError "file:line: ..." for a missing column, a cell that is no number, a row of
+///         another length, a file that is empty or torn
 Dataset read_log(const std::filesystem::path& path, const Contract& contract);
 
-/// Reads a log: a header line, then rows of numbers; empty cells and "nan" are missing values.
-/// Lines that start with # are skipped; t starts at 0.
-/// @throws UserError "file:line: ..." for a missing column, a cell that is no number, a row of
-/// another
-///         length, a time that does not rise, a gap or jitter above 1 % of the period, an empty
-///         file
-Dataset import_csv(const std::filesystem::path& path, const Contract& contract);
+/// The same, with times that rise evenly.
+/// @throws UserError as read_log, and for a time that does not rise, a gap or jitter above 1 % of
+///         the period
+Dataset import_log(const std::filesystem::path& path, const Contract& contract);
 
 }  // namespace fricid::data

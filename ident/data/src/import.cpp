@@ -1,0 +1,264 @@
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "check_times.hpp"
+#include "columns_of_joints.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/data/contract.hpp"
+#include "fricid/data/log_reader.hpp"
+#include "logs/columns.hpp"
+
+namespace fricid::data {
+
+using Names = std::vector<std::string>;
+
+Names expand_pattern(const Names& columns, const Names& joint_names) {
+  if (columns.size() != 1) return columns;
+  const std::string& pattern = columns[0];
+  for (const std::string_view hole : {"{}", "{0}", "{name}"}) {
+    const std::size_t at = pattern.find(hole);
+    if (at == std::string::npos) continue;
+    Names expanded;
+    for (std::size_t j = 0; j < joint_names.size(); ++j) {
+      const std::string filling = hole == "{}"    ? std::to_string(j + 1)
+                                  : hole == "{0}" ? std::to_string(j)
+                                                  : joint_names[j];
+      expanded.push_back(pattern.substr(0, at) + filling + pattern.substr(at + hole.size()));
+    }
+    return expanded;
+  }
+  return columns;
+}
+
+bool at_motor(std::string_view unit) { return unit.starts_with("motor_"); }
+bool counts_at_motor(std::string_view kind) { return kind == "motor_torque" || kind == "current"; }
+
+namespace {
+
+double radians(std::string_view unit) {
+  return unit.ends_with("deg") ? std::numbers::pi / 180 : 1.0;
+}
+
+char separator_of(const std::string& name) {
+  return name == "comma"       ? ','
+         : name == "semicolon" ? ';'
+         : name == "tab"       ? '\t'
+         : name == "space"     ? ' '
+                               : '\0';
+}
+
+// Rate of the samples, exactly whole where it is within a part in a million.
+double rate_of(const Eigen::VectorXd& t) {
+  std::vector<double> periods;
+  for (int k = 1; k < t.size(); ++k) periods.push_back(t[k] - t[k - 1]);
+  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+  std::nth_element(periods.begin(), middle, periods.end());
+  double rate = 1 / *middle;
+  // The whole length knows the period better than one rounded difference, unless there are gaps.
+  const double mean = static_cast<double>(t.size() - 1) / (t[t.size() - 1] - t[0]);
+  if (std::abs(mean - rate) < 1e-3 * rate) rate = mean;
+  const double whole = std::round(rate);
+  return std::abs(rate - whole) < 1e-6 * whole ? whole : rate;
+}
+
+bool has(const Names& names, const std::string& name) {
+  return std::any_of(names.begin(), names.end(), [&](const std::string& known) {
+    return lower_case(known) == lower_case(name);
+  });
+}
+
+// The first of the alternatives "a{}|b{}" whose columns the file has; else the first.
+Names columns_by_default(std::string_view alternatives, const Names& joints, const Names& names) {
+  Names first;
+  while (!alternatives.empty()) {
+    const std::size_t end = std::min(alternatives.find('|'), alternatives.size());
+    const Names columns = expand_pattern({std::string(alternatives.substr(0, end))}, joints);
+    if (std::all_of(columns.begin(), columns.end(),
+                    [&](const std::string& c) { return has(names, c); }))
+      return columns;
+    if (first.empty()) first = columns;
+    alternatives.remove_prefix(std::min(end + 1, alternatives.size()));
+  }
+  return first;
+}
+
+// The contract with the columns that the format has of its own filled in.
+Contract completed(Contract contract, const LogReader& reader, const Names& names,
+                   const std::string& file) {
+  const LogDefaults& own = reader.defaults;
+  if (!own.time.empty() && contract.time.column == TimeColumn{}.column &&
+      !has(names, contract.time.column)) {
+    contract.time.column = columns_by_default(own.time, {"t"}, names)[0];
+    contract.time.unit = own.time_unit;
+  }
+  if (contract.position.columns.empty()) {
+    contract.position.columns = columns_by_default(own.position, contract.joint_names, names);
+    contract.position.unit = own.position_unit;
+    const bool geared = std::any_of(contract.gear_ratio.begin(), contract.gear_ratio.end(),
+                                    [](double ratio) { return ratio != 1; });
+    if (at_motor(contract.position.unit) && !geared)
+      throw UserError("{}: gear_ratio is missing in the contract; {} gives motor angles", file,
+                      reader.name);
+  }
+  if (contract.velocity.columns.empty() && !own.velocity.empty()) {
+    const Names columns = columns_by_default(own.velocity, contract.joint_names, names);
+    if (std::all_of(columns.begin(), columns.end(),
+                    [&](const std::string& c) { return has(names, c); })) {
+      contract.velocity.columns = columns;
+      contract.velocity.unit = own.velocity_unit;
+    }
+  }
+  return contract;
+}
+
+// Joint angles from motor angles in joint units: q = A m.
+Eigen::MatrixXd coupling_of(const Contract& contract) {
+  Eigen::MatrixXd A = Eigen::MatrixXd::Identity(contract.n(), contract.n());
+  const auto index = [&](const std::string& name) {
+    return std::find(contract.joint_names.begin(), contract.joint_names.end(), name) -
+           contract.joint_names.begin();
+  };
+  for (const Coupling& c : contract.couplings) A(index(c.joint), index(c.motor)) += c.factor;
+  return A;
+}
+
+/// Takes the columns of a table, group by group, and frees them.
+class Columns {
+ public:
+  Columns(LogTable& table, const Names& wanted, const std::string& file)
+      : table_(table), wanted_(wanted), file_(file) {}
+
+  std::string place_of(int k) const {
+    return table_.lines.empty()
+               ? fmt::format("{}: sample {}", file_, k)
+               : fmt::format("{}:{}", file_, table_.lines[static_cast<std::size_t>(k)]);
+  }
+  /// (T, n) with value = factor_j raw + offset_j.
+  template <class Factor, class Offset>
+  RowMatrix take(int n, const Factor& factor, const Offset& offset) {
+    const auto length = static_cast<Eigen::Index>(table_.columns[next_].size());
+    RowMatrix values(length, n);
+    for (int j = 0; j < n; ++j) {
+      const auto joint = static_cast<std::size_t>(j);
+      std::vector<double>& column = table_.columns[next_];
+      for (int k = 0; k < static_cast<int>(length); ++k) {
+        const double raw = column[static_cast<std::size_t>(k)];
+        if (std::isinf(raw))
+          throw UserError("{}: {} = {}; allowed: finite, or nan where missing", place_of(k),
+                          wanted_[next_], raw);
+        values(k, j) = factor(joint) * raw + offset(joint);
+      }
+      column = {};
+      ++next_;
+    }
+    return values;
+  }
+
+ private:
+  LogTable& table_;
+  const Names& wanted_;
+  const std::string& file_;
+  std::size_t next_ = 0;
+};
+
+Dataset read(const std::filesystem::path& path, const Contract& given, std::vector<int>& lines) {
+  const std::string file = path.string();
+  const LogReader& reader = reader_for(path, given.format);
+  const LogStyle style{separator_of(given.separator), given.decimal_comma, given.topic};
+  const Names names = reader.names(path, style);
+  const Contract contract = completed(given, reader, names, file);
+  const int n = contract.n();
+  Names wanted{contract.time.column};
+  for (const Names* columns : {&contract.position.columns, &contract.torque.columns,
+                               &contract.velocity.columns, &contract.temperature.columns})
+    wanted.insert(wanted.end(), columns->begin(), columns->end());
+  LogTable table = reader.read(path, wanted, style);
+  const int length = static_cast<int>(table.columns[0].size());
+  if (length < 2) throw UserError("{}: {} rows of numbers; allowed: at least 2", file, length);
+
+  Dataset d;
+  d.name = path.stem().string();
+  d.joint_names = contract.joint_names;
+  d.source = "import " + path.filename().string();
+  if (contract.torque.kind != "joint_torque") d.source += ", tau from " + contract.torque.kind;
+  Columns columns(table, wanted, file);
+  const double second = contract.time.unit == "s" ? 1 : contract.time.unit == "ms" ? 1e3 : 1e6;
+  d.t = Eigen::Map<const Eigen::VectorXd>(table.columns[0].data(), length);
+  d.t = ((d.t.array() - d.t[0]) / second).eval();
+  for (int k = 0; k < length; ++k)
+    if (!std::isfinite(d.t[k]))
+      throw UserError("{}: t = {}; allowed: a finite time", columns.place_of(k), d.t[k]);
+  d.rate_hz = rate_of(d.t);
+  const auto zero = [](std::size_t) { return 0.0; };
+  columns.take(
+      1, [](std::size_t) { return 1.0; }, zero);
+
+  const Eigen::MatrixXd A = coupling_of(contract);
+  const bool coupled = !contract.couplings.empty();
+  const auto take_motion = [&](const MotionColumns& motion) {
+    const bool motor = at_motor(motion.unit);
+    RowMatrix values = columns.take(
+        n,
+        [&](std::size_t j) {
+          return motion.sign[j] * motion.scale[j] * radians(motion.unit) /
+                 (motor ? contract.gear_ratio[j] : 1.0);
+        },
+        zero);
+    if (motor && coupled) values = (values * A.transpose()).eval();
+    return values;
+  };
+  d.q = take_motion(contract.position);
+  for (int j = 0; j < n; ++j)
+    if (const double offset = contract.position.offset_rad[static_cast<std::size_t>(j)];
+        offset != 0)
+      d.q.col(j).array() += offset;
+  const TorqueColumns& torque = contract.torque;
+  const bool motor = counts_at_motor(torque.kind);
+  d.tau = columns.take(
+      n,
+      [&](std::size_t j) {
+        const double constant = torque.kind == "current" ? torque.torque_constant[j] : 1.0;
+        return torque.sign[j] * torque.scale[j] * (torque.percent_of[j] / 100) * constant *
+               (motor ? contract.gear_ratio[j] : 1.0);
+      },
+      zero);
+  if (motor && coupled) d.tau = (d.tau * A.inverse()).eval();
+  if (!contract.velocity.columns.empty()) d.v = take_motion(contract.velocity);
+  if (!contract.temperature.columns.empty())
+    d.temperature = columns.take(
+        n, [](std::size_t) { return 1.0; },
+        [&](std::size_t) { return contract.temperature.unit == "C" ? 273.15 : 0.0; });
+  lines = std::move(table.lines);
+  return d;
+}
+
+}  // namespace
+
+std::string_view warning_of_kind(std::string_view kind) {
+  if (kind == "gear_torque_less_friction")
+    return "the controller's friction model is not in the torque: what is identified is the "
+           "friction that it lacks";
+  if (kind == "link_torque")
+    return "the torque is measured beyond the gear: friction of the gear cannot be identified";
+  return "";
+}
+
+Dataset read_log(const std::filesystem::path& path, const Contract& contract) {
+  std::vector<int> lines;
+  return read(path, contract, lines);
+}
+
+Dataset import_log(const std::filesystem::path& path, const Contract& contract) {
+  std::vector<int> lines;
+  Dataset d = read(path, contract, lines);
+  check_times(d.t, d.rate_hz, [&](int k) {
+    return lines.empty() ? fmt::format("{}: sample {}", path.string(), k)
+                         : fmt::format("{}:{}", path.string(), lines[static_cast<std::size_t>(k)]);
+  });
+  check_dataset(d, path.string());
+  return d;
+}
+
+}  // namespace fricid::data

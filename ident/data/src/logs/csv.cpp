@@ -1,0 +1,124 @@
+#include "csv.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+#include "columns.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+
+namespace fricid::data {
+namespace {
+
+// A cell without spaces and quotes around it.
+std::string_view strip(std::string_view text) {
+  text = trimmed(text);
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
+    text = text.substr(1, text.size() - 2);
+  return text;
+}
+
+// The first of ; tab , that the header contains, else a space.
+char find_separator(std::string_view header) {
+  for (const char c : {';', '\t', ','})
+    if (header.find(c) != std::string_view::npos) return c;
+  return ' ';
+}
+
+// Cells of one line; runs of spaces separate once.
+void split(std::string_view line, char separator, std::vector<std::string_view>& cells) {
+  cells.clear();
+  if (separator == ' ') line = strip(line);
+  while (true) {
+    const std::size_t end = line.find(separator);
+    cells.push_back(strip(line.substr(0, end)));
+    if (end == std::string_view::npos) return;
+    line.remove_prefix(end + 1);
+    if (separator == ' ')
+      while (!line.empty() && line.front() == ' ') line.remove_prefix(1);
+  }
+}
+
+// Reads the lines of a text one by one, comments and blank ones left out.
+class Lines {
+ public:
+  explicit Lines(std::string_view text, const std::string& file) : rest_(text), file_(file) {
+    if (rest_.starts_with("\xEF\xBB\xBF")) rest_.remove_prefix(3);
+    if (rest_.find('\0') != std::string_view::npos) throw UserError("{}: not a text file", file);
+  }
+  bool next(std::string_view& line) {
+    while (!rest_.empty()) {
+      ++number_;
+      const std::size_t end = std::min(rest_.find('\n'), rest_.size());
+      line = rest_.substr(0, end);
+      rest_.remove_prefix(std::min(end + 1, rest_.size()));
+      const std::string_view content = strip(line);
+      if (!content.empty() && content.front() != '#') return true;
+    }
+    return false;
+  }
+  int number() const { return number_; }
+  std::string where() const { return fmt::format("{}:{}", file_, number_); }
+
+ private:
+  std::string_view rest_;
+  const std::string& file_;
+  int number_ = 0;
+};
+
+std::vector<std::string> read_header(Lines& lines, char& separator, std::string_view prefix,
+                                     const std::string& file) {
+  std::string_view line;
+  if (!lines.next(line)) throw UserError("{}: an empty file", file);
+  if (separator == '\0') separator = find_separator(line);
+  std::vector<std::string_view> cells;
+  split(line, separator, cells);
+  std::vector<std::string> names;
+  for (std::string_view cell : cells) {
+    if (!prefix.empty() && cell.starts_with(prefix)) cell.remove_prefix(prefix.size());
+    names.push_back(as_utf8(cell));
+  }
+  return names;
+}
+
+}  // namespace
+
+std::vector<std::string> csv_names(std::string_view text, const std::string& file,
+                                   const LogStyle& style, std::string_view prefix) {
+  Lines lines(text, file);
+  char separator = style.separator;
+  return read_header(lines, separator, prefix, file);
+}
+
+LogTable parse_csv(std::string_view text, const std::string& file,
+                   const std::vector<std::string>& wanted, const LogStyle& style,
+                   std::string_view prefix) {
+  Lines lines(text, file);
+  char separator = style.separator;
+  const std::vector<std::string> names = read_header(lines, separator, prefix, file);
+  std::vector<std::size_t> picked;
+  for (const std::string& name : wanted) picked.push_back(find_column(names, name, lines.where()));
+
+  LogTable table;
+  table.columns.resize(picked.size());
+  std::vector<std::string_view> cells;
+  std::string_view line;
+  while (lines.next(line)) {
+    split(line, separator, cells);
+    if (cells.size() == names.size() + 1 && cells.back().empty()) cells.pop_back();
+    if (cells.size() != names.size())
+      throw UserError("{}: {} cells; allowed: {}, as in the header", lines.where(), cells.size(),
+                      names.size());
+    for (std::size_t i = 0; i < picked.size(); ++i) {
+      double value = 0;
+      if (!parse_number(cells[picked[i]], style.decimal_comma, value))
+        throw UserError("{}: {} = {}; allowed: a number", lines.where(), wanted[i],
+                        in_quotes(cells[picked[i]]));
+      table.columns[i].push_back(value);
+    }
+    table.lines.push_back(lines.number());
+  }
+  return table;
+}
+
+}  // namespace fricid::data

@@ -1,0 +1,171 @@
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <optional>
+
+#include "columns.hpp"
+#include "csv.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/data/hdf5.hpp"
+#include "fricid/data/log_reader.hpp"
+#include "kuka_trace.hpp"
+#include "mcap.hpp"
+#include "rsi.hpp"
+
+namespace fricid::data {
+namespace {
+
+namespace fs = std::filesystem;
+using Names = std::vector<std::string>;
+
+constexpr std::size_t kHead = 16384;  // bytes that tell a format
+
+std::string first_line(std::string_view head) {
+  return lower_case(head.substr(0, std::min(head.find('\n'), head.size())));
+}
+bool contains(std::string_view text, std::string_view part) {
+  return text.find(part) != std::string_view::npos;
+}
+
+// A table of an HDF5 file; nothing when it holds no numbers.
+std::optional<RowMatrix> numbers_of(const H5Reader& file, const std::string& table) {
+  try {
+    return file.matrix(table);
+  } catch (const UserError&) {
+    return std::nullopt;
+  }
+}
+
+// Tables of an HDF5 file: a vector is one column NAME, a matrix NAME1, NAME2, ...
+Names hdf5_names(const fs::path& path, const LogStyle&) {
+  const H5Reader file(path, "");
+  Names names;
+  for (const std::string& table : file.names()) {
+    const std::optional<RowMatrix> values = numbers_of(file, table);
+    const Eigen::Index columns = values ? values->cols() : 0;
+    for (Eigen::Index j = 1; j <= columns; ++j)
+      names.push_back(columns == 1 ? table : table + std::to_string(j));
+  }
+  return names;
+}
+
+LogTable read_hdf5(const fs::path& path, const Names& wanted, const LogStyle&) {
+  const H5Reader file(path, "");
+  LogTable log;
+  log.columns.resize(wanted.size());
+  for (const std::string& table : file.names()) {
+    const std::optional<RowMatrix> values = numbers_of(file, table);
+    for (Eigen::Index j = 0; values && j < values->cols(); ++j) {
+      const std::string name = values->cols() == 1 ? table : table + std::to_string(j + 1);
+      for (std::size_t i = 0; i < wanted.size(); ++i)
+        if (lower_case(wanted[i]) == lower_case(name))
+          log.columns[i].assign(values->col(j).begin(), values->col(j).end());
+    }
+  }
+  for (std::size_t i = 1; i < wanted.size(); ++i)
+    if (log.columns[i].size() != log.columns[0].size())
+      throw UserError("{}: {} has {} rows; allowed: {}, as {}", path.string(), wanted[i],
+                      log.columns[i].size(), log.columns[0].size(), wanted[0]);
+  return log;
+}
+
+Names names_in_csv(const fs::path& path, const LogStyle& style) {
+  return csv_names(read_file(path), path.string(), style);
+}
+LogTable read_csv(const fs::path& path, const Names& wanted, const LogStyle& style) {
+  return parse_csv(read_file(path), path.string(), wanted, style);
+}
+
+// Columns named as the tags, in some loggers after "Receive.".
+constexpr std::string_view kReceived = "Receive.";
+Names names_in_rsi_csv(const fs::path& path, const LogStyle& style) {
+  return csv_names(read_file(path), path.string(), style, kReceived);
+}
+LogTable read_rsi_csv(const fs::path& path, const Names& wanted, const LogStyle& style) {
+  return parse_csv(read_file(path), path.string(), wanted, style, kReceived);
+}
+
+constexpr LogDefaults kRsi{
+    .time = "IPOC", .time_unit = "ms", .position = "AIPos.A{}", .position_unit = "deg"};
+
+const std::array kReaders{
+    LogReader{"mcap",
+              "MCAP with ROS 2 joint states",
+              {.time = "stamp", .position = "position.{name}", .velocity = "velocity.{name}"},
+              [](std::string_view head) { return head.starts_with("\x89MCAP"); },
+              [](const fs::path& path, const LogStyle& style) {
+                return mcap_names(read_file(path), path.string(), style);
+              },
+              [](const fs::path& path, const Names& wanted, const LogStyle& style) {
+                return parse_mcap(read_file(path), path.string(), wanted, style);
+              }},
+    LogReader{"hdf5",
+              "HDF5 tables",
+              {.time = "t", .position = "q{}"},
+              [](std::string_view head) {
+                return head.starts_with("\x89HDF") || contains(head, "\x89HDF\r\n\x1a\n");
+              },
+              hdf5_names,
+              read_hdf5},
+    LogReader{"kuka_trace",
+              "KUKA KRC TRACE, .dat beside .r64",
+              {.time = "Zeit|Time", .position = "Istposition{}", .position_unit = "motor_deg"},
+              [](std::string_view head) {
+                return contains(head, "DIAEXTENDED") || contains(head, "#BEGINGLOBALHEADER");
+              },
+              [](const fs::path& path, const LogStyle&) { return trace_names(path); },
+              [](const fs::path& path, const Names& wanted, const LogStyle&) {
+                return read_trace(path, wanted);
+              }},
+    LogReader{"rsi_xml", "KUKA RSI packets (XML)", kRsi,
+              [](std::string_view head) { return contains(head, "<Rob"); },
+              [](const fs::path& path, const LogStyle&) {
+                return rsi_names(read_file(path), path.string());
+              },
+              [](const fs::path& path, const Names& wanted, const LogStyle&) {
+                return parse_rsi(read_file(path), path.string(), wanted);
+              }},
+    LogReader{"rsi_csv", "KUKA RSI as text columns", kRsi,
+              [](std::string_view head) { return contains(first_line(head), "aipos.a1"); },
+              names_in_rsi_csv, read_rsi_csv},
+    LogReader{"ur_csv",
+              "Universal Robots RTDE recording",
+              {.time = "timestamp", .position = "actual_q_{0}", .velocity = "actual_qd_{0}"},
+              [](std::string_view head) { return contains(first_line(head), "actual_q_0"); },
+              names_in_csv,
+              read_csv},
+    LogReader{"franka_csv",
+              "libfranka log",
+              {.time = "time|duration",
+               .time_unit = "ms",
+               .position = "state.q[{0}]|q[{0}]",
+               .velocity = "state.dq[{0}]|dq[{0}]"},
+              [](std::string_view head) {
+                return contains(first_line(head), "tau_j[0]") &&
+                       contains(first_line(head), "dq[0]");
+              },
+              names_in_csv,
+              read_csv},
+    LogReader{
+        "csv", "text columns", {}, [](std::string_view) { return true; }, names_in_csv, read_csv},
+};
+
+}  // namespace
+
+std::span<const LogReader> log_readers() { return kReaders; }
+
+const LogReader& reader_for(const fs::path& path, std::string_view format) {
+  if (format != "auto")
+    return *std::find_if(kReaders.begin(), kReaders.end(),
+                         [&](const LogReader& reader) { return reader.name == format; });
+  if (fs::is_directory(path)) read_file(path);  // says so
+  std::ifstream file(path, std::ios::binary);
+  std::string head(kHead, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file.gcount())));
+  return *std::find_if(kReaders.begin(), kReaders.end(),
+                       [&](const LogReader& reader) { return reader.recognises(head); });
+}
+
+}  // namespace fricid::data

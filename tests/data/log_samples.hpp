@@ -1,0 +1,271 @@
+// One short recording written in every format that can be read, with its contract.
+#pragma once
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "fricid/data/dataset.hpp"
+
+namespace fricid::data {
+
+/// A format's files (name, content; the first is the log) and its contract.
+struct LogSample {
+  std::string format;
+  std::vector<std::pair<std::string, std::string>> files;
+  std::string contract;
+};
+
+/// T samples of two joints, "shoulder" and "elbow", 250 Hz. Numbers with few digits, so that text
+/// keeps them.
+struct Recording {
+  RowMatrix q, v, tau;  // [rad], [rad/s], [N m]
+  explicit Recording(int T) : q(T, 2), v(T, 2), tau(T, 2) {
+    for (int k = 0; k < T; ++k)
+      for (int j = 0; j < 2; ++j) {
+        const double phase = 0.02 * k * (j + 1);
+        q(k, j) = std::round(1e6 * std::sin(phase)) / 1e6;
+        v(k, j) = std::round(1e6 * 5 * (j + 1) * std::cos(phase)) / 1e6;
+        tau(k, j) = std::round(1e4 * (3 * std::cos(phase) + j)) / 1e4;
+      }
+  }
+  int length() const { return static_cast<int>(q.rows()); }
+};
+
+inline constexpr char kJoints[] = "joint_names = [\"shoulder\", \"elbow\"]\n";
+inline constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
+
+/// Little-endian bytes.
+class ByteWriter {
+ public:
+  template <class T>
+  ByteWriter& number(T value) {
+    char bytes[sizeof(T)];
+    std::memcpy(bytes, &value, sizeof(T));
+    text_.append(bytes, sizeof(T));
+    return *this;
+  }
+  ByteWriter& text(const std::string& value, bool terminated = false) {
+    number(static_cast<std::uint32_t>(value.size() + (terminated ? 1 : 0)));
+    text_ += value;
+    if (terminated) text_ += '\0';
+    return *this;
+  }
+  ByteWriter& raw(const std::string& value) {
+    text_ += value;
+    return *this;
+  }
+  ByteWriter& align(std::size_t size) {
+    while (text_.size() % size != 0) text_ += '\0';
+    return *this;
+  }
+  const std::string& bytes() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+inline LogSample csv_sample(const Recording& r) {
+  std::string text = "t,q1,q2,dq1,dq2,tau1,tau2\n";
+  for (int k = 0; k < r.length(); ++k)
+    text += fmt::format("{:.3f},{},{},{},{},{},{}\n", 0.004 * k, r.q(k, 0), r.q(k, 1), r.v(k, 0),
+                        r.v(k, 1), r.tau(k, 0), r.tau(k, 1));
+  return {"csv",
+          {{"log.csv", text}},
+          std::string(kJoints) +
+              "[position]\ncolumns = \"q{}\"\n[velocity]\ncolumns = \"dq{}\"\n[torque]\n"
+              "columns = \"tau{}\"\n"};
+}
+
+inline LogSample german_csv_sample(const Recording& r) {
+  std::string text = "Zeit[ms];Winkel 1 [\xB0];Winkel 2 [\xB0];Moment 1;Moment 2\n";  // ISO 8859-1
+  const auto comma = [](double value) {
+    std::string number = fmt::format("{:.15g}", value);
+    for (char& c : number)
+      if (c == '.') c = ',';
+    return number;
+  };
+  for (int k = 0; k < r.length(); ++k)
+    text += fmt::format("{};{};{};{};{}\n", 4 * k, comma(kDegreesPerRadian * r.q(k, 0)),
+                        comma(-kDegreesPerRadian * r.q(k, 1)), comma(r.tau(k, 0) / 100),
+                        comma(r.tau(k, 1) / 50));
+  return {"german_csv",
+          {{"log.txt", text}},
+          std::string(kJoints) +
+              "format = \"csv\"\ndecimal_comma = true\ngear_ratio = [100, 50]\n"
+              "[time]\ncolumn = \"Zeit[ms]\"\nunit = \"ms\"\n"
+              "[position]\ncolumns = \"Winkel {} [°]\"\nunit = \"deg\"\nsign = [1, -1]\n"
+              "[torque]\ncolumns = \"Moment {}\"\nkind = \"motor_torque\"\n"};
+}
+
+inline constexpr char kCurrentContract[] =
+    "gear_ratio = [100, 50]\n[torque]\ncolumns = \"MACur.A{}\"\nkind = \"current\"\n"
+    "torque_constant = [0.5, 0.25]\n";
+
+inline LogSample rsi_xml_sample(const Recording& r) {
+  std::string text;
+  for (int k = 0; k < r.length(); ++k)
+    text += fmt::format(
+        "<Rob Type=\"KUKA\"><Dat TaskType=\"b\"><ComStatus>continuous</ComStatus>"
+        "<RIst X=\"93.9\" Y=\"1\" Z=\"2\" A=\"0\" B=\"0\" C=\"0\"/><AIPos A1=\"{:.15g}\" "
+        "A2=\"{:.15g}\"/>"
+        "<MACur A1=\"{:.15g}\" A2=\"{:.15g}\"/><Delay D=\"0\"/><IPOC>{}</IPOC></Dat></Rob>\n"
+        "<Sen Type=\"ImFree\"><IPOC>{}</IPOC></Sen>\n",
+        kDegreesPerRadian * r.q(k, 0), kDegreesPerRadian * r.q(k, 1), r.tau(k, 0) / 50,
+        r.tau(k, 1) / 12.5, 680309708 + 4 * k, 680309708 + 4 * k);
+  return {"rsi_xml",
+          {{"log.xml", text}},
+          std::string(kJoints) + "format = \"rsi_xml\"\n" + kCurrentContract};
+}
+
+inline LogSample rsi_csv_sample(const Recording& r) {
+  std::string text =
+      "Timestamp,Receive.IPOC,Receive.AIPos.A1,Receive.AIPos.A2,Receive.MaCur.A1,Receive.MaCur."
+      "A2\n";
+  for (int k = 0; k < r.length(); ++k)
+    text += fmt::format("2026-01-01 10:00:00.{:03d},{},{:.15g},{:.15g},{:.15g},{:.15g}\n",
+                        4 * k % 1000, 680309708 + 4 * k, kDegreesPerRadian * r.q(k, 0),
+                        kDegreesPerRadian * r.q(k, 1), r.tau(k, 0) / 50, r.tau(k, 1) / 12.5);
+  return {"rsi_csv",
+          {{"log.csv", text}},
+          std::string(kJoints) + "format = \"rsi_csv\"\n" + kCurrentContract};
+}
+
+/// Two drives, each with motor angle and torque.
+inline LogSample kuka_trace_sample(const Recording& r) {
+  LogSample sample{"kuka_trace",
+                   {},
+                   std::string(kJoints) +
+                       "format = \"kuka_trace\"\n"
+                       "gear_ratio = [100, 50]\n[position]\ncolumns = []\nsign = [1, -1]\n"
+                       "[torque]\ncolumns = \"Istmoment{}\"\nkind = \"motor_torque\"\n"};
+  for (int j = 0; j < 2; ++j) {
+    const std::string stem = fmt::format("PC - 4711_test_NextGenDrive#{}", j + 1);
+    std::string header =
+        "DIAEXTENDED  {@:ENGLISH\r\n#BEGINGLOBALHEADER\r\n102,#KR3R540 C4SR\r\n"
+        "104,01.02.2026\r\n#ENDGLOBALHEADER\r\n";
+    const auto channel = [&](const char* name, const char* unit, const char* kind, int column,
+                             double factor) {
+      header += fmt::format(
+          "#BEGINCHANNELHEADER\r\n200,{}\r\n202,{}\r\n210,{}\r\n220,{}\r\n{}240,0\r\n241,{}\r\n"
+          "#ENDCHANNELHEADER\r\n",
+          name, unit, kind, r.length(),
+          column ? fmt::format("213,BLOCK\r\n214,REAL64\r\n221,{}\r\n", column) : "", factor);
+    };
+    channel("Zeit", "s", "IMPLIZIT", 0, 0.004);
+    channel("Istposition", "\xB0", "EXPLIZIT", 1, 1e-6);
+    channel("Istmoment", "Nm", "EXPLIZIT", 2, 0.001);
+    ByteWriter raw;
+    const double gear = j == 0 ? 100 : -50;
+    for (int k = 0; k < r.length(); ++k)
+      raw.number(1e6 * kDegreesPerRadian * gear * r.q(k, j))
+          .number(1e3 * r.tau(k, j) / std::abs(gear));
+    sample.files.push_back({stem + ".dat", header});
+    sample.files.push_back({stem + ".r64", raw.bytes()});
+  }
+  return sample;
+}
+
+inline LogSample ur_csv_sample(const Recording& r) {
+  std::string text =
+      "timestamp actual_q_0 actual_q_1 actual_qd_0 actual_qd_1 actual_current_0 actual_current_1\n";
+  for (int k = 0; k < r.length(); ++k)
+    text += fmt::format("{:.3f} {} {} {} {} {:.15g} {:.15g}\n", 1000 + 0.004 * k, r.q(k, 0),
+                        r.q(k, 1), r.v(k, 0), r.v(k, 1), r.tau(k, 0) / 10, r.tau(k, 1) / 10);
+  return {"ur_csv",
+          {{"log.csv", text}},
+          std::string(kJoints) +
+              "format = \"ur_csv\"\ngear_ratio = 100\n[torque]\ncolumns = \"actual_current_{0}\"\n"
+              "kind = \"current\"\ntorque_constant = 0.1\n"};
+}
+
+inline LogSample franka_csv_sample(const Recording& r) {
+  std::string text =
+      "time, success_rate, state.q[0], state.q[1],state.dq[0], state.dq[1],state.tau_J[0], "
+      "state.tau_J[1]\n";
+  for (int k = 0; k < r.length(); ++k)
+    text += fmt::format("{},1,{},{},{},{},{},{}\n", 4 * k, r.q(k, 0), r.q(k, 1), r.v(k, 0),
+                        r.v(k, 1), r.tau(k, 0), r.tau(k, 1));
+  return {"franka_csv",
+          {{"log.csv", text}},
+          std::string(kJoints) +
+              "format = \"franka_csv\"\n[torque]\ncolumns = \"state.tau_J[{0}]\"\nkind = "
+              "\"link_torque\"\n"};
+}
+
+/// @param compression  written into the chunk, which is not compressed all the same
+inline LogSample mcap_sample(const Recording& r, const std::string& compression = "") {
+  const auto record = [](int opcode, const std::string& content) {
+    return ByteWriter()
+        .number(static_cast<std::uint8_t>(opcode))
+        .number(static_cast<std::uint64_t>(content.size()))
+        .raw(content)
+        .bytes();
+  };
+  std::string messages;
+  for (int k = 0; k < r.length(); ++k) {
+    ByteWriter cdr;
+    const long long nanosec = 999'000'000LL + 4'000'000LL * k;
+    cdr.number(static_cast<std::int32_t>(1'700'000'000 + nanosec / 1'000'000'000))
+        .number(static_cast<std::uint32_t>(nanosec % 1'000'000'000))
+        .text("", true)
+        .align(4)
+        .number(std::uint32_t{2});
+    // drivers do not promise the order of joints
+    for (const char* name : {"elbow", "shoulder"}) cdr.align(4).text(name, true);
+    for (const RowMatrix* x : {&r.q, &r.v, &r.tau})
+      cdr.align(4).number(std::uint32_t{2}).align(8).number((*x)(k, 1)).number((*x)(k, 0));
+    const std::string data = std::string("\0\1\0\0", 4) + cdr.bytes();
+    messages += record(0x05, ByteWriter()
+                                 .number(std::uint16_t{7})
+                                 .number(static_cast<std::uint32_t>(k))
+                                 .number(std::uint64_t{0})
+                                 .number(std::uint64_t{0})
+                                 .raw(data)
+                                 .bytes());
+  }
+  const std::string schema = record(0x03, ByteWriter()
+                                              .number(std::uint16_t{3})
+                                              .text("sensor_msgs/msg/JointState")
+                                              .text("ros2msg")
+                                              .text("")
+                                              .bytes());
+  const std::string channel = record(0x04, ByteWriter()
+                                               .number(std::uint16_t{7})
+                                               .number(std::uint16_t{3})
+                                               .text("/joint_states")
+                                               .text("cdr")
+                                               .text("")
+                                               .bytes());
+  const std::string records = schema + channel + messages;
+  const std::string chunk = record(0x06, ByteWriter()
+                                             .number(std::uint64_t{0})
+                                             .number(std::uint64_t{0})
+                                             .number(static_cast<std::uint64_t>(records.size()))
+                                             .number(std::uint32_t{0})
+                                             .text(compression)
+                                             .number(static_cast<std::uint64_t>(records.size()))
+                                             .raw(records)
+                                             .bytes());
+  const std::string magic("\x89MCAP0\r\n", 8);
+  const std::string header = record(0x01, ByteWriter().text("ros2").text("fricid").bytes());
+  const std::string footer = record(0x02, std::string(20, '\0'));
+  return {"mcap",
+          {{"log.mcap", magic + header + chunk + footer + magic}},
+          std::string(kJoints) + "format = \"mcap\"\n[torque]\ncolumns = \"effort.{name}\"\n"};
+}
+
+/// Every format that is written by hand; HDF5 has a writer of its own.
+inline std::vector<LogSample> log_samples(int length) {
+  const Recording r(length);
+  return {csv_sample(r),        german_csv_sample(r), rsi_xml_sample(r),    rsi_csv_sample(r),
+          kuka_trace_sample(r), ur_csv_sample(r),     franka_csv_sample(r), mcap_sample(r)};
+}
+
+}  // namespace fricid::data
