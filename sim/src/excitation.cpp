@@ -75,6 +75,7 @@ struct Problem {
   std::vector<Bounds> bounds;
   std::vector<int> columns;  ///< of the base parameters
   TimeGrid design, check;
+  Eigen::MatrixXd known;  ///< information of earlier data, per second of this period; may be empty
 
   Problem(const data::ExcitationConfig& c, const MujocoArm& m, const dynamics::RobotModel& r)
       : config(c),
@@ -97,7 +98,7 @@ class Judge {
         Y_(problem.robot.n(), problem.robot.parameter_count()),
         Y_base_(problem.robot.n(), static_cast<Eigen::Index>(problem.columns.size())) {}
 
-  /// Information matrix  mean_t Y_b' W Y_b  with W = diag(1 / effort^2).
+  /// Information matrix  mean_t Y_b' W Y_b  with W = diag(1 / effort^2), and what is known already.
   Eigen::MatrixXd information(const Motion& motion) {
     const auto size = static_cast<Eigen::Index>(problem_.columns.size());
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
@@ -112,7 +113,9 @@ class Judge {
       }
       H.selfadjointView<Eigen::Lower>().rankUpdate(Y_base_.transpose());
     }
-    return H / static_cast<double>(motion.q.cols());
+    H /= static_cast<double>(motion.q.cols());
+    if (problem_.known.size() > 0) H += problem_.known;
+    return H;
   }
 
   /// Largest share of the effort limit that rigid body and friction allowance take, per joint.
@@ -392,8 +395,10 @@ std::string broken_limit(const TrajectoryReport& report, const data::ExcitationC
 }  // namespace
 
 Excitation design_excitation(const data::ExcitationConfig& config, const MujocoArm& arm,
-                             const dynamics::RobotModel& robot, std::uint64_t seed, int jobs) {
-  const Problem problem(config, arm, robot);
+                             const dynamics::RobotModel& robot, std::uint64_t seed, int jobs,
+                             const Eigen::MatrixXd& known) {
+  Problem problem(config, arm, robot);
+  if (known.size() > 0) problem.known = known * (config.base_rad_s / (2 * std::numbers::pi));
   const int count = config.train + config.validation;
   std::vector<Fourier> series(static_cast<std::size_t>(count));
   Excitation excitation;

@@ -14,6 +14,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/dynamics/algorithms.hpp"
+#include "fricid/sim/mjcf.hpp"
 
 namespace fricid::sim {
 namespace {
@@ -118,9 +119,12 @@ void initialise_mujoco() {
 MujocoArm::MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotModel& robot,
                      double step, const Payload& payload) {
   initialise_mujoco();
-  const std::string file = mjcf.string();
+  const bool made = mjcf.empty();
+  const std::string file = made ? fmt::format("MJCF made of {}", robot.name) : mjcf.string();
   std::array<char, 1024> error{};
-  const MjSpecPtr spec(mj_parseXML(file.c_str(), nullptr, error.data(), error.size()));
+  const MjSpecPtr spec(
+      made ? mj_parseXMLString(mjcf_of(robot).c_str(), nullptr, error.data(), error.size())
+           : mj_parseXML(file.c_str(), nullptr, error.data(), error.size()));
   if (!spec) throw UserError("{}: {}", file, one_line(error.data()));
   model_ = compile(*spec, mjcf);
 
@@ -146,12 +150,13 @@ MujocoArm::MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotMod
 
   // bring in what the scene adds, then compile once more
   const bool turned = turn_base(*spec, *model_, bodies_.front(), robot.gravity);
-  if (payload.mass > 0) {
+  const bool loaded = payload.mass > 0 && !made;  // `robot` carries it already
+  if (loaded) {
     const int link = payload.frame.link;
     if (link < 0) throw UserError("{}: payload on a frame that does not move", file);
     add_payload_body(*spec, *model_, body(link), payload);
   }
-  if (turned || payload.mass > 0) model_ = compile(*spec, mjcf);
+  if (turned || loaded) model_ = compile(*spec, mjcf);
   disable_all_but_gravity(*model_, step);
 
   if (const double mismatch = dynamics_mismatch(*this, robot); mismatch > kMismatchAllowed)

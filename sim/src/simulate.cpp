@@ -89,8 +89,9 @@ MujocoArm make_arm(const data::Experiment& experiment) {
 }
 
 MujocoArm make_arm(const data::Experiment& experiment, double step) {
-  if (experiment.mjcf_path.empty())
-    throw UserError("{}: [robot] mjcf is missing, a simulation needs it", experiment.name);
+  if (experiment.mjcf_path.empty() && !experiment.simulates())
+    throw UserError("{}: [robot] mjcf is missing: what the robot of the logs looks like",
+                    experiment.name);
   return MujocoArm(experiment.mjcf_path, experiment.model, step, payload_of(experiment));
 }
 

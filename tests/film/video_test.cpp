@@ -52,8 +52,9 @@ TEST_F(RenderVideo, WithoutFfmpegThereArePictures) {
   EXPECT_EQ(last.height, 720);
 }
 
-TEST_F(RenderVideo, WithoutAnMjcfThereIsNone) {
+TEST_F(RenderVideo, OfLogsWithoutAnMjcfThereIsNone) {
   experiment.mjcf_path.clear();
+  experiment.friction.reset();
   EXPECT_THROW(render_video(folder, experiment, options), UserError);
 }
 

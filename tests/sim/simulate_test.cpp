@@ -115,9 +115,6 @@ TEST(Simulate, RefusesASceneWithoutFriction) {
   data::Experiment experiment = small_scene("kr6_gms");
   experiment.friction.reset();
   EXPECT_THROW(simulate(experiment, 1), UserError);
-  experiment = small_scene("kr6_gms");
-  experiment.mjcf_path.clear();
-  EXPECT_THROW(simulate(experiment, 1), UserError);
 }
 
 TEST(Truth, FileGivesBackEveryBit) {

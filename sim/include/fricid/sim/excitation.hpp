@@ -48,12 +48,23 @@ struct Excitation {
 ///
 /// Every trajectory has its own random stream, so train and validation differ and results do not
 /// depend on `jobs`.
+/// @param known  integral of Y_b' W Y_b dt of data at hand [s], which the trajectories complement;
+/// may
+///               be empty
 /// @throws UserError when no trajectory keeps all limits, naming the one that is broken
 Excitation design_excitation(const data::ExcitationConfig& config, const MujocoArm& arm,
-                             const dynamics::RobotModel& robot, std::uint64_t seed, int jobs);
+                             const dynamics::RobotModel& robot, std::uint64_t seed, int jobs,
+                             const Eigen::MatrixXd& known = {});
 
 /// Margins of a trajectory on a grid of `samples` times over one period.
 TrajectoryReport examine(const Fourier& series, const data::ExcitationConfig& config,
                          const MujocoArm& arm, const dynamics::RobotModel& robot, int samples);
+
+/// A trajectory as TOML, format "fricid.trajectory/1": joints, w, q0, and a, b per joint, with the
+/// formulas to evaluate them.
+std::string trajectory_toml(const Fourier& series, const dynamics::RobotModel& robot);
+/// The same as samples: t, then q and v of every joint.
+std::string trajectory_csv(const Fourier& series, const dynamics::RobotModel& robot,
+                           double rate_hz);
 
 }  // namespace fricid::sim

@@ -40,7 +40,8 @@ class MujocoArm {
  public:
   /// Loads an MJCF file. Contacts, limits, actuators and all other constraints are off; the
   /// integrator is semi-implicit Euler with `step` [s]. When gravity in the base frame differs from
-  /// robot.gravity, the base is turned until it agrees.
+  /// robot.gravity, the base is turned until it agrees. Without a file the arm is made of `robot`,
+  /// payload included (`mjcf_of`).
   /// @throws UserError naming the file and the joint: file not readable, joint missing, of another
   /// type
   ///         or not in `robot`, frictionloss or damping of its own, dynamics other than those of

@@ -17,8 +17,8 @@ struct Simulation {
   Excitation excitation;
 };
 
-/// The arm of a scene in MuJoCo, with mount and payload.
-/// @throws UserError as MujocoArm, and when the scene has no [robot] mjcf
+/// The arm of a scene in MuJoCo, with mount and payload; made of the URDF where the scene names no
+/// MJCF. @throws UserError as MujocoArm, and for a scene of logs without an MJCF
 MujocoArm make_arm(const data::Experiment& experiment);
 /// The same with another physics step [s].
 MujocoArm make_arm(const data::Experiment& experiment, double step);
