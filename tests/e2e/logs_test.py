@@ -54,7 +54,7 @@ class Logs(ProgramTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("fixed gap", load(self.folder / "a.doctor.json")["source"])
         again = json.loads(fricid("check", self.folder / "a.h5", "--json").stdout)
-        self.assertIn("missing", {f["name"] for f in again[0]["findings"]})
+        self.assertIn("missing", {f["name"] for f in again["doctor"][0]["findings"]})
 
     def test_a_sign_is_found_and_turned_when_named(self):
         log = self.log("a.csv", torque_sign=-1)

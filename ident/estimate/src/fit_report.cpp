@@ -2,6 +2,7 @@
 
 #include "fricid/base/files.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/identifiability.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -12,12 +13,18 @@ Json vector_of(const Eigen::VectorXd& x) {
   return std::vector<double>(x.data(), x.data() + x.size());
 }
 
+// The standard error, or nothing where the data do not tell the parameter.
+Json confidence(double standard_error, double size) {
+  return judge(standard_error, size) == Verdict::kNot ? Json() : Json(standard_error);
+}
+
 Json rigid_body_json(const RigidBodyFit& fit, const std::vector<std::string>& joints) {
   Json base = Json::array();
   for (Eigen::Index i = 0; i < fit.base.size(); ++i)
     base.push_back({{"name", fit.base_names[static_cast<std::size_t>(i)]},
                     {"value", fit.base[i]},
-                    {"standard_error", fit.base_se[i]},
+                    {"verdict", to_string(judge(fit.base_se[i], fit.base_size[i]))},
+                    {"standard_error", confidence(fit.base_se[i], fit.base_size[i])},
                     {"physical", fit.base_physical[i]}});
   return {{"outcome", to_string(fit.outcome)},
           {"message", fit.message},

@@ -29,6 +29,27 @@ Eigen::MatrixXd pick(const Eigen::MatrixXd& full, const std::vector<int>& column
   return out;
 }
 
+// Size of the unknown of each column of the regression that makes `share` of the rms torque of the
+// joint that it matters most to.
+Eigen::VectorXd sizes_that_matter(const Regression& data, int n) {
+  constexpr double kShare = 0.02;
+  Eigen::VectorXd torque = Eigen::VectorXd::Zero(n);
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n, data.rows.cols());
+  for (Eigen::Index r = 0; r < data.rows.rows(); ++r) {
+    const int j = data.joint[static_cast<std::size_t>(r)];
+    torque[j] += data.tau[r] * data.tau[r];
+    columns.row(j) += data.rows.row(r).cwiseAbs2();
+  }
+  Eigen::VectorXd sizes(data.rows.cols());
+  for (Eigen::Index c = 0; c < sizes.size(); ++c) {
+    double share = 0;  // largest of a unit of this unknown
+    for (int j = 0; j < n; ++j)
+      if (torque[j] > 0) share = std::max(share, std::sqrt(columns(j, c) / torque[j]));
+    sizes[c] = share > 0 ? kShare / share : 0;
+  }
+  return sizes;
+}
+
 struct Weighted {
   Eigen::VectorXd x;      // solution
   Eigen::MatrixXd H;      // information X' W X (+ prior)
@@ -159,6 +180,13 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
                     .diagonal()
                     .cwiseMax(0)
                     .cwiseSqrt();
+
+  const Eigen::VectorXd sizes = sizes_that_matter(data, n);
+  fit.base_size.resize(b);
+  for (Eigen::Index i = 0; i < b; ++i)
+    fit.base_size[i] =
+        std::max(std::abs(fit.base[i]), sizes[base.columns[static_cast<std::size_t>(i)]]);
+  fit.friction_size = sizes.tail(3 * n);
 
   // Linear friction.
   for (auto* vector : {&fit.Fc, &fit.Fv, &fit.offset, &fit.Fc_se, &fit.Fv_se, &fit.offset_se})

@@ -25,7 +25,10 @@ struct RigidBodyFit {
   Eigen::VectorXd base;                 ///< (b) least-squares base parameters
   Eigen::VectorXd base_se;              ///< (b) their standard errors
   Eigen::VectorXd base_physical;        ///< (b) base parameters of `pi`
-  double condition = 0;  ///< of the weighted observation matrix, columns of unit length
+  /// (b) what an error is judged against: the value, or what would make 2 % of a joint's torque
+  Eigen::VectorXd base_size;
+  Eigen::VectorXd friction_size;  ///< (3 n) what would make 2 % of the torque: Fc, Fv, offset
+  double condition = 0;           ///< of the weighted observation matrix, columns of unit length
 
   std::vector<int> rows,
       rows_total;                  ///< (n) samples used and available per joint at the log's rate

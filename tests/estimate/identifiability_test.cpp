@@ -1,0 +1,145 @@
+#include "fricid/estimate/identifiability.hpp"
+
+#include <gmock/gmock.h>
+#include <cmath>
+
+#include "arm_data.hpp"
+#include "fricid/base/parallel.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+using testing::HasSubstr;
+
+Arm coulomb_arm() {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("coulomb_viscous", {4, 2, 1e-3}, arm.robot.n());
+  return arm;
+}
+
+data::Dataset noisy(data::Dataset log, double torque_sd, double encoder_sd, std::uint64_t seed) {
+  Rng rng(seed, 7);
+  for (Eigen::Index k = 0; k < log.q.rows(); ++k)
+    for (Eigen::Index j = 0; j < log.q.cols(); ++j) {
+      log.q(k, j) += encoder_sd * rng.normal();
+      log.tau(k, j) += torque_sd * rng.normal();
+    }
+  return log;
+}
+
+Identifiability examine(const dynamics::RobotModel& robot, const std::vector<data::Dataset>& logs) {
+  std::vector<Filtered> sequences;
+  for (const data::Dataset& log : logs) sequences.push_back(filter_dataset(log, 10));
+  return examine_data(robot, logs, sequences, {});
+}
+
+const ParameterVerdict& find(const Identifiability& report, const std::string& name) {
+  for (const ParameterVerdict& v : report.parameters)
+    if (v.name == name) return v;
+  throw std::runtime_error("no parameter " + name);
+}
+
+// Oracle: the spread of the estimates over 50 draws of the sensors' noise on one motion.
+TEST(Identifiability, PredictedErrorsAreTheSpreadOverSeeds) {
+  constexpr int kSeeds = 50;
+  const Arm arm = coulomb_arm();
+  std::vector<data::Dataset> clean(2);
+  parallel_for(2, 2, [&](int i) {
+    clean[static_cast<std::size_t>(i)] =
+        make_log(arm, {.substeps = 80, .seed = 100 + static_cast<std::uint64_t>(i)});
+  });
+  std::vector<Identifiability> reports(kSeeds);
+  parallel_for(kSeeds, 2, [&](int s) {
+    std::vector<data::Dataset> logs;
+    for (std::size_t i = 0; i < clean.size(); ++i)
+      logs.push_back(noisy(clean[i], 0.5, 4e-6, 1000 * i + static_cast<std::uint64_t>(s)));
+    reports[static_cast<std::size_t>(s)] = examine(arm.robot, logs);
+  });
+
+  int identified = 0, agree = 0;
+  for (std::size_t i = 0; i < reports[0].parameters.size(); ++i) {
+    const ParameterVerdict& predicted = reports[0].parameters[i];
+    if (predicted.verdict != Verdict::kIdentified) continue;
+    double sum = 0, squares = 0;
+    for (const Identifiability& report : reports) {
+      sum += report.parameters[i].value;
+      squares += report.parameters[i].value * report.parameters[i].value;
+    }
+    const double mean = sum / kSeeds;
+    const double spread = std::sqrt((squares - kSeeds * mean * mean) / (kSeeds - 1));
+    const double ratio = spread / predicted.standard_error;
+    ++identified;
+    const bool good = ratio > 1 / 1.5 && ratio < 1.5;
+    if (good) ++agree;
+    if (!good) ADD_FAILURE() << predicted.name << ": spread over prediction " << ratio;
+  }
+  EXPECT_GE(identified, 15);
+  EXPECT_GE(agree, 0.95 * identified);
+}
+
+// Claim: what the motion does not excite is said, and with what it is confused.
+TEST(Identifiability, AJointThatRestsTellsNothing) {
+  const Arm arm = coulomb_arm();
+  data::Dataset log = noisy(make_log(arm, {}), 0.5, 4e-6, 1);
+  const Identifiability moving = examine(arm.robot, {log});
+  EXPECT_EQ(find(moving, "j3 Coulomb friction").verdict, Verdict::kIdentified);
+
+  log.q.col(2).setConstant(0.3);
+  const Identifiability resting = examine(arm.robot, {log});
+  for (const ParameterVerdict& v : resting.parameters) EXPECT_NE(v.name, "j3 Coulomb friction");
+  int lost = 0;
+  for (const ParameterVerdict& v : resting.parameters) {
+    if (v.verdict != Verdict::kNot) continue;
+    ++lost;
+    EXPECT_NE(v.words, "") << v.name;
+  }
+  EXPECT_GE(lost, 3);
+  const FamilyVerdict& family = resting.families[0];
+  EXPECT_EQ(family.family, "coulomb_viscous");
+  EXPECT_FALSE(family.supported);
+  EXPECT_THAT(family.words, HasSubstr("j3"));
+  EXPECT_TRUE(moving.families[0].supported) << moving.families[0].words;
+}
+
+// Oracle: a link that turns about a vertical axis shows its inertia about it and nothing else.
+TEST(Identifiability, NamesTheCombinationAParameterHidesIn) {
+  const Arm arm = coulomb_arm();
+  const Identifiability report = examine(arm.robot, {make_log(arm, {})});
+  const auto words = [&](const std::string& name) {
+    for (const Grouping& g : report.groupings)
+      if (g.name == name) return g.words;
+    return std::string();
+  };
+  EXPECT_EQ(words("j1 m"), "no effect on any torque of this robot");
+  EXPECT_THAT(words("j2 m"), HasSubstr("only within j1 Izz"));
+  const std::string text = to_text(report, arm.robot);
+  EXPECT_THAT(text, HasSubstr("friction: j1: up to"));
+}
+
+// Oracle: cosine motion, A sin(w t): 2 reversals per period, speed A w.
+TEST(Identifiability, CountsReversalsAndSlowTime) {
+  const Arm arm = coulomb_arm();
+  data::Dataset log = make_log(arm, {});
+  for (int j = 0; j < 3; ++j)
+    for (int k = 0; k < log.length(); ++k)
+      log.q(k, j) = (j == 2 ? 5e-4 : 0.5) * std::sin(2 * std::numbers::pi * log.t[k] / 2);
+  const Identifiability report = examine(arm.robot, {log});
+  EXPECT_EQ(report.joints[0].reversals, 12);
+  EXPECT_NEAR(report.joints[0].fastest, 0.5 * std::numbers::pi, 0.02);
+  // |cos| < 0.05 / (0.5 pi) in a share 2 asin(.) / pi of the time
+  EXPECT_NEAR(report.joints[0].slow_s, 12 * 2 / std::numbers::pi * 0.0318, 0.06);
+  EXPECT_EQ(report.joints[2].reversals, 0);
+  EXPECT_EQ(report.joints[2].presliding, 12);
+}
+
+TEST(Identifiability, BaseInformationIsTheIntegralOfTheSquaredRegressor) {
+  const Arm arm = coulomb_arm();
+  const std::vector<Filtered> one{filter_dataset(make_log(arm, {}), 10)};
+  const std::vector<Filtered> two{one[0], one[0]};
+  const Eigen::MatrixXd H = base_information(arm.robot, one);
+  EXPECT_NEAR((base_information(arm.robot, two) - 2 * H).norm() / H.norm(), 0, 1e-12);
+  EXPECT_NEAR((H - H.transpose()).norm() / H.norm(), 0, 1e-12);
+}
+
+}  // namespace
+}  // namespace fricid::estimate
