@@ -124,6 +124,9 @@ double resolution_of(const data::Dataset& d, int j) {
   return std::isfinite(least) ? least : 0;
 }
 
+// A travel below this share of that in which friction climbs is the sensor's noise.
+constexpr double kNoise = 0.03;
+
 // Turns of joint j in one sequence.
 void count_turns(const Filtered& s, int j, const IdentifiabilityOptions& options, Coverage& c,
                  std::vector<double>& climbs) {
@@ -141,8 +144,8 @@ void count_turns(const Filtered& s, int j, const IdentifiabilityOptions& options
     }
     const bool turns = v * before < 0;
     if (v != 0) before = v;
-    if (!turns) continue;
     const double travel = std::abs(s.q_wide(k, j) - last_turn);
+    if (!turns || travel < kNoise * options.presliding) continue;
     (travel > options.presliding ? c.reversals : c.presliding) += 1;
     last_turn = s.q_wide(k, j);
     climb = 0;

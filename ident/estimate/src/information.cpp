@@ -7,6 +7,10 @@
 namespace fricid::estimate {
 
 Eigen::MatrixXd invert(const Eigen::MatrixXd& H, double* condition) {
+  if (H.size() == 0) {
+    if (condition) *condition = 1;
+    return H;
+  }
   const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
       Eigen::MatrixXd(scale.asDiagonal() * H * scale.asDiagonal()));
