@@ -97,6 +97,24 @@ TEST(FitConventional, StandardErrorsCoverTheTruth) {
   EXPECT_LE(inside, count - 1);
 }
 
+// What is held is not estimated: it has no standard error, and nothing is left to invert.
+TEST(FitJointFriction, HeldParametersHaveNoStandardErrors) {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("coulomb_viscous", {4, 2, 0.02}, arm.robot.n());
+  const auto logs = logs_of(arm, {}, 1);
+  const Prepared prepared = prepare(make_experiment(arm.robot), logs, 2);
+  const std::vector<data::RowMatrix> target{prepared.sequences[0].tau};
+  const JointFrictionData data(prepared.sequences, target, 0, 10);
+  const friction::RobotFriction one({{{{"coulomb_viscous", 0, {}}}}});
+  FrictionFitOptions options;
+  options.held = {"Fc", "Fv", "v0"};
+  const JointFrictionFit fit = fit_joint_friction(data, one, default_theta(one), options);
+  EXPECT_NE(fit.outcome, Outcome::kFailed) << fit.message;
+  EXPECT_EQ(fit.theta, default_theta(one));
+  for (const double error : fit.standard_error) EXPECT_TRUE(std::isnan(error));
+  EXPECT_TRUE(fit.correlation.array().isNaN().all());
+}
+
 // A ripple of any order is found although a descent sees no further than a period over the travel.
 TEST(FitConventional, FindsTheOrderOfARipple) {
   Arm arm{small_arm(), {}};
