@@ -29,15 +29,15 @@ const Kind& kind_of(std::string_view name);
 
 /// One thing found.
 struct Finding {
-  std::string name{};     ///< of its Kind
-  std::string signal{};   ///< t, q, v, tau, temperature, or "q tau" for both
-  int joint = -1;         ///< -1: all joints
-  int other = -1;         ///< second joint of a swap
-  double begin_s = 0;     ///< time span it was seen in [s]
-  double end_s = 0;       //
-  double size = 0;        ///< how much, in `unit`
-  std::string unit{};     //
-  int count = 1;          ///< how often
+  std::string name{};       ///< of its Kind
+  std::string signal{};     ///< t, q, v, tau, temperature, or "q tau" for both
+  int joint = -1;           ///< -1: all joints
+  int other = -1;           ///< second joint of a swap
+  double begin_s = 0;       ///< time span it was seen in [s]
+  double end_s = 0;         //
+  double size = 0;          ///< how much, in `unit`
+  std::string unit{};       //
+  int count = 1;            ///< how often
   std::vector<int> rows{};  ///< samples that `repair` acts on, where it needs them
 };
 

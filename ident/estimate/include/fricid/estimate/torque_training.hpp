@@ -18,10 +18,10 @@ struct TorqueOptions {
   double window_s = 0.5;  ///< over which the friction state is differentiated, at least a sample
   int batch = 32;         ///< windows per iteration
   int iterations = 2000;
-  double rate = 4e-3;  ///< of Adam, times 0.3 after 60 % and 0.1 after 85 % of the iterations
-  bool filtered = true;  ///< the model's torque passes the filter of the measured one; else motion
-                         ///< and torque are both compared as filtered at the cut-off
-  double hold_out = 0.2;     ///< share of every recording
+  double rate = 4e-3;     ///< of Adam, times 0.3 after 60 % and 0.1 after 85 % of the iterations
+  bool filtered = true;   ///< the model's torque passes the filter of the measured one; else motion
+                          ///< and torque are both compared as filtered at the cut-off
+  double hold_out = 0.2;  ///< share of every recording
   int wash_out_every = 100;  ///< iterations between refreshes of the friction states
   int checks = 20;           ///< how often the held-out error is looked at
   double cutoff_hz = 10;     ///< of the measured torque's filter

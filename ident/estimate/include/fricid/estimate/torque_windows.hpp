@@ -27,8 +27,8 @@ std::vector<double> impulse_response(const ZeroPhaseButterworth& filter);
 /// measured, only z is the model's), and differentiates the error of its torque:
 ///
 ///     f_k     = torque(theta; q_k, v_k, load_k, z_k)
-///     z_{k+1} = step(theta; q_{k+1}, (q_{k+1} - q_k)/dt, load_k, z_k)                as drive_friction
-///     loss    = mean over windows, samples, joints of  ((F[f] - target)/s)^2
+///     z_{k+1} = step(theta; q_{k+1}, (q_{k+1} - q_k)/dt, load_k, z_k)                as
+///     drive_friction loss    = mean over windows, samples, joints of  ((F[f] - target)/s)^2
 ///
 /// F is the filter of the measured torque (its impulse response; {1}: none): friction drops within
 /// milliseconds at a reversal, the measured torque only as fast as its filter. The window is driven
@@ -73,8 +73,8 @@ class TorqueWindows {
   std::vector<double> scale_, response_;
   std::vector<Window> windows_;
   std::vector<S> theta_, theta_bar_;
-  std::vector<S> z_;             // states at every sample, the one after the last included
-  std::vector<S> tau_, slope_;   // torque and d loss / d torque, (samples, n)
+  std::vector<S> z_;            // states at every sample, the one after the last included
+  std::vector<S> tau_, slope_;  // torque and d loss / d torque, (samples, n)
   std::vector<S> z_bar_, z_next_bar_;
   std::vector<friction::Input<S>> in_, in_bar_;
   std::vector<char> fallen_;  // per lane
