@@ -60,12 +60,15 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   std::vector<data::Dataset> sets;
   std::vector<std::string> reports;
   for (const fs::path& log : options.logs) {
-    const data::Dataset read = data::read_log(log, contract);
+    // without repairs a log must be usable as it is: the first fault, with its line, is the answer
+    const data::Dataset read =
+        options.fixes.empty() ? data::import_log(log, contract) : data::read_log(log, contract);
     const auto findings = doctor::diagnose(read, pointer(robot));
-    print_findings(findings, read, stderr);
     sets.push_back(doctor::repair(read, findings, options.fixes));
     reports.push_back(doctor::to_json(findings, sets.back()));
-    data::check_dataset(sets.back(), log.string());
+    const std::vector<std::string> warnings = data::check_dataset(sets.back(), log.string());
+    print_findings(findings, read, stderr);
+    for (const std::string& warning : warnings) fmt::print(stderr, "{}\n", warning);
   }
   for (std::size_t i = 0; i < sets.size(); ++i) {
     fs::path path = options.output / options.logs[i].filename().replace_extension(".h5");

@@ -109,7 +109,7 @@ class Learning(ProgramTest):
                          '\n[[model]]\nname = "lvm"\nmethod = "conventional"\n')
         self.assert_refused(fricid("run", scene, "-o", self.folder / "run"),
                             r"scene\.toml:\d+: model\[\d+\]\.method = \"conventional\"; "
-                            "allowed for lvm: multi_step, em", self.folder / "run")
+                            "allowed for lvm: torque, multi_step, em", self.folder / "run")
 
 
 if __name__ == "__main__":

@@ -110,7 +110,9 @@ TEST(FitJointFriction, HeldParametersHaveNoStandardErrors) {
   options.held = {"Fc", "Fv", "v0"};
   const JointFrictionFit fit = fit_joint_friction(data, one, default_theta(one), options);
   EXPECT_NE(fit.outcome, Outcome::kFailed) << fit.message;
-  EXPECT_EQ(fit.theta, default_theta(one));
+  const std::vector<double> start = default_theta(one);
+  for (std::size_t i = 0; i < start.size(); ++i)
+    EXPECT_NEAR(fit.theta[i], start[i], 1e-12 * start[i]);
   for (const double error : fit.standard_error) EXPECT_TRUE(std::isnan(error));
   EXPECT_TRUE(fit.correlation.array().isNaN().all());
 }
