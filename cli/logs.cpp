@@ -45,6 +45,23 @@ void print_findings(const std::vector<doctor::Finding>& findings, const data::Da
     fmt::print(stream, "{}: {}\n", d.name, doctor::to_text(finding, d));
 }
 
+/// Refuses in one line, with its place in the file, what cannot be used.
+/// @return warnings
+std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
+                               const data::Contract& contract, bool as_it_was) {
+  try {
+    return data::check_dataset(d, log.string());
+  } catch (const UserError&) {
+    if (!as_it_was) throw;
+  }
+  try {
+    data::import_log(log, contract);
+  } catch (const UserError& error) {
+    throw UserError("{}; `fricid check` says what --fix can mend", error.what());
+  }
+  return {};
+}
+
 bool damaged(const std::vector<doctor::Finding>& findings) {
   return std::any_of(findings.begin(), findings.end(), doctor::is_damage);
 }
@@ -60,13 +77,12 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   std::vector<data::Dataset> sets;
   std::vector<std::string> reports;
   for (const fs::path& log : options.logs) {
-    // without repairs a log must be usable as it is: the first fault, with its line, is the answer
-    const data::Dataset read =
-        options.fixes.empty() ? data::import_log(log, contract) : data::read_log(log, contract);
+    const data::Dataset read = data::read_log(log, contract);
     const auto findings = doctor::diagnose(read, pointer(robot));
     sets.push_back(doctor::repair(read, findings, options.fixes));
     reports.push_back(doctor::to_json(findings, sets.back()));
-    const std::vector<std::string> warnings = data::check_dataset(sets.back(), log.string());
+    const std::vector<std::string> warnings =
+        judge(sets.back(), log, contract, options.fixes.empty());
     print_findings(findings, read, stderr);
     for (const std::string& warning : warnings) fmt::print(stderr, "{}\n", warning);
   }

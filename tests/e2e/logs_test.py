@@ -47,8 +47,11 @@ class Logs(ProgramTest):
         log = self.log("a.csv", lost=range(900, 940))
         refused = fricid("import", log, "--contract", self.contract, "-o", self.folder)
         self.assertEqual(refused.returncode, 2)
-        self.assertIn("a: damage: gap: t, 3.596 to 3.76 s: 40 samples", refused.stderr)
-        self.assertIn("--fix gap", refused.stderr)
+        self.assertRegex(refused.stderr, r"a\.csv:\d+: gap in time: .*--fix")
+        self.assertEqual(refused.stderr.count("\n"), 1)
+        found = fricid("check", log, "--contract", self.contract).stdout
+        self.assertIn("a: damage: gap: t, 3.596 to 3.76 s: 40 samples", found)
+        self.assertIn("--fix gap", found)
         self.assertFalse((self.folder / "a.h5").exists())
         done = fricid("import", log, "--contract", self.contract, "-o", self.folder, "--fix", "gap")
         self.assertEqual(done.returncode, 0, done.stderr)
