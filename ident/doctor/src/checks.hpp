@@ -10,6 +10,9 @@ namespace fricid::doctor {
 
 using Findings = std::vector<Finding>;
 
+/// The upper of two middle ones; 0 of none.
+double median(std::vector<double> x);
+
 /// rate, gap, duplicate, jitter, clock_drift.
 void check_clock(const data::Dataset& d, Findings& findings);
 /// missing, stuck, quantised, saturated, spike, jump, repeated, temperature_unit and _trend.

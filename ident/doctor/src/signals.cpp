@@ -54,13 +54,6 @@ struct Channel {
   }
 };
 
-double median(std::vector<double> x) {
-  if (x.empty()) return 0;
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  return *middle;
-}
-
 void check_missing(const Channel& c, Findings& findings) {
   Finding missing = c.finding("missing", 0, 0, 0, "samples");
   for (int k = 0; k < c.length(); ++k) {

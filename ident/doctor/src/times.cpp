@@ -13,13 +13,6 @@ constexpr int kBlocks = 10;           // of the log, for drift
 constexpr double kCertain = 6;        // standard errors
 constexpr std::size_t kMostGaps = 8;  // listed one by one; more are one finding
 
-double median(std::vector<double> x) {
-  if (x.empty()) return 0;
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  return *middle;
-}
-
 // Periods that are neither gaps nor repeats, in blocks of equal count.
 std::vector<std::vector<double>> regular_periods(const data::Dataset& d, double period) {
   std::vector<double> all;
@@ -71,6 +64,13 @@ void check_regularity(const data::Dataset& d, double period, Findings& findings)
 }
 
 }  // namespace
+
+double median(std::vector<double> x) {
+  if (x.empty()) return 0;
+  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), middle, x.end());
+  return *middle;
+}
 
 void check_clock(const data::Dataset& d, Findings& findings) {
   std::vector<double> periods;

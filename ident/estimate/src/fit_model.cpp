@@ -212,8 +212,9 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
 
   const std::vector<double> torque = torque_rms(prepared.recordings);
   Arm arm = report.model.arm;
-  const std::vector<TorqueData> explained =
-      torque_data(arm, prepared.sequences, prepared.recordings, config.torque.filtered);
+  std::vector<TorqueData> explained;
+  if (whole || config.method == "torque")
+    explained = torque_data(arm, prepared.sequences, prepared.recordings, config.torque.filtered);
   if (whole)
     arm = robot_law_start(arm, config, static_cast<std::uint64_t>(seed), explained);
   else if (learned)
