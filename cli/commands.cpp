@@ -17,7 +17,7 @@ void print_result(const Job& job, const CommonOptions& common) {
   if (common.json) return print("evaluation.json");
   print("table.md");
   if (!job.experiment.simulates()) {
-    std::fputs("\nOne-step torque prediction:\n\n", stdout);
+    std::fputs("\n", stdout);
     print("torque.md");
   }
 }

@@ -8,7 +8,6 @@
 #include "fricid/data/hdf5.hpp"
 #include "fricid/estimate/filter.hpp"
 #include "fricid/evaluate/evaluate.hpp"
-#include "fricid/evaluate/torque_prediction.hpp"
 #include "fricid/sim/simulate.hpp"
 #include "stages.hpp"
 
@@ -20,7 +19,6 @@ namespace fs = std::filesystem;
 /// Held-out recordings with their truth, where there is one.
 struct HeldOut {
   std::vector<evaluate::Trajectory> trajectories;
-  std::vector<estimate::Filtered> filtered;
   std::vector<sim::Truth> truths;  ///< as many as trajectories, or none
 };
 
@@ -28,9 +26,10 @@ void add_recording(HeldOut& held_out, const fs::path& data_file, const fs::path&
                    double cutoff_hz) {
   evaluate::Trajectory trajectory;
   trajectory.data = data::load_dataset(data_file);
-  held_out.filtered.push_back(estimate::filter_dataset(trajectory.data, cutoff_hz));
-  trajectory.q = held_out.filtered.back().q;
-  trajectory.v = held_out.filtered.back().v;
+  estimate::Filtered motion = estimate::filter_dataset(trajectory.data, cutoff_hz);
+  trajectory.q = std::move(motion.q);
+  trajectory.v = std::move(motion.v);
+  trajectory.a = std::move(motion.a);
   if (fs::exists(truth_file)) {
     held_out.truths.push_back(sim::load_truth(truth_file));
     const sim::Trace& trace = held_out.truths.back().trace;
@@ -115,51 +114,6 @@ std::vector<data::ModelFile> load_models(const Job& job) {
   return models;
 }
 
-/// Torque and friction that each model predicts along the measured motion; files for the plots and
-/// one table: per recording and joint RMSE, share of RMS, R2.
-std::vector<std::string> predict_torques(const Job& job, const HeldOut& held_out,
-                                         const std::vector<data::ModelFile>& models) {
-  std::vector<std::string> files;
-  std::string table = "| model | recording | figure |";
-  for (const auto& joint : job.experiment.model.joints) table += " " + joint.name + " |";
-  table += "\n|---|---|---|";
-  for (std::size_t j = 0; j < job.experiment.model.joints.size(); ++j) table += "---|";
-  table += "\n";
-
-  for (const data::ModelFile& model : models)
-    for (std::size_t i = 0; i < held_out.trajectories.size(); ++i) {
-      const evaluate::Trajectory& recording = held_out.trajectories[i];
-      const estimate::Filtered& motion = held_out.filtered[i];
-      const auto prediction = evaluate::torque_prediction(
-          model.arm, job.experiment.model, recording.data, motion.q, motion.v, motion.a);
-      const auto row = [&](const char* figure, const std::vector<double>& values) {
-        table += fmt::format("| {} s{} | {} | {} |", model.label, model.seed, recording.data.name,
-                             figure);
-        for (const double value : values) table += fmt::format(" {:.4g} |", value);
-        table += "\n";
-      };
-      row("RMSE [N m]", prediction.rmse);
-      row("% of RMS", prediction.percent_of_rms);
-      row("R2", prediction.r2);
-
-      files.push_back(
-          fmt::format("predictions/{}_s{}_{}.h5", model.name, model.seed, recording.data.name));
-      data::write_hdf5(job.folder.path() / files.back(), "fricid.prediction/1",
-                       [&](data::H5Writer& file) {
-                         file.attribute("joint_names", recording.data.joint_names);
-                         file.vector("/t", recording.data.t, "s");
-                         file.matrix("/q", motion.q, "rad");
-                         file.matrix("/v", motion.v, "rad/s");
-                         file.matrix("/tau", recording.data.tau, "N m");
-                         file.matrix("/tau_predicted", prediction.tau, "N m");
-                         file.matrix("/tau_f", prediction.tau_f, "N m");
-                       });
-    }
-  files.emplace_back("torque.md");
-  write_file_atomically(job.folder.path() / files.back(), table);
-  return files;
-}
-
 /// Whether a model is a convention to beat: no network, and fitted as is the custom.
 bool is_conventional(const data::Experiment& experiment, const data::ModelFile& model) {
   if (model.arm.friction.model.has_whole()) return false;
@@ -204,10 +158,10 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
     const evaluate::EvaluationReport report = evaluate::evaluate(contest, options, job.jobs);
     evaluate::save_report(report, contest.trajectories, job.folder.path());
 
-    std::vector<std::string> files = predict_torques(job, held_out, models);
-    for (const char* name : {"evaluation.json", "table.md", "table.csv"}) files.emplace_back(name);
-    for (const auto& entry : fs::directory_iterator(job.folder.path() / "rollouts"))
-      files.push_back("rollouts/" + entry.path().filename().string());
+    std::vector<std::string> files{"evaluation.json", "table.md", "table.csv", "torque.md"};
+    for (const char* folder : {"rollouts", "predictions"})
+      for (const auto& entry : fs::directory_iterator(job.folder.path() / folder))
+        files.push_back(fmt::format("{}/{}", folder, entry.path().filename().string()));
     return files;
   });
   if (!ran) std::fputs("evaluate: up to date\n", stderr);

@@ -9,8 +9,11 @@ if(PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   find_program(FRICID_CCACHE ccache)
   mark_as_advanced(FRICID_CCACHE)
   if(FRICID_CCACHE)
-    set(CMAKE_CXX_COMPILER_LAUNCHER ${FRICID_CCACHE})
+    # without these ccache would not look at what includes a precompiled header
+    set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
+        CCACHE_SLOPPINESS=pch_defines,time_macros ${FRICID_CCACHE})
     set(CMAKE_C_COMPILER_LAUNCHER ${FRICID_CCACHE})
+    add_compile_options($<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fpch-preprocess>)
   endif()
 endif()
 

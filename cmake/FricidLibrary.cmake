@@ -14,6 +14,30 @@ function(fricid_library name)
   set_property(GLOBAL APPEND PROPERTY FRICID_INCLUDE_DIRS ${CMAKE_CURRENT_SOURCE_DIR}/include)
 endfunction()
 
+# Flags of every test. Tests wait for the compiler more than for the processor; g++ 12 then sees
+# uninitialised values in arrays of no elements, and in its own AVX-512 headers at any level.
+function(fricid_test_flags target)
+  target_link_libraries(${target} PRIVATE GTest::gmock_main fricid_abi fricid_flags)
+  target_compile_options(
+    ${target} PRIVATE $<$<CONFIG:Release>:-O1> $<$<CXX_COMPILER_ID:GNU>:-Wno-uninitialized>
+                      $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+  target_compile_definitions(${target} PRIVATE FRICID_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+                                               FRICID_BINARY_DIR="${PROJECT_BINARY_DIR}")
+endfunction()
+
+# What all tests include, compiled once.
+function(fricid_precompile_test_headers)
+  find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+  find_package(fmt REQUIRED)
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/test_headers.cpp CONTENT "")
+  add_library(fricid_test_headers OBJECT EXCLUDE_FROM_ALL ${PROJECT_BINARY_DIR}/test_headers.cpp)
+  fricid_test_flags(fricid_test_headers)
+  target_link_libraries(fricid_test_headers PRIVATE Eigen3::Eigen fmt::fmt)
+  target_precompile_headers(fricid_test_headers PRIVATE <gmock/gmock.h> <gtest/gtest.h>
+                            <Eigen/Dense> <fmt/format.h> <filesystem> <functional> <map> <random>
+                            <sstream>)
+endfunction()
+
 # fricid_test(NAME SOURCES files... DEPENDS targets... [LABEL label] [TIMEOUT seconds])
 # One GoogleTest program, one CTest entry per TEST().
 function(fricid_test name)
@@ -29,13 +53,8 @@ function(fricid_test name)
   endif()
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
-  target_link_libraries(${name} PRIVATE ${arg_DEPENDS} GTest::gmock_main fricid_flags)
-  # tests wait for the compiler more than for the processor; g++ 12 then sees uninitialised values
-  # in arrays of no elements, and in its own AVX-512 headers at any level
-  target_compile_options(
-    ${name} PRIVATE $<$<CONFIG:Release>:-O1> $<$<CXX_COMPILER_ID:GNU>:-Wno-uninitialized>
-                    $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
-  target_compile_definitions(${name} PRIVATE FRICID_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
-                                             FRICID_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  target_link_libraries(${name} PRIVATE ${arg_DEPENDS})
+  fricid_test_flags(${name})
+  target_precompile_headers(${name} REUSE_FROM fricid_test_headers)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT})
 endfunction()

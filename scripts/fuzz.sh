@@ -16,12 +16,13 @@ out=build/fuzz
 mkdir -p $out/corpus
 flags="-std=c++20 -O1 -g -Iident/base/include -Iident/data/include -Iident/data/src -Itests/data
        $(pkg-config --cflags eigen3) -DFMT_HEADER_ONLY"
-sources="ident/data/src/logs/columns.cpp ident/data/src/logs/csv.cpp ident/data/src/logs/kuka_trace.cpp
+sources="ident/data/src/logs/columns.cpp ident/data/src/logs/compression.cpp ident/data/src/logs/csv.cpp ident/data/src/logs/kuka_trace.cpp
          ident/data/src/logs/mcap.cpp ident/data/src/logs/rsi.cpp ident/base/src/text.cpp
          ident/base/src/files.cpp"
 sanitize=address,undefined
-"$clang" $flags -Iident/friction/include -Iident/dynamics/include tests/fuzz/write_corpus.cpp -o $out/write_corpus
+"$clang" $flags -Iident/friction/include -Iident/dynamics/include tests/fuzz/write_corpus.cpp \
+  -lzstd -llz4 -o $out/write_corpus
 $out/write_corpus $out/corpus
 "$clang" $flags -fsanitize=fuzzer,$sanitize -fno-sanitize-recover=all tests/fuzz/log_fuzz.cpp $sources \
-  -lcrypto -o $out/log_fuzz
+  -lcrypto -lzstd -llz4 -o $out/log_fuzz
 $out/log_fuzz -runs="$runs" -max_len=4096 -seed=1 -print_final_stats=1 -artifact_prefix=$out/ $out/corpus

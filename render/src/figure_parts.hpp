@@ -21,6 +21,7 @@ Figure friction_time(const Run& run);
 Figure friction_error(const Run& run);
 Figure latent(const Run& run);
 Figure torque(const Run& run, const RunModel& model);
+Figure torque_drift(const Run& run);
 
 // figures_fit.cpp: how the models were found
 Figure parameters(const Run& run);
@@ -29,5 +30,6 @@ Figure filter_health(const Run& run);
 Figure residual_spectrum(const Run& run);
 Figure excitation(const Run& run);
 Figure margins(const Run& run);
+Figure correlation(const Run& run, const RunModel& model);
 
 }  // namespace fricid::render

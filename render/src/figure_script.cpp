@@ -25,6 +25,9 @@ set datafile missing "nan"
 set title offset 0,-0.6
 set xlabel offset 0,0.4
 set bars 0.4
+set palette defined (-1 "#0072B2", 0 "#ffffff", 1 "#D55E00")
+set cbrange [-1:1]
+unset colorbox
 )";
 
 std::string quoted(std::string text) {
@@ -57,12 +60,17 @@ std::string style_of(const Series& series) {
     case Mark::kBand:
       return fmt::format("with filledcurves fs transparent solid 0.22 noborder lc rgb '{}'",
                          series.colour);
+    case Mark::kTiles:
+      return "with boxxyerror fs solid 1 noborder lc palette";
   }
   return {};
 }
 
 std::string columns_of(Mark mark) {
-  return mark == Mark::kBars ? "1:2:3:4" : mark == Mark::kBand ? "1:2:3" : "1:2";
+  return mark == Mark::kBars    ? "1:2:3:4"
+         : mark == Mark::kBand  ? "1:2:3"
+         : mark == Mark::kTiles ? "1:2:(0.5):(0.5):3"
+                                : "1:2";
 }
 
 /// Labels in order of first appearance, with the style they have there.
@@ -164,10 +172,9 @@ std::string series_data(const Series& series, const Axis& x_axis, const Axis& y_
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     std::vector<double> row{series.x[i]};
     if (series.mark != Mark::kBand) row.push_back(series.y[i]);
-    if (series.mark == Mark::kBand || series.mark == Mark::kBars) {
+    if (series.mark == Mark::kBand || series.mark == Mark::kBars || series.mark == Mark::kTiles)
       row.push_back(series.low[i]);
-      row.push_back(series.high[i]);
-    }
+    if (series.mark == Mark::kBand || series.mark == Mark::kBars) row.push_back(series.high[i]);
     const bool drawn =
         std::all_of(row.begin(), row.end(), [](double v) { return std::isfinite(v); });
     if (drawn)

@@ -10,9 +10,12 @@ std::vector<Figure> figures_of_run(const std::filesystem::path& folder) {
   for (int j = 0; j < run.n(); ++j) figures.push_back(friction_loop(run, j));
   for (const auto& figure :
        {presliding, reversal, friction_time, friction_error, latent, parameters, training,
-        filter_health, residual_spectrum, excitation, margins})
+        filter_health, residual_spectrum, torque_drift, excitation, margins})
     figures.push_back(figure(run));
-  for (const RunModel& model : run.fitted()) figures.push_back(torque(run, model));
+  for (const RunModel& model : run.fitted()) {
+    figures.push_back(torque(run, model));
+    figures.push_back(correlation(run, model));
+  }
   std::erase_if(figures, [](const Figure& figure) { return figure.panels.empty(); });
   return figures;
 }

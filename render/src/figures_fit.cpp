@@ -13,6 +13,7 @@ using nlohmann::json;
 
 constexpr int kSegment = 1024;  // samples of one periodogram
 constexpr double kTwoSd = 2;
+constexpr double kConfused = 0.9;  // correlation worth a mark
 
 json fit_of(const Run& run, const RunModel& model) {
   json fit = read_json_if_there(run.folder / "fit" /
@@ -255,6 +256,84 @@ Figure parameters(const Run& run) {
         most = std::max(most, value);
       }
     panel.log_y = least > 0 && most > 100 * least;
+    figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+Figure torque_drift(const Run& run) {
+  Figure figure{.name = "torque_drift"};
+  figure.caption = fmt::format(
+      "What each model leaves of the motor torque along the measured motion of {}, mean over "
+      "twentieths of the recording: a level is a missing offset, a slope is drift (warming up).",
+      run.trajectory);
+  constexpr Eigen::Index kBlocks = 20;
+  for (int j = 0; j < run.n(); ++j)
+    figure.panels.push_back({.title = run.joint(j), .x_label = "t [s]", .y_label = "[N m]"});
+  bool any = false;
+  for (const RunModel& model : run.shown) {
+    const auto path = run.file("predictions", model);
+    if (path.empty()) continue;
+    any = true;
+    const data::H5Reader file(path, "fricid.prediction/1");
+    const RowMatrix left = file.matrix("/tau") - file.matrix("/tau_predicted");
+    const Eigen::VectorXd t = file.vector("/t");
+    const Eigen::Index length = t.size() / kBlocks;
+    if (length == 0) continue;
+    for (int j = 0; j < run.n(); ++j) {
+      Eigen::VectorXd at(kBlocks), mean(kBlocks);
+      for (Eigen::Index b = 0; b < kBlocks; ++b) {
+        at[b] = t.segment(b * length, length).mean();
+        mean[b] = left.col(j).segment(b * length, length).mean();
+      }
+      Series series = curve(model, at, mean);
+      series.mark = Mark::kLinePoints;
+      series.marker = model.look.marker;
+      series.width = 0.9;
+      figure.panels[static_cast<std::size_t>(j)].series.push_back(std::move(series));
+    }
+  }
+  if (!any) figure.panels.clear();
+  return figure;
+}
+
+Figure correlation(const Run& run, const RunModel& model) {
+  Figure figure{.name = "correlation_" + model.name, .left_cm = 2.1};
+  figure.caption = fmt::format(
+      "{}: correlation of the errors of its fitted parameters, joint by joint: white 0, vermilion "
+      "1, blue -1; + and - mark where it exceeds 0.9, so that the data know a combination better "
+      "than its parts.",
+      model.label);
+  const json joints = fit_of(run, model).value("joints", json::array());
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const json found = joints[j].value("correlation", json());
+    if (!found.is_object() || found.at("matrix").empty()) continue;
+    const auto symbols = found.at("parameters").get<std::vector<std::string>>();
+    Panel panel{.title = run.joint(static_cast<int>(j))};
+    Series tiles{.mark = Mark::kTiles}, plus{.width = 0.8, .mark = Mark::kPoints, .marker = 1},
+        minus{.width = 0.8, .mark = Mark::kPoints, .marker = 2};
+    std::vector<std::size_t> known;
+    for (std::size_t i = 0; i < symbols.size(); ++i)
+      if (found.at("matrix")[i][i].is_number()) known.push_back(i);
+    for (std::size_t a = 0; a < known.size(); ++a) {
+      panel.x_tics.emplace_back(a, symbols[known[a]]);
+      panel.y_tics.emplace_back(a, symbols[known[a]]);
+      for (std::size_t b = 0; b < known.size(); ++b) {
+        const double value = found.at("matrix")[known[a]][known[b]].get<double>();
+        const auto x = static_cast<double>(b), y = static_cast<double>(a);
+        tiles.x.push_back(x);
+        tiles.y.push_back(y);
+        tiles.low.push_back(value);
+        if (a == b || std::abs(value) < kConfused) continue;
+        (value > 0 ? plus : minus).x.push_back(x);
+        (value > 0 ? plus : minus).y.push_back(y);
+      }
+    }
+    if (known.size() < 2) continue;
+    const double most = static_cast<double>(known.size()) - 0.5;
+    panel.x_range = {-0.5, most};
+    panel.y_range = {most, -0.5};
+    panel.series = {std::move(tiles), std::move(plus), std::move(minus)};
     figure.panels.push_back(std::move(panel));
   }
   return figure;

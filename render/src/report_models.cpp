@@ -254,11 +254,14 @@ std::string model_section(const Record& record) {
     text += health(fitted);
     text += "<details><summary>Parameters</summary>\n" + friction_tables(record, fitted) +
             body_table(record, fitted) + "</details>\n";
+    const auto add_plot = [&](const char* kind, const char* title) {
+      const std::string plot = plot_html(record, kind + fitted.model.name);
+      if (!plot.empty())
+        text += fmt::format("<details><summary>{}</summary>\n{}</details>\n", title, plot);
+    };
     if (first_seed) {
-      const std::string torque = plot_html(record, "torque_" + fitted.model.name);
-      if (!torque.empty())
-        text += "<details><summary>Torque along the measured motion</summary>\n" + torque +
-                "</details>\n";
+      add_plot("torque_", "Torque along the measured motion");
+      add_plot("correlation_", "Correlation of the parameters");
     }
     text += "</section>\n";
   }

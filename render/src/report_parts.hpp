@@ -46,6 +46,10 @@ std::string figure_section(const Record& record);
 /// One plot of the folder as a numbered figure; empty when it was not drawn.
 std::string plot_html(const Record& record, const std::string& name);
 
+// report_torque.cpp
+/// Torque along the measured motion: joints, regimes, drift, and the recordings' own noise.
+std::string torque_section(const Record& record);
+
 // report_models.cpp
 std::string model_section(const Record& record);
 

@@ -218,7 +218,9 @@ std::string score_table(const Record& record) {
     return row;
   };
   std::vector<Row> all = oracles;
-  if (Row floor = extra("floor", "floor"); !floor.cells.empty()) all.push_back(floor);
+  Row floor = extra("floor", "floor");
+  const bool has_floor = !floor.cells.empty();
+  if (has_floor) all.push_back(std::move(floor));
   if (!rows.empty() && !all.empty()) rows.front().style = "rule";
   all.insert(all.end(), rows.begin(), rows.end());
   if (Row headroom = extra("headroom", "headroom"); !headroom.cells.empty()) {
@@ -235,7 +237,10 @@ std::string score_table(const Record& record) {
                               "motion costs. Floor: the larger of the oracle's error and of what "
                               "halving the truth's inner step changes. Headroom: the best "
                               "conventional model over the oracle."
-                            : ""));
+                      : has_floor ? " Floor: half of what the open loop under the torque of one "
+                                    "period of a repeating motion differs from that under the "
+                                    "next. Headroom: the best conventional model over it."
+                                  : ""));
 }
 
 std::string oracle_table(const Record& record) {

@@ -1,6 +1,7 @@
 // Every format gives the data set that the CSV contract gives for the same recording.
 #include <gmock/gmock.h>
 
+#include "fricid/base/files.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/log_reader.hpp"
 #include "helpers.hpp"
@@ -126,8 +127,8 @@ TEST_F(LogFormats, PercentOfTheLargestCurrent) {
 
 TEST_F(LogFormats, Mistakes) {
   const Recording r(20);
-  EXPECT_EQ(error(mcap_sample(r, "zstd")),
-            "mcap/log.mcap: chunks are compressed by \"zstd\"; allowed: none");
+  EXPECT_EQ(error(mcap_sample(r, "bz2")),
+            "mcap/log.mcap: chunks are compressed by \"bz2\"; allowed: zstd lz4");
   LogSample trace = kuka_trace_sample(r);
   trace.contract = replaced(trace.contract, "gear_ratio = [100, 50]\n", "");
   EXPECT_THAT(error(trace), HasSubstr("gear_ratio is missing"));
@@ -170,6 +171,25 @@ TEST_F(LogFormats, SurviveTruncationAtEveryByte) {
       EXPECT_GT(refused, 0) << sample.format;
     }
   }
+}
+
+TEST_F(LogFormats, Hdf5SurvivesTruncationAtEveryByte) {
+  const Dataset recording = import(csv_sample(Recording(6)));
+  save_dataset(recording, path("own.h5"));
+  const std::string whole = read_file(path("own.h5"));
+  const Contract terms = contract(std::string(kJoints) +
+                                  "format = \"hdf5\"\n[torque]\ncolumns = \"tau{}\"\n");
+  int refused = 0;
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const std::filesystem::path torn = write("torn.h5", whole.substr(0, size));
+    try {
+      import_log(torn, terms);
+    } catch (const UserError& e) {
+      ++refused;
+      ASSERT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
+    }
+  }
+  EXPECT_EQ(refused, static_cast<int>(whole.size()));
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 // One short recording written in every format that can be read, with its contract.
 #pragma once
 
+#include <lz4frame.h>
+#include <zstd.h>
+
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -200,6 +203,22 @@ inline LogSample franka_csv_sample(const Recording& r) {
 }
 
 /// @param compression  written into the chunk, which is not compressed all the same
+/// As "zstd" or "lz4" stores it; as it is for any other name.
+inline std::string compressed(const std::string& text, const std::string& how) {
+  std::string stored;
+  if (how == "zstd") {
+    stored.resize(ZSTD_compressBound(text.size()));
+    stored.resize(ZSTD_compress(stored.data(), stored.size(), text.data(), text.size(), 3));
+  } else if (how == "lz4") {
+    stored.resize(LZ4F_compressFrameBound(text.size(), nullptr));
+    stored.resize(
+        LZ4F_compressFrame(stored.data(), stored.size(), text.data(), text.size(), nullptr));
+  } else {
+    stored = text;
+  }
+  return stored;
+}
+
 inline LogSample mcap_sample(const Recording& r, const std::string& compression = "") {
   const auto record = [](int opcode, const std::string& content) {
     return ByteWriter()
@@ -243,15 +262,15 @@ inline LogSample mcap_sample(const Recording& r, const std::string& compression 
                                                .text("cdr")
                                                .text("")
                                                .bytes());
-  const std::string records = schema + channel + messages;
+  const std::string records = schema + channel + messages, stored = compressed(records, compression);
   const std::string chunk = record(0x06, ByteWriter()
                                              .number(std::uint64_t{0})
                                              .number(std::uint64_t{0})
                                              .number(static_cast<std::uint64_t>(records.size()))
                                              .number(std::uint32_t{0})
                                              .text(compression)
-                                             .number(static_cast<std::uint64_t>(records.size()))
-                                             .raw(records)
+                                             .number(static_cast<std::uint64_t>(stored.size()))
+                                             .raw(stored)
                                              .bytes());
   const std::string magic("\x89MCAP0\r\n", 8);
   const std::string header = record(0x01, ByteWriter().text("ros2").text("fricid").bytes());
@@ -264,8 +283,10 @@ inline LogSample mcap_sample(const Recording& r, const std::string& compression 
 /// Every format that is written by hand; HDF5 has a writer of its own.
 inline std::vector<LogSample> log_samples(int length) {
   const Recording r(length);
-  return {csv_sample(r),        german_csv_sample(r), rsi_xml_sample(r),    rsi_csv_sample(r),
-          kuka_trace_sample(r), ur_csv_sample(r),     franka_csv_sample(r), mcap_sample(r)};
+  return {csv_sample(r),          german_csv_sample(r),  rsi_xml_sample(r),
+          rsi_csv_sample(r),      kuka_trace_sample(r),  ur_csv_sample(r),
+          franka_csv_sample(r),   mcap_sample(r),        mcap_sample(r, "zstd"),
+          mcap_sample(r, "lz4")};
 }
 
 }  // namespace fricid::data

@@ -90,18 +90,18 @@ Trajectory swinging() {
 }
 
 // An error that is 1 in a window of 0.05 s on both sides of the reversals, 2 elsewhere.
-TEST(FrictionError, ReversalIsATenthOfASecondAroundAChangeOfSign) {
+TEST(RegimeError, ReversalIsATenthOfASecondAroundAChangeOfSign) {
   const Trajectory trajectory = swinging();
   RowMatrix tau_f = RowMatrix::Constant(250, 1, 2);
   for (const int reversal : {62, 187}) tau_f.middleRows(reversal - 12, 26).setConstant(1);
-  const FrictionError e = friction_error(tau_f, trajectory, 0);
+  const RegimeError e = friction_error(tau_f, trajectory, 0);
   EXPECT_NEAR(e.reversal[0], 1, 1e-15);
   EXPECT_NEAR(e.sliding[0], 2, 1e-15);  // presliding lies within the window, but for the start
 }
 
 // After a reversal, 5 mrad of travel take acos(0.95)/w = 50.5 ms; before it, |v| < 0.05 lasts 12.7
 // ms.
-TEST(FrictionError, PreslidingIsSlowOrShortlyAfterAReversal) {
+TEST(RegimeError, PreslidingIsSlowOrShortlyAfterAReversal) {
   const Trajectory trajectory = swinging();
   RowMatrix tau_f = RowMatrix::Zero(250, 1);
   for (Eigen::Index k = 0; k < 250; ++k) {
@@ -111,18 +111,18 @@ TEST(FrictionError, PreslidingIsSlowOrShortlyAfterAReversal) {
     };
     if (t < 0.008 || slow(0.25) || slow(0.75)) tau_f(k, 0) = 3;  // 5 mrad from where it began
   }
-  const FrictionError e = friction_error(tau_f, trajectory, 0);
+  const RegimeError e = friction_error(tau_f, trajectory, 0);
   EXPECT_NEAR(e.presliding[0], 3, 1e-15);
   EXPECT_EQ(e.sliding[0], 0);
 }
 
-TEST(FrictionError, WindowsCountFromTheirBeginning) {
+TEST(RegimeError, WindowsCountFromTheirBeginning) {
   const Trajectory trajectory = swinging();
-  const FrictionError sliding = friction_error(RowMatrix::Constant(10, 1, 4), trajectory, 20);
+  const RegimeError sliding = friction_error(RowMatrix::Constant(10, 1, 4), trajectory, 20);
   EXPECT_DOUBLE_EQ(sliding.all[0], 4);
   EXPECT_DOUBLE_EQ(sliding.sliding[0], 4);
   EXPECT_TRUE(std::isnan(sliding.reversal[0]));
-  const FrictionError reversal = friction_error(RowMatrix::Constant(10, 1, 4), trajectory, 58);
+  const RegimeError reversal = friction_error(RowMatrix::Constant(10, 1, 4), trajectory, 58);
   EXPECT_DOUBLE_EQ(reversal.reversal[0], 4);
   EXPECT_TRUE(std::isnan(reversal.sliding[0]));
 }

@@ -58,7 +58,7 @@ TEST(TorquePrediction, FiguresByHand) {
     const double error = moving.trajectory.truth->tau_f.col(j).squaredNorm();
     const double power = tau.col(j).squaredNorm();
     const double variance = (tau.col(j).array() - tau.col(j).mean()).square().sum();
-    EXPECT_NEAR(prediction.rmse[i], std::sqrt(error / 500), 1e-9);
+    EXPECT_NEAR(prediction.rmse.all[i], std::sqrt(error / 500), 1e-9);
     EXPECT_NEAR(prediction.percent_of_rms[i], 100 * std::sqrt(error / power), 1e-8);
     EXPECT_NEAR(prediction.r2[i], 1 - error / variance, 1e-9);
   }
@@ -83,7 +83,7 @@ TEST(TorquePrediction, LeavesOutMissingTorque) {
   const Arm bare{moving.arm.robot, kr6_friction("coulomb_viscous")};
   moving.trajectory.data.tau.topRows(499).setConstant(std::numeric_limits<double>::quiet_NaN());
   const TorquePrediction prediction = moving.predict(bare);
-  EXPECT_NEAR(prediction.rmse[2],
+  EXPECT_NEAR(prediction.rmse.all[2],
               std::abs(prediction.tau(499, 2) - moving.trajectory.data.tau(499, 2)), 1e-12);
 }
 
@@ -106,6 +106,25 @@ TEST(TorquePrediction, RefusesWhatDoesNotFit) {
                                  moving.trajectory.q, moving.trajectory.v, moving.a.topRows(3)),
                UserError);
   EXPECT_THROW(moving.predict(flywheel(1, 0)), UserError);
+}
+
+// A residual e = a + b t + (-1)^k c, added to a prediction that is exact: drift b, and one step
+// ahead what the alternation, whose autocorrelation is -1, leaves.
+TEST(TorquePrediction, DriftAndOneStepByHand) {
+  Moving moving(kr6_friction("coulomb_viscous"));
+  const RowMatrix exact = moving.predict(moving.arm).tau;
+  data::Dataset& data = moving.trajectory.data;
+  for (Eigen::Index k = 0; k < 500; ++k) {
+    data.tau.row(k) = exact.row(k);
+    data.tau(k, 0) += 2 + 0.5 * data.t[k];
+    data.tau(k, 1) += k % 2 == 0 ? 0.1 : -0.1;
+  }
+  const TorquePrediction prediction = moving.predict(moving.arm);
+  EXPECT_NEAR(prediction.drift[0], 0.5, 1e-9);
+  EXPECT_LT(std::abs(prediction.drift[1]), 0.02);
+  EXPECT_LT(prediction.drift_error[0], 1e-9);
+  EXPECT_NEAR(prediction.rmse.all[1], 0.1, 1e-9);
+  EXPECT_LT(prediction.one_step[1], 0.01);
 }
 
 }  // namespace

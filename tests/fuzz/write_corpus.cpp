@@ -1,4 +1,6 @@
 // Writes the samples of all formats as starting inputs of log_fuzz into the folder argv[1].
+#include <fmt/format.h>
+
 #include <fstream>
 #include <string>
 
@@ -10,6 +12,7 @@ int main(int argc, char** argv) {
   const auto write = [&](const std::string& name, char format, const std::string& content) {
     std::ofstream(folder + "/" + name, std::ios::binary) << format << content;
   };
+  int count = 0;
   for (const fricid::data::LogSample& sample : fricid::data::log_samples(4)) {
     const bool german = sample.format == "german_csv";
     const char format = sample.format == "rsi_xml"      ? 2
@@ -18,6 +21,6 @@ int main(int argc, char** argv) {
                                                         : static_cast<char>(german ? 1 : 0);
     std::string content = sample.files[0].second;
     if (format == 3) content += sample.files[1].second;
-    write(sample.format, format, content);
+    write(fmt::format("{}_{}", sample.format, count++), format, content);
   }
 }

@@ -29,7 +29,7 @@ TEST_F(FiguresOfRun, AreThoseOfTheHeader) {
             (std::vector<std::string>{"error_time", "error_horizon", "error_joint", "tracking",
                                       "friction_joint_a1", "friction_joint_a2", "presliding",
                                       "friction_time", "friction_error", "latent", "parameters",
-                                      "residual_spectrum", "excitation", "torque_simple"}));
+                                      "residual_spectrum", "torque_drift", "excitation", "torque_simple"}));
 }
 
 TEST_F(FiguresOfRun, FrictionShowsTheModelOverTheTruthOfItsJoint) {

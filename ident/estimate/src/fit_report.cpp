@@ -99,15 +99,17 @@ void save_fit_report(const FitReport& report, const std::filesystem::path& path)
   Json joints = Json::array();
   for (std::size_t j = 0; j < report.joints.size(); ++j) {
     const JointFrictionFit& fit = report.joints[j];
-    Json parameters = Json::object(), standard_errors = Json::object(), correlation = Json::array();
+    Json parameters = Json::object(), standard_errors = Json::object(), matrix = Json::array(),
+         symbols = Json::array();
     const auto begin = static_cast<std::size_t>(friction.parameter_begin(static_cast<int>(j)));
     for (std::size_t i = 0; i < fit.theta.size(); ++i) {
       const std::string& symbol = friction.parameters()[begin + i].symbol;
+      symbols.push_back(symbol);
       parameters[symbol] = fit.theta[i];
       if (i < fit.standard_error.size()) standard_errors[symbol] = fit.standard_error[i];
     }
     for (const auto& row : fit.correlation.rowwise())
-      correlation.push_back(vector_of(row.transpose()));
+      matrix.push_back(vector_of(row.transpose()));
     joints.push_back({{"joint", names[j]},
                       {"outcome", to_string(fit.outcome)},
                       {"message", fit.message},
@@ -121,7 +123,7 @@ void save_fit_report(const FitReport& report, const std::filesystem::path& path)
                       {"evaluations", fit.evaluations},
                       {"parameters", parameters},
                       {"standard_errors", standard_errors},
-                      {"correlation", correlation}});
+                      {"correlation", {{"parameters", symbols}, {"matrix", matrix}}}});
   }
   Json out = {{"format", "fricid.fit/1"},
               {"name", report.model.name},

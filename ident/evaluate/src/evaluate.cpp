@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "fricid/base/error.hpp"
@@ -97,23 +98,26 @@ Plan make_plan(std::span<const Trajectory> trajectories, const data::EvaluateCon
   return plan;
 }
 
-/// Rollouts of every model, one per planned start, and the friction that was driven on the way.
-struct Rolled {
-  std::vector<std::vector<Rollout>> rollouts;  ///< [model][start]
-  std::vector<std::vector<Driven>> driven;     ///< [model][trajectory]
-};
-
-Rolled roll_out_all(const Contest& contest, const Plan& plan, const data::EvaluateConfig& options,
-                    int jobs) {
+/// Friction of every model driven by the measured motion, [model][trajectory].
+std::vector<std::vector<Driven>> drive_all(const Contest& contest, const Plan& plan, int jobs) {
   const std::size_t models = contest.models.size(), trajectories = contest.trajectories.size();
-  Rolled rolled{std::vector(models, std::vector<Rollout>(plan.starts.size())),
-                std::vector(models, std::vector<Driven>(trajectories))};
+  std::vector driven(models, std::vector<Driven>(trajectories));
   parallel_for(static_cast<int>(models * trajectories), jobs, [&](int task) {
     const auto m = static_cast<std::size_t>(task) / trajectories;
     const auto i = static_cast<std::size_t>(task) % trajectories;
-    rolled.driven[m][i] =
+    driven[m][i] =
         drive(contest.models[m], contest.robot, contest.trajectories[i], plan.by_trajectory[i]);
   });
+  return driven;
+}
+
+/// Rollouts of every model from where its friction was driven to, [model][start].
+std::vector<std::vector<Rollout>> roll_out_all(const Contest& contest,
+                                               std::span<const std::vector<Driven>> driven,
+                                               const Plan& plan,
+                                               const data::EvaluateConfig& options, int jobs) {
+  const std::size_t models = contest.models.size();
+  std::vector rollouts(models, std::vector<Rollout>(plan.starts.size()));
   // Batches outermost: the long ones start first, whoever they belong to.
   parallel_for(static_cast<int>(models * plan.batches.size()), jobs, [&](int task) {
     throw_if_stopped();
@@ -124,7 +128,7 @@ Rolled roll_out_all(const Contest& contest, const Plan& plan, const data::Evalua
     for (const int i : batch) {
       const auto index = static_cast<std::size_t>(i);
       starts.push_back(plan.starts[index]);
-      z0.push_back(rolled.driven[m][static_cast<std::size_t>(starts.back().trajectory)]
+      z0.push_back(driven[m][static_cast<std::size_t>(starts.back().trajectory)]
                        .z0[static_cast<std::size_t>(plan.rank[index])]);
     }
     const Arm& arm = contest.models[m].arm;
@@ -132,9 +136,26 @@ Rolled roll_out_all(const Contest& contest, const Plan& plan, const data::Evalua
         arm, contest.trajectories, starts, z0,
         {{options.substeps}, options.diverged_rad, constant_friction(arm.robot, contest.robot)});
     for (std::size_t l = 0; l < batch.size(); ++l)
-      rolled.rollouts[m][static_cast<std::size_t>(batch[l])] = std::move(made[l]);
+      rollouts[m][static_cast<std::size_t>(batch[l])] = std::move(made[l]);
   });
-  return rolled;
+  return rollouts;
+}
+
+/// Torque that every fitted model predicts, [model][trajectory]; none of a trajectory without an
+/// acceleration.
+std::vector<std::vector<TorquePrediction>> predict_all(const Contest& contest, int jobs) {
+  const std::size_t models = contest.models.size(), trajectories = contest.trajectories.size();
+  std::vector predictions(models, std::vector<TorquePrediction>(trajectories));
+  parallel_for(static_cast<int>(models * trajectories), jobs, [&](int task) {
+    throw_if_stopped();
+    const auto m = static_cast<std::size_t>(task) / trajectories;
+    const auto i = static_cast<std::size_t>(task) % trajectories;
+    const Trajectory& trajectory = contest.trajectories[i];
+    if (contest.models[m].is_oracle || trajectory.a.size() == 0) return;
+    predictions[m][i] = torque_prediction(contest.models[m].arm, contest.robot, trajectory.data,
+                                          trajectory.q, trajectory.v, trajectory.a);
+  });
+  return predictions;
 }
 
 /// Scores every rollout; keeps those from the first sample.
@@ -177,6 +198,31 @@ std::vector<double> difference(std::span<const Rollout> a, std::span<const Rollo
   return result;
 }
 
+/// What the noise of the torque alone does to an open loop: half of what a model's rollouts under
+/// the torque of one passage of a repeating motion and of the next differ by, for the model that
+/// makes least of it.
+std::vector<double> repeat_floor(const Contest& contest, std::span<const Repeats> repeats,
+                                 const Plan& plan, std::span<const std::vector<Driven>> driven,
+                                 std::span<const std::vector<Rollout>> rollouts,
+                                 const data::EvaluateConfig& options, int jobs) {
+  Contest shifted = contest;
+  for (std::size_t i = 0; i < repeats.size(); ++i) {
+    Trajectory& trajectory = shifted.trajectories[i];
+    if (trajectory.truth || repeats[i].period_s == 0) return {};
+    const auto period = static_cast<int>(std::lround(repeats[i].period_s / trajectory.data.dt()));
+    trajectory.data.tau = other_passage(held_torque(trajectory.data), period);
+  }
+  const std::vector<std::vector<Rollout>> other =
+      roll_out_all(shifted, driven, plan, options, jobs);
+  std::vector<double> least(options.horizons_s.size(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t m = 0; m < contest.models.size(); ++m) {
+    const std::vector<double> own =
+        difference(rollouts[m], other[m], contest.trajectories, options.horizons_s);
+    for (std::size_t h = 0; h < own.size(); ++h) least[h] = std::fmin(least[h], own[h] / 2);
+  }
+  return least;
+}
+
 void check_simulator_rollouts(std::span<const Rollout> rollouts, const Plan& plan,
                               const char* what) {
   if (rollouts.empty()) return;
@@ -206,16 +252,19 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
   for (const Trajectory& trajectory : contest.trajectories) {
     report.trajectories.push_back(trajectory.data.name);
     longest = std::max(longest, (trajectory.data.length() - 1) * trajectory.data.dt());
+    report.repeats.push_back(find_repeats(trajectory.data));
     if (trajectory.truth) rms.push_back(friction_rms(trajectory));
   }
   if (rms.size() < contest.trajectories.size()) rms.clear();
   for (const double h : options.horizons_s) report.horizons_s.push_back(h == 0 ? longest : h);
 
-  Rolled rolled = roll_out_all(contest, plan, options, jobs);
+  const std::vector<std::vector<Driven>> driven = drive_all(contest, plan, jobs);
+  std::vector<std::vector<Rollout>> rollouts = roll_out_all(contest, driven, plan, options, jobs);
+  std::vector<std::vector<TorquePrediction>> predictions = predict_all(contest, jobs);
 
   std::vector<Rollout> simulated = contest.simulator_oracle, halved = contest.simulator_halved;
-  for (std::vector<Rollout>* rollouts : {&simulated, &halved})
-    for (Rollout& rollout : *rollouts)
+  for (std::vector<Rollout>* simulator : {&simulated, &halved})
+    for (Rollout& rollout : *simulator)
       settle_divergence(rollout,
                         contest.trajectories[static_cast<std::size_t>(rollout.start.trajectory)],
                         options.diverged_rad);
@@ -228,8 +277,9 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
   if (engine_oracle != contest.models.end() && !simulated.empty())
     report.integration = difference(
         simulated,
-        rolled.rollouts[static_cast<std::size_t>(engine_oracle - contest.models.begin())],
+        rollouts[static_cast<std::size_t>(engine_oracle - contest.models.begin())],
         contest.trajectories, options.horizons_s);
+  report.repeat = repeat_floor(contest, report.repeats, plan, driven, rollouts, options, jobs);
 
   if (!simulated.empty()) {
     ModelResult& oracle = report.models.emplace_back();
@@ -249,12 +299,14 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
       result.parameters = model.free_parameters;
       result.fit_seconds = model.fit_seconds;
       result.is_oracle = model.is_oracle;
+      result.friction_states = model.arm.friction.model.state_size();
       result.is_conventional =
           !model.is_oracle &&
           std::find(contest.unconventional.begin(), contest.unconventional.end(), model.name) ==
               contest.unconventional.end();
-      add_scores(result, rolled.rollouts[m], rolled.driven[m], contest.trajectories,
-                 options.horizons_s);
+      add_scores(result, rollouts[m], driven[m], contest.trajectories, options.horizons_s);
+      if (!model.is_oracle && predictions[m].front().tau.size() > 0)
+        result.torque = std::move(predictions[m]);
     }
   summarise(report, options.min_headroom, rms);
   return report;

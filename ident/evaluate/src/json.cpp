@@ -7,7 +7,7 @@
 namespace fricid::evaluate {
 namespace {
 
-void put_friction(Json& json, const FrictionError& error, const std::string& prefix) {
+void put_friction(Json& json, const RegimeError& error, const std::string& prefix) {
   if (error.all.empty()) return;
   json[prefix] = numbers(error.all);
   json[prefix + "_presliding"] = numbers(error.presliding);
@@ -39,6 +39,25 @@ Json score_json(const RolloutScore& score, const EvaluationReport& report) {
   return json;
 }
 
+Json torque_json(const TorquePrediction& torque) {
+  return {{"rmse", numbers(torque.rmse.all)},
+               {"rmse_presliding", numbers(torque.rmse.presliding)},
+               {"rmse_reversal", numbers(torque.rmse.reversal)},
+               {"rmse_sliding", numbers(torque.rmse.sliding)},
+               {"one_step", numbers(torque.one_step)},
+               {"percent_of_rms", numbers(torque.percent_of_rms)},
+               {"r2", numbers(torque.r2)},
+               {"drift", numbers(torque.drift)},
+               {"drift_error", numbers(torque.drift_error)}};
+}
+
+Json repeats_json(const Repeats& repeats) {
+  if (repeats.period_s == 0) return nullptr;
+  return {{"period_s", repeats.period_s},
+          {"q_sd", numbers(repeats.q_sd)},
+          {"tau_sd", numbers(repeats.tau_sd)}};
+}
+
 Json model_json(const ModelResult& model, const EvaluationReport& report) {
   return {{"name", model.name},
           {"label", model.label},
@@ -47,9 +66,11 @@ Json model_json(const ModelResult& model, const EvaluationReport& report) {
           {"fit_seconds", model.fit_seconds},
           {"is_oracle", model.is_oracle},
           {"is_conventional", model.is_conventional},
+          {"friction_states", model.friction_states},
           {"trajectories", list(model.scores, [&](const RolloutScore& score) {
              return score_json(score, report);
-           })}};
+           })},
+          {"torque", list(model.torque, torque_json)}};
 }
 
 Json summary_json(const Summary& summary) {
@@ -85,12 +106,14 @@ std::string to_json(const EvaluationReport& report) {
   json["scene"] = report.scene;
   json["horizons_s"] = numbers(report.horizons_s);
   json["trajectories"] = report.trajectories;
+  json["repeats"] = list(report.repeats, repeats_json);
   json["models"] =
       list(report.models, [&](const ModelResult& model) { return model_json(model, report); });
   json["summary"] = list(report.summary, summary_json);
   json["headroom"] = numbers(report.headroom);
   json["oracle"] = numbers(report.oracle);
   json["halving"] = numbers(report.halving);
+  json["repeat"] = numbers(report.repeat);
   json["floor"] = numbers(report.floor);
   json["integration"] = numbers(report.integration);
   json["best_conventional"] = numbers(report.best_conventional);

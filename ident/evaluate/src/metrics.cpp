@@ -49,22 +49,22 @@ struct Regimes {
   std::vector<bool> presliding, reversal;
 };
 
-Regimes regimes_of(const Reference& truth, Eigen::Index j, double dt) {
-  const auto T = static_cast<std::size_t>(truth.v.rows());
+Regimes regimes_of(ConstRowMatrix q, ConstRowMatrix v, Eigen::Index j, double dt) {
+  const auto T = static_cast<std::size_t>(v.rows());
   Regimes regimes{std::vector<bool>(T), std::vector<bool>(T)};
   const auto window = static_cast<std::size_t>(std::lround(kReversalHalfWindow / dt));
-  double direction = 0, turned_at = truth.q(0, j);
+  double direction = 0, turned_at = q(0, j);
   for (std::size_t k = 0; k < T; ++k) {
     const auto row = static_cast<Eigen::Index>(k);
-    const double v = truth.v(row, j);
-    if (v * direction < 0) {
-      turned_at = truth.q(row, j);
+    const double speed = v(row, j);
+    if (speed * direction < 0) {
+      turned_at = q(row, j);
       for (std::size_t i = k - std::min(k, window); i < std::min(T, k + window); ++i)
         regimes.reversal[i] = true;
     }
-    if (v != 0) direction = v;
+    if (speed != 0) direction = speed;
     regimes.presliding[k] =
-        std::abs(v) < kPreslidingSpeed || std::abs(truth.q(row, j) - turned_at) < kPreslidingTravel;
+        std::abs(speed) < kPreslidingSpeed || std::abs(q(row, j) - turned_at) < kPreslidingTravel;
   }
   return regimes;
 }
@@ -83,27 +83,32 @@ HorizonError horizon_error(const Rollout& rollout, const Trajectory& trajectory,
   return error;
 }
 
-FrictionError friction_error(ConstRowMatrix tau_f, const Trajectory& trajectory, int begin) {
-  const Reference& truth = *trajectory.truth;
-  FrictionError error;
-  for (Eigen::Index j = 0; j < tau_f.cols(); ++j) {
-    const Regimes regimes = regimes_of(truth, j, trajectory.data.dt());
+RegimeError regime_error(ConstRowMatrix error, ConstRowMatrix q, ConstRowMatrix v, double dt,
+                         int begin) {
+  RegimeError rmse;
+  for (Eigen::Index j = 0; j < error.cols(); ++j) {
+    const Regimes regimes = regimes_of(q, v, j, dt);
     Mean all, presliding, reversal, sliding;
-    for (Eigen::Index i = 0; i < tau_f.rows(); ++i) {
-      const Eigen::Index row = begin + i;
-      const double e = tau_f(i, j) - truth.tau_f(row, j);
-      const auto k = static_cast<std::size_t>(row);
+    for (Eigen::Index i = 0; i < error.rows(); ++i) {
+      const double e = error(i, j);
+      const auto k = static_cast<std::size_t>(begin + i);
       all.add(e);
       if (regimes.presliding[k]) presliding.add(e);
       if (regimes.reversal[k]) reversal.add(e);
       if (!regimes.presliding[k] && !regimes.reversal[k]) sliding.add(e);
     }
-    error.all.push_back(all.rmse());
-    error.presliding.push_back(presliding.rmse());
-    error.reversal.push_back(reversal.rmse());
-    error.sliding.push_back(sliding.rmse());
+    rmse.all.push_back(all.rmse());
+    rmse.presliding.push_back(presliding.rmse());
+    rmse.reversal.push_back(reversal.rmse());
+    rmse.sliding.push_back(sliding.rmse());
   }
-  return error;
+  return rmse;
+}
+
+RegimeError friction_error(ConstRowMatrix tau_f, const Trajectory& trajectory, int begin) {
+  const Reference& truth = *trajectory.truth;
+  const RowMatrix error = tau_f - truth.tau_f.middleRows(begin, tau_f.rows());
+  return regime_error(error, truth.q, truth.v, trajectory.data.dt(), begin);
 }
 
 std::vector<double> friction_rms(const Trajectory& trajectory) {

@@ -117,12 +117,15 @@ double headroom_closed(double model, double best_conventional, double oracle) {
 HorizonVerdict verdict_of(const EvaluationReport& report, std::size_t h, double min_headroom) {
   const double above_floor = report.best_conventional[h] / report.floor[h];
   if (std::isnan(above_floor) || above_floor >= min_headroom) return {};
-  const bool halving = report.halving[h] > report.oracle[h];
+  const char* decided = report.halving[h] == report.floor[h] ? "halving the truth's inner step"
+                        : report.repeat[h] == report.floor[h]
+                            ? "what the torque of one period and of the next make of it"
+                            : "oracle";
   return {true, fmt::format(
                     "{:.3g} s: the best conventional model's MSE {:.2g} rad^2 is {:.2g} x the "
                     "floor {:.2g} ({}), {:.3g} x is asked",
                     report.horizons_s[h], report.best_conventional[h], above_floor, report.floor[h],
-                    halving ? "halving the truth's inner step" : "oracle", min_headroom)};
+                    decided, min_headroom)};
 }
 
 }  // namespace
@@ -155,21 +158,24 @@ void summarise(EvaluationReport& report, double min_headroom,
                                                     : reference->q_mse_geometric_mean;
   report.halving.resize(horizons, kNan);
   report.integration.resize(horizons, kNan);
+  report.repeat.resize(horizons, kNan);
   report.floor.clear();
   report.best_conventional.clear();
   report.headroom.clear();
   report.verdict.clear();
   for (std::size_t h = 0; h < horizons; ++h) {
-    report.floor.push_back(larger(report.oracle[h], report.halving[h]));
+    report.floor.push_back(larger(larger(report.oracle[h], report.halving[h]), report.repeat[h]));
     report.best_conventional.push_back(
         best(report.summary, h, [](const Summary& s) { return s.is_conventional; }));
-    report.headroom.push_back(report.best_conventional[h] / report.oracle[h]);
+    const double best_possible =
+        std::isnan(report.oracle[h]) ? report.floor[h] : report.oracle[h];
+    report.headroom.push_back(report.best_conventional[h] / best_possible);
     report.verdict.push_back(verdict_of(report, h, min_headroom));
     for (Summary& summary : report.summary) {
       const double error = summary.q_mse_geometric_mean[h];
       summary.ratio_to_oracle.push_back(error == report.oracle[h] ? 1 : error / report.oracle[h]);
       summary.headroom_closed.push_back(
-          headroom_closed(error, report.best_conventional[h], report.oracle[h]));
+          headroom_closed(error, report.best_conventional[h], best_possible));
     }
   }
 }

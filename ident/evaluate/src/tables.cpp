@@ -25,7 +25,7 @@ std::string error_table(const EvaluationReport& report) {
   };
   for (std::size_t i = 0; i < report.summary.size(); ++i) {
     const Summary& summary = report.summary[i];
-    if (i > 0 && report.summary[i - 1].is_oracle && !summary.is_oracle)
+    if (!summary.is_oracle && (i == 0 || report.summary[i - 1].is_oracle))
       add_bound("*floor*", report.floor);
     Cells& row = rows.emplace_back(Cells{summary.label});
     append(row, summary.q_mse_geometric_mean, digits);
@@ -111,6 +111,11 @@ std::string to_markdown(const EvaluationReport& report) {
         "allows.\n\n";
     text += closed_table(report);
   }
+  if (!has_oracle && has_any(report.floor))
+    text +=
+        "\nA log holds no truth. Where its motion repeats, the floor is half of what the open loop "
+        "under the torque of one period differs from that under the next, for the model that makes "
+        "least of it; headroom is the best conventional model over it.\n";
   text += fmt::format("\n{}", interval_table(report));
   if (has_friction) {
     text +=
@@ -146,15 +151,22 @@ std::string to_csv(const EvaluationReport& report) {
 
 void save_report(const EvaluationReport& report, std::span<const Trajectory> trajectories,
                  const std::filesystem::path& folder) {
-  for (const ModelResult& model : report.models)
+  for (const ModelResult& model : report.models) {
+    const auto file = [&](const char* kind, const Trajectory& trajectory) {
+      return folder / kind /
+             fmt::format("{}_s{}_{}.h5", model.name, model.seed, trajectory.data.name);
+    };
     for (const Rollout& rollout : model.rollouts) {
       const Trajectory& trajectory =
           trajectories[static_cast<std::size_t>(rollout.start.trajectory)];
-      save_rollout(rollout, trajectory, model.name, model.seed,
-                   folder / "rollouts" /
-                       fmt::format("{}_s{}_{}.h5", model.name, model.seed, trajectory.data.name));
+      save_rollout(rollout, trajectory, model.name, model.seed, file("rollouts", trajectory));
     }
+    for (std::size_t i = 0; i < model.torque.size(); ++i)
+      save_prediction(model.torque[i], trajectories[i].data, trajectories[i].q, trajectories[i].v,
+                      file("predictions", trajectories[i]));
+  }
   write_file_atomically(folder / "table.md", to_markdown(report));
+  write_file_atomically(folder / "torque.md", to_torque_markdown(report, trajectories));
   write_file_atomically(folder / "table.csv", to_csv(report));
   write_file_atomically(folder / "evaluation.json", to_json(report));
 }

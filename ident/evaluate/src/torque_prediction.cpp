@@ -1,6 +1,7 @@
 #include "fricid/evaluate/torque_prediction.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "fricid/base/error.hpp"
 #include "fricid/evaluate/constant_friction.hpp"
@@ -22,21 +23,47 @@ RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, ConstRowMatrix q,
   return tau;
 }
 
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr int kBlocks = 20;  // of a recording, for drift
+
+/// Least-squares line through the block means of e, and its standard error [1/s].
+std::pair<double, double> drift_of(const Eigen::VectorXd& e, double dt) {
+  const Eigen::Index length = e.size() / kBlocks;
+  Eigen::Array<double, kBlocks, 1> t, mean;
+  for (Eigen::Index b = 0; b < kBlocks; ++b) {
+    double sum = 0;
+    int count = 0;
+    for (Eigen::Index k = b * length; k < (b + 1) * length; ++k)
+      if (std::isfinite(e[k])) {
+        sum += e[k];
+        ++count;
+      }
+    t[b] = (static_cast<double>(b) + 0.5) * static_cast<double>(length) * dt;
+    mean[b] = sum / count;
+  }
+  t -= t.mean();
+  const double slope = (t * mean).sum() / t.square().sum();
+  const double left = (mean - mean.mean() - slope * t).square().sum() / (kBlocks - 2);
+  return {slope, std::sqrt(left / t.square().sum())};
+}
+
 void score_joint(TorquePrediction& prediction, const RowMatrix& measured, Eigen::Index j) {
-  double sum = 0, squares = 0, residual = 0;
+  double sum = 0, squares = 0, residual = 0, product = 0, last = kNan;
   int count = 0;
   for (Eigen::Index k = 0; k < measured.rows(); ++k) {
-    const double tau = measured(k, j);
-    if (!std::isfinite(tau)) continue;
-    const double e = prediction.tau(k, j) - tau;
-    sum += tau;
-    squares += tau * tau;
-    residual += e * e;
-    ++count;
+    const double tau = measured(k, j), e = prediction.tau(k, j) - tau;
+    if (std::isfinite(tau)) {
+      sum += tau;
+      squares += tau * tau;
+      residual += e * e;
+      ++count;
+    }
+    if (std::isfinite(e * last)) product += e * last;
+    last = e;
   }
-  const double rmse = std::sqrt(residual / count);
-  prediction.rmse.push_back(rmse);
-  prediction.percent_of_rms.push_back(100 * rmse / std::sqrt(squares / count));
+  const double rho = residual > 0 ? product / residual : 0;
+  prediction.one_step.push_back(std::sqrt(residual / count * (1 - rho * rho)));
+  prediction.percent_of_rms.push_back(100 * std::sqrt(residual / squares));
   prediction.r2.push_back(1 - residual / (squares - sum * sum / count));
 }
 
@@ -63,7 +90,14 @@ TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& k
     prediction.tau = rigid + prediction.tau_f;
   }
   prediction.tau_f.rowwise() += constant_friction(arm.robot, known);
-  for (Eigen::Index j = 0; j < n; ++j) score_joint(prediction, dataset.tau, j);
+  const RowMatrix left = dataset.tau - prediction.tau;
+  prediction.rmse = regime_error(left, q, v, dataset.dt(), 0);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    score_joint(prediction, dataset.tau, j);
+    const auto [slope, error] = drift_of(left.col(j), dataset.dt());
+    prediction.drift.push_back(slope);
+    prediction.drift_error.push_back(error);
+  }
   return prediction;
 }
 

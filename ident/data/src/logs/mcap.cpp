@@ -9,6 +9,7 @@
 #include <set>
 
 #include "columns.hpp"
+#include "compression.hpp"
 #include "fricid/base/error.hpp"
 
 namespace fricid::data {
@@ -131,15 +132,20 @@ class Walker {
       } else if (opcode == kMessage) {
         if (!take_message(content)) return false;
       } else if (opcode == kChunk && may_hold_chunks) {
-        content.take(8 + 8 + 8 + 4);  // times, size, checksum
-        const std::string compression = content.text();
-        if (!compression.empty())
-          throw UserError("{}: chunks are compressed by {}; allowed: none", file_,
-                          in_quotes(compression));
-        if (!walk_records(content.take(content.number<std::uint64_t>()), false)) return false;
+        if (!walk_chunk(content)) return false;
       }
     }
     return true;
+  }
+
+  bool walk_chunk(Bytes& content) {
+    content.take(8 + 8);  // times
+    const auto size = content.number<std::uint64_t>();
+    content.take(4);  // checksum
+    const std::string compression = content.text();
+    const std::string_view stored = content.take(content.number<std::uint64_t>());
+    if (compression.empty()) return walk_records(stored, false);
+    return walk_records(decompressed(stored, size, compression, file_), false);
   }
 
   void add_channel(Bytes& content) {

@@ -23,7 +23,7 @@ std::vector<std::string> mcap_names(std::string_view bytes, const std::string& f
                                     const LogStyle& style);
 
 /// Messages in the order of the file; a joint or array that a message lacks is missing there.
-/// @throws UserError naming the byte: no MCAP, torn, compressed, two topics and none named
+/// @throws UserError naming the byte: no MCAP, torn, damaged, two topics and none named
 LogTable parse_mcap(std::string_view bytes, const std::string& file,
                     const std::vector<std::string>& wanted, const LogStyle& style);
 

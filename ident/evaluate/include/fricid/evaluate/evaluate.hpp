@@ -46,8 +46,12 @@ void summarise(EvaluationReport& report, double min_headroom,
 std::string to_json(const EvaluationReport& report);
 std::string to_markdown(const EvaluationReport& report);
 std::string to_csv(const EvaluationReport& report);
+/// Torque along the measured motion, joint by joint: shares left, regimes, drift, repeatability.
+std::string to_torque_markdown(const EvaluationReport& report,
+                               std::span<const Trajectory> trajectories);
 
-/// Writes evaluation.json, table.md, table.csv and rollouts/NAME_sSEED_TRAJECTORY.h5 into `folder`.
+/// Writes evaluation.json, table.md, torque.md, table.csv, rollouts/NAME_sSEED_TRAJECTORY.h5 and
+/// predictions/ under the same names into `folder`.
 void save_report(const EvaluationReport& report, std::span<const Trajectory> trajectories,
                  const std::filesystem::path& folder);
 

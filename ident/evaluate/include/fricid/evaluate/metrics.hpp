@@ -21,20 +21,25 @@ struct HorizonError {
 /// Errors of a rollout over its first `steps` samples after the start.
 HorizonError horizon_error(const Rollout& rollout, const Trajectory& trajectory, int steps);
 
-/// Root mean square error of friction torque per joint [N m] by regime of the true motion:
+/// Root mean square error of a torque per joint [N m] by regime of the motion:
 ///
 ///     presliding   |v| < 0.05 rad/s, or less than 5 mrad of travel since the last reversal
 ///     reversal     less than 0.05 s from a change of sign of v
 ///     sliding      neither
 ///
 /// Presliding and reversal overlap. NaN where a joint has no such sample.
-struct FrictionError {
+struct RegimeError {
   std::vector<double> all, presliding, reversal, sliding;  ///< (n)
 };
 
+/// @param error  (rows, n) [N m], row i at row begin + i of the motion; missing (NaN) left out
+/// @param q, v   (T, n) motion that decides the regime [rad], [rad/s]
+RegimeError regime_error(ConstRowMatrix error, ConstRowMatrix q, ConstRowMatrix v, double dt,
+                         int begin);
+
 /// @param tau_f  torque to be scored (rows, n), row i at sample begin + i of the trajectory
 /// @pre trajectory.truth holds tau_f
-FrictionError friction_error(ConstRowMatrix tau_f, const Trajectory& trajectory, int begin);
+RegimeError friction_error(ConstRowMatrix tau_f, const Trajectory& trajectory, int begin);
 
 /// Root mean square of the true friction torque per joint [N m], whole recording.
 std::vector<double> friction_rms(const Trajectory& trajectory);

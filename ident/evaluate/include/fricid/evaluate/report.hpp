@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "fricid/evaluate/metrics.hpp"
+#include "fricid/evaluate/repeats.hpp"
 #include "fricid/evaluate/statistics.hpp"
+#include "fricid/evaluate/torque_prediction.hpp"
 
 namespace fricid::evaluate {
 
@@ -18,9 +20,9 @@ struct RolloutScore {
   std::vector<HorizonError> horizons;
   /// Driven by the measured motion (teacher forcing) from the start to the end of the recording;
   /// empty without truth.
-  FrictionError friction;
+  RegimeError friction;
   /// Along the rollout, which has left the true motion; empty without truth.
-  FrictionError friction_rollout;
+  RegimeError friction_rollout;
 };
 
 /// All rollouts of one model and seed.
@@ -32,8 +34,10 @@ struct ModelResult {
   double fit_seconds = 0;
   bool is_oracle = false;
   bool is_conventional = false;
+  int friction_states = 0;
   std::vector<RolloutScore> scores;
   std::vector<Rollout> rollouts;  ///< those from the first sample, one per trajectory
+  std::vector<TorquePrediction> torque;  ///< one per trajectory; none for oracles
 };
 
 /// One model over its seeds, trajectories and starts; one value per horizon.
@@ -73,14 +77,19 @@ struct EvaluationReport {
   std::string scene;
   std::vector<double> horizons_s;  ///< full length as seconds of the longest trajectory
   std::vector<std::string> trajectories;
+  std::vector<Repeats> repeats;  ///< one per trajectory
   std::vector<ModelResult> models;  ///< oracles first
   std::vector<Summary> summary;     ///< one per name, in the same order
   std::vector<double> oracle;       ///< geometric mean of q_mse [rad^2]
   std::vector<double> halving;      ///< the same between the truth and the truth at half its step
-  std::vector<double> floor;        ///< the larger of the two
+  /// Without truth, where the motion repeats: half the same between a model's rollouts under the
+  /// torque of one period and of the next, for the model that makes least of the difference.
+  std::vector<double> repeat;
+  std::vector<double> floor;        ///< the largest of the three
   std::vector<double> integration;  ///< the same between the engine's oracle and the simulator's
   std::vector<double> best_conventional;  ///< smallest geometric mean of the conventional models
-  std::vector<double> headroom;           ///< best conventional / oracle
+  /// Best conventional / oracle, or without one / floor.
+  std::vector<double> headroom;
   std::vector<HorizonVerdict> verdict;
 
   /// True when every horizon can rank models.

@@ -1,21 +1,31 @@
 // Prediction of the motor torque from measured motion, for logs whose open loop means nothing.
 #pragma once
 
+#include <filesystem>
 #include <vector>
 
 #include "fricid/data/dataset.hpp"
+#include "fricid/evaluate/metrics.hpp"
 #include "fricid/system/arm.hpp"
 #include "fricid/system/driven_friction.hpp"
 
 namespace fricid::evaluate {
 
-/// Predicted motor torque and its error per joint, over the samples with a measured torque.
+/// Predicted motor torque and its error e per joint, over the samples with a measured torque.
 struct TorquePrediction {
   RowMatrix tau;                       ///< (T, n) predicted [N m]
   RowMatrix tau_f;                     ///< (T, n) friction in it, its constant part too [N m]
-  std::vector<double> rmse;            ///< (n) [N m]
+  RegimeError rmse;                    ///< (n) [N m], by regime of the measured motion
   std::vector<double> percent_of_rms;  ///< (n) 100 rmse / rms of the measured torque
   std::vector<double> r2;              ///< (n) 1 - sum e^2 / sum (tau - mean tau)^2
+  /// (n) RMSE of the one-step-ahead prediction, which also knows the error of the last sample:
+  /// e_k - rho e_{k-1}, rho the lag-one autocorrelation of e over the recording [N m]. What white
+  /// noise leaves of rmse; far below it, the model misses something slow.
+  std::vector<double> one_step;
+  /// (n) Straight line through the means of measured - predicted over twentieths of the recording,
+  /// and its standard error from their scatter, which a slow residual does not make too small
+  /// [N m / s]. NaN where a twentieth holds no sample.
+  std::vector<double> drift, drift_error;
 };
 
 /// tau = M(q) a + h(q, v) + tau_f, friction driven by the motion (free run: its state is never
@@ -28,5 +38,10 @@ struct TorquePrediction {
 TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& known,
                                    const data::Dataset& dataset, ConstRowMatrix q, ConstRowMatrix v,
                                    ConstRowMatrix a);
+
+/// Writes HDF5, format "fricid.prediction/1": /t (s), /q, /v, /tau as measured, /tau_predicted,
+/// /tau_f with attribute `unit`; root attribute joint_names. Atomic.
+void save_prediction(const TorquePrediction& prediction, const data::Dataset& dataset,
+                     ConstRowMatrix q, ConstRowMatrix v, const std::filesystem::path& path);
 
 }  // namespace fricid::evaluate

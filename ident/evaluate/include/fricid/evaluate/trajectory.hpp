@@ -26,6 +26,7 @@ struct Trajectory {
   data::Dataset data;
   RowMatrix q;  ///< (T, n) zero-phase filtered position [rad]
   RowMatrix v;  ///< (T, n) its derivative [rad/s]
+  RowMatrix a;  ///< (T, n) its second derivative [rad/s^2]; empty: no torque is predicted
   std::optional<Reference> truth;
 
   const RowMatrix& scored_q() const { return truth ? truth->q : data.q; }

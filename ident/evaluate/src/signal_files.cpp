@@ -1,5 +1,6 @@
 #include "fricid/data/hdf5.hpp"
 #include "fricid/evaluate/rollout.hpp"
+#include "fricid/evaluate/torque_prediction.hpp"
 
 namespace fricid::evaluate {
 
@@ -15,6 +16,19 @@ void save_rollout(const Rollout& rollout, const Trajectory& trajectory, const st
     file.matrix("q", rollout.q, "rad");
     file.matrix("v", rollout.v, "rad/s");
     file.matrix("tau_f", rollout.tau_f, "N m");
+  });
+}
+
+void save_prediction(const TorquePrediction& prediction, const data::Dataset& dataset,
+                     ConstRowMatrix q, ConstRowMatrix v, const std::filesystem::path& path) {
+  data::write_hdf5(path, "fricid.prediction/1", [&](data::H5Writer& file) {
+    file.attribute("joint_names", dataset.joint_names);
+    file.vector("t", dataset.t, "s");
+    file.matrix("q", q, "rad");
+    file.matrix("v", v, "rad/s");
+    file.matrix("tau", dataset.tau, "N m");
+    file.matrix("tau_predicted", prediction.tau, "N m");
+    file.matrix("tau_f", prediction.tau_f, "N m");
   });
 }
 

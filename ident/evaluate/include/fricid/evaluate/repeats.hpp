@@ -1,0 +1,28 @@
+// Motions that come again: what a recording says of its own noise without any truth.
+#pragma once
+
+#include <vector>
+
+#include "fricid/data/dataset.hpp"
+#include "fricid/system/driven_friction.hpp"
+
+namespace fricid::evaluate {
+
+/// A recording whose motion repeats, and what does not repeat with it: the standard deviation of
+/// one passage, root mean square of x(t + P) - x(t) over sqrt 2. No function of the motion predicts
+/// the torque better than tau_sd.
+struct Repeats {
+  double period_s = 0;               ///< P [s]; 0: the motion does not repeat
+  std::vector<double> q_sd, tau_sd;  ///< (n) [rad], [N m]; empty without a period
+};
+
+/// The least lag P, at most half the recording and 300 s, by which the motion comes back: the mean over
+/// moving joints of mean (q(t + P) - q(t))^2 / (2 var q) has first risen above one quarter and then
+/// fallen below 1e-3, where it has its minimum.
+Repeats find_repeats(const data::Dataset& dataset);
+
+/// The measured torque (T, n) that belongs to the same motion one period later, or before where the
+/// recording ends. @pre the recording is at least two periods long
+RowMatrix other_passage(ConstRowMatrix tau, int period);
+
+}  // namespace fricid::evaluate

@@ -1,0 +1,181 @@
+#include <algorithm>
+#include <cmath>
+
+#include "html.hpp"
+#include "json_files.hpp"
+#include "report_parts.hpp"
+
+namespace fricid::render {
+namespace {
+
+using html::Row;
+using nlohmann::json;
+using Values = std::vector<double>;
+
+/// Mean over the recordings and seeds of one model of a list per joint; empty without one.
+Values mean_of(const json& evaluation, const std::string& name, const std::string& key) {
+  Values sum;
+  int count = 0;
+  for (const json& model : evaluation.at("models")) {
+    if (model.value("name", "") != name) continue;
+    for (const json& torque : model.value("torque", json::array())) {
+      const Values own = numbers_in(torque, key);
+      sum.resize(own.size(), 0);
+      for (std::size_t j = 0; j < own.size(); ++j) sum[j] += own[j];
+      ++count;
+    }
+  }
+  for (double& value : sum) value /= count;
+  return sum;
+}
+
+struct Predicted {
+  const RunModel* model;
+  bool is_static_law;  ///< a convention whose friction has no state
+  Values percent;      ///< (n) of the torque's RMS
+};
+
+std::vector<Predicted> predictions_of(const Record& record) {
+  std::vector<Predicted> found;
+  for (const RunModel& model : record.run.models) {
+    Values percent = mean_of(record.run.evaluation, model.name, "percent_of_rms");
+    if (percent.empty()) continue;
+    bool is_static = false;
+    for (const json& own : record.run.evaluation.at("models"))
+      if (own.value("name", "") == model.name)
+        is_static = own.value("is_conventional", false) && own.value("friction_states", 1) == 0;
+    found.push_back({&model, is_static, std::move(percent)});
+  }
+  return found;
+}
+
+/// Which models err less than every static law, and at how many joints.
+std::string comparison(const std::vector<Predicted>& predictions) {
+  Values least;
+  std::vector<std::string> names;
+  for (const Predicted& prediction : predictions) {
+    if (!prediction.is_static_law) continue;
+    names.push_back(html::escaped(prediction.model->label));
+    least.resize(prediction.percent.size(), INFINITY);
+    for (std::size_t j = 0; j < least.size(); ++j)
+      least[j] = std::min(least[j], prediction.percent[j]);
+  }
+  std::vector<std::string> others;
+  for (const Predicted& prediction : predictions) {
+    if (prediction.is_static_law || least.empty()) continue;
+    int better = 0;
+    for (std::size_t j = 0; j < least.size(); ++j) better += prediction.percent[j] < least[j];
+    others.push_back(
+        fmt::format("{} at {}", html::escaped(prediction.model->label), better));
+  }
+  if (others.empty()) return {};
+  return fmt::format("<p>Below every law without a state ({}), of {} joints: {}.</p>\n",
+                     html::enumeration(names), least.size(), html::enumeration(others));
+}
+
+std::vector<std::string> joints_head(const Run& run) {
+  std::vector<std::string> head{"model"};
+  for (int j = 0; j < run.n(); ++j) head.push_back(html::escaped(run.joint(j)));
+  return head;
+}
+
+std::string percent_table(const Record& record, const std::vector<Predicted>& predictions) {
+  std::vector<Row> rows;
+  Values least(predictions.front().percent.size(), INFINITY);
+  for (const Predicted& prediction : predictions)
+    for (std::size_t j = 0; j < least.size(); ++j)
+      least[j] = std::min(least[j], prediction.percent[j]);
+  for (const Predicted& prediction : predictions) {
+    Row row{{{dotted(*prediction.model)}}};
+    for (std::size_t j = 0; j < least.size(); ++j)
+      row.cells.push_back({html::number(prediction.percent[j]),
+                           prediction.percent[j] == least[j] ? "best" : ""});
+    rows.push_back(std::move(row));
+  }
+  return html::table(joints_head(record.run), rows,
+                     "Error of the motor torque along the measured motion [% of its RMS], mean over "
+                     "the held-out recordings. Friction runs free: the measured motion drives it, "
+                     "the measured torque never corrects it. Bold: the best model.");
+}
+
+/// What a regime or a correction leaves, mean over joints of the share of the whole error.
+std::string regime_table(const Record& record, const std::vector<Predicted>& predictions) {
+  std::vector<Row> rows;
+  for (const Predicted& prediction : predictions) {
+    Row row{{{dotted(*prediction.model)}}};
+    const Values all = mean_of(record.run.evaluation, prediction.model->name, "rmse");
+    for (const char* key : {"rmse_reversal", "rmse_presliding", "rmse_sliding", "one_step"}) {
+      const Values own = mean_of(record.run.evaluation, prediction.model->name, key);
+      double sum = 0;
+      int count = 0;
+      for (std::size_t j = 0; j < own.size(); ++j)
+        if (const double share = own[j] / all[j] * prediction.percent[j]; std::isfinite(share)) {
+          sum += share;
+          ++count;
+        }
+      row.cells.push_back({html::number(sum / count)});
+    }
+    rows.push_back(std::move(row));
+  }
+  return html::table({"model", "reversal", "presliding", "sliding", "one step"}, rows,
+                     "The same by regime, mean over joints [% of the torque's RMS]: within 50 ms "
+                     "of a reversal; below 0.05 rad/s or within 5 mrad of one; the rest. One step: "
+                     "with the error of the last sample known, so what white noise leaves.");
+}
+
+std::string drift_table(const Record& record, const std::vector<Predicted>& predictions) {
+  constexpr double kPerMinute = 60, kCertain = 3;
+  std::vector<Row> rows;
+  for (const Predicted& prediction : predictions) {
+    Row row{{{dotted(*prediction.model)}}};
+    const Values drift = mean_of(record.run.evaluation, prediction.model->name, "drift"),
+                 error = mean_of(record.run.evaluation, prediction.model->name, "drift_error");
+    for (std::size_t j = 0; j < drift.size(); ++j)
+      row.cells.push_back({fmt::format("{} ± {}", html::number(kPerMinute * drift[j]),
+                                       html::number(kPerMinute * error[j], 1)),
+                           std::abs(drift[j]) > kCertain * error[j] ? "bad" : ""});
+    rows.push_back(std::move(row));
+  }
+  return html::table(joints_head(record.run), rows,
+                     "Drift of what is left [N m/min], mean over recordings, and its standard "
+                     "error; marked beyond three of them: warming up, or a slow motion that the "
+                     "model lacks.");
+}
+
+/// What the recordings say of their own noise.
+std::string repeats_table(const Record& record) {
+  const json& evaluation = record.run.evaluation;
+  const json repeats = evaluation.value("repeats", json::array());
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < repeats.size(); ++i) {
+    if (!repeats[i].is_object()) continue;
+    Row row{{{html::escaped(evaluation.at("trajectories").at(i).get<std::string>())},
+             {html::number(number_in(repeats[i], "period_s"), 4)}}};
+    for (const double sd : numbers_in(repeats[i], "tau_sd")) row.cells.push_back({html::number(sd)});
+    rows.push_back(std::move(row));
+  }
+  if (rows.empty())
+    return "<p class=\"note\">No motion repeats in these recordings, so how much of the error is "
+           "noise is not known: record two periods.</p>\n";
+  std::vector<std::string> head = joints_head(record.run);
+  head.front() = "recording";
+  head.insert(head.begin() + 1, "period [s]");
+  return html::table(head, rows,
+                     "Repeatability: standard deviation of the torque of one passage of a motion "
+                     "against the next [N m]. No function of the motion can err by less.");
+}
+
+}  // namespace
+
+std::string torque_section(const Record& record) {
+  const std::vector<Predicted> predictions = predictions_of(record);
+  if (predictions.empty()) return {};
+  std::string text = "<h2 id=\"torque\">Torque along the motion</h2>\n" +
+                     percent_table(record, predictions) + comparison(predictions);
+  std::string more = regime_table(record, predictions) + drift_table(record, predictions);
+  if (record.run.truth)
+    return text + "<details><summary>By regime, and drift</summary>\n" + more + "</details>\n";
+  return text + more + repeats_table(record);
+}
+
+}  // namespace fricid::render
