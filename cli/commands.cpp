@@ -40,8 +40,8 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
   make_data(job);
   const bool healthy = identify_models(job, options.models, options.seeds);
   const bool meaningful = evaluate_models(job, options.data);
-  for (const std::string& missed :
-       {draw_plots(job), job.experiment.render.video ? make_videos(job, {}) : std::string()})
+  const bool videos = job.experiment.render.video && !options.no_video;
+  for (const std::string& missed : {draw_plots(job), videos ? make_videos(job, {}) : std::string()})
     if (!missed.empty()) std::fprintf(stderr, "%s\n", missed.c_str());
   make_report(job);
   print_result(job, common);

@@ -21,6 +21,7 @@ struct RunOptions {
   std::string seeds;                        ///< empty: those of the scene
   std::optional<std::uint64_t> seed;        ///< of the scene itself, its data included
   std::vector<std::filesystem::path> data;  ///< further data sets to evaluate on
+  bool no_video = false;
 };
 
 struct RenderOptions {

@@ -60,6 +60,7 @@ int main(int argc, char** argv) {
   run_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
   run_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
   run_command->add_option("--seed", run_options.seed, "of the data, instead of the scene's");
+  run_command->add_flag("--no-video", run_options.no_video, "leave the videos out");
   add_common(*run_command, common, "fricid run scenes/kr6_demo.toml -o run/kr6_demo");
   run_command->callback([&] { command = [&] { return run(run_options, common); }; });
 

@@ -319,7 +319,9 @@ Figure correlation(const Run& run, const RunModel& model) {
       panel.x_tics.emplace_back(a, symbols[known[a]]);
       panel.y_tics.emplace_back(a, symbols[known[a]]);
       for (std::size_t b = 0; b < known.size(); ++b) {
-        const double value = found.at("matrix")[known[a]][known[b]].get<double>();
+        const json& entry = found.at("matrix")[known[a]][known[b]];
+        if (!entry.is_number()) continue;
+        const double value = entry.get<double>();
         const auto x = static_cast<double>(b), y = static_cast<double>(a);
         tiles.x.push_back(x);
         tiles.y.push_back(y);

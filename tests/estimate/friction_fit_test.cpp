@@ -117,6 +117,33 @@ TEST(FitJointFriction, HeldParametersHaveNoStandardErrors) {
   EXPECT_TRUE(fit.correlation.array().isNaN().all());
 }
 
+// Only ratios of GMS's alpha count: none has a standard error, while its neighbours do.
+TEST(FitJointFriction, WhatOnlyACombinationKnowsHasNoStandardError) {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("dahl", {4, 200, 2}, arm.robot.n());
+  const auto logs = logs_of(arm, {}, 1);
+  const Prepared prepared = prepare(make_experiment(arm.robot), logs, 2);
+  const std::vector<data::RowMatrix> target{prepared.sequences[0].tau};
+  const JointFrictionData data(prepared.sequences, target, 0, 10);
+  const friction::RobotFriction one({{{{"gms", 2, {}}}}});
+  FrictionFitOptions options;
+  options.evaluations = 200;
+  const JointFrictionFit fit = fit_joint_friction(data, one, default_theta(one), options);
+  int known = 0;
+  for (std::size_t i = 0; i < fit.theta.size(); ++i) {
+    const bool alpha = one.parameters()[i].symbol.starts_with("alpha");
+    if (alpha) {
+      EXPECT_TRUE(std::isnan(fit.standard_error[i])) << one.parameters()[i].symbol;
+    }
+    known += std::isfinite(fit.standard_error[i]);
+  }
+  EXPECT_GE(known, 3);
+  for (const double r : fit.correlation.reshaped())
+    if (!std::isnan(r)) {
+      EXPECT_LE(std::abs(r), 1 + 1e-9);
+    }
+}
+
 // A ripple of any order is found although a descent sees no further than a period over the travel.
 TEST(FitConventional, FindsTheOrderOfARipple) {
   Arm arm{small_arm(), {}};

@@ -7,9 +7,9 @@
 
 #include <nlopt.h>
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "fricid/base/progress.hpp"
-#include "information.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -116,6 +116,35 @@ NormalEquations linearise(const JointFrictionData& data, const friction::RobotFr
   return out;
 }
 
+// H^+ B H^+ over the directions that H knows, in units in which its diagonal is one. A parameter that
+// has part in an unknown direction (only ratios of GMS's alpha count) has no variance of its own: NaN.
+Eigen::MatrixXd sandwich(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
+  constexpr double kUnknown = 1e-9;  // share of the diagonal
+  constexpr double kPart = 1e-3;     // squared share in a unit direction
+  const Eigen::Index p = H.rows();
+  if (p == 0) return H;
+  Eigen::VectorXd unit(p);
+  for (Eigen::Index i = 0; i < p; ++i) unit[i] = H(i, i) > 0 ? 1 / std::sqrt(H(i, i)) : 0;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(
+      unit.asDiagonal() * H * unit.asDiagonal());
+  Eigen::VectorXd inverse = directions.eigenvalues(), unknown = Eigen::VectorXd::Zero(p);
+  for (Eigen::Index d = 0; d < p; ++d) {
+    const bool known = inverse[d] > kUnknown;
+    if (!known) unknown += directions.eigenvectors().col(d).cwiseAbs2();
+    inverse[d] = known ? 1 / inverse[d] : 0;
+  }
+  const Eigen::MatrixXd half = directions.eigenvectors() * inverse.asDiagonal() *
+                               directions.eigenvectors().transpose() * unit.asDiagonal();
+  Eigen::MatrixXd covariance = unit.asDiagonal() * half * B * half.transpose() * unit.asDiagonal();
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (Eigen::Index i = 0; i < p; ++i)
+    if (unknown[i] > kPart) {
+      covariance.row(i).setConstant(kNone);
+      covariance.col(i).setConstant(kNone);
+    }
+  return covariance;
+}
+
 }  // namespace
 
 SearchCoordinates::SearchCoordinates(const friction::RobotFriction& friction,
@@ -190,8 +219,7 @@ Eigen::MatrixXd search_covariance(const JointFrictionData& data,
                                   block.residuals * mean + block.rows * mean_residual * mean;
     B += score * score.transpose();
   }
-  const Eigen::MatrixXd inverse = invert(H, nullptr);
-  return inverse * B * inverse;
+  return sandwich(H, B);
 }
 
 Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction& friction,

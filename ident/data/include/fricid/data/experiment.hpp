@@ -268,9 +268,9 @@ struct TorqueTrainingConfig {
 
 /// [model.train]: training on open-loop windows.
 struct TrainConfig {
-  double window_s = 0.5;
+  double window_s = 0.25;
   int batch = 32;
-  int iterations = 1000;
+  int iterations = 2400;
   double rate = 0.008;
   bool rigid_body = true;
   double hold_out = 0.2;

@@ -29,10 +29,10 @@ double held_out_error(const Arm& arm, std::span<const Recording> recordings, con
 inline constexpr double kFallenSquare = 1;  // [rad^2]
 
 struct MultiStepOptions {
-  double window_s = 0.5;
+  double window_s = 0.25;
   int batch = 32;            ///< windows per iteration
   double from_rest = 0.125;  ///< share of them that begin with a recording
-  int iterations = 1000;
+  int iterations = 2400;
   double rate = 8e-3;       ///< of Adam, times 0.3 after 60 % and 0.1 after 85 % of the iterations
   double hold_out = 0.2;    ///< share of every recording
   int wash_out_every = 20;  ///< iterations between refreshes of the friction states
