@@ -15,6 +15,7 @@ constexpr std::string_view kStartOfLearnedLaws = "dahl";
 constexpr std::string_view kStartOfRobotLaws = "coulomb_viscous";
 // How a learned law shares out the Coulomb friction of its start.
 constexpr double kWithoutMemory = 0.1, kOfNetwork = 0.5;
+constexpr int kBackboneEvaluations = 60;  // of Nelder-Mead, before Levenberg-Marquardt
 
 /// Torque sizes per joint (n) [N m].
 std::vector<double> torque_rms(std::span<const Recording> recordings) {
@@ -71,6 +72,38 @@ Arm learned_start(const Arm& start, const friction::LawSpec& law, std::uint64_t 
     value = std::clamp(value, ref.info.lower, ref.info.upper);
   }
   return arm;
+}
+
+/// Fits what of a learned law is physical (levels and lengths of its bristles, Coulomb and viscous
+/// torque) to the torque that the rigid body leaves, its networks as they are.
+void fit_backbone(Arm& arm, const Prepared& prepared, double cutoff_hz, int seed, int jobs) {
+  const friction::JointSpec& spec = arm.friction.model.joints().front();
+  const friction::RobotFriction one({spec});
+  FrictionFitOptions options;
+  options.starts = 1;
+  options.evaluations = kBackboneEvaluations;
+  options.seed = static_cast<std::uint64_t>(seed);
+  for (const friction::ParameterRef& ref : one.parameters()) {
+    const bool physical = ref.owner == spec.laws.front().law &&
+                          (ref.symbol == "F0" || ref.symbol == "v0" || ref.symbol == "Fv" ||
+                           ref.symbol[0] == 'K' || ref.symbol.starts_with("Delta"));
+    if (!physical) options.held.push_back(ref.symbol);
+  }
+  std::vector<data::RowMatrix> target;
+  for (const Filtered& s : prepared.sequences)
+    target.push_back(s.tau - rigid_body_torque(arm.robot, arm.robot.pi, s));
+  parallel_for(arm.robot.n(), jobs, [&](int j) {
+    const std::span<double> own =
+        std::span(arm.friction.theta)
+            .subspan(static_cast<std::size_t>(arm.friction.model.parameter_begin(j)),
+                     one.parameters().size());
+    const JointFrictionData data(prepared.sequences, target, j, cutoff_hz);
+    FrictionFitOptions of_joint = options;
+    of_joint.stream = static_cast<std::uint64_t>(j);
+    const JointFrictionFit fit =
+        fit_joint_friction(data, one, std::vector<double>(own.begin(), own.end()), of_joint);
+    if (fit.outcome != Outcome::kFailed) std::copy(fit.theta.begin(), fit.theta.end(), own.begin());
+  });
 }
 
 /// A law of the whole robot with random weights in the place of the friction of `start`, its scales
@@ -215,11 +248,14 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
   std::vector<TorqueData> explained;
   if (whole || config.method == "torque")
     explained = torque_data(arm, prepared.sequences, prepared.recordings, config.torque.filtered);
-  if (whole)
+  if (whole) {
     arm = robot_law_start(arm, config, static_cast<std::uint64_t>(seed), explained);
-  else if (learned)
+  } else if (learned) {
     arm = learned_start(arm, {config.law, config.elements, modifiers_of(config)},
                         static_cast<std::uint64_t>(seed), torque);
+    // windows move the bristles themselves, and further from a start that is not yet a minimum
+    if (config.method == "torque") fit_backbone(arm, prepared, cutoff, seed, jobs);
+  }
   report.joints.clear();
   const auto take = [&](const auto& trained) {
     report.outcome = trained.outcome;

@@ -45,25 +45,27 @@ double objective(unsigned size, const double* x, double*, void* user) {
   return safe_mean_square(search.data, search.friction, search.theta);
 }
 
-// Calls f(sequence, row, column of the Jacobian, residual) for every row of the residuals at x,
-// columns by forward differences. Rows that are not used are zero.
+// Calls f(sequence, row, row of the Jacobian, residual) for every row of the residuals at x; the
+// Jacobian's columns are the coordinates `wanted`, by forward differences. Unused rows are zero.
 template <class F>
 void for_each_row(const JointFrictionData& data, const friction::RobotFriction& friction,
-                  const SearchCoordinates& coordinates, std::span<const double> x, F&& f) {
-  const auto p = static_cast<Eigen::Index>(x.size());
+                  const SearchCoordinates& coordinates, std::span<const double> x,
+                  std::span<const std::size_t> wanted, F&& f) {
+  const auto p = static_cast<Eigen::Index>(wanted.size());
   // Lane 0 of every pass holds x itself, the others one shifted coordinate each.
   constexpr Eigen::Index kColumns = kLanes - 1;
-  const Eigen::Index passes = (p + kColumns - 1) / kColumns;
-  std::vector<double> step(x.size()), shifted(x.begin(), x.end()), theta(x.size());
+  const Eigen::Index passes = std::max<Eigen::Index>(1, (p + kColumns - 1) / kColumns);
+  std::vector<double> step(wanted.size()), shifted(x.begin(), x.end()), theta(x.size());
   std::vector<std::vector<PackD>> lanes(static_cast<std::size_t>(passes),
                                         std::vector<PackD>(x.size()));
   for (Eigen::Index pass = 0; pass < passes; ++pass)
     for (int lane = 0; lane < kLanes; ++lane) {
-      const auto i = static_cast<std::size_t>(pass * kColumns + lane - 1);
-      const bool moves = lane > 0 && i < x.size();
+      const auto column = static_cast<std::size_t>(pass * kColumns + lane - 1);
+      const bool moves = lane > 0 && column < wanted.size();
+      const std::size_t i = moves ? wanted[column] : 0;
       if (moves) {
-        step[i] = x[i] + kDifference < coordinates.upper()[i] ? kDifference : -kDifference;
-        shifted[i] += step[i];
+        step[column] = x[i] + kDifference < coordinates.upper()[i] ? kDifference : -kDifference;
+        shifted[i] += step[column];
       }
       coordinates.to_theta(shifted, theta);
       for (std::size_t k = 0; k < x.size(); ++k)
@@ -73,7 +75,7 @@ void for_each_row(const JointFrictionData& data, const friction::RobotFriction& 
 
   std::vector<std::vector<PackD>> e(static_cast<std::size_t>(passes));
   std::vector<PackD> work;
-  Eigen::VectorXd column(p);
+  Eigen::VectorXd columns(p);
   for (int s = 0; s < data.sequences(); ++s) {
     for (std::size_t pass = 0; pass < e.size(); ++pass)
       data.residual(friction, lanes[pass], s, e[pass], work);
@@ -82,25 +84,26 @@ void for_each_row(const JointFrictionData& data, const friction::RobotFriction& 
       for (Eigen::Index i = 0; i < p; ++i) {
         const auto pass = static_cast<std::size_t>(i / kColumns);
         const int lane = static_cast<int>(i % kColumns) + 1;
-        column[i] = (e[pass][k][lane] - base) / step[static_cast<std::size_t>(i)];
+        columns[i] = (e[pass][k][lane] - base) / step[static_cast<std::size_t>(i)];
       }
-      f(s, static_cast<int>(k), column, base);
+      f(s, static_cast<int>(k), columns, base);
     }
   }
 }
 
-// J'J and J'e of the residuals less their mean at x, over the number of rows.
+// J'J and J'e of the residuals less their mean at x, over the number of rows, of the free
+// coordinates.
 struct NormalEquations {
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
 };
 NormalEquations linearise(const JointFrictionData& data, const friction::RobotFriction& friction,
                           const SearchCoordinates& coordinates, std::span<const double> x) {
-  const auto p = static_cast<Eigen::Index>(x.size());
+  const auto p = static_cast<Eigen::Index>(coordinates.free().size());
   NormalEquations out{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p)};
   Eigen::VectorXd columns = Eigen::VectorXd::Zero(p);
   double sum = 0;
-  for_each_row(data, friction, coordinates, x,
+  for_each_row(data, friction, coordinates, x, coordinates.free(),
                [&](int, int, const Eigen::VectorXd& column, double residual) {
                  out.H.selfadjointView<Eigen::Lower>().rankUpdate(column);
                  out.g += residual * column;
@@ -116,8 +119,9 @@ NormalEquations linearise(const JointFrictionData& data, const friction::RobotFr
   return out;
 }
 
-// H^+ B H^+ over the directions that H knows, in units in which its diagonal is one. A parameter that
-// has part in an unknown direction (only ratios of GMS's alpha count) has no variance of its own: NaN.
+// H^+ B H^+ over the directions that H knows, in units in which its diagonal is one. A parameter
+// that has part in an unknown direction (only ratios of GMS's alpha count) has no variance of its
+// own: NaN.
 Eigen::MatrixXd sandwich(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
   constexpr double kUnknown = 1e-9;  // share of the diagonal
   constexpr double kPart = 1e-3;     // squared share in a unit direction
@@ -125,8 +129,8 @@ Eigen::MatrixXd sandwich(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
   if (p == 0) return H;
   Eigen::VectorXd unit(p);
   for (Eigen::Index i = 0; i < p; ++i) unit[i] = H(i, i) > 0 ? 1 / std::sqrt(H(i, i)) : 0;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(
-      unit.asDiagonal() * H * unit.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(unit.asDiagonal() * H *
+                                                                  unit.asDiagonal());
   Eigen::VectorXd inverse = directions.eigenvalues(), unknown = Eigen::VectorXd::Zero(p);
   for (Eigen::Index d = 0; d < p; ++d) {
     const bool known = inverse[d] > kUnknown;
@@ -156,6 +160,7 @@ SearchCoordinates::SearchCoordinates(const friction::RobotFriction& friction,
     unit_.push_back(std::max(std::abs(reference[i]), 0.1 * std::abs(info.typical)));
     if (unit_.back() == 0) unit_.back() = info.upper - info.lower;
     held_.push_back(std::ranges::count(held, friction.parameters()[i].symbol) > 0);
+    if (!held_.back()) free_.push_back(i);
     lower_.push_back(to_scaled(i, held_[i] ? reference[i] : info.lower));
     upper_.push_back(to_scaled(i, held_[i] ? reference[i] : info.upper));
   }
@@ -192,15 +197,13 @@ Eigen::MatrixXd search_covariance(const JointFrictionData& data,
   const int length = std::max(1, static_cast<int>(std::lround(kBlock / data.dt())));
   std::vector<Block> blocks;
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(p, p);
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(p), column(p);
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(p);
   double mean_residual = 0;
-  for_each_row(data, friction, coordinates, x,
-               [&](int, int k, const Eigen::VectorXd& all, double residual) {
+  for_each_row(data, friction, coordinates, x, free,
+               [&](int, int k, const Eigen::VectorXd& column, double residual) {
                  if (k % length == 0)
                    blocks.push_back({Eigen::VectorXd::Zero(p), Eigen::VectorXd::Zero(p)});
                  if (residual == 0) return;
-                 for (Eigen::Index i = 0; i < p; ++i)
-                   column[i] = all[static_cast<Eigen::Index>(free[static_cast<std::size_t>(i)])];
                  Block& block = blocks.back();
                  block.score += residual * column;
                  block.columns += column;
@@ -246,7 +249,8 @@ Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction
 
 void levenberg_marquardt(const JointFrictionData& data, const friction::RobotFriction& friction,
                          const SearchCoordinates& coordinates, Minimum& at, int iterations) {
-  const auto p = static_cast<Eigen::Index>(at.x.size());
+  const std::vector<std::size_t>& free = coordinates.free();
+  const auto p = static_cast<Eigen::Index>(free.size());
   std::vector<double> theta(at.x.size()), trial(at.x.size());
   double damping = 1e-3;
   at.converged = false;
@@ -262,7 +266,7 @@ void levenberg_marquardt(const JointFrictionData& data, const friction::RobotFri
       Eigen::MatrixXd H = normal.H;
       Eigen::VectorXd g = normal.g;
       for (Eigen::Index i = 0; i < p; ++i) {
-        const auto k = static_cast<std::size_t>(i);
+        const std::size_t k = free[static_cast<std::size_t>(i)];
         const bool held = (at.x[k] <= coordinates.lower()[k] && g[i] > 0) ||
                           (at.x[k] >= coordinates.upper()[k] && g[i] < 0);
         if (held || H(i, i) <= 0) {
@@ -275,10 +279,12 @@ void levenberg_marquardt(const JointFrictionData& data, const friction::RobotFri
         }
       }
       const Eigen::VectorXd step = -H.ldlt().solve(g);
-      for (std::size_t k = 0; k < trial.size(); ++k)
-        trial[k] = std::clamp(
-            at.x[k] + std::clamp(step[static_cast<Eigen::Index>(k)], -kLargestStep, kLargestStep),
-            coordinates.lower()[k], coordinates.upper()[k]);
+      trial = at.x;
+      for (Eigen::Index i = 0; i < p; ++i) {
+        const std::size_t k = free[static_cast<std::size_t>(i)];
+        trial[k] = std::clamp(at.x[k] + std::clamp(step[i], -kLargestStep, kLargestStep),
+                              coordinates.lower()[k], coordinates.upper()[k]);
+      }
       coordinates.to_theta(trial, theta);
       const double value = safe_mean_square(data, friction, theta);
       ++at.evaluations;

@@ -26,6 +26,7 @@ class SearchCoordinates {
 
   bool is_log(std::size_t i) const { return log_[i]; }
   bool is_held(std::size_t i) const { return held_[i]; }
+  const std::vector<std::size_t>& free() const { return free_; }  ///< those not held
   const std::vector<double>& lower() const { return lower_; }
   const std::vector<double>& upper() const { return upper_; }
 
@@ -33,6 +34,7 @@ class SearchCoordinates {
   double to_scaled(std::size_t i, double theta) const;
 
   std::vector<bool> log_, held_;
+  std::vector<std::size_t> free_;
   std::vector<double> unit_, lower_, upper_;
 };
 
