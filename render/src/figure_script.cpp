@@ -200,15 +200,17 @@ std::string data_blocks(const Figure& figure) {
 /// @param span  of the data, for tics at a distance that leaves room for their numbers; 0:
 /// gnuplot's
 std::string axis_text(char name, bool log, Range range,
-                      const std::vector<std::pair<double, std::string>>& tics, double span) {
+                      const std::vector<std::pair<double, std::string>>& tics, double span,
+                      bool upright = true) {
   const auto bound = [](double value) { return std::isfinite(value) ? number(value) : "*"; };
   std::string text = log ? fmt::format("set logscale {0}\nset format {0} '10^{{%L}}'\n", name)
                          : fmt::format("unset logscale {0}\nset format {0} '%g'\n", name);
   text += fmt::format("set {}range [{}:{}] noreverse\n", name, bound(range.low), bound(range.high));
   if (tics.empty() && !log && span > 0)
-    return text + fmt::format("set {}tics {}\n", name, number(tic_step(span)));
-  if (tics.empty()) return text + fmt::format("set {}tics autofreq\n", name);
-  text += fmt::format("set {}tics noenhanced (", name);
+    return text + fmt::format("set {}tics norotate {}\n", name, number(tic_step(span)));
+  if (tics.empty()) return text + fmt::format("set {}tics norotate autofreq\n", name);
+  text +=
+      fmt::format("set {}tics {} noenhanced (", name, upright ? "norotate" : "rotate by 90 right");
   for (std::size_t i = 0; i < tics.size(); ++i)
     text +=
         fmt::format("{}{} {}", i == 0 ? "" : ", ", quoted(tics[i].second), number(tics[i].first));
@@ -248,7 +250,10 @@ std::string panel_text(const Figure& figure, std::size_t p, Layout layout) {
       quoted(panel.title), quoted(panel.x_label), quoted(panel.y_label),
       (column * cell + kLabelCm) / layout.width);
   const double span = Axis(panel, &Series::x, panel.log_x, panel.x_range).span();
-  return text + axis_text('x', panel.log_x, panel.x_range, panel.x_tics, span) +
+  std::size_t letters = 0;
+  for (const auto& [place, name] : panel.x_tics) letters += name.size() + 1;
+  const bool fits = kLetterCm * static_cast<double>(letters) < cell - figure.left_cm - kRightCm;
+  return text + axis_text('x', panel.log_x, panel.x_range, panel.x_tics, span, fits) +
          axis_text('y', panel.log_y, panel.y_range, panel.y_tics, 0) + plots_text(panel, p);
 }
 

@@ -301,8 +301,8 @@ Figure correlation(const Run& run, const RunModel& model) {
   Figure figure{.name = "correlation_" + model.name, .left_cm = 2.1};
   figure.caption = fmt::format(
       "{}: correlation of the errors of its fitted parameters, joint by joint: white 0, vermilion "
-      "1, blue -1; + and - mark where it exceeds 0.9, so that the data know a combination better "
-      "than its parts.",
+      "1, blue -1; a plus marks where it is above 0.9, a cross where it is below -0.9, so that the "
+      "data know a combination better than its parts.",
       model.label);
   const json joints = fit_of(run, model).value("joints", json::array());
   for (std::size_t j = 0; j < joints.size(); ++j) {

@@ -49,9 +49,10 @@ Record read_record(const fs::path& folder) {
 std::string report_of_run(const fs::path& folder) {
   const Record record = read_record(folder);
   const std::string name = html::escaped(record.run.evaluation.value("scene", "run"));
-  std::string body = table_section(record) + torque_section(record) + video_section(record) + figure_section(record) +
-                     model_section(record) + warning_section(warnings_of(record)) +
-                     data_section(record) + reproduce_section(record);
+  std::string body = table_section(record) + torque_section(record) + video_section(record) +
+                     figure_section(record) + model_section(record) +
+                     warning_section(warnings_of(record)) + data_section(record) +
+                     reproduce_section(record);
   const auto text_of = [&](const char* key) {
     return html::escaped(record.manifest.is_object() ? record.manifest.value(key, "") : "");
   };

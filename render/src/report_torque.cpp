@@ -65,8 +65,7 @@ std::string comparison(const std::vector<Predicted>& predictions) {
     if (prediction.is_static_law || least.empty()) continue;
     int better = 0;
     for (std::size_t j = 0; j < least.size(); ++j) better += prediction.percent[j] < least[j];
-    others.push_back(
-        fmt::format("{} at {}", html::escaped(prediction.model->label), better));
+    others.push_back(fmt::format("{} at {}", html::escaped(prediction.model->label), better));
   }
   if (others.empty()) return {};
   return fmt::format("<p>Below every law without a state ({}), of {} joints: {}.</p>\n",
@@ -88,14 +87,15 @@ std::string percent_table(const Record& record, const std::vector<Predicted>& pr
   for (const Predicted& prediction : predictions) {
     Row row{{{dotted(*prediction.model)}}};
     for (std::size_t j = 0; j < least.size(); ++j)
-      row.cells.push_back({html::number(prediction.percent[j]),
-                           prediction.percent[j] == least[j] ? "best" : ""});
+      row.cells.push_back(
+          {html::number(prediction.percent[j]), prediction.percent[j] == least[j] ? "best" : ""});
     rows.push_back(std::move(row));
   }
-  return html::table(joints_head(record.run), rows,
-                     "Error of the motor torque along the measured motion [% of its RMS], mean over "
-                     "the held-out recordings. Friction runs free: the measured motion drives it, "
-                     "the measured torque never corrects it. Bold: the best model.");
+  return html::table(
+      joints_head(record.run), rows,
+      "Error of the motor torque along the measured motion [% of its RMS], mean over "
+      "the held-out recordings. Friction runs free: the measured motion drives it, "
+      "the measured torque never corrects it. Bold: the best model.");
 }
 
 /// What a regime or a correction leaves, mean over joints of the share of the whole error.
@@ -151,7 +151,8 @@ std::string repeats_table(const Record& record) {
     if (!repeats[i].is_object()) continue;
     Row row{{{html::escaped(evaluation.at("trajectories").at(i).get<std::string>())},
              {html::number(number_in(repeats[i], "period_s"), 4)}}};
-    for (const double sd : numbers_in(repeats[i], "tau_sd")) row.cells.push_back({html::number(sd)});
+    for (const double sd : numbers_in(repeats[i], "tau_sd"))
+      row.cells.push_back({html::number(sd)});
     rows.push_back(std::move(row));
   }
   if (rows.empty())

@@ -177,8 +177,8 @@ TEST_F(LogFormats, Hdf5SurvivesTruncationAtEveryByte) {
   const Dataset recording = import(csv_sample(Recording(6)));
   save_dataset(recording, path("own.h5"));
   const std::string whole = read_file(path("own.h5"));
-  const Contract terms = contract(std::string(kJoints) +
-                                  "format = \"hdf5\"\n[torque]\ncolumns = \"tau{}\"\n");
+  const Contract terms =
+      contract(std::string(kJoints) + "format = \"hdf5\"\n[torque]\ncolumns = \"tau{}\"\n");
   int refused = 0;
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const std::filesystem::path torn = write("torn.h5", whole.substr(0, size));

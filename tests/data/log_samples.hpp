@@ -262,7 +262,8 @@ inline LogSample mcap_sample(const Recording& r, const std::string& compression 
                                                .text("cdr")
                                                .text("")
                                                .bytes());
-  const std::string records = schema + channel + messages, stored = compressed(records, compression);
+  const std::string records = schema + channel + messages,
+                    stored = compressed(records, compression);
   const std::string chunk = record(0x06, ByteWriter()
                                              .number(std::uint64_t{0})
                                              .number(std::uint64_t{0})
@@ -283,10 +284,9 @@ inline LogSample mcap_sample(const Recording& r, const std::string& compression 
 /// Every format that is written by hand; HDF5 has a writer of its own.
 inline std::vector<LogSample> log_samples(int length) {
   const Recording r(length);
-  return {csv_sample(r),          german_csv_sample(r),  rsi_xml_sample(r),
-          rsi_csv_sample(r),      kuka_trace_sample(r),  ur_csv_sample(r),
-          franka_csv_sample(r),   mcap_sample(r),        mcap_sample(r, "zstd"),
-          mcap_sample(r, "lz4")};
+  return {csv_sample(r),          german_csv_sample(r), rsi_xml_sample(r),    rsi_csv_sample(r),
+          kuka_trace_sample(r),   ur_csv_sample(r),     franka_csv_sample(r), mcap_sample(r),
+          mcap_sample(r, "zstd"), mcap_sample(r, "lz4")};
 }
 
 }  // namespace fricid::data

@@ -2,9 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "arm_data.hpp"
+#include "fricid/base/files.hpp"
 #include "fricid/base/parallel.hpp"
+#include "fricid/estimate/fit.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -99,6 +103,37 @@ TEST(Identifiability, AJointThatRestsTellsNothing) {
   EXPECT_FALSE(family.supported);
   EXPECT_THAT(family.words, HasSubstr("j3"));
   EXPECT_TRUE(moving.families[0].supported) << moving.families[0].words;
+}
+
+// Claim: what the check calls not identifiable, a fit to the same data reports without a
+// confidence.
+TEST(Identifiability, AFitHasNoConfidenceInWhatTheCheckRefuses) {
+  const Arm arm = coulomb_arm();
+  data::Dataset log = noisy(make_log(arm, {}), 0.5, 4e-6, 1);
+  log.q.col(2).setConstant(0.3);
+  const Identifiability check = examine(arm.robot, {log});
+  const data::Experiment experiment = make_experiment(arm.robot);
+  const std::vector<data::Dataset> logs{log};
+  data::ModelConfig config;
+  config.name = "simple";
+  const FitReport fit = fit_conventional(experiment, prepare(experiment, logs, 2), config, 1, 2);
+  const auto path = std::filesystem::path(testing::TempDir()) / "fricid_no_confidence.json";
+  save_fit_report(fit, path);
+  const auto report = nlohmann::json::parse(read_file(path));
+  std::filesystem::remove(path);
+  int refused = 0, told = 0;
+  for (const auto& parameter : report.at("rigid_body").at("base_parameters")) {
+    const auto name = parameter.at("name").get<std::string>();
+    if (name.ends_with(" 1")) continue;  // the constant torque: the check counts it as friction
+    const bool not_identified = find(check, name).verdict == Verdict::kNot;
+    refused += not_identified;
+    told += !not_identified;
+    if (not_identified) {
+      EXPECT_TRUE(parameter.at("standard_error").is_null()) << parameter;
+    }
+  }
+  EXPECT_GE(refused, 3);
+  EXPECT_GE(told, 3);
 }
 
 // Oracle: a link that turns about a vertical axis shows its inertia about it and nothing else.

@@ -128,12 +128,31 @@ TEST(Script, LinesAreThinnedToWhatShows) {
   EXPECT_THAT(script_of(figure), HasSubstr("$d0_1 << EOD\n0 0\n499 0\n500 500\n1000 1000\nEOD"));
 }
 
+TEST(Script, NamedTicsStandUpWhereTheyWouldOverlap) {
+  Figure figure{.name = "names"};
+  Panel panel;
+  panel.series.push_back({.x = {0, 1}, .y = {0, 1}});
+  for (int i = 0; i < 3; ++i) panel.x_tics.emplace_back(i, "Fc");
+  figure.panels = {panel};
+  EXPECT_THAT(script_of(figure), HasSubstr("set xtics norotate noenhanced ('Fc' 0"));
+  for (int i = 3; i < 13; ++i) figure.panels[0].x_tics.emplace_back(i, "alpha4");
+  EXPECT_THAT(script_of(figure), HasSubstr("set xtics rotate by 90 right noenhanced ('Fc' 0"));
+}
+
+TEST(Script, TilesAreSquaresColouredByTheirValue) {
+  Figure figure{.name = "tiles"};
+  figure.panels = {{.series = {{.x = {0}, .y = {1}, .mark = Mark::kTiles, .low = {-0.5}}}}};
+  const std::string script = script_of(figure);
+  EXPECT_THAT(script, HasSubstr("0 1 -0.5 \n"));
+  EXPECT_THAT(script, HasSubstr("using 1:2:(0.5):(0.5):3 with boxxyerror"));
+}
+
 TEST(Script, TicsLeaveRoomForTheirNumbers) {
   Figure figure{.name = "tics"};
   figure.panels = {{.series = {{.x = {0, 2}, .y = {0, 1}}}}};
-  EXPECT_THAT(script_of(figure), HasSubstr("\nset xtics 0.5\n"));
+  EXPECT_THAT(script_of(figure), HasSubstr("\nset xtics norotate 0.5\n"));
   figure.panels[0].series[0].x = {-1571, 1571};
-  EXPECT_THAT(script_of(figure), HasSubstr("\nset xtics 1000\n"));
+  EXPECT_THAT(script_of(figure), HasSubstr("\nset xtics norotate 1000\n"));
 }
 
 TEST(Script, BarsHaveTheirEnds) {

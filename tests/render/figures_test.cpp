@@ -26,10 +26,10 @@ TEST_F(FiguresOfRun, AreThoseOfTheHeader) {
   std::vector<std::string> names;
   for (const Figure& figure : figures_of_run(folder)) names.push_back(figure.name);
   EXPECT_EQ(names,
-            (std::vector<std::string>{"error_time", "error_horizon", "error_joint", "tracking",
-                                      "friction_joint_a1", "friction_joint_a2", "presliding",
-                                      "friction_time", "friction_error", "latent", "parameters",
-                                      "residual_spectrum", "torque_drift", "excitation", "torque_simple"}));
+            (std::vector<std::string>{
+                "error_time", "error_horizon", "error_joint", "tracking", "friction_joint_a1",
+                "friction_joint_a2", "presliding", "friction_time", "friction_error", "latent",
+                "parameters", "residual_spectrum", "torque_drift", "excitation", "torque_simple"}));
 }
 
 TEST_F(FiguresOfRun, FrictionShowsTheModelOverTheTruthOfItsJoint) {
@@ -152,6 +152,28 @@ TEST_F(FiguresOfRun, ParametersStandBesideTheirTruth) {
   ASSERT_EQ(panel->series.size(), 2u);
   EXPECT_EQ(panel->series[1].label, "truth");
   EXPECT_EQ(panel->series[0].y, panel->series[1].y);
+}
+
+TEST_F(FiguresOfRun, CorrelationLeavesOutWhatHasNone) {
+  edit("fit/simple_s1.json", [](json& fit) {
+    const json correlation{
+        {"parameters", {"Fc", "sigma0", "Fv"}},
+        {"matrix", {{1, nullptr, -0.95}, {nullptr, nullptr, nullptr}, {-0.95, nullptr, 1}}}};
+    fit["joints"] = {{{"correlation", correlation}}, {{"correlation", correlation}}};
+  });
+  const Panel panel = figure("correlation_simple").panels.at(1);
+  EXPECT_EQ(panel.x_tics.size(), 2u);
+  EXPECT_EQ(panel.x_tics[1].second, "Fv");
+  EXPECT_EQ(panel.series.at(0).low, (std::vector<double>{1, -0.95, -0.95, 1}));
+  EXPECT_TRUE(panel.series.at(1).x.empty());
+  EXPECT_EQ(panel.series.at(2).x, (std::vector<double>{1, 0}));
+}
+
+// Twentieths of measured less predicted: the fixture's difference is constant.
+TEST_F(FiguresOfRun, DriftIsWhatThePredictionLeaves) {
+  const Series series = figure("torque_drift").panels.at(1).series.at(0);
+  ASSERT_EQ(series.y.size(), 20u);
+  for (const double left : series.y) EXPECT_NEAR(left, kMeasured - kPredicted, 1e-9);
 }
 
 TEST_F(FiguresOfRun, TrainingShowsWhatChoseTheModel) {

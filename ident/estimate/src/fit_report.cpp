@@ -108,8 +108,7 @@ void save_fit_report(const FitReport& report, const std::filesystem::path& path)
       parameters[symbol] = fit.theta[i];
       if (i < fit.standard_error.size()) standard_errors[symbol] = fit.standard_error[i];
     }
-    for (const auto& row : fit.correlation.rowwise())
-      matrix.push_back(vector_of(row.transpose()));
+    for (const auto& row : fit.correlation.rowwise()) matrix.push_back(vector_of(row.transpose()));
     joints.push_back({{"joint", names[j]},
                       {"outcome", to_string(fit.outcome)},
                       {"message", fit.message},

@@ -276,8 +276,7 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
                                           [](const data::ModelFile& m) { return m.is_oracle; });
   if (engine_oracle != contest.models.end() && !simulated.empty())
     report.integration = difference(
-        simulated,
-        rollouts[static_cast<std::size_t>(engine_oracle - contest.models.begin())],
+        simulated, rollouts[static_cast<std::size_t>(engine_oracle - contest.models.begin())],
         contest.trajectories, options.horizons_s);
   report.repeat = repeat_floor(contest, report.repeats, plan, driven, rollouts, options, jobs);
 

@@ -41,14 +41,14 @@ Json score_json(const RolloutScore& score, const EvaluationReport& report) {
 
 Json torque_json(const TorquePrediction& torque) {
   return {{"rmse", numbers(torque.rmse.all)},
-               {"rmse_presliding", numbers(torque.rmse.presliding)},
-               {"rmse_reversal", numbers(torque.rmse.reversal)},
-               {"rmse_sliding", numbers(torque.rmse.sliding)},
-               {"one_step", numbers(torque.one_step)},
-               {"percent_of_rms", numbers(torque.percent_of_rms)},
-               {"r2", numbers(torque.r2)},
-               {"drift", numbers(torque.drift)},
-               {"drift_error", numbers(torque.drift_error)}};
+          {"rmse_presliding", numbers(torque.rmse.presliding)},
+          {"rmse_reversal", numbers(torque.rmse.reversal)},
+          {"rmse_sliding", numbers(torque.rmse.sliding)},
+          {"one_step", numbers(torque.one_step)},
+          {"percent_of_rms", numbers(torque.percent_of_rms)},
+          {"r2", numbers(torque.r2)},
+          {"drift", numbers(torque.drift)},
+          {"drift_error", numbers(torque.drift_error)}};
 }
 
 Json repeats_json(const Repeats& repeats) {
@@ -59,18 +59,18 @@ Json repeats_json(const Repeats& repeats) {
 }
 
 Json model_json(const ModelResult& model, const EvaluationReport& report) {
-  return {{"name", model.name},
-          {"label", model.label},
-          {"seed", model.seed},
-          {"parameters", model.parameters},
-          {"fit_seconds", model.fit_seconds},
-          {"is_oracle", model.is_oracle},
-          {"is_conventional", model.is_conventional},
-          {"friction_states", model.friction_states},
-          {"trajectories", list(model.scores, [&](const RolloutScore& score) {
-             return score_json(score, report);
-           })},
-          {"torque", list(model.torque, torque_json)}};
+  return {
+      {"name", model.name},
+      {"label", model.label},
+      {"seed", model.seed},
+      {"parameters", model.parameters},
+      {"fit_seconds", model.fit_seconds},
+      {"is_oracle", model.is_oracle},
+      {"is_conventional", model.is_conventional},
+      {"friction_states", model.friction_states},
+      {"trajectories",
+       list(model.scores, [&](const RolloutScore& score) { return score_json(score, report); })},
+      {"torque", list(model.torque, torque_json)}};
 }
 
 Json summary_json(const Summary& summary) {

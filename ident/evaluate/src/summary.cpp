@@ -121,11 +121,11 @@ HorizonVerdict verdict_of(const EvaluationReport& report, std::size_t h, double 
                         : report.repeat[h] == report.floor[h]
                             ? "what the torque of one period and of the next make of it"
                             : "oracle";
-  return {true, fmt::format(
-                    "{:.3g} s: the best conventional model's MSE {:.2g} rad^2 is {:.2g} x the "
-                    "floor {:.2g} ({}), {:.3g} x is asked",
-                    report.horizons_s[h], report.best_conventional[h], above_floor, report.floor[h],
-                    decided, min_headroom)};
+  return {true,
+          fmt::format("{:.3g} s: the best conventional model's MSE {:.2g} rad^2 is {:.2g} x the "
+                      "floor {:.2g} ({}), {:.3g} x is asked",
+                      report.horizons_s[h], report.best_conventional[h], above_floor,
+                      report.floor[h], decided, min_headroom)};
 }
 
 }  // namespace
@@ -167,8 +167,7 @@ void summarise(EvaluationReport& report, double min_headroom,
     report.floor.push_back(larger(larger(report.oracle[h], report.halving[h]), report.repeat[h]));
     report.best_conventional.push_back(
         best(report.summary, h, [](const Summary& s) { return s.is_conventional; }));
-    const double best_possible =
-        std::isnan(report.oracle[h]) ? report.floor[h] : report.oracle[h];
+    const double best_possible = std::isnan(report.oracle[h]) ? report.floor[h] : report.oracle[h];
     report.headroom.push_back(report.best_conventional[h] / best_possible);
     report.verdict.push_back(verdict_of(report, h, min_headroom));
     for (Summary& summary : report.summary) {

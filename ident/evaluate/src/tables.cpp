@@ -14,10 +14,16 @@ bool has_any(const std::vector<double>& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
 }
 
+bool has_friction(const EvaluationReport& report) {
+  return std::any_of(report.summary.begin(), report.summary.end(),
+                     [](const Summary& summary) { return !std::isnan(summary.friction); });
+}
+
 std::string error_table(const EvaluationReport& report) {
   std::vector<Cells> rows{horizon_titles("model", report.horizons_s)};
-  for (const char* title : {"friction %", "diverged", "parameters", "fit s"})
-    rows[0].emplace_back(title);
+  const bool friction = has_friction(report);
+  if (friction) rows[0].emplace_back("friction %");
+  for (const char* title : {"diverged", "parameters", "fit s"}) rows[0].emplace_back(title);
   const auto add_bound = [&](const char* title, const std::vector<double>& values) {
     if (!has_any(values)) return;
     append(rows.emplace_back(Cells{title}), values, digits);
@@ -29,7 +35,7 @@ std::string error_table(const EvaluationReport& report) {
       add_bound("*floor*", report.floor);
     Cells& row = rows.emplace_back(Cells{summary.label});
     append(row, summary.q_mse_geometric_mean, digits);
-    row.push_back(percent(summary.friction));
+    if (friction) row.push_back(percent(summary.friction));
     row.push_back(fmt::format("{}/{}", summary.diverged, summary.rollouts));
     row.push_back(summary.is_oracle ? "–" : std::to_string(summary.parameters));
     row.push_back(summary.is_oracle ? "–" : digits(summary.fit_seconds));
@@ -88,16 +94,15 @@ std::string friction_table(const EvaluationReport& report) {
 
 std::string to_markdown(const EvaluationReport& report) {
   const bool has_oracle = has_any(report.oracle);
-  const bool has_friction =
-      std::any_of(report.summary.begin(), report.summary.end(),
-                  [](const Summary& summary) { return !std::isnan(summary.friction); });
   std::string text = fmt::format("# {}: open loop on held-out data\n\n", report.scene);
   text += fmt::format(
       "Mean squared error of q [rad²] from the start of a rollout to the horizon, geometric mean "
-      "over {} trajectories, start times and seeds. Diverged rollouts count, clamped. Friction: "
-      "error of the friction torque driven by the measured motion, percent of its RMS; the "
-      "oracle's is what filtering that motion costs.\n\n",
-      report.trajectories.size());
+      "over {} trajectories, start times and seeds. Diverged rollouts count, clamped.{}\n\n",
+      report.trajectories.size(),
+      has_friction(report)
+          ? " Friction: error of the friction torque driven by the measured motion, percent of its "
+            "RMS; the oracle's is what filtering that motion costs."
+          : "");
   text += error_table(report);
   if (has_oracle) {
     text +=
@@ -117,7 +122,7 @@ std::string to_markdown(const EvaluationReport& report) {
         "under the torque of one period differs from that under the next, for the model that makes "
         "least of it; headroom is the best conventional model over it.\n";
   text += fmt::format("\n{}", interval_table(report));
-  if (has_friction) {
+  if (has_friction(report)) {
     text +=
         "\nError of the friction torque, percent of its RMS, mean over joints. Driven by the "
         "measured motion, but for the last column.\n\n";

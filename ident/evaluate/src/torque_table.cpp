@@ -14,7 +14,9 @@ std::string four_digits(double value) {
   return std::isnan(value) ? "–" : fmt::format("{:.4g}", value);
 }
 
-std::string r2_digits(double value) { return std::isnan(value) ? "–" : fmt::format("{:.4f}", value); }
+std::string r2_digits(double value) {
+  return std::isnan(value) ? "–" : fmt::format("{:.4f}", value);
+}
 
 Cells with_joints(Cells cells, const std::vector<std::string>& joints) {
   cells.insert(cells.end(), joints.begin(), joints.end());
@@ -56,7 +58,8 @@ std::string to_torque_markdown(const EvaluationReport& report,
   const std::vector<std::string>& joints = trajectories.front().data.joint_names;
   std::string text = fmt::format(
       "# {}: motor torque along the measured motion of held-out data\n\n"
-      "Friction runs free: the measured motion drives it, the measured torque never corrects it.\n\n",
+      "Friction runs free: the measured motion drives it, the measured torque never corrects "
+      "it.\n\n",
       report.scene);
   const auto table = [&](const char* title, std::string (*format)(double), const auto& values) {
     text += by_joint(title, report, joints, [&](const TorquePrediction& prediction) {
@@ -84,8 +87,8 @@ std::string to_torque_markdown(const EvaluationReport& report,
   text += by_joint("drift [N m/min]", report, joints, [](const TorquePrediction& p) {
     Cells cells;
     for (std::size_t j = 0; j < p.drift.size(); ++j)
-      cells.push_back(fmt::format("{:.2g} ± {:.1g}", kPerMinute * p.drift[j],
-                                  kPerMinute * p.drift_error[j]));
+      cells.push_back(
+          fmt::format("{:.2g} ± {:.1g}", kPerMinute * p.drift[j], kPerMinute * p.drift_error[j]));
     return cells;
   });
   return text + repeats_table(report, joints);

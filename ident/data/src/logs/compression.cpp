@@ -19,7 +19,7 @@ constexpr std::size_t kPiece = std::size_t{1} << 20;
 
 std::string from_zstd(std::string_view bytes, std::size_t size) {
   const std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)> stream(ZSTD_createDStream(),
-                                                                         ZSTD_freeDStream);
+                                                                          ZSTD_freeDStream);
   std::string text;
   ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
   while (text.size() < size) {

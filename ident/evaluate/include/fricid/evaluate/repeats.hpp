@@ -16,9 +16,9 @@ struct Repeats {
   std::vector<double> q_sd, tau_sd;  ///< (n) [rad], [N m]; empty without a period
 };
 
-/// The least lag P, at most half the recording and 300 s, by which the motion comes back: the mean over
-/// moving joints of mean (q(t + P) - q(t))^2 / (2 var q) has first risen above one quarter and then
-/// fallen below 1e-3, where it has its minimum.
+/// The least lag P, at most half the recording and 300 s, by which the motion comes back: the mean
+/// over moving joints of mean (q(t + P) - q(t))^2 / (2 var q) has first risen above one quarter and
+/// then fallen below 1e-3, where it has its minimum.
 Repeats find_repeats(const data::Dataset& dataset);
 
 /// The measured torque (T, n) that belongs to the same motion one period later, or before where the

@@ -36,7 +36,7 @@ struct ModelResult {
   bool is_conventional = false;
   int friction_states = 0;
   std::vector<RolloutScore> scores;
-  std::vector<Rollout> rollouts;  ///< those from the first sample, one per trajectory
+  std::vector<Rollout> rollouts;         ///< those from the first sample, one per trajectory
   std::vector<TorquePrediction> torque;  ///< one per trajectory; none for oracles
 };
 
@@ -77,7 +77,7 @@ struct EvaluationReport {
   std::string scene;
   std::vector<double> horizons_s;  ///< full length as seconds of the longest trajectory
   std::vector<std::string> trajectories;
-  std::vector<Repeats> repeats;  ///< one per trajectory
+  std::vector<Repeats> repeats;     ///< one per trajectory
   std::vector<ModelResult> models;  ///< oracles first
   std::vector<Summary> summary;     ///< one per name, in the same order
   std::vector<double> oracle;       ///< geometric mean of q_mse [rad^2]
