@@ -99,6 +99,7 @@ dd { margin: 0; min-width: 0; }
   .plot svg { min-width: 0; }
   h2, h3, h4, .caption { break-after: avoid; }
   table { font-size: 7pt; }
+  table:not(:has(tr:nth-child(40))) { break-inside: avoid; }
   th, td { padding: .1rem .3rem; }
 }
 )CSS";

@@ -68,7 +68,7 @@ std::string comparison(const std::vector<Predicted>& predictions) {
     others.push_back(fmt::format("{} at {}", html::escaped(prediction.model->label), better));
   }
   if (others.empty()) return {};
-  return fmt::format("<p>Below every law without a state ({}), of {} joints: {}.</p>\n",
+  return fmt::format("<p>Closer than every law without a state ({}), of {} joints: {}.</p>\n",
                      html::enumeration(names), least.size(), html::enumeration(others));
 }
 
@@ -124,21 +124,22 @@ std::string regime_table(const Record& record, const std::vector<Predicted>& pre
 }
 
 std::string drift_table(const Record& record, const std::vector<Predicted>& predictions) {
-  constexpr double kPerMinute = 60, kCertain = 3;
+  constexpr double kCertain = 3;
   std::vector<Row> rows;
   for (const Predicted& prediction : predictions) {
     Row row{{{dotted(*prediction.model)}}};
     const Values drift = mean_of(record.run.evaluation, prediction.model->name, "drift"),
                  error = mean_of(record.run.evaluation, prediction.model->name, "drift_error");
     for (std::size_t j = 0; j < drift.size(); ++j)
-      row.cells.push_back({fmt::format("{} ± {}", html::number(kPerMinute * drift[j]),
-                                       html::number(kPerMinute * error[j], 1)),
-                           std::abs(drift[j]) > kCertain * error[j] ? "bad" : ""});
+      row.cells.push_back(
+          {fmt::format("{} ± {}", html::number(drift[j]), html::number(error[j], 1)),
+           std::abs(drift[j]) > kCertain * error[j] ? "bad" : ""});
     rows.push_back(std::move(row));
   }
   return html::table(joints_head(record.run), rows,
-                     "Drift of what is left [N m/min], mean over recordings, and its standard "
-                     "error; marked beyond three of them: warming up, or a slow motion that the "
+                     "Drift of what is left from begin to end of a recording [N m], mean over "
+                     "recordings, and its standard error; marked beyond three of them: warming up, "
+                     "or a slow motion that the "
                      "model lacks.");
 }
 

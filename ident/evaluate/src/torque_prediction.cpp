@@ -26,10 +26,10 @@ RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, ConstRowMatrix q,
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr int kBlocks = 20;  // of a recording, for drift
 
-/// Least-squares line through the block means of e, and its standard error [1/s].
-std::pair<double, double> drift_of(const Eigen::VectorXd& e, double dt) {
+/// Rise over all of e of the least-squares line through its block means, and its standard error.
+std::pair<double, double> drift_of(const Eigen::VectorXd& e) {
   const Eigen::Index length = e.size() / kBlocks;
-  Eigen::Array<double, kBlocks, 1> t, mean;
+  Eigen::Array<double, kBlocks, 1> t, mean;  // t from 0 at the begin of e to 1 at its end
   for (Eigen::Index b = 0; b < kBlocks; ++b) {
     double sum = 0;
     int count = 0;
@@ -38,7 +38,8 @@ std::pair<double, double> drift_of(const Eigen::VectorXd& e, double dt) {
         sum += e[k];
         ++count;
       }
-    t[b] = (static_cast<double>(b) + 0.5) * static_cast<double>(length) * dt;
+    t[b] = (static_cast<double>(b) + 0.5) * static_cast<double>(length) /
+           static_cast<double>(e.size() - 1);
     mean[b] = sum / count;
   }
   t -= t.mean();
@@ -94,7 +95,7 @@ TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& k
   prediction.rmse = regime_error(left, q, v, dataset.dt(), 0);
   for (Eigen::Index j = 0; j < n; ++j) {
     score_joint(prediction, dataset.tau, j);
-    const auto [slope, error] = drift_of(left.col(j), dataset.dt());
+    const auto [slope, error] = drift_of(left.col(j));
     prediction.drift.push_back(slope);
     prediction.drift_error.push_back(error);
   }

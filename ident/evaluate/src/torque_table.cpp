@@ -8,8 +8,6 @@
 namespace fricid::evaluate {
 namespace {
 
-constexpr double kPerMinute = 60;
-
 std::string four_digits(double value) {
   return std::isnan(value) ? "–" : fmt::format("{:.4g}", value);
 }
@@ -82,13 +80,13 @@ std::string to_torque_markdown(const EvaluationReport& report,
       "what white noise leaves.\n\n";
   table("one step [N m]", digits, [](const TorquePrediction& p) { return p.one_step; });
   text +=
-      "Drift of what is left over the recording, a straight line through the means of its "
-      "twentieths, with one standard error.\n\n";
-  text += by_joint("drift [N m/min]", report, joints, [](const TorquePrediction& p) {
+      "Drift of what is left, from begin to end of the recording: a straight line through the "
+      "means "
+      "of its twentieths, with one standard error.\n\n";
+  text += by_joint("drift [N m]", report, joints, [](const TorquePrediction& p) {
     Cells cells;
     for (std::size_t j = 0; j < p.drift.size(); ++j)
-      cells.push_back(
-          fmt::format("{:.2g} ± {:.1g}", kPerMinute * p.drift[j], kPerMinute * p.drift_error[j]));
+      cells.push_back(fmt::format("{:.2g} ± {:.1g}", p.drift[j], p.drift_error[j]));
     return cells;
   });
   return text + repeats_table(report, joints);

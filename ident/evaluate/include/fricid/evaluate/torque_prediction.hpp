@@ -22,9 +22,9 @@ struct TorquePrediction {
   /// e_k - rho e_{k-1}, rho the lag-one autocorrelation of e over the recording [N m]. What white
   /// noise leaves of rmse; far below it, the model misses something slow.
   std::vector<double> one_step;
-  /// (n) Straight line through the means of measured - predicted over twentieths of the recording,
-  /// and its standard error from their scatter, which a slow residual does not make too small
-  /// [N m / s]. NaN where a twentieth holds no sample.
+  /// (n) Rise from begin to end of the recording of the straight line through the means of measured
+  /// - predicted over its twentieths, and the standard error of that from their scatter, which a
+  /// slow residual does not make too small [N m]. NaN where a twentieth holds no sample.
   std::vector<double> drift, drift_error;
 };
 
