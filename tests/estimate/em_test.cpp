@@ -218,6 +218,36 @@ TEST_F(Em, FreedObservationNoiseIsThatOfTheEncoders) {
   EXPECT_NEAR(fit_em(start, recordings, options, "dahl", 2).noise.R[0] / 144e-12, 1, 1e-9);
 }
 
+// Three ways to spoil a run, and the warning that names each; the unspoilt run has none of them.
+TEST_F(Em, SaysWhatIsWrongWithItsNoiseAndItsParticles) {
+  options.iterations = 1;
+  options.e_step = EStep::kPsi;
+  const auto warns = [&](const std::string& figure, const std::string& remedy) {
+    const EmReport report = fit_em(truth, recordings, options, "dahl", 2);
+    return std::ranges::any_of(report.warnings, [&](const std::string& text) {
+      return text.find(figure) != std::string::npos && text.find(remedy) != std::string::npos;
+    });
+  };
+  const auto set_noise = [&](double share) {
+    options.torque_noise = options.torque_floor = 0.0025 * share;  // of friction of about 8 N m
+    options.z_noise_first = options.z_noise_last = 0.01 * share;
+  };
+  set_noise(1);
+  EXPECT_FALSE(warns("NIS", "raise Q"));
+  EXPECT_FALSE(warns("particles", "more particles"));
+
+  set_noise(1e-3);
+  EXPECT_TRUE(warns("NIS", "raise Q"));
+  set_noise(1);
+
+  options.particles = 5;
+  EXPECT_TRUE(warns("5 particles", "more particles"));
+  options.particles = 200;
+
+  for (Recording& r : recordings) r.noise_sd *= 10;  // R 100 times too large
+  EXPECT_TRUE(warns("NIS", "lower Q or R"));
+}
+
 TEST_F(Em, DoesNotDependOnTheNumberOfThreads) {
   options.iterations = 2;
   options.m_steps = 20;

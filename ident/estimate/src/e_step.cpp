@@ -15,19 +15,16 @@ namespace {
 
 constexpr int kPsiIterations = 2;  // of the path that the twisted filter follows
 
-double nis_per_channel(const smc::GaussianPath& path) {
-  double sum = 0, channels = 0;
-  for (std::size_t t = 0; t < path.nis.size(); ++t) {
-    sum += path.nis[t];
-    channels += path.present[t];
-  }
-  return channels > 0 ? sum / channels : 0;
+void say(const smc::Warning& w, EStepResult& out) {
+  out.warnings.push_back(fmt::format("{}: {}; {}", w.figure, w.meaning, w.remedy));
 }
 
 /// Filter under a guide and paths by `backward`.
+/// @param nis_counts  whether its innovations say something of the noise
 template <class Guide>
 void run_particles(LatentFrictionModel& model, Guide& guide, const smc::RowMatrix& y,
-                   smc::Backward backward, const EStepOptions& options, EStepResult& out) {
+                   smc::Backward backward, const EStepOptions& options, EStepResult& out,
+                   bool nis_counts = true) {
   smc::FilterOptions filter_options;
   filter_options.particles = options.particles;
   filter_options.seed = options.seed;
@@ -53,8 +50,11 @@ void run_particles(LatentFrictionModel& model, Guide& guide, const smc::RowMatri
   out.roots = static_cast<double>(report.distinct_roots) / options.particles;
   out.backward_ess =
       backward == smc::Backward::kExact && !report.failed ? report.median_backward_ess() : 0;
-  for (const smc::Warning& w : report.warnings())
-    out.warnings.push_back(fmt::format("{}: {}; {}", w.figure, w.meaning, w.remedy));
+  if (!nis_counts) {
+    report.nis.clear();
+    report.present.clear();
+  }
+  for (const smc::Warning& w : report.warnings()) say(w, out);
 }
 
 }  // namespace
@@ -93,16 +93,18 @@ EStepResult smooth(LatentFrictionModel& model, const Recording& recording, int s
   smc::gaussian_smoother(model, y, path, options.method == EStep::kPsi ? kPsiIterations : 0);
   out.log_likelihood = path.log_likelihood;
   out.failed = path.failed;
-  out.nis = nis_per_channel(path);
+  const smc::NisFigure nis = smc::nis_figure(path.nis, path.present);
+  out.nis = nis.mean;
   if (path.failed) return out;
+  if (const auto warning = nis.warning()) say(*warning, out);
   if (options.method == EStep::kPsi) {
     smc::Twist twist;
     smc::make_statistical_twist(model, y, path, twist);
     path = {};
-    const double nis = out.nis;  // that of the twisted particles, who know what comes, says little
     smc::TwistedGuide<PackD> guide(model, twist);
-    run_particles(model, guide, y, smc::Backward::kTrace, options, out);
-    out.nis = nis;
+    // twisted particles know what comes: their innovations say little
+    run_particles(model, guide, y, smc::Backward::kTrace, options, out, false);
+    out.nis = nis.mean;
     return out;
   }
   smc::sample_gaussian_paths(model.Q(), path, options.seed, options.sequence, out.paths);

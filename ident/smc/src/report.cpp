@@ -11,6 +11,8 @@
 namespace fricid::smc {
 namespace {
 
+constexpr int kFewParticles = 20;
+
 double median(std::span<const double> values) {
   std::vector<double> sorted(values.begin(), values.end());
   if (sorted.empty()) return 0;
@@ -46,14 +48,20 @@ double Report::median_ess() const {
 
 double Report::median_backward_ess() const { return median(backward_ess); }
 
-double Report::nis_per_channel() const {
+NisFigure nis_figure(std::span<const double> nis, std::span<const int> present) {
   const int channels = std::accumulate(present.begin(), present.end(), 0);
-  return channels == 0 ? 1 : std::accumulate(nis.begin(), nis.end(), 0.0) / channels;
+  if (channels == 0) return {1, std::numeric_limits<double>::infinity()};
+  return {std::accumulate(nis.begin(), nis.end(), 0.0) / channels, 3 * std::sqrt(2.0 / channels)};
 }
 
-double Report::nis_half_width() const {
-  const int channels = std::accumulate(present.begin(), present.end(), 0);
-  return channels == 0 ? std::numeric_limits<double>::infinity() : 3 * std::sqrt(2.0 / channels);
+std::optional<Warning> NisFigure::warning() const {
+  if (std::abs(mean - 1) <= half_width) return {};
+  const bool large = mean > 1;
+  return Warning{fmt::format("NIS per channel {:.3g}, a true model gives {:.3g} to {:.3g}", mean,
+                             1 - half_width, 1 + half_width),
+                 large ? "the data depart from the predictions by more than Q and R admit"
+                       : "the data follow the predictions more closely than Q and R expect",
+                 large ? "raise Q or improve the model; never lower Q from here" : "lower Q or R"};
 }
 
 std::vector<Warning> Report::warnings() const {
@@ -64,16 +72,11 @@ std::vector<Warning> Report::warnings() const {
                     "raise Q, check the observation for outliers, bound the states"});
     return list;
   }
-  const double half_width = nis_half_width();
-  if (const double mean = nis_per_channel(); std::abs(mean - 1) > half_width) {
-    const bool large = mean > 1;
-    list.push_back(
-        {fmt::format("NIS per channel {:.3g}, a true model gives {:.3g} to {:.3g}", mean,
-                     1 - half_width, 1 + half_width),
-         large ? "the data depart from the predictions by more than Q and R admit"
-               : "the data follow the predictions more closely than Q and R expect",
-         large ? "raise Q or improve the model; never lower Q from here" : "lower Q or R"});
-  }
+  if (auto warning = nis_figure(nis, present).warning()) list.push_back(std::move(*warning));
+  if (particles < kFewParticles)
+    list.push_back({fmt::format("{} particles", particles),
+                    "means, bands and likelihood rest on so few samples, however well they lie",
+                    "use more particles: 100 to 200 for an arm"});
   if (distinct_roots < 0.1 * particles) {
     list.push_back({fmt::format("distinct roots {} of {}", distinct_roots, particles),
                     "all particles descend from few: their histories are no smoothed sample",

@@ -1,6 +1,8 @@
 // What a filter and a smoother say about how well they did.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +14,18 @@ struct Warning {
   std::string meaning;  ///< what it says about the result
   std::string remedy;   ///< what usually helps
 };
+
+/// Mean normalised innovation squared per present channel against 1, as it is when the noise is as
+/// large as the model says.
+struct NisFigure {
+  double mean = 1;
+  double half_width = 0;  ///< 3 sigma of the mean for a true model; infinite without observations
+  /// Out of its range, what it means; nothing when all is well.
+  std::optional<Warning> warning() const;
+};
+/// @param nis      (T) normalised innovation squared
+/// @param present  (T) its degrees of freedom
+NisFigure nis_figure(std::span<const double> nis, std::span<const int> present);
 
 /// Result of one run over T observations. Numerical trouble is a field, never an exception; the
 /// figures up to `steps` are valid then. docs/inference.md explains each figure.
@@ -41,10 +55,7 @@ struct Report {
   double min_ess() const;
   double median_ess() const;
   double median_backward_ess() const;
-  /// Mean NIS per present channel: 1 when the noise is as large as the model says.
-  double nis_per_channel() const;
-  /// Half width of the interval around 1 in which nis_per_channel of a true model lies (3 sigma).
-  double nis_half_width() const;
+  double nis_per_channel() const { return nis_figure(nis, present).mean; }
 
   /// Every figure out of range, the most telling first; empty when all is well.
   std::vector<Warning> warnings() const;
