@@ -9,6 +9,7 @@
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/evaluate/constant_friction.hpp"
+#include "fricid/evaluate/ensemble.hpp"
 #include "fricid/evaluate/statistics.hpp"
 #include "fricid/system/initial_state.hpp"
 
@@ -223,6 +224,29 @@ std::vector<double> repeat_floor(const Contest& contest, std::span<const Repeats
   return least;
 }
 
+/// Scores the seeds of every model that has enough of them as one.
+void add_ensembles(std::span<const Trajectory> trajectories, std::span<const double> horizons_s,
+                   EvaluationReport& report) {
+  for (Summary& summary : report.summary) {
+    if (summary.seeds < kFewestMembers) continue;
+    for (const double h : horizons_s) {
+      std::vector<double> errors, coverage;
+      for (std::size_t i = 0; i < trajectories.size(); ++i) {
+        std::vector<const Rollout*> members;
+        for (const ModelResult& model : report.models)
+          if (model.name == summary.name) members.push_back(&model.rollouts[i]);
+        const data::Dataset& data = trajectories[i].data;
+        const EnsembleScore score =
+            ensemble_score(members, trajectories[i], horizon_steps(h, data.dt(), data.length()));
+        errors.push_back(score.q_mse);
+        coverage.push_back(score.coverage);
+      }
+      summary.ensemble_q_mse.push_back(geometric_mean(errors));
+      summary.ensemble_coverage.push_back(mean(coverage));
+    }
+  }
+}
+
 void check_simulator_rollouts(std::span<const Rollout> rollouts, const Plan& plan,
                               const char* what) {
   if (rollouts.empty()) return;
@@ -308,6 +332,7 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
         result.torque = std::move(predictions[m]);
     }
   summarise(report, options.min_headroom, rms);
+  add_ensembles(contest.trajectories, options.horizons_s, report);
   return report;
 }
 

@@ -95,7 +95,9 @@ Json summary_json(const Summary& summary) {
           {"friction_presliding", number(summary.friction_presliding)},
           {"friction_reversal", number(summary.friction_reversal)},
           {"friction_sliding", number(summary.friction_sliding)},
-          {"friction_rollout", number(summary.friction_rollout)}};
+          {"friction_rollout", number(summary.friction_rollout)},
+          {"ensemble_q_mse", numbers(summary.ensemble_q_mse)},
+          {"ensemble_coverage", numbers(summary.ensemble_coverage)}};
 }
 
 }  // namespace

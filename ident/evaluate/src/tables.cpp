@@ -77,6 +77,19 @@ std::string interval_table(const EvaluationReport& report) {
   return markdown_table(rows);
 }
 
+std::string ensemble_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{horizon_titles("seeds together", report.horizons_s)};
+  for (const double h : report.horizons_s) rows[0].push_back("inside " + seconds(h));
+  for (const Summary& summary : report.summary) {
+    if (summary.ensemble_q_mse.empty()) continue;
+    Cells& row =
+        rows.emplace_back(Cells{fmt::format("{} ({} seeds)", summary.label, summary.seeds)});
+    append(row, summary.ensemble_q_mse, digits);
+    append(row, summary.ensemble_coverage, percent);
+  }
+  return rows.size() == 1 ? std::string() : markdown_table(rows);
+}
+
 std::string friction_table(const EvaluationReport& report) {
   std::vector<Cells> rows{
       {"friction torque", "all", "presliding", "reversal", "sliding", "along the rollout"}};
@@ -122,6 +135,11 @@ std::string to_markdown(const EvaluationReport& report) {
         "under the torque of one period differs from that under the next, for the model that makes "
         "least of it; headroom is the best conventional model over it.\n";
   text += fmt::format("\n{}", interval_table(report));
+  if (const std::string ensembles = ensemble_table(report); !ensembles.empty())
+    text +=
+        "\nSeeds of a model as an ensemble, rollouts from the first sample: MSE of their mean, and "
+        "percent of the samples inside their 90 % band.\n\n" +
+        ensembles;
   if (has_friction(report)) {
     text +=
         "\nError of the friction torque, percent of its RMS, mean over joints. Driven by the "

@@ -63,6 +63,10 @@ struct Summary {
   /// driven by the measured motion, whole recordings. NaN without truth.
   double friction = 0, friction_presliding = 0, friction_reversal = 0, friction_sliding = 0;
   double friction_rollout = 0;  ///< the same along the rollouts from the first sample
+  /// Its seeds as an ensemble, over the rollouts from the first sample: geometric mean of the MSE
+  /// of q of the ensemble's mean [rad^2], and mean coverage of its 90 % band. Empty with fewer than
+  /// kFewestMembers seeds.
+  std::vector<double> ensemble_q_mse, ensemble_coverage;
 };
 
 /// Is a horizon's ranking more than noise? Meaningless where the best conventional model is less
