@@ -53,13 +53,13 @@ std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
     return data::check_dataset(d, log.string());
   } catch (const UserError&) {
     if (!as_it_was) throw;
+    try {
+      data::import_log(log, contract);  // which names the place in the file
+    } catch (const UserError& error) {
+      throw UserError("{}; `fricid check` says what --fix can mend", error.what());
+    }
+    throw;
   }
-  try {
-    data::import_log(log, contract);
-  } catch (const UserError& error) {
-    throw UserError("{}; `fricid check` says what --fix can mend", error.what());
-  }
-  return {};
 }
 
 bool damaged(const std::vector<doctor::Finding>& findings) {
