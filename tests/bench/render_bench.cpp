@@ -52,22 +52,25 @@ void BM_RenderFrame(benchmark::State& state, GlBackend backend, PaintQuality qua
   };
   if (!draw()) state.SkipWithError("this kind of context is missing");
   for (auto _ : state)
-    if (!draw()) state.SkipWithError("the drawing process ended");
+    if (!draw()) {
+      state.SkipWithError("the drawing process ended");
+      break;
+    }
   close(orders[1]);
   close(answers[0]);
   waitpid(child, nullptr, 0);
   state.SetItemsProcessed(state.iterations());  // frames/s
 }
-BENCHMARK_CAPTURE(BM_RenderFrame, osmesa / 720p, GlBackend::kOsmesa, PaintQuality::draft())
+BENCHMARK_CAPTURE(BM_RenderFrame, osmesa_draft, GlBackend::kOsmesa, PaintQuality::draft())
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_RenderFrame, egl / 720p, GlBackend::kEgl, PaintQuality::draft())
+BENCHMARK_CAPTURE(BM_RenderFrame, egl_draft, GlBackend::kEgl, PaintQuality::draft())
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_RenderFrame, osmesa / 720p / final, GlBackend::kOsmesa, PaintQuality::final())
+BENCHMARK_CAPTURE(BM_RenderFrame, osmesa_final, GlBackend::kOsmesa, PaintQuality::final())
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_RenderFrame, egl / 720p / final, GlBackend::kEgl, PaintQuality::final())
+BENCHMARK_CAPTURE(BM_RenderFrame, egl_final, GlBackend::kEgl, PaintQuality::final())
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
