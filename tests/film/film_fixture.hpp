@@ -8,6 +8,7 @@
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/experiment.hpp"
 #include "fricid/data/hdf5.hpp"
+#include "fricid/data/model_file.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::film {
@@ -53,6 +54,18 @@ class FilmFolder : public TemporaryFolder {
     });
   }
 
+  void write_model(const std::string& name) const {
+    const friction::LawSpec law{
+        name == "simple" ? "coulomb_viscous" : name, name == "gms" ? 2 : 0, {}};
+    const friction::RobotFriction model(std::vector<friction::JointSpec>(kJoints, {{law}}));
+    data::ModelFile file{
+        .name = name,
+        .label = name,
+        .arm = {experiment.model, {model, friction::default_theta(model)}},
+    };
+    data::save_model(file, folder / "models" / (name + "_s1.json"));
+  }
+
   void SetUp() override {
     TemporaryFolder::SetUp();
     using nlohmann::json;
@@ -61,9 +74,7 @@ class FilmFolder : public TemporaryFolder {
       models.push_back({{"name", name}, {"label", name}, {"seed", 1}, {"is_oracle", is_oracle}});
       summary.push_back(
           {{"name", name}, {"q_mse_geometric_mean", {drift * drift / 10, drift * drift}}});
-      const json law{{"law", name == "simple" ? "coulomb_viscous" : name}};
-      write_file_atomically(folder / "models" / (name + "_s1.json"),
-                            json{{"friction", {{law}}}}.dump());
+      if (!is_oracle) write_model(name);
       write("rollouts/" + name + "_s1_validation_0.h5", "fricid.rollout/1", drift, 10 * drift);
     };
     add("oracle", 1e-4, true);

@@ -51,6 +51,8 @@ TEST_F(StageTest, CommandsDoWhatTheySay) {
   EXPECT_FALSE(shown.visible[2]);
   obey(shown, "joint joint_a5");
   EXPECT_EQ(shown.joint, 4);
+  obey(shown, "age 0.25");
+  EXPECT_EQ(shown.cloud_age, 0.25);
   obey(shown, "live");
   obey(shown, "push 2 3 0.5");
   EXPECT_EQ(shown.live->push.joint, 4);
@@ -61,6 +63,43 @@ TEST_F(StageTest, CommandsDoWhatTheySay) {
   EXPECT_FALSE(shown.playing);
   EXPECT_EQ(obey(shown, "shot a.png"), std::filesystem::path("a.png"));
   EXPECT_EQ(obey(shown, "# a remark"), std::nullopt);
+}
+
+TEST_F(StageTest, TheCloudIsOfTheFirstVisibleModelWithMemory) {
+  Stage shown = stage();  // simple, lugre or dahl, gms
+  obey(shown, "seek 1");
+  ASSERT_TRUE(shown.cloud());
+  EXPECT_NE(shown.cloud()->label, "simple");
+  obey(shown, "toggle " + shown.cloud()->label);
+  ASSERT_TRUE(shown.cloud());
+  EXPECT_EQ(shown.cloud()->label, "gms");
+  EXPECT_EQ(shown.cloud()->cloud.to.cols(), 2);
+  obey(shown, "toggle gms");
+  EXPECT_FALSE(shown.cloud());  // nobody left who remembers
+}
+
+TEST_F(StageTest, TheCloudIsNoOlderThanItsMotion) {
+  Stage shown = stage();
+  obey(shown, "age 0.5");
+  obey(shown, "seek 0.2");
+  EXPECT_NEAR(shown.cloud()->age, 0.2, 1e-12);
+  obey(shown, "live");
+  EXPECT_FALSE(shown.cloud());  // nothing has moved yet
+  obey(shown, "run 0.1");
+  ASSERT_TRUE(shown.cloud());
+  EXPECT_LT(shown.cloud()->age, 0.11);
+}
+
+TEST_F(StageTest, TheLiveCloudSurroundsTheLiveState) {
+  Stage shown = make_stage(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_lugre.toml");
+  obey(shown, "joint joint_a2");
+  obey(shown, "push 0 40 1");
+  obey(shown, "run 1.3");
+  const LatentCloud cloud = shown.cloud()->cloud;
+  const auto begin = shown.live->friction().model.state_begin(1);
+  EXPECT_EQ(cloud.state[0], shown.live->history().back().z[static_cast<std::size_t>(begin)]);
+  EXPECT_LE(cloud.to.minCoeff(), cloud.state[0]);
+  EXPECT_GE(cloud.to.maxCoeff(), cloud.state[0]);
 }
 
 TEST_F(StageTest, WrongCommandsAreNamed) {

@@ -8,6 +8,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/data/dataset.hpp"
+#include "fricid/evaluate/trajectory.hpp"
 #include "fricid/render/palette.hpp"
 
 namespace fricid::film {
@@ -107,6 +108,8 @@ RunFilm read_film(const fs::path& folder, const data::Experiment& experiment) {
   film.joint_names = measured.joint_names;
   film.t = measured.t.array() - measured.t[0];
   film.q = measured.q;
+  film.tau = evaluate::held_torque(measured);
+  film.temperature = measured.temperature;
   if (const fs::path truth = folder / "truth" / (film.trajectory + ".h5"); fs::exists(truth)) {
     const data::H5Reader file(truth, "fricid.truth/1");
     film.q = file.matrix("/q");
@@ -139,6 +142,8 @@ RunFilm read_film(const fs::path& folder, const data::Experiment& experiment) {
     const bool shown = std::find(chosen.begin(), chosen.end(), models[m].name) != chosen.end();
     if (!fs::exists(file) || !(shown || models[m].is_oracle)) continue;
     FilmModel model = read_model(file, models[m]);
+    model.file =
+        folder / "models" / fmt::format("{}_s{}.json", models[m].name, models[m].seeds.front());
     rows = std::min(rows, model.q.rows());
     film.table[m].shown = shown;
     if (models[m].is_oracle)
@@ -147,7 +152,8 @@ RunFilm read_film(const fs::path& folder, const data::Experiment& experiment) {
       film.models.push_back(std::move(model));
   }
   film.t = film.t.head(rows).eval();
-  for (RowMatrix* values : {&film.q, &film.v, &film.tau_f, &film.oracle.q})
+  for (RowMatrix* values :
+       {&film.q, &film.v, &film.tau_f, &film.tau, &film.temperature, &film.oracle.q})
     keep_rows(*values, rows);
   for (FilmModel& model : film.models)
     for (RowMatrix* values : {&model.q, &model.v, &model.tau_f}) keep_rows(*values, rows);

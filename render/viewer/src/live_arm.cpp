@@ -68,7 +68,7 @@ void LiveArm::step() {
   const std::vector<double> temperature(n, kRoomTemperature);
   plant_->hold(tau, temperature, steps_);
   const auto tau_f = plant_->tau_f();
-  history_.push_back({t_, state_.q, state_.v, tau, {tau_f.begin(), tau_f.end()}});
+  history_.push_back({t_, state_.q, state_.v, tau, {tau_f.begin(), tau_f.end()}, state_.z});
   while (history_.front().t < t_ - kHistory) history_.pop_front();
   state_ = plant_->state();
   t_ += dt_;

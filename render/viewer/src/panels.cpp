@@ -18,7 +18,7 @@ constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFla
                                     ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
                                     ImGuiWindowFlags_NoBringToFrontOnFocus |
                                     ImGuiWindowFlags_NoSavedSettings;
-constexpr const char* kLiveColour = "#0072B2";
+constexpr const char* kBeginningColour = "#C4C4C9";
 
 void draw_transport(Stage& stage) {
   if (stage.film && stage.live) {
@@ -189,6 +189,39 @@ void draw_history(Stage& stage, const ImVec2& from, const ImVec2& size) {
             {1e-5, 1, true, "rad"}, lines);
 }
 
+/// Latent states of the shown joint: the last two, or the only one and the torque.
+void draw_cloud(Stage& stage, const ImVec2& from, const ImVec2& size) {
+  const std::optional<ShownCloud> shown = stage.cloud();
+  if (!shown) {
+    ImGui::TextUnformatted("no state to show at this joint");
+    return;
+  }
+  const LatentCloud& cloud = shown->cloud;
+  const Eigen::Index latents = cloud.to.cols(), last = latents - 1;
+  const auto scatter = [&](const RowMatrix& z, const Eigen::VectorXd& tau,
+                           const std::string& colour, float width) {
+    const Eigen::VectorXd x = z.col(std::max<Eigen::Index>(last - 1, 0)),
+                          y = latents > 1 ? Eigen::VectorXd(z.col(last)) : tau;
+    return Line{{x.begin(), x.end()}, {y.begin(), y.end()}, colour, width, true};
+  };
+  const std::vector<Line> lines{
+      scatter(cloud.from, cloud.from_tau, kBeginningColour, 5),
+      scatter(cloud.to, cloud.tau, shown->colour, 5),
+      scatter(cloud.state, Eigen::VectorXd::Constant(1, cloud.state_tau), "#000000", 7)};
+  std::vector<double> x, y;
+  for (const Line& line : lines) {
+    x.insert(x.end(), line.x.begin(), line.x.end());
+    y.insert(y.end(), line.y.begin(), line.y.end());
+  }
+  const auto [x_low, x_high] = film::range_of(x, 0.08);
+  const auto [y_low, y_high] = film::range_of(y, 0.08);
+  ImGui::Text("torque spread %.2g (grey) to %.2g N m", spread(cloud.from_tau), spread(cloud.tau));
+  draw_plot(from, size,
+            fmt::format("{}: {} starts, {:.2f} s later", shown->label, cloud.to.rows(), shown->age),
+            {x_low, x_high, false, fmt::format("z{}", std::max<Eigen::Index>(last, 1))},
+            {y_low, y_high, false, latents > 1 ? fmt::format("z{}", latents) : "N m"}, lines);
+}
+
 void drag_camera(Stage& stage) {
   if (!ImGui::IsItemHovered()) return;
   const ImGuiIO& io = ImGui::GetIO();
@@ -236,12 +269,16 @@ Wishes draw_panels(Stage& stage, ImTextureID picture, float width, float height)
   ImGui::PopStyleVar(2);
 
   ImGui::SetNextWindowPos({width - kSide, 0});
-  ImGui::SetNextWindowSize({kSide, height});
+  ImGui::SetNextWindowSize({kSide, size.y});
   ImGui::Begin("controls", nullptr, kFixed);
   ImGui::Text("%s", stage.experiment.name.c_str());
   ImGui::Separator();
   draw_transport(stage);
   draw_joints(stage);
+  ImGui::SetNextItemWidth(210);
+  const double youngest = 0, oldest = Stage::kOldestCloud;
+  ImGui::SliderScalar("age of the cloud", ImGuiDataType_Double, &stage.cloud_age, &youngest,
+                      &oldest, "%.3f s");
   ImGui::Separator();
   if (stage.mode == Mode::kReplay) {
     draw_models(stage);
@@ -256,6 +293,16 @@ Wishes draw_panels(Stage& stage, ImTextureID picture, float width, float height)
   }
   if (stage.mode == Mode::kLive) draw_parameters(stage);
   ImGui::End();
+
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 0);
+  ImGui::SetNextWindowPos({width - kSide, size.y});
+  ImGui::SetNextWindowSize({kSide, kStrip});
+  ImGui::Begin("cloud", nullptr, kFixed);
+  ImGui::SetCursorPos({kGap + 8, 4});
+  draw_cloud(stage, {width - kSide + kGap, strip.y}, {kSide - kGap, half.y});
+  ImGui::End();
+  ImGui::PopStyleVar(2);
   return wishes;
 }
 

@@ -67,6 +67,11 @@ void draw_plot(const ImVec2& from, const ImVec2& size, const std::string& title,
   for (const Line& line : lines) {
     points.clear();
     for (std::size_t i = 0; i < line.x.size(); ++i) points.push_back(at(line.x[i], line.y[i]));
+    if (line.dots) {
+      for (const ImVec2& point : points)
+        list.AddCircleFilled(point, line.width / 2, colour_of(line.colour));
+      continue;
+    }
     list.AddPolyline(points.data(), static_cast<int>(points.size()), colour_of(line.colour), 0,
                      line.width);
     if (!points.empty()) list.AddCircleFilled(points.back(), 4, colour_of(line.colour));

@@ -13,6 +13,7 @@ struct Line {
   std::vector<double> x, y;
   std::string colour;  ///< "#rrggbb"
   float width = 1.5f;
+  bool dots = false;  ///< a dot of diameter `width` at each point in place of the line
 };
 
 /// Axes and lines in a box of the screen; the end of each line gets a dot.

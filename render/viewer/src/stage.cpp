@@ -67,6 +67,61 @@ void Stage::reset() {
     live->reset();
 }
 
+void Stage::replay_joint(std::size_t model) {
+  if (replayed_ && replayed_->model == model && replayed_->joint == joint) return;
+  const film::FilmModel& shown = film->models[model];
+  Replayed replayed{
+      model, joint, friction_of_joint(data::load_model(shown.file).arm.friction, joint), {}};
+  JointMotion& motion = replayed.motion;
+  const Eigen::Index rows = film->t.size();
+  motion.dt = (film->t[rows - 1] - film->t[0]) / static_cast<double>(rows - 1);
+  motion.q = shown.q.col(joint);
+  motion.v = shown.v.col(joint);
+  motion.load = film->tau.col(joint);
+  if (film->temperature.size() > 0) motion.temperature = film->temperature.col(joint);
+  motion.z = drive_friction(replayed.friction, motion.dt, motion.q, motion.v, motion.load,
+                            motion.temperature)
+                 .z;
+  replayed_ = std::move(replayed);
+}
+
+std::optional<ShownCloud> Stage::cloud() {
+  if (mode == Mode::kReplay) {
+    for (std::size_t m = 0; m < film->models.size(); ++m) {
+      if (!visible[m]) continue;
+      replay_joint(m);
+      if (replayed_->motion.z.cols() == 0) continue;
+      return ShownCloud{
+          film->models[m].label, film->models[m].colour, std::min(cloud_age, t),
+          latent_cloud(replayed_->friction, replayed_->motion, row(), cloud_age, kCopies)};
+    }
+    return {};
+  }
+
+  const friction::Friction& all = live->friction();
+  const int first = all.model.state_begin(joint), end = all.model.state_begin(joint + 1);
+  const auto rows = static_cast<Eigen::Index>(live->history().size());
+  if (rows == 0 || first == end) return {};
+  JointMotion motion{1 / experiment.sensors.rate_hz,
+                     RowMatrix(rows, 1),
+                     RowMatrix(rows, 1),
+                     RowMatrix(rows, 1),
+                     {},
+                     RowMatrix(rows, end - first)};
+  const auto j = static_cast<std::size_t>(joint);
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const Moment& moment = live->history()[static_cast<std::size_t>(k)];
+    motion.q(k, 0) = moment.q[j];
+    motion.v(k, 0) = moment.v[j];
+    motion.load(k, 0) = moment.tau[j];
+    motion.z.row(k) = Eigen::RowVectorXd::Map(moment.z.data() + first, end - first);
+  }
+  return ShownCloud{"live friction", kLiveColour,
+                    std::min(cloud_age, static_cast<double>(rows - 1) * motion.dt),
+                    latent_cloud(friction_of_joint(all, joint), motion, static_cast<int>(rows) - 1,
+                                 cloud_age, kCopies)};
+}
+
 Stage make_stage(const fs::path& target) {
   Stage stage;
   const bool is_run = fs::exists(target / "manifest.json");
@@ -125,6 +180,8 @@ std::optional<fs::path> obey(Stage& stage, const std::string& command) {
     stage.playing = verb == "play";
   } else if (verb == "speed") {
     stage.speed = number();
+  } else if (verb == "age") {
+    stage.cloud_age = std::clamp(number(), 0.0, Stage::kOldestCloud);
   } else if (verb == "toggle") {
     word();
     std::size_t m = 0;

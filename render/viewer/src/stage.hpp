@@ -8,10 +8,20 @@
 
 #include "fricid/film/run_film.hpp"
 #include "fricid/film/viewpoint.hpp"
+#include "fricid/viewer/latent_cloud.hpp"
 #include "fricid/viewer/live_arm.hpp"
 #include "fricid/viewer/viewer.hpp"
 
 namespace fricid::viewer {
+
+inline constexpr const char* kLiveColour = "#0072B2";
+
+/// The cloud of the shown joint and what it belongs to.
+struct ShownCloud {
+  std::string label, colour;
+  double age;  ///< [s]
+  LatentCloud cloud;
+};
 
 /// What the viewer shows and where it stands. Knows no window and no ImGui: the panels and a script
 /// do the same things to it.
@@ -27,6 +37,7 @@ struct Stage {
   double t = 0;               ///< of the replay [s]
   std::vector<bool> visible;  ///< per model of the film
   int joint = 0;              ///< whose friction is shown
+  double cloud_age = 0.1;     ///< [s]
   film::View view;
 
   int row() const { return film->row(t); }
@@ -34,6 +45,24 @@ struct Stage {
   void advance(double seconds);
   void seek(double seconds);
   void reset();
+  /// Of the live friction, or of the first visible model that keeps a state at the shown joint,
+  /// along its open loop; none where there is no such model.
+  std::optional<ShownCloud> cloud();
+
+  static constexpr int kCopies = 200;
+  static constexpr double kOldestCloud = 0.5;  ///< [s]
+
+ private:
+  /// One joint of a model of the film, kept while it is shown.
+  struct Replayed {
+    std::size_t model;
+    int joint;
+    friction::Friction friction;
+    JointMotion motion;
+  };
+  void replay_joint(std::size_t model);
+
+  std::optional<Replayed> replayed_;
 };
 
 /// @throws UserError as `view`
@@ -43,6 +72,7 @@ Stage make_stage(const std::filesystem::path& target);
 ///
 ///     seek T | play | pause | speed X | toggle MODEL | joint NAME | live | replay | reset
 ///     set PARAMETER VALUE      of the shown joint, by its symbol, e.g. set Fc 12
+///     age SECONDS              of the latent cloud
 ///     push TORQUE [AMPLITUDE FREQUENCY]    on the shown joint
 ///     run SECONDS              simulates or replays
 ///     shot FILE.png | scene FILE.toml

@@ -14,9 +14,10 @@ using data::RowMatrix;
 /// The open loop of one model; rows as in RunFilm::t.
 struct FilmModel {
   std::string name, label, colour;
-  RowMatrix q;      ///< (T, n) [rad]
-  RowMatrix v;      ///< (T, n) [rad/s]
-  RowMatrix tau_f;  ///< (T, n) [N m]
+  RowMatrix q;                   ///< (T, n) [rad]
+  RowMatrix v;                   ///< (T, n) [rad/s]
+  RowMatrix tau_f;               ///< (T, n) [N m]
+  std::filesystem::path file{};  ///< of the model
 };
 
 /// A line of the final table.
@@ -35,6 +36,8 @@ struct RunFilm {
   std::vector<std::string> joint_names;
   Eigen::VectorXd t;      ///< (T) [s], from 0
   RowMatrix q, v, tau_f;  ///< (T, n) the truth, or q as measured and the others empty
+  RowMatrix tau;          ///< (T, n) motor torque, held over the sample that follows [N m]
+  RowMatrix temperature;  ///< (T, n) [K], or empty
   std::vector<FilmModel> models;
   FilmModel oracle;              ///< q is empty where there is none
   std::vector<double> horizons;  ///< [s]

@@ -24,6 +24,7 @@ struct Push {
 struct Moment {
   double t;                              ///< [s]
   std::vector<double> q, v, tau, tau_f;  ///< (n)
+  std::vector<double> z;                 ///< (state_size) of the friction
 };
 
 /// The true arm, simulated while one watches. Parameters of its friction may change at any time;
