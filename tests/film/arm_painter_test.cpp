@@ -80,6 +80,49 @@ TEST(ArmPainter, TrailsAreDrawn) {
   EXPECT_GT(pixels_of(painter.paint(front(), kWidth, kHeight, arms, trails), 2), 200);
 }
 
+TEST(ArmPainter, LightAndShadowDoNotChangeATrailsColour) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  PaintQuality shadows = PaintQuality::final();
+  shadows.samples = 0;  // smooth edges would mix colours
+  ArmPainter painter(arm, "flange", kWidth, kHeight, shadows);
+  const std::array<PaintedArm, 1> arms{{{kPose}}};
+  Trail loop{{}, {0.2f, 0.5f, 0.7f, 1}, 3};
+  for (double angle = 0; angle < 6.3; angle += 0.1)
+    loop.points.emplace_back(0.4 * std::cos(angle), 0.4 * std::sin(angle) - 0.4,
+                             1.1 + 0.3 * std::sin(2 * angle));
+  const Image without = painter.paint(front(), kWidth, kHeight, arms);
+  const Image with = painter.paint(front(), kWidth, kHeight, arms, {&loop, 1});
+  int drawn = 0;
+  const std::array<int, 3> colour{51, 128, 179};
+  for (std::size_t i = 0; i < with.rgb.size(); i += 3) {
+    if (std::equal(&with.rgb[i], &with.rgb[i] + 3, &without.rgb[i])) continue;
+    ++drawn;
+    for (std::size_t c = 0; c < 3; ++c) ASSERT_NEAR(with.rgb[i + c], colour[c], 4) << c;
+  }
+  EXPECT_GT(drawn, 200);
+}
+
+TEST(ArmPainter, ATrailLiesOverThoseBeforeIt) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft());
+  const std::array<PaintedArm, 1> arms{{{kPose}}};
+  // steps of different length on the same line: neither is nearer all along
+  Trail red{{}, {1, 0, 0, 1}, 4}, blue{{}, kBlue, 4};
+  for (int i = 0; i <= 10; ++i) red.points.emplace_back(0.3, -0.5 + 0.09 * i, 0.8);
+  for (int i = 0; i <= 9; ++i) blue.points.emplace_back(0.3, -0.5 + 0.1 * i, 0.8);
+  const auto visible = [&](const Trail& below, const Trail& above, std::size_t channel) {
+    const std::array<Trail, 2> trails{below, above};
+    const std::array<Trail, 1> alone{above};
+    return pixels_of(painter.paint(front(), kWidth, kHeight, arms, trails), channel) /
+           static_cast<double>(
+               pixels_of(painter.paint(front(), kWidth, kHeight, arms, alone), channel));
+  };
+  EXPECT_NEAR(visible(red, blue, 2), 1, 0.01);
+  EXPECT_NEAR(visible(blue, red, 0), 1, 0.01);
+}
+
 TEST(ArmPainter, TipIsTheFlange) {
   const auto context = make_gl_context(GlBackend::kOsmesa);
   const sim::MujocoArm arm = kr6();

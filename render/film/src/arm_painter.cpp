@@ -100,18 +100,22 @@ double ArmPainter::field_of_view() const {
   return static_cast<double>(model_->vis.global.fovy) * kRadians;
 }
 
-void ArmPainter::add_trail(const Trail& trail) {
+void ArmPainter::add_trail(const Trail& trail, int over) {
   mjvScene& scene = gl_->scene;
-  const std::array<float, 4> rgba{trail.paint.red, trail.paint.green, trail.paint.blue,
-                                  trail.paint.alpha};
+  // opaque, a line would get its colour once more from the light that casts shadows
+  const float alpha = std::min(trail.paint.alpha, 0.99f);
+  const std::array<float, 4> rgba{trail.paint.red, trail.paint.green, trail.paint.blue, alpha};
   for (std::size_t i = 1; i < trail.points.size() && scene.ngeom < scene.maxgeom; ++i) {
     mjvGeom& geom = scene.geoms[scene.ngeom++];
     mjv_initGeom(&geom, mjGEOM_LINE, nullptr, nullptr, nullptr, rgba.data());
     mjv_connector(&geom, mjGEOM_LINE, trail.width, trail.points[i - 1].data(),
                   trail.points[i].data());
     geom.category = mjCAT_DECOR;
-    geom.emission = 0.6f;
     geom.castshadow = 0;
+    // what is not opaque is drawn from far to near, by its distance less its bound
+    constexpr float kPicture = 100;  // [m], larger than what is seen
+    geom.objtype = mjOBJ_GEOM;
+    geom.modelrbound = -kPicture * static_cast<float>(1 + over);
   }
 }
 
@@ -149,7 +153,8 @@ Image ArmPainter::paint(const View& view, int width, int height, std::span<const
       geom.castshadow = tint.alpha >= 1;
     }
   }
-  for (const Trail& trail : trails) add_trail(trail);
+  for (std::size_t i = 0; i < trails.size(); ++i)
+    add_trail(trails[i], static_cast<int>(trails.size() - 1 - i));
 
   const mjrRect viewport{0, 0, width, height};
   mjr_setBuffer(mjFB_OFFSCREEN, &gl_->context);

@@ -56,7 +56,8 @@ class ArmPainter {
              PaintQuality quality);
   ~ArmPainter();
 
-  /// The first arm brings floor, base and light. @pre `arms` is not empty
+  /// The first arm brings floor, base and light; each trail lies over those before it. @pre `arms`
+  /// is not empty
   Image paint(const View& view, int width, int height, std::span<const PaintedArm> arms,
               std::span<const Trail> trails = {});
 
@@ -76,7 +77,8 @@ class ArmPainter {
   struct Gl;  // what lives in the context
 
   void pose(std::span<const double> q);
-  void add_trail(const Trail& trail);
+  /// @param over  number of trails that lie over this one
+  void add_trail(const Trail& trail, int over);
 
   const sim::MujocoArm& arm_;
   sim::MjModelPtr model_;
