@@ -62,10 +62,14 @@ TEST_F(ViewerTest, WhatIsDoneIsSeen) {
 
 TEST_F(ViewerTest, WorksInAWindow) {
   if (!std::getenv("DISPLAY")) GTEST_SKIP() << "needs a display, e.g. xvfb-run";
-  view(folder, script("seek 1\nshot " + png("window") + "\nlive\nrun 0.2\nset W1 1\nshot " +
-                      png("live") + "\n"));
+  view(folder, script("seek 1\nshot " + png("window") + "\ntoggle gms\nshot " + png("without") +
+                      "\nlive\nrun 0.2\nset W1 1\nshot " + png("live") + "\nscene " +
+                      (folder / "edited.toml").string() + "\n"));
   const Image shot = load_png(png("window"));
   EXPECT_EQ(shot.width, 960);
+  EXPECT_GT(share_differing(shot, load_png(png("without")), 20), 0.002);
+  EXPECT_NE(data::load_experiment(folder / "edited.toml").friction->theta,
+            experiment.friction->theta);
   EXPECT_GT(share_differing(shot, load_png(png("live")), 20), 0.02);
 }
 
