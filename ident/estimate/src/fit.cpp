@@ -12,6 +12,7 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/system/driven_friction.hpp"
 #include "fricid/system/initial_state.hpp"
+#include "regression.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
@@ -68,6 +69,8 @@ friction::LawSpec law_of(const data::ModelConfig& config) {
   throw UserError("model {}: unknown law \"{}\"; known: {}", config.name, name, known);
 }
 
+}  // namespace
+
 FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
                                 std::span<const Filtered> sequences, int jobs) {
   FrictionTorques target(sequences.size());
@@ -77,8 +80,6 @@ FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::
   });
   return target;
 }
-
-}  // namespace
 
 Prepared prepare(const data::Experiment& experiment, std::span<const data::Dataset> train,
                  int jobs) {

@@ -6,6 +6,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "regression.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
@@ -89,9 +90,7 @@ void fit_backbone(Arm& arm, const Prepared& prepared, double cutoff_hz, int seed
                            ref.symbol[0] == 'K' || ref.symbol.starts_with("Delta"));
     if (!physical) options.held.push_back(ref.symbol);
   }
-  std::vector<data::RowMatrix> target;
-  for (const Filtered& s : prepared.sequences)
-    target.push_back(s.tau - rigid_body_torque(arm.robot, arm.robot.pi, s));
+  const FrictionTorques target = friction_target(arm.robot, arm.robot.pi, prepared.sequences, jobs);
   parallel_for(arm.robot.n(), jobs, [&](int j) {
     const std::span<double> own =
         std::span(arm.friction.theta)

@@ -20,4 +20,8 @@ struct Regression {
 Regression stack(const dynamics::RobotModel& robot, std::span<const Filtered> sequences,
                  const RigidBodyOptions& options, const FrictionTorques* shape, RigidBodyFit& fit);
 
+/// What the rigid body pi leaves of the torque of every sequence, for friction to explain.
+FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
+                                std::span<const Filtered> sequences, int jobs);
+
 }  // namespace fricid::estimate
