@@ -247,17 +247,23 @@ void add_ensembles(std::span<const Trajectory> trajectories, std::span<const dou
   }
 }
 
-void check_simulator_rollouts(std::span<const Rollout> rollouts, const Plan& plan,
-                              const char* what) {
-  if (rollouts.empty()) return;
+void check_plan(std::span<const Rollout> rollouts, const Plan& plan, const std::string& what) {
   bool agree = rollouts.size() == plan.starts.size();
   for (std::size_t i = 0; agree && i < rollouts.size(); ++i)
     agree = rollouts[i].start.trajectory == plan.starts[i].trajectory &&
             rollouts[i].start.begin == plan.starts[i].begin &&
             rollouts[i].q.rows() == plan.starts[i].steps + 1;
   if (!agree)
-    throw UserError("{} rollouts of the simulator: found {}, expected the {} planned starts", what,
+    throw UserError("rollouts of {}: found {}, expected the {} planned starts", what,
                     rollouts.size(), plan.starts.size());
+}
+
+std::vector<Rollout> settled(std::vector<Rollout> rollouts,
+                             std::span<const Trajectory> trajectories, double diverged_rad) {
+  for (Rollout& rollout : rollouts)
+    settle_divergence(rollout, trajectories[static_cast<std::size_t>(rollout.start.trajectory)],
+                      diverged_rad);
+  return rollouts;
 }
 
 }  // namespace
@@ -266,8 +272,12 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
   if (contest.trajectories.empty()) throw UserError("evaluate: no held-out data");
   const Plan plan = make_plan(contest.trajectories, options);
   if (plan.starts.empty()) throw UserError("evaluate: horizons_s is empty");
-  check_simulator_rollouts(contest.simulator_oracle, plan, "oracle");
-  check_simulator_rollouts(contest.simulator_halved, plan, "half-step");
+  if (!contest.simulator_oracle.empty())
+    check_plan(contest.simulator_oracle, plan, "the simulator's oracle");
+  if (!contest.simulator_halved.empty())
+    check_plan(contest.simulator_halved, plan, "the simulator at half its step");
+  for (const ExternalModel& external : contest.externals)
+    check_plan(external.rollouts, plan, external.name);
 
   EvaluationReport report;
   report.scene = contest.scene;
@@ -286,12 +296,11 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
   std::vector<std::vector<Rollout>> rollouts = roll_out_all(contest, driven, plan, options, jobs);
   std::vector<std::vector<TorquePrediction>> predictions = predict_all(contest, jobs);
 
-  std::vector<Rollout> simulated = contest.simulator_oracle, halved = contest.simulator_halved;
-  for (std::vector<Rollout>* simulator : {&simulated, &halved})
-    for (Rollout& rollout : *simulator)
-      settle_divergence(rollout,
-                        contest.trajectories[static_cast<std::size_t>(rollout.start.trajectory)],
-                        options.diverged_rad);
+  const auto settle = [&](const std::vector<Rollout>& made) {
+    return settled(made, contest.trajectories, options.diverged_rad);
+  };
+  std::vector<Rollout> simulated = settle(contest.simulator_oracle);
+  const std::vector<Rollout> halved = settle(contest.simulator_halved);
 
   // Differences of whole sets of rollouts, before scoring keeps only some of them.
   if (!halved.empty() && !simulated.empty())
@@ -331,6 +340,15 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
       if (!model.is_oracle && predictions[m].front().tau.size() > 0)
         result.torque = std::move(predictions[m]);
     }
+  for (const ExternalModel& external : contest.externals) {
+    ModelResult& result = report.models.emplace_back();
+    result.name = external.name;
+    result.label = external.label;
+    result.parameters = external.parameters;
+    result.fit_seconds = external.fit_seconds;
+    std::vector<Rollout> made = settle(external.rollouts);
+    add_scores(result, made, {}, contest.trajectories, options.horizons_s);
+  }
   summarise(report, options.min_headroom, rms);
   add_ensembles(contest.trajectories, options.horizons_s, report);
   return report;

@@ -8,6 +8,7 @@
 
 #include "fricid/data/experiment.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/evaluate/external.hpp"
 #include "fricid/evaluate/report.hpp"
 
 namespace fricid::evaluate {
@@ -25,6 +26,8 @@ struct Contest {
   /// at the truth's inner step and at half of it; one per planned start, in that order, or empty
   /// (real logs). The former are the first row of the report, "simulator".
   std::vector<Rollout> simulator_oracle, simulator_halved;
+  /// The last rows of the report. None is a convention to beat: they change no other row's figures.
+  std::vector<ExternalModel> externals;
 };
 
 /// Rolls every model out from every planned start and scores it: every model begins at the same
