@@ -114,6 +114,41 @@ std::vector<data::ModelFile> load_models(const Job& job) {
   return models;
 }
 
+/// Folders of external/, sorted by name. @throws UserError when something else is there, or a name
+/// is taken or cannot be one
+std::vector<fs::path> external_folders(const fs::path& run,
+                                       const std::vector<data::ModelFile>& models) {
+  std::vector<fs::path> folders;
+  if (!fs::exists(run / "external")) return folders;
+  for (const auto& entry : fs::directory_iterator(run / "external")) {
+    const std::string name = entry.path().filename().string(), shown = entry.path().string();
+    if (name.starts_with('.')) continue;
+    if (!entry.is_directory()) throw UserError("{}: a file; allowed: one folder per model", shown);
+    if (!std::all_of(name.begin(), name.end(), [](unsigned char c) {
+          return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
+        }))
+      throw UserError("{}: found this name; allowed: letters, digits, _, - and .", shown);
+    const bool taken = name == "oracle" || name == "simulator" ||
+                       std::any_of(models.begin(), models.end(), [&](const data::ModelFile& model) {
+                         return model.name == name;
+                       });
+    if (taken) throw UserError("{}: a model of this run has this name", shown);
+    folders.push_back(entry.path());
+  }
+  std::sort(folders.begin(), folders.end());
+  return folders;
+}
+
+/// Names and hashes of what is in a folder, sorted.
+std::string contents_of(const fs::path& folder) {
+  std::vector<std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      files.push_back(entry.path().string() + sha256_of_file(entry.path()));
+  std::sort(files.begin(), files.end());
+  return fmt::format("{}", fmt::join(files, ""));
+}
+
 /// Whether a model is a convention to beat: no network, and fitted as is the custom.
 bool is_conventional(const data::Experiment& experiment, const data::ModelFile& model) {
   if (model.arm.friction.model.has_whole()) return false;
@@ -129,6 +164,7 @@ bool is_conventional(const data::Experiment& experiment, const data::ModelFile& 
 
 bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
   const std::vector<data::ModelFile> models = load_models(job);
+  const std::vector<fs::path> externals = external_folders(job.folder.path(), models);
   data::Experiment read = job.experiment;
   read.render = {};
   std::string key = data::to_toml(read) + job.folder.outputs_of("data");
@@ -136,29 +172,36 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
     key += sha256_of_file(job.folder.path() / "models" /
                           fmt::format("{}_s{}.json", model.name, model.seed));
   for (const fs::path& file : further_data) key += sha256_of_file(file);
+  for (const fs::path& folder : externals) key += contents_of(folder);
 
   const bool ran = job.folder.stage("evaluate", key, [&] {
     const HeldOut held_out = load_held_out(job, further_data);
     const data::EvaluateConfig& options = job.experiment.evaluate;
+    const auto starts =
+        evaluate::plan_starts(held_out.trajectories, options.horizons_s, options.starts);
+    write_file_atomically(job.folder.path() / "starts.csv",
+                          evaluate::starts_csv(held_out.trajectories, starts));
 
     evaluate::Contest contest;
     contest.scene = job.experiment.name;
     contest.trajectories = held_out.trajectories;
     contest.models = models;
     contest.robot = job.experiment.model;
+    for (const fs::path& folder : externals)
+      contest.externals.push_back(
+          evaluate::load_external_model(folder, held_out.trajectories, starts));
     for (const data::ModelFile& model : models)
       if (!is_conventional(job.experiment, model)) contest.unconventional.push_back(model.name);
     if (!held_out.truths.empty()) {
       contest.models.insert(contest.models.begin(), oracle_model(job.experiment));
-      const auto starts =
-          evaluate::plan_starts(held_out.trajectories, options.horizons_s, options.starts);
       contest.simulator_oracle = simulator_rollouts(job, held_out, starts, 1.0);
       contest.simulator_halved = simulator_rollouts(job, held_out, starts, 0.5);
     }
     const evaluate::EvaluationReport report = evaluate::evaluate(contest, options, job.jobs);
     evaluate::save_report(report, contest.trajectories, job.folder.path());
 
-    std::vector<std::string> files{"evaluation.json", "table.md", "table.csv", "torque.md"};
+    std::vector<std::string> files{"evaluation.json", "table.md", "table.csv", "torque.md",
+                                   "starts.csv"};
     for (const char* folder : {"rollouts", "predictions"})
       for (const auto& entry : fs::directory_iterator(job.folder.path() / folder))
         files.push_back(fmt::format("{}/{}", folder, entry.path().filename().string()));

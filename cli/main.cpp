@@ -81,7 +81,8 @@ int main(int argc, char** argv) {
   add_common(*identify_command, common, "fricid identify run/kr6_demo --model lugre --seeds 1-5");
   identify_command->callback([&] { command = [&] { return identify(run_options, common); }; });
 
-  auto* evaluate_command = app.add_subcommand("evaluate", "open loop against held-out data");
+  auto* evaluate_command = app.add_subcommand(
+      "evaluate", "open loop against held-out data; also of what lies in DIR/external");
   evaluate_command->add_option("DIR", run_options.target, "run folder")->required();
   evaluate_command->add_option("--data", run_options.data,
                                "further data sets (HDF5), also unseen ones");

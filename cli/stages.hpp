@@ -36,7 +36,8 @@ void make_data(Job& job);
 /// @return false when a fit failed its own health test
 bool identify_models(Job& job, const std::vector<std::string>& names, const std::string& seeds);
 
-/// rollouts/, predictions/, evaluation.json, table.md, table.csv, torque.md.
+/// rollouts/, predictions/, evaluation.json, table.md, table.csv, torque.md, starts.csv; rows also
+/// of the models in external/.
 /// @return false when a horizon is meaningless
 bool evaluate_models(Job& job, const std::vector<std::filesystem::path>& further_data);
 
