@@ -33,6 +33,7 @@ constexpr std::array kHues{Hue{"oracle", "#000000", 7},
                            Hue{"nn", "#B8860B", 6},
                            Hue{"rnn", "#A0522D", 9},
                            Hue{"lvm_paper", "#4169E1", 4},
+                           Hue{"external", "#E7298A", 2},
                            Hue{"", "#708090", 3}};  // what is not in the table
 
 /// "#rrggbb" moved by `share` towards white (positive) or black (negative).
@@ -47,8 +48,10 @@ std::string shaded(std::string_view colour, double share) {
   return result;
 }
 
-/// Law of the whole robot or of the first joint in a model file; empty when there is none to read.
+/// Law of the whole robot or of the first joint in a model file; "external" without a file, empty
+/// when it has none to read.
 std::string law_of(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return "external";
   const auto model = read_json_if_there(file);
   for (const char* place : {"/friction_of_robot/law", "/friction/0/0/law"})
     if (const nlohmann::json::json_pointer law(place); model.contains(law))

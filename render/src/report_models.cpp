@@ -251,6 +251,12 @@ std::string model_section(const Record& record) {
         fitted.model.seeds.size() > 1 ? fmt::format(", seed {}", fitted.seed) : std::string();
     text += fmt::format("<section id=\"model-{0}-{1}\"><h3>{2}{3}</h3>\n",
                         html::escaped(fitted.model.name), fitted.seed, dotted(fitted.model), seed);
+    if (fitted.file.is_null()) {
+      text +=
+          "<p class=\"note\">Known by its rollouts alone, made by another "
+          "program.</p>\n</section>\n";
+      continue;
+    }
     text += health(fitted);
     text += "<details><summary>Parameters</summary>\n" + friction_tables(record, fitted) +
             body_table(record, fitted) + "</details>\n";

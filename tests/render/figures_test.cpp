@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "fricid/base/error.hpp"
+#include "fricid/render/palette.hpp"
 #include "run_folder_fixture.hpp"
 
 namespace fricid::render {
@@ -210,6 +211,25 @@ TEST_F(FiguresOfRun, ManyModelsAreOnePerLaw) {
   ASSERT_EQ(series.size(), 3u);
   EXPECT_EQ(series[1].label, "oracle");
   EXPECT_EQ(series[2].label, "more4");
+}
+
+TEST_F(FiguresOfRun, RolloutsAloneAreAModelWithItsOwnColour) {
+  edit("evaluation.json", [](json& evaluation) {
+    for (const char* part : {"models", "summary"}) {
+      evaluation[part].push_back(evaluation[part][2]);
+      evaluation[part].back()["name"] = evaluation[part].back()["label"] = "tool";
+    }
+  });
+  std::filesystem::copy(folder / "rollouts/simple_s1_validation_0.h5",
+                        folder / "rollouts/tool_s1_validation_0.h5");
+  for (const char* name : {"tracking", "error_time", "error_horizon"}) {
+    const auto series = figure(name).panels.at(0).series;
+    const auto tool = std::find_if(series.begin(), series.end(),
+                                   [](const Series& line) { return line.label == "tool"; });
+    ASSERT_NE(tool, series.end()) << name;
+    EXPECT_EQ(tool->colour, look_of_law("external").colour) << name;
+  }
+  EXPECT_NE(look_of_law("external").colour, look_of_law("a law of no table").colour);
 }
 
 TEST_F(FiguresOfRun, WhatIsAbsentIsLeftOut) {

@@ -67,6 +67,22 @@ TEST_F(Report, ShowsParametersWithTruthAndBounds) {
   EXPECT_THAT(page, HasSubstr("truth: as injected"));
 }
 
+TEST_F(Report, SaysOfRolloutsAloneThatTheyAre) {
+  edit("evaluation.json", [](nlohmann::json& evaluation) {
+    for (const char* part : {"models", "summary"}) {
+      evaluation[part].push_back(evaluation[part][2]);
+      evaluation[part].back()["name"] = "tool";
+      evaluation[part].back()["label"] = "a tool";
+    }
+  });
+  const std::string page = report_of_run(folder);
+  const std::size_t section = page.find("<section id=\"model-tool-1\">");
+  ASSERT_NE(section, std::string::npos);
+  EXPECT_THAT(page.substr(section, page.find("</section>", section) - section),
+              AllOf(HasSubstr("a tool"), HasSubstr("Known by its rollouts alone"),
+                    Not(HasSubstr("Parameters"))));
+}
+
 TEST_F(Report, NeedsAnEvaluation) {
   std::filesystem::remove(folder / "evaluation.json");
   EXPECT_THROW(write_report(folder), UserError);

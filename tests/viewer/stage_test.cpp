@@ -78,6 +78,15 @@ TEST_F(StageTest, TheCloudIsOfTheFirstVisibleModelWithMemory) {
   EXPECT_FALSE(shown.cloud());  // nobody left who remembers
 }
 
+TEST_F(StageTest, AModelThatIsRolloutsAloneHasNoCloud) {
+  std::filesystem::remove(folder / "models" / "gms_s1.json");
+  Stage shown = stage();
+  obey(shown, "seek 1");
+  ASSERT_TRUE(shown.cloud());
+  obey(shown, "toggle " + shown.cloud()->label);
+  EXPECT_FALSE(shown.cloud());
+}
+
 TEST_F(StageTest, TheCloudIsNoOlderThanItsMotion) {
   Stage shown = stage();
   obey(shown, "age 0.5");

@@ -88,7 +88,7 @@ void Stage::replay_joint(std::size_t model) {
 std::optional<ShownCloud> Stage::cloud() {
   if (mode == Mode::kReplay) {
     for (std::size_t m = 0; m < film->models.size(); ++m) {
-      if (!visible[m]) continue;
+      if (!visible[m] || !std::filesystem::exists(film->models[m].file)) continue;
       replay_joint(m);
       if (replayed_->motion.z.cols() == 0) continue;
       return ShownCloud{

@@ -26,7 +26,7 @@ inline constexpr const char* kMeasuredColour = "#000000";
 /// A model of a run.
 struct RunModel {
   std::string name, label;
-  std::string law;         ///< of its first joint; "oracle" for the truth itself
+  std::string law;  ///< of its first joint; "oracle": the truth itself; "external": rollouts alone
   std::vector<int> seeds;  ///< ascending as in the evaluation
   bool is_oracle = false;
   Look look;
