@@ -75,6 +75,21 @@ std::vector<evaluate::Rollout> simulator_rollouts(const Job& job, const HeldOut&
   return rollouts;
 }
 
+/// The recordings that the models were fitted to, driven by the motion that fits see.
+std::vector<evaluate::Trajectory> load_training(const Job& job) {
+  std::vector<evaluate::Trajectory> training;
+  for (int i = 0;; ++i) {
+    const fs::path file = job.folder.path() / "data" / fmt::format("train_{}.h5", i);
+    if (!fs::exists(file)) return training;
+    evaluate::Trajectory& recording = training.emplace_back();
+    recording.data = data::load_dataset(file);
+    estimate::Filtered motion =
+        estimate::filter_dataset(recording.data, job.experiment.identify.cutoff_hz);
+    recording.q = std::move(motion.q_wide);
+    recording.v = std::move(motion.v_wide);
+  }
+}
+
 data::ModelFile oracle_model(const data::Experiment& experiment) {
   data::ModelFile model;
   model.name = model.label = "oracle";
@@ -185,6 +200,7 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
     evaluate::Contest contest;
     contest.scene = job.experiment.name;
     contest.trajectories = held_out.trajectories;
+    contest.training = load_training(job);
     contest.models = models;
     contest.robot = job.experiment.model;
     for (const fs::path& folder : externals)
@@ -202,9 +218,11 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
 
     std::vector<std::string> files{"evaluation.json", "table.md", "table.csv", "torque.md",
                                    "starts.csv"};
-    for (const char* folder : {"rollouts", "predictions"})
+    for (const char* folder : {"rollouts", "predictions", "bands"}) {
+      if (!fs::exists(job.folder.path() / folder)) continue;
       for (const auto& entry : fs::directory_iterator(job.folder.path() / folder))
         files.push_back(fmt::format("{}/{}", folder, entry.path().filename().string()));
+    }
     return files;
   });
   if (!ran) std::fputs("evaluate: up to date\n", stderr);

@@ -12,6 +12,7 @@ Figure tracking(const Run& run);
 Figure error_time(const Run& run);
 Figure error_horizon(const Run& run);
 Figure error_joint(const Run& run);
+Figure bands(const Run& run);
 
 // figures_friction.cpp: what the laws do
 Figure friction_loop(const Run& run, int joint);

@@ -6,7 +6,8 @@ namespace fricid::render {
 
 std::vector<Figure> figures_of_run(const std::filesystem::path& folder) {
   const Run run = read_run(folder);
-  std::vector<Figure> figures{error_time(run), error_horizon(run), error_joint(run), tracking(run)};
+  std::vector<Figure> figures{error_time(run), error_horizon(run), error_joint(run), tracking(run),
+                              bands(run)};
   for (int j = 0; j < run.n(); ++j) figures.push_back(friction_loop(run, j));
   for (const auto& figure :
        {presliding, reversal, friction_time, friction_error, latent, parameters, training,

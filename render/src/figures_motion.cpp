@@ -7,6 +7,8 @@
 namespace fricid::render {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr double kSmallest = 1e-9;  // [rad] below what any encoder resolves: bottom of a log axis
 
 /// Mean over joints of |q - measured| of a rollout, per sample [rad].
@@ -46,6 +48,11 @@ std::vector<RunModel> with_oracle(const Run& run) {
   return models;
 }
 
+/// The file of a model's open-loop band on the trajectory that is shown.
+fs::path band_of(const Run& run, const RunModel& model) {
+  return run.folder / "bands" / fmt::format("{}_{}.h5", model.name, run.trajectory);
+}
+
 /// Says that not all models are shown.
 std::string choice(const Run& run) {
   return run.shown.size() == run.fitted().size() ? "" : " Of each law the best of its fits.";
@@ -73,6 +80,48 @@ Figure tracking(const Run& run) {
   for (int j = 0; j < run.n(); ++j)
     figure.panels[static_cast<std::size_t>(j)].series.push_back(
         curve("measured", kMeasuredColour, run.measured.t, run.measured.q.col(j)));
+  return figure;
+}
+
+Figure bands(const Run& run) {
+  Figure figure{.name = "bands"};
+  const RunModel* best = nullptr;
+  double least = INFINITY, coverage = kNaN;
+  for (const RunModel& model : run.shown) {
+    const auto* summary = summary_of(run, model.name);
+    if (summary == nullptr || !fs::exists(band_of(run, model))) continue;
+    const std::vector<double> errors = numbers_in(*summary, "q_mse_geometric_mean");
+    const std::vector<double> inside = numbers_in(*summary, "band_coverage");
+    if (errors.empty() || inside.empty() || !(errors.back() < least)) continue;
+    best = &model;
+    least = errors.back();
+    coverage = inside.back();
+  }
+  if (best == nullptr) return figure;
+
+  figure.caption = fmt::format(
+      "Open loop of {} on {} and its 90 % band, less the measured position: the band covers the "
+      "motion where zero lies inside. Over all trajectories {:.0f} % of the samples of q do.",
+      best->label, run.trajectory, 100 * coverage);
+  const data::H5Reader file(band_of(run, *best), "fricid.band/1");
+  const Eigen::VectorXd t = file.vector("/t");
+  const RowMatrix low = file.matrix("/q_low", run.n()), high = file.matrix("/q_high", run.n());
+  for (int j = 0; j < run.n(); ++j) {
+    Panel& panel = figure.panels.emplace_back();
+    panel = {.title = run.joint(j), .x_label = "t [s]", .y_label = "q - measured [rad]"};
+    Series band{
+        .label = "90 % band", .colour = best->look.colour, .x = to_vector(t), .mark = Mark::kBand};
+    band.low = to_vector(low.col(j) - run.measured.q.col(j).head(t.size()));
+    band.high = to_vector(high.col(j) - run.measured.q.col(j).head(t.size()));
+    panel.series.push_back(std::move(band));
+  }
+  const auto path = run.file("rollouts", *best);
+  if (path.empty()) return figure;
+  const data::H5Reader rollout(path, "fricid.rollout/1");
+  const RowMatrix q = rollout.matrix("/q", run.n());
+  for (int j = 0; j < run.n(); ++j)
+    figure.panels[static_cast<std::size_t>(j)].series.push_back(
+        curve(*best, rollout.vector("/t"), q.col(j) - run.measured.q.col(j).head(q.rows())));
   return figure;
 }
 

@@ -18,7 +18,9 @@ struct Group {
 
 const std::vector<Group>& groups() {
   static const std::vector<Group> kGroups{
-      {"open-loop", "Open loop", {"error_horizon", "error_time", "error_joint", "tracking"}},
+      {"open-loop",
+       "Open loop",
+       {"error_horizon", "error_time", "error_joint", "tracking", "bands"}},
       {"friction",
        "Friction",
        {"friction_", "presliding", "reversal", "friction_time", "friction_error", "latent"}},

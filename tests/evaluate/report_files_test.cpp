@@ -171,5 +171,18 @@ TEST_F(SaveReport, WritesTheRunFoldersFiles) {
   EXPECT_EQ(file.texts_attribute("joint_names"), contest.trajectories[1].data.joint_names);
 }
 
+TEST_F(SaveReport, WritesABandPerModelAndTrajectory) {
+  evaluate::Contest contest = small_contest(100);
+  contest.training = contest.trajectories;
+  const EvaluationReport with_bands = evaluate::evaluate(contest, small_options(), 1);
+  save_report(with_bands, contest.trajectories, folder);
+  const data::H5Reader file(folder / "bands" / "lugre_validation_1.h5", "fricid.band/1");
+  const evaluate::Band& band = with_bands.summary.back().bands[1];
+  EXPECT_EQ(file.matrix("q_low"), band.low);
+  EXPECT_EQ(file.matrix("q_high"), band.high);
+  EXPECT_EQ(file.vector("t"), contest.trajectories[1].data.t);
+  EXPECT_FALSE(std::filesystem::exists(folder / "bands" / "oracle_validation_1.h5"));
+}
+
 }  // namespace
 }  // namespace fricid::test

@@ -12,6 +12,7 @@ namespace fricid::test {
 namespace {
 
 using evaluate::Rollout;
+using evaluate::RolloutOptions;
 using evaluate::Start;
 using evaluate::Trajectory;
 
@@ -67,6 +68,22 @@ TEST(RollOut, TheTrueModelRepeatsItsOwnRecordingFromAnyStart) {
     EXPECT_EQ(rollouts[i].tau_f, truth.tau_f.middleRows(starts[i].begin, starts[i].steps + 1));
     EXPECT_FALSE(rollouts[i].diverged);
   }
+}
+
+// A disturbance moves the arm as the torque does, and is no part of the friction; a lane is the
+// same whatever the others do.
+TEST(RollOut, ADisturbanceAddsToTheTorqueAndIsTakenFromTheFriction) {
+  const Arm arm = flywheel(0.3, 0.8);
+  std::vector<Trajectory> half{spinning(arm, 0.5, 50)}, whole = half;
+  whole[0].data.tau.setConstant(0.6);
+  const std::vector<Start> starts{{0, 0, 49}, {0, 0, 49}};
+  const std::vector<RowMatrix> disturbance{RowMatrix::Zero(50, 1), RowMatrix::Constant(50, 1, 0.1)};
+  const RolloutOptions options{{kSubsteps}, 10};
+  const auto made = evaluate::roll_out(arm, half, starts, {{{}, {}}}, options, disturbance);
+  const auto wanted = evaluate::roll_out(arm, whole, {&starts[0], 1}, {{{}}}, options)[0];
+  EXPECT_EQ(made[0].q, evaluate::roll_out(arm, half, {&starts[0], 1}, {{{}}}, options)[0].q);
+  EXPECT_EQ(made[1].q, wanted.q);
+  EXPECT_TRUE(made[1].tau_f.isApprox((wanted.tau_f.array() - 0.1).matrix(), 1e-12));
 }
 
 TEST(RollOut, MissingTorqueRepeatsTheLast) {

@@ -56,6 +56,24 @@ TEST_F(FiguresOfRun, TrackingShowsMeasurementAndModels) {
   EXPECT_EQ(series[1].y[0], kMeasured + 1);
 }
 
+// Only a model with a band has the figure; both are drawn less the measurement.
+TEST_F(FiguresOfRun, BandsShowTheBestModelAroundTheMeasurement) {
+  write("bands/simple_validation_0.h5", "fricid.band/1",
+        {{"/q_low", kMeasured - 1}, {"/q_high", kMeasured + 3}});
+  edit("evaluation.json", [](json& root) {
+    root["summary"][2]["q_mse_geometric_mean"] = {1e-6, 2e-6};
+    root["summary"][2]["band_coverage"] = {0.5, 0.875};
+  });
+  const Figure bands = figure("bands");
+  ASSERT_EQ(bands.panels.size(), 2u);
+  const auto& series = bands.panels[1].series;
+  ASSERT_EQ(series.size(), 2u);
+  EXPECT_NEAR(series[0].low[5], -1, 1e-12);
+  EXPECT_NEAR(series[0].high[5], 3, 1e-12);
+  EXPECT_NEAR(series[1].y[5], kRollout - kMeasured, 1e-12);
+  EXPECT_NE(bands.caption.find("88 %"), std::string::npos) << bands.caption;
+}
+
 TEST_F(FiguresOfRun, TorqueShowsTheResidual) {
   const auto series = figure("torque_simple").panels.at(0).series;
   ASSERT_EQ(series.size(), 3u);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
@@ -11,52 +10,10 @@
 #include "fricid/evaluate/constant_friction.hpp"
 #include "fricid/evaluate/ensemble.hpp"
 #include "fricid/evaluate/statistics.hpp"
-#include "fricid/system/initial_state.hpp"
+#include "planned_rollouts.hpp"
 
 namespace fricid::evaluate {
 namespace {
-
-/// Lanes that run together: indices into the plan, longest rollouts first. Depends on the plan
-/// alone.
-std::vector<std::vector<int>> batches_of(const std::vector<Start>& plan) {
-  std::vector<int> order(plan.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return plan[static_cast<std::size_t>(a)].steps > plan[static_cast<std::size_t>(b)].steps;
-  });
-  std::vector<std::vector<int>> batches;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i % PackD::kLanes == 0) batches.emplace_back();
-    batches.back().push_back(order[i]);
-  }
-  return batches;
-}
-
-/// Friction of one model driven by the measured motion of one trajectory.
-struct Driven {
-  RowMatrix tau_f;                      ///< (T, n); empty for rollouts that come from elsewhere
-  std::vector<std::vector<double>> z0;  ///< state at each planned start of the trajectory
-};
-
-Driven drive(const data::ModelFile& model, const dynamics::RobotModel& known,
-             const Trajectory& trajectory, std::span<const Start> starts) {
-  const data::Dataset& data = trajectory.data;
-  const RowMatrix tau = held_torque(data);
-  const std::vector<double> start = initial_friction_state(model.arm, data.dt(), trajectory.q,
-                                                           trajectory.v, tau, data.temperature);
-  const DrivenFriction driven = drive_friction(model.arm.friction, data.dt(), trajectory.q,
-                                               trajectory.v, tau, data.temperature, start);
-  const bool from_truth = model.is_oracle && trajectory.truth && trajectory.truth->z.size() > 0;
-  const RowMatrix& z = from_truth ? trajectory.truth->z : driven.z;
-  if (z.cols() != driven.z.cols())
-    throw UserError("{}: the true friction state has {} values, the oracle {} has {}", data.name,
-                    z.cols(), model.name, driven.z.cols());
-  Driven result{driven.tau_f, {}};
-  result.tau_f.rowwise() += constant_friction(model.arm.robot, known);
-  for (const Start& at : starts)
-    result.z0.emplace_back(z.row(at.begin).begin(), z.row(at.begin).end());
-  return result;
-}
 
 RolloutScore score_of(const Rollout& rollout, const Trajectory& trajectory,
                       const RowMatrix& driven_tau_f, std::span<const double> horizons_s) {
@@ -76,27 +33,6 @@ RolloutScore score_of(const Rollout& rollout, const Trajectory& trajectory,
   if (rollout.tau_f.size() > 0)
     score.friction_rollout = friction_error(rollout.tau_f, trajectory, start.begin);
   return score;
-}
-
-/// Everything that is fixed before the first rollout.
-struct Plan {
-  std::vector<Start> starts;
-  std::vector<std::vector<int>> batches;
-  std::vector<std::vector<Start>> by_trajectory;
-  std::vector<int> rank;  ///< of each start within its trajectory
-};
-
-Plan make_plan(std::span<const Trajectory> trajectories, const data::EvaluateConfig& options) {
-  Plan plan;
-  plan.starts = plan_starts(trajectories, options.horizons_s, options.starts);
-  plan.batches = batches_of(plan.starts);
-  plan.by_trajectory.resize(trajectories.size());
-  for (const Start& start : plan.starts) {
-    auto& own = plan.by_trajectory[static_cast<std::size_t>(start.trajectory)];
-    plan.rank.push_back(static_cast<int>(own.size()));
-    own.push_back(start);
-  }
-  return plan;
 }
 
 /// Friction of every model driven by the measured motion, [model][trajectory].
@@ -124,17 +60,9 @@ std::vector<std::vector<Rollout>> roll_out_all(const Contest& contest,
     throw_if_stopped();
     const auto m = static_cast<std::size_t>(task) % models;
     const std::vector<int>& batch = plan.batches[static_cast<std::size_t>(task) / models];
-    std::vector<Start> starts;
-    std::vector<std::vector<double>> z0;
-    for (const int i : batch) {
-      const auto index = static_cast<std::size_t>(i);
-      starts.push_back(plan.starts[index]);
-      z0.push_back(driven[m][static_cast<std::size_t>(starts.back().trajectory)]
-                       .z0[static_cast<std::size_t>(plan.rank[index])]);
-    }
     const Arm& arm = contest.models[m].arm;
-    std::vector<Rollout> made = roll_out(
-        arm, contest.trajectories, starts, z0,
+    std::vector<Rollout> made = roll_out_batch(
+        arm, contest.trajectories, plan, batch, driven[m],
         {{options.substeps}, options.diverged_rad, constant_friction(arm.robot, contest.robot)});
     for (std::size_t l = 0; l < batch.size(); ++l)
       rollouts[m][static_cast<std::size_t>(batch[l])] = std::move(made[l]);
@@ -247,6 +175,37 @@ void add_ensembles(std::span<const Trajectory> trajectories, std::span<const dou
   }
 }
 
+/// Finds what the torque of every fitted model errs, and scores the bands that follow from it.
+void add_bands(const Contest& contest, const data::EvaluateConfig& options, int jobs,
+               EvaluationReport& report) {
+  if (contest.training.empty() || options.draws == 0) return;
+  for (Summary& summary : report.summary) {
+    std::vector<Member> members;
+    for (const data::ModelFile& model : contest.models)
+      if (!model.is_oracle && model.name == summary.name)
+        members.push_back(
+            {&model, fit_torque_error(model, contest.robot, contest.training, options, jobs)});
+    if (members.empty()) continue;
+    for (ModelResult& result : report.models)
+      for (const Member& member : members)
+        if (result.name == member.model->name && result.seed == member.model->seed)
+          result.torque_error = member.error;
+    summary.bands = open_loop_bands(members, contest.robot, contest.trajectories, options, jobs);
+    for (const double h : options.horizons_s) {
+      std::vector<double> coverage, squares;
+      for (std::size_t i = 0; i < contest.trajectories.size(); ++i) {
+        const data::Dataset& data = contest.trajectories[i].data;
+        const BandScore of_band = score(summary.bands[i], contest.trajectories[i],
+                                        horizon_steps(h, data.dt(), data.length()));
+        coverage.push_back(of_band.coverage);
+        squares.push_back(of_band.half_width * of_band.half_width);
+      }
+      summary.band_coverage.push_back(mean(coverage));
+      summary.band_half_width.push_back(std::sqrt(mean(squares)));
+    }
+  }
+}
+
 void check_plan(std::span<const Rollout> rollouts, const Plan& plan, const std::string& what) {
   bool agree = rollouts.size() == plan.starts.size();
   for (std::size_t i = 0; agree && i < rollouts.size(); ++i)
@@ -351,6 +310,7 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
   }
   summarise(report, options.min_headroom, rms);
   add_ensembles(contest.trajectories, options.horizons_s, report);
+  add_bands(contest, options, jobs, report);
   return report;
 }
 

@@ -58,6 +58,11 @@ Json repeats_json(const Repeats& repeats) {
           {"tau_sd", numbers(repeats.tau_sd)}};
 }
 
+Json torque_error_json(const std::optional<TorqueError>& error) {
+  if (!error) return nullptr;
+  return {{"time_s", error->time}, {"sd", numbers(error->sd)}};
+}
+
 Json model_json(const ModelResult& model, const EvaluationReport& report) {
   return {
       {"name", model.name},
@@ -70,7 +75,8 @@ Json model_json(const ModelResult& model, const EvaluationReport& report) {
       {"friction_states", model.friction_states},
       {"trajectories",
        list(model.scores, [&](const RolloutScore& score) { return score_json(score, report); })},
-      {"torque", list(model.torque, torque_json)}};
+      {"torque", list(model.torque, torque_json)},
+      {"torque_error", torque_error_json(model.torque_error)}};
 }
 
 Json summary_json(const Summary& summary) {
@@ -97,7 +103,9 @@ Json summary_json(const Summary& summary) {
           {"friction_sliding", number(summary.friction_sliding)},
           {"friction_rollout", number(summary.friction_rollout)},
           {"ensemble_q_mse", numbers(summary.ensemble_q_mse)},
-          {"ensemble_coverage", numbers(summary.ensemble_coverage)}};
+          {"ensemble_coverage", numbers(summary.ensemble_coverage)},
+          {"band_coverage", numbers(summary.band_coverage)},
+          {"band_half_width", numbers(summary.band_half_width)}};
 }
 
 }  // namespace

@@ -36,7 +36,11 @@ void store(const std::vector<PackD>& packs, int l, Eigen::Index row, RowMatrix& 
 }
 
 void check_sizes(const Arm& arm, std::span<const Trajectory> trajectories,
-                 std::span<const Start> starts, std::span<const std::vector<double>> z0) {
+                 std::span<const Start> starts, std::span<const std::vector<double>> z0,
+                 std::span<const RowMatrix> disturbance) {
+  if (!disturbance.empty() && disturbance.size() != starts.size())
+    throw UserError("rollout: {} starts and {} disturbances, allowed equal numbers", starts.size(),
+                    disturbance.size());
   if (starts.size() > PackD::kLanes || z0.size() != starts.size())
     throw UserError("rollout: {} starts and {} initial states, allowed equal numbers up to {}",
                     starts.size(), z0.size(), PackD::kLanes);
@@ -85,8 +89,9 @@ void settle_divergence(Rollout& rollout, const Trajectory& trajectory, double di
 std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajectories,
                               std::span<const Start> starts,
                               std::span<const std::vector<double>> z0,
-                              const RolloutOptions& options) {
-  check_sizes(arm, trajectories, starts, z0);
+                              const RolloutOptions& options,
+                              std::span<const RowMatrix> disturbance) {
+  check_sizes(arm, trajectories, starts, z0, disturbance);
   if (starts.empty()) return {};
   const auto trajectory_of = [&](int l) -> const Trajectory& {
     const Start& start = starts[static_cast<std::size_t>(l)];
@@ -103,6 +108,7 @@ std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajec
   for (int l = 0; l < count; ++l) {
     const auto i = static_cast<std::size_t>(l);
     lanes.push_back(make_lane(trajectory_of(l), starts[i]));
+    if (!disturbance.empty()) lanes.back().tau += disturbance[i];
     longest = std::max(longest, starts[i].steps);
     load(trajectory_of(l).start_q(), starts[i].begin, l, q);
     load(trajectory_of(l).start_v(), starts[i].begin, l, v);
@@ -125,6 +131,8 @@ std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajec
       Rollout& rollout = lanes[static_cast<std::size_t>(l)].rollout;
       if (k > rollout.start.steps) continue;
       store(tau_f, l, k, rollout.tau_f);
+      if (!disturbance.empty())
+        rollout.tau_f.row(k) -= disturbance[static_cast<std::size_t>(l)].row(k);
       if (options.constant_friction.size() > 0) rollout.tau_f.row(k) += options.constant_friction;
     }
     if (k < longest) stepper.step(tau, temperature, dt, q, v, z);

@@ -1,4 +1,5 @@
 #include "fricid/data/hdf5.hpp"
+#include "fricid/evaluate/bands.hpp"
 #include "fricid/evaluate/rollout.hpp"
 #include "fricid/evaluate/torque_prediction.hpp"
 
@@ -29,6 +30,18 @@ void save_prediction(const TorquePrediction& prediction, const data::Dataset& da
     file.matrix("tau", dataset.tau, "N m");
     file.matrix("tau_predicted", prediction.tau, "N m");
     file.matrix("tau_f", prediction.tau_f, "N m");
+  });
+}
+
+void save_band(const Band& band, const data::Dataset& dataset, const std::string& model,
+               const std::filesystem::path& path) {
+  data::write_hdf5(path, "fricid.band/1", [&](data::H5Writer& file) {
+    file.attribute("joint_names", dataset.joint_names);
+    file.attribute("model", model);
+    file.attribute("trajectory", dataset.name);
+    file.vector("t", dataset.t.head(band.low.rows()), "s");
+    file.matrix("q_low", band.low, "rad");
+    file.matrix("q_high", band.high, "rad");
   });
 }
 

@@ -90,6 +90,19 @@ std::string ensemble_table(const EvaluationReport& report) {
   return rows.size() == 1 ? std::string() : markdown_table(rows);
 }
 
+std::string band_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{{"90 % band"}};
+  for (const double h : report.horizons_s) rows[0].push_back("inside " + seconds(h));
+  for (const double h : report.horizons_s) rows[0].push_back("+- " + seconds(h));
+  for (const Summary& summary : report.summary) {
+    if (summary.band_coverage.empty()) continue;
+    Cells& row = rows.emplace_back(Cells{summary.label});
+    append(row, summary.band_coverage, percent);
+    append(row, summary.band_half_width, digits);
+  }
+  return rows.size() == 1 ? std::string() : markdown_table(rows);
+}
+
 std::string friction_table(const EvaluationReport& report) {
   std::vector<Cells> rows{
       {"friction torque", "all", "presliding", "reversal", "sliding", "along the rollout"}};
@@ -140,6 +153,12 @@ std::string to_markdown(const EvaluationReport& report) {
         "\nSeeds of a model as an ensemble, rollouts from the first sample: MSE of their mean, and "
         "percent of the samples inside their 90 % band.\n\n" +
         ensembles;
+  if (const std::string bands = band_table(report); !bands.empty())
+    text +=
+        "\nOpen-loop 90 % bands from the first sample, under random torques as large as what the "
+        "model errs on its training data: percent of the samples of q inside, half width [rad], "
+        "root mean square.\n\n" +
+        bands;
   if (has_friction(report)) {
     text +=
         "\nError of the friction torque, percent of its RMS, mean over joints. Driven by the "
@@ -188,6 +207,11 @@ void save_report(const EvaluationReport& report, std::span<const Trajectory> tra
       save_prediction(model.torque[i], trajectories[i].data, trajectories[i].q, trajectories[i].v,
                       file("predictions", trajectories[i]));
   }
+  for (const Summary& summary : report.summary)
+    for (std::size_t i = 0; i < summary.bands.size(); ++i)
+      save_band(
+          summary.bands[i], trajectories[i].data, summary.name,
+          folder / "bands" / fmt::format("{}_{}.h5", summary.name, trajectories[i].data.name));
   write_file_atomically(folder / "table.md", to_markdown(report));
   write_file_atomically(folder / "torque.md", to_torque_markdown(report, trajectories));
   write_file_atomically(folder / "table.csv", to_csv(report));

@@ -383,6 +383,7 @@ struct EvaluateConfig {
   int substeps = 8;
   double diverged_rad = 10;
   double min_headroom = 10;
+  int draws = 39;
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -397,6 +398,10 @@ struct EvaluateConfig {
             number("1", 0, 1e9,
                    "best conventional error over the oracle's below which a horizon is "
                    "called meaningless"));
+    archive("draws", draws,
+            number("", 0, 10000,
+                   "open-loop rollouts per model and trajectory whose quantiles are the 90 % band, "
+                   "19 or more; 0: no bands"));
   }
 };
 

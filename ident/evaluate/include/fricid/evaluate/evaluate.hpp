@@ -17,6 +17,8 @@ namespace fricid::evaluate {
 struct Contest {
   std::string scene;
   std::vector<Trajectory> trajectories;
+  /// Recordings that the models were fitted to, for what their torque errs; empty: no bands.
+  std::vector<Trajectory> training;
   /// Models to roll out. Those with is_oracle start from the true friction state.
   std::vector<data::ModelFile> models;
   /// Before identification: what a model's constant torques add to it counts as friction.
@@ -53,8 +55,8 @@ std::string to_csv(const EvaluationReport& report);
 std::string to_torque_markdown(const EvaluationReport& report,
                                std::span<const Trajectory> trajectories);
 
-/// Writes evaluation.json, table.md, torque.md, table.csv, rollouts/NAME_sSEED_TRAJECTORY.h5 and
-/// predictions/ under the same names into `folder`.
+/// Writes evaluation.json, table.md, torque.md, table.csv, rollouts/NAME_sSEED_TRAJECTORY.h5,
+/// predictions/ under the same names and bands/NAME_TRAJECTORY.h5 into `folder`.
 void save_report(const EvaluationReport& report, std::span<const Trajectory> trajectories,
                  const std::filesystem::path& folder);
 

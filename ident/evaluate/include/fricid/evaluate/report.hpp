@@ -2,9 +2,11 @@
 // anything.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "fricid/evaluate/bands.hpp"
 #include "fricid/evaluate/metrics.hpp"
 #include "fricid/evaluate/repeats.hpp"
 #include "fricid/evaluate/statistics.hpp"
@@ -38,6 +40,8 @@ struct ModelResult {
   std::vector<RolloutScore> scores;
   std::vector<Rollout> rollouts;         ///< those from the first sample, one per trajectory
   std::vector<TorquePrediction> torque;  ///< one per trajectory; none for oracles
+  /// Found on its training recordings; absent for oracles and where there are none.
+  std::optional<TorqueError> torque_error;
 };
 
 /// One model over its seeds, trajectories and starts; one value per horizon.
@@ -67,6 +71,11 @@ struct Summary {
   /// of q of the ensemble's mean [rad^2], and mean coverage of its 90 % band. Empty with fewer than
   /// kFewestMembers seeds.
   std::vector<double> ensemble_q_mse, ensemble_coverage;
+  /// Open-loop bands from the first sample, one per trajectory, draws of all seeds together, and
+  /// per horizon their mean coverage and root mean square half width [rad]. Empty without a torque
+  /// error.
+  std::vector<Band> bands;
+  std::vector<double> band_coverage, band_half_width;
 };
 
 /// Is a horizon's ranking more than noise? Meaningless where the best conventional model is less

@@ -33,14 +33,18 @@ void settle_divergence(Rollout& rollout, const Trajectory& trajectory, double di
 
 /// Rolls an arm out from (start_q, start_v, z0) with the measured torque held over each sample, and
 /// settles what diverged.
-/// @param starts  at most as many as PackD has lanes; one lane each, the same whatever the others
-/// do
-/// @param z0      initial friction state of each rollout (state_size)
+/// @param starts       at most as many as PackD has lanes; one lane each, the same whatever the
+///                     others do
+/// @param z0           initial friction state of each rollout (state_size)
+/// @param disturbance  torque e that moves the arm besides the measured one, (steps + 1, n) for
+/// each
+///                     rollout [N m], counted as friction: tau_f - e is recorded. Empty: none
 /// @throws UserError when sizes do not agree
 std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajectories,
                               std::span<const Start> starts,
                               std::span<const std::vector<double>> z0,
-                              const RolloutOptions& options);
+                              const RolloutOptions& options,
+                              std::span<const RowMatrix> disturbance = {});
 
 /// Writes HDF5, format "fricid.rollout/1": /t (s), /q, /v, /tau_f with attribute `unit`; root
 /// attributes format, joint_names, model, seed, trajectory. Atomic.

@@ -1,0 +1,54 @@
+// Open-loop bands: where a model says that the arm will be, and how often it is there.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/data/experiment.hpp"
+#include "fricid/data/model_file.hpp"
+#include "fricid/evaluate/torque_error.hpp"
+
+namespace fricid::evaluate {
+
+/// 90 % band of q over one recording, from its first sample to the longest horizon.
+struct Band {
+  RowMatrix low, high;  ///< (steps + 1, n) [rad]
+};
+
+/// Between the 5 % and the 95 % quantile of the draws, sample by sample and joint by joint. With N
+/// draws the p quantile is their number p (N + 1) in order, between two of them by a straight line:
+/// a further draw from the same distribution lies inside with probability 0.9, for N = 19, 39,
+/// 59 .. whatever the distribution.
+/// @param draws  (T, n) each [rad], at least 19
+Band band_of(std::span<const RowMatrix> draws);
+
+/// A band over the samples from the first one to a horizon. NaN beyond its length.
+struct BandScore {
+  double coverage = 0;    ///< share of samples and joints inside
+  double half_width = 0;  ///< root mean square over samples and joints [rad]
+};
+BandScore score(const Band& band, const Trajectory& trajectory, int steps);
+
+/// A model that knows what its torque errs.
+struct Member {
+  const data::ModelFile* model;
+  TorqueError error;
+};
+
+/// Bands of the seeds of a model together: `options.draws` rollouts of every member from the first
+/// sample of every recording, each under the measured torque and a torque error of its own.
+/// @param known  the robot before identification, see constant_friction
+/// @return one per trajectory; the same for any `jobs`
+std::vector<Band> open_loop_bands(std::span<const Member> members,
+                                  const dynamics::RobotModel& known,
+                                  std::span<const Trajectory> trajectories,
+                                  const data::EvaluateConfig& options, int jobs);
+
+/// Writes HDF5, format "fricid.band/1": /t (s), /q_low, /q_high with attribute `unit`; root
+/// attributes joint_names, model, trajectory. Atomic.
+void save_band(const Band& band, const data::Dataset& dataset, const std::string& model,
+               const std::filesystem::path& path);
+
+}  // namespace fricid::evaluate

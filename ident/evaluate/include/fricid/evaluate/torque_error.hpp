@@ -1,0 +1,47 @@
+// What a model's torque errs, as a random torque that would make its open loop err as much.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "fricid/data/experiment.hpp"
+#include "fricid/data/model_file.hpp"
+#include "fricid/evaluate/trajectory.hpp"
+
+namespace fricid::evaluate {
+
+/// Independent stationary Ornstein-Uhlenbeck torques, one per joint, held over each sample:
+///
+///     e_0 ~ N(0, sd^2),   e_{k+1} = rho e_k + sqrt(1 - rho^2) N(0, sd^2),   rho = exp(-dt/time).
+struct TorqueError {
+  double time = 0;         ///< correlation time [s]; 0: white from sample to sample
+  std::vector<double> sd;  ///< (n) [N m]
+};
+
+/// A realisation (rows, n) [N m]: numbers 0 .. rows n - 1 of the random stream, whatever the
+/// threads.
+RowMatrix draw_torque_error(const TorqueError& error, double dt, int rows, std::uint64_t seed,
+                            std::uint64_t stream);
+
+/// The torque error of a model, from its open loop on the recordings that it was fitted to. With
+///
+///     m_jh  mean square error of q_j over the first h seconds of its rollouts,
+///     S_jh  mean square of what a torque error moves q_j by in the same rollouts,
+///
+/// over the starts and horizons of `options`, the standard deviations make the geometric means of
+/// m_jh and S_jh over h equal, joint by joint, by a fixed-point iteration
+///
+///     sd_j^2 <- sd_j^2 exp(mean over h of log(m_jh / S_jh)),
+///
+/// and of kTimes the correlation time is taken, the first from which a longer one does not lessen
+/// the sum of log(m_jh / S_jh)^2. All that makes an open loop err is in it: friction, rigid body,
+/// start, noise of the measured torque.
+/// @param known  the robot before identification, see constant_friction
+/// @return sd between 1e-6 and 1 of the rms torque; the same for any `jobs`
+TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::RobotModel& known,
+                             std::span<const Trajectory> training,
+                             const data::EvaluateConfig& options, int jobs);
+inline constexpr double kTimes[] = {0, 0.03, 0.1, 0.3, 1};  // [s]
+
+}  // namespace fricid::evaluate

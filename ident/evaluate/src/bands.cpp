@@ -1,0 +1,106 @@
+#include "fricid/evaluate/bands.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fricid/base/parallel.hpp"
+#include "fricid/base/progress.hpp"
+#include "planned_rollouts.hpp"
+#include "streams.hpp"
+
+namespace fricid::evaluate {
+namespace {
+
+constexpr double kLow = 0.05, kHigh = 0.95;
+
+/// The p quantile of sorted values.
+double quantile(const std::vector<double>& sorted, double p) {
+  const double at = std::clamp(p * static_cast<double>(sorted.size() + 1) - 1, 0.0,
+                               static_cast<double>(sorted.size() - 1));
+  const auto below = static_cast<std::size_t>(at);
+  const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  return sorted[below] + (at - static_cast<double>(below)) * (sorted[above] - sorted[below]);
+}
+
+/// One pack of draws of one member over one recording.
+struct Task {
+  std::size_t member, trajectory;
+  int first;  ///< draw
+};
+
+}  // namespace
+
+Band band_of(std::span<const RowMatrix> draws) {
+  const Eigen::Index rows = draws.front().rows(), n = draws.front().cols();
+  Band band{RowMatrix(rows, n), RowMatrix(rows, n)};
+  std::vector<double> values(draws.size());
+  for (Eigen::Index k = 0; k < rows; ++k)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      for (std::size_t i = 0; i < draws.size(); ++i) values[i] = draws[i](k, j);
+      std::sort(values.begin(), values.end());
+      band.low(k, j) = quantile(values, kLow);
+      band.high(k, j) = quantile(values, kHigh);
+    }
+  return band;
+}
+
+BandScore score(const Band& band, const Trajectory& trajectory, int steps) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  if (steps >= band.low.rows()) return {kNan, kNan};
+  double inside = 0, squares = 0, count = 0;
+  for (Eigen::Index k = 0; k <= steps; ++k)
+    for (Eigen::Index j = 0; j < band.low.cols(); ++j) {
+      const double wanted = trajectory.scored_q()(k, j);
+      if (std::isnan(wanted)) continue;
+      inside += band.low(k, j) <= wanted && wanted <= band.high(k, j);
+      squares += std::pow((band.high(k, j) - band.low(k, j)) / 2, 2);
+      count += 1;
+    }
+  return {inside / count, std::sqrt(squares / count)};
+}
+
+std::vector<Band> open_loop_bands(std::span<const Member> members,
+                                  const dynamics::RobotModel& known,
+                                  std::span<const Trajectory> trajectories,
+                                  const data::EvaluateConfig& options, int jobs) {
+  std::vector<Task> tasks;
+  std::vector<std::vector<double>> z0;  // [member * trajectories + trajectory]
+  const std::vector<Start> starts = plan_starts(trajectories, options.horizons_s, 0);
+  for (std::size_t m = 0; m < members.size(); ++m)
+    for (std::size_t i = 0; i < trajectories.size(); ++i) {
+      z0.push_back(drive(*members[m].model, known, trajectories[i], {&starts[i], 1}).z0.front());
+      for (int draw = 0; draw < options.draws; draw += PackD::kLanes) tasks.push_back({m, i, draw});
+    }
+
+  std::vector draws(
+      trajectories.size(),
+      std::vector<RowMatrix>(members.size() * static_cast<std::size_t>(options.draws)));
+  parallel_for(static_cast<int>(tasks.size()), jobs, [&](int t) {
+    throw_if_stopped();
+    const auto [m, i, first] = tasks[static_cast<std::size_t>(t)];
+    const Member& member = members[m];
+    const auto count = static_cast<std::size_t>(std::min(PackD::kLanes, options.draws - first));
+    std::vector<RowMatrix> disturbance;
+    for (std::size_t l = 0; l < count; ++l)
+      disturbance.push_back(
+          draw_torque_error(member.error, trajectories[i].data.dt(), starts[i].steps + 1,
+                            static_cast<std::uint64_t>(member.model->seed),
+                            stream_of(Purpose::kBand, i, first + static_cast<int>(l))));
+    const std::vector<Start> same(count, starts[i]);
+    const std::vector<std::vector<double>> from(count, z0[m * trajectories.size() + i]);
+    std::vector<Rollout> rollouts =
+        roll_out(member.model->arm, trajectories, same, from,
+                 {{options.substeps}, options.diverged_rad}, disturbance);
+    for (std::size_t l = 0; l < count; ++l)
+      draws[i][m * static_cast<std::size_t>(options.draws) + static_cast<std::size_t>(first) + l] =
+          std::move(rollouts[l].q);
+  });
+  std::vector<Band> bands(trajectories.size());
+  parallel_for(static_cast<int>(bands.size()), jobs, [&](int i) {
+    bands[static_cast<std::size_t>(i)] = band_of(draws[static_cast<std::size_t>(i)]);
+  });
+  return bands;
+}
+
+}  // namespace fricid::evaluate

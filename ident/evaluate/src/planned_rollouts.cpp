@@ -1,0 +1,81 @@
+#include "planned_rollouts.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "fricid/base/error.hpp"
+#include "fricid/evaluate/constant_friction.hpp"
+#include "fricid/system/initial_state.hpp"
+
+namespace fricid::evaluate {
+namespace {
+
+/// Lanes that run together: indices into the plan, longest rollouts first. Depends on the plan
+/// alone.
+std::vector<std::vector<int>> batches_of(const std::vector<Start>& plan) {
+  std::vector<int> order(plan.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return plan[static_cast<std::size_t>(a)].steps > plan[static_cast<std::size_t>(b)].steps;
+  });
+  std::vector<std::vector<int>> batches;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i % PackD::kLanes == 0) batches.emplace_back();
+    batches.back().push_back(order[i]);
+  }
+  return batches;
+}
+
+}  // namespace
+
+Plan make_plan(std::span<const Trajectory> trajectories, const data::EvaluateConfig& options) {
+  Plan plan;
+  plan.starts = plan_starts(trajectories, options.horizons_s, options.starts);
+  plan.batches = batches_of(plan.starts);
+  plan.by_trajectory.resize(trajectories.size());
+  for (const Start& start : plan.starts) {
+    auto& own = plan.by_trajectory[static_cast<std::size_t>(start.trajectory)];
+    plan.rank.push_back(static_cast<int>(own.size()));
+    own.push_back(start);
+  }
+  return plan;
+}
+
+Driven drive(const data::ModelFile& model, const dynamics::RobotModel& known,
+             const Trajectory& trajectory, std::span<const Start> starts) {
+  const data::Dataset& data = trajectory.data;
+  const RowMatrix tau = held_torque(data);
+  const std::vector<double> start = initial_friction_state(model.arm, data.dt(), trajectory.q,
+                                                           trajectory.v, tau, data.temperature);
+  const DrivenFriction driven = drive_friction(model.arm.friction, data.dt(), trajectory.q,
+                                               trajectory.v, tau, data.temperature, start);
+  const bool from_truth = model.is_oracle && trajectory.truth && trajectory.truth->z.size() > 0;
+  const RowMatrix& z = from_truth ? trajectory.truth->z : driven.z;
+  if (z.cols() != driven.z.cols())
+    throw UserError("{}: the true friction state has {} values, the oracle {} has {}", data.name,
+                    z.cols(), model.name, driven.z.cols());
+  Driven result{driven.tau_f, {}};
+  result.tau_f.rowwise() += constant_friction(model.arm.robot, known);
+  for (const Start& at : starts)
+    result.z0.emplace_back(z.row(at.begin).begin(), z.row(at.begin).end());
+  return result;
+}
+
+std::vector<Rollout> roll_out_batch(const Arm& arm, std::span<const Trajectory> trajectories,
+                                    const Plan& plan, std::span<const int> batch,
+                                    std::span<const Driven> driven, const RolloutOptions& options,
+                                    std::span<const RowMatrix> disturbance) {
+  std::vector<Start> starts;
+  std::vector<std::vector<double>> z0;
+  std::vector<RowMatrix> own;
+  for (const int i : batch) {
+    const auto index = static_cast<std::size_t>(i);
+    starts.push_back(plan.starts[index]);
+    z0.push_back(driven[static_cast<std::size_t>(starts.back().trajectory)]
+                     .z0[static_cast<std::size_t>(plan.rank[index])]);
+    if (!disturbance.empty()) own.push_back(disturbance[index]);
+  }
+  return roll_out(arm, trajectories, starts, z0, options, own);
+}
+
+}  // namespace fricid::evaluate
