@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "contest.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/data/hdf5.hpp"
 
 namespace fricid::test {
 namespace {
@@ -174,6 +176,47 @@ TEST_F(External, NaNInTextIsDivergenceToo) {
             [](RowMatrix& table) { table.row(60).rightCols(18).setConstant(kNan); });
   contest.externals = {load()};
   EXPECT_EQ(evaluate::evaluate(contest, options, 1).summary.back().diverged, 1);
+}
+
+TEST_F(External, FrictionTorqueMayBeLeftOut) {
+  options.starts = 0;
+  starts = evaluate::plan_starts(contest.trajectories, options.horizons_s, options.starts);
+  Rollout blind = truth(starts[0]);
+  blind.tau_f.resize(0, 0);
+  write_hdf5(blind);
+  std::string text = "t,q1,q2,q3,q4,q5,q6,v1,v2,v3,v4,v5,v6\n";
+  const Rollout seen = truth(starts[1]);
+  for (Eigen::Index k = 0; k < seen.q.rows(); ++k)
+    text += fmt::format("{},{},{}\n", trajectory_of(starts[1]).data.t[k],
+                        fmt::join(seen.q.row(k).begin(), seen.q.row(k).end(), ","),
+                        fmt::join(seen.v.row(k).begin(), seen.v.row(k).end(), ","));
+  write_file_atomically(stem(starts[1]).string() + ".csv", text);
+
+  contest.externals = {load()};
+  const EvaluationReport report = evaluate::evaluate(contest, options, 1);
+  EXPECT_EQ(report.summary.back().q_mse_mean, (std::vector<double>{0, 0, 0}));
+  EXPECT_TRUE(std::isnan(report.summary.back().friction_rollout));
+  save_report(report, contest.trajectories, place);
+  const data::H5Reader saved(place / "rollouts/twin_s1_validation_0.h5", "fricid.rollout/1");
+  EXPECT_EQ(saved.matrix("q"), truth(starts[0]).q);
+  EXPECT_FALSE(saved.has("tau_f"));
+}
+
+TEST_F(External, OfALogStartAndScoreAreWhatWasMeasured) {
+  contest.models.erase(contest.models.begin());  // the oracle
+  for (evaluate::Trajectory& trajectory : contest.trajectories) trajectory.truth.reset();
+  for (const Start& start : starts) {
+    const evaluate::Trajectory& log = trajectory_of(start);
+    write_hdf5({start,
+                false,
+                log.data.q.middleRows(start.begin, start.steps + 1),
+                log.v.middleRows(start.begin, start.steps + 1),
+                {}});
+  }
+  contest.externals = {load()};
+  const evaluate::Summary row = evaluate::evaluate(contest, options, 1).summary.back();
+  EXPECT_EQ(row.q_mse_mean, (std::vector<double>{0, 0, 0}));
+  EXPECT_TRUE(std::isnan(row.friction_rollout));
 }
 
 TEST_F(External, MissingRolloutIsNamed) {

@@ -55,6 +55,17 @@ TEST_F(ReadFilm, WithoutTruthTheMeasurementStandsForIt) {
   EXPECT_EQ(most_telling_joint(film), 0);
 }
 
+TEST_F(ReadFilm, RolloutsWithoutFrictionTorqueAreInTheTableOnly) {
+  data::write_hdf5(folder / "rollouts/gms_s1_validation_0.h5", "fricid.rollout/1",
+                   [&](data::H5Writer& file) {
+                     for (const char* table : {"/q", "/v"})
+                       file.matrix(table, motion(0.02, false), "");
+                   });
+  const RunFilm film = read_film(folder, experiment);
+  EXPECT_THAT(names(film), ElementsAre("simple", "lugre", "dahl"));
+  EXPECT_EQ(film.table.size(), 5u);
+}
+
 TEST_F(ReadFilm, ShorterRolloutsShortenTheFilm) {
   data::write_hdf5(folder / "rollouts/gms_s1_validation_0.h5", "fricid.rollout/1",
                    [&](data::H5Writer& file) {

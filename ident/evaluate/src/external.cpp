@@ -90,7 +90,8 @@ ExternalModel read_description(const fs::path& path) {
 struct Signals {
   std::string file;
   Eigen::VectorXd t;
-  RowMatrix q, v, tau_f;
+  RowMatrix q, v;
+  RowMatrix tau_f;  ///< or empty
   std::vector<int> lines;
 
   std::string at(Eigen::Index row) const {
@@ -100,10 +101,15 @@ struct Signals {
 };
 
 Signals read_csv(const fs::path& path, int n) {
+  const data::LogReader& reader = data::reader_for(path, "csv");
+  const std::vector<std::string> names = reader.names(path, {});
+  const bool has_friction =
+      std::find(names.begin(), names.end(), column("tau_f", 0, n)) != names.end();
   std::vector<std::string> wanted{"t"};
   for (const char* signal : {"q", "v", "tau_f"})
-    for (int j = 0; j < n; ++j) wanted.push_back(column(signal, j, n));
-  const data::LogTable table = data::reader_for(path, "csv").read(path, wanted, {});
+    for (int j = 0; j < n && (has_friction || *signal != 't'); ++j)
+      wanted.push_back(column(signal, j, n));
+  const data::LogTable table = reader.read(path, wanted, {});
   const auto rows = static_cast<Eigen::Index>(table.lines.size());
   const auto columns = [&](int first, int count) {
     RowMatrix values(rows, count);
@@ -112,14 +118,22 @@ Signals read_csv(const fs::path& path, int n) {
           table.columns[static_cast<std::size_t>(first + j)].data(), rows);
     return values;
   };
-  return {path.string(),     columns(0, 1),         columns(1, n),
-          columns(1 + n, n), columns(1 + 2 * n, n), table.lines};
+  return {path.string(),
+          columns(0, 1),
+          columns(1, n),
+          columns(1 + n, n),
+          has_friction ? columns(1 + 2 * n, n) : RowMatrix(),
+          table.lines};
 }
 
 Signals read_hdf5(const fs::path& path, int n) {
   const data::H5Reader file(path, "fricid.rollout/1");
-  return {path.string(),       file.vector("t"),        file.matrix("q", n),
-          file.matrix("v", n), file.matrix("tau_f", n), {}};
+  return {path.string(),
+          file.vector("t"),
+          file.matrix("q", n),
+          file.matrix("v", n),
+          file.has("tau_f") ? file.matrix("tau_f", n) : RowMatrix(),
+          {}};
 }
 
 Signals read_signals(const fs::path& stem, int n) {
@@ -137,7 +151,7 @@ void check_times(const Signals& signals, const Trajectory& trajectory, const Sta
   const data::Dataset& data = trajectory.data;
   const Eigen::Index rows = start.steps + 1, found = signals.t.size();
   for (const RowMatrix* matrix : {&signals.q, &signals.v, &signals.tau_f})
-    if (matrix->rows() != found)
+    if (matrix->size() > 0 && matrix->rows() != found)
       throw UserError("{}: found tables of {} and {} rows; allowed: {}", signals.file, found,
                       matrix->rows(), rows);
   if (found != rows)
@@ -161,7 +175,7 @@ void check_start(const char* signal, const RowMatrix& values, const RowMatrix& p
                       signals.at(0), column(signal, j, n), values(0, j), wanted);
 }
 
-/// Before a rollout diverges, its friction torque must be there.
+/// Before a rollout diverges, a friction torque that is given must be there.
 void check_friction(const Signals& signals) {
   for (Eigen::Index k = 0; k < signals.q.rows(); ++k) {
     if (!signals.q.row(k).allFinite() || !signals.v.row(k).allFinite()) return;

@@ -16,7 +16,7 @@ void save_rollout(const Rollout& rollout, const Trajectory& trajectory, const st
     file.vector("t", trajectory.data.t.segment(rollout.start.begin, rollout.start.steps + 1), "s");
     file.matrix("q", rollout.q, "rad");
     file.matrix("v", rollout.v, "rad/s");
-    file.matrix("tau_f", rollout.tau_f, "N m");
+    if (rollout.tau_f.size() > 0) file.matrix("tau_f", rollout.tau_f, "N m");
   });
 }
 

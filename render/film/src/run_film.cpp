@@ -25,6 +25,11 @@ fs::path rollout_file(const fs::path& folder, const std::string& trajectory,
          fmt::format("{}_s{}_{}.h5", model.name, model.seeds.front(), trajectory);
 }
 
+/// Whether there is a rollout with all that a film shows: other programs may leave tau_f out.
+bool has_rollout(const fs::path& file) {
+  return fs::exists(file) && data::H5Reader(file, "fricid.rollout/1").has("/tau_f");
+}
+
 FilmModel read_model(const fs::path& file, const render::RunModel& model) {
   const data::H5Reader rollout(file, "fricid.rollout/1");
   return {model.name,           model.label,          model.look.colour,
@@ -123,7 +128,7 @@ RunFilm read_film(const fs::path& folder, const data::Experiment& experiment) {
   for (const render::RunModel& model : models) {
     film.table.push_back(
         {model.label, model.look.colour, mse_of(evaluation, model.name), model.is_oracle});
-    if (model.is_oracle || !fs::exists(rollout_file(folder, film.trajectory, model))) continue;
+    if (model.is_oracle || !has_rollout(rollout_file(folder, film.trajectory, model))) continue;
     names.push_back(model.name);
     candidates.push_back(film.table.back());
   }
@@ -140,7 +145,7 @@ RunFilm read_film(const fs::path& folder, const data::Experiment& experiment) {
   for (std::size_t m = 0; m < models.size(); ++m) {
     const fs::path file = rollout_file(folder, film.trajectory, models[m]);
     const bool shown = std::find(chosen.begin(), chosen.end(), models[m].name) != chosen.end();
-    if (!fs::exists(file) || !(shown || models[m].is_oracle)) continue;
+    if (!(shown || models[m].is_oracle) || !has_rollout(file)) continue;
     FilmModel model = read_model(file, models[m]);
     model.file =
         folder / "models" / fmt::format("{}_s{}.json", models[m].name, models[m].seeds.front());

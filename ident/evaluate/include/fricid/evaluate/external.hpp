@@ -27,11 +27,10 @@ std::string starts_csv(std::span<const Trajectory> trajectories, std::span<const
 /// Reads a folder: model.json, format "fricid.external/1", with label, parameters (number of fitted
 /// values) and fit_seconds; and for each start ROLLOUT.h5, format "fricid.rollout/1", or
 /// ROLLOUT.csv with the columns that `fricid info --csv` writes: t, q1 .. qn, v1 .. vn, tau_f1 ..
-/// tau_fn, t as in the recording. After the first row q and v may be NaN: the rollout has diverged
-/// there.
+/// tau_fn, t as in the recording. tau_f may be left out: it is then not scored. After the first row
+/// q and v may be NaN: the rollout has diverged there.
 /// @throws UserError naming file and line when one is missing, is not of the planned rows and
-/// times,
-///         or does not begin with the planned state
+///         times, or does not begin with the planned state
 ExternalModel load_external_model(const std::filesystem::path& folder,
                                   std::span<const Trajectory> trajectories,
                                   std::span<const Start> starts);

@@ -17,7 +17,7 @@ struct Rollout {
   bool diverged = false;
   RowMatrix q;      ///< (steps + 1, n) [rad]
   RowMatrix v;      ///< (steps + 1, n) [rad/s]
-  RowMatrix tau_f;  ///< (steps + 1, n) [N m]
+  RowMatrix tau_f;  ///< (steps + 1, n) [N m], or empty where it is not known
 };
 
 struct RolloutOptions {
@@ -46,7 +46,7 @@ std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajec
                               const RolloutOptions& options,
                               std::span<const RowMatrix> disturbance = {});
 
-/// Writes HDF5, format "fricid.rollout/1": /t (s), /q, /v, /tau_f with attribute `unit`; root
+/// Writes HDF5, format "fricid.rollout/1": /t (s), /q, /v [, /tau_f] with attribute `unit`; root
 /// attributes format, joint_names, model, seed, trajectory. Atomic.
 void save_rollout(const Rollout& rollout, const Trajectory& trajectory, const std::string& model,
                   int seed, const std::filesystem::path& path);
