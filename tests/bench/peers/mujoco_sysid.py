@@ -11,6 +11,7 @@ time step in the rollouts; and the rigid body of the MJCF, here the true one, as
 """
 import argparse
 import csv
+import dataclasses
 import json
 import pathlib
 import time
@@ -21,6 +22,7 @@ import mujoco
 import mujoco.rollout
 import numpy as np
 import scipy.signal
+from absl import logging
 from mujoco import sysid
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -37,20 +39,34 @@ def hold(x):
     return x
 
 
-def read_data(path):
-    """t (T) [s], q (T, n) [rad], held tau (T, n) [N m], joint names."""
+@dataclasses.dataclass
+class Recording:
+    t: np.ndarray  # (T) [s]
+    q: np.ndarray  # (T, n) measured [rad]
+    tau: np.ndarray  # (T, n) held [N m]
+    joints: list[str]
+    q_smooth: np.ndarray | None = None  # (T, n) filtered [rad], and its derivative [rad/s]
+    v_smooth: np.ndarray | None = None
+
+    @property
+    def period(self):
+        return self.t[1] - self.t[0]
+
+
+def read_recording(path):
     with h5py.File(path) as file:
-        return file["t"][:], file["q"][:], hold(file["tau"][:]), list(file.attrs["joint_names"])
+        return Recording(file["t"][:], file["q"][:], hold(file["tau"][:]), list(file.attrs["joint_names"]))
 
 
-def filtered(q, rate_hz, cutoff_hz):
+def smoothed(recording, cutoff_hz):
     """Position by a zero-phase Butterworth filter of order 4, velocity by central differences."""
+    q = recording.q.copy()
     for column in q.T:
         known = np.isfinite(column)
         column[~known] = np.interp(np.flatnonzero(~known), np.flatnonzero(known), column[known])
-    sections = scipy.signal.butter(4, cutoff_hz, fs=rate_hz, output="sos")
+    sections = scipy.signal.butter(4, cutoff_hz, fs=1 / recording.period, output="sos")
     q = scipy.signal.sosfiltfilt(sections, q, axis=0)
-    return q, np.gradient(q, 1 / rate_hz, axis=0)
+    return dataclasses.replace(recording, q_smooth=q, v_smooth=np.gradient(q, recording.period, axis=0))
 
 
 def make_spec(mjcf, joints, step_s):
@@ -99,40 +115,68 @@ def make_parameters(spec, joints):
     return parameters
 
 
-def make_chunks(spec, recordings, chunk_s, count, cutoff_hz, substeps):
-    """`count` chunks without a missing sample, spread evenly over the recordings, each from its filtered state."""
+def make_chunks(spec, recordings, rows, count, substeps):
+    """`count` chunks of `rows` samples, none missing, spread evenly over the recordings."""
     model = spec.compile()
-    step = model.opt.timestep
-    period = substeps * step
-    rows = round(chunk_s / period)
-    joints = recordings[0][3]
-    starts = [(i, k) for i, (t, q, _, _) in enumerate(recordings)
-              for k in range(0, len(t) - rows - 1, rows) if np.isfinite(q[k:k + rows + 1]).all()]
-    picked = [starts[i] for i in np.linspace(0, len(starts) - 1, min(count, len(starts))).astype(int)]
-    smooth = [filtered(q.copy(), 1 / period, cutoff_hz) for _, q, _, _ in recordings]
+    starts = [(recording, k) for recording in recordings
+              for k in range(0, len(recording.t) - rows - 1, rows)
+              if np.isfinite(recording.q[k:k + rows + 1]).all()]
     names, states, controls, sensors = [], [], [], []
-    for i, k in picked:
-        t, q, tau, _ = recordings[i]
-        names.append(f"train_{i} at {t[k]:.3f} s")
-        states.append(sysid.create_initial_state(model, smooth[i][0][k], smooth[i][1][k]))
-        held = np.repeat(tau[k:k + rows], substeps, axis=0)
+    for i in np.linspace(0, len(starts) - 1, min(count, len(starts))).astype(int):
+        recording, k = starts[i]
+        held = np.repeat(recording.tau[k:k + rows], substeps, axis=0)
         held = np.vstack([held, held[-1:]])
-        controls.append(sysid.TimeSeries.from_control_names(step * np.arange(len(held)), held, model))
+        names.append(f"chunk {i}")
+        states.append(sysid.create_initial_state(model, recording.q_smooth[k], recording.v_smooth[k]))
+        controls.append(sysid.TimeSeries.from_control_names(
+            model.opt.timestep * np.arange(len(held)), held, model))
         sensors.append(sysid.TimeSeries.from_names(
-            period * np.arange(rows + 1), q[k:k + rows + 1], model,
-            [(f"{name}_qpos", sysid.SignalType.MjStateQPos) for name in joints]))
+            recording.period * np.arange(rows + 1), recording.q[k:k + rows + 1], model,
+            [(f"{name}_qpos", sysid.SignalType.MjStateQPos) for name in recording.joints]))
     return sysid.ModelSequences(NAME, spec, names, states, controls, sensors, allow_missing_sensors=True)
 
 
-def fit(spec, recordings, options, cutoff_hz, substeps):
+def evenly(recordings, substeps):
+    """A residual in units of each joint's spread over all data; mujoco.sysid weighs every chunk by itself."""
+    scale = np.nanstd(np.vstack([recording.q for recording in recordings]), axis=0)
+
+    def residual(parameters, predicted, measured, model, return_all, state, sensor_weights=None):
+        times, seen = measured.times[1:], measured.data[1:]
+        q = state[substeps - 1::substeps, 1:1 + model.nq]
+        return ((seen - q) / scale, sysid.TimeSeries(times, q, measured.signal_mapping),
+                sysid.TimeSeries(times, seen, measured.signal_mapping))
+
+    return residual
+
+
+def fit(spec, start, recordings, rows, options, substeps):
     """Fitted parameters and their 95 % half widths as mujoco.sysid states them."""
-    parameters = make_parameters(spec, recordings[0][3])
-    chunks = make_chunks(spec, recordings, options.chunk_s, options.chunks, cutoff_hz, substeps)
-    residual = sysid.build_residual_fn(models_sequences=[chunks])
-    fitted, result = sysid.optimize(parameters, residual, optimizer="mujoco", max_iters=options.max_iters)
+    chunks = make_chunks(spec, recordings, rows, options.chunks, substeps)
+    residual = sysid.build_residual_fn(
+        models_sequences=[chunks], modify_residual=evenly(recordings, substeps) if options.even else None)
+    fitted, result = sysid.optimize(start, residual, optimizer="mujoco", max_iters=options.max_iters)
     residuals, _, _ = residual(fitted.as_vector(), fitted)
     _, half_widths = sysid.calculate_intervals(residuals, result.jac)
-    return parameters, fitted, half_widths, len(chunks.control)
+    return fitted, half_widths, len(chunks.control)
+
+
+def with_friction_of_mujoco(spec, start, recordings, rows, substeps):
+    """The recordings as an arm would move that is of the family fitted, and its parameters: every second
+    chunk from the smoothed state, the others missing."""
+    truth = start.copy()
+    for name, parameter in truth.items():
+        parameter.value = parameter.value * (1.5 if name.startswith(("frictionloss", "damping")) else 1)
+    model = sysid.apply_param_modifiers(truth, spec.copy())
+    rng = np.random.default_rng(1)
+    made = []
+    for recording in recordings:
+        q = np.full_like(recording.q, np.nan)
+        for k in range(0, len(q) - rows - 1, 2 * rows):
+            chunk = slice(k, k + rows + 1)
+            q[chunk], _, _ = roll_out(
+                model, recording.q_smooth[k], recording.v_smooth[k], recording.tau[chunk], substeps)
+        made.append(dataclasses.replace(recording, q=q + 1e-5 * rng.normal(size=q.shape)))
+    return made, truth
 
 
 def roll_out(model, q0, v0, tau, substeps):
@@ -160,30 +204,31 @@ def write_rollouts(run, model, substeps):
         old.unlink()
     with open(run / "starts.csv") as file:
         for start in csv.DictReader(file):
-            t, _, tau, _ = read_data(run / "data" / (start["trajectory"] + ".h5"))
-            first, rows = int(start["begin"]), int(start["rows"])
+            recording = read_recording(run / "data" / (start["trajectory"] + ".h5"))
+            rows = slice(int(start["begin"]), int(start["begin"]) + int(start["rows"]))
             q0, v0 = (np.array([float(x) for key, x in start.items() if key[0] == signal]) for signal in "qv")
-            q, v, tau_f = roll_out(model, q0, v0, tau[first:first + rows], substeps)
+            q, v, tau_f = roll_out(model, q0, v0, recording.tau[rows], substeps)
             with h5py.File(folder / (start["rollout"] + ".h5"), "w") as out:
                 out.attrs["format"] = "fricid.rollout/1"
-                out["t"], out["q"], out["v"], out["tau_f"] = t[first:first + rows], q, v, tau_f
+                out["t"], out["q"], out["v"], out["tau_f"] = recording.t[rows], q, v, tau_f
     return time.monotonic() - begin
 
 
-def print_parameters(start, fitted, half_widths):
-    """Every parameter with its 95 % interval; armature and mass start at the truth."""
+def print_parameters(truth, fitted, half_widths):
+    """Every parameter with its 95 % interval; coverage of those that `truth` has."""
     covered = infinite = of = 0
     print(f"{'parameter':<24}{'fitted':>10}{'+-':>10}{'truth':>10}{'off by':>10}")
-    for (name, parameter), half, true in zip(fitted.items(), half_widths, start.as_vector()):
+    for (name, parameter), half in zip(fitted.items(), half_widths):
         value = parameter.value[0]
         line = f"{name:<24}{value:>10.4g}{half:>10.2g}"
-        if name.startswith(("armature", "mass")):
+        if name in truth:
+            true = truth[name].value[0]
             of += 1
             infinite += np.isinf(half)
             covered += np.isfinite(half) and abs(value - true) <= half
-            line += f"{true:>10.4g}{abs(value - true) / half:>10.1f} half widths, x {value / true:.2f}"
+            line += f"{true:>10.4g}{abs(value - true) / half:>10.1f} half widths, x {value / true:.4g}"
         print(line)
-    print(f"95 % intervals of armature and mass: {covered} of {of} cover the truth, {infinite} are infinite")
+    print(f"95 % intervals: {covered} of {of} cover the truth, {infinite} are infinite")
 
 
 def main():
@@ -192,25 +237,35 @@ def main():
     parser.add_argument("--chunks", type=int, default=90, help="pieces of the training data, 90")
     parser.add_argument("--chunk-s", type=float, default=0.5, help="length of each [s], 0.5")
     parser.add_argument("--fit-step-s", type=float, default=0.002, help="time step of the fit [s], 0.002")
+    parser.add_argument("--even", action="store_true", help="weigh a joint alike in all chunks")
     parser.add_argument("--max-iters", type=int, default=200, help="of the optimiser, 200")
+    parser.add_argument("--check", action="store_true", help="only: can it find friction of MuJoCo's own?")
     options = parser.parse_args()
+    logging.set_verbosity(logging.ERROR)  # one warning per chunk that the model has no sensors
 
     scene = tomllib.loads((options.run / "scene.toml").read_text())
     if scene["robot"].get("payload_kg", 0) > 0:
         raise SystemExit(f"{options.run}: the scene has a payload, which this script does not put on")
-    recordings = [read_data(p) for p in sorted((options.run / "data").glob("train_*.h5"))]
-    t, _, _, joints = recordings[0]
-    period = t[1] - t[0]
+    recordings = [smoothed(read_recording(path), scene["identify"]["cutoff_hz"])
+                  for path in sorted((options.run / "data").glob("train_*.h5"))]
+    joints, period = recordings[0].joints, recordings[0].period
+    rows, substeps = round(options.chunk_s / period), round(period / options.fit_step_s)
     mjcf = ROOT / scene["robot"]["mjcf"]
 
     begin = time.monotonic()
     spec = make_spec(mjcf, joints, options.fit_step_s)
-    start, fitted, half_widths, chunks = fit(
-        spec, recordings, options, scene["identify"]["cutoff_hz"], round(period / options.fit_step_s))
+    start = make_parameters(spec, joints)
+    truth = sysid.ParameterDict({name: parameter for name, parameter in start.copy().items()
+                                 if name.startswith(("armature", "mass"))})
+    if options.check:
+        recordings, truth = with_friction_of_mujoco(spec, start, recordings, rows, substeps)
+    fitted, half_widths, chunks = fit(spec, start, recordings, rows, options, substeps)
     seconds = time.monotonic() - begin
     print(f"mujoco {mujoco.__version__}: {fitted.size} parameters from {chunks} chunks of "
           f"{options.chunk_s} s in {seconds:.0f} s")
-    print_parameters(start, fitted, half_widths)
+    print_parameters(truth, fitted, half_widths)
+    if options.check:
+        return
 
     step_s = scene["plant"]["step_s"]
     model = sysid.apply_param_modifiers(fitted, make_spec(mjcf, joints, step_s))
