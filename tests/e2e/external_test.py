@@ -50,10 +50,10 @@ class External(ProgramTest):
         self.assertRegex(done.stdout, r"\| my tool 1\.0 .*\| +7 \| +1\.5 \|")
         rows = {row["name"]: row for row in load(self.run_folder / "evaluation.json")["summary"]}
         lugre, mine = rows["lugre"], rows["my_tool"]
-        for key in lugre:
-            if key not in ("name", "label", "is_conventional", "parameters", "fit_seconds") and (
-                    not key.startswith("friction") or key == "friction_rollout"):
-                self.assertEqual(mine[key], lugre[key], key)
+        for key in ("seeds", "q_mse_geometric_mean", "q_mse_median", "q_mse_mean", "v_mse_geometric_mean",
+                    "interval_90", "interval_over", "ratio_to_oracle", "headroom_closed", "diverged",
+                    "rollouts", "friction_rollout"):
+            self.assertEqual(mine[key], lugre[key], key)
         self.assertIsNone(mine["friction"])
         self.assertEqual([rows[name] for name in rows if name != "my_tool"],
                          json.loads(self.before)["summary"])
