@@ -325,6 +325,8 @@ TEST_F(ExternalDescription, WrongValues) {
   refuse_text("{\"format\": \"fricid.external/2\"}",
               R"(:1: format = "fricid\.external/2"; allowed: "fricid\.external/1")");
   refuse_text(head + "\"label\": \"\"}", R"(:2: label = ""; allowed: a line of text)");
+  refuse_text(head + "\"label\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}",
+              ": found a list or object as a value; allowed: text and numbers");
   refuse_text(head + "\"label\": \"a\", \"parameters\": -1}",
               ":2: parameters = -1; allowed: a whole number from 0 to 1e9");
   refuse_text(head + "\"label\": \"a\", \"parameters\": 1}",

@@ -46,7 +46,12 @@ std::string place(const std::string& file, std::string_view text, std::string_vi
 
 Json parse_json(const std::string& file, std::string_view text) {
   try {
-    Json root = Json::parse(text);
+    Json root = Json::parse(text, [&](int depth, Json::parse_event_t event, Json&) {
+      using Event = Json::parse_event_t;
+      if (depth > 0 && (event == Event::array_start || event == Event::object_start))
+        throw UserError("{}: found a list or object as a value; allowed: text and numbers", file);
+      return true;
+    });
     if (root.is_object()) return root;
   } catch (const Json::parse_error& error) {
     const std::size_t at = error.byte > 0 ? error.byte - 1 : 0;
