@@ -27,7 +27,7 @@ Trajectory disturbed_wheel(const Arm& arm, const TorqueError& error, int T, std:
   for (Eigen::Index k = 0; k < T; ++k) {
     recording.q(k, 0) = q[0];
     recording.v(k, 0) = v[0];
-    const std::vector<double> tau{kTau + e(k, 0)};
+    const std::vector<double> tau{kTau + evaluate::disturbance_at(v[0], e(k, 0), error.slow_gain)};
     stepper.step(tau, temperature, kSamplePeriod, q, v, z);
   }
   return as_trajectory(recording, "wheel");
@@ -79,7 +79,7 @@ TEST(TorqueErrorDraw, HasTheVarianceAndCorrelationOfItsName) {
   for (const double time : {0.0, 0.05}) {
     double first = 0, last = 0, product = 0;
     for (std::uint64_t i = 0; i < draws; ++i) {
-      const RowMatrix e = draw_torque_error({time, {1, 3}}, kSamplePeriod, rows, 1, i);
+      const RowMatrix e = draw_torque_error({time, {1, 3}, 0}, kSamplePeriod, rows, 1, i);
       first += e(0, 1) * e(0, 1) / draws;
       last += e(rows - 1, 1) * e(rows - 1, 1) / draws;
       product += e(rows - 1 - lag, 1) * e(rows - 1, 1) / draws;
@@ -91,7 +91,7 @@ TEST(TorqueErrorDraw, HasTheVarianceAndCorrelationOfItsName) {
 }
 
 TEST(TorqueErrorDraw, IsFixedBySeedAndStream) {
-  const TorqueError error{0.05, {1, 2}};
+  const TorqueError error{0.05, {1, 2}, 0};
   const RowMatrix once = draw_torque_error(error, kSamplePeriod, 50, 1, 2);
   EXPECT_EQ(once, draw_torque_error(error, kSamplePeriod, 50, 1, 2));
   EXPECT_EQ(once.topRows(20), draw_torque_error(error, kSamplePeriod, 20, 1, 2));
@@ -132,8 +132,8 @@ TEST(BandScoreOf, CountsWhatIsThereAndKnowsNoHorizonBeyond) {
 TEST(OpenLoopBands, AreAsWideAsTheClosedFormOfAWheel) {
   const data::ModelFile model = model_file("wheel", flywheel(kInertia, kFv));
   for (const double time : {0.0, 0.1}) {
-    const TorqueError error{time, {0.05}};
-    const std::vector<Trajectory> undisturbed{disturbed_wheel(model.arm, {0, {0}}, 250, 0)};
+    const TorqueError error{time, {0.05}, 0};
+    const std::vector<Trajectory> undisturbed{disturbed_wheel(model.arm, {0, {0}, 0}, 250, 0)};
     const evaluate::Member member{&model, error};
     const Band band = evaluate::open_loop_bands({&member, 1}, model.arm.robot, undisturbed,
                                                 wheel_options(1999), 2)[0];
@@ -153,7 +153,7 @@ TEST(OpenLoopBands, AreAsWideAsTheClosedFormOfAWheel) {
 TEST(OpenLoopBands, CoverDataWithATorqueErrorFoundInOtherData) {
   const data::ModelFile model = model_file("wheel", flywheel(kInertia, kFv));
   for (const double time : {0.0, 0.1}) {
-    const TorqueError truth{time, {0.02}};
+    const TorqueError truth{time, {0.02}, evaluate::kSlowGain};
     const auto training = disturbed_wheels(model.arm, truth, 60, 400, 100);
     const auto held_out = disturbed_wheels(model.arm, truth, 60, 400, 500);
     const TorqueError found =
@@ -175,7 +175,7 @@ TEST(OpenLoopBands, DependOnNoThreadsAndDifferBetweenRecordings) {
   evaluate::Contest contest = small_contest(150);
   contest.trajectories[1] = contest.trajectories[0];
   const data::ModelFile& model = contest.models.back();
-  const TorqueError error{0.03, {1, 1, 1, 0.5, 0.5, 0.5}};
+  const TorqueError error{0.03, {1, 1, 1, 0.5, 0.5, 0.5}, 3};
   const evaluate::Member member{&model, error};
   const auto bands = [&](int jobs) {
     return evaluate::open_loop_bands({&member, 1}, contest.robot, contest.trajectories,

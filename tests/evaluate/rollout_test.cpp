@@ -84,6 +84,14 @@ TEST(RollOut, ADisturbanceAddsToTheTorqueAndIsTakenFromTheFriction) {
   EXPECT_EQ(made[0].q, evaluate::roll_out(arm, half, {&starts[0], 1}, {{{}}}, options)[0].q);
   EXPECT_EQ(made[1].q, wanted.q);
   EXPECT_TRUE(made[1].tau_f.isApprox((wanted.tau_f.array() - 0.1).matrix(), 1e-12));
+
+  // four times as much at rest, 2.5 times at 0.1 rad/s
+  const auto slow =
+      evaluate::roll_out(arm, half, starts, {{{}, {}}}, {{kSubsteps}, 10, 3}, disturbance)[1];
+  for (Eigen::Index k = 0; k < 50; ++k)
+    EXPECT_NEAR(0.8 * slow.v(k, 0) - slow.tau_f(k, 0),
+                0.1 * (1 + 3 / (1 + std::pow(slow.v(k, 0) / 0.1, 2))), 1e-12);
+  EXPECT_GT(slow.q(49, 0), made[1].q(49, 0));
 }
 
 TEST(RollOut, MissingTorqueRepeatsTheLast) {

@@ -91,7 +91,7 @@ std::vector<Band> open_loop_bands(std::span<const Member> members,
     const std::vector<std::vector<double>> from(count, z0[m * trajectories.size() + i]);
     std::vector<Rollout> rollouts =
         roll_out(member.model->arm, trajectories, same, from,
-                 {{options.substeps}, options.diverged_rad}, disturbance);
+                 {{options.substeps}, options.diverged_rad, member.error.slow_gain}, disturbance);
     for (std::size_t l = 0; l < count; ++l)
       draws[i][m * static_cast<std::size_t>(options.draws) + static_cast<std::size_t>(first) + l] =
           std::move(rollouts[l].q);

@@ -63,7 +63,7 @@ std::vector<std::vector<Rollout>> roll_out_all(const Contest& contest,
     const Arm& arm = contest.models[m].arm;
     std::vector<Rollout> made = roll_out_batch(
         arm, contest.trajectories, plan, batch, driven[m],
-        {{options.substeps}, options.diverged_rad, constant_friction(arm.robot, contest.robot)});
+        {{options.substeps}, options.diverged_rad, 0, constant_friction(arm.robot, contest.robot)});
     for (std::size_t l = 0; l < batch.size(); ++l)
       rollouts[m][static_cast<std::size_t>(batch[l])] = std::move(made[l]);
   });

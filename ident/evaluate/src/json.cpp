@@ -60,7 +60,7 @@ Json repeats_json(const Repeats& repeats) {
 
 Json torque_error_json(const std::optional<TorqueError>& error) {
   if (!error) return nullptr;
-  return {{"time_s", error->time}, {"sd", numbers(error->sd)}};
+  return {{"time_s", error->time}, {"sd", numbers(error->sd)}, {"slow_gain", error->slow_gain}};
 }
 
 Json model_json(const ModelResult& model, const EvaluationReport& report) {

@@ -25,6 +25,16 @@ Lane make_lane(const Trajectory& trajectory, const Start& start) {
   return lane;
 }
 
+/// Adds a disturbance to the torque of sample k, at which the rollout has its velocity already.
+/// @param exerted  what was added (n)
+void disturb(Lane& lane, const RowMatrix& disturbance, Eigen::Index k, double slow_gain,
+             Eigen::RowVectorXd& exerted) {
+  for (Eigen::Index j = 0; j < lane.tau.cols(); ++j) {
+    exerted[j] = disturbance_at(lane.rollout.v(k, j), disturbance(k, j), slow_gain);
+    lane.tau(k, j) += exerted[j];
+  }
+}
+
 /// Row `row` of a matrix into lane l of as many packs as it has columns, and back.
 void load(const RowMatrix& matrix, Eigen::Index row, int l, std::vector<PackD>& packs) {
   for (std::size_t j = 0; j < packs.size(); ++j)
@@ -104,11 +114,11 @@ std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajec
   std::vector<PackD> q(n, 0.0), v(n, 0.0), tau(n, 0.0), temperature(n, kRoomTemperature), tau_f(n);
   std::vector<PackD> z(static_cast<std::size_t>(arm.friction.model.state_size()), 0.0);
   std::vector<Lane> lanes;
+  std::vector<Eigen::RowVectorXd> exerted(starts.size(), Eigen::RowVectorXd::Zero(arm.robot.n()));
   int longest = 0;
   for (int l = 0; l < count; ++l) {
     const auto i = static_cast<std::size_t>(l);
     lanes.push_back(make_lane(trajectory_of(l), starts[i]));
-    if (!disturbance.empty()) lanes.back().tau += disturbance[i];
     longest = std::max(longest, starts[i].steps);
     load(trajectory_of(l).start_q(), starts[i].begin, l, q);
     load(trajectory_of(l).start_v(), starts[i].begin, l, v);
@@ -121,18 +131,20 @@ std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajec
     for (int l = 0; l < count; ++l) {
       Lane& lane = lanes[static_cast<std::size_t>(l)];
       if (k > lane.rollout.start.steps) continue;
-      load(lane.tau, k, l, tau);
-      load(lane.temperature, k, l, temperature);
       store(q, l, k, lane.rollout.q);
       store(v, l, k, lane.rollout.v);
+      if (!disturbance.empty())
+        disturb(lane, disturbance[static_cast<std::size_t>(l)], k, options.slow_gain,
+                exerted[static_cast<std::size_t>(l)]);
+      load(lane.tau, k, l, tau);
+      load(lane.temperature, k, l, temperature);
     }
     stepper.friction_torque(tau, temperature, q, v, z, tau_f);
     for (int l = 0; l < count; ++l) {
       Rollout& rollout = lanes[static_cast<std::size_t>(l)].rollout;
       if (k > rollout.start.steps) continue;
       store(tau_f, l, k, rollout.tau_f);
-      if (!disturbance.empty())
-        rollout.tau_f.row(k) -= disturbance[static_cast<std::size_t>(l)].row(k);
+      rollout.tau_f.row(k) -= exerted[static_cast<std::size_t>(l)];
       if (options.constant_friction.size() > 0) rollout.tau_f.row(k) += options.constant_friction;
     }
     if (k < longest) stepper.step(tau, temperature, dt, q, v, z);

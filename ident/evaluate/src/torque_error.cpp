@@ -33,16 +33,17 @@ std::vector<double> torque_rms(std::span<const Trajectory> recordings) {
   return rms;
 }
 
-/// One value per joint and horizon, [joint][horizon].
+/// Values per joint, [joint][horizons from the first sample, then those of later starts]. NaN where
+/// there is no such rollout.
 using Table = std::vector<std::vector<double>>;
 
-/// log(m / S), 0 where one of them is not known.
+/// log(m / S), NaN where one of them is not known or 0.
 Table log_ratio(const Table& m, const Table& S) {
   Table ratio = m;
   for (std::size_t j = 0; j < m.size(); ++j)
     for (std::size_t h = 0; h < m[j].size(); ++h) {
       const double value = std::log(m[j][h] / S[j][h]);
-      ratio[j][h] = std::isfinite(value) ? value : 0;
+      ratio[j][h] = std::isfinite(value) ? value : std::numeric_limits<double>::quiet_NaN();
     }
   return ratio;
 }
@@ -50,7 +51,8 @@ Table log_ratio(const Table& m, const Table& S) {
 double sum_of_squares(const Table& table) {
   double sum = 0;
   for (const std::vector<double>& row : table)
-    for (const double value : row) sum += value * value;
+    for (const double value : row)
+      if (!std::isnan(value)) sum += value * value;
   return sum;
 }
 
@@ -66,7 +68,7 @@ class OpenLoops {
         plan_(make_plan(recordings, options)) {
     for (std::size_t i = 0; i < recordings.size(); ++i)
       driven_.push_back(drive(model, known, recordings[i], plan_.by_trajectory[i]));
-    undisturbed_ = roll_out({});
+    undisturbed_ = roll_out({}, 0);
   }
 
   /// m [rad^2].
@@ -83,7 +85,7 @@ class OpenLoops {
       disturbance.push_back(draw_torque_error(
           error, recording_of(i).data.dt(), plan_.starts[i].steps + 1,
           static_cast<std::uint64_t>(model_.seed), stream_of(Purpose::kFit, i, 0)));
-    const std::vector<Rollout> disturbed = roll_out(disturbance);
+    const std::vector<Rollout> disturbed = roll_out(disturbance, error.slow_gain);
     return mean_squares([&](std::size_t i, int steps) {
       std::vector<double> squares(static_cast<std::size_t>(model_.arm.robot.n()));
       for (Eigen::Index k = 0; k <= steps; ++k)
@@ -101,14 +103,14 @@ class OpenLoops {
     return recordings_[static_cast<std::size_t>(plan_.starts[start].trajectory)];
   }
 
-  std::vector<Rollout> roll_out(std::span<const RowMatrix> disturbance) const {
+  std::vector<Rollout> roll_out(std::span<const RowMatrix> disturbance, double slow_gain) const {
     std::vector<Rollout> rollouts(plan_.starts.size());
     parallel_for(static_cast<int>(plan_.batches.size()), jobs_, [&](int b) {
       throw_if_stopped();
       const std::vector<int>& batch = plan_.batches[static_cast<std::size_t>(b)];
       std::vector<Rollout> made =
           roll_out_batch(model_.arm, recordings_, plan_, batch, driven_,
-                         {{options_.substeps}, options_.diverged_rad}, disturbance);
+                         {{options_.substeps}, options_.diverged_rad, slow_gain}, disturbance);
       for (std::size_t l = 0; l < batch.size(); ++l)
         rollouts[static_cast<std::size_t>(batch[l])] = std::move(made[l]);
     });
@@ -119,17 +121,18 @@ class OpenLoops {
   template <class Squares>
   Table mean_squares(const Squares& squares) const {
     Table table(static_cast<std::size_t>(model_.arm.robot.n()));
-    for (const double h : options_.horizons_s) {
-      Table of_joint(table.size());
-      for (std::size_t i = 0; i < plan_.starts.size(); ++i) {
-        const data::Dataset& data = recording_of(i).data;
-        const int steps = horizon_steps(h, data.dt(), data.length());
-        if (steps > plan_.starts[i].steps) continue;
-        const std::vector<double> of_start = squares(i, steps);
-        for (std::size_t j = 0; j < table.size(); ++j) of_joint[j].push_back(of_start[j]);
+    for (const bool from_first : {true, false})
+      for (const double h : options_.horizons_s) {
+        Table of_joint(table.size());
+        for (std::size_t i = 0; i < plan_.starts.size(); ++i) {
+          const data::Dataset& data = recording_of(i).data;
+          const int steps = horizon_steps(h, data.dt(), data.length());
+          if ((plan_.starts[i].begin == 0) != from_first || steps > plan_.starts[i].steps) continue;
+          const std::vector<double> of_start = squares(i, steps);
+          for (std::size_t j = 0; j < table.size(); ++j) of_joint[j].push_back(of_start[j]);
+        }
+        for (std::size_t j = 0; j < table.size(); ++j) table[j].push_back(mean(of_joint[j]));
       }
-      for (std::size_t j = 0; j < table.size(); ++j) table[j].push_back(mean(of_joint[j]));
-    }
     return table;
   }
 
@@ -161,7 +164,7 @@ TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::Robot
   const double dt = training.front().data.dt();
   const std::vector<double> rms = torque_rms(training);
   const Table wanted = loops.errors();
-  TorqueError error{0, rms}, best;
+  TorqueError error{0, rms, kSlowGain}, best;
   for (double& sd : error.sd) sd *= kFirstShare;
   double least = std::numeric_limits<double>::infinity();
   for (const double time : kTimes) {
@@ -173,9 +176,11 @@ TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::Robot
     for (int i = 0;; ++i) {
       left = log_ratio(wanted, loops.spread(error));
       if (i == (time == kTimes[0] ? kFirst : kFurther)) break;
-      for (std::size_t j = 0; j < rms.size(); ++j)
-        error.sd[j] =
-            std::clamp(error.sd[j] * std::exp(mean(left[j]) / 2), kLeastShare * rms[j], rms[j]);
+      for (std::size_t j = 0; j < rms.size(); ++j) {
+        const double step = mean(left[j]);
+        if (!std::isnan(step))
+          error.sd[j] = std::clamp(error.sd[j] * std::exp(step / 2), kLeastShare * rms[j], rms[j]);
+      }
     }
     if (sum_of_squares(left) >= least) break;
     least = sum_of_squares(left);

@@ -23,6 +23,7 @@ struct Rollout {
 struct RolloutOptions {
   StepOptions step;
   double diverged_rad = 10;  ///< largest |q error| of a joint that still counts as a rollout
+  double slow_gain = 0;      ///< of a disturbance, see disturbance_at
   Eigen::RowVectorXd constant_friction = {};  ///< (n) in the recorded tau_f [N m]; empty: none
 };
 
@@ -31,14 +32,23 @@ struct RolloutOptions {
 /// clamped to the scored position +- diverged_rad: its figures stay finite.
 void settle_divergence(Rollout& rollout, const Trajectory& trajectory, double diverged_rad);
 
+inline constexpr double kSlow = 0.1;  ///< [rad/s]
+
+/// Torque that a disturbance e exerts on a joint of speed v [N m]: larger at rest,
+///
+///     e (1 + slow_gain / (1 + (v/kSlow)^2)).
+inline double disturbance_at(double v, double e, double slow_gain) {
+  return e * (1 + slow_gain / (1 + v * v / (kSlow * kSlow)));
+}
+
 /// Rolls an arm out from (start_q, start_v, z0) with the measured torque held over each sample, and
 /// settles what diverged.
 /// @param starts       at most as many as PackD has lanes; one lane each, the same whatever the
 ///                     others do
 /// @param z0           initial friction state of each rollout (state_size)
-/// @param disturbance  torque e that moves the arm besides the measured one, (steps + 1, n) for
-/// each
-///                     rollout [N m], counted as friction: tau_f - e is recorded. Empty: none
+/// @param disturbance  what moves the arm besides the measured torque, (steps + 1, n) for each
+///                     rollout [N m], see disturbance_at; it counts as friction and is taken from
+///                     the recorded tau_f. Empty: none
 /// @throws UserError when sizes do not agree
 std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajectories,
                               std::span<const Start> starts,

@@ -13,10 +13,13 @@ namespace fricid::evaluate {
 
 /// Independent stationary Ornstein-Uhlenbeck torques, one per joint, held over each sample:
 ///
-///     e_0 ~ N(0, sd^2),   e_{k+1} = rho e_k + sqrt(1 - rho^2) N(0, sd^2),   rho = exp(-dt/time).
+///     e_0 ~ N(0, sd^2),   e_{k+1} = rho e_k + sqrt(1 - rho^2) N(0, sd^2),   rho = exp(-dt/time),
+///
+/// which act on a joint as disturbance_at says: friction errs most at low speed.
 struct TorqueError {
   double time = 0;         ///< correlation time [s]; 0: white from sample to sample
-  std::vector<double> sd;  ///< (n) [N m]
+  std::vector<double> sd;  ///< (n) of a joint in motion [N m]
+  double slow_gain = 0;
 };
 
 /// A realisation (rows, n) [N m]: numbers 0 .. rows n - 1 of the random stream, whatever the
@@ -29,8 +32,9 @@ RowMatrix draw_torque_error(const TorqueError& error, double dt, int rows, std::
 ///     m_jh  mean square error of q_j over the first h seconds of its rollouts,
 ///     S_jh  mean square of what a torque error moves q_j by in the same rollouts,
 ///
-/// over the starts and horizons of `options`, the standard deviations make the geometric means of
-/// m_jh and S_jh over h equal, joint by joint, by a fixed-point iteration
+/// over the starts and horizons of `options`, rollouts from the first sample apart from later ones
+/// (h runs over both), the standard deviations make the geometric means of m_jh and S_jh over h
+/// equal, joint by joint, by a fixed-point iteration
 ///
 ///     sd_j^2 <- sd_j^2 exp(mean over h of log(m_jh / S_jh)),
 ///
@@ -42,6 +46,7 @@ RowMatrix draw_torque_error(const TorqueError& error, double dt, int rows, std::
 TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::RobotModel& known,
                              std::span<const Trajectory> training,
                              const data::EvaluateConfig& options, int jobs);
+inline constexpr double kSlowGain = 3;
 inline constexpr double kTimes[] = {0, 0.03, 0.1, 0.3, 1};  // [s]
 
 }  // namespace fricid::evaluate
