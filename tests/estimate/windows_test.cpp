@@ -115,6 +115,46 @@ TEST_P(Windows, FloatGradientIsCloseToDouble) {
   EXPECT_LT((narrow - wide).norm(), 5e-3 * wide.norm());
 }
 
+// Where the error vanishes, v' J' W J v is the loss's second derivative along v.
+TEST_P(Windows, CurvatureSamplesHaveTheCurvatureOfTheLoss) {
+  constexpr int kSteps = 60, kSamples = 1500;
+  const ArmCoordinates coordinates(truth, {});
+  const Eigen::VectorXd c = coordinates.start();
+  WindowRollout<PackD> rollout(truth, recordings, {8, 2}, kSteps);
+  rollout.set_parameters(view(truth.robot.pi), truth.friction.theta);
+  rollout.loss(windows, z);
+
+  Rng rng(6, 0);
+  constexpr int kDirections = 4;
+  Eigen::MatrixXd directions(c.size(), kDirections);
+  for (double& x : directions.reshaped()) x = rng.normal();
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(kDirections), square = sum;
+  const auto count = static_cast<Eigen::Index>(windows.size());
+  Eigen::MatrixXd pi(truth.robot.pi.size(), count),
+      theta(static_cast<Eigen::Index>(truth.friction.theta.size()), count);
+  Eigen::VectorXd sample;
+  for (int i = 0; i < kSamples; ++i) {
+    rollout.curvature_samples(rng, pi, theta);
+    Eigen::ArrayXd along = Eigen::ArrayXd::Zero(kDirections);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      coordinates.pull_back(c, pi.col(k), theta.col(k), sample);
+      along += (directions.transpose() * sample).array().square();
+    }
+    sum += along;
+    square += along.square();
+  }
+  const Eigen::ArrayXd mean = sum / kSamples,
+                       error = ((square / kSamples - mean.square()) / kSamples).sqrt();
+  for (int d = 0; d < kDirections; ++d) {
+    const double h = 1e-4;
+    const double second = (loss<PackD>(coordinates, c + h * directions.col(d), kSteps) +
+                           loss<PackD>(coordinates, c - h * directions.col(d), kSteps) -
+                           2 * loss<PackD>(coordinates, c, kSteps)) /
+                          (h * h);
+    EXPECT_NEAR(mean[d], second, 4.5 * error[d] + 0.01 * second) << "direction " << d;
+  }
+}
+
 TEST(ArmCoordinates, ApplyInvertsStart) {
   const Arm arm{fricid::test::hanging_kr6(), fricid::test::kr6_friction("gms")};
   const ArmCoordinates coordinates(arm, {});
@@ -143,12 +183,13 @@ class MultiStep : public ::testing::Test {
     for (double& x : start.friction.theta) x *= std::exp(0.3 * rng.normal());
     options.iterations = 300;
     options.window_s = 0.2;
-    options.rate = 1e-2;
     options.checks = 5;
   }
 };
 
-TEST_F(MultiStep, RecoversFrictionFromParametersThatAreOff) {
+TEST_F(MultiStep, AdamRecoversFrictionFromParametersThatAreOff) {
+  options.optimiser = Optimiser::kAdam;
+  options.rate = 1e-2;
   const MultiStepReport report = train_multi_step(start, recordings, options, "dahl", 2);
   EXPECT_EQ(report.outcome, Outcome::kIterationLimit);
   EXPECT_LT(report.held_out[static_cast<std::size_t>(report.best)], 0.01 * report.held_out[0]);
@@ -158,7 +199,17 @@ TEST_F(MultiStep, RecoversFrictionFromParametersThatAreOff) {
         << truth.friction.model.parameters()[p].symbol;
 }
 
+TEST_F(MultiStep, GaussNewtonRecoversTheBristlesToo) {
+  options.iterations = 300;
+  const MultiStepReport report = train_multi_step(start, recordings, options, "dahl", 2);
+  EXPECT_LT(report.held_out[static_cast<std::size_t>(report.best)], 1e-3 * report.held_out[0]);
+  for (std::size_t p = 0; p < truth.friction.theta.size(); ++p)
+    EXPECT_NEAR(report.arm.friction.theta[p] / truth.friction.theta[p], 1, p % 3 == 1 ? 0.1 : 0.01)
+        << truth.friction.model.parameters()[p].symbol;
+}
+
 TEST_F(MultiStep, KeepsAStartThatCannotBeBettered) {
+  options.optimiser = Optimiser::kAdam;
   options.iterations = 20;
   options.rate = 0.3;
   const MultiStepReport report = train_multi_step(truth, recordings, options, "dahl", 2);
@@ -167,12 +218,16 @@ TEST_F(MultiStep, KeepsAStartThatCannotBeBettered) {
 }
 
 TEST_F(MultiStep, DoesNotDependOnTheNumberOfThreads) {
-  options.iterations = 10;
-  const MultiStepReport one = train_multi_step(start, recordings, options, "dahl", 1);
-  const MultiStepReport three = train_multi_step(start, recordings, options, "dahl", 3);
-  EXPECT_EQ(one.loss, three.loss);
-  EXPECT_EQ(one.held_out, three.held_out);
-  EXPECT_EQ(one.arm.friction.theta, three.arm.friction.theta);
+  options.iterations = 30;
+  for (const Optimiser optimiser : {Optimiser::kGaussNewton, Optimiser::kAdam}) {
+    SCOPED_TRACE(to_string(optimiser));
+    options.optimiser = optimiser;
+    const MultiStepReport one = train_multi_step(start, recordings, options, "dahl", 1);
+    const MultiStepReport three = train_multi_step(start, recordings, options, "dahl", 3);
+    EXPECT_EQ(one.loss, three.loss);
+    EXPECT_EQ(one.held_out, three.held_out);
+    EXPECT_EQ(one.arm.friction.theta, three.arm.friction.theta);
+  }
 }
 
 }  // namespace

@@ -180,6 +180,7 @@ TorqueOptions torque_options(const data::TorqueTrainingConfig& config, double cu
 MultiStepOptions options_of(const data::TrainConfig& config, int seed,
                             const std::vector<double>& torque) {
   MultiStepOptions options;
+  if (config.optimiser == to_string(Optimiser::kAdam)) options.optimiser = Optimiser::kAdam;
   options.window_s = config.window_s;
   options.batch = config.batch;
   options.iterations = config.iterations;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/estimate/adam.hpp"
+#include "fricid/estimate/gauss_newton.hpp"
 #include "support.hpp"
 #include "training.hpp"
 
@@ -19,6 +21,8 @@ namespace {
 
 constexpr double kShortRollout = 1;     // [s]
 constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
+constexpr int kRefresh = 20;            // batches whose curvature is taken in at once
+constexpr int kMostCoordinates = 8000;  // of Gauss-Newton steps: 256 MB per matrix
 
 /// Loss and gradient of a batch of windows, packs of them in parallel, summed in their order.
 class Batch {
@@ -61,11 +65,58 @@ class Batch {
     return mean;
   }
 
+  /// A sample of the curvature of each window of the last run.
+  /// @param pi, theta  one column per window
+  void sample_curvature(std::uint64_t seed, int call, Eigen::MatrixXd& pi, Eigen::MatrixXd& theta,
+                        int jobs) {
+    parallel_for(packs_, jobs, [&](int p) {
+      Rng rng(seed, kCurvatureStream + static_cast<std::uint64_t>(call * packs_ + p));
+      const Eigen::Index first = p * kLanes;
+      const auto count = std::min<Eigen::Index>(kLanes, pi.cols() - first);
+      rollouts_[static_cast<std::size_t>(p)].curvature_samples(rng, pi.middleCols(first, count),
+                                                               theta.middleCols(first, count));
+    });
+  }
+
  private:
   static constexpr int kLanes = WindowRollout<PackF>::lanes();
+  static constexpr std::uint64_t kCurvatureStream = 16;
   int packs_;
   std::vector<WindowRollout<PackF>> rollouts_;
   std::vector<Gradient> parts_;
+};
+
+/// Collects the curvature of kRefresh batches in coordinates.
+class CurvatureSamples {
+ public:
+  CurvatureSamples(const Arm& arm, const ArmCoordinates& coordinates,
+                   const MultiStepOptions& options)
+      : coordinates_(coordinates),
+        seed_(options.seed),
+        pi_(arm.robot.pi.size(), options.batch),
+        theta_(static_cast<Eigen::Index>(arm.friction.theta.size()), options.batch),
+        samples_(coordinates.size(), kRefresh * options.batch) {}
+
+  /// Adds those of the last run of `batch` at c; true when kRefresh batches are complete.
+  bool add(Batch& batch, const Eigen::VectorXd& c, int jobs) {
+    batch.sample_curvature(seed_, calls_, pi_, theta_, jobs);
+    const Eigen::Index first = calls_ % kRefresh * pi_.cols();
+    for (Eigen::Index k = 0; k < pi_.cols(); ++k) {
+      coordinates_.pull_back(c, pi_.col(k), theta_.col(k), column_);
+      if (!column_.allFinite()) column_.setZero();
+      samples_.col(first + k) = column_.cast<float>();
+    }
+    return ++calls_ % kRefresh == 0;
+  }
+  const Eigen::MatrixXf& samples() const { return samples_; }
+
+ private:
+  const ArmCoordinates& coordinates_;
+  std::uint64_t seed_;
+  int calls_ = 0;
+  Eigen::MatrixXd pi_, theta_;
+  Eigen::MatrixXf samples_;
+  Eigen::VectorXd column_;
 };
 
 /// Mean squares of rollouts of equal length, in the order of `windows`.
@@ -88,7 +139,16 @@ std::vector<double> mean_squares(const Arm& arm, std::span<const Recording> reco
   return squares;
 }
 
+double first_rate(const MultiStepOptions& options) {
+  if (options.rate > 0) return options.rate;
+  return options.optimiser == Optimiser::kGaussNewton ? 1 : 8e-3;
+}
+
 }  // namespace
+
+std::string_view to_string(Optimiser optimiser) {
+  return optimiser == Optimiser::kAdam ? "adam" : "gauss_newton";
+}
 
 Split split_recordings(std::span<const Recording> recordings, double hold_out) {
   Split split;
@@ -141,7 +201,14 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   Arm arm = start;
   Eigen::VectorXd c = coordinates.start(), c_bar;
   coordinates.apply(c, arm);
+  const bool second_order = options.optimiser == Optimiser::kGaussNewton;
+  if (second_order && coordinates.size() > kMostCoordinates)
+    throw UserError(
+        "{}: {} parameters are too many for train.optimiser = \"gauss_newton\"; allowed up "
+        "to {}, or \"adam\"",
+        label, coordinates.size(), kMostCoordinates);
   Adam adam(coordinates.size());
+  GaussNewton gauss_newton(second_order ? coordinates.size() : 0);
   Rng rng(options.seed, 0);
 
   const auto look = [&](int iteration) {
@@ -180,6 +247,18 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   }
 
   Batch batch(arm, recordings, step, steps, options);
+  std::optional<CurvatureSamples> curvature;
+  if (second_order) {
+    // a first matrix before the first step
+    curvature.emplace(arm, coordinates, options);
+    Rng first(options.seed, 2);
+    const auto draw = [&] {
+      return draw_windows(recordings, split, steps, options.batch, options.from_rest, first);
+    };
+    do batch.run(arm, draw(), z, jobs);
+    while (!curvature->add(batch, c, jobs));
+    gauss_newton.refresh(curvature->samples(), jobs);
+  }
   Progress progress(fmt::format("train {}", label), options.iterations);
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
     throw_if_stopped();
@@ -188,9 +267,14 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
         draw_windows(recordings, split, steps, options.batch, options.from_rest, rng);
     const double loss = gradient(batch, windows, z);
     report.loss.push_back(loss);
-    const double rate = options.rate * training_schedule(iteration, options.iterations);
-    if (!adam.step(c_bar, rate, coordinates.rate(), coordinates.lower(), coordinates.upper(), c))
-      ++report.skipped;
+    const double rate = first_rate(options) * training_schedule(iteration, options.iterations);
+    if (curvature && curvature->add(batch, c, jobs))
+      gauss_newton.refresh(curvature->samples(), jobs);
+    const bool moved =
+        second_order ? gauss_newton.step(c_bar, rate, coordinates.lower(), coordinates.upper(), c)
+                     : adam.step(c_bar, rate, coordinates.rate(), coordinates.lower(),
+                                 coordinates.upper(), c);
+    if (!moved) ++report.skipped;
     coordinates.apply(c, arm);
     const int done = iteration + 1;
     if (done * options.checks / options.iterations >

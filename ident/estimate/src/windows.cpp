@@ -22,6 +22,7 @@ WindowRollout<S>::WindowRollout(const Arm& arm, std::span<const Recording> recor
   const auto leaps = static_cast<std::size_t>(stepper_.leaps() * steps + 1);
   history_.resize(leaps * (2 * n + nz));
   slope_.resize(static_cast<std::size_t>(steps) * 2 * n);
+  root_.resize(slope_.size());
   for (auto* x : {&tau_, &temperature_, &target_, &q_bar_, &v_bar_}) x->resize(n);
   z_bar_.resize(nz);
   pi_.resize(static_cast<std::size_t>(arm.robot.parameter_count()));
@@ -94,8 +95,8 @@ double WindowRollout<S>::loss(std::span<const Window> windows, std::span<const d
       std::copy(before.z.begin(), before.z.end(), x.z.begin());
       stepper_.leap(tau_, temperature_, dt, x.q, x.v, x.z);
     }
-    S* slope = slope_.data() + static_cast<std::size_t>(step) * 2 * n;
-    const auto add = [&](const std::vector<S>& target, std::span<S> value, S scale, S* out,
+    const std::size_t at = static_cast<std::size_t>(step) * 2 * n;
+    const auto add = [&](const std::vector<S>& target, std::span<S> value, S scale, std::size_t out,
                          bool is_position) {
       for (std::size_t j = 0; j < n; ++j) {
         const S e = value[j] - target[j];
@@ -104,14 +105,15 @@ double WindowRollout<S>::loss(std::span<const Window> windows, std::span<const d
         const S root = sqrt(S(1) + r * r);
         // rho without the cancellation of sqrt(1 + r^2) - 1
         sum += share * r * r / (root + S(1));
-        out[j] = share * scale * r / root;
+        slope_[out + j] = share * scale * r / root;
+        root_[out + j] = select(known, scale * sqrt(share / root), S(0));
         if (is_position) square += share * select(known, e * e, S(0));
       }
     };
     gather(&Recording::q_measured, step + 1, target_);
-    add(target_, x.q, s_q, slope, true);
+    add(target_, x.q, s_q, at, true);
     gather(&Recording::v, step + 1, target_);
-    add(target_, x.v, s_v, slope + n, false);
+    add(target_, x.v, s_v, at + n, false);
   }
 
   double total = 0;
@@ -125,8 +127,9 @@ double WindowRollout<S>::loss(std::span<const Window> windows, std::span<const d
   return total;
 }
 
+/// Adjoints of the parameters in every lane, from those of q and v at every sample.
 template <class S>
-void WindowRollout<S>::add_gradient(std::span<double> pi_bar, std::span<double> theta_bar) {
+void WindowRollout<S>::sweep(const std::vector<S>& slope) {
   const auto n = static_cast<std::size_t>(n_);
   const double dt = recordings_.front().dt;
   const int leaps = stepper_.leaps();
@@ -135,10 +138,10 @@ void WindowRollout<S>::add_gradient(std::span<double> pi_bar, std::span<double> 
   for (int step = steps_; step-- > 0;) {
     gather(&Recording::tau, step, tau_);
     gather(&Recording::temperature, step, temperature_);
-    const S* slope = slope_.data() + static_cast<std::size_t>(step) * 2 * n;
+    const S* at = slope.data() + static_cast<std::size_t>(step) * 2 * n;
     for (std::size_t j = 0; j < n; ++j) {
-      q_bar_[j] += slope[j];
-      v_bar_[j] += slope[n + j];
+      q_bar_[j] += at[j];
+      v_bar_[j] += at[n + j];
     }
     for (int l = leaps; l-- > 0;) {
       const Frame x = frame(step * leaps + l);
@@ -146,6 +149,11 @@ void WindowRollout<S>::add_gradient(std::span<double> pi_bar, std::span<double> 
                              theta_bar_);
     }
   }
+}
+
+template <class S>
+void WindowRollout<S>::add_gradient(std::span<double> pi_bar, std::span<double> theta_bar) {
+  sweep(slope_);
   const auto add = [&](const std::vector<S>& lanes_bar, std::span<double> bar) {
     for (std::size_t i = 0; i < bar.size(); ++i)
       for (int k = 0; k < std::ssize(windows_); ++k)
@@ -153,6 +161,24 @@ void WindowRollout<S>::add_gradient(std::span<double> pi_bar, std::span<double> 
   };
   add(pi_bar_, pi_bar);
   add(theta_bar_, theta_bar);
+}
+
+template <class S>
+void WindowRollout<S>::curvature_samples(Rng& rng, Eigen::Ref<Eigen::MatrixXd> pi_bar,
+                                         Eigen::Ref<Eigen::MatrixXd> theta_bar) {
+  for (S& root : root_)
+    for (int k = 0; k < lanes(); ++k)
+      if (rng.uniform() < 0.5) set_lane(root, k, -lane(root, k));
+  sweep(root_);
+  const auto columns = [&](const std::vector<S>& lanes_bar, Eigen::Ref<Eigen::MatrixXd> bar) {
+    for (Eigen::Index k = 0; k < bar.cols(); ++k) {
+      const bool fallen = fallen_[static_cast<std::size_t>(k)];
+      for (Eigen::Index i = 0; i < bar.rows(); ++i)
+        bar(i, k) = fallen ? 0 : lane(lanes_bar[static_cast<std::size_t>(i)], static_cast<int>(k));
+    }
+  };
+  columns(pi_bar_, pi_bar);
+  columns(theta_bar_, theta_bar);
 }
 
 template <class S>

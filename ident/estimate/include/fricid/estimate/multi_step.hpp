@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "fricid/estimate/coordinates.hpp"
@@ -28,12 +29,22 @@ double held_out_error(const Arm& arm, std::span<const Recording> recordings, con
                       StepOptions step, int jobs);
 inline constexpr double kFallenSquare = 1;  // [rad^2]
 
+/// How the loss is minimised.
+enum class Optimiser {
+  kGaussNewton,  ///< stochastic Gauss-Newton steps, for up to some thousand parameters
+  kAdam,         ///< first order, for networks of any size
+};
+std::string_view to_string(Optimiser optimiser);
+
 struct MultiStepOptions {
+  Optimiser optimiser = Optimiser::kGaussNewton;
   double window_s = 0.25;
   int batch = 32;            ///< windows per iteration
   double from_rest = 0.125;  ///< share of them that begin with a recording
-  int iterations = 2400;
-  double rate = 8e-3;       ///< of Adam, times 0.3 after 60 % and 0.1 after 85 % of the iterations
+  int iterations = 800;
+  /// Step length, times 0.3 after 60 % and 0.1 after 85 % of the iterations; 0: 1 of Gauss-Newton,
+  /// 8e-3 of Adam.
+  double rate = 0;
   double hold_out = 0.2;    ///< share of every recording
   int wash_out_every = 20;  ///< iterations between refreshes of the friction states
   int checks = 10;          ///< how often the held-out error is looked at
@@ -58,12 +69,13 @@ struct MultiStepReport {
   double seconds = 0;
 };
 
-/// Minimises the window loss by Adam over random windows of the training part, all parameters of
-/// the arm at once, and returns the parameters with the smallest held-out error met on the way: no
+/// Minimises the window loss over random windows of the training part, all parameters of the arm
+/// at once, and returns the parameters with the smallest held-out error met on the way: no
 /// worse there than `start`. Friction states at a window's start come from `wash_out` and are not
 /// differentiated. Training leaps as far as `step.leap`, halved until a batch's gradient is within
 /// 20 % of that at the steps of `judge`. Deterministic for a seed, whatever `jobs`.
-/// @throws UserError when a recording is shorter than two windows; Stopped on Ctrl-C
+/// @throws UserError when a recording is shorter than two windows or the parameters are too many
+/// for the optimiser; Stopped on Ctrl-C
 MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> recordings,
                                  const MultiStepOptions& options, std::string_view label, int jobs);
 

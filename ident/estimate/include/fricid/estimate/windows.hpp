@@ -1,9 +1,11 @@
 // Open-loop windows of recordings, many at once, and the gradient of their error.
 #pragma once
 
+#include <Eigen/Core>
 #include <span>
 #include <vector>
 
+#include "fricid/base/rng.hpp"
 #include "fricid/estimate/recording.hpp"
 #include "fricid/system/arm.hpp"
 
@@ -47,6 +49,14 @@ class WindowRollout {
   /// After `loss` on the same windows: adds its gradient to pi_bar and theta_bar.
   void add_gradient(std::span<double> pi_bar, std::span<double> theta_bar);
 
+  /// After `loss` on the same windows: a sample of each window's curvature. With J the Jacobian of
+  /// the window's errors x, W = rho'(x)/x their weights in the loss and e random signs, column k
+  /// becomes J' W^1/2 e of window k, so that E[s s'] is the Gauss-Newton matrix of its loss; zero
+  /// for a lane that is not finite.
+  /// @param pi_bar, theta_bar  one column per window, one row per parameter
+  void curvature_samples(Rng& rng, Eigen::Ref<Eigen::MatrixXd> pi_bar,
+                         Eigen::Ref<Eigen::MatrixXd> theta_bar);
+
   /// Mean square of q - q_m over joints and steps of lane k of the last `loss` [rad^2]; infinite
   /// when not finite.
   double mean_square(int k) const;
@@ -58,6 +68,7 @@ class WindowRollout {
     std::span<S> q, v, z;
   };
   Frame frame(int leap);
+  void sweep(const std::vector<S>& slope);
   void gather(const data::RowMatrix Recording::*signal, int step, std::vector<S>& out) const;
 
   const Arm& arm_;
@@ -68,6 +79,7 @@ class WindowRollout {
   std::vector<Window> windows_;
   std::vector<S> history_;  // states at every leap, the last included
   std::vector<S> slope_;    // d loss / d (q, v) at every sample 1 .. steps
+  std::vector<S> root_;     // square roots of their weights, of either sign
   std::vector<S> tau_, temperature_, target_, pi_, theta_;
   std::vector<S> q_bar_, v_bar_, z_bar_, pi_bar_, theta_bar_;
   std::vector<double> square_;  // per lane

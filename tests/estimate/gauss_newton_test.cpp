@@ -1,0 +1,86 @@
+// Gauss-Newton steps with a sampled matrix on problems whose solution is known.
+#include "fricid/estimate/gauss_newton.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <cmath>
+#include <limits>
+
+#include "fricid/base/rng.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+/// r = J (x - wanted), J (n x n) with singular values from 1 to 1e-2.
+struct LeastSquares {
+  Eigen::MatrixXd J;
+  Eigen::VectorXd wanted;
+
+  explicit LeastSquares(int n) : J(n, n), wanted(n) {
+    Rng rng(1, 0);
+    for (double& x : J.reshaped()) x = rng.normal();
+    for (double& x : wanted) x = rng.normal();
+    J = Eigen::HouseholderQR<Eigen::MatrixXd>(J).householderQ();
+    for (int i = 0; i < n; ++i) J.row(i) *= std::pow(10.0, -2.0 * i / (n - 1));
+    const Eigen::MatrixXd turn =
+        Eigen::HouseholderQR<Eigen::MatrixXd>(
+            Eigen::MatrixXd(J * J.transpose() + wanted * wanted.transpose()))
+            .householderQ();
+    J = J * turn;
+  }
+  Eigen::VectorXd gradient(const Eigen::VectorXd& x) const {
+    return J.transpose() * (J * (x - wanted));
+  }
+  Eigen::MatrixXf samples(int count) const {
+    Rng rng(2, 0);
+    Eigen::MatrixXd signs(J.rows(), count);
+    for (double& x : signs.reshaped()) x = rng.uniform() < 0.5 ? -1 : 1;
+    return (J.transpose() * signs).cast<float>();
+  }
+};
+
+constexpr int kSize = 300;  // more than one panel of the matrix
+
+TEST(GaussNewton, ReachesTheSolutionHoweverIllConditioned) {
+  const LeastSquares problem(kSize);
+  const Eigen::VectorXd bound = Eigen::VectorXd::Constant(kSize, 1e3);
+  GaussNewton optimiser(kSize);
+  optimiser.refresh(problem.samples(20 * kSize), 2);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(kSize);
+  for (int k = 0; k < 300; ++k)
+    ASSERT_TRUE(optimiser.step(problem.gradient(x), 1, -bound, bound, x));
+  EXPECT_LT((x - problem.wanted).norm(), 0.02 * problem.wanted.norm());
+}
+
+TEST(GaussNewton, DoesNotDependOnThreadsAndStaysInItsBox) {
+  const LeastSquares problem(kSize);
+  const Eigen::VectorXd bound = Eigen::VectorXd::Constant(kSize, 0.5);
+  Eigen::VectorXd ends[2];
+  for (const int jobs : {1, 3}) {
+    GaussNewton optimiser(kSize);
+    Eigen::VectorXd& x = ends[jobs / 2];
+    x.setZero(kSize);
+    for (int k = 0; k < 10; ++k) {
+      if (k % 5 == 0) optimiser.refresh(problem.samples(64), jobs);
+      optimiser.step(problem.gradient(x), 1, -bound, bound, x);
+    }
+  }
+  EXPECT_EQ(ends[0], ends[1]);
+  EXPECT_LE(ends[0].cwiseAbs().maxCoeff(), 0.5);
+  EXPECT_GT(ends[0].norm(), 0);
+}
+
+TEST(GaussNewton, SkipsAGradientThatIsNotFinite) {
+  const LeastSquares problem(8);
+  const Eigen::VectorXd bound = Eigen::VectorXd::Constant(8, 1e3);
+  GaussNewton optimiser(8);
+  optimiser.refresh(problem.samples(64), 1);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(8), gradient = problem.gradient(x);
+  gradient[3] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(optimiser.step(gradient, 1, -bound, bound, x));
+  EXPECT_EQ(x.norm(), 0);
+}
+
+}  // namespace
+}  // namespace fricid::estimate
