@@ -271,7 +271,7 @@ struct TrainConfig {
   std::string optimiser = "gauss_newton";
   double window_s = 0.25;
   int batch = 32;
-  int iterations = 800;
+  int iterations = 600;
   double rate = 0;
   bool rigid_body = true;
   double hold_out = 0.2;

@@ -41,7 +41,7 @@ struct MultiStepOptions {
   double window_s = 0.25;
   int batch = 32;            ///< windows per iteration
   double from_rest = 0.125;  ///< share of them that begin with a recording
-  int iterations = 800;
+  int iterations = 600;
   /// Step length, times 0.3 after 60 % and 0.1 after 85 % of the iterations; 0: 1 of Gauss-Newton,
   /// 8e-3 of Adam.
   double rate = 0;
