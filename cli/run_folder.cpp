@@ -46,6 +46,7 @@ RunFolder::RunFolder(std::filesystem::path path, bool fresh)
       lock_(std::make_unique<FileLock>(path_ / ".lock")),
       program_(sha256_of_file("/proc/self/exe")) {
   manifest_ = read_manifest(path_ / "manifest.json");
+  if (!manifest_.empty()) remove_left_temporaries(path_);
   if (fresh_) std::filesystem::remove_all(path_ / "checkpoint");
   manifest_["format"] = kFormat;
   manifest_["version"] = kFricidVersion;

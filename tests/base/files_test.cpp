@@ -245,6 +245,20 @@ TEST_F(Files, KillingTheWriterLeavesOneWholeVersion) {
   EXPECT_TRUE(interrupted);
 }
 
+TEST_F(Files, RemovesWhatKilledWritersLeftAndNothingElse) {
+  fs::create_directories(folder_ / "data");
+  for (const char* name : {".a.h5.12.0.tmp", "data/.train_0.h5.4711.13.tmp", "a.h5",
+                           "data/b.12.0.tmp", "data/.hidden.tmp", "data/.lock"})
+    std::ofstream(folder_ / name) << "x";
+  remove_left_temporaries(folder_);
+  EXPECT_EQ(names(), (std::set<std::string>{"a.h5", "data"}));
+  std::set<std::string> data;
+  for (const auto& entry : fs::directory_iterator(folder_ / "data"))
+    data.insert(entry.path().filename());
+  EXPECT_EQ(data, (std::set<std::string>{"b.12.0.tmp", ".hidden.tmp", ".lock"}));
+  EXPECT_NO_THROW(remove_left_temporaries(folder_ / "missing"));
+}
+
 TEST_F(Files, ReadingWhatIsNotAReadableFile) {
   EXPECT_THAT(user_error([&] { read_file(folder_ / "missing"); }),
               AllOf(HasSubstr((folder_ / "missing").string()), HasSubstr("No such file")));

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <regex>
 #include <vector>
 
 #include "fricid/base/error.hpp"
@@ -140,6 +141,17 @@ void write_file_atomically(const fs::path& path, std::string_view text) {
       text.remove_prefix(static_cast<std::size_t>(size));
     }
   });
+}
+
+void remove_left_temporaries(const fs::path& folder) {
+  static const std::regex left(R"(\..+\.\d+\.\d+\.tmp)");
+  std::vector<fs::path> found;
+  std::error_code error;  // what cannot be listed or removed stays
+  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
+       at.increment(error))
+    if (at->is_regular_file(error) && std::regex_match(at->path().filename().string(), left))
+      found.push_back(at->path());
+  for (const fs::path& file : found) fs::remove(file, error);
 }
 
 std::string read_file(const fs::path& path) {

@@ -19,6 +19,10 @@ void write_file_atomically(const std::filesystem::path& path,
                            const std::function<void(const std::filesystem::path&)>& write);
 void write_file_atomically(const std::filesystem::path& path, std::string_view text);
 
+/// Removes what killed writers left in a folder and below: files ".NAME.PID.COUNT.tmp".
+/// @pre no process writes there
+void remove_left_temporaries(const std::filesystem::path& folder);
+
 /// Whole content of a text file. @throws UserError when missing, a folder, or unreadable
 std::string read_file(const std::filesystem::path& path);
 

@@ -14,9 +14,9 @@ namespace fricid::estimate {
 ///     m = b m + (1 - b) g                                     g the gradient of a batch
 ///     x = clamp(x - clip(r (F + lambda diag F + mu I)^-1 m'))   m' = m / (1 - b^k)
 ///
-/// No coordinate moves by more than kLongest in a step; the whole step is shortened then. Gradients longer than three times the running
-/// mean of their length are shortened to it, as in Adam. O(size^2) memory in single precision and
-/// work per step, O(size^3) per refresh.
+/// No coordinate moves by more than kLongest in a step; the whole step is shortened then. Gradients
+/// longer than three times the running mean of their length are shortened to it, as in Adam.
+/// O(size^2) memory in single precision and work per step, O(size^3) per refresh.
 /// @see Levenberg 1944; Martens, New insights and perspectives on the natural gradient method,
 ///      JMLR 21, 2020 (sampled curvature)
 class GaussNewton {
