@@ -3,4 +3,5 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/build.sh release
-exec ctest --preset release -j "$(nproc)" "$@"
+# one more than there are cores: some tests wait for processes or clocks
+exec ctest --preset release -j "$(($(nproc) + 1))" "$@"

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 
@@ -12,22 +11,18 @@
 namespace fricid::estimate {
 namespace {
 
-/// r = J (x - wanted), J (n x n) with singular values from 1 to 1e-2.
+/// r = J (x - wanted), the columns of a random J (2 n x n) scaled from 1 to 1e-2.
 struct LeastSquares {
   Eigen::MatrixXd J;
   Eigen::VectorXd wanted;
 
-  explicit LeastSquares(int n) : J(n, n), wanted(n) {
+  explicit LeastSquares(int n) : J(2 * n, n), wanted(n) {
     Rng rng(1, 0);
-    for (double& x : J.reshaped()) x = rng.normal();
-    for (double& x : wanted) x = rng.normal();
-    J = Eigen::HouseholderQR<Eigen::MatrixXd>(J).householderQ();
-    for (int i = 0; i < n; ++i) J.row(i) *= std::pow(10.0, -2.0 * i / (n - 1));
-    const Eigen::MatrixXd turn =
-        Eigen::HouseholderQR<Eigen::MatrixXd>(
-            Eigen::MatrixXd(J * J.transpose() + wanted * wanted.transpose()))
-            .householderQ();
-    J = J * turn;
+    for (int j = 0; j < n; ++j) {
+      wanted[j] = rng.normal();
+      const double scale = std::pow(10.0, -2.0 * j / (n - 1)) / std::sqrt(2.0 * n);
+      for (int i = 0; i < 2 * n; ++i) J(i, j) = scale * rng.normal();
+    }
   }
   Eigen::VectorXd gradient(const Eigen::VectorXd& x) const {
     return J.transpose() * (J * (x - wanted));
@@ -35,7 +30,8 @@ struct LeastSquares {
   Eigen::MatrixXf samples(int count) const {
     Rng rng(2, 0);
     Eigen::MatrixXd signs(J.rows(), count);
-    for (double& x : signs.reshaped()) x = rng.uniform() < 0.5 ? -1 : 1;
+    for (int k = 0; k < count; ++k)
+      for (Eigen::Index i = 0; i < J.rows(); ++i) signs(i, k) = rng.uniform() < 0.5 ? -1 : 1;
     return (J.transpose() * signs).cast<float>();
   }
 };
