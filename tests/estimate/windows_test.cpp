@@ -188,7 +188,6 @@ class MultiStep : public ::testing::Test {
 };
 
 TEST_F(MultiStep, AdamRecoversFrictionFromParametersThatAreOff) {
-  options.optimiser = Optimiser::kAdam;
   options.rate = 1e-2;
   const MultiStepReport report = train_multi_step(start, recordings, options, "dahl", 2);
   EXPECT_EQ(report.outcome, Outcome::kIterationLimit);
@@ -200,6 +199,7 @@ TEST_F(MultiStep, AdamRecoversFrictionFromParametersThatAreOff) {
 }
 
 TEST_F(MultiStep, GaussNewtonRecoversTheBristlesToo) {
+  options.optimiser = Optimiser::kGaussNewton;
   options.iterations = 300;
   const MultiStepReport report = train_multi_step(start, recordings, options, "dahl", 2);
   EXPECT_LT(report.held_out[static_cast<std::size_t>(report.best)], 1e-3 * report.held_out[0]);
@@ -209,7 +209,6 @@ TEST_F(MultiStep, GaussNewtonRecoversTheBristlesToo) {
 }
 
 TEST_F(MultiStep, KeepsAStartThatCannotBeBettered) {
-  options.optimiser = Optimiser::kAdam;
   options.iterations = 20;
   options.rate = 0.3;
   const MultiStepReport report = train_multi_step(truth, recordings, options, "dahl", 2);

@@ -180,7 +180,8 @@ TorqueOptions torque_options(const data::TorqueTrainingConfig& config, double cu
 MultiStepOptions options_of(const data::TrainConfig& config, int seed,
                             const std::vector<double>& torque) {
   MultiStepOptions options;
-  if (config.optimiser == to_string(Optimiser::kAdam)) options.optimiser = Optimiser::kAdam;
+  if (config.optimiser == to_string(Optimiser::kGaussNewton))
+    options.optimiser = Optimiser::kGaussNewton;
   options.window_s = config.window_s;
   options.batch = config.batch;
   options.iterations = config.iterations;

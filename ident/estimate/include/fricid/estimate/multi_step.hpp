@@ -31,19 +31,19 @@ inline constexpr double kFallenSquare = 1;  // [rad^2]
 
 /// How the loss is minimised.
 enum class Optimiser {
+  kAdam,         ///< first order
   kGaussNewton,  ///< stochastic Gauss-Newton steps, for up to some thousand parameters
-  kAdam,         ///< first order, for networks of any size
 };
 std::string_view to_string(Optimiser optimiser);
 
 struct MultiStepOptions {
-  Optimiser optimiser = Optimiser::kGaussNewton;
+  Optimiser optimiser = Optimiser::kAdam;
   double window_s = 0.25;
   int batch = 32;            ///< windows per iteration
   double from_rest = 0.125;  ///< share of them that begin with a recording
-  int iterations = 600;
-  /// Step length, times 0.3 after 60 % and 0.1 after 85 % of the iterations; 0: 1 of Gauss-Newton,
-  /// 8e-3 of Adam.
+  int iterations = 2400;
+  /// Step length, times 0.3 after 60 % and 0.1 after 85 % of the iterations; 0: 8e-3 of Adam, 1 of
+  /// Gauss-Newton.
   double rate = 0;
   double hold_out = 0.2;    ///< share of every recording
   int wash_out_every = 20;  ///< iterations between refreshes of the friction states
