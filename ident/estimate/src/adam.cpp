@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "training.hpp"
+
 namespace fricid::estimate {
 namespace {
 
 constexpr double kB1 = 0.9, kB2 = 0.999, kEpsilon = 1e-10;
-constexpr double kClip = 3, kLengthMemory = 0.95;
 
 }  // namespace
 
@@ -16,9 +17,7 @@ bool Adam::step(const Eigen::VectorXd& gradient, double rate, const Eigen::Vecto
   const double length = gradient.norm();
   if (!std::isfinite(length)) return false;
   ++k_;
-  const double shrink = k_ > 1 && length > kClip * mean_length_ ? kClip * mean_length_ / length : 1;
-  mean_length_ =
-      k_ == 1 ? length : kLengthMemory * mean_length_ + (1 - kLengthMemory) * shrink * length;
+  const double shrink = shorten_gradient(length, k_, mean_length_);
   m_ = kB1 * m_ + (1 - kB1) * shrink * gradient;
   s_ = kB2 * s_ + (1 - kB2) * (shrink * gradient).cwiseAbs2();
   const double m_share = 1 - std::pow(kB1, k_), s_share = 1 - std::pow(kB2, k_);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fricid/base/parallel.hpp"
+#include "training.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -11,7 +12,6 @@ namespace {
 constexpr double kMemory = 0.8, kMomentum = 0.9;
 constexpr float kDamping = 1e-2F, kRidge = 1e-4F;  // lambda, mu
 constexpr double kLongest = 0.3;
-constexpr double kClip = 3, kLengthMemory = 0.95;
 constexpr Eigen::Index kPanel = 256;  // rows of F that a thread adds to at a time
 
 }  // namespace
@@ -42,9 +42,7 @@ bool GaussNewton::step(const Eigen::VectorXd& gradient, double rate, const Eigen
   const double length = gradient.norm();
   if (!std::isfinite(length)) return false;
   ++k_;
-  const double shrink = k_ > 1 && length > kClip * mean_length_ ? kClip * mean_length_ / length : 1;
-  mean_length_ =
-      k_ == 1 ? length : kLengthMemory * mean_length_ + (1 - kLengthMemory) * shrink * length;
+  const double shrink = shorten_gradient(length, k_, mean_length_);
   m_ = kMomentum * m_ + (1 - kMomentum) * shrink * gradient;
   const Eigen::VectorXf m = (m_ / (1 - std::pow(kMomentum, k_))).cast<float>();
   const Eigen::VectorXd move = factor_.solve(m).cast<double>();

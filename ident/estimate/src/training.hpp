@@ -1,4 +1,4 @@
-// What both trainings by Adam share.
+// What the trainings by gradients share.
 #pragma once
 
 #include <span>
@@ -9,12 +9,18 @@
 
 namespace fricid::estimate {
 
-/// Step length of Adam over the course of a training, relative to the first.
+/// Step length over the course of a training, relative to the first.
 double training_schedule(int iteration, int iterations);
 
 /// Windows of `steps` samples drawn uniformly from the training part, but for a share that begins
 /// where a recording does: a rollout starts at rest, where little of a recording is.
 std::vector<Window> draw_windows(std::span<const Recording> recordings, const Split& split,
                                  int steps, int count, double from_rest, Rng& rng);
+
+/// Share of a gradient that a step takes: one longer than three times the running mean of their
+/// length counts as that long.
+/// @param step         1 for the first gradient
+/// @param mean_length  running mean, brought up to date
+double shorten_gradient(double length, int step, double& mean_length);
 
 }  // namespace fricid::estimate
