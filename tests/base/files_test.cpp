@@ -18,6 +18,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/rng.hpp"
+#include "temporary_folder.hpp"
 
 namespace fricid {
 namespace {
@@ -27,18 +28,11 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A folder of its own for each test, removed afterwards.
-class Files : public ::testing::Test {
+class Files : public TemporaryFolder {
  protected:
-  Files() {
-    std::string pattern = (fs::temp_directory_path() / "fricid_files_XXXXXX").string();
-    folder_ = ::mkdtemp(pattern.data());
-  }
-  ~Files() override { fs::remove_all(folder_); }
-
   std::set<std::string> names() const {
     std::set<std::string> found;
-    for (const auto& entry : fs::directory_iterator(folder_)) found.insert(entry.path().filename());
+    for (const auto& entry : fs::directory_iterator(folder)) found.insert(entry.path().filename());
     return found;
   }
 
@@ -70,12 +64,10 @@ class Files : public ::testing::Test {
     ::waitpid(child, &status, 0);
     return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
   }
-
-  fs::path folder_;
 };
 
 TEST_F(Files, WritesAndReadsBack) {
-  const fs::path path = folder_ / "a" / "b" / "file.txt";  // parents are made
+  const fs::path path = folder / "a" / "b" / "file.txt";  // parents are made
   const std::string text = std::string("line\nbinary \0 zero\n", 19) + std::string(200'000, 'x');
   write_file_atomically(path, text);
   EXPECT_EQ(read_file(path), text);
@@ -84,25 +76,25 @@ TEST_F(Files, WritesAndReadsBack) {
 }
 
 TEST_F(Files, ReplacesTheOldFileAndLeavesNothingElse) {
-  write_file_atomically(folder_ / "file", "old");
-  write_file_atomically(folder_ / "file", "new");
-  EXPECT_EQ(read_file(folder_ / "file"), "new");
+  write_file_atomically(folder / "file", "old");
+  write_file_atomically(folder / "file", "new");
+  EXPECT_EQ(read_file(folder / "file"), "new");
   EXPECT_EQ(names(), std::set<std::string>{"file"});
 }
 
 TEST_F(Files, WritesIntoTheCurrentFolder) {
   const fs::path before = fs::current_path();
-  fs::current_path(folder_);
+  fs::current_path(folder);
   write_file_atomically("bare_name", "text");
   fs::current_path(before);
-  EXPECT_EQ(read_file(folder_ / "bare_name"), "text");
+  EXPECT_EQ(read_file(folder / "bare_name"), "text");
 }
 
 TEST_F(Files, TheTemporaryLiesInTheSameFolderAndTheOldFileIsThereMeanwhile) {
-  const fs::path path = folder_ / "file";
+  const fs::path path = folder / "file";
   write_file_atomically(path, "old");
   write_file_atomically(path, [&](const fs::path& temporary) {
-    EXPECT_EQ(temporary.parent_path(), folder_);
+    EXPECT_EQ(temporary.parent_path(), folder);
     EXPECT_NE(temporary, path);
     std::ofstream(temporary) << "new";
     EXPECT_EQ(read_file(path), "old");
@@ -111,7 +103,7 @@ TEST_F(Files, TheTemporaryLiesInTheSameFolderAndTheOldFileIsThereMeanwhile) {
 }
 
 TEST_F(Files, AnExceptionOfTheWriterLeavesTheOldFile) {
-  const fs::path path = folder_ / "file";
+  const fs::path path = folder / "file";
   write_file_atomically(path, "old");
   const auto failing = [](const fs::path& temporary) {
     std::ofstream(temporary) << "half";
@@ -123,60 +115,59 @@ TEST_F(Files, AnExceptionOfTheWriterLeavesTheOldFile) {
 }
 
 TEST_F(Files, AWriterThatWritesNothingIsAnError) {
-  EXPECT_THROW(write_file_atomically(folder_ / "file", [](const fs::path&) {}), UserError);
+  EXPECT_THROW(write_file_atomically(folder / "file", [](const fs::path&) {}), UserError);
   EXPECT_TRUE(names().empty());
 }
 
 TEST_F(Files, AFolderInTheWay) {
-  fs::create_directory(folder_ / "way");
-  const std::string message = user_error([&] { write_file_atomically(folder_ / "way", "text"); });
-  EXPECT_THAT(message, AllOf(HasSubstr((folder_ / "way").string()), HasSubstr("folder")));
-  EXPECT_TRUE(fs::is_directory(folder_ / "way"));
+  fs::create_directory(folder / "way");
+  const std::string message = user_error([&] { write_file_atomically(folder / "way", "text"); });
+  EXPECT_THAT(message, AllOf(HasSubstr((folder / "way").string()), HasSubstr("folder")));
+  EXPECT_TRUE(fs::is_directory(folder / "way"));
   EXPECT_EQ(names(), std::set<std::string>{"way"});
 }
 
 TEST_F(Files, AFileWhereAParentFolderShouldBe) {
-  write_file_atomically(folder_ / "file", "text");
-  EXPECT_THAT(user_error([&] { write_file_atomically(folder_ / "file" / "below", "text"); }),
-              HasSubstr((folder_ / "file").string()));
-  EXPECT_EQ(read_file(folder_ / "file"), "text");
+  write_file_atomically(folder / "file", "text");
+  EXPECT_THAT(user_error([&] { write_file_atomically(folder / "file" / "below", "text"); }),
+              HasSubstr((folder / "file").string()));
+  EXPECT_EQ(read_file(folder / "file"), "text");
 }
 
 TEST_F(Files, NoPermission) {
   const int code = in_child([&] {
     // root may write anywhere, so stop being root
     constexpr uid_t kNobody = 65534;
-    fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
+    fs::permissions(folder, fs::perms::owner_read | fs::perms::owner_exec);
     if (::geteuid() == 0 && ::setuid(kNobody) != 0) return 2;
-    const std::string message =
-        user_error([&] { write_file_atomically(folder_ / "file", "text"); });
+    const std::string message = user_error([&] { write_file_atomically(folder / "file", "text"); });
     return message.ends_with("Permission denied") ? 0 : 1;
   });
-  fs::permissions(folder_, fs::perms::owner_all);
+  fs::permissions(folder, fs::perms::owner_all);
   EXPECT_EQ(code, 0);
   EXPECT_TRUE(names().empty());
 }
 
 /// /dev/null and the like must never be renamed over.
 TEST_F(Files, SomethingThatIsNoRegularFile) {
-  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
-  EXPECT_THAT(user_error([&] { write_file_atomically(folder_ / "pipe", "text"); }),
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  EXPECT_THAT(user_error([&] { write_file_atomically(folder / "pipe", "text"); }),
               HasSubstr("regular file"));
-  EXPECT_TRUE(fs::is_fifo(folder_ / "pipe"));
+  EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
 }
 
 TEST_F(Files, ASymbolicLinkStaysOne) {
-  write_file_atomically(folder_ / "target", "old");
-  fs::create_symlink("target", folder_ / "link");
-  write_file_atomically(folder_ / "link", "new");
-  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
-  EXPECT_EQ(read_file(folder_ / "target"), "new");
+  write_file_atomically(folder / "target", "old");
+  fs::create_symlink("target", folder / "link");
+  write_file_atomically(folder / "link", "new");
+  EXPECT_TRUE(fs::is_symlink(folder / "link"));
+  EXPECT_EQ(read_file(folder / "target"), "new");
 }
 
 /// No room: a limit on the size of files stands for the full disk, write() fails the same way half
 /// way through.
 TEST_F(Files, AFullDiskLeavesTheOldFile) {
-  const fs::path path = folder_ / "file";
+  const fs::path path = folder / "file";
   write_file_atomically(path, "old");
   const int code = in_child([&] {
     std::signal(SIGXFSZ, SIG_IGN);
@@ -197,10 +188,10 @@ TEST_F(Files, ThreadsMayWriteTheSameFile) {
     std::vector<std::jthread> threads;
     for (const std::string& text : texts)
       threads.emplace_back([&] {
-        for (int i = 0; i < 20; ++i) write_file_atomically(folder_ / "file", text);
+        for (int i = 0; i < 20; ++i) write_file_atomically(folder / "file", text);
       });
   }
-  const std::string found = read_file(folder_ / "file");
+  const std::string found = read_file(folder / "file");
   EXPECT_TRUE(found == texts[0] || found == texts[1]);
   EXPECT_EQ(names(), std::set<std::string>{"file"});
 }
@@ -214,7 +205,7 @@ std::string version(int k) {
 /// Killed at 200 random moments, the writer always leaves one whole version, and at some of them a
 /// temporary, which shows that the kills fell into the writing.
 TEST_F(Files, KillingTheWriterLeavesOneWholeVersion) {
-  const fs::path path = folder_ / "file";
+  const fs::path path = folder / "file";
   write_file_atomically(path, version(0));
   Rng rng(11, 0);
   std::set<std::string> seen;
@@ -238,7 +229,7 @@ TEST_F(Files, KillingTheWriterLeavesOneWholeVersion) {
       if (name == "file") continue;
       EXPECT_TRUE(name.starts_with(".file.") && name.ends_with(".tmp")) << name;
       interrupted = true;
-      fs::remove(folder_ / name);
+      fs::remove(folder / name);
     }
   }
   EXPECT_GT(seen.size(), 3u);
@@ -246,24 +237,24 @@ TEST_F(Files, KillingTheWriterLeavesOneWholeVersion) {
 }
 
 TEST_F(Files, RemovesWhatKilledWritersLeftAndNothingElse) {
-  fs::create_directories(folder_ / "data");
+  fs::create_directories(folder / "data");
   for (const char* name : {".a.h5.12.0.tmp", "data/.train_0.h5.4711.13.tmp", "a.h5",
                            "data/b.12.0.tmp", "data/.hidden.tmp", "data/.lock"})
-    std::ofstream(folder_ / name) << "x";
-  remove_left_temporaries(folder_);
+    std::ofstream(folder / name) << "x";
+  remove_left_temporaries(folder);
   EXPECT_EQ(names(), (std::set<std::string>{"a.h5", "data"}));
   std::set<std::string> data;
-  for (const auto& entry : fs::directory_iterator(folder_ / "data"))
+  for (const auto& entry : fs::directory_iterator(folder / "data"))
     data.insert(entry.path().filename());
   EXPECT_EQ(data, (std::set<std::string>{"b.12.0.tmp", ".hidden.tmp", ".lock"}));
-  EXPECT_NO_THROW(remove_left_temporaries(folder_ / "missing"));
+  EXPECT_NO_THROW(remove_left_temporaries(folder / "missing"));
 }
 
 TEST_F(Files, ReadingWhatIsNotAReadableFile) {
-  EXPECT_THAT(user_error([&] { read_file(folder_ / "missing"); }),
-              AllOf(HasSubstr((folder_ / "missing").string()), HasSubstr("No such file")));
-  EXPECT_THAT(user_error([&] { read_file(folder_); }), HasSubstr("folder"));
-  EXPECT_THAT(user_error([&] { sha256_of_file(folder_ / "missing"); }), HasSubstr("missing"));
+  EXPECT_THAT(user_error([&] { read_file(folder / "missing"); }),
+              AllOf(HasSubstr((folder / "missing").string()), HasSubstr("No such file")));
+  EXPECT_THAT(user_error([&] { read_file(folder); }), HasSubstr("folder"));
+  EXPECT_THAT(user_error([&] { sha256_of_file(folder / "missing"); }), HasSubstr("missing"));
 }
 
 /// FIPS 180-4 examples.
@@ -274,16 +265,16 @@ TEST_F(Files, Sha256KnownAnswers) {
   const std::string million(1'000'000, 'a');
   const std::string expected = "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0";
   EXPECT_EQ(sha256_of_text(million), expected);
-  write_file_atomically(folder_ / "million", million);
-  EXPECT_EQ(sha256_of_file(folder_ / "million"), expected);
+  write_file_atomically(folder / "million", million);
+  EXPECT_EQ(sha256_of_file(folder / "million"), expected);
 }
 
 TEST_F(Files, TheSecondLockIsRefused) {
-  const fs::path path = folder_ / "run" / ".lock";
+  const fs::path path = folder / "run" / ".lock";
   {
     const FileLock lock(path);
     const std::string message = user_error([&] { FileLock second(path); });
-    EXPECT_THAT(message, AllOf(HasSubstr((folder_ / "run").string()), HasSubstr("another run"),
+    EXPECT_THAT(message, AllOf(HasSubstr((folder / "run").string()), HasSubstr("another run"),
                                Not(HasSubstr("\n"))));
     EXPECT_EQ(in_child([&] {
                 user_error([&] { FileLock second(path); });
@@ -295,7 +286,7 @@ TEST_F(Files, TheSecondLockIsRefused) {
 }
 
 TEST_F(Files, AKilledHolderSetsTheLockFree) {
-  const fs::path path = folder_ / ".lock";
+  const fs::path path = folder / ".lock";
   EXPECT_EQ(in_child([&]() -> int {
               const FileLock lock(path);
               return std::raise(SIGKILL);

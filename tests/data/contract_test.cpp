@@ -200,7 +200,7 @@ TEST_F(Import, Files) {
   EXPECT_EQ(log_error(std::string("t,q1\0,q2", 8)), "log.csv: not a text file");
   EXPECT_EQ(message_of([&] { import_log(path("none.csv"), contract()); }),
             "none.csv: cannot be read: No such file or directory");
-  EXPECT_THAT(message_of([&] { import_log(folder_, contract()); }), testing::HasSubstr("folder"));
+  EXPECT_THAT(message_of([&] { import_log(folder, contract()); }), testing::HasSubstr("folder"));
 }
 
 TEST_F(Import, DegreesWarn) {

@@ -181,7 +181,7 @@ TEST_F(DatasetFile, AFailedWriteKeepsTheOldFile) {
             }),
             "a.h5: cannot create a table");
   EXPECT_EQ(read("a.h5"), before);
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 3);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 3);
 }
 
 std::string error_of(const Dataset& d) {

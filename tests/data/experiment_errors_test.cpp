@@ -112,8 +112,7 @@ TEST_F(BadScene, MissingParts) {
 TEST_F(BadScene, FilesThatAreNotThere) {
   EXPECT_EQ(message_of([&] { load_experiment(path("none.toml")); }),
             "none.toml: cannot be read: No such file or directory");
-  EXPECT_EQ(message_of([&] { load_experiment(folder_); }).find("folder") != std::string::npos,
-            true);
+  EXPECT_EQ(message_of([&] { load_experiment(folder); }).find("folder") != std::string::npos, true);
   EXPECT_EQ(error_of(replaced(kScene, "arm.urdf", "leg.urdf")),
             "scene.toml:3: robot.urdf: leg.urdf is neither in  nor in " FRICID_SOURCE_DIR);
   EXPECT_EQ(error_of(std::string("extends = \"base.toml\"\n") + kScene),

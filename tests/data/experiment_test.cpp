@@ -224,7 +224,7 @@ train = ["logs/a.csv", "$FRICID_TEST_LOGS/b.csv"]
 
 // What lies in the share folder is named relative to it, so that a run folder can be moved.
 TEST_F(ExperimentFile, FilesOfTheShareFolderStayRelative) {
-  setenv("FRICID_SHARE", folder_.c_str(), 1);
+  setenv("FRICID_SHARE", folder.c_str(), 1);
   const std::string text = to_toml(load(kScene, "scenes/scene.toml"));
   unsetenv("FRICID_SHARE");
   EXPECT_THAT(text, HasSubstr("urdf = \"arm.urdf\"\n"));

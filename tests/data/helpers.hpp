@@ -10,6 +10,7 @@
 #include <string>
 
 #include "fricid/base/error.hpp"
+#include "temporary_folder.hpp"
 
 namespace fricid::data {
 
@@ -61,22 +62,17 @@ v0 = 0.01
 )";
 
 /// A folder that is removed with the test. Holds arm.urdf and an empty arm.xml.
-class FolderTest : public testing::Test {
+class FolderTest : public TemporaryFolder {
  protected:
-  FolderTest() {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    // Thousands of small files: in memory where the system offers it.
-    const bool memory = std::filesystem::is_directory("/dev/shm");
-    folder_ = std::filesystem::path(memory ? "/dev/shm" : testing::TempDir()) /
-              (std::string("fricid_") + info->test_suite_name() + "_" + info->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
+  // Thousands of small files: in memory where the system offers it.
+  FolderTest()
+      : TemporaryFolder(std::filesystem::is_directory("/dev/shm") ? "/dev/shm"
+                                                                  : testing::TempDir()) {
     write("arm.urdf", kArmUrdf);
     write("arm.xml", "<mujoco/>");
   }
-  ~FolderTest() override { std::filesystem::remove_all(folder_); }
 
-  std::filesystem::path path(const std::string& name) const { return folder_ / name; }
+  std::filesystem::path path(const std::string& name) const { return folder / name; }
 
   std::filesystem::path write(const std::string& name, const std::string& text) const {
     std::filesystem::create_directories(path(name).parent_path());
@@ -96,15 +92,13 @@ class FolderTest : public testing::Test {
       body();
     } catch (const UserError& error) {
       std::string message = error.what();
-      for (const std::string& name : {folder_.string() + "/", folder_.string()})
+      for (const std::string& name : {folder.string() + "/", folder.string()})
         for (std::size_t at; (at = message.find(name)) != std::string::npos;)
           message.erase(at, name.size());
       return message;
     }
     return "no error";
   }
-
-  std::filesystem::path folder_;
 };
 
 /// `text` with the first `from` replaced.

@@ -9,6 +9,7 @@
 #include "fricid/base/rng.hpp"
 #include "fricid/estimate/innovations.hpp"
 #include "kr6_truth.hpp"
+#include "temporary_folder.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -158,8 +159,8 @@ TEST_F(Em, KeepsAStartThatCannotBeBettered) {
 
 // Every state is written to the last bit, and a fit begun from it ends where one ends that ran on.
 TEST_F(Em, GoesOnFromItsCheckpoint) {
-  const auto path = std::filesystem::path(::testing::TempDir()) / "fricid_em" / "fit.json";
-  std::filesystem::remove(path);
+  const OwnFolder folder;
+  const auto path = folder.path() / "fit" / "fit.json";
   const Checkpoint checkpoint(path, "key"), other(path, "another key");
   const FitState state{3, {{"x", {0.1, -1e-300, 1.0 / 3, 4e15}}, {"none", {}}}, {"beware"}};
   checkpoint.save(state);

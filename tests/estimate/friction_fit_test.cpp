@@ -1,14 +1,12 @@
 #include "fricid/estimate/friction_fit.hpp"
 
 #include <gmock/gmock.h>
-#include <unistd.h>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "arm_data.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "temporary_folder.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -193,13 +191,9 @@ TEST(FitConventional, SimpleTakesLinearFrictionFromTheRegression) {
 
 std::string saved(FitReport report) {
   report.seconds = report.rigid_body.seconds = report.model.fit_seconds = 0;
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("fit_report_" + std::to_string(::getpid()) + ".json");
-  save_fit_report(report, path);
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  std::filesystem::remove(path);
-  return text.str();
+  const OwnFolder folder;
+  save_fit_report(report, folder.path() / "fit.json");
+  return read_file(folder.path() / "fit.json");
 }
 
 // All but the time it took.

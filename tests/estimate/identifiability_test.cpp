@@ -9,6 +9,7 @@
 #include "fricid/base/files.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "temporary_folder.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -112,7 +113,8 @@ TEST(Identifiability, AFitHasNoConfidenceInWhatTheCheckRefuses) {
   const data::Experiment experiment = make_experiment(arm.robot);
   data::ModelConfig config;
   config.name = "simple";
-  const auto path = std::filesystem::path(testing::TempDir()) / "fricid_no_confidence.json";
+  const OwnFolder folder;
+  const auto path = folder.path() / "fit.json";
   int refused = 0, told = 0;
   for (const bool rests : {false, true}) {
     data::Dataset log = noisy(make_log(arm, {}), 0.5, 4e-6, 1);

@@ -8,22 +8,18 @@
 #include <fmt/format.h>
 
 #include "fricid/base/error.hpp"
+#include "temporary_folder.hpp"
 
 namespace fricid::evaluate {
 namespace {
 
-class Compare : public ::testing::Test {
+class Compare : public TemporaryFolder {
  protected:
-  std::filesystem::path root = std::filesystem::path(::testing::TempDir()) /
-                               ::testing::UnitTest::GetInstance()->current_test_info()->name();
-
-  void SetUp() override { std::filesystem::remove_all(root); }
-
   /// A run folder whose evaluation has an oracle, a convention and one other model.
   std::filesystem::path run(const std::string& name, const std::string& scene, double oracle,
                             double convention, double model, double horizon = 1) {
-    const std::filesystem::path folder = root / name;
-    std::filesystem::create_directories(folder);
+    const std::filesystem::path run_folder = folder / name;
+    std::filesystem::create_directories(run_folder);
     const auto summary = [](const char* who, bool is_oracle, bool conventional, double error) {
       return fmt::format(
           R"({{"name": "{0}", "label": "{0}", "is_oracle": {1}, "is_conventional": {2},
@@ -31,12 +27,12 @@ class Compare : public ::testing::Test {
               "rollouts": 4, "friction": 0.1}})",
           who, is_oracle, conventional, error);
     };
-    std::ofstream(folder / "evaluation.json") << fmt::format(
+    std::ofstream(run_folder / "evaluation.json") << fmt::format(
         R"({{"format": "fricid.evaluation/1", "scene": "{}", "horizons_s": [{}],
                           "best_conventional": [{}], "summary": [{}, {}, {}]}})",
         scene, horizon, convention, summary("oracle", true, false, oracle),
         summary("lugre", false, true, convention), summary("lvm", false, false, model));
-    return folder;
+    return run_folder;
   }
 };
 
@@ -74,14 +70,14 @@ TEST_F(Compare, TableNamesEveryScene) {
 }
 
 TEST_F(Compare, RefusesWhatIsNoRunAndOtherHorizons) {
-  const std::vector<std::filesystem::path> nothing{root / "nothing"};
+  const std::vector<std::filesystem::path> nothing{folder / "nothing"};
   EXPECT_THROW(compare_runs(nothing), UserError);
   const std::vector<std::filesystem::path> mixed{run("a", "s", 1e-6, 1e-3, 1e-5, 1),
                                                  run("b", "s", 1e-6, 1e-3, 1e-5, 10)};
   EXPECT_THROW(compare_runs(mixed), UserError);
-  std::filesystem::create_directories(root / "bad");
-  std::ofstream(root / "bad" / "evaluation.json") << "{";
-  const std::vector<std::filesystem::path> bad{root / "bad"};
+  std::filesystem::create_directories(folder / "bad");
+  std::ofstream(folder / "bad" / "evaluation.json") << "{";
+  const std::vector<std::filesystem::path> bad{folder / "bad"};
   EXPECT_THROW(compare_runs(bad), UserError);
 }
 

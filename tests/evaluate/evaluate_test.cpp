@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 
 #include "contest.hpp"
 #include "fricid/base/error.hpp"
+#include "temporary_folder.hpp"
 
 namespace fricid::test {
 namespace {
@@ -240,11 +240,9 @@ TEST(Evaluate, SameBytesForAnyNumberOfJobs) {
 
 TEST(Evaluate, ModelFileOfTheTruthRepeatsTheOracleToTheLastBit) {
   evaluate::Contest contest = small_contest();
-  const std::filesystem::path file =
-      std::filesystem::path(::testing::TempDir()) / "fricid_true_lugre.json";
-  data::save_model(contest.models[0], file);
-  data::ModelFile loaded = data::load_model(file);
-  std::filesystem::remove(file);
+  const OwnFolder folder;
+  data::save_model(contest.models[0], folder.path() / "true_lugre.json");
+  data::ModelFile loaded = data::load_model(folder.path() / "true_lugre.json");
   loaded.name = "loaded";
   contest.models.push_back(loaded);
   const EvaluationReport report = evaluate::evaluate(contest, small_options(), 2);

@@ -13,6 +13,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/data/hdf5.hpp"
+#include "temporary_folder.hpp"
 
 namespace fricid::test {
 namespace {
@@ -30,35 +31,28 @@ using ::testing::MatchesRegex;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// A folder for a model of another program over the small contest, its files to be spoilt.
-class External : public ::testing::Test {
+class External : public TemporaryFolder {
  protected:
-  const fs::path place =
-      fs::path(::testing::TempDir()) /
-      fmt::format("fricid_{}", ::testing::UnitTest::GetInstance()->current_test_info()->name());
-  const fs::path folder = place / "twin";
+  const fs::path twin = folder / "twin";
   Contest contest = small_contest(400);
   data::EvaluateConfig options = small_options();
   std::vector<Start> starts =
       evaluate::plan_starts(contest.trajectories, options.horizons_s, options.starts);
 
   void SetUp() override {
-    fs::remove_all(place);
     describe(
         R"({"format": "fricid.external/1", "label": "Twin", "parameters": 5, "fit_seconds": 2})");
   }
-  void TearDown() override { fs::remove_all(place); }
 
-  void describe(const std::string& text) const {
-    write_file_atomically(folder / "model.json", text);
-  }
+  void describe(const std::string& text) const { write_file_atomically(twin / "model.json", text); }
   ExternalModel load() const {
-    return evaluate::load_external_model(folder, contest.trajectories, starts);
+    return evaluate::load_external_model(twin, contest.trajectories, starts);
   }
   const evaluate::Trajectory& trajectory_of(const Start& start) const {
     return contest.trajectories[static_cast<std::size_t>(start.trajectory)];
   }
   fs::path stem(const Start& start) const {
-    return folder / fmt::format("{}_{}", trajectory_of(start).data.name, start.begin);
+    return twin / fmt::format("{}_{}", trajectory_of(start).data.name, start.begin);
   }
 
   /// What really happened, from a planned start.
@@ -112,15 +106,15 @@ TEST_F(External, RolloutsOfAModelScoreAsTheModel) {
 
   const EvaluationReport report = evaluate::evaluate(contest, options, 1);
   const json file = json::parse(to_json(report)), before = json::parse(to_json(alone));
-  json own = before["models"].back(), twin = file["models"].back();
+  json own = before["models"].back(), answer = file["models"].back();
   for (json& score : own["trajectories"])
     for (const char* regime : {"", "_presliding", "_reversal", "_sliding"})
       score.erase(fmt::format("friction_rmse{}", regime));  // driven: only a model can be
-  EXPECT_EQ(twin["trajectories"], own["trajectories"]);
-  EXPECT_EQ(twin["name"], "twin");
-  EXPECT_EQ(twin["label"], "Twin");
-  EXPECT_EQ(twin["parameters"], 5);
-  EXPECT_EQ(twin["fit_seconds"], 2.0);
+  EXPECT_EQ(answer["trajectories"], own["trajectories"]);
+  EXPECT_EQ(answer["name"], "twin");
+  EXPECT_EQ(answer["label"], "Twin");
+  EXPECT_EQ(answer["parameters"], 5);
+  EXPECT_EQ(answer["fit_seconds"], 2.0);
 
   json own_row = before["summary"].back(), twin_row = file["summary"].back();
   for (const char* key : {"q_mse_geometric_mean", "v_mse_geometric_mean", "interval_90",
@@ -196,8 +190,8 @@ TEST_F(External, FrictionTorqueMayBeLeftOut) {
   const EvaluationReport report = evaluate::evaluate(contest, options, 1);
   EXPECT_EQ(report.summary.back().q_mse_mean, (std::vector<double>{0, 0, 0}));
   EXPECT_TRUE(std::isnan(report.summary.back().friction_rollout));
-  save_report(report, contest.trajectories, place);
-  const data::H5Reader saved(place / "rollouts/twin_s1_validation_0.h5", "fricid.rollout/1");
+  save_report(report, contest.trajectories, folder);
+  const data::H5Reader saved(folder / "rollouts/twin_s1_validation_0.h5", "fricid.rollout/1");
   EXPECT_EQ(saved.matrix("q"), truth(starts[0]).q);
   EXPECT_FALSE(saved.has("tau_f"));
 }
@@ -305,7 +299,7 @@ class ExternalDescription : public External {
 
 TEST_F(ExternalDescription, Missing) {
   write_all();
-  fs::remove(folder / "model.json");
+  fs::remove(twin / "model.json");
   refuse(R"(twin/model\.json: .*)");
 }
 

@@ -9,6 +9,7 @@
 #include "contest.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/data/hdf5.hpp"
+#include "temporary_folder.hpp"
 
 namespace fricid::test {
 namespace {
@@ -146,13 +147,7 @@ TEST(Csv, OneRowPerRolloutAndHorizonThatExists) {
   EXPECT_EQ(rows, 3 * (2 * 3 + 6 * 2));  // models x (full rollouts x horizons + starts x horizons)
 }
 
-class SaveReport : public ::testing::Test {
- protected:
-  const std::filesystem::path folder =
-      std::filesystem::path(::testing::TempDir()) / "fricid_report_test";
-  void SetUp() override { std::filesystem::remove_all(folder); }
-  void TearDown() override { std::filesystem::remove_all(folder); }
-};
+using SaveReport = TemporaryFolder;
 
 TEST_F(SaveReport, WritesTheRunFoldersFiles) {
   const evaluate::Contest contest = small_contest();
