@@ -36,7 +36,7 @@ struct LeastSquares {
   }
 };
 
-constexpr int kSize = 300;  // more than one panel of the matrix
+constexpr int kSize = 520;  // three panels of the matrix
 
 TEST(GaussNewton, ReachesTheSolutionHoweverIllConditioned) {
   const LeastSquares problem(kSize);
@@ -65,6 +65,20 @@ TEST(GaussNewton, DoesNotDependOnThreadsAndStaysInItsBox) {
   EXPECT_EQ(ends[0], ends[1]);
   EXPECT_LE(ends[0].cwiseAbs().maxCoeff(), 0.5);
   EXPECT_GT(ends[0].norm(), 0);
+}
+
+// A rollout that falls has a gradient of any size.
+TEST(GaussNewton, OneHugeSampleDoesNotRuleTheMatrix) {
+  const LeastSquares problem(kSize);
+  const Eigen::VectorXd bound = Eigen::VectorXd::Constant(kSize, 1e3);
+  GaussNewton optimiser(kSize);
+  Eigen::MatrixXf samples = problem.samples(20 * kSize);
+  samples.col(7) *= 1e9F;
+  optimiser.refresh(samples, 2);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(kSize);
+  for (int k = 0; k < 300; ++k)
+    ASSERT_TRUE(optimiser.step(problem.gradient(x), 1, -bound, bound, x));
+  EXPECT_LT((x - problem.wanted).norm(), 0.02 * problem.wanted.norm());
 }
 
 TEST(GaussNewton, SkipsAGradientThatIsNotFinite) {

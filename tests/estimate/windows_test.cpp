@@ -188,6 +188,7 @@ class MultiStep : public ::testing::Test {
 };
 
 TEST_F(MultiStep, AdamRecoversFrictionFromParametersThatAreOff) {
+  options.optimiser = Optimiser::kAdam;
   options.rate = 1e-2;
   const MultiStepReport report = train_multi_step(start, recordings, options, "dahl", 2);
   EXPECT_EQ(report.outcome, Outcome::kIterationLimit);
@@ -208,7 +209,17 @@ TEST_F(MultiStep, GaussNewtonRecoversTheBristlesToo) {
         << truth.friction.model.parameters()[p].symbol;
 }
 
+TEST_F(MultiStep, TakesGaussNewtonStepsUnlessTold) {
+  options.iterations = 5;
+  const MultiStepReport chosen = train_multi_step(start, recordings, options, "dahl", 2);
+  options.optimiser = Optimiser::kGaussNewton;
+  EXPECT_EQ(chosen.loss, train_multi_step(start, recordings, options, "dahl", 2).loss);
+  options.optimiser = Optimiser::kAdam;
+  EXPECT_NE(chosen.loss, train_multi_step(start, recordings, options, "dahl", 2).loss);
+}
+
 TEST_F(MultiStep, KeepsAStartThatCannotBeBettered) {
+  options.optimiser = Optimiser::kAdam;
   options.iterations = 20;
   options.rate = 0.3;
   const MultiStepReport report = train_multi_step(truth, recordings, options, "dahl", 2);

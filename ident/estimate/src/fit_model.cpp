@@ -177,22 +177,6 @@ TorqueOptions torque_options(const data::TorqueTrainingConfig& config, double cu
   return options;
 }
 
-MultiStepOptions options_of(const data::TrainConfig& config, int seed,
-                            const std::vector<double>& torque) {
-  MultiStepOptions options;
-  if (config.optimiser == to_string(Optimiser::kGaussNewton))
-    options.optimiser = Optimiser::kGaussNewton;
-  options.window_s = config.window_s;
-  options.batch = config.batch;
-  options.iterations = config.iterations;
-  options.rate = config.rate;
-  options.hold_out = config.hold_out;
-  options.coordinates.rigid_body = config.rigid_body;
-  options.coordinates.torque_scale = torque;
-  options.seed = static_cast<std::uint64_t>(seed);
-  return options;
-}
-
 /// Noise of a model whose method estimates none: that with which EM would begin, its latent states
 /// as quiet as EM would make them.
 LatentNoise assumed_noise(const Arm& arm, std::span<const Recording> recordings) {
@@ -202,6 +186,22 @@ LatentNoise assumed_noise(const Arm& arm, std::span<const Recording> recordings)
 }
 
 }  // namespace
+
+MultiStepOptions multi_step_options(const data::TrainConfig& config, int seed,
+                                    std::span<const Recording> recordings) {
+  MultiStepOptions options;
+  for (const Optimiser optimiser : {Optimiser::kAdam, Optimiser::kGaussNewton})
+    if (config.optimiser == to_string(optimiser)) options.optimiser = optimiser;
+  options.window_s = config.window_s;
+  options.batch = config.batch;
+  options.iterations = config.iterations;
+  options.rate = config.rate;
+  options.hold_out = config.hold_out;
+  options.coordinates.rigid_body = config.rigid_body;
+  options.coordinates.torque_scale = torque_rms(recordings);
+  options.seed = static_cast<std::uint64_t>(seed);
+  return options;
+}
 
 EmOptions em_options(const data::EmConfig& config, int seed,
                      std::span<const Recording> recordings) {
@@ -244,7 +244,6 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
     return report;
   }
 
-  const std::vector<double> torque = torque_rms(prepared.recordings);
   Arm arm = report.model.arm;
   std::vector<TorqueData> explained;
   if (whole || config.method == "torque")
@@ -253,7 +252,7 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
     arm = robot_law_start(arm, config, static_cast<std::uint64_t>(seed), explained);
   } else if (learned) {
     arm = learned_start(arm, {config.law, config.elements, modifiers_of(config)},
-                        static_cast<std::uint64_t>(seed), torque);
+                        static_cast<std::uint64_t>(seed), torque_rms(prepared.recordings));
     // windows move the bristles themselves, and further from a start that is not yet a minimum
     if (config.method == "torque") fit_backbone(arm, prepared, cutoff, seed, jobs);
   }
@@ -277,7 +276,8 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
   } else if (config.method == "multi_step") {
     if (whole) train_on_torque();
     report.multi_step = train_multi_step(
-        arm, prepared.recordings, options_of(config.train, seed, torque), report.model.label, jobs);
+        arm, prepared.recordings, multi_step_options(config.train, seed, prepared.recordings),
+        report.model.label, jobs);
     take(*report.multi_step);
     report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   } else {

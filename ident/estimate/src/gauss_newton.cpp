@@ -1,5 +1,7 @@
 #include "fricid/estimate/gauss_newton.hpp"
 
+#include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 
@@ -12,29 +14,77 @@ namespace {
 constexpr double kMemory = 0.8, kMomentum = 0.9;
 constexpr float kDamping = 1e-2F, kRidge = 1e-4F;  // lambda, mu
 constexpr double kLongest = 0.3;
-constexpr Eigen::Index kPanel = 256;  // rows of F that a thread adds to at a time
+constexpr float kOutlier = 10;        // times the median length, of a sample
+constexpr Eigen::Index kPanel = 256;  // rows that a thread works on at a time
+
+/// body(first row, rows) for the panels of rows begin .. size - 1.
+template <class Body>
+void for_panels(Eigen::Index begin, Eigen::Index size, int jobs, Body body) {
+  parallel_for(static_cast<int>((size - begin + kPanel - 1) / kPanel), jobs, [&](int p) {
+    const Eigen::Index first = begin + p * kPanel;
+    body(first, std::min(kPanel, size - first));
+  });
+}
+
+/// Weight of every sample in the sum of squares: outliers count as if they were kOutlier times as
+/// long as the median sample. One rollout that falls would rule the matrix.
+Eigen::VectorXf sample_weights(const Eigen::Ref<const Eigen::MatrixXf>& samples) {
+  const Eigen::VectorXf length = samples.colwise().stableNorm().transpose();
+  Eigen::VectorXf sorted = length;
+  const auto middle = sorted.begin() + sorted.size() / 2;
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const float longest = kOutlier * *middle;
+  return (length.array() > longest).select((longest / length.array()).square(), 1.F).matrix();
+}
+
+/// Replaces the lower triangle of A by its Cholesky factor, panel by panel.
+/// @return false where A is not positive definite
+bool factorise(Eigen::MatrixXf& A, int jobs) {
+  const Eigen::Index size = A.rows();
+  for (Eigen::Index k = 0; k < size; k += kPanel) {
+    const Eigen::Index width = std::min(kPanel, size - k), rest = k + width;
+    Eigen::Ref<Eigen::MatrixXf> corner = A.block(k, k, width, width);
+    if (Eigen::LLT<Eigen::Ref<Eigen::MatrixXf>>(corner).info() != Eigen::Success) return false;
+    for_panels(rest, size, jobs, [&](Eigen::Index first, Eigen::Index rows) {
+      auto below = A.block(first, k, rows, width);
+      corner.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(below);
+    });
+    for_panels(rest, size, jobs, [&](Eigen::Index first, Eigen::Index rows) {
+      const Eigen::Index columns = first + rows - rest;
+      A.block(first, rest, rows, columns).noalias() -=
+          A.block(first, k, rows, width) * A.block(rest, k, columns, width).transpose();
+    });
+  }
+  return true;
+}
 
 }  // namespace
 
 GaussNewton::GaussNewton(Eigen::Index size)
-    : F_(Eigen::MatrixXf::Zero(size, size)), factor_(size), m_(Eigen::VectorXd::Zero(size)) {}
+    : F_(Eigen::MatrixXf::Zero(size, size)),
+      factor_(Eigen::MatrixXf::Zero(size, size)),
+      m_(Eigen::VectorXd::Zero(size)) {}
 
 void GaussNewton::refresh(const Eigen::Ref<const Eigen::MatrixXf>& samples, int jobs) {
   const double keep = mass_ > 0 ? kMemory : 0;
   mass_ = keep * mass_ + (1 - keep);
-  const auto weight = static_cast<float>((1 - keep) / static_cast<double>(samples.cols()));
+  const Eigen::VectorXf weight =
+      static_cast<float>((1 - keep) / static_cast<double>(samples.cols())) *
+      sample_weights(samples);
   const Eigen::Index size = F_.rows();
-  parallel_for(static_cast<int>((size + kPanel - 1) / kPanel), jobs, [&](int p) {
-    const Eigen::Index first = p * kPanel, rows = std::min(kPanel, size - first);
+  for_panels(0, size, jobs, [&](Eigen::Index first, Eigen::Index rows) {
     auto part = F_.block(first, 0, rows, first + rows);
     part *= static_cast<float>(keep);
-    part.noalias() +=
-        weight * samples.middleRows(first, rows) * samples.topRows(first + rows).transpose();
+    const Eigen::MatrixXf weighed = samples.middleRows(first, rows) * weight.asDiagonal();
+    part.noalias() += weighed * samples.topRows(first + rows).transpose();
   });
-  Eigen::MatrixXf damped = F_ / static_cast<float>(mass_);
-  damped.diagonal() *= 1 + kDamping;
-  damped.diagonal().array() += kRidge;
-  factor_.compute(damped);
+  // rounding may leave a matrix of very different samples indefinite
+  for (float ridge = kRidge;; ridge *= 10) {
+    factor_ = F_ / static_cast<float>(mass_);
+    factor_.diagonal() *= 1 + kDamping;
+    factor_.diagonal().array() += ridge;
+    if (factorise(factor_, jobs)) return;
+  }
 }
 
 bool GaussNewton::step(const Eigen::VectorXd& gradient, double rate, const Eigen::VectorXd& lower,
@@ -45,7 +95,8 @@ bool GaussNewton::step(const Eigen::VectorXd& gradient, double rate, const Eigen
   const double shrink = shorten_gradient(length, k_, mean_length_);
   m_ = kMomentum * m_ + (1 - kMomentum) * shrink * gradient;
   const Eigen::VectorXf m = (m_ / (1 - std::pow(kMomentum, k_))).cast<float>();
-  const Eigen::VectorXd move = factor_.solve(m).cast<double>();
+  auto L = factor_.triangularView<Eigen::Lower>();
+  const Eigen::VectorXd move = L.transpose().solve(L.solve(m)).cast<double>();
   const double longest = rate * move.cwiseAbs().maxCoeff();
   const double share = longest > kLongest ? rate * kLongest / longest : rate;
   x = (x - share * move).cwiseMax(lower).cwiseMin(upper);

@@ -103,8 +103,9 @@ class CurvatureSamples {
     const Eigen::Index first = calls_ % kRefresh * pi_.cols();
     for (Eigen::Index k = 0; k < pi_.cols(); ++k) {
       coordinates_.pull_back(c, pi_.col(k), theta_.col(k), column_);
-      if (!column_.allFinite()) column_.setZero();
-      samples_.col(first + k) = column_.cast<float>();
+      auto sample = samples_.col(first + k);
+      sample = column_.cast<float>();
+      if (!sample.allFinite()) sample.setZero();
     }
     return ++calls_ % kRefresh == 0;
   }
@@ -139,9 +140,24 @@ std::vector<double> mean_squares(const Arm& arm, std::span<const Recording> reco
   return squares;
 }
 
-double first_rate(const MultiStepOptions& options) {
-  if (options.rate > 0) return options.rate;
-  return options.optimiser == Optimiser::kGaussNewton ? 1 : 8e-3;
+/// What of the options follows from the others.
+struct Descent {
+  bool second_order;
+  int iterations;
+  double rate;
+};
+/// @param size  number of parameters
+Descent descent(const MultiStepOptions& options, int size, std::string_view label) {
+  const Optimiser optimiser = options.optimiser.value_or(
+      size <= kMostCoordinates ? Optimiser::kGaussNewton : Optimiser::kAdam);
+  const bool second_order = optimiser == Optimiser::kGaussNewton;
+  if (second_order && size > kMostCoordinates)
+    throw UserError(
+        "{}: {} parameters are too many for train.optimiser = \"gauss_newton\"; allowed up "
+        "to {}, or \"adam\"",
+        label, size, kMostCoordinates);
+  return {second_order, options.iterations > 0 ? options.iterations : (second_order ? 1200 : 2400),
+          options.rate > 0 ? options.rate : (second_order ? 1 : 8e-3)};
 }
 
 }  // namespace
@@ -201,12 +217,7 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   Arm arm = start;
   Eigen::VectorXd c = coordinates.start(), c_bar;
   coordinates.apply(c, arm);
-  const bool second_order = options.optimiser == Optimiser::kGaussNewton;
-  if (second_order && coordinates.size() > kMostCoordinates)
-    throw UserError(
-        "{}: {} parameters are too many for train.optimiser = \"gauss_newton\"; allowed up "
-        "to {}, or \"adam\"",
-        label, coordinates.size(), kMostCoordinates);
+  const auto [second_order, iterations, first_rate] = descent(options, coordinates.size(), label);
   Adam adam(coordinates.size());
   GaussNewton gauss_newton(second_order ? coordinates.size() : 0);
   Rng rng(options.seed, 0);
@@ -259,15 +270,15 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
     while (!curvature->add(batch, c, jobs));
     gauss_newton.refresh(curvature->samples(), jobs);
   }
-  Progress progress(fmt::format("train {}", label), options.iterations);
-  for (int iteration = 0; iteration < options.iterations; ++iteration) {
+  Progress progress(fmt::format("train {}", label), iterations);
+  for (int iteration = 0; iteration < iterations; ++iteration) {
     throw_if_stopped();
     if (iteration % options.wash_out_every == 0) z = wash_out(arm, recordings, jobs);
     const auto windows =
         draw_windows(recordings, split, steps, options.batch, options.from_rest, rng);
     const double loss = gradient(batch, windows, z);
     report.loss.push_back(loss);
-    const double rate = first_rate(options) * training_schedule(iteration, options.iterations);
+    const double rate = first_rate * training_schedule(iteration, iterations);
     if (curvature && curvature->add(batch, c, jobs))
       gauss_newton.refresh(curvature->samples(), jobs);
     const bool moved =
@@ -277,19 +288,16 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
     if (!moved) ++report.skipped;
     coordinates.apply(c, arm);
     const int done = iteration + 1;
-    if (done * options.checks / options.iterations >
-        iteration * options.checks / options.iterations)
-      look(done);
+    if (done * options.checks / iterations > iteration * options.checks / iterations) look(done);
     progress.advance(1, fmt::format("loss {:.3g}, held out {:.2e} rad2", report.loss.back(),
                                     report.held_out.back()));
   }
 
   const double best = report.held_out[static_cast<std::size_t>(report.best)];
   report.outcome = std::isfinite(best) ? Outcome::kIterationLimit : Outcome::kFailed;
-  report.message =
-      fmt::format("held-out error {:.2e} rad2 after {} of {} iterations, {:.2e} before", best,
-                  report.checked[static_cast<std::size_t>(report.best)], options.iterations,
-                  report.held_out.front());
+  report.message = fmt::format(
+      "held-out error {:.2e} rad2 after {} of {} iterations, {:.2e} before", best,
+      report.checked[static_cast<std::size_t>(report.best)], iterations, report.held_out.front());
   report.seconds = seconds_since(begin);
   return report;
 }

@@ -268,10 +268,10 @@ struct TorqueTrainingConfig {
 
 /// [model.train]: training on open-loop windows.
 struct TrainConfig {
-  std::string optimiser = "adam";
+  std::string optimiser = "auto";
   double window_s = 0.25;
   int batch = 32;
-  int iterations = 2400;
+  int iterations = 0;
   double rate = 0;
   bool rigid_body = true;
   double hold_out = 0.2;
@@ -279,12 +279,13 @@ struct TrainConfig {
   template <class Archive>
   void visit(Archive& archive) {
     archive("optimiser", optimiser,
-            choice("adam gauss_newton",
-                   "Adam, or Gauss-Newton steps with sampled curvature for up to 8000 parameters"));
+            choice("auto adam gauss_newton",
+                   "auto: Gauss-Newton steps with sampled curvature for up to 8000 parameters, "
+                   "else Adam"));
     archive("window_s", window_s, number("s", 0.01, 100, "length of a window"));
     archive("batch", batch, number("", 1, 1e6, "windows per step"));
     archive("iterations", iterations,
-            number("", 0, 1e7, "steps; gauss_newton comes as far with a quarter"));
+            number("", 0, 1e7, "steps; 0: 2400 of adam, 1200 of gauss_newton"));
     archive("rate", rate,
             number("1", 0, 1, "first step length; 0: 0.008 of adam, 1 of gauss_newton"));
     archive("rigid_body", rigid_body, flag("train the rigid body together with the friction"));

@@ -79,7 +79,9 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
                     const data::ModelConfig& config, int seed, int jobs,
                     const Checkpoint& checkpoint = {});
 
-/// Options of EM as a scene words them.
+/// Options of training on windows and of EM as a scene words them.
+MultiStepOptions multi_step_options(const data::TrainConfig& config, int seed,
+                                    std::span<const Recording> recordings);
 EmOptions em_options(const data::EmConfig& config, int seed, std::span<const Recording> recordings);
 
 /// Torque that a model predicts along a measured motion, teacher forcing, at every row (T, n) [N

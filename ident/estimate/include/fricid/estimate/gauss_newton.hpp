@@ -1,7 +1,6 @@
 // Gauss-Newton steps on coordinates of order one, the matrix learned from samples.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 namespace fricid::estimate {
@@ -14,16 +13,19 @@ namespace fricid::estimate {
 ///     m = b m + (1 - b) g                                     g the gradient of a batch
 ///     x = clamp(x - clip(r (F + lambda diag F + mu I)^-1 m'))   m' = m / (1 - b^k)
 ///
-/// No coordinate moves by more than kLongest in a step; the whole step is shortened then. Gradients
-/// longer than three times the running mean of their length are shortened to it, as in Adam.
-/// O(size^2) memory in single precision and work per step, O(size^3) per refresh.
+/// Samples longer than ten times the median one of a refresh are shortened to it; where rounding
+/// makes F indefinite, mu is raised. No coordinate moves by more than kLongest in a step; the whole
+/// step is shortened then. Gradients longer than three times the running mean of their length are
+/// shortened to it, as in Adam. O(size^2) memory in single precision and work per step, O(size^3)
+/// per refresh.
 /// @see Levenberg 1944; Martens, New insights and perspectives on the natural gradient method,
 ///      JMLR 21, 2020 (sampled curvature)
 class GaussNewton {
  public:
   explicit GaussNewton(Eigen::Index size);
 
-  /// Takes samples (size x count) into F and factorises it anew.
+  /// Takes finite samples (size x count) into F and factorises it anew, on up to `jobs` threads;
+  /// the result does not depend on their number.
   void refresh(const Eigen::Ref<const Eigen::MatrixXf>& samples, int jobs);
 
   /// One step of relative length `rate` on x; a gradient that is not finite is skipped.
@@ -33,8 +35,7 @@ class GaussNewton {
             const Eigen::VectorXd& upper, Eigen::VectorXd& x);
 
  private:
-  Eigen::MatrixXf F_;  // lower triangle
-  Eigen::LLT<Eigen::MatrixXf> factor_;
+  Eigen::MatrixXf F_, factor_;  // lower triangles
   Eigen::VectorXd m_;
   double mass_ = 0, mean_length_ = 0;
   int k_ = 0;

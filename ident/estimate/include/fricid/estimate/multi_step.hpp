@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -37,11 +38,11 @@ enum class Optimiser {
 std::string_view to_string(Optimiser optimiser);
 
 struct MultiStepOptions {
-  Optimiser optimiser = Optimiser::kAdam;
+  std::optional<Optimiser> optimiser;  ///< none: Gauss-Newton up to 8000 parameters, else Adam
   double window_s = 0.25;
   int batch = 32;            ///< windows per iteration
   double from_rest = 0.125;  ///< share of them that begin with a recording
-  int iterations = 2400;
+  int iterations = 0;        ///< 0: 2400 of Adam, 1200 of Gauss-Newton
   /// Step length, times 0.3 after 60 % and 0.1 after 85 % of the iterations; 0: 8e-3 of Adam, 1 of
   /// Gauss-Newton.
   double rate = 0;
