@@ -34,11 +34,19 @@ target_compile_options(fricid_flags INTERFACE -Wall -Wextra -Wconversion -Wshado
 if(FRICID_WERROR)
   target_compile_options(fricid_flags INTERFACE -Werror)
 endif()
+
+# Address and undefined-behaviour sanitizers: of all that is ours by FRICID_SANITIZE, else of the
+# targets that link this.
+add_library(fricid_sanitizers INTERFACE)
+target_compile_options(
+  fricid_sanitizers
+  INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -O1 -g1
+            # GCC 12 sees its own AVX-512 intrinsics as uninitialised where sanitizers keep their
+            # vectors alive
+            $<$<CXX_COMPILER_ID:GNU>:-Wno-uninitialized>
+            $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+target_link_options(fricid_sanitizers INTERFACE -fsanitize=address,undefined)
 if(FRICID_SANITIZE)
-  target_compile_options(fricid_flags INTERFACE -fsanitize=address,undefined
-                                                -fno-sanitize-recover=all -fno-omit-frame-pointer -O1 -g1)
+  target_link_libraries(fricid_flags INTERFACE fricid_sanitizers)
   target_link_options(fricid_abi INTERFACE -fsanitize=address,undefined)
-  # GCC 12 sees its own AVX-512 intrinsics as uninitialised where sanitizers keep their vectors alive
-  target_compile_options(fricid_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-uninitialized>
-                                                $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 endif()
