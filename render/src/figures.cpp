@@ -1,8 +1,29 @@
 #include "fricid/render/figures.hpp"
 
+#include <algorithm>
+
 #include "figure_parts.hpp"
 
 namespace fricid::render {
+namespace {
+
+constexpr std::ptrdiff_t kMostInASmallPanel = 7;
+
+/// Panels that many models share are larger.
+void give_room(Figure& figure) {
+  const auto labels = [](const Panel& panel) {
+    return std::count_if(panel.series.begin(), panel.series.end(),
+                         [](const Series& series) { return !series.label.empty(); });
+  };
+  if (std::none_of(figure.panels.begin(), figure.panels.end(),
+                   [&](const Panel& panel) { return labels(panel) > kMostInASmallPanel; }))
+    return;
+  figure.columns = std::max(1, figure.columns - 1);
+  figure.width_cm = Figure().width_cm;
+  figure.panel_height_cm *= 1.4;
+}
+
+}  // namespace
 
 std::vector<Figure> figures_of_run(const std::filesystem::path& folder) {
   const Run run = read_run(folder);
@@ -18,6 +39,8 @@ std::vector<Figure> figures_of_run(const std::filesystem::path& folder) {
     figures.push_back(correlation(run, model));
   }
   std::erase_if(figures, [](const Figure& figure) { return figure.panels.empty(); });
+  if (std::ssize(run.fitted()) > kMostInASmallPanel)
+    std::for_each(figures.begin(), figures.end(), give_room);
   return figures;
 }
 

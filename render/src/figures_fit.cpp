@@ -165,7 +165,7 @@ Figure residual_spectrum(const Run& run) {
     figure.panels[static_cast<std::size_t>(j)].series.push_back(std::move(look));
   };
   bool any = false;
-  for (const RunModel& model : run.shown) {
+  for (const RunModel& model : run.fitted()) {
     const auto path = run.file("predictions", model);
     if (path.empty()) continue;
     const data::H5Reader file(path, "fricid.prediction/1");
@@ -193,8 +193,9 @@ Figure parameters(const Run& run) {
   std::map<std::string, std::vector<Series>> by_symbol;
   std::map<std::string, std::string> units;
   std::vector<std::string> order;
-  for (std::size_t m = 0; m < run.shown.size(); ++m) {
-    const RunModel& model = run.shown[m];
+  const std::vector<RunModel> models = run.fitted();
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    const RunModel& model = models[m];
     const json file = model_json_of(run, model), fit = fit_of(run, model);
     const json joints_fit = fit.value("joints", json::array());
     std::map<std::string, Series> own;
@@ -213,7 +214,7 @@ Figure parameters(const Run& run) {
           const double half = std::isfinite(error) ? kTwoSd * error : 0;
           series.x.push_back(
               static_cast<double>(j) +
-              0.7 * ((static_cast<double>(m) + 0.5) / static_cast<double>(run.shown.size()) - 0.5));
+              0.7 * ((static_cast<double>(m) + 0.5) / static_cast<double>(models.size()) - 0.5));
           series.y.push_back(value);
           series.low.push_back(value - half);
           series.high.push_back(value + half);
@@ -271,7 +272,7 @@ Figure torque_drift(const Run& run) {
   for (int j = 0; j < run.n(); ++j)
     figure.panels.push_back({.title = run.joint(j), .x_label = "t [s]", .y_label = "[N m]"});
   bool any = false;
-  for (const RunModel& model : run.shown) {
+  for (const RunModel& model : run.fitted()) {
     const auto path = run.file("predictions", model);
     if (path.empty()) continue;
     any = true;

@@ -157,7 +157,7 @@ Figure friction_loop(const Run& run, int joint) {
       "Friction characteristic of {} on {}: torque of each model driven by the measured motion, "
       "against velocity.{}",
       name, run.trajectory, run.truth ? " Grey: the injected friction." : "");
-  for (const RunModel& model : run.shown) {
+  for (const RunModel& model : run.fitted()) {
     const auto predicted = prediction_of(run, model);
     if (!predicted) continue;
     Panel panel{.title = model.label, .x_label = "v [rad/s]", .y_label = "friction [N m]"};
@@ -175,7 +175,7 @@ Figure friction_loop(const Run& run, int joint) {
 Figure presliding(const Run& run) {
   Figure figure{.name = "presliding"};
   std::vector<std::pair<RunModel, friction::Friction>> shown;
-  for (const RunModel& model : run.shown)
+  for (const RunModel& model : run.fitted())
     if (auto file = model_file_of(run, model)) shown.emplace_back(model, file->arm.friction);
   if (shown.empty()) return figure;
 
@@ -218,7 +218,7 @@ Figure reversal(const Run& run) {
       "the measured motion.{}",
       run.trajectory, run.truth ? " Grey: the injected friction." : "");
   std::vector<std::pair<RunModel, Prediction>> shown;
-  for (const RunModel& model : run.shown)
+  for (const RunModel& model : run.fitted())
     if (auto predicted = prediction_of(run, model)) shown.emplace_back(model, *predicted);
   if (shown.empty()) return figure;
   for (int j = 0; j < run.n(); ++j) {
@@ -245,7 +245,7 @@ Figure friction_time(const Run& run) {
   bool has_band = false;
   for (int j = 0; j < run.n(); ++j) {
     Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "friction [N m]"};
-    for (const RunModel& model : run.shown) {
+    for (const RunModel& model : run.fitted()) {
       const auto path = run.file("estimates", model);
       if (path.empty()) continue;
       const data::H5Reader file(path, "fricid.estimate/1");
@@ -264,7 +264,7 @@ Figure friction_time(const Run& run) {
     if (run.truth)
       panel.series.push_back(cut(
           curve("truth", kTruthColour, run.truth->t, run.truth->tau_f.col(j), 2.6), 0, kWindow));
-    for (const RunModel& model : run.shown)
+    for (const RunModel& model : run.fitted())
       if (const auto predicted = prediction_of(run, model))
         panel.series.push_back(
             cut(curve(model, predicted->t, predicted->tau_f.col(j)), 0, kWindow));
@@ -287,7 +287,7 @@ Figure friction_error(const Run& run) {
       kWindow, run.trajectory);
   for (int j = 0; j < run.n(); ++j) {
     Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "error [N m]"};
-    for (const RunModel& model : run.shown) {
+    for (const RunModel& model : run.fitted()) {
       const auto predicted = prediction_of(run, model);
       if (!predicted || predicted->t.size() != run.truth->t.size()) continue;
       panel.series.push_back(
@@ -320,7 +320,7 @@ Figure latent(const Run& run) {
     add("truth", "#555555", run.truth->t,
         run.truth->z.leftCols(std::min<Eigen::Index>(model.state_begin(1), run.truth->z.cols())));
   }
-  for (const RunModel& model : run.shown) {
+  for (const RunModel& model : run.fitted()) {
     const auto predicted = prediction_of(run, model);
     const auto file = model_file_of(run, model);
     if (!predicted || !file || file->arm.friction.model.state_size() == 0) continue;

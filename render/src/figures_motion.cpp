@@ -39,23 +39,9 @@ const nlohmann::json* summary_of(const Run& run, const std::string& name) {
   return nullptr;
 }
 
-/// The oracle, where there is one, and the models that share panels.
-std::vector<RunModel> with_oracle(const Run& run) {
-  std::vector<RunModel> models;
-  for (const RunModel& model : run.models)
-    if (model.is_oracle) models.push_back(model);
-  models.insert(models.end(), run.shown.begin(), run.shown.end());
-  return models;
-}
-
 /// The file of a model's open-loop band on the trajectory that is shown.
 fs::path band_of(const Run& run, const RunModel& model) {
   return run.folder / "bands" / fmt::format("{}_{}.h5", model.name, run.trajectory);
-}
-
-/// Says that not all models are shown.
-std::string choice(const Run& run) {
-  return run.shown.size() == run.fitted().size() ? "" : " Of each law the best of its fits.";
 }
 
 }  // namespace
@@ -68,7 +54,7 @@ Figure tracking(const Run& run) {
       run.trajectory);
   for (int j = 0; j < run.n(); ++j)
     figure.panels.push_back({.title = run.joint(j), .x_label = "t [s]", .y_label = "q [rad]"});
-  for (const RunModel& model : run.shown) {
+  for (const RunModel& model : run.fitted()) {
     const auto path = run.file("rollouts", model);
     if (path.empty()) continue;
     const data::H5Reader file(path, "fricid.rollout/1");
@@ -85,9 +71,10 @@ Figure tracking(const Run& run) {
 
 Figure bands(const Run& run) {
   Figure figure{.name = "bands"};
+  const std::vector<RunModel> models = run.fitted();
   const RunModel* best = nullptr;
   double least = INFINITY, coverage = kNaN;
-  for (const RunModel& model : run.shown) {
+  for (const RunModel& model : models) {
     const auto* summary = summary_of(run, model.name);
     if (summary == nullptr || !fs::exists(band_of(run, model))) continue;
     const std::vector<double> errors = numbers_in(*summary, "q_mse_geometric_mean");
@@ -100,8 +87,9 @@ Figure bands(const Run& run) {
   if (best == nullptr) return figure;
 
   figure.caption = fmt::format(
-      "Open loop of {} on {} and its 90 % band, less the measured position: the band covers the "
-      "motion where zero lies inside. Over all trajectories {:.0f} % of the samples of q do.",
+      "Open loop of {} on {} and its 90 % band, less the measured position, which is the black "
+      "line at zero: the band covers the motion where it holds that line. Over all trajectories "
+      "{:.0f} % of the samples of q lie in their band.",
       best->label, run.trajectory, 100 * coverage);
   const data::H5Reader file(band_of(run, *best), "fricid.band/1");
   const Eigen::VectorXd t = file.vector("/t");
@@ -114,6 +102,7 @@ Figure bands(const Run& run) {
     band.low = to_vector(low.col(j) - run.measured.q.col(j).head(t.size()));
     band.high = to_vector(high.col(j) - run.measured.q.col(j).head(t.size()));
     panel.series.push_back(std::move(band));
+    panel.series.push_back(curve("measured", kMeasuredColour, t, Eigen::VectorXd::Zero(t.size())));
   }
   const auto path = run.file("rollouts", *best);
   if (path.empty()) return figure;
@@ -127,13 +116,11 @@ Figure bands(const Run& run) {
 
 Figure error_time(const Run& run) {
   Figure figure{.name = "error_time", .columns = 1, .panel_height_cm = 6};
-  figure.caption =
-      fmt::format(
-          "Absolute position error of the open loops on {}, mean over joints, against time.",
-          run.trajectory) +
-      choice(run);
+  figure.caption = fmt::format(
+      "Absolute position error of the open loops on {}, mean over joints, against time.",
+      run.trajectory);
   Panel panel{.x_label = "t [s]", .y_label = "mean |q error| [rad]", .log_y = true};
-  for (const RunModel& model : with_oracle(run)) {
+  for (const RunModel& model : run.models) {
     const auto path = run.file("rollouts", model);
     if (path.empty()) continue;
     const data::H5Reader file(path, "fricid.rollout/1");
@@ -165,7 +152,7 @@ Figure error_horizon(const Run& run) {
                             .width = 3,
                             .mark = Mark::kLine});
   std::string over = "none";
-  const std::vector<RunModel> models = with_oracle(run);
+  const std::vector<RunModel>& models = run.models;
   for (std::size_t m = 0; m < models.size(); ++m) {
     const RunModel& model = models[m];
     const auto* summary = summary_of(run, model.name);
@@ -201,7 +188,7 @@ Figure error_horizon(const Run& run) {
       "Geometric mean of the open-loop MSE(q) over trajectories, start times and seeds, against "
       "the horizon." +
       (over == "none" ? std::string() : fmt::format(" Bars: 90 % interval over {}.", over)) +
-      (has_floor ? " No model can be better than the floor." : "") + choice(run);
+      (has_floor ? " No model can be better than the floor." : "");
   figure.panels.push_back(std::move(panel));
   return figure;
 }
@@ -211,8 +198,7 @@ Figure error_joint(const Run& run) {
   Figure figure{.name = "error_joint", .columns = 2, .panel_height_cm = 5};
   figure.caption =
       "Open-loop error of each joint: root of the geometric mean of its MSE over trajectories, "
-      "start times and seeds; bars from the best to the worst of them." +
-      choice(run);
+      "start times and seeds; bars from the best to the worst of them.";
   std::vector<std::pair<double, std::string>> joints;
   for (int j = 0; j < run.n(); ++j) joints.emplace_back(j, run.joint(j));
 
@@ -226,7 +212,7 @@ Figure error_joint(const Run& run) {
                 .log_y = true,
                 .x_range = {-0.6, run.n() - 0.4},
                 .x_tics = joints};
-    const std::vector<RunModel> models = with_oracle(run);
+    const std::vector<RunModel>& models = run.models;
     for (std::size_t m = 0; m < models.size(); ++m) {
       const RunModel& model = models[m];
       Series bars{.label = model.label,

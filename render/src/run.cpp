@@ -1,52 +1,10 @@
 #include "run.hpp"
 
-#include <algorithm>
-#include <map>
-
 #include "json_files.hpp"
 
 namespace fricid::render {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-constexpr std::size_t kMostInAPanel = 7;
-
-/// Logarithmic mean of a model's open-loop errors over the horizons; infinity when unknown.
-double overall_error(const nlohmann::json& evaluation, const std::string& name) {
-  double sum = 0;
-  int count = 0;
-  for (const auto& summary : evaluation.value("summary", nlohmann::json::array()))
-    if (summary.value("name", "") == name)
-      for (const double mse : numbers_in(summary, "q_mse_geometric_mean"))
-        if (std::isfinite(mse) && mse > 0) {
-          sum += std::log(mse);
-          ++count;
-        }
-  return count > 0 ? sum / count : std::numeric_limits<double>::infinity();
-}
-
-std::vector<RunModel> chosen(const Run& run) {
-  std::vector<RunModel> models = run.fitted();
-  if (models.size() <= kMostInAPanel) return models;
-  std::map<std::string, double> best;
-  for (const RunModel& model : models) {
-    const double error = overall_error(run.evaluation, model.name);
-    const auto [known, added] = best.emplace(model.law, error);
-    if (!added) known->second = std::min(known->second, error);
-  }
-  std::vector<RunModel> kept;
-  for (const RunModel& model : models)
-    if (const auto law = best.find(model.law);
-        law != best.end() && overall_error(run.evaluation, model.name) <= law->second) {
-      kept.push_back(model);
-      best.erase(law);
-    }
-  return kept;
-}
-
-}  // namespace
 
 std::vector<RunModel> Run::fitted() const {
   std::vector<RunModel> fitted;
@@ -94,7 +52,6 @@ Run read_run(const fs::path& folder) {
   run.evaluation = read_evaluation(folder);
   run.models = models_of_run(folder);
   run.trajectory = run.evaluation.at("trajectories").at(0).get<std::string>();
-  run.shown = chosen(run);
   run.measured = data::load_dataset(folder / "data" / (run.trajectory + ".h5"));
   const fs::path truth = folder / "truth" / (run.trajectory + ".h5");
   if (fs::exists(truth)) {

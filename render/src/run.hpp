@@ -29,8 +29,6 @@ struct Run {
   std::filesystem::path folder;
   nlohmann::json evaluation;
   std::vector<RunModel> models;
-  /// Fitted models that share panels: all, or where they are many the best of each law.
-  std::vector<RunModel> shown;
   std::string trajectory;
   data::Dataset measured;
   std::optional<TruthSignals> truth;

@@ -67,11 +67,47 @@ TEST_F(FiguresOfRun, BandsShowTheBestModelAroundTheMeasurement) {
   const Figure bands = figure("bands");
   ASSERT_EQ(bands.panels.size(), 2u);
   const auto& series = bands.panels[1].series;
-  ASSERT_EQ(series.size(), 2u);
+  ASSERT_EQ(series.size(), 3u);
   EXPECT_NEAR(series[0].low[5], -1, 1e-12);
   EXPECT_NEAR(series[0].high[5], 3, 1e-12);
-  EXPECT_NEAR(series[1].y[5], kRollout - kMeasured, 1e-12);
+  EXPECT_EQ(series[1].label, "measured");
+  EXPECT_EQ(series[1].y, std::vector<double>(kRows, 0.0));
+  EXPECT_NEAR(series[2].y[5], kRollout - kMeasured, 1e-12);
   EXPECT_NE(bands.caption.find("88 %"), std::string::npos) << bands.caption;
+}
+
+TEST_F(FiguresOfRun, EveryModelIsShownHoweverMany) {
+  constexpr int kModels = 10;
+  edit("evaluation.json", [&](json& root) {
+    for (int m = 1; m < kModels; ++m)
+      for (const char* list : {"models", "summary"}) {
+        json copy = root[list][2];
+        copy["name"] = copy["label"] = fmt::format("simple{}", m);
+        root[list].push_back(std::move(copy));
+      }
+  });
+  for (int m = 1; m < kModels; ++m)
+    for (const char* file : {"models/{}_s1.json", "predictions/{}_s1_validation_0.h5",
+                             "rollouts/{}_s1_validation_0.h5"})
+      std::filesystem::copy_file(
+          folder / fmt::format(fmt::runtime(file), "simple"),
+          folder / fmt::format(fmt::runtime(file), fmt::format("simple{}", m)));
+
+  const auto models_in = [](const Panel& panel) {
+    return std::count_if(panel.series.begin(), panel.series.end(),
+                         [](const Series& series) { return series.label.starts_with("simple"); });
+  };
+  for (const char* name :
+       {"error_time", "error_horizon", "error_joint", "tracking", "presliding", "friction_time",
+        "friction_error", "parameters", "residual_spectrum", "torque_drift"}) {
+    SCOPED_TRACE(name);
+    const Figure shared = figure(name);
+    for (const Panel& panel : shared.panels) EXPECT_EQ(models_in(panel), kModels) << panel.title;
+    EXPECT_EQ(shared.width_cm, Figure().width_cm);
+    EXPECT_LE(shared.columns, 2);
+  }
+  EXPECT_EQ(figure("friction_joint_a1").panels.size(), kModels);
+  EXPECT_EQ(figure("latent").panels.size(), 1 + kModels);
 }
 
 TEST_F(FiguresOfRun, TorqueShowsTheResidual) {
@@ -208,27 +244,6 @@ TEST_F(FiguresOfRun, TrainingShowsWhatChoseTheModel) {
   EXPECT_EQ(training.panels[0].series.at(0).x, (std::vector<double>{0, 50, 100}));
   EXPECT_EQ(training.panels[1].series.at(0).y, (std::vector<double>{0, 0.005}));
   EXPECT_EQ(figure("filter_health").panels.at(0).series.at(0).y, (std::vector<double>{2, 1}));
-}
-
-TEST_F(FiguresOfRun, ManyModelsAreOnePerLaw) {
-  // Nine more fits of the same law, the fifth of them better than the first model.
-  edit("evaluation.json", [](json& evaluation) {
-    for (int i = 0; i < 9; ++i) {
-      const std::string name = fmt::format("more{}", i);
-      json model = evaluation["models"][2], summary = evaluation["summary"][2];
-      model["name"] = model["label"] = summary["name"] = summary["label"] = name;
-      summary["q_mse_geometric_mean"] = {i == 4 ? 1e-7 : 1e-5, nullptr};
-      evaluation["models"].push_back(model);
-      evaluation["summary"].push_back(summary);
-    }
-  });
-  for (int i = 0; i < 9; ++i)
-    std::filesystem::copy(folder / "models/simple_s1.json",
-                          folder / fmt::format("models/more{}_s1.json", i));
-  const auto series = figure("error_horizon").panels.at(0).series;
-  ASSERT_EQ(series.size(), 3u);
-  EXPECT_EQ(series[1].label, "oracle");
-  EXPECT_EQ(series[2].label, "more4");
 }
 
 TEST_F(FiguresOfRun, RolloutsAloneAreAModelWithItsOwnColour) {
