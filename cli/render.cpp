@@ -50,7 +50,8 @@ std::string make_videos(Job& job, const std::string& renderer) {
   const std::string key = job.folder.outputs_of("data") + job.folder.outputs_of("evaluate") +
                           data::to_toml(read) + renderer;
   return try_stage(job, "video", key, [&] {
-    return film::render_video(job.folder.path(), job.experiment, {.renderer = renderer});
+    return film::render_video(job.folder.path(), job.experiment,
+                              {.renderer = renderer, .jobs = job.jobs});
   });
 }
 

@@ -71,6 +71,27 @@ TEST(ArmPainter, AGhostStandsWhereItsJointsSay) {
   EXPECT_GT(ahead, left + 20);
 }
 
+// What is out of sight is not drawn: the sights of these pictures cut through different links.
+TEST(ArmPainter, ANarrowPictureIsTheMiddleOfAWideOne) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::final());
+  std::array<double, 6> other = kPose;
+  other[0] += 0.2;
+  const std::array<PaintedArm, 2> arms{{{kPose}, {other, Paint{0, 0, 1, 0.5f}}}};
+  View close{.target = painter.tip(kPose), .distance = 0.5};
+  for (close.azimuth_deg = 0; close.azimuth_deg < 360; close.azimuth_deg += 40) {
+    SCOPED_TRACE(close.azimuth_deg);
+    const Image wide = painter.paint(close, kWidth, kHeight, arms);
+    constexpr int kNarrow = 80;
+    Image middle(kNarrow, kHeight);
+    for (int y = 0; y < kHeight; ++y)
+      std::copy_n(wide.row(y) + static_cast<std::ptrdiff_t>(3) * (kWidth - kNarrow) / 2,
+                  3 * kNarrow, middle.row(y));
+    EXPECT_LT(share_differing(painter.paint(close, kNarrow, kHeight, arms), middle, 4), 1e-3);
+  }
+}
+
 TEST(ArmPainter, TrailsAreDrawn) {
   const auto context = make_gl_context(GlBackend::kOsmesa);
   const sim::MujocoArm arm = kr6();

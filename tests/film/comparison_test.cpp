@@ -52,7 +52,7 @@ class ComparisonTest : public FilmFolder {
 
 TEST_F(ComparisonTest, FirstAndLastFrameAreAsBefore) {
   Comparison ghosts = comparison();
-  EXPECT_EQ(ghosts.frames(), 60);
+  EXPECT_EQ(frames_of(*film), 60);
   expect_golden(ghosts.frame(0), "first.png");
   expect_golden(ghosts.frame(59), "last.png");
 }

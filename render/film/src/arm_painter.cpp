@@ -1,5 +1,6 @@
 #include "fricid/film/arm_painter.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,6 +23,34 @@ Eigen::Vector3d eye_of(const View& view) {
   return view.target - view.distance * Eigen::Vector3d(std::cos(azimuth) * std::cos(elevation),
                                                        std::sin(azimuth) * std::cos(elevation),
                                                        std::sin(elevation));
+}
+
+/// What a camera sees, without end in depth.
+struct Sight {
+  Eigen::Vector3d eye, forward, right, up;
+  double across, upright;  ///< half angles [rad]
+
+  bool holds(const Eigen::Vector3d& centre, double radius) const {
+    const Eigen::Vector3d from_eye = centre - eye;
+    const double depth = forward.dot(from_eye);
+    const auto within = [&](const Eigen::Vector3d& axis, double angle) {
+      const double aside = std::abs(axis.dot(from_eye));
+      return aside * std::cos(angle) - depth * std::sin(angle) <= radius;
+    };
+    return within(right, across) && within(up, upright);
+  }
+};
+
+Sight sight_of(const View& view, double field_of_view, double aspect) {
+  Sight sight;
+  sight.eye = eye_of(view);
+  sight.forward = (view.target - sight.eye).normalized();
+  const double azimuth = view.azimuth_deg * kRadians;
+  sight.right = {std::sin(azimuth), -std::cos(azimuth), 0};
+  sight.up = sight.right.cross(sight.forward);
+  sight.upright = field_of_view / 2;
+  sight.across = std::atan(aspect * std::tan(sight.upright));
+  return sight;
 }
 
 }  // namespace
@@ -119,6 +148,20 @@ void ArmPainter::add_trail(const Trail& trail, int over) {
   }
 }
 
+void ArmPainter::drop_unseen(const View& view, double aspect) {
+  mjvScene& scene = gl_->scene;
+  const Sight sight = sight_of(view, field_of_view(), aspect);
+  mjvGeom* const end =
+      std::remove_if(scene.geoms, scene.geoms + scene.ngeom, [&](const mjvGeom& geom) {
+        if (geom.objtype != mjOBJ_GEOM || geom.objid < 0) return false;
+        const double radius = model_->geom_rbound[geom.objid];  // 0: without end
+        const bool shades = scene.flags[mjRND_SHADOW] && geom.castshadow;
+        return radius > 0 && !shades &&
+               !sight.holds(Eigen::Map<const Eigen::Vector3f>(geom.pos).cast<double>(), radius);
+      });
+  scene.ngeom = static_cast<int>(end - scene.geoms);
+}
+
 Image ArmPainter::paint(const View& view, int width, int height, std::span<const PaintedArm> arms,
                         std::span<const Trail> trails) {
   mjvScene& scene = gl_->scene;
@@ -153,6 +196,7 @@ Image ArmPainter::paint(const View& view, int width, int height, std::span<const
       geom.castshadow = tint.alpha >= 1;
     }
   }
+  drop_unseen(view, static_cast<double>(width) / height);
   for (std::size_t i = 0; i < trails.size(); ++i)
     add_trail(trails[i], static_cast<int>(trails.size() - 1 - i));
 

@@ -51,6 +51,10 @@ std::vector<double> picked(const Values& values, const std::vector<int>& rows) {
 
 }  // namespace
 
+int frames_of(const RunFilm& film) {
+  return std::max(1, static_cast<int>(std::lround(film.t[film.t.size() - 1] * kFilmRate)));
+}
+
 Comparison::Comparison(const RunFilm& film, const data::Experiment& experiment, ArmPainter& painter)
     : film_(film),
       painter_(painter),
@@ -113,10 +117,6 @@ Comparison::Comparison(const RunFilm& film, const data::Experiment& experiment, 
   for (const FilmModel& model : film.models) add(model.tau_f, model.v);
   torque_range_ = range_of(torques, 0.06);
   speed_range_ = range_of(speeds, 0.04);
-}
-
-int Comparison::frames() const {
-  return std::max(1, static_cast<int>(std::lround(film_.t[film_.t.size() - 1] * kFilmRate)));
 }
 
 double Comparison::error_mm(std::size_t model, int row) const {

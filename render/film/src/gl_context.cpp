@@ -89,6 +89,8 @@ std::unique_ptr<GlContext> make_gl_context(std::string_view wanted, int width, i
   throw UserError("found nothing to draw with: {}", reasons);
 }
 
+bool gl_was_used() { return bound.load().has_value(); }
+
 std::vector<std::string> describe_gl_backends() {
   std::vector<std::string> lines;
   for (const GlBackend backend : kBackends)

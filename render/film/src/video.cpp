@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 
+#include "drawing_processes.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/film/comparison.hpp"
@@ -23,7 +24,7 @@ PaintQuality quality_of(const data::RenderConfig& config) {
 
 /// Frames as PNG files; for a machine without ffmpeg.
 std::vector<std::string> write_pictures(const fs::path& folder, const std::string& name, int count,
-                                        const std::function<Image(int)>& frame) {
+                                        DrawingProcesses& frames) {
   std::fprintf(stderr,
                "video: ffmpeg is missing, the frames go to %s as PNG; install ffmpeg for %s.mp4\n",
                (folder / "video" / name).c_str(), name.c_str());
@@ -32,60 +33,98 @@ std::vector<std::string> write_pictures(const fs::path& folder, const std::strin
   for (int k = 0; k < count; ++k) {
     throw_if_stopped();
     files.push_back(fmt::format("video/{}/{:05}.png", name, k + 1));
-    save_png(frame(k), folder / files.back());
+    save_png(frames.next(), folder / files.back());
     progress.advance(1);
   }
   return files;
 }
 
 std::vector<std::string> write_video(const fs::path& folder, const std::string& name, int count,
-                                     const data::RenderConfig& config,
-                                     const std::function<Image(int)>& frame) {
-  if (!ffmpeg_found()) return write_pictures(folder, name, count, frame);
+                                     const data::RenderConfig& config, int jobs,
+                                     const std::function<Draw()>& open) {
+  DrawingProcesses frames(count, jobs, open);
+  if (!ffmpeg_found()) return write_pictures(folder, name, count, frames);
   const std::string file = "video/" + name + ".mp4";
   FrameWriter writer(folder / file, kFilmWidth, kFilmHeight, kFilmRate, config.quality == "draft");
   Progress progress(name, count);
   for (int k = 0; k < count; ++k) {
     throw_if_stopped();
-    writer.write(frame(k));
+    writer.write(frames.next());
     progress.advance(1);
   }
   writer.finish();
   return {file};
 }
 
-std::vector<std::string> make_comparison(const fs::path& folder, const RunFilm& film,
-                                         const data::Experiment& experiment, ArmPainter& painter) {
-  Comparison comparison(film, experiment, painter);
-  const int card = static_cast<int>(std::lround(experiment.render.card_s * kFilmRate));
-  const int motion = comparison.frames();
+/// What a process draws with.
+struct Studio {
+  std::unique_ptr<GlContext> context;
+  ArmPainter painter;
+
+  Studio(const sim::MujocoArm& arm, const data::Experiment& experiment, PaintQuality quality,
+         const std::string& renderer)
+      : context(make_gl_context(renderer)),
+        painter(arm, experiment.robot.payload_frame, kFilmWidth, kFilmHeight, quality) {}
+};
+
+/// A comparison and its cards.
+struct ComparisonStudio {
+  Studio studio;
+  Comparison comparison;
+  int card;  ///< frames of each card
   Image opening, closing;
-  if (card > 0) {
+
+  ComparisonStudio(const RunFilm& film, const sim::MujocoArm& arm,
+                   const data::Experiment& experiment, const std::string& renderer, int card_frames)
+      : studio(arm, experiment, quality_of(experiment.render), renderer),
+        comparison(film, experiment, studio.painter),
+        card(card_frames) {
+    if (card == 0) return;
     opening = comparison.opening_card();
     closing = comparison.closing_card();
   }
-  return write_video(folder, "comparison", motion + 2 * card, experiment.render, [&](int k) {
+
+  Image frame(int k, int motion) {
     return k < card ? opening : k < card + motion ? comparison.frame(k - card) : closing;
+  }
+};
+
+std::vector<std::string> make_comparison(const fs::path& folder, const RunFilm& film,
+                                         const sim::MujocoArm& arm,
+                                         const data::Experiment& experiment,
+                                         const FilmOptions& options) {
+  const int card = static_cast<int>(std::lround(experiment.render.card_s * kFilmRate));
+  const int motion = frames_of(film);
+  return write_video(folder, "comparison", motion + 2 * card, experiment.render, options.jobs, [&] {
+    const auto studio =
+        std::make_shared<ComparisonStudio>(film, arm, experiment, options.renderer, card);
+    return [studio, motion](int k) { return studio->frame(k, motion); };
   });
 }
 
-std::vector<std::string> make_orbit(const fs::path& folder, const RunFilm& film,
-                                    const data::Experiment& experiment, ArmPainter& painter,
-                                    double seconds) {
-  const int count = static_cast<int>(std::lround(seconds * kFilmRate));
-  const FilmPaths paths = paths_of(film, painter);
-  constexpr double kAspect = static_cast<double>(kFilmWidth) / kFilmHeight;
+/// The arm moves on while the camera turns once.
+Image orbit_frame(const RunFilm& film, ArmPainter& painter, View view, int k, int count) {
   const double middle = film.t[film.t.size() - 1] / 2;
-  View view = telling_view(paths, painter, kAspect);
-  view.distance *= 1.15;
-  const double first = view.azimuth_deg;
-  return write_video(folder, "orbit", count, experiment.render, [&](int k) {
-    // the arm moves on while the camera turns once
-    const int row = film.row(middle + static_cast<double>(k) / kFilmRate);
-    view.azimuth_deg = first + 360.0 * k / count;
-    const std::vector<PaintedArm> arms{
-        {{film.q.data() + row * film.q.cols(), static_cast<std::size_t>(film.q.cols())}}};
-    return painter.paint(view, kFilmWidth, kFilmHeight, arms);
+  const int row = film.row(middle + static_cast<double>(k) / kFilmRate);
+  view.azimuth_deg += 360.0 * k / count;
+  const std::vector<PaintedArm> arms{
+      {{film.q.data() + row * film.q.cols(), static_cast<std::size_t>(film.q.cols())}}};
+  return painter.paint(view, kFilmWidth, kFilmHeight, arms);
+}
+
+std::vector<std::string> make_orbit(const fs::path& folder, const RunFilm& film,
+                                    const sim::MujocoArm& arm, const data::Experiment& experiment,
+                                    const FilmOptions& options) {
+  const int count = static_cast<int>(std::lround(options.orbit_s * kFilmRate));
+  return write_video(folder, "orbit", count, experiment.render, options.jobs, [&] {
+    const auto studio =
+        std::make_shared<Studio>(arm, experiment, quality_of(experiment.render), options.renderer);
+    constexpr double kAspect = static_cast<double>(kFilmWidth) / kFilmHeight;
+    View view = telling_view(paths_of(film, studio->painter), studio->painter, kAspect);
+    view.distance *= 1.15;
+    return [studio, view, &film, count](int k) {
+      return orbit_frame(film, studio->painter, view, k, count);
+    };
   });
 }
 
@@ -94,12 +133,9 @@ std::vector<std::string> make_orbit(const fs::path& folder, const RunFilm& film,
 std::vector<std::string> render_video(const fs::path& folder, const data::Experiment& experiment,
                                       const FilmOptions& options) {
   const RunFilm film = read_film(folder, experiment);
-  const auto context = make_gl_context(options.renderer);
   const sim::MujocoArm arm = sim::make_arm(experiment);
-  ArmPainter painter(arm, experiment.robot.payload_frame, kFilmWidth, kFilmHeight,
-                     quality_of(experiment.render));
-  std::vector<std::string> files = make_comparison(folder, film, experiment, painter);
-  const auto orbit = make_orbit(folder, film, experiment, painter, options.orbit_s);
+  std::vector<std::string> files = make_comparison(folder, film, arm, experiment, options);
+  const auto orbit = make_orbit(folder, film, arm, experiment, options);
   files.insert(files.end(), orbit.begin(), orbit.end());
   return files;
 }

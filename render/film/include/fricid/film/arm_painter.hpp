@@ -77,6 +77,8 @@ class ArmPainter {
   struct Gl;  // what lives in the context
 
   void pose(std::span<const double> q);
+  /// Takes out of the scene what is neither in the picture nor casts a shadow into it.
+  void drop_unseen(const View& view, double aspect);
   /// @param over  number of trails that lie over this one
   void add_trail(const Trail& trail, int over);
 

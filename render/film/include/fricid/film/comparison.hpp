@@ -13,6 +13,9 @@ namespace fricid::film {
 
 inline constexpr int kFilmWidth = 1280, kFilmHeight = 720, kFilmRate = 30;
 
+/// Frames of the film's motion, kFilmRate per second.
+int frames_of(const RunFilm& film);
+
 /// Draws single frames of the film, in any order. Above: the arm of the truth with those of the
 /// models, as translucent ghosts and once more enlarged at the flange, or each in a picture of its
 /// own. Below: friction torque of one joint against time, distance of the tips from the truth, and
@@ -23,8 +26,7 @@ class Comparison {
   /// @throws UserError when experiment.render.joint is no joint of the robot
   Comparison(const RunFilm& film, const data::Experiment& experiment, ArmPainter& painter);
 
-  /// Frames of the motion, kFilmRate per second.
-  int frames() const;
+  /// @param index  0 to frames_of(film) - 1
   Image frame(int index);
   /// Scene, friction and models beside the arm.
   Image opening_card();

@@ -45,6 +45,9 @@ std::unique_ptr<GlContext> make_gl_context(GlBackend backend, int width = 16, in
 std::unique_ptr<GlContext> make_gl_context(std::string_view wanted = {}, int width = 16,
                                            int height = 16);
 
+/// Whether this process has made a context.
+bool gl_was_used();
+
 /// One line per kind: "osmesa: llvmpipe (...)" or "osmesa: libOSMesa.so.8 is missing; ...". Each is
 /// tried in a process of its own.
 std::vector<std::string> describe_gl_backends();

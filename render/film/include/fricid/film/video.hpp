@@ -13,6 +13,7 @@ namespace fricid::film {
 struct FilmOptions {
   std::string renderer{};  ///< egl, osmesa; empty: FRICID_GL, else what is found
   double orbit_s = 8;      ///< [s] of video/orbit.mp4
+  int jobs = 0;            ///< processes that draw; 0: one per core, 8 at most
 };
 
 /// Makes the videos of a run folder, H.264 in MP4, 1280 x 720 at 30 frames per second:

@@ -1,0 +1,130 @@
+#include "drawing_processes.hpp"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstdlib>
+#include <thread>
+#include <utility>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/progress.hpp"
+#include "fricid/film/gl_context.hpp"
+
+namespace fricid::film {
+namespace {
+
+constexpr int kMostProcesses = 8;  // a final picture takes 0.2 GB of each
+
+/// What goes before a picture; width 0: before `height` letters that say why there is none.
+struct Header {
+  std::int32_t width, height;
+};
+
+bool send(int pipe, const void* data, std::size_t size) {
+  const auto* from = static_cast<const char*>(data);
+  while (size > 0) {
+    const ssize_t sent = write(pipe, from, size);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent <= 0) return false;
+    from += sent;
+    size -= static_cast<std::size_t>(sent);
+  }
+  return true;
+}
+
+bool receive(int pipe, void* data, std::size_t size) {
+  auto* to = static_cast<char*>(data);
+  while (size > 0) {
+    const ssize_t got = read(pipe, to, size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    to += got;
+    size -= static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+/// Draws pictures first, first + stride, ... into the pipe until nobody reads them.
+void draw_all(int pipe, int first, int stride, int count, const std::function<Draw()>& open) {
+  try {
+    const Draw draw = open();
+    for (int k = first; k < count; k += stride) {
+      throw_if_stopped();
+      const Image image = draw(k);
+      const Header header{image.width, image.height};
+      if (!send(pipe, &header, sizeof header) || !send(pipe, image.rgb.data(), image.rgb.size()))
+        return;
+    }
+  } catch (const std::exception& error) {
+    const std::string reason = error.what();
+    const Header header{0, static_cast<std::int32_t>(reason.size())};
+    if (send(pipe, &header, sizeof header)) send(pipe, reason.data(), reason.size());
+  } catch (const Stopped&) {
+    // whoever reads was stopped too
+  }
+}
+
+int processes_for(int count, int jobs) {
+  const int wanted = jobs > 0 ? jobs : static_cast<int>(std::thread::hardware_concurrency());
+  return std::clamp(wanted, 1, std::clamp(count, 1, kMostProcesses));
+}
+
+}  // namespace
+
+DrawingProcesses::DrawingProcesses(int count, int jobs, const std::function<Draw()>& open)
+    : DrawingProcesses() {  // from here on the destructor ends what was started
+  const int stride = processes_for(count, jobs);
+  if (stride == 1 || gl_was_used()) {
+    draw_here_ = open();
+    return;
+  }
+  for (int first = 0; first < stride; ++first) {
+    std::array<int, 2> ends{};
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) throw UserError("cannot make a pipe to draw through");
+    const pid_t id = fork();
+    if (id == 0) {
+      close(ends[0]);
+      for (const Process& before : processes_) close(before.pipe);
+      setenv("LP_NUM_THREADS", "0", 0);  // llvmpipe's own threads would only wait for each other
+      draw_all(ends[1], first, stride, count, open);
+      _exit(0);
+    }
+    close(ends[1]);
+    if (id < 0) {
+      close(ends[0]);
+      throw UserError("cannot start a process that draws");
+    }
+    processes_.push_back({id, ends[0]});
+  }
+}
+
+DrawingProcesses::~DrawingProcesses() {
+  for (const Process& process : processes_) close(process.pipe);
+  for (const Process& process : processes_) waitpid(process.id, nullptr, 0);
+}
+
+Image DrawingProcesses::next() {
+  const int k = next_++;
+  if (draw_here_) return draw_here_(k);
+  const int pipe = processes_[static_cast<std::size_t>(k) % processes_.size()].pipe;
+  Header header{};
+  if (receive(pipe, &header, sizeof header)) {
+    if (header.width == 0) {
+      std::string reason(static_cast<std::size_t>(header.height), ' ');
+      if (receive(pipe, reason.data(), reason.size())) throw UserError("{}", reason);
+    } else {
+      Image image(header.width, header.height);
+      if (receive(pipe, image.rgb.data(), image.rgb.size())) return image;
+    }
+  }
+  throw_if_stopped();
+  throw UserError("a process that draws was killed");
+}
+
+}  // namespace fricid::film

@@ -1,0 +1,43 @@
+// Pictures drawn by several processes. A GL context serves one thread, and much of what software
+// rendering does for a picture is done by that thread alone.
+#pragma once
+
+#include <sys/types.h>
+
+#include <functional>
+#include <vector>
+
+#include "fricid/film/image.hpp"
+
+namespace fricid::film {
+
+/// Draws picture k.
+using Draw = std::function<Image(int)>;
+
+/// Pictures 0, 1, ... in order; each process draws every n-th of them, some ahead of `next`.
+/// Drivers do not survive a fork: where this process has used GL, it draws all by itself.
+class DrawingProcesses {
+ public:
+  /// @param jobs  processes; <= 0: one per core
+  /// @param open  called in each process, which may make its GL context there
+  DrawingProcesses(int count, int jobs, const std::function<Draw()>& open);
+  ~DrawingProcesses();
+  DrawingProcesses(const DrawingProcesses&) = delete;
+  DrawingProcesses& operator=(const DrawingProcesses&) = delete;
+
+  /// @throws UserError as `open` and its Draw do, or when a process was killed; Stopped
+  Image next();
+
+ private:
+  DrawingProcesses() = default;
+
+  struct Process {
+    pid_t id;
+    int pipe;
+  };
+  std::vector<Process> processes_;
+  Draw draw_here_;  ///< empty where processes draw
+  int next_ = 0;
+};
+
+}  // namespace fricid::film
