@@ -45,7 +45,7 @@ FrameWriter::FrameWriter(std::filesystem::path path, int width, int height, int 
       "-vf scale=out_color_matrix=bt709:out_range=tv -c:v libx264 -preset {} -crf {} -pix_fmt "
       "yuv420p -colorspace bt709 -color_primaries bt709 -color_trc bt709 -color_range tv "
       "-movflags +faststart {} 2>{}",
-      width, height, frames_per_second, fast ? "superfast" : "veryfast", fast ? 21 : 19,
+      width, height, frames_per_second, fast ? "ultrafast" : "veryfast", fast ? 23 : 19,
       quoted(part_), quoted(log_));
   std::signal(SIGPIPE, SIG_IGN);  // an encoder that ended is a failed write, not our end
   pipe_ = popen(command.c_str(), "w");
