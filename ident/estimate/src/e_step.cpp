@@ -13,7 +13,8 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr int kPsiIterations = 2;  // of the path that the twisted filter follows
+constexpr int kPsiIterations = 2;    // of the path that the twisted filter follows
+constexpr double kTracedEss = 0.25;  // below it is resampled: seldom, where paths are traced
 
 void say(const smc::Warning& w, EStepResult& out) {
   out.warnings.push_back(fmt::format("{}: {}; {}", w.figure, w.meaning, w.remedy));
@@ -30,6 +31,7 @@ void run_particles(LatentFrictionModel& model, Guide& guide, const smc::RowMatri
   filter_options.seed = options.seed;
   filter_options.sequence = options.sequence;
   filter_options.y = &y;
+  if (backward == smc::Backward::kTrace) filter_options.ess_threshold = kTracedEss;
   smc::ParticleFilter<LatentFrictionModel, Guide> filter(model, guide, filter_options);
   auto history = smc::History<PackD>::checkpointed(model.state_size(), options.particles,
                                                    static_cast<int>(y.rows()));
@@ -99,7 +101,7 @@ EStepResult smooth(LatentFrictionModel& model, const Recording& recording, int s
   if (const auto warning = nis.warning()) say(*warning, out);
   if (options.method == EStep::kPsi) {
     smc::Twist twist;
-    smc::make_statistical_twist(model, y, path, twist);
+    smc::make_bent_twist(model, y, model.parts(), path.smoothed, twist);
     path = {};
     smc::TwistedGuide<PackD> guide(model, twist);
     // twisted particles know what comes: their innovations say little

@@ -7,6 +7,8 @@
 namespace fricid::estimate {
 namespace {
 
+constexpr int kMostPartLatents = 4;
+
 /// The parts of a state [q, v, z].
 template <class Span>
 struct Parts {
@@ -67,6 +69,12 @@ LatentFrictionModel::LatentFrictionModel(const Arm& arm, const Recording& record
   if (noise.R.size() != n_ && noise.R.size() != 2 * n_)
     throw UserError("latent model: R has {} entries, allowed {} (q) or {} (q, v)", noise.R.size(),
                     n_, 2 * n_);
+  const friction::RobotFriction& friction = arm.friction.model;
+  for (int j = 0; j < n_; ++j) {
+    smc::Part& part = parts_.emplace_back(smc::Part{{j, n_ + j}, n_ + j});
+    const int z = friction.state_begin(j), end = friction.state_begin(j + 1);
+    for (int i = z; i < std::min(end, z + kMostPartLatents); ++i) part.states.push_back(2 * n_ + i);
+  }
 }
 
 /// Torque and temperature of sample t in every lane.

@@ -78,34 +78,50 @@ void TwistStep::compute(const Eigen::MatrixXd& Lambda, const Eigen::VectorXd& la
   log_constant = 0.5 * (lambda.dot(shift) - log_det);
 }
 
+TwistRecursion::TwistRecursion(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& C,
+                               const Eigen::MatrixXd& R, const RowMatrix& y, Foresight foresight,
+                               Twist& twist)
+    : C_(C), R_(R), y_(y), twist_(twist), step_(Q), G_c_(Q.rows()), G_A_(Q) {
+  const std::size_t T = twist.s.size();
+  twist.foresight = foresight;
+  twist.Lambda.assign(T, Eigen::MatrixXd::Zero(Q.rows(), Q.rows()));
+  twist.lambda.assign(T, Eigen::VectorXd::Zero(Q.rows()));
+  twist.kappa.assign(T, 0);
+  observe(static_cast<int>(T) - 1);
+}
+
+void TwistRecursion::observe(int t) {
+  const auto k = static_cast<std::size_t>(t);
+  Eigen::MatrixXd& Lambda = twist_.Lambda[k];
+  add_observation(row_of(y_, t), C_, R_, twist_.s[k], Lambda, twist_.lambda[k], twist_.kappa[k]);
+  Lambda = (0.5 * (Lambda + Lambda.transpose())).eval();
+}
+
+void TwistRecursion::add(int t) {
+  const auto k = static_cast<std::size_t>(t);
+  if (twist_.foresight == Foresight::kOne) return observe(t);
+  step_.compute(twist_.Lambda[k + 1], twist_.lambda[k + 1]);
+  const Eigen::VectorXd& c = twist_.c[k];
+  const Eigen::MatrixXd& A = twist_.A[k];
+  G_c_.noalias() = step_.G * c;
+  G_A_.noalias() = step_.G * A;
+  twist_.Lambda[k].noalias() = A.transpose() * G_A_;
+  twist_.lambda[k].noalias() = A.transpose() * (step_.h - G_c_);
+  twist_.kappa[k] = twist_.kappa[k + 1] + step_.log_constant + step_.h.dot(c) - 0.5 * c.dot(G_c_);
+  if (!twist_.bend.empty()) {
+    twist_.Lambda[k] += twist_.bend[k].H;
+    twist_.lambda[k] += twist_.bend[k].g;
+    twist_.kappa[k] += twist_.bend[k].c;
+  }
+  observe(t);
+}
+
 void twist_backward(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& C, const Eigen::MatrixXd& R,
                     const RowMatrix& y, Foresight foresight, Twist& twist) {
-  const std::size_t T = twist.s.size();
-  const auto n = Q.rows();
-  twist.foresight = foresight;
-  twist.Lambda.resize(T);
-  twist.lambda.resize(T);
-  twist.kappa.resize(T);
-  TwistStep step(Q);
-  Eigen::VectorXd G_c(n);
-  Eigen::MatrixXd G_A(n, n);
-  for (std::size_t t = T; t-- > 0;) {
-    Eigen::MatrixXd& Lambda = twist.Lambda[t].setZero(n, n);
-    Eigen::VectorXd& lambda = twist.lambda[t].setZero(n);
-    double& kappa = twist.kappa[t] = 0;
-    if (foresight == Foresight::kWhole && t + 1 < T) {
-      step.compute(twist.Lambda[t + 1], twist.lambda[t + 1]);
-      const Eigen::VectorXd& c = twist.c[t];
-      const Eigen::MatrixXd& A = twist.A[t];
-      G_c.noalias() = step.G * c;
-      G_A.noalias() = step.G * A;
-      Lambda.noalias() = A.transpose() * G_A;
-      lambda.noalias() = A.transpose() * (step.h - G_c);
-      kappa = twist.kappa[t + 1] + step.log_constant + step.h.dot(c) - 0.5 * c.dot(G_c);
-    }
-    add_observation(row_of(y, static_cast<int>(t)), C, R, twist.s[t], Lambda, lambda, kappa);
-    Lambda = (0.5 * (Lambda + Lambda.transpose())).eval();
-  }
+  twist.bend.clear();
+  twist.kink.clear();
+  TwistRecursion recursion(Q, C, R, y, foresight, twist);
+  for (int t = twist.steps() - 2; t >= 0; --t) recursion.add(t);
 }
 
 TwistedStart twisted_start(const Gaussian& initial, const Twist& twist) {
@@ -124,6 +140,22 @@ TwistedStart twisted_start(const Gaussian& initial, const Twist& twist) {
                          0.5 * F.dot(Lambda * F) + twist.lambda[0].dot(F) +
                          0.5 * white.squaredNorm();
   return start;
+}
+
+void twisted_moments(const Gaussian& initial, const Eigen::MatrixXd& Q, const Twist& twist,
+                     std::span<Gaussian> moments) {
+  const TwistedStart start = twisted_start(initial, twist);
+  moments[0].mean = start.mean;
+  moments[0].covariance = start.factor * start.factor.transpose();
+  TwistStep step(Q);
+  for (std::size_t t = 0; t + 1 < moments.size(); ++t) {
+    step.compute(twist.Lambda[t + 1], twist.lambda[t + 1]);
+    const Eigen::VectorXd F = twist.c[t] + twist.A[t] * (moments[t].mean - twist.s[t]);
+    const Eigen::MatrixXd JA = step.J * twist.A[t];
+    moments[t + 1].mean = twist.s[t + 1] + step.J * F + step.shift;
+    moments[t + 1].covariance = JA * moments[t].covariance * JA.transpose();
+    moments[t + 1].covariance.noalias() += step.factor * step.factor.transpose();
+  }
 }
 
 }  // namespace fricid::smc

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fricid/estimate/recording.hpp"
+#include "fricid/smc/bend.hpp"
 #include "fricid/smc/model.hpp"
 #include "fricid/system/arm.hpp"
 #include "fricid/system/noise.hpp"
@@ -33,6 +34,9 @@ class LatentFrictionModel {
   const Eigen::MatrixXd& Q() const { return Q_; }
   const Eigen::MatrixXd& C() const { return C_; }
   const Eigen::MatrixXd& R() const { return R_; }
+  /// Position, velocity and the first four friction states of every joint; friction has a kink
+  /// where the velocity changes sign.
+  const std::vector<smc::Part>& parts() const { return parts_; }
 
   /// x <- f(x) at sample t of the recording, one state per lane. Does not allocate.
   template <class S>
@@ -78,6 +82,7 @@ class LatentFrictionModel {
   int n_, nz_;
   smc::Gaussian initial_;
   Eigen::MatrixXd Q_, C_, R_;
+  std::vector<smc::Part> parts_;
   Lanes<double> one_;
   Lanes<PackD> wide_;
   Lanes<PackF> narrow_;

@@ -8,62 +8,107 @@
 #include <vector>
 
 #include "fricid/base/rng.hpp"
+#include "fricid/smc/bend.hpp"
 #include "fricid/smc/twist.hpp"
 
 namespace fricid::smc {
 
-/// psi along the smoothed means s_t of `path`, with the slope and offset that f_t has on average
-/// over N(s_t, P_t) instead of its Jacobian at s_t. By least squares over at least 64 draws d of
-/// N(0, P_t), which come in pairs +d, -d, twice as many pairs as states,
-///
-///     A = argmin sum |f(s + d) - mean f - A d|^2,     c = mean (f(s + d) - A d) - s_{t+1}.
-///
-/// Where f has a kink in reach of x_t, as friction where a joint sticks, particles on both sides of
-/// it then depart from the linearisation by less. Exact for a linear model.
-/// @see Garcia-Fernandez, Svensson & Sarkka, IEEE TSP 63, 2015
+/// Draws around s_t, which come in pairs +d, -d, and their images under f_t.
+class PairedDraws {
+ public:
+  /// @param pairs  a multiple of PackD::kLanes
+  /// @param outer  share of the pairs drawn from further out, N(0, 4 P)
+  PairedDraws(int n, int pairs, double outer);
+
+  template <StateSpaceModel M>
+  void draw(M& model, int t, const Gaussian& x);
+
+  /// By least squares over the draws of N(0, P):
+  ///     A = argmin sum |f(s + d) - mean f - A d|^2,     c = mean (f(s + d) - A d) - s_{t+1}.
+  void linearise(const Eigen::VectorXd& s_next, Eigen::MatrixXd& A, Eigen::VectorXd& c);
+
+  int blocks() const { return static_cast<int>(x_.size()) / n_; }
+  const PackD* x(int block) const { return x_.data() + block * n_; }
+  const PackD* image(int block) const { return image_.data() + block * n_; }
+  const Eigen::MatrixXd& d() const { return d_; }        ///< (2 pairs x n), +d first
+  const Eigen::VectorXd& core() const { return core_; }  ///< (2 pairs) 1 for a draw of N(0, P)
+
+ private:
+  void place(int t, const Gaussian& x);
+
+  int n_, pairs_, core_pairs_;
+  std::vector<double> normals_;
+  Eigen::MatrixXd white_, d_, f_;
+  Eigen::VectorXd core_;
+  Eigen::LLT<Eigen::MatrixXd> root_;
+  std::vector<PackD> x_, image_;
+};
+
 template <StateSpaceModel M>
-void make_statistical_twist(M& model, const RowMatrix& y, const GaussianPath& path, Twist& twist) {
-  constexpr std::uint64_t kSeed = 0x7369676D61;
-  constexpr int kFewestPairs = 32, kLanes = PackD::kLanes;
-  const int n = model.state_size(), half = padded(std::max(kFewestPairs, 2 * n));
-  const auto T = static_cast<std::size_t>(path.steps());
+void PairedDraws::draw(M& model, int t, const Gaussian& x) {
+  place(t, x);
+  image_ = x_;
+  const auto size = static_cast<std::size_t>(n_);
+  for (std::size_t b = 0; b < image_.size() / size; ++b)
+    model.transition(t, std::span<PackD>(image_).subspan(b * size, size));
+}
+
+/// psi along the means s_t of `smoothed` (T), with the slope and offset that f_t has on average
+/// over N(s_t, P_t), P_t its covariances, instead of its Jacobian at s_t; on top of that, for the
+/// parts given, the quadratic and the kink that explain best what the linearisation leaves of the
+/// weights (bend.hpp). Exact for a linear model.
+/// @see Garcia-Fernandez, Svensson & Sarkka, IEEE TSP 63, 2015; Guarniero, Johansen & Lee 2017
+template <StateSpaceModel M>
+void make_statistical_twist(M& model, const RowMatrix& y, std::span<const Gaussian> smoothed,
+                            Twist& twist, std::span<const Part> parts = {}, bool kinks = true) {
+  constexpr int kFewestPairs = 32, kBendPairs = 256;
+  constexpr double kOuterShare = 0.25;
+  const int n = model.state_size();
+  const bool bends = !parts.empty();
+  PairedDraws few(n, padded(std::max(kFewestPairs, 2 * n)), 0);
+  PairedDraws many(n, bends ? kBendPairs : PackD::kLanes, kOuterShare);
+  const std::size_t T = smoothed.size();
   twist.s.resize(T);
   twist.c.resize(T - 1);
   twist.A.resize(T - 1);
-  for (std::size_t t = 0; t < T; ++t) twist.s[t] = path.smoothed[t].mean;
-  Eigen::MatrixXd white(half, n), rise(half, n), B(n, n);
-  Eigen::VectorXd sum(n);
-  std::vector<double> draws(static_cast<std::size_t>(half * n));
-  std::vector<PackD> up(static_cast<std::size_t>(n)), down(up);
-  for (std::size_t t = 0; t + 1 < T; ++t) {
-    const Eigen::LLT<Eigen::MatrixXd> root(path.smoothed[t].covariance);
-    fill_normal(kSeed, t, 0, draws);
-    white = Eigen::Map<const Eigen::MatrixXd>(draws.data(), half, n);
-    const Eigen::MatrixXd d = white * root.matrixL().transpose();
-    sum.setZero();
-    for (int k = 0; k < half; k += kLanes) {
-      for (int i = 0; i < n; ++i)
-        for (int l = 0; l < kLanes; ++l) {
-          up[static_cast<std::size_t>(i)].set(l, twist.s[t](i) + d(k + l, i));
-          down[static_cast<std::size_t>(i)].set(l, twist.s[t](i) - d(k + l, i));
-        }
-      model.transition(static_cast<int>(t), std::span<PackD>(up));
-      model.transition(static_cast<int>(t), std::span<PackD>(down));
-      for (int i = 0; i < n; ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        for (int l = 0; l < kLanes; ++l) {
-          rise(k + l, i) = 0.5 * (up[at][l] - down[at][l]);
-          sum(i) += up[at][l] + down[at][l];
-        }
-      }
+  twist.bend.assign(bends ? T - 1 : 0, Quadratic::zero(n));
+  twist.kink.assign(bends ? T - 1 : 0, {});
+  for (std::size_t t = 0; t < T; ++t) twist.s[t] = smoothed[t].mean;
+  TwistRecursion recursion(model.Q(), model.C(), model.R(), y, Foresight::kWhole, twist);
+  TwistedGuide<PackD> guide(model, twist);
+  BendSample sample;
+  const auto linearise = [&](PairedDraws& draws, std::size_t t) {
+    const int step = static_cast<int>(t);
+    draws.draw(model, step, smoothed[t]);
+    draws.linearise(twist.s[t + 1], twist.A[t], twist.c[t]);
+    if (!bends) return;
+    guide.prepare(step);
+    sample.d = draws.d();
+    sample.core = draws.core();
+    sample.r.resize(sample.d.rows());
+    for (int b = 0; b < draws.blocks(); ++b)
+      store(guide.log_weight(draws.x(b), draws.image(b), false).total,
+            sample.r.data() + b * PackD::kLanes);
+  };
+  for (std::size_t t = T - 1; t-- > 0;) {
+    linearise(few, t);
+    if (bends && worth_bending(sample)) {
+      linearise(many, t);
+      fit_bend(sample, parts, smoothed[t].covariance, twist.s[t], kinks && t > 0, twist.bend[t],
+               twist.kink[t]);
     }
-    // the even part of f drops out of the slope, the odd part out of the mean
-    B = (white.transpose() * white).llt().solve(white.transpose() * rise);
-    root.matrixL().transpose().solveInPlace(B);
-    twist.A[t] = B.transpose();
-    twist.c[t] = sum / (2 * half) - twist.s[t + 1];
+    recursion.add(static_cast<int>(t));
   }
-  twist_backward(model.Q(), model.C(), model.R(), y, Foresight::kWhole, twist);
+}
+
+/// The best psi: around the smoothed moments, then without kinks around its own, then with them.
+/// @param smoothed  of the Gaussian smoother (T); on return those of the second round
+template <StateSpaceModel M>
+void make_bent_twist(M& model, const RowMatrix& y, std::span<const Part> parts,
+                     std::span<Gaussian> smoothed, Twist& twist) {
+  make_statistical_twist(model, y, smoothed, twist, parts, false);
+  twisted_moments(model.initial(), model.Q(), twist, smoothed);
+  make_statistical_twist(model, y, smoothed, twist, parts);
 }
 
 }  // namespace fricid::smc
