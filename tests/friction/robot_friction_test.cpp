@@ -76,6 +76,25 @@ TEST(RobotFriction, JointsAreIndependentAndLawsAdd) {
   EXPECT_NEAR(z[1], -zc + (-2e-3 + zc) * std::exp(-2 * 4e-3 / zc), 1e-15);
 }
 
+// Claim: the step that shares its work with the torque is step, then torque, to the last bit.
+TEST(RobotFriction, StepTorqueIsStepThenTorque) {
+  const RobotFriction model({{{{"lugre", 0, {}}, {"viscous_power", 0, {}}}},
+                             {{{"lugre", 0, {{"load", 0}, {"backlash", 0}}}}},
+                             {{{"lugre_classic", 0, {{"load", 0}}}}},
+                             {{{"dahl", 0, {}}}}});
+  const std::vector<double> theta = default_theta(model);
+  std::vector<double> z(static_cast<std::size_t>(model.state_size()), 1e-4);
+  for (const double v : {-0.3, -1e-3, 0.0, 2e-2, 1.0}) {
+    const std::vector<Input<double>> in(4, {0.1, v, 3, 300});
+    std::vector<double> shared_z = z, tau(4), shared_tau(4);
+    model.step<double>(theta, in, 1e-3, z);
+    model.torque<double>(theta, in, z, tau);
+    model.step_torque<double>(theta, in, 1e-3, shared_z, shared_tau);
+    EXPECT_EQ(z, shared_z);
+    EXPECT_EQ(tau, shared_tau);
+  }
+}
+
 TEST(RobotFriction, ModifiersApplyInTheirOrder) {
   const Input<double> in{0.3, 1, 20, 303.15};
   const std::vector<double> law = {4, 0, 0.01};  // Fc Fv v0

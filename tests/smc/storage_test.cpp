@@ -208,6 +208,18 @@ TEST(Allocation, FilterAndSmootherTakeNothingFromTheHeap) {
   }
 }
 
+TEST(Allocation, ABentLookAheadTakesNothingFromTheHeap) {
+  Scene scene(60);
+  const Kink kink{1, Eigen::Vector3d(1, 0, 0), 0.1, Quadratic::zero(3)};
+  scene.twist.bend.assign(59, Quadratic::zero(3));
+  scene.twist.kink.assign(59, kink);
+  scene.twist.kink[0].state = -1;
+  EXPECT_EQ(blocks_of_a_run(scene, TwistedGuide<PackD>(scene.toy, scene.twist), Backward::kTrace),
+            0);
+  EXPECT_EQ(blocks_of_a_run(scene, TwistedGuide<PackF>(scene.toy, scene.twist), Backward::kTrace),
+            0);
+}
+
 TEST(Allocation, AGibbsSweepTakesNothingFromTheHeap) {
   Scene scene(60);
   AdaptedGuide<PackD> guide(scene.toy, scene.y);

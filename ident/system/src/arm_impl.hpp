@@ -73,32 +73,38 @@ void ArmStepper<S>::friction_torque(std::span<const S> tau, std::span<const S> t
   arm_.friction.model.template torque<S>(theta_, in_, z, tau_f);
 }
 
-/// Moves q and z by h at constant velocity; leaves in_ at the new position.
+/// Moves q by h at constant velocity; leaves in_ at the new position.
 template <class S>
-void ArmStepper<S>::drift(double h, std::span<S> q, std::span<const S> v, std::span<S> z) {
+void ArmStepper<S>::drift_position(double h, std::span<S> q, std::span<const S> v) {
   const S lane_h(h);
   for (std::size_t j = 0; j < in_.size(); ++j) {
     q[j] += lane_h * v[j];
     in_[j].q = q[j];
     in_[j].v = v[j];
   }
-  arm_.friction.model.template step<S>(theta_, in_, h, z);
 }
 
-/// a_ at (q, v, z) = in_, friction at the velocity `ahead` [s] later; then a_lag_ is the
-/// acceleration with friction at v, and in_ holds the later velocity.
+/// The first part of a leap: in_ and tau_f_ where the kick finds them, z and q moved there.
+template <class S>
+void ArmStepper<S>::approach(double before, std::span<S> q, std::span<const S> v, std::span<S> z) {
+  const friction::RobotFriction& friction = arm_.friction.model;
+  if (options_.leap == 1) return friction.template torque<S>(theta_, in_, z, tau_f_);
+  drift_position(before, q, v);
+  friction.template step_torque<S>(theta_, in_, before, z, tau_f_);
+}
+
+/// a_ at (q, v, z) = in_ under friction tau_f_, friction at the velocity `ahead` [s] later; then
+/// a_lag_ is the acceleration with friction at v, and in_ holds the later velocity.
 template <class S>
 void ArmStepper<S>::acceleration(std::span<const S> tau, double ahead, std::span<const S> q,
                                  std::span<const S> v, std::span<const S> z) {
-  const friction::RobotFriction& friction = arm_.friction.model;
-  friction.template torque<S>(theta_, in_, z, tau_f_);
   for (std::size_t j = 0; j < net_.size(); ++j) net_[j] = tau[j] - tau_f_[j];
   dynamics::forward_dynamics<S>(arm_.robot, ws_, pi_, q, v, net_, a_);
   if (ahead == 0) return;
 
   a_lag_ = a_;
   for (std::size_t j = 0; j < in_.size(); ++j) in_[j].v = v[j] + S(ahead) * a_[j];
-  friction.template torque<S>(theta_, in_, z, net_);
+  arm_.friction.model.template torque<S>(theta_, in_, z, net_);
   for (std::size_t j = 0; j < net_.size(); ++j) net_[j] = tau_f_[j] - net_[j];
   dynamics::solve_with_last_factor<S>(arm_.robot, ws_, net_, correction_);
   for (std::size_t j = 0; j < a_.size(); ++j) a_[j] += correction_[j];
@@ -115,10 +121,11 @@ void ArmStepper<S>::leap(std::span<const S> tau, std::span<const S> temperature,
                          std::span<S> q, std::span<S> v, std::span<S> z) {
   const Lengths length = lengths(dt);
   set_inputs(tau, temperature, q, v);
-  if (options_.leap > 1) drift(length.before, q, v, z);
+  approach(length.before, q, v, z);
   acceleration(tau, length.before, q, v, z);
   for (std::size_t j = 0; j < a_.size(); ++j) v[j] += S(length.leap) * a_[j];
-  drift(length.after, q, v, z);
+  drift_position(length.after, q, v);
+  arm_.friction.model.template step<S>(theta_, in_, length.after, z);
 }
 
 template <class S>

@@ -5,7 +5,7 @@
 
 namespace fricid {
 
-/// Reverse of `drift`; in_ holds its inputs (the new position, v) and z the state before it.
+/// Reverse of a drift; in_ holds its inputs (the new position, v) and z the state before it.
 template <class S>
 void ArmStepper<S>::drift_pullback(double h, std::span<const S> v, std::span<const S> z,
                                    std::span<S> q_bar, std::span<S> v_bar, std::span<S> z_bar,
@@ -55,7 +55,7 @@ void ArmStepper<S>::leap_pullback(std::span<const S> tau, std::span<const S> tem
   std::copy(q.begin(), q.end(), q_mid_.begin());
   std::copy(z.begin(), z.end(), z_mid_.begin());
   set_inputs(tau, temperature, q, v);
-  if (options_.leap > 1) drift(length.before, q_mid_, v, z_mid_);
+  approach(length.before, q_mid_, v, z_mid_);
   acceleration(tau, length.before, q_mid_, v, z_mid_);
   for (std::size_t j = 0; j < a_.size(); ++j) {
     v_new_[j] = v[j] + S(length.leap) * a_[j];

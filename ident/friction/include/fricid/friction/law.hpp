@@ -77,5 +77,15 @@ struct Reads {
 // and, where networks are part of it,
 //
 //     void initialise(double* theta, Rng& rng) const;   writes the weights and nothing else
+//
+// and, where step and torque share work at one velocity,
+//
+//     S step_torque(const S* theta, const Input<S>& in, double dt, S* z) const;
+//                                                       step, then torque, to the last bit
+
+template <class Law, class S>
+concept SharedStepLaw = requires(const Law law, const S* theta, const Input<S>& in, S* z) {
+  law.step_torque(theta, in, 0.0, z);
+};
 
 }  // namespace fricid::friction

@@ -85,6 +85,11 @@ class RobotFriction {
   void step(std::span<const S> theta, std::span<const Input<S>> in, double dt,
             std::span<S> z) const;
 
+  /// `step`, then `torque` at the new z and the same inputs, to the last bit; cheaper.
+  template <class S>
+  void step_torque(std::span<const S> theta, std::span<const Input<S>> in, double dt,
+                   std::span<S> z, std::span<S> tau_f) const;
+
   /// tau_f (n) that `torque` tends to when v, load and temperature stay as they are [N m];
   /// hysteretic laws give 0 at v = 0. Needs no state: what a plot of friction against speed shows.
   template <class S>

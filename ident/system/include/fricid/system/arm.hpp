@@ -87,7 +87,8 @@ class ArmStepper {
     double before, after, leap;
   };
   Lengths lengths(double dt) const;
-  void drift(double h, std::span<S> q, std::span<const S> v, std::span<S> z);
+  void drift_position(double h, std::span<S> q, std::span<const S> v);
+  void approach(double before, std::span<S> q, std::span<const S> v, std::span<S> z);
   void drift_pullback(double h, std::span<const S> v, std::span<const S> z, std::span<S> q_bar,
                       std::span<S> v_bar, std::span<S> z_bar, std::span<S> theta_bar);
   void acceleration(std::span<const S> tau, double ahead, std::span<const S> q,

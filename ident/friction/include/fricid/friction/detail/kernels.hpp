@@ -79,6 +79,24 @@ struct Kernels {
     });
   }
 
+  // Steps one law, then adds its torque to tau_f.
+  static void step_add_torque(const Slot& slot, const S* theta, const Input<S>& in, double dt, S* z,
+                              S& tau_f) {
+    bool shared = false;
+    visit_entry<Laws>(slot.kind, slot.elements, [&](const auto law) {
+      if constexpr (SharedStepLaw<std::remove_cvref_t<decltype(law)>, S>) {
+        shared = slot.backlash.kind < 0;
+        if (!shared) return;
+        const S tau = law.step_torque(theta + slot.theta, in, dt, z + slot.z);
+        Stages stages;
+        tau_f += modify(slot, theta, in, tau, stages);
+      }
+    });
+    if (shared) return;
+    step(slot, theta, in, dt, z);
+    add_torque(slot, theta, in, z, tau_f);
+  }
+
   static void add_steady_torque(const Slot& slot, const S* theta, const Input<S>& in, S& tau_f) {
     visit_entry<Laws>(slot.kind, slot.elements, [&](const auto law) {
       Stages stages;
@@ -165,6 +183,26 @@ void RobotFriction::step(std::span<const S> theta, std::span<const Input<S>> in,
 }
 
 template <class S>
+void RobotFriction::step_torque(std::span<const S> theta, std::span<const Input<S>> in, double dt,
+                                std::span<S> z, std::span<S> tau_f) const {
+  assert(static_cast<int>(theta.size()) == parameter_count() &&
+         static_cast<int>(z.size()) == state_size() &&
+         static_cast<int>(in.size()) == joint_count() && tau_f.size() == in.size());
+  auto slot = slots_.begin();  // sorted by joint
+  for (std::size_t j = 0; j < in.size(); ++j) {
+    S sum = S(0);
+    for (; slot != slots_.end() && slot->joint == static_cast<int>(j); ++slot)
+      Kernels<S>::step_add_torque(*slot, theta.data(), in[j], dt, z.data(), sum);
+    tau_f[j] = sum;
+  }
+  Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
+    law.step(theta.data() + whole_slot_.theta, in.data(), dt, z.data() + whole_slot_.z);
+    law.add_torque(theta.data() + whole_slot_.theta, in.data(), z.data() + whole_slot_.z,
+                   tau_f.data());
+  });
+}
+
+template <class S>
 void RobotFriction::steady_torque(std::span<const S> theta, std::span<const Input<S>> in,
                                   std::span<S> tau_f) const {
   assert(static_cast<int>(theta.size()) == parameter_count() &&
@@ -225,6 +263,8 @@ void RobotFriction::step_pullback(std::span<const S> theta, std::span<const Inpu
                                          std::span<const S>, std::span<S>) const;              \
   template void RobotFriction::step<S>(std::span<const S>, std::span<const Input<S>>, double,  \
                                        std::span<S>) const;                                    \
+  template void RobotFriction::step_torque<S>(std::span<const S>, std::span<const Input<S>>,   \
+                                              double, std::span<S>, std::span<S>) const;       \
   template void RobotFriction::steady_torque<S>(std::span<const S>, std::span<const Input<S>>, \
                                                 std::span<S>) const;                           \
   template void RobotFriction::torque_pullback<S>(                                             \

@@ -50,13 +50,21 @@ class BasicLuGre {
   template <class S>
   S torque(const S* theta, const Input<S>& in, const S* z) const {
     const StribeckCurve<S> g = curve(theta, in.v);
-    const S dz = in.v - decay_rate(theta, in.v, g) * z[0];
-    return theta[kSigma0] * z[0] + bristle_damping(theta, g) * dz + theta[kSigma2] * in.v;
+    return torque_at(theta, in.v, g, decay_rate(theta, in.v, g), z[0]);
   }
 
   template <class S>
   void step(const S* theta, const Input<S>& in, double dt, S* z) const {
     z[0] = bristle_step(in.v, decay_rate(theta, in.v, curve(theta, in.v)), dt, z[0]);
+  }
+
+  /// `step`, then `torque`, which share the Stribeck curve.
+  template <class S>
+  S step_torque(const S* theta, const Input<S>& in, double dt, S* z) const {
+    const StribeckCurve<S> g = curve(theta, in.v);
+    const S r = decay_rate(theta, in.v, g);
+    z[0] = bristle_step(in.v, r, dt, z[0]);
+    return torque_at(theta, in.v, g, r, z[0]);
   }
 
   template <class S>
@@ -96,6 +104,12 @@ class BasicLuGre {
   template <class S>
   static StribeckCurve<S> curve(const S* theta, const S& v) {
     return stribeck_curve(theta[kFc], theta[kFs], theta[kVs], v);
+  }
+
+  template <class S>
+  static S torque_at(const S* theta, const S& v, const StribeckCurve<S>& g, const S& r,
+                     const S& z) {
+    return theta[kSigma0] * z + bristle_damping(theta, g) * (v - r * z) + theta[kSigma2] * v;
   }
 
   template <class S>  // r [1/s]
