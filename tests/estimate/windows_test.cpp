@@ -218,6 +218,15 @@ TEST_F(MultiStep, TakesGaussNewtonStepsUnlessTold) {
   EXPECT_NE(chosen.loss, train_multi_step(start, recordings, options, "dahl", 2).loss);
 }
 
+TEST_F(MultiStep, GoesBackAndOnWithShorterStepsWhereTheyAreTooLong) {
+  options.optimiser = Optimiser::kAdam;
+  options.rate = 1;
+  options.checks = 10;
+  const MultiStepReport report = train_multi_step(start, recordings, options, "dahl", 2);
+  EXPECT_GT(report.returns, 0);
+  EXPECT_LT(report.held_out[static_cast<std::size_t>(report.best)], 0.1 * report.held_out[0]);
+}
+
 TEST_F(MultiStep, KeepsAStartThatCannotBeBettered) {
   options.optimiser = Optimiser::kAdam;
   options.iterations = 20;

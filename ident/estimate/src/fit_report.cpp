@@ -63,6 +63,7 @@ Json multi_step_json(const MultiStepReport& report) {
           {"held_out_q_mse", report.held_out},
           {"chosen", report.best},
           {"skipped", report.skipped},
+          {"returns", report.returns},
           {"leap", report.leap},
           {"seconds", report.seconds}};
 }

@@ -22,6 +22,9 @@ namespace {
 constexpr double kShortRollout = 1;     // [s]
 constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
 constexpr int kRefresh = 20;            // batches whose curvature is taken in at once
+// A look that finds kLost times the best held-out error sends the training back there, with steps
+// kShorter times as long.
+constexpr double kLost = 3, kShorter = 0.3;
 constexpr int kMostCoordinates = 8000;  // of Gauss-Newton steps: 256 MB per matrix
 
 /// Loss and gradient of a batch of windows, packs of them in parallel, summed in their order.
@@ -219,15 +222,17 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   coordinates.apply(c, arm);
   const auto [second_order, iterations, first_rate] = descent(options, coordinates.size(), label);
   Adam adam(coordinates.size());
-  GaussNewton gauss_newton(second_order ? coordinates.size() : 0);
+  std::optional<GaussNewton> gauss_newton;
   Rng rng(options.seed, 0);
 
+  Eigen::VectorXd best_c = c;
   const auto look = [&](int iteration) {
     report.checked.push_back(iteration);
     report.held_out.push_back(held_out_error(arm, recordings, split, options.judge, jobs));
     if (report.held_out.back() < report.held_out[static_cast<std::size_t>(report.best)]) {
       report.best = static_cast<int>(report.held_out.size()) - 1;
       report.arm = arm;
+      best_c = c;
     }
   };
   look(0);
@@ -259,17 +264,22 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
 
   Batch batch(arm, recordings, step, steps, options);
   std::optional<CurvatureSamples> curvature;
-  if (second_order) {
+  const auto begin_descent = [&] {
+    adam = Adam(coordinates.size());
+    if (!second_order) return;
     // a first matrix before the first step
     curvature.emplace(arm, coordinates, options);
+    gauss_newton.emplace(coordinates.size());
     Rng first(options.seed, 2);
     const auto draw = [&] {
       return draw_windows(recordings, split, steps, options.batch, options.from_rest, first);
     };
     do batch.run(arm, draw(), z, jobs);
     while (!curvature->add(batch, c, jobs));
-    gauss_newton.refresh(curvature->samples(), jobs);
-  }
+    gauss_newton->refresh(curvature->samples(), jobs);
+  };
+  begin_descent();
+  double rate_share = 1;
   Progress progress(fmt::format("train {}", label), iterations);
   for (int iteration = 0; iteration < iterations; ++iteration) {
     throw_if_stopped();
@@ -278,17 +288,27 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
         draw_windows(recordings, split, steps, options.batch, options.from_rest, rng);
     const double loss = gradient(batch, windows, z);
     report.loss.push_back(loss);
-    const double rate = first_rate * training_schedule(iteration, iterations);
+    const double rate = rate_share * first_rate * training_schedule(iteration, iterations);
     if (curvature && curvature->add(batch, c, jobs))
-      gauss_newton.refresh(curvature->samples(), jobs);
+      gauss_newton->refresh(curvature->samples(), jobs);
     const bool moved =
-        second_order ? gauss_newton.step(c_bar, rate, coordinates.lower(), coordinates.upper(), c)
+        second_order ? gauss_newton->step(c_bar, rate, coordinates.lower(), coordinates.upper(), c)
                      : adam.step(c_bar, rate, coordinates.rate(), coordinates.lower(),
                                  coordinates.upper(), c);
     if (!moved) ++report.skipped;
     coordinates.apply(c, arm);
     const int done = iteration + 1;
-    if (done * options.checks / iterations > iteration * options.checks / iterations) look(done);
+    if (done * options.checks / iterations > iteration * options.checks / iterations) {
+      look(done);
+      if (report.held_out.back() > kLost * report.held_out[static_cast<std::size_t>(report.best)]) {
+        c = best_c;
+        coordinates.apply(c, arm);
+        z = wash_out(arm, recordings, jobs);
+        rate_share *= kShorter;
+        ++report.returns;
+        begin_descent();
+      }
+    }
     progress.advance(1, fmt::format("loss {:.3g}, held out {:.2e} rad2", report.loss.back(),
                                     report.held_out.back()));
   }
