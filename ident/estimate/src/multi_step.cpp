@@ -150,7 +150,7 @@ struct Descent {
   double rate;
 };
 /// @param size  number of parameters
-Descent descent(const MultiStepOptions& options, int size, std::string_view label) {
+Descent descent_of(const MultiStepOptions& options, int size, std::string_view label) {
   const Optimiser optimiser = options.optimiser.value_or(
       size <= kMostCoordinates ? Optimiser::kGaussNewton : Optimiser::kAdam);
   const bool second_order = optimiser == Optimiser::kGaussNewton;
@@ -220,7 +220,7 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   Arm arm = start;
   Eigen::VectorXd c = coordinates.start(), c_bar;
   coordinates.apply(c, arm);
-  const auto [second_order, iterations, first_rate] = descent(options, coordinates.size(), label);
+  const Descent descent = descent_of(options, coordinates.size(), label);
   Adam adam(coordinates.size());
   std::optional<GaussNewton> gauss_newton;
   Rng rng(options.seed, 0);
@@ -266,7 +266,7 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   std::optional<CurvatureSamples> curvature;
   const auto begin_descent = [&] {
     adam = Adam(coordinates.size());
-    if (!second_order) return;
+    if (!descent.second_order) return;
     // a first matrix before the first step
     curvature.emplace(arm, coordinates, options);
     gauss_newton.emplace(coordinates.size());
@@ -280,25 +280,28 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
   };
   begin_descent();
   double rate_share = 1;
-  Progress progress(fmt::format("train {}", label), iterations);
-  for (int iteration = 0; iteration < iterations; ++iteration) {
+  Progress progress(fmt::format("train {}", label), descent.iterations);
+  for (int iteration = 0; iteration < descent.iterations; ++iteration) {
     throw_if_stopped();
     if (iteration % options.wash_out_every == 0) z = wash_out(arm, recordings, jobs);
     const auto windows =
         draw_windows(recordings, split, steps, options.batch, options.from_rest, rng);
     const double loss = gradient(batch, windows, z);
     report.loss.push_back(loss);
-    const double rate = rate_share * first_rate * training_schedule(iteration, iterations);
+    const double rate =
+        rate_share * descent.rate * training_schedule(iteration, descent.iterations);
     if (curvature && curvature->add(batch, c, jobs))
       gauss_newton->refresh(curvature->samples(), jobs);
     const bool moved =
-        second_order ? gauss_newton->step(c_bar, rate, coordinates.lower(), coordinates.upper(), c)
-                     : adam.step(c_bar, rate, coordinates.rate(), coordinates.lower(),
-                                 coordinates.upper(), c);
+        descent.second_order
+            ? gauss_newton->step(c_bar, rate, coordinates.lower(), coordinates.upper(), c)
+            : adam.step(c_bar, rate, coordinates.rate(), coordinates.lower(), coordinates.upper(),
+                        c);
     if (!moved) ++report.skipped;
     coordinates.apply(c, arm);
     const int done = iteration + 1;
-    if (done * options.checks / iterations > iteration * options.checks / iterations) {
+    if (done * options.checks / descent.iterations >
+        iteration * options.checks / descent.iterations) {
       look(done);
       if (report.held_out.back() > kLost * report.held_out[static_cast<std::size_t>(report.best)]) {
         c = best_c;
@@ -315,9 +318,10 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
 
   const double best = report.held_out[static_cast<std::size_t>(report.best)];
   report.outcome = std::isfinite(best) ? Outcome::kIterationLimit : Outcome::kFailed;
-  report.message = fmt::format(
-      "held-out error {:.2e} rad2 after {} of {} iterations, {:.2e} before", best,
-      report.checked[static_cast<std::size_t>(report.best)], iterations, report.held_out.front());
+  report.message =
+      fmt::format("held-out error {:.2e} rad2 after {} of {} iterations, {:.2e} before", best,
+                  report.checked[static_cast<std::size_t>(report.best)], descent.iterations,
+                  report.held_out.front());
   report.seconds = seconds_since(begin);
   return report;
 }
