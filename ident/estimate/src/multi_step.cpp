@@ -303,7 +303,8 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
     if (done * options.checks / descent.iterations >
         iteration * options.checks / descent.iterations) {
       look(done);
-      if (report.held_out.back() > kLost * report.held_out[static_cast<std::size_t>(report.best)]) {
+      const double best = report.held_out[static_cast<std::size_t>(report.best)];
+      if (done < descent.iterations && report.held_out.back() > kLost * best) {
         c = best_c;
         coordinates.apply(c, arm);
         z = wash_out(arm, recordings, jobs);

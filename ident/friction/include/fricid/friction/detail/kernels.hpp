@@ -143,6 +143,17 @@ struct Kernels {
 
   static std::span<const Slot> slots(const RobotFriction& model) { return model.slots_; }
 
+  // tau_f (n): what add(slot, j, sum) adds up over the slots of each joint.
+  template <class Add>
+  static void sum_per_joint(std::span<const Slot> slots, std::span<S> tau_f, Add&& add) {
+    auto slot = slots.begin();  // sorted by joint
+    for (std::size_t j = 0; j < tau_f.size(); ++j) {
+      S sum = S(0);
+      for (; slot != slots.end() && slot->joint == static_cast<int>(j); ++slot) add(*slot, j, sum);
+      tau_f[j] = sum;
+    }
+  }
+
   // Calls f(law) where there is a law of the whole robot.
   template <class F>
   static void visit_whole(const RobotFriction::RobotLawSlot& slot, F&& f) {
@@ -156,13 +167,9 @@ void RobotFriction::torque(std::span<const S> theta, std::span<const Input<S>> i
   assert(static_cast<int>(theta.size()) == parameter_count() &&
          static_cast<int>(z.size()) == state_size() &&
          static_cast<int>(in.size()) == joint_count() && tau_f.size() == in.size());
-  auto slot = slots_.begin();  // sorted by joint
-  for (std::size_t j = 0; j < in.size(); ++j) {
-    S sum = S(0);
-    for (; slot != slots_.end() && slot->joint == static_cast<int>(j); ++slot)
-      Kernels<S>::add_torque(*slot, theta.data(), in[j], z.data(), sum);
-    tau_f[j] = sum;
-  }
+  Kernels<S>::sum_per_joint(slots_, tau_f, [&](const LawSlot& slot, std::size_t j, S& sum) {
+    Kernels<S>::add_torque(slot, theta.data(), in[j], z.data(), sum);
+  });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.add_torque(theta.data() + whole_slot_.theta, in.data(), z.data() + whole_slot_.z,
                    tau_f.data());
@@ -188,13 +195,9 @@ void RobotFriction::step_torque(std::span<const S> theta, std::span<const Input<
   assert(static_cast<int>(theta.size()) == parameter_count() &&
          static_cast<int>(z.size()) == state_size() &&
          static_cast<int>(in.size()) == joint_count() && tau_f.size() == in.size());
-  auto slot = slots_.begin();  // sorted by joint
-  for (std::size_t j = 0; j < in.size(); ++j) {
-    S sum = S(0);
-    for (; slot != slots_.end() && slot->joint == static_cast<int>(j); ++slot)
-      Kernels<S>::step_add_torque(*slot, theta.data(), in[j], dt, z.data(), sum);
-    tau_f[j] = sum;
-  }
+  Kernels<S>::sum_per_joint(slots_, tau_f, [&](const LawSlot& slot, std::size_t j, S& sum) {
+    Kernels<S>::step_add_torque(slot, theta.data(), in[j], dt, z.data(), sum);
+  });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.step(theta.data() + whole_slot_.theta, in.data(), dt, z.data() + whole_slot_.z);
     law.add_torque(theta.data() + whole_slot_.theta, in.data(), z.data() + whole_slot_.z,
@@ -207,13 +210,9 @@ void RobotFriction::steady_torque(std::span<const S> theta, std::span<const Inpu
                                   std::span<S> tau_f) const {
   assert(static_cast<int>(theta.size()) == parameter_count() &&
          static_cast<int>(in.size()) == joint_count() && tau_f.size() == in.size());
-  auto slot = slots_.begin();
-  for (std::size_t j = 0; j < in.size(); ++j) {
-    S sum = S(0);
-    for (; slot != slots_.end() && slot->joint == static_cast<int>(j); ++slot)
-      Kernels<S>::add_steady_torque(*slot, theta.data(), in[j], sum);
-    tau_f[j] = sum;
-  }
+  Kernels<S>::sum_per_joint(slots_, tau_f, [&](const LawSlot& slot, std::size_t j, S& sum) {
+    Kernels<S>::add_steady_torque(slot, theta.data(), in[j], sum);
+  });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.add_steady_torque(theta.data() + whole_slot_.theta, in.data(), tau_f.data());
   });
