@@ -218,6 +218,16 @@ TEST_F(MultiStep, TakesGaussNewtonStepsUnlessTold) {
   EXPECT_NE(chosen.loss, train_multi_step(start, recordings, options, "dahl", 2).loss);
 }
 
+// a rigid bristle chatters between stick and slip at any step, and so do gradients through it
+TEST_F(MultiStep, TrainsFromBristlesThatNoStepResolves) {
+  for (std::size_t p = 1; p < start.friction.theta.size(); p += 3) start.friction.theta[p] = 1e8;
+  options.iterations = 100;
+  const MultiStepReport report = train_multi_step(start, recordings, options, "dahl", 2);
+  EXPECT_EQ(report.skipped, 0);
+  EXPECT_EQ(report.returns, 0);
+  EXPECT_LT(report.held_out[static_cast<std::size_t>(report.best)], 0.02 * report.held_out[0]);
+}
+
 TEST_F(MultiStep, GoesBackAndOnWithShorterStepsWhereTheyAreTooLong) {
   options.optimiser = Optimiser::kAdam;
   options.rate = 1;

@@ -31,7 +31,8 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
 
   const auto& infos = arm.friction.model.parameters();
   for (int p = 0; p < static_cast<int>(infos.size()); ++p) {
-    const friction::ParameterInfo& info = infos[static_cast<std::size_t>(p)].info;
+    const friction::ParameterRef& parameter = infos[static_cast<std::size_t>(p)];
+    const friction::ParameterInfo& info = parameter.info;
     if (info.scale == friction::Scale::kFixed) continue;
     const double value = arm.friction.theta[static_cast<std::size_t>(p)];
     // zero says nothing about size; what has no typical size, as a network's weights, is of order
@@ -41,7 +42,11 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
                         : value == 0         ? typical
                         : info.typical == 0  ? 1
                                              : std::max(std::abs(value), 0.1 * typical);
-    add({p, false, info.scale == friction::Scale::kLog, size}, value, info.lower, info.upper, 1);
+    const bool bounded = info.unit == "N m/rad" && !options.stiffest.empty();
+    const double highest =
+        bounded ? std::min(info.upper, options.stiffest[static_cast<std::size_t>(parameter.joint)])
+                : info.upper;
+    add({p, false, info.scale == friction::Scale::kLog, size}, value, info.lower, highest, 1);
   }
   const dynamics::RobotModel& robot = arm.robot;
   const int n = robot.n();

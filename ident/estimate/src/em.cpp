@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <Eigen/LU>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
@@ -15,6 +14,7 @@
 #include "fricid/system/driven_friction.hpp"
 #include "score_step.hpp"
 #include "support.hpp"
+#include "training.hpp"
 #include "transition_step.hpp"
 
 namespace fricid::estimate {
@@ -41,19 +41,13 @@ Sizes sizes_of(const Arm& arm, std::span<const Recording> recordings, int jobs) 
   const int n = arm.robot.n();
   Sizes sizes{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n),
               latent_sizes(wash_out(arm, recordings, jobs))};
-  dynamics::Workspace<double> ws(arm.robot);
-  Eigen::MatrixXd M(n, n);
   double rows = 0, poses = 0;
   for (const Recording& r : recordings) {
     const auto driven = drive_friction(arm.friction, r.dt, r.q, r.v, r.tau, r.temperature);
     sizes.friction += driven.tau_f.cwiseAbs2().colwise().sum().transpose();
     rows += r.length();
-    for (int k = 0; k < r.length(); k += 100, poses += 1) {
-      dynamics::crba<double>(arm.robot, ws, view(arm.robot.pi),
-                             {r.q.row(k).data(), static_cast<std::size_t>(n)},
-                             {M.data(), static_cast<std::size_t>(n * n)});
-      sizes.mobility += r.dt * M.inverse().diagonal();
-    }
+    for (int k = 0; k < r.length(); k += 100, poses += 1)
+      sizes.mobility += r.dt * estimate::mobility(arm.robot, r, k);
   }
   sizes.friction = (sizes.friction / rows).cwiseSqrt();
   sizes.mobility /= poses;

@@ -25,6 +25,7 @@ constexpr int kRefresh = 20;            // batches whose curvature is taken in a
 // A look that finds kLost times the best held-out error sends the training back there, with steps
 // kShorter times as long.
 constexpr double kLost = 3, kShorter = 0.3;
+constexpr double kResolved = 0.5;       // [rad] phase per step of a spring that steps resolve
 constexpr int kMostCoordinates = 8000;  // of Gauss-Newton steps: 256 MB per matrix
 
 /// Loss and gradient of a batch of windows, packs of them in parallel, summed in their order.
@@ -143,6 +144,14 @@ std::vector<double> mean_squares(const Arm& arm, std::span<const Recording> reco
   return squares;
 }
 
+/// (n) stiffness that steps of dt resolve [N m/rad]: sqrt(k/m) dt = kResolved, m = 1/(M^-1)_jj the
+/// inertia that joint j shows while the others are free, at the first sample. Gradients through a
+/// stiffer spring are those of its chatter.
+std::vector<double> resolved_stiffness(const Arm& arm, const Recording& recording, double dt) {
+  const Eigen::ArrayXd k = std::pow(kResolved / dt, 2) / mobility(arm.robot, recording, 0).array();
+  return {k.begin(), k.end()};
+}
+
 /// What of the options follows from the others.
 struct Descent {
   bool second_order;
@@ -159,7 +168,7 @@ Descent descent_of(const MultiStepOptions& options, int size, std::string_view l
         "{}: {} parameters are too many for train.optimiser = \"gauss_newton\"; allowed up "
         "to {}, or \"adam\"",
         label, size, kMostCoordinates);
-  return {second_order, options.iterations > 0 ? options.iterations : (second_order ? 1200 : 2400),
+  return {second_order, options.iterations > 0 ? options.iterations : (second_order ? 1000 : 2400),
           options.rate > 0 ? options.rate : (second_order ? 1 : 8e-3)};
 }
 
@@ -216,10 +225,12 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
 
   MultiStepReport report;
   report.arm = start;
-  const ArmCoordinates coordinates(start, options.coordinates);
+  CoordinateOptions bounded = options.coordinates;
+  bounded.stiffest = resolved_stiffness(start, recordings.front(),
+                                        dt * options.judge.leap / options.judge.substeps);
+  const ArmCoordinates coordinates(start, bounded);
   Arm arm = start;
   Eigen::VectorXd c = coordinates.start(), c_bar;
-  coordinates.apply(c, arm);
   const Descent descent = descent_of(options, coordinates.size(), label);
   Adam adam(coordinates.size());
   std::optional<GaussNewton> gauss_newton;
@@ -236,6 +247,7 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> re
     }
   };
   look(0);
+  coordinates.apply(c, arm);
 
   // the longest leap whose gradient is that of the judge's steps: stiff friction makes long leaps
   // chatter, and gradients through chatter explode

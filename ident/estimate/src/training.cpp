@@ -1,7 +1,11 @@
 #include "training.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "fricid/dynamics/algorithms.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 
@@ -35,6 +39,15 @@ double shorten_gradient(double length, int step, double& mean_length) {
   const double share = step > 1 && length > kClip * mean_length ? kClip * mean_length / length : 1;
   mean_length = step == 1 ? length : kMemory * mean_length + (1 - kMemory) * share * length;
   return share;
+}
+
+Eigen::VectorXd mobility(const dynamics::RobotModel& robot, const Recording& recording, int row) {
+  const auto n = static_cast<std::size_t>(robot.n());
+  dynamics::Workspace<double> ws(robot);
+  Eigen::MatrixXd M(robot.n(), robot.n());
+  dynamics::crba<double>(robot, ws, view(robot.pi), {recording.q.row(row).data(), n},
+                         {M.data(), n * n});
+  return M.inverse().diagonal();
 }
 
 }  // namespace fricid::estimate

@@ -1,6 +1,7 @@
 // What the trainings by gradients share.
 #pragma once
 
+#include <Eigen/Core>
 #include <span>
 #include <vector>
 
@@ -22,5 +23,9 @@ std::vector<Window> draw_windows(std::span<const Recording> recordings, const Sp
 /// @param step         1 for the first gradient
 /// @param mean_length  running mean, brought up to date
 double shorten_gradient(double length, int step, double& mean_length);
+
+/// (n) diagonal of M^-1 at a row of a recording [1/(kg m^2)]: how easily each joint moves while the
+/// others are free.
+Eigen::VectorXd mobility(const dynamics::RobotModel& robot, const Recording& recording, int row);
 
 }  // namespace fricid::estimate

@@ -285,7 +285,7 @@ struct TrainConfig {
     archive("window_s", window_s, number("s", 0.01, 100, "length of a window"));
     archive("batch", batch, number("", 1, 1e6, "windows per step"));
     archive("iterations", iterations,
-            number("", 0, 1e7, "steps; 0: 2400 of adam, 1200 of gauss_newton"));
+            number("", 0, 1e7, "steps; 0: 2400 of adam, 1000 of gauss_newton"));
     archive("rate", rate,
             number("1", 0, 1, "first step length; 0: 0.008 of adam, 1 of gauss_newton"));
     archive("rigid_body", rigid_body, flag("train the rigid body together with the friction"));

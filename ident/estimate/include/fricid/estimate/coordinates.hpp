@@ -13,6 +13,7 @@ struct CoordinateOptions {
   bool rigid_body = true;    ///< inertial parameters, armatures and linear torques
   double rigid_rate = 0.25;  ///< step of a rigid-body coordinate relative to one of friction
   std::vector<double> torque_scale;  ///< (n) size of the joint torques [N m]; empty: 1
+  std::vector<double> stiffest;  ///< (n) upper bound of friction's stiffness [N m/rad]; empty: none
 };
 
 /// A bijection between the physical parameters (pi, theta) of one arm and coordinates c, all of
@@ -23,14 +24,15 @@ struct CoordinateOptions {
 ///     armature                  Ia = exp c           linear torque     c_k = s c
 ///
 /// s is the size of the start value or of the joint's torque. Friction stays within the bounds of
-/// the law table; what is fixed there does not move.
+/// the law table, stiffness below `stiffest` too; what is fixed there does not move.
 class ArmCoordinates {
  public:
   ArmCoordinates(const Arm& arm, const CoordinateOptions& options);
 
   int size() const { return static_cast<int>(start_.size()); }
-  const Eigen::VectorXd& start() const { return start_; }  ///< of the arm given
-  const Eigen::VectorXd& rate() const { return rate_; }    ///< step length of each coordinate [1]
+  /// The arm given, within the bounds.
+  const Eigen::VectorXd& start() const { return start_; }
+  const Eigen::VectorXd& rate() const { return rate_; }  ///< step length of each coordinate [1]
   const Eigen::VectorXd& lower() const { return lower_; }
   const Eigen::VectorXd& upper() const { return upper_; }
 

@@ -42,7 +42,7 @@ struct MultiStepOptions {
   double window_s = 0.25;
   int batch = 32;            ///< windows per iteration
   double from_rest = 0.125;  ///< share of them that begin with a recording
-  int iterations = 0;        ///< 0: 2400 of Adam, 1200 of Gauss-Newton
+  int iterations = 0;        ///< 0: 2400 of Adam, 1000 of Gauss-Newton
   /// Step length, times 0.3 after 60 % and 0.1 after 85 % of the iterations; 0: 8e-3 of Adam, 1 of
   /// Gauss-Newton.
   double rate = 0;
