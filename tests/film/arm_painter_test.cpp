@@ -1,9 +1,12 @@
 #include "fricid/film/arm_painter.hpp"
 
 #include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "fricid/sim/simulate.hpp"
 
@@ -46,7 +49,7 @@ double mean_column(const Image& image, std::size_t channel) {
 TEST(ArmPainter, DrawsAnOrangeArm) {
   const auto context = make_gl_context(GlBackend::kOsmesa);
   const sim::MujocoArm arm = kr6();
-  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft());
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft(), context->functions());
   const std::array<PaintedArm, 1> arms{{{kPose}}};
   const Image image = painter.paint(front(), kWidth, kHeight, arms);
   EXPECT_GT(pixels_of(image, 0), 3000);
@@ -57,7 +60,7 @@ TEST(ArmPainter, DrawsAnOrangeArm) {
 TEST(ArmPainter, AGhostStandsWhereItsJointsSay) {
   const auto context = make_gl_context(GlBackend::kOsmesa);
   const sim::MujocoArm arm = kr6();
-  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft());
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft(), context->functions());
   const auto blue_column = [&](double turn) {
     std::array<double, 6> other = kPose;
     other[0] += turn;
@@ -71,11 +74,79 @@ TEST(ArmPainter, AGhostStandsWhereItsJointsSay) {
   EXPECT_GT(ahead, left + 20);
 }
 
+TEST(ArmPainter, AGhostIsAsTranslucentAsItsPaint) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft(), context->functions());
+  std::array<double, 6> other = kPose;
+  other[0] -= 1;
+  const auto picture = [&](float alpha) {
+    const std::array<PaintedArm, 2> arms{{{kPose}, {other, Paint{0, 0, 1, alpha}}}};
+    return painter.paint(front(), kWidth, kHeight, arms);
+  };
+  const Image without = picture(0), faint = picture(0.2f), clear = picture(0.4f);
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < without.rgb.size(); i += 3)  // of red, which blue takes away
+    if (const int taken = without.rgb[i] - faint.rgb[i]; taken > 20)
+      ratios.push_back(static_cast<double>(without.rgb[i] - clear.rgb[i]) / taken);
+  ASSERT_GT(ratios.size(), 1000u);
+  std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2),
+                   ratios.end());
+  EXPECT_NEAR(ratios[ratios.size() / 2], 2, 0.1);  // drawn twice, it would be 1.78
+}
+
+// The floor's grid is not MuJoCo's.
+TEST(ArmPainter, TheFloorIsAsMujocoDrawsIt) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft(), context->functions());
+  const View view{.target = {0.5, 0.3, 0.2}, .distance = 2.5, .azimuth_deg = 60};
+  const std::array<PaintedArm, 1> arms{{{kPose}}};
+  const Image image = painter.paint(view, kWidth, kHeight, arms);
+
+  const sim::MjModelPtr model(mj_copyModel(nullptr, &arm.model()));
+  model->vis.global.offwidth = kWidth;
+  model->vis.global.offheight = kHeight;
+  model->vis.quality.offsamples = 0;
+  const sim::MjDataPtr data = arm.make_data();
+  for (int j = 0; j < arm.n(); ++j) data->qpos[arm.qpos(j)] = kPose[static_cast<std::size_t>(j)];
+  mj_kinematics(model.get(), data.get());
+  mj_comPos(model.get(), data.get());
+  mj_camlight(model.get(), data.get());
+  mjvScene scene;
+  mjv_defaultScene(&scene);
+  mjv_makeScene(model.get(), &scene, 1000);
+  scene.flags[mjRND_SHADOW] = 0;
+  mjvOption option;
+  mjv_defaultOption(&option);
+  mjvPerturb nobody;
+  mjv_defaultPerturb(&nobody);
+  mjvCamera camera;
+  mjv_defaultCamera(&camera);
+  Eigen::Vector3d::Map(camera.lookat) = view.target;
+  camera.distance = view.distance;
+  camera.azimuth = view.azimuth_deg;
+  camera.elevation = view.elevation_deg;
+  mjrContext mjr;
+  mjr_defaultContext(&mjr);
+  mjr_makeContext(model.get(), &mjr, mjFONTSCALE_100);
+  mjr_setBuffer(mjFB_OFFSCREEN, &mjr);
+  mjv_updateScene(model.get(), data.get(), &option, &nobody, &camera, mjCAT_ALL, &scene);
+  mjr_render({0, 0, kWidth, kHeight}, &scene, &mjr);
+  Image upside_down(kWidth, kHeight), expected(kWidth, kHeight);
+  mjr_readPixels(upside_down.rgb.data(), nullptr, {0, 0, kWidth, kHeight}, &mjr);
+  for (int y = 0; y < kHeight; ++y)
+    std::copy_n(upside_down.row(kHeight - 1 - y), 3 * kWidth, expected.row(y));
+  mjr_freeContext(&mjr);
+  mjv_freeScene(&scene);
+  EXPECT_LT(share_differing(image, expected, 1), 1e-3);
+}
+
 // What is out of sight is not drawn: the sights of these pictures cut through different links.
 TEST(ArmPainter, ANarrowPictureIsTheMiddleOfAWideOne) {
   const auto context = make_gl_context(GlBackend::kOsmesa);
   const sim::MujocoArm arm = kr6();
-  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::final());
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::final(), context->functions());
   std::array<double, 6> other = kPose;
   other[0] += 0.2;
   const std::array<PaintedArm, 2> arms{{{kPose}, {other, Paint{0, 0, 1, 0.5f}}}};
@@ -95,7 +166,7 @@ TEST(ArmPainter, ANarrowPictureIsTheMiddleOfAWideOne) {
 TEST(ArmPainter, TrailsAreDrawn) {
   const auto context = make_gl_context(GlBackend::kOsmesa);
   const sim::MujocoArm arm = kr6();
-  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft());
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft(), context->functions());
   const std::array<PaintedArm, 1> arms{{{kPose}}};
   const std::array<Trail, 1> trails{{{{{0.3, -0.5, 0.8}, {0.3, 0.4, 0.8}}, kBlue, 8}}};
   EXPECT_GT(pixels_of(painter.paint(front(), kWidth, kHeight, arms, trails), 2), 200);
@@ -106,7 +177,7 @@ TEST(ArmPainter, LightAndShadowDoNotChangeATrailsColour) {
   const sim::MujocoArm arm = kr6();
   PaintQuality shadows = PaintQuality::final();
   shadows.samples = 0;  // smooth edges would mix colours
-  ArmPainter painter(arm, "flange", kWidth, kHeight, shadows);
+  ArmPainter painter(arm, "flange", kWidth, kHeight, shadows, context->functions());
   const std::array<PaintedArm, 1> arms{{{kPose}}};
   Trail loop{{}, {0.2f, 0.5f, 0.7f, 1}, 3};
   for (double angle = 0; angle < 6.3; angle += 0.1)
@@ -127,7 +198,7 @@ TEST(ArmPainter, LightAndShadowDoNotChangeATrailsColour) {
 TEST(ArmPainter, ATrailLiesOverThoseBeforeIt) {
   const auto context = make_gl_context(GlBackend::kOsmesa);
   const sim::MujocoArm arm = kr6();
-  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft());
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft(), context->functions());
   const std::array<PaintedArm, 1> arms{{{kPose}}};
   // steps of different length on the same line: neither is nearer all along
   Trail red{{}, {1, 0, 0, 1}, 4}, blue{{}, kBlue, 4};
@@ -147,7 +218,7 @@ TEST(ArmPainter, ATrailLiesOverThoseBeforeIt) {
 TEST(ArmPainter, TipIsTheFlange) {
   const auto context = make_gl_context(GlBackend::kOsmesa);
   const sim::MujocoArm arm = kr6();
-  ArmPainter painter(arm, "flange", 16, 16, PaintQuality::draft());
+  ArmPainter painter(arm, "flange", 16, 16, PaintQuality::draft(), context->functions());
   // hanging from 1.6 m; stretched: 400 down, 25 + 315 + 365 + 80 along, 35 up
   const std::array<double, 6> stretched{};
   const Eigen::Vector3d tip = painter.tip(stretched);
@@ -158,7 +229,7 @@ TEST(ArmPainter, TipIsTheFlange) {
 TEST(ArmPainter, SurroundingsHide) {
   const auto context = make_gl_context(GlBackend::kOsmesa);
   const sim::MujocoArm arm = kr6();
-  ArmPainter painter(arm, "flange", 16, 16, PaintQuality::draft());
+  ArmPainter painter(arm, "flange", 16, 16, PaintQuality::draft(), context->functions());
   painter.tip(kPose);
   // along +y; a post of the portal stands at x = 0, y = -1
   const View along_y{{0, 0, 1}, 3, 90, 0};

@@ -38,7 +38,8 @@ Image drawn_by(GlBackend backend, const std::filesystem::path& file) {
       const auto context = context_or_end(backend);
       const sim::MujocoArm arm = sim::make_arm(
           data::load_experiment(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml"));
-      ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::final());
+      ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::final(),
+                         context->functions());
       std::array<double, 6> other = kPose;
       other[0] += 0.2;
       const std::array<PaintedArm, 2> arms{{{kPose}, {other, Paint{0, 0.4f, 0.7f, 0.5f}}}};

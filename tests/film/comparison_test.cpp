@@ -37,7 +37,9 @@ class ComparisonTest : public FilmFolder {
   Comparison comparison() {
     film.emplace(read_film(folder, experiment));
     if (!arm) arm.emplace(sim::make_arm(experiment));
-    if (!painter) painter.emplace(*arm, "flange", kFilmWidth, kFilmHeight, PaintQuality::draft());
+    if (!painter)
+      painter.emplace(*arm, "flange", kFilmWidth, kFilmHeight, PaintQuality::draft(),
+                      context->functions());
     return {*film, experiment, *painter};
   }
 
@@ -101,7 +103,7 @@ TEST(ViewOf, HoldsThePoints) {
 TEST_F(ComparisonTest, TheViewShowsTheErrorFromTheSide) {
   // only a1 drifts: the tip errs along y where it points along x, seen best along x
   const sim::MujocoArm kr6 = sim::make_arm(experiment);
-  ArmPainter painter16(kr6, "flange", 16, 16, PaintQuality::draft());
+  ArmPainter painter16(kr6, "flange", 16, 16, PaintQuality::draft(), context->functions());
   FilmPaths paths;
   for (int k = 0; k < 100; ++k) {
     paths.truth.push_back({0.5, 0, 1});

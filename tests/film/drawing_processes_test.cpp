@@ -14,12 +14,10 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-/// One pixel that says its number and which process drew it.
+/// Its number and which process drew it.
 Draw numbered() {
   return [](int k) {
-    Image image(1, 1);
-    image.rgb = {static_cast<std::uint8_t>(k), static_cast<std::uint8_t>(getpid() % 251), 0};
-    return image;
+    return PictureBytes{static_cast<std::uint8_t>(k), static_cast<std::uint8_t>(getpid() % 251)};
   };
 }
 
@@ -27,9 +25,9 @@ TEST(DrawingProcesses, HandOverInOrderWhatEachDraws) {
   DrawingProcesses pictures(7, 3, numbered);
   std::vector<std::uint8_t> from;
   for (int k = 0; k < 7; ++k) {
-    const Image image = pictures.next();
-    ASSERT_EQ(image.rgb[0], k);
-    from.push_back(image.rgb[1]);
+    const PictureBytes picture = pictures.next();
+    ASSERT_EQ(picture[0], k);
+    from.push_back(picture[1]);
   }
   EXPECT_EQ(from[0], from[3]);
   EXPECT_NE(from[0], from[1]);
@@ -39,9 +37,9 @@ TEST(DrawingProcesses, HandOverInOrderWhatEachDraws) {
 TEST(DrawingProcesses, OneDrawsWithoutAFork) {
   DrawingProcesses pictures(2, 1, numbered);
   pictures.next();
-  const Image second = pictures.next();
-  EXPECT_EQ(second.rgb[0], 1);
-  EXPECT_EQ(second.rgb[1], getpid() % 251);
+  const PictureBytes second = pictures.next();
+  EXPECT_EQ(second[0], 1);
+  EXPECT_EQ(second[1], getpid() % 251);
 }
 
 TEST(DrawingProcesses, PassOnWhyThereIsNoPicture) {
@@ -50,7 +48,7 @@ TEST(DrawingProcesses, PassOnWhyThereIsNoPicture) {
   DrawingProcesses undrawn(9, 2, [] {
     return [draw = numbered()](int k) { return k == 3 ? throw UserError("too late") : draw(k); };
   });
-  for (int k = 0; k < 3; ++k) EXPECT_EQ(undrawn.next().rgb[0], k);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(undrawn.next()[0], k);
   EXPECT_THAT([&] { undrawn.next(); }, ThrowsMessage<UserError>(HasSubstr("too late")));
 }
 
@@ -67,8 +65,8 @@ TEST(DrawingProcesses, SayThatOneWasKilled) {
 
 TEST(DrawingProcesses, EndWithTheirReader) {
   // pictures too large for a pipe: each process still waits for its first to be read
-  DrawingProcesses pictures(1000, 3, [] { return [](int) { return Image(1000, 1000); }; });
-  EXPECT_EQ(pictures.next().width, 1000);
+  DrawingProcesses pictures(1000, 3, [] { return [](int) { return PictureBytes(3000000); }; });
+  EXPECT_EQ(pictures.next().size(), 3000000u);
 }
 
 }  // namespace

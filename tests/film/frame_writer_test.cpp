@@ -9,6 +9,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/film/image.hpp"
 #include "output_of.hpp"
 #include "temporary_folder.hpp"
 
@@ -20,10 +21,10 @@ using ::testing::StartsWith;
 
 constexpr int kWidth = 64, kHeight = 48, kRate = 30;
 
-Image grey(int level) {
+std::vector<std::uint8_t> grey(int level) {
   Image image(kWidth, kHeight);
   std::fill(image.rgb.begin(), image.rgb.end(), static_cast<std::uint8_t>(level));
-  return image;
+  return yuv420_of(image);
 }
 
 int files_in(const std::filesystem::path& folder) {
@@ -77,7 +78,7 @@ TEST_F(FrameWriterTest, AFullDiskIsSaid) {
       for (std::size_t i = 0; i < noise.rgb.size(); ++i)
         noise.rgb[i] =
             static_cast<std::uint8_t>((i + static_cast<std::size_t>(k)) * 2654435761u >> 24);
-      writer.write(noise);
+      writer.write(yuv420_of(noise));
     }
     writer.finish();
   } catch (const UserError& error) {

@@ -34,6 +34,33 @@ TEST_F(Png, MissingAndBrokenFilesAreNamed) {
   EXPECT_THROW(load_png(folder / "broken.png"), UserError);
 }
 
+TEST(Yuv420, ColoursOfBt709InItsLimitedRange) {
+  // ITU-R BT.709-6, items 3.2 to 3.5
+  const auto planes_of = [](std::uint8_t r, std::uint8_t g, std::uint8_t b) {
+    Image image(2, 2);
+    for (std::size_t i = 0; i < 12; i += 3) {
+      image.rgb[i] = r;
+      image.rgb[i + 1] = g;
+      image.rgb[i + 2] = b;
+    }
+    return yuv420_of(image);
+  };
+  using Planes = std::vector<std::uint8_t>;
+  EXPECT_EQ(planes_of(0, 0, 0), (Planes{16, 16, 16, 16, 128, 128}));
+  EXPECT_EQ(planes_of(255, 255, 255), (Planes{235, 235, 235, 235, 128, 128}));
+  EXPECT_EQ(planes_of(255, 0, 0), (Planes{63, 63, 63, 63, 102, 240}));
+  EXPECT_EQ(planes_of(0, 255, 0), (Planes{173, 173, 173, 173, 42, 26}));
+  EXPECT_EQ(planes_of(0, 0, 255), (Planes{32, 32, 32, 32, 240, 118}));
+}
+
+TEST(Yuv420, AColourStandsForFourPixels) {
+  Image image(4, 4);  // its upper right quarter half red, half black
+  for (int y = 0; y < 2; ++y) image.row(y)[6] = 255;
+  EXPECT_EQ(yuv420_of(image),
+            (std::vector<std::uint8_t>{16, 16, 63, 16, 16,  16,  63,  16,  16,  16,  16,  16,
+                                       16, 16, 16, 16, 128, 115, 128, 128, 128, 184, 128, 128}));
+}
+
 TEST(ShareDiffering, CountsPixelsNotChannels) {
   const Image a = pattern(10, 10);
   Image b = a;

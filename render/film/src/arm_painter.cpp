@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "fricid/base/error.hpp"
+#include "gl_overlay.hpp"
 
 namespace fricid::film {
 namespace {
@@ -53,22 +54,42 @@ Sight sight_of(const View& view, double field_of_view, double aspect) {
   return sight;
 }
 
+/// Gives moving links one colour. What is translucent casts no shadow.
+void tint(std::span<mjvGeom> links, const Paint& paint) {
+  for (mjvGeom& geom : links) {
+    if (geom.category != mjCAT_DYNAMIC) continue;
+    std::copy_n(std::array{paint.red, paint.green, paint.blue, paint.alpha}.data(), 4, geom.rgba);
+    geom.matid = geom.texid = -1;
+    geom.specular = 0.2f;
+    geom.transparent = paint.alpha < 1;
+    geom.castshadow = paint.alpha >= 1;
+  }
+}
+
+bool is_ghost(const mjvGeom& geom) {
+  return geom.category == mjCAT_DYNAMIC && geom.transparent && geom.type == mjGEOM_MESH &&
+         geom.objtype == mjOBJ_GEOM && geom.dataid >= 0;
+}
+
 }  // namespace
 
 struct ArmPainter::Gl {
+  explicit Gl(const GlLookup& function) : overlay(function) {}
+
   mjvScene scene;
   mjvOption option;
   mjvPerturb nobody;
   mjrContext context;
+  GlOverlay overlay;
 };
 
 ArmPainter::ArmPainter(const sim::MujocoArm& arm, const std::string& tip, int width, int height,
-                       PaintQuality quality)
+                       PaintQuality quality, const GlLookup& function)
     : arm_(arm),
       model_(mj_copyModel(nullptr, &arm.model())),
       data_(arm.make_data()),
       tip_site_(mj_name2id(model_.get(), mjOBJ_SITE, tip.c_str())),
-      gl_(std::make_unique<Gl>()) {
+      gl_(std::make_unique<Gl>(function)) {
   model_->vis.global.offwidth = width;
   model_->vis.global.offheight = height;
   model_->vis.quality.offsamples = quality.samples;
@@ -81,6 +102,7 @@ ArmPainter::ArmPainter(const sim::MujocoArm& arm, const std::string& tip, int wi
   mjv_defaultPerturb(&gl_->nobody);
   mjr_defaultContext(&gl_->context);
   mjr_makeContext(model_.get(), &gl_->context, mjFONTSCALE_100);
+  gl_->overlay.coarsen_planes(*model_, gl_->context);
 }
 
 ArmPainter::~ArmPainter() {
@@ -129,30 +151,27 @@ double ArmPainter::field_of_view() const {
   return static_cast<double>(model_->vis.global.fovy) * kRadians;
 }
 
-void ArmPainter::add_trail(const Trail& trail, int over) {
+void ArmPainter::take_ghosts(int first, const View& view, std::vector<mjvGeom>& ghosts) {
   mjvScene& scene = gl_->scene;
-  // opaque, a line would get its colour once more from the light that casts shadows
-  const float alpha = std::min(trail.paint.alpha, 0.99f);
-  const std::array<float, 4> rgba{trail.paint.red, trail.paint.green, trail.paint.blue, alpha};
-  for (std::size_t i = 1; i < trail.points.size() && scene.ngeom < scene.maxgeom; ++i) {
-    mjvGeom& geom = scene.geoms[scene.ngeom++];
-    mjv_initGeom(&geom, mjGEOM_LINE, nullptr, nullptr, nullptr, rgba.data());
-    mjv_connector(&geom, mjGEOM_LINE, trail.width, trail.points[i - 1].data(),
-                  trail.points[i].data());
-    geom.category = mjCAT_DECOR;
-    geom.castshadow = 0;
-    // what is not opaque is drawn from far to near, by its distance less its bound
-    constexpr float kPicture = 100;  // [m], larger than what is seen
-    geom.objtype = mjOBJ_GEOM;
-    geom.modelrbound = -kPicture * static_cast<float>(1 + over);
-  }
+  mjvGeom* const end = scene.geoms + scene.ngeom;
+  mjvGeom* const taken = std::stable_partition(scene.geoms + first, end,
+                                               [](const mjvGeom& geom) { return !is_ghost(geom); });
+  const Eigen::Vector3f eye = eye_of(view).cast<float>();
+  const auto distance = [&](const mjvGeom& geom) {
+    return (Eigen::Map<const Eigen::Vector3f>(geom.pos) - eye).norm() -
+           static_cast<float>(model_->geom_rbound[geom.objid]);
+  };
+  std::sort(taken, end,
+            [&](const mjvGeom& a, const mjvGeom& b) { return distance(a) > distance(b); });
+  ghosts.insert(ghosts.end(), taken, end);
+  scene.ngeom = static_cast<int>(taken - scene.geoms);
 }
 
-void ArmPainter::drop_unseen(const View& view, double aspect) {
+void ArmPainter::drop_unseen(int first, const View& view, double aspect) {
   mjvScene& scene = gl_->scene;
   const Sight sight = sight_of(view, field_of_view(), aspect);
   mjvGeom* const end =
-      std::remove_if(scene.geoms, scene.geoms + scene.ngeom, [&](const mjvGeom& geom) {
+      std::remove_if(scene.geoms + first, scene.geoms + scene.ngeom, [&](const mjvGeom& geom) {
         if (geom.objtype != mjOBJ_GEOM || geom.objid < 0) return false;
         const double radius = model_->geom_rbound[geom.objid];  // 0: without end
         const bool shades = scene.flags[mjRND_SHADOW] && geom.castshadow;
@@ -173,40 +192,34 @@ Image ArmPainter::paint(const View& view, int width, int height, std::span<const
   camera.elevation = view.elevation_deg;
 
   // the first arm with all around it, then the links of the others
+  std::vector<mjvGeom> ghosts;
+  const double aspect = static_cast<double>(width) / height;
   pose(arms.front().q);
   mjv_updateCamera(model_.get(), data_.get(), &camera, &scene);  // the headlight sits there
   mjv_updateScene(model_.get(), data_.get(), &gl_->option, &gl_->nobody, &camera, mjCAT_ALL,
                   &scene);
-  for (std::size_t a = 0; a < arms.size(); ++a) {
-    int first = 0;
+  for (std::size_t a = 0, first = 0; a < arms.size(); ++a) {
     if (a > 0) {
-      first = scene.ngeom;
+      first = static_cast<std::size_t>(scene.ngeom);
       pose(arms[a].q);
       mjv_addGeoms(model_.get(), data_.get(), &gl_->option, &gl_->nobody, mjCAT_DYNAMIC, &scene);
     }
-    if (!arms[a].tint) continue;
-    const Paint& tint = *arms[a].tint;
-    for (int g = first; g < scene.ngeom; ++g) {
-      mjvGeom& geom = scene.geoms[g];
-      if (geom.category != mjCAT_DYNAMIC) continue;
-      std::copy_n(std::array{tint.red, tint.green, tint.blue, tint.alpha}.data(), 4, geom.rgba);
-      geom.matid = geom.texid = -1;
-      geom.specular = 0.2f;
-      geom.transparent = tint.alpha < 1;
-      geom.castshadow = tint.alpha >= 1;
-    }
+    const std::span links(scene.geoms + first, scene.geoms + scene.ngeom);
+    if (arms[a].tint) tint(links, *arms[a].tint);
+    drop_unseen(static_cast<int>(first), view, aspect);
+    take_ghosts(static_cast<int>(first), view, ghosts);
   }
-  drop_unseen(view, static_cast<double>(width) / height);
-  for (std::size_t i = 0; i < trails.size(); ++i)
-    add_trail(trails[i], static_cast<int>(trails.size() - 1 - i));
 
   const mjrRect viewport{0, 0, width, height};
   mjr_setBuffer(mjFB_OFFSCREEN, &gl_->context);
   mjr_render(viewport, &scene, &gl_->context);
-  Image upside_down(width, height), image(width, height);
-  mjr_readPixels(upside_down.rgb.data(), nullptr, viewport, &gl_->context);
-  for (int y = 0; y < height; ++y)
-    std::copy_n(upside_down.row(height - 1 - y), 3 * static_cast<std::size_t>(width), image.row(y));
+  gl_->overlay.draw_meshes(ghosts, scene.nlight, gl_->context);
+  gl_->overlay.draw_trails(trails, gl_->context);
+  Image image(width, height);
+  mjr_readPixels(image.rgb.data(), nullptr, viewport, &gl_->context);
+  for (int y = 0; y < height / 2; ++y)
+    std::swap_ranges(image.row(y), image.row(y) + std::ptrdiff_t{3} * width,
+                     image.row(height - 1 - y));
   return image;
 }
 

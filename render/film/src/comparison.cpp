@@ -18,7 +18,7 @@ constexpr double kTrailPast = 1.5;         // [s] of path behind each tip
 constexpr double kLeastZoom = 0.15;        // [m] half height, so that a flange is recognised
 constexpr double kTipMargin = 0.06;        // [m] around the joints' paths
 constexpr double kPortraitTurn = 35;       // [deg] from the view of the film
-constexpr float kGhost = 0.55f;            // opacity
+constexpr float kGhost = 0.65f;            // opacity
 constexpr std::size_t kMostPoints = 1000;  // of a curve
 
 constexpr Paint kInk{0.13f, 0.13f, 0.15f, 1}, kFaint{0.42f, 0.42f, 0.45f, 1}, kVeil{1, 1, 1, 0.82f};

@@ -21,9 +21,10 @@ namespace {
 
 constexpr int kMostProcesses = 8;  // a final picture takes 0.2 GB of each
 
-/// What goes before a picture; width 0: before `height` letters that say why there is none.
+/// What goes before a picture, or before the letters that say why there is none.
 struct Header {
-  std::int32_t width, height;
+  std::uint64_t size;
+  bool is_picture;
 };
 
 bool send(int pipe, const void* data, std::size_t size) {
@@ -56,14 +57,14 @@ void draw_all(int pipe, int first, int stride, int count, const std::function<Dr
     const Draw draw = open();
     for (int k = first; k < count; k += stride) {
       throw_if_stopped();
-      const Image image = draw(k);
-      const Header header{image.width, image.height};
-      if (!send(pipe, &header, sizeof header) || !send(pipe, image.rgb.data(), image.rgb.size()))
+      const PictureBytes picture = draw(k);
+      const Header header{picture.size(), true};
+      if (!send(pipe, &header, sizeof header) || !send(pipe, picture.data(), picture.size()))
         return;
     }
   } catch (const std::exception& error) {
     const std::string reason = error.what();
-    const Header header{0, static_cast<std::int32_t>(reason.size())};
+    const Header header{reason.size(), false};
     if (send(pipe, &header, sizeof header)) send(pipe, reason.data(), reason.size());
   } catch (const Stopped&) {
     // whoever reads was stopped too
@@ -109,18 +110,16 @@ DrawingProcesses::~DrawingProcesses() {
   for (const Process& process : processes_) waitpid(process.id, nullptr, 0);
 }
 
-Image DrawingProcesses::next() {
+PictureBytes DrawingProcesses::next() {
   const int k = next_++;
   if (draw_here_) return draw_here_(k);
   const int pipe = processes_[static_cast<std::size_t>(k) % processes_.size()].pipe;
   Header header{};
   if (receive(pipe, &header, sizeof header)) {
-    if (header.width == 0) {
-      std::string reason(static_cast<std::size_t>(header.height), ' ');
-      if (receive(pipe, reason.data(), reason.size())) throw UserError("{}", reason);
-    } else {
-      Image image(header.width, header.height);
-      if (receive(pipe, image.rgb.data(), image.rgb.size())) return image;
+    PictureBytes bytes(header.size);
+    if (receive(pipe, bytes.data(), bytes.size())) {
+      if (header.is_picture) return bytes;
+      throw UserError("{}", std::string(bytes.begin(), bytes.end()));
     }
   }
   throw_if_stopped();

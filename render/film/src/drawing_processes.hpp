@@ -4,15 +4,16 @@
 
 #include <sys/types.h>
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
-#include "fricid/film/image.hpp"
-
 namespace fricid::film {
 
-/// Draws picture k.
-using Draw = std::function<Image(int)>;
+using PictureBytes = std::vector<std::uint8_t>;
+
+/// Draws picture k, in whatever form its reader wants.
+using Draw = std::function<PictureBytes(int)>;
 
 /// Pictures 0, 1, ... in order; each process draws every n-th of them, some ahead of `next`.
 /// Drivers do not survive a fork: where this process has used GL, it draws all by itself.
@@ -26,7 +27,7 @@ class DrawingProcesses {
   DrawingProcesses& operator=(const DrawingProcesses&) = delete;
 
   /// @throws UserError as `open` and its Draw do, or when a process was killed; Stopped
-  Image next();
+  PictureBytes next();
 
  private:
   DrawingProcesses() = default;

@@ -41,10 +41,9 @@ FrameWriter::FrameWriter(std::filesystem::path path, int width, int height, int 
   part_ = path_.parent_path() / (stem + ".mp4");
   log_ = path_.parent_path() / (stem + ".log");
   const std::string command = fmt::format(
-      "exec ffmpeg -nostdin -y -loglevel error -f rawvideo -pix_fmt rgb24 -s {}x{} -r {} -i - "
-      "-vf scale=out_color_matrix=bt709:out_range=tv -c:v libx264 -preset {} -crf {} -pix_fmt "
-      "yuv420p -colorspace bt709 -color_primaries bt709 -color_trc bt709 -color_range tv "
-      "-movflags +faststart {} 2>{}",
+      "exec ffmpeg -nostdin -y -loglevel error -f rawvideo -pix_fmt yuv420p -s {}x{} -r {} -i - "
+      "-c:v libx264 -preset {} -crf {} -pix_fmt yuv420p -colorspace bt709 -color_primaries bt709 "
+      "-color_trc bt709 -color_range tv -movflags +faststart {} 2>{}",
       width, height, frames_per_second, fast ? "ultrafast" : "veryfast", fast ? 23 : 19,
       quoted(part_), quoted(log_));
   std::signal(SIGPIPE, SIG_IGN);  // an encoder that ended is a failed write, not our end
@@ -59,8 +58,8 @@ FrameWriter::~FrameWriter() {
   std::filesystem::remove(log_, ignored);
 }
 
-void FrameWriter::write(const Image& frame) {
-  if (std::fwrite(frame.rgb.data(), 1, frame.rgb.size(), pipe_) != frame.rgb.size()) fail(close());
+void FrameWriter::write(std::span<const std::uint8_t> yuv420) {
+  if (std::fwrite(yuv420.data(), 1, yuv420.size(), pipe_) != yuv420.size()) fail(close());
 }
 
 void FrameWriter::finish() {

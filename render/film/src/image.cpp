@@ -41,6 +41,47 @@ Image image_of(cairo_surface_t& surface) {
   return image;
 }
 
+std::vector<std::uint8_t> yuv420_of(const Image& image) {
+  // BT.709 from 0..255 to 16..235 and 16..240, times 2^16
+  constexpr int kYR = 11966, kYG = 40254, kYB = 4064;
+  constexpr int kBR = -6596, kBG = -22188, kBB = 28784;
+  constexpr int kRR = 28784, kRG = -26145, kRB = -2639;
+  const auto width = static_cast<std::size_t>(image.width),
+             height = static_cast<std::size_t>(image.height);
+  std::vector<std::uint8_t> planes(width * height * 3 / 2);
+  std::uint8_t* luma = planes.data();
+  std::uint8_t* blue = luma + width * height;
+  std::uint8_t* red = blue + width * height / 4;
+  std::vector<int> sum(3 * width);  // of two rows, colour by colour
+  for (int y = 0; y < image.height; y += 2) {
+    const std::uint8_t *upper = image.row(y), *lower = image.row(y + 1);
+    for (const std::uint8_t* row : {upper, lower}) {
+      for (std::size_t x = 0; x < width; ++x)
+        luma[x] = static_cast<std::uint8_t>(
+            (kYR * row[3 * x] + kYG * row[3 * x + 1] + kYB * row[3 * x + 2] + (33 << 15)) >> 16);
+      luma += width;
+    }
+    int *r = sum.data(), *g = r + width, *b = g + width;
+    for (std::size_t x = 0; x < width; ++x) {
+      r[x] = upper[3 * x] + lower[3 * x];
+      g[x] = upper[3 * x + 1] + lower[3 * x + 1];
+      b[x] = upper[3 * x + 2] + lower[3 * x + 2];
+    }
+    for (std::size_t x = 0; x < width / 2; ++x) {
+      const int four_r = r[2 * x] + r[2 * x + 1], four_g = g[2 * x] + g[2 * x + 1],
+                four_b = b[2 * x] + b[2 * x + 1];
+      constexpr int kMiddle = 257 << 17;  // 128 and a half, for four pixels
+      blue[x] =
+          static_cast<std::uint8_t>((kBR * four_r + kBG * four_g + kBB * four_b + kMiddle) >> 18);
+      red[x] =
+          static_cast<std::uint8_t>((kRR * four_r + kRG * four_g + kRB * four_b + kMiddle) >> 18);
+    }
+    blue += width / 2;
+    red += width / 2;
+  }
+  return planes;
+}
+
 void save_png(const Image& image, const std::filesystem::path& path) {
   const SurfacePtr surface = surface_of(image);
   write_file_atomically(path, [&](const std::filesystem::path& part) {

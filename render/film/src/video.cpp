@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <functional>
 #include <memory>
+#include <utility>
 
 #include "drawing_processes.hpp"
 #include "fricid/base/error.hpp"
@@ -16,6 +17,8 @@ namespace fricid::film {
 namespace {
 
 namespace fs = std::filesystem;
+
+using DrawFrame = std::function<Image(int)>;
 
 PaintQuality quality_of(const data::RenderConfig& config) {
   if (config.quality == "final") return PaintQuality::final();
@@ -33,7 +36,9 @@ std::vector<std::string> write_pictures(const fs::path& folder, const std::strin
   for (int k = 0; k < count; ++k) {
     throw_if_stopped();
     files.push_back(fmt::format("video/{}/{:05}.png", name, k + 1));
-    save_png(frames.next(), folder / files.back());
+    Image picture(kFilmWidth, kFilmHeight);
+    picture.rgb = frames.next();
+    save_png(picture, folder / files.back());
     progress.advance(1);
   }
   return files;
@@ -41,9 +46,15 @@ std::vector<std::string> write_pictures(const fs::path& folder, const std::strin
 
 std::vector<std::string> write_video(const fs::path& folder, const std::string& name, int count,
                                      const data::RenderConfig& config, int jobs,
-                                     const std::function<Draw()>& open) {
-  DrawingProcesses frames(count, jobs, open);
-  if (!ffmpeg_found()) return write_pictures(folder, name, count, frames);
+                                     const std::function<DrawFrame()>& open) {
+  const bool encode = ffmpeg_found();
+  DrawingProcesses frames(count, jobs, [&] {
+    return [draw = open(), encode](int k) {
+      Image frame = draw(k);
+      return encode ? yuv420_of(frame) : std::move(frame.rgb);
+    };
+  });
+  if (!encode) return write_pictures(folder, name, count, frames);
   const std::string file = "video/" + name + ".mp4";
   FrameWriter writer(folder / file, kFilmWidth, kFilmHeight, kFilmRate, config.quality == "draft");
   Progress progress(name, count);
@@ -64,7 +75,8 @@ struct Studio {
   Studio(const sim::MujocoArm& arm, const data::Experiment& experiment, PaintQuality quality,
          const std::string& renderer)
       : context(make_gl_context(renderer)),
-        painter(arm, experiment.robot.payload_frame, kFilmWidth, kFilmHeight, quality) {}
+        painter(arm, experiment.robot.payload_frame, kFilmWidth, kFilmHeight, quality,
+                context->functions()) {}
 };
 
 /// A comparison and its cards.
@@ -146,7 +158,7 @@ void render_still(const fs::path& folder, const data::Experiment& experiment,
   const auto context = make_gl_context(options.renderer);
   const sim::MujocoArm arm = sim::make_arm(experiment);
   ArmPainter painter(arm, experiment.robot.payload_frame, kFilmWidth, kFilmHeight,
-                     PaintQuality::final());
+                     PaintQuality::final(), context->functions());
   Comparison comparison(film, experiment, painter);
   save_png(comparison.still(film.row(at.value_or(film.t[film.t.size() - 1] / 2))), picture);
 }

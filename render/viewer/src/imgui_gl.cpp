@@ -102,7 +102,7 @@ struct ImguiGl::Calls {
   void (*PopClientAttrib)();
   unsigned (*GetError)();
 
-  explicit Calls(const std::function<void*(const char*)>& function) {
+  explicit Calls(const film::GlLookup& function) {
     const auto find = [&](auto& call, const char* name) {
       call = reinterpret_cast<std::remove_reference_t<decltype(call)>>(function(name));
       if (!call) throw UserError("this OpenGL has no {}; the viewer needs version 2.1", name);
@@ -142,8 +142,7 @@ struct ImguiGl::Calls {
   }
 };
 
-ImguiGl::ImguiGl(const std::function<void*(const char*)>& function)
-    : gl_(std::make_unique<Calls>(function)) {
+ImguiGl::ImguiGl(const film::GlLookup& function) : gl_(std::make_unique<Calls>(function)) {
   unsigned char* pixels = nullptr;
   int width = 0, height = 0;
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;

@@ -2,9 +2,9 @@
 
 #include <imgui.h>
 
-#include <functional>
 #include <memory>
 
+#include "fricid/film/gl_context.hpp"
 #include "fricid/film/image.hpp"
 
 namespace fricid::viewer {
@@ -14,7 +14,7 @@ namespace fricid::viewer {
 /// current context and an ImGui context.
 class ImguiGl {
  public:
-  explicit ImguiGl(const std::function<void*(const char*)>& function);
+  explicit ImguiGl(const film::GlLookup& function);
   ~ImguiGl();
   ImguiGl(const ImguiGl&) = delete;
   ImguiGl& operator=(const ImguiGl&) = delete;

@@ -89,7 +89,7 @@ film::Image paint(const Stage& stage, film::ArmPainter& painter, int width, int 
 /// ImGui's context, its look, and what draws it.
 class Gui {
  public:
-  explicit Gui(const std::function<void*(const char*)>& function) {
+  explicit Gui(const film::GlLookup& function) {
     ImGui::CreateContext();
     ImGui::StyleColorsLight();
     ImGuiIO& io = ImGui::GetIO();
@@ -162,8 +162,8 @@ void run_script(Stage& stage, film::ArmPainter& painter, Gui& gui,
 void view_offscreen(Stage& stage, const ViewerOptions& options) {
   const auto context = film::make_gl_context(options.renderer, options.width, options.height);
   film::ArmPainter painter(*stage.arm, stage.experiment.robot.payload_frame, options.width,
-                           options.height, film::PaintQuality::final());
-  Gui gui([&](const char* name) { return context->function(name); });
+                           options.height, film::PaintQuality::final(), context->functions());
+  Gui gui(context->functions());
   ImGuiIO& io = ImGui::GetIO();
   io.DisplaySize = {static_cast<float>(options.width), static_cast<float>(options.height)};
   io.DeltaTime = 1.0f / 60;
@@ -202,9 +202,12 @@ class Window {
 
 void view_in_window(Stage& stage, const ViewerOptions& options) {
   const Window window("fricid: " + stage.experiment.name, options.width, options.height);
+  const film::GlLookup functions = [](const char* name) {
+    return reinterpret_cast<void*>(glfwGetProcAddress(name));
+  };
   film::ArmPainter painter(*stage.arm, stage.experiment.robot.payload_frame, kLargestWidth,
-                           kLargestHeight, film::PaintQuality::standard());
-  Gui gui([](const char* name) { return reinterpret_cast<void*>(glfwGetProcAddress(name)); });
+                           kLargestHeight, film::PaintQuality::standard(), functions);
+  Gui gui(functions);
   ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
   if (!options.script.empty()) {
     run_script(

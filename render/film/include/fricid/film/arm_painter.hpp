@@ -52,12 +52,13 @@ class ArmPainter {
  public:
   /// @param tip  site of the MJCF whose path is followed; when there is none, the last link
   /// @param width, height  largest picture
+  /// @param function  finds the calls of the current GL context
   ArmPainter(const sim::MujocoArm& arm, const std::string& tip, int width, int height,
-             PaintQuality quality);
+             PaintQuality quality, const GlLookup& function);
   ~ArmPainter();
 
-  /// The first arm brings floor, base and light; each trail lies over those before it. @pre `arms`
-  /// is not empty
+  /// The first arm brings floor, base and light. Translucent arms lie over what is opaque, each
+  /// over those before it; so do the trails, over the arms. @pre `arms` is not empty
   Image paint(const View& view, int width, int height, std::span<const PaintedArm> arms,
               std::span<const Trail> trails = {});
 
@@ -77,10 +78,11 @@ class ArmPainter {
   struct Gl;  // what lives in the context
 
   void pose(std::span<const double> q);
-  /// Takes out of the scene what is neither in the picture nor casts a shadow into it.
-  void drop_unseen(const View& view, double aspect);
-  /// @param over  number of trails that lie over this one
-  void add_trail(const Trail& trail, int over);
+  /// Takes out of the scene, from `first` on, what is neither in the picture nor casts a shadow
+  /// into it.
+  void drop_unseen(int first, const View& view, double aspect);
+  /// Moves translucent meshes from the scene, from `first` on, to `ghosts`, from far to near.
+  void take_ghosts(int first, const View& view, std::vector<mjvGeom>& ghosts);
 
   const sim::MujocoArm& arm_;
   sim::MjModelPtr model_;

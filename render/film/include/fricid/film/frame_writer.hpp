@@ -1,10 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <span>
 #include <string>
-
-#include "fricid/film/image.hpp"
 
 namespace fricid::film {
 
@@ -23,9 +23,10 @@ class FrameWriter {
   FrameWriter(const FrameWriter&) = delete;
   FrameWriter& operator=(const FrameWriter&) = delete;
 
+  /// @param yuv420  a frame as yuv420_of makes it
   /// @throws UserError with ffmpeg's own words when it ended early (disk full, killed);
   ///         Stopped when that was asked for
-  void write(const Image& frame);
+  void write(std::span<const std::uint8_t> yuv420);
   /// @throws UserError as `write`
   void finish();
 

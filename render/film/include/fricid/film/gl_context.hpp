@@ -2,6 +2,7 @@
 // run time, because libmujoco takes its GL functions from whichever one the process holds.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -16,6 +17,9 @@ std::string_view name_of(GlBackend backend);
 /// @throws UserError on another name than osmesa and egl
 GlBackend backend_of(std::string_view name);
 
+/// Address of a function of the current context, null when there is none.
+using GlLookup = std::function<void*(const char*)>;
+
 /// A current OpenGL context (compatibility profile, as mjr needs) of the thread that made it.
 class GlContext {
  public:
@@ -26,6 +30,9 @@ class GlContext {
   virtual GlBackend backend() const = 0;
   /// Address of a GL function, null when there is none.
   virtual void* function(const char* name) const = 0;
+  GlLookup functions() const {
+    return [this](const char* name) { return function(name); };
+  }
   /// What draws: "llvmpipe (LLVM 15.0.6, 256 bits)".
   std::string renderer() const;
 

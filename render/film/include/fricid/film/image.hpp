@@ -24,6 +24,10 @@ struct Image {
   }
 };
 
+/// Planes Y, Cb and Cr one after the other, 4:2:0 and 8-bit, BT.709 in its limited range, as videos
+/// want it; a colour stands for 2 x 2 pixels. @pre width and height are even
+std::vector<std::uint8_t> yuv420_of(const Image& image);
+
 /// PNG files. Written atomically. @throws UserError naming the path
 void save_png(const Image& image, const std::filesystem::path& path);
 Image load_png(const std::filesystem::path& path);

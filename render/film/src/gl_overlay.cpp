@@ -1,0 +1,184 @@
+#include "gl_overlay.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "fricid/base/error.hpp"
+
+namespace fricid::film {
+namespace {
+
+// <GL/gl.h>
+enum : unsigned {
+  kLineStrip = 0x0003,
+  kQuads = 0x0007,
+  kSrcAlpha = 0x0302,
+  kOneMinusSrcAlpha = 0x0303,
+  kFrontAndBack = 0x0408,
+  kLighting = 0x0B50,
+  kBlend = 0x0BE2,
+  kSpecular = 0x1202,
+  kCompile = 0x1300,
+  kEmission = 0x1600,
+  kShininess = 0x1601,
+  kLight0 = 0x4000
+};
+
+constexpr int kCells = 40;  // of a plane, in each direction
+
+/// Whether all light comes from so far away that it is the same all over a plane.
+bool lit_from_far(const mjModel& model) {
+  return std::all_of(model.light_type, model.light_type + model.nlight,
+                     [](int type) { return type == mjLIGHT_DIRECTIONAL; });
+}
+
+}  // namespace
+
+struct GlOverlay::Calls {
+  void (*Enable)(unsigned);
+  void (*Disable)(unsigned);
+  void (*BlendFunc)(unsigned, unsigned);
+  void (*DepthMask)(unsigned char);
+  void (*PushMatrix)();
+  void (*PopMatrix)();
+  void (*MultMatrixf)(const float*);
+  void (*Materialfv)(unsigned, unsigned, const float*);
+  void (*Materialf)(unsigned, unsigned, float);
+  void (*Color4fv)(const float*);
+  void (*CallList)(unsigned);
+  void (*NewList)(unsigned, unsigned);
+  void (*EndList)();
+  void (*Begin)(unsigned);
+  void (*End)();
+  void (*Normal3d)(double, double, double);
+  void (*TexCoord2d)(double, double);
+  void (*Vertex3d)(double, double, double);
+  void (*LineWidth)(float);
+
+  explicit Calls(const GlLookup& function) {
+    const auto find = [&](auto& call, const char* name) {
+      call = reinterpret_cast<std::remove_reference_t<decltype(call)>>(function(name));
+      if (!call) throw UserError("this OpenGL has no {}; arms need a compatibility profile", name);
+    };
+    find(Enable, "glEnable");
+    find(Disable, "glDisable");
+    find(BlendFunc, "glBlendFunc");
+    find(DepthMask, "glDepthMask");
+    find(PushMatrix, "glPushMatrix");
+    find(PopMatrix, "glPopMatrix");
+    find(MultMatrixf, "glMultMatrixf");
+    find(Materialfv, "glMaterialfv");
+    find(Materialf, "glMaterialf");
+    find(Color4fv, "glColor4fv");
+    find(CallList, "glCallList");
+    find(NewList, "glNewList");
+    find(EndList, "glEndList");
+    find(Begin, "glBegin");
+    find(End, "glEnd");
+    find(Normal3d, "glNormal3d");
+    find(TexCoord2d, "glTexCoord2d");
+    find(Vertex3d, "glVertex3d");
+    find(LineWidth, "glLineWidth");
+  }
+
+  void begin_blending() const {
+    DepthMask(0);
+    Enable(kBlend);
+    BlendFunc(kSrcAlpha, kOneMinusSrcAlpha);
+  }
+  void end_blending() const {
+    Disable(kBlend);
+    DepthMask(1);
+  }
+};
+
+GlOverlay::GlOverlay(const GlLookup& function) : gl_(std::make_unique<Calls>(function)) {}
+GlOverlay::~GlOverlay() = default;
+
+void GlOverlay::coarsen_planes(const mjModel& model, const mjrContext& context) const {
+  if (!lit_from_far(model)) return;
+  unsigned list = context.basePlane;
+  for (int g = 0; g < model.ngeom; ++g) {
+    if (model.geom_type[g] != mjGEOM_PLANE) continue;
+    ++list;
+    if (model.geom_size[3 * g] > 0 || model.geom_size[3 * g + 1] > 0) continue;
+    // mjr moves the plane by steps of the texture, to stay below the camera
+    const int material = model.geom_matid[g];
+    const double sight = model.vis.map.zfar * model.stat.extent;
+    double step = 0.02 * sight;
+    for (int axis = 0; material >= 0 && axis < 2; ++axis)
+      if (const float repeat = model.mat_texrepeat[2 * material + axis]; repeat > 0)
+        step = std::max(step, 2.0 / repeat);
+    const double half = 1.05 * sight + step;
+    std::array<double, kCells + 1> line{};
+    for (int i = 0; i <= kCells; ++i) {
+      const double share = 2.0 * i / kCells - 1;
+      line[static_cast<std::size_t>(i)] = half * share * std::abs(share);
+    }
+    const auto vertex = [&](std::size_t x, std::size_t y) {
+      gl_->TexCoord2d(0.5 * line[x], -0.5 * line[y]);
+      gl_->Vertex3d(line[x], line[y], 0);
+    };
+    gl_->NewList(list, kCompile);
+    gl_->Begin(kQuads);
+    gl_->Normal3d(0, 0, 1);
+    for (std::size_t x = 0; x < kCells; ++x)
+      for (std::size_t y = 0; y < kCells; ++y) {
+        vertex(x, y);
+        vertex(x + 1, y);
+        vertex(x + 1, y + 1);
+        vertex(x, y + 1);
+      }
+    gl_->End();
+    gl_->EndList();
+  }
+}
+
+void GlOverlay::draw_meshes(std::span<const mjvGeom> geoms, int lights,
+                            const mjrContext& context) const {
+  const auto each_light = [&](void (*call)(unsigned)) {
+    for (unsigned i = 0; i < static_cast<unsigned>(lights); ++i) call(kLight0 + i);
+  };
+  each_light(gl_->Enable);
+  gl_->begin_blending();
+  constexpr std::array<float, 4> kDark{0, 0, 0, 1};
+  gl_->Materialfv(kFrontAndBack, kEmission, kDark.data());
+  for (const mjvGeom& geom : geoms) {
+    gl_->Color4fv(geom.rgba);
+    gl_->Materialf(kFrontAndBack, kShininess, geom.shininess * 128);
+    const std::array<float, 4> specular{geom.specular, geom.specular, geom.specular, 1};
+    gl_->Materialfv(kFrontAndBack, kSpecular, specular.data());
+    const float* r = geom.mat;
+    const std::array<float, 16> pose{r[0], r[3], r[6], 0, r[1],        r[4],        r[7],        0,
+                                     r[2], r[5], r[8], 0, geom.pos[0], geom.pos[1], geom.pos[2], 1};
+    gl_->PushMatrix();
+    gl_->MultMatrixf(pose.data());
+    gl_->CallList(context.baseMesh + static_cast<unsigned>(geom.dataid));
+    gl_->PopMatrix();
+  }
+  gl_->end_blending();
+  each_light(gl_->Disable);
+}
+
+void GlOverlay::draw_trails(std::span<const Trail> trails, const mjrContext& context) const {
+  gl_->Disable(kLighting);
+  gl_->begin_blending();
+  for (const Trail& trail : trails) {
+    const Paint& paint = trail.paint;
+    const std::array<float, 4> rgba{paint.red, paint.green, paint.blue, paint.alpha};
+    gl_->Color4fv(rgba.data());
+    gl_->LineWidth(static_cast<float>(trail.width) * context.lineWidth);
+    gl_->Begin(kLineStrip);
+    for (const Eigen::Vector3d& point : trail.points)
+      gl_->Vertex3d(point.x(), point.y(), point.z());
+    gl_->End();
+  }
+  gl_->LineWidth(context.lineWidth);
+  gl_->end_blending();
+  gl_->Enable(kLighting);
+}
+
+}  // namespace fricid::film

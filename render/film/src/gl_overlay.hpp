@@ -1,0 +1,40 @@
+// What MuJoCo's renderer does at more cost than it must, done by OpenGL itself: it is felt where a
+// processor draws.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <memory>
+#include <span>
+
+#include "fricid/film/arm_painter.hpp"
+#include "fricid/film/gl_context.hpp"
+
+namespace fricid::film {
+
+/// Draws into the frame buffer, with the camera and the lights, that mjr_render left.
+class GlOverlay {
+ public:
+  /// @throws UserError naming a function that this OpenGL has not
+  explicit GlOverlay(const GlLookup& function);
+  ~GlOverlay();
+  GlOverlay(const GlOverlay&) = delete;
+  GlOverlay& operator=(const GlOverlay&) = delete;
+
+  /// Gives each infinite plane fewer cells than mjr's 200 x 200, fine below the camera and coarse
+  /// far away. Light from far away changes so little over a cell that it looks the same.
+  void coarsen_planes(const mjModel& model, const mjrContext& context) const;
+
+  /// Draws translucent meshes in their order, each once; mjr draws them twice.
+  /// @pre every geom is a mesh with a dataid
+  void draw_meshes(std::span<const mjvGeom> geoms, int lights, const mjrContext& context) const;
+
+  /// Draws lines in their order, hidden by what is opaque.
+  void draw_trails(std::span<const Trail> trails, const mjrContext& context) const;
+
+ private:
+  struct Calls;
+  std::unique_ptr<Calls> gl_;
+};
+
+}  // namespace fricid::film
