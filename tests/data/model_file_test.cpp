@@ -15,7 +15,11 @@ class ModelJson : public FolderTest {
  protected:
   // Values with every bit in use, signed zeros, and each law and modifier of the tables.
   ModelFile make_model() const {
-    ModelFile model{.name = "all", .label = "Äll \"laws\"", .seed = 3, .arm = {}};
+    ModelFile model{.name = "all",
+                    .label = "Äll \"laws\"",
+                    .seed = 3,
+                    .arm = {},
+                    .budget = "7 steps (windows)"};
     model.free_parameters = 12;
     model.fit_seconds = 1.0 / 3;
     model.is_oracle = true;
@@ -72,6 +76,7 @@ TEST_F(ModelJson, RoundTripToTheLastBit) {
   EXPECT_EQ(read.seed, 3);
   EXPECT_EQ(read.free_parameters, 12);
   EXPECT_EQ(read.fit_seconds, 1.0 / 3);
+  EXPECT_EQ(read.budget, model.budget);
   EXPECT_TRUE(read.is_oracle);
 
   const dynamics::RobotModel &a = read.arm.robot, &b = model.arm.robot;

@@ -82,8 +82,9 @@ TEST(EvaluationJson, NumbersSurviveTheRoundTrip) {
 TEST(Table, ShowsOracleFirstAndWhatTheBenchmarkIsWorth) {
   const std::string text = to_markdown(report());
   EXPECT_LT(text.find("| oracle"), text.find("| simple"));
-  for (const char* part : {"0.1 s", "1 s", "2.8 s", "floor", "headroom", "headroom closed",
-                           "diverged", "parameters", "fit s", "presliding", "0/8", "1.00"})
+  for (const char* part :
+       {"0.1 s", "1 s", "2.8 s", "floor", "headroom", "headroom closed", "diverged", "parameters",
+        "fit s", "budget", "presliding", "0/8", "1.00"})
     EXPECT_THAT(text, HasSubstr(part));
   EXPECT_THAT(text, ::testing::Not(HasSubstr("nan")));
 }

@@ -154,6 +154,7 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
   for (std::size_t s = 0; s < friction_torque.size(); ++s)
     friction_torque[s].resize(prepared.sequences[s].length(), n);
 
+  int evaluations = 0;
   for (int pass = 0; pass < kPasses; ++pass) {
     if (pass > 0) {
       RigidBodyOptions options = rigid_body_options(experiment, robot);
@@ -188,6 +189,7 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
     });
     double mean = 0;
     for (const double value : share) mean += value / n;
+    for (const JointFrictionFit& joint : report.joints) evaluations += joint.evaluations;
     report.objective.push_back(mean);
 
     // Residual and explained variance of the whole torque.
@@ -223,6 +225,7 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
     }
   report.seconds = seconds_since(begin);
   report.model.fit_seconds = report.seconds + prepared.rigid_body.seconds;
+  report.model.budget = fmt::format("{} evaluations", evaluations);
   return report;
 }
 

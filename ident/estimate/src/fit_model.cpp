@@ -257,17 +257,19 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
     if (config.method == "torque") fit_backbone(arm, prepared, cutoff, seed, jobs);
   }
   report.joints.clear();
-  const auto take = [&](const auto& trained) {
+  report.model.budget.clear();
+  const auto take = [&](const auto& trained, std::string budget) {
     report.outcome = trained.outcome;
     report.message = trained.message;
     report.model.arm = trained.arm;
     report.seconds += trained.seconds;
     report.model.fit_seconds += trained.seconds;
+    report.model.budget += (report.model.budget.empty() ? "" : ", ") + budget;
   };
   const auto train_on_torque = [&] {
     report.torque = train_torque(arm, explained, torque_options(config.torque, cutoff, seed),
                                  report.model.label, jobs);
-    take(*report.torque);
+    take(*report.torque, fmt::format("{} steps (torque)", report.torque->loss.size()));
     arm = report.torque->arm;
   };
   if (config.method == "torque") {
@@ -278,12 +280,12 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
     report.multi_step = train_multi_step(
         arm, prepared.recordings, multi_step_options(config.train, seed, prepared.recordings),
         report.model.label, jobs);
-    take(*report.multi_step);
+    take(*report.multi_step, fmt::format("{} steps (windows)", report.multi_step->loss.size()));
     report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   } else {
     report.em = fit_em(arm, prepared.recordings, em_options(config.em, seed, prepared.recordings),
                        report.model.label, jobs, checkpoint);
-    take(*report.em);
+    take(*report.em, fmt::format("{} iterations (EM)", report.em->iterations.size()));
     report.model.noise = report.em->noise;
   }
   report.model.free_parameters = static_cast<int>(report.rigid_body.base.size()) +

@@ -140,6 +140,7 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
     coordinates = SearchCoordinates(friction, fit.theta, options.held);
     best.x = coordinates.to_scaled(fit.theta);
     best.value = std::min(kBadValue, data.mean_square(friction, fit.theta));
+    best.evaluations = 0;
     levenberg_marquardt(data, friction, coordinates, best, options.iterations);
     fit.evaluations += best.evaluations;
   }

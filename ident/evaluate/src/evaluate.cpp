@@ -289,6 +289,7 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
       result.seed = model.seed;
       result.parameters = model.free_parameters;
       result.fit_seconds = model.fit_seconds;
+      result.budget = model.budget;
       result.is_oracle = model.is_oracle;
       result.friction_states = model.arm.friction.model.state_size();
       result.is_conventional =

@@ -74,6 +74,7 @@ Summary summary_of(const Seeds& seeds, std::size_t horizons,
   summary.is_conventional = first.is_conventional;
   summary.seeds = static_cast<int>(seeds.size());
   summary.parameters = first.parameters;
+  summary.budget = first.budget;
   for (const ModelResult* model : seeds) {
     summary.fit_seconds += model->fit_seconds / static_cast<double>(seeds.size());
     summary.rollouts += static_cast<int>(model->scores.size());

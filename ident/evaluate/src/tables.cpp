@@ -23,7 +23,8 @@ std::string error_table(const EvaluationReport& report) {
   std::vector<Cells> rows{horizon_titles("model", report.horizons_s)};
   const bool friction = has_friction(report);
   if (friction) rows[0].emplace_back("friction %");
-  for (const char* title : {"diverged", "parameters", "fit s"}) rows[0].emplace_back(title);
+  for (const char* title : {"diverged", "parameters", "fit s", "budget"})
+    rows[0].emplace_back(title);
   const auto add_bound = [&](const char* title, const std::vector<double>& values) {
     if (!has_any(values)) return;
     append(rows.emplace_back(Cells{title}), values, digits);
@@ -39,6 +40,7 @@ std::string error_table(const EvaluationReport& report) {
     row.push_back(fmt::format("{}/{}", summary.diverged, summary.rollouts));
     row.push_back(summary.is_oracle ? "–" : std::to_string(summary.parameters));
     row.push_back(summary.is_oracle ? "–" : digits(summary.fit_seconds));
+    row.push_back(summary.budget.empty() ? "–" : summary.budget);
   }
   add_bound("*headroom*", report.headroom);
   return markdown_table(rows);
@@ -130,6 +132,11 @@ std::string to_markdown(const EvaluationReport& report) {
             "RMS; the oracle's is what filtering that motion costs."
           : "");
   text += error_table(report);
+  text +=
+      "\nBudget: residuals over all rows of a joint that the conventional fit evaluated, all "
+      "joints "
+      "together; steps of training on torque or windows; iterations of expectation-maximisation. "
+      "Training and EM begin at a conventional fit.\n";
   if (has_oracle) {
     text +=
         "\nThe oracle is the true model under the same noisy torque; the floor is the larger of "

@@ -34,6 +34,7 @@ struct ModelResult {
   int seed = 1;
   int parameters = 0;  ///< number of fitted values
   double fit_seconds = 0;
+  std::string budget;  ///< what its fit spent; empty where nobody said
   bool is_oracle = false;
   bool is_conventional = false;
   int friction_states = 0;
@@ -51,6 +52,7 @@ struct Summary {
   int seeds = 0;
   int parameters = 0;
   double fit_seconds = 0;  ///< mean over seeds
+  std::string budget;      ///< of the first seed
   int diverged = 0;        ///< rollouts, of `rollouts`
   int rollouts = 0;
   std::vector<double> q_mse_geometric_mean, q_mse_mean, q_mse_median;
