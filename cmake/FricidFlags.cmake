@@ -31,6 +31,9 @@ target_compile_options(fricid_abi INTERFACE -march=${FRICID_ARCH} -ffp-contract=
 # Warnings and sanitizers: ours alone.
 add_library(fricid_flags INTERFACE)
 target_compile_options(fricid_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Wno-psabi)
+# GCC else copies structs by halves of a 64-byte lane pack, which stalls the load of the whole one.
+target_compile_options(fricid_flags INTERFACE
+  $<$<AND:$<COMPILE_LANG_AND_ID:CXX,GNU>,$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,12>>:-mmove-max=512;-mstore-max=512>)
 if(FRICID_WERROR)
   target_compile_options(fricid_flags INTERFACE -Werror)
 endif()

@@ -35,17 +35,21 @@ Words multiply_low(Words a, std::uint32_t b) {
 #endif
 }
 
-/// Ten rounds on the lower halves of `c`; the upper ones hold anything.
-template <class W>
-void philox_rounds(W (&c)[4], std::uint32_t key0, std::uint32_t key1) {
+/// Ten rounds on the lower halves of `c`, the upper ones hold anything: on several blocks side by
+/// side, whose long chains of operations a processor then overlaps.
+template <int blocks, class W>
+void philox_rounds(W (&c)[blocks][4], std::uint32_t key0, std::uint32_t key1) {
 #pragma GCC unroll 10
   for (int round = 0; round < 10; ++round) {
-    const W p0 = multiply_low(c[0], 0xD2511F53);
-    const W p1 = multiply_low(c[2], 0xCD9E8D57);
-    c[0] = (p1 >> 32) ^ c[1] ^ W(key0);
-    c[1] = p1;
-    c[2] = (p0 >> 32) ^ c[3] ^ W(key1);
-    c[3] = p0;
+#pragma GCC unroll 4
+    for (int b = 0; b < blocks; ++b) {
+      const W p0 = multiply_low(c[b][0], 0xD2511F53);
+      const W p1 = multiply_low(c[b][2], 0xCD9E8D57);
+      c[b][0] = (p1 >> 32) ^ c[b][1] ^ W(key0);
+      c[b][1] = p1;
+      c[b][2] = (p0 >> 32) ^ c[b][3] ^ W(key1);
+      c[b][3] = p0;
+    }
     key0 += 0x9E3779B9;
     key1 += 0xBB67AE85;
   }
@@ -68,13 +72,16 @@ struct Pair {
 };
 
 /// The four random words of each block, in the lower halves of c.
-template <class W>
-void random_words(std::uint64_t seed, std::uint64_t stream, W block, Kind kind, W (&c)[4]) {
-  const W counter = block | W(static_cast<std::uint64_t>(kind));
-  c[0] = counter;
-  c[1] = counter >> 32;
-  c[2] = W(stream);
-  c[3] = W(stream >> 32);
+template <int blocks, class W>
+void random_words(std::uint64_t seed, std::uint64_t stream, const W (&block)[blocks], Kind kind,
+                  W (&c)[blocks][4]) {
+  for (int b = 0; b < blocks; ++b) {
+    const W counter = block[b] | W(static_cast<std::uint64_t>(kind));
+    c[b][0] = counter;
+    c[b][1] = counter >> 32;
+    c[b][2] = W(stream);
+    c[b][3] = W(stream >> 32);
+  }
   philox_rounds(c, low(seed), high(seed));
 }
 
@@ -82,8 +89,9 @@ void random_words(std::uint64_t seed, std::uint64_t stream, W block, Kind kind, 
 template <class S>
 Pair<S> uniforms(std::uint64_t seed, std::uint64_t stream, detail::Words<S> block, Kind kind) {
   using W = detail::Words<S>;
-  W c[4];
-  random_words(seed, stream, block, kind, c);
+  W words[1][4];
+  random_words<1, W>(seed, stream, {block}, kind, words);
+  const auto& c = words[0];
   const W mask(0xFFFFFFFF);
   return {unit_interval((c[0] & mask) | (c[1] << 32)), unit_interval((c[2] & mask) | (c[3] << 32))};
 }
@@ -120,27 +128,45 @@ void store_in_turn(Pack<T, N> a, Pack<T, N> b, T* out, std::index_sequence<I...>
   std::memcpy(out + N, &second, sizeof(second));
 }
 
-/// (k + 1/2) 2^-32 of every word k, to the 24 digits of a float: never 0, 1 only by rounding.
-PackF unit_interval(detail::Words<PackF> word) {
-  using W = detail::Words<PackF>;
-  // the halves of the word behind 2^23, exactly
-  const PackF high = from_bits((word >> 16) | W(0x4B000000)) - PackF(0x1p23f);
-  const PackF low_half = from_bits((word & W(0xFFFF)) | W(0x4B000000)) - PackF(0x1p23f - 0.5f);
-  return fma(high, PackF(0x1p-16f), low_half * PackF(0x1p-32f));
+/// sqrt(-2 log u), u = (k + 1/2) 2^-32 of every word k to the 24 digits of a float.
+PackF radius_of(detail::Words<PackF> word) {
+  const PackF k(__builtin_convertvector(word.v, PackF::Vector));
+  const auto u = detail::log_parts(fma(k, PackF(0x1p-32f), PackF(0x1p-33f)));
+  // -2 log(1 + f) / f for 1 + f in [sqrt(1/2), sqrt(2)], to 2e-7
+  constexpr float kLog[] = {-0x1.fffffep+0f, 0x1.00007ap+0f, -0x1.5559dcp-1f, 0x1.ff623cp-2f,
+                            -0x1.978e38p-2f, 0x1.614c20p-2f, -0x1.4c3cc0p-2f, 0x1.9df91ap-3f};
+  constexpr float kMinusTwoLn2 = -0x1.62e430p+0f;
+  const PackF f = u.m - PackF(1);
+  return sqrt(fma(f, detail::polynomial(f, kLog), u.n * PackF(kMinusTwoLn2)));
 }
 
-/// Two blocks' worth of pairs per lane of 64 bits: lanes 2 b and 2 b + 1 are the pairs of block b.
-[[gnu::always_inline]] inline Pair<PackF> single_normals(std::uint64_t seed, std::uint64_t stream,
-                                                         Words block) {
+/// cos and sin of 2 pi k 2^-32 times `radius`.
+Pair<PackF> turn(PackF radius, detail::Words<PackF> k) {
+  using W = detail::Words<PackF>;
+  // pi/2 t plus a whole or half turn: what differs in the upper two bits of k
+  typedef std::int32_t Integers __attribute__((vector_size(sizeof(W))));
+  const W twice = k << 1;
+  const PackF t =
+      PackF(__builtin_convertvector((Integers)twice.v, PackF::Vector)) * PackF(0x1p-31f);
+  const PackF r = from_bits(to_bits(radius) ^ ((k ^ twice) & W(1U << 31)));
+  // cos(pi/2 t) and sin(pi/2 t) / t in t^2 for |t| <= 1, to 1e-7
+  constexpr float kCos[] = {0x1.fffffep-1f, -0x1.3bd3a6p+0f, 0x1.03bd06p-2f, -0x1.54f61ap-6f,
+                            0x1.c1f064p-11f};
+  constexpr float kSin[] = {0x1.921fb6p+0f, -0x1.4abbc2p-1f, 0x1.4668b0p-4f, -0x1.324ccap-8f,
+                            0x1.3daff6p-13f};
+  const PackF z = t * t;
+  return {r * detail::polynomial(z, kCos), r * t * detail::polynomial(z, kSin)};
+}
+
+/// The pairs of a block are in the lanes 2 i and 2 i + 1 that its lane of 64 bits consists of.
+[[gnu::always_inline]] inline Pair<PackF> single_normals(const Words (&c)[4]) {
   static_assert(PackF::kLanes == 2 * kLanes);
-  Words c[4];
-  random_words(seed, stream, block, Kind::kSingleNormal, c);
   const Words mask(0xFFFFFFFF);
   const Words radius = (c[0] & mask) | (c[2] << 32), angle = (c[1] & mask) | (c[3] << 32);
   detail::Words<PackF> u, w;
   std::memcpy(&u, &radius, sizeof(u));
   std::memcpy(&w, &angle, sizeof(w));
-  return normals(Pair<PackF>{unit_interval(u), unit_interval(w)});
+  return turn(radius_of(u), w);
 }
 
 template <Kind kind>
@@ -173,9 +199,9 @@ template <Kind kind>
 
 std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
                                         std::array<std::uint32_t, 2> key) {
-  std::uint64_t c[4] = {counter[0], counter[1], counter[2], counter[3]};
+  std::uint64_t c[1][4] = {{counter[0], counter[1], counter[2], counter[3]}};
   philox_rounds(c, key[0], key[1]);
-  return {low(c[0]), low(c[1]), low(c[2]), low(c[3])};
+  return {low(c[0][0]), low(c[0][1]), low(c[0][2]), low(c[0][3])};
 }
 
 Rng::Rng(std::uint64_t seed, std::uint64_t stream, std::uint64_t draw)
@@ -195,21 +221,25 @@ void fill_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
 }
 
 [[gnu::flatten]] void fill_normal(std::uint64_t seed, std::uint64_t stream, std::span<float> out) {
+  constexpr int kSideBySide = 2;
   constexpr std::size_t kDraws = 2 * PackF::kLanes;
   constexpr auto kInTurn = std::make_index_sequence<PackF::kLanes>();
-  Words block(0);
-  for (int i = 0; i < kLanes; ++i) block.set(i, static_cast<std::uint64_t>(i));
-  for (; !out.empty(); block = block + Words(kLanes)) {
-    const Pair<PackF> pair = single_normals(seed, stream, block);
-    if (out.size() >= kDraws) {
-      store_in_turn(pair.first, pair.second, out.data(), kInTurn);
-      out = out.subspan(kDraws);
-    } else {
-      float values[kDraws];
-      store_in_turn(pair.first, pair.second, values, kInTurn);
-      std::copy_n(values, out.size(), out.data());
-      out = {};
+  Words block[kSideBySide];
+  for (int b = 0; b < kSideBySide; ++b)
+    for (int i = 0; i < kLanes; ++i) block[b].set(i, static_cast<std::uint64_t>(b * kLanes + i));
+  while (!out.empty()) {
+    Words c[kSideBySide][4];
+    random_words(seed, stream, block, Kind::kSingleNormal, c);
+    float rest[kSideBySide * kDraws];
+    const bool whole = out.size() >= std::size(rest);
+    float* to = whole ? out.data() : rest;
+    for (int b = 0; b < kSideBySide; ++b) {
+      const Pair<PackF> pair = single_normals(c[b]);
+      store_in_turn(pair.first, pair.second, to + static_cast<std::size_t>(b) * kDraws, kInTurn);
+      block[b] = block[b] + Words(kSideBySide * kLanes);
     }
+    if (!whole) std::copy_n(rest, out.size(), out.data());
+    out = whole ? out.subspan(std::size(rest)) : std::span<float>();
   }
 }
 

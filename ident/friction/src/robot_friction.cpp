@@ -94,6 +94,9 @@ RobotFriction::RobotFriction(std::vector<JointSpec> joints, RobotLawSpec whole)
         else
           slot.torque_modifiers.push_back(m);
       }
+      if (runs_.empty() || runs_.back().kind != slot.kind || runs_.back().elements != slot.elements)
+        runs_.push_back({slot.kind, slot.elements, slots_.size(), 0});
+      ++runs_.back().size;
       slots_.push_back(std::move(slot));
     }
     parameter_begin_.push_back(parameter_count());

@@ -47,7 +47,7 @@ Phi1<S> phi1_with_derivative(const S& x) {
 ///
 /// Bounded by max(|z|, |v|/r) at any dt; dt = 0 or v = r = 0 return z.
 template <class S>
-S bristle_step(const S& v, const S& r, double dt, const S& z) {
+[[gnu::always_inline]] inline S bristle_step(const S& v, const S& r, double dt, const S& z) {
   return z + S(dt) * (v - r * z) * phi1(-r * S(dt));
 }
 

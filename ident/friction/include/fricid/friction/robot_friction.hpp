@@ -122,6 +122,10 @@ class RobotFriction {
     std::vector<ModifierSlot> torque_modifiers;  // innermost first
     ModifierSlot backlash;                       // kind < 0: none
   };
+  struct Run {
+    int kind, elements;  // of all its slots
+    std::size_t begin, size;
+  };
   struct RobotLawSlot {
     int kind = -1;  // row of RobotLaws; < 0: none
     int joints = 0, elements = 0;
@@ -136,6 +140,7 @@ class RobotFriction {
   RobotLawSpec whole_;
   std::vector<ParameterRef> parameters_;
   std::vector<LawSlot> slots_;
+  std::vector<Run> runs_;  // of slots of one kind and size
   RobotLawSlot whole_slot_;
   std::vector<int> parameter_begin_{0}, state_begin_{0};
   int state_size_ = 0;

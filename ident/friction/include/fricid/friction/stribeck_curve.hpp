@@ -17,9 +17,11 @@ struct StribeckCurve {
 };
 
 template <class S>
-StribeckCurve<S> stribeck_curve(const S& Fc, const S& Fs, const S& vs, const S& v) {
+[[gnu::always_inline]] inline StribeckCurve<S> stribeck_curve(const S& Fc, const S& Fs, const S& vs,
+                                                              const S& v) {
   const S r = v / vs;
-  const S e = exp(-r * r);
+  // e below 1e-26 is of no account, and subnormal numbers are slow
+  const S e = exp(max(S(-60), -r * r));
   return {e, Fc * (S(1) - e) + Fs * e};  // stays positive in single precision too
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <span>
@@ -83,13 +84,21 @@ class Cloud {
     reinterpret_cast<Real<S>*>(x_.data())[offset(particle) + i * kLanes] = value;
   }
 
-  /// Copies `from`'s particles ancestors[L b] .. ancestors[L b + L - 1] into a block of lanes.
+  /// Copies the particles ancestors[L b] .. ancestors[L b + L - 1] into a block of lanes; fastest
+  /// where they are neighbours.
   void gather(int b, std::span<const int> ancestors, S* to) const {
+    const int* from = ancestors.data() + b * kLanes;
+#if defined(__AVX512F__)
+    if constexpr (sizeof(S) == 64) {
+      const auto [first, last] = std::minmax_element(from, from + kLanes);
+      const int begin = *first / kLanes, end = *last / kLanes + 1;
+      if (end - begin <= kMostNeighbours) return gather_neighbours(from, begin, end, to);
+    }
+#endif
     for (int k = 0; k < kLanes; ++k) {
-      const int particle = ancestors[static_cast<std::size_t>(b * kLanes + k)];
-      const Real<S>* from = reinterpret_cast<const Real<S>*>(x_.data()) + offset(particle);
+      const Real<S>* particle = reinterpret_cast<const Real<S>*>(x_.data()) + offset(from[k]);
       Real<S>* lane_k = reinterpret_cast<Real<S>*>(to) + k;
-      for (int i = 0; i < n_; ++i) lane_k[i * kLanes] = from[i * kLanes];
+      for (int i = 0; i < n_; ++i) lane_k[i * kLanes] = particle[i * kLanes];
     }
   }
 
@@ -97,6 +106,34 @@ class Cloud {
   std::ptrdiff_t offset(int particle) const {
     return static_cast<std::ptrdiff_t>(particle / kLanes) * n_ * kLanes + particle % kLanes;
   }
+
+#if defined(__AVX512F__)
+  static constexpr int kMostNeighbours = 6;  // blocks
+
+  /// The same where all are in the blocks [begin, end): lanes picked from two blocks at a time.
+  void gather_neighbours(const int* from, int begin, int end, S* to) const {
+    for (int pair = begin; pair < end; pair += 2) {
+      const S *a = block(pair), *b = block(std::min(pair + 1, end - 1));
+      if constexpr (kLanes == 16) {
+        const __m512i lanes =
+            _mm512_sub_epi32(_mm512_loadu_si512(from), _mm512_set1_epi32(pair * kLanes));
+        const __mmask16 here = _mm512_cmplt_epu32_mask(lanes, _mm512_set1_epi32(2 * kLanes));
+        for (int i = 0; i < n_; ++i)
+          to[i] = (typename S::Vector)_mm512_mask_blend_ps(
+              here, (__m512)to[i].v, _mm512_permutex2var_ps((__m512)a[i].v, lanes, (__m512)b[i].v));
+      } else {
+        const __m512i lanes = _mm512_sub_epi64(
+            _mm512_cvtepi32_epi64(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(from))),
+            _mm512_set1_epi64(pair * kLanes));
+        const __mmask8 here = _mm512_cmplt_epu64_mask(lanes, _mm512_set1_epi64(2 * kLanes));
+        for (int i = 0; i < n_; ++i)
+          to[i] = (typename S::Vector)_mm512_mask_blend_pd(
+              here, (__m512d)to[i].v,
+              _mm512_permutex2var_pd((__m512d)a[i].v, lanes, (__m512d)b[i].v));
+      }
+    }
+  }
+#endif
 
   int n_ = 0, blocks_ = 0;
   std::vector<S> x_;

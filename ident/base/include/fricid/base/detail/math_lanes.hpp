@@ -41,6 +41,7 @@ struct Real<double> {
   static constexpr double kSqrtHalf = 0x1.6a09e667f3bcdp-1;
 
   // exp: overflow above, zero below; -1 from expm1 below
+  static constexpr double kVanishes = -1077;  // 4 2^n is rounded to 0 for n below
   static constexpr double kExpHigh = 720, kExpLow = -760, kExpm1Low = -50;
   static constexpr double kLog2e = 0x1.71547652b82fep+0;
   static constexpr double kLn2High = 0x1.62e42fefa4000p-1, kLn2Low = -0x1.8432a1b0e2634p-43;
@@ -94,6 +95,7 @@ struct Real<float> {
   static constexpr float kRound = 0x1.8p23f;
   static constexpr float kSqrtHalf = 0x1.6a09e6p-1f;
 
+  static constexpr float kVanishes = -152;
   static constexpr float kExpHigh = 100, kExpLow = -110, kExpm1Low = -25;
   static constexpr float kLog2e = 0x1.715476p+0f;
   static constexpr float kLn2High = 0x1.62e400p-1f, kLn2Low = 0x1.7f7d1cp-20f;
@@ -169,12 +171,19 @@ S scale(S x, Rounded<S> n) {
 }
 template <class T, int N>
 Pack<T, N> scale(Pack<T, N> x, Rounded<Pack<T, N>> n) {
+  using S = Pack<T, N>;
 #if defined(__AVX512F__)
+  // Lanes that vanish are left out: underflow takes a hundred cycles.
   using Vector = typename Pack<T, N>::Vector;
-  if constexpr (sizeof(T) * N == 64 && sizeof(T) == 8)
-    return (Vector)_mm512_maskz_scalef_pd(0xFF, (__m512d)x.v, (__m512d)n.real.v);
-  if constexpr (sizeof(T) * N == 64 && sizeof(T) == 4)
-    return (Vector)_mm512_maskz_scalef_ps(0xFFFF, (__m512)x.v, (__m512)n.real.v);
+  const S vanishes(RealOf<S>::kVanishes);
+  if constexpr (sizeof(T) * N == 64 && sizeof(T) == 8) {
+    const auto stays = _mm512_cmp_pd_mask((__m512d)n.real.v, (__m512d)vanishes.v, _CMP_NLT_UQ);
+    return (Vector)_mm512_maskz_scalef_pd(stays, (__m512d)x.v, (__m512d)n.real.v);
+  }
+  if constexpr (sizeof(T) * N == 64 && sizeof(T) == 4) {
+    const auto stays = _mm512_cmp_ps_mask((__m512)n.real.v, (__m512)vanishes.v, _CMP_NLT_UQ);
+    return (Vector)_mm512_maskz_scalef_ps(stays, (__m512)x.v, (__m512)n.real.v);
+  }
 #endif
   return scale_in_two_steps(x, n);
 }

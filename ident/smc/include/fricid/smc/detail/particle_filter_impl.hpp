@@ -63,14 +63,15 @@ template <StateSpaceModel M, Guide G>
 void ParticleFilter<M, G>::draw_ancestors(int t) {
   const auto N = static_cast<std::size_t>(particles());
   resampled_ = ess_ < options_.ess_threshold * static_cast<double>(N);
-  if (!resampled_) {
-    for (std::size_t i = 0; i < ancestors_.size(); ++i) {
-      ancestors_[i] = i < N ? static_cast<int>(i) : 0;
-    }
-    return;
+  const std::span<int> drawn = std::span(ancestors_).first(N);
+  if (resampled_) {
+    fill_uniform(options_.seed, stream(t), 0, uniforms_);
+    resample(options_.resampling, first(weights_), uniforms_, drawn);
+  } else {
+    std::iota(drawn.begin(), drawn.end(), 0);
   }
-  fill_uniform(options_.seed, stream(t), 0, uniforms_);
-  resample(options_.resampling, first(weights_), uniforms_, std::span(ancestors_).first(N));
+  // empty lanes follow the last particle, lest they wander off on their own
+  std::fill(ancestors_.begin() + particles(), ancestors_.end(), drawn.back());
 }
 
 template <StateSpaceModel M, Guide G>
@@ -98,7 +99,6 @@ void ParticleFilter<M, G>::draw_next(int t, Slice<S>* slice) {
   draw_noise(t + 1);
   for (int b = 0; b < x_.blocks(); ++b) {
     const S* F = image_.block(b);
-    // empty lanes of the last block follow particle 0, lest they wander off on their own
     if (resampled_ || b + 1 == x_.blocks()) {
       S* copy = temporary_.data() + n_;
       image_.gather(b, ancestors_, copy);
