@@ -102,8 +102,10 @@ void ArmStepper<S>::acceleration(std::span<const S> tau, double ahead, std::span
   dynamics::forward_dynamics<S>(arm_.robot, ws_, pi_, q, v, net_, a_);
   if (ahead == 0) return;
 
-  a_lag_ = a_;
-  for (std::size_t j = 0; j < in_.size(); ++j) in_[j].v = v[j] + S(ahead) * a_[j];
+  for (std::size_t j = 0; j < in_.size(); ++j) {
+    a_lag_[j] = a_[j];
+    in_[j].v = v[j] + S(ahead) * a_[j];
+  }
   arm_.friction.model.template torque<S>(theta_, in_, z, net_);
   for (std::size_t j = 0; j < net_.size(); ++j) net_[j] = tau_f_[j] - net_[j];
   dynamics::solve_with_last_factor<S>(arm_.robot, ws_, net_, correction_);

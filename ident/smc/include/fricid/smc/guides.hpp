@@ -192,8 +192,7 @@ class BootstrapGuide {
   BootstrapGuide(const M& model, Density density)
       : density_(std::move(density)),
         start_(model.initial().mean, square_root(model.initial().covariance)),
-        noise_(Eigen::VectorXd::Zero(model.state_size()), square_root(model.Q())),
-        n_(model.state_size()) {}
+        noise_(square_root(model.Q())) {}
   template <StateSpaceModel M>
   BootstrapGuide(const M& model,
                  const RowMatrix& y) requires std::same_as<Density, GaussianObservation<S>>
@@ -208,14 +207,13 @@ class BootstrapGuide {
     return {lw, lw};
   }
   void move(const S* F, const S* e, S* x) const {
-    noise_.draw(e, x);
-    for (int i = 0; i < n_; ++i) x[i] += F[i];
+    for (int i = 0; i < noise_.rows(); ++i) x[i] = noise_.add_row(i, e, F[i]);
   }
 
  private:
   Density density_;
-  NormalSampler<S> start_, noise_;
-  int n_;
+  NormalSampler<S> start_;
+  LaneMatrix<S> noise_;
 };
 
 /// Fully adapted filter (Pitt & Shephard 1999), possible because y is linear in x:
@@ -243,7 +241,7 @@ class AdaptedGuide {
         ws_(model.state_size(), model.observation_size()),
         llt_(Q_),
         gain_(Q_.rows(), C_.rows()),
-        noise_(Eigen::VectorXd::Zero(Q_.rows()), Q_),
+        noise_(Q_.rows(), Q_.rows()),
         steps_(steps) {
     Gaussian x = model.initial();
     log_start_ = kalman_update(row_of(y, 0), C_, R_, x, ws_).log_likelihood;
@@ -263,7 +261,7 @@ class AdaptedGuide {
     kalman_update(y, C_, R_, posterior_, ws_);
     llt_.compute(posterior_.covariance);
     posterior_.covariance = llt_.matrixL();
-    noise_.assign(posterior_.mean.setZero(), posterior_.covariance);
+    noise_.assign(posterior_.covariance);
     gain_.assign(ws_.K.leftCols(density_.present()));
   }
 
@@ -271,9 +269,8 @@ class AdaptedGuide {
     return {F ? density_.log_density(F) : S(0), S(0)};
   }
   void move(const S* F, const S* e, S* x) {
-    noise_.draw(e, x);
     const S* r = density_.residual(F);
-    for (int i = 0; i < gain_.rows(); ++i) x[i] += gain_.add_row(i, r, F[i]);
+    for (int i = 0; i < gain_.rows(); ++i) x[i] = noise_.add_row(i, e, gain_.add_row(i, r, F[i]));
   }
 
  private:
@@ -283,8 +280,8 @@ class AdaptedGuide {
   UpdateWorkspace ws_;
   Gaussian posterior_;
   Eigen::LLT<Eigen::MatrixXd> llt_;
-  LaneMatrix<S> gain_;
-  NormalSampler<S> start_, noise_;
+  LaneMatrix<S> gain_, noise_;
+  NormalSampler<S> start_;
   double log_start_;
   int steps_;
 };

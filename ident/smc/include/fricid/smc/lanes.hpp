@@ -27,6 +27,10 @@ S load(const T* from) {
     std::memcpy(&x, from, sizeof(S));
   } else if constexpr (kLaneCount<S> == 1) {
     x = static_cast<S>(*from);
+#if defined(__AVX512F__)
+  } else if constexpr (std::is_same_v<T, float> && sizeof(S) == 64) {
+    x = S((typename S::Vector)_mm512_cvtps_pd(_mm256_loadu_ps(from)));
+#endif
   } else {
     typedef T Vector __attribute__((vector_size(sizeof(T) * kLaneCount<S>)));
     Vector v;
@@ -149,6 +153,8 @@ class LaneMatrix {
     start_.reserve(static_cast<std::size_t>(rows) + 1);
     entries_.reserve(static_cast<std::size_t>(rows * cols));
   }
+
+  explicit LaneMatrix(const Eigen::MatrixXd& A) : LaneMatrix(A.rows(), A.cols()) { assign(A); }
 
   void assign(const Eigen::Ref<const Eigen::MatrixXd>& A) {
     start_.clear();

@@ -6,6 +6,7 @@
 #include <array>
 #include <cassert>
 
+#include "fricid/base/twin.hpp"
 #include "fricid/friction/laws.hpp"
 #include "fricid/friction/robot_friction.hpp"
 #include "fricid/friction/robot_laws.hpp"
@@ -135,14 +136,53 @@ struct Kernels {
 
   static std::span<const Slot> slots(const RobotFriction& model) { return model.slots_; }
 
-  // Calls f(law, slot, j) for the laws of every joint j, in order; one dispatch per run of slots.
-  template <class F>
-  static void for_each(const RobotFriction& model, F&& f) {
+  // Two joints side by side, under a law without modifiers.
+  template <class Law>
+  struct Two {
+    std::array<Twin<S>, Law::parameters().size()> theta;
+    Input<Twin<S>> in;
+    Twin<S> z;
+  };
+  template <class Law>
+  [[gnu::always_inline]] static Two<Law> two(const Slot& a, const Slot& b, const S* theta,
+                                             std::span<const Input<S>> in, const S* z) {
+    const Input<S>& first = in[static_cast<std::size_t>(a.joint)];
+    const Input<S>& second = in[static_cast<std::size_t>(b.joint)];
+    static_assert(Law::state_size() == 1);
+    Two<Law> both;
+    for (int i = 0; i < static_cast<int>(both.theta.size()); ++i)
+      both.theta[static_cast<std::size_t>(i)] = {theta[a.theta + i], theta[b.theta + i]};
+    both.in = {{first.q, second.q},
+               {first.v, second.v},
+               {first.load, second.load},
+               {first.temperature, second.temperature}};
+    both.z = {z[a.z], z[b.z]};
+    return both;
+  }
+  static bool plain(const Slot& slot) {
+    return slot.torque_modifiers.empty() && slot.backlash.kind < 0;
+  }
+
+  // Calls one(law, slot, j) for the laws of every joint j, in order, one dispatch per run of slots;
+  // two(law, slot, slot) for two joints of a law that is one long chain of operations.
+  template <class One, class Two>
+  static void for_each(const RobotFriction& model, One&& one, Two&& two) {
     for (const auto& run : model.runs_)
       visit_entry<Laws>(run.kind, run.elements, [&](const auto law) {
-        for (const Slot& slot : std::span(model.slots_).subspan(run.begin, run.size))
-          f(law, slot, static_cast<std::size_t>(slot.joint));
+        const Slot* slot = model.slots_.data() + run.begin;
+        const Slot* const end = slot + run.size;
+        if constexpr (kIsPack<S> && SharedStepLaw<std::remove_cvref_t<decltype(law)>, S>)
+          for (; end - slot > 1 && plain(slot[0]) && plain(slot[1]); slot += 2)
+            two(law, slot[0], slot[1]);
+        for (; slot != end; ++slot) one(law, *slot, static_cast<std::size_t>(slot->joint));
       });
+  }
+  template <class One>
+  static void for_each(const RobotFriction& model, One&& one) {
+    for_each(model, one, [&](const auto& law, const Slot& a, const Slot& b) {
+      one(law, a, static_cast<std::size_t>(a.joint));
+      one(law, b, static_cast<std::size_t>(b.joint));
+    });
   }
 
   // Calls f(law) where there is a law of the whole robot.
@@ -159,9 +199,17 @@ void RobotFriction::torque(std::span<const S> theta, std::span<const Input<S>> i
          static_cast<int>(z.size()) == state_size() &&
          static_cast<int>(in.size()) == joint_count() && tau_f.size() == in.size());
   std::fill(tau_f.begin(), tau_f.end(), S(0));
-  Kernels<S>::for_each(*this, [&](const auto& law, const LawSlot& slot, std::size_t j) {
-    Kernels<S>::add_torque(law, slot, theta.data(), in[j], z.data(), tau_f[j]);
-  });
+  Kernels<S>::for_each(
+      *this,
+      [&](const auto& law, const LawSlot& slot, std::size_t j) {
+        Kernels<S>::add_torque(law, slot, theta.data(), in[j], z.data(), tau_f[j]);
+      },
+      [&]<class Law>(const Law& law, const LawSlot& a, const LawSlot& b) {
+        const auto both = Kernels<S>::template two<Law>(a, b, theta.data(), in, z.data());
+        const Twin<S> tau = law.torque(both.theta.data(), both.in, &both.z);
+        tau_f[static_cast<std::size_t>(a.joint)] += tau.a;
+        tau_f[static_cast<std::size_t>(b.joint)] += tau.b;
+      });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.add_torque(theta.data() + whole_slot_.theta, in.data(), z.data() + whole_slot_.z,
                    tau_f.data());
@@ -174,9 +222,17 @@ void RobotFriction::step(std::span<const S> theta, std::span<const Input<S>> in,
   assert(static_cast<int>(theta.size()) == parameter_count() &&
          static_cast<int>(z.size()) == state_size() &&
          static_cast<int>(in.size()) == joint_count());
-  Kernels<S>::for_each(*this, [&](const auto& law, const LawSlot& slot, std::size_t j) {
-    Kernels<S>::step(law, slot, theta.data(), in[j], dt, z.data());
-  });
+  Kernels<S>::for_each(
+      *this,
+      [&](const auto& law, const LawSlot& slot, std::size_t j) {
+        Kernels<S>::step(law, slot, theta.data(), in[j], dt, z.data());
+      },
+      [&]<class Law>(const Law& law, const LawSlot& a, const LawSlot& b) {
+        auto both = Kernels<S>::template two<Law>(a, b, theta.data(), in, z.data());
+        law.step(both.theta.data(), both.in, dt, &both.z);
+        z[static_cast<std::size_t>(a.z)] = both.z.a;
+        z[static_cast<std::size_t>(b.z)] = both.z.b;
+      });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.step(theta.data() + whole_slot_.theta, in.data(), dt, z.data() + whole_slot_.z);
   });
@@ -189,9 +245,19 @@ void RobotFriction::step_torque(std::span<const S> theta, std::span<const Input<
          static_cast<int>(z.size()) == state_size() &&
          static_cast<int>(in.size()) == joint_count() && tau_f.size() == in.size());
   std::fill(tau_f.begin(), tau_f.end(), S(0));
-  Kernels<S>::for_each(*this, [&](const auto& law, const LawSlot& slot, std::size_t j) {
-    Kernels<S>::step_add_torque(law, slot, theta.data(), in[j], dt, z.data(), tau_f[j]);
-  });
+  Kernels<S>::for_each(
+      *this,
+      [&](const auto& law, const LawSlot& slot, std::size_t j) {
+        Kernels<S>::step_add_torque(law, slot, theta.data(), in[j], dt, z.data(), tau_f[j]);
+      },
+      [&]<class Law>(const Law& law, const LawSlot& a, const LawSlot& b) {
+        auto both = Kernels<S>::template two<Law>(a, b, theta.data(), in, z.data());
+        const Twin<S> tau = law.step_torque(both.theta.data(), both.in, dt, &both.z);
+        z[static_cast<std::size_t>(a.z)] = both.z.a;
+        z[static_cast<std::size_t>(b.z)] = both.z.b;
+        tau_f[static_cast<std::size_t>(a.joint)] += tau.a;
+        tau_f[static_cast<std::size_t>(b.joint)] += tau.b;
+      });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.step(theta.data() + whole_slot_.theta, in.data(), dt, z.data() + whole_slot_.z);
     law.add_torque(theta.data() + whole_slot_.theta, in.data(), z.data() + whole_slot_.z,

@@ -38,14 +38,14 @@ std::optional<WeightSum> ParticleFilter<M, G>::weigh(int t, Slice<S>* slice) {
       model_->transition(t, std::span<S>(F, static_cast<std::size_t>(n_)));
     }
     const LogWeight<S> gained = guide_->log_weight(x, F, wants_past);
-    for (int k = 0; k < kLanes; ++k) {
-      const auto i = static_cast<std::size_t>(b * kLanes + k);
-      // lanes past N carry -inf, whatever they gain
-      if (i >= static_cast<std::size_t>(particles())) break;
-      const double carried = log_weights_[i];
-      log_weights_[i] = carried + static_cast<double>(lane(gained.total, k));
-      past_log_weights_[i] = carried + static_cast<double>(lane(gained.past, k));
-    }
+    // lanes past N carry -inf, whatever they gain
+    const int lanes = std::min(kLanes, particles() - b * kLanes);
+    double* const log_weights = log_weights_.data() + b * kLanes;
+    double* const past = past_log_weights_.data() + b * kLanes;
+    if (wants_past)
+      for (int k = 0; k < lanes; ++k)
+        past[k] = log_weights[k] + static_cast<double>(lane(gained.past, k));
+    for (int k = 0; k < lanes; ++k) log_weights[k] += static_cast<double>(lane(gained.total, k));
   }
   const auto sum = normalise(first(log_weights_), weights_);
   if (!sum) return {};
