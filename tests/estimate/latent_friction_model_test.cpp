@@ -3,96 +3,16 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
-#include "fricid/base/rng.hpp"
+#include "drawn_recording.hpp"
 #include "fricid/estimate/e_step.hpp"
-#include "fricid/estimate/em.hpp"
 #include "fricid/smc/particle_filter.hpp"
 #include "fricid/smc/statistical_twist.hpp"
-#include "kr6_truth.hpp"
 
 namespace fricid::estimate {
 namespace {
 
-constexpr double kEncoderNoise = 4e-6;  // [rad]
-constexpr double kTorqueNoise = 0.005;  // share of Coulomb friction
-constexpr double kLatentNoise = 0.002;  // share of the rms of z
-
-/// A recording drawn from the model itself, with the states that made it.
-struct Drawn {
-  Recording recording;
-  LatentNoise noise;
-  smc::Gaussian initial;
-  data::RowMatrix x;      // (T, 2 n + n_z)
-  data::RowMatrix tau_f;  // (T, n)
-};
-
-std::span<const double> view(const Eigen::VectorXd& x) {
-  return {x.data(), static_cast<std::size_t>(x.size())};
-}
-
-/// Follows a motion by PD and inverse dynamics on the true state, noise as the model has it.
-Drawn draw(const Arm& arm, int T, std::uint64_t seed, StepOptions step) {
-  const fricid::test::HangingMotion motion(seed);
-  const auto clean = fricid::test::record(arm, motion, T, step);
-  const int n = arm.robot.n(), nz = arm.friction.model.state_size();
-  Drawn out;
-  out.recording = {"drawn",
-                   fricid::test::kSamplePeriod,
-                   clean.q,
-                   clean.v,
-                   clean.q,
-                   clean.tau,
-                   data::RowMatrix::Constant(T, n, kRoomTemperature),
-                   Eigen::VectorXd::Constant(n, kEncoderNoise)};
-  const std::vector<data::RowMatrix> z{clean.z};
-  const Eigen::VectorXd z_size = latent_sizes(z);
-
-  dynamics::Workspace<double> ws(arm.robot);
-  Eigen::MatrixXd M(n, n);
-  dynamics::crba<double>(arm.robot, ws, view(arm.robot.pi),
-                         {clean.q.row(0).data(), static_cast<std::size_t>(n)},
-                         {M.data(), static_cast<std::size_t>(n * n)});
-  Eigen::VectorXd friction(n);
-  for (int j = 0; j < n; ++j)
-    friction[j] = kTorqueNoise * fricid::test::kJointScales[static_cast<std::size_t>(j)].Fc;
-  const Eigen::VectorXd mobility = fricid::test::kSamplePeriod * M.inverse().diagonal();
-  out.noise.dt = fricid::test::kSamplePeriod;
-  out.noise.R = Eigen::VectorXd::Constant(n, kEncoderNoise * kEncoderNoise);
-  out.noise.q = 0.25 * 0.25 * out.noise.R;
-  out.noise.v = friction.cwiseProduct(mobility).cwiseAbs2();
-  out.noise.z = (kLatentNoise * z_size).cwiseAbs2();
-  out.initial = initial_state(out.recording, clean.z.row(0), z_size, out.noise);
-
-  LatentFrictionModel model(arm, out.recording, out.noise, out.initial, step);
-  const Eigen::MatrixXd L = model.Q().llt().matrixL();
-  out.x.resize(T, 2 * n + nz);
-  out.tau_f.resize(T, n);
-  Rng rng(seed, 77);
-  const auto size = static_cast<std::size_t>(n);
-  Eigen::VectorXd x = out.initial.mean, e(x.size());
-  std::vector<double> a(size), tau(size), tau_f(size);
-  for (int t = 0; t < T; ++t) {
-    for (int j = 0; j < n; ++j) {
-      const auto wanted = motion.at(j, t * fricid::test::kSamplePeriod);
-      a[static_cast<std::size_t>(j)] =
-          wanted.a + 2500 * (wanted.q - x[j]) + 90 * (wanted.v - x[n + j]);
-      out.recording.q_measured(t, j) = x[j] + kEncoderNoise * rng.normal();
-    }
-    dynamics::rnea<double>(arm.robot, ws, view(arm.robot.pi), {x.data(), size},
-                           {x.data() + n, size}, a, tau);
-    std::copy(tau.begin(), tau.end(), out.recording.tau.row(t).data());
-    const auto state = static_cast<std::size_t>(x.size());
-    model.friction_torque<double>(t, std::span<const double>(x.data(), state), tau_f);
-    out.x.row(t) = x;
-    std::copy(tau_f.begin(), tau_f.end(), out.tau_f.row(t).data());
-    model.transition<double>(t, {x.data(), state});
-    for (double& value : e) value = rng.normal();
-    x += L * e;
-  }
-  return out;
-}
+using fricid::test::draw;
+using fricid::test::Drawn;
 
 class LatentModel : public ::testing::Test {
  protected:
@@ -166,7 +86,7 @@ TEST_F(LatentModel, TwistedFilterIsSteadyAtTheTruth) {
     EXPECT_NEAR(nis / channels, 1, 3 * std::sqrt(2 / channels)) << "motion " << seed;
 
     smc::Twist twist;
-    smc::make_bent_twist(at_truth, y, at_truth.parts(), path.smoothed, twist);
+    ASSERT_TRUE(smc::make_bent_twist(at_truth, y, at_truth.parts(), path.smoothed, twist));
     smc::TwistedGuide<PackD> guide(at_truth, twist);
     double sum = 0, squares = 0, least_roots = 1;
     for (int run = 0; run < kRuns; ++run) {

@@ -95,6 +95,58 @@ TEST(RobotFriction, StepTorqueIsStepThenTorque) {
   }
 }
 
+// Claim: in lanes a law may take two joints at a time, to the last bit what each joint does alone.
+template <class S>
+void expect_joints_as_alone() {
+  constexpr std::size_t kJoints = 5;
+  const JointSpec spec{{{"lugre", 0, {}}}};
+  const RobotFriction robot(std::vector<JointSpec>(kJoints, spec)), alone({spec});
+  const std::vector<double> typical = default_theta(alone);
+  std::vector<S> theta, z, tau(kJoints);
+  std::vector<Input<S>> in;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const auto x = static_cast<double>(j + 1);
+    for (std::size_t i = 0; i < typical.size(); ++i)
+      theta.push_back(S(typical[i] * (1 + 0.1 * x * static_cast<double>(i + 1))));
+    z.push_back(S(1e-4 * x));
+    S v(0);
+    for (int k = 0; k < S::kLanes; ++k)
+      v.set(k, static_cast<typename S::Scalar>(0.02 * (x - 3) * (k + 1)));
+    in.push_back({S(0), v, S(0), S(300)});
+  }
+  const std::size_t n_theta = typical.size();
+  for (int step = 0; step < 3; ++step) {
+    std::vector<S> z_alone = z;
+    std::vector<S> tau_alone(kJoints);
+    const auto each = [&](auto&& act) {
+      for (std::size_t j = 0; j < kJoints; ++j)
+        act(std::span<const S>(theta).subspan(j * n_theta, n_theta),
+            std::span<const Input<S>>(&in[j], 1), std::span<S>(&z_alone[j], 1),
+            std::span<S>(&tau_alone[j], 1));
+    };
+    if (step == 0) {
+      robot.torque<S>(theta, in, z, tau);
+      each([&](auto t, auto i, auto s, auto f) { alone.torque<S>(t, i, s, f); });
+    } else if (step == 1) {
+      robot.step<S>(theta, in, 1e-3, z);
+      each([&](auto t, auto i, auto s, auto) { alone.step<S>(t, i, 1e-3, s); });
+      tau_alone = tau;
+    } else {
+      robot.step_torque<S>(theta, in, 1e-3, z, tau);
+      each([&](auto t, auto i, auto s, auto f) { alone.step_torque<S>(t, i, 1e-3, s, f); });
+    }
+    for (std::size_t j = 0; j < kJoints; ++j)
+      for (int k = 0; k < S::kLanes; ++k) {
+        EXPECT_EQ(z[j][k], z_alone[j][k]) << j;
+        EXPECT_EQ(tau[j][k], tau_alone[j][k]) << j;
+      }
+  }
+}
+TEST(RobotFriction, TwoJointsAtATimeAreAsAlone) {
+  expect_joints_as_alone<PackD>();
+  expect_joints_as_alone<PackF>();
+}
+
 TEST(RobotFriction, ModifiersApplyInTheirOrder) {
   const Input<double> in{0.3, 1, 20, 303.15};
   const std::vector<double> law = {4, 0, 0.01};  // Fc Fv v0

@@ -103,6 +103,34 @@ TEST(Threads, AnyNumberGivesTheSameBytes) {
   }
 }
 
+// Claim: a gather takes each lane's own particle, near or far.
+template <class S>
+void expect_gathered() {
+  constexpr int kParticles = 100, kStates = 3;
+  Cloud<S> cloud(kStates, kParticles);
+  for (int p = 0; p < kParticles; ++p)
+    for (int i = 0; i < kStates; ++i) cloud.set(p, i, static_cast<Real<S>>(10 * p + i));
+  std::vector<int> ancestors(static_cast<std::size_t>(padded(kParticles)));
+  std::vector<S> block(kStates, S(-1));
+  for (const int stride : {0, 1, 2, 5, 37}) {  // ordered up to 5, over ever more blocks
+    for (std::size_t k = 0; k < ancestors.size(); ++k)
+      ancestors[k] = (static_cast<int>(k) * stride + 3) % kParticles;
+    for (int b = 0; b < cloud.blocks(); ++b) {
+      cloud.gather(b, ancestors, block.data());
+      for (int k = 0; k < Cloud<S>::kLanes; ++k)
+        for (int i = 0; i < kStates; ++i)
+          ASSERT_EQ(lane(block[static_cast<std::size_t>(i)], k),
+                    10 * ancestors[static_cast<std::size_t>(b * Cloud<S>::kLanes + k)] + i)
+              << stride << " " << b;
+    }
+  }
+}
+TEST(Lanes, GatherTakesEachLanesOwnParticle) {
+  expect_gathered<double>();
+  expect_gathered<PackD>();
+  expect_gathered<PackF>();
+}
+
 // Claim: one particle per lane is one particle at a time, to rounding of sums over weights.
 TEST(Lanes, PacksAgreeWithDouble) {
   Scene scene(80);

@@ -32,9 +32,9 @@ TEST_P(TwistOnLinear, LikelihoodIsExactWithoutVariance) {
       if (way == "jacobian"sv)
         make_twist(model, y, path, twist);
       else if (way == "statistical"sv)
-        make_statistical_twist(model, y, path.smoothed, twist);
+        ASSERT_TRUE(make_statistical_twist(model, y, path.smoothed, twist));
       else
-        make_bent_twist(model, y, parts, path.smoothed, twist);
+        ASSERT_TRUE(make_bent_twist(model, y, parts, path.smoothed, twist));
 
       TwistedGuide<PackD> guide(model, twist);
       Report report;
@@ -134,7 +134,7 @@ TEST(BentTwist, IsUnbiasedAndSteadierWhereTheModelHasAKink) {
     GaussianPath path;
     gaussian_smoother(model, y, path, 2);
     Twist twist;
-    make_bent_twist(model, y, parts, path.smoothed, twist);
+    ASSERT_TRUE(make_bent_twist(model, y, parts, path.smoothed, twist));
     TwistedGuide<PackD> guide(model, twist);
     FilterOptions options;
     options.particles = 100'000;
@@ -151,6 +151,20 @@ TEST(BentTwist, IsUnbiasedAndSteadierWhereTheModelHasAKink) {
   }
   EXPECT_LT(variance[1], 0.6 * variance[0]);
   EXPECT_LT(variance[2], 0.2 * variance[0]);
+}
+
+TEST(BentTwist, RefusesCovariancesThatAreNone) {
+  LinearModel model = test::random_model(2, 3);
+  const RowMatrix y = test::simulate(model, 20, 5).y;
+  const std::vector<Part> parts{{{0, 1}, 1}};
+  for (const double variance : {-1.0, 0.0, std::nan(""), HUGE_VAL}) {
+    GaussianPath path;
+    gaussian_smoother(model, y, path);
+    path.smoothed[7].covariance(1, 1) = variance;
+    Twist twist;
+    EXPECT_FALSE(make_statistical_twist(model, y, path.smoothed, twist)) << variance;
+    EXPECT_FALSE(make_bent_twist(model, y, parts, path.smoothed, twist)) << variance;
+  }
 }
 
 TEST(NormalDistribution, QuantileInvertsTheDistributionFunction) {

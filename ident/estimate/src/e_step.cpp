@@ -101,7 +101,11 @@ EStepResult smooth(LatentFrictionModel& model, const Recording& recording, int s
   if (const auto warning = nis.warning()) say(*warning, out);
   if (options.method == EStep::kPsi) {
     smc::Twist twist;
-    smc::make_bent_twist(model, y, model.parts(), path.smoothed, twist);
+    if (!smc::make_bent_twist(model, y, model.parts(), path.smoothed, twist)) {
+      out.failed = true;
+      out.warnings.push_back("psi: a smoothed covariance is not positive definite; raise Q");
+      return out;
+    }
     path = {};
     smc::TwistedGuide<PackD> guide(model, twist);
     // twisted particles know what comes: their innovations say little

@@ -23,9 +23,10 @@ PairedDraws::PairedDraws(int n, int pairs, double outer)
   core_.segment(pairs, core_pairs_).setOnes();
 }
 
-void PairedDraws::place(int t, const Gaussian& x) {
+bool PairedDraws::place(int t, const Gaussian& x) {
   constexpr int kLanes = PackD::kLanes;
   root_.compute(x.covariance);
+  if (root_.info() != Eigen::Success || !x.covariance.allFinite()) return false;
   fill_normal(kSeed, static_cast<std::uint64_t>(t), 0, normals_);
   white_ = Eigen::Map<const Eigen::MatrixXd>(normals_.data(), pairs_, n_);
   d_.topRows(pairs_).noalias() = white_ * root_.matrixL().transpose();
@@ -37,6 +38,7 @@ void PairedDraws::place(int t, const Gaussian& x) {
           d_.col(i).segment<kLanes>(b * kLanes).array() + x.mean(i);
       x_[static_cast<std::size_t>(b * n_ + i)] = load<PackD>(lanes.data());
     }
+  return true;
 }
 
 void PairedDraws::linearise(const Eigen::VectorXd& s_next, Eigen::MatrixXd& A, Eigen::VectorXd& c) {

@@ -20,8 +20,9 @@ class PairedDraws {
   /// @param outer  share of the pairs drawn from further out, N(0, 4 P)
   PairedDraws(int n, int pairs, double outer);
 
+  /// False, and nothing drawn, where the covariance is not positive definite.
   template <StateSpaceModel M>
-  void draw(M& model, int t, const Gaussian& x);
+  [[nodiscard]] bool draw(M& model, int t, const Gaussian& x);
 
   /// By least squares over the draws of N(0, P):
   ///     A = argmin sum |f(s + d) - mean f - A d|^2,     c = mean (f(s + d) - A d) - s_{t+1}.
@@ -34,7 +35,7 @@ class PairedDraws {
   const Eigen::VectorXd& core() const { return core_; }  ///< (2 pairs) 1 for a draw of N(0, P)
 
  private:
-  void place(int t, const Gaussian& x);
+  bool place(int t, const Gaussian& x);
 
   int n_, pairs_, core_pairs_;
   std::vector<double> normals_;
@@ -45,22 +46,25 @@ class PairedDraws {
 };
 
 template <StateSpaceModel M>
-void PairedDraws::draw(M& model, int t, const Gaussian& x) {
-  place(t, x);
+bool PairedDraws::draw(M& model, int t, const Gaussian& x) {
+  if (!place(t, x)) return false;
   image_ = x_;
   const auto size = static_cast<std::size_t>(n_);
   for (std::size_t b = 0; b < image_.size() / size; ++b)
     model.transition(t, std::span<PackD>(image_).subspan(b * size, size));
+  return true;
 }
 
 /// psi along the means s_t of `smoothed` (T), with the slope and offset that f_t has on average
 /// over N(s_t, P_t), P_t its covariances, instead of its Jacobian at s_t; on top of that, for the
 /// parts given, the quadratic and the kink that explain best what the linearisation leaves of the
-/// weights (bend.hpp). Exact for a linear model.
+/// weights (bend.hpp). Exact for a linear model. False, and psi unfinished, where a covariance is
+/// not positive definite.
 /// @see Garcia-Fernandez, Svensson & Sarkka, IEEE TSP 63, 2015; Guarniero, Johansen & Lee 2017
 template <StateSpaceModel M>
-void make_statistical_twist(M& model, const RowMatrix& y, std::span<const Gaussian> smoothed,
-                            Twist& twist, std::span<const Part> parts = {}, bool kinks = true) {
+[[nodiscard]] bool make_statistical_twist(M& model, const RowMatrix& y,
+                                          std::span<const Gaussian> smoothed, Twist& twist,
+                                          std::span<const Part> parts = {}, bool kinks = true) {
   constexpr int kFewestPairs = 32, kBendPairs = 256;
   constexpr double kOuterShare = 0.25;
   const int n = model.state_size();
@@ -79,9 +83,9 @@ void make_statistical_twist(M& model, const RowMatrix& y, std::span<const Gaussi
   BendSample sample;
   const auto linearise = [&](PairedDraws& draws, std::size_t t) {
     const int step = static_cast<int>(t);
-    draws.draw(model, step, smoothed[t]);
+    if (!draws.draw(model, step, smoothed[t])) return false;
     draws.linearise(twist.s[t + 1], twist.A[t], twist.c[t]);
-    if (!bends) return;
+    if (!bends) return true;
     guide.prepare(step);
     sample.d = draws.d();
     sample.core = draws.core();
@@ -89,26 +93,29 @@ void make_statistical_twist(M& model, const RowMatrix& y, std::span<const Gaussi
     for (int b = 0; b < draws.blocks(); ++b)
       store(guide.log_weight(draws.x(b), draws.image(b), false).total,
             sample.r.data() + b * PackD::kLanes);
+    return true;
   };
   for (std::size_t t = T - 1; t-- > 0;) {
-    linearise(few, t);
+    if (!linearise(few, t)) return false;
     if (bends && worth_bending(sample)) {
-      linearise(many, t);
+      if (!linearise(many, t)) return false;
       fit_bend(sample, parts, smoothed[t].covariance, twist.s[t], kinks && t > 0, twist.bend[t],
                twist.kink[t]);
     }
     recursion.add(static_cast<int>(t));
   }
+  return true;
 }
 
 /// The best psi: around the smoothed moments, then without kinks around its own, then with them.
 /// @param smoothed  of the Gaussian smoother (T); on return those of the second round
+/// @return as make_statistical_twist
 template <StateSpaceModel M>
-void make_bent_twist(M& model, const RowMatrix& y, std::span<const Part> parts,
-                     std::span<Gaussian> smoothed, Twist& twist) {
-  make_statistical_twist(model, y, smoothed, twist, parts, false);
+[[nodiscard]] bool make_bent_twist(M& model, const RowMatrix& y, std::span<const Part> parts,
+                                   std::span<Gaussian> smoothed, Twist& twist) {
+  if (!make_statistical_twist(model, y, smoothed, twist, parts, false)) return false;
   twisted_moments(model.initial(), model.Q(), twist, smoothed);
-  make_statistical_twist(model, y, smoothed, twist, parts);
+  return make_statistical_twist(model, y, smoothed, twist, parts);
 }
 
 }  // namespace fricid::smc
