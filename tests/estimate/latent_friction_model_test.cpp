@@ -69,7 +69,7 @@ TEST_F(LatentModel, JacobianEqualsCentralDifferencesInEveryLane) {
 // are as large as the model says. What weight is lost, is lost where a joint sticks: |v| has a kink
 // there, which psi follows in one joint at a time.
 TEST_F(LatentModel, TwistedFilterIsSteadyAtTheTruth) {
-  constexpr int kMotions = 6, kRuns = 5;
+  constexpr int kMotions = 12, kRuns = 5;
   std::vector<double> sds, roots;
   for (std::uint64_t seed = 1; seed <= kMotions; ++seed) {
     const Drawn motion = draw(arm, 1000, seed, step);
@@ -91,7 +91,8 @@ TEST_F(LatentModel, TwistedFilterIsSteadyAtTheTruth) {
     double sum = 0, squares = 0, least_roots = 1;
     for (int run = 0; run < kRuns; ++run) {
       smc::FilterOptions options;
-      options.ess_threshold = 0.25;
+      options.ess_threshold = 0.25;  // as in the E-step
+      options.renewed = 0.05;
       options.seed = static_cast<std::uint64_t>(run + 1);
       smc::ParticleFilter<LatentFrictionModel, smc::TwistedGuide<PackD>> filter(at_truth, guide,
                                                                                 options);
@@ -108,12 +109,11 @@ TEST_F(LatentModel, TwistedFilterIsSteadyAtTheTruth) {
     sds.push_back(std::sqrt((squares - sum * sum / kRuns) / (kRuns - 1)));
     roots.push_back(least_roots);
     EXPECT_LE(sds.back(), 0.3) << "motion " << seed;
+    EXPECT_GE(roots.back(), 0.9) << "motion " << seed;
   }
   std::sort(sds.begin(), sds.end());
   std::sort(roots.begin(), roots.end());
   EXPECT_LE(sds[kMotions / 2], 0.1);
-  EXPECT_GE(roots[1], 0.9);  // the worst but one
-  EXPECT_GE(roots[0], 0.4);
   RecordProperty("median_sd_nat", std::to_string(sds[kMotions / 2]));
   RecordProperty("median_roots", std::to_string(roots[kMotions / 2]));
 }

@@ -21,9 +21,10 @@ struct Estimates {
 /// B runs of a filter: mean of Zhat / Z and what log Zhat - log Z is like.
 template <class G>
 Estimates repeat(LinearModel& model, const RowMatrix& y, int N, int B, double ell,
-                 Resampling scheme = Resampling::kSystematic) {
+                 Resampling scheme = Resampling::kSystematic, double renewed = 1) {
   G guide(model, y);
   FilterOptions options;
+  options.renewed = renewed;
   options.particles = N;
   options.resampling = scheme;
   Report report;
@@ -76,6 +77,9 @@ TEST(ParticleFilter, EverySchemeOfResamplingIsUnbiased) {
     const auto e = repeat<AdaptedGuide<PackD>>(scene.model, scene.y, 100, 400, scene.ell, scheme);
     EXPECT_LT(std::abs(e.mean_ratio - 1) / e.standard_error, 4.5);
   }
+  const auto few = repeat<AdaptedGuide<PackD>>(scene.model, scene.y, 100, 400, scene.ell,
+                                               Resampling::kSystematic, 0.1);
+  EXPECT_LT(std::abs(few.mean_ratio - 1) / few.standard_error, 4.5);
 }
 
 TEST(ParticleFilter, SpreadFallsWithTheRootOfN) {

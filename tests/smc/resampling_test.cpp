@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <vector>
 
 #include "fricid/base/rng.hpp"
@@ -136,6 +138,34 @@ TEST(Resample, WeightlessParticlesNeverSurvive) {
 TEST(Resample, EqualWeightsAreKeptByKilling) {
   EXPECT_EQ(counts(Resampling::kKilling, {0.25, 0.25, 0.25, 0.25}, 3),
             (std::vector<int>{1, 1, 1, 1}));
+}
+
+// Claim: the heavy are split exactly, of the light one is drawn by weight; to renew ten per cent
+// costs as much of the histories and repairs an outlier.
+TEST(SplitHeaviest, IsUnbiasedAndKeepsMostParticles) {
+  constexpr std::size_t kCount = 50;
+  constexpr int kRenewed = 5, kDraws = 1000;
+  std::vector<double> lw(kCount), W(kCount), weights(kCount), mean(kCount, 0.0);
+  Rng rng(1, 0);
+  for (double& x : lw) x = rng.normal();
+  lw[17] = 5;
+  lw[3] = -kInfinity;
+  const double ess = normalise(lw, W)->ess;
+  std::vector<int> ancestors(kCount), copies(kCount);
+  for (int k = 0; k < kDraws; ++k) {
+    split_heaviest(W, kRenewed, (k + 0.5) / kDraws, ancestors, weights, copies);
+    EXPECT_TRUE(std::is_sorted(ancestors.begin(), ancestors.end()));
+    EXPECT_EQ(std::set<int>(ancestors.begin(), ancestors.end()).size(), kCount - kRenewed);
+    double sum = 0, squares = 0;
+    for (std::size_t i = 0; i < kCount; ++i) {
+      mean[static_cast<std::size_t>(ancestors[i])] += weights[i] / kDraws;
+      sum += weights[i];
+      squares += weights[i] * weights[i];
+    }
+    EXPECT_NEAR(sum, 1, 1e-12);
+    EXPECT_GT(1 / squares, 2 * ess);
+  }
+  for (std::size_t i = 0; i < kCount; ++i) EXPECT_NEAR(mean[i], W[i], 1e-5) << i;
 }
 
 TEST(Pick, DrawsInProportion) {

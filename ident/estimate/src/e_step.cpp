@@ -13,8 +13,9 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr int kPsiIterations = 2;    // of the path that the twisted filter follows
-constexpr double kTracedEss = 0.25;  // below it is resampled: seldom, where paths are traced
+constexpr int kPsiIterations = 2;  // of the path that the twisted filter follows
+// Where paths are traced, seldom and few at a time are resampled.
+constexpr double kTracedEss = 0.25, kTracedRenewed = 0.05;
 
 void say(const smc::Warning& w, EStepResult& out) {
   out.warnings.push_back(fmt::format("{}: {}; {}", w.figure, w.meaning, w.remedy));
@@ -31,7 +32,10 @@ void run_particles(LatentFrictionModel& model, Guide& guide, const smc::RowMatri
   filter_options.seed = options.seed;
   filter_options.sequence = options.sequence;
   filter_options.y = &y;
-  if (backward == smc::Backward::kTrace) filter_options.ess_threshold = kTracedEss;
+  if (backward == smc::Backward::kTrace) {
+    filter_options.ess_threshold = kTracedEss;
+    filter_options.renewed = kTracedRenewed;
+  }
   smc::ParticleFilter<LatentFrictionModel, Guide> filter(model, guide, filter_options);
   auto history = smc::History<PackD>::checkpointed(model.state_size(), options.particles,
                                                    static_cast<int>(y.rows()));
@@ -101,15 +105,24 @@ EStepResult smooth(LatentFrictionModel& model, const Recording& recording, int s
   if (const auto warning = nis.warning()) say(*warning, out);
   if (options.method == EStep::kPsi) {
     smc::Twist twist;
-    if (!smc::make_bent_twist(model, y, model.parts(), path.smoothed, twist)) {
-      out.failed = true;
-      out.warnings.push_back("psi: a smoothed covariance is not positive definite; raise Q");
-      return out;
+    const auto run = [&] {
+      path = {};
+      smc::TwistedGuide<PackD> guide(model, twist);
+      // twisted particles know what comes: their innovations say little
+      run_particles(model, guide, y, smc::Backward::kTrace, options, out, false);
+    };
+    const std::size_t said = out.warnings.size();
+    out.failed = !smc::make_bent_twist(model, y, model.parts(), path.smoothed, twist);
+    if (!out.failed) run();
+    if (out.failed) {
+      smc::gaussian_smoother(model, y, path, kPsiIterations);
+      smc::make_twist(model, y, path, twist);
+      out.warnings.resize(said);
+      out.warnings.push_back(
+          "psi: failed with the bends of its look-ahead, went on without; the model is far from "
+          "the data, or too bent for one joint at a time");
+      run();
     }
-    path = {};
-    smc::TwistedGuide<PackD> guide(model, twist);
-    // twisted particles know what comes: their innovations say little
-    run_particles(model, guide, y, smc::Backward::kTrace, options, out, false);
     out.nis = nis.mean;
     return out;
   }

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "fricid/base/math.hpp"
 #include "fricid/smc/lanes.hpp"
@@ -143,6 +144,39 @@ void resample(Resampling scheme, std::span<const double> W, std::span<const doub
   Walk walk(W);
   for (std::size_t k = 0; k < count; ++k)
     ancestors[k] = walk.next((static_cast<double>(k) + uniforms[k]) / static_cast<double>(count));
+}
+
+void split_heaviest(std::span<const double> W, int renewed, double u, std::span<int> ancestors,
+                    std::span<double> weights, std::span<int> copies) {
+  assert(renewed >= 0 && renewed + 2 <= std::ssize(W));
+  const auto weight = [&](int i) { return W[static_cast<std::size_t>(i)]; };
+  const auto copies_of = [&](int i) -> int& { return copies[static_cast<std::size_t>(i)]; };
+  std::iota(ancestors.begin(), ancestors.end(), 0);
+  std::nth_element(
+      ancestors.begin(), ancestors.begin() + renewed, ancestors.end(),
+      [&](int a, int b) { return weight(a) != weight(b) ? weight(a) < weight(b) : a < b; });
+  const auto light = ancestors.first(static_cast<std::size_t>(renewed) + 1);
+  const auto heavy = ancestors.subspan(light.size());
+  double light_weight = 0;
+  for (const int i : light) light_weight += weight(i);
+  double left = u * light_weight;
+  int survivor = light.front();
+  for (const int i : light) {
+    copies_of(i) = 0;
+    if (left >= 0) survivor = i;
+    left -= weight(i);
+  }
+  copies_of(survivor) = 1;
+  for (const int i : heavy) copies_of(i) = 1;
+  for (int k = 0; k < renewed; ++k)
+    ++copies_of(
+        *std::ranges::max_element(heavy, {}, [&](int i) { return weight(i) / copies_of(i); }));
+  std::size_t k = 0;
+  for (int i = 0; i < std::ssize(W); ++i)
+    for (int c = 0; c < copies_of(i); ++c, ++k) {
+      ancestors[k] = i;
+      weights[k] = i == survivor ? light_weight : weight(i) / copies_of(i);
+    }
 }
 
 int pick(std::span<const double> W, double u) {

@@ -26,6 +26,9 @@ struct FilterOptions {
   int particles = 200;         ///< N >= 1
   double ess_threshold = 0.5;  ///< resample when ESS < threshold N; > 1 resamples always
   Resampling resampling = Resampling::kSystematic;
+  /// Share of the particles that are drawn anew when one resamples; below 1 by `split_heaviest`,
+  /// which keeps the histories of the others.
+  double renewed = 1;
   std::uint64_t seed = 1;
   std::uint32_t sequence = 0;  ///< tells runs with one seed apart, < 2^29
   /// Observations (T x ny) to compute the NIS of, or none. Not with the twisted guide, whose
@@ -59,6 +62,7 @@ class ParticleFilter {
         ancestors_(static_cast<std::size_t>(stride_), 0),
         roots_(ancestors_),
         old_roots_(ancestors_),
+        copies_(ancestors_),
         log_weights_(static_cast<std::size_t>(stride_)),
         past_log_weights_(log_weights_),
         weights_(log_weights_),
@@ -120,6 +124,7 @@ class ParticleFilter {
   }
   void draw_noise(int t) { fill_normal(options_.seed, stream(t), noise_); }
   const S* noise_of(int b);
+  void level_weights();
   void draw_ancestors(int t);
   void draw_next(int t, Slice<S>* slice);
   void record_innovation(int t, Report& report);
@@ -134,7 +139,7 @@ class ParticleFilter {
   std::vector<S> temporary_;  // noise and image of one block
   std::vector<float> noise_;  // (n, stride)
   std::vector<double> uniforms_;
-  std::vector<int> ancestors_, roots_, old_roots_;
+  std::vector<int> ancestors_, roots_, old_roots_, copies_;
   std::vector<double> log_weights_, past_log_weights_, weights_, past_weights_;
   double ess_ = 0;
   bool resampled_ = false;

@@ -38,6 +38,18 @@ std::size_t uniforms_needed(Resampling scheme, std::size_t count);
 void resample(Resampling scheme, std::span<const double> W, std::span<const double> uniforms,
               std::span<int> ancestors);
 
+/// A gentle alternative to `resample`, which keeps most histories: of the renewed + 1 lightest
+/// particles one is drawn by weight and takes the weight of all, the others make room for `renewed`
+/// copies of the heaviest, among which their weights are shared out. Unbiased: what descends from i
+/// weighs W_i on average. Ancestors come out in ascending order. Does not allocate.
+/// @param renewed    0 .. N - 2
+/// @param u          uniform on (0, 1)
+/// @param ancestors  (N)
+/// @param weights    of the new particles (N), sum 1
+/// @param copies     (N) workspace
+void split_heaviest(std::span<const double> W, int renewed, double u, std::span<int> ancestors,
+                    std::span<double> weights, std::span<int> copies);
+
 /// The first index with W_0 + .. + W_i > u sum W: one draw from W.
 int pick(std::span<const double> W, double u);
 

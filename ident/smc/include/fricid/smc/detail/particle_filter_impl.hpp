@@ -18,9 +18,15 @@ void ParticleFilter<M, G>::start() {
   for (int b = 0; b < x_.blocks(); ++b) guide_->start(noise_of(b), x_.block(b));
   const auto N = static_cast<std::size_t>(particles());
   std::fill(log_weights_.begin(), log_weights_.end(), -std::numeric_limits<double>::infinity());
-  std::fill_n(log_weights_.begin(), N, -std::log(static_cast<double>(N)));
+  level_weights();
   for (std::size_t i = 0; i < roots_.size(); ++i) roots_[i] = i < N ? static_cast<int>(i) : 0;
   resampled_ = false;
+}
+
+template <StateSpaceModel M, Guide G>
+void ParticleFilter<M, G>::level_weights() {
+  const auto N = static_cast<std::size_t>(particles());
+  std::fill_n(log_weights_.begin(), N, -std::log(static_cast<double>(N)));
 }
 
 template <StateSpaceModel M, Guide G>
@@ -66,7 +72,15 @@ void ParticleFilter<M, G>::draw_ancestors(int t) {
   const std::span<int> drawn = std::span(ancestors_).first(N);
   if (resampled_) {
     fill_uniform(options_.seed, stream(t), 0, uniforms_);
-    resample(options_.resampling, first(weights_), uniforms_, drawn);
+    const int renewed = static_cast<int>(options_.renewed * static_cast<double>(N));
+    if (renewed + 1 < particles()) {
+      split_heaviest(first(weights_), renewed, uniforms_[0], drawn, first(log_weights_),
+                     first(copies_));
+      for (double& w : first(log_weights_)) w = std::log(w);
+    } else {
+      resample(options_.resampling, first(weights_), uniforms_, drawn);
+      level_weights();
+    }
   } else {
     std::iota(drawn.begin(), drawn.end(), 0);
   }
@@ -84,6 +98,7 @@ template <StateSpaceModel M, Guide G>
 void ParticleFilter<M, G>::move_from(int t, std::span<const int> ancestors, Slice<S>* slice) {
   std::copy(ancestors.begin(), ancestors.end(), ancestors_.begin());
   resampled_ = true;
+  level_weights();
   draw_next(t, slice);
 }
 
@@ -107,8 +122,6 @@ void ParticleFilter<M, G>::draw_next(int t, Slice<S>* slice) {
     guide_->move(F, noise_of(b), x_.block(b));
   }
   if (resampled_) {
-    const auto N = static_cast<std::size_t>(particles());
-    std::fill_n(log_weights_.begin(), N, -std::log(static_cast<double>(N)));
     old_roots_.swap(roots_);
     for (std::size_t i = 0; i < roots_.size(); ++i) {
       roots_[i] = old_roots_[static_cast<std::size_t>(ancestors_[i])];
@@ -147,6 +160,7 @@ void ParticleFilter<M, G>::run(Report& report, History<S>* history) {
   const int T = steps();
   report.reset(T, particles());
   report.log_likelihood = guide_->log_start();
+  if (!std::isfinite(report.log_likelihood)) return;
   start();
   if (options_.y != nullptr) {
     innovations_.start(row_of(*options_.y, 0));
