@@ -160,8 +160,8 @@ void BM_WindowGradient(benchmark::State& state, const char* law) {
 BENCHMARK_CAPTURE(BM_WindowGradient, lugre, "lugre")->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(BM_WindowGradient, gms, "gms")->Unit(benchmark::kMicrosecond);
 
-/// One 4 ms cycle of the online estimator, N = 200; its median and its 99.9 % quantile [us], and the
-/// blocks that all cycles took from the heap.
+/// One 4 ms cycle of the online estimator, N = 200; its median and its 99.9 % quantile [us], and
+/// the blocks that all cycles took from the heap.
 void BM_OnlineCycle(benchmark::State& state, const char* law) {
   constexpr int kSamples = 1000;
   const Subject subject(law, kSamples);
