@@ -258,7 +258,7 @@ FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared
   }
   report.joints.clear();
   report.model.budget.clear();
-  const auto take = [&](const auto& trained, std::string budget) {
+  const auto take = [&](const auto& trained, const std::string& budget) {
     report.outcome = trained.outcome;
     report.message = trained.message;
     report.model.arm = trained.arm;
