@@ -101,8 +101,13 @@ double legend_height(const Figure& figure) {
   return kLegendPadCm + kLegendRowCm * rows;
 }
 
+int columns_of(const Figure& figure) {
+  return std::clamp(static_cast<int>(figure.panels.size()), 1, figure.columns);
+}
+
 Layout layout_of(const Figure& figure) {
-  const int rows = (static_cast<int>(figure.panels.size()) + figure.columns - 1) / figure.columns;
+  const int columns = columns_of(figure);
+  const int rows = (static_cast<int>(figure.panels.size()) + columns - 1) / columns;
   const double legend = legend_height(figure);
   return {figure.width_cm, legend + rows * (figure.panel_height_cm + kTitleCm + kBottomCm), legend};
 }
@@ -122,6 +127,8 @@ class Axis {
   }
   /// Length of what the data span; 0 when there are none.
   double span() const { return high_ > low_ ? high_ - low_ : 0; }
+  /// Where the data begin and end. @pre the axis is not logarithmic
+  Range range() const { return {low_, high_}; }
   double share(double value) const {
     return high_ > low_ ? (place(value) - low_) / (high_ - low_) : place(value) - low_;
   }
@@ -209,8 +216,8 @@ std::string axis_text(char name, bool log, Range range,
   if (tics.empty() && !log && span > 0)
     return text + fmt::format("set {}tics norotate {}\n", name, number(tic_step(span)));
   if (tics.empty()) return text + fmt::format("set {}tics norotate autofreq\n", name);
-  text +=
-      fmt::format("set {}tics {} noenhanced (", name, upright ? "norotate" : "rotate by 90 right");
+  text += fmt::format("set {}tics {} noenhanced (", name,
+                      upright ? "norotate autojustify" : "rotate by 90 right");
   for (std::size_t i = 0; i < tics.size(); ++i)
     text +=
         fmt::format("{}{} {}", i == 0 ? "" : ", ", quoted(tics[i].second), number(tics[i].first));
@@ -232,9 +239,9 @@ std::string plots_text(const Panel& panel, std::size_t p) {
 
 std::string panel_text(const Figure& figure, std::size_t p, Layout layout) {
   const Panel& panel = figure.panels[p];
-  const auto row = static_cast<int>(p) / figure.columns,
-             column = static_cast<int>(p) % figure.columns;
-  const double cell = figure.width_cm / figure.columns;
+  const int columns = columns_of(figure);
+  const auto row = static_cast<int>(p) / columns, column = static_cast<int>(p) % columns;
+  const double cell = figure.width_cm / columns;
   const double top =
       layout.legend + row * (figure.panel_height_cm + kTitleCm + kBottomCm) + kTitleCm;
 
@@ -249,11 +256,13 @@ std::string panel_text(const Figure& figure, std::size_t p, Layout layout) {
       "set label 1 {} at screen {:.5f}, graph 0.5 center rotate noenhanced\n",
       quoted(panel.title), quoted(panel.x_label), quoted(panel.y_label),
       (column * cell + kLabelCm) / layout.width);
-  const double span = Axis(panel, &Series::x, panel.log_x, panel.x_range).span();
+  const Axis x_axis(panel, &Series::x, panel.log_x, panel.x_range);
+  const double span = x_axis.span();
+  const Range x_range = panel.fit_x && span > 0 ? x_axis.range() : panel.x_range;
   std::size_t letters = 0;
   for (const auto& [place, name] : panel.x_tics) letters += name.size() + 1;
   const bool fits = kLetterCm * static_cast<double>(letters) < cell - figure.left_cm - kRightCm;
-  return text + axis_text('x', panel.log_x, panel.x_range, panel.x_tics, span, fits) +
+  return text + axis_text('x', panel.log_x, x_range, panel.x_tics, span, fits) +
          axis_text('y', panel.log_y, panel.y_range, panel.y_tics, 0) + plots_text(panel, p);
 }
 

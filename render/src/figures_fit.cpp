@@ -71,6 +71,33 @@ bool is_numbered(const std::string& symbol) {
 
 }  // namespace
 
+/// A curve of more samples than a panel can show, as the median of each bin over the band from the
+/// least to the largest; a shorter one as it is.
+std::vector<Series> binned(const Series& curve) {
+  constexpr std::size_t kBins = 200;
+  const std::size_t size = curve.x.size() / kBins;
+  if (size < 2) return {curve};
+  Series band = curve, median = curve;
+  band.label.clear();
+  band.mark = Mark::kBand;
+  for (Series* series : {&band, &median}) {
+    series->x.clear();
+    series->y.clear();
+  }
+  for (std::size_t begin = 0; begin + size <= curve.x.size(); begin += size) {
+    std::vector<double> bin(curve.y.begin() + static_cast<std::ptrdiff_t>(begin),
+                            curve.y.begin() + static_cast<std::ptrdiff_t>(begin + size));
+    std::sort(bin.begin(), bin.end());
+    const double middle = curve.x[begin + size / 2];
+    band.x.push_back(middle);
+    band.low.push_back(bin.front());
+    band.high.push_back(bin.back());
+    median.x.push_back(middle);
+    median.y.push_back(bin[size / 2]);
+  }
+  return {std::move(band), std::move(median)};
+}
+
 Figure training(const Run& run) {
   Figure figure{.name = "training", .columns = 3, .panel_height_cm = 4.6};
   figure.caption =
@@ -120,10 +147,12 @@ Figure filter_health(const Run& run) {
   figure.caption =
       "Health of the filters: normalised innovation squared per channel (1: the noise is as large "
       "as the model says), least share of distinct roots of the smoothed paths (0: the paths have "
-      "one ancestor), and the effective sample size of the online filter.";
+      "one ancestor), and the effective sample size of the online filter (of a long log the median "
+      "and the range over "
+      "two-hundredths of it).";
   Panel nis{.x_label = "EM iteration", .y_label = "NIS per channel", .log_y = true},
       roots{.x_label = "EM iteration", .y_label = "distinct roots", .y_range = {0, 1.05}},
-      ess{.x_label = "t [s]", .y_label = "effective particles"};
+      ess{.x_label = "t [s]", .y_label = "effective particles", .fit_x = true};
   for (const RunModel& model : run.fitted()) {
     const json fit = fit_of(run, model);
     if (fit.contains("em") && !fit.at("em").value("iterations", json::array()).empty()) {
@@ -135,7 +164,8 @@ Figure filter_health(const Run& run) {
     const auto path = run.file("estimates", model);
     if (path.empty()) continue;
     const data::H5Reader file(path, "fricid.estimate/1");
-    ess.series.push_back(curve(model, file.vector("/t"), file.vector("/ess")));
+    for (Series& series : binned(curve(model, file.vector("/t"), file.vector("/ess"))))
+      ess.series.push_back(std::move(series));
   }
   for (Panel* panel : {&nis, &roots, &ess})
     if (!panel->series.empty()) figure.panels.push_back(std::move(*panel));
@@ -153,7 +183,7 @@ Figure residual_spectrum(const Run& run) {
     figure.panels.push_back(
         {.title = run.joint(j),
          .x_label = "frequency [Hz]",
-         .y_label = "[N² m²/Hz]",
+         .y_label = "density [N² m²/Hz]",
          .log_x = true,
          .log_y = true,
          .x_range = {run.measured.rate_hz / kSegment, run.measured.rate_hz / 2}});
@@ -270,7 +300,10 @@ Figure torque_drift(const Run& run) {
       run.trajectory);
   constexpr Eigen::Index kBlocks = 20;
   for (int j = 0; j < run.n(); ++j)
-    figure.panels.push_back({.title = run.joint(j), .x_label = "t [s]", .y_label = "[N m]"});
+    figure.panels.push_back({.title = run.joint(j),
+                             .x_label = "t [s]",
+                             .y_label = "mean torque left [N m]",
+                             .fit_x = true});
   bool any = false;
   for (const RunModel& model : run.fitted()) {
     const auto path = run.file("predictions", model);

@@ -139,7 +139,7 @@ Figure torque(const Run& run, const RunModel& model) {
   const Eigen::VectorXd t = file.vector("/t");
   const RowMatrix measured = file.matrix("/tau"), predicted = file.matrix("/tau_predicted");
   for (int j = 0; j < measured.cols(); ++j) {
-    Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "tau [N m]"};
+    Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "tau [N m]", .fit_x = true};
     panel.series = {
         curve("measured - predicted", kTruthColour, t, measured.col(j) - predicted.col(j), 0.8),
         curve("measured", kMeasuredColour, t, measured.col(j), 0.8),
@@ -228,7 +228,8 @@ Figure reversal(const Run& run) {
     const double zero = first.t[k];
     Panel panel{.title = fmt::format("{}, t = {:.2f} s", run.joint(j), zero),
                 .x_label = "time from the reversal [ms]",
-                .y_label = "friction [N m]"};
+                .y_label = "friction [N m]",
+                .fit_x = true};
     const auto add = [&](const Series& series) {
       panel.series.push_back(cut(series, zero - kAround, zero + kAround, zero, 1e3));
     };
@@ -244,7 +245,8 @@ Figure friction_time(const Run& run) {
   Figure figure{.name = "friction_time"};
   bool has_band = false;
   for (int j = 0; j < run.n(); ++j) {
-    Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "friction [N m]"};
+    Panel panel{
+        .title = run.joint(j), .x_label = "t [s]", .y_label = "friction [N m]", .fit_x = true};
     for (const RunModel& model : run.fitted()) {
       const auto path = run.file("estimates", model);
       if (path.empty()) continue;
@@ -286,7 +288,7 @@ Figure friction_error(const Run& run) {
       "place.",
       kWindow, run.trajectory);
   for (int j = 0; j < run.n(); ++j) {
-    Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "error [N m]"};
+    Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "error [N m]", .fit_x = true};
     for (const RunModel& model : run.fitted()) {
       const auto predicted = prediction_of(run, model);
       if (!predicted || predicted->t.size() != run.truth->t.size()) continue;
@@ -307,7 +309,7 @@ Figure latent(const Run& run) {
       run.joint(0), kWindow, run.trajectory);
   const auto add = [&](const std::string& title, const std::string& colour,
                        const Eigen::VectorXd& t, const RowMatrix& z) {
-    Panel panel{.title = title, .x_label = "t [s]", .y_label = "z"};
+    Panel panel{.title = title, .x_label = "t [s]", .y_label = "z", .fit_x = true};
     for (Eigen::Index i = 0; i < z.cols(); ++i) {
       Series state = cut(curve("", colour, t, z.col(i), 0.9), 0, kWindow);
       state.dash = 1 + static_cast<int>(i % 4);

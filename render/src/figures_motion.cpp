@@ -53,7 +53,8 @@ Figure tracking(const Run& run) {
       "motor torque alone. Black: measured position.",
       run.trajectory);
   for (int j = 0; j < run.n(); ++j)
-    figure.panels.push_back({.title = run.joint(j), .x_label = "t [s]", .y_label = "q [rad]"});
+    figure.panels.push_back(
+        {.title = run.joint(j), .x_label = "t [s]", .y_label = "q [rad]", .fit_x = true});
   for (const RunModel& model : run.fitted()) {
     const auto path = run.file("rollouts", model);
     if (path.empty()) continue;
@@ -96,7 +97,8 @@ Figure bands(const Run& run) {
   const RowMatrix low = file.matrix("/q_low", run.n()), high = file.matrix("/q_high", run.n());
   for (int j = 0; j < run.n(); ++j) {
     Panel& panel = figure.panels.emplace_back();
-    panel = {.title = run.joint(j), .x_label = "t [s]", .y_label = "q - measured [rad]"};
+    panel = {
+        .title = run.joint(j), .x_label = "t [s]", .y_label = "q - measured [rad]", .fit_x = true};
     Series band{
         .label = "90 % band", .colour = best->look.colour, .x = to_vector(t), .mark = Mark::kBand};
     band.low = to_vector(low.col(j) - run.measured.q.col(j).head(t.size()));
@@ -119,7 +121,7 @@ Figure error_time(const Run& run) {
   figure.caption = fmt::format(
       "Absolute position error of the open loops on {}, mean over joints, against time.",
       run.trajectory);
-  Panel panel{.x_label = "t [s]", .y_label = "mean |q error| [rad]", .log_y = true};
+  Panel panel{.x_label = "t [s]", .y_label = "mean |q error| [rad]", .log_y = true, .fit_x = true};
   for (const RunModel& model : run.models) {
     const auto path = run.file("rollouts", model);
     if (path.empty()) continue;
@@ -141,6 +143,8 @@ Figure error_horizon(const Run& run) {
   Panel panel{.x_label = "horizon [s]", .y_label = "MSE(q) [rad²]", .log_x = true, .log_y = true};
   const std::vector<double> horizons = numbers_in(run.evaluation, "horizons_s");
   if (!horizons.empty()) panel.x_range = {0.7 * horizons.front(), 1.4 * horizons.back()};
+  for (const double horizon : horizons)
+    panel.x_tics.emplace_back(horizon, fmt::format("{:.3g}", horizon));
   const std::vector<double> floor = numbers_in(run.evaluation, "floor");
   const bool has_floor =
       std::any_of(floor.begin(), floor.end(), [](double x) { return std::isfinite(x); });

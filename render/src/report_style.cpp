@@ -44,7 +44,7 @@ table { border-collapse: collapse; font-size: .84rem; font-variant-numeric: tabu
 .caption { margin: 1.4rem 0 .5rem; }
 .caption + .scroll { margin-top: 0; }
 .caption b { color: var(--ink); font-weight: 600; }
-th, td { padding: .22rem .55rem; text-align: right; white-space: nowrap; vertical-align: baseline; }
+th, td { padding: .22rem .42rem; text-align: right; white-space: nowrap; vertical-align: baseline; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; }
 thead th { border-bottom: 1px solid var(--rule); font-weight: 600; vertical-align: bottom; }
 tbody th { font-weight: 400; }

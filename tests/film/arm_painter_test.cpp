@@ -100,7 +100,8 @@ TEST(ArmPainter, TheFloorIsAsMujocoDrawsIt) {
   const auto context = make_gl_context(GlBackend::kOsmesa);
   const sim::MujocoArm arm = kr6();
   ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft(), context->functions());
-  const View view{.target = {0.5, 0.3, 0.2}, .distance = 2.5, .azimuth_deg = 60};
+  const View view{
+      .target = {0.1, 0, 1.1}, .distance = 2.6, .azimuth_deg = 135, .elevation_deg = -8};
   const std::array<PaintedArm, 1> arms{{{kPose}}};
   const Image image = painter.paint(view, kWidth, kHeight, arms);
 
@@ -213,6 +214,17 @@ TEST(ArmPainter, ATrailLiesOverThoseBeforeIt) {
   };
   EXPECT_NEAR(visible(red, blue, 2), 1, 0.01);
   EXPECT_NEAR(visible(blue, red, 0), 1, 0.01);
+}
+
+TEST(ArmPainter, TheFloorDoesNotShadeItself) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  const std::array<PaintedArm, 1> arms{{{kPose}}};
+  const auto floor = [&](int shadow_pixels) {
+    ArmPainter painter(arm, "flange", kWidth, kHeight, {0, shadow_pixels}, context->functions());
+    return painter.paint({{2.6, -1.5, 0}, 1.5, 330, -20}, kWidth, kHeight, arms);
+  };
+  EXPECT_LT(share_differing(floor(2048), floor(0), 24), 1e-3);  // sunny, far from the arm
 }
 
 TEST(ArmPainter, TipIsTheFlange) {

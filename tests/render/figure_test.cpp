@@ -133,8 +133,8 @@ TEST(Script, NamedTicsStandUpWhereTheyWouldOverlap) {
   Panel panel;
   panel.series.push_back({.x = {0, 1}, .y = {0, 1}});
   for (int i = 0; i < 3; ++i) panel.x_tics.emplace_back(i, "Fc");
-  figure.panels = {panel};
-  EXPECT_THAT(script_of(figure), HasSubstr("set xtics norotate noenhanced ('Fc' 0"));
+  figure.panels = {panel, panel, panel};
+  EXPECT_THAT(script_of(figure), HasSubstr("set xtics norotate autojustify noenhanced ('Fc' 0"));
   for (int i = 3; i < 13; ++i) figure.panels[0].x_tics.emplace_back(i, "alpha4");
   EXPECT_THAT(script_of(figure), HasSubstr("set xtics rotate by 90 right noenhanced ('Fc' 0"));
 }
@@ -153,6 +153,25 @@ TEST(Script, TicsLeaveRoomForTheirNumbers) {
   EXPECT_THAT(script_of(figure), HasSubstr("\nset xtics norotate 0.5\n"));
   figure.panels[0].series[0].x = {-1571, 1571};
   EXPECT_THAT(script_of(figure), HasSubstr("\nset xtics norotate 1000\n"));
+}
+
+TEST(Script, AnAxisOfTimeEndsWithItsData) {
+  Figure figure{.name = "time"};
+  figure.panels = {{.series = {{.x = {0, 31.4}, .y = {0, 1}}}}};
+  EXPECT_THAT(script_of(figure), HasSubstr("\nset xrange [*:*] noreverse\n"));
+  figure.panels[0].fit_x = true;
+  EXPECT_THAT(script_of(figure), HasSubstr("\nset xrange [0:31.4] noreverse\n"));
+  figure.panels[0].x_range = {0, 5};
+  EXPECT_THAT(script_of(figure), HasSubstr("\nset xrange [0:5] noreverse\n"));
+}
+
+TEST(Script, FewPanelsShareTheWholeWidth) {
+  Figure figure{.name = "few", .columns = 3, .width_cm = 18, .left_cm = 1.8};
+  figure.panels = {{.series = {{.x = {0, 1}, .y = {0, 1}}}}};
+  EXPECT_THAT(script_of(figure),
+              HasSubstr("set lmargin at screen 0.10000\nset rmargin at screen 0.98"));
+  figure.panels.push_back(figure.panels[0]);
+  EXPECT_THAT(script_of(figure), HasSubstr("set lmargin at screen 0.60000\n"));
 }
 
 TEST(Script, BarsHaveTheirEnds) {

@@ -188,7 +188,13 @@ TEST_F(FiguresOfRun, BandOfTheOnlineFilterHoldsNinetyPercent) {
                      file.matrix("/tau_f", mean, "N m");
                      file.matrix("/tau_f_sd", sd, "N m");
                    });
-  EXPECT_EQ(figure("filter_health").panels.at(0).series.at(0).y.back(), 1600);
+  // a band of 200 bins, each of 20 samples, and its median
+  const std::vector<Series> particles = figure("filter_health").panels.at(0).series;
+  ASSERT_EQ(particles.size(), 2u);
+  EXPECT_EQ(particles[0].low.front(), 0);
+  EXPECT_EQ(particles[0].high.back(), 1600);
+  ASSERT_EQ(particles[1].y.size(), 200u);
+  EXPECT_NEAR(particles[1].y.front(), 1600 * 10 / 3999.0, 1e-9);
   const Series band = figure("friction_time").panels.at(0).series.at(0);
   EXPECT_EQ(band.mark, Mark::kBand);
   EXPECT_NEAR(band.low[0], 5 - 1.645, 1e-12);

@@ -198,6 +198,8 @@ Image ArmPainter::paint(const View& view, int width, int height, std::span<const
   mjv_updateCamera(model_.get(), data_.get(), &camera, &scene);  // the headlight sits there
   mjv_updateScene(model_.get(), data_.get(), &gl_->option, &gl_->nobody, &camera, mjCAT_ALL,
                   &scene);
+  for (mjvGeom& geom : std::span(scene.geoms, static_cast<std::size_t>(scene.ngeom)))
+    if (geom.type == mjGEOM_PLANE) geom.castshadow = 0;  // a floor would shade itself, in dots
   for (std::size_t a = 0, first = 0; a < arms.size(); ++a) {
     if (a > 0) {
       first = static_cast<std::size_t>(scene.ngeom);

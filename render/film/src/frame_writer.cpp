@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <utility>
 
@@ -13,6 +14,8 @@
 
 namespace fricid::film {
 namespace {
+
+constexpr std::uintmax_t kNoRoom = 64 * 1024;  // [bytes]
 
 std::string quoted(const std::filesystem::path& path) {
   std::string text = "'";
@@ -80,6 +83,9 @@ void FrameWriter::fail(int status) const {
   std::string reason = last_line(log_);
   if (reason.empty() && WIFSIGNALED(status))
     reason = fmt::format("it was killed by signal {}", WTERMSIG(status));
+  std::error_code ignored;  // a full disk has no room for ffmpeg's words either
+  if (reason.empty() && std::filesystem::space(path_.parent_path(), ignored).available < kNoRoom)
+    reason = "no space left on the disk";
   throw UserError("{}: ffmpeg gave up{}{}", path_.string(), reason.empty() ? "" : ": ", reason);
 }
 

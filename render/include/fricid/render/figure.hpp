@@ -39,6 +39,7 @@ struct Panel {
   bool log_x = false, log_y = false;
   std::vector<Series> series{};
   Range x_range = kFromData, y_range = kFromData;
+  bool fit_x = false;  ///< without a range, the axis ends where the data do; else at a tic
   std::vector<std::pair<double, std::string>> x_tics{}, y_tics{};  ///< named places; empty: numbers
 };
 
@@ -46,7 +47,7 @@ struct Panel {
 struct Figure {
   std::string name;       ///< file stem
   std::string caption{};  ///< one or two sentences for the report
-  int columns = 3;
+  int columns = 3;        ///< at most
   std::vector<Panel> panels{};
   double width_cm = 18, panel_height_cm = 4.2;
   double left_cm = 1.55;  ///< room for the labels of the vertical axis
