@@ -69,8 +69,6 @@ bool is_numbered(const std::string& symbol) {
          std::isdigit(static_cast<unsigned char>(symbol.back())) != 0;
 }
 
-}  // namespace
-
 /// A curve of more samples than a panel can show, as the median of each bin over the band from the
 /// least to the largest; a shorter one as it is.
 std::vector<Series> binned(const Series& curve) {
@@ -97,6 +95,8 @@ std::vector<Series> binned(const Series& curve) {
   }
   return {std::move(band), std::move(median)};
 }
+
+}  // namespace
 
 Figure training(const Run& run) {
   Figure figure{.name = "training", .columns = 3, .panel_height_cm = 4.6};
@@ -148,8 +148,7 @@ Figure filter_health(const Run& run) {
       "Health of the filters: normalised innovation squared per channel (1: the noise is as large "
       "as the model says), least share of distinct roots of the smoothed paths (0: the paths have "
       "one ancestor), and the effective sample size of the online filter (of a long log the median "
-      "and the range over "
-      "two-hundredths of it).";
+      "and the range over two-hundredths of it).";
   Panel nis{.x_label = "EM iteration", .y_label = "NIS per channel", .log_y = true},
       roots{.x_label = "EM iteration", .y_label = "distinct roots", .y_range = {0, 1.05}},
       ess{.x_label = "t [s]", .y_label = "effective particles", .fit_x = true};

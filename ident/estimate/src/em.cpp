@@ -47,7 +47,7 @@ Sizes sizes_of(const Arm& arm, std::span<const Recording> recordings, int jobs) 
     sizes.friction += driven.tau_f.cwiseAbs2().colwise().sum().transpose();
     rows += r.length();
     for (int k = 0; k < r.length(); k += 100, poses += 1)
-      sizes.mobility += r.dt * estimate::mobility(arm.robot, r, k);
+      sizes.mobility += r.dt * mobility(arm.robot, r, k);
   }
   sizes.friction = (sizes.friction / rows).cwiseSqrt();
   sizes.mobility /= poses;

@@ -134,9 +134,8 @@ std::string to_markdown(const EvaluationReport& report) {
   text += error_table(report);
   text +=
       "\nBudget: residuals over all rows of a joint that the conventional fit evaluated, all "
-      "joints "
-      "together; steps of training on torque or windows; iterations of expectation-maximisation. "
-      "Training and EM begin at a conventional fit.\n";
+      "joints together; steps of training on torque or windows; iterations of "
+      "expectation-maximisation. Training and EM begin at a conventional fit.\n";
   if (has_oracle) {
     text +=
         "\nThe oracle is the true model under the same noisy torque; the floor is the larger of "
