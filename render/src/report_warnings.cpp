@@ -97,10 +97,18 @@ void warn_of_learning(const FittedModel& fitted, std::vector<Warning>& warnings)
                           "the model is the conventional fit it began with",
                           "lower the rate, train longer, or accept the conventional fit"});
   }
-  if (const int skipped = fitted.fit.value("multi_step", json::object()).value("skipped", 0);
-      skipped > 0)
-    warnings.push_back({name, fmt::format("{} training steps were skipped", skipped),
-                        "their gradient was not finite", "lower the rate"});
+  for (const char* method : {"torque", "multi_step"})
+    if (const int skipped = fitted.fit.value(method, json::object()).value("skipped", 0);
+        skipped > 0)
+      warnings.push_back({name, fmt::format("{} training steps were skipped", skipped),
+                          "their gradient was not finite", "lower the rate"});
+  if (const int returns = fitted.fit.value("multi_step", json::object()).value("returns", 0);
+      returns > 0)
+    warnings.push_back({name,
+                        fmt::format("training lost its way and went back to its best {} time{}",
+                                    returns, returns > 1 ? "s" : ""),
+                        "after each return it goes on with 0.3 of the step length",
+                        "lower the rate if the held-out error stays high"});
 }
 
 void warn_of_evaluation(const Record& record, std::vector<Warning>& warnings) {

@@ -106,6 +106,31 @@ TYPED_TEST(Accuracy, Exp) {
   expect_ulp<T>([](auto x) { return exp(x); }, [](long double x) { return std::exp(x); }, grids, 1);
 }
 
+/// Its error is promised as an absolute one.
+TYPED_TEST(Accuracy, Decay) {
+  using T = TypeParam;
+  constexpr double kUlpOfOne = std::numeric_limits<T>::epsilon();
+  for (const auto& grid : {bit_grid<T>(0, kMax<T>), linear_grid<T>(0, 60)}) {
+    double worst = 0;
+    for (const T x : grid) {
+      const auto exact = std::exp(-std::min(static_cast<long double>(x), 60.0L));
+      worst = std::max(worst, static_cast<double>(std::fabs(decay(x) - exact)) / kUlpOfOne);
+      ASSERT_LE(decay(x), T(1)) << x;
+    }
+    EXPECT_LE(worst, 0.75);
+    std::printf("  max error %.3f of the distance of 1 to the next number\n", worst);
+  }
+  using P = std::conditional_t<kDouble<T>, PackD, PackF>;
+  const std::vector<T> x = linear_grid<T>(0, 70);
+  for (std::size_t i = 0; i + P::kLanes <= x.size(); i += P::kLanes) {
+    P lanes(0);
+    for (int k = 0; k < P::kLanes; ++k) lanes.set(k, x[i + static_cast<std::size_t>(k)]);
+    const P y = decay(lanes);
+    for (int k = 0; k < P::kLanes; ++k) ASSERT_EQ(y[k], decay(lanes[k])) << lanes[k];
+  }
+  EXPECT_EQ(decay(T(0)), T(1));
+}
+
 TYPED_TEST(Accuracy, Expm1) {
   using T = TypeParam;
   auto grids = everywhere<T>();

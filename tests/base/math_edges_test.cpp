@@ -121,7 +121,7 @@ TYPED_TEST(Edges, NaNStaysNaN) {
   const S nan(std::numeric_limits<ScalarOf<S>>::quiet_NaN());
   for (const S y :
        {exp(nan), expm1(nan), log(nan), log1p(nan), sincos(nan).sin, sincos(nan).cos, tanh(nan),
-        softplus(nan), mish(nan), phi1(nan), pow(nan, S(2)), pow(S(2), nan)}) {
+        softplus(nan), decay(nan), mish(nan), phi1(nan), pow(nan, S(2)), pow(S(2), nan)}) {
     for (int i = 0; i < kLaneCount<S>; ++i) EXPECT_TRUE(std::isnan(lane(y, i)));
   }
 }

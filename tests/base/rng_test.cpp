@@ -24,7 +24,7 @@ constexpr int kDraws = 1'000'000;
 constexpr double kLimit = 4.5;  // standard errors, p = 7e-6
 constexpr std::uint64_t kSeed = 20240613;
 
-/// Random123's kat_vectors for philox4x32 10.
+/// Random123's kat_vectors for philox4x32 10 and 7.
 TEST(Philox, KnownAnswers) {
   const std::uint32_t ones = 0xFFFFFFFF;
   EXPECT_EQ(philox4x32({0, 0, 0, 0}, {0, 0}),
@@ -33,6 +33,10 @@ TEST(Philox, KnownAnswers) {
             (Words{0x408F276D, 0x41C83B0E, 0xA20BC7C6, 0x6D5451FD}));
   EXPECT_EQ(philox4x32({0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344}, {0xA4093822, 0x299F31D0}),
             (Words{0xD16CFE09, 0x94FDCCEB, 0x5001E420, 0x24126EA1}));
+  EXPECT_EQ(philox4x32({0, 0, 0, 0}, {0, 0}, 7),
+            (Words{0x5F6FB709, 0x0D893F64, 0x4F121F81, 0x4F730A48}));
+  EXPECT_EQ(philox4x32({ones, ones, ones, ones}, {ones, ones}, 7),
+            (Words{0x5207DDC2, 0x45165E59, 0x4D8EE751, 0x8C52F662}));
 }
 
 /// The draws of one stream, computed from Philox with 40 digits.
@@ -208,7 +212,7 @@ TEST(SingleNormals, FollowTheWordsOfPhilox) {
   std::vector<float> all(200);
   fill_normal(kSeed, kStream, all);
   for (std::uint32_t block = 0; block < 50; ++block) {
-    const auto w = philox4x32({block, 0x40000000, 2, 3}, {kSeed & 0xFFFFFFFF, kSeed >> 32});
+    const auto w = philox4x32({block, 0x40000000, 2, 3}, {kSeed & 0xFFFFFFFF, kSeed >> 32}, 7);
     for (std::size_t pair = 0; pair < 2; ++pair) {
       const double u = (w[2 * pair] + 0.5) * 0x1p-32, a = (w[2 * pair + 1] + 0.5) * 0x1p-32;
       const double r = std::sqrt(-2 * std::log(u)), angle = 2 * std::numbers::pi * a;

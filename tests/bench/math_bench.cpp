@@ -89,6 +89,8 @@ const bool registered = [] {
   register_all(
       "Exp", [](auto x) { return exp(x); }, -20, 5);
   register_all(
+      "Decay", [](auto x) { return decay(x); }, 0, 20);
+  register_all(
       "Expm1", [](auto x) { return expm1(x); }, -5, 5);
   register_all(
       "Log", [](auto x) { return log(x); }, 1e-3, 1e3);

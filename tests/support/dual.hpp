@@ -32,6 +32,16 @@ struct Dual {
 };
 
 inline Dual exp(Dual a) { return {std::exp(a.x), std::exp(a.x) * a.d}; }
+inline Dual decay(Dual a) { return exp(-a); }
+struct DualSaturation {
+  Dual even, odd;
+};
+/// The odd one is smooth at 0, which a product with the sign would hide.
+inline DualSaturation saturation(Dual a) {
+  const double even = -std::expm1(-std::abs(a.x)), slope = 1 - even;
+  const double sign = a.x > 0 ? 1 : a.x < 0 ? -1 : 0;
+  return {{even, sign * slope * a.d}, {sign * even, slope * a.d}};
+}
 inline Dual log(Dual a) { return {std::log(a.x), a.d / a.x}; }
 inline Dual log1p(Dual a) { return {std::log1p(a.x), a.d / (1 + a.x)}; }
 inline Dual expm1(Dual a) { return {std::expm1(a.x), std::exp(a.x) * a.d}; }

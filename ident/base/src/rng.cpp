@@ -19,6 +19,10 @@ enum class Kind : std::uint64_t {
   kSingleNormal = std::uint64_t{1} << 62
 };
 
+/// Of Philox.
+template <Kind kind>
+constexpr int kRounds = kind == Kind::kSingleNormal ? 7 : 10;
+
 // Lanes of 64 bits of which Philox uses the lower 32.
 using Words = detail::Words<PackD>;
 constexpr int kLanes = PackD::kLanes;
@@ -35,19 +39,30 @@ Words multiply_low(Words a, std::uint32_t b) {
 #endif
 }
 
-/// Ten rounds on the lower halves of `c`, the upper ones hold anything: on several blocks side by
+/// The upper half in the place of the lower one, whose place holds anything.
+std::uint64_t upper(std::uint64_t a) { return a >> 32; }
+Words upper(Words a) {
+#if defined(__AVX512F__)
+  return (Words::Vector)_mm512_maskz_shuffle_epi32(0xFFFF, (__m512i)a.v, _MM_PERM_DDBB);
+#else
+  return a >> 32;
+#endif
+}
+
+/// Rounds on the lower halves of `c`, the upper ones hold anything: on several blocks side by
 /// side, whose long chains of operations a processor then overlaps.
 template <int blocks, class W>
-void philox_rounds(W (&c)[blocks][4], std::uint32_t key0, std::uint32_t key1) {
+[[gnu::always_inline]] inline void philox_rounds(W (&c)[blocks][4], std::uint32_t key0,
+                                                 std::uint32_t key1, int rounds) {
 #pragma GCC unroll 10
-  for (int round = 0; round < 10; ++round) {
+  for (int round = 0; round < rounds; ++round) {
 #pragma GCC unroll 4
     for (int b = 0; b < blocks; ++b) {
       const W p0 = multiply_low(c[b][0], 0xD2511F53);
       const W p1 = multiply_low(c[b][2], 0xCD9E8D57);
-      c[b][0] = (p1 >> 32) ^ c[b][1] ^ W(key0);
+      c[b][0] = upper(p1) ^ c[b][1] ^ W(key0);
       c[b][1] = p1;
-      c[b][2] = (p0 >> 32) ^ c[b][3] ^ W(key1);
+      c[b][2] = upper(p0) ^ c[b][3] ^ W(key1);
       c[b][3] = p0;
     }
     key0 += 0x9E3779B9;
@@ -72,8 +87,8 @@ struct Pair {
 };
 
 /// The four random words of each block, in the lower halves of c.
-template <int blocks, class W>
-void random_words(std::uint64_t seed, std::uint64_t stream, const W (&block)[blocks], Kind kind,
+template <Kind kind, int blocks, class W>
+void random_words(std::uint64_t seed, std::uint64_t stream, const W (&block)[blocks],
                   W (&c)[blocks][4]) {
   for (int b = 0; b < blocks; ++b) {
     const W counter = block[b] | W(static_cast<std::uint64_t>(kind));
@@ -82,15 +97,15 @@ void random_words(std::uint64_t seed, std::uint64_t stream, const W (&block)[blo
     c[b][2] = W(stream);
     c[b][3] = W(stream >> 32);
   }
-  philox_rounds(c, low(seed), high(seed));
+  philox_rounds(c, low(seed), high(seed), kRounds<kind>);
 }
 
 /// Two uniforms of each block.
-template <class S>
-Pair<S> uniforms(std::uint64_t seed, std::uint64_t stream, detail::Words<S> block, Kind kind) {
+template <Kind kind, class S>
+Pair<S> uniforms(std::uint64_t seed, std::uint64_t stream, detail::Words<S> block) {
   using W = detail::Words<S>;
   W words[1][4];
-  random_words<1, W>(seed, stream, {block}, kind, words);
+  random_words<kind, 1, W>(seed, stream, {block}, words);
   const auto& c = words[0];
   const W mask(0xFFFFFFFF);
   return {unit_interval((c[0] & mask) | (c[1] << 32)), unit_interval((c[2] & mask) | (c[3] << 32))};
@@ -106,7 +121,7 @@ Pair<S> normals(Pair<S> u) {
 
 template <Kind kind, class S>
 Pair<S> draws(std::uint64_t seed, std::uint64_t stream, detail::Words<S> block) {
-  const Pair<S> u = uniforms<S>(seed, stream, block, kind);
+  const Pair<S> u = uniforms<kind, S>(seed, stream, block);
   if constexpr (kind == Kind::kNormal)
     return normals(u);
   else
@@ -198,9 +213,9 @@ template <Kind kind>
 }  // namespace
 
 std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
-                                        std::array<std::uint32_t, 2> key) {
+                                        std::array<std::uint32_t, 2> key, int rounds) {
   std::uint64_t c[1][4] = {{counter[0], counter[1], counter[2], counter[3]}};
-  philox_rounds(c, key[0], key[1]);
+  philox_rounds(c, key[0], key[1], rounds);
   return {low(c[0][0]), low(c[0][1]), low(c[0][2]), low(c[0][3])};
 }
 
@@ -229,7 +244,7 @@ void fill_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
     for (int i = 0; i < kLanes; ++i) block[b].set(i, static_cast<std::uint64_t>(b * kLanes + i));
   while (!out.empty()) {
     Words c[kSideBySide][4];
-    random_words(seed, stream, block, Kind::kSingleNormal, c);
+    random_words<Kind::kSingleNormal>(seed, stream, block, c);
     float rest[kSideBySide * kDraws];
     const bool whole = out.size() >= std::size(rest);
     float* to = whole ? out.data() : rest;

@@ -19,6 +19,18 @@ template <Lanewise S>
   return detail::scale(detail::add_expm1(S(1), e.r), e.n);
 }
 
+/// e^-x for x >= 0 where only its difference to numbers like 1 counts: absolute error <= 2^-53
+/// (float: 2^-24), e^-60 beyond x = 60. Takes half the instructions of exp.
+template <Lanewise S>
+[[gnu::always_inline, gnu::flatten]] inline S decay(S x) {
+  using R = detail::RealOf<S>;
+  const S y = min(S(60), x);
+  const S shifted = fma(y, S(-R::kLog2e), S(R::kRound));
+  const S r = fma(shifted - S(R::kRound), S(-R::kLn2), -y);
+  const S power = fma(r, fma(r, detail::polynomial(r, R::kExp), S(1)), S(1));
+  return from_bits(to_bits(power) + (to_bits(shifted) << R::kMantissa));
+}
+
 /// e^x - 1 without cancellation near x = 0. Error <= 2 ulp.
 template <Lanewise S>
 [[gnu::flatten]] S expm1(S x) {

@@ -51,6 +51,25 @@ template <class S>
   return z + S(dt) * (v - r * z) * phi1(-r * S(dt));
 }
 
+/// 1 - e^-|x|, and the same with the sign of x.
+template <class S>
+struct Saturation {
+  S even, odd;
+};
+template <class S>
+[[gnu::always_inline]] inline Saturation<S> saturation(const S& x) {
+  const S even = S(1) - decay(abs(x));
+  return {even, even * sign(x)};
+}
+
+/// bristle_step in terms of the deflection at which the bristle settles, level = |v|/r, and the
+/// travel in units of it, x = v dt/level: without a division.
+template <class S>
+[[gnu::always_inline]] inline S bristle_settle(const S& level, const S& x, const S& z) {
+  const auto share = saturation(x);
+  return z + (level * share.odd - z * share.even);
+}
+
 /// Vector-Jacobian product of bristle_step.
 template <class S>
 struct BristleBar {

@@ -20,8 +20,7 @@ template <class S>
 [[gnu::always_inline]] inline StribeckCurve<S> stribeck_curve(const S& Fc, const S& Fs, const S& vs,
                                                               const S& v) {
   const S r = v / vs;
-  // e below 1e-26 is of no account, and subnormal numbers are slow
-  const S e = exp(max(S(-60), -r * r));
+  const S e = decay(r * r);
   return {e, Fc * (S(1) - e) + Fs * e};  // stays positive in single precision too
 }
 

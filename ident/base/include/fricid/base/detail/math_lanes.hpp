@@ -44,6 +44,7 @@ struct Real<double> {
   static constexpr double kVanishes = -1077;  // 4 2^n is rounded to 0 for n below
   static constexpr double kExpHigh = 720, kExpLow = -760, kExpm1Low = -50;
   static constexpr double kLog2e = 0x1.71547652b82fep+0;
+  static constexpr double kLn2 = 0x1.62e42fefa39efp-1;
   static constexpr double kLn2High = 0x1.62e42fefa4000p-1, kLn2Low = -0x1.8432a1b0e2634p-43;
   static constexpr double kTwoOverPi = 0x1.45f306dc9c883p-1;
   static constexpr double kHalfPi[3] = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54,
@@ -98,6 +99,7 @@ struct Real<float> {
   static constexpr float kVanishes = -152;
   static constexpr float kExpHigh = 100, kExpLow = -110, kExpm1Low = -25;
   static constexpr float kLog2e = 0x1.715476p+0f;
+  static constexpr float kLn2 = 0x1.62e430p-1f;
   static constexpr float kLn2High = 0x1.62e400p-1f, kLn2Low = 0x1.7f7d1cp-20f;
   static constexpr float kTwoOverPi = 0x1.45f306p-1f;
   static constexpr float kHalfPi[3] = {0x1.921fb6p+0f, -0x1.777a5cp-25f, -0x1.ee59dap-50f};

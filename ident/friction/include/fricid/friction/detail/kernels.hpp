@@ -6,7 +6,7 @@
 #include <array>
 #include <cassert>
 
-#include "fricid/base/twin.hpp"
+#include "fricid/base/group.hpp"
 #include "fricid/friction/laws.hpp"
 #include "fricid/friction/robot_friction.hpp"
 #include "fricid/friction/robot_laws.hpp"
@@ -136,52 +136,70 @@ struct Kernels {
 
   static std::span<const Slot> slots(const RobotFriction& model) { return model.slots_; }
 
-  // Two joints side by side, under a law without modifiers.
-  template <class Law>
-  struct Two {
-    std::array<Twin<S>, Law::parameters().size()> theta;
-    Input<Twin<S>> in;
-    Twin<S> z;
+  // N joints side by side, under a law of one state without modifiers.
+  template <class Law, int N>
+  struct Joints {
+    std::array<Group<S, N>, Law::parameters().size()> theta;
+    Input<Group<S, N>> in;
+    Group<S, N> z;
   };
-  template <class Law>
-  [[gnu::always_inline]] static Two<Law> two(const Slot& a, const Slot& b, const S* theta,
-                                             std::span<const Input<S>> in, const S* z) {
-    const Input<S>& first = in[static_cast<std::size_t>(a.joint)];
-    const Input<S>& second = in[static_cast<std::size_t>(b.joint)];
+  template <class Law, int N>
+  [[gnu::always_inline]] static Joints<Law, N> gather(const Slot* slots, const S* theta,
+                                                      std::span<const Input<S>> in, const S* z) {
     static_assert(Law::state_size() == 1);
-    Two<Law> both;
-    for (int i = 0; i < static_cast<int>(both.theta.size()); ++i)
-      both.theta[static_cast<std::size_t>(i)] = {theta[a.theta + i], theta[b.theta + i]};
-    both.in = {{first.q, second.q},
-               {first.v, second.v},
-               {first.load, second.load},
-               {first.temperature, second.temperature}};
-    both.z = {z[a.z], z[b.z]};
-    return both;
+    Joints<Law, N> joints;
+#pragma GCC unroll 8
+    for (int k = 0; k < N; ++k) {
+      for (std::size_t i = 0; i < joints.theta.size(); ++i)
+        joints.theta[i].x[k] = theta[static_cast<std::size_t>(slots[k].theta) + i];
+      const Input<S>& input = in[static_cast<std::size_t>(slots[k].joint)];
+      joints.in.q.x[k] = input.q;
+      joints.in.v.x[k] = input.v;
+      joints.in.load.x[k] = input.load;
+      joints.in.temperature.x[k] = input.temperature;
+      joints.z.x[k] = z[slots[k].z];
+    }
+    return joints;
+  }
+  template <int N>
+  [[gnu::always_inline]] static void scatter_state(const Slot* slots, const Group<S, N>& from,
+                                                   S* z) {
+#pragma GCC unroll 8
+    for (int k = 0; k < N; ++k) z[slots[k].z] = from.x[k];
+  }
+  template <int N>
+  [[gnu::always_inline]] static void add_torque(const Slot* slots, const Group<S, N>& tau,
+                                                std::span<S> tau_f) {
+#pragma GCC unroll 8
+    for (int k = 0; k < N; ++k) tau_f[static_cast<std::size_t>(slots[k].joint)] += tau.x[k];
   }
   static bool plain(const Slot& slot) {
     return slot.torque_modifiers.empty() && slot.backlash.kind < 0;
   }
 
   // Calls one(law, slot, j) for the laws of every joint j, in order, one dispatch per run of slots;
-  // two(law, slot, slot) for two joints of a law that is one long chain of operations.
-  template <class One, class Two>
-  static void for_each(const RobotFriction& model, One&& one, Two&& two) {
+  // several<N>(law, slots) for N joints of a law that is one long chain of operations.
+  template <class One, class Several>
+  static void for_each(const RobotFriction& model, One&& one, Several&& several) {
     for (const auto& run : model.runs_)
       visit_entry<Laws>(run.kind, run.elements, [&](const auto law) {
         const Slot* slot = model.slots_.data() + run.begin;
         const Slot* const end = slot + run.size;
-        if constexpr (kIsPack<S> && SharedStepLaw<std::remove_cvref_t<decltype(law)>, S>)
-          for (; end - slot > 1 && plain(slot[0]) && plain(slot[1]); slot += 2)
-            two(law, slot[0], slot[1]);
+        if constexpr (kIsPack<S> && SharedStepLaw<std::remove_cvref_t<decltype(law)>, S>) {
+          const auto take = [&]<int N>(std::integral_constant<int, N>) {
+            for (; end - slot >= N && std::all_of(slot, slot + N, plain); slot += N)
+              several.template operator()<N>(law, slot);
+          };
+          take(std::integral_constant<int, 6>());
+          take(std::integral_constant<int, 2>());
+        }
         for (; slot != end; ++slot) one(law, *slot, static_cast<std::size_t>(slot->joint));
       });
   }
   template <class One>
   static void for_each(const RobotFriction& model, One&& one) {
-    for_each(model, one, [&](const auto& law, const Slot& a, const Slot& b) {
-      one(law, a, static_cast<std::size_t>(a.joint));
-      one(law, b, static_cast<std::size_t>(b.joint));
+    for_each(model, one, [&]<int N>(const auto& law, const Slot* slots) {
+      for (int k = 0; k < N; ++k) one(law, slots[k], static_cast<std::size_t>(slots[k].joint));
     });
   }
 
@@ -204,11 +222,9 @@ void RobotFriction::torque(std::span<const S> theta, std::span<const Input<S>> i
       [&](const auto& law, const LawSlot& slot, std::size_t j) {
         Kernels<S>::add_torque(law, slot, theta.data(), in[j], z.data(), tau_f[j]);
       },
-      [&]<class Law>(const Law& law, const LawSlot& a, const LawSlot& b) {
-        const auto both = Kernels<S>::template two<Law>(a, b, theta.data(), in, z.data());
-        const Twin<S> tau = law.torque(both.theta.data(), both.in, &both.z);
-        tau_f[static_cast<std::size_t>(a.joint)] += tau.a;
-        tau_f[static_cast<std::size_t>(b.joint)] += tau.b;
+      [&]<int N, class Law>(const Law& law, const LawSlot* slots) {
+        const auto joints = Kernels<S>::template gather<Law, N>(slots, theta.data(), in, z.data());
+        Kernels<S>::add_torque(slots, law.torque(joints.theta.data(), joints.in, &joints.z), tau_f);
       });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.add_torque(theta.data() + whole_slot_.theta, in.data(), z.data() + whole_slot_.z,
@@ -227,11 +243,10 @@ void RobotFriction::step(std::span<const S> theta, std::span<const Input<S>> in,
       [&](const auto& law, const LawSlot& slot, std::size_t j) {
         Kernels<S>::step(law, slot, theta.data(), in[j], dt, z.data());
       },
-      [&]<class Law>(const Law& law, const LawSlot& a, const LawSlot& b) {
-        auto both = Kernels<S>::template two<Law>(a, b, theta.data(), in, z.data());
-        law.step(both.theta.data(), both.in, dt, &both.z);
-        z[static_cast<std::size_t>(a.z)] = both.z.a;
-        z[static_cast<std::size_t>(b.z)] = both.z.b;
+      [&]<int N, class Law>(const Law& law, const LawSlot* slots) {
+        auto joints = Kernels<S>::template gather<Law, N>(slots, theta.data(), in, z.data());
+        law.step(joints.theta.data(), joints.in, dt, &joints.z);
+        Kernels<S>::scatter_state(slots, joints.z, z.data());
       });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.step(theta.data() + whole_slot_.theta, in.data(), dt, z.data() + whole_slot_.z);
@@ -250,13 +265,11 @@ void RobotFriction::step_torque(std::span<const S> theta, std::span<const Input<
       [&](const auto& law, const LawSlot& slot, std::size_t j) {
         Kernels<S>::step_add_torque(law, slot, theta.data(), in[j], dt, z.data(), tau_f[j]);
       },
-      [&]<class Law>(const Law& law, const LawSlot& a, const LawSlot& b) {
-        auto both = Kernels<S>::template two<Law>(a, b, theta.data(), in, z.data());
-        const Twin<S> tau = law.step_torque(both.theta.data(), both.in, dt, &both.z);
-        z[static_cast<std::size_t>(a.z)] = both.z.a;
-        z[static_cast<std::size_t>(b.z)] = both.z.b;
-        tau_f[static_cast<std::size_t>(a.joint)] += tau.a;
-        tau_f[static_cast<std::size_t>(b.joint)] += tau.b;
+      [&]<int N, class Law>(const Law& law, const LawSlot* slots) {
+        auto joints = Kernels<S>::template gather<Law, N>(slots, theta.data(), in, z.data());
+        const auto tau = law.step_torque(joints.theta.data(), joints.in, dt, &joints.z);
+        Kernels<S>::scatter_state(slots, joints.z, z.data());
+        Kernels<S>::add_torque(slots, tau, tau_f);
       });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.step(theta.data() + whole_slot_.theta, in.data(), dt, z.data() + whole_slot_.z);

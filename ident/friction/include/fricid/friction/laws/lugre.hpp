@@ -50,21 +50,22 @@ class BasicLuGre {
   template <class S>
   S torque(const S* theta, const Input<S>& in, const S* z) const {
     const StribeckCurve<S> g = curve(theta, in.v);
-    return torque_at(theta, in.v, g, decay_rate(theta, in.v, g), z[0]);
+    return torque_at(theta, in.v, g, bristle_of(theta, g), z[0]);
   }
 
   template <class S>
   void step(const S* theta, const Input<S>& in, double dt, S* z) const {
-    z[0] = bristle_step(in.v, decay_rate(theta, in.v, curve(theta, in.v)), dt, z[0]);
+    const Bristle<S> bristle = bristle_of(theta, curve(theta, in.v));
+    z[0] = bristle_settle(bristle.level, in.v * bristle.per_level * S(dt), z[0]);
   }
 
   /// `step`, then `torque`, which share the Stribeck curve.
   template <class S>
   S step_torque(const S* theta, const Input<S>& in, double dt, S* z) const {
     const StribeckCurve<S> g = curve(theta, in.v);
-    const S r = decay_rate(theta, in.v, g);
-    z[0] = bristle_step(in.v, r, dt, z[0]);
-    return torque_at(theta, in.v, g, r, z[0]);
+    const Bristle<S> bristle = bristle_of(theta, g);
+    z[0] = bristle_settle(bristle.level, in.v * bristle.per_level * S(dt), z[0]);
+    return torque_at(theta, in.v, g, bristle, z[0]);
   }
 
   template <class S>
@@ -107,9 +108,21 @@ class BasicLuGre {
   }
 
   template <class S>
-  static S torque_at(const S* theta, const S& v, const StribeckCurve<S>& g, const S& r,
-                     const S& z) {
-    return theta[kSigma0] * z + bristle_damping(theta, g) * (v - r * z) + theta[kSigma2] * v;
+  struct Bristle {
+    S level;      // g / sigma0 [rad]
+    S per_level;  // sigma0 / g [1/rad]
+  };
+  template <class S>  // with one division
+  static Bristle<S> bristle_of(const S* theta, const StribeckCurve<S>& g) {
+    const S inverse = S(1) / (theta[kSigma0] * g.value);
+    return {g.value * g.value * inverse, theta[kSigma0] * theta[kSigma0] * inverse};
+  }
+
+  template <class S>
+  static S torque_at(const S* theta, const S& v, const StribeckCurve<S>& g,
+                     const Bristle<S>& bristle, const S& z) {
+    const S dz = v - abs(v) * bristle.per_level * z;
+    return theta[kSigma0] * z + bristle_damping(theta, g) * dz + theta[kSigma2] * v;
   }
 
   template <class S>  // r [1/s]
