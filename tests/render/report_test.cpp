@@ -48,6 +48,16 @@ TEST_F(Report, SaysWhatFails) {
   EXPECT_THAT(page, HasSubstr("headroom 2 below 10"));
 }
 
+TEST_F(Report, WarnsOfTrainingThatWentAstray) {
+  edit("fit/simple_s1.json", [](nlohmann::json& fit) {
+    fit["torque"] = {{"skipped", 7}};
+    fit["multi_step"] = {{"chosen", 3}, {"skipped", 0}, {"returns", 1}};
+  });
+  const std::string page = report_of_run(folder);
+  EXPECT_THAT(page, HasSubstr("7 training steps were skipped"));
+  EXPECT_THAT(page, HasSubstr("went back to its best 1 time."));
+}
+
 TEST_F(Report, WithoutTruthSaysNothingOfOracles) {
   std::filesystem::remove_all(folder / "truth");
   edit("evaluation.json", [](nlohmann::json& evaluation) {
