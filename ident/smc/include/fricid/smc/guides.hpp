@@ -80,6 +80,7 @@ class ObservationDensity {
   /// @param C  (ny x n), @param V  positive definite (ny x ny)
   ObservationDensity(const Eigen::MatrixXd& C, const Eigen::MatrixXd& V)
       : V_(V),
+        part_(V),
         minus_C_(C.rows(), C.cols()),
         whiten_(V.rows(), V.cols()),
         llt_(Eigen::MatrixXd::Identity(V.rows(), V.rows())),
@@ -239,6 +240,7 @@ class AdaptedGuide {
         R_(model.R()),
         density_(C_, Eigen::MatrixXd(C_ * Q_ * C_.transpose() + R_)),
         ws_(model.state_size(), model.observation_size()),
+        posterior_{Eigen::VectorXd::Zero(Q_.rows()), Q_},
         llt_(Q_),
         gain_(Q_.rows(), C_.rows()),
         noise_(Q_.rows(), Q_.rows()),
