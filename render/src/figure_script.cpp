@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "simplify.hpp"
+#include "fricid/render/simplify.hpp"
 
 namespace fricid::render {
 namespace {

@@ -1,21 +1,23 @@
-#include "simplify.hpp"
+#include "fricid/render/simplify.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace fricid::render {
 namespace {
 
-/// Distance of point k from the segment between points a and b.
-double distance(std::span<const double> x, std::span<const double> y, std::size_t k, std::size_t a,
-                std::size_t b) {
-  const double dx = x[b] - x[a], dy = y[b] - y[a];
-  const double length2 = dx * dx + dy * dy;
-  const double along = length2 > 0 ? ((x[k] - x[a]) * dx + (y[k] - y[a]) * dy) / length2 : 0;
-  const double share = std::clamp(along, 0.0, 1.0);
-  return std::hypot(x[k] - x[a] - share * dx, y[k] - y[a] - share * dy);
-}
+/// Square of the distance from a segment of a polyline.
+struct Segment {
+  double x, y, dx, dy, length2;
+
+  double distance2(double at_x, double at_y) const {
+    const double from_x = at_x - x, from_y = at_y - y;
+    const double along = length2 > 0 ? (from_x * dx + from_y * dy) / length2 : 0;
+    const double share = std::clamp(along, 0.0, 1.0);
+    const double off_x = from_x - share * dx, off_y = from_y - share * dy;
+    return off_x * off_x + off_y * off_y;
+  }
+};
 
 }  // namespace
 
@@ -31,10 +33,12 @@ std::vector<std::size_t> simplified(std::span<const double> x, std::span<const d
   while (!open.empty()) {
     const auto [a, b] = open.back();
     open.pop_back();
-    double farthest = tolerance;
+    const double dx = x[b] - x[a], dy = y[b] - y[a];
+    const Segment segment{x[a], y[a], dx, dy, dx * dx + dy * dy};
+    double farthest = tolerance * tolerance;
     std::size_t split = a;
     for (std::size_t k = a + 1; k < b; ++k)
-      if (const double off = distance(x, y, k, a, b); off > farthest) {
+      if (const double off = segment.distance2(x[k], y[k]); off > farthest) {
         farthest = off;
         split = k;
       }

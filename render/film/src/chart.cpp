@@ -4,11 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "fricid/render/simplify.hpp"
 
 namespace fricid::film {
 namespace {
 
 constexpr double kLeft = 58, kRight = 14, kTop = 28, kBottom = 36;
+constexpr double kUnseen = 0.1;  // [pixels]
+constexpr Point kBreak{std::numeric_limits<double>::quiet_NaN(), 0};
 constexpr Paint kInk{0.2f, 0.2f, 0.22f, 1}, kGrid{0.88f, 0.88f, 0.89f, 1},
     kFaint{0.4f, 0.4f, 0.42f, 1};
 
@@ -94,8 +99,22 @@ void Chart::draw_axes(Canvas& canvas) const {
 
 void Chart::draw_curve(Canvas& canvas, std::span<const double> x, std::span<const double> y,
                        const LineStyle& style) const {
-  std::vector<Point> points(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) points[i] = at(x[i], y[i]);
+  // in pixels, so that what no eye can see need not be drawn; a NaN breaks the line
+  std::vector<double> px, py;
+  std::vector<Point> points;
+  for (std::size_t i = 0; i <= x.size(); ++i) {
+    const Point point = i < x.size() ? at(x[i], y[i]) : kBreak;
+    if (std::isfinite(point.x) && std::isfinite(point.y)) {
+      px.push_back(point.x);
+      py.push_back(point.y);
+      continue;
+    }
+    for (const std::size_t k : render::simplified(px, py, kUnseen))
+      points.push_back({px[k], py[k]});
+    points.push_back(kBreak);
+    px.clear();
+    py.clear();
+  }
   canvas.clip(plot_);
   canvas.line(points, style);
   canvas.unclip();
