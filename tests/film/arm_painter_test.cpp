@@ -143,6 +143,43 @@ TEST(ArmPainter, TheFloorIsAsMujocoDrawsIt) {
   EXPECT_LT(share_differing(image, expected, 1), 1e-3);
 }
 
+TEST(ArmPainter, APictureOnItsBackdropIsThePictureDrawnWhole) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  std::array<double, 6> other = kPose;
+  other[0] += 0.3;
+  Trail trail{{}, kBlue, 20};  // wide, and out of the picture and in again
+  for (int i = -10; i <= 10; ++i) trail.points.emplace_back(0.3, 0.05 * i, i % 2 == 0 ? 0.8 : 1.8);
+  for (const PaintQuality quality :
+       {PaintQuality::draft(), PaintQuality::standard(), PaintQuality::final()})
+    for (const std::optional<Paint> tint : {std::optional<Paint>{}, {{0.8f, 0.8f, 0.8f, 1}}}) {
+      ArmPainter painter(arm, "flange", kWidth, kHeight, quality, context->functions());
+      const std::array<PaintedArm, 2> arms{{{kPose, tint}, {other, Paint{0, 0, 1, 0.5f}}}};
+      const auto picture = [&](const View& view) {
+        return painter.paint(view, kWidth, kHeight, arms, {&trail, 1});
+      };
+      const Image whole = picture(front());
+      painter.keep_backdrop(front(), kWidth, kHeight);
+      View close = front();
+      close.distance = 0.9;
+      picture(close);
+      EXPECT_LT(share_differing(picture(front()), whole, 1), 1e-3);
+    }
+}
+
+TEST(ArmPainter, LargerPicturesThanExpectedAreDrawn) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  const sim::MujocoArm arm = kr6();
+  const std::array<PaintedArm, 1> arms{{{kPose}}};
+  const auto picture = [&](int width, int height) {
+    ArmPainter painter(arm, "flange", width, height, PaintQuality::standard(),
+                       context->functions());
+    painter.keep_backdrop(front(), width, height);
+    return painter.paint(front(), kWidth, kHeight, arms);
+  };
+  EXPECT_EQ(share_differing(picture(kWidth, kHeight), picture(16, 16), 0), 0);
+}
+
 // What is out of sight is not drawn: the sights of these pictures cut through different links.
 TEST(ArmPainter, ANarrowPictureIsTheMiddleOfAWideOne) {
   const auto context = make_gl_context(GlBackend::kOsmesa);

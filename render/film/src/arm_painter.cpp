@@ -66,9 +66,16 @@ void tint(std::span<mjvGeom> links, const Paint& paint) {
   }
 }
 
-bool is_ghost(const mjvGeom& geom) {
-  return geom.category == mjCAT_DYNAMIC && geom.transparent && geom.type == mjGEOM_MESH &&
+/// Whether a geom is a moving mesh of one colour.
+bool is_plain_mesh(const mjvGeom& geom) {
+  return geom.category == mjCAT_DYNAMIC && geom.type == mjGEOM_MESH && geom.matid < 0 &&
          geom.objtype == mjOBJ_GEOM && geom.dataid >= 0;
+}
+
+/// Whether something that stands still mirrors what moves.
+bool has_mirror(const mjModel& model) {
+  return std::any_of(model.mat_reflectance, model.mat_reflectance + model.nmat,
+                     [](float reflectance) { return reflectance > 0; });
 }
 
 }  // namespace
@@ -89,9 +96,10 @@ ArmPainter::ArmPainter(const sim::MujocoArm& arm, const std::string& tip, int wi
       model_(mj_copyModel(nullptr, &arm.model())),
       data_(arm.make_data()),
       tip_site_(mj_name2id(model_.get(), mjOBJ_SITE, tip.c_str())),
+      keeps_backdrops_(quality.shadow_pixels == 0 && !has_mirror(*model_)),
       gl_(std::make_unique<Gl>(function)) {
   model_->vis.global.offwidth = width;
-  model_->vis.global.offheight = height;
+  model_->vis.global.offheight = keeps_backdrops_ ? 2 * height : height;
   model_->vis.quality.offsamples = quality.samples;
   model_->vis.quality.shadowsize = quality.shadow_pixels;
 
@@ -151,11 +159,12 @@ double ArmPainter::field_of_view() const {
   return static_cast<double>(model_->vis.global.fovy) * kRadians;
 }
 
-void ArmPainter::take_ghosts(int first, const View& view, std::vector<mjvGeom>& ghosts) {
+void ArmPainter::take_meshes(int first, const View& view, bool all, std::vector<mjvGeom>& meshes) {
   mjvScene& scene = gl_->scene;
   mjvGeom* const end = scene.geoms + scene.ngeom;
-  mjvGeom* const taken = std::stable_partition(scene.geoms + first, end,
-                                               [](const mjvGeom& geom) { return !is_ghost(geom); });
+  mjvGeom* const taken = std::stable_partition(scene.geoms + first, end, [&](const mjvGeom& geom) {
+    return !is_plain_mesh(geom) || !(all || geom.transparent);
+  });
   const Eigen::Vector3f eye = eye_of(view).cast<float>();
   const auto distance = [&](const mjvGeom& geom) {
     return (Eigen::Map<const Eigen::Vector3f>(geom.pos) - eye).norm() -
@@ -163,7 +172,7 @@ void ArmPainter::take_ghosts(int first, const View& view, std::vector<mjvGeom>& 
   };
   std::sort(taken, end,
             [&](const mjvGeom& a, const mjvGeom& b) { return distance(a) > distance(b); });
-  ghosts.insert(ghosts.end(), taken, end);
+  meshes.insert(meshes.end(), taken, end);
   scene.ngeom = static_cast<int>(taken - scene.geoms);
 }
 
@@ -181,8 +190,19 @@ void ArmPainter::drop_unseen(int first, const View& view, double aspect) {
   scene.ngeom = static_cast<int>(end - scene.geoms);
 }
 
-Image ArmPainter::paint(const View& view, int width, int height, std::span<const PaintedArm> arms,
-                        std::span<const Trail> trails) {
+void ArmPainter::open_buffer(int width, int height) {
+  mjrContext& context = gl_->context;
+  const int rows = keeps_backdrops_ ? 2 * height : height;
+  if (width > context.offWidth || rows > context.offHeight) {
+    mjr_resizeOffscreen(std::max(width, context.offWidth), std::max(rows, context.offHeight),
+                        &context);
+    backdrop_.reset();
+  }
+  mjr_setBuffer(mjFB_OFFSCREEN, &context);
+}
+
+void ArmPainter::set_scene(const View& view, double aspect, std::span<const PaintedArm> arms,
+                           int categories, bool all_meshes, std::vector<mjvGeom>& meshes) {
   mjvScene& scene = gl_->scene;
   mjvCamera camera;
   mjv_defaultCamera(&camera);
@@ -191,12 +211,10 @@ Image ArmPainter::paint(const View& view, int width, int height, std::span<const
   camera.azimuth = view.azimuth_deg;
   camera.elevation = view.elevation_deg;
 
-  // the first arm with all around it, then the links of the others
-  std::vector<mjvGeom> ghosts;
-  const double aspect = static_cast<double>(width) / height;
+  meshes.clear();
   pose(arms.front().q);
   mjv_updateCamera(model_.get(), data_.get(), &camera, &scene);  // the headlight sits there
-  mjv_updateScene(model_.get(), data_.get(), &gl_->option, &gl_->nobody, &camera, mjCAT_ALL,
+  mjv_updateScene(model_.get(), data_.get(), &gl_->option, &gl_->nobody, &camera, categories,
                   &scene);
   for (mjvGeom& geom : std::span(scene.geoms, static_cast<std::size_t>(scene.ngeom)))
     if (geom.type == mjGEOM_PLANE) geom.castshadow = 0;  // a floor would shade itself, in dots
@@ -209,13 +227,45 @@ Image ArmPainter::paint(const View& view, int width, int height, std::span<const
     const std::span links(scene.geoms + first, scene.geoms + scene.ngeom);
     if (arms[a].tint) tint(links, *arms[a].tint);
     drop_unseen(static_cast<int>(first), view, aspect);
-    take_ghosts(static_cast<int>(first), view, ghosts);
+    take_meshes(static_cast<int>(first), view, all_meshes, meshes);
   }
+}
 
+void ArmPainter::keep_backdrop(const View& view, int width, int height) {
+  if (!keeps_backdrops_ || backdrop_ == Backdrop{view, width, height}) return;
+  const std::vector<double> anywhere(static_cast<std::size_t>(arm_.n()));
+  std::vector<mjvGeom> none;
+  set_scene(view, static_cast<double>(width) / height, std::array{PaintedArm{anywhere}},
+            mjCAT_STATIC, false, none);
+  open_buffer(width, height);
+  mjr_render({0, 0, width, height}, &gl_->scene, &gl_->context);
+  gl_->overlay.copy({0, 0, width, height}, height);
+  backdrop_ = {view, width, height};
+}
+
+Image ArmPainter::paint(const View& view, int width, int height, std::span<const PaintedArm> arms,
+                        std::span<const Trail> trails) {
+  mjvScene& scene = gl_->scene;
   const mjrRect viewport{0, 0, width, height};
-  mjr_setBuffer(mjFB_OFFSCREEN, &gl_->context);
-  mjr_render(viewport, &scene, &gl_->context);
-  gl_->overlay.draw_meshes(ghosts, scene.nlight, gl_->context);
+  const double aspect = static_cast<double>(width) / height;
+  open_buffer(width, height);
+
+  // onto the backdrop where the overlay draws all that moves
+  std::vector<mjvGeom> meshes;
+  bool kept = backdrop_ == Backdrop{view, width, height};
+  if (kept) set_scene(view, aspect, arms, mjCAT_DYNAMIC, true, meshes);
+  if (kept && scene.ngeom == 0) {
+    scene.flags[mjRND_SKYBOX] = 0;
+    mjr_render(viewport, &scene, &gl_->context);
+    gl_->overlay.copy({0, height, width, height}, 0);
+    scene.flags[mjRND_SKYBOX] = 1;
+  } else {
+    set_scene(view, aspect, arms, mjCAT_ALL, false, meshes);
+    mjr_render(viewport, &scene, &gl_->context);
+  }
+  std::stable_partition(meshes.begin(), meshes.end(),
+                        [](const mjvGeom& geom) { return !geom.transparent; });
+  gl_->overlay.draw_meshes(meshes, scene.nlight, gl_->context);
   gl_->overlay.draw_trails(trails, gl_->context);
   Image image(width, height);
   mjr_readPixels(image.rgb.data(), nullptr, viewport, &gl_->context);

@@ -11,7 +11,7 @@ namespace fricid::film {
 namespace {
 
 constexpr double kHeader = 44, kStripsTop = 470;
-constexpr double kMainWidth = 860;  // of the picture with all arms; the enlarged one has the rest
+constexpr int kMainWidth = 860;  // of the picture with all arms; the enlarged one has the rest
 constexpr double kGap = 4;
 constexpr double kPast = 4;                // [s] that the friction strips show
 constexpr double kTrailPast = 1.5;         // [s] of path behind each tip
@@ -164,6 +164,7 @@ void Comparison::draw_ghosts(Canvas& canvas, int row) {
                    box);
   };
   const double height = kStripsTop - kHeader;
+  painter_.keep_backdrop(view_, kMainWidth, static_cast<int>(height));
   picture(view_, {0, kHeader, kMainWidth, height});
 
   // the flange enlarged, seen in the same direction

@@ -20,11 +20,14 @@ enum : unsigned {
   kFrontAndBack = 0x0408,
   kLighting = 0x0B50,
   kBlend = 0x0BE2,
+  kScissorTest = 0x0C11,
   kSpecular = 0x1202,
   kCompile = 0x1300,
   kEmission = 0x1600,
   kShininess = 0x1601,
-  kLight0 = 0x4000
+  kNearest = 0x2600,
+  kLight0 = 0x4000,
+  kAllBuffers = 0x4500  // colours, depths and stencils
 };
 
 constexpr int kCells = 40;  // of a plane, in each direction
@@ -57,6 +60,7 @@ struct GlOverlay::Calls {
   void (*TexCoord2d)(double, double);
   void (*Vertex3d)(double, double, double);
   void (*LineWidth)(float);
+  void (*BlitFramebuffer)(int, int, int, int, int, int, int, int, unsigned, unsigned);
 
   explicit Calls(const GlLookup& function) {
     const auto find = [&](auto& call, const char* name) {
@@ -82,6 +86,7 @@ struct GlOverlay::Calls {
     find(TexCoord2d, "glTexCoord2d");
     find(Vertex3d, "glVertex3d");
     find(LineWidth, "glLineWidth");
+    find(BlitFramebuffer, "glBlitFramebuffer");
   }
 
   void begin_blending() const {
@@ -143,14 +148,16 @@ void GlOverlay::draw_meshes(std::span<const mjvGeom> geoms, int lights,
     for (unsigned i = 0; i < static_cast<unsigned>(lights); ++i) call(kLight0 + i);
   };
   each_light(gl_->Enable);
-  gl_->begin_blending();
-  constexpr std::array<float, 4> kDark{0, 0, 0, 1};
-  gl_->Materialfv(kFrontAndBack, kEmission, kDark.data());
+  bool blending = false;
   for (const mjvGeom& geom : geoms) {
+    if (geom.transparent && !std::exchange(blending, true)) gl_->begin_blending();
     gl_->Color4fv(geom.rgba);
     gl_->Materialf(kFrontAndBack, kShininess, geom.shininess * 128);
     const std::array<float, 4> specular{geom.specular, geom.specular, geom.specular, 1};
     gl_->Materialfv(kFrontAndBack, kSpecular, specular.data());
+    const std::array<float, 4> emission{geom.emission * geom.rgba[0], geom.emission * geom.rgba[1],
+                                        geom.emission * geom.rgba[2], 1};
+    gl_->Materialfv(kFrontAndBack, kEmission, emission.data());
     const float* r = geom.mat;
     const std::array<float, 16> pose{r[0], r[3], r[6], 0, r[1],        r[4],        r[7],        0,
                                      r[2], r[5], r[8], 0, geom.pos[0], geom.pos[1], geom.pos[2], 1};
@@ -159,12 +166,13 @@ void GlOverlay::draw_meshes(std::span<const mjvGeom> geoms, int lights,
     gl_->CallList(context.baseMesh + static_cast<unsigned>(geom.dataid));
     gl_->PopMatrix();
   }
-  gl_->end_blending();
+  if (blending) gl_->end_blending();
   each_light(gl_->Disable);
 }
 
 void GlOverlay::draw_trails(std::span<const Trail> trails, const mjrContext& context) const {
   gl_->Disable(kLighting);
+  gl_->Enable(kScissorTest);  // a wide line reaches beyond the viewport
   gl_->begin_blending();
   for (const Trail& trail : trails) {
     const Paint& paint = trail.paint;
@@ -178,7 +186,15 @@ void GlOverlay::draw_trails(std::span<const Trail> trails, const mjrContext& con
   }
   gl_->LineWidth(context.lineWidth);
   gl_->end_blending();
+  gl_->Disable(kScissorTest);
   gl_->Enable(kLighting);
+}
+
+void GlOverlay::copy(const mjrRect& from, int bottom) const {
+  gl_->Disable(kScissorTest);
+  const int right = from.left + from.width;
+  gl_->BlitFramebuffer(from.left, from.bottom, right, from.bottom + from.height, from.left, bottom,
+                       right, bottom + from.height, kAllBuffers, kNearest);
 }
 
 }  // namespace fricid::film

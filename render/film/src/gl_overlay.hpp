@@ -25,12 +25,16 @@ class GlOverlay {
   /// far away. Light from far away changes so little over a cell that it looks the same.
   void coarsen_planes(const mjModel& model, const mjrContext& context) const;
 
-  /// Draws translucent meshes in their order, each once; mjr draws them twice.
-  /// @pre every geom is a mesh with a dataid
+  /// Draws meshes in their order, each once; mjr draws translucent ones twice.
+  /// @pre every geom is a mesh with a dataid and without a texture, opaque ones before others
   void draw_meshes(std::span<const mjvGeom> geoms, int lights, const mjrContext& context) const;
 
   /// Draws lines in their order, hidden by what is opaque.
   void draw_trails(std::span<const Trail> trails, const mjrContext& context) const;
+
+  /// Copies colours and depths of a rectangle of the frame buffer to the one that begins at the
+  /// row `bottom`. @pre they do not overlap
+  void copy(const mjrRect& from, int bottom) const;
 
  private:
   struct Calls;

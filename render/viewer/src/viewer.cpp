@@ -23,7 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLargestWidth = 3840, kLargestHeight = 2160;
 constexpr double kTrailPast = 1.5;  // [s]
 
 /// What the user left the window with; apart from any run.
@@ -83,6 +82,7 @@ film::Image paint(const Stage& stage, film::ArmPainter& painter, int width, int 
       trail(film.models[m].q, film::paint_of(film.models[m].colour));
     }
   }
+  painter.keep_backdrop(stage.view, width, height);
   return painter.paint(stage.view, width, height, arms, trails);
 }
 
@@ -205,8 +205,8 @@ void view_in_window(Stage& stage, const ViewerOptions& options) {
   const film::GlLookup functions = [](const char* name) {
     return reinterpret_cast<void*>(glfwGetProcAddress(name));
   };
-  film::ArmPainter painter(*stage.arm, stage.experiment.robot.payload_frame, kLargestWidth,
-                           kLargestHeight, film::PaintQuality::standard(), functions);
+  film::ArmPainter painter(*stage.arm, stage.experiment.robot.payload_frame, options.width,
+                           options.height, film::PaintQuality::standard(), functions);
   Gui gui(functions);
   ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
   if (!options.script.empty()) {

@@ -21,6 +21,8 @@ struct View {
   Eigen::Vector3d target = Eigen::Vector3d::Zero();  ///< in the world [m]
   double distance = 2;                               ///< to the target [m]
   double azimuth_deg = 135, elevation_deg = -12;
+
+  bool operator==(const View&) const = default;
 };
 
 /// One arm in a picture. Without a tint it has the colours of its model, and brings its
@@ -51,7 +53,7 @@ struct PaintQuality {
 class ArmPainter {
  public:
   /// @param tip  site of the MJCF whose path is followed; when there is none, the last link
-  /// @param width, height  largest picture
+  /// @param width, height  largest picture expected; a larger one costs a new buffer
   /// @param function  finds the calls of the current GL context
   ArmPainter(const sim::MujocoArm& arm, const std::string& tip, int width, int height,
              PaintQuality quality, const GlLookup& function);
@@ -61,6 +63,11 @@ class ArmPainter {
   /// over those before it; so do the trails, over the arms. @pre `arms` is not empty
   Image paint(const View& view, int width, int height, std::span<const PaintedArm> arms,
               std::span<const Trail> trails = {});
+
+  /// Draws what stands still once, for all pictures of this view and size that follow; one is kept
+  /// at a time. Does nothing where it is kept already, and where arms show on what stands still: by
+  /// their shadows or a mirror.
+  void keep_backdrop(const View& view, int width, int height);
 
   /// Where the tip is in the world [m].
   Eigen::Vector3d tip(std::span<const double> q);
@@ -77,18 +84,34 @@ class ArmPainter {
  private:
   struct Gl;  // what lives in the context
 
+  /// A picture of what stands still.
+  struct Backdrop {
+    View view;
+    int width, height;
+    bool operator==(const Backdrop&) const = default;
+  };
+
   void pose(std::span<const double> q);
+  /// Turns to the buffer of the pictures, which holds two of this size where backdrops are kept.
+  void open_buffer(int width, int height);
+  /// Sets the scene: the geoms of the first arm that are in `categories`, then the moving links of
+  /// the others.
+  /// @param meshes  meshes of one colour that the overlay draws: all, or the translucent ones
+  void set_scene(const View& view, double aspect, std::span<const PaintedArm> arms, int categories,
+                 bool all_meshes, std::vector<mjvGeom>& meshes);
   /// Takes out of the scene, from `first` on, what is neither in the picture nor casts a shadow
   /// into it.
   void drop_unseen(int first, const View& view, double aspect);
-  /// Moves translucent meshes from the scene, from `first` on, to `ghosts`, from far to near.
-  void take_ghosts(int first, const View& view, std::vector<mjvGeom>& ghosts);
+  /// Moves meshes from the scene, from `first` on, to `meshes`, from far to near.
+  void take_meshes(int first, const View& view, bool all, std::vector<mjvGeom>& meshes);
 
   const sim::MujocoArm& arm_;
   sim::MjModelPtr model_;
   sim::MjDataPtr data_;
   int tip_site_;
+  bool keeps_backdrops_;
   std::unique_ptr<Gl> gl_;
+  std::optional<Backdrop> backdrop_;
 };
 
 }  // namespace fricid::film
