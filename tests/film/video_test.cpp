@@ -52,6 +52,27 @@ TEST_F(RenderVideo, WithoutFfmpegThereArePictures) {
   EXPECT_EQ(last.height, 720);
 }
 
+TEST_F(RenderVideo, AKilledEncoderCostsItsOwnVideo) {
+  if (!ffmpeg_found()) GTEST_SKIP() << "needs ffmpeg";
+  const std::filesystem::path fake = folder / "bin" / "ffmpeg";
+  write_file_atomically(fake, "#!/bin/sh\ncase \"$*\" in *comparison*) kill -9 $$ ;; esac\nexec " +
+                                  output_of("command -v ffmpeg | tr -d '\\n'") + " \"$@\"\n");
+  std::filesystem::permissions(fake, std::filesystem::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", (fake.parent_path().string() + ":" + path).c_str(), 1);
+  std::string said;
+  try {
+    render_video(folder, experiment, options);
+  } catch (const UserError& error) {
+    said = error.what();
+  }
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_EQ(said, (folder / "video/comparison.mp4").string() +
+                      ": ffmpeg gave up: it was killed by signal 9");
+  EXPECT_EQ(probed(folder / "video/orbit.mp4"), "h264,1280,720,yuv420p,30/1,6\n");
+  EXPECT_EQ(output_of("ls -A " + (folder / "video").string()), "orbit.mp4\n");
+}
+
 TEST_F(RenderVideo, OfLogsWithoutAnMjcfThereIsNone) {
   experiment.mjcf_path.clear();
   experiment.friction.reset();

@@ -146,9 +146,15 @@ std::vector<std::string> render_video(const fs::path& folder, const data::Experi
                                       const FilmOptions& options) {
   const RunFilm film = read_film(folder, experiment);
   const sim::MujocoArm arm = sim::make_arm(experiment);
-  std::vector<std::string> files = make_comparison(folder, film, arm, experiment, options);
-  const auto orbit = make_orbit(folder, film, arm, experiment, options);
-  files.insert(files.end(), orbit.begin(), orbit.end());
+  std::vector<std::string> files, failures;
+  for (auto* make : {make_comparison, make_orbit}) try {
+      const auto made = make(folder, film, arm, experiment, options);
+      files.insert(files.end(), made.begin(), made.end());
+    } catch (const UserError& error) {
+      const std::string failure = error.what();
+      if (failures.empty() || failures.back() != failure) failures.push_back(failure);
+    }
+  if (!failures.empty()) throw UserError("{}", fmt::join(failures, "; "));
   return files;
 }
 

@@ -24,7 +24,8 @@ struct FilmOptions {
 /// Without the ffmpeg program the frames go to video/comparison/00001.png ..., orbit likewise, and
 /// one line on stderr says so.
 /// @return the files written, relative to the folder
-/// @throws UserError when nothing can be drawn (no GL, no MJCF) or not be written; Stopped
+/// @throws UserError when nothing can be drawn (no GL, no MJCF), or, after the other video is made,
+///         when one could not be written; Stopped
 std::vector<std::string> render_video(const std::filesystem::path& folder,
                                       const data::Experiment& experiment,
                                       const FilmOptions& options);
