@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "fricid/base/error.hpp"
+#include "fricid/base/attempts.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/film/video.hpp"
 #include "fricid/render/figures.hpp"
@@ -23,17 +23,20 @@ std::string try_stage(Job& job, const std::string& name, const std::string& key,
   }
 }
 
+/// @throws UserError, after all others are made, when some could not be
 std::vector<std::string> write_figures(const std::filesystem::path& folder) {
   std::vector<std::string> files;
   const auto figures = render::figures_of_run(folder);
   Progress progress("plots", static_cast<double>(figures.size()));
+  Attempts attempts;
   for (const render::Figure& figure : figures) {
     throw_if_stopped();
-    render::write_figure(figure, folder / "plots");
+    attempts.try_to([&] { render::write_figure(figure, folder / "plots"); });
     progress.advance(1, figure.name);
     for (const char* extension : {".gp", ".pdf", ".svg", ".png"})
       files.push_back("plots/" + figure.name + extension);
   }
+  attempts.finish();
   return files;
 }
 

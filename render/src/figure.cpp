@@ -51,8 +51,8 @@ std::string first_complaint(const std::string& errors) {
   return tail.substr(0, tail.find('\n'));
 }
 
-void check_whole(const fs::path& file, std::string_view ending) {
-  std::string text = read_file(file);
+void check_whole(const fs::path& part, std::string_view ending, const fs::path& file) {
+  std::string text = read_file(part);
   while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
   if (!text.ends_with(ending))
     throw UserError("{}: gnuplot could not write all of it; is the disk full", file.string());
@@ -75,7 +75,9 @@ void draw(const Figure& figure, const fs::path& script, const std::array<fs::pat
   if (result.exit_code != 0)
     throw UserError("{}: gnuplot refused the script: {}", script.string(),
                     first_complaint(result.errors));
-  for (std::size_t i = 0; i < pictures.size(); ++i) check_whole(files[i], pictures[i].ending);
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    check_whole(files[i], pictures[i].ending,
+                fs::path(script).replace_extension(pictures[i].extension));
 }
 
 }  // namespace

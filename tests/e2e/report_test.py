@@ -114,6 +114,24 @@ class Report(ProgramTest):
         self.assertIn("models", page.ids)
         self.assertIn("holds no plots", "".join(page.text))
 
+    def test_a_killed_gnuplot_costs_its_own_plot(self):
+        gnuplot = shutil.which("gnuplot")
+        if gnuplot is None:
+            self.skipTest("needs gnuplot")
+        fake = self.folder / "bin" / "gnuplot"
+        fake.parent.mkdir()
+        fake.write_text(f'#!/bin/sh\ncase "$*" in *error_time*) kill -9 $$ ;; esac\n'
+                        f'exec {gnuplot} "$@"\n')
+        fake.chmod(0o700)
+        path = f"{fake.parent}:{os.environ['PATH']}"
+        folder, done = self.job(environment={"PATH": path})
+        self.assertRegex(done.stderr, r"(?m)^plots: .*error_time.gp: gnuplot was killed by signal 9")
+        scripts = {file.stem for file in (folder / "plots").glob("*.gp")}
+        drawn = {file.stem for file in (folder / "plots").glob("*.pdf")}
+        self.assertEqual(scripts - drawn, {"error_time"})
+        self.assertIn("presliding", drawn)
+        self.check(folder)
+
     def assert_reads_well_in_chromium(self, folder):
         """No console message, nothing broken, no sideways scrolling, at the widths of a phone and a desk."""
         browser = shutil.which("chromium") or shutil.which("chromium-browser")

@@ -1,7 +1,9 @@
 #include "fricid/film/image.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 
 #include "cairo_pixels.hpp"
 #include "fricid/base/error.hpp"
@@ -85,9 +87,11 @@ std::vector<std::uint8_t> yuv420_of(const Image& image) {
 void save_png(const Image& image, const std::filesystem::path& path) {
   const SurfacePtr surface = surface_of(image);
   write_file_atomically(path, [&](const std::filesystem::path& part) {
+    errno = 0;
     const cairo_status_t status = cairo_surface_write_to_png(surface.get(), part.c_str());
     if (status != CAIRO_STATUS_SUCCESS)
-      throw UserError("{}: cannot write: {}", path.string(), cairo_status_to_string(status));
+      throw UserError("{}: cannot be written: {}", path.string(),
+                      errno != 0 ? std::strerror(errno) : cairo_status_to_string(status));
   });
 }
 

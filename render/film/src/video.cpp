@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "drawing_processes.hpp"
+#include "fricid/base/attempts.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/film/comparison.hpp"
@@ -146,15 +147,14 @@ std::vector<std::string> render_video(const fs::path& folder, const data::Experi
                                       const FilmOptions& options) {
   const RunFilm film = read_film(folder, experiment);
   const sim::MujocoArm arm = sim::make_arm(experiment);
-  std::vector<std::string> files, failures;
-  for (auto* make : {make_comparison, make_orbit}) try {
+  std::vector<std::string> files;
+  Attempts attempts;
+  for (auto* make : {make_comparison, make_orbit})
+    attempts.try_to([&] {
       const auto made = make(folder, film, arm, experiment, options);
       files.insert(files.end(), made.begin(), made.end());
-    } catch (const UserError& error) {
-      const std::string failure = error.what();
-      if (failures.empty() || failures.back() != failure) failures.push_back(failure);
-    }
-  if (!failures.empty()) throw UserError("{}", fmt::join(failures, "; "));
+    });
+  attempts.finish();
   return files;
 }
 
