@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "fricid/base/error.hpp"
+#include "fricid/film/gl_calls.hpp"
 
 namespace fricid::film {
 namespace {
@@ -15,12 +15,6 @@ namespace {
 enum : unsigned {
   kLineStrip = 0x0003,
   kQuads = 0x0007,
-  kSrcAlpha = 0x0302,
-  kOneMinusSrcAlpha = 0x0303,
-  kFrontAndBack = 0x0408,
-  kLighting = 0x0B50,
-  kBlend = 0x0BE2,
-  kScissorTest = 0x0C11,
   kSpecular = 0x1202,
   kCompile = 0x1300,
   kEmission = 0x1600,
@@ -63,10 +57,7 @@ struct GlOverlay::Calls {
   void (*BlitFramebuffer)(int, int, int, int, int, int, int, int, unsigned, unsigned);
 
   explicit Calls(const GlLookup& function) {
-    const auto find = [&](auto& call, const char* name) {
-      call = reinterpret_cast<std::remove_reference_t<decltype(call)>>(function(name));
-      if (!call) throw UserError("this OpenGL has no {}; arms need a compatibility profile", name);
-    };
+    const auto find = [&](auto& call, const char* name) { find_call(function, call, name); };
     find(Enable, "glEnable");
     find(Disable, "glDisable");
     find(BlendFunc, "glBlendFunc");

@@ -3,28 +3,31 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 
-#include "fricid/base/error.hpp"
+#include "fricid/film/gl_calls.hpp"
 
 namespace fricid::viewer {
 namespace {
+
+using film::kBlend;
+using film::kFrontAndBack;
+using film::kLighting;
+using film::kOneMinusSrcAlpha;
+using film::kScissorTest;
+using film::kSrcAlpha;
 
 // <GL/gl.h>
 enum : unsigned {
   kTriangles = 0x0004,
   kTexture2d = 0x0DE1,
-  kBlend = 0x0BE2,
-  kScissorTest = 0x0C11,
   kCullFace = 0x0B44,
   kDepthTest = 0x0B71,
   kStencilTest = 0x0B90,
-  kLighting = 0x0B50,
   kFog = 0x0B60,
   kNormalize = 0x0BA1,
   kColorMaterial = 0x0B57,
-  kSrcAlpha = 0x0302,
-  kOneMinusSrcAlpha = 0x0303,
   kVertexArray = 0x8074,
   kColorArray = 0x8076,
   kNormalArray = 0x8075,
@@ -50,7 +53,6 @@ enum : unsigned {
   kModulate = 0x2100,
   kColorBufferBit = 0x4000,
   kFramebuffer = 0x8D40,
-  kFrontAndBack = 0x0408,
   kFill = 0x1B02,
   kAllAttributes = 0x000FFFFF,
   kAllClientAttributes = 0xFFFFFFFF
@@ -103,10 +105,7 @@ struct ImguiGl::Calls {
   unsigned (*GetError)();
 
   explicit Calls(const film::GlLookup& function) {
-    const auto find = [&](auto& call, const char* name) {
-      call = reinterpret_cast<std::remove_reference_t<decltype(call)>>(function(name));
-      if (!call) throw UserError("this OpenGL has no {}; the viewer needs version 2.1", name);
-    };
+    const auto find = [&](auto& call, const char* name) { film::find_call(function, call, name); };
     find(Enable, "glEnable");
     find(Disable, "glDisable");
     find(EnableClientState, "glEnableClientState");
@@ -186,10 +185,11 @@ void ImguiGl::draw(const ImDrawData& data) {
   gl_->PushAttrib(kAllAttributes);
   gl_->PushClientAttrib(kAllClientAttributes);
   gl_->UseProgram(0);
-  for (const unsigned off : {kCullFace, kDepthTest, kStencilTest, kLighting, kFog, kNormalize,
-                             kColorMaterial, kScissorTest})
+  for (const unsigned off :
+       std::initializer_list<unsigned>{kCullFace, kDepthTest, kStencilTest, kLighting, kFog,
+                                       kNormalize, kColorMaterial, kScissorTest})
     gl_->Disable(off);
-  for (const unsigned on : {kBlend, kTexture2d}) gl_->Enable(on);
+  for (const unsigned on : std::initializer_list<unsigned>{kBlend, kTexture2d}) gl_->Enable(on);
   gl_->BlendFunc(kSrcAlpha, kOneMinusSrcAlpha);
   gl_->PolygonMode(kFrontAndBack, kFill);
   gl_->TexEnvi(kTextureEnv, kTextureEnvMode, kModulate);
