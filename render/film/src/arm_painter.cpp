@@ -54,6 +54,12 @@ Sight sight_of(const View& view, double field_of_view, double aspect) {
   return sight;
 }
 
+/// Whether a geom is a moving mesh of one colour.
+bool is_plain_mesh(const mjvGeom& geom) {
+  return geom.category == mjCAT_DYNAMIC && geom.type == mjGEOM_MESH && geom.matid < 0 &&
+         geom.objtype == mjOBJ_GEOM && geom.dataid >= 0;
+}
+
 /// Gives moving links one colour. What is translucent casts no shadow.
 void tint(std::span<mjvGeom> links, const Paint& paint) {
   for (mjvGeom& geom : links) {
@@ -63,13 +69,8 @@ void tint(std::span<mjvGeom> links, const Paint& paint) {
     geom.specular = 0.2f;
     geom.transparent = paint.alpha < 1;
     geom.castshadow = paint.alpha >= 1;
+    if (!is_plain_mesh(geom)) geom.rgba[3] = 1 - std::sqrt(1 - paint.alpha);  // mjr draws it twice
   }
-}
-
-/// Whether a geom is a moving mesh of one colour.
-bool is_plain_mesh(const mjvGeom& geom) {
-  return geom.category == mjCAT_DYNAMIC && geom.type == mjGEOM_MESH && geom.matid < 0 &&
-         geom.objtype == mjOBJ_GEOM && geom.dataid >= 0;
 }
 
 /// Whether something that stands still mirrors what moves.
