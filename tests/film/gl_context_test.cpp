@@ -26,6 +26,16 @@ TEST(GlContext, AProcessKeepsItsKind) {
   EXPECT_THROW(make_gl_context(GlBackend::kEgl), UserError);
 }
 
+TEST(GlContext, OsmesaDrawsByTheProcessor) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  EXPECT_TRUE(draws_by_processor(context->functions())) << context->renderer();
+  const GlLookup other = [](const char*) {
+    return reinterpret_cast<void*>(
+        +[](unsigned) { return reinterpret_cast<const unsigned char*>("a GPU"); });
+  };
+  EXPECT_FALSE(draws_by_processor(other));
+}
+
 TEST(GlContext, UnknownNamesAreRefused) { EXPECT_THROW(make_gl_context("metal"), UserError); }
 
 }  // namespace

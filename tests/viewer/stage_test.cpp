@@ -61,8 +61,9 @@ TEST_F(StageTest, CommandsDoWhatTheySay) {
   EXPECT_NEAR(shown.live->time(), 0.4, 1e-9);
   obey(shown, "pause");
   EXPECT_FALSE(shown.playing);
-  EXPECT_EQ(obey(shown, "shot a.png"), std::filesystem::path("a.png"));
-  EXPECT_EQ(obey(shown, "# a remark"), std::nullopt);
+  EXPECT_EQ(obey(shown, "shot a.png").shot, "a.png");
+  EXPECT_EQ(obey(shown, "fps 2.5").race, 2.5);
+  EXPECT_TRUE(obey(shown, "# a remark").shot.empty());
 }
 
 TEST_F(StageTest, TheCloudIsOfTheFirstVisibleModelWithMemory) {

@@ -1,5 +1,6 @@
 #include "fricid/viewer/viewer.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -14,6 +15,7 @@ namespace {
 using film::Image;
 using film::load_png;
 using film::share_differing;
+using ::testing::MatchesRegex;
 
 class ViewerTest : public film::FilmFolder {
  protected:
@@ -58,6 +60,15 @@ TEST_F(ViewerTest, WhatIsDoneIsSeen) {
   EXPECT_GT(share_differing(load_png(png("all")), load_png(png("without")), 20), 0.002);
   EXPECT_GT(share_differing(load_png(png("without")), load_png(png("live")), 20), 0.02);
   EXPECT_TRUE(std::filesystem::exists(folder / "edited.toml"));
+}
+
+TEST_F(ViewerTest, SaysHowFastItDraws) {
+  ViewerOptions options = script("toggle gms\nfps 0.2\n");
+  options.offscreen = true;
+  testing::internal::CaptureStdout();
+  view(folder, options);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(),
+              MatchesRegex("[1-9][0-9.]* frames/s, 960 x 640, 2 ghosts\n"));
 }
 
 TEST_F(ViewerTest, WorksInAWindow) {

@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdlib>
@@ -16,6 +17,7 @@ namespace {
 
 constexpr std::array kBackends{GlBackend::kEgl, GlBackend::kOsmesa};
 constexpr unsigned kGlRenderer = 0x1F01;
+constexpr std::array kSoftware{"llvmpipe", "softpipe", "Software Rasterizer"};
 constexpr unsigned kPatience = 20;  // [s] for a driver that hangs
 
 /// libmujoco looks its functions up once: the first context of the process decides.
@@ -60,10 +62,16 @@ GlBackend backend_of(std::string_view name) {
   throw UserError("renderer {}: allowed: egl, osmesa", name);
 }
 
-std::string GlContext::renderer() const {
+std::string renderer_of(const GlLookup& function) {
   auto* get = reinterpret_cast<const unsigned char* (*)(unsigned)>(function("glGetString"));
   const unsigned char* text = get ? get(kGlRenderer) : nullptr;
   return text ? reinterpret_cast<const char*>(text) : "unknown";
+}
+
+bool draws_by_processor(const GlLookup& function) {
+  const std::string renderer = renderer_of(function);
+  return std::any_of(kSoftware.begin(), kSoftware.end(),
+                     [&](const char* name) { return renderer.find(name) != std::string::npos; });
 }
 
 std::unique_ptr<GlContext> make_gl_context(GlBackend backend, int width, int height) {

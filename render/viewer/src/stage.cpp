@@ -156,7 +156,7 @@ void save_scene(const Stage& stage, const fs::path& path) {
   write_file_atomically(path, data::to_toml(changed));
 }
 
-std::optional<fs::path> obey(Stage& stage, const std::string& command) {
+Asked obey(Stage& stage, const std::string& command) {
   std::istringstream words(command);
   std::string verb, name;
   double value = 0;
@@ -171,7 +171,8 @@ std::optional<fs::path> obey(Stage& stage, const std::string& command) {
   };
 
   if (verb.empty() || verb.front() == '#') return {};
-  if (verb == "shot") return fs::path(word());
+  if (verb == "shot") return {.shot = word()};
+  if (verb == "fps") return {.race = number()};
   if (verb == "scene") {
     save_scene(stage, word());
   } else if (verb == "seek") {

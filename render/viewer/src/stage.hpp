@@ -68,6 +68,12 @@ struct Stage {
 /// @throws UserError as `view`
 Stage make_stage(const std::filesystem::path& target);
 
+/// What a command asks of the window.
+struct Asked {
+  std::filesystem::path shot{};  ///< a picture of it, into this file
+  double race = 0;               ///< frames as fast as they go, for so long [s]
+};
+
 /// One command of a script:
 ///
 ///     seek T | play | pause | speed X | toggle MODEL | joint NAME | live | replay | reset
@@ -76,9 +82,10 @@ Stage make_stage(const std::filesystem::path& target);
 ///     push TORQUE [AMPLITUDE FREQUENCY]    on the shown joint
 ///     run SECONDS              simulates or replays
 ///     shot FILE.png | scene FILE.toml
+///     fps SECONDS              prints how many frames are drawn in a second
 ///
-/// Returns the file of a shot, which only the window can take. @throws UserError naming the command
-std::optional<std::filesystem::path> obey(Stage& stage, const std::string& command);
+/// @throws UserError naming the command
+Asked obey(Stage& stage, const std::string& command);
 
 /// The scene with the live friction in place of the injected one. @throws UserError when unwritable
 void save_scene(const Stage& stage, const std::filesystem::path& path);

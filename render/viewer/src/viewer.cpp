@@ -2,10 +2,12 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -141,21 +143,45 @@ std::vector<std::string> commands_of(const ViewerOptions& options) {
   return commands;
 }
 
+/// Plays for some seconds, frame after frame, and prints how many there were in each.
+void race(Stage& stage, double seconds, const std::function<void()>& frame) {
+  using Clock = std::chrono::steady_clock;
+  const auto seconds_since = [](Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+  };
+  const bool was_playing = std::exchange(stage.playing, true);
+  const auto begin = Clock::now();
+  int frames = 0;
+  for (auto last = begin; seconds_since(begin) < seconds; ++frames) {
+    throw_if_stopped();
+    stage.advance(seconds_since(std::exchange(last, Clock::now())));
+    frame();
+  }
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const auto ghosts =
+      stage.mode == Mode::kLive ? 0 : std::count(stage.visible.begin(), stage.visible.end(), true);
+  fmt::print("{:.1f} frames/s, {} x {}, {} ghosts\n", frames / seconds_since(begin), size.x, size.y,
+             ghosts);
+  stage.playing = was_playing;
+}
+
 /// Obeys the commands, each followed by one frame.
 void run_script(Stage& stage, film::ArmPainter& painter, Gui& gui,
                 const std::vector<std::string>& commands, const std::function<void()>& before_frame,
                 const std::function<void()>& after_frame) {
+  const auto frame = [&](const fs::path& shot = {}) {
+    before_frame();
+    gui.frame(stage, painter);
+    if (!shot.empty()) film::save_png(gui.seen(), shot);
+    after_frame();
+  };
   stage.playing = false;
   for (const std::string& command : commands) {
     throw_if_stopped();
-    const std::optional<fs::path> shot = obey(stage, command);
-    // ImGui needs two frames to settle its sizes
-    for (int pass = 0; pass < (shot ? 2 : 1); ++pass) {
-      before_frame();
-      gui.frame(stage, painter);
-      if (shot && pass == 1) film::save_png(gui.seen(), *shot);
-      after_frame();
-    }
+    const Asked asked = obey(stage, command);
+    frame();  // ImGui needs two frames to settle its sizes
+    if (!asked.shot.empty()) frame(asked.shot);
+    if (asked.race > 0) race(stage, asked.race, frame);
   }
 }
 
@@ -205,8 +231,11 @@ void view_in_window(Stage& stage, const ViewerOptions& options) {
   const film::GlLookup functions = [](const char* name) {
     return reinterpret_cast<void*>(glfwGetProcAddress(name));
   };
+  const film::PaintQuality quality = film::draws_by_processor(functions)
+                                         ? film::PaintQuality::draft()
+                                         : film::PaintQuality::standard();
   film::ArmPainter painter(*stage.arm, stage.experiment.robot.payload_frame, options.width,
-                           options.height, film::PaintQuality::standard(), functions);
+                           options.height, quality, functions);
   Gui gui(functions);
   ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
   if (!options.script.empty()) {

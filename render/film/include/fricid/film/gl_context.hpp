@@ -20,6 +20,11 @@ GlBackend backend_of(std::string_view name);
 /// Address of a function of the current context, null when there is none.
 using GlLookup = std::function<void*(const char*)>;
 
+/// What draws in the current context: "llvmpipe (LLVM 15.0.6, 256 bits)".
+std::string renderer_of(const GlLookup& function);
+/// Whether that is the processor, by Mesa's software, and no GPU.
+bool draws_by_processor(const GlLookup& function);
+
 /// A current OpenGL context (compatibility profile, as mjr needs) of the thread that made it.
 class GlContext {
  public:
@@ -33,8 +38,7 @@ class GlContext {
   GlLookup functions() const {
     return [this](const char* name) { return function(name); };
   }
-  /// What draws: "llvmpipe (LLVM 15.0.6, 256 bits)".
-  std::string renderer() const;
+  std::string renderer() const { return renderer_of(functions()); }
 
  protected:
   GlContext() = default;
