@@ -105,11 +105,30 @@ int columns_of(const Figure& figure) {
   return std::clamp(static_cast<int>(figure.panels.size()), 1, figure.columns);
 }
 
+/// Whether the named places of a panel's horizontal axis have room side by side.
+bool names_fit(const Figure& figure, const Panel& panel) {
+  std::size_t letters = 0;
+  for (const auto& [place, name] : panel.x_tics) letters += name.size() + 1;
+  return kLetterCm * static_cast<double>(letters) <
+         figure.width_cm / columns_of(figure) - figure.left_cm - kRightCm;
+}
+
+/// Room below a panel, also for names that stand upright.
+double bottom_cm(const Figure& figure) {
+  double room = kBottomCm;
+  for (const Panel& panel : figure.panels)
+    if (!names_fit(figure, panel))
+      for (const auto& [place, name] : panel.x_tics)
+        room = std::max(room, kLabelCm + kLetterCm * static_cast<double>(name.size() + 1));
+  return room;
+}
+
 Layout layout_of(const Figure& figure) {
   const int columns = columns_of(figure);
   const int rows = (static_cast<int>(figure.panels.size()) + columns - 1) / columns;
   const double legend = legend_height(figure);
-  return {figure.width_cm, legend + rows * (figure.panel_height_cm + kTitleCm + kBottomCm), legend};
+  return {figure.width_cm, legend + rows * (figure.panel_height_cm + kTitleCm + bottom_cm(figure)),
+          legend};
 }
 
 /// One axis as shares of what its data span.
@@ -243,7 +262,7 @@ std::string panel_text(const Figure& figure, std::size_t p, Layout layout) {
   const auto row = static_cast<int>(p) / columns, column = static_cast<int>(p) % columns;
   const double cell = figure.width_cm / columns;
   const double top =
-      layout.legend + row * (figure.panel_height_cm + kTitleCm + kBottomCm) + kTitleCm;
+      layout.legend + row * (figure.panel_height_cm + kTitleCm + bottom_cm(figure)) + kTitleCm;
 
   std::string text = fmt::format(
       "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n"
@@ -259,10 +278,7 @@ std::string panel_text(const Figure& figure, std::size_t p, Layout layout) {
   const Axis x_axis(panel, &Series::x, panel.log_x, panel.x_range);
   const double span = x_axis.span();
   const Range x_range = panel.fit_x && span > 0 ? x_axis.range() : panel.x_range;
-  std::size_t letters = 0;
-  for (const auto& [place, name] : panel.x_tics) letters += name.size() + 1;
-  const bool fits = kLetterCm * static_cast<double>(letters) < cell - figure.left_cm - kRightCm;
-  return text + axis_text('x', panel.log_x, x_range, panel.x_tics, span, fits) +
+  return text + axis_text('x', panel.log_x, x_range, panel.x_tics, span, names_fit(figure, panel)) +
          axis_text('y', panel.log_y, panel.y_range, panel.y_tics, 0) + plots_text(panel, p);
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "figure_parts.hpp"
@@ -13,7 +14,7 @@ using nlohmann::json;
 
 constexpr int kSegment = 1024;  // samples of one periodogram
 constexpr double kTwoSd = 2;
-constexpr double kConfused = 0.9;  // correlation worth a mark
+constexpr double kRelated = 0.5, kConfused = 0.9;  // correlations worth a sign, and a bold one
 
 json fit_of(const Run& run, const RunModel& model) {
   json fit = read_json_if_there(run.folder / "fit" /
@@ -330,12 +331,22 @@ Figure torque_drift(const Run& run) {
   return figure;
 }
 
+/// A plus or a minus in the middle of a tile, as strokes of a line.
+void add_sign(double x, double y, double value, Series& strokes) {
+  constexpr double kArm = 0.16, kBreak = std::numeric_limits<double>::quiet_NaN();
+  strokes.x.insert(strokes.x.end(), {x - kArm, x + kArm, kBreak});
+  strokes.y.insert(strokes.y.end(), {y, y, kBreak});
+  if (value < 0) return;
+  strokes.x.insert(strokes.x.end(), {x, x, kBreak});
+  strokes.y.insert(strokes.y.end(), {y - kArm, y + kArm, kBreak});
+}
+
 Figure correlation(const Run& run, const RunModel& model) {
   Figure figure{.name = "correlation_" + model.name, .left_cm = 2.1};
   figure.caption = fmt::format(
       "{}: correlation of the errors of its fitted parameters, joint by joint: white 0, vermilion "
-      "1, blue -1; a plus marks where it is above 0.9, a cross where it is below -0.9, so that the "
-      "data know a combination better than its parts.",
+      "1, blue -1; with its sign from 0.5 on, in bold from 0.9 on, where the data know a "
+      "combination better than its parts.",
       model.label);
   const json joints = fit_of(run, model).value("joints", json::array());
   for (std::size_t j = 0; j < joints.size(); ++j) {
@@ -343,8 +354,7 @@ Figure correlation(const Run& run, const RunModel& model) {
     if (!found.is_object() || found.at("matrix").empty()) continue;
     const auto symbols = found.at("parameters").get<std::vector<std::string>>();
     Panel panel{.title = run.joint(static_cast<int>(j))};
-    Series tiles{.mark = Mark::kTiles}, plus{.width = 0.8, .mark = Mark::kPoints, .marker = 1},
-        minus{.width = 0.8, .mark = Mark::kPoints, .marker = 2};
+    Series tiles{.mark = Mark::kTiles}, signs{.width = 0.7}, bold{.width = 1.6};
     std::vector<std::size_t> known;
     for (std::size_t i = 0; i < symbols.size(); ++i)
       if (found.at("matrix")[i][i].is_number()) known.push_back(i);
@@ -359,16 +369,15 @@ Figure correlation(const Run& run, const RunModel& model) {
         tiles.x.push_back(x);
         tiles.y.push_back(y);
         tiles.low.push_back(value);
-        if (a == b || std::abs(value) < kConfused) continue;
-        (value > 0 ? plus : minus).x.push_back(x);
-        (value > 0 ? plus : minus).y.push_back(y);
+        if (a != b && std::abs(value) >= kRelated)
+          add_sign(x, y, value, std::abs(value) < kConfused ? signs : bold);
       }
     }
     if (known.size() < 2) continue;
     const double most = static_cast<double>(known.size()) - 0.5;
     panel.x_range = {-0.5, most};
     panel.y_range = {most, -0.5};
-    panel.series = {std::move(tiles), std::move(plus), std::move(minus)};
+    panel.series = {std::move(tiles), std::move(signs), std::move(bold)};
     figure.panels.push_back(std::move(panel));
   }
   return figure;

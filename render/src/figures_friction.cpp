@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "figure_parts.hpp"
 #include "fricid/data/model_file.hpp"
@@ -301,15 +303,34 @@ Figure friction_error(const Run& run) {
   return figure;
 }
 
+/// Unit of the states of the first joint's laws, as their headers say; empty where units mix.
+std::string unit_of_states(const friction::RobotFriction& model) {
+  static const std::map<std::string, std::string, std::less<>> kUnits{
+      {"dahl", "rad"}, {"lugre", "rad"}, {"maxwell_slip", "rad"}, {"gms", "N m"}};
+  std::set<std::string> units;
+  for (const friction::LawSpec& law : model.joints().front().laws) {
+    const bool plays =
+        std::ranges::count(law.modifiers, "backlash", &friction::ModifierSpec::name) > 0;
+    if (plays) units.insert("rad");
+    if (const auto known = kUnits.find(law.law); known != kUnits.end()) units.insert(known->second);
+    if (law.law.starts_with("lvm")) units.insert("1");
+  }
+  if (model.has_whole()) units.insert("1");
+  return units.size() == 1 ? *units.begin() : "";
+}
+
 Figure latent(const Run& run) {
   Figure figure{.name = "latent"};
   figure.caption = fmt::format(
       "Hidden states of {} in the first {:.0f} s of {}, driven by the measured motion: what each "
-      "model remembers, in its own unit.",
+      "model remembers, in the unit of its law.",
       run.joint(0), kWindow, run.trajectory);
-  const auto add = [&](const std::string& title, const std::string& colour,
+  const auto add = [&](const std::string& title, const std::string& colour, const std::string& unit,
                        const Eigen::VectorXd& t, const RowMatrix& z) {
-    Panel panel{.title = title, .x_label = "t [s]", .y_label = "z", .fit_x = true};
+    Panel panel{.title = title,
+                .x_label = "t [s]",
+                .y_label = unit.empty() ? "z" : fmt::format("z [{}]", unit),
+                .fit_x = true};
     for (Eigen::Index i = 0; i < z.cols(); ++i) {
       Series state = cut(curve("", colour, t, z.col(i), 0.9), 0, kWindow);
       state.dash = 1 + static_cast<int>(i % 4);
@@ -319,7 +340,7 @@ Figure latent(const Run& run) {
   };
   if (run.truth) {
     const auto& model = run.truth->friction.model;
-    add("truth", "#555555", run.truth->t,
+    add("truth", "#555555", unit_of_states(model), run.truth->t,
         run.truth->z.leftCols(std::min<Eigen::Index>(model.state_begin(1), run.truth->z.cols())));
   }
   for (const RunModel& model : run.fitted()) {
@@ -330,7 +351,7 @@ Figure latent(const Run& run) {
     const double dt = predicted->t[1] - predicted->t[0];
     const DrivenFriction driven =
         drive_friction(friction, dt, predicted->q, predicted->v, predicted->tau, RowMatrix());
-    add(model.label, model.look.colour, predicted->t,
+    add(model.label, model.look.colour, unit_of_states(friction.model), predicted->t,
         driven.z.leftCols(shown_states(friction.model)));
   }
   return figure;

@@ -110,6 +110,10 @@ TEST_F(FiguresOfRun, EveryModelIsShownHoweverMany) {
   EXPECT_EQ(figure("latent").panels.size(), 1 + kModels);
 }
 
+TEST_F(FiguresOfRun, LatentStatesHaveTheUnitOfTheirLaw) {
+  for (const Panel& panel : figure("latent").panels) EXPECT_EQ(panel.y_label, "z [rad]");
+}
+
 TEST_F(FiguresOfRun, TorqueShowsTheResidual) {
   const auto series = figure("torque_simple").panels.at(0).series;
   ASSERT_EQ(series.size(), 3u);
@@ -227,7 +231,23 @@ TEST_F(FiguresOfRun, CorrelationLeavesOutWhatHasNone) {
   EXPECT_EQ(panel.x_tics[1].second, "Fv");
   EXPECT_EQ(panel.series.at(0).low, (std::vector<double>{1, -0.95, -0.95, 1}));
   EXPECT_TRUE(panel.series.at(1).x.empty());
-  EXPECT_EQ(panel.series.at(2).x, (std::vector<double>{1, 0}));
+  // two bold minus signs: one stroke each, and a break
+  const Series& bold = panel.series.at(2);
+  ASSERT_EQ(bold.x.size(), 6u);
+  EXPECT_DOUBLE_EQ((bold.x[0] + bold.x[1]) / 2, 1);
+  EXPECT_DOUBLE_EQ((bold.x[3] + bold.x[4]) / 2, 0);
+  EXPECT_EQ(bold.y[0], bold.y[1]);
+}
+
+TEST_F(FiguresOfRun, CorrelationsHaveTheirSign) {
+  edit("fit/simple_s1.json", [](json& fit) {
+    const json correlation{{"parameters", {"Fc", "Fs", "Fv"}},
+                           {"matrix", {{1, 0.6, 0.3}, {0.6, 1, -0.7}, {0.3, -0.7, 1}}}};
+    fit["joints"] = {{{"correlation", correlation}}};
+  });
+  const Panel panel = figure("correlation_simple").panels.at(0);
+  EXPECT_EQ(panel.series.at(1).x.size(), 2u * (6 + 3));  // two plus and two minus signs
+  EXPECT_TRUE(panel.series.at(2).x.empty());
 }
 
 // Twentieths of measured less predicted: the fixture's difference is constant.
