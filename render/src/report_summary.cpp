@@ -185,7 +185,7 @@ std::string score_table(const Record& record) {
   std::vector<std::string> head{"model"};
   for (const double h : horizons) head.push_back(horizon(h));
   if (truth) head.emplace_back("friction");
-  for (const char* name : {"diverged", "parameters", "fit"}) head.emplace_back(name);
+  for (const char* name : {"diverged", "parameters", "fit", "budget"}) head.emplace_back(name);
 
   std::vector<Row> oracles, rows;
   std::vector<std::vector<double>> values;
@@ -203,6 +203,8 @@ std::string score_table(const Record& record) {
         {model->is_oracle ? "" : fmt::format("{}", summary.value("parameters", 0))});
     row.cells.push_back(
         {model->is_oracle ? "" : html::number(number_in(summary, "fit_seconds")) + "&#8239;s"});
+    const std::string budget = summary.value("budget", "");
+    row.cells.push_back({model->is_oracle ? "" : budget.empty() ? "–" : html::escaped(budget)});
     (model->is_oracle ? oracles : rows).push_back(row);
     if (!model->is_oracle) values.push_back(mse);
   }

@@ -32,6 +32,15 @@ TEST_F(Report, NamesTheBestModelAndItsDistanceFromTheOracle) {
                               "model here closes."));
 }
 
+TEST_F(Report, SaysWhatAFitMayTry) {
+  edit("evaluation.json", [](nlohmann::json& evaluation) {
+    evaluation["summary"][2]["budget"] = "20 starts & 300 steps";
+  });
+  const std::string page = report_of_run(folder);
+  EXPECT_THAT(page, HasSubstr("budget</th>"));
+  EXPECT_THAT(page, HasSubstr("20 starts &amp; 300 steps"));
+}
+
 TEST_F(Report, SaysWhatFails) {
   EXPECT_THAT(report_of_run(folder), HasSubstr("Nothing failed"));
   edit("evaluation.json", [](nlohmann::json& evaluation) {
