@@ -185,11 +185,16 @@ std::string score_table(const Record& record) {
   std::vector<std::string> head{"model"};
   for (const double h : horizons) head.push_back(horizon(h));
   if (truth) head.emplace_back("friction");
-  for (const char* name : {"diverged", "parameters", "fit", "budget"}) head.emplace_back(name);
+  for (const char* name : {"diverged", "parameters", "fit"}) head.emplace_back(name);
+  const json& summaries = evaluation.at("summary");
+  const bool budgets = std::any_of(summaries.begin(), summaries.end(), [](const json& summary) {
+    return !summary.value("budget", "").empty();
+  });
+  if (budgets) head.emplace_back("budget");
 
   std::vector<Row> oracles, rows;
   std::vector<std::vector<double>> values;
-  for (const json& summary : evaluation.at("summary")) {
+  for (const json& summary : summaries) {
     const RunModel* model = find_model(record.run, summary.value("name", ""));
     if (model == nullptr) continue;
     Row row{{{dotted(*model)}}};
@@ -203,8 +208,7 @@ std::string score_table(const Record& record) {
         {model->is_oracle ? "" : fmt::format("{}", summary.value("parameters", 0))});
     row.cells.push_back(
         {model->is_oracle ? "" : html::number(number_in(summary, "fit_seconds")) + "&#8239;s"});
-    const std::string budget = summary.value("budget", "");
-    row.cells.push_back({model->is_oracle ? "" : budget.empty() ? "–" : html::escaped(budget)});
+    if (budgets) row.cells.push_back({html::escaped(summary.value("budget", ""))});
     (model->is_oracle ? oracles : rows).push_back(row);
     if (!model->is_oracle) values.push_back(mse);
   }

@@ -33,6 +33,7 @@ TEST_F(Report, NamesTheBestModelAndItsDistanceFromTheOracle) {
 }
 
 TEST_F(Report, SaysWhatAFitMayTry) {
+  EXPECT_THAT(report_of_run(folder), Not(HasSubstr("budget</th>")));
   edit("evaluation.json", [](nlohmann::json& evaluation) {
     evaluation["summary"][2]["budget"] = "20 starts & 300 steps";
   });

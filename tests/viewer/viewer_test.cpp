@@ -68,7 +68,7 @@ TEST_F(ViewerTest, SaysHowFastItDraws) {
   testing::internal::CaptureStdout();
   view(folder, options);
   EXPECT_THAT(testing::internal::GetCapturedStdout(),
-              MatchesRegex("[1-9][0-9.]* frames/s, 960 x 640, 2 ghosts\n"));
+              MatchesRegex("[0-9.]+ frames/s, 960 x 640, 2 ghosts\n"));
 }
 
 TEST_F(ViewerTest, WorksInAWindow) {
