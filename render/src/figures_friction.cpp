@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "figure_parts.hpp"
@@ -303,20 +302,20 @@ Figure friction_error(const Run& run) {
   return figure;
 }
 
-/// Unit of the states of the first joint's laws, as their headers say; empty where units mix.
+/// Unit of the states of the first joint's laws; empty where units mix.
 std::string unit_of_states(const friction::RobotFriction& model) {
-  static const std::map<std::string, std::string, std::less<>> kUnits{
-      {"dahl", "rad"}, {"lugre", "rad"}, {"maxwell_slip", "rad"}, {"gms", "N m"}};
-  std::set<std::string> units;
+  std::set<std::string_view> units;
+  const auto add = [&](std::span<const friction::LawInfo> table, std::string_view name) {
+    units.insert(std::ranges::find(table, name, &friction::LawInfo::name)->state_unit);
+  };
   for (const friction::LawSpec& law : model.joints().front().laws) {
-    const bool plays =
-        std::ranges::count(law.modifiers, "backlash", &friction::ModifierSpec::name) > 0;
-    if (plays) units.insert("rad");
-    if (const auto known = kUnits.find(law.law); known != kUnits.end()) units.insert(known->second);
-    if (law.law.starts_with("lvm")) units.insert("1");
+    add(friction::law_table(), law.law);
+    for (const friction::ModifierSpec& modifier : law.modifiers)
+      add(friction::modifier_table(), modifier.name);
   }
-  if (model.has_whole()) units.insert("1");
-  return units.size() == 1 ? *units.begin() : "";
+  if (model.has_whole()) add(friction::robot_law_table(), model.whole().law);
+  units.erase("");
+  return units.size() == 1 ? std::string(*units.begin()) : "";
 }
 
 Figure latent(const Run& run) {

@@ -28,6 +28,7 @@ class ViscousBristle {
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
+  static constexpr std::string_view kStateUnit = "rad";
 
   static constexpr int state_size() { return 1; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

@@ -229,9 +229,12 @@ TEST(RobotFriction, EveryTypicalValueIsWithinItsBoundsAndScale) {
       seen.push_back(p.symbol);
     }
   };
-  for (const LawInfo& law : law_table())
+  for (const LawInfo& law : law_table()) {
     for (const int n : {1, 2, kMaxElements})
       check(std::string(law.name), parameters_of_law(law.name, n));
+    const RobotFriction alone({{{{std::string(law.name), 1, {}}}}});
+    EXPECT_EQ(alone.state_size() > 0, !law.state_unit.empty()) << law.name;
+  }
   for (const LawInfo& modifier : modifier_table())
     for (int n = 1; n <= Ripple::kMostElements; ++n)
       check(std::string(modifier.name), parameters_of_modifier(modifier.name, n));

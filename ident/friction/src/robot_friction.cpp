@@ -223,9 +223,15 @@ void check_bounds(const Friction& friction, const std::vector<std::string>& join
 namespace {
 
 template <class Entry>
+constexpr std::string_view state_unit() {
+  if constexpr (requires { Entry::kStateUnit; }) return Entry::kStateUnit;
+  return "";
+}
+
+template <class Entry>
 constexpr LawInfo row() {
-  return {Entry::kName,   Entry::kEquation,    Entry::kSource, Entry::kMostElements > 0,
-          Entry::kClaims, Entry::kMostElements};
+  return {Entry::kName,   Entry::kEquation,     Entry::kSource,     Entry::kMostElements > 0,
+          Entry::kClaims, Entry::kMostElements, state_unit<Entry>()};
 }
 template <class... Entries>
 constexpr auto rows(std::tuple<Entries...>*) {
@@ -241,7 +247,8 @@ constexpr LawInfo robot_row() {
           Law::kSource,
           true,
           Claims{false, false, false, false, false},
-          Law::kMostElements};
+          Law::kMostElements,
+          state_unit<Law>()};
 }
 template <class... L>
 constexpr auto robot_rows(std::tuple<L...>*) {

@@ -74,6 +74,10 @@ struct Reads {
 //                        const S* z_next_bar, S* theta_bar, Input<S>& in_bar, S* z_bar) const;
 //     S    steady_torque(const S* theta, const Input<S>& in) const;   limit of torque at constant v
 //
+// where it has states,
+//
+//     static constexpr std::string_view kStateUnit;
+//
 // and, where networks are part of it,
 //
 //     void initialise(double* theta, Rng& rng) const;   writes the weights and nothing else

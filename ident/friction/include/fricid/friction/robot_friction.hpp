@@ -187,7 +187,8 @@ struct LawInfo {
   std::string_view source;
   bool has_elements;  ///< a run-time number of elements or width (laws) or terms (modifiers)
   Claims claims;
-  int most_elements;  ///< largest such number; 0 where has_elements is false
+  int most_elements;            ///< largest such number; 0 where has_elements is false
+  std::string_view state_unit;  ///< of its states; empty where it has none
 };
 std::span<const LawInfo> law_table();
 std::span<const LawInfo> modifier_table();

@@ -42,6 +42,7 @@ class Gms {
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = kMaxElements;
+  static constexpr std::string_view kStateUnit = "N m";
 
   /// @param elements N, 1 .. kMaxElements
   explicit constexpr Gms(int elements) : n_(elements) {}

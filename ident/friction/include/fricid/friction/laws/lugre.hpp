@@ -43,6 +43,7 @@ class BasicLuGre {
   static constexpr Claims kClaims{.dissipative = kFades};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
+  static constexpr std::string_view kStateUnit = "rad";
 
   static constexpr int state_size() { return 1; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

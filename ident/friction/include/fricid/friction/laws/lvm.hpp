@@ -53,6 +53,7 @@ class BasicLvm {
       .dissipative = false, .contracts = false, .semigroup = false, .settles = false};
   static constexpr Reads kReads{.load = true};
   static constexpr int kMostElements = 32;
+  static constexpr std::string_view kStateUnit = "1";
   static constexpr int kRateWidth = 8;
   static constexpr double kLogRateLimit = 3;  ///< |log rho| < this
 

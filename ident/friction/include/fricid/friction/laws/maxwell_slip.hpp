@@ -28,6 +28,7 @@ class MaxwellSlip {
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = kMaxElements;
+  static constexpr std::string_view kStateUnit = "rad";
 
   /// @param elements N, 1 .. kMaxElements
   explicit constexpr MaxwellSlip(int elements) : n_(elements) {}

@@ -39,6 +39,7 @@ class Backlash {
   static constexpr Claims kClaims{.contracts = false, .semigroup = false};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
+  static constexpr std::string_view kStateUnit = "rad";
 
   static constexpr int state_size() { return 1; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }

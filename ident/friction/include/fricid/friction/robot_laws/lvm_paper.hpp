@@ -28,6 +28,7 @@ class LvmPaper {
       "Vantilborgh et al., Probabilistic latent variable modeling for dynamic friction "
       "identification and estimation, 2024";
   static constexpr int kMostElements = 32;
+  static constexpr std::string_view kStateUnit = "1";
   static constexpr int kLatents = 2;
   static constexpr double kMost = 10;  ///< largest |z_i|
 

@@ -34,6 +34,7 @@ class Rnn {
       "benchmark of Vantilborgh et al., Probabilistic latent variable modeling for dynamic "
       "friction identification and estimation, 2024";
   static constexpr int kMostElements = 32;
+  static constexpr std::string_view kStateUnit = "1";
 
   /// @param joints    1 .. kMostJoints
   /// @param elements  units per layer, 1 .. kMostElements
