@@ -253,7 +253,7 @@ Image ArmPainter::paint(const View& view, int width, int height, std::span<const
 
   // onto the backdrop where the overlay draws all that moves
   std::vector<mjvGeom> meshes;
-  bool kept = backdrop_ == Backdrop{view, width, height};
+  const bool kept = backdrop_ == Backdrop{view, width, height};
   if (kept) set_scene(view, aspect, arms, mjCAT_DYNAMIC, true, meshes);
   if (kept && scene.ngeom == 0) {
     scene.flags[mjRND_SKYBOX] = 0;

@@ -83,8 +83,8 @@ film::Image paint(const Stage& stage, film::ArmPainter& painter, int width, int 
       arms.push_back({row_of(film.models[m].q, row), film::paint_of(film.models[m].colour, 0.5f)});
       trail(film.models[m].q, film::paint_of(film.models[m].colour));
     }
+    painter.keep_backdrop(stage.view, width, height);
   }
-  painter.keep_backdrop(stage.view, width, height);
   return painter.paint(stage.view, width, height, arms, trails);
 }
 

@@ -65,8 +65,8 @@ class ArmPainter {
               std::span<const Trail> trails = {});
 
   /// Draws what stands still once, for all pictures of this view and size that follow; one is kept
-  /// at a time. Does nothing where it is kept already, and where arms show on what stands still: by
-  /// their shadows or a mirror.
+  /// at a time. Pictures use it where all arms have a tint. Does nothing where it is kept already,
+  /// and where arms show on what stands still: by their shadows or a mirror.
   void keep_backdrop(const View& view, int width, int height);
 
   /// Where the tip is in the world [m].

@@ -73,7 +73,7 @@ class BasicLuGre {
   void torque_pullback(const S* theta, const Input<S>& in, const S* z, const S& tau_bar,
                        S* theta_bar, Input<S>& in_bar, S* z_bar) const {
     const StribeckCurve<S> g = curve(theta, in.v);
-    const S r = decay_rate(theta, in.v, g);
+    const S r = decay_rate(in.v, bristle_of(theta, g));
     const S sigma1 = bristle_damping(theta, g);
     const S dz = in.v - r * z[0];
     theta_bar[kSigma0] += tau_bar * z[0];
@@ -89,7 +89,7 @@ class BasicLuGre {
   void step_pullback(const S* theta, const Input<S>& in, double dt, const S* z, const S* z_next_bar,
                      S* theta_bar, Input<S>& in_bar, S* z_bar) const {
     const StribeckCurve<S> g = curve(theta, in.v);
-    const S r = decay_rate(theta, in.v, g);
+    const S r = decay_rate(in.v, bristle_of(theta, g));
     const BristleBar<S> bar = bristle_step_pullback(in.v, r, dt, z[0], z_next_bar[0]);
     in_bar.v += bar.v;
     z_bar[0] += bar.z;
@@ -122,13 +122,13 @@ class BasicLuGre {
   template <class S>
   static S torque_at(const S* theta, const S& v, const StribeckCurve<S>& g,
                      const Bristle<S>& bristle, const S& z) {
-    const S dz = v - abs(v) * bristle.per_level * z;
+    const S dz = v - decay_rate(v, bristle) * z;
     return theta[kSigma0] * z + bristle_damping(theta, g) * dz + theta[kSigma2] * v;
   }
 
   template <class S>  // r [1/s]
-  static S decay_rate(const S* theta, const S& v, const StribeckCurve<S>& g) {
-    return theta[kSigma0] * abs(v) / g.value;
+  static S decay_rate(const S& v, const Bristle<S>& bristle) {
+    return abs(v) * bristle.per_level;
   }
 
   template <class S>  // sigma1(v) [N m s/rad]
