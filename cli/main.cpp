@@ -7,6 +7,7 @@
 
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
 #include "fricid/base/progress.hpp"
 
 namespace {
@@ -29,6 +30,11 @@ void add_common(CLI::App& command, CommonOptions& common, const std::string& exa
   command.add_flag("--json", common.json, "result on stdout as JSON");
   command.add_flag("--fresh", common.fresh, "redo what is already there");
   command.footer("Example:\n  " + example);
+}
+
+/// One line, whatever text of files and of the command line is in it.
+void print_error(std::string_view message) {
+  std::fprintf(stderr, "fricid: %s\n", printable(message).c_str());
 }
 
 int exit_code_of(Verdict verdict) { return verdict == Verdict::kDone ? kDone : kVerdictNo; }
@@ -188,7 +194,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
-    std::fprintf(stderr, "fricid: %s\n", error.what());
+    print_error(error.what());
     return kUserMistake;
   }
   if (version) return print_version(), kDone;
@@ -202,13 +208,13 @@ int main(int argc, char** argv) {
   try {
     return exit_code_of(command());
   } catch (const UserError& error) {
-    std::fprintf(stderr, "fricid: %s\n", error.what());
+    print_error(error.what());
     return kUserMistake;
   } catch (const Stopped&) {
     std::fputs("fricid: stopped; the same command goes on from here\n", stderr);
     return kStopped;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "fricid: unexpected failure: %s\n", error.what());
+    print_error(fmt::format("unexpected failure: {}", error.what()));
     return kNumericalFailure;
   }
 }

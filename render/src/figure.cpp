@@ -8,23 +8,18 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/base/progress.hpp"
+#include "gnuplot.hpp"
 #include "program.hpp"
 
 namespace fricid::render {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A string of gnuplot's own.
-std::string quoted(const fs::path& path) {
-  std::string text = "'";
-  for (const char c : path.string()) text += c == '\'' ? "''" : std::string(1, c);
-  return text + "'";
-}
+using gnuplot::Script;
 
 struct Picture {
   std::string_view extension;
-  std::string terminal;
+  gnuplot::Script terminal;
   std::string_view ending;  ///< how a whole file ends, blank space aside
 };
 
@@ -32,15 +27,15 @@ std::array<Picture, 3> pictures_of(const Figure& figure) {
   const auto [width, height] = size_of(figure);
   constexpr double kSvgPerCm = 38, kPngPerCm = 80;
   return {
-      {{".pdf", fmt::format("pdfcairo size {:.2f}cm,{:.2f}cm font 'DejaVu Sans,7'", width, height),
+      {{".pdf", Script::of("pdfcairo size {:.2f}cm,{:.2f}cm font 'DejaVu Sans,7'", width, height),
         "%%EOF"},
        {".svg",
-        fmt::format("svg size {:.0f},{:.0f} font 'DejaVu Sans,9' linewidth 0.9", width * kSvgPerCm,
-                    height * kSvgPerCm),
+        Script::of("svg size {:.0f},{:.0f} font 'DejaVu Sans,9' linewidth 0.9", width * kSvgPerCm,
+                   height * kSvgPerCm),
         "</svg>"},
        {".png",
-        fmt::format("pngcairo size {:.0f},{:.0f} font 'DejaVu Sans,15' linewidth 2",
-                    width * kPngPerCm, height * kPngPerCm),
+        Script::of("pngcairo size {:.0f},{:.0f} font 'DejaVu Sans,15' linewidth 2",
+                   width * kPngPerCm, height * kPngPerCm),
         std::string_view("IEND\xae\x42\x60\x82")}}};
 }
 
@@ -60,11 +55,12 @@ void check_whole(const fs::path& part, std::string_view ending, const fs::path& 
 
 void draw(const Figure& figure, const fs::path& script, const std::array<fs::path, 3>& files) {
   const auto pictures = pictures_of(figure);
-  std::string commands;
+  Script commands;
   for (std::size_t i = 0; i < pictures.size(); ++i)
-    commands += fmt::format("set terminal {}; set output {}; load {}; unset output; ",
-                            pictures[i].terminal, quoted(files[i]), quoted(script));
-  const ProgramResult result = run_program({"gnuplot", "-e", commands});
+    commands += Script::of("set terminal {}; set output {}; load {}; unset output; ",
+                           pictures[i].terminal, gnuplot::file(files[i]), gnuplot::file(script));
+  const ProgramResult result =
+      run_program({"gnuplot", "--default-settings", "-e", commands.text()});
   throw_if_stopped();
   if (!result.found)
     throw UserError(

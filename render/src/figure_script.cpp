@@ -8,15 +8,19 @@
 #include <fmt/format.h>
 
 #include "fricid/render/simplify.hpp"
+#include "gnuplot.hpp"
 
 namespace fricid::render {
 namespace {
+
+using gnuplot::string_of, gnuplot::Script;
 
 constexpr double kRightCm = 0.3, kTitleCm = 0.55, kBottomCm = 1.15, kLabelCm = 0.3;
 constexpr double kLegendRowCm = 0.42, kLegendPadCm = 0.3, kLetterCm = 0.155, kSampleCm = 1.5;
 constexpr double kTolerance = 6e-4;  // of a panel's width or height
 
-constexpr std::string_view kStyle = R"(reset
+Script style() {
+  return Script::of(R"(reset
 set encoding utf8
 set border 3 lw 0.6
 set tics nomirror out scale 0.5
@@ -28,49 +32,44 @@ set bars 0.4
 set palette defined (-1 "#0072B2", 0 "#ffffff", 1 "#D55E00")
 set cbrange [-1:1]
 unset colorbox
-)";
-
-std::string quoted(std::string text) {
-  for (char& c : text)
-    if (c == '\'' || c == '\n') c = ' ';
-  return "'" + text + "'";
+)");
 }
 
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
+Script dashes(int dash) {
+  return dash <= 1   ? Script::of("1")
+         : dash == 2 ? Script::of("(9,4)")
+         : dash == 3 ? Script::of("(3,3)")
+                     : Script::of("(9,4,3,4)");
 }
 
-std::string style_of(const Series& series) {
-  static constexpr std::array<std::string_view, 4> kDashes{"1", "(9,4)", "(3,3)", "(9,4,3,4)"};
-  const auto dash = static_cast<std::size_t>(std::clamp(series.dash, 1, 4) - 1);
-  const std::string line =
-      fmt::format("lw {} lc rgb '{}' dt {}", series.width, series.colour, kDashes[dash]);
-  const std::string points =
-      fmt::format("pt {} ps {}", series.marker, series.mark == Mark::kLinePoints ? 0.55 : 0.7);
+Script style_of(const Series& series) {
+  const Script colour = string_of(series.colour);
+  const Script line =
+      Script::of("lw {} lc rgb {} dt {}", series.width, colour, dashes(series.dash));
+  const Script points =
+      Script::of("pt {} ps {}", series.marker, series.mark == Mark::kLinePoints ? 0.55 : 0.7);
   switch (series.mark) {
     case Mark::kLine:
-      return "with lines " + line;
+      return Script::of("with lines {}", line);
     case Mark::kLinePoints:
-      return "with linespoints " + line + " " + points;
+      return Script::of("with linespoints {} {}", line, points);
     case Mark::kPoints:
-      return "with points " + line + " " + points;
+      return Script::of("with points {} {}", line, points);
     case Mark::kBars:
-      return "with yerrorbars " + line + " " + points;
+      return Script::of("with yerrorbars {} {}", line, points);
     case Mark::kBand:
-      return fmt::format("with filledcurves fs transparent solid 0.22 noborder lc rgb '{}'",
-                         series.colour);
+      return Script::of("with filledcurves fs transparent solid 0.22 noborder lc rgb {}", colour);
     case Mark::kTiles:
-      return "with boxxyerror fs solid 1 noborder lc palette";
+      return Script::of("with boxxyerror fs solid 1 noborder lc palette");
   }
   return {};
 }
 
-std::string columns_of(Mark mark) {
-  return mark == Mark::kBars    ? "1:2:3:4"
-         : mark == Mark::kBand  ? "1:2:3"
-         : mark == Mark::kTiles ? "1:2:(0.5):(0.5):3"
-                                : "1:2";
+Script columns_of(Mark mark) {
+  return mark == Mark::kBars    ? Script::of("1:2:3:4")
+         : mark == Mark::kBand  ? Script::of("1:2:3")
+         : mark == Mark::kTiles ? Script::of("1:2:(0.5):(0.5):3")
+                                : Script::of("1:2");
 }
 
 /// Labels in order of first appearance, with the style they have there.
@@ -164,16 +163,16 @@ double tic_step(double span) {
   return decade * (raw <= decade ? 1 : raw <= 2 * decade ? 2 : raw <= 5 * decade ? 5 : 10);
 }
 
-std::string number(double value) { return fmt::format("{:.6g}", value); }
+Script number(double value) { return Script::of("{:.6g}", value); }
 
 /// The points of a line that show, with an empty line where it breaks.
-std::string line_data(const Series& series, const Axis& x_axis, const Axis& y_axis) {
-  std::string text;
+Script line_data(const Series& series, const Axis& x_axis, const Axis& y_axis) {
+  Script text;
   std::vector<double> x, y;
   std::size_t begin = 0;
   const auto flush = [&] {
     for (const std::size_t k : simplified(x, y, kTolerance))
-      text += fmt::format("{:.6g} {:.6g}\n", series.x[begin + k], series.y[begin + k]);
+      text += Script::of("{:.6g} {:.6g}\n", series.x[begin + k], series.y[begin + k]);
     x.clear();
     y.clear();
   };
@@ -186,15 +185,15 @@ std::string line_data(const Series& series, const Axis& x_axis, const Axis& y_ax
       continue;
     }
     flush();
-    text += "\n";
+    text += Script::of("\n");
   }
   flush();
   return text;
 }
 
-std::string series_data(const Series& series, const Axis& x_axis, const Axis& y_axis) {
+Script series_data(const Series& series, const Axis& x_axis, const Axis& y_axis) {
   if (series.mark == Mark::kLine) return line_data(series, x_axis, y_axis);
-  std::string text;
+  Script text;
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     std::vector<double> row{series.x[i]};
     if (series.mark != Mark::kBand) row.push_back(series.y[i]);
@@ -204,59 +203,67 @@ std::string series_data(const Series& series, const Axis& x_axis, const Axis& y_
     const bool drawn =
         std::all_of(row.begin(), row.end(), [](double v) { return std::isfinite(v); });
     if (drawn)
-      for (const double value : row) text += fmt::format("{:.6g} ", value);
-    text += "\n";
+      for (const double value : row) text += Script::of("{:.6g} ", value);
+    text += Script::of("\n");
   }
   return text;
 }
 
-std::string data_blocks(const Figure& figure) {
-  std::string text;
+Script data_blocks(const Figure& figure) {
+  Script text;
   for (std::size_t p = 0; p < figure.panels.size(); ++p) {
     const Panel& panel = figure.panels[p];
     const Axis x_axis(panel, &Series::x, panel.log_x, panel.x_range);
     const Axis y_axis(panel, &Series::y, panel.log_y, panel.y_range);
     for (std::size_t s = 0; s < panel.series.size(); ++s)
-      text += fmt::format("$d{}_{} << EOD\n{}EOD\n", p, s,
-                          series_data(panel.series[s], x_axis, y_axis));
+      text +=
+          Script::of("$d{}_{} << EOD\n{}EOD\n", p, s, series_data(panel.series[s], x_axis, y_axis));
   }
   return text;
 }
 
+/// What goes between the items of a list, before each but the first.
+Script separator(bool first, const Script& between) { return first ? Script() : between; }
+
 /// @param span  of the data, for tics at a distance that leaves room for their numbers; 0:
 /// gnuplot's
-std::string axis_text(char name, bool log, Range range,
-                      const std::vector<std::pair<double, std::string>>& tics, double span,
-                      bool upright = true) {
-  const auto bound = [](double value) { return std::isfinite(value) ? number(value) : "*"; };
-  std::string text = log ? fmt::format("set logscale {0}\nset format {0} '10^{{%L}}'\n", name)
-                         : fmt::format("unset logscale {0}\nset format {0} '%g'\n", name);
-  text += fmt::format("set {}range [{}:{}] noreverse\n", name, bound(range.low), bound(range.high));
+Script axis_text(char name, bool log, Range range,
+                 const std::vector<std::pair<double, std::string>>& tics, double span,
+                 bool upright = true) {
+  const auto bound = [](double value) {
+    return std::isfinite(value) ? number(value) : Script::of("*");
+  };
+  Script text = log ? Script::of("set logscale {0}\nset format {0} '10^{{%L}}'\n", name)
+                    : Script::of("unset logscale {0}\nset format {0} '%g'\n", name);
+  text += Script::of("set {}range [{}:{}] noreverse\n", name, bound(range.low), bound(range.high));
   if (tics.empty() && !log && span > 0)
-    return text + fmt::format("set {}tics norotate {}\n", name, number(tic_step(span)));
-  if (tics.empty()) return text + fmt::format("set {}tics norotate autofreq\n", name);
-  text += fmt::format("set {}tics {} noenhanced (", name,
-                      upright ? "norotate autojustify" : "rotate by 90 right");
+    return text + Script::of("set {}tics norotate {}\n", name, number(tic_step(span)));
+  if (tics.empty()) return text + Script::of("set {}tics norotate autofreq\n", name);
+  text +=
+      Script::of("set {}tics {} noenhanced (", name,
+                 upright ? Script::of("norotate autojustify") : Script::of("rotate by 90 right"));
   for (std::size_t i = 0; i < tics.size(); ++i)
-    text +=
-        fmt::format("{}{} {}", i == 0 ? "" : ", ", quoted(tics[i].second), number(tics[i].first));
-  return text + ")\n";
+    text += Script::of("{}{} {}", separator(i == 0, Script::of(", ")), gnuplot::tic(tics[i].second),
+                       number(tics[i].first));
+  return text + Script::of(")\n");
 }
 
-std::string plots_text(const Panel& panel, std::size_t p) {
-  std::string text = "plot ";
+Script next_plot() { return Script::of(", \\\n     "); }
+
+Script plots_text(const Panel& panel, std::size_t p) {
+  Script text = Script::of("plot ");
   bool first = true;
   for (std::size_t s = 0; s < panel.series.size(); ++s) {
     const Series& series = panel.series[s];
     if (series.x.empty()) continue;
-    text += fmt::format("{}$d{}_{} using {} {} notitle", first ? "" : ", \\\n     ", p, s,
-                        columns_of(series.mark), style_of(series));
+    text += Script::of("{}$d{}_{} using {} {} notitle", separator(first, next_plot()), p, s,
+                       columns_of(series.mark), style_of(series));
     first = false;
   }
-  return text + (first ? "NaN notitle\n" : "\n");
+  return text + (first ? Script::of("NaN notitle\n") : Script::of("\n"));
 }
 
-std::string panel_text(const Figure& figure, std::size_t p, Layout layout) {
+Script panel_text(const Figure& figure, std::size_t p, Layout layout) {
   const Panel& panel = figure.panels[p];
   const int columns = columns_of(figure);
   const auto row = static_cast<int>(p) / columns, column = static_cast<int>(p) % columns;
@@ -264,16 +271,16 @@ std::string panel_text(const Figure& figure, std::size_t p, Layout layout) {
   const double top =
       layout.legend + row * (figure.panel_height_cm + kTitleCm + bottom_cm(figure)) + kTitleCm;
 
-  std::string text = fmt::format(
+  Script text = Script::of(
       "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n"
       "set bmargin at screen {:.5f}\n",
       (column * cell + figure.left_cm) / layout.width,
       ((column + 1) * cell - kRightCm) / layout.width, 1 - top / layout.height,
       1 - (top + figure.panel_height_cm) / layout.height);
-  text += fmt::format(
+  text += Script::of(
       "set title {} noenhanced\nset xlabel {} noenhanced\n"
       "set label 1 {} at screen {:.5f}, graph 0.5 center rotate noenhanced\n",
-      quoted(panel.title), quoted(panel.x_label), quoted(panel.y_label),
+      string_of(panel.title), string_of(panel.x_label), string_of(panel.y_label),
       (column * cell + kLabelCm) / layout.width);
   const Axis x_axis(panel, &Series::x, panel.log_x, panel.x_range);
   const double span = x_axis.span();
@@ -282,10 +289,10 @@ std::string panel_text(const Figure& figure, std::size_t p, Layout layout) {
          axis_text('y', panel.log_y, panel.y_range, panel.y_tics, 0) + plots_text(panel, p);
 }
 
-std::string legend_text(const Figure& figure, Layout layout) {
+Script legend_text(const Figure& figure, Layout layout) {
   const auto legend = legend_of(figure);
   if (legend.empty()) return {};
-  std::string text = fmt::format(
+  Script text = Script::of(
       "set lmargin at screen 0\nset rmargin at screen 1\nset tmargin at screen 1\n"
       "set bmargin at screen {:.5f}\nunset border\nunset tics\nunset grid\nunset title\n"
       "unset xlabel\nunset label\nunset logscale\n"
@@ -293,9 +300,9 @@ std::string legend_text(const Figure& figure, Layout layout) {
       "set xrange [0:1]\nset yrange [0:1]\nplot ",
       1 - layout.legend / layout.height);
   for (std::size_t i = 0; i < legend.size(); ++i)
-    text += fmt::format("{}NaN {} title {} noenhanced", i == 0 ? "" : ", \\\n     ",
-                        style_of(*legend[i]), quoted(legend[i]->label));
-  return text + "\n";
+    text += Script::of("{}NaN {} title {} noenhanced", separator(i == 0, next_plot()),
+                       style_of(*legend[i]), string_of(legend[i]->label));
+  return text + Script::of("\n");
 }
 
 }  // namespace
@@ -307,16 +314,17 @@ FigureSize size_of(const Figure& figure) {
 
 std::string script_of(const Figure& figure) {
   const Layout layout = layout_of(figure);
-  std::string text = fmt::format(
-      "# {}\n# gnuplot -e \"set terminal pdfcairo size {:.2f}cm,{:.2f}cm; set output '{}.pdf'\" "
-      "{}.gp\n",
-      one_line(figure.caption), layout.width, layout.height, figure.name, figure.name);
-  text += kStyle;
+  Script text = gnuplot::comment(figure.caption);
+  text += gnuplot::comment(
+      fmt::format("gnuplot -e \"set terminal pdfcairo size {:.2f}cm,{:.2f}cm; set output "
+                  "'{}.pdf'\" {}.gp",
+                  layout.width, layout.height, figure.name, figure.name));
+  text += style();
   text += data_blocks(figure);
-  text += "set multiplot\nunset key\n";
+  text += Script::of("set multiplot\nunset key\n");
   for (std::size_t p = 0; p < figure.panels.size(); ++p) text += panel_text(figure, p, layout);
-  text += legend_text(figure, layout) + "unset multiplot\n";
-  return text;
+  text += legend_text(figure, layout) + Script::of("unset multiplot\n");
+  return text.text();
 }
 
 }  // namespace fricid::render

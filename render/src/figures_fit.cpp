@@ -4,6 +4,7 @@
 #include <map>
 
 #include "figure_parts.hpp"
+#include "fricid/base/names.hpp"
 #include "json_files.hpp"
 #include "welch.hpp"
 
@@ -342,7 +343,7 @@ void add_sign(double x, double y, double value, Series& strokes) {
 }
 
 Figure correlation(const Run& run, const RunModel& model) {
-  Figure figure{.name = "correlation_" + model.name, .left_cm = 2.1};
+  Figure figure{.name = file_stem("correlation_" + model.name), .left_cm = 2.1};
   figure.caption = fmt::format(
       "{}: correlation of the errors of its fitted parameters, joint by joint: white 0, vermilion "
       "1, blue -1; with its sign from 0.5 on, in bold from 0.9 on, where the data know a "

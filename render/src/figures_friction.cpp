@@ -3,6 +3,7 @@
 #include <set>
 
 #include "figure_parts.hpp"
+#include "fricid/base/names.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/system/driven_friction.hpp"
 #include "json_files.hpp"
@@ -130,7 +131,7 @@ Eigen::Index shown_states(const friction::RobotFriction& model) {
 }  // namespace
 
 Figure torque(const Run& run, const RunModel& model) {
-  Figure figure{.name = "torque_" + model.name};
+  Figure figure{.name = file_stem("torque_" + model.name)};
   figure.caption = fmt::format(
       "Motor torque on {} as {} predicts it along the measured motion, and what is left.",
       run.trajectory, model.label);
@@ -153,7 +154,7 @@ Figure torque(const Run& run, const RunModel& model) {
 
 Figure friction_loop(const Run& run, int joint) {
   const std::string& name = run.joint(joint);
-  Figure figure{.name = "friction_" + name};
+  Figure figure{.name = file_stem("friction_" + name)};
   figure.caption = fmt::format(
       "Friction characteristic of {} on {}: torque of each model driven by the measured motion, "
       "against velocity.{}",

@@ -23,15 +23,6 @@ inline nlohmann::json read_json_if_there(const std::filesystem::path& file) {
   return root;
 }
 
-/// @throws UserError when the folder has none, or it lists no models
-inline nlohmann::json read_evaluation(const std::filesystem::path& folder) {
-  auto evaluation = read_json_if_there(folder / "evaluation.json");
-  if (!evaluation.contains("models"))
-    throw UserError("{}: found no evaluation; run `fricid evaluate` first",
-                    (folder / "evaluation.json").string());
-  return evaluation;
-}
-
 /// A number of an object; NaN when it is missing or null, as JSON writes what is not finite.
 inline double number_in(const nlohmann::json& object, const std::string& key) {
   const auto found = object.is_object() ? object.find(key) : object.end();

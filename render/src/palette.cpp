@@ -6,6 +6,7 @@
 #include <map>
 #include <string_view>
 
+#include "fricid/evaluate/evaluation_file.hpp"
 #include "json_files.hpp"
 
 namespace fricid::render {
@@ -70,7 +71,7 @@ Look look_of_law(const std::string& law, int again) {
 }
 
 std::vector<RunModel> models_of_run(const std::filesystem::path& folder) {
-  const auto evaluation = read_evaluation(folder);
+  const auto evaluation = evaluate::load_evaluation(folder);
   std::vector<RunModel> models;
   std::map<std::string, int> uses;
   for (const auto& entry : evaluation.at("models")) {

@@ -1,5 +1,6 @@
 #include "run.hpp"
 
+#include "fricid/evaluate/evaluation_file.hpp"
 #include "json_files.hpp"
 
 namespace fricid::render {
@@ -49,7 +50,7 @@ friction::Friction friction_of_truth(const data::H5Reader& file, const fs::path&
 Run read_run(const fs::path& folder) {
   Run run;
   run.folder = folder;
-  run.evaluation = read_evaluation(folder);
+  run.evaluation = evaluate::load_evaluation(folder);
   run.models = models_of_run(folder);
   run.trajectory = run.evaluation.at("trajectories").at(0).get<std::string>();
   run.measured = data::load_dataset(folder / "data" / (run.trajectory + ".h5"));

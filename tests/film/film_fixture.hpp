@@ -82,7 +82,8 @@ class FilmFolder : public TemporaryFolder {
     add("lugre", 0.05, false);
     add("dahl", 0.06, false);
     add("gms", 0.02, false);
-    write_file_atomically(folder / "evaluation.json", json{{"scene", "swing"},
+    write_file_atomically(folder / "evaluation.json", json{{"format", "fricid.evaluation/1"},
+                                                           {"scene", "swing"},
                                                            {"horizons_s", {1, 2}},
                                                            {"trajectories", {"validation_0"}},
                                                            {"models", models},

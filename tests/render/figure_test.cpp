@@ -9,6 +9,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/render/palette.hpp"
+#include "hostile_text.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::render {
@@ -43,7 +44,7 @@ TEST_F(WriteFigure, ScriptHoldsTheDataAndOneLegend) {
   write_figure(two_panels(), folder);
   const std::string script = read_file(folder / "pair.gp");
   EXPECT_EQ(count(script, "0 1\n\n2 3\nEOD"), 2);  // what is not a number breaks the line
-  EXPECT_EQ(count(script, "title 'it s 5 %'"), 1);
+  EXPECT_EQ(count(script, "title \"it\\047s 5 \\045\""), 1);
   EXPECT_EQ(count(script, "\nset logscale y"), 1);
   EXPECT_EQ(count(script, "lc rgb '#123456'"), 3);
 }
@@ -55,6 +56,73 @@ TEST_F(WriteFigure, WithoutGnuplotTheScriptIsThereAllTheSame) {
   setenv("PATH", path.c_str(), 1);
   EXPECT_TRUE(std::filesystem::exists(folder / "pair.gp"));
   EXPECT_FALSE(std::filesystem::exists(folder / "pair.pdf"));
+}
+
+/// A figure that says `text` everywhere it can.
+Figure saying(const std::string& text) {
+  Figure figure = two_panels();
+  figure.caption = text;
+  Panel& panel = figure.panels[0];
+  panel.title = panel.x_label = panel.y_label = panel.series[0].label = text;
+  panel.x_tics = {{0, text}, {1, "one"}};
+  panel.y_tics = {{1, text}};
+  return figure;
+}
+
+/// Works in a folder for as long as it lives.
+class WorkingFolder {
+ public:
+  explicit WorkingFolder(const std::filesystem::path& folder)
+      : before_(std::filesystem::current_path()) {
+    std::filesystem::current_path(folder);
+  }
+  ~WorkingFolder() { std::filesystem::current_path(before_); }
+  WorkingFolder(const WorkingFolder&) = delete;
+  WorkingFolder& operator=(const WorkingFolder&) = delete;
+
+ private:
+  std::filesystem::path before_;
+};
+
+/// Runs a command by the shell. @return its exit status
+int shell(const std::string& command) { return std::system(command.c_str()); }
+
+TEST_F(WriteFigure, TextIsDrawnAndNeverRun) {
+  const WorkingFolder here(folder);
+  int files = 0;
+  for (const std::string& text : hostile_texts()) {
+    SCOPED_TRACE(text);
+    write_figure(saying(text), folder);
+    std::filesystem::rename("pair.svg", fmt::format("{}.svg", files++));
+    EXPECT_FALSE(std::filesystem::is_regular_file("marker"));
+  }
+  EXPECT_EQ(shell("python3 -c 'import glob, xml.dom.minidom as x; "
+                  "[x.parse(f) for f in glob.glob(\"*.svg\")]'"),
+            0);
+}
+
+TEST_F(WriteFigure, TheScriptBesideAPictureIsRunnableAndRunsNothingElse) {
+  const WorkingFolder here(folder);
+  for (const std::string& text : hostile_texts()) {
+    SCOPED_TRACE(text);
+    write_file_atomically("pair.gp", script_of(saying(text)));
+    EXPECT_EQ(shell("gnuplot -e \"set terminal svg; set output 'own.svg'\" pair.gp 2>/dev/null"),
+              0);
+    EXPECT_FALSE(std::filesystem::is_regular_file("marker"));
+  }
+}
+
+TEST_F(WriteFigure, FoldersOfAnyNameAreFolders) {
+  const WorkingFolder here(folder);
+  for (std::string name : hostile_texts()) {
+    std::erase(name, '/');  // no part of a name
+    std::erase(name, '\0');
+    if (name.empty() || name.size() > 200 || name.starts_with('.')) continue;
+    SCOPED_TRACE(name);
+    write_figure(two_panels(), name);
+    EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(name) / "pair.png"));
+    EXPECT_FALSE(std::filesystem::is_regular_file("marker"));
+  }
 }
 
 TEST_F(WriteFigure, SaysWhichLineGnuplotRefused) {
@@ -98,8 +166,8 @@ TEST_F(WriteFigure, KilledGnuplotIsSaid) {
 TEST_F(WriteFigure, TornPictureIsRefused) {
   // What a full disk leaves: gnuplot ends well, the end of its file is missing.
   const FakeGnuplot gnuplot(folder,
-                            "for f in $(echo \"$2\" | tr ';' '\\n' | sed -n \"s/.*set output "
-                            "'\\(.*\\)'/\\1/p\"); do echo torn > $f; done\n");
+                            "for f in $(echo \"$3\" | tr ';' '\\n' | sed -n 's/.*set output "
+                            "\"\\(.*\\)\"/\\1/p'); do echo torn > $f; done\n");
   try {
     write_figure(two_panels(), folder);
     FAIL() << "accepted";

@@ -93,7 +93,8 @@ class RunFolder : public TemporaryFolder {
     json simple = model("simple", false);
     for (const double mse : {4.0, 16.0})
       simple["trajectories"].push_back({{"q_mse_joint", {{1, mse}, {1, 1}}}});
-    const json evaluation{{"scene", "two joints"},
+    const json evaluation{{"format", "fricid.evaluation/1"},
+                          {"scene", "two joints"},
                           {"horizons_s", {1, 10}},
                           {"trajectories", {"validation_0"}},
                           {"models", {model("simulator", true), model("oracle", true), simple}},

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
 #include "fricid/dynamics/robot_model.hpp"
 
 namespace fricid::dynamics {
@@ -81,6 +82,12 @@ double non_negative(const tinyxml2::XMLAttribute& attribute, const std::string& 
   return value;
 }
 
+/// An element without a name is urdfdom's to refuse.
+void check_name(Named kind, const tinyxml2::XMLElement& element, const std::string& source) {
+  if (const char* name = element.Attribute("name"))
+    require_name(kind, name, fmt::format("{}:{}", source, element.GetLineNum()));
+}
+
 Document read_document(const std::string& text, const std::string& source) {
   tinyxml2::XMLDocument xml;
   if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
@@ -89,10 +96,14 @@ Document read_document(const std::string& text, const std::string& source) {
   if (!robot) throw UserError("{}: no <robot> element", source);
 
   Document document{.source = source, .link_lines = {}, .joints = {}};
-  for (auto* e = robot->FirstChildElement("link"); e; e = e->NextSiblingElement("link"))
+  check_name(Named::kRobot, *robot, source);
+  for (auto* e = robot->FirstChildElement("link"); e; e = e->NextSiblingElement("link")) {
+    check_name(Named::kLink, *e, source);
     if (e->Attribute("name")) document.link_lines[e->Attribute("name")] = e->GetLineNum();
+  }
   int order = 0;
   for (auto* e = robot->FirstChildElement("joint"); e; e = e->NextSiblingElement("joint")) {
+    check_name(Named::kJoint, *e, source);
     if (!e->Attribute("name")) continue;
     JointElement& joint = document.joints[e->Attribute("name")];
     joint.line = e->GetLineNum();

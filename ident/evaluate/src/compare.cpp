@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
-#include "fricid/base/files.hpp"
+#include "fricid/evaluate/evaluation_file.hpp"
 #include "json.hpp"
 #include "markdown.hpp"
 
@@ -41,18 +41,7 @@ struct Run {
   }
 };
 
-Run read_run(const std::filesystem::path& folder) {
-  const std::filesystem::path file = folder / "evaluation.json";
-  if (!std::filesystem::exists(file))
-    throw UserError(
-        "{}: found no evaluation.json; allowed: run folders that `fricid run` or "
-        "`fricid evaluate` finished",
-        folder.string());
-  Run run{folder, Json::parse(read_file(file), nullptr, false)};
-  if (run.json.is_discarded() || run.json.value("format", "") != "fricid.evaluation/1")
-    throw UserError("{}: found no \"format\": \"fricid.evaluation/1\"", file.string());
-  return run;
-}
+Run read_run(const std::filesystem::path& folder) { return {folder, load_evaluation(folder)}; }
 
 ComparedModel compare_model(const std::string& name, std::span<const Run> runs,
                             std::size_t horizons) {

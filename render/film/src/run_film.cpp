@@ -8,6 +8,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/data/dataset.hpp"
+#include "fricid/evaluate/evaluation_file.hpp"
 #include "fricid/evaluate/trajectory.hpp"
 #include "fricid/render/palette.hpp"
 
@@ -101,7 +102,7 @@ std::string describe(const friction::Friction& friction) {
 
 RunFilm read_film(const fs::path& folder, const data::Experiment& experiment) {
   const std::vector<render::RunModel> models = render::models_of_run(folder);
-  const auto evaluation = nlohmann::json::parse(read_file(folder / "evaluation.json"));
+  const auto evaluation = evaluate::load_evaluation(folder);
 
   RunFilm film;
   film.scene = experiment.name;

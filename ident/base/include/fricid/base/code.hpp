@@ -1,0 +1,56 @@
+// Text in the syntax of another language, as a type: a string that came from a file cannot get into
+// it but through that language's quoting.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+namespace fricid {
+
+/// What a quoting function vouches for; only those make one.
+struct Vouched {
+  std::string text;
+};
+
+/// A piece of gnuplot script, XML, Markdown ...
+/// @tparam Language  an empty tag
+template <class Language>
+class Code {
+ private:
+  template <class Arg>
+  using Part = std::conditional_t<std::is_arithmetic_v<Arg>, Arg, std::string_view>;
+
+ public:
+  Code() = default;
+  /// For quoting functions alone.
+  explicit Code(Vouched quoted) : text_(std::move(quoted.text)) {}
+
+  /// A literal with numbers and pieces of the same language in it. Nothing else compiles.
+  template <class... Args>
+  static Code of(fmt::format_string<Part<Args>...> format, const Args&... args) {
+    return Code(Vouched{fmt::format(format, Part<Args>(part_of(args))...)});
+  }
+
+  Code& operator+=(const Code& other) {
+    text_ += other.text_;
+    return *this;
+  }
+  friend Code operator+(Code left, const Code& right) { return left += right; }
+
+  bool empty() const { return text_.empty(); }
+  const std::string& text() const { return text_; }
+
+ private:
+  static std::string_view part_of(const Code& code) { return code.text_; }
+  template <class Number>
+  requires std::is_arithmetic_v<Number>
+  static Number part_of(Number number) { return number; }
+
+  std::string text_;
+};
+
+}  // namespace fricid
