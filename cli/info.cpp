@@ -50,10 +50,10 @@ void print_hdf5(const std::filesystem::path& path, bool csv, bool json) {
     tables[name] = {{"rows", table.rows()}, {"columns", table.cols()}, {"unit", file.unit(name)}};
   }
   const nlohmann::json summary{
-      {"format", format}, {"joints", file.texts_attribute("joint_names")}, {"tables", tables}};
+      {"format", format}, {"joints", file.joint_names()}, {"tables", tables}};
   if (json) return print(summary.dump(2) + "\n");
   print(fmt::format("{}: {}\njoints: {}\n", path.string(), format,
-                    fmt::join(file.texts_attribute("joint_names"), " ")));
+                    fmt::join(file.joint_names(), " ")));
   for (const auto& [name, table] : tables.items())
     print(fmt::format("  {:<14}{:>8} x {:<4}{}\n", name, table["rows"].get<int>(),
                       table["columns"].get<int>(), table["unit"].get<std::string>()));

@@ -5,39 +5,55 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "fricid/base/code.hpp"
+#include "fricid/base/names.hpp"
+
 namespace fricid::sim {
 namespace {
 
-std::string numbers(const Eigen::Vector3d& x) {
-  return fmt::format("{:.17g} {:.17g} {:.17g}", x[0], x[1], x[2]);
+using Xml = Code<struct XmlLanguage>;
+
+/// Text as an attribute with its quotes.
+Xml attribute(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : printable(text))
+    result += c == '&'   ? std::string("&amp;")
+              : c == '<' ? std::string("&lt;")
+              : c == '"' ? std::string("&quot;")
+                         : std::string(1, c);
+  return Xml(Vouched{result + "\""});
+}
+
+Xml numbers(const Eigen::Vector3d& x) {
+  return Xml::of("{:.17g} {:.17g} {:.17g}", x[0], x[1], x[2]);
 }
 
 // Mass, centre and central inertia of link i from the standard parameters.
-std::string inertial(const dynamics::RobotModel& robot, int i) {
+Xml inertial(const dynamics::RobotModel& robot, int i) {
   const Eigen::VectorXd pi = robot.pi.segment(10 * i, 10);
   const double m = pi[0];
   const Eigen::Vector3d c = pi.segment<3>(1) / m;
   Eigen::Matrix3d I;
   I << pi[4], pi[5], pi[7], pi[5], pi[6], pi[8], pi[7], pi[8], pi[9];
   I -= m * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
-  return fmt::format(
+  return Xml::of(
       "<inertial mass=\"{:.17g}\" pos=\"{}\" fullinertia=\"{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} "
       "{:.17g}\"/>\n",
       m, numbers(c), I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2));
 }
 
 // A capsule from the joint to where the link goes on, or to its centre of mass.
-std::string shape(const Eigen::Vector3d& end) {
+Xml shape(const Eigen::Vector3d& end) {
   constexpr double kThickness = 0.12, kThinnest = 0.015;  // share of the length, [m]
   const double length = end.norm();
-  const std::string looks = "contype=\"0\" conaffinity=\"0\" rgba=\"0.85 0.45 0.1 1\"/>\n";
-  if (length < kThinnest) return fmt::format("<geom type=\"sphere\" size=\"0.03\" {}", looks);
-  return fmt::format("<geom type=\"capsule\" size=\"{:.4g}\" fromto=\"0 0 0 {}\" {}",
-                     std::max(kThinnest, kThickness * length), numbers(end), looks);
+  const Xml looks = Xml::of("contype=\"0\" conaffinity=\"0\" rgba=\"0.85 0.45 0.1 1\"/>\n");
+  if (length < kThinnest) return Xml::of("<geom type=\"sphere\" size=\"0.03\" {}", looks);
+  return Xml::of("<geom type=\"capsule\" size=\"{:.4g}\" fromto=\"0 0 0 {}\" {}",
+                 std::max(kThinnest, kThickness * length), numbers(end), looks);
 }
 
-std::string bodies_of(const dynamics::RobotModel& robot, int parent) {
-  std::string text;
+Xml bodies_of(const dynamics::RobotModel& robot, int parent) {
+  Xml text;
   for (int i = 0; i < robot.n(); ++i) {
     const dynamics::Joint& joint = robot.joints[static_cast<std::size_t>(i)];
     if (joint.parent != parent) continue;
@@ -46,12 +62,13 @@ std::string bodies_of(const dynamics::RobotModel& robot, int parent) {
     for (const dynamics::Joint& child : robot.joints)
       if (child.parent == i && child.p0.norm() > end.norm()) end = child.p0;
     const bool revolute = joint.type == dynamics::JointType::kRevolute;
-    text += fmt::format(
-        "<body name=\"{}\" pos=\"{}\" quat=\"{:.17g} {:.17g} {:.17g} {:.17g}\">\n"
-        "<joint name=\"{}\" type=\"{}\" axis=\"{}\" armature=\"{:.17g}\"/>\n",
-        joint.link, numbers(joint.p0), turn.w(), turn.x(), turn.y(), turn.z(), joint.name,
-        revolute ? "hinge" : "slide", numbers(joint.axis), robot.pi[robot.armature_begin() + i]);
-    text += inertial(robot, i) + shape(end) + bodies_of(robot, i) + "</body>\n";
+    text += Xml::of(
+        "<body name={} pos=\"{}\" quat=\"{:.17g} {:.17g} {:.17g} {:.17g}\">\n"
+        "<joint name={} type={} axis=\"{}\" armature=\"{:.17g}\"/>\n",
+        attribute(joint.link), numbers(joint.p0), turn.w(), turn.x(), turn.y(), turn.z(),
+        attribute(joint.name), attribute(revolute ? "hinge" : "slide"), numbers(joint.axis),
+        robot.pi[robot.armature_begin() + i]);
+    text += inertial(robot, i) + shape(end) + bodies_of(robot, i) + Xml::of("</body>\n");
   }
   return text;
 }
@@ -59,13 +76,14 @@ std::string bodies_of(const dynamics::RobotModel& robot, int parent) {
 }  // namespace
 
 std::string mjcf_of(const dynamics::RobotModel& robot) {
-  return fmt::format(
-      "<mujoco model=\"{}\">\n<compiler angle=\"radian\" balanceinertia=\"false\"/>\n"
-      "<option gravity=\"0 0 {:.17g}\"/>\n<worldbody>\n<light pos=\"1 -1 3\" dir=\"-0.3 0.3 "
-      "-1\"/>\n"
-      "<body name=\"carrier of the robot\">\n<geom type=\"cylinder\" size=\"0.06 0.02\" "
-      "contype=\"0\" conaffinity=\"0\"/>\n{}</body>\n</worldbody>\n</mujoco>\n",
-      robot.name, -robot.gravity.norm(), bodies_of(robot, -1));
+  return Xml::of(
+             "<mujoco model={}>\n<compiler angle=\"radian\" balanceinertia=\"false\"/>\n"
+             "<option gravity=\"0 0 {:.17g}\"/>\n<worldbody>\n<light pos=\"1 -1 3\" dir=\"-0.3 0.3 "
+             "-1\"/>\n"
+             "<body name=\"carrier of the robot\">\n<geom type=\"cylinder\" size=\"0.06 0.02\" "
+             "contype=\"0\" conaffinity=\"0\"/>\n{}</body>\n</worldbody>\n</mujoco>\n",
+             attribute(robot.name), -robot.gravity.norm(), bodies_of(robot, -1))
+      .text();
 }
 
 }  // namespace fricid::sim

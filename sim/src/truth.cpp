@@ -90,7 +90,7 @@ Truth load_truth(const std::filesystem::path& path) {
   const data::H5Reader file(path, kFormat);
   Truth truth;
   truth.name = path.stem().string();
-  truth.joint_names = file.texts_attribute("joint_names");
+  truth.joint_names = file.joint_names();
   truth.rate_hz = file.number_attribute("rate_hz");
   truth.trace.t = file.vector("t");
   for (const Table& table : kTables) truth.trace.*table.values = file.matrix(table.name);

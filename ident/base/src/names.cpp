@@ -107,6 +107,13 @@ std::string shortened(std::string_view text) {
   return text.size() > kLongestQuote ? shown + "..." : shown;
 }
 
+bool is_sized(std::string_view name) { return !name.empty() && name.size() <= kLongestName; }
+
+/// Not hidden, not an option of a program.
+bool begins_a_file(std::string_view name) {
+  return name.front() != '-' && name.front() != '.' && name.front() != ' ';
+}
+
 [[noreturn]] void refuse(Named kind, std::string_view name, std::string_view place,
                          std::string_view allowed) {
   throw UserError("{}: name of a {} = \"{}\"; allowed: {}", place, word_of(kind), shortened(name),
@@ -116,22 +123,34 @@ std::string shortened(std::string_view text) {
 }  // namespace
 
 void require_written_name(Named kind, std::string_view name, std::string_view place) {
-  const bool word = kind == Named::kJoint || kind == Named::kLink || kind == Named::kRobot;
-  const bool model = kind == Named::kModel;
-  const bool sized = !name.empty() && name.size() <= kLongestName;
-  if (word) {
-    if (!sized || name.front() == ' ' || name.back() == ' ' || !is_made_of(name, " _-.()/:", true))
-      refuse(kind, name, place,
-             "1 to 100 letters, digits, space and _ - . ( ) / :, no space at the ends");
-    return;
+  switch (kind) {
+    case Named::kJoint:
+    case Named::kLink:
+    case Named::kRobot:
+      if (!is_sized(name) || name.front() == ' ' || name.back() == ' ' ||
+          !is_made_of(name, " _-.()/:", true))
+        refuse(kind, name, place,
+               "1 to 100 letters, digits, space and _ - . ( ) / :, no space at the ends");
+      return;
+    case Named::kScene:
+      if (!is_sized(name) || !begins_a_file(name) || name.front() == '(' || name.back() == ' ' ||
+          name.back() == '.' || !is_made_of(name, " _-.()", true))
+        refuse(kind, name, place,
+               "1 to 100 letters, digits, space and _ - . ( ), beginning with a letter, digit or "
+               "_, not ending with a space or dot");
+      return;
+    case Named::kModel:
+      if (!is_sized(name) || !begins_a_file(name) || !is_made_of(name, "_-.", false))
+        refuse(kind, name, place, "1 to 100 letters, digits, _ - and ., not beginning with - or .");
+      return;
+    case Named::kTrajectory:
+      if (!is_sized(name) || !begins_a_file(name) || !all_show(name) ||
+          name.find_first_of("/\\") != name.npos)
+        refuse(kind, name, place,
+               "1 to 100 letters and signs that show, without / and \\, not beginning with - . or "
+               "a space");
+      return;
   }
-  const bool ends = sized && name.front() != '-' && name.front() != '.' && name.front() != ' ' &&
-                    name.front() != '(' && name.back() != ' ' && name.back() != '.';
-  if (!ends || !is_made_of(name, model ? "_-" : " _-.()", !model))
-    refuse(kind, name, place,
-           model ? "1 to 100 letters, digits, _ and -, not beginning with -"
-                 : "1 to 100 letters, digits, space and _ - . ( ), beginning with a letter, digit "
-                   "or _, not ending with a space or dot");
 }
 
 void require_name(Named kind, std::string_view name, std::string_view place) {

@@ -9,6 +9,8 @@
 #include <csignal>
 #include <cstdio>
 
+#include "fricid/base/names.hpp"
+
 namespace fricid {
 namespace {
 
@@ -42,7 +44,7 @@ std::string progress_line(std::string_view stage, double done, double total, dou
   if (rate > 0)
     line += fmt::format("  {:.3g}/s  ETA {}", rate, clock_time(std::max(total - done, 0.0) / rate));
   if (!figure.empty()) line += fmt::format("  {}", figure);
-  return line;
+  return printable(line);
 }
 
 Progress::Progress(std::string_view stage, double total)

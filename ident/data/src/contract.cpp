@@ -5,6 +5,7 @@
 
 #include "columns_of_joints.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
 #include "toml_file.hpp"
 #include "toml_reader.hpp"
 #include "toml_writer.hpp"
@@ -89,6 +90,8 @@ Contract load_contract(const std::filesystem::path& path) {
   TomlReader names(file.table, "", file.path, none);
   names("joint_names", contract.joint_names, required(text("joints of the robot")));
   const Names joints = contract.joint_names;
+  for (const std::string& joint : joints)
+    require_name(Named::kJoint, joint, place_of_key(file, "joint_names"));
   TomlReader reader(file.table, "", file.path, joints);
   contract.visit(reader);
   reader.refuse_unknown();

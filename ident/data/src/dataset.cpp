@@ -5,6 +5,7 @@
 
 #include "check_times.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
 
 namespace fricid::data {
 namespace {
@@ -124,9 +125,10 @@ Dataset load_dataset(const std::filesystem::path& path) {
   const H5Reader file(path, kFormat);
   Dataset d;
   d.name = path.stem().string();
-  d.joint_names = file.texts_attribute("joint_names");
+  require_name(Named::kTrajectory, d.name, path.string());
+  d.joint_names = file.joint_names();
   d.rate_hz = file.number_attribute("rate_hz");
-  d.source = file.text_attribute("source");
+  d.source = printable(file.text_attribute("source"));
   d.t = file.vector("t");
   const int n = static_cast<int>(d.joint_names.size());
   const auto read = [&](const char* name, const char* unit) {

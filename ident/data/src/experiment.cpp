@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
 #include "fricid/data/contract.hpp"
 #include "friction_by_effort.hpp"
 #include "friction_toml.hpp"
@@ -155,12 +156,8 @@ void check_models(Experiment& experiment, const Places& places) {
   for (std::size_t i = 0; i < experiment.models.size(); ++i) {
     ModelConfig& model = experiment.models[i];
     const std::string key = fmt::format("model[{}]", i), shown = fmt::format("model[{}]", i + 1);
-    const bool plain = std::all_of(model.name.begin(), model.name.end(), [](unsigned char c) {
-      return std::isalnum(c) || c == '_' || c == '-';
-    });
-    if (!plain)
-      throw UserError("{}: {}.name = \"{}\"; allowed: letters, digits, _ and -",
-                      places.of(key + ".name"), shown, model.name);
+    require_name(Named::kModel, model.name, places.of(key + ".name"));
+    require_label(model.label, shown + ".label", places.of(key + ".label"));
     for (std::size_t other = 0; other < i; ++other)
       if (experiment.models[other].name == model.name)
         throw UserError("{}: {}.name = \"{}\" is used twice", places.of(key + ".name"), shown,
@@ -285,6 +282,8 @@ Experiment load_experiment(const std::filesystem::path& path) {
     experiment.friction = friction_by_effort(experiment.model, places.of("friction"));
 
   if (experiment.name.empty()) experiment.name = path.stem().string();
+  require_name(Named::kScene, experiment.name, places.of("name"));
+  require_label(experiment.description, "description", places.of("description"));
   for (auto* values : {&experiment.sensors.encoder_noise_rad, &experiment.sensors.encoder_step_rad})
     if (values->empty()) values->assign(joints.size(), 0.0);
   experiment.contract_path = resolve(experiment.data.contract, places, "data.contract");

@@ -12,6 +12,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/names.hpp"
 
 namespace fricid::data {
 namespace {
@@ -340,6 +341,12 @@ std::vector<std::string> H5Reader::texts_attribute(const std::string& name) cons
   if (!read_texts(file_, name.c_str(), texts))
     throw UserError("{}: attribute {} is missing or not a text", path_, name);
   return texts;
+}
+
+std::vector<std::string> H5Reader::joint_names() const {
+  std::vector<std::string> names = texts_attribute("joint_names");
+  for (const std::string& name : names) require_name(Named::kJoint, name, path_);
+  return names;
 }
 
 double H5Reader::number_attribute(const std::string& name) const {

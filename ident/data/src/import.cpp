@@ -6,6 +6,7 @@
 #include "check_times.hpp"
 #include "columns_of_joints.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/log_reader.hpp"
 #include "logs/columns.hpp"
@@ -180,6 +181,7 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
 
   Dataset d;
   d.name = path.stem().string();
+  require_name(Named::kTrajectory, d.name, path.string());
   d.joint_names = contract.joint_names;
   d.source = "import " + path.filename().string();
   if (contract.torque.kind != "joint_torque") d.source += ", tau from " + contract.torque.kind;

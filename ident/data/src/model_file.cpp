@@ -7,6 +7,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/names.hpp"
 #include "friction_keys.hpp"
 
 namespace fricid::data {
@@ -203,6 +204,16 @@ class Node {
     if (!json_.is_string()) refuse("a text");
     return json_.get<std::string>();
   }
+  std::string name(Named kind) const {
+    const std::string name = text();
+    require_written_name(kind, name, fmt::format("{}: {}", file_, path_));
+    return name;
+  }
+  std::string label() const {
+    const std::string label = text();
+    require_label(label, path_, file_);
+    return label;
+  }
   Eigen::Vector3d vector() const {
     if (size() != 3) refuse("3 numbers");
     return {at(0).number(), at(1).number(), at(2).number()};
@@ -232,7 +243,7 @@ constexpr int kMost = 1'000'000'000;
 
 RobotModel read_robot(const Node& node) {
   RobotModel robot;
-  robot.name = node["name"].text();
+  robot.name = node["name"].name(Named::kRobot);
   robot.gravity = node["gravity"].vector();
   const Node joints = node["joints"], frames = node["frames"], torques = node["linear_torques"];
   const int n = static_cast<int>(joints.size());
@@ -241,8 +252,8 @@ RobotModel read_robot(const Node& node) {
   for (int i = 0; i < n; ++i) {
     const Node item = joints.at(static_cast<std::size_t>(i));
     Joint joint;
-    joint.name = item["name"].text();
-    joint.link = item["link"].text();
+    joint.name = item["name"].name(Named::kJoint);
+    joint.link = item["link"].name(Named::kLink);
     const std::string type = item["type"].text();
     if (type != "revolute" && type != "prismatic") item["type"].refuse("revolute or prismatic");
     joint.type = type == "revolute" ? JointType::kRevolute : JointType::kPrismatic;
@@ -269,7 +280,7 @@ RobotModel read_robot(const Node& node) {
   }
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Node item = frames.at(i);
-    robot.frames.push_back({.name = item["name"].text(),
+    robot.frames.push_back({.name = item["name"].name(Named::kLink),
                             .link = item["link"].integer(-1, n - 1),
                             .R = item["R"].rotation(),
                             .p = item["p"].vector()});
@@ -280,7 +291,7 @@ RobotModel read_robot(const Node& node) {
     const auto known = std::find(std::begin(kShapes), std::end(kShapes), shape);
     if (known == std::end(kShapes)) item["shape"].refuse("1, sin(k q), cos(k q) or q");
     robot.linear_torques.push_back(
-        {.name = item["name"].text(),
+        {.name = item["name"].label(),
          .joint = item["joint"].integer(0, n - 1),
          .shape = static_cast<LinearTorque::Shape>(known - std::begin(kShapes)),
          .k = item["k"].number()});
@@ -425,13 +436,14 @@ ModelFile load_model(const std::filesystem::path& path) {
   const Node root(json, file, "");
   check_format(root, file);
   ModelFile model;
-  model.name = root["name"].text();
-  model.label = root["label"].text();
+  model.name = root["name"].name(Named::kModel);
+  model.label = root["label"].label();
   model.seed = root["seed"].integer(0, kMost);
   model.is_oracle = root["is_oracle"].flag();
+  if (!model.is_oracle) require_name(Named::kModel, model.name, file);
   model.free_parameters = root["free_parameters"].integer(0, kMost);
   model.fit_seconds = root["fit_seconds"].number();
-  if (root.has("budget")) model.budget = root["budget"].text();
+  if (root.has("budget")) model.budget = root["budget"].label();
   model.arm.robot = read_robot(root["robot"]);
   model.arm.friction = read_friction(root, model.arm.robot.n());
   if (root.has("noise"))

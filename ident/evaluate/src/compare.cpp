@@ -114,36 +114,38 @@ ComparedScene compare_scene(const std::string& name, std::span<const Run> runs) 
   return scene;
 }
 
-std::string markdown(const ComparedScene& scene) {
-  std::vector<Cells> errors{horizon_titles("model", scene.horizons_s)},
-      ratios{horizon_titles("against convention", scene.horizons_s)},
-      closed{horizon_titles("headroom closed", scene.horizons_s)};
-  for (const char* title : {"friction %", "diverged", "parameters", "fit s", "runs"})
-    errors[0].emplace_back(title);
+Markdown markdown(const ComparedScene& scene) {
+  std::vector<Cells> errors{horizon_titles(Markdown::of("model"), scene.horizons_s)},
+      ratios{horizon_titles(Markdown::of("against convention"), scene.horizons_s)},
+      closed{horizon_titles(Markdown::of("headroom closed"), scene.horizons_s)};
+  for (const Markdown& title :
+       {Markdown::of("friction %"), Markdown::of("diverged"), Markdown::of("parameters"),
+        Markdown::of("fit s"), Markdown::of("runs")})
+    errors[0].push_back(title);
   const auto with_interval = [](double value, const Interval& interval) {
     return std::isnan(interval.low) ? digits(value)
-                                    : fmt::format("{} ({})", digits(value), range(interval));
+                                    : Markdown::of("{} ({})", digits(value), range(interval));
   };
   for (const ComparedModel& model : scene.models) {
-    Cells& error = errors.emplace_back(Cells{model.label});
-    Cells& ratio = ratios.emplace_back(Cells{model.label});
+    Cells& error = errors.emplace_back(Cells{escaped(model.label)});
+    Cells& ratio = ratios.emplace_back(Cells{escaped(model.label)});
     for (std::size_t h = 0; h < scene.horizons_s.size(); ++h) {
       error.push_back(with_interval(model.q_mse[h], model.interval_90[h]));
       ratio.push_back(with_interval(model.against_convention[h], model.against_convention_90[h]));
     }
     error.push_back(percent(model.friction));
-    error.push_back(fmt::format("{}/{}", model.diverged, model.rollouts));
-    error.push_back(model.is_oracle ? "–" : std::to_string(model.parameters));
-    error.push_back(model.is_oracle ? "–" : digits(model.fit_seconds));
-    error.push_back(std::to_string(model.runs));
-    append(closed.emplace_back(Cells{model.label}), model.headroom_closed, fixed);
+    error.push_back(Markdown::of("{}/{}", model.diverged, model.rollouts));
+    error.push_back(model.is_oracle ? Markdown::of("–") : Markdown::of("{}", model.parameters));
+    error.push_back(model.is_oracle ? Markdown::of("–") : digits(model.fit_seconds));
+    error.push_back(Markdown::of("{}", model.runs));
+    append(closed.emplace_back(Cells{escaped(model.label)}), model.headroom_closed, fixed);
   }
-  Cells& headroom = errors.emplace_back(Cells{"*headroom*"});
+  Cells& headroom = errors.emplace_back(Cells{Markdown::of("*headroom*")});
   append(headroom, scene.headroom, digits);
   headroom.resize(errors[0].size());
-  return fmt::format("## {}: {} run{}\n\n{}\n{}\n{}", scene.scene, scene.runs,
-                     scene.runs == 1 ? "" : "s", markdown_table(errors), markdown_table(ratios),
-                     markdown_table(closed));
+  return Markdown::of("## {}: {} run{}\n\n{}\n{}\n{}", escaped(scene.scene), scene.runs,
+                      scene.runs == 1 ? Markdown() : Markdown::of("s"), markdown_table(errors),
+                      markdown_table(ratios), markdown_table(closed));
 }
 
 }  // namespace
@@ -163,14 +165,14 @@ std::vector<ComparedScene> compare_runs(std::span<const std::filesystem::path> f
 }
 
 std::string to_markdown(std::span<const ComparedScene> scenes) {
-  std::string text =
+  Markdown text = Markdown::of(
       "# Runs compared\n\n"
       "Mean squared error of q [rad²]: geometric mean over the runs of a scene, each of them the "
       "geometric mean over its trajectories, start times and seeds, with a 90 % Student t interval "
       "over the runs. Against convention: model over the best conventional model of the same run. "
-      "Headroom closed: 0 as good as the best conventional model, 1 as good as physics allows.\n";
-  for (const ComparedScene& scene : scenes) text += fmt::format("\n{}", markdown(scene));
-  return text;
+      "Headroom closed: 0 as good as the best conventional model, 1 as good as physics allows.\n");
+  for (const ComparedScene& scene : scenes) text += Markdown::of("\n{}", markdown(scene));
+  return text.text();
 }
 
 std::string to_json(std::span<const ComparedScene> scenes) {

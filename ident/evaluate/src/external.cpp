@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "csv.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/names.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/log_reader.hpp"
 
@@ -75,12 +77,12 @@ ExternalModel read_description(const fs::path& path) {
 
   ExternalModel model;
   model.name = path.parent_path().filename().string();
+  require_name(Named::kModel, model.name, file);
   const Json label = root.value("label", Json()), parameters = root.value("parameters", Json()),
              seconds = root.value("fit_seconds", Json());
   if (label.is_string()) model.label = label.get<std::string>();
-  if (model.label.empty() || std::any_of(model.label.begin(), model.label.end(),
-                                         [](unsigned char c) { return std::iscntrl(c) != 0; }))
-    refuse("label", "a line of text");
+  if (model.label.empty()) refuse("label", "a line of text");
+  require_label(model.label, "label", place(file, text, "label"));
   if (!parameters.is_number_unsigned() || parameters.get<std::uint64_t>() > 1'000'000'000)
     refuse("parameters", "a whole number from 0 to 1e9");
   if (!seconds.is_number() || !(seconds.get<double>() >= 0)) refuse("fit_seconds", "0 or more [s]");
@@ -210,8 +212,9 @@ std::string starts_csv(std::span<const Trajectory> trajectories, std::span<const
     for (int j = 0; j < n; ++j) text += fmt::format(",{}", column(signal, j, n));
   for (const Start& start : starts) {
     const Trajectory& trajectory = trajectories[static_cast<std::size_t>(start.trajectory)];
-    text += fmt::format("\n{},{},{},{},{}", rollout_name(trajectory, start), trajectory.data.name,
-                        start.begin, trajectory.data.t[start.begin], start.steps + 1);
+    text += fmt::format("\n{},{},{},{},{}", csv_cell(rollout_name(trajectory, start), false),
+                        csv_cell(trajectory.data.name, false), start.begin,
+                        trajectory.data.t[start.begin], start.steps + 1);
     for (const RowMatrix* state : {&trajectory.start_q(), &trajectory.start_v()})
       for (int j = 0; j < n; ++j) text += fmt::format(",{}", (*state)(start.begin, j));
   }

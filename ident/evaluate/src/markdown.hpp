@@ -1,32 +1,37 @@
 // Numbers and tables as reports show them.
 #pragma once
 
-#include <string>
+#include <string_view>
 #include <vector>
 
+#include "fricid/base/code.hpp"
 #include "fricid/evaluate/report.hpp"
 
 namespace fricid::evaluate {
 
-using Cells = std::vector<std::string>;
+using Markdown = Code<struct MarkdownLanguage>;
+using Cells = std::vector<Markdown>;
+
+/// Text as itself in a table or a line: one line, no sign of Markdown or HTML left.
+Markdown escaped(std::string_view text);
 
 /// Two or three significant digits, as errors deserve: "1.5e-4", "0.12", "3.7", "4667".
-std::string digits(double value);
-std::string percent(double share);
+Markdown digits(double value);
+Markdown percent(double share);
 /// Two decimals: shares of the headroom are compared by difference.
-std::string fixed(double value);
-std::string seconds(double value);
+Markdown fixed(double value);
+Markdown seconds(double value);
 /// "low … high"; a dash where there is none.
-std::string range(const Interval& interval);
+Markdown range(const Interval& interval);
 
 /// A Markdown table that is readable as plain text too: padded, first column left, the rest right.
-std::string markdown_table(const std::vector<Cells>& rows);
+Markdown markdown_table(const std::vector<Cells>& rows);
 
 /// First row of a table: `first`, then the horizons.
-Cells horizon_titles(const std::string& first, const std::vector<double>& horizons_s);
+Cells horizon_titles(const Markdown& first, const std::vector<double>& horizons_s);
 
 template <class Values>
-void append(Cells& cells, const Values& values, std::string (*format)(double)) {
+void append(Cells& cells, const Values& values, Markdown (*format)(double)) {
   for (const double value : values) cells.push_back(format(value));
 }
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "csv.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/evaluate/evaluate.hpp"
 #include "markdown.hpp"
@@ -19,13 +20,14 @@ bool has_friction(const EvaluationReport& report) {
                      [](const Summary& summary) { return !std::isnan(summary.friction); });
 }
 
-std::string error_table(const EvaluationReport& report) {
-  std::vector<Cells> rows{horizon_titles("model", report.horizons_s)};
+Markdown error_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{horizon_titles(Markdown::of("model"), report.horizons_s)};
   const bool friction = has_friction(report);
-  if (friction) rows[0].emplace_back("friction %");
-  for (const char* title : {"diverged", "parameters", "fit s", "budget"})
-    rows[0].emplace_back(title);
-  const auto add_bound = [&](const char* title, const std::vector<double>& values) {
+  if (friction) rows[0].emplace_back(Markdown::of("friction %"));
+  for (const Markdown& title : {Markdown::of("diverged"), Markdown::of("parameters"),
+                                Markdown::of("fit s"), Markdown::of("budget")})
+    rows[0].push_back(title);
+  const auto add_bound = [&](const Markdown& title, const std::vector<double>& values) {
     if (!has_any(values)) return;
     append(rows.emplace_back(Cells{title}), values, digits);
     rows.back().resize(rows[0].size());
@@ -33,83 +35,84 @@ std::string error_table(const EvaluationReport& report) {
   for (std::size_t i = 0; i < report.summary.size(); ++i) {
     const Summary& summary = report.summary[i];
     if (!summary.is_oracle && (i == 0 || report.summary[i - 1].is_oracle))
-      add_bound("*floor*", report.floor);
-    Cells& row = rows.emplace_back(Cells{summary.label});
+      add_bound(Markdown::of("*floor*"), report.floor);
+    Cells& row = rows.emplace_back(Cells{escaped(summary.label)});
     append(row, summary.q_mse_geometric_mean, digits);
     if (friction) row.push_back(percent(summary.friction));
-    row.push_back(fmt::format("{}/{}", summary.diverged, summary.rollouts));
-    row.push_back(summary.is_oracle ? "–" : std::to_string(summary.parameters));
-    row.push_back(summary.is_oracle ? "–" : digits(summary.fit_seconds));
-    row.push_back(summary.budget.empty() ? "–" : summary.budget);
+    row.push_back(Markdown::of("{}/{}", summary.diverged, summary.rollouts));
+    row.push_back(summary.is_oracle ? Markdown::of("–") : Markdown::of("{}", summary.parameters));
+    row.push_back(summary.is_oracle ? Markdown::of("–") : digits(summary.fit_seconds));
+    row.push_back(summary.budget.empty() ? Markdown::of("–") : escaped(summary.budget));
   }
-  add_bound("*headroom*", report.headroom);
+  add_bound(Markdown::of("*headroom*"), report.headroom);
   return markdown_table(rows);
 }
 
-std::string floor_table(const EvaluationReport& report) {
-  std::vector<Cells> rows{horizon_titles("benchmark", report.horizons_s)};
-  const auto add = [&](const char* title, const std::vector<double>& values) {
+Markdown floor_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{horizon_titles(Markdown::of("benchmark"), report.horizons_s)};
+  const auto add = [&](const Markdown& title, const std::vector<double>& values) {
     append(rows.emplace_back(Cells{title}), values, digits);
   };
-  add("oracle", report.oracle);
-  add("halving the truth's step", report.halving);
-  add("floor", report.floor);
-  add("engine against simulator", report.integration);
-  add("best conventional", report.best_conventional);
-  add("headroom", report.headroom);
+  add(Markdown::of("oracle"), report.oracle);
+  add(Markdown::of("halving the truth's step"), report.halving);
+  add(Markdown::of("floor"), report.floor);
+  add(Markdown::of("engine against simulator"), report.integration);
+  add(Markdown::of("best conventional"), report.best_conventional);
+  add(Markdown::of("headroom"), report.headroom);
   return markdown_table(rows);
 }
 
-std::string closed_table(const EvaluationReport& report) {
-  std::vector<Cells> rows{horizon_titles("headroom closed", report.horizons_s)};
+Markdown closed_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{horizon_titles(Markdown::of("headroom closed"), report.horizons_s)};
   for (const Summary& summary : report.summary)
-    append(rows.emplace_back(Cells{summary.label}), summary.headroom_closed, fixed);
+    append(rows.emplace_back(Cells{escaped(summary.label)}), summary.headroom_closed, fixed);
   return markdown_table(rows);
 }
 
-std::string interval_table(const EvaluationReport& report) {
-  std::vector<Cells> rows{horizon_titles("90 % interval", report.horizons_s)};
-  rows[0].push_back("over");
+Markdown interval_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{horizon_titles(Markdown::of("90 % interval"), report.horizons_s)};
+  rows[0].push_back(Markdown::of("over"));
   for (const Summary& summary : report.summary) {
-    Cells& row = rows.emplace_back(Cells{summary.label});
+    Cells& row = rows.emplace_back(Cells{escaped(summary.label)});
     for (const Interval& i : summary.interval_90) row.push_back(range(i));
-    row.push_back(summary.seeds > 1 ? fmt::format("{} seeds", summary.seeds)
-                                    : summary.interval_over);
+    row.push_back(summary.seeds > 1 ? Markdown::of("{} seeds", summary.seeds)
+                                    : escaped(summary.interval_over));
   }
   return markdown_table(rows);
 }
 
-std::string ensemble_table(const EvaluationReport& report) {
-  std::vector<Cells> rows{horizon_titles("seeds together", report.horizons_s)};
-  for (const double h : report.horizons_s) rows[0].push_back("inside " + seconds(h));
+Markdown ensemble_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{horizon_titles(Markdown::of("seeds together"), report.horizons_s)};
+  for (const double h : report.horizons_s) rows[0].push_back(Markdown::of("inside {}", seconds(h)));
   for (const Summary& summary : report.summary) {
     if (summary.ensemble_q_mse.empty()) continue;
-    Cells& row =
-        rows.emplace_back(Cells{fmt::format("{} ({} seeds)", summary.label, summary.seeds)});
+    Cells& row = rows.emplace_back(
+        Cells{Markdown::of("{} ({} seeds)", escaped(summary.label), summary.seeds)});
     append(row, summary.ensemble_q_mse, digits);
     append(row, summary.ensemble_coverage, percent);
   }
-  return rows.size() == 1 ? std::string() : markdown_table(rows);
+  return rows.size() == 1 ? Markdown() : markdown_table(rows);
 }
 
-std::string band_table(const EvaluationReport& report) {
-  std::vector<Cells> rows{{"90 % band"}};
-  for (const double h : report.horizons_s) rows[0].push_back("inside " + seconds(h));
-  for (const double h : report.horizons_s) rows[0].push_back("+- " + seconds(h));
+Markdown band_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{{Markdown::of("90 % band")}};
+  for (const double h : report.horizons_s) rows[0].push_back(Markdown::of("inside {}", seconds(h)));
+  for (const double h : report.horizons_s) rows[0].push_back(Markdown::of("+- {}", seconds(h)));
   for (const Summary& summary : report.summary) {
     if (summary.band_coverage.empty()) continue;
-    Cells& row = rows.emplace_back(Cells{summary.label});
+    Cells& row = rows.emplace_back(Cells{escaped(summary.label)});
     append(row, summary.band_coverage, percent);
     append(row, summary.band_half_width, digits);
   }
-  return rows.size() == 1 ? std::string() : markdown_table(rows);
+  return rows.size() == 1 ? Markdown() : markdown_table(rows);
 }
 
-std::string friction_table(const EvaluationReport& report) {
-  std::vector<Cells> rows{
-      {"friction torque", "all", "presliding", "reversal", "sliding", "along the rollout"}};
+Markdown friction_table(const EvaluationReport& report) {
+  std::vector<Cells> rows{{Markdown::of("friction torque"), Markdown::of("all"),
+                           Markdown::of("presliding"), Markdown::of("reversal"),
+                           Markdown::of("sliding"), Markdown::of("along the rollout")}};
   for (const Summary& s : report.summary) {
-    Cells& row = rows.emplace_back(Cells{s.label});
+    Cells& row = rows.emplace_back(Cells{escaped(s.label)});
     append(row,
            std::initializer_list<double>{s.friction, s.friction_presliding, s.friction_reversal,
                                          s.friction_sliding, s.friction_rollout},
@@ -122,58 +125,61 @@ std::string friction_table(const EvaluationReport& report) {
 
 std::string to_markdown(const EvaluationReport& report) {
   const bool has_oracle = has_any(report.oracle);
-  std::string text = fmt::format("# {}: open loop on held-out data\n\n", report.scene);
-  text += fmt::format(
+  Markdown text = Markdown::of("# {}: open loop on held-out data\n\n", escaped(report.scene));
+  text += Markdown::of(
       "Mean squared error of q [rad²] from the start of a rollout to the horizon, geometric mean "
       "over {} trajectories, start times and seeds. Diverged rollouts count, clamped.{}\n\n",
       report.trajectories.size(),
-      has_friction(report)
-          ? " Friction: error of the friction torque driven by the measured motion, percent of its "
-            "RMS; the oracle's is what filtering that motion costs."
-          : "");
+      has_friction(report) ? Markdown::of(" Friction: error of the friction torque driven by the "
+                                          "measured motion, percent of its "
+                                          "RMS; the oracle's is what filtering that motion costs.")
+                           : Markdown());
   text += error_table(report);
-  text +=
+  text += Markdown::of(
       "\nBudget: residuals over all rows of a joint that the conventional fit evaluated, all "
       "joints together; steps of training on torque or windows; iterations of "
-      "expectation-maximisation. Training and EM begin at a conventional fit.\n";
+      "expectation-maximisation. Training and EM begin at a conventional fit.\n");
   if (has_oracle) {
-    text +=
+    text += Markdown::of(
         "\nThe oracle is the true model under the same noisy torque; the floor is the larger of "
         "its "
         "error and of what halving the truth's inner step changes; headroom is the best "
-        "conventional model over the oracle.\n\n";
+        "conventional model over the oracle.\n\n");
     text += floor_table(report);
-    text +=
+    text += Markdown::of(
         "\nHeadroom closed: 0 as good as the best conventional model, 1 as good as physics "
-        "allows.\n\n";
+        "allows.\n\n");
     text += closed_table(report);
   }
   if (!has_oracle && has_any(report.floor))
-    text +=
+    text += Markdown::of(
         "\nA log holds no truth. Where its motion repeats, the floor is half of what the open loop "
         "under the torque of one period differs from that under the next, for the model that makes "
-        "least of it; headroom is the best conventional model over it.\n";
-  text += fmt::format("\n{}", interval_table(report));
-  if (const std::string ensembles = ensemble_table(report); !ensembles.empty())
-    text +=
-        "\nSeeds of a model as an ensemble, rollouts from the first sample: MSE of their mean, and "
-        "percent of the samples inside their 90 % band.\n\n" +
-        ensembles;
-  if (const std::string bands = band_table(report); !bands.empty())
-    text +=
-        "\nOpen-loop 90 % bands from the first sample, under random torques as large as what the "
-        "model errs on its training data: percent of the samples of q inside, half width [rad], "
-        "root mean square.\n\n" +
-        bands;
+        "least of it; headroom is the best conventional model over it.\n");
+  text += Markdown::of("\n{}", interval_table(report));
+  if (const Markdown ensembles = ensemble_table(report); !ensembles.empty())
+    text += Markdown::of(
+                "\nSeeds of a model as an ensemble, rollouts from the first sample: MSE of their "
+                "mean, and "
+                "percent of the samples inside their 90 % band.\n\n") +
+            ensembles;
+  if (const Markdown bands = band_table(report); !bands.empty())
+    text += Markdown::of(
+                "\nOpen-loop 90 % bands from the first sample, under random torques as large as "
+                "what the "
+                "model errs on its training data: percent of the samples of q inside, half width "
+                "[rad], "
+                "root mean square.\n\n") +
+            bands;
   if (has_friction(report)) {
-    text +=
+    text += Markdown::of(
         "\nError of the friction torque, percent of its RMS, mean over joints. Driven by the "
-        "measured motion, but for the last column.\n\n";
+        "measured motion, but for the last column.\n\n");
     text += friction_table(report);
   }
   for (const HorizonVerdict& verdict : report.verdict)
-    if (verdict.meaningless) text += fmt::format("\nMeaningless: {}.\n", verdict.reason);
-  return text;
+    if (verdict.meaningless) text += Markdown::of("\nMeaningless: {}.\n", escaped(verdict.reason));
+  return text.text();
 }
 
 std::string to_csv(const EvaluationReport& report) {
@@ -187,12 +193,12 @@ std::string to_csv(const EvaluationReport& report) {
       for (std::size_t h = 0; h < report.horizons_s.size(); ++h) {
         const HorizonError& error = score.horizons[h];
         if (std::isnan(error.q_mse)) continue;
-        text +=
-            fmt::format("{},\"{}\",{},{},{},{},{},{},{},{},{},{}\n", model.name, model.label,
-                        model.seed, model.is_oracle ? 1 : 0,
-                        report.trajectories[static_cast<std::size_t>(score.trajectory)],
-                        cell(score.start_s), cell(report.horizons_s[h]), score.diverged ? 1 : 0,
-                        cell(error.q_mse), cell(error.q_mae), cell(error.v_mse), cell(error.v_mae));
+        text += fmt::format(
+            "{},{},{},{},{},{},{},{},{},{},{},{}\n", model.name, csv_cell(model.label), model.seed,
+            model.is_oracle ? 1 : 0,
+            csv_cell(report.trajectories[static_cast<std::size_t>(score.trajectory)], false),
+            cell(score.start_s), cell(report.horizons_s[h]), score.diverged ? 1 : 0,
+            cell(error.q_mse), cell(error.q_mae), cell(error.v_mse), cell(error.v_mae));
       }
   return text;
 }

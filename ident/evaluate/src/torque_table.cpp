@@ -8,44 +8,52 @@
 namespace fricid::evaluate {
 namespace {
 
-std::string four_digits(double value) {
-  return std::isnan(value) ? "–" : fmt::format("{:.4g}", value);
+Markdown four_digits(double value) {
+  return std::isnan(value) ? Markdown::of("–") : Markdown::of("{:.4g}", value);
 }
 
-std::string r2_digits(double value) {
-  return std::isnan(value) ? "–" : fmt::format("{:.4f}", value);
+Markdown r2_digits(double value) {
+  return std::isnan(value) ? Markdown::of("–") : Markdown::of("{:.4f}", value);
 }
 
 Cells with_joints(Cells cells, const std::vector<std::string>& joints) {
-  cells.insert(cells.end(), joints.begin(), joints.end());
+  for (const std::string& joint : joints) cells.push_back(escaped(joint));
   return cells;
 }
 
 /// One row per recording, model and seed; `cells` makes the joints' of a prediction.
 template <class MakeCells>
-std::string by_joint(const char* title, const EvaluationReport& report,
-                     const std::vector<std::string>& joints, const MakeCells& cells) {
-  std::vector<Cells> rows{with_joints({title, "recording"}, joints)};
+Markdown by_joint(const Markdown& title, const EvaluationReport& report,
+                  const std::vector<std::string>& joints, const MakeCells& cells) {
+  std::vector<Cells> rows{with_joints({title, Markdown::of("recording")}, joints)};
   for (std::size_t i = 0; i < report.trajectories.size(); ++i)
     for (const ModelResult& model : report.models) {
       if (model.torque.empty()) continue;
-      const std::string label =
-          model.seed > 1 ? fmt::format("{} seed {}", model.label, model.seed) : model.label;
-      rows.push_back(with_joints({label, report.trajectories[i]}, cells(model.torque[i])));
+      const Markdown label = model.seed > 1
+                                 ? Markdown::of("{} seed {}", escaped(model.label), model.seed)
+                                 : escaped(model.label);
+      Cells& row = rows.emplace_back(Cells{label, escaped(report.trajectories[i])});
+      const Cells values = cells(model.torque[i]);
+      row.insert(row.end(), values.begin(), values.end());
     }
-  return markdown_table(rows) + "\n";
+  return markdown_table(rows) + Markdown::of("\n");
 }
 
-std::string repeats_table(const EvaluationReport& report, const std::vector<std::string>& joints) {
-  std::vector<Cells> rows{with_joints({"sd of one passage [N m]", "period [s]"}, joints)};
+Markdown repeats_table(const EvaluationReport& report, const std::vector<std::string>& joints) {
+  std::vector<Cells> rows{
+      with_joints({Markdown::of("sd of one passage [N m]"), Markdown::of("period [s]")}, joints)};
   for (std::size_t i = 0; i < report.trajectories.size(); ++i)
     if (const Repeats& repeats = report.repeats[i]; repeats.period_s > 0)
-      append(rows.emplace_back(Cells{report.trajectories[i], four_digits(repeats.period_s)}),
-             repeats.tau_sd, digits);
+      append(
+          rows.emplace_back(Cells{escaped(report.trajectories[i]), four_digits(repeats.period_s)}),
+          repeats.tau_sd, digits);
   if (rows.size() == 1)
-    return "No motion repeats in these recordings, so what of the error is noise is not known.\n";
-  return "Where the motion repeats, the torque of one passage differs from that of the next by the "
-         "following standard deviation: no function of the motion can err by less.\n\n" +
+    return Markdown::of(
+        "No motion repeats in these recordings, so what of the error is noise is not known.\n");
+  return Markdown::of(
+             "Where the motion repeats, the torque of one passage differs from that of the next by "
+             "the "
+             "following standard deviation: no function of the motion can err by less.\n\n") +
          markdown_table(rows);
 }
 
@@ -54,42 +62,47 @@ std::string repeats_table(const EvaluationReport& report, const std::vector<std:
 std::string to_torque_markdown(const EvaluationReport& report,
                                std::span<const Trajectory> trajectories) {
   const std::vector<std::string>& joints = trajectories.front().data.joint_names;
-  std::string text = fmt::format(
+  Markdown text = Markdown::of(
       "# {}: motor torque along the measured motion of held-out data\n\n"
       "Friction runs free: the measured motion drives it, the measured torque never corrects "
       "it.\n\n",
-      report.scene);
-  const auto table = [&](const char* title, std::string (*format)(double), const auto& values) {
+      escaped(report.scene));
+  const auto table = [&](const Markdown& title, Markdown (*format)(double), const auto& values) {
     text += by_joint(title, report, joints, [&](const TorquePrediction& prediction) {
       Cells cells;
       append(cells, values(prediction), format);
       return cells;
     });
   };
-  table("R2", r2_digits, [](const TorquePrediction& p) { return p.r2; });
-  table("RMSE [N m]", four_digits, [](const TorquePrediction& p) { return p.rmse.all; });
-  table("% of RMS", digits, [](const TorquePrediction& p) { return p.percent_of_rms; });
-  text +=
+  table(Markdown::of("R2"), r2_digits, [](const TorquePrediction& p) { return p.r2; });
+  table(Markdown::of("RMSE [N m]"), four_digits,
+        [](const TorquePrediction& p) { return p.rmse.all; });
+  table(Markdown::of("% of RMS"), digits,
+        [](const TorquePrediction& p) { return p.percent_of_rms; });
+  text += Markdown::of(
       "Error by regime [N m]: within 50 ms of a reversal; presliding, below 0.05 rad/s or within "
-      "5 mrad of a reversal; sliding, the rest.\n\n";
-  table("at reversals", digits, [](const TorquePrediction& p) { return p.rmse.reversal; });
-  table("presliding", digits, [](const TorquePrediction& p) { return p.rmse.presliding; });
-  table("sliding", digits, [](const TorquePrediction& p) { return p.rmse.sliding; });
-  text +=
+      "5 mrad of a reversal; sliding, the rest.\n\n");
+  table(Markdown::of("at reversals"), digits,
+        [](const TorquePrediction& p) { return p.rmse.reversal; });
+  table(Markdown::of("presliding"), digits,
+        [](const TorquePrediction& p) { return p.rmse.presliding; });
+  table(Markdown::of("sliding"), digits, [](const TorquePrediction& p) { return p.rmse.sliding; });
+  text += Markdown::of(
       "One step ahead, with the error of the last sample known and its lag-one autocorrelation: "
-      "what white noise leaves.\n\n";
-  table("one step [N m]", digits, [](const TorquePrediction& p) { return p.one_step; });
-  text +=
+      "what white noise leaves.\n\n");
+  table(Markdown::of("one step [N m]"), digits,
+        [](const TorquePrediction& p) { return p.one_step; });
+  text += Markdown::of(
       "Drift of what is left, from begin to end of the recording: a straight line through the "
       "means "
-      "of its twentieths, with one standard error.\n\n";
-  text += by_joint("drift [N m]", report, joints, [](const TorquePrediction& p) {
+      "of its twentieths, with one standard error.\n\n");
+  text += by_joint(Markdown::of("drift [N m]"), report, joints, [](const TorquePrediction& p) {
     Cells cells;
     for (std::size_t j = 0; j < p.drift.size(); ++j)
-      cells.push_back(fmt::format("{:.2g} ± {:.1g}", p.drift[j], p.drift_error[j]));
+      cells.push_back(Markdown::of("{:.2g} ± {:.1g}", p.drift[j], p.drift_error[j]));
     return cells;
   });
-  return text + repeats_table(report, joints);
+  return (text + repeats_table(report, joints)).text();
 }
 
 }  // namespace fricid::evaluate

@@ -1,26 +1,51 @@
 #include "fricid/film/frame_writer.hpp"
 
+#include <fcntl.h>
+#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
 #include <utility>
+#include <vector>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/base/progress.hpp"
+
+extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to the user
 
 namespace fricid::film {
 namespace {
 
 constexpr std::uintmax_t kNoRoom = 64 * 1024;  // [bytes]
 
-std::string quoted(const std::filesystem::path& path) {
-  std::string text = "'";
-  for (const char c : path.string()) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
+/// A file as an argument of ffmpeg, which takes other names for options ("-x") or protocols
+/// ("tcp:x").
+std::string argument_of(const std::filesystem::path& path) {
+  return "file:" + std::filesystem::absolute(path).string();
+}
+
+/// Starts a program from the PATH, without a shell, that reads `input`.
+/// @return its process id; 0 when it cannot be started
+pid_t start(std::vector<std::string> argv, int input, const std::filesystem::path& errors) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, errors.c_str(),
+                                   O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  std::vector<char*> arguments;
+  for (std::string& argument : argv) arguments.push_back(argument.data());
+  arguments.push_back(nullptr);
+  pid_t child = 0;
+  const int failure =
+      posix_spawnp(&child, argv.front().c_str(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  return failure == 0 ? child : 0;
 }
 
 /// Last line that ffmpeg wrote.
@@ -43,15 +68,50 @@ FrameWriter::FrameWriter(std::filesystem::path path, int width, int height, int 
   const std::string stem = fmt::format(".{}.{}", path_.filename().string(), getpid());
   part_ = path_.parent_path() / (stem + ".mp4");
   log_ = path_.parent_path() / (stem + ".log");
-  const std::string command = fmt::format(
-      "exec ffmpeg -nostdin -y -loglevel error -f rawvideo -pix_fmt yuv420p -s {}x{} -r {} -i - "
-      "-c:v libx264 -preset {} -crf {} -pix_fmt yuv420p -colorspace bt709 -color_primaries bt709 "
-      "-color_trc bt709 -color_range tv -movflags +faststart {} 2>{}",
-      width, height, frames_per_second, fast ? "ultrafast" : "veryfast", fast ? 23 : 19,
-      quoted(part_), quoted(log_));
   std::signal(SIGPIPE, SIG_IGN);  // an encoder that ended is a failed write, not our end
-  pipe_ = popen(command.c_str(), "w");
-  if (!pipe_) throw UserError("{}: cannot start ffmpeg", path_.string());
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0) throw UserError("{}: cannot make a pipe", path_.string());
+  encoder_ = start({"ffmpeg",
+                    "-nostdin",
+                    "-y",
+                    "-loglevel",
+                    "error",
+                    "-f",
+                    "rawvideo",
+                    "-pix_fmt",
+                    "yuv420p",
+                    "-s",
+                    fmt::format("{}x{}", width, height),
+                    "-r",
+                    std::to_string(frames_per_second),
+                    "-i",
+                    "-",
+                    "-c:v",
+                    "libx264",
+                    "-preset",
+                    fast ? "ultrafast" : "veryfast",
+                    "-crf",
+                    fast ? "23" : "19",
+                    "-pix_fmt",
+                    "yuv420p",
+                    "-colorspace",
+                    "bt709",
+                    "-color_primaries",
+                    "bt709",
+                    "-color_trc",
+                    "bt709",
+                    "-color_range",
+                    "tv",
+                    "-movflags",
+                    "+faststart",
+                    argument_of(part_)},
+                   ends[0], log_);
+  ::close(ends[0]);
+  pipe_ = fdopen(ends[1], "w");
+  if (encoder_ == 0) {
+    std::fclose(std::exchange(pipe_, nullptr));
+    throw UserError("{}: cannot start ffmpeg", path_.string());
+  }
 }
 
 FrameWriter::~FrameWriter() {
@@ -75,7 +135,11 @@ void FrameWriter::finish() {
 
 int FrameWriter::close() {
   if (!pipe_) return 0;
-  return pclose(std::exchange(pipe_, nullptr));
+  std::fclose(std::exchange(pipe_, nullptr));
+  int status = 0;
+  while (waitpid(encoder_, &status, 0) < 0 && errno == EINTR) {
+  }
+  return status;
 }
 
 void FrameWriter::fail(int status) const {

@@ -9,6 +9,7 @@
 #include "drawing_processes.hpp"
 #include "fricid/base/attempts.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/film/comparison.hpp"
 #include "fricid/film/frame_writer.hpp"
@@ -31,7 +32,7 @@ std::vector<std::string> write_pictures(const fs::path& folder, const std::strin
                                         DrawingProcesses& frames) {
   std::fprintf(stderr,
                "video: ffmpeg is missing, the frames go to %s as PNG; install ffmpeg for %s.mp4\n",
-               (folder / "video" / name).c_str(), name.c_str());
+               printable((folder / "video" / name).string()).c_str(), name.c_str());
   std::vector<std::string> files;
   Progress progress(name, count);
   for (int k = 0; k < count; ++k) {

@@ -4,6 +4,8 @@
 
 #include <stdexcept>
 
+#include "fricid/base/names.hpp"
+
 namespace fricid {
 
 /// Something the user can fix: a file, an option, a data set. `what()` says
@@ -13,7 +15,7 @@ class UserError : public std::runtime_error {
  public:
   template <class... Args>
   explicit UserError(fmt::format_string<Args...> format, Args&&... args)
-      : std::runtime_error(fmt::format(format, std::forward<Args>(args)...)) {}
+      : std::runtime_error(printable(fmt::format(format, std::forward<Args>(args)...))) {}
 };
 
 }  // namespace fricid

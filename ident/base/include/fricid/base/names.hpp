@@ -8,17 +8,16 @@
 
 namespace fricid {
 
-/// What bears a name. Words of a robot are letters, digits, space and _ - . ( ) / :, without a
-/// space at the ends. The others become names of files: letters, digits, space and _ - . ( ),
-/// beginning with a letter, digit or _, not ending with a space or dot. All have 1 to 100 bytes;
-/// letters may be of any script.
+/// What bears a name, of 1 to 100 bytes. Letters are those of any script but where ASCII is said.
 enum class Named {
-  kJoint,
-  kLink,
-  kRobot,
-  kScene,      ///< becomes the name of a folder
-  kModel,      ///< of files; letters of ASCII, digits, _ and - alone; not "oracle" or "simulator"
-  kTrajectory  ///< of files
+  kJoint,  ///< letters, digits, space and _ - . ( ) / :, no space at the ends
+  kLink,   ///< as a joint
+  kRobot,  ///< as a joint
+  kScene,  ///< of a folder: letters, digits, space and _ - . ( ), beginning with one of the first
+           ///< two or _, not ending with a space or dot
+  kModel,  ///< of files: letters of ASCII, digits and _ - ., not beginning with - or .; not
+           ///< "oracle" or "simulator"
+  kTrajectory  ///< of files: all that shows but / and \\, not beginning with - . or a space
 };
 
 /// @param place  "file" or "file:line" for the message

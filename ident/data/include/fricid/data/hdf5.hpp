@@ -59,6 +59,8 @@ class H5Reader {
   double number_attribute(const std::string& name) const;
   std::vector<std::string> texts_attribute(const std::string& name) const;
   std::vector<double> numbers_attribute(const std::string& name) const;
+  /// Attribute joint_names, each what names.hpp allows.
+  std::vector<std::string> joint_names() const;
   /// Names of the tables, sorted.
   std::vector<std::string> names() const;
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -36,6 +38,7 @@ class FrameWriter {
 
   std::filesystem::path path_, part_, log_;
   std::FILE* pipe_ = nullptr;
+  pid_t encoder_ = 0;
 };
 
 }  // namespace fricid::film
