@@ -156,8 +156,10 @@ TEST_F(BadScene, StepMustDivideTheSamplePeriod) {
 TEST_F(BadScene, Models) {
   EXPECT_EQ(with("[[model]]\nname = \"lugre\"\n[[model]]\nname = \"lugre\"\n"),
             "scene.toml:15: model[2].name = \"lugre\" is used twice");
-  EXPECT_EQ(with("[[model]]\nname = \"../x\"\n"),
-            "scene.toml:13: model[1].name = \"../x\"; allowed: letters, digits, _ and -");
+  EXPECT_EQ(
+      with("[[model]]\nname = \"../x\"\n"),
+      "scene.toml:13: name of a model = \"../x\"; allowed: 1 to 100 letters, digits, _ - and ., "
+      "not beginning with - or .");
   EXPECT_THAT(with("[[model]]\nname = \"lugree\"\n"),
               testing::StartsWith("scene.toml:13: model[1].name = \"lugree\"; allowed: none, "));
   EXPECT_THAT(with("[[model]]\nname = \"a\"\nlaw = \"b\"\n"),

@@ -182,6 +182,19 @@ TEST(UrdfError, BrokenXmlIsOneLine) {
 }
 
 // Cut anywhere, a file is read or refused in one line.
+TEST(UrdfError, NamesThatCouldBeCodeAreRefusedWithTheirLine) {
+  const std::string hostile = "a&#10;system('touch marker')";
+  const auto renamed = [&](std::string text, const std::string& word) {
+    for (std::size_t at; (at = text.find("\"" + word + "\"")) != text.npos;)
+      text.replace(at + 1, word.size(), hostile);
+    return text;
+  };
+  const std::string found = " = \"a\\nsystem('touch marker')\"; allowed: 1 to 100 letters";
+  EXPECT_EQ(message(renamed(one_joint(), "turn")).find("r.urdf:4: name of a joint" + found), 0u);
+  EXPECT_EQ(message(renamed(one_joint(), "arm")).find("r.urdf:3: name of a link" + found), 0u);
+  EXPECT_EQ(message(renamed(one_joint(), "r")).find("r.urdf:1: name of a robot" + found), 0u);
+}
+
 TEST(UrdfError, TruncatedAnywhereIsOneLine) {
   const std::string whole = one_joint();
   for (size_t size = 0; size + 2 < whole.size(); ++size)

@@ -9,6 +9,7 @@
 #include "contest.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/data/hdf5.hpp"
+#include "hostile_text.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::test {
@@ -129,6 +130,57 @@ TEST(Table, IsRectangular) {
     ++rows;
   }
   EXPECT_GT(rows, 20);
+}
+
+/// Signs of a line that Markdown would take for its own, without those that \\ makes letters.
+std::string bare(const std::string& line) {
+  std::string left;
+  for (std::size_t i = 0; i < line.size(); ++i)
+    if (line[i] == '\\')
+      ++i;
+    else
+      left += line[i];
+  return left;
+}
+
+// Whatever a label says, the tables have the same rows and cells, and no markup of its own.
+TEST(Table, LabelsAreText) {
+  const auto shape_of = [](const std::string& text) {
+    std::istringstream lines(text);
+    std::string line, shape;
+    while (std::getline(lines, line)) {
+      line = bare(line);
+      for (const char sign : {'|', '<', '`', '[', '&', '\x1b'})
+        shape += fmt::format("{} ", std::count(line.begin(), line.end(), sign));
+      shape += '\n';
+    }
+    return shape;
+  };
+  const auto contest = small_contest();
+  const std::string usual = shape_of(to_markdown(report())),
+                    torque = shape_of(to_torque_markdown(report(), contest.trajectories));
+  for (const std::string& text : hostile_texts()) {
+    SCOPED_TRACE(text);
+    EvaluationReport hostile = report();
+    hostile.scene = text;
+    for (evaluate::Summary& summary : hostile.summary) summary.label = summary.budget = text;
+    for (evaluate::ModelResult& model : hostile.models) model.label = text;
+    EXPECT_EQ(shape_of(to_markdown(hostile)), usual);
+    EXPECT_EQ(shape_of(to_torque_markdown(hostile, contest.trajectories)), torque);
+  }
+}
+
+TEST(Csv, LabelsAreCells) {
+  const auto rows = [](const std::string& text) {
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  for (const std::string& text : hostile_texts()) {
+    EvaluationReport hostile = report();
+    for (evaluate::ModelResult& model : hostile.models) model.label = text;
+    const std::string csv = to_csv(hostile);
+    EXPECT_EQ(rows(csv), rows(to_csv(report())));
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '"') % 2, 0);
+  }
 }
 
 TEST(Table, SaysWhenAHorizonIsMeaningless) {

@@ -55,6 +55,19 @@ TEST_F(FrameWriterTest, WritesWhatPlayersAndBrowsersRead) {
   EXPECT_EQ(files_in(folder), 1);
 }
 
+TEST_F(FrameWriterTest, FoldersOfAnyNameAreFolders) {
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder);
+  for (const char* name : {"-x", "tcp:x", "|touch marker", "100 %d", "a\nb", "'`touch marker`'"}) {
+    FrameWriter writer(std::filesystem::path(name) / "a.mp4", kWidth, kHeight, kRate, true);
+    writer.write(grey(0));
+    writer.finish();
+    EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(name) / "a.mp4")) << name;
+  }
+  EXPECT_FALSE(std::filesystem::exists("marker"));
+  std::filesystem::current_path(before);
+}
+
 TEST_F(FrameWriterTest, WithoutFinishNothingStays) {
   {
     FrameWriter writer(folder / "a.mp4", kWidth, kHeight, kRate, true);

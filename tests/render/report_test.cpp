@@ -42,6 +42,43 @@ TEST_F(Report, SaysWhatAFitMayTry) {
   EXPECT_THAT(page, HasSubstr("20 starts &amp; 300 steps"));
 }
 
+/// Every text of a JSON tree but names, which are checked where they enter.
+void add_to_texts(nlohmann::json& node, const std::string& text, const std::string& key = {}) {
+  if (node.is_string() && key != "name" && key != "format" && key != "trajectories")
+    node = node.get<std::string>() + text;
+  if (!node.is_structured()) return;
+  for (const auto& [inner, value] : node.items())
+    add_to_texts(value, text, node.is_array() ? key : inner);
+}
+
+TEST_F(Report, TextOfFilesIsNoMarkup) {
+  const std::string text = "</p><x-hostile a='1' b=\"2\">&amp;";
+  edit("evaluation.json", [&](nlohmann::json& evaluation) {
+    evaluation["summary"][2]["budget"] = "many";
+    evaluation["meaningless"] = {nullptr, "headroom 2 below 10"};
+    add_to_texts(evaluation["models"], text);
+    add_to_texts(evaluation["summary"], text);
+    add_to_texts(evaluation["meaningless"], text);
+  });
+  edit("fit/simple_s1.json", [&](nlohmann::json& fit) {
+    fit["joints"] = {{{"joint", "joint_a1"}, {"at_bound", {"Fc", "Fv"}}, {"outcome", "limit"}}};
+    fit["message"] = "m";
+    add_to_texts(fit, text);
+  });
+  write_file_atomically(folder / "scene.toml", "# " + text);
+  nlohmann::json manifest{{"version", "1"},
+                          {"commit", "c"},
+                          {"command", "fricid"},
+                          {"inputs", {{"scene.toml", "hash"}, {text, "hash"}}},
+                          {"machine", {{"cpu", "c"}, {"cores", 2}}}};
+  add_to_texts(manifest, text);
+  write_file_atomically(folder / "manifest.json", manifest.dump());
+  const std::string page = report_of_run(folder);
+  EXPECT_THAT(page, HasSubstr("&lt;x-hostile"));
+  EXPECT_THAT(page, Not(HasSubstr("<x-hostile")));
+  EXPECT_THAT(page, Not(HasSubstr("b=\"2\"")));
+}
+
 TEST_F(Report, SaysWhatFails) {
   EXPECT_THAT(report_of_run(folder), HasSubstr("Nothing failed"));
   edit("evaluation.json", [](nlohmann::json& evaluation) {

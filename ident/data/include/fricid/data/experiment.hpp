@@ -358,7 +358,8 @@ struct ModelConfig {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("name", name, required(text("name of its files, used once: letters, digits, _ and -")));
+    archive("name", name,
+            required(text("name of its files, used once: letters, digits, _ - and .")));
     archive("label", label, text("name in tables and plots; empty: the name"));
     archive("law", law,
             text("friction law fitted to every joint, or law of the whole robot; empty: the name "
@@ -467,7 +468,8 @@ struct Experiment {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("name", name, text("name of the run; empty: that of the file"));
+    archive("name", name,
+            text("name of the run; empty: that of the file; letters, digits, space, _ - . ( )"));
     archive("description", description, text("one line for reports"));
     archive("seed", seed, number("", 0, 9e15, "seed of every random draw"));
     archive.section("robot", robot, "the arm");
