@@ -7,6 +7,7 @@
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/names.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/experiment.hpp"
 #include "fricid/data/hdf5.hpp"
@@ -28,7 +29,8 @@ void print_csv(const data::H5Reader& file) {
     tables.push_back(file.matrix(name));
     const auto columns = tables.back().cols();
     for (Eigen::Index j = 0; j < columns; ++j)
-      header += (header.empty() ? "" : ",") + name + (columns > 1 ? std::to_string(j + 1) : "");
+      header += (header.empty() ? "" : ",") + printable(name) +
+                (columns > 1 ? std::to_string(j + 1) : "");
   }
   print(header + "\n");
   for (Eigen::Index k = 0; !tables.empty() && k < tables[0].rows(); ++k) {
@@ -52,18 +54,18 @@ void print_hdf5(const std::filesystem::path& path, bool csv, bool json) {
   const nlohmann::json summary{
       {"format", format}, {"joints", file.joint_names()}, {"tables", tables}};
   if (json) return print(summary.dump(2) + "\n");
-  print(fmt::format("{}: {}\njoints: {}\n", path.string(), format,
+  print(fmt::format("{}: {}\njoints: {}\n", printable(path.string()), printable(format),
                     fmt::join(file.joint_names(), " ")));
   for (const auto& [name, table] : tables.items())
-    print(fmt::format("  {:<14}{:>8} x {:<4}{}\n", name, table["rows"].get<int>(),
-                      table["columns"].get<int>(), table["unit"].get<std::string>()));
+    print(fmt::format("  {:<14}{:>8} x {:<4}{}\n", printable(name), table["rows"].get<int>(),
+                      table["columns"].get<int>(), printable(table["unit"].get<std::string>())));
 }
 
 void print_model(const std::filesystem::path& path) {
   const data::ModelFile model = data::load_model(path);
   const Arm& arm = model.arm;
-  print(fmt::format("{}: model {} ({}), seed {}, {} fitted values\n", path.string(), model.name,
-                    model.label, model.seed, model.free_parameters));
+  print(fmt::format("{}: model {} ({}), seed {}, {} fitted values\n", printable(path.string()),
+                    model.name, model.label, model.seed, model.free_parameters));
   const auto& parameters = arm.friction.model.parameters();
   for (std::size_t i = 0; i < parameters.size(); ++i)
     print(fmt::format("  {:<12}{:<18}{:<10}{:>12.6g} {}\n",

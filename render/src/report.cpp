@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 std::string symbols_of_page(const fs::path& folder) {
   if (!fs::exists(folder / "plots")) return {};
   for (const auto& entry : fs::directory_iterator(folder / "plots"))
-    if (entry.path().extension() == ".svg") return svg_symbols(read_file(entry.path()));
+    if (entry.path().extension() == ".svg") return svg_symbols(read_svg(entry.path()));
   return {};
 }
 

@@ -62,7 +62,7 @@ std::string plot_html(const Record& record, const std::string& name) {
       "<figure id=\"plot-{0}\"><input class=\"zoom\" type=\"checkbox\" id=\"zoom-{0}\" "
       "aria-label=\"enlarge\"><div class=\"plot\"><label for=\"zoom-{0}\">{1}</label></div>"
       "<figcaption>{2} <span class=\"files\">{3}</span></figcaption></figure>\n",
-      html::escaped(name), inline_svg(read_file(plots / (name + ".svg")), caption),
+      html::escaped(name), inline_svg(read_svg(plots / (name + ".svg")), caption),
       html::escaped(caption), files);
 }
 

@@ -1,10 +1,14 @@
 #include "svg.hpp"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 
 #include <fmt/format.h>
 
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
 #include "html.hpp"
 
 namespace fricid::render {
@@ -65,7 +69,83 @@ void shorten_paths(std::string& text) {
   text = std::move(result);
 }
 
+/// The end of a tag: the next > outside quotes.
+std::size_t end_of_tag(std::string_view text, std::size_t begin) {
+  char quote = 0;
+  for (std::size_t i = begin; i < text.size(); ++i) {
+    if (quote != 0)
+      quote = text[i] == quote ? '\0' : quote;
+    else if (text[i] == '"' || text[i] == '\'')
+      quote = text[i];
+    else if (text[i] == '>')
+      return i;
+  }
+  return text.npos;
+}
+
+bool is_plain_tag(std::string_view tag) {
+  constexpr std::array<std::string_view, 21> kElements{
+      "svg",    "g",       "title", "desc",     "defs",        "circle",         "path",
+      "line",   "polygon", "rect",  "polyline", "text",        "tspan",          "use",
+      "filter", "feFlood", "image", "pattern",  "feComposite", "linearGradient", "stop"};
+  if (tag.starts_with('/')) tag.remove_prefix(1);
+  const std::string_view name = tag.substr(0, tag.find_first_of(" \t\r\n/"));
+  if (std::find(kElements.begin(), kElements.end(), name) == kElements.end()) return false;
+  std::string lower(tag);
+  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  for (std::size_t at = 0; (at = lower.find("href", at)) != lower.npos; at += 4) {
+    const std::string_view rest = std::string_view(lower).substr(at + 4);
+    if (!rest.starts_with("=\"#") && !rest.starts_with("='#")) return false;
+  }
+  // An attribute begins after blank space, a slash or the quotes of the one before.
+  for (std::size_t at = 0; (at = lower.find("on", at)) != lower.npos; at += 2) {
+    const char before = at > 0 ? lower[at - 1] : '\0';
+    if (before == ' ' || before == '\t' || before == '\r' || before == '\n' || before == '/' ||
+        before == '"' || before == '\'')
+      return false;
+  }
+  return lower.find("javascript") == lower.npos;
+}
+
+/// The text between tags with its quotes and > escaped: what follows looks for attributes by them.
+std::string with_escaped_words(std::string_view text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '<') {
+      const std::size_t end = std::min(end_of_tag(text, i), text.size() - 1);
+      result += text.substr(i, end - i + 1);
+      i = end;
+      continue;
+    }
+    result += text[i] == '"'    ? std::string("&quot;")
+              : text[i] == '\'' ? std::string("&#39;")
+              : text[i] == '>'  ? std::string("&gt;")
+                                : std::string(1, text[i]);
+  }
+  return result;
+}
+
 }  // namespace
+
+bool is_plain_svg(std::string_view file) {
+  const std::size_t begin = file.find("<svg");
+  if (begin == file.npos) return false;
+  for (std::size_t at = begin; (at = file.find('<', at)) != file.npos;) {
+    const std::size_t end = end_of_tag(file, at);
+    if (end == file.npos || !is_plain_tag(file.substr(at + 1, end - at - 1))) return false;
+    at = end + 1;
+  }
+  return true;
+}
+
+std::string read_svg(const std::filesystem::path& path) {
+  std::string file = read_file(path);
+  if (!is_plain_svg(file))
+    throw UserError(
+        "{}: no picture that gnuplot drew; remove it, or draw it again by `fricid render`",
+        path.string());
+  return file;
+}
 
 std::string relative_path(const std::string& d) {
   std::string result;
@@ -110,7 +190,7 @@ std::string inline_svg(const std::string& file, const std::string& label) {
   const std::string width = part_between(file, "width=\"", "\""),
                     height = part_between(file, "height=\"", "\"");
   const std::size_t body = file.find('>', file.find("<svg"));
-  std::string text = file.substr(body + 1);
+  std::string text = with_escaped_words(std::string_view(file).substr(body + 1));
   remove_all(text, "<title>", "</title>");
   remove_all(text, "<desc>", "</desc>");
   remove_all(text, "<defs>", "</defs>");

@@ -102,7 +102,7 @@ TEST_F(BadScene, MissingParts) {
             "scene.toml: neither friction to inject nor logs; allowed: [friction] or data.train");
   EXPECT_EQ(with("[[model]]\nlabel = \"?\"\n"),
             "scene.toml:12: model[1].name is missing: name of its files, used once: letters, "
-            "digits, _ and -");
+            "digits, _ - and .");
   EXPECT_EQ(error_of("[robot]\nurdf = \"arm.urdf\"\n[data]\ntrain = [\"a.csv\"]\n"),
             "scene.toml:3: data.contract is missing: column contract of the logs");
   EXPECT_EQ(with("[data]\ntrain = [\"a.csv\"]\n"),

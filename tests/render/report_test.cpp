@@ -159,6 +159,27 @@ TEST(Html, NumbersHaveTheDigitsThatCount) {
   EXPECT_EQ(html::percent(0.0345), "3.5&#8239;%");
 }
 
+TEST(Svg, OnlyWhatGnuplotDrawsMayEnterAPage) {
+  const auto with = [](const std::string& part) {
+    return is_plain_svg("<?xml version=\"1.0\"?>\n<svg width=\"1\">" + part + "</svg>");
+  };
+  EXPECT_TRUE(with("<g id='a'><use xlink:href='#gpPt6'/><text>on load=1 \" ></text></g>"));
+  for (const char* part :
+       {"<script>x</script>", "<g onload='x'/>", "<g\nONLOAD=x/>", "<g a=''onload=x/>",
+        "<g/onload=x/>", "<use xlink:href='data:x'/>", "<use href=\"http://x\"/>",
+        "<foreignObject/>", "<a/>", "<style>*{}</style>", "<![CDATA[x]]>", "<!ENTITY x>", "<g a='",
+        "</g><iframe>"})
+    EXPECT_FALSE(with(part)) << part;
+  EXPECT_FALSE(is_plain_svg("text"));
+}
+
+// Labels may hold what looks like an attribute.
+TEST(Svg, WordsStayWords) {
+  const std::string words = "<text> d='M1,2 id=\"x\" ]]></text>";
+  EXPECT_THAT(inline_svg("<svg width=\"1\" height=\"1\">" + words + "</svg>", ""),
+              HasSubstr("<text> d=&#39;M1,2 id=&quot;x&quot; ]]&gt;</text>"));
+}
+
 TEST(Svg, PathsAreShortenedWithoutDrift) {
   EXPECT_EQ(relative_path("M10.04,20.00 L11.06,20.00 L11.06,18.55  "), "M10,20l1.1,0 0-1.4");
   // A thousand steps of 0.04 px end where they should.
