@@ -30,11 +30,15 @@ together() {
     --header-filter='/(ident|sim|render|cli|workflow)/[^:]*\.[ch]pp$' "$@" 2>/dev/null
 }
 tidy_batch() {
-  local units alone unit failed=0
+  local units unit failed=0
   units=$(sed -n 's|^#include "\(/[^"]*\)".*|\1|p' "$1")
   [ -n "$units" ] || { tidy "$1"; return; }
-  alone=$(together --checks='-*,modernize-use-override' "$1" | sed -n 's|^\(/[^:]*\.cpp\):.* error: .*|\1|p' | sort -u)
-  for unit in $alone; do sed -i "\|\"$unit\"|d" "$1"; done
+  local alone= collide
+  while collide=$(together --checks='-*,modernize-use-override' "$1" | sed -n 's|^\(/[^:]*\.cpp\):.* error: .*|\1|p' | sort -u)
+        [ -n "$collide" ] && grep -qF "$collide" "$1"; do
+    for unit in $collide; do sed -i "\|\"$unit\"|d" "$1"; done
+    alone+=" $collide"
+  done
   together "$1" >/dev/null || alone=$units
   for unit in $alone; do tidy "$unit" || failed=1; done
   return $failed
