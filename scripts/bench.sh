@@ -3,9 +3,7 @@
 # e.g. --benchmark_filter=BM_Friction.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-scripts/setup.sh
-[ -f build/ci/build.ninja ] || cmake --preset ci >/dev/null
-cmake --build build/ci --target fricid_bench
-exec taskset -c 0 build/ci/tests/bench/fricid_bench --benchmark_out=bench.json \
+scripts/build.sh release fricid_bench
+exec taskset -c 0 build/release/tests/bench/fricid_bench --benchmark_out=bench.json \
   --benchmark_out_format=json --benchmark_context=commit="$(git rev-parse --short HEAD)" \
   --benchmark_context=cpu="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1)" "$@"

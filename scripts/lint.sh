@@ -8,11 +8,55 @@ scripts/setup.sh clang-format clang-tidy
 git ls-files '*.cpp' '*.hpp' | xargs clang-format --dry-run -Werror
 [ "${1:-}" != --format ] || exit 0
 
-scripts/build.sh release fricid_version
-units=("$@")
-[ ${#units[@]} -gt 0 ] || mapfile -t units < <(git ls-files 'ident/*.cpp' 'sim/*.cpp' 'render/*.cpp' 'cli/*.cpp')
-# what g++ alone knows
-mkdir -p build/lint
-sed -E 's/ -m(move|store)-max=[0-9]+//g' build/release/compile_commands.json >build/lint/compile_commands.json
+# A tree of its own for each reading, so that nothing waits for build/release or changes it.
+[ -f build/release/build.ninja ] || cmake --preset release >/dev/null
+mujoco=$(sed -n 's/^MUJOCO_ROOT:PATH=//p' build/release/CMakeCache.txt)
+[ -n "$mujoco" ] || ! [ -d build/release/_deps/mujoco ] || mujoco=$PWD/build/release/_deps/mujoco
+configure() { # build/lint/$1 and its compile commands for clang, without what g++ alone knows
+  cmake -S . -B "build/lint/$1" -G Ninja -DFRICID_BUILD_TESTS=OFF -DMUJOCO_ROOT="$mujoco" "${@:2}" >/dev/null
+  cmake --build "build/lint/$1" --target fricid_version >/dev/null
+  sed -i -E 's/ -m(move|store)-max=[0-9]+//g' "build/lint/$1/compile_commands.json"
+}
+configure units
 # clang counts what it suppressed in system headers on stderr; findings are on stdout
-printf '%s\n' "${units[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy -p build/lint --quiet 2>/dev/null
+tidy() { clang-tidy -p build/lint/units --quiet "$1" 2>/dev/null; }
+
+# Units of a library are read together, by CMake's unity files, so that Eigen and the standard library are
+# read and matched once for some ten units. Units whose names collide, found with a single check, are read alone;
+# so are all units of a batch with a finding, and that reading decides. Shadowing between units is no finding;
+# inside one g++ sees it.
+together() {
+  clang-tidy -p build/lint/batches --quiet --extra-arg=-Wno-shadow \
+    --header-filter='/(ident|sim|render|cli|workflow)/[^:]*\.[ch]pp$' "$@" 2>/dev/null
+}
+tidy_batch() {
+  local units unit failed=0
+  units=$(sed -n 's|^#include "\(/[^"]*\)".*|\1|p' "$1")
+  [ -n "$units" ] || { tidy "$1"; return; }
+  local alone= collide
+  while collide=$(together --checks='-*,modernize-use-override' "$1" | sed -n 's|^\(/[^:]*\.cpp\):.* error: .*|\1|p' | sort -u)
+        [ -n "$collide" ] && grep -qF "$collide" "$1"; do
+    for unit in $collide; do sed -i "\|\"$unit\"|d" "$1"; done
+    alone+=" $collide"
+  done
+  together "$1" >/dev/null || alone=$units
+  for unit in $alone; do tidy "$unit" || failed=1; done
+  return $failed
+}
+export -f tidy together tidy_batch
+
+if [ $# -gt 0 ]; then
+  printf '%s\0' "$@" | xargs -0 -P "$(nproc)" -I{} bash -c 'tidy {}'
+  exit
+fi
+configure batches -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=12
+find build/lint/batches -name 'unity_*.cxx' -exec \
+  sed -i -E 's|^#include "[^"]*"$|& // NOLINT(bugprone-suspicious-include)|' {} +
+mapfile -t batches < <(sed -n 's/^ *"file": "\(.*\)".*/\1/p' build/lint/batches/compile_commands.json)
+
+# every unit of the product is in a batch
+missing=$(comm -23 \
+  <(git ls-files 'ident/*.cpp' 'sim/*.cpp' 'render/*.cpp' 'cli/*.cpp' 'workflow/*.cpp' | sed "s|^|$PWD/|" | sort) \
+  <({ printf '%s\n' "${batches[@]}"; sed -n 's|^#include "\(/[^"]*\)".*|\1|p' "${batches[@]}"; } | sort))
+[ -z "$missing" ] || { echo "scripts/lint.sh: in no target of the build: $missing" >&2; exit 1; }
+printf '%s\0' "${batches[@]}" | xargs -0 -P "$(nproc)" -I{} bash -c 'tidy_batch {}'

@@ -1,7 +1,7 @@
 // Prints the table of docs/integration.md: how far each way of stepping an arm over a 4 ms sample
 // strays from the exact solution and from the simulator's, at each horizon, and what it costs.
 //
-//     build/ci/tests/bench/fricid_integration
+//     build/release/tests/bench/fricid_integration
 #include <fmt/format.h>
 
 #include <ctime>
