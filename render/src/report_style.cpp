@@ -38,7 +38,8 @@ nav { margin: 1.4rem 0 0; line-height: 1.9; }
 nav a { margin-right: 1.1em; white-space: nowrap; }
 code, pre { font-family: var(--mono); font-size: .8rem; }
 pre { background: var(--shade); padding: .8rem 1rem; overflow-x: auto; line-height: 1.4; }
-.scroll { overflow-x: auto; margin: 1.2rem 0; }
+.scroll { overflow-x: auto; margin: 1.2rem 0 1.2rem 50%; transform: translateX(-50%);
+  width: max-content; min-width: 100%; max-width: max(100%, min(100vw - 3.5rem, 76rem)); }
 table { border-collapse: collapse; font-size: .84rem; font-variant-numeric: tabular-nums lining-nums;
   border-top: 1.5px solid var(--ink); border-bottom: 1.5px solid var(--ink); min-width: 60%; }
 .caption { margin: 1.4rem 0 .5rem; }
@@ -95,6 +96,7 @@ dd { margin: 0; min-width: 0; }
   a { text-decoration: none; }
   details::details-content { content-visibility: visible; block-size: auto; }
   .scroll, .plot, pre { overflow: visible; }
+  .scroll { margin-left: 0; transform: none; width: auto; }
   pre { white-space: pre-wrap; }
   .plot svg { min-width: 0; }
   h2, h3, h4, .caption { break-after: avoid; }

@@ -107,6 +107,34 @@ TEST(ArmPainter, AGhostWithoutMeshesIsAsTranslucentAsItsPaint) {
   EXPECT_NEAR(gain_of_opacity(sim::make_arm(capsules)), 2, 0.1);
 }
 
+/// Share of the ghost's pixels that flicker while it trembles by less than one can see, about the
+/// arm that it stands in.
+double flicker_of_coincident_ghost(const sim::MujocoArm& arm) {
+  const auto context = make_gl_context(GlBackend::kOsmesa);
+  ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::draft(), context->functions());
+  constexpr Paint kGrey{0.8f, 0.8f, 0.8f, 1};
+  const View view{.target = painter.tip(kPose), .distance = 1.8, .azimuth_deg = 135};
+  const auto picture = [&](double off) {
+    std::array<double, 6> ghost = kPose;
+    for (double& q : ghost) q += off;
+    const std::array<PaintedArm, 2> arms{{{kPose, kGrey}, {ghost, Paint{0, 0, 1, 0.5f}}}};
+    return painter.paint(view, kWidth, kHeight, arms);
+  };
+  const Image one = picture(2e-4), other = picture(-2e-4);
+  return share_differing(one, other, 40) * kWidth * kHeight / pixels_of(picture(0), 2);
+}
+
+TEST(ArmPainter, AGhostDoesNotFlickerWhereItsSurfacesMeetTheArms) {
+  EXPECT_LT(flicker_of_coincident_ghost(kr6()), 0.02);
+}
+
+TEST(ArmPainter, AGhostWithoutMeshesDoesNotFlicker) {
+  data::Experiment capsules =
+      data::load_experiment(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml");
+  capsules.mjcf_path.clear();
+  EXPECT_LT(flicker_of_coincident_ghost(sim::make_arm(capsules)), 0.02);
+}
+
 // The floor's grid is not MuJoCo's.
 TEST(ArmPainter, TheFloorIsAsMujocoDrawsIt) {
   const auto context = make_gl_context(GlBackend::kOsmesa);

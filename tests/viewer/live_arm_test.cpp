@@ -70,6 +70,62 @@ TEST_F(LiveArmTest, ParametersStayInTheirBounds) {
             live.friction().model.parameters()[static_cast<std::size_t>(index)].info.lower);
 }
 
+TEST_F(LiveArmTest, SwingsGentlyWithinItsLimits) {
+  live.swings = true;
+  run(0.1);
+  for (int j = 0; j < 6; ++j) EXPECT_NEAR(moved(j), 0, 0.02) << j;  // no jump at the start
+  run(12);
+  const auto& joints = experiment.model.joints;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    double low = 0, high = 0;
+    for (const Moment& moment : live.history()) {
+      const double q = moment.q[j] - experiment.excitation.centre[j];
+      low = std::min(low, q);
+      high = std::max(high, q);
+      EXPECT_LT(std::abs(moment.v[j]), 0.5 * joints[j].velocity) << joints[j].name;
+      EXPECT_LT(std::abs(moment.tau[j]), joints[j].effort) << joints[j].name;
+    }
+    EXPECT_GT(high, 0.1) << joints[j].name;
+    EXPECT_LT(low, -0.1) << joints[j].name;
+    EXPECT_LT(std::max(high, -low), 0.5 * experiment.excitation.half_range[j]) << joints[j].name;
+  }
+}
+
+TEST_F(LiveArmTest, TheSwingIsTheSameEachTime) {
+  live.swings = true;
+  run(2);
+  const sim::State first = live.state();
+  live.reset();
+  run(2);
+  EXPECT_EQ(live.state().q, first.q);
+}
+
+TEST_F(LiveArmTest, APushTakesOverFromTheSwing) {
+  live.swings = true;
+  run(4.6);
+  live.swings = false;
+  live.push = {0, 0, 0, 1};
+  run(3);
+  for (int j = 1; j < 6; ++j) EXPECT_NEAR(moved(j), 0, 0.05) << j;  // as near as friction lets it
+  const double left = moved(0);
+  EXPECT_GT(std::abs(left), 0.02);  // nothing moves the free joint back
+  run(1);
+  EXPECT_NEAR(moved(0), left, 1e-3);
+}
+
+TEST_F(LiveArmTest, APushedJointGlidesBackIntoTheSwing) {
+  live.push = {0, 20, 0, 1};
+  run(2);
+  ASSERT_GT(moved(0), 0.4);
+  live.swings = true;
+  const double begin = live.time();
+  run(4);
+  const auto& joint = experiment.model.joints[0];
+  for (const Moment& moment : live.history())
+    ASSERT_TRUE(moment.t <= begin || std::abs(moment.tau[0]) < joint.effort) << moment.t;
+  EXPECT_LT(std::abs(moved(0)), 0.4);
+}
+
 TEST_F(LiveArmTest, HistoryHoldsTheLastSeconds) {
   live.push = {5, 0, 3, 2};
   run(1);

@@ -43,6 +43,23 @@ TEST_F(StageTest, ASceneIsLive) {
   EXPECT_NEAR(shown.live->time(), 0.048, 1e-9);
 }
 
+TEST_F(StageTest, ALiveArmSwingsUntilItIsPushed) {
+  Stage shown = make_stage(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_lugre.toml");
+  obey(shown, "run 2");
+  const auto speeds = [&] {
+    return Eigen::Map<const Eigen::VectorXd>(
+        shown.live->state().v.data(), static_cast<Eigen::Index>(shown.live->state().v.size()));
+  };
+  EXPECT_GT(speeds().cwiseAbs().maxCoeff(), 0.1);
+  EXPECT_TRUE(shown.cloud());
+  obey(shown, "push 0");
+  obey(shown, "run 3");
+  EXPECT_LT(speeds().cwiseAbs().maxCoeff(), 1e-2);
+  obey(shown, "swing");
+  obey(shown, "run 2");
+  EXPECT_GT(speeds().cwiseAbs().maxCoeff(), 0.1);
+}
+
 TEST_F(StageTest, CommandsDoWhatTheySay) {
   Stage shown = stage();
   obey(shown, "seek 1.25");

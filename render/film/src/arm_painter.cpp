@@ -13,6 +13,7 @@ namespace fricid::film {
 namespace {
 
 constexpr int kGeoms = 5000;
+constexpr double kGhostLead = 0.03;  // [m]
 constexpr double kRadians = std::numbers::pi / 180;
 
 Eigen::Vector3d vector_at(const mjtNum* values, int index) {
@@ -70,6 +71,24 @@ void tint(std::span<mjvGeom> links, const Paint& paint) {
     geom.transparent = paint.alpha < 1;
     geom.castshadow = paint.alpha >= 1;
     if (!is_plain_mesh(geom)) geom.rgba[3] = 1 - std::sqrt(1 - paint.alpha);  // mjr draws it twice
+  }
+}
+
+/// By how much a ghost shrinks about the eye. It looks the same but comes nearer by kGhostLead at
+/// the view's target, so that an arm with nearly the same surface does not show through in patches.
+float ghost_scale(const View& view) {
+  return static_cast<float>(1 - std::min(kGhostLead / view.distance, 0.2));
+}
+
+/// Shrinks translucent moving links about the eye. Overlay's meshes take their size when drawn.
+void bring_forward(std::span<mjvGeom> links, const View& view) {
+  const Eigen::Vector3f eye = eye_of(view).cast<float>();
+  const float scale = ghost_scale(view);
+  for (mjvGeom& geom : links) {
+    if (geom.category != mjCAT_DYNAMIC || !geom.transparent) continue;
+    Eigen::Map<Eigen::Vector3f> position(geom.pos), size(geom.size);
+    position = eye + scale * (position - eye);
+    size *= scale;
   }
 }
 
@@ -226,7 +245,10 @@ void ArmPainter::set_scene(const View& view, double aspect, std::span<const Pain
       mjv_addGeoms(model_.get(), data_.get(), &gl_->option, &gl_->nobody, mjCAT_DYNAMIC, &scene);
     }
     const std::span links(scene.geoms + first, scene.geoms + scene.ngeom);
-    if (arms[a].tint) tint(links, *arms[a].tint);
+    if (arms[a].tint) {
+      tint(links, *arms[a].tint);
+      bring_forward(links, view);
+    }
     drop_unseen(static_cast<int>(first), view, aspect);
     take_meshes(static_cast<int>(first), view, all_meshes, meshes);
   }
@@ -266,7 +288,7 @@ Image ArmPainter::paint(const View& view, int width, int height, std::span<const
   }
   std::stable_partition(meshes.begin(), meshes.end(),
                         [](const mjvGeom& geom) { return !geom.transparent; });
-  gl_->overlay.draw_meshes(meshes, scene.nlight, gl_->context);
+  gl_->overlay.draw_meshes(meshes, scene.nlight, ghost_scale(view), gl_->context);
   gl_->overlay.draw_trails(trails, gl_->context);
   Image image(width, height);
   mjr_readPixels(image.rgb.data(), nullptr, viewport, &gl_->context);

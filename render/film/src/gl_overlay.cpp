@@ -133,7 +133,7 @@ void GlOverlay::coarsen_planes(const mjModel& model, const mjrContext& context) 
   }
 }
 
-void GlOverlay::draw_meshes(std::span<const mjvGeom> geoms, int lights,
+void GlOverlay::draw_meshes(std::span<const mjvGeom> geoms, int lights, float translucent_scale,
                             const mjrContext& context) const {
   const auto each_light = [&](void (*call)(unsigned)) {
     for (unsigned i = 0; i < static_cast<unsigned>(lights); ++i) call(kLight0 + i);
@@ -149,9 +149,13 @@ void GlOverlay::draw_meshes(std::span<const mjvGeom> geoms, int lights,
     const std::array<float, 4> emission{geom.emission * geom.rgba[0], geom.emission * geom.rgba[1],
                                         geom.emission * geom.rgba[2], 1};
     gl_->Materialfv(kFrontAndBack, kEmission, emission.data());
-    const float* r = geom.mat;
-    const std::array<float, 16> pose{r[0], r[3], r[6], 0, r[1],        r[4],        r[7],        0,
-                                     r[2], r[5], r[8], 0, geom.pos[0], geom.pos[1], geom.pos[2], 1};
+    const float size = geom.transparent ? translucent_scale : 1;
+    std::array<float, 16> pose{};
+    for (std::size_t column = 0; column < 3; ++column)
+      for (std::size_t row = 0; row < 3; ++row)
+        pose[4 * column + row] = size * geom.mat[3 * row + column];
+    std::copy_n(geom.pos, 3, &pose[12]);
+    pose[15] = 1;
     gl_->PushMatrix();
     gl_->MultMatrixf(pose.data());
     gl_->CallList(context.baseMesh + static_cast<unsigned>(geom.dataid));

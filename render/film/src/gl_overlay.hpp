@@ -26,8 +26,10 @@ class GlOverlay {
   void coarsen_planes(const mjModel& model, const mjrContext& context) const;
 
   /// Draws meshes in their order, each once; mjr draws translucent ones twice.
+  /// @param translucent_scale  of the size of translucent ones
   /// @pre every geom is a mesh with a dataid and without a texture, opaque ones before others
-  void draw_meshes(std::span<const mjvGeom> geoms, int lights, const mjrContext& context) const;
+  void draw_meshes(std::span<const mjvGeom> geoms, int lights, float translucent_scale,
+                   const mjrContext& context) const;
 
   /// Draws lines in their order, hidden by what is opaque.
   void draw_trails(std::span<const Trail> trails, const mjrContext& context) const;

@@ -13,6 +13,7 @@ namespace {
 
 constexpr float kSide = 380, kStrip = 230, kGap = 6;
 constexpr double kReplayPast = 4;        // [s] of friction shown
+constexpr double kLeastHistory = 2;      // [s] on the time axis of the live arm
 constexpr double kFramesPerSecond = 30;  // of single steps
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
                                     ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
@@ -72,19 +73,26 @@ void draw_models(Stage& stage) {
 }
 
 void draw_push(Stage& stage) {
-  Push& push = stage.live->push;
-  push.joint = stage.joint;
+  LiveArm& live = *stage.live;
+  Push& push = live.push;
+  if (push.joint != stage.joint) push = {.joint = stage.joint};
   const double effort = stage.experiment.model.joints[static_cast<std::size_t>(stage.joint)].effort;
   const double most = effort > 0 ? 0.3 * effort : 50;
   const auto slide = [](const char* name, double& value, double low, double high,
                         const char* format) {
-    ImGui::SliderScalar(name, ImGuiDataType_Double, &value, &low, &high, format);
+    return ImGui::SliderScalar(name, ImGuiDataType_Double, &value, &low, &high, format);
   };
-  ImGui::TextUnformatted("Push the joint by hand");
-  slide("torque", push.torque, -most, most, "%.2f N m");
-  slide("swing", push.amplitude, 0, most, "%.2f N m");
-  slide("frequency", push.frequency_hz, 0.05, 5, "%.2f Hz");
-  if (ImGui::Button("let go")) push.torque = push.amplitude = 0;
+  if (ImGui::RadioButton("gentle swing", live.swings)) live.swings = true;
+  ImGui::SameLine();
+  if (ImGui::RadioButton("push this joint by hand", !live.swings)) live.swings = false;
+  bool pushed = slide("torque", push.torque, -most, most, "%.2f N m");
+  pushed |= slide("amplitude", push.amplitude, 0, most, "%.2f N m");
+  pushed |= slide("frequency", push.frequency_hz, 0.05, 5, "%.2f Hz");
+  if (ImGui::Button("let go")) {
+    push.torque = push.amplitude = 0;
+    pushed = true;
+  }
+  if (pushed) live.swings = false;
 }
 
 void draw_parameters(Stage& stage) {
@@ -167,11 +175,11 @@ void draw_history(Stage& stage, const ImVec2& from, const ImVec2& size) {
       line.y.push_back(moment.tau_f[j]);
     }
     const auto [low, high] = film::range_of(line.y, 0.08);
-    const double end = std::max(stage.live->time(), LiveArm::kHistory);
+    const double end = std::max(stage.live->time(), kLeastHistory);
     lines.push_back(std::move(line));
     return draw_plot(from, size, "friction torque against time",
-                     {end - LiveArm::kHistory, end, false, "t [s]"}, {low, high, false, "N m"},
-                     lines);
+                     {std::max(end - LiveArm::kHistory, 0.0), end, false, "t [s]"},
+                     {low, high, false, "N m"}, lines);
   }
   const film::RunFilm& film = *stage.film;
   std::vector<double> all;

@@ -143,6 +143,7 @@ Stage make_stage(const fs::path& target) {
   std::optional<friction::Friction> friction = stage.experiment.friction;
   if (is_model) friction = data::load_model(target).arm.friction;
   if (friction) stage.live = std::make_unique<LiveArm>(*stage.arm, stage.experiment, *friction);
+  if (stage.live) stage.live->swings = true;
   if (!stage.live && !stage.film) throw UserError("{}: found nothing to show", target.string());
   stage.view = {
       {0.1, 0, stage.experiment.robot.mount == "ceiling" ? 1.05 : 0.5}, kFirstDistance, 135, -8};
@@ -207,7 +208,11 @@ Asked obey(Stage& stage, const std::string& command) {
   } else if (verb == "push") {
     require_live(stage);
     stage.live->push = {stage.joint, number(), 0, 1};
+    stage.live->swings = false;
     if (words >> stage.live->push.amplitude) stage.live->push.frequency_hz = number();
+  } else if (verb == "swing") {
+    require_live(stage);
+    stage.live->swings = true;
   } else if (verb == "run") {
     constexpr double kPart = LiveArm::kMostPerCall / 2;
     const bool was_playing = std::exchange(stage.playing, true);

@@ -79,7 +79,8 @@ struct Asked {
 ///     seek T | play | pause | speed X | toggle MODEL | joint NAME | live | replay | reset
 ///     set PARAMETER VALUE      of the shown joint, by its symbol, e.g. set Fc 12
 ///     age SECONDS              of the latent cloud
-///     push TORQUE [AMPLITUDE FREQUENCY]    on the shown joint
+///     push TORQUE [AMPLITUDE FREQUENCY]    on the shown joint; ends the swing
+///     swing                    of all joints again
 ///     run SECONDS              simulates or replays
 ///     shot FILE.png | scene FILE.toml
 ///     fps SECONDS              prints how many frames are drawn in a second

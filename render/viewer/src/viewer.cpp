@@ -26,6 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kTrailPast = 1.5;  // [s]
+constexpr double kLiveShot = 5;     // time of a screenshot of the live arm [s]
 
 /// What the user left the window with; apart from any run.
 fs::path settings_file() {
@@ -131,13 +132,14 @@ class Gui {
   std::optional<ImguiGl> gl_;
 };
 
-std::vector<std::string> commands_of(const ViewerOptions& options) {
+std::vector<std::string> commands_of(const Stage& stage, const ViewerOptions& options) {
   std::vector<std::string> commands;
   if (!options.script.empty()) {
     std::istringstream text(read_file(options.script));
     for (std::string line; std::getline(text, line);) commands.push_back(line);
   } else {
-    if (options.at) commands.push_back(fmt::format("seek {}", *options.at));
+    const double at = stage.mode == Mode::kLive ? kLiveShot : stage.film->t.tail<1>()[0] / 2;
+    commands.push_back(fmt::format("seek {}", options.at.value_or(at)));
     commands.push_back("shot " + options.screenshot.string());
   }
   return commands;
@@ -194,7 +196,7 @@ void view_offscreen(Stage& stage, const ViewerOptions& options) {
   io.DisplaySize = {static_cast<float>(options.width), static_cast<float>(options.height)};
   io.DeltaTime = 1.0f / 60;
   run_script(
-      stage, painter, gui, commands_of(options), [] {}, [] {});
+      stage, painter, gui, commands_of(stage, options), [] {}, [] {});
 }
 
 /// GLFW from beginning to end, with one window whose context is current.
@@ -240,7 +242,7 @@ void view_in_window(Stage& stage, const ViewerOptions& options) {
   ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
   if (!options.script.empty()) {
     run_script(
-        stage, painter, gui, commands_of(options),
+        stage, painter, gui, commands_of(stage, options),
         [] {
           glfwPollEvents();
           ImGui_ImplGlfw_NewFrame();

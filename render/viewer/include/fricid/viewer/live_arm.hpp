@@ -9,8 +9,8 @@
 
 namespace fricid::viewer {
 
-/// What one does to one joint by hand; the others are held by a controller. On the pushed joint the
-/// motor carries gravity and adds
+/// What one does to one joint by hand; a controller holds the others. On the pushed joint the motor
+/// carries gravity and adds
 ///
 ///     tau = torque + amplitude sin(2 pi frequency t).
 struct Push {
@@ -36,14 +36,23 @@ class LiveArm {
   LiveArm(const sim::MujocoArm& arm, const data::Experiment& experiment,
           friction::Friction friction);
 
-  /// At rest in the middle of the scene's position box, friction relaxed, t = 0.
+  /// At rest in the middle of the scene's position box, friction relaxed, t = 0; who moves the arm
+  /// stays.
   void reset();
   /// Simulates the samples that fit into `seconds`, at most `kMostPerCall`; the rest waits.
   void advance(double seconds);
   /// One sample.
   void step();
 
-  Push push;
+  Push push;  ///< while nothing swings
+
+  /// Whether the controller moves all joints in a slow wave about the middle of the position box,
+  ///
+  ///     q_j = middle_j + amplitude_j sin(2 pi f t - lag j),
+  ///
+  /// of at most 0.3 of the box and of the velocity limits. It comes and goes over a second; a joint
+  /// that was pushed elsewhere glides back.
+  bool swings = false;
 
   double time() const { return t_; }
   const sim::State& state() const { return state_; }
@@ -63,9 +72,11 @@ class LiveArm {
   double dt_;
   int steps_;
   std::unique_ptr<sim::Plant> plant_;
-  std::vector<double> middle_;
+  std::vector<double> middle_, amplitude_;  // [rad or m]
+  std::vector<double> away_;                // of a held joint from where it belongs [rad or m]
   sim::State state_;
   double t_ = 0, owed_ = 0;
+  double swing_share_ = 0;  // 0: none, 1: all of it
   std::deque<Moment> history_;
 };
 

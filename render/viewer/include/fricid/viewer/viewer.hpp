@@ -14,9 +14,9 @@ enum class Mode { kReplay, kLive };
 struct ViewerOptions {
   std::string renderer{};              ///< off screen: egl, osmesa or empty, as film
   std::filesystem::path screenshot{};  ///< write this PNG and end; no display needed
-  std::optional<double> at{};          ///< time of the screenshot [s]; replay: middle, live: 1 s
-  std::filesystem::path script{};      ///< commands to run and then end, see docs/rendering.md
-  bool offscreen = false;              ///< run the script without a window, as without a display
+  std::optional<double> at{};      ///< time of the screenshot [s]; none: replay's middle, live 5 s
+  std::filesystem::path script{};  ///< commands to run and then end, see docs/rendering.md
+  bool offscreen = false;          ///< run the script without a window, as without a display
   int width = 1280, height = 800;
 };
 
