@@ -99,28 +99,12 @@ data::ModelFile oracle_model(const data::Experiment& experiment) {
 }
 
 std::vector<data::ModelFile> load_models(const Job& job) {
-  std::vector<fs::path> files;
-  if (fs::exists(job.folder.path() / "models"))
-    for (const auto& entry : fs::directory_iterator(job.folder.path() / "models"))
-      if (entry.path().extension() == ".json") files.push_back(entry.path());
-
-  // The order of the scene, then by file name; seeds in order.
-  const auto rank = [&](const fs::path& file) {
-    const auto& models = job.experiment.models;
-    const std::string stem = file.stem().string();
-    const std::string name = stem.substr(0, stem.rfind("_s"));
-    const auto found = std::find_if(models.begin(), models.end(),
-                                    [&](const auto& model) { return model.name == name; });
-    return std::pair(found - models.begin(), file);
-  };
-  std::sort(files.begin(), files.end(),
-            [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
-
   std::vector<data::ModelFile> models;
-  for (const fs::path& file : files) {
-    models.push_back(data::load_model(file));
-    const auto fit = nlohmann::json::parse(read_file(job.folder.path() / "fit" / file.filename()),
-                                           nullptr, false);
+  for (const FittedModel& fitted : fits_that_count(job)) {
+    const std::string name = fmt::format("{}_s{}.json", fitted.config.name, fitted.seed);
+    models.push_back(data::load_model(job.folder.path() / "models" / name));
+    const auto fit =
+        nlohmann::json::parse(read_file(job.folder.path() / "fit" / name), nullptr, false);
     if (!fit.is_discarded()) models.back().fit_seconds = fit.value("seconds", 0.0);
   }
   if (models.empty())
@@ -175,14 +159,26 @@ bool is_conventional(const data::Experiment& experiment, const data::ModelFile& 
   return true;
 }
 
+/// @throws UserError when the data are damaged, or not those of the scene as it is now
+void refuse_other_data(const Job& job) {
+  const bool logs = data::data_available(job.experiment, nullptr);
+  if (!job.folder.intact("data") ||
+      (logs && !job.folder.stands("data", key_of_data(job.experiment))))
+    throw UserError(
+        "{}: the data are damaged, or not those of the scene, robot and logs as they are now; "
+        "`fricid run {}` makes them again",
+        (job.folder.path() / "data").string(), job.folder.path().string());
+}
+
 }  // namespace
 
 bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
+  refuse_other_data(job);
   const std::vector<data::ModelFile> models = load_models(job);
   const std::vector<fs::path> externals = external_folders(job.folder.path(), models);
   data::Experiment read = job.experiment;
   read.render = {};
-  std::string key = data::to_toml(read) + job.folder.outputs_of("data");
+  std::string key = data::to_toml(read) + key_of_robot(read) + job.folder.outputs_of("data");
   for (const data::ModelFile& model : models)
     key += sha256_of_file(job.folder.path() / "models" /
                           fmt::format("{}_s{}.json", model.name, model.seed));
@@ -214,15 +210,9 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
       contest.simulator_halved = simulator_rollouts(job, held_out, starts, 0.5);
     }
     const evaluate::EvaluationReport report = evaluate::evaluate(contest, options, job.jobs);
-    evaluate::save_report(report, contest.trajectories, job.folder.path());
-
-    std::vector<std::string> files{"evaluation.json", "table.md", "table.csv", "torque.md",
-                                   "starts.csv"};
-    for (const char* folder : {"rollouts", "predictions", "bands"}) {
-      if (!fs::exists(job.folder.path() / folder)) continue;
-      for (const auto& entry : fs::directory_iterator(job.folder.path() / folder))
-        files.push_back(fmt::format("{}/{}", folder, entry.path().filename().string()));
-    }
+    std::vector<std::string> files =
+        evaluate::save_report(report, contest.trajectories, job.folder.path());
+    files.emplace_back("starts.csv");
     return files;
   });
   if (!ran) std::fputs("evaluate: up to date\n", stderr);

@@ -40,18 +40,26 @@ std::vector<std::string> write_figures(const std::filesystem::path& folder) {
   return files;
 }
 
+/// What data, fits and evaluation left, as text for keys.
+std::string key_of_results(const Job& job) {
+  std::string key = job.folder.outputs_of("data") + job.folder.outputs_of("evaluate");
+  for (const FittedModel& fit : fits_that_count(job))
+    key += job.folder.outputs_of(fmt::format("identify {}_s{}", fit.config.name, fit.seed));
+  return key;
+}
+
 }  // namespace
 
 std::string draw_plots(Job& job) {
-  return try_stage(job, "plots", read_file(job.folder.path() / "evaluation.json"),
+  return try_stage(job, "plots", data::to_toml(job.experiment) + key_of_results(job),
                    [&] { return write_figures(job.folder.path()); });
 }
 
 std::string make_videos(Job& job, const std::string& renderer) {
   data::Experiment read;
   read.render = job.experiment.render;
-  const std::string key = job.folder.outputs_of("data") + job.folder.outputs_of("evaluate") +
-                          data::to_toml(read) + renderer;
+  const std::string key = key_of_results(job) + key_of_robot(job.experiment) + data::to_toml(read) +
+                          job.experiment.description + renderer;
   return try_stage(job, "video", key, [&] {
     return film::render_video(job.folder.path(), job.experiment,
                               {.renderer = renderer, .jobs = job.jobs});

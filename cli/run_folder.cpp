@@ -65,14 +65,41 @@ RunFolder::~RunFolder() {
 
 bool RunFolder::up_to_date(const std::string& name, const std::string& key) const {
   if (fresh_) return false;
+  const nlohmann::json* record = record_of(name);
+  return record != nullptr && record->at("key") == key && intact(name);
+}
+
+const nlohmann::json* RunFolder::record_of(const std::string& name) const {
   const auto stages = manifest_.find("stages");
-  if (stages == manifest_.end() || !stages->contains(name)) return false;
-  const auto& stage = (*stages)[name];
-  if (stage["key"] != key) return false;
-  for (const auto& [file, hash] : stage["outputs"].items())
+  return stages == manifest_.end() || !stages->contains(name) ? nullptr : &stages->at(name);
+}
+
+bool RunFolder::intact(const std::string& name) const {
+  const nlohmann::json* record = record_of(name);
+  if (record == nullptr) return false;
+  for (const auto& [file, hash] : record->at("outputs").items())
     if (!std::filesystem::exists(path_ / file) || sha256_of_file(path_ / file) != hash)
       return false;
   return true;
+}
+
+bool RunFolder::stands(const std::string& name, const std::string& key) const {
+  return intact(name) && record_of(name)->value("inputs", "") == sha256_of_text(key);
+}
+
+std::vector<std::string> RunFolder::stages() const {
+  std::vector<std::string> names;
+  if (const auto stages = manifest_.find("stages"); stages != manifest_.end())
+    for (const auto& [name, record] : stages->items()) names.push_back(name);
+  return names;
+}
+
+void RunFolder::remove_unless_changed(const nlohmann::json& outputs,
+                                      const nlohmann::json& kept) const {
+  for (const auto& [file, hash] : outputs.items())
+    if (!kept.contains(file) && std::filesystem::exists(path_ / file) &&
+        sha256_of_file(path_ / file) == hash)
+      std::filesystem::remove(path_ / file);
 }
 
 std::string RunFolder::key_of(const std::string& text) const {
@@ -89,8 +116,14 @@ bool RunFolder::stage(const std::string& name, const std::string& key_text,
   nlohmann::json outputs = nlohmann::json::object();
   for (const std::string& file : body()) outputs[file] = sha256_of_file(path_ / file);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
-  manifest_["stages"][name] = {{"key", key}, {"outputs", outputs}, {"seconds", elapsed.count()}};
+  const nlohmann::json* before = record_of(name);
+  const nlohmann::json old = before == nullptr ? nlohmann::json::object() : before->at("outputs");
+  manifest_["stages"][name] = {{"key", key},
+                               {"inputs", sha256_of_text(key_text)},
+                               {"outputs", outputs},
+                               {"seconds", elapsed.count()}};
   save();
+  remove_unless_changed(old, outputs);
   return true;
 }
 
@@ -98,6 +131,10 @@ void RunFolder::describe(const std::string& key, const nlohmann::json& value) {
   if (manifest_.contains(key) && manifest_[key] == value) return;
   manifest_[key] = value;
   save();
+}
+
+nlohmann::json RunFolder::described(const std::string& key) const {
+  return manifest_.value(key, nlohmann::json());
 }
 
 std::string RunFolder::outputs_of(const std::string& name) const {

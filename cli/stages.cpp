@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/contract.hpp"
@@ -20,24 +21,6 @@ bool is_run_folder(const std::filesystem::path& path) {
   return std::filesystem::exists(path / "manifest.json");
 }
 
-/// The scene without the sections that a stage does not read, as text for its key.
-std::string key_of_data(const data::Experiment& experiment) {
-  data::Experiment read = experiment;
-  read.models.clear();
-  read.identify = {};
-  read.evaluate = {};
-  read.render = {};
-  read.description.clear();
-  std::string key = data::to_toml(read);
-  for (const auto& path : experiment.inputs)
-    if (path.extension() != ".toml" || path.filename() == experiment.data.contract)
-      key += sha256_of_file(path);
-  for (const auto* logs : {&experiment.data.train, &experiment.data.validation})
-    for (const std::string& log : *logs)
-      key += sha256_of_file(data::find_file(log, experiment.folder));
-  return key;
-}
-
 std::string key_of_fit(const Job& job, const data::ModelConfig& config, int seed) {
   data::Experiment read = job.experiment;
   read.models = {config};
@@ -45,7 +28,7 @@ std::string key_of_fit(const Job& job, const data::ModelConfig& config, int seed
   read.evaluate = {};
   read.render = {};
   read.description.clear();
-  return data::to_toml(read) + job.folder.outputs_of("data");
+  return data::to_toml(read) + key_of_robot(read) + job.folder.outputs_of("data");
 }
 
 nlohmann::json to_json(const sim::TrajectoryReport& report, const data::Experiment& experiment) {
@@ -181,6 +164,60 @@ std::string default_name(const data::Experiment& experiment, const RunOptions& o
 
 }  // namespace
 
+std::string key_of_robot(const data::Experiment& experiment) {
+  std::string key = sha256_of_file(experiment.urdf_path);
+  if (!experiment.mjcf_path.empty())
+    key += sha256_of_text(sim::compiled_mjcf(experiment.mjcf_path));
+  return key;
+}
+
+std::string key_of_data(const data::Experiment& experiment) {
+  data::Experiment read = experiment;
+  read.models.clear();
+  read.identify = {};
+  read.evaluate = {};
+  read.render = {};
+  read.description.clear();
+  std::string key = data::to_toml(read) + key_of_robot(experiment);
+  if (!experiment.contract_path.empty()) key += sha256_of_file(experiment.contract_path);
+  for (const auto* logs : {&experiment.data.train, &experiment.data.validation})
+    for (const std::string& log : *logs)
+      key += sha256_of_file(data::find_file(log, experiment.folder));
+  return key;
+}
+
+std::vector<FittedModel> fits_that_count(const Job& job) {
+  const auto& models = job.experiment.models;
+  const nlohmann::json by_name = job.folder.described("fitted_by_name");
+  constexpr std::string_view kIdentify = "identify ";
+  std::vector<FittedModel> fits;
+  for (const std::string& stage : job.folder.stages()) {
+    if (!stage.starts_with(kIdentify)) continue;
+    const std::string id = stage.substr(kIdentify.size());
+    const std::size_t end = std::min(id.rfind("_s"), id.size());
+    const std::string name = id.substr(0, end);
+    int seed = 0;
+    if (std::sscanf(id.c_str() + end, "_s%d", &seed) != 1) continue;
+    const data::ModelConfig config = chosen_models(job.experiment, {name}).front();
+    const bool of_scene =
+        std::ranges::any_of(models, [&](const auto& model) { return model.name == name; }) &&
+        std::ranges::count(config.seeds, seed) > 0;
+    const bool asked_for = by_name.is_object() && by_name.contains(id);
+    if (!(of_scene || asked_for) || !job.folder.stands(stage, key_of_fit(job, config, seed))) {
+      say(fmt::format(
+          "{}: left out: it was not fitted to this scene, robot and data as they are now", id));
+      continue;
+    }
+    fits.push_back({config, seed});
+  }
+  // the order of the scene, then by name; seeds in order
+  std::ranges::sort(fits, {}, [&](const FittedModel& fit) {
+    const auto found = std::ranges::find(models, fit.config.name, &data::ModelConfig::name);
+    return std::tuple(found - models.begin(), fit.config.name, fit.seed);
+  });
+  return fits;
+}
+
 data::Experiment load_experiment(const std::filesystem::path& target) {
   if (is_run_folder(target)) return data::load_experiment(target / "scene.toml");
   data::Experiment experiment = data::load_experiment(target);
@@ -207,8 +244,7 @@ Job open_job(data::Experiment experiment, const RunOptions& options, const Commo
   job.folder.describe("scene", job.experiment.name);
   job.folder.describe("seed", job.experiment.seed);
   nlohmann::json inputs;
-  for (const auto& path : job.experiment.inputs)
-    inputs[path.filename().string()] = sha256_of_file(path);
+  for (const auto& path : job.experiment.inputs) inputs[path.string()] = sha256_of_file(path);
   job.folder.describe("inputs", inputs);
   return job;
 }
@@ -226,6 +262,11 @@ bool identify_models(Job& job, const std::vector<std::string>& names, const std:
   for (const data::ModelConfig& config : chosen_models(job.experiment, names))
     for (const int seed : seeds.empty() ? config.seeds : parse_seeds(seeds)) {
       const std::string id = fmt::format("{}_s{}", config.name, seed);
+      if (!names.empty() || !seeds.empty()) {
+        nlohmann::json by_name = job.folder.described("fitted_by_name");
+        by_name[id] = true;
+        job.folder.describe("fitted_by_name", by_name);
+      }
       const std::string key = key_of_fit(job, config, seed);
       const bool ran = job.folder.stage("identify " + id, key, [&] {
         if (!prepared)

@@ -32,6 +32,22 @@ Job open_job(data::Experiment experiment, const RunOptions& options, const Commo
 /// data/*.h5 and truth/*.h5 by simulation, or data/*.h5 from logs.
 void make_data(Job& job);
 
+/// What the robot of a scene is made of, as text for keys: the content of the URDF and what MuJoCo
+/// makes of the MJCF, included files and meshes with it.
+std::string key_of_robot(const data::Experiment& experiment);
+
+/// What the data of a scene are made of, as text for keys. @throws UserError when a log is missing
+std::string key_of_data(const data::Experiment& experiment);
+
+/// The fits that count: those of the scene's models and seeds and those asked for by name, where
+/// they were made from the scene, the robot and the data as they are now. Others are named on
+/// stderr.
+struct FittedModel {
+  data::ModelConfig config;
+  int seed;
+};
+std::vector<FittedModel> fits_that_count(const Job& job);
+
 /// models/*.json and fit/*.json for the scene's models, or those named.
 /// @return false when a fit failed its own health test
 bool identify_models(Job& job, const std::vector<std::string>& names, const std::string& seeds);

@@ -116,6 +116,17 @@ void initialise_mujoco() {
   });
 }
 
+std::string compiled_mjcf(const std::filesystem::path& mjcf) {
+  initialise_mujoco();
+  std::array<char, 1024> error{};
+  const MjSpecPtr spec(mj_parseXML(mjcf.c_str(), nullptr, error.data(), error.size()));
+  if (!spec) throw UserError("{}: {}", mjcf.string(), one_line(error.data()));
+  const MjModelPtr model = compile(*spec, mjcf);
+  std::string bytes(static_cast<std::size_t>(mj_sizeModel(model.get())), '\0');
+  mj_saveModel(model.get(), nullptr, bytes.data(), static_cast<mjtSize>(bytes.size()));
+  return bytes;
+}
+
 MujocoArm::MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotModel& robot,
                      double step, const Payload& payload) {
   initialise_mujoco();

@@ -203,12 +203,18 @@ std::string to_csv(const EvaluationReport& report) {
   return text;
 }
 
-void save_report(const EvaluationReport& report, std::span<const Trajectory> trajectories,
-                 const std::filesystem::path& folder) {
+std::vector<std::string> save_report(const EvaluationReport& report,
+                                     std::span<const Trajectory> trajectories,
+                                     const std::filesystem::path& folder) {
+  std::vector<std::string> files;
+  const auto add = [&](const std::string& name) {
+    files.push_back(name);
+    return folder / name;
+  };
   for (const ModelResult& model : report.models) {
     const auto file = [&](const char* kind, const Trajectory& trajectory) {
-      return folder / kind /
-             fmt::format("{}_s{}_{}.h5", model.name, model.seed, trajectory.data.name);
+      return add(
+          fmt::format("{}/{}_s{}_{}.h5", kind, model.name, model.seed, trajectory.data.name));
     };
     for (const Rollout& rollout : model.rollouts) {
       const Trajectory& trajectory =
@@ -221,13 +227,13 @@ void save_report(const EvaluationReport& report, std::span<const Trajectory> tra
   }
   for (const Summary& summary : report.summary)
     for (std::size_t i = 0; i < summary.bands.size(); ++i)
-      save_band(
-          summary.bands[i], trajectories[i].data, summary.name,
-          folder / "bands" / fmt::format("{}_{}.h5", summary.name, trajectories[i].data.name));
-  write_file_atomically(folder / "table.md", to_markdown(report));
-  write_file_atomically(folder / "torque.md", to_torque_markdown(report, trajectories));
-  write_file_atomically(folder / "table.csv", to_csv(report));
-  write_file_atomically(folder / "evaluation.json", to_json(report));
+      save_band(summary.bands[i], trajectories[i].data, summary.name,
+                add(fmt::format("bands/{}_{}.h5", summary.name, trajectories[i].data.name)));
+  write_file_atomically(add("table.md"), to_markdown(report));
+  write_file_atomically(add("torque.md"), to_torque_markdown(report, trajectories));
+  write_file_atomically(add("table.csv"), to_csv(report));
+  write_file_atomically(add("evaluation.json"), to_json(report));
+  return files;
 }
 
 }  // namespace fricid::evaluate

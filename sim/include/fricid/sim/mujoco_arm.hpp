@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "fricid/dynamics/robot_model.hpp"
@@ -25,6 +26,10 @@ using MjDataPtr = std::unique_ptr<mjData, MjDataDeleter>;
 /// on stderr, and it neither waits for a key nor writes a log file. Called by every loader; cheap.
 /// @throws UserError when the library that was loaded is not the one whose header was compiled
 void initialise_mujoco();
+
+/// What MuJoCo makes of an MJCF file, as bytes that are equal when everything that the file says,
+/// includes or refers to (meshes, textures) is. @throws UserError when it cannot be compiled
+std::string compiled_mjcf(const std::filesystem::path& mjcf);
 
 /// A rigid payload: mass [kg], centre of mass [m] in `frame`, inertia about it [kg m^2].
 struct Payload {

@@ -57,7 +57,9 @@ std::string to_torque_markdown(const EvaluationReport& report,
 
 /// Writes evaluation.json, table.md, torque.md, table.csv, rollouts/NAME_sSEED_TRAJECTORY.h5,
 /// predictions/ under the same names and bands/NAME_TRAJECTORY.h5 into `folder`.
-void save_report(const EvaluationReport& report, std::span<const Trajectory> trajectories,
-                 const std::filesystem::path& folder);
+/// @return the files written, relative to it
+std::vector<std::string> save_report(const EvaluationReport& report,
+                                     std::span<const Trajectory> trajectories,
+                                     const std::filesystem::path& folder);
 
 }  // namespace fricid::evaluate
