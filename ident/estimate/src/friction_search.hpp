@@ -46,7 +46,7 @@ inline constexpr double kBadValue = 1e30;
 ///
 ///     (J'J)^-1 (sum_b s_b s_b') (J'J)^-1,   s_b = sum_{k in b} J_k e_k,
 ///
-/// which holds for residuals that a filter, or what the law cannot say, has made to hang together.
+/// which holds for correlated residuals: those of filtered signals, or of a law that does not fit.
 /// @see Liang & Zeger, Biometrika 73(1), 1986
 Eigen::MatrixXd search_covariance(const JointFrictionData& data,
                                   const friction::RobotFriction& friction,

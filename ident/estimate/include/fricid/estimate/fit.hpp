@@ -1,4 +1,4 @@
-// Stage S0: conventional identification. One call per model; the rigid body is identified once.
+// Conventional identification. One call per model; the rigid body is identified once.
 #pragma once
 
 #include <cstdint>

@@ -34,7 +34,7 @@ struct ModelResult {
   int seed = 1;
   int parameters = 0;  ///< number of fitted values
   double fit_seconds = 0;
-  std::string budget;  ///< what its fit spent; empty where nobody said
+  std::string budget;  ///< training budget, as its model file says; empty: none in the file
   bool is_oracle = false;
   bool is_conventional = false;
   int friction_states = 0;
