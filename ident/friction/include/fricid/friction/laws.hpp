@@ -61,6 +61,7 @@ concept FrictionLaw = std::copyable<Law> &&
   { Law::kName } -> std::convertible_to<std::string_view>;
   { Law::kEquation } -> std::convertible_to<std::string_view>;
   { Law::kSource } -> std::convertible_to<std::string_view>;
+  { Law::kLook } -> std::convertible_to<PlotLook>;
   { Law::kClaims } -> std::convertible_to<Claims>;
   { Law::kReads } -> std::convertible_to<Reads>;
   { Law::kMostElements } -> std::convertible_to<int>;
