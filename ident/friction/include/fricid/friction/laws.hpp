@@ -18,6 +18,7 @@
 #include "fricid/friction/laws/maxwell_slip.hpp"
 #include "fricid/friction/laws/neural.hpp"
 #include "fricid/friction/laws/none.hpp"
+#include "fricid/friction/laws/prandtl_ishlinskii.hpp"
 #include "fricid/friction/laws/stribeck.hpp"
 #include "fricid/friction/laws/viscous_power.hpp"
 #include "fricid/friction/modifiers/asymmetry.hpp"
@@ -40,6 +41,7 @@ using Laws = std::tuple<  //
     LuGreClassic,         //
     Gms,                  //
     MaxwellSlip,          //
+    PrandtlIshlinskii,    //
     Neural,               //
     Lvm1,                 //
     Lvm,                  //
