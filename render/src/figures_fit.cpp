@@ -64,11 +64,17 @@ Spectrum smoothed(const Spectrum& fine) {
           Eigen::Map<Eigen::VectorXd>(density.data(), std::ssize(density))};
 }
 
-/// Symbols that number an element of a law, or a weight: too many to plot one by one.
-bool is_numbered(const std::string& symbol) {
-  static constexpr std::array<std::string_view, 4> kScalars{"sigma0", "sigma1", "sigma2", "F0"};
-  return std::find(kScalars.begin(), kScalars.end(), symbol) == kScalars.end() &&
-         std::isdigit(static_cast<unsigned char>(symbol.back())) != 0;
+/// Symbols and parameters of a law that are plotted one by one: those of its elements and weights
+/// are too many, where a step is smoothed is no friction.
+std::map<std::string, friction::ParameterInfo> shown_parameters(const json& law) {
+  using enum friction::Role;
+  std::map<std::string, friction::ParameterInfo> shown;
+  for (const friction::ParameterInfo& info :
+       friction::parameters_of_law(law.at("law").get<std::string>(), law.value("elements", 0)))
+    if (info.element == 0 && info.role != kSmoothingSpeed && info.role != kLoadSmoothing &&
+        info.role != kSaturationSpeed)
+      shown.emplace(info.symbol, info);
+  return shown;
 }
 
 /// A curve of more samples than a panel can show, as the median of each bin over the band from the
@@ -233,11 +239,10 @@ Figure parameters(const Run& run) {
     const json friction = file.value("friction", json::array());
     for (std::size_t j = 0; j < friction.size(); ++j)
       for (const json& law : friction[j])
-        for (const auto& [symbol, parameter] : law.at("parameters").items()) {
-          if (is_numbered(symbol)) continue;
+        for (const auto& [symbol, info] : shown_parameters(law)) {
           Series& series = own[symbol];
-          units[symbol] = parameter.value("unit", "");
-          const double value = number_in(parameter, "value");
+          units[symbol] = info.has_unit() ? fmt::format("[{}]", info.unit) : "";
+          const double value = number_in(law.at("parameters").at(symbol), "value");
           const double error =
               j < joints_fit.size()
                   ? number_in(joints_fit[j].value("standard_errors", json::object()), symbol)
@@ -264,17 +269,17 @@ Figure parameters(const Run& run) {
     Series truth{
         .label = "truth", .colour = "#777777", .width = 1.4, .mark = Mark::kPoints, .marker = 6};
     if (run.truth) {
-      const auto& injected = run.truth->friction.model.parameters();
-      for (std::size_t i = 0; i < injected.size(); ++i)
-        if (injected[i].symbol == symbol) {
-          truth.x.push_back(injected[i].joint);
-          truth.y.push_back(run.truth->friction.theta[i]);
+      const friction::Friction& injected = run.truth->friction;
+      for (int j = 0; j < run.n(); ++j)
+        if (const int i = friction::find_parameter(injected.model, j, "", symbol); i >= 0) {
+          truth.x.push_back(j);
+          truth.y.push_back(injected.theta[static_cast<std::size_t>(i)]);
         }
     }
     std::vector<Series> series = by_symbol[symbol];
     if (truth.x.empty() && series.size() < 2) continue;
     Panel panel{.title = symbol,
-                .y_label = units[symbol] == "1" ? "" : "[" + units[symbol] + "]",
+                .y_label = units[symbol],
                 .series = std::move(series),
                 .x_range = {-0.6, run.n() - 0.4},
                 .x_tics = {}};

@@ -7,35 +7,21 @@
 #include <string_view>
 
 #include "fricid/evaluate/evaluation_file.hpp"
+#include "fricid/friction/robot_friction.hpp"
 #include "json_files.hpp"
 
 namespace fricid::render {
 namespace {
 
-struct Hue {
-  std::string_view law, colour;
-  int marker;
-};
+constexpr friction::PlotLook kOracle{"#000000", 7}, kExternal{"#E7298A", 2}, kUnknown{"#708090", 3};
 
-constexpr std::array kHues{Hue{"oracle", "#000000", 7},
-                           Hue{"coulomb_viscous", "#CC79A7", 9},
-                           Hue{"stribeck", "#E69F00", 11},
-                           Hue{"dahl", "#56B4E9", 5},
-                           Hue{"lugre", "#009E73", 13},
-                           Hue{"gms", "#D55E00", 7},
-                           Hue{"lvm", "#0072B2", 15},
-                           Hue{"load_dependent", "#882255", 4},
-                           Hue{"neural", "#8C7A00", 8},
-                           Hue{"maxwell_slip", "#7A5230", 6},
-                           Hue{"viscous_power", "#44AA99", 10},
-                           Hue{"lvm1", "#5D3FD3", 12},
-                           Hue{"lvm4", "#00446B", 14},
-                           Hue{"lugre_classic", "#66A61E", 12},
-                           Hue{"nn", "#B8860B", 6},
-                           Hue{"rnn", "#A0522D", 9},
-                           Hue{"lvm_paper", "#4169E1", 4},
-                           Hue{"external", "#E7298A", 2},
-                           Hue{"", "#708090", 3}};  // what is not in the table
+/// The look that a law's row in the tables states, or that of what has no row.
+friction::PlotLook plain_look(std::string_view law) {
+  for (const auto table : {friction::law_table(), friction::robot_law_table()})
+    for (const friction::LawInfo& row : table)
+      if (row.name == law) return row.look;
+  return law == "oracle" ? kOracle : law == "external" ? kExternal : kUnknown;
+}
 
 /// "#rrggbb" moved by `share` towards white (positive) or black (negative).
 std::string shaded(std::string_view colour, double share) {
@@ -64,10 +50,9 @@ std::string law_of(const std::filesystem::path& file) {
 
 Look look_of_law(const std::string& law, int again) {
   static constexpr std::array kShares{0.0, 0.4, -0.45, 0.65, -0.7};
-  const auto hue = std::find_if(kHues.begin(), kHues.end() - 1,
-                                [&](const Hue& candidate) { return candidate.law == law; });
+  const friction::PlotLook look = plain_look(law);
   const auto shade = static_cast<std::size_t>(again) % kShares.size();
-  return {shaded(hue->colour, kShares[shade]), law == "oracle" ? 2 : 1 + again % 4, hue->marker};
+  return {shaded(look.colour, kShares[shade]), law == "oracle" ? 2 : 1 + again % 4, look.marker};
 }
 
 std::vector<RunModel> models_of_run(const std::filesystem::path& folder) {

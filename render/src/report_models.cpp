@@ -17,22 +17,12 @@ const json& child(const json& object, const std::string& key) {
   return object.is_object() && object.contains(key) ? object.at(key) : kNothing;
 }
 
-/// A network weight: "w" and a number.
-bool is_weight(std::string_view symbol) {
-  return symbol.size() > 1 && symbol[0] == 'w' &&
-         std::all_of(symbol.begin() + 1, symbol.end(), [](char c) { return c >= '0' && c <= '9'; });
-}
-
 /// Injected value of a parameter where the truth has the same law at that joint; else NaN.
 double true_value(const Run& run, int joint, const std::string& law, const std::string& symbol) {
   if (!run.truth) return kNaN;
   const friction::Friction& truth = run.truth->friction;
-  const auto& parameters = truth.model.parameters();
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].joint == joint && parameters[i].owner == law &&
-        parameters[i].symbol == symbol)
-      return truth.theta[i];
-  return kNaN;
+  const int i = friction::find_parameter(truth.model, joint, law, symbol);
+  return i < 0 ? kNaN : truth.theta[static_cast<std::size_t>(i)];
 }
 
 bool is_at_bound(const json& fit, std::size_t joint, const std::string& symbol) {
@@ -67,13 +57,13 @@ std::string law_table(const Record& record, const FittedModel& fitted, const std
   std::vector<Row> rows;
   for (const friction::ParameterInfo& info : friction::parameters_of_law(law, elements)) {
     const std::string symbol(info.symbol);
-    if (is_weight(symbol)) {
+    if (info.role == friction::Role::kWeight) {
       ++weights;
       continue;
     }
     Row row{{{fmt::format("<span title=\"{}\">{}</span> <span class=\"soft\">{}</span>",
                           html::escaped(info.meaning), html::escaped(symbol),
-                          info.unit == "1" ? "" : html::escaped(info.unit))}}};
+                          info.has_unit() ? html::escaped(info.unit) : "")}}};
     Row start{{{"<span class=\"soft\">start</span>"}}, "soft"},
         truth{{{"<span class=\"soft\">truth</span>"}}, "soft"};
     bool has_truth = false, has_start = false;

@@ -105,7 +105,7 @@ TEST(FitJointFriction, HeldParametersHaveNoStandardErrors) {
   const JointFrictionData data(prepared.sequences, target, 0, 10);
   const friction::RobotFriction one({{{{"coulomb_viscous", 0, {}}}}});
   FrictionFitOptions options;
-  options.held = {"Fc", "Fv", "v0"};
+  options.held = {0, 1, 2};
   const JointFrictionFit fit = fit_joint_friction(data, one, default_theta(one), options);
   EXPECT_NE(fit.outcome, Outcome::kFailed) << fit.message;
   const std::vector<double> start = default_theta(one);

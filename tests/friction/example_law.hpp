@@ -25,6 +25,7 @@ class ViscousBristle {
   static constexpr std::string_view kEquation =
       "dz/dt = v - sigma0 |v| z / (Fc + Fv |v|); tau = sigma0 z";
   static constexpr std::string_view kSource = "example of docs/add_a_friction_law.md";
+  static constexpr PlotLook kLook{"#2F4F4F", 1};
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
@@ -73,6 +74,10 @@ class ViscousBristle {
     return level(theta, in.v) * sign(in.v);
   }
 
+  void state_bound(const double* theta, double fastest, double* bound) const {
+    bound[0] = level(theta, fastest) / theta[kSigma0];
+  }
+
  private:
   template <class S>
   static S level(const S* theta, const S& v) {
@@ -80,9 +85,10 @@ class ViscousBristle {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-      {"sigma0", "N m/rad", 1, 1e8, 1.5e4, Scale::kLog, "bristle stiffness"},
-      {"Fv", "N m s/rad", 0, 1e4, 2.5, Scale::kLinear, "growth of the level with speed"},
+      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
+      {"sigma0", "N m/rad", Role::kStiffness, 1, 1e8, 1.5e4, Scale::kLog, "bristle stiffness"},
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear,
+       "growth of the level with speed"},
   }};
 };
 

@@ -16,12 +16,8 @@ std::string cell(std::string_view text) {
 
 // Two members of a numbered family that differ in their number only.
 bool alike(const ParameterInfo& a, const ParameterInfo& b) {
-  const auto stem = [](std::string_view s) {
-    return s.substr(0, s.find_last_not_of("0123456789") + 1);
-  };
-  return stem(a.symbol) == stem(b.symbol) && a.unit == b.unit && a.lower == b.lower &&
-         a.upper == b.upper && a.typical == b.typical && a.scale == b.scale &&
-         a.meaning == b.meaning;
+  return a.stem() == b.stem() && a.role == b.role && a.lower == b.lower && a.upper == b.upper &&
+         a.typical == b.typical && a.scale == b.scale && a.meaning == b.meaning;
 }
 
 const char* searched(Scale scale) {

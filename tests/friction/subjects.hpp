@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,51 +13,24 @@
 
 namespace fricid::friction::test {
 
-// Largest |z_i| that theta allows.
+// Largest |z_i| that theta allows at the speeds of the suite.
+constexpr double kFastest = 1e3;  // [rad/s]
 template <class Law>
-std::vector<double> state_bound(const Law& law, const double*) {
-  return std::vector<double>(static_cast<std::size_t>(law.state_size()), 0.0);
-}
-inline std::vector<double> state_bound(const Dahl&, const double* theta) {
-  return {theta[Dahl::kFc] / theta[Dahl::kSigma0]};
-}
-template <BristleDamping damping>
-std::vector<double> state_bound(const BasicLuGre<damping>&, const double* theta) {
-  return {std::max(theta[LuGre::kFc], theta[LuGre::kFs]) / theta[LuGre::kSigma0]};
-}
-inline std::vector<double> state_bound(const MaxwellSlip& law, const double* theta) {
-  std::vector<double> bound;
-  for (int i = 0; i < law.state_size(); ++i) bound.push_back(theta[law.W(i)] / theta[law.K(i)]);
-  return bound;
-}
-inline std::vector<double> state_bound(const Gms& law, const double* theta) {
-  double sum = 0;
-  std::vector<double> bound;
-  for (int i = 0; i < law.state_size(); ++i) sum += theta[law.alpha(i)];
-  for (int i = 0; i < law.state_size(); ++i)
-    bound.push_back(theta[law.alpha(i)] / sum * std::max(theta[Gms::kFc], theta[Gms::kFs]));
+std::vector<double> state_bound(const Law& law, const double* theta) {
+  std::vector<double> bound(static_cast<std::size_t>(law.state_size()));
+  if constexpr (requires { law.state_bound(theta, kFastest, bound.data()); })
+    law.state_bound(theta, kFastest, bound.data());
   return bound;
 }
 
-template <int kLatents>
-std::vector<double> state_bound(const BasicLvm<kLatents>&, const double*) {
-  return std::vector<double>(kLatents, std::exp(BasicLvm<kLatents>::kLogRateLimit));
-}
-
-/// Largest |z_i| as a function of theta.
-using StateBound = std::function<std::vector<double>(const double* theta)>;
-
-/// One law by itself. A law that is not in the table brings its bound.
+/// One law by itself.
 template <class Law>
 struct LawSubject {
   Law law;
   std::string name;
   Claims claims = Law::kClaims;
-  StateBound bound;
 
-  explicit LawSubject(Law l)
-      : LawSubject(l, [l](const double* theta) { return state_bound(l, theta); }) {}
-  LawSubject(Law l, StateBound b) : law(l), name(Law::kName), bound(std::move(b)) {
+  explicit LawSubject(Law l) : law(l), name(Law::kName) {
     if (Law::kMostElements > 0)
       name += ", " + std::to_string(law.parameters().size()) + " parameters";
   }
@@ -66,6 +38,7 @@ struct LawSubject {
     return {law.parameters().begin(), law.parameters().end()};
   }
   int state_size() const { return law.state_size(); }
+  std::vector<double> bound(const double* theta) const { return state_bound(law, theta); }
 
   template <class S>
   S torque(const S* theta, const Input<S>& in, const S* z) const {
@@ -223,8 +196,8 @@ class Draw {
     }
     return values;
   }
-  double speed(double most = 1e3) { return sign() * log_uniform(1e-6, most); }
-  Input<double> input(double most = 1e3) {
+  double speed(double most = kFastest) { return sign() * log_uniform(1e-6, most); }
+  Input<double> input(double most = kFastest) {
     return {uniform(-3, 3), speed(most), uniform(-60, 60), uniform(280, 340)};
   }
   std::vector<double> state(const std::vector<double>& bound) {

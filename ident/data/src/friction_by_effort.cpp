@@ -7,7 +7,7 @@
 namespace fricid::data {
 
 friction::Friction friction_by_effort(const dynamics::RobotModel& robot, const std::string& where) {
-  constexpr double kCoulomb = 0.06, kViscous = 0.2, kStatic = 1.25;
+  constexpr double kCoulombShare = 0.06, kViscousShare = 0.2, kStaticShare = 1.25;
   constexpr double kUsualSpeed = 3;  // [rad/s] of a joint that states no limit
   friction::Friction friction;
   friction.model = friction::RobotFriction(
@@ -20,17 +20,19 @@ friction::Friction friction_by_effort(const dynamics::RobotModel& robot, const s
       throw UserError("{}: joint {} has no effort limit; allowed: [[friction.law]], or a limit",
                       where, joint.name);
     const bool slides = joint.type == dynamics::JointType::kPrismatic;
-    const double Fc = kCoulomb * joint.effort, travel = slides ? 2e-5 : 6e-4;
-    const double sigma0 = kStatic * Fc / travel, vs = slides ? 0.01 : 0.05;
-    const std::map<std::string, double> values{
-        {"Fc", Fc},
-        {"Fs", kStatic * Fc},
-        {"vs", vs},
-        {"sigma0", sigma0},
+    const double Fc = kCoulombShare * joint.effort, travel = slides ? 2e-5 : 6e-4;
+    const double sigma0 = kStaticShare * Fc / travel, vs = slides ? 0.01 : 0.05;
+    using enum friction::Role;
+    const std::map<friction::Role, double> values{
+        {kCoulomb, Fc},
+        {kStatic, kStaticShare * Fc},
+        {kStribeckVelocity, vs},
+        {kStiffness, sigma0},
         // so that the damping of a bristle fades with the Stribeck speed, as the law asks for
-        {"sigma1", 0.1 * Fc / vs},
-        {"sigma2", kViscous * joint.effort / (joint.velocity > 0 ? joint.velocity : kUsualSpeed)}};
-    if (const auto value = values.find(parameter.symbol); value != values.end())
+        {kDamping, 0.1 * Fc / vs},
+        {kViscous,
+         kViscousShare * joint.effort / (joint.velocity > 0 ? joint.velocity : kUsualSpeed)}};
+    if (const auto value = values.find(parameter.info.role); value != values.end())
       friction.theta[i] = value->second;
   }
   return friction;

@@ -11,30 +11,17 @@ using friction::LawInfo;
 using friction::ParameterInfo;
 
 // Keys of `now`, where `other` are the parameters with another number of elements: a family is what
-// that number changes, less the number at its end.
+// that number changes.
 std::vector<FrictionKey> make_keys(const std::vector<ParameterInfo>& now,
                                    const std::vector<ParameterInfo>& other) {
-  std::vector<std::string> bases;
-  const auto add_bases = [&](const auto& some, const auto& without) {
-    for (const ParameterInfo& info : some) {
-      const auto same_symbol = [&](const ParameterInfo& p) { return p.symbol == info.symbol; };
-      if (std::any_of(without.begin(), without.end(), same_symbol)) continue;
-      bases.emplace_back(info.symbol.substr(0, info.symbol.find_last_not_of("0123456789") + 1));
-    }
-  };
-  add_bases(now, other);
-  add_bases(other, now);
-
   std::vector<FrictionKey> keys;
   for (std::size_t p = 0; p < now.size(); ++p) {
-    const std::string symbol(now[p].symbol);
-    const std::size_t end = symbol.find_last_not_of("0123456789") + 1;
-    const std::string base = symbol.substr(0, end);
+    const friction::Role role = now[p].role;
     const bool family =
-        end < symbol.size() && std::find(bases.begin(), bases.end(), base) != bases.end();
-    const std::string name = family ? base : symbol;
-    const auto known = std::find_if(keys.begin(), keys.end(),
-                                    [&](const FrictionKey& key) { return key.key == name; });
+        now[p].element > 0 && std::ranges::count(now, role, &ParameterInfo::role) !=
+                                  std::ranges::count(other, role, &ParameterInfo::role);
+    const std::string name(family ? now[p].stem() : now[p].symbol);
+    const auto known = std::ranges::find(keys, name, &FrictionKey::key);
     if (known != keys.end()) {
       known->members.push_back(static_cast<int>(p));
     } else {
@@ -81,7 +68,7 @@ std::string list_names(std::span<const LawInfo> rows) {
 }
 
 std::string unit_suffix(const ParameterInfo& info) {
-  return info.unit == "1" ? "" : fmt::format(" {}", info.unit);
+  return info.has_unit() ? fmt::format(" {}", info.unit) : "";
 }
 
 std::string list_bounds(const ParameterInfo& info) {

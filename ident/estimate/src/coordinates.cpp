@@ -38,11 +38,11 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
     // zero says nothing about size; what has no typical size, as a network's weights, is of order
     // one
     const double typical = info.typical == 0 ? 1 : std::abs(info.typical);
-    const double size = info.unit == "1/rad" ? kWaveNumber
-                        : value == 0         ? typical
-                        : info.typical == 0  ? 1
-                                             : std::max(std::abs(value), 0.1 * typical);
-    const bool bounded = info.unit == "N m/rad" && !options.stiffest.empty();
+    const double size = info.role == friction::Role::kWaveNumber ? kWaveNumber
+                        : value == 0                             ? typical
+                        : info.typical == 0                      ? 1
+                                            : std::max(std::abs(value), 0.1 * typical);
+    const bool bounded = info.role == friction::Role::kStiffness && !options.stiffest.empty();
     const double highest =
         bounded ? std::min(info.upper, options.stiffest[static_cast<std::size_t>(parameter.joint)])
                 : info.upper;

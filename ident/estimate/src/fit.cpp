@@ -69,6 +69,21 @@ friction::LawSpec law_of(const data::ModelConfig& config) {
   throw UserError("model {}: unknown law \"{}\"; known: {}", config.name, name, known);
 }
 
+// Coulomb and viscous coefficients of a law that is these two and no more but a smoothed step;
+// empty for every other law.
+std::vector<std::size_t> linear_friction(const friction::RobotFriction& one) {
+  using enum friction::Role;
+  const friction::LawSpec& law = one.joints().front().laws.front();
+  for (const auto& info : friction::parameters_of_law(law.law, law.elements))
+    if (info.role != kCoulomb && info.role != kViscous && info.role != kSmoothingSpeed) return {};
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < one.parameters().size(); ++i)
+    if (const friction::Role role = one.parameters()[i].info.role;
+        role == kCoulomb || role == kViscous)
+      found.push_back(i);
+  return found;
+}
+
 }  // namespace
 
 FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
@@ -136,6 +151,7 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
   const double cutoff = experiment.identify.cutoff_hz;
   const friction::LawSpec law = law_of(config);
   const friction::RobotFriction one({friction::JointSpec{{law}}});
+  const std::vector<std::size_t> linear = linear_friction(one);
 
   FitReport report;
   report.model.name = config.name;
@@ -173,13 +189,12 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
       options.stream = static_cast<std::uint64_t>(j);
       options.starts = pass == 0 ? config.starts : 1;
       const double smallest = 0.01 * data.largest_target();
-      const FrictionGuess guess{std::max(prepared.rigid_body.Fc[j], smallest),
-                                std::max(prepared.rigid_body.Fv[j], 0.0)};
+      const friction::FrictionGuess guess{std::max(prepared.rigid_body.Fc[j], smallest),
+                                          std::max(prepared.rigid_body.Fv[j], 0.0)};
       // Linear friction is what the regression found; only how it turns over is left to fit.
-      if (law.law == "coulomb_viscous" && prepared.rigid_body.Fc[j] > smallest)
-        options.held = {"Fc", "Fv"};
+      if (prepared.rigid_body.Fc[j] > smallest) options.held = linear;
       const std::vector<double> start =
-          pass == 0 ? initial_theta(one, guess) : report.joints[i].theta;
+          pass == 0 ? friction::start_from(one, guess) : report.joints[i].theta;
       report.joints[i] = fit_joint_friction(data, one, start, options);
       for (std::size_t s = 0; s < prepared.sequences.size(); ++s)
         friction_torque[s].col(j) =

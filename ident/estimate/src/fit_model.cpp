@@ -41,37 +41,35 @@ Arm learned_start(const Arm& start, const friction::LawSpec& law, std::uint64_t 
   const int n = arm.robot.n();
   arm.friction.model = friction::RobotFriction(
       std::vector<friction::JointSpec>(static_cast<std::size_t>(n), friction::JointSpec{{law}}));
-  arm.friction.theta = friction::default_theta(arm.friction.model);
-  friction::initialise_weights(arm.friction.model, seed, arm.friction.theta);
-
-  const auto of_start = [&](int joint, std::string_view owner, std::string_view symbol) {
-    for (std::size_t p = 0; p < start.friction.theta.size(); ++p) {
-      const friction::ParameterRef& ref = start.friction.model.parameters()[p];
-      if (ref.joint == joint && ref.owner == owner && ref.symbol == symbol)
-        return start.friction.theta[p];
+  const friction::RobotFriction one({friction::JointSpec{{law}}});
+  const std::size_t own = friction::parameters_of_law(law.law, law.elements).size();
+  arm.friction.theta.clear();
+  for (int j = 0; j < n; ++j) {
+    using enum friction::Role;
+    const auto of_start = [&](friction::Role role) {
+      return start.friction
+          .theta[static_cast<std::size_t>(find_parameter(start.friction.model, j, role))];
+    };
+    const friction::FrictionGuess guess{of_start(kCoulomb), of_start(kViscous)};
+    std::vector<double> theta = friction::start_from(one, guess);
+    const auto bristles = std::ranges::count_if(
+        one.parameters(), [](const auto& parameter) { return parameter.info.role == kLevel; });
+    for (std::size_t p = 0; p < own; ++p) {
+      const friction::ParameterInfo& info = one.parameters()[p].info;
+      if (info.role == kMemoryless) theta[p] = kWithoutMemory * guess.Fc;
+      if (info.role == kNetworkTorque) theta[p] = kOfNetwork * guess.Fc;
+      if (info.role == kLevel)
+        theta[p] = (1 - kWithoutMemory) * guess.Fc / static_cast<double>(bristles);
+      if (info.role == kLoadScale) theta[p] = torque[static_cast<std::size_t>(j)];
+      theta[p] = std::clamp(theta[p], info.lower, info.upper);
     }
-    throw UserError("a learned law starts from {}, which has no {} {}", kStartOfLearnedLaws, owner,
-                    symbol);
-  };
-  const auto dahl = [&](int joint, std::string_view symbol) {
-    return of_start(joint, kStartOfLearnedLaws, symbol);
-  };
-  const int latents = arm.friction.model.state_size() / n;
-  for (std::size_t p = 0; p < arm.friction.theta.size(); ++p) {
-    const friction::ParameterRef& ref = arm.friction.model.parameters()[p];
-    double& value = arm.friction.theta[p];
-    if (ref.owner != law.law) {
-      value = of_start(ref.joint, ref.owner, ref.symbol);
-      continue;
-    }
-    const double Fc = dahl(ref.joint, "Fc");
-    if (ref.symbol == "F0") value = latents > 0 ? kWithoutMemory * Fc : Fc;
-    if (ref.symbol == "Fv") value = dahl(ref.joint, "Fv");
-    if (ref.symbol == "Fc") value = kOfNetwork * Fc;
-    if (ref.symbol[0] == 'K') value = (1 - kWithoutMemory) * Fc / latents;
-    if (ref.symbol == "load_ref") value = torque[static_cast<std::size_t>(ref.joint)];
-    value = std::clamp(value, ref.info.lower, ref.info.upper);
+    // the modifiers, behind the law in both, as they are
+    const auto end = start.friction.theta.begin() + start.friction.model.parameter_begin(j + 1);
+    std::copy(end - static_cast<std::ptrdiff_t>(theta.size() - own), end,
+              theta.begin() + static_cast<std::ptrdiff_t>(own));
+    arm.friction.theta.insert(arm.friction.theta.end(), theta.begin(), theta.end());
   }
+  friction::initialise_weights(arm.friction.model, seed, arm.friction.theta);
   return arm;
 }
 
@@ -84,11 +82,15 @@ void fit_backbone(Arm& arm, const Prepared& prepared, double cutoff_hz, int seed
   options.starts = 1;
   options.evaluations = kBackboneEvaluations;
   options.seed = static_cast<std::uint64_t>(seed);
-  for (const friction::ParameterRef& ref : one.parameters()) {
-    const bool physical = ref.owner == spec.laws.front().law &&
-                          (ref.symbol == "F0" || ref.symbol == "v0" || ref.symbol == "Fv" ||
-                           ref.symbol[0] == 'K' || ref.symbol.starts_with("Delta"));
-    if (!physical) options.held.push_back(ref.symbol);
+  const std::size_t of_law =
+      friction::parameters_of_law(spec.laws.front().law, spec.laws.front().elements).size();
+  for (std::size_t p = 0; p < one.parameters().size(); ++p) {
+    using enum friction::Role;
+    const friction::Role role = one.parameters()[p].info.role;
+    const bool physical = role == kMemoryless || role == kSmoothingSpeed || role == kViscous ||
+                          role == kLevel || role == kLength || role == kCoulomb ||
+                          role == kStiffness;
+    if (p >= of_law || !physical) options.held.push_back(p);
   }
   const FrictionTorques target = friction_target(arm.robot, arm.robot.pi, prepared.sequences, jobs);
   parallel_for(arm.robot.n(), jobs, [&](int j) {
@@ -116,7 +118,7 @@ Arm robot_law_start(const Arm& start, const data::ModelConfig& config, std::uint
   arm.friction.theta = friction::default_theta(arm.friction.model);
   friction::initialise_weights(arm.friction.model, seed, arm.friction.theta);
   for (std::size_t p = 0; p < arm.friction.theta.size(); ++p)
-    if (arm.friction.model.parameters()[p].symbol == "sample")
+    if (arm.friction.model.parameters()[p].info.role == friction::Role::kSampleTime)
       arm.friction.theta[p] = data.front().motion.dt;
 
   friction::SignalSizes sizes;

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "fricid/base/rng.hpp"
-#include "fricid/friction/modifiers/ripple.hpp"
 #include "friction_search.hpp"
 
 namespace fricid::estimate {
@@ -25,13 +24,11 @@ bool on_bound(const SearchCoordinates& coordinates, std::span<const double> x, s
   return x[i] - coordinates.lower()[i] < kOnBound || coordinates.upper()[i] - x[i] < kOnBound;
 }
 
-// Where theta has the terms of a ripple: n, A, phi one behind the other.
+// Where theta has the terms of a ripple: wave number, amplitude, phase one behind the other.
 std::vector<std::size_t> ripple_terms(const friction::RobotFriction& friction) {
   std::vector<std::size_t> begin;
   for (std::size_t i = 0; i < friction.parameters().size(); ++i)
-    if (friction.parameters()[i].owner == friction::Ripple::kName &&
-        friction.parameters()[i].symbol.starts_with("n"))
-      begin.push_back(i);
+    if (friction.parameters()[i].info.role == friction::Role::kWaveNumber) begin.push_back(i);
   return begin;
 }
 
@@ -78,24 +75,6 @@ void set_uncertainty(const JointFrictionData& data, const friction::RobotFrictio
 
 }  // namespace
 
-std::vector<double> initial_theta(const friction::RobotFriction& friction,
-                                  const FrictionGuess& guess) {
-  // Size of this joint against the typical one of the table.
-  double typical = 0;
-  for (const auto& parameter : friction.parameters())
-    if (parameter.symbol == "Fc" && typical == 0) typical = parameter.info.typical;
-  const double size = typical > 0 ? guess.Fc / typical : 1;
-  std::vector<double> theta;
-  for (const auto& parameter : friction.parameters()) {
-    const friction::ParameterInfo& info = parameter.info;
-    const bool viscous = parameter.symbol == "Fv" || parameter.symbol == "sigma2";
-    const bool torque = info.unit.starts_with("N m");
-    const double value = viscous ? guess.Fv : torque ? info.typical * size : info.typical;
-    theta.push_back(std::clamp(value, info.lower, info.upper));
-  }
-  return theta;
-}
-
 JointFrictionFit fit_joint_friction(const JointFrictionData& data,
                                     const friction::RobotFriction& friction,
                                     std::vector<double> start, const FrictionFitOptions& options) {
@@ -110,10 +89,10 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
   }
   // a ripple has its own search, see seed_ripples: first the law without it
   const std::vector<std::size_t> ripples = ripple_terms(friction);
-  std::vector<std::string> held = options.held;
+  std::vector<std::size_t> held = options.held;
   for (const std::size_t i : ripples) {
     start[i + 1] = 0;
-    for (std::size_t k = 0; k < 3; ++k) held.push_back(friction.parameters()[i + k].symbol);
+    for (std::size_t k = 0; k < 3; ++k) held.push_back(i + k);
   }
   SearchCoordinates coordinates(friction, start, held);
   const std::vector<double> centre = coordinates.to_scaled(start);

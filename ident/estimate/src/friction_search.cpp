@@ -153,13 +153,13 @@ Eigen::MatrixXd sandwich(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
 
 SearchCoordinates::SearchCoordinates(const friction::RobotFriction& friction,
                                      std::span<const double> reference,
-                                     std::span<const std::string> held) {
+                                     std::span<const std::size_t> held) {
   for (std::size_t i = 0; i < reference.size(); ++i) {
     const friction::ParameterInfo& info = friction.parameters()[i].info;
     log_.push_back(info.scale == friction::Scale::kLog);
     unit_.push_back(std::max(std::abs(reference[i]), 0.1 * std::abs(info.typical)));
     if (unit_.back() == 0) unit_.back() = info.upper - info.lower;
-    held_.push_back(std::ranges::count(held, friction.parameters()[i].symbol) > 0);
+    held_.push_back(std::ranges::count(held, i) > 0);
     if (!held_.back()) free_.push_back(i);
     lower_.push_back(to_scaled(i, held_[i] ? reference[i] : info.lower));
     upper_.push_back(to_scaled(i, held_[i] ? reference[i] : info.upper));

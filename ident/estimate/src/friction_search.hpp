@@ -15,9 +15,9 @@ namespace fricid::estimate {
 /// the size of its reference.
 class SearchCoordinates {
  public:
-  /// @param held  symbols of parameters whose bounds close on their reference
+  /// @param held  indices of parameters whose bounds close on their reference
   SearchCoordinates(const friction::RobotFriction& friction, std::span<const double> reference,
-                    std::span<const std::string> held);
+                    std::span<const std::size_t> held);
 
   std::vector<double> to_scaled(std::span<const double> theta) const;  ///< within the bounds
   void to_theta(std::span<const double> x, std::span<double> theta) const;

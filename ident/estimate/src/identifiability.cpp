@@ -8,6 +8,7 @@
 
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
+#include "fricid/friction/robot_friction.hpp"
 #include "information.hpp"
 #include "regression.hpp"
 
@@ -210,27 +211,80 @@ constexpr Demand kWarming{"5 K of warming or more", [](const Coverage& c) {
                             return c.temperature_high - c.temperature_low >= 5;
                           }};
 
-void judge_families(const dynamics::RobotModel& robot, double seconds, Identifiability& report) {
-  const std::pair<const char*, std::vector<Demand>> families[] = {
-      {"coulomb_viscous", {kSpeeds, kTurns}},
-      {"stribeck", {kSpeeds, kTurns, kSlow}},
-      {"load_dependent", {kSpeeds, kTurns, kLoads}},
-      {"dahl, lugre, gms, maxwell_slip", {kSpeeds, kSlow, kManyTurns, kClimbs, kFine}},
-      {"lvm, neural", {kSpeeds, kSlow, kManyTurns, kClimbs, kFine}},
-      {"temperature (modifier)", {kWarming}},
+// What the roles of a law's parameters demand of the data.
+struct Demands {
+  std::vector<const Demand*> of_joints;
+  bool learns = false;  // networks want a length of data too
+};
+
+bool operator==(const Demands& a, const Demands& b) {
+  return a.of_joints == b.of_joints && a.learns == b.learns;
+}
+
+Demands demands_of_law(const std::vector<friction::ParameterInfo>& parameters) {
+  using enum friction::Role;
+  const auto any = [&](auto... roles) {
+    return std::ranges::any_of(parameters,
+                               [&](const auto& info) { return ((info.role == roles) || ...); });
   };
+  const bool learns = any(kWeight);
+  const bool remembers = learns || any(kStiffness, kLength);
+  Demands demands{{&kSpeeds}, learns};
+  if (remembers)
+    demands.of_joints.insert(demands.of_joints.end(), {&kSlow, &kManyTurns, &kClimbs, &kFine});
+  else
+    demands.of_joints.push_back(&kTurns);
+  if (!remembers && any(kStribeckVelocity)) demands.of_joints.push_back(&kSlow);
+  if (any(kLoadCoefficient, kLoadGrowth)) demands.of_joints.push_back(&kLoads);
+  return demands;
+}
+
+Demands demands_of_modifier(const std::vector<friction::ParameterInfo>& parameters) {
+  using enum friction::Role;
+  Demands demands;
+  for (const auto& info : parameters) {
+    if (info.role == kLoadGrowth) demands.of_joints.push_back(&kLoads);
+    if (info.role == kTemperatureCoefficient) demands.of_joints.push_back(&kWarming);
+  }
+  return demands;
+}
+
+// Laws, then modifiers, those of equal demands in one family under all their names.
+std::vector<std::pair<std::string, Demands>> families() {
+  std::vector<std::pair<std::string, Demands>> found;
+  const auto add = [&](std::size_t begin, std::string_view name, const Demands& demands) {
+    const auto same = std::find_if(found.begin() + static_cast<std::ptrdiff_t>(begin), found.end(),
+                                   [&](const auto& family) { return family.second == demands; });
+    if (same == found.end())
+      found.emplace_back(name, demands);
+    else
+      same->first += fmt::format(", {}", name);
+  };
+  for (const friction::LawInfo& law : friction::law_table())
+    if (const auto parameters = friction::parameters_of_law(law.name, 1); !parameters.empty())
+      add(0, law.name, demands_of_law(parameters));
+  const std::size_t laws = found.size();
+  for (const friction::LawInfo& modifier : friction::modifier_table()) {
+    const Demands demands = demands_of_modifier(friction::parameters_of_modifier(modifier.name, 1));
+    if (!demands.of_joints.empty()) add(laws, modifier.name, demands);
+  }
+  for (std::size_t i = laws; i < found.size(); ++i) found[i].first += " (modifier)";
+  return found;
+}
+
+void judge_families(const dynamics::RobotModel& robot, double seconds, Identifiability& report) {
   constexpr double kLearning = 30;  // [s] of data for networks
-  for (const auto& [family, demands] : families) {
+  for (const auto& [family, demands] : families()) {
     FamilyVerdict verdict{family, true, ""};
-    for (const Demand& demand : demands) {
+    for (const Demand* demand : demands.of_joints) {
       std::string joints;
       for (std::size_t j = 0; j < report.joints.size(); ++j)
-        if (!demand.met(report.joints[j])) joints += " " + robot.joints[j].name;
+        if (!demand->met(report.joints[j])) joints += " " + robot.joints[j].name;
       if (joints.empty()) continue;
-      verdict.words +=
-          fmt::format("{}{} lacking on{}", verdict.words.empty() ? "" : "; ", demand.words, joints);
+      verdict.words += fmt::format("{}{} lacking on{}", verdict.words.empty() ? "" : "; ",
+                                   demand->words, joints);
     }
-    if (verdict.family.starts_with("lvm") && seconds < kLearning)
+    if (demands.learns && seconds < kLearning)
       verdict.words += fmt::format("{}{:.0f} s of data, {:.0f} s or more wanted",
                                    verdict.words.empty() ? "" : "; ", seconds, kLearning);
     verdict.supported = verdict.words.empty();

@@ -146,6 +146,44 @@ std::vector<double> default_theta(const RobotFriction& model) {
   return theta;
 }
 
+std::vector<double> start_from(const RobotFriction& model, const FrictionGuess& guess) {
+  const auto& parameters = model.parameters();
+  const auto first = std::ranges::find_if(parameters, [](const ParameterRef& p) {
+    return p.info.role == Role::kCoulomb || p.info.role == Role::kNetworkTorque;
+  });
+  const double size = first == parameters.end() ? 1 : guess.Fc / first->info.typical;
+  std::vector<double> theta;
+  for (const ParameterRef& p : parameters) {
+    const double value = p.info.role == Role::kViscous ? guess.Fv
+                         : is_torque(p.info.role)      ? p.info.typical * size
+                                                       : p.info.typical;
+    theta.push_back(std::clamp(value, p.info.lower, p.info.upper));
+  }
+  return theta;
+}
+
+namespace {
+
+template <class Predicate>
+int find_index(const std::vector<ParameterRef>& parameters, Predicate is_it) {
+  const auto found = std::ranges::find_if(parameters, is_it);
+  return found == parameters.end() ? -1 : static_cast<int>(found - parameters.begin());
+}
+
+}  // namespace
+
+int find_parameter(const RobotFriction& model, int joint, Role role) {
+  return find_index(model.parameters(),
+                    [&](const ParameterRef& p) { return p.joint == joint && p.info.role == role; });
+}
+
+int find_parameter(const RobotFriction& model, int joint, std::string_view owner,
+                   std::string_view symbol) {
+  return find_index(model.parameters(), [&](const ParameterRef& p) {
+    return p.joint == joint && (owner.empty() || p.owner == owner) && p.symbol == symbol;
+  });
+}
+
 void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta) {
   int joint = -1;
   std::uint64_t law = 0;
@@ -229,9 +267,15 @@ constexpr std::string_view state_unit() {
 }
 
 template <class Entry>
+constexpr PlotLook look() {
+  if constexpr (requires { Entry::kLook; }) return Entry::kLook;
+  return {};
+}
+
+template <class Entry>
 constexpr LawInfo row() {
-  return {Entry::kName,   Entry::kEquation,     Entry::kSource,     Entry::kMostElements > 0,
-          Entry::kClaims, Entry::kMostElements, state_unit<Entry>()};
+  return {Entry::kName,   Entry::kEquation,     Entry::kSource,      Entry::kMostElements > 0,
+          Entry::kClaims, Entry::kMostElements, state_unit<Entry>(), look<Entry>()};
 }
 template <class... Entries>
 constexpr auto rows(std::tuple<Entries...>*) {
@@ -248,7 +292,8 @@ constexpr LawInfo robot_row() {
           true,
           Claims{false, false, false, false, false},
           Law::kMostElements,
-          state_unit<Law>()};
+          state_unit<Law>(),
+          Law::kLook};
 }
 template <class... L>
 constexpr auto robot_rows(std::tuple<L...>*) {

@@ -111,7 +111,7 @@ void draw_parameters(Stage& stage) {
     double value = friction.theta[i];
     const std::string name = fmt::format("{}##{}", parameter.symbol, i);
     const std::string format =
-        fmt::format("%.4g {}", parameter.info.unit == "1" ? "" : parameter.info.unit);
+        fmt::format("%.4g {}", parameter.info.has_unit() ? parameter.info.unit : "");
     ImGui::SetNextItemWidth(210);
     if (ImGui::SliderScalar(name.c_str(), ImGuiDataType_Double, &value, &low, &high,
                             format.c_str()))

@@ -27,13 +27,11 @@ int joint_of(const Stage& stage, const std::string& name) {
 
 /// Index in theta of a parameter of the shown joint.
 int parameter_of(const Stage& stage, const std::string& symbol) {
-  const auto& parameters = stage.live->friction().model.parameters();
+  const friction::RobotFriction& model = stage.live->friction().model;
+  if (const int i = friction::find_parameter(model, stage.joint, "", symbol); i >= 0) return i;
   std::string known;
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (parameters[i].joint != stage.joint) continue;
-    if (parameters[i].symbol == symbol) return static_cast<int>(i);
-    known += (known.empty() ? "" : ", ") + parameters[i].symbol;
-  }
+  for (const friction::ParameterRef& parameter : model.parameters())
+    if (parameter.joint == stage.joint) known += (known.empty() ? "" : ", ") + parameter.symbol;
   throw UserError("parameter {}: allowed: {}", symbol, known);
 }
 

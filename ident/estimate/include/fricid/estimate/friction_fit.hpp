@@ -101,7 +101,7 @@ struct FrictionFitOptions {
   int evaluations = 200;          ///< of Nelder-Mead, per start
   int iterations = 40;            ///< of Levenberg-Marquardt, per start
   double tolerance = 1e-4;        ///< of Nelder-Mead, on the scaled parameters
-  std::vector<std::string> held;  ///< symbols of parameters that keep their start
+  std::vector<std::size_t> held;  ///< indices in theta of parameters that keep their start
 };
 
 /// Best parameters of one joint and how they were reached.
@@ -121,17 +121,6 @@ struct JointFrictionFit {
   std::vector<std::string> at_bound;  ///< symbols that ended on a bound
   int evaluations = 0;
 };
-
-/// Linear friction that seeds a search.
-struct FrictionGuess {
-  double Fc = 1;  ///< [N m]
-  double Fv = 1;  ///< [N m s/rad]
-};
-
-/// First guess of every parameter: typical values of the table, torques and stiffnesses scaled by
-/// guess.Fc over the typical Coulomb torque, viscous coefficients from guess.Fv, within bounds.
-std::vector<double> initial_theta(const friction::RobotFriction& friction,
-                                  const FrictionGuess& guess);
 
 /// Minimises `mean_square` over theta within the bounds of the table, in coordinates that are
 /// logarithms where the table says so: Nelder-Mead with bounds (NLopt) from several starts, each

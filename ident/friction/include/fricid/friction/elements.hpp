@@ -67,8 +67,8 @@ constexpr auto weight_table(const std::array<ParameterInfo, kCommon>& common) {
   std::size_t next = 0;
   for (const ParameterInfo& info : common) table[next++] = info;
   for (int i = 0; i < kWeights; ++i)
-    table[next++] = {numbered<"w", kWeights>(i), "1", -100, 100, 0, Scale::kLinear,
-                     "weight of a network"};
+    table[next++] = {numbered<"w", kWeights>(i), "1",  Role::kWeight, -100, 100, 0, Scale::kLinear,
+                     "weight of a network",      i + 1};
   return table;
 }
 

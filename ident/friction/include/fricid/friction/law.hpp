@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "fricid/base/pack.hpp"
+#include "fricid/friction/role.hpp"
 
 namespace fricid::friction {
 
@@ -27,10 +28,18 @@ enum class Scale { kLog, kLinear, kFixed };
 struct ParameterInfo {
   std::string_view symbol;  ///< as in papers and files, e.g. "sigma0"
   std::string_view unit;    ///< SI, e.g. "N m/rad"; "1" if dimensionless
+  Role role;                ///< what it is; its unit is that of the role
   double lower, upper;      ///< what a scene may say and a fit may reach
   double typical;           ///< a middle-sized joint; start of a search and default in templates
   Scale scale;
   std::string_view meaning;  ///< one phrase
+  int element = 0;  ///< 1, 2, ... of a numbered family ("k3": 3); 0: the only one of its kind
+
+  constexpr bool has_unit() const { return unit != "1"; }
+  /// The symbol without the number of its element: "k" of "k3".
+  constexpr std::string_view stem() const {
+    return element > 0 ? symbol.substr(0, symbol.find_last_not_of("0123456789") + 1) : symbol;
+  }
 };
 
 /// What the law suite may demand of a law beyond what it demands of all.
@@ -40,6 +49,12 @@ struct Claims {
   bool contracts = true;    ///< |dz'/dz| <= 1
   bool semigroup = true;    ///< two half steps at the same v equal one
   bool settles = true;      ///< at constant v every state ends at steady_torque
+};
+
+/// How plots show a law.
+struct PlotLook {
+  std::string_view colour;  ///< "#rrggbb", one of its own
+  int marker;               ///< point type of gnuplot
 };
 
 /// Which inputs beside v a law or modifier looks at.
@@ -61,6 +76,7 @@ struct Reads {
 //     static constexpr std::string_view kName;      name in scenes and model files
 //     static constexpr std::string_view kEquation;  one line for the tables
 //     static constexpr std::string_view kSource;    paper
+//     static constexpr PlotLook kLook;              colour and marker in plots
 //     static constexpr Claims kClaims;  static constexpr Reads kReads;
 //     static constexpr int kMostElements;           made from 1 .. this many; 0: made from {}
 //     int state_size() const;
@@ -77,6 +93,8 @@ struct Reads {
 // where it has states,
 //
 //     static constexpr std::string_view kStateUnit;
+//     void state_bound(const double* theta, double fastest, double* bound) const;
+//                                                   largest |z_i| reached from 0 at |v| <= fastest
 //
 // and, where networks are part of it,
 //

@@ -18,6 +18,7 @@
 #include "fricid/friction/laws/maxwell_slip.hpp"
 #include "fricid/friction/laws/neural.hpp"
 #include "fricid/friction/laws/none.hpp"
+#include "fricid/friction/laws/prandtl_ishlinskii.hpp"
 #include "fricid/friction/laws/stribeck.hpp"
 #include "fricid/friction/laws/viscous_power.hpp"
 #include "fricid/friction/modifiers/asymmetry.hpp"
@@ -40,6 +41,7 @@ using Laws = std::tuple<  //
     LuGreClassic,         //
     Gms,                  //
     MaxwellSlip,          //
+    PrandtlIshlinskii,    //
     Neural,               //
     Lvm1,                 //
     Lvm,                  //
@@ -61,6 +63,7 @@ concept FrictionLaw = std::copyable<Law> &&
   { Law::kName } -> std::convertible_to<std::string_view>;
   { Law::kEquation } -> std::convertible_to<std::string_view>;
   { Law::kSource } -> std::convertible_to<std::string_view>;
+  { Law::kLook } -> std::convertible_to<PlotLook>;
   { Law::kClaims } -> std::convertible_to<Claims>;
   { Law::kReads } -> std::convertible_to<Reads>;
   { Law::kMostElements } -> std::convertible_to<int>;

@@ -43,10 +43,12 @@ struct NetInputs {
 
 /// Rows of the parameter table for the scales.
 inline constexpr std::array<ParameterInfo, NetInputs<double>::kSize> kNetInputScales{{
-    {"v_ref", "rad/s", 1e-2, 1e3, 3.3, Scale::kLog, "input scale: speed"},
-    {"v1", "rad/s", 1e-4, 1e2, 0.05, Scale::kLog, "input scale: speed of presliding"},
-    {"v2", "rad/s", 1e-4, 1e2, 0.4, Scale::kLog, "input scale: speed of the Stribeck range"},
-    {"load_ref", "N m", 1e-3, 1e5, 50, Scale::kLog, "input scale: load"},
+    {"v_ref", "rad/s", Role::kSpeedScale, 1e-2, 1e3, 3.3, Scale::kLog, "input scale: speed"},
+    {"v1", "rad/s", Role::kSaturationSpeed, 1e-4, 1e2, 0.05, Scale::kLog,
+     "input scale: speed of presliding"},
+    {"v2", "rad/s", Role::kSaturationSpeed, 1e-4, 1e2, 0.4, Scale::kLog,
+     "input scale: speed of the Stribeck range"},
+    {"load_ref", "N m", Role::kLoadScale, 1e-3, 1e5, 50, Scale::kLog, "input scale: load"},
 }};
 
 }  // namespace fricid::friction

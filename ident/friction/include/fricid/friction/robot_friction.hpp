@@ -155,6 +155,25 @@ struct Friction {
 /// Typical value of every parameter: theta of a middle-sized robot, the start of a search.
 std::vector<double> default_theta(const RobotFriction& model);
 
+/// Linear friction of a joint that seeds a search.
+struct FrictionGuess {
+  double Fc = 1;  ///< Coulomb torque [N m]
+  double Fv = 1;  ///< viscous coefficient [N m s/rad]
+};
+
+/// First guess of every parameter by its role: typical values, torques and what is a torque per
+/// something scaled by guess.Fc over the typical Coulomb torque, viscous coefficients guess.Fv,
+/// within bounds.
+std::vector<double> start_from(const RobotFriction& model, const FrictionGuess& guess);
+
+/// Index in theta of the first parameter of a joint with that role; -1 without one.
+int find_parameter(const RobotFriction& model, int joint, Role role);
+
+/// Index in theta of a parameter of a joint by name; -1 without one.
+/// @param owner  law or modifier; empty: the first that has the symbol
+int find_parameter(const RobotFriction& model, int joint, std::string_view owner,
+                   std::string_view symbol);
+
 /// Writes starting values of all network weights into theta, which keeps the rest: the weights of
 /// law l of joint j are drawn from (seed, j and l), so other joints do not matter; those of the law
 /// of the whole robot from (seed, n). Without networks
@@ -189,6 +208,7 @@ struct LawInfo {
   Claims claims;
   int most_elements;            ///< largest such number; 0 where has_elements is false
   std::string_view state_unit;  ///< of its states; empty where it has none
+  PlotLook look;                ///< of laws; modifiers have none
 };
 std::span<const LawInfo> law_table();
 std::span<const LawInfo> modifier_table();

@@ -31,6 +31,7 @@ concept RobotLaw = std::copyable<Law> && std::constructible_from<Law, int, int> 
   { Law::kName } -> std::convertible_to<std::string_view>;
   { Law::kEquation } -> std::convertible_to<std::string_view>;
   { Law::kSource } -> std::convertible_to<std::string_view>;
+  { Law::kLook } -> std::convertible_to<PlotLook>;
   { Law::kMostElements } -> std::convertible_to<int>;
   { law.state_size() } -> std::same_as<int>;
   { law.parameters() } -> std::same_as<std::vector<ParameterInfo>>;

@@ -70,16 +70,18 @@ class SignalScales {
       for (int j = 0; j < n_; ++j) {
         table.push_back(info);
         table.back().symbol = symbol(j);
+        table.back().element = j + 1;
       }
     };
     rows([](int j) { return numbered<"q_mean", kMostJoints>(j); },
-         {"", "rad", -1e3, 1e3, 0, Scale::kFixed, "mean position"});
+         {"", "rad", Role::kPositionMean, -1e3, 1e3, 0, Scale::kFixed, "mean position"});
     rows([](int j) { return numbered<"q_sd", kMostJoints>(j); },
-         {"", "rad", 1e-6, 1e3, 1, Scale::kFixed, "input scale: position"});
+         {"", "rad", Role::kPositionScale, 1e-6, 1e3, 1, Scale::kFixed, "input scale: position"});
     rows([](int j) { return numbered<"v_sd", kMostJoints>(j); },
-         {"", "rad/s", 1e-6, 1e3, 1, Scale::kFixed, "input scale: velocity"});
+         {"", "rad/s", Role::kSpeedScale, 1e-6, 1e3, 1, Scale::kFixed, "input scale: velocity"});
     rows([](int j) { return numbered<"tau_sd", kMostJoints>(j); },
-         {"", "N m", 1e-6, 1e6, 5, Scale::kFixed, "output scale: friction torque"});
+         {"", "N m", Role::kTorqueScale, 1e-6, 1e6, 5, Scale::kFixed,
+          "output scale: friction torque"});
   }
 
  private:
@@ -89,8 +91,8 @@ class SignalScales {
 /// Appends the table rows of `count` network weights, "w1" ..
 inline void append_weights(int count, std::vector<ParameterInfo>& table) {
   for (int i = 0; i < count; ++i)
-    table.push_back(
-        {numbered<"w", 9999>(i), "1", -100, 100, 0, Scale::kLinear, "weight of a network"});
+    table.push_back({numbered<"w", 9999>(i), "1", Role::kWeight, -100, 100, 0, Scale::kLinear,
+                     "weight of a network", i + 1});
 }
 
 }  // namespace fricid::friction

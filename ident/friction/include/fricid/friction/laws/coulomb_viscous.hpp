@@ -25,6 +25,7 @@ class CoulombViscous {
   static constexpr std::string_view kEquation = "tau = Fc tanh(v/v0) + Fv v";
   static constexpr std::string_view kSource =
       "Coulomb 1785; smoothing as in Andersson et al., Tribology Int. 40, 2007";
+  static constexpr PlotLook kLook{"#CC79A7", 9};
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
@@ -63,9 +64,9 @@ class CoulombViscous {
 
  private:
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-      {"Fv", "N m s/rad", 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
-      {"v0", "rad/s", 1e-5, 1, 0.01, Scale::kLog, "smoothing speed"},
+      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+      {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.01, Scale::kLog, "smoothing speed"},
   }};
 };
 

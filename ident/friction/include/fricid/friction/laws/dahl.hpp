@@ -25,6 +25,7 @@ class Dahl {
   static constexpr std::string_view kEquation =
       "dz/dt = v - sigma0 |v| z / Fc; tau = sigma0 z + Fv v";
   static constexpr std::string_view kSource = "Dahl, AIAA Journal 14(12), 1976";
+  static constexpr PlotLook kLook{"#56B4E9", 5};
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
@@ -70,6 +71,10 @@ class Dahl {
     return theta[kFc] * sign(in.v) + theta[kFv] * in.v;
   }
 
+  void state_bound(const double* theta, double, double* bound) const {
+    bound[0] = theta[kFc] / theta[kSigma0];
+  }
+
  private:
   template <class S>  // |v| / z_c  [1/s]
   static S decay_rate(const S* theta, const S& v) {
@@ -77,9 +82,9 @@ class Dahl {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-      {"sigma0", "N m/rad", 1, 1e8, 1.5e4, Scale::kLog, "bristle stiffness"},
-      {"Fv", "N m s/rad", 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
+      {"sigma0", "N m/rad", Role::kStiffness, 1, 1e8, 1.5e4, Scale::kLog, "bristle stiffness"},
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
   }};
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <string_view>
@@ -39,6 +40,7 @@ class Gms {
       "exp(-(v/vs)^2)";
   static constexpr std::string_view kSource =
       "Al-Bender, Lampaert & Swevers, IEEE TAC 50(11), 2005";
+  static constexpr PlotLook kLook{"#D55E00", 7};
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = kMaxElements;
@@ -125,6 +127,13 @@ class Gms {
            theta[kFv] * in.v;
   }
 
+  void state_bound(const double* theta, double, double* bound) const {
+    double sum = 0;
+    for (int i = 0; i < n_; ++i) sum += theta[alpha(i)];
+    for (int i = 0; i < n_; ++i)
+      bound[i] = theta[alpha(i)] / sum * std::max(theta[kFc], theta[kFs]);
+  }
+
  private:
   // what all elements share during a step
   template <class S>
@@ -152,18 +161,20 @@ class Gms {
   static constexpr double kFsTypical = 6;
   static constexpr auto kTables = element_tables(
       std::array<ParameterInfo, kCommon>{{
-          {"Fc", "N m", 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-          {"Fs", "N m", 1e-4, 1e4, kFsTypical, Scale::kLog, "static friction"},
-          {"vs", "rad/s", 1e-4, 10, 0.05, Scale::kLog, "Stribeck velocity"},
-          {"C", "N m/s", 1e-2, 1e8, 150, Scale::kLog, "attraction to the Stribeck curve"},
-          {"Fv", "N m s/rad", 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+          {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
+          {"Fs", "N m", Role::kStatic, 1e-4, 1e4, kFsTypical, Scale::kLog, "static friction"},
+          {"vs", "rad/s", Role::kStribeckVelocity, 1e-4, 10, 0.05, Scale::kLog,
+           "Stribeck velocity"},
+          {"C", "N m/s", Role::kAttraction, 1e-2, 1e8, 150, Scale::kLog,
+           "attraction to the Stribeck curve"},
+          {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
       }},
       [](int i, int n) {
         return std::array<ParameterInfo, 2>{{
-            {numbered<"k">(i), "N m/rad", 1e-2, 1e8, kFsTypical / n / typical_length(i, n),
-             Scale::kLog, "stiffness of the element"},
-            {numbered<"alpha">(i), "1", 1e-6, 1e3, 1.0 / n, Scale::kLog,
-             "share of the element, relative to the sum of all"},
+            {numbered<"k">(i), "N m/rad", Role::kStiffness, 1e-2, 1e8,
+             kFsTypical / n / typical_length(i, n), Scale::kLog, "stiffness of the element", i + 1},
+            {numbered<"alpha">(i), "1", Role::kShare, 1e-6, 1e3, 1.0 / n, Scale::kLog,
+             "share of the element, relative to the sum of all", i + 1},
         }};
       });
 

@@ -29,6 +29,7 @@ class LoadDependent {
       "Bittencourt & Gunnarsson, J. Dyn. Syst. Meas. Control 134, 2012; models M3-M6 of Duclusaud "
       "et "
       "al., ICRA 2025";
+  static constexpr PlotLook kLook{"#882255", 4};
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{.load = true};
   static constexpr int kMostElements = 0;
@@ -110,14 +111,19 @@ class LoadDependent {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction without load"},
-      {"mu_m", "1", 0, 1, 0.05, Scale::kLinear, "load coefficient, motoring"},
-      {"mu_b", "1", 0, 1, 0.04, Scale::kLinear, "load coefficient, back-driving"},
-      {"nu_m", "1/(N m)", 0, 0.1, 1e-4, Scale::kLinear, "quadratic load coefficient, motoring"},
-      {"nu_b", "1/(N m)", 0, 0.1, 5e-5, Scale::kLinear, "quadratic load coefficient, back-driving"},
-      {"Fv", "N m s/rad", 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
-      {"v0", "rad/s", 1e-5, 1, 0.01, Scale::kLog, "smoothing speed"},
-      {"l0", "N m", 1e-4, 100, 0.1, Scale::kLog, "width of the smooth foot of |load|"},
+      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction without load"},
+      {"mu_m", "1", Role::kLoadCoefficient, 0, 1, 0.05, Scale::kLinear,
+       "load coefficient, motoring"},
+      {"mu_b", "1", Role::kLoadCoefficient, 0, 1, 0.04, Scale::kLinear,
+       "load coefficient, back-driving"},
+      {"nu_m", "1/(N m)", Role::kLoadGrowth, 0, 0.1, 1e-4, Scale::kLinear,
+       "quadratic load coefficient, motoring"},
+      {"nu_b", "1/(N m)", Role::kLoadGrowth, 0, 0.1, 5e-5, Scale::kLinear,
+       "quadratic load coefficient, back-driving"},
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+      {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.01, Scale::kLog, "smoothing speed"},
+      {"l0", "N m", Role::kLoadSmoothing, 1e-4, 100, 0.1, Scale::kLog,
+       "width of the smooth foot of |load|"},
   }};
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <string_view>
@@ -40,6 +41,7 @@ class BasicLuGre {
       kFades ? "Canudas de Wit et al., IEEE TAC 40(3), 1995; damping after Olsson et al., Eur. J. "
                "Control 4, 1998"
              : "Canudas de Wit et al., IEEE TAC 40(3), 1995";
+  static constexpr PlotLook kLook = kFades ? PlotLook{"#009E73", 13} : PlotLook{"#66A61E", 12};
   static constexpr Claims kClaims{.dissipative = kFades};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
@@ -102,6 +104,10 @@ class BasicLuGre {
     return curve(theta, in.v).value * sign(in.v) + theta[kSigma2] * in.v;
   }
 
+  void state_bound(const double* theta, double, double* bound) const {
+    bound[0] = std::max(theta[kFc], theta[kFs]) / theta[kSigma0];
+  }
+
  private:
   template <class S>
   static StribeckCurve<S> curve(const S* theta, const S& v) {
@@ -147,12 +153,12 @@ class BasicLuGre {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-      {"Fs", "N m", 1e-4, 1e4, 6, Scale::kLog, "static friction"},
-      {"vs", "rad/s", 1e-4, 10, 0.05, Scale::kLog, "Stribeck velocity"},
-      {"sigma0", "N m/rad", 1, 1e8, 1.5e4, Scale::kLog, "bristle stiffness"},
-      {"sigma1", "N m s/rad", 0, 1e5, 30, Scale::kLinear, "bristle damping"},
-      {"sigma2", "N m s/rad", 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
+      {"Fs", "N m", Role::kStatic, 1e-4, 1e4, 6, Scale::kLog, "static friction"},
+      {"vs", "rad/s", Role::kStribeckVelocity, 1e-4, 10, 0.05, Scale::kLog, "Stribeck velocity"},
+      {"sigma0", "N m/rad", Role::kStiffness, 1, 1e8, 1.5e4, Scale::kLog, "bristle stiffness"},
+      {"sigma1", "N m s/rad", Role::kDamping, 0, 1e5, 30, Scale::kLinear, "bristle damping"},
+      {"sigma2", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
   }};
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <span>
 #include <string_view>
 
@@ -49,6 +50,9 @@ class BasicLvm {
       "latent states as Vantilborgh et al., Probabilistic latent variable modeling for dynamic "
       "friction identification and estimation, 2024, on bristles as Dahl, AIAA Journal 14(12), "
       "1976";
+  static constexpr PlotLook kLook = kLatents == 1   ? PlotLook{"#5D3FD3", 12}
+                                    : kLatents == 2 ? PlotLook{"#0072B2", 15}
+                                                    : PlotLook{"#00446B", 14};
   static constexpr Claims kClaims{
       .dissipative = false, .contracts = false, .semigroup = false, .settles = false};
   static constexpr Reads kReads{.load = true};
@@ -198,6 +202,10 @@ class BasicLvm {
     return torque(theta, in, static_cast<const S*>(s));
   }
 
+  void state_bound(const double*, double, double* bound) const {
+    for (int i = 0; i < kLatents; ++i) bound[i] = std::exp(kLogRateLimit);
+  }
+
  private:
   static constexpr int kInputs = 4 + kLatents, kOutputs = 2, kRateInputs = 5;
   using Net = Mlp<Activation::kMish, kInputs, 2, kOutputs, kMostElements>;
@@ -248,20 +256,22 @@ class BasicLvm {
   static constexpr auto kTable = [] {
     constexpr double kLengths[3][4] = {{2.5e-3}, {1e-3, 5e-3}, {8e-4, 2e-3, 5e-3, 1.2e-2}};
     std::array<ParameterInfo, kCommon> common{{
-        {"F0", "N m", 0, 1e4, 0.5, Scale::kLinear, "Coulomb friction without memory"},
-        {"v0", "rad/s", 1e-5, 1, 0.05, Scale::kLog, "smoothing speed of F0"},
-        {"Fv", "N m s/rad", 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
-        {"Fc", "N m", 1e-4, 1e4, 5, Scale::kLog, "size of the network's torque"},
+        {"F0", "N m", Role::kMemoryless, 0, 1e4, 0.5, Scale::kLinear,
+         "Coulomb friction without memory"},
+        {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.05, Scale::kLog, "smoothing speed of F0"},
+        {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+        {"Fc", "N m", Role::kNetworkTorque, 1e-4, 1e4, 5, Scale::kLog,
+         "size of the network's torque"},
     }};
     for (std::size_t i = 0; i < kNetInputScales.size(); ++i)
       common[kScales + i] = kNetInputScales[i];
     for (int i = 0; i < kLatents; ++i) {
       common[static_cast<std::size_t>(K(i))] = {
-          numbered<"K">(i),      "N m", 1e-6, 1e4, kBristleTorque / kLatents, Scale::kLog,
-          "level of the bristle"};
+          numbered<"K">(i),          "N m",       Role::kLevel,           1e-6, 1e4,
+          kBristleTorque / kLatents, Scale::kLog, "level of the bristle", i + 1};
       common[static_cast<std::size_t>(delta(i))] = {
-          numbered<"Delta">(i),   "rad", 1e-6, 1, kLengths[kLatents / 2][i], Scale::kLog,
-          "length of the bristle"};
+          numbered<"Delta">(i),      "rad",       Role::kLength,           1e-6, 1,
+          kLengths[kLatents / 2][i], Scale::kLog, "length of the bristle", i + 1};
     }
     return weight_table<Net(kMostElements).weight_count() + kLatents * kRateNet.weight_count()>(
         common);

@@ -25,6 +25,7 @@ class MaxwellSlip {
       "z_i' = clamp(z_i + v dt, +-W_i/K_i); tau = sum K_i z_i";
   static constexpr std::string_view kSource =
       "Iwan, J. Appl. Mech. 33, 1966; Goldfarb & Celanovic, IEEE Control Systems 17(3), 1997";
+  static constexpr PlotLook kLook{"#7A5230", 6};
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = kMaxElements;
@@ -90,15 +91,19 @@ class MaxwellSlip {
     return level * sign(in.v);
   }
 
+  void state_bound(const double* theta, double, double* bound) const {
+    for (int i = 0; i < n_; ++i) bound[i] = theta[W(i)] / theta[K(i)];
+  }
+
  private:
   // typical: 5 N m shared equally, presliding lengths spread from 0.2 to 4 mrad
   static constexpr double kTorqueTypical = 5;
   static constexpr auto kTables = element_tables(std::array<ParameterInfo, 0>{}, [](int i, int n) {
     return std::array<ParameterInfo, 2>{{
-        {numbered<"K">(i), "N m/rad", 1e-2, 1e8, kTorqueTypical / n / typical_length(i, n),
-         Scale::kLog, "stiffness of the element"},
-        {numbered<"W">(i), "N m", 1e-6, 1e4, kTorqueTypical / n, Scale::kLog,
-         "torque at which it slips"},
+        {numbered<"K">(i), "N m/rad", Role::kStiffness, 1e-2, 1e8,
+         kTorqueTypical / n / typical_length(i, n), Scale::kLog, "stiffness of the element", i + 1},
+        {numbered<"W">(i), "N m", Role::kLevel, 1e-6, 1e4, kTorqueTypical / n, Scale::kLog,
+         "torque at which it slips", i + 1},
     }};
   });
 

@@ -29,6 +29,7 @@ class Neural {
       "tau = Fc (tanh(v/v0) + n) + Fv v, n odd = net(v, |load|), two hidden layers of `elements` "
       "units";
   static constexpr std::string_view kSource = "Mish: Misra, BMVC 2020";
+  static constexpr PlotLook kLook{"#8C7A00", 8};
   static constexpr Claims kClaims{.dissipative = false};
   static constexpr Reads kReads{.load = true};
   static constexpr int kMostElements = 32;
@@ -112,9 +113,10 @@ class Neural {
 
   static constexpr auto kTable = [] {
     std::array<ParameterInfo, kCommon> common{{
-        {"Fc", "N m", 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction, size of the network's torque"},
-        {"v0", "rad/s", 1e-5, 1, 0.05, Scale::kLog, "smoothing speed"},
-        {"Fv", "N m s/rad", 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+        {"Fc", "N m", Role::kNetworkTorque, 1e-4, 1e4, 5, Scale::kLog,
+         "Coulomb friction, size of the network's torque"},
+        {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.05, Scale::kLog, "smoothing speed"},
+        {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
     }};
     for (std::size_t i = 0; i < kNetInputScales.size(); ++i)
       common[kScales + i] = kNetInputScales[i];

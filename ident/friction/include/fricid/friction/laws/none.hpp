@@ -13,6 +13,7 @@ class None {
   static constexpr std::string_view kName = "none";
   static constexpr std::string_view kEquation = "tau = 0";
   static constexpr std::string_view kSource = "-";
+  static constexpr PlotLook kLook{"#708090", 3};
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;

@@ -26,6 +26,7 @@ class Stribeck {
       "tau = (Fc + (Fs - Fc) exp(-(v/vs)^2)) tanh(v/v0) + Fv v";
   static constexpr std::string_view kSource =
       "Bo & Pavelescu, Wear 82, 1982; Armstrong-Helouvry et al., Automatica 30(7), 1994";
+  static constexpr PlotLook kLook{"#E69F00", 11};
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
@@ -71,11 +72,11 @@ class Stribeck {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-      {"Fs", "N m", 1e-4, 1e4, 6, Scale::kLog, "static friction"},
-      {"vs", "rad/s", 1e-4, 10, 0.05, Scale::kLog, "Stribeck velocity"},
-      {"Fv", "N m s/rad", 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
-      {"v0", "rad/s", 1e-5, 1, 0.01, Scale::kLog, "smoothing speed"},
+      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
+      {"Fs", "N m", Role::kStatic, 1e-4, 1e4, 6, Scale::kLog, "static friction"},
+      {"vs", "rad/s", Role::kStribeckVelocity, 1e-4, 10, 0.05, Scale::kLog, "Stribeck velocity"},
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+      {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.01, Scale::kLog, "smoothing speed"},
   }};
 };
 

@@ -23,6 +23,7 @@ class ViscousPower {
   static constexpr std::string_view kEquation = "tau = c v (v^2 + v0^2)^((p-1)/2)";
   static constexpr std::string_view kSource =
       "nonlinear viscous friction of strain-wave gears: Wolf & Iskandar, ICRA 2018";
+  static constexpr PlotLook kLook{"#44AA99", 10};
   static constexpr Claims kClaims{};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
@@ -68,9 +69,10 @@ class ViscousPower {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"c", "N m (s/rad)^p", 0, 1e4, 3, Scale::kLinear, "torque at 1 rad/s"},
-      {"p", "1", 0.2, 2, 0.8, Scale::kLinear, "exponent"},
-      {"v0", "rad/s", 1e-5, 1, 0.01, Scale::kLog, "speed below which the law is linear"},
+      {"c", "N m (s/rad)^p", Role::kPowerViscous, 0, 1e4, 3, Scale::kLinear, "torque at 1 rad/s"},
+      {"p", "1", Role::kExponent, 0.2, 2, 0.8, Scale::kLinear, "exponent"},
+      {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.01, Scale::kLog,
+       "speed below which the law is linear"},
   }};
 };
 

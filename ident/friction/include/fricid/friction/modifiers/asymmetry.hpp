@@ -45,7 +45,8 @@ class Asymmetry {
 
  private:
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"a", "1", -0.7, 0.7, 0.05, Scale::kLinear, "half the relative difference of the directions"},
+      {"a", "1", Role::kAsymmetry, -0.7, 0.7, 0.05, Scale::kLinear,
+       "half the relative difference of the directions"},
   }};
 };
 

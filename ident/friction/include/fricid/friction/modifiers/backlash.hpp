@@ -184,7 +184,7 @@ class Backlash {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"b", "rad", 0, 0.1, 1.5e-4, Scale::kLinear, "half the width of the gap"},
+      {"b", "rad", Role::kGap, 0, 0.1, 1.5e-4, Scale::kLinear, "half the width of the gap"},
   }};
 };
 

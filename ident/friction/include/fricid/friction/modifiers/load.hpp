@@ -45,7 +45,8 @@ class LoadModifier {
 
  private:
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"mu", "1/(N m)", 0, 1, 0.005, Scale::kLinear, "relative growth per N m of load"},
+      {"mu", "1/(N m)", Role::kLoadGrowth, 0, 1, 0.005, Scale::kLinear,
+       "relative growth per N m of load"},
   }};
 };
 

@@ -78,14 +78,24 @@ class Ripple {
       ParameterInfo* term = &p[static_cast<std::size_t>(3 * k)];
       term[0] = {numbered<"n">(k),
                  "1/rad",
+                 Role::kWaveNumber,
                  0.1,
                  2000,
                  kTypicalOrder[k],
                  Scale::kLinear,
-                 "periods per 2 pi of joint angle"};
-      term[1] = {numbered<"A">(k),    "1", 0, 0.24, k == 0 ? 0.03 : 0.01, Scale::kLinear,
-                 "relative amplitude"};
-      term[2] = {numbered<"phi">(k), "rad", -kPi, kPi, 0, Scale::kLinear, "phase"};
+                 "periods per 2 pi of joint angle",
+                 k + 1};
+      term[1] = {numbered<"A">(k),
+                 "1",
+                 Role::kAmplitude,
+                 0,
+                 0.24,
+                 k == 0 ? 0.03 : 0.01,
+                 Scale::kLinear,
+                 "relative amplitude",
+                 k + 1};
+      term[2] = {numbered<"phi">(k), "rad",   Role::kPhase, -kPi, kPi, 0,
+                 Scale::kLinear,     "phase", k + 1};
     }
     return p;
   }();

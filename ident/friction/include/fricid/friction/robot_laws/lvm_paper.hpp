@@ -27,6 +27,7 @@ class LvmPaper {
   static constexpr std::string_view kSource =
       "Vantilborgh et al., Probabilistic latent variable modeling for dynamic friction "
       "identification and estimation, 2024";
+  static constexpr PlotLook kLook{"#4169E1", 4};
   static constexpr int kMostElements = 32;
   static constexpr std::string_view kStateUnit = "1";
   static constexpr int kLatents = 2;

@@ -25,6 +25,7 @@ class Nn {
   static constexpr std::string_view kSource =
       "benchmark of Vantilborgh et al., Probabilistic latent variable modeling for dynamic "
       "friction identification and estimation, 2024";
+  static constexpr PlotLook kLook{"#B8860B", 6};
   static constexpr int kMostElements = 32;
 
   /// @param joints    1 .. kMostJoints

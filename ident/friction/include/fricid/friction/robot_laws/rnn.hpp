@@ -33,6 +33,7 @@ class Rnn {
   static constexpr std::string_view kSource =
       "benchmark of Vantilborgh et al., Probabilistic latent variable modeling for dynamic "
       "friction identification and estimation, 2024";
+  static constexpr PlotLook kLook{"#A0522D", 9};
   static constexpr int kMostElements = 32;
   static constexpr std::string_view kStateUnit = "1";
 
@@ -45,7 +46,8 @@ class Rnn {
   std::vector<ParameterInfo> parameters() const {
     std::vector<ParameterInfo> table;
     scales_.append_parameters(table);
-    table.push_back({"sample", "s", 1e-6, 10, 4e-3, Scale::kFixed, "time between two moves of h"});
+    table.push_back({"sample", "s", Role::kSampleTime, 1e-6, 10, 4e-3, Scale::kFixed,
+                     "time between two moves of h"});
     append_weights(net_.weight_count(), table);
     return table;
   }
