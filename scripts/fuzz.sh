@@ -17,7 +17,7 @@ mkdir -p $out/corpus
 flags="-std=c++20 -O1 -g -Iident/base/include -Iident/data/include -Iident/data/src -Itests/data
        $(pkg-config --cflags eigen3) -DFMT_HEADER_ONLY"
 sources="ident/data/src/logs/columns.cpp ident/data/src/logs/compression.cpp ident/data/src/logs/csv.cpp ident/data/src/logs/kuka_trace.cpp
-         ident/data/src/logs/mcap.cpp ident/data/src/logs/rsi.cpp ident/base/src/text.cpp
+         ident/data/src/logs/mcap.cpp ident/data/src/logs/rsi.cpp ident/base/src/names.cpp ident/base/src/text.cpp
          ident/base/src/files.cpp"
 sanitize=address,undefined
 "$clang" $flags -Iident/friction/include -Iident/dynamics/include tests/fuzz/write_corpus.cpp \
