@@ -1,8 +1,10 @@
 #include "fricid/estimate/identifiability.hpp"
 
 #include <gmock/gmock.h>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "arm_data.hpp"
@@ -100,10 +102,43 @@ TEST(Identifiability, AJointThatRestsTellsNothing) {
   }
   EXPECT_GE(lost, 3);
   const FamilyVerdict& family = resting.families[0];
-  EXPECT_EQ(family.family, "coulomb_viscous");
+  EXPECT_EQ(family.family, "coulomb_viscous, viscous_power");
   EXPECT_FALSE(family.supported);
   EXPECT_THAT(family.words, HasSubstr("j3"));
   EXPECT_TRUE(moving.families[0].supported) << moving.families[0].words;
+}
+
+// Every law and modifier that demands anything of the data is named once, in the family of its
+// demands, and what its parameters' roles demand is what is found lacking.
+TEST(Identifiability, FamiliesFollowFromTheRolesOfTheLaws) {
+  const Arm arm = coulomb_arm();
+  data::Dataset log = noisy(make_log(arm, {}), 0.5, 4e-6, 1);
+  log.q.col(2).setConstant(0.3);             // lacks everything
+  std::map<std::string, std::string> words;  // by law or modifier
+  for (const FamilyVerdict& f : examine(arm.robot, {log}).families) {
+    std::string_view names(f.family);
+    const std::string_view mark = " (modifier)";
+    if (names.ends_with(mark)) names.remove_suffix(mark.size());
+    for (std::size_t end; !names.empty(); names.remove_prefix(std::min(names.size(), end + 2))) {
+      end = std::min(names.find(", "), names.size());
+      EXPECT_TRUE(words.emplace(names.substr(0, end), f.words).second) << f.family;
+    }
+  }
+  for (const friction::LawInfo& law : friction::law_table()) {
+    const auto parameters = friction::parameters_of_law(law.name, 1);
+    if (parameters.empty()) continue;
+    ASSERT_TRUE(words.contains(std::string(law.name))) << law.name;
+    const std::string& found = words[std::string(law.name)];
+    const auto has = [&](friction::Role role) {
+      return std::ranges::count(parameters, role, &friction::ParameterInfo::role) > 0;
+    };
+    EXPECT_THAT(found, HasSubstr("speeds up to")) << law.name;
+    const bool presliding = has(friction::Role::kStiffness) || has(friction::Role::kWeight);
+    EXPECT_EQ(found.find("while friction climbs") != std::string::npos, presliding) << law.name;
+    EXPECT_EQ(found.find("wanted") != std::string::npos, has(friction::Role::kWeight)) << law.name;
+  }
+  EXPECT_THAT(words["temperature"], HasSubstr("warming"));
+  EXPECT_EQ(words["temperature"], words["viscosity"]);
 }
 
 // Claim: what the check calls not identifiable, a fit to the same data reports without a
