@@ -4,10 +4,12 @@
 #include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/estimate/filter.hpp"
 #include "fricid/evaluate/evaluate.hpp"
+#include "fricid/evaluate/evaluation_file.hpp"
 #include "fricid/sim/simulate.hpp"
 #include "stages.hpp"
 
@@ -100,8 +102,13 @@ data::ModelFile oracle_model(const data::Experiment& experiment) {
 
 std::vector<data::ModelFile> load_models(const Job& job) {
   std::vector<data::ModelFile> models;
-  for (const FittedModel& fitted : fits_that_count(job)) {
-    const std::string name = fmt::format("{}_s{}.json", fitted.config.name, fitted.seed);
+  const Fits fits = fits_of(job);
+  for (const std::string& id : fits.left_out)
+    std::fprintf(stderr,
+                 "%s: left out: it was not fitted to this scene, robot and data as they are now\n",
+                 printable(id).c_str());
+  for (const std::string& id : fits.counted) {
+    const std::string name = id + ".json";
     models.push_back(data::load_model(job.folder.path() / "models" / name));
     const auto fit =
         nlohmann::json::parse(read_file(job.folder.path() / "fit" / name), nullptr, false);
@@ -180,8 +187,7 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
   read.render = {};
   std::string key = data::to_toml(read) + key_of_robot(read) + job.folder.outputs_of("data");
   for (const data::ModelFile& model : models)
-    key += sha256_of_file(job.folder.path() / "models" /
-                          fmt::format("{}_s{}.json", model.name, model.seed));
+    key += sha256_of_file(job.folder.path() / "models" / (id_of(model.name, model.seed) + ".json"));
   for (const fs::path& file : further_data) key += sha256_of_file(file);
   for (const fs::path& folder : externals) key += contents_of(folder);
 
@@ -217,8 +223,7 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
   });
   if (!ran) std::fputs("evaluate: up to date\n", stderr);
 
-  const auto evaluation = nlohmann::json::parse(read_file(job.folder.path() / "evaluation.json"));
-  return evaluation.value("meaningful", true);
+  return evaluate::load_evaluation(job.folder.path()).value("meaningful", true);
 }
 
 }  // namespace fricid::cli

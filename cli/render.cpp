@@ -43,8 +43,7 @@ std::vector<std::string> write_figures(const std::filesystem::path& folder) {
 /// What data, fits and evaluation left, as text for keys.
 std::string key_of_results(const Job& job) {
   std::string key = job.folder.outputs_of("data") + job.folder.outputs_of("evaluate");
-  for (const FittedModel& fit : fits_that_count(job))
-    key += job.folder.outputs_of(fmt::format("identify {}_s{}", fit.config.name, fit.seed));
+  for (const std::string& id : fits_of(job).counted) key += job.folder.outputs_of("identify " + id);
   return key;
 }
 

@@ -138,7 +138,11 @@ nlohmann::json RunFolder::described(const std::string& key) const {
 }
 
 std::string RunFolder::outputs_of(const std::string& name) const {
-  return manifest_.at("stages").at(name).at("outputs").dump();
+  const nlohmann::json* record = record_of(name);
+  if (record == nullptr)
+    throw UserError("{}: {} was not done; run `fricid run {}` first", path_.string(), name,
+                    path_.string());
+  return record->at("outputs").dump();
 }
 
 double RunFolder::seconds_of(const std::string& name) const {

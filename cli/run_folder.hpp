@@ -45,6 +45,7 @@ class RunFolder {
   nlohmann::json described(const std::string& key) const;
 
   /// Hashes of everything a stage wrote, as one text: part of the key of what depends on it.
+  /// @throws UserError when it was not done
   std::string outputs_of(const std::string& name) const;
 
   /// Wall-clock seconds that a stage took when it last ran.

@@ -28,7 +28,8 @@ std::string key_of_fit(const Job& job, const data::ModelConfig& config, int seed
   read.evaluate = {};
   read.render = {};
   read.description.clear();
-  return data::to_toml(read) + key_of_robot(read) + job.folder.outputs_of("data");
+  // fits see the URDF alone; what the MJCF changes, the data show
+  return data::to_toml(read) + sha256_of_file(read.urdf_path) + job.folder.outputs_of("data");
 }
 
 nlohmann::json to_json(const sim::TrajectoryReport& report, const data::Experiment& experiment) {
@@ -186,11 +187,14 @@ std::string key_of_data(const data::Experiment& experiment) {
   return key;
 }
 
-std::vector<FittedModel> fits_that_count(const Job& job) {
+std::string id_of(const std::string& model, int seed) { return fmt::format("{}_s{}", model, seed); }
+
+Fits fits_of(const Job& job) {
   const auto& models = job.experiment.models;
   const nlohmann::json by_name = job.folder.described("fitted_by_name");
   constexpr std::string_view kIdentify = "identify ";
-  std::vector<FittedModel> fits;
+  std::vector<std::tuple<std::ptrdiff_t, std::string, int>> counted;
+  Fits fits;
   for (const std::string& stage : job.folder.stages()) {
     if (!stage.starts_with(kIdentify)) continue;
     const std::string id = stage.substr(kIdentify.size());
@@ -199,22 +203,16 @@ std::vector<FittedModel> fits_that_count(const Job& job) {
     int seed = 0;
     if (std::sscanf(id.c_str() + end, "_s%d", &seed) != 1) continue;
     const data::ModelConfig config = chosen_models(job.experiment, {name}).front();
-    const bool of_scene =
-        std::ranges::any_of(models, [&](const auto& model) { return model.name == name; }) &&
-        std::ranges::count(config.seeds, seed) > 0;
+    const auto place = std::ranges::find(models, name, &data::ModelConfig::name);
+    const bool of_scene = place != models.end() && std::ranges::count(config.seeds, seed) > 0;
     const bool asked_for = by_name.is_object() && by_name.contains(id);
-    if (!(of_scene || asked_for) || !job.folder.stands(stage, key_of_fit(job, config, seed))) {
-      say(fmt::format(
-          "{}: left out: it was not fitted to this scene, robot and data as they are now", id));
-      continue;
-    }
-    fits.push_back({config, seed});
+    if ((of_scene || asked_for) && job.folder.stands(stage, key_of_fit(job, config, seed)))
+      counted.emplace_back(place - models.begin(), name, seed);
+    else
+      fits.left_out.push_back(id);
   }
-  // the order of the scene, then by name; seeds in order
-  std::ranges::sort(fits, {}, [&](const FittedModel& fit) {
-    const auto found = std::ranges::find(models, fit.config.name, &data::ModelConfig::name);
-    return std::tuple(found - models.begin(), fit.config.name, fit.seed);
-  });
+  std::ranges::sort(counted);
+  for (const auto& [place, name, seed] : counted) fits.counted.push_back(id_of(name, seed));
   return fits;
 }
 
@@ -261,7 +259,7 @@ bool identify_models(Job& job, const std::vector<std::string>& names, const std:
   bool healthy = true;
   for (const data::ModelConfig& config : chosen_models(job.experiment, names))
     for (const int seed : seeds.empty() ? config.seeds : parse_seeds(seeds)) {
-      const std::string id = fmt::format("{}_s{}", config.name, seed);
+      const std::string id = id_of(config.name, seed);
       if (!names.empty() || !seeds.empty()) {
         nlohmann::json by_name = job.folder.described("fitted_by_name");
         by_name[id] = true;

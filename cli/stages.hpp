@@ -39,14 +39,17 @@ std::string key_of_robot(const data::Experiment& experiment);
 /// What the data of a scene are made of, as text for keys. @throws UserError when a log is missing
 std::string key_of_data(const data::Experiment& experiment);
 
-/// The fits that count: those of the scene's models and seeds and those asked for by name, where
-/// they were made from the scene, the robot and the data as they are now. Others are named on
-/// stderr.
-struct FittedModel {
-  data::ModelConfig config;
-  int seed;
+/// Stem of the files of a fit and end of its stage's name: "lugre_s1".
+std::string id_of(const std::string& model, int seed);
+
+/// The fits of a run folder, as ids.
+struct Fits {
+  /// Those of the scene's models and seeds and those asked for by name, where they were made from
+  /// the scene, the robot and the data as they are now: in the order of the scene, then by name.
+  std::vector<std::string> counted;
+  std::vector<std::string> left_out;  ///< the others
 };
-std::vector<FittedModel> fits_that_count(const Job& job);
+Fits fits_of(const Job& job);
 
 /// models/*.json and fit/*.json for the scene's models, or those named.
 /// @return false when a fit failed its own health test

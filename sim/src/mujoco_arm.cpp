@@ -38,6 +38,16 @@ std::string one_line(std::string text) {
   return text;
 }
 
+/// @param text  of the MJCF; empty: that of `file`, which else is its name in messages
+MjSpecPtr parse(const std::string& file, const std::string& text) {
+  std::array<char, 1024> error{};
+  const auto size = static_cast<int>(error.size());
+  MjSpecPtr spec(text.empty() ? mj_parseXML(file.c_str(), nullptr, error.data(), size)
+                              : mj_parseXMLString(text.c_str(), nullptr, error.data(), size));
+  if (!spec) throw UserError("{}: {}", file, one_line(error.data()));
+  return spec;
+}
+
 MjModelPtr compile(mjSpec& spec, const std::filesystem::path& mjcf) {
   MjModelPtr model(mj_compile(&spec, nullptr));
   if (!model) throw UserError("{}: {}", mjcf.string(), one_line(mjs_getError(&spec)));
@@ -118,9 +128,7 @@ void initialise_mujoco() {
 
 std::string compiled_mjcf(const std::filesystem::path& mjcf) {
   initialise_mujoco();
-  std::array<char, 1024> error{};
-  const MjSpecPtr spec(mj_parseXML(mjcf.c_str(), nullptr, error.data(), error.size()));
-  if (!spec) throw UserError("{}: {}", mjcf.string(), one_line(error.data()));
+  const MjSpecPtr spec = parse(mjcf.string(), "");
   const MjModelPtr model = compile(*spec, mjcf);
   std::string bytes(static_cast<std::size_t>(mj_sizeModel(model.get())), '\0');
   mj_saveModel(model.get(), nullptr, bytes.data(), static_cast<mjtSize>(bytes.size()));
@@ -132,11 +140,7 @@ MujocoArm::MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotMod
   initialise_mujoco();
   const bool made = mjcf.empty();
   const std::string file = made ? fmt::format("MJCF made of {}", robot.name) : mjcf.string();
-  std::array<char, 1024> error{};
-  const MjSpecPtr spec(
-      made ? mj_parseXMLString(mjcf_of(robot).c_str(), nullptr, error.data(), error.size())
-           : mj_parseXML(file.c_str(), nullptr, error.data(), error.size()));
-  if (!spec) throw UserError("{}: {}", file, one_line(error.data()));
+  const MjSpecPtr spec = parse(file, made ? mjcf_of(robot) : "");
   model_ = compile(*spec, mjcf);
 
   // match the joints by name, both ways

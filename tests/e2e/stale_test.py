@@ -93,6 +93,12 @@ class Stale(ProgramTest):
             body.write_text(text[:first] + "2" + text[first + 1:])
         self.assertNotIn("data: up to date", self.run_scene(scene))
 
+    def test_plots_and_films_before_the_evaluation_are_refused(self):
+        run = self.folder / "run"
+        self.assertEqual(fricid("simulate", TINY, "-o", run).returncode, 0)
+        for what in ("plots", "video"):
+            self.assert_refused(fricid("render", run, what), r"evaluate was not done; run `fricid run")
+
     def test_damaged_data_are_refused_and_made_again(self):
         scene = self.tiny(changes={SECOND_MODEL: ""})
         self.run_scene(scene)
