@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
-#include "fricid/estimate/online_log.hpp"
+#include "fricid/estimate/online/online_log.hpp"
 
 namespace fricid::cli {
 

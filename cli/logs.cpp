@@ -12,7 +12,7 @@
 #include "fricid/data/contract.hpp"
 #include "fricid/data/experiment.hpp"
 #include "fricid/doctor/doctor.hpp"
-#include "fricid/estimate/identifiability.hpp"
+#include "fricid/estimate/rigid_body/identifiability.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 

@@ -8,11 +8,11 @@
 #include <chrono>
 #include <numeric>
 
-#include "fricid/estimate/em.hpp"
-#include "fricid/estimate/latent_friction_model.hpp"
-#include "fricid/estimate/online.hpp"
-#include "fricid/estimate/transitions.hpp"
-#include "fricid/estimate/windows.hpp"
+#include "fricid/estimate/em/em.hpp"
+#include "fricid/estimate/em/latent_friction_model.hpp"
+#include "fricid/estimate/em/transitions.hpp"
+#include "fricid/estimate/online/online.hpp"
+#include "fricid/estimate/windows/windows.hpp"
 #include "fricid/smc/guides.hpp"
 #include "fricid/smc/particle_filter.hpp"
 #include "kr6_truth.hpp"

@@ -15,8 +15,8 @@
 #include "fricid/data/experiment.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/model_file.hpp"
-#include "fricid/estimate/e_step.hpp"
-#include "fricid/estimate/em.hpp"
+#include "fricid/estimate/em/e_step.hpp"
+#include "fricid/estimate/em/em.hpp"
 #include "fricid/evaluate/bands.hpp"
 #include "fricid/evaluate/constant_friction.hpp"
 

@@ -6,8 +6,8 @@
 #include <functional>
 
 #include "arm_data.hpp"
-#include "fricid/estimate/multi_step.hpp"
-#include "fricid/estimate/torque_training.hpp"
+#include "fricid/estimate/friction/torque_training.hpp"
+#include "fricid/estimate/windows/multi_step.hpp"
 
 namespace fricid::estimate {
 namespace {

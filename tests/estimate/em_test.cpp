@@ -1,5 +1,5 @@
 // Expectation-maximisation on an arm whose truth is known.
-#include "fricid/estimate/em.hpp"
+#include "fricid/estimate/em/em.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "fricid/base/rng.hpp"
-#include "fricid/estimate/innovations.hpp"
+#include "fricid/estimate/em/innovations.hpp"
 #include "kr6_truth.hpp"
 #include "temporary_folder.hpp"
 

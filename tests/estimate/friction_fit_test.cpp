@@ -1,4 +1,4 @@
-#include "fricid/estimate/friction_fit.hpp"
+#include "fricid/estimate/friction/friction_fit.hpp"
 
 #include <gmock/gmock.h>
 

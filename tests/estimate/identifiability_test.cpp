@@ -1,4 +1,4 @@
-#include "fricid/estimate/identifiability.hpp"
+#include "fricid/estimate/rigid_body/identifiability.hpp"
 
 #include <gmock/gmock.h>
 #include <algorithm>

@@ -1,10 +1,10 @@
 // The arm as a state-space model: its Jacobian, and the filters of smc on it where it is the truth.
-#include "fricid/estimate/latent_friction_model.hpp"
+#include "fricid/estimate/em/latent_friction_model.hpp"
 
 #include <gtest/gtest.h>
 
 #include "drawn_recording.hpp"
-#include "fricid/estimate/e_step.hpp"
+#include "fricid/estimate/em/e_step.hpp"
 #include "fricid/smc/particle_filter.hpp"
 #include "fricid/smc/statistical_twist.hpp"
 

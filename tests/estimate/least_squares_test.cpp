@@ -1,4 +1,4 @@
-#include "fricid/estimate/least_squares.hpp"
+#include "fricid/estimate/rigid_body/least_squares.hpp"
 
 #include <gmock/gmock.h>
 #include <cmath>

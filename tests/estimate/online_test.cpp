@@ -1,12 +1,12 @@
 // The online estimator on a recording of an arm whose truth is known.
-#include "fricid/estimate/online.hpp"
+#include "fricid/estimate/online/online.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
 #include "fricid/base/rng.hpp"
-#include "fricid/estimate/online_state.hpp"
+#include "fricid/estimate/online/online_state.hpp"
 #include "kr6_truth.hpp"
 #include "malloc_counter.hpp"
 

@@ -1,6 +1,6 @@
 // Training on the torque that the rigid body leaves: the filter within a window, the gradient
 // against central differences, and what is learned from logs of a small arm.
-#include "fricid/estimate/torque_training.hpp"
+#include "fricid/estimate/friction/torque_training.hpp"
 
 #include <gtest/gtest.h>
 

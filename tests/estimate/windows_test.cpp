@@ -1,10 +1,10 @@
 // The gradient of an open-loop window against central differences, and what trains by it.
-#include "fricid/estimate/windows.hpp"
+#include "fricid/estimate/windows/windows.hpp"
 
 #include <gtest/gtest.h>
 
 #include "fricid/estimate/coordinates.hpp"
-#include "fricid/estimate/multi_step.hpp"
+#include "fricid/estimate/windows/multi_step.hpp"
 #include "fricid/system/driven_friction.hpp"
 #include "fricid/system/initial_state.hpp"
 #include "kr6_truth.hpp"

@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 
 #include "fricid/base/rng.hpp"
-#include "fricid/estimate/em.hpp"
-#include "fricid/estimate/latent_friction_model.hpp"
+#include "fricid/estimate/em/em.hpp"
+#include "fricid/estimate/em/latent_friction_model.hpp"
 #include "kr6_truth.hpp"
 
 namespace fricid::test {

@@ -12,7 +12,7 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/system/driven_friction.hpp"
 #include "fricid/system/initial_state.hpp"
-#include "regression.hpp"
+#include "rigid_body/regression.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {

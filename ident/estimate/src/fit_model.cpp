@@ -6,7 +6,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/estimate/fit.hpp"
-#include "regression.hpp"
+#include "rigid_body/regression.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {

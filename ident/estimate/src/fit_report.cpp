@@ -2,7 +2,7 @@
 
 #include "fricid/base/files.hpp"
 #include "fricid/estimate/fit.hpp"
-#include "fricid/estimate/identifiability.hpp"
+#include "fricid/estimate/rigid_body/identifiability.hpp"
 
 namespace fricid::estimate {
 namespace {

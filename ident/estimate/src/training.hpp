@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "fricid/base/rng.hpp"
-#include "fricid/estimate/multi_step.hpp"
+#include "fricid/estimate/windows/multi_step.hpp"
 
 namespace fricid::estimate {
 

@@ -11,14 +11,14 @@
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/experiment.hpp"
 #include "fricid/data/model_file.hpp"
-#include "fricid/estimate/em.hpp"
+#include "fricid/estimate/em/em.hpp"
 #include "fricid/estimate/filter.hpp"
-#include "fricid/estimate/friction_fit.hpp"
-#include "fricid/estimate/least_squares.hpp"
-#include "fricid/estimate/multi_step.hpp"
+#include "fricid/estimate/friction/friction_fit.hpp"
+#include "fricid/estimate/friction/torque_training.hpp"
 #include "fricid/estimate/recording.hpp"
 #include "fricid/estimate/report.hpp"
-#include "fricid/estimate/torque_training.hpp"
+#include "fricid/estimate/rigid_body/least_squares.hpp"
+#include "fricid/estimate/windows/multi_step.hpp"
 
 namespace fricid::estimate {
 

@@ -1,0 +1,90 @@
+// Before any fit: what these data can tell about a robot and its friction, and what they cannot.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "fricid/estimate/rigid_body/least_squares.hpp"
+
+namespace fricid::estimate {
+
+/// kIdentified: predicted standard error below 10 % of the size that the parameter has or that
+/// would matter (`judged_size`); kWeak: below 50 %; kNot: above.
+enum class Verdict { kIdentified, kWeak, kNot };
+std::string_view to_string(Verdict verdict);
+Verdict judge(double standard_error, double size);
+
+/// One unknown of the linear model: a base parameter, or Coulomb, viscous or constant friction of a
+/// joint.
+struct ParameterVerdict {
+  std::string name{};         ///< "joint_a2 m cx + 0.3 joint_a3 m"
+  double value = 0;           ///< estimate of the linear regression
+  double standard_error = 0;  ///< predicted from the regressor and the noise seen
+  double size = 0;            ///< what the error is a share of
+  Verdict verdict = Verdict::kNot;
+  std::string words{};  ///< why not, or with what it is confused
+};
+
+/// A standard parameter that no data of this robot can tell alone.
+struct Grouping {
+  std::string name;
+  std::string words;  ///< "no effect on any torque", or the combinations it hides in
+};
+
+/// What the motion shows of the friction of one joint.
+struct Coverage {
+  double fastest = 0;            ///< [rad/s]
+  double slow_s = 0;             ///< time moving below `stribeck_speed` [s]
+  int reversals = 0;             ///< after a travel that makes friction settle
+  int presliding = 0;            ///< turns back before that travel
+  double samples_per_climb = 0;  ///< samples within that travel after a reversal, median
+  double load_low = 0;           ///< torque range [N m]
+  double load_high = 0;          //
+  double temperature_low = 0;    ///< [K]
+  double temperature_high = 0;   //
+  double resolution = 0;         ///< smallest step of the logged position [rad]
+};
+
+/// Whether a family of friction laws can be fitted; if not, why, in words.
+struct FamilyVerdict {
+  std::string family;
+  bool supported = false;
+  std::string words;
+};
+
+struct Identifiability {
+  std::string message;  ///< why nothing at all can be said; empty
+  std::vector<ParameterVerdict> parameters;
+  std::vector<Grouping> groupings;
+  std::vector<Coverage> joints;
+  std::vector<FamilyVerdict> families;
+};
+
+struct IdentifiabilityOptions {
+  RigidBodyOptions rigid_body;
+  double stribeck_speed = 0.05;  ///< [rad/s]
+  double presliding = 2e-3;      ///< travel within which friction climbs [rad]
+};
+
+/// Regresses the torque on rigid body and linear friction as `rigid_body_least_squares` does,
+/// without a prior, and reads off the standard errors, s_i = sqrt((X' W X)^-1_ii); coverage and
+/// families from the motion.
+/// @param datasets, sequences  pairwise: as logged, and filtered
+Identifiability examine_data(const dynamics::RobotModel& robot,
+                             std::span<const data::Dataset> datasets,
+                             std::span<const Filtered> sequences,
+                             const IdentifiabilityOptions& options);
+
+/// integral of Y_b' W Y_b dt over the sequences, W = diag(1 / effort^2): what a further trajectory
+/// adds to. Base columns of `base_parameters`.
+Eigen::MatrixXd base_information(const dynamics::RobotModel& robot,
+                                 std::span<const Filtered> sequences);
+
+/// Format "fricid.check/1".
+std::string to_json(const Identifiability& report, const dynamics::RobotModel& robot);
+std::string to_text(const Identifiability& report, const dynamics::RobotModel& robot);
+
+}  // namespace fricid::estimate

@@ -1,0 +1,35 @@
+// M-step on the likelihood itself.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "fricid/estimate/coordinates.hpp"
+#include "fricid/estimate/em/innovations.hpp"
+#include "fricid/estimate/windows/multi_step.hpp"
+
+namespace fricid::estimate {
+
+/// The likelihood of the training parts under the extended Kalman filter, for one noise and one
+/// start of each recording.
+struct Likelihood {
+  std::span<const Recording> recordings;
+  const Split& split;
+  StepOptions step;
+  const LatentNoise& noise;
+  std::span<const smc::Gaussian> starts;
+  int jobs;
+
+  InnovationScore score(const Arm& arm) const;
+  /// -inf when the filter fails.
+  double value(const Arm& arm) const;
+};
+
+/// Moves c, and arm with it, by one step of Fisher scoring, damped until the likelihood rises;
+/// leaves them where none does.
+/// @param damping  carried from step to step
+void climb_by_score(const Likelihood& likelihood, const ArmCoordinates& coordinates,
+                    double& damping, Arm& arm, Eigen::VectorXd& c);
+inline constexpr double kFirstDamping = 1e-3;
+
+}  // namespace fricid::estimate

@@ -1,0 +1,149 @@
+#include "fricid/estimate/friction/friction_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "fricid/base/rng.hpp"
+#include "friction/friction_search.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kSpread = 1.2;  // sd of the random starts in log coordinates: a factor of about 3
+constexpr double kOnBound = 1e-3;  // distance in scaled coordinates that counts as on the bound
+// Orders of a gear: slower waves are load.
+constexpr double kFewestRipples = 20, kMostRipples = 1000;
+constexpr double kRippleGrid = 0.25;    // of the orders, in periods over the travel
+constexpr double kFinestOfGrid = 0.05;  // joints that turn on and on
+
+bool on_bound(const SearchCoordinates& coordinates, std::span<const double> x, std::size_t i) {
+  return x[i] - coordinates.lower()[i] < kOnBound || coordinates.upper()[i] - x[i] < kOnBound;
+}
+
+// Where theta has the terms of a ripple: wave number, amplitude, phase one behind the other.
+std::vector<std::size_t> ripple_terms(const friction::RobotFriction& friction) {
+  std::vector<std::size_t> begin;
+  for (std::size_t i = 0; i < friction.parameters().size(); ++i)
+    if (friction.parameters()[i].info.role == friction::Role::kWaveNumber) begin.push_back(i);
+  return begin;
+}
+
+// The torque of a ripple is periodic in its order n: a descent finds no n that is more than a
+// period over the travel away. So each term is looked for on a grid, in what the law without it
+// leaves.
+void seed_ripples(const JointFrictionData& data, const friction::RobotFriction& friction,
+                  std::span<const std::size_t> terms, std::span<double> theta) {
+  std::vector<double> grid;
+  const double step = std::max(kRippleGrid * 2 * std::numbers::pi / data.travel(), kFinestOfGrid);
+  for (double n = kFewestRipples; n < kMostRipples; n += step) grid.push_back(n);
+  for (const std::size_t i : terms) {
+    const RippleTerm term = data.strongest_ripple(friction, theta, grid);
+    const double values[] = {term.n, term.A, term.phi};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const friction::ParameterInfo& info = friction.parameters()[i + k].info;
+      theta[i + k] = std::clamp(values[k], info.lower, info.upper);
+    }
+  }
+}
+
+// Standard errors and correlation of what was free at the end.
+void set_uncertainty(const JointFrictionData& data, const friction::RobotFriction& friction,
+                     const SearchCoordinates& coordinates, std::span<const double> x,
+                     JointFrictionFit& fit) {
+  const auto p = static_cast<Eigen::Index>(x.size());
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  fit.standard_error.assign(x.size(), kNone);
+  fit.correlation = Eigen::MatrixXd::Constant(p, p, kNone);
+  std::vector<std::size_t> free;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (!coordinates.is_held(i) && !on_bound(coordinates, x, i)) free.push_back(i);
+  const Eigen::MatrixXd covariance = search_covariance(data, friction, coordinates, x, free);
+  for (Eigen::Index a = 0; a < covariance.rows(); ++a) {
+    const std::size_t i = free[static_cast<std::size_t>(a)];
+    fit.standard_error[i] =
+        std::abs(coordinates.slope(i, fit.theta[i])) * std::sqrt(covariance(a, a));
+    for (Eigen::Index b = 0; b < covariance.cols(); ++b)
+      fit.correlation(static_cast<Eigen::Index>(i),
+                      static_cast<Eigen::Index>(free[static_cast<std::size_t>(b)])) =
+          covariance(a, b) / std::sqrt(covariance(a, a) * covariance(b, b));
+  }
+}
+
+}  // namespace
+
+JointFrictionFit fit_joint_friction(const JointFrictionData& data,
+                                    const friction::RobotFriction& friction,
+                                    std::vector<double> start, const FrictionFitOptions& options) {
+  JointFrictionFit fit;
+  fit.theta = start;
+  if (start.empty() || data.rows() == 0) {
+    fit.message = start.empty() ? "no parameters to fit" : "no usable rows";
+    fit.outcome = start.empty() ? Outcome::kConverged : Outcome::kFailed;
+    fit.rms = std::sqrt(data.target_mean_square());
+    if (data.rows() > 0) fit.offset = data.offset(friction, fit.theta);
+    return fit;
+  }
+  // a ripple has its own search, see seed_ripples: first the law without it
+  const std::vector<std::size_t> ripples = ripple_terms(friction);
+  std::vector<std::size_t> held = options.held;
+  for (const std::size_t i : ripples) {
+    start[i + 1] = 0;
+    for (std::size_t k = 0; k < 3; ++k) held.push_back(i + k);
+  }
+  SearchCoordinates coordinates(friction, start, held);
+  const std::vector<double> centre = coordinates.to_scaled(start);
+
+  Rng rng(options.seed, options.stream);
+  Minimum best{centre, kBadValue, false, 0};
+  for (int s = 0; s < options.starts; ++s) {
+    std::vector<double> x = centre;
+    if (s > 0)
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        x[i] = coordinates.is_log(i) ? x[i] + kSpread * rng.normal()
+                                     : x[i] * std::exp(kSpread * rng.normal());
+        x[i] = std::clamp(x[i], coordinates.lower()[i], coordinates.upper()[i]);
+      }
+    Minimum found = nelder_mead(data, friction, coordinates, std::move(x), options);
+    levenberg_marquardt(data, friction, coordinates, found, options.iterations);
+    fit.evaluations += found.evaluations;
+    fit.start_rms.push_back(std::sqrt(found.value));
+    if (found.value < best.value) best = std::move(found);
+  }
+  if (!ripples.empty() && best.value < kBadValue) {
+    coordinates.to_theta(best.x, fit.theta);
+    seed_ripples(data, friction, ripples, fit.theta);
+    coordinates = SearchCoordinates(friction, fit.theta, options.held);
+    best.x = coordinates.to_scaled(fit.theta);
+    best.value = std::min(kBadValue, data.mean_square(friction, fit.theta));
+    best.evaluations = 0;
+    levenberg_marquardt(data, friction, coordinates, best, options.iterations);
+    fit.evaluations += best.evaluations;
+  }
+
+  coordinates.to_theta(best.x, fit.theta);
+  for (std::size_t i = 0; i < fit.theta.size(); ++i) {
+    const auto& parameter = friction.parameters()[i];
+    fit.theta[i] = std::clamp(fit.theta[i], parameter.info.lower, parameter.info.upper);
+    if (!coordinates.is_held(i) && on_bound(coordinates, best.x, i))
+      fit.at_bound.push_back(parameter.symbol);
+  }
+  set_uncertainty(data, friction, coordinates, best.x, fit);
+  fit.offset = data.offset(friction, fit.theta);
+  fit.rms = std::sqrt(best.value);
+  fit.explained = data.target_mean_square() > 0 ? 1 - best.value / data.target_mean_square() : 0;
+  if (best.value >= kBadValue) {
+    fit.outcome = Outcome::kFailed;
+    fit.message = "no start gave a finite prediction";
+  } else {
+    fit.outcome = best.converged ? Outcome::kConverged : Outcome::kIterationLimit;
+    fit.message = fmt::format("rms {:.4g} N m of {:.4g} after {} evaluations", fit.rms,
+                              std::sqrt(data.target_mean_square()), fit.evaluations);
+  }
+  return fit;
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,307 @@
+#include "friction/friction_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include <nlopt.h>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "fricid/base/progress.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr int kLanes = kLaneCount<PackD>;
+constexpr double kFirstStep = 0.4;    // of the simplex, in scaled coordinates
+constexpr double kDifference = 1e-5;  // of the Jacobian, in scaled coordinates
+constexpr double kBlock = 1;          // [s] beyond which residuals count as independent
+constexpr double kLargestStep = 1.5;  // of one iteration in any scaled coordinate
+constexpr double kSmallestGain =
+    1e-7;  // relative decrease of the objective that counts as converged
+
+struct Search {
+  const JointFrictionData& data;
+  const friction::RobotFriction& friction;
+  const SearchCoordinates& coordinates;
+  std::vector<double> theta;
+  nlopt_opt optimiser;
+  int evaluations = 0;
+};
+
+double safe_mean_square(const JointFrictionData& data, const friction::RobotFriction& friction,
+                        std::span<const double> theta) {
+  const double value = data.mean_square(friction, theta);
+  return std::isfinite(value) ? value : kBadValue;
+}
+
+double objective(unsigned size, const double* x, double*, void* user) {
+  Search& search = *static_cast<Search*>(user);
+  ++search.evaluations;
+  if (stop_requested()) nlopt_force_stop(search.optimiser);
+  search.coordinates.to_theta({x, size}, search.theta);
+  return safe_mean_square(search.data, search.friction, search.theta);
+}
+
+// Calls f(sequence, row, row of the Jacobian, residual) for every row of the residuals at x; the
+// Jacobian's columns are the coordinates `wanted`, by forward differences. Unused rows are zero.
+template <class F>
+void for_each_row(const JointFrictionData& data, const friction::RobotFriction& friction,
+                  const SearchCoordinates& coordinates, std::span<const double> x,
+                  std::span<const std::size_t> wanted, F&& f) {
+  const auto p = static_cast<Eigen::Index>(wanted.size());
+  // Lane 0 of every pass holds x itself, the others one shifted coordinate each.
+  constexpr Eigen::Index kColumns = kLanes - 1;
+  const Eigen::Index passes = std::max<Eigen::Index>(1, (p + kColumns - 1) / kColumns);
+  std::vector<double> step(wanted.size()), shifted(x.begin(), x.end()), theta(x.size());
+  std::vector<std::vector<PackD>> lanes(static_cast<std::size_t>(passes),
+                                        std::vector<PackD>(x.size()));
+  for (Eigen::Index pass = 0; pass < passes; ++pass)
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const auto column = static_cast<std::size_t>(pass * kColumns + lane - 1);
+      const bool moves = lane > 0 && column < wanted.size();
+      const std::size_t i = moves ? wanted[column] : 0;
+      if (moves) {
+        step[column] = x[i] + kDifference < coordinates.upper()[i] ? kDifference : -kDifference;
+        shifted[i] += step[column];
+      }
+      coordinates.to_theta(shifted, theta);
+      for (std::size_t k = 0; k < x.size(); ++k)
+        lanes[static_cast<std::size_t>(pass)][k].set(lane, theta[k]);
+      if (moves) shifted[i] = x[i];
+    }
+
+  std::vector<std::vector<PackD>> e(static_cast<std::size_t>(passes));
+  std::vector<PackD> work;
+  Eigen::VectorXd columns(p);
+  for (int s = 0; s < data.sequences(); ++s) {
+    for (std::size_t pass = 0; pass < e.size(); ++pass)
+      data.residual(friction, lanes[pass], s, e[pass], work);
+    for (std::size_t k = 0; k < e[0].size(); ++k) {
+      const double base = e[0][k][0];
+      for (Eigen::Index i = 0; i < p; ++i) {
+        const auto pass = static_cast<std::size_t>(i / kColumns);
+        const int lane = static_cast<int>(i % kColumns) + 1;
+        columns[i] = (e[pass][k][lane] - base) / step[static_cast<std::size_t>(i)];
+      }
+      f(s, static_cast<int>(k), columns, base);
+    }
+  }
+}
+
+// J'J and J'e of the residuals less their mean at x, over the number of rows, of the free
+// coordinates.
+struct NormalEquations {
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g;
+};
+NormalEquations linearise(const JointFrictionData& data, const friction::RobotFriction& friction,
+                          const SearchCoordinates& coordinates, std::span<const double> x) {
+  const auto p = static_cast<Eigen::Index>(coordinates.free().size());
+  NormalEquations out{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p)};
+  Eigen::VectorXd columns = Eigen::VectorXd::Zero(p);
+  double sum = 0;
+  for_each_row(data, friction, coordinates, x, coordinates.free(),
+               [&](int, int, const Eigen::VectorXd& column, double residual) {
+                 out.H.selfadjointView<Eigen::Lower>().rankUpdate(column);
+                 out.g += residual * column;
+                 columns += column;
+                 sum += residual;
+               });
+  out.H.triangularView<Eigen::StrictlyUpper>() = out.H.transpose();
+  out.H /= data.rows();
+  out.g /= data.rows();
+  columns /= data.rows();
+  out.H -= columns * columns.transpose();
+  out.g -= sum / data.rows() * columns;
+  return out;
+}
+
+// H^+ B H^+ over the directions that H knows, in units in which its diagonal is one. A parameter
+// that has part in an unknown direction (only ratios of GMS's alpha count) has no variance of its
+// own: NaN.
+Eigen::MatrixXd sandwich(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
+  constexpr double kUnknown = 1e-9;  // share of the diagonal
+  constexpr double kPart = 1e-3;     // squared share in a unit direction
+  const Eigen::Index p = H.rows();
+  if (p == 0) return H;
+  Eigen::VectorXd unit(p);
+  for (Eigen::Index i = 0; i < p; ++i) unit[i] = H(i, i) > 0 ? 1 / std::sqrt(H(i, i)) : 0;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(unit.asDiagonal() * H *
+                                                                  unit.asDiagonal());
+  Eigen::VectorXd inverse = directions.eigenvalues(), unknown = Eigen::VectorXd::Zero(p);
+  for (Eigen::Index d = 0; d < p; ++d) {
+    const bool known = inverse[d] > kUnknown;
+    if (!known) unknown += directions.eigenvectors().col(d).cwiseAbs2();
+    inverse[d] = known ? 1 / inverse[d] : 0;
+  }
+  const Eigen::MatrixXd half = directions.eigenvectors() * inverse.asDiagonal() *
+                               directions.eigenvectors().transpose() * unit.asDiagonal();
+  Eigen::MatrixXd covariance = unit.asDiagonal() * half * B * half.transpose() * unit.asDiagonal();
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (Eigen::Index i = 0; i < p; ++i)
+    if (unknown[i] > kPart) {
+      covariance.row(i).setConstant(kNone);
+      covariance.col(i).setConstant(kNone);
+    }
+  return covariance;
+}
+
+}  // namespace
+
+SearchCoordinates::SearchCoordinates(const friction::RobotFriction& friction,
+                                     std::span<const double> reference,
+                                     std::span<const std::size_t> held) {
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    const friction::ParameterInfo& info = friction.parameters()[i].info;
+    log_.push_back(info.scale == friction::Scale::kLog);
+    unit_.push_back(std::max(std::abs(reference[i]), 0.1 * std::abs(info.typical)));
+    if (unit_.back() == 0) unit_.back() = info.upper - info.lower;
+    held_.push_back(std::ranges::count(held, i) > 0);
+    if (!held_.back()) free_.push_back(i);
+    lower_.push_back(to_scaled(i, held_[i] ? reference[i] : info.lower));
+    upper_.push_back(to_scaled(i, held_[i] ? reference[i] : info.upper));
+  }
+}
+
+double SearchCoordinates::to_scaled(std::size_t i, double theta) const {
+  return log_[i] ? std::log(std::max(theta, std::numeric_limits<double>::min())) : theta / unit_[i];
+}
+
+std::vector<double> SearchCoordinates::to_scaled(std::span<const double> theta) const {
+  std::vector<double> x(theta.size());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    x[i] = std::clamp(to_scaled(i, theta[i]), lower_[i], upper_[i]);
+  return x;
+}
+
+void SearchCoordinates::to_theta(std::span<const double> x, std::span<double> theta) const {
+  for (std::size_t i = 0; i < x.size(); ++i) theta[i] = log_[i] ? std::exp(x[i]) : x[i] * unit_[i];
+}
+
+double SearchCoordinates::slope(std::size_t i, double theta) const {
+  return log_[i] ? theta : unit_[i];
+}
+
+Eigen::MatrixXd search_covariance(const JointFrictionData& data,
+                                  const friction::RobotFriction& friction,
+                                  const SearchCoordinates& coordinates, std::span<const double> x,
+                                  std::span<const std::size_t> free) {
+  struct Block {
+    Eigen::VectorXd score, columns;
+    double residuals = 0, rows = 0;
+  };
+  const auto p = static_cast<Eigen::Index>(free.size());
+  const int length = std::max(1, static_cast<int>(std::lround(kBlock / data.dt())));
+  std::vector<Block> blocks;
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(p, p);
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(p);
+  double mean_residual = 0;
+  for_each_row(data, friction, coordinates, x, free,
+               [&](int, int k, const Eigen::VectorXd& column, double residual) {
+                 if (k % length == 0)
+                   blocks.push_back({Eigen::VectorXd::Zero(p), Eigen::VectorXd::Zero(p)});
+                 if (residual == 0) return;
+                 Block& block = blocks.back();
+                 block.score += residual * column;
+                 block.columns += column;
+                 block.residuals += residual;
+                 block.rows += 1;
+                 H += column * column.transpose();
+                 mean += column / data.rows();
+                 mean_residual += residual / data.rows();
+               });
+  H -= data.rows() * mean * mean.transpose();
+
+  // the constant beside the law is whatever fits best: rows count as what they are off their mean
+  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(p, p);
+  for (const Block& block : blocks) {
+    const Eigen::VectorXd score = block.score - mean_residual * block.columns -
+                                  block.residuals * mean + block.rows * mean_residual * mean;
+    B += score * score.transpose();
+  }
+  return sandwich(H, B);
+}
+
+Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction& friction,
+                    const SearchCoordinates& coordinates, std::vector<double> x,
+                    const FrictionFitOptions& options) {
+  const auto size = static_cast<unsigned>(x.size());
+  const std::unique_ptr<nlopt_opt_s, decltype(&nlopt_destroy)> optimiser(
+      nlopt_create(NLOPT_LN_NELDERMEAD, size), &nlopt_destroy);
+  Search search{data, friction, coordinates, std::vector<double>(x.size()), optimiser.get(), 0};
+  nlopt_set_lower_bounds(optimiser.get(), coordinates.lower().data());
+  nlopt_set_upper_bounds(optimiser.get(), coordinates.upper().data());
+  nlopt_set_min_objective(optimiser.get(), &objective, &search);
+  nlopt_set_initial_step1(optimiser.get(), kFirstStep);
+  nlopt_set_xtol_abs1(optimiser.get(), options.tolerance);
+  nlopt_set_ftol_rel(optimiser.get(), options.tolerance);
+  nlopt_set_maxeval(optimiser.get(), options.evaluations);
+  double value = kBadValue;
+  const nlopt_result result = nlopt_optimize(optimiser.get(), x.data(), &value);
+  throw_if_stopped();
+  const bool converged = result == NLOPT_XTOL_REACHED || result == NLOPT_FTOL_REACHED ||
+                         result == NLOPT_SUCCESS || result == NLOPT_ROUNDOFF_LIMITED;
+  return {std::move(x), value, converged, search.evaluations};
+}
+
+void levenberg_marquardt(const JointFrictionData& data, const friction::RobotFriction& friction,
+                         const SearchCoordinates& coordinates, Minimum& at, int iterations) {
+  const std::vector<std::size_t>& free = coordinates.free();
+  const auto p = static_cast<Eigen::Index>(free.size());
+  std::vector<double> theta(at.x.size()), trial(at.x.size());
+  double damping = 1e-3;
+  at.converged = false;
+  for (int iteration = 0; iteration < iterations && at.value < kBadValue; ++iteration) {
+    throw_if_stopped();
+    const NormalEquations normal = linearise(data, friction, coordinates, at.x);
+    const int passes = (static_cast<int>(p) + kLanes - 2) / (kLanes - 1);
+    at.evaluations += passes * data.sequences();
+    if (!normal.H.allFinite()) return;
+
+    double lowered = 0;
+    while (damping < 1e8) {
+      Eigen::MatrixXd H = normal.H;
+      Eigen::VectorXd g = normal.g;
+      for (Eigen::Index i = 0; i < p; ++i) {
+        const std::size_t k = free[static_cast<std::size_t>(i)];
+        const bool held = (at.x[k] <= coordinates.lower()[k] && g[i] > 0) ||
+                          (at.x[k] >= coordinates.upper()[k] && g[i] < 0);
+        if (held || H(i, i) <= 0) {
+          H.row(i).setZero();
+          H.col(i).setZero();
+          H(i, i) = 1;
+          g[i] = 0;
+        } else {
+          H(i, i) *= 1 + damping;
+        }
+      }
+      const Eigen::VectorXd step = -H.ldlt().solve(g);
+      trial = at.x;
+      for (Eigen::Index i = 0; i < p; ++i) {
+        const std::size_t k = free[static_cast<std::size_t>(i)];
+        trial[k] = std::clamp(at.x[k] + std::clamp(step[i], -kLargestStep, kLargestStep),
+                              coordinates.lower()[k], coordinates.upper()[k]);
+      }
+      coordinates.to_theta(trial, theta);
+      const double value = safe_mean_square(data, friction, theta);
+      ++at.evaluations;
+      if (value < at.value) {
+        lowered = (at.value - value) / at.value;
+        at.value = value;
+        at.x = trial;
+        damping = std::max(damping / 10, 1e-12);
+        break;
+      }
+      damping *= 10;
+    }
+    if (lowered < kSmallestGain) {
+      at.converged = true;
+      return;
+    }
+  }
+}
+
+}  // namespace fricid::estimate

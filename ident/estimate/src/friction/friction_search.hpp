@@ -1,0 +1,76 @@
+// Search over the parameters of one joint's friction law, within the bounds of the law table.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "fricid/estimate/friction/friction_fit.hpp"
+
+namespace fricid::estimate {
+
+/// Scaled search coordinates, all of order one: log(theta) where the table says so, else theta over
+/// the size of its reference.
+class SearchCoordinates {
+ public:
+  /// @param held  indices of parameters whose bounds close on their reference
+  SearchCoordinates(const friction::RobotFriction& friction, std::span<const double> reference,
+                    std::span<const std::size_t> held);
+
+  std::vector<double> to_scaled(std::span<const double> theta) const;  ///< within the bounds
+  void to_theta(std::span<const double> x, std::span<double> theta) const;
+
+  double slope(std::size_t i, double theta) const;  ///< d theta_i / d x_i
+
+  bool is_log(std::size_t i) const { return log_[i]; }
+  bool is_held(std::size_t i) const { return held_[i]; }
+  const std::vector<std::size_t>& free() const { return free_; }  ///< those not held
+  const std::vector<double>& lower() const { return lower_; }
+  const std::vector<double>& upper() const { return upper_; }
+
+ private:
+  double to_scaled(std::size_t i, double theta) const;
+
+  std::vector<bool> log_, held_;
+  std::vector<std::size_t> free_;
+  std::vector<double> unit_, lower_, upper_;
+};
+
+/// Objective of a prediction that is not finite: finite for the optimiser.
+inline constexpr double kBadValue = 1e30;
+
+/// Covariance of the coordinates `free` at a minimum, the others held. With J the Jacobian of the
+/// residuals e, both off their means, and blocks b of one second,
+///
+///     (J'J)^-1 (sum_b s_b s_b') (J'J)^-1,   s_b = sum_{k in b} J_k e_k,
+///
+/// which holds for correlated residuals: those of filtered signals, or of a law that does not fit.
+/// @see Liang & Zeger, Biometrika 73(1), 1986
+Eigen::MatrixXd search_covariance(const JointFrictionData& data,
+                                  const friction::RobotFriction& friction,
+                                  const SearchCoordinates& coordinates, std::span<const double> x,
+                                  std::span<const std::size_t> free);
+
+/// Where a search ended.
+struct Minimum {
+  std::vector<double> x;
+  double value;  ///< mean square [N^2 m^2]
+  bool converged;
+  int evaluations;
+};
+
+/// Nelder-Mead within bounds (NLopt) from x.
+/// @throws Stopped on Ctrl-C
+Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction& friction,
+                    const SearchCoordinates& coordinates, std::vector<double> x,
+                    const FrictionFitOptions& options);
+
+/// Levenberg-Marquardt from `at` inside the bounds: coordinates that press against a bound are held
+/// there.
+/// @throws Stopped on Ctrl-C
+void levenberg_marquardt(const JointFrictionData& data, const friction::RobotFriction& friction,
+                         const SearchCoordinates& coordinates, Minimum& at, int iterations);
+
+}  // namespace fricid::estimate

@@ -1,0 +1,171 @@
+#include "fricid/estimate/online/online.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fricid/base/error.hpp"
+#include "fricid/estimate/em/latent_friction_model.hpp"
+#include "fricid/estimate/online/online_state.hpp"
+#include "fricid/smc/guides.hpp"
+#include "fricid/smc/particle_filter.hpp"
+
+namespace fricid::estimate {
+
+smc::Gaussian online_start(const Eigen::VectorXd& q, const Eigen::VectorXd& v,
+                           const Eigen::VectorXd& z, const LatentNoise& noise, double v_sd,
+                           const Eigen::VectorXd& z_sd) {
+  const Eigen::Index n = q.size(), nz = z.size();
+  smc::Gaussian x;
+  x.mean.resize(2 * n + nz);
+  x.mean << q, v, z;
+  Eigen::VectorXd variance(2 * n + nz);
+  variance << 4 * noise.R.head(n), Eigen::VectorXd::Constant(n, v_sd * v_sd), z_sd.cwiseAbs2();
+  x.covariance = variance.asDiagonal();
+  return x;
+}
+
+/// The filter on a model, an observation and a torque of one row each, overwritten every sample.
+struct OnlineEstimator::Filter {
+  using Guide = smc::AdaptedGuide<PackD>;
+
+  Arm arm;
+  Recording held;
+  smc::RowMatrix y;
+  LatentFrictionModel model;
+  Guide guide;
+  smc::ParticleFilter<LatentFrictionModel, Guide> filter;
+  OnlineEstimate out;
+  int t = 0;
+  std::vector<PackD> tau_f;
+  Eigen::VectorXd sum, squares;  // weighted, of [q, v, z, tau_f] about the reference
+  Eigen::VectorXd reference;
+
+  static Recording ring(const Arm& arm, double dt) {
+    const int n = arm.robot.n();
+    Recording held;
+    held.name = "online";
+    held.dt = dt;
+    held.q = held.tau = data::RowMatrix::Zero(1, n);
+    held.temperature = data::RowMatrix::Constant(1, n, kRoomTemperature);
+    return held;
+  }
+
+  Filter(Arm an_arm, const LatentNoise& noise, const smc::Gaussian& start,
+         const OnlineOptions& options)
+      : arm(std::move(an_arm)),
+        held(ring(arm, noise.dt)),
+        y(smc::RowMatrix::Constant(1, noise.R.size(), std::numeric_limits<double>::quiet_NaN())),
+        model(arm, held, noise, start, options.step),
+        guide(model, y, std::numeric_limits<int>::max()),
+        filter(model, guide, {.particles = options.particles, .seed = options.seed}) {
+    const Eigen::Index n = arm.robot.n(), nz = arm.friction.model.state_size();
+    tau_f.resize(static_cast<std::size_t>(n));
+    for (auto* part : {&out.q, &out.v, &out.tau_f, &out.q_sd, &out.v_sd, &out.tau_f_sd})
+      part->setZero(n);
+    for (auto* part : {&out.z, &out.z_sd}) part->setZero(nz);
+    sum.resize(3 * n + nz);
+    squares.resize(3 * n + nz);
+    reference.resize(3 * n + nz);
+    begin();
+  }
+
+  void begin() {
+    t = 0;
+    filter.start();
+    out.log_likelihood = guide.log_start();
+    out.lost = false;
+    out.ess = filter.particles();
+    summarise();
+  }
+
+  /// Means and standard deviations over the weighted particles.
+  void summarise() {
+    const auto n = static_cast<std::size_t>(arm.robot.n());
+    const auto nx = static_cast<std::size_t>(model.state_size());
+    const std::span<const double> log_weights = filter.log_weights();
+    const int blocks = filter.x().blocks();
+    sum.setZero();
+    squares.setZero();
+    double total = 0;
+    for (int b = 0; b < blocks; ++b) {
+      const PackD* state = filter.x().block(b);
+      model.friction_torque<PackD>(t, {state, nx}, tau_f);
+      for (int k = 0; k < PackD::kLanes; ++k) {
+        const auto i = static_cast<std::size_t>(b * PackD::kLanes + k);
+        if (i >= log_weights.size()) break;
+        const double w = std::exp(log_weights[i]);
+        total += w;
+        for (std::size_t c = 0; c < nx + n; ++c) {
+          const auto row = static_cast<Eigen::Index>(c);
+          const double value = c < nx ? state[c][k] : tau_f[c - nx][k];
+          if (i == 0) reference[row] = value;
+          const double d = value - reference[row];
+          sum[row] += w * d;
+          squares[row] += w * d * d;
+        }
+      }
+    }
+    sum /= total;
+    squares = (squares / total - sum.cwiseAbs2()).cwiseMax(0).cwiseSqrt();
+    sum += reference;
+    const auto joints = static_cast<Eigen::Index>(n);
+    const Eigen::Index nz = out.z.size();
+    out.q = sum.head(joints);
+    out.v = sum.segment(joints, joints);
+    out.z = sum.segment(2 * joints, nz);
+    out.tau_f = sum.tail(joints);
+    out.q_sd = squares.head(joints);
+    out.v_sd = squares.segment(joints, joints);
+    out.z_sd = squares.segment(2 * joints, nz);
+    out.tau_f_sd = squares.tail(joints);
+  }
+};
+
+OnlineEstimator::OnlineEstimator(Arm arm, const LatentNoise& noise, const smc::Gaussian& start,
+                                 const OnlineOptions& options)
+    : filter_(std::make_unique<Filter>(std::move(arm), noise, start, options)) {}
+OnlineEstimator::~OnlineEstimator() = default;
+OnlineEstimator::OnlineEstimator(OnlineEstimator&&) noexcept = default;
+
+const OnlineEstimate& OnlineEstimator::estimate() const { return filter_->out; }
+
+void OnlineEstimator::reset() { filter_->begin(); }
+
+const OnlineEstimate& OnlineEstimator::step(std::span<const double> tau, std::span<const double> y,
+                                            std::span<const double> temperature) {
+  Filter& f = *filter_;
+  assert(std::ssize(tau) == f.held.tau.cols() && std::ssize(y) == f.y.cols());
+  std::copy(tau.begin(), tau.end(), f.held.tau.data());
+  std::copy(y.begin(), y.end(), f.y.data());
+  if (!temperature.empty())
+    std::copy(temperature.begin(), temperature.end(), f.held.temperature.data());
+  const auto weighed = f.filter.weigh(f.t);
+  f.out.lost = !weighed.has_value();
+  if (f.out.lost) {
+    f.filter.start();
+    f.out.log_likelihood = -std::numeric_limits<double>::infinity();
+    f.out.ess = f.filter.particles();
+  } else {
+    f.out.log_likelihood += weighed->log_sum;
+    f.out.ess = weighed->ess;
+    f.filter.move(f.t);
+  }
+  ++f.t;
+  f.summarise();
+  return f.out;
+}
+
+void OnlineEstimator::save(State& state) const {
+  filter_->filter.save(state.particles);
+  state.estimate = filter_->out;
+  state.t = filter_->t;
+}
+
+void OnlineEstimator::restore(const State& state) {
+  filter_->filter.restore(state.particles);
+  filter_->out = state.estimate;
+  filter_->t = state.t;
+}
+
+}  // namespace fricid::estimate

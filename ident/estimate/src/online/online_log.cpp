@@ -1,0 +1,106 @@
+#include "fricid/estimate/online/online_log.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/progress.hpp"
+#include "fricid/data/hdf5.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kStartSpeed = 0.05;  // sd of the first velocity [rad/s]
+constexpr double kStartPasses = 100;  // sd of the first z over sd of its noise per sample
+
+LatentNoise noise_of(const data::ModelFile& model, const data::Dataset& log) {
+  if (!model.noise)
+    throw UserError("model {}: noise is missing; allowed: a model written by fricid identify",
+                    model.name);
+  if (model.arm.robot.n() != log.n())
+    throw UserError("{}: {} joints, model {} has {}", log.name, log.n(), model.name,
+                    model.arm.robot.n());
+  if (std::abs(model.noise->dt * log.rate_hz - 1) > 1e-6)
+    throw UserError("{}: rate {} Hz; allowed for the noise of model {}: {} Hz", log.name,
+                    log.rate_hz, model.name, 1 / model.noise->dt);
+  LatentNoise noise = *model.noise;
+  noise.R = noise.R.head(log.n()).eval();
+  return noise;
+}
+
+void put(OnlineLog& out, int t, const OnlineEstimate& now) {
+  out.q.row(t) = now.q;
+  out.v.row(t) = now.v;
+  out.z.row(t) = now.z;
+  out.tau_f.row(t) = now.tau_f;
+  out.q_sd.row(t) = now.q_sd;
+  out.v_sd.row(t) = now.v_sd;
+  out.z_sd.row(t) = now.z_sd;
+  out.tau_f_sd.row(t) = now.tau_f_sd;
+  out.log_likelihood[t] = now.log_likelihood;
+  out.ess[t] = now.ess;
+  out.lost += now.lost ? 1 : 0;
+}
+
+}  // namespace
+
+OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& log,
+                       const OnlineOptions& options) {
+  const LatentNoise noise = noise_of(model, log);
+  const int n = log.n(), nz = model.arm.friction.model.state_size(), T = log.length();
+  OnlineEstimator estimator(
+      model.arm, noise,
+      online_start(log.q.row(0), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(nz), noise,
+                   kStartSpeed, kStartPasses * noise.z.cwiseSqrt()),
+      options);
+
+  OnlineLog out;
+  out.t = log.t;
+  for (auto* x : {&out.q, &out.v, &out.tau_f, &out.q_sd, &out.v_sd, &out.tau_f_sd}) x->resize(T, n);
+  for (auto* x : {&out.z, &out.z_sd}) x->resize(T, nz);
+  out.log_likelihood.resize(T);
+  out.ess.resize(T);
+  put(out, 0, estimator.estimate());
+
+  constexpr int kChunk = 100;
+  Progress progress("estimate", T);
+  const auto row = [n](const data::RowMatrix& x, int t) {
+    return std::span<const double>(x.row(t).data(), static_cast<std::size_t>(n));
+  };
+  data::RowMatrix tau = log.tau;
+  for (int t = 0; t + 1 < T; ++t) {
+    throw_if_stopped();
+    for (int j = 0; j < n; ++j)
+      if (!std::isfinite(tau(t, j))) tau(t, j) = t > 0 ? tau(t - 1, j) : 0;
+    const auto temperature =
+        log.temperature.size() > 0 ? row(log.temperature, t) : std::span<const double>();
+    put(out, t + 1, estimator.step(row(tau, t), row(log.q, t + 1), temperature));
+    if (t % kChunk == 0) progress.advance(kChunk, fmt::format("ESS {:.0f}", out.ess[t + 1]));
+  }
+  return out;
+}
+
+void save_online_log(const OnlineLog& estimated, const data::ModelFile& model,
+                     const data::Dataset& log, const std::filesystem::path& path) {
+  data::write_hdf5(path, "fricid.estimate/1", [&](data::H5Writer& file) {
+    file.attribute("joint_names", log.joint_names);
+    file.attribute("model", model.name);
+    file.attribute("log", log.name);
+    file.vector("t", estimated.t, "s");
+    file.matrix("q", estimated.q, "rad");
+    file.matrix("v", estimated.v, "rad/s");
+    file.matrix("tau_f", estimated.tau_f, "N m");
+    file.matrix("q_sd", estimated.q_sd, "rad");
+    file.matrix("v_sd", estimated.v_sd, "rad/s");
+    file.matrix("tau_f_sd", estimated.tau_f_sd, "N m");
+    if (estimated.z.cols() > 0) {
+      file.matrix("z", estimated.z, "1");
+      file.matrix("z_sd", estimated.z_sd, "1");
+    }
+    file.vector("log_likelihood", estimated.log_likelihood, "1");
+    file.vector("ess", estimated.ess, "1");
+  });
+}
+
+}  // namespace fricid::estimate

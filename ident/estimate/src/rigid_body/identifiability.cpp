@@ -1,0 +1,346 @@
+#include "fricid/estimate/rigid_body/identifiability.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "fricid/dynamics/algorithms.hpp"
+#include "fricid/dynamics/base_parameters.hpp"
+#include "fricid/friction/robot_friction.hpp"
+#include "rigid_body/information.hpp"
+#include "rigid_body/regression.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kIdentified = 0.1, kWeak = 0.5;
+constexpr double kConfused = 0.9;  // correlation worth a word
+
+// Names and columns of the unknowns: base parameters, then the friction that any row excites.
+struct Unknowns {
+  std::vector<int> columns;
+  std::vector<std::string> names;
+};
+
+Unknowns unknowns_of(const dynamics::RobotModel& robot, const dynamics::BaseParameters& base,
+                     const Regression& data) {
+  Unknowns unknowns{base.columns, base.names};
+  const int p = robot.parameter_count(), n = robot.n();
+  const char* kinds[] = {"Coulomb friction", "viscous friction", "constant torque"};
+  for (int kind = 0; kind < 3; ++kind)
+    for (int j = 0; j < n; ++j) {
+      const int column = p + kind * n + j;
+      if (data.rows.col(column).squaredNorm() == 0) continue;
+      unknowns.columns.push_back(column);
+      unknowns.names.push_back(
+          fmt::format("{} {}", robot.joints[static_cast<std::size_t>(j)].name, kinds[kind]));
+    }
+  return unknowns;
+}
+
+// Rows divided by the noise of their joint.
+Eigen::MatrixXd whitened(const Regression& data, const Unknowns& unknowns,
+                         const Eigen::VectorXd& sigma) {
+  Eigen::MatrixXd X(data.rows.rows(), static_cast<Eigen::Index>(unknowns.columns.size()));
+  for (Eigen::Index r = 0; r < X.rows(); ++r)
+    for (Eigen::Index c = 0; c < X.cols(); ++c)
+      X(r, c) = data.rows(r, unknowns.columns[static_cast<std::size_t>(c)]) /
+                sigma[data.joint[static_cast<std::size_t>(r)]];
+  return X;
+}
+
+// "with these data hardly told from A, B": the most correlated others.
+std::string confusion(Eigen::Index i, const Eigen::MatrixXd& covariance, const Unknowns& unknowns) {
+  std::vector<std::pair<double, Eigen::Index>> others;
+  for (Eigen::Index k = 0; k < covariance.cols(); ++k) {
+    const double r = std::abs(covariance(i, k)) / std::sqrt(covariance(i, i) * covariance(k, k));
+    if (k != i && r > kConfused) others.emplace_back(r, k);
+  }
+  if (others.empty()) return "these data hardly move the torque by it";
+  std::sort(others.rbegin(), others.rend());
+  std::string words = "with these data only together with ";
+  for (std::size_t o = 0; o < std::min<std::size_t>(3, others.size()); ++o)
+    words += (o ? ", " : "") + unknowns.names[static_cast<std::size_t>(others[o].second)];
+  return words;
+}
+
+void judge_parameters(const dynamics::RobotModel& robot, std::span<const Filtered> sequences,
+                      const RigidBodyOptions& options, Identifiability& report) {
+  const dynamics::BaseParameters base = dynamics::base_parameters(robot);
+  RigidBodyFit fit = rigid_body_least_squares(robot, sequences, options);
+  if (fit.sigma.size() == 0) {
+    report.message = fit.message;
+    return;
+  }
+  RigidBodyFit counts;
+  const Regression data = stack(robot, sequences, options, nullptr, counts);
+  const Unknowns unknowns = unknowns_of(robot, base, data);
+  const Eigen::MatrixXd X = whitened(data, unknowns, fit.sigma);
+  const Eigen::MatrixXd covariance = invert(X.transpose() * X, nullptr);
+
+  const auto b = static_cast<Eigen::Index>(base.columns.size());
+  const int n = robot.n(), p = robot.parameter_count();
+  for (Eigen::Index i = 0; i < X.cols(); ++i) {
+    ParameterVerdict v{.name = unknowns.names[static_cast<std::size_t>(i)]};
+    v.standard_error = std::sqrt(covariance(i, i));
+    if (i < b) {
+      v.value = fit.base[i];
+      v.size = fit.base_size[i];
+    } else {
+      const int column = unknowns.columns[static_cast<std::size_t>(i)] - p, j = column % n;
+      const Eigen::VectorXd& values = column < n ? fit.Fc : column < 2 * n ? fit.Fv : fit.offset;
+      v.value = values[j];
+      v.size = std::max(std::abs(v.value), fit.friction_size[column]);
+    }
+    v.verdict = judge(v.standard_error, v.size);
+    if (v.verdict != Verdict::kIdentified) v.words = confusion(i, covariance, unknowns);
+    report.parameters.push_back(v);
+  }
+}
+
+void group_parameters(const dynamics::RobotModel& robot, Identifiability& report) {
+  const dynamics::BaseParameters base = dynamics::base_parameters(robot);
+  const std::vector<std::string> names = robot.parameter_names();
+  for (int k = 0; k < robot.parameter_count(); ++k) {
+    const std::string& name = names[static_cast<std::size_t>(k)];
+    std::vector<std::string> hosts;
+    for (Eigen::Index i = 0; i < base.K.rows(); ++i)
+      if (base.K(i, k) != 0) hosts.push_back(base.names[static_cast<std::size_t>(i)]);
+    if (hosts.empty())
+      report.groupings.push_back({name, "no effect on any torque of this robot"});
+    else if (hosts.size() > 1 || hosts[0] != name)
+      report.groupings.push_back({name, fmt::format("only within {}", fmt::join(hosts, "; "))});
+  }
+}
+
+// The smallest step of a signal between two samples that differ.
+double resolution_of(const data::Dataset& d, int j) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = 1; k < d.length(); ++k) {
+    const double step = std::abs(d.q(k, j) - d.q(k - 1, j));
+    if (step > 0 && step < least) least = step;
+  }
+  return std::isfinite(least) ? least : 0;
+}
+
+// A travel below this share of that in which friction climbs is the sensor's noise.
+constexpr double kNoise = 0.03;
+
+// Turns of joint j in one sequence.
+void count_turns(const Filtered& s, int j, const IdentifiabilityOptions& options, Coverage& c,
+                 std::vector<double>& climbs) {
+  double last_turn = s.q_wide(0, j);
+  int climb = -1;     // samples since the last turn while friction climbs
+  double before = 0;  // last speed that was not zero
+  for (int k = 1; k < s.length(); ++k) {
+    const double v = s.v_wide(k, j);
+    if (climb >= 0) {
+      ++climb;
+      if (std::abs(s.q_wide(k, j) - last_turn) > options.presliding) {
+        climbs.push_back(climb);
+        climb = -1;
+      }
+    }
+    const bool turns = v * before < 0;
+    if (v != 0) before = v;
+    const double travel = std::abs(s.q_wide(k, j) - last_turn);
+    if (!turns || travel < kNoise * options.presliding) continue;
+    (travel > options.presliding ? c.reversals : c.presliding) += 1;
+    last_turn = s.q_wide(k, j);
+    climb = 0;
+  }
+}
+
+Coverage cover(std::span<const data::Dataset> datasets, std::span<const Filtered> sequences, int j,
+               const IdentifiabilityOptions& options) {
+  constexpr double kMoving = 1e-3;  // [rad/s]
+  const double infinity = std::numeric_limits<double>::infinity();
+  Coverage c{.load_low = infinity,
+             .load_high = -infinity,
+             .temperature_low = infinity,
+             .temperature_high = -infinity,
+             .resolution = infinity};
+  std::vector<double> climbs;
+  for (std::size_t i = 0; i < sequences.size(); ++i) {
+    const Filtered& s = sequences[i];
+    for (int k = 0; k < s.length(); ++k) {
+      const double speed = std::abs(s.v(k, j));
+      c.fastest = std::max(c.fastest, speed);
+      if (speed > kMoving && speed < options.stribeck_speed) c.slow_s += s.dt;
+    }
+    c.load_low = std::min(c.load_low, s.tau.col(j).minCoeff());
+    c.load_high = std::max(c.load_high, s.tau.col(j).maxCoeff());
+    c.temperature_low = std::min(c.temperature_low, s.temperature.col(j).minCoeff());
+    c.temperature_high = std::max(c.temperature_high, s.temperature.col(j).maxCoeff());
+    c.resolution = std::min(c.resolution, resolution_of(datasets[i], j));
+    count_turns(s, j, options, c, climbs);
+  }
+  if (!climbs.empty()) {
+    const auto middle = climbs.begin() + static_cast<std::ptrdiff_t>(climbs.size() / 2);
+    std::nth_element(climbs.begin(), middle, climbs.end());
+    c.samples_per_climb = *middle;
+  }
+  return c;
+}
+
+// One demand of a family on the data of a joint.
+struct Demand {
+  const char* words;
+  bool (*met)(const Coverage&);
+};
+
+constexpr Demand kSpeeds{"speeds up to 0.2 rad/s or more",
+                         [](const Coverage& c) { return c.fastest >= 0.2; }};
+constexpr Demand kTurns{"2 reversals or more", [](const Coverage& c) { return c.reversals >= 2; }};
+constexpr Demand kSlow{"half a second below the Stribeck speed",
+                       [](const Coverage& c) { return c.slow_s >= 0.5; }};
+constexpr Demand kManyTurns{"8 reversals or more",
+                            [](const Coverage& c) { return c.reversals + c.presliding >= 8; }};
+constexpr Demand kClimbs{"3 samples or more while friction climbs after a reversal",
+                         [](const Coverage& c) { return c.samples_per_climb >= 3; }};
+constexpr Demand kFine{"positions in steps of 0.1 mrad or less",
+                       [](const Coverage& c) { return c.resolution <= 1e-4; }};
+constexpr Demand kLoads{"torques of both signs, or over a range", [](const Coverage& c) {
+                          const double largest =
+                              std::max(std::abs(c.load_low), std::abs(c.load_high));
+                          return c.load_high - c.load_low >= 0.5 * largest;
+                        }};
+constexpr Demand kWarming{"5 K of warming or more", [](const Coverage& c) {
+                            return c.temperature_high - c.temperature_low >= 5;
+                          }};
+
+// What the roles of a law's parameters demand of the data.
+struct Demands {
+  std::vector<const Demand*> of_joints;
+  bool learns = false;  // networks want a length of data too
+};
+
+bool operator==(const Demands& a, const Demands& b) {
+  return a.of_joints == b.of_joints && a.learns == b.learns;
+}
+
+Demands demands_of_law(const std::vector<friction::ParameterInfo>& parameters) {
+  using enum friction::Role;
+  const auto any = [&](auto... roles) {
+    return std::ranges::any_of(parameters,
+                               [&](const auto& info) { return ((info.role == roles) || ...); });
+  };
+  const bool learns = any(kWeight);
+  const bool remembers = learns || any(kStiffness, kLength);
+  Demands demands{{&kSpeeds}, learns};
+  if (remembers)
+    demands.of_joints.insert(demands.of_joints.end(), {&kSlow, &kManyTurns, &kClimbs, &kFine});
+  else
+    demands.of_joints.push_back(&kTurns);
+  if (!remembers && any(kStribeckVelocity)) demands.of_joints.push_back(&kSlow);
+  if (any(kLoadCoefficient, kLoadGrowth)) demands.of_joints.push_back(&kLoads);
+  return demands;
+}
+
+Demands demands_of_modifier(const std::vector<friction::ParameterInfo>& parameters) {
+  using enum friction::Role;
+  Demands demands;
+  for (const auto& info : parameters) {
+    if (info.role == kLoadGrowth) demands.of_joints.push_back(&kLoads);
+    if (info.role == kTemperatureCoefficient) demands.of_joints.push_back(&kWarming);
+  }
+  return demands;
+}
+
+// Laws, then modifiers, those of equal demands in one family under all their names.
+std::vector<std::pair<std::string, Demands>> families() {
+  std::vector<std::pair<std::string, Demands>> found;
+  const auto add = [&](std::size_t begin, std::string_view name, const Demands& demands) {
+    const auto same = std::find_if(found.begin() + static_cast<std::ptrdiff_t>(begin), found.end(),
+                                   [&](const auto& family) { return family.second == demands; });
+    if (same == found.end())
+      found.emplace_back(name, demands);
+    else
+      same->first += fmt::format(", {}", name);
+  };
+  for (const friction::LawInfo& law : friction::law_table())
+    if (const auto parameters = friction::parameters_of_law(law.name, 1); !parameters.empty())
+      add(0, law.name, demands_of_law(parameters));
+  const std::size_t laws = found.size();
+  for (const friction::LawInfo& modifier : friction::modifier_table()) {
+    const Demands demands = demands_of_modifier(friction::parameters_of_modifier(modifier.name, 1));
+    if (!demands.of_joints.empty()) add(laws, modifier.name, demands);
+  }
+  for (std::size_t i = laws; i < found.size(); ++i) found[i].first += " (modifier)";
+  return found;
+}
+
+void judge_families(const dynamics::RobotModel& robot, double seconds, Identifiability& report) {
+  constexpr double kLearning = 30;  // [s] of data for networks
+  for (const auto& [family, demands] : families()) {
+    FamilyVerdict verdict{family, true, ""};
+    for (const Demand* demand : demands.of_joints) {
+      std::string joints;
+      for (std::size_t j = 0; j < report.joints.size(); ++j)
+        if (!demand->met(report.joints[j])) joints += " " + robot.joints[j].name;
+      if (joints.empty()) continue;
+      verdict.words += fmt::format("{}{} lacking on{}", verdict.words.empty() ? "" : "; ",
+                                   demand->words, joints);
+    }
+    if (demands.learns && seconds < kLearning)
+      verdict.words += fmt::format("{}{:.0f} s of data, {:.0f} s or more wanted",
+                                   verdict.words.empty() ? "" : "; ", seconds, kLearning);
+    verdict.supported = verdict.words.empty();
+    report.families.push_back(verdict);
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(Verdict verdict) {
+  return verdict == Verdict::kIdentified ? "identified"
+         : verdict == Verdict::kWeak     ? "weakly identified"
+                                         : "not identifiable";
+}
+
+Verdict judge(double standard_error, double size) {
+  if (!(standard_error < kWeak * size)) return Verdict::kNot;
+  return standard_error < kIdentified * size ? Verdict::kIdentified : Verdict::kWeak;
+}
+
+Identifiability examine_data(const dynamics::RobotModel& robot,
+                             std::span<const data::Dataset> datasets,
+                             std::span<const Filtered> sequences,
+                             const IdentifiabilityOptions& options) {
+  Identifiability report;
+  RigidBodyOptions rigid = options.rigid_body;
+  rigid.prior.use = false;
+  judge_parameters(robot, sequences, rigid, report);
+  group_parameters(robot, report);
+  double seconds = 0;
+  for (const Filtered& s : sequences) seconds += s.dt * s.length();
+  for (int j = 0; j < robot.n(); ++j)
+    report.joints.push_back(cover(datasets, sequences, j, options));
+  judge_families(robot, seconds, report);
+  return report;
+}
+
+Eigen::MatrixXd base_information(const dynamics::RobotModel& robot,
+                                 std::span<const Filtered> sequences) {
+  const std::vector<int> columns = dynamics::base_parameters(robot).columns;
+  const auto b = static_cast<Eigen::Index>(columns.size());
+  const auto n = static_cast<std::size_t>(robot.n());
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(b, b), Y(robot.n(), robot.parameter_count()),
+                  Y_b(robot.n(), b);
+  dynamics::Workspace<double> ws(robot);
+  for (const Filtered& s : sequences)
+    for (int k = 0; k < s.length(); ++k) {
+      dynamics::regressor(robot, ws, {s.q.row(k).data(), n}, {s.v.row(k).data(), n},
+                          {s.a.row(k).data(), n}, Y);
+      for (Eigen::Index c = 0; c < b; ++c) Y_b.col(c) = Y.col(columns[static_cast<std::size_t>(c)]);
+      for (int j = 0; j < robot.n(); ++j)
+        if (const double effort = robot.joints[static_cast<std::size_t>(j)].effort; effort > 0)
+          Y_b.row(j) /= effort;
+      H.noalias() += s.dt * (Y_b.transpose() * Y_b);
+    }
+  return H;
+}
+
+}  // namespace fricid::estimate

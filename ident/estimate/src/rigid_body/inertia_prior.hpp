@@ -1,0 +1,14 @@
+// What is known of a robot's parameters before the data.
+#pragma once
+
+#include "fricid/estimate/rigid_body/least_squares.hpp"
+
+namespace fricid::estimate {
+
+/// Precision (p x p) of CAD values and coefficients of linear torques.
+Eigen::MatrixXd prior_precision(const dynamics::RobotModel& robot, const RigidBodyOptions& options);
+
+/// Square root of a precision so wide that it only decides what the data leave open.
+Eigen::MatrixXd weak_pull(const dynamics::RobotModel& robot);
+
+}  // namespace fricid::estimate

@@ -1,0 +1,34 @@
+#include "rigid_body/information.hpp"
+
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
+namespace fricid::estimate {
+
+Eigen::MatrixXd invert(const Eigen::MatrixXd& H, double* condition) {
+  if (H.size() == 0) {
+    if (condition) *condition = 1;
+    return H;
+  }
+  const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      Eigen::MatrixXd(scale.asDiagonal() * H * scale.asDiagonal()));
+  const double largest = eigen.eigenvalues().maxCoeff();
+  const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(1e-16 * largest);
+  if (condition) *condition = std::sqrt(largest / values.minCoeff());
+  return scale.asDiagonal() * eigen.eigenvectors() * values.cwiseInverse().asDiagonal() *
+         eigen.eigenvectors().transpose() * scale.asDiagonal();
+}
+
+Eigen::MatrixXd inverse_root(const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd scale = covariance.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      Eigen::MatrixXd(scale.asDiagonal() * covariance * scale.asDiagonal()));
+  const Eigen::VectorXd values =
+      eigen.eigenvalues().cwiseMax(1e-16 * eigen.eigenvalues().maxCoeff());
+  return values.cwiseSqrt().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() *
+         scale.asDiagonal();
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,228 @@
+#include "fricid/estimate/rigid_body/least_squares.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <Eigen/Cholesky>
+
+#include "fricid/dynamics/algorithms.hpp"
+#include "fricid/dynamics/base_parameters.hpp"
+#include "rigid_body/inertia_prior.hpp"
+#include "rigid_body/information.hpp"
+#include "rigid_body/regression.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr int kReweightings = 12;
+constexpr double kHuber = 2.5;           // residuals beyond this many sigma weigh less
+constexpr double kSmallestSigma = 1e-9;  // share of the torque's rms: noise-free data stay solvable
+constexpr double kWorstCondition = 1e4;  // above it the base parameters are called ill conditioned
+
+// Columns of `full` listed in `columns`.
+Eigen::MatrixXd pick(const Eigen::MatrixXd& full, const std::vector<int>& columns) {
+  Eigen::MatrixXd out(full.rows(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    out.col(static_cast<Eigen::Index>(i)) = full.col(columns[i]);
+  return out;
+}
+
+// Size of the unknown of each column of the regression that makes `share` of the rms torque of the
+// joint that it matters most to.
+Eigen::VectorXd sizes_that_matter(const Regression& data, int n) {
+  constexpr double kShare = 0.02;
+  Eigen::VectorXd torque = Eigen::VectorXd::Zero(n);
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n, data.rows.cols());
+  for (Eigen::Index r = 0; r < data.rows.rows(); ++r) {
+    const int j = data.joint[static_cast<std::size_t>(r)];
+    torque[j] += data.tau[r] * data.tau[r];
+    columns.row(j) += data.rows.row(r).cwiseAbs2();
+  }
+  Eigen::VectorXd sizes(data.rows.cols());
+  for (Eigen::Index c = 0; c < sizes.size(); ++c) {
+    double share = 0;  // largest of a unit of this unknown
+    for (int j = 0; j < n; ++j)
+      if (torque[j] > 0) share = std::max(share, std::sqrt(columns(j, c) / torque[j]));
+    sizes[c] = share > 0 ? kShare / share : 0;
+  }
+  return sizes;
+}
+
+struct Weighted {
+  Eigen::VectorXd x;      // solution
+  Eigen::MatrixXd H;      // information X' W X (+ prior)
+  Eigen::VectorXd sigma;  // per joint
+};
+
+// Iteratively reweighted least squares with one sigma per joint and optional Huber weights.
+Weighted reweight(const Eigen::MatrixXd& X, const Regression& data, int n, bool robust,
+                  const Eigen::MatrixXd& prior_information, const Eigen::VectorXd& prior_mean) {
+  const Eigen::Index N = X.rows();
+  const double floor =
+      kSmallestSigma * std::max(1e-300, std::sqrt(data.tau.squaredNorm() / static_cast<double>(N)));
+  Weighted out;
+  out.sigma = Eigen::VectorXd::Zero(n);
+  Eigen::VectorXd count = Eigen::VectorXd::Zero(n);
+  for (Eigen::Index r = 0; r < N; ++r) {
+    const int j = data.joint[static_cast<std::size_t>(r)];
+    count[j] += 1;
+    out.sigma[j] += data.tau[r] * data.tau[r];
+  }
+  out.sigma = (out.sigma.array() / count.array().max(1)).sqrt().max(floor);
+
+  Eigen::VectorXd robust_weight = Eigen::VectorXd::Ones(N);
+  for (int iteration = 0; iteration < kReweightings; ++iteration) {
+    Eigen::VectorXd w(N);
+    for (Eigen::Index r = 0; r < N; ++r) {
+      const double s = out.sigma[data.joint[static_cast<std::size_t>(r)]];
+      w[r] = robust_weight[r] / (s * s);
+    }
+    const Eigen::MatrixXd H_data = X.transpose() * w.asDiagonal() * X;
+    out.H = H_data + prior_information;
+    const Eigen::VectorXd g =
+        X.transpose() * w.cwiseProduct(data.tau) + prior_information * prior_mean;
+    const Eigen::VectorXd scale = out.H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::LDLT<Eigen::MatrixXd> factor(
+        Eigen::MatrixXd(scale.asDiagonal() * out.H * scale.asDiagonal()));
+    out.x = scale.asDiagonal() * factor.solve(Eigen::VectorXd(scale.asDiagonal() * g));
+
+    // Residual spread per joint, corrected for the parameters that the data determine.
+    const Eigen::VectorXd e = data.tau - X * out.x;
+    const double determined =
+        factor.solve(Eigen::MatrixXd(scale.asDiagonal() * H_data * scale.asDiagonal())).trace();
+    const double spent = std::clamp(determined / static_cast<double>(N), 0.0, 0.9);
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(n), share = Eigen::VectorXd::Zero(n);
+    for (Eigen::Index r = 0; r < N; ++r) {
+      const int j = data.joint[static_cast<std::size_t>(r)];
+      sum[j] += robust_weight[r] * e[r] * e[r];
+      share[j] += robust_weight[r];
+    }
+    out.sigma = (sum.array() / (share.array().max(1e-9) * (1 - spent))).sqrt().max(floor).matrix();
+    if (robust)
+      for (Eigen::Index r = 0; r < N; ++r) {
+        const double size = std::abs(e[r]) / out.sigma[data.joint[static_cast<std::size_t>(r)]];
+        robust_weight[r] = size <= kHuber ? 1 : kHuber / size;
+      }
+  }
+  return out;
+}
+
+}  // namespace
+
+data::RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
+                                  const Filtered& sequence) {
+  const auto n = static_cast<std::size_t>(robot.n());
+  dynamics::Workspace<double> ws(robot);
+  data::RowMatrix tau(sequence.length(), sequence.n());
+  for (int k = 0; k < sequence.length(); ++k) {
+    const auto row = [&](const data::RowMatrix& x) {
+      return std::span<const double>(x.row(k).data(), n);
+    };
+    dynamics::rnea<double>(robot, ws, {pi.data(), static_cast<std::size_t>(pi.size())},
+                           row(sequence.q), row(sequence.v), row(sequence.a),
+                           {tau.row(k).data(), n});
+  }
+  return tau;
+}
+
+RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
+                                      std::span<const Filtered> sequences,
+                                      const RigidBodyOptions& options,
+                                      const FrictionTorques* shape) {
+  const auto begin = std::chrono::steady_clock::now();
+  const int n = robot.n(), p = robot.parameter_count();
+  RigidBodyFit fit;
+  const dynamics::BaseParameters base = dynamics::base_parameters(robot);
+  const auto b = static_cast<Eigen::Index>(base.columns.size());
+  const Regression data = stack(robot, sequences, options, shape, fit);
+
+  // Friction columns that any row excites.
+  std::vector<int> friction;
+  for (int k = p; k < p + 3 * n; ++k)
+    if (data.rows.col(k).squaredNorm() > 0) friction.push_back(k);
+  const auto f = static_cast<Eigen::Index>(friction.size());
+
+  // Unknowns: base parameters, or all standard parameters under a prior; then friction.
+  std::vector<int> columns;
+  if (options.prior.use)
+    for (int k = 0; k < p; ++k) columns.push_back(k);
+  else
+    columns = base.columns;
+  const auto head = static_cast<Eigen::Index>(columns.size());
+  columns.insert(columns.end(), friction.begin(), friction.end());
+  if (data.rows.rows() <= b + f) {
+    fit.message = fmt::format("{} rows above {} rad/s for {} unknowns", data.rows.rows(),
+                              options.min_speed, b + f);
+    fit.pi = robot.pi;
+    return fit;
+  }
+
+  Eigen::MatrixXd prior_information = Eigen::MatrixXd::Zero(head + f, head + f);
+  Eigen::VectorXd prior_mean = Eigen::VectorXd::Zero(head + f);
+  if (options.prior.use) {
+    prior_information.topLeftCorner(p, p) = prior_precision(robot, options);
+    prior_mean.head(p) = robot.pi;
+  }
+
+  const Weighted solved =
+      reweight(pick(data.rows, columns), data, n, options.robust, prior_information, prior_mean);
+  const Eigen::MatrixXd covariance = invert(solved.H, &fit.condition);
+  fit.sigma = solved.sigma;
+
+  // Base parameters and their uncertainty.
+  const Eigen::MatrixXd to_base =
+      options.prior.use ? base.K : Eigen::MatrixXd(Eigen::MatrixXd::Identity(b, b));
+  fit.base_names = base.names;
+  fit.base = to_base * solved.x.head(head);
+  fit.base_se = (to_base * covariance.topLeftCorner(head, head) * to_base.transpose())
+                    .diagonal()
+                    .cwiseMax(0)
+                    .cwiseSqrt();
+
+  const Eigen::VectorXd sizes = sizes_that_matter(data, n);
+  fit.base_size.resize(b);
+  for (Eigen::Index i = 0; i < b; ++i)
+    fit.base_size[i] =
+        std::max(std::abs(fit.base[i]), sizes[base.columns[static_cast<std::size_t>(i)]]);
+  fit.friction_size = sizes.tail(3 * n);
+
+  // Linear friction.
+  for (auto* vector : {&fit.Fc, &fit.Fv, &fit.offset, &fit.Fc_se, &fit.Fv_se, &fit.offset_se})
+    vector->setZero(n);
+  for (Eigen::Index i = 0; i < f; ++i) {
+    const int kind = (friction[static_cast<std::size_t>(i)] - p) / n;
+    const int j = (friction[static_cast<std::size_t>(i)] - p) % n;
+    auto& value = kind == 0 ? fit.Fc : kind == 1 ? fit.Fv : fit.offset;
+    auto& se = kind == 0 ? fit.Fc_se : kind == 1 ? fit.Fv_se : fit.offset_se;
+    value[j] = solved.x[head + i];
+    se[j] = std::sqrt(std::max(0.0, covariance(head + i, head + i)));
+  }
+
+  // The physical parameters nearest to the estimate, friction marginalised.
+  const Eigen::MatrixXd root = inverse_root(covariance.topLeftCorner(head, head));
+  Eigen::MatrixXd G = root;
+  Eigen::VectorXd d = root * solved.x.head(head);
+  if (!options.prior.use) {
+    const Eigen::MatrixXd pull = weak_pull(robot);
+    G.resize(head + p, p);
+    G << root * base.K, pull;
+    d.resize(head + p);
+    d << root * solved.x.head(head), pull * robot.pi;
+  }
+  fit.pi = fit_physical_inertia(robot, G, d, robot.pi);
+  fit.base_physical = base.K * fit.pi;
+
+  const bool finite = fit.pi.allFinite() && fit.base.allFinite();
+  fit.outcome = !finite                           ? Outcome::kFailed
+                : fit.condition > kWorstCondition ? Outcome::kIllConditioned
+                                                  : Outcome::kConverged;
+  fit.message =
+      !finite ? "no finite solution"
+              : fmt::format("condition {:.3g}, {} equations", fit.condition, data.rows.rows());
+  fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return fit;
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,113 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+#include "fricid/dynamics/physical_inertia.hpp"
+#include "fricid/estimate/rigid_body/least_squares.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kSmallestArmature = 1e-9;  // a start for robots whose file states none [kg m^2]
+constexpr double kFirstBarrier = 1e3, kLastBarrier = 1e-6;  // weights, in units of the cost
+constexpr double kBarrierStep = 0.2;
+constexpr int kNewtonSteps = 30;     // per barrier weight, at most
+constexpr double kDecrement = 1e-9;  // squared Newton decrement that counts as converged
+constexpr double kArmijo = 0.1;
+
+// The cone of physical parameters: pseudo-inertia of each link positive definite, armature
+// positive.
+struct Cone {
+  int n;
+  std::array<Eigen::Matrix4d, 10> basis;  // d pseudo_inertia / d pi
+
+  explicit Cone(int joints) : n(joints) {
+    for (int a = 0; a < 10; ++a)
+      basis[static_cast<std::size_t>(a)] = dynamics::pseudo_inertia(dynamics::Vector10::Unit(a));
+  }
+
+  // - sum log det P_i - sum log Ia_i, infinite outside.
+  double barrier(const Eigen::VectorXd& pi) const {
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+      const Eigen::LLT<Eigen::Matrix4d> llt(dynamics::pseudo_inertia(pi.segment<10>(10 * i)));
+      const double armature = pi[10 * n + i];
+      if (llt.info() != Eigen::Success || !(armature > 0))
+        return std::numeric_limits<double>::infinity();
+      sum -= 2 * llt.matrixLLT().diagonal().array().log().sum() + std::log(armature);
+    }
+    return sum;
+  }
+
+  // Rows F and right-hand side r with Hessian F'F and gradient -F'r of the barrier: with P = L L',
+  // column a of a link's block is vec(L^-1 E_a L^-T) and r is vec(1).
+  void roots(const Eigen::VectorXd& pi, Eigen::Ref<Eigen::MatrixXd> F,
+             Eigen::Ref<Eigen::VectorXd> r) const {
+    F.setZero();
+    for (int i = 0; i < n; ++i) {
+      const Eigen::Matrix4d L = dynamics::pseudo_inertia(pi.segment<10>(10 * i)).llt().matrixL();
+      const Eigen::Matrix4d inverse =
+          L.triangularView<Eigen::Lower>().solve(Eigen::Matrix4d::Identity());
+      for (int a = 0; a < 10; ++a) {
+        const Eigen::Matrix4d f =
+            inverse * basis[static_cast<std::size_t>(a)] * inverse.transpose();
+        F.col(10 * i + a).segment<16>(17 * i) = f.reshaped();
+      }
+      r.segment<16>(17 * i) = Eigen::Matrix4d::Identity().reshaped();
+      F(17 * i + 16, 10 * n + i) = 1 / pi[10 * n + i];
+      r[17 * i + 16] = 1;
+    }
+  }
+};
+
+}  // namespace
+
+Eigen::VectorXd fit_physical_inertia(const dynamics::RobotModel& robot, const Eigen::MatrixXd& G,
+                                     const Eigen::VectorXd& d, const Eigen::VectorXd& start) {
+  const int n = robot.n();
+  const Cone cone(n);
+  const Eigen::Index m = G.rows(), p = start.size();
+  Eigen::VectorXd pi = start;
+  for (int i = 0; i < n; ++i) pi[10 * n + i] = std::max(pi[10 * n + i], kSmallestArmature);
+
+  Eigen::MatrixXd stacked(m + 17 * n, p);
+  Eigen::VectorXd right(m + 17 * n);
+  for (double mu = kFirstBarrier; mu > kLastBarrier; mu *= kBarrierStep) {
+    const auto cost = [&](const Eigen::VectorXd& x) {
+      return 0.5 * (G * x - d).squaredNorm() + mu * cone.barrier(x);
+    };
+    double value = cost(pi);
+    for (int iteration = 0; iteration < kNewtonSteps; ++iteration) {
+      // Newton step as a least-squares problem, columns of unit length.
+      stacked.topRows(m) = G;
+      right.head(m) = d - G * pi;
+      cone.roots(pi, stacked.bottomRows(17 * n), right.tail(17 * n));
+      stacked.bottomRows(17 * n) *= std::sqrt(mu);
+      right.tail(17 * n) *= std::sqrt(mu);
+      const Eigen::VectorXd size = stacked.colwise().norm().transpose().cwiseMax(1e-300);
+      const Eigen::VectorXd step = Eigen::MatrixXd(stacked * size.cwiseInverse().asDiagonal())
+                                       .colPivHouseholderQr()
+                                       .solve(right)
+                                       .cwiseQuotient(size);
+      const double decrement = right.dot(stacked * step);
+      if (!(decrement > kDecrement * (1 + mu))) break;
+
+      // Backtrack into the cone and to a sufficient decrease.
+      double length = 1, trial_value = cost(pi + step);
+      while (length > 1e-12 && !(trial_value < value - kArmijo * length * decrement)) {
+        length /= 2;
+        trial_value = cost(pi + length * step);
+      }
+      if (!(trial_value < value)) break;
+      pi += length * step;
+      value = trial_value;
+    }
+  }
+  return pi;
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,27 @@
+// The inverse-dynamics model stacked into one linear regression.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fricid/estimate/rigid_body/least_squares.hpp"
+
+namespace fricid::estimate {
+
+/// tau = rows x + e with x = (pi, Fc, Fv, offset), one row per joint and sample that enters.
+struct Regression {
+  Eigen::MatrixXd rows;    ///< (N x (p + 3 n))
+  Eigen::VectorXd tau;     ///< (N) [N m]
+  std::vector<int> joint;  ///< (N)
+};
+
+/// Stacks the rows that `options` let in, decimated; counts them in `fit`.
+/// @param shape  as `rigid_body_least_squares`
+Regression stack(const dynamics::RobotModel& robot, std::span<const Filtered> sequences,
+                 const RigidBodyOptions& options, const FrictionTorques* shape, RigidBodyFit& fit);
+
+/// What the rigid body pi leaves of the torque of every sequence, for friction to explain.
+FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
+                                std::span<const Filtered> sequences, int jobs);
+
+}  // namespace fricid::estimate
