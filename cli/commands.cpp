@@ -16,16 +16,16 @@ void print_result(const Job& job, const CommonOptions& common) {
   };
   if (common.json) return print("evaluation.json");
   print("table.md");
-  if (!job.experiment.simulates()) {
+  if (!job.problem.scene.simulates()) {
     std::fputs("\n", stdout);
     print("torque.md");
   }
 }
 
 /// Logs that are not there: said, not failed, and no folder made.
-bool skipped(const data::Experiment& experiment) {
+bool skipped(const data::Problem& problem) {
   std::string why;
-  if (data::data_available(experiment, &why)) return false;
+  if (data::data_available(problem, &why)) return false;
   std::fprintf(stderr, "skipped: %s\n", why.c_str());
   return true;
 }
@@ -33,15 +33,15 @@ bool skipped(const data::Experiment& experiment) {
 }  // namespace
 
 Verdict run(const RunOptions& options, const CommonOptions& common) {
-  data::Experiment experiment = load_experiment(options.target);
-  if (options.seed) experiment.seed = *options.seed;
-  if (skipped(experiment)) return Verdict::kDone;
-  Job job = open_job(std::move(experiment), options, common);
+  data::Problem problem = load_problem(options);
+  if (skipped(problem)) return Verdict::kDone;
+  Job job = open_job(std::move(problem), options, common);
   make_data(job);
   const bool healthy = identify_models(job, options.models, options.seeds);
   const bool meaningful = evaluate_models(job, options.data);
-  const bool videos = job.experiment.render.video && !options.no_video;
-  for (const std::string& missed : {draw_plots(job), videos ? make_videos(job, {}) : std::string()})
+  const bool videos = job.problem.scene.render.video && !options.no_video;
+  for (const std::string& missed :
+       {draw_plots(job), videos ? make_videos(job, job.problem, {}) : std::string()})
     if (!missed.empty()) std::fprintf(stderr, "%s\n", missed.c_str());
   make_report(job);
   print_result(job, common);
@@ -49,12 +49,11 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
 }
 
 Verdict simulate(const RunOptions& options, const CommonOptions& common) {
-  data::Experiment experiment = load_experiment(options.target);
-  if (options.seed) experiment.seed = *options.seed;
-  if (!experiment.simulates())
+  data::Problem problem = load_problem(options);
+  if (!problem.scene.simulates())
     throw UserError("{}: found no [friction]; the scene imports logs, use `fricid run`",
                     options.target.string());
-  Job job = open_job(std::move(experiment), options, common);
+  Job job = open_job(std::move(problem), options, common);
   make_data(job);
   std::printf("%s\n", job.folder.path().c_str());
   return Verdict::kDone;
@@ -72,16 +71,16 @@ Verdict compare(const std::vector<std::filesystem::path>& folders,
 }
 
 Verdict identify(const RunOptions& options, const CommonOptions& common) {
-  data::Experiment experiment = load_experiment(options.target);
-  if (skipped(experiment)) return Verdict::kDone;
-  Job job = open_job(std::move(experiment), options, common);
+  data::Problem problem = load_problem(options);
+  if (skipped(problem)) return Verdict::kDone;
+  Job job = open_job(std::move(problem), options, common);
   make_data(job);
   return identify_models(job, options.models, options.seeds) ? Verdict::kDone : Verdict::kNo;
 }
 
 Verdict evaluate(const RunOptions& options, const CommonOptions& common) {
   require_run_folder(options.target);
-  Job job = open_job(load_experiment(options.target), options, common);
+  Job job = open_job(load_problem(options), options, common);
   const bool meaningful = evaluate_models(job, options.data);
   print_result(job, common);
   return meaningful ? Verdict::kDone : Verdict::kNo;

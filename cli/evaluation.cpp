@@ -43,7 +43,7 @@ void add_recording(HeldOut& held_out, const fs::path& data_file, const fs::path&
 HeldOut load_held_out(const Job& job, const std::vector<fs::path>& further_data) {
   HeldOut held_out;
   const fs::path& folder = job.folder.path();
-  const double cutoff = job.experiment.identify.cutoff_hz;
+  const double cutoff = job.problem.scene.identify.cutoff_hz;
   for (int i = 0;; ++i) {
     const std::string name = fmt::format("validation_{}.h5", i);
     if (!fs::exists(folder / "data" / name)) break;
@@ -64,13 +64,13 @@ HeldOut load_held_out(const Job& job, const std::vector<fs::path>& further_data)
 std::vector<evaluate::Rollout> simulator_rollouts(const Job& job, const HeldOut& held_out,
                                                   std::span<const evaluate::Start> starts,
                                                   double share) {
-  const sim::MujocoArm arm = sim::make_arm(job.experiment, job.experiment.plant.step_s * share);
+  const sim::MujocoArm arm = sim::make_arm(job.problem, job.problem.scene.plant.step_s * share);
   std::vector<evaluate::Rollout> rollouts(starts.size());
   parallel_for(static_cast<int>(starts.size()), job.jobs, [&](int i) {
     const evaluate::Start& start = starts[static_cast<std::size_t>(i)];
     const auto trajectory = static_cast<std::size_t>(start.trajectory);
     const sim::Trace trace =
-        sim::oracle_rollout(job.experiment, arm, held_out.truths[trajectory],
+        sim::oracle_rollout(job.problem, arm, held_out.truths[trajectory],
                             held_out.trajectories[trajectory].data, start.begin, start.steps + 1);
     rollouts[static_cast<std::size_t>(i)] = {start, false, trace.q, trace.v, trace.tau_f};
   });
@@ -86,16 +86,16 @@ std::vector<evaluate::Trajectory> load_training(const Job& job) {
     evaluate::Trajectory& recording = training.emplace_back();
     recording.data = data::load_dataset(file);
     estimate::Filtered motion =
-        estimate::filter_dataset(recording.data, job.experiment.identify.cutoff_hz);
+        estimate::filter_dataset(recording.data, job.problem.scene.identify.cutoff_hz);
     recording.q = std::move(motion.q_wide);
     recording.v = std::move(motion.v_wide);
   }
 }
 
-data::ModelFile oracle_model(const data::Experiment& experiment) {
+data::ModelFile oracle_model(const data::Problem& problem) {
   data::ModelFile model;
   model.name = model.label = "oracle";
-  model.arm = {experiment.model, *experiment.friction};
+  model.arm = {problem.robot, *problem.scene.friction};
   model.is_oracle = true;
   return model;
 }
@@ -156,21 +156,20 @@ std::string contents_of(const fs::path& folder) {
 }
 
 /// Whether a model is a convention to beat: no network, and fitted as is the custom.
-bool is_conventional(const data::Experiment& experiment, const data::ModelFile& model) {
+bool is_conventional(const data::Problem& problem, const data::ModelFile& model) {
   if (model.arm.friction.model.has_whole()) return false;
   for (const friction::JointSpec& joint : model.arm.friction.model.joints())
     for (const friction::LawSpec& law : joint.laws)
       if (friction::is_learned(law.law)) return false;
-  for (const data::ModelConfig& config : experiment.models)
+  for (const data::ModelConfig& config : problem.scene.models)
     if (config.name == model.name) return config.method == "conventional";
   return true;
 }
 
 /// @throws UserError when the data are damaged, or not those of the scene as it is now
 void refuse_other_data(const Job& job) {
-  const bool logs = data::data_available(job.experiment, nullptr);
-  if (!job.folder.intact("data") ||
-      (logs && !job.folder.stands("data", key_of_data(job.experiment))))
+  const bool logs = data::data_available(job.problem, nullptr);
+  if (!job.folder.intact("data") || (logs && !job.folder.stands("data", key_of_data(job.problem))))
     throw UserError(
         "{}: the data are damaged, or not those of the scene, robot and logs as they are now; "
         "`fricid run {}` makes them again",
@@ -183,9 +182,9 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
   refuse_other_data(job);
   const std::vector<data::ModelFile> models = load_models(job);
   const std::vector<fs::path> externals = external_folders(job.folder.path(), models);
-  data::Experiment read = job.experiment;
+  data::Scene read = job.problem.scene;
   read.render = {};
-  std::string key = data::to_toml(read) + key_of_robot(read) + job.folder.outputs_of("data");
+  std::string key = data::to_toml(read) + key_of_robot(job.problem) + job.folder.outputs_of("data");
   for (const data::ModelFile& model : models)
     key += sha256_of_file(job.folder.path() / "models" / (id_of(model.name, model.seed) + ".json"));
   for (const fs::path& file : further_data) key += sha256_of_file(file);
@@ -193,25 +192,25 @@ bool evaluate_models(Job& job, const std::vector<fs::path>& further_data) {
 
   const bool ran = job.folder.stage("evaluate", key, [&] {
     const HeldOut held_out = load_held_out(job, further_data);
-    const data::EvaluateConfig& options = job.experiment.evaluate;
+    const data::EvaluateConfig& options = job.problem.scene.evaluate;
     const auto starts =
         evaluate::plan_starts(held_out.trajectories, options.horizons_s, options.starts);
     write_file_atomically(job.folder.path() / "starts.csv",
                           evaluate::starts_csv(held_out.trajectories, starts));
 
     evaluate::Contest contest;
-    contest.scene = job.experiment.name;
+    contest.scene = job.problem.scene.name;
     contest.trajectories = held_out.trajectories;
     contest.training = load_training(job);
     contest.models = models;
-    contest.robot = job.experiment.model;
+    contest.robot = job.problem.robot;
     for (const fs::path& folder : externals)
       contest.externals.push_back(
           evaluate::load_external_model(folder, held_out.trajectories, starts));
     for (const data::ModelFile& model : models)
-      if (!is_conventional(job.experiment, model)) contest.unconventional.push_back(model.name);
+      if (!is_conventional(job.problem, model)) contest.unconventional.push_back(model.name);
     if (!held_out.truths.empty()) {
-      contest.models.insert(contest.models.begin(), oracle_model(job.experiment));
+      contest.models.insert(contest.models.begin(), oracle_model(job.problem));
       contest.simulator_oracle = simulator_rollouts(job, held_out, starts, 1.0);
       contest.simulator_halved = simulator_rollouts(job, held_out, starts, 0.5);
     }

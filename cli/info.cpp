@@ -9,10 +9,10 @@
 #include "fricid/base/files.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/data/contract.hpp"
-#include "fricid/data/experiment.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/data/paths.hpp"
+#include "fricid/data/problem.hpp"
 #include "fricid/film/gl_context.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 #include "version.hpp"
@@ -78,7 +78,7 @@ void print_model(const std::filesystem::path& path) {
 
 Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& common) {
   if (file.extension() == ".toml") {
-    print(data::to_toml(data::load_experiment(file)));
+    print(data::to_toml(data::load_problem(file).scene));
   } else if (file.extension() == ".json") {
     const auto content = nlohmann::json::parse(read_file(file), nullptr, false);
     if (content.is_discarded()) throw UserError("{}: found text that is not JSON", file.string());

@@ -10,7 +10,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/data/contract.hpp"
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 #include "fricid/sim/excitation.hpp"
@@ -108,9 +108,9 @@ struct Subject {
 
 /// Training and validation data of a run folder, which exist already.
 Subject load_run(const fs::path& folder) {
-  const data::Experiment experiment = data::load_experiment(folder / "scene.toml");
+  const data::Problem problem = data::load_problem(folder / "scene.toml");
   Subject subject{
-      {}, experiment.model, experiment.identify, experiment.excitation, experiment.mjcf_path};
+      {}, problem.robot, problem.scene.identify, problem.scene.excitation, problem.mjcf_path};
   for (const char* kind : {"train", "validation"})
     for (int i = 0;; ++i) {
       const fs::path file = folder / "data" / fmt::format("{}_{}.h5", kind, i);

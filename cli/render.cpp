@@ -50,18 +50,17 @@ std::string key_of_results(const Job& job) {
 }  // namespace
 
 std::string draw_plots(Job& job) {
-  return try_stage(job, "plots", data::to_toml(job.experiment) + key_of_results(job),
+  return try_stage(job, "plots", data::to_toml(job.problem.scene) + key_of_results(job),
                    [&] { return write_figures(job.folder.path()); });
 }
 
-std::string make_videos(Job& job, const std::string& renderer) {
-  data::Experiment read;
-  read.render = job.experiment.render;
-  const std::string key = key_of_results(job) + key_of_robot(job.experiment) + data::to_toml(read) +
-                          job.experiment.description + renderer;
+std::string make_videos(Job& job, const data::Problem& shown, const std::string& renderer) {
+  data::Scene read;
+  read.render = shown.scene.render;
+  const std::string key = key_of_results(job) + key_of_robot(job.problem) + data::to_toml(read) +
+                          job.problem.scene.description + renderer;
   return try_stage(job, "video", key, [&] {
-    return film::render_video(job.folder.path(), job.experiment,
-                              {.renderer = renderer, .jobs = job.jobs});
+    return film::render_video(job.folder.path(), shown, {.renderer = renderer, .jobs = job.jobs});
   });
 }
 
@@ -69,20 +68,23 @@ Verdict render(const RenderOptions& options, const CommonOptions& common) {
   require_run_folder(options.target);
   RunOptions folder;
   folder.target = options.target;
-  Job job = open_job(load_experiment(options.target), folder, common);
-  if (!options.quality.empty()) job.experiment.render.quality = options.quality;
-  if (!options.layout.empty()) job.experiment.render.layout = options.layout;
+  Job job = open_job(load_problem(folder), folder, common);
+  data::Scene scene = job.problem.scene;
+  if (!options.quality.empty()) scene.render.quality = options.quality;
+  if (!options.layout.empty()) scene.render.layout = options.layout;
+  const data::Problem shown = data::resolve(std::move(scene));
 
   const auto wanted = [&](const char* what) {
     return std::find(options.what.begin(), options.what.end(), what) != options.what.end();
   };
   std::vector<std::string> missed;
   if (options.what.empty() || wanted("plots")) missed.push_back(draw_plots(job));
-  if (options.what.empty() || wanted("video")) missed.push_back(make_videos(job, options.renderer));
+  if (options.what.empty() || wanted("video"))
+    missed.push_back(make_videos(job, shown, options.renderer));
   if (options.what.empty() || wanted("report")) make_report(job);
   std::erase(missed, "");
   if (wanted("still"))
-    film::render_still(job.folder.path(), job.experiment, options.at, options.still,
+    film::render_still(job.folder.path(), shown, options.at, options.still,
                        {.renderer = options.renderer});
   if (!missed.empty()) throw UserError("{}", fmt::join(missed, "; "));
   return Verdict::kDone;

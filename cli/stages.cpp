@@ -22,25 +22,26 @@ bool is_run_folder(const std::filesystem::path& path) {
 }
 
 std::string key_of_fit(const Job& job, const data::ModelConfig& config, int seed) {
-  data::Experiment read = job.experiment;
+  data::Scene read = job.problem.scene;
   read.models = {config};
   read.models[0].seeds = {seed};
   read.evaluate = {};
   read.render = {};
   read.description.clear();
   // fits see the URDF alone; what the MJCF changes, the data show
-  return data::to_toml(read) + sha256_of_file(read.urdf_path) + job.folder.outputs_of("data");
+  return data::to_toml(read) + sha256_of_file(job.problem.urdf_path) +
+         job.folder.outputs_of("data");
 }
 
-nlohmann::json to_json(const sim::TrajectoryReport& report, const data::Experiment& experiment) {
+nlohmann::json to_json(const sim::TrajectoryReport& report, const data::Problem& problem) {
   nlohmann::json joints;
   for (std::size_t j = 0; j < report.joints.size(); ++j) {
     const sim::JointMargins& margin = report.joints[j];
-    joints[experiment.model.joints[j].name] = {{"position_rad", margin.position_rad},
-                                               {"velocity", margin.velocity},
-                                               {"acceleration", margin.acceleration},
-                                               {"jerk", margin.jerk},
-                                               {"torque", margin.torque}};
+    joints[problem.robot.joints[j].name] = {{"position_rad", margin.position_rad},
+                                            {"velocity", margin.velocity},
+                                            {"acceleration", margin.acceleration},
+                                            {"jerk", margin.jerk},
+                                            {"torque", margin.torque}};
   }
   return {{"name", report.name},
           {"feasible", report.feasible},
@@ -54,8 +55,8 @@ nlohmann::json to_json(const sim::TrajectoryReport& report, const data::Experime
 }
 
 std::vector<std::string> simulate_data(Job& job) {
-  say("simulate: " + job.experiment.name);
-  const sim::Simulation truth = sim::simulate(job.experiment, job.jobs);
+  say("simulate: " + job.problem.scene.name);
+  const sim::Simulation truth = sim::simulate(job.problem, job.jobs);
   std::vector<std::string> files;
   const auto save = [&](const std::vector<data::Dataset>& sets,
                         const std::vector<sim::Truth>& truths) {
@@ -71,32 +72,31 @@ std::vector<std::string> simulate_data(Job& job) {
 
   nlohmann::json excitation;
   for (const auto& report : truth.excitation.reports)
-    excitation.push_back(to_json(report, job.experiment));
+    excitation.push_back(to_json(report, job.problem));
   files.emplace_back("excitation.json");
   write_file_atomically(job.folder.path() / files.back(), excitation.dump(2) + "\n");
   return files;
 }
 
 std::vector<std::string> import_data(Job& job) {
-  const data::Experiment& experiment = job.experiment;
-  const auto contract =
-      data::load_contract(data::find_file(experiment.data.contract, experiment.folder));
+  const data::Problem& problem = job.problem;
+  const auto contract = data::load_contract(problem.contract_path);
   std::vector<data::Dataset> sets;
   const auto import = [&](const std::vector<std::string>& logs, const std::string& kind) {
     for (std::size_t i = 0; i < logs.size(); ++i) {
-      const auto path = data::find_file(logs[i], experiment.folder);
+      const auto path = data::find_log(problem, logs[i]);
       sets.push_back(data::import_log(path, contract));
       for (const std::string& warning : data::check_dataset(sets.back(), path.string()))
         say(warning);
       sets.back().name = fmt::format("{}_{}", kind, i);
     }
   };
-  import(experiment.data.train, "train");
-  import(experiment.data.validation, "validation");
+  import(problem.scene.data.train, "train");
+  import(problem.scene.data.validation, "validation");
 
   std::vector<std::string> files;
   for (const data::Dataset& dataset : sets) {
-    const auto findings = doctor::diagnose(dataset, &experiment.model);
+    const auto findings = doctor::diagnose(dataset, &problem.robot);
     for (const doctor::Finding& finding : findings)
       if (doctor::is_damage(finding)) say(dataset.name + ": " + doctor::to_text(finding, dataset));
     files.push_back("data/" + dataset.name + ".doctor.json");
@@ -106,7 +106,7 @@ std::vector<std::string> import_data(Job& job) {
     files.push_back("data/" + dataset.name + ".h5");
     data::save_dataset(dataset, job.folder.path() / files.back());
   }
-  say(fmt::format("import: {}: {} recordings", experiment.name, sets.size()));
+  say(fmt::format("import: {}: {} recordings", problem.scene.name, sets.size()));
   return files;
 }
 
@@ -140,15 +140,15 @@ std::vector<int> parse_seeds(const std::string& text) {
 }
 
 /// The models to fit: all of the scene, or those named, which may also be laws of the table.
-std::vector<data::ModelConfig> chosen_models(const data::Experiment& experiment,
+std::vector<data::ModelConfig> chosen_models(const data::Problem& problem,
                                              const std::vector<std::string>& names) {
-  if (names.empty()) return experiment.models;
+  if (names.empty()) return problem.scene.models;
   std::vector<data::ModelConfig> chosen;
   for (const std::string& name : names) {
-    const auto known = std::find_if(experiment.models.begin(), experiment.models.end(),
+    const auto known = std::find_if(problem.scene.models.begin(), problem.scene.models.end(),
                                     [&](const auto& model) { return model.name == name; });
     chosen.emplace_back();
-    if (known != experiment.models.end()) {
+    if (known != problem.scene.models.end()) {
       chosen.back() = *known;
     } else {
       chosen.back().name = chosen.back().label = chosen.back().law = name;
@@ -159,38 +159,37 @@ std::vector<data::ModelConfig> chosen_models(const data::Experiment& experiment,
 }
 
 /// Folder of a run that names none.
-std::string default_name(const data::Experiment& experiment, const RunOptions& options) {
-  return options.seed ? fmt::format("{}_{}", experiment.name, *options.seed) : experiment.name;
+std::string default_name(const data::Problem& problem, const RunOptions& options) {
+  return options.seed ? fmt::format("{}_{}", problem.scene.name, *options.seed)
+                      : problem.scene.name;
 }
 
 }  // namespace
 
-std::string key_of_robot(const data::Experiment& experiment) {
-  std::string key = sha256_of_file(experiment.urdf_path);
-  if (!experiment.mjcf_path.empty())
-    key += sha256_of_text(sim::compiled_mjcf(experiment.mjcf_path));
+std::string key_of_robot(const data::Problem& problem) {
+  std::string key = sha256_of_file(problem.urdf_path);
+  if (!problem.mjcf_path.empty()) key += sha256_of_text(sim::compiled_mjcf(problem.mjcf_path));
   return key;
 }
 
-std::string key_of_data(const data::Experiment& experiment) {
-  data::Experiment read = experiment;
+std::string key_of_data(const data::Problem& problem) {
+  data::Scene read = problem.scene;
   read.models.clear();
   read.identify = {};
   read.evaluate = {};
   read.render = {};
   read.description.clear();
-  std::string key = data::to_toml(read) + key_of_robot(experiment);
-  if (!experiment.contract_path.empty()) key += sha256_of_file(experiment.contract_path);
-  for (const auto* logs : {&experiment.data.train, &experiment.data.validation})
-    for (const std::string& log : *logs)
-      key += sha256_of_file(data::find_file(log, experiment.folder));
+  std::string key = data::to_toml(read) + key_of_robot(problem);
+  if (!problem.contract_path.empty()) key += sha256_of_file(problem.contract_path);
+  for (const auto* logs : {&problem.scene.data.train, &problem.scene.data.validation})
+    for (const std::string& log : *logs) key += sha256_of_file(data::find_log(problem, log));
   return key;
 }
 
 std::string id_of(const std::string& model, int seed) { return fmt::format("{}_s{}", model, seed); }
 
 Fits fits_of(const Job& job) {
-  const auto& models = job.experiment.models;
+  const auto& models = job.problem.scene.models;
   const nlohmann::json by_name = job.folder.described("fitted_by_name");
   constexpr std::string_view kIdentify = "identify ";
   std::vector<std::tuple<std::ptrdiff_t, std::string, int>> counted;
@@ -202,7 +201,7 @@ Fits fits_of(const Job& job) {
     const std::string name = id.substr(0, end);
     int seed = 0;
     if (std::sscanf(id.c_str() + end, "_s%d", &seed) != 1) continue;
-    const data::ModelConfig config = chosen_models(job.experiment, {name}).front();
+    const data::ModelConfig config = chosen_models(job.problem, {name}).front();
     const auto place = std::ranges::find(models, name, &data::ModelConfig::name);
     const bool of_scene = place != models.end() && std::ranges::count(config.seeds, seed) > 0;
     const bool asked_for = by_name.is_object() && by_name.contains(id);
@@ -216,11 +215,13 @@ Fits fits_of(const Job& job) {
   return fits;
 }
 
-data::Experiment load_experiment(const std::filesystem::path& target) {
-  if (is_run_folder(target)) return data::load_experiment(target / "scene.toml");
-  data::Experiment experiment = data::load_experiment(target);
-  if (experiment.simulates()) sim::make_arm(experiment);
-  return experiment;
+data::Problem load_problem(const RunOptions& options) {
+  const bool again = is_run_folder(options.target);
+  data::Scene scene = data::load_scene(again ? options.target / "scene.toml" : options.target);
+  if (options.seed) scene.seed = *options.seed;
+  data::Problem problem = data::resolve(std::move(scene));
+  if (!again && problem.scene.simulates()) sim::make_arm(problem);
+  return problem;
 }
 
 void require_run_folder(const std::filesystem::path& path) {
@@ -228,28 +229,28 @@ void require_run_folder(const std::filesystem::path& path) {
     throw UserError("{}: found no manifest.json; allowed: the folder of a run", path.string());
 }
 
-Job open_job(data::Experiment experiment, const RunOptions& options, const CommonOptions& common) {
+Job open_job(data::Problem problem, const RunOptions& options, const CommonOptions& common) {
   std::filesystem::path folder = options.output;
   if (folder.empty())
     folder = is_run_folder(options.target)
                  ? options.target
-                 : std::filesystem::path("run") / default_name(experiment, options);
+                 : std::filesystem::path("run") / default_name(problem, options);
 
-  Job job{std::move(experiment), RunFolder(folder, common.fresh), common.jobs};
-  const std::string scene = data::to_toml(job.experiment);
+  Job job{std::move(problem), RunFolder(folder, common.fresh), common.jobs};
+  const std::string scene = data::to_toml(job.problem.scene);
   if (!std::filesystem::exists(folder / "scene.toml") || read_file(folder / "scene.toml") != scene)
     write_file_atomically(folder / "scene.toml", scene);
-  job.folder.describe("scene", job.experiment.name);
-  job.folder.describe("seed", job.experiment.seed);
+  job.folder.describe("scene", job.problem.scene.name);
+  job.folder.describe("seed", job.problem.scene.seed);
   nlohmann::json inputs;
-  for (const auto& path : job.experiment.inputs) inputs[path.string()] = sha256_of_file(path);
+  for (const auto& path : job.problem.inputs) inputs[path.string()] = sha256_of_file(path);
   job.folder.describe("inputs", inputs);
   return job;
 }
 
 void make_data(Job& job) {
-  const bool ran = job.folder.stage("data", key_of_data(job.experiment), [&] {
-    return job.experiment.simulates() ? simulate_data(job) : import_data(job);
+  const bool ran = job.folder.stage("data", key_of_data(job.problem), [&] {
+    return job.problem.scene.simulates() ? simulate_data(job) : import_data(job);
   });
   if (!ran) say("data: up to date");
 }
@@ -257,7 +258,7 @@ void make_data(Job& job) {
 bool identify_models(Job& job, const std::vector<std::string>& names, const std::string& seeds) {
   std::optional<estimate::Prepared> prepared;
   bool healthy = true;
-  for (const data::ModelConfig& config : chosen_models(job.experiment, names))
+  for (const data::ModelConfig& config : chosen_models(job.problem, names))
     for (const int seed : seeds.empty() ? config.seeds : parse_seeds(seeds)) {
       const std::string id = id_of(config.name, seed);
       if (!names.empty() || !seeds.empty()) {
@@ -268,9 +269,9 @@ bool identify_models(Job& job, const std::vector<std::string>& names, const std:
       const std::string key = key_of_fit(job, config, seed);
       const bool ran = job.folder.stage("identify " + id, key, [&] {
         if (!prepared)
-          prepared = estimate::prepare(job.experiment, load_datasets(job, "train"), job.jobs);
+          prepared = estimate::prepare(job.problem, load_datasets(job, "train"), job.jobs);
         const estimate::FitReport report = estimate::fit_model(
-            job.experiment, *prepared, config, seed, job.jobs,
+            job.problem, *prepared, config, seed, job.jobs,
             {job.folder.path() / "checkpoint" / (id + ".json"), job.folder.key_of(key)});
         std::vector<std::string> files{"models/" + id + ".json", "fit/" + id + ".json"};
         data::save_model(report.model, job.folder.path() / files[0]);

@@ -6,38 +6,39 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 #include "run_folder.hpp"
 
 namespace fricid::cli {
 
 /// A scene in its run folder.
 struct Job {
-  data::Experiment experiment;
+  data::Problem problem;
   RunFolder folder;
   int jobs;
 };
 
-/// The experiment of a scene file or of a run folder, checked as far as it can be without doing any
-/// of its work: the simulated arm must be that of the URDF. @throws UserError
-data::Experiment load_experiment(const std::filesystem::path& target);
+/// The problem of a scene file or of a run folder, with the seed of the options where they say one,
+/// checked as far as it can be without doing any of its work: the simulated arm must be that of the
+/// URDF. @throws UserError
+data::Problem load_problem(const RunOptions& options);
 
 /// @throws UserError unless `path` is the folder of an earlier run
 void require_run_folder(const std::filesystem::path& path);
 
 /// Opens or creates the run folder: `output`, by default run/NAME, or the one that is the target.
 /// @throws UserError
-Job open_job(data::Experiment experiment, const RunOptions& options, const CommonOptions& common);
+Job open_job(data::Problem problem, const RunOptions& options, const CommonOptions& common);
 
 /// data/*.h5 and truth/*.h5 by simulation, or data/*.h5 from logs.
 void make_data(Job& job);
 
 /// What the robot of a scene is made of, as text for keys: the content of the URDF and what MuJoCo
 /// makes of the MJCF, included files and meshes with it.
-std::string key_of_robot(const data::Experiment& experiment);
+std::string key_of_robot(const data::Problem& problem);
 
 /// What the data of a scene are made of, as text for keys. @throws UserError when a log is missing
-std::string key_of_data(const data::Experiment& experiment);
+std::string key_of_data(const data::Problem& problem);
 
 /// Stem of the files of a fit and end of its stage's name: "lugre_s1".
 std::string id_of(const std::string& model, int seed);
@@ -63,7 +64,8 @@ bool evaluate_models(Job& job, const std::vector<std::filesystem::path>& further
 /// plots/*, video/*. What cannot be made (no gnuplot, nothing to draw with, disk full) is left out.
 /// @return why, one line; empty when all is there
 std::string draw_plots(Job& job);
-std::string make_videos(Job& job, const std::string& renderer);
+/// @param shown  the job's problem, [render] changed where the user asked for it
+std::string make_videos(Job& job, const data::Problem& shown, const std::string& renderer);
 
 /// report.html, from what is there. @throws UserError when it cannot be written
 void make_report(Job& job);

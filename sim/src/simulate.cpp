@@ -22,7 +22,7 @@ constexpr double kRunIn = 2.0;
 struct Task {
   std::string name;
   const Fourier* series;
-  int number;  // within the experiment
+  int number;  // within the run
 };
 
 void fill_temperature(const data::SensorsConfig& config, double time,
@@ -31,18 +31,18 @@ void fill_temperature(const data::SensorsConfig& config, double time,
 }
 
 // Controls the arm along `series` from `run_in` seconds before its start; logs one period.
-Trace follow(const data::Experiment& experiment, const MujocoArm& arm, const Fourier& series,
+Trace follow(const data::Problem& problem, const MujocoArm& arm, const Fourier& series,
              double start_time) {
-  const dynamics::RobotModel& robot = experiment.model;
-  const double dt = 1 / experiment.sensors.rate_hz;
+  const dynamics::RobotModel& robot = problem.robot;
+  const double dt = 1 / problem.scene.sensors.rate_hz;
   const int steps = steps_per_sample(dt, arm.step());
   const int length = static_cast<int>(std::lround(series.period() / dt));
   const int run_in = static_cast<int>(std::lround(std::min(kRunIn, series.period()) / dt));
 
   const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(run_in + length, -run_in, length - 1) * dt;
   const Motion motion = TimeGrid(series.w, series.harmonics(), t).sample(series);
-  Plant plant(arm, robot, *experiment.friction);
-  Controller controller(experiment.controller, robot, dt);
+  Plant plant(arm, robot, *problem.scene.friction);
+  Controller controller(problem.scene.controller, robot, dt);
   Trace trace = make_trace(length, dt, robot.n(), plant.state_size());
 
   const auto n = static_cast<std::size_t>(robot.n());
@@ -53,7 +53,7 @@ Trace follow(const data::Experiment& experiment, const MujocoArm& arm, const Fou
   std::vector<double> tau(n), temperature(n);
   for (int k = 0; k < run_in + length; ++k) {
     controller.torque({motion.q.col(k), motion.v.col(k), motion.a.col(k)}, state.q, state.v, tau);
-    fill_temperature(experiment.sensors, start_time + std::max(0.0, t[k]), temperature);
+    fill_temperature(problem.scene.sensors, start_time + std::max(0.0, t[k]), temperature);
     plant.hold(tau, temperature, steps);
     if (k >= run_in) record(plant, state, tau, temperature, k - run_in, trace);
     state = plant.state();
@@ -61,16 +61,16 @@ Trace follow(const data::Experiment& experiment, const MujocoArm& arm, const Fou
   return trace;
 }
 
-Payload payload_of(const data::Experiment& experiment) {
-  const data::RobotConfig& robot = experiment.robot;
+Payload payload_of(const data::Problem& problem) {
+  const data::RobotConfig& robot = problem.scene.robot;
   if (robot.payload_kg <= 0) return {};
-  const auto& frames = experiment.model.frames;
+  const auto& frames = problem.robot.frames;
   const auto frame = std::find_if(frames.begin(), frames.end(), [&](const dynamics::Frame& f) {
     return f.name == robot.payload_frame;
   });
   if (frame == frames.end())
-    throw UserError("{}: payload_frame = \"{}\" is no frame of {}", experiment.name,
-                    robot.payload_frame, experiment.model.name);
+    throw UserError("{}: payload_frame = \"{}\" is no frame of {}", problem.scene.name,
+                    robot.payload_frame, problem.robot.name);
   const std::array<double, 6>& I = robot.payload_inertia;
   Payload payload{*frame, robot.payload_kg, Eigen::Vector3d(robot.payload_com.data()), {}};
   payload.inertia << I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2];
@@ -84,32 +84,32 @@ void check_finite(const Trace& trace, const std::string& name) {
 
 }  // namespace
 
-MujocoArm make_arm(const data::Experiment& experiment) {
-  return make_arm(experiment, experiment.plant.step_s);
+MujocoArm make_arm(const data::Problem& problem) {
+  return make_arm(problem, problem.scene.plant.step_s);
 }
 
-MujocoArm make_arm(const data::Experiment& experiment, double step) {
-  if (experiment.mjcf_path.empty() && !experiment.simulates())
+MujocoArm make_arm(const data::Problem& problem, double step) {
+  if (problem.mjcf_path.empty() && !problem.scene.simulates())
     throw UserError("{}: [robot] mjcf is missing: what the robot of the logs looks like",
-                    experiment.name);
-  return MujocoArm(experiment.mjcf_path, experiment.model, step, payload_of(experiment));
+                    problem.scene.name);
+  return MujocoArm(problem.mjcf_path, problem.robot, step, payload_of(problem));
 }
 
-Simulation simulate(const data::Experiment& experiment, int jobs) {
-  if (!experiment.simulates())
-    throw UserError("{}: [friction] is missing, a simulation needs it", experiment.name);
-  const MujocoArm arm = make_arm(experiment);
-  steps_per_sample(1 / experiment.sensors.rate_hz, arm.step());
+Simulation simulate(const data::Problem& problem, int jobs) {
+  if (!problem.scene.simulates())
+    throw UserError("{}: [friction] is missing, a simulation needs it", problem.scene.name);
+  const MujocoArm arm = make_arm(problem);
+  steps_per_sample(1 / problem.scene.sensors.rate_hz, arm.step());
 
   Simulation result;
   result.excitation =
-      design_excitation(experiment.excitation, arm, experiment.model, experiment.seed, jobs);
+      design_excitation(problem.scene.excitation, arm, problem.robot, problem.scene.seed, jobs);
 
   std::vector<Task> tasks;
   const auto add = [&](const std::string& kind, int index, const Fourier& series) {
     tasks.push_back({fmt::format("{}_{}", kind, index), &series, static_cast<int>(tasks.size())});
   };
-  const int repeats = experiment.excitation.repeats;
+  const int repeats = problem.scene.excitation.repeats;
   const int train = static_cast<int>(result.excitation.train.size()) * repeats;
   for (int i = 0; i < train; ++i)
     add("train", i, result.excitation.train[static_cast<std::size_t>(i / repeats)]);
@@ -125,18 +125,18 @@ Simulation simulate(const data::Experiment& experiment, int jobs) {
     const Task& task = tasks[index];
     Truth& truth = truths[index];
     truth.name = task.name;
-    truth.rate_hz = experiment.sensors.rate_hz;
-    truth.friction = *experiment.friction;
-    for (const dynamics::Joint& joint : experiment.model.joints)
+    truth.rate_hz = problem.scene.sensors.rate_hz;
+    truth.friction = *problem.scene.friction;
+    for (const dynamics::Joint& joint : problem.robot.joints)
       truth.joint_names.push_back(joint.name);
-    truth.trace = follow(experiment, arm, *task.series, task.number * task.series->period());
+    truth.trace = follow(problem, arm, *task.series, task.number * task.series->period());
     check_finite(truth.trace, task.name);
 
     data::Dataset& dataset = datasets[index];
     dataset =
-        measure(truth.trace, experiment.sensors, experiment.model, experiment.seed, task.number);
+        measure(truth.trace, problem.scene.sensors, problem.robot, problem.scene.seed, task.number);
     dataset.name = task.name;
-    dataset.source = fmt::format("simulation {} seed {}", experiment.name, experiment.seed);
+    dataset.source = fmt::format("simulation {} seed {}", problem.scene.name, problem.scene.seed);
     progress.advance(1);
   });
 
@@ -151,9 +151,9 @@ Simulation simulate(const data::Experiment& experiment, int jobs) {
   return result;
 }
 
-Trace oracle_rollout(const data::Experiment& experiment, const MujocoArm& arm, const Truth& truth,
+Trace oracle_rollout(const data::Problem& problem, const MujocoArm& arm, const Truth& truth,
                      const data::Dataset& dataset, int start, int length) {
-  Plant plant(arm, experiment.model, truth.friction);
+  Plant plant(arm, problem.robot, truth.friction);
   return rollout(plant, truth.trace.state(start), dataset.tau.middleRows(start, length),
                  truth.trace.temperature.middleRows(start, length), truth.dt());
 }

@@ -65,30 +65,31 @@ void print(const std::string& name, int seed, const char* when, const std::vecto
 }
 
 /// @return the largest error of a joint after EM [%]
-double recover(data::Experiment experiment, int seed) {
-  experiment.seed = seed;
-  const sim::Simulation simulation = sim::simulate(experiment, 0);
-  const estimate::Prepared prepared = estimate::prepare(experiment, simulation.train, 0);
+double recover(data::Scene scene, int seed) {
+  scene.seed = seed;
+  const data::Problem problem = data::resolve(std::move(scene));
+  const sim::Simulation simulation = sim::simulate(problem, 0);
+  const estimate::Prepared prepared = estimate::prepare(problem, simulation.train, 0);
   data::ModelConfig config;
   config.name = config.label = "rigid body";
   config.law = "coulomb_viscous";
   config.method = "conventional";
-  Arm arm = estimate::fit_conventional(experiment, prepared, config, seed, 0).model.arm;
-  arm.friction = *experiment.friction;
+  Arm arm = estimate::fit_conventional(problem, prepared, config, seed, 0).model.arm;
+  arm.friction = *problem.scene.friction;
   Rng rng(static_cast<std::uint64_t>(seed), 0);
   for (std::size_t p = 0; p < arm.friction.theta.size(); ++p) {
     const friction::ParameterInfo& info = arm.friction.model.parameters()[p].info;
     const double off = rng.uniform() < 0.5 ? 1 - kOff : 1 + kOff;
     arm.friction.theta[p] = std::clamp(off * arm.friction.theta[p], info.lower, info.upper);
   }
-  print(experiment.name, seed, "start", friction_error(arm, simulation.validation_truth), "");
+  print(problem.scene.name, seed, "start", friction_error(arm, simulation.validation_truth), "");
 
   const estimate::EmOptions options =
       estimate::em_options(data::EmConfig(), seed, prepared.recordings);
   const estimate::EmReport report =
-      estimate::fit_em(arm, prepared.recordings, options, experiment.name, 0);
+      estimate::fit_em(arm, prepared.recordings, options, problem.scene.name, 0);
   const auto error = friction_error(report.arm, simulation.validation_truth);
-  print(experiment.name, seed, "EM", error,
+  print(problem.scene.name, seed, "EM", error,
         fmt::format("{:.0f} s, {}", report.seconds, report.message));
   return *std::max_element(error.begin(), error.end());
 }
@@ -109,7 +110,7 @@ int run(std::vector<std::string> scenes) {
   fmt::print("|---|--:|---|--:|--:|--:|--:|--:|--:|---|\n");
   for (const std::string& scene : scenes)
     for (int seed = first; seed <= last; ++seed)
-      worst = std::max(worst, recover(data::load_experiment(scene), seed));
+      worst = std::max(worst, recover(data::load_scene(scene), seed));
   fmt::print("\nlargest error of a joint {:.2f} %, allowed {} %\n", worst, kBound);
   return worst <= kBound ? EXIT_SUCCESS : EXIT_FAILURE;
 }

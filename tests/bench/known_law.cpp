@@ -16,22 +16,22 @@ namespace fricid {
 namespace {
 
 void fit_known_law(const std::filesystem::path& folder) {
-  const data::Experiment experiment = data::load_experiment(folder / "scene.toml");
-  if (!experiment.friction) throw UserError("{}: no friction is injected", folder.string());
+  const data::Problem problem = data::load_problem(folder / "scene.toml");
+  if (!problem.scene.friction) throw UserError("{}: no friction is injected", folder.string());
   std::vector<data::Dataset> train;
   for (int i = 0;; ++i) {
     const auto file = folder / "data" / fmt::format("train_{}.h5", i);
     if (!std::filesystem::exists(file)) break;
     train.push_back(data::load_dataset(file));
   }
-  const estimate::Prepared prepared = estimate::prepare(experiment, train, 0);
+  const estimate::Prepared prepared = estimate::prepare(problem, train, 0);
   data::ModelConfig config;
   config.name = "known";
   config.label = "known law";
   config.law = "coulomb_viscous";
-  const auto seed = static_cast<int>(experiment.seed);
-  estimate::FitReport report = estimate::fit_conventional(experiment, prepared, config, seed, 0);
-  report.model.arm.friction = *experiment.friction;
+  const auto seed = static_cast<int>(problem.scene.seed);
+  estimate::FitReport report = estimate::fit_conventional(problem, prepared, config, seed, 0);
+  report.model.arm.friction = *problem.scene.friction;
 
   const auto error_of = [](const estimate::MultiStepReport& trained) {
     return trained.held_out[static_cast<std::size_t>(trained.best)];

@@ -16,8 +16,8 @@ namespace {
 /// Draws one picture per byte read, and answers each with a byte.
 void serve(GlBackend backend, PaintQuality quality, int orders, int answers) {
   const auto context = make_gl_context(backend);
-  const sim::MujocoArm arm = sim::make_arm(
-      data::load_experiment(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml"));
+  const sim::MujocoArm arm =
+      sim::make_arm(data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml"));
   ArmPainter painter(arm, "flange", 1280, 720, quality, context->functions());
   std::array<double, 6> q{0.4, -1.1, 1, -0.4, -0.9, 0}, left = q, right = q;
   left[0] -= 0.1;

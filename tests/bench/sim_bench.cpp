@@ -4,16 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 #include "fricid/sim/simulate.hpp"
 
 namespace fricid::sim {
 namespace {
 
 struct Scene {
-  data::Experiment experiment =
-      data::load_experiment(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_full.toml");
-  MujocoArm arm = make_arm(experiment);
+  data::Problem problem =
+      data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_full.toml");
+  MujocoArm arm = make_arm(problem);
 
   static const Scene& once() {
     static const Scene scene;
@@ -59,8 +59,8 @@ BENCHMARK(BM_MjStep);
 // One second of the true arm. real_time_factor: simulated seconds per second, at least 20.
 void BM_Plant(benchmark::State& state) {
   const Scene& scene = Scene::once();
-  Plant plant(scene.arm, scene.experiment.model, *scene.experiment.friction);
-  const int samples = static_cast<int>(scene.experiment.sensors.rate_hz);
+  Plant plant(scene.arm, scene.problem.robot, *scene.problem.scene.friction);
+  const int samples = static_cast<int>(scene.problem.scene.sensors.rate_hz);
   const int steps = steps_per_sample(1.0 / samples, scene.arm.step());
   const State start{kHanging, std::vector<double>(6, 0.5),
                     std::vector<double>(static_cast<std::size_t>(plant.state_size()), 0.0)};

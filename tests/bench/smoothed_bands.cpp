@@ -12,9 +12,9 @@
 #include <fmt/format.h>
 
 #include "fricid/base/rng.hpp"
-#include "fricid/data/experiment.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/data/problem.hpp"
 #include "fricid/estimate/em/e_step.hpp"
 #include "fricid/estimate/em/em.hpp"
 #include "fricid/evaluate/bands.hpp"
@@ -110,7 +110,7 @@ double percent(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
   return sum;
 }
 
-void print(const data::ModelFile& file, const data::Experiment& experiment,
+void print(const data::ModelFile& file, const data::Problem& problem,
            const std::filesystem::path& run) {
   for (const double missing : {0.0, kMissing}) {
     const auto n = static_cast<Eigen::Index>(file.arm.robot.n());
@@ -120,8 +120,8 @@ void print(const data::ModelFile& file, const data::Experiment& experiment,
       const std::string name = fmt::format("validation_{}.h5", i);
       if (!std::filesystem::exists(run / "data" / name)) break;
       const data::Dataset dataset = data::load_dataset(run / "data" / name);
-      const double cutoff = experiment.identify.cutoff_hz;
-      add_recording(file, experiment.model,
+      const double cutoff = problem.scene.identify.cutoff_hz;
+      add_recording(file, problem.robot,
                     make_recording(dataset, estimate::filter_dataset(dataset, cutoff), cutoff),
                     run / "truth" / name, missing, static_cast<std::uint64_t>(i), sums);
     }
@@ -138,13 +138,13 @@ void print(const data::ModelFile& file, const data::Experiment& experiment,
 
 int run(const std::vector<std::string>& arguments) {
   const std::filesystem::path folder = arguments.at(0);
-  const data::Experiment experiment = data::load_experiment(folder / "scene.toml");
+  const data::Problem problem = data::load_problem(folder / "scene.toml");
   fmt::print(
       "| model | missing % | sd of v per sample, joint by joint [mrad/s] | log-likelihood per "
       "sample | NIS | tau_f inside % | half width % | tau_f error % | missing q [rad] |\n"
       "|---|--:|---|--:|--:|--:|--:|--:|--:|\n");
   for (std::size_t i = 1; i < arguments.size(); ++i)
-    print(data::load_model(arguments[i]), experiment, folder);
+    print(data::load_model(arguments[i]), problem, folder);
   return EXIT_SUCCESS;
 }
 

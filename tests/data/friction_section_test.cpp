@@ -1,6 +1,6 @@
 #include <gmock/gmock.h>
 
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 #include "helpers.hpp"
 
 namespace fricid::data {
@@ -14,7 +14,7 @@ class FrictionSection : public FolderTest {
     return "[robot]\nurdf = \"arm.urdf\"\nmjcf = \"arm.xml\"\n[friction]\n" + friction;
   }
   friction::Friction load(const std::string& friction) const {
-    return *load_experiment(write("scene.toml", scene(friction))).friction;
+    return *load_problem(write("scene.toml", scene(friction))).scene.friction;
   }
   std::string error_of(const std::string& friction) const {
     return message_of([&] { load(friction); });
@@ -173,8 +173,8 @@ TEST_F(FrictionSection, UnknownNames) {
 TEST_F(FrictionSection, WithoutLawsIsSizedByTheEffortLimits) {
   const std::string text =
       replaced(kScene, std::string(kScene).substr(std::string(kScene).find("[[")), "");
-  const Experiment experiment = load_experiment(write("scene.toml", text));
-  const friction::Friction& friction = *experiment.friction;
+  const Problem problem = load_problem(write("scene.toml", text));
+  const friction::Friction& friction = *problem.scene.friction;
   std::vector<double> Fc, sigma2;
   for (std::size_t i = 0; i < friction.theta.size(); ++i) {
     if (friction.model.parameters()[i].symbol == "Fc") Fc.push_back(friction.theta[i]);
@@ -182,8 +182,8 @@ TEST_F(FrictionSection, WithoutLawsIsSizedByTheEffortLimits) {
   }
   EXPECT_THAT(Fc, testing::ElementsAre(0.06 * 80, 0.06 * 40));
   EXPECT_THAT(sigma2, testing::ElementsAre(0.2 * 80 / 4, 0.2 * 40 / 5));
-  const std::string again = to_toml(experiment);
-  EXPECT_EQ(load_experiment(write("again.toml", again)).friction->theta, friction.theta);
+  const std::string again = to_toml(problem.scene);
+  EXPECT_EQ(load_problem(write("again.toml", again)).scene.friction->theta, friction.theta);
 }
 
 }  // namespace

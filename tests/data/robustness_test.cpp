@@ -5,8 +5,8 @@
 #include "fricid/base/rng.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/experiment.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/data/problem.hpp"
 #include "helpers.hpp"
 
 namespace fricid::data {
@@ -50,8 +50,8 @@ class DamagedFile : public FolderTest {
 };
 
 TEST_F(DamagedFile, Scene) {
-  const std::string scene = to_toml(load_experiment(write("scene.toml", kScene)));
-  const int errors = refused(scene, 800, [](const auto& file) { load_experiment(file); });
+  const std::string scene = to_toml(load_problem(write("scene.toml", kScene)).scene);
+  const int errors = refused(scene, 800, [](const auto& file) { load_problem(file); });
   EXPECT_GT(errors, 300);
 }
 
@@ -71,7 +71,7 @@ TEST_F(DamagedFile, Dataset) {
 TEST_F(DamagedFile, Model) {
   ModelFile model{.name = "m", .label = "M", .arm = {}};
   model.arm.robot = dynamics::load_urdf(path("arm.urdf"));
-  model.arm.friction = *load_experiment(write("scene.toml", kScene)).friction;
+  model.arm.friction = *load_problem(write("scene.toml", kScene)).scene.friction;
   save_model(model, path("a.json"));
   const int errors = refused(read("a.json"), 800, [](const auto& file) { load_model(file); });
   EXPECT_GT(errors, 300);

@@ -9,7 +9,7 @@
 
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/rng.hpp"
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/sim/sensors.hpp"
 #include "fricid/sim/simulate.hpp"
@@ -27,16 +27,17 @@ struct Log {
 
 /// Two short logs of a scene, with velocity and temperature.
 std::vector<Log> simulate_logs(const std::string& scene, std::uint64_t seed) {
-  data::Experiment e = data::load_experiment(std::filesystem::path(FRICID_SOURCE_DIR) / "scenes" /
-                                             (scene + ".toml"));
+  data::Scene e =
+      data::load_scene(std::filesystem::path(FRICID_SOURCE_DIR) / "scenes" / (scene + ".toml"));
   e.seed = seed;
   e.excitation.train = e.excitation.repeats = e.excitation.validation = 1;
   e.excitation.criterion = "none";
   e.excitation.harmonics = 5;
   e.excitation.base_rad_s = 0.6;
   e.sensors.velocity = e.sensors.temperature = true;
-  const sim::Simulation s = sim::simulate(e, 1);
-  return {{s.train[0], e.model}, {s.validation[0], e.model}};
+  const data::Problem problem = data::resolve(std::move(e));
+  const sim::Simulation s = sim::simulate(problem, 1);
+  return {{s.train[0], problem.robot}, {s.validation[0], problem.robot}};
 }
 
 /// Clean logs, made once.

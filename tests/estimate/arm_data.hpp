@@ -8,7 +8,7 @@
 
 #include "fricid/base/rng.hpp"
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/workspace.hpp"
 #include "fricid/system/arm.hpp"
@@ -113,12 +113,11 @@ inline data::Dataset make_log(const Arm& arm, const LogOptions& options) {
   return log;
 }
 
-/// An experiment on logs of `robot`, without prior.
-inline data::Experiment make_experiment(const dynamics::RobotModel& robot) {
-  data::Experiment out;
-  out.name = "test";
-  out.model = robot;
-  return out;
+/// A problem on logs of `robot`, without prior.
+inline data::Problem make_problem(const dynamics::RobotModel& robot) {
+  data::Scene scene;
+  scene.name = "test";
+  return {.scene = std::move(scene), .robot = robot};
 }
 
 }  // namespace fricid::estimate

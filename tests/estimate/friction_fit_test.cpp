@@ -44,9 +44,9 @@ TEST(FitConventional, RecoversLuGre) {
   ASSERT_EQ(infos[0].symbol, "Fc");
   ASSERT_EQ(infos[3].symbol, "sigma0");
   const auto logs = logs_of(arm, {}, 3);
-  const data::Experiment experiment = make_experiment(arm.robot);
-  const Prepared prepared = prepare(experiment, logs, 2);
-  const FitReport report = fit_conventional(experiment, prepared, model("lugre"), 1, 2);
+  const data::Problem problem = make_problem(arm.robot);
+  const Prepared prepared = prepare(problem, logs, 2);
+  const FitReport report = fit_conventional(problem, prepared, model("lugre"), 1, 2);
   ASSERT_TRUE(report.usable()) << report.message;
   for (int j = 0; j < arm.robot.n(); ++j) {
     SCOPED_TRACE(j);
@@ -69,7 +69,7 @@ TEST(FitConventional, RecoversLuGre) {
 TEST(FitConventional, StandardErrorsCoverTheTruth) {
   Arm arm{small_arm(), {}};
   arm.friction = same_law("coulomb_viscous", {4, 2, 0.02}, arm.robot.n());
-  const data::Experiment experiment = make_experiment(arm.robot);
+  const data::Problem problem = make_problem(arm.robot);
   data::ModelConfig config = model("stribeck");
   config.starts = 1;
   int inside = 0, count = 0;
@@ -78,8 +78,7 @@ TEST(FitConventional, StandardErrorsCoverTheTruth) {
     options.torque_noise = 0.5;
     options.seed = 500 + seed;
     const std::vector<data::Dataset> logs{make_log(arm, options)};
-    const FitReport report =
-        fit_conventional(experiment, prepare(experiment, logs, 2), config, 1, 2);
+    const FitReport report = fit_conventional(problem, prepare(problem, logs, 2), config, 1, 2);
     ASSERT_TRUE(report.usable()) << report.message;
     for (std::size_t j = 0; j < report.joints.size(); ++j) {
       const JointFrictionFit& fit = report.joints[j];
@@ -100,7 +99,7 @@ TEST(FitJointFriction, HeldParametersHaveNoStandardErrors) {
   Arm arm{small_arm(), {}};
   arm.friction = same_law("coulomb_viscous", {4, 2, 0.02}, arm.robot.n());
   const auto logs = logs_of(arm, {}, 1);
-  const Prepared prepared = prepare(make_experiment(arm.robot), logs, 2);
+  const Prepared prepared = prepare(make_problem(arm.robot), logs, 2);
   const std::vector<data::RowMatrix> target{prepared.sequences[0].tau};
   const JointFrictionData data(prepared.sequences, target, 0, 10);
   const friction::RobotFriction one({{{{"coulomb_viscous", 0, {}}}}});
@@ -120,7 +119,7 @@ TEST(FitJointFriction, WhatOnlyACombinationKnowsHasNoStandardError) {
   Arm arm{small_arm(), {}};
   arm.friction = same_law("dahl", {4, 200, 2}, arm.robot.n());
   const auto logs = logs_of(arm, {}, 1);
-  const Prepared prepared = prepare(make_experiment(arm.robot), logs, 2);
+  const Prepared prepared = prepare(make_problem(arm.robot), logs, 2);
   const std::vector<data::RowMatrix> target{prepared.sequences[0].tau};
   const JointFrictionData data(prepared.sequences, target, 0, 10);
   const friction::RobotFriction one({{{{"gms", 2, {}}}}});
@@ -153,11 +152,11 @@ TEST(FitConventional, FindsTheOrderOfARipple) {
     for (const double value : {4.0, 2.0, 1e-3, orders[j], 0.05, phases[j]})
       arm.friction.theta.push_back(value);
   const auto logs = logs_of(arm, {}, 3);
-  data::Experiment experiment = make_experiment(arm.robot);
-  const Prepared prepared = prepare(experiment, logs, 2);
+  data::Problem problem = make_problem(arm.robot);
+  const Prepared prepared = prepare(problem, logs, 2);
   data::ModelConfig rippling = model("simple");
   rippling.modifiers = {"ripple"};
-  const FitReport report = fit_conventional(experiment, prepared, rippling, 1, 2);
+  const FitReport report = fit_conventional(problem, prepared, rippling, 1, 2);
   ASSERT_TRUE(report.usable()) << report.message;
   for (int j = 0; j < arm.robot.n(); ++j) {
     SCOPED_TRACE(j);
@@ -174,9 +173,9 @@ TEST(FitConventional, SimpleTakesLinearFrictionFromTheRegression) {
   LogOptions options;
   options.substeps = 200;
   const auto logs = logs_of(arm, options, 3);
-  const data::Experiment experiment = make_experiment(arm.robot);
-  const Prepared prepared = prepare(experiment, logs, 2);
-  const FitReport report = fit_conventional(experiment, prepared, model("simple"), 1, 2);
+  const data::Problem problem = make_problem(arm.robot);
+  const Prepared prepared = prepare(problem, logs, 2);
+  const FitReport report = fit_conventional(problem, prepared, model("simple"), 1, 2);
   ASSERT_TRUE(report.usable()) << report.message;
   const auto& theta = arm.friction.theta;
   for (int j = 0; j < arm.robot.n(); ++j) {
@@ -204,10 +203,9 @@ TEST(FitConventional, ReportIsTheSameBytesForAnyNumberOfJobs) {
   options.torque_noise = 0.1;
   options.encoder_noise = 4e-6;
   const auto logs = logs_of(arm, options, 2);
-  const data::Experiment experiment = make_experiment(arm.robot);
+  const data::Problem problem = make_problem(arm.robot);
   const auto fitted = [&](int jobs) {
-    return saved(
-        fit_conventional(experiment, prepare(experiment, logs, jobs), model("dahl"), 3, jobs));
+    return saved(fit_conventional(problem, prepare(problem, logs, jobs), model("dahl"), 3, jobs));
   };
   const std::string one = fitted(1);
   EXPECT_THAT(one, testing::HasSubstr("\"format\": \"fricid.fit/1\""));
@@ -217,11 +215,11 @@ TEST(FitConventional, ReportIsTheSameBytesForAnyNumberOfJobs) {
 
 TEST(FitConventional, NamesAnUnknownLaw) {
   const Arm arm{small_arm(), same_law("coulomb_viscous", {4, 2, 1e-3}, 3)};
-  const data::Experiment experiment = make_experiment(arm.robot);
+  const data::Problem problem = make_problem(arm.robot);
   Prepared prepared;
   prepared.robot = arm.robot;
   try {
-    fit_conventional(experiment, prepared, model("stribek"), 1, 1);
+    fit_conventional(problem, prepared, model("stribek"), 1, 1);
     FAIL();
   } catch (const UserError& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("unknown law \"stribek\""));

@@ -145,7 +145,7 @@ TEST(Identifiability, FamiliesFollowFromTheRolesOfTheLaws) {
 // confidence.
 TEST(Identifiability, AFitHasNoConfidenceInWhatTheCheckRefuses) {
   const Arm arm = coulomb_arm();
-  const data::Experiment experiment = make_experiment(arm.robot);
+  const data::Problem problem = make_problem(arm.robot);
   data::ModelConfig config;
   config.name = "simple";
   const OwnFolder folder;
@@ -156,7 +156,7 @@ TEST(Identifiability, AFitHasNoConfidenceInWhatTheCheckRefuses) {
     if (rests) log.q.col(2).setConstant(0.3);
     const std::vector<data::Dataset> logs{log};
     const Identifiability check = examine(arm.robot, logs);
-    save_fit_report(fit_conventional(experiment, prepare(experiment, logs, 2), config, 1, 2), path);
+    save_fit_report(fit_conventional(problem, prepare(problem, logs, 2), config, 1, 2), path);
     const auto fit = nlohmann::json::parse(read_file(path));
     for (const auto& parameter : fit.at("rigid_body").at("base_parameters")) {
       const auto name = parameter.at("name").get<std::string>();

@@ -19,7 +19,7 @@ constexpr Paint kBlue{0, 0, 1, 1};
 
 sim::MujocoArm kr6() {
   return sim::make_arm(
-      data::load_experiment(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml"));
+      data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml"));
 }
 
 View front() { return {.target = {0.1, 0, 1.1}, .distance = 1.8, .azimuth_deg = 135}; }
@@ -101,8 +101,8 @@ TEST(ArmPainter, AGhostIsAsTranslucentAsItsPaint) {
 }
 
 TEST(ArmPainter, AGhostWithoutMeshesIsAsTranslucentAsItsPaint) {
-  data::Experiment capsules =
-      data::load_experiment(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml");
+  data::Problem capsules =
+      data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml");
   capsules.mjcf_path.clear();
   EXPECT_NEAR(gain_of_opacity(sim::make_arm(capsules)), 2, 0.1);
 }
@@ -129,8 +129,8 @@ TEST(ArmPainter, AGhostDoesNotFlickerWhereItsSurfacesMeetTheArms) {
 }
 
 TEST(ArmPainter, AGhostWithoutMeshesDoesNotFlicker) {
-  data::Experiment capsules =
-      data::load_experiment(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml");
+  data::Problem capsules =
+      data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml");
   capsules.mjcf_path.clear();
   EXPECT_LT(flicker_of_coincident_ghost(sim::make_arm(capsules)), 0.02);
 }

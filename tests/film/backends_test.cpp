@@ -37,7 +37,7 @@ Image drawn_by(GlBackend backend, const std::filesystem::path& file) {
     try {
       const auto context = context_or_end(backend);
       const sim::MujocoArm arm = sim::make_arm(
-          data::load_experiment(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml"));
+          data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml"));
       ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::final(),
                          context->functions());
       std::array<double, 6> other = kPose;

@@ -35,12 +35,12 @@ class ComparisonTest : public FilmFolder {
   std::optional<ArmPainter> painter;
 
   Comparison comparison() {
-    film.emplace(read_film(folder, experiment));
-    if (!arm) arm.emplace(sim::make_arm(experiment));
+    film.emplace(read_film(folder, problem()));
+    if (!arm) arm.emplace(sim::make_arm(problem()));
     if (!painter)
       painter.emplace(*arm, "flange", kFilmWidth, kFilmHeight, PaintQuality::draft(),
                       context->functions());
-    return {*film, experiment, *painter};
+    return {*film, problem(), *painter};
   }
 
   /// Letters differ by a pixel between versions of the fonts, edges between drivers.
@@ -66,7 +66,7 @@ TEST_F(ComparisonTest, CardsAreAsBefore) {
 }
 
 TEST_F(ComparisonTest, SideBySideIsAsBefore) {
-  experiment.render.layout = "side_by_side";
+  scene.render.layout = "side_by_side";
   expect_golden(comparison().frame(59), "side_by_side.png");
 }
 
@@ -85,7 +85,7 @@ TEST_F(ComparisonTest, ModelsOfTheSameMotionLeaveOneColourLess) {
 }
 
 TEST_F(ComparisonTest, UnknownJointsAreRefused) {
-  experiment.render.joint = "joint_a9";
+  scene.render.joint = "joint_a9";
   EXPECT_THROW(comparison(), UserError);
 }
 
@@ -102,7 +102,7 @@ TEST(ViewOf, HoldsThePoints) {
 
 TEST_F(ComparisonTest, TheViewShowsTheErrorFromTheSide) {
   // only a1 drifts: the tip errs along y where it points along x, seen best along x
-  const sim::MujocoArm kr6 = sim::make_arm(experiment);
+  const sim::MujocoArm kr6 = sim::make_arm(problem());
   ArmPainter painter16(kr6, "flange", 16, 16, PaintQuality::draft(), context->functions());
   FilmPaths paths;
   for (int k = 0; k < 100; ++k) {

@@ -6,9 +6,9 @@
 
 #include "fricid/base/files.hpp"
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/experiment.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/data/problem.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::film {
@@ -18,8 +18,8 @@ class FilmFolder : public TemporaryFolder {
   static constexpr int kRows = 501, kJoints = 6;
   static constexpr double kRate = 250;
 
-  data::Experiment experiment =
-      data::load_experiment(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml");
+  data::Scene scene = data::load_scene(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml");
+  data::Problem problem() const { return data::resolve(scene); }
 
   /// Angle or speed of joint j, `drift` rad off after one second.
   static data::RowMatrix motion(double drift, bool speed) {
@@ -61,7 +61,7 @@ class FilmFolder : public TemporaryFolder {
     data::ModelFile file{
         .name = name,
         .label = name,
-        .arm = {experiment.model, {model, friction::default_theta(model)}},
+        .arm = {problem().robot, {model, friction::default_theta(model)}},
     };
     data::save_model(file, folder / "models" / (name + "_s1.json"));
   }
@@ -98,8 +98,8 @@ class FilmFolder : public TemporaryFolder {
     measured.tau = friction(0);
     data::save_dataset(measured, folder / "data/validation_0.h5");
     write("truth/validation_0.h5", "fricid.truth/1", 0, 0);
-    experiment.name = "swing";
-    experiment.description = "two seconds made by formulas";
+    scene.name = "swing";
+    scene.description = "two seconds made by formulas";
   }
 };
 

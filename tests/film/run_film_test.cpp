@@ -22,18 +22,18 @@ std::vector<std::string> names(const RunFilm& film) {
 using ReadFilm = FilmFolder;
 
 TEST_F(ReadFilm, ShowsTheBestTheFirstAndTheNextBestInTheOrderOfTheScene) {
-  EXPECT_THAT(names(read_film(folder, experiment)), ElementsAre("simple", "lugre", "gms"));
+  EXPECT_THAT(names(read_film(folder, problem())), ElementsAre("simple", "lugre", "gms"));
 }
 
 TEST_F(ReadFilm, ShowsWhatTheSceneNames) {
-  experiment.render.models = {"dahl"};
-  EXPECT_THAT(names(read_film(folder, experiment)), ElementsAre("dahl"));
-  experiment.render.models = {"neural"};
-  EXPECT_THROW(read_film(folder, experiment), UserError);
+  scene.render.models = {"dahl"};
+  EXPECT_THAT(names(read_film(folder, problem())), ElementsAre("dahl"));
+  scene.render.models = {"neural"};
+  EXPECT_THROW(read_film(folder, problem()), UserError);
 }
 
 TEST_F(ReadFilm, TakesTruthModelsAndTable) {
-  const RunFilm film = read_film(folder, experiment);
+  const RunFilm film = read_film(folder, problem());
   EXPECT_EQ(film.q, motion(0, false));
   EXPECT_EQ(film.tau_f, friction(0));
   EXPECT_EQ(film.models[2].q, motion(0.02, false));
@@ -49,7 +49,7 @@ TEST_F(ReadFilm, TakesTruthModelsAndTable) {
 
 TEST_F(ReadFilm, WithoutTruthTheMeasurementStandsForIt) {
   std::filesystem::remove_all(folder / "truth");
-  const RunFilm film = read_film(folder, experiment);
+  const RunFilm film = read_film(folder, problem());
   EXPECT_FALSE(film.has_truth());
   EXPECT_EQ(film.q, motion(0, false));
   EXPECT_EQ(most_telling_joint(film), 0);
@@ -61,7 +61,7 @@ TEST_F(ReadFilm, RolloutsWithoutFrictionTorqueAreInTheTableOnly) {
                      for (const char* table : {"/q", "/v"})
                        file.matrix(table, motion(0.02, false), "");
                    });
-  const RunFilm film = read_film(folder, experiment);
+  const RunFilm film = read_film(folder, problem());
   EXPECT_THAT(names(film), ElementsAre("simple", "lugre", "dahl"));
   EXPECT_EQ(film.table.size(), 5u);
 }
@@ -72,14 +72,14 @@ TEST_F(ReadFilm, ShorterRolloutsShortenTheFilm) {
                      for (const char* table : {"/q", "/v", "/tau_f"})
                        file.matrix(table, motion(0.02, false).topRows(100), "");
                    });
-  const RunFilm film = read_film(folder, experiment);
+  const RunFilm film = read_film(folder, problem());
   EXPECT_EQ(film.t.size(), 100);
   EXPECT_EQ(film.models[0].tau_f.rows(), 100);
   EXPECT_EQ(film.oracle.q.rows(), 100);
 }
 
 TEST_F(ReadFilm, TheMostTellingJointIsMissedMost) {
-  EXPECT_EQ(most_telling_joint(read_film(folder, experiment)), 2);
+  EXPECT_EQ(most_telling_joint(read_film(folder, problem())), 2);
 }
 
 TEST(Describe, NamesLawsElementsAndModifiers) {

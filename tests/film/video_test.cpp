@@ -24,15 +24,15 @@ class RenderVideo : public FilmFolder {
  protected:
   void SetUp() override {
     FilmFolder::SetUp();
-    experiment.render.card_s = 0.2;
-    experiment.render.quality = "draft";
+    scene.render.card_s = 0.2;
+    scene.render.quality = "draft";
   }
   const FilmOptions options{"osmesa", 0.2};
 };
 
 TEST_F(RenderVideo, MakesBothVideos) {
   if (!ffmpeg_found()) GTEST_SKIP() << "needs ffmpeg";
-  const auto files = render_video(folder, experiment, options);
+  const auto files = render_video(folder, problem(), options);
   EXPECT_EQ(files, (std::vector<std::string>{"video/comparison.mp4", "video/orbit.mp4"}));
   // two seconds and two cards of six frames
   EXPECT_EQ(probed(folder / "video/comparison.mp4"), "h264,1280,720,yuv420p,30/1,72\n");
@@ -42,8 +42,8 @@ TEST_F(RenderVideo, MakesBothVideos) {
 TEST_F(RenderVideo, WithoutFfmpegThereArePictures) {
   const std::string path = std::getenv("PATH");
   setenv("PATH", folder.c_str(), 1);
-  experiment.render.card_s = 0;
-  const auto files = render_video(folder, experiment, options);
+  scene.render.card_s = 0;
+  const auto files = render_video(folder, problem(), options);
   setenv("PATH", path.c_str(), 1);
   EXPECT_EQ(files.size(), 60u + 6u);
   EXPECT_EQ(files[0], "video/comparison/00001.png");
@@ -62,7 +62,7 @@ TEST_F(RenderVideo, AKilledEncoderCostsItsOwnVideo) {
   setenv("PATH", (fake.parent_path().string() + ":" + path).c_str(), 1);
   std::string said;
   try {
-    render_video(folder, experiment, options);
+    render_video(folder, problem(), options);
   } catch (const UserError& error) {
     said = error.what();
   }
@@ -74,13 +74,14 @@ TEST_F(RenderVideo, AKilledEncoderCostsItsOwnVideo) {
 }
 
 TEST_F(RenderVideo, OfLogsWithoutAnMjcfThereIsNone) {
-  experiment.mjcf_path.clear();
-  experiment.friction.reset();
-  EXPECT_THROW(render_video(folder, experiment, options), UserError);
+  const dynamics::RobotModel robot = problem().robot;
+  scene.friction.reset();
+  const data::Problem of_logs{.scene = scene, .robot = robot};
+  EXPECT_THROW(render_video(folder, of_logs, options), UserError);
 }
 
 TEST_F(RenderVideo, AStillIsFinal) {
-  render_still(folder, experiment, 1.0, folder / "still.png", options);
+  render_still(folder, problem(), 1.0, folder / "still.png", options);
   EXPECT_EQ(load_png(folder / "still.png").width, 1280);
 }
 

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <string>
 
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 #include "fricid/sim/plant.hpp"
 
@@ -17,20 +17,20 @@ inline std::filesystem::path source(const std::string& path) {
   return std::filesystem::path(FRICID_SOURCE_DIR) / path;
 }
 
-inline data::Experiment scene(const std::string& name) {
-  return data::load_experiment(source("scenes/" + name + ".toml"));
+inline data::Scene scene(const std::string& name) {
+  return data::load_scene(source("scenes/" + name + ".toml"));
 }
 
 /// The scene with as few and as plain trajectories as its purpose allows.
-inline data::Experiment small_scene(const std::string& name) {
-  data::Experiment experiment = scene(name);
-  experiment.excitation.train = 1;
-  experiment.excitation.repeats = 1;
-  experiment.excitation.validation = 1;
-  experiment.excitation.criterion = "none";
-  experiment.excitation.harmonics = 5;
-  experiment.excitation.base_rad_s = 1;
-  return experiment;
+inline data::Scene small_scene(const std::string& name) {
+  data::Scene small = scene(name);
+  small.excitation.train = 1;
+  small.excitation.repeats = 1;
+  small.excitation.validation = 1;
+  small.excitation.criterion = "none";
+  small.excitation.harmonics = 5;
+  small.excitation.base_rad_s = 1;
+  return small;
 }
 
 inline friction::Friction no_friction(int n) {

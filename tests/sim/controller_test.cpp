@@ -17,10 +17,10 @@ constexpr double kDt = 0.004;
 // Runs a controller on the frictionless arm along amplitude (1 - cos(t)) about where it hangs; the
 // largest tracking error over the last second [rad].
 double track(const data::ControllerConfig& config, double amplitude, double seconds) {
-  const data::Experiment experiment = scene("kr6_gms");
-  const MujocoArm arm = make_arm(experiment);
-  Plant plant(arm, experiment.model, no_friction(6));
-  Controller controller(config, experiment.model, kDt);
+  const data::Problem problem = resolve(scene("kr6_gms"));
+  const MujocoArm arm = make_arm(problem);
+  Plant plant(arm, problem.robot, no_friction(6));
+  Controller controller(config, problem.robot, kDt);
   State state{{0, -1.2, 0.4, 0.2, 0.5, 0}, std::vector<double>(6, 0.0), {}};
   const Eigen::VectorXd q0 = Eigen::Map<Eigen::VectorXd>(state.q.data(), 6);
   plant.set_state(state);
@@ -63,21 +63,21 @@ TEST(Controller, CascadesIntegralRemovesItsModelError) {
 }
 
 TEST(Controller, SaturatesAtTheEffortLimits) {
-  const data::Experiment experiment = scene("kr6_gms");
+  const data::Problem problem = resolve(scene("kr6_gms"));
   for (const char* kind : {"pd_gravity", "computed_torque", "cascade"}) {
-    Controller controller({.kind = kind, .bandwidth_hz = 20}, experiment.model, kDt);
+    Controller controller({.kind = kind, .bandwidth_hz = 20}, problem.robot, kDt);
     const std::vector<double> q(6, 0.1), v(6, 0.0);
     std::vector<double> tau(6);
     const Eigen::VectorXd far = Eigen::VectorXd::Constant(6, 9.0), rest = Eigen::VectorXd::Zero(6);
     controller.torque({far, rest, rest}, q, v, tau);
     for (std::size_t j = 0; j < 6; ++j)
-      EXPECT_EQ(std::abs(tau[j]), experiment.model.joints[j].effort) << kind << " joint " << j;
+      EXPECT_EQ(std::abs(tau[j]), problem.robot.joints[j].effort) << kind << " joint " << j;
   }
 }
 
 TEST(Controller, NamesTheKindsItKnows) {
-  const data::Experiment experiment = scene("kr6_gms");
-  EXPECT_THROW(Controller({.kind = "pid"}, experiment.model, kDt), UserError);
+  const data::Problem problem = resolve(scene("kr6_gms"));
+  EXPECT_THROW(Controller({.kind = "pid"}, problem.robot, kDt), UserError);
 }
 
 }  // namespace

@@ -26,16 +26,16 @@ bool same_bytes(const Fourier& x, const Fourier& y) {
 
 // The full design of one scene, made once.
 struct Designed {
-  data::Experiment experiment = scene("kr6_full");
-  MujocoArm arm = make_arm(experiment);
-  Excitation excitation;
+  data::Problem problem = [] {
+    data::Scene full = scene("kr6_full");
+    full.excitation.train = 1;
+    full.excitation.validation = 1;
+    full.excitation.restarts = 8;
+    return resolve(std::move(full));
+  }();
+  MujocoArm arm = make_arm(problem);
+  Excitation excitation = design_excitation(problem.scene.excitation, arm, problem.robot, 1, 2);
 
-  Designed() {
-    experiment.excitation.train = 1;
-    experiment.excitation.validation = 1;
-    experiment.excitation.restarts = 8;
-    excitation = design_excitation(experiment.excitation, arm, experiment.model, 1, 2);
-  }
   static const Designed& once() {
     static const Designed designed;
     return designed;
@@ -48,11 +48,11 @@ TEST(Excitation, KeepsAllLimitsOnADenserGrid) {
   constexpr int kDesignPoints = 80 * 20;
   for (const Fourier& series : {d.excitation.train[0], d.excitation.validation[0]}) {
     const TrajectoryReport report =
-        examine(series, d.experiment.excitation, d.arm, d.experiment.model, 5 * kDesignPoints);
+        examine(series, d.problem.scene.excitation, d.arm, d.problem.robot, 5 * kDesignPoints);
     EXPECT_TRUE(report.feasible);
-    EXPECT_GE(report.clearance_m, d.experiment.excitation.clearance_m) << report.closest;
+    EXPECT_GE(report.clearance_m, d.problem.scene.excitation.clearance_m) << report.closest;
     for (std::size_t j = 0; j < report.joints.size(); ++j) {
-      SCOPED_TRACE(d.experiment.model.joints[j].name);
+      SCOPED_TRACE(d.problem.robot.joints[j].name);
       const JointMargins& margins = report.joints[j];
       EXPECT_GE(margins.position_rad, 0);
       EXPECT_GE(margins.velocity, 0);
@@ -73,11 +73,12 @@ TEST(Excitation, ReachesWhicheverLimitIsTight) {
       {&data::ExcitationConfig::acceleration_share, &JointMargins::acceleration},
       {&data::ExcitationConfig::jerk_share, &JointMargins::jerk}};
   for (const auto& [share, margin] : limits) {
-    data::Experiment experiment = small_scene("kr6_gms");
-    experiment.excitation.*share = 0.01;
-    const MujocoArm arm = make_arm(experiment);
+    data::Scene small = small_scene("kr6_gms");
+    small.excitation.*share = 0.01;
+    const data::Problem problem = resolve(std::move(small));
+    const MujocoArm arm = make_arm(problem);
     const Excitation excitation =
-        design_excitation(experiment.excitation, arm, experiment.model, 1, 2);
+        design_excitation(problem.scene.excitation, arm, problem.robot, 1, 2);
     for (const JointMargins& joint : excitation.reports[0].joints) {
       EXPECT_GE(joint.*margin, 0);
       EXPECT_LT(joint.*margin, 0.1);
@@ -112,11 +113,12 @@ TEST(Excitation, ValidationIsAnotherMotion) {
 }
 
 TEST(Excitation, DependsOnSeedAndNotOnJobs) {
-  data::Experiment experiment = small_scene("kr6_gms");
-  experiment.excitation.train = 2;
-  const MujocoArm arm = make_arm(experiment);
+  data::Scene small = small_scene("kr6_gms");
+  small.excitation.train = 2;
+  const data::Problem problem = resolve(std::move(small));
+  const MujocoArm arm = make_arm(problem);
   const auto design = [&](std::uint64_t seed, int jobs) {
-    return design_excitation(experiment.excitation, arm, experiment.model, seed, jobs);
+    return design_excitation(problem.scene.excitation, arm, problem.robot, seed, jobs);
   };
   const Excitation one = design(1, 1), three = design(1, 3), other = design(2, 1);
   EXPECT_TRUE(same_bytes(one.train[0], three.train[0]));
@@ -126,9 +128,10 @@ TEST(Excitation, DependsOnSeedAndNotOnJobs) {
   EXPECT_FALSE(same_bytes(one.train[0], one.train[1]));
 }
 
-std::string refusal(const data::Experiment& experiment) {
+std::string refusal(const data::Scene& scene) {
+  const data::Problem problem = resolve(scene);
   try {
-    design_excitation(experiment.excitation, make_arm(experiment), experiment.model, 1, 1);
+    design_excitation(problem.scene.excitation, make_arm(problem), problem.robot, 1, 1);
   } catch (const UserError& error) {
     return error.what();
   }
@@ -136,15 +139,15 @@ std::string refusal(const data::Experiment& experiment) {
 }
 
 TEST(Excitation, SaysWhichLimitCannotBeKept) {
-  data::Experiment experiment = small_scene("kr6_gms");
-  experiment.excitation.clearance_m = 0.5;
-  EXPECT_THAT(refusal(experiment), HasSubstr("clearance_m = 0.5"));
-  experiment = small_scene("kr6_gms");
-  experiment.excitation.torque_share = 0.1;
-  EXPECT_THAT(refusal(experiment), HasSubstr("torque_share = 0.1"));
-  experiment = small_scene("kr6_gms");
-  experiment.excitation.centre[1] = 0.5;
-  EXPECT_THAT(refusal(experiment), HasSubstr("joint_a2: box"));
+  data::Scene small = small_scene("kr6_gms");
+  small.excitation.clearance_m = 0.5;
+  EXPECT_THAT(refusal(small), HasSubstr("clearance_m = 0.5"));
+  small = small_scene("kr6_gms");
+  small.excitation.torque_share = 0.1;
+  EXPECT_THAT(refusal(small), HasSubstr("torque_share = 0.1"));
+  small = small_scene("kr6_gms");
+  small.excitation.centre[1] = 0.5;
+  EXPECT_THAT(refusal(small), HasSubstr("joint_a2: box"));
 }
 
 // Two links on a base above a floor, spheres that overlap at the joints. Left are base - second
@@ -182,8 +185,8 @@ TEST(Clearance, LeavesOutWhatCannotOrMustMeet) {
 }
 
 TEST(Clearance, SeesTheArmTheBaseAndTheRoom) {
-  const data::Experiment experiment = scene("kr6_floor");
-  const MujocoArm arm = make_arm(experiment);
+  const data::Problem problem = resolve(scene("kr6_floor"));
+  const MujocoArm arm = make_arm(problem);
   Clearance clearance(arm, 0.2);
   // stretched forwards and down: the wrist is below the floor
   const std::vector<double> below{0, 0.7, 0, 0, 0, 0};

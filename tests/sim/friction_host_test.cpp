@@ -17,9 +17,9 @@ namespace {
 TEST(FrictionHost, EqualsRobotFrictionToTheLastBit) {
   for (const char* name : {"kr6_lugre", "kr6_gms", "kr6_load", "kr6_thermal", "kr6_full"}) {
     SCOPED_TRACE(name);
-    const data::Experiment experiment = scene(name);
-    const friction::Friction& friction = *experiment.friction;
-    const MujocoArm arm = make_arm(experiment);
+    const data::Problem problem = resolve(scene(name));
+    const friction::Friction& friction = *problem.scene.friction;
+    const MujocoArm arm = make_arm(problem);
     const auto n = static_cast<std::size_t>(arm.n());
     const MjDataPtr data = arm.make_data();
     FrictionHost host(friction, arm);
@@ -54,8 +54,8 @@ TEST(FrictionHost, EqualsRobotFrictionToTheLastBit) {
 }
 
 TEST(FrictionHost, RefusesAnotherNumberOfJoints) {
-  const data::Experiment experiment = scene("kr6_gms");
-  EXPECT_THROW(FrictionHost(no_friction(5), make_arm(experiment)), UserError);
+  const data::Problem problem = resolve(scene("kr6_gms"));
+  EXPECT_THROW(FrictionHost(no_friction(5), make_arm(problem)), UserError);
 }
 
 }  // namespace

@@ -11,18 +11,18 @@ namespace fricid::sim::test {
 namespace {
 
 // kr6_gms with Coulomb and viscous friction of a KR 6 in its place.
-data::Experiment coulomb_viscous_scene() {
-  data::Experiment experiment = scene("kr6_gms");
+data::Scene coulomb_viscous_scene() {
+  data::Scene result = scene("kr6_gms");
   const friction::JointSpec spec{{{"coulomb_viscous", 0, {}}}};
-  experiment.friction = fricid::test::make_friction(
+  result.friction = fricid::test::make_friction(
       6, spec, [](int joint, std::string_view, std::string_view symbol) {
         const auto& scale = fricid::test::kJointScales[static_cast<std::size_t>(joint)];
         return symbol == "Fc" ? scale.Fc : symbol == "Fv" ? scale.Fv : 1e-3;
       });
-  experiment.excitation.repeats = 1;
-  experiment.excitation.restarts = 2;
-  experiment.excitation.validation = 0;
-  return experiment;
+  result.excitation.repeats = 1;
+  result.excitation.restarts = 2;
+  result.excitation.validation = 0;
+  return result;
 }
 
 data::ModelConfig simple() {
@@ -34,19 +34,20 @@ data::ModelConfig simple() {
 // Reference: the injected truth. The Plant's semi-implicit Euler step h shows in the data like an
 // armature of Fv h, 0.05 % of that of the wrist at 20 us, so the truth is made at that step.
 TEST(Identification, FindsTheTruthOfTheSimulatorWithoutNoise) {
-  data::Experiment experiment = coulomb_viscous_scene();
-  experiment.plant.step_s = 2e-5;
-  experiment.sensors.encoder_noise_rad.clear();
-  experiment.sensors.encoder_step_rad.clear();
-  experiment.sensors.torque_noise = experiment.sensors.torque_step = 0;
-  const Simulation simulation = simulate(experiment, 2);
+  data::Scene exact = coulomb_viscous_scene();
+  exact.plant.step_s = 2e-5;
+  exact.sensors.encoder_noise_rad.clear();
+  exact.sensors.encoder_step_rad.clear();
+  exact.sensors.torque_noise = exact.sensors.torque_step = 0;
+  const data::Problem problem = resolve(std::move(exact));
+  const Simulation simulation = simulate(problem, 2);
   std::vector<estimate::Filtered> sequences;
   for (const data::Dataset& log : simulation.train)
-    sequences.push_back(estimate::filter_dataset(log, experiment.identify.cutoff_hz));
+    sequences.push_back(estimate::filter_dataset(log, problem.scene.identify.cutoff_hz));
   const estimate::RigidBodyFit fit =
-      estimate::rigid_body_least_squares(experiment.model, sequences, {});
+      estimate::rigid_body_least_squares(problem.robot, sequences, {});
   ASSERT_EQ(fit.outcome, estimate::Outcome::kConverged) << fit.message;
-  estimate::expect_base_parameters(experiment.model, fit.base, sequences, 1e-3);
+  estimate::expect_base_parameters(problem.robot, fit.base, sequences, 1e-3);
   for (int j = 0; j < 6; ++j) {
     const auto& scale = fricid::test::kJointScales[static_cast<std::size_t>(j)];
     EXPECT_NEAR(fit.Fc[j], scale.Fc, 1e-3 * scale.Fc) << "joint " << j;
@@ -58,11 +59,12 @@ TEST(Identification, FindsTheTruthOfTheSimulatorWithoutNoise) {
 // limit, encoder one count. Of 300 estimates a normal distribution puts 0.8 beyond 3 standard
 // errors.
 TEST(Identification, IsWithinThreeStandardErrorsUnderNoise) {
-  data::Experiment experiment = coulomb_viscous_scene();
-  experiment.plant.step_s = 1e-4;
-  experiment.sensors.torque_noise = 0.005;
-  const Simulation simulation = simulate(experiment, 2);
-  const estimate::Prepared prepared = estimate::prepare(experiment, simulation.train, 2);
+  data::Scene noisy = coulomb_viscous_scene();
+  noisy.plant.step_s = 1e-4;
+  noisy.sensors.torque_noise = 0.005;
+  const data::Problem problem = resolve(std::move(noisy));
+  const Simulation simulation = simulate(problem, 2);
+  const estimate::Prepared prepared = estimate::prepare(problem, simulation.train, 2);
   const estimate::RigidBodyFit& fit = prepared.rigid_body;
   ASSERT_EQ(fit.outcome, estimate::Outcome::kConverged) << fit.message;
   const auto base = dynamics::base_parameters(prepared.robot);
@@ -79,11 +81,10 @@ TEST(Identification, IsWithinThreeStandardErrorsUnderNoise) {
 
 // With the sensors of the scenes the linear law of the table comes out, too.
 TEST(Identification, SimpleModelHoldsTheTrueFriction) {
-  const data::Experiment experiment = coulomb_viscous_scene();
-  const Simulation simulation = simulate(experiment, 2);
-  const estimate::Prepared prepared = estimate::prepare(experiment, simulation.train, 2);
-  const estimate::FitReport report =
-      estimate::fit_conventional(experiment, prepared, simple(), 1, 2);
+  const data::Problem problem = resolve(coulomb_viscous_scene());
+  const Simulation simulation = simulate(problem, 2);
+  const estimate::Prepared prepared = estimate::prepare(problem, simulation.train, 2);
+  const estimate::FitReport report = estimate::fit_conventional(problem, prepared, simple(), 1, 2);
   ASSERT_TRUE(report.usable()) << report.message;
   for (int j = 0; j < 6; ++j) {
     const auto& scale = fricid::test::kJointScales[static_cast<std::size_t>(j)];

@@ -37,10 +37,10 @@ const std::vector<double> kHanging{0.2, -1.5, 0.3, 0.1, -0.4, 0.2};
 
 // Reference: the engine's forward dynamics and friction, stepped by the same scheme.
 TEST(Plant, AgreesWithTheEngine) {
-  const data::Experiment experiment = scene("kr6_full");
-  const dynamics::RobotModel& robot = experiment.model;
-  const friction::Friction& friction = *experiment.friction;
-  const MujocoArm arm = make_arm(experiment);
+  const data::Problem problem = resolve(scene("kr6_full"));
+  const dynamics::RobotModel& robot = problem.robot;
+  const friction::Friction& friction = *problem.scene.friction;
+  const MujocoArm arm = make_arm(problem);
   Plant plant(arm, robot, friction);
   constexpr int kLength = 250;
   const RowMatrix tau = swinging_torques(kLength, robot.n());
@@ -52,7 +52,7 @@ TEST(Plant, AgreesWithTheEngine) {
   const auto n = static_cast<std::size_t>(robot.n());
   std::vector<double> net(n), a(n), tau_f(n);
   std::vector<friction::Input<double>> in(n);
-  const double h = experiment.plant.step_s;
+  const double h = problem.scene.plant.step_s;
   for (int k = 0; k < kLength; ++k) {
     for (std::size_t j = 0; j < n; ++j) {
       const auto column = static_cast<Eigen::Index>(j);
@@ -77,13 +77,13 @@ TEST(Plant, AgreesWithTheEngine) {
 
 // Law: without friction and torque energy is conserved, up to the first order of the integrator.
 TEST(Plant, ConservesEnergyWithoutFriction) {
-  data::Experiment experiment = scene("kr6_gms");
-  const dynamics::RobotModel& robot = experiment.model;
+  data::Problem problem = resolve(scene("kr6_gms"));
+  const dynamics::RobotModel& robot = problem.robot;
   dynamics::Workspace<double> ws(robot);
   constexpr int kLength = 500;
   const RowMatrix zero = RowMatrix::Zero(kLength, robot.n());
   const auto drift = [&](double step) {
-    const MujocoArm arm = make_arm(experiment, step);
+    const MujocoArm arm = make_arm(problem, step);
     Plant plant(arm, robot, no_friction(robot.n()));
     const Trace trace = rollout(plant, rest(plant, {0, -0.6, 0.5, 0.3, 0.8, 0}), zero, zero, kDt);
     double kinetic = 0, worst = 0, start = 0;
@@ -104,15 +104,15 @@ TEST(Plant, ConservesEnergyWithoutFriction) {
 
 // Claim: counterbalances act as the engine's inverse dynamics has them.
 TEST(Plant, CarriesLinearTorques) {
-  data::Experiment experiment = scene("kr6_gms");
+  data::Problem problem = resolve(scene("kr6_gms"));
   using Shape = dynamics::LinearTorque::Shape;
-  dynamics::add_linear_torque(experiment.model, {"c", 1, Shape::kCos, 2}, 12);
-  dynamics::add_linear_torque(experiment.model, {"s", 1, Shape::kSin, 1}, -7);
-  dynamics::add_linear_torque(experiment.model, {"o", 4, Shape::kConstant, 1}, 0.8);
-  dynamics::add_linear_torque(experiment.model, {"k", 2, Shape::kLinear, 1}, 5);
-  const dynamics::RobotModel& robot = experiment.model;
-  const MujocoArm arm = make_arm(experiment);
-  Plant plant(arm, robot, *experiment.friction);
+  dynamics::add_linear_torque(problem.robot, {"c", 1, Shape::kCos, 2}, 12);
+  dynamics::add_linear_torque(problem.robot, {"s", 1, Shape::kSin, 1}, -7);
+  dynamics::add_linear_torque(problem.robot, {"o", 4, Shape::kConstant, 1}, 0.8);
+  dynamics::add_linear_torque(problem.robot, {"k", 2, Shape::kLinear, 1}, 5);
+  const dynamics::RobotModel& robot = problem.robot;
+  const MujocoArm arm = make_arm(problem);
+  Plant plant(arm, robot, *problem.scene.friction);
   constexpr int kLength = 100;
   const Trace trace = rollout(plant, rest(plant, kHanging), swinging_torques(kLength, robot.n()),
                               RowMatrix::Constant(kLength, robot.n(), 293.15), kDt);

@@ -70,13 +70,12 @@ struct Errors {
   double headroom() const { return simple / floor(); }
 };
 
-Errors errors_at(const data::Experiment& experiment, const Simulation& simulation,
-                 const Fitted& simple, double horizon_s) {
-  const MujocoArm arm = make_arm(experiment),
-                  half = make_arm(experiment, experiment.plant.step_s / 2);
+Errors errors_at(const data::Problem& problem, const Simulation& simulation, const Fitted& simple,
+                 double horizon_s) {
+  const MujocoArm arm = make_arm(problem), half = make_arm(problem, problem.scene.plant.step_s / 2);
   const int full = simulation.validation[0].length();
   const int T = horizon_s > 0
-                    ? std::min(full, static_cast<int>(horizon_s * experiment.sensors.rate_hz))
+                    ? std::min(full, static_cast<int>(horizon_s * problem.scene.sensors.rate_hz))
                     : full;
   const int starts = T == full ? 1 : 2;
   const int count = static_cast<int>(simulation.validation.size()) * starts;
@@ -98,8 +97,8 @@ Errors errors_at(const data::Experiment& experiment, const Simulation& simulatio
       state.z.resize(static_cast<std::size_t>(plant.state_size()));
       return mean_square(rollout(plant, state, tau, temperature, truth.dt()).q, q);
     };
-    oracle[index] = error(arm, experiment.model, truth.friction, measured);
-    halved[index] = error(half, experiment.model, truth.friction, applied);
+    oracle[index] = error(arm, problem.robot, truth.friction, measured);
+    halved[index] = error(half, problem.robot, truth.friction, applied);
     fitted[index] = error(arm, simple.robot, simple.friction, measured);
   });
   return {geometric_mean(oracle), geometric_mean(halved), geometric_mean(fitted)};
@@ -120,15 +119,16 @@ class Scenes : public testing::TestWithParam<Promise> {};
 TEST_P(Scenes, HaveHeadroomAndAFineEnoughStep) {
   const Promise& promise = GetParam();
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    data::Experiment experiment = scene(promise.scene);
-    experiment.seed = static_cast<std::uint64_t>(seed);
-    experiment.excitation.train = 1;
-    experiment.excitation.repeats = 1;
-    experiment.excitation.validation = 2;
-    const Simulation simulation = simulate(experiment, 0);
-    const Fitted simple = fit_simple(experiment.model, simulation.train_truth);
+    data::Scene promised = scene(promise.scene);
+    promised.seed = static_cast<std::uint64_t>(seed);
+    promised.excitation.train = 1;
+    promised.excitation.repeats = 1;
+    promised.excitation.validation = 2;
+    const data::Problem problem = resolve(std::move(promised));
+    const Simulation simulation = simulate(problem, 0);
+    const Fitted simple = fit_simple(problem.robot, simulation.train_truth);
     for (const double horizon : promise.horizons_s) {
-      const Errors errors = errors_at(experiment, simulation, simple, horizon);
+      const Errors errors = errors_at(problem, simulation, simple, horizon);
       fmt::print(
           "{:14} seed {} {:>5}: oracle {:.1e}  half step {:.1e}  simple {:.1e}  headroom {:.0f}\n",
           promise.scene, seed, horizon > 0 ? fmt::format("{} s", horizon) : "full", errors.oracle,
@@ -142,18 +142,18 @@ TEST_P(Scenes, HaveHeadroomAndAFineEnoughStep) {
 // First order in the step: halving it again halves the change of q, and its square falls to a
 // quarter.
 TEST_P(Scenes, ConvergeWithTheStep) {
-  const data::Experiment experiment = [] {
-    data::Experiment e = scene(GetParam().scene);
+  const data::Problem problem = [] {
+    data::Scene e = scene(GetParam().scene);
     e.excitation.train = e.excitation.repeats = e.excitation.validation = 1;
     e.excitation.criterion = "none";
-    return e;
+    return resolve(std::move(e));
   }();
-  const Truth truth = simulate(experiment, 0).validation_truth[0];
+  const Truth truth = simulate(problem, 0).validation_truth[0];
   constexpr int kStart = 1000, kLength = 500;
   std::vector<RowMatrix> q;
   for (const double share : {1.0, 0.5, 0.25}) {
-    const MujocoArm arm = make_arm(experiment, share * experiment.plant.step_s);
-    Plant plant(arm, experiment.model, truth.friction);
+    const MujocoArm arm = make_arm(problem, share * problem.scene.plant.step_s);
+    Plant plant(arm, problem.robot, truth.friction);
     q.push_back(rollout(plant, truth.trace.state(kStart),
                         truth.trace.tau.middleRows(kStart, kLength),
                         truth.trace.temperature.middleRows(kStart, kLength), truth.dt())

@@ -26,9 +26,9 @@ bool same_bytes(const RowMatrix& x, const RowMatrix& y) {
 TEST(Simulate, TruthObeysTheEquationOfMotion) {
   for (const char* name : {"kr6_full", "kr6_thermal", "kr6_load"}) {
     SCOPED_TRACE(name);
-    const data::Experiment experiment = small_scene(name);
-    const Simulation simulation = simulate(experiment, 2);
-    const dynamics::RobotModel& robot = experiment.model;
+    const data::Problem problem = resolve(small_scene(name));
+    const Simulation simulation = simulate(problem, 2);
+    const dynamics::RobotModel& robot = problem.robot;
     dynamics::Workspace<double> ws(robot);
     std::vector<double> tau(static_cast<std::size_t>(robot.n()));
     const Trace& trace = simulation.validation_truth[0].trace;
@@ -50,30 +50,32 @@ TEST(Simulate, TruthObeysTheEquationOfMotion) {
 // Claim: the truth at t_k and t_{k+1} are joined by one hold of tau_k, so with perfect sensors the
 // open loop of the truth is the truth, to the last bit.
 TEST(Simulate, OracleWithPerfectSensorsIsTheTruth) {
-  data::Experiment experiment = small_scene("kr6_thermal");
-  data::SensorsConfig& sensors = experiment.sensors;
+  data::Scene small = small_scene("kr6_thermal");
+  data::SensorsConfig& sensors = small.sensors;
   sensors.encoder_noise_rad.clear();
   sensors.encoder_step_rad.clear();
   sensors.torque_noise = sensors.torque_step = 0;
-  const Simulation simulation = simulate(experiment, 2);
+  const data::Problem problem = resolve(std::move(small));
+  const Simulation simulation = simulate(problem, 2);
   const Truth& truth = simulation.validation_truth[0];
-  const MujocoArm arm = make_arm(experiment);
+  const MujocoArm arm = make_arm(problem);
   constexpr int kStart = 100, kLength = 1000;
   const Trace trace =
-      oracle_rollout(experiment, arm, truth, simulation.validation[0], kStart, kLength);
+      oracle_rollout(problem, arm, truth, simulation.validation[0], kStart, kLength);
   EXPECT_TRUE(same_bytes(trace.q, truth.trace.q.middleRows(kStart, kLength)));
   EXPECT_TRUE(same_bytes(trace.v, truth.trace.v.middleRows(kStart, kLength)));
   EXPECT_TRUE(same_bytes(trace.z, truth.trace.z.middleRows(kStart, kLength)));
 }
 
 TEST(Simulate, EqualBytesForAnyNumberOfJobs) {
-  data::Experiment experiment = small_scene("kr6_full");
-  experiment.excitation.repeats = 2;
-  const Simulation one = simulate(experiment, 1);
+  data::Scene small = small_scene("kr6_full");
+  small.excitation.repeats = 2;
+  const data::Problem problem = resolve(std::move(small));
+  const Simulation one = simulate(problem, 1);
   ASSERT_EQ(one.train.size(), 2u);
   ASSERT_EQ(one.validation.size(), 1u);
   for (const int jobs : {2, 3}) {
-    const Simulation many = simulate(experiment, jobs);
+    const Simulation many = simulate(problem, jobs);
     for (std::size_t i = 0; i < one.train.size(); ++i) {
       EXPECT_TRUE(same_bytes(one.train[i].q, many.train[i].q));
       EXPECT_TRUE(same_bytes(one.train[i].tau, many.train[i].tau));
@@ -85,9 +87,10 @@ TEST(Simulate, EqualBytesForAnyNumberOfJobs) {
 }
 
 TEST(Simulate, RepeatsAPeriodWithOtherNoiseAndWarmer) {
-  data::Experiment experiment = small_scene("kr6_thermal");
-  experiment.excitation.repeats = 2;
-  const Simulation simulation = simulate(experiment, 2);
+  data::Scene small = small_scene("kr6_thermal");
+  small.excitation.repeats = 2;
+  const data::Problem problem = resolve(std::move(small));
+  const Simulation simulation = simulate(problem, 2);
   const RowMatrix& first = simulation.train[0].q;
   const RowMatrix& second = simulation.train[1].q;
   EXPECT_FALSE(same_bytes(first, second));
@@ -97,14 +100,15 @@ TEST(Simulate, RepeatsAPeriodWithOtherNoiseAndWarmer) {
   EXPECT_THAT(simulation.validation[0].name, "validation_0");
   // the second sequence starts when the first has ended
   const double period = simulation.excitation.train[0].period();
-  EXPECT_DOUBLE_EQ(simulation.train[0].temperature(0, 0), experiment.sensors.temperature_start_K);
+  EXPECT_DOUBLE_EQ(simulation.train[0].temperature(0, 0),
+                   problem.scene.sensors.temperature_start_K);
   EXPECT_DOUBLE_EQ(simulation.train[1].temperature(0, 0),
-                   temperature_at(experiment.sensors, period));
+                   temperature_at(problem.scene.sensors, period));
 }
 
 // Claim: friction is already deflected when the log begins, as in a real log.
 TEST(Simulate, LogStartsInANaturalState) {
-  const Simulation simulation = simulate(small_scene("kr6_full"), 2);
+  const Simulation simulation = simulate(resolve(small_scene("kr6_full")), 2);
   const Trace& trace = simulation.train_truth[0].trace;
   const RowMatrix tau_f = trace.tau_f.topRows(1);
   for (int j = 0; j < 6; ++j) EXPECT_GT(std::abs(tau_f(0, j)), 1e-3) << "joint " << j;
@@ -112,13 +116,15 @@ TEST(Simulate, LogStartsInANaturalState) {
 }
 
 TEST(Simulate, RefusesASceneWithoutFriction) {
-  data::Experiment experiment = small_scene("kr6_gms");
-  experiment.friction.reset();
-  EXPECT_THROW(simulate(experiment, 1), UserError);
+  data::Scene small = small_scene("kr6_gms");
+  const dynamics::RobotModel robot = resolve(small).robot;
+  small.friction.reset();
+  const data::Problem problem{.scene = small, .robot = robot};
+  EXPECT_THROW(simulate(problem, 1), UserError);
 }
 
 TEST(Truth, FileGivesBackEveryBit) {
-  const Simulation simulation = simulate(small_scene("kr6_full"), 2);
+  const Simulation simulation = simulate(resolve(small_scene("kr6_full")), 2);
   const Truth& truth = simulation.validation_truth[0];
   const TempFile file("truth.h5", "");
   save_truth(truth, file.path());
@@ -144,7 +150,7 @@ TEST(Truth, NamesAFileThatIsNoTruth) {
   EXPECT_THROW(load_truth(file.path()), UserError);
   EXPECT_THROW(load_truth(file.path().parent_path()), UserError);
   // a data set is not a truth
-  const Simulation simulation = simulate(small_scene("kr6_gms"), 2);
+  const Simulation simulation = simulate(resolve(small_scene("kr6_gms")), 2);
   data::save_dataset(simulation.train[0], file.path());
   EXPECT_THROW(load_truth(file.path()), UserError);
 }

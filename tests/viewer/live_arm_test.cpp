@@ -12,14 +12,14 @@ namespace {
 
 class LiveArmTest : public ::testing::Test {
  protected:
-  data::Experiment experiment =
-      data::load_experiment(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_lugre.toml");
-  sim::MujocoArm arm = sim::make_arm(experiment);
-  LiveArm live{arm, experiment, *experiment.friction};
+  data::Problem problem =
+      data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_lugre.toml");
+  sim::MujocoArm arm = sim::make_arm(problem);
+  LiveArm live{arm, problem, *problem.scene.friction};
 
   double moved(int joint) const {
     return live.state().q[static_cast<std::size_t>(joint)] -
-           experiment.excitation.centre[static_cast<std::size_t>(joint)];
+           problem.scene.excitation.centre[static_cast<std::size_t>(joint)];
   }
   void run(double seconds) {
     const double end = live.time() + seconds;
@@ -75,11 +75,11 @@ TEST_F(LiveArmTest, SwingsGentlyWithinItsLimits) {
   run(0.1);
   for (int j = 0; j < 6; ++j) EXPECT_NEAR(moved(j), 0, 0.02) << j;  // no jump at the start
   run(12);
-  const auto& joints = experiment.model.joints;
+  const auto& joints = problem.robot.joints;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     double low = 0, high = 0;
     for (const Moment& moment : live.history()) {
-      const double q = moment.q[j] - experiment.excitation.centre[j];
+      const double q = moment.q[j] - problem.scene.excitation.centre[j];
       low = std::min(low, q);
       high = std::max(high, q);
       EXPECT_LT(std::abs(moment.v[j]), 0.5 * joints[j].velocity) << joints[j].name;
@@ -87,7 +87,7 @@ TEST_F(LiveArmTest, SwingsGentlyWithinItsLimits) {
     }
     EXPECT_GT(high, 0.1) << joints[j].name;
     EXPECT_LT(low, -0.1) << joints[j].name;
-    EXPECT_LT(std::max(high, -low), 0.5 * experiment.excitation.half_range[j]) << joints[j].name;
+    EXPECT_LT(std::max(high, -low), 0.5 * problem.scene.excitation.half_range[j]) << joints[j].name;
   }
 }
 
@@ -120,7 +120,7 @@ TEST_F(LiveArmTest, APushedJointGlidesBackIntoTheSwing) {
   live.swings = true;
   const double begin = live.time();
   run(4);
-  const auto& joint = experiment.model.joints[0];
+  const auto& joint = problem.robot.joints[0];
   for (const Moment& moment : live.history())
     ASSERT_TRUE(moment.t <= begin || std::abs(moment.tau[0]) < joint.effort) << moment.t;
   EXPECT_LT(std::abs(moved(0)), 0.4);

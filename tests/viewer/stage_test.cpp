@@ -14,7 +14,7 @@ class StageTest : public film::FilmFolder {
   void SetUp() override {
     FilmFolder::SetUp();
     write_file_atomically(folder / "manifest.json", "{}");
-    write_file_atomically(folder / "scene.toml", data::to_toml(experiment));
+    write_file_atomically(folder / "scene.toml", data::to_toml(problem().scene));
   }
   Stage stage() const { return make_stage(folder); }
 };
@@ -142,9 +142,9 @@ TEST_F(StageTest, ASavedSceneHasTheFrictionOfTheSliders) {
   obey(shown, "joint joint_a2");
   obey(shown, "set Fc 7.5");
   obey(shown, "scene " + (folder / "edited.toml").string());
-  const data::Experiment saved = data::load_experiment(folder / "edited.toml");
+  const data::Scene saved = data::load_scene(folder / "edited.toml");
   EXPECT_EQ(saved.friction->theta, shown.live->friction().theta);
-  EXPECT_NE(saved.friction->theta, shown.experiment.friction->theta);
+  EXPECT_NE(saved.friction->theta, shown.problem.scene.friction->theta);
 }
 
 TEST_F(StageTest, WhatCannotBeShownIsRefused) {

@@ -22,7 +22,7 @@ class ViewerTest : public film::FilmFolder {
   void SetUp() override {
     FilmFolder::SetUp();
     write_file_atomically(folder / "manifest.json", "{}");
-    write_file_atomically(folder / "scene.toml", data::to_toml(experiment));
+    write_file_atomically(folder / "scene.toml", data::to_toml(problem().scene));
   }
   std::string png(const std::string& name) const { return (folder / (name + ".png")).string(); }
 
@@ -79,8 +79,7 @@ TEST_F(ViewerTest, WorksInAWindow) {
   const Image shot = load_png(png("window"));
   EXPECT_EQ(shot.width, 960);
   EXPECT_GT(share_differing(shot, load_png(png("without")), 20), 0.002);
-  EXPECT_NE(data::load_experiment(folder / "edited.toml").friction->theta,
-            experiment.friction->theta);
+  EXPECT_NE(data::load_scene(folder / "edited.toml").friction->theta, scene.friction->theta);
   EXPECT_GT(share_differing(shot, load_png(png("live")), 20), 0.02);
 }
 

@@ -21,14 +21,14 @@ namespace {
 constexpr int kPasses = 2;             // friction, rigid body with friction removed, friction again
 constexpr double kMemoryOfAShape = 1;  // memory_periods once a law describes the reversals
 
-RigidBodyOptions rigid_body_options(const data::Experiment& experiment,
+RigidBodyOptions rigid_body_options(const data::Problem& problem,
                                     const dynamics::RobotModel& robot) {
   RigidBodyOptions options;
   options.offset = false;
-  options.cutoff_hz = experiment.identify.cutoff_hz;
-  options.min_speed = experiment.identify.min_speed_rad_s;
-  options.prior = experiment.identify.prior;
-  for (const data::TorqueConfig& torque : experiment.robot.torques)
+  options.cutoff_hz = problem.scene.identify.cutoff_hz;
+  options.min_speed = problem.scene.identify.min_speed_rad_s;
+  options.prior = problem.scene.identify.prior;
+  for (const data::TorqueConfig& torque : problem.scene.robot.torques)
     for (std::size_t i = 0; i < torque.terms.size(); ++i)
       options.linear_prior_sd.push_back(i < torque.prior_sd.size()
                                             ? torque.prior_sd[i]
@@ -96,12 +96,11 @@ FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::
   return target;
 }
 
-Prepared prepare(const data::Experiment& experiment, std::span<const data::Dataset> train,
-                 int jobs) {
-  if (train.empty()) throw UserError("{}: no training data", experiment.name);
+Prepared prepare(const data::Problem& problem, std::span<const data::Dataset> train, int jobs) {
+  if (train.empty()) throw UserError("{}: no training data", problem.scene.name);
   for (const data::Dataset& d : train) {
-    if (d.n() != experiment.model.n())
-      throw UserError("{}: {} joints, the robot has {}", d.name, d.n(), experiment.model.n());
+    if (d.n() != problem.robot.n())
+      throw UserError("{}: {} joints, the robot has {}", d.name, d.n(), problem.robot.n());
     if (d.rate_hz != train.front().rate_hz)
       throw UserError("{}: rate {} Hz differs from {} Hz of {}", d.name, d.rate_hz,
                       train.front().rate_hz, train.front().name);
@@ -111,13 +110,13 @@ Prepared prepare(const data::Experiment& experiment, std::span<const data::Datas
   out.recordings.resize(train.size());
   parallel_for(static_cast<int>(train.size()), jobs, [&](int i) {
     const auto s = static_cast<std::size_t>(i);
-    const double cutoff = experiment.identify.cutoff_hz;
+    const double cutoff = problem.scene.identify.cutoff_hz;
     out.sequences[s] = filter_dataset(train[s], cutoff);
     out.recordings[s] = make_recording(train[s], out.sequences[s], cutoff);
   });
-  out.robot = with_offsets(experiment.model);
+  out.robot = with_offsets(problem.robot);
   out.rigid_body =
-      rigid_body_least_squares(out.robot, out.sequences, rigid_body_options(experiment, out.robot));
+      rigid_body_least_squares(out.robot, out.sequences, rigid_body_options(problem, out.robot));
   return out;
 }
 
@@ -143,12 +142,12 @@ std::string_view to_string(Outcome outcome) {
   return "failed";
 }
 
-FitReport fit_conventional(const data::Experiment& experiment, const Prepared& prepared,
+FitReport fit_conventional(const data::Problem& problem, const Prepared& prepared,
                            const data::ModelConfig& config, int seed, int jobs) {
   const auto begin = std::chrono::steady_clock::now();
   const dynamics::RobotModel& robot = prepared.robot;
   const int n = robot.n();
-  const double cutoff = experiment.identify.cutoff_hz;
+  const double cutoff = problem.scene.identify.cutoff_hz;
   const friction::LawSpec law = law_of(config);
   const friction::RobotFriction one({friction::JointSpec{{law}}});
   const std::vector<std::size_t> linear = linear_friction(one);
@@ -173,7 +172,7 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
   int evaluations = 0;
   for (int pass = 0; pass < kPasses; ++pass) {
     if (pass > 0) {
-      RigidBodyOptions options = rigid_body_options(experiment, robot);
+      RigidBodyOptions options = rigid_body_options(problem, robot);
       options.memory_periods = kMemoryOfAShape;
       report.rigid_body =
           rigid_body_least_squares(robot, prepared.sequences, options, &friction_torque);

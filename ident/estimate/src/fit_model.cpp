@@ -230,15 +230,15 @@ EmOptions em_options(const data::EmConfig& config, int seed,
   return options;
 }
 
-FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared,
+FitReport fit_model(const data::Problem& problem, const Prepared& prepared,
                     const data::ModelConfig& config, int seed, int jobs,
                     const Checkpoint& checkpoint) {
   const bool learned = friction::is_learned(config.law);
   const bool whole = friction::is_robot_law(config.law);
-  const double cutoff = experiment.identify.cutoff_hz;
+  const double cutoff = problem.scene.identify.cutoff_hz;
   data::ModelConfig start = config;
   if (learned) start.law = whole ? kStartOfRobotLaws : kStartOfLearnedLaws;
-  FitReport report = fit_conventional(experiment, prepared, start, seed, jobs);
+  FitReport report = fit_conventional(problem, prepared, start, seed, jobs);
   report.method = config.method;
   if (!report.usable()) return report;
   if (config.method == "conventional") {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/scene.hpp"
 #include "fricid/friction/robot_friction.hpp"
 
 namespace fricid::estimate {

@@ -55,13 +55,13 @@ int frames_of(const RunFilm& film) {
   return std::max(1, static_cast<int>(std::lround(film.t[film.t.size() - 1] * kFilmRate)));
 }
 
-Comparison::Comparison(const RunFilm& film, const data::Experiment& experiment, ArmPainter& painter)
+Comparison::Comparison(const RunFilm& film, const data::Problem& problem, ArmPainter& painter)
     : film_(film),
       painter_(painter),
-      side_by_side_(experiment.render.layout == "side_by_side"),
+      side_by_side_(problem.scene.render.layout == "side_by_side"),
       paths_(paths_of(film, painter)),
       joint_(most_telling_joint(film)) {
-  if (const std::string& wanted = experiment.render.joint; !wanted.empty()) {
+  if (const std::string& wanted = problem.scene.render.joint; !wanted.empty()) {
     const auto& names = film.joint_names;
     const auto found = std::find(names.begin(), names.end(), wanted);
     if (found == names.end())
@@ -92,7 +92,7 @@ Comparison::Comparison(const RunFilm& film, const data::Experiment& experiment, 
   const double aspect =
       side_by_side_ ? kFilmWidth / (kStripsTop - kHeader) / static_cast<double>(film.models.size())
                     : kMainWidth / (kStripsTop - kHeader);
-  if (const auto& angles = experiment.render.camera_deg; angles.size() == 2)
+  if (const auto& angles = problem.scene.render.camera_deg; angles.size() == 2)
     view_ = view_of(paths_.outline, angles[0], angles[1], painter.field_of_view(), aspect);
   else
     view_ = telling_view(paths_, painter, aspect);

@@ -100,14 +100,14 @@ std::string describe(const friction::Friction& friction) {
   return text.empty() ? "none" : text;
 }
 
-RunFilm read_film(const fs::path& folder, const data::Experiment& experiment) {
+RunFilm read_film(const fs::path& folder, const data::Problem& problem) {
   const std::vector<render::RunModel> models = render::models_of_run(folder);
   const auto evaluation = evaluate::load_evaluation(folder);
 
   RunFilm film;
-  film.scene = experiment.name;
-  film.description = experiment.description;
-  if (experiment.friction) film.friction = describe(*experiment.friction);
+  film.scene = problem.scene.name;
+  film.description = problem.scene.description;
+  if (problem.scene.friction) film.friction = describe(*problem.scene.friction);
   film.trajectory = evaluation.at("trajectories").at(0).get<std::string>();
   film.horizons = evaluation.at("horizons_s").get<std::vector<double>>();
   const data::Dataset measured = data::load_dataset(folder / "data" / (film.trajectory + ".h5"));
@@ -133,7 +133,7 @@ RunFilm read_film(const fs::path& folder, const data::Experiment& experiment) {
     names.push_back(model.name);
     candidates.push_back(film.table.back());
   }
-  std::vector<std::string> chosen = experiment.render.models;
+  std::vector<std::string> chosen = problem.scene.render.models;
   for (const std::string& name : chosen)
     if (std::find(names.begin(), names.end(), name) == names.end())
       throw UserError("[render] models: found {}, which has no rollout in {}; allowed: {}", name,

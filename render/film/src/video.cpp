@@ -74,10 +74,10 @@ struct Studio {
   std::unique_ptr<GlContext> context;
   ArmPainter painter;
 
-  Studio(const sim::MujocoArm& arm, const data::Experiment& experiment, PaintQuality quality,
+  Studio(const sim::MujocoArm& arm, const data::Problem& problem, PaintQuality quality,
          const std::string& renderer)
       : context(make_gl_context(renderer)),
-        painter(arm, experiment.robot.payload_frame, kFilmWidth, kFilmHeight, quality,
+        painter(arm, problem.scene.robot.payload_frame, kFilmWidth, kFilmHeight, quality,
                 context->functions()) {}
 };
 
@@ -88,10 +88,10 @@ struct ComparisonStudio {
   int card;  ///< frames of each card
   Image opening, closing;
 
-  ComparisonStudio(const RunFilm& film, const sim::MujocoArm& arm,
-                   const data::Experiment& experiment, const std::string& renderer, int card_frames)
-      : studio(arm, experiment, quality_of(experiment.render), renderer),
-        comparison(film, experiment, studio.painter),
+  ComparisonStudio(const RunFilm& film, const sim::MujocoArm& arm, const data::Problem& problem,
+                   const std::string& renderer, int card_frames)
+      : studio(arm, problem, quality_of(problem.scene.render), renderer),
+        comparison(film, problem, studio.painter),
         card(card_frames) {
     if (card == 0) return;
     opening = comparison.opening_card();
@@ -104,16 +104,16 @@ struct ComparisonStudio {
 };
 
 std::vector<std::string> make_comparison(const fs::path& folder, const RunFilm& film,
-                                         const sim::MujocoArm& arm,
-                                         const data::Experiment& experiment,
+                                         const sim::MujocoArm& arm, const data::Problem& problem,
                                          const FilmOptions& options) {
-  const int card = static_cast<int>(std::lround(experiment.render.card_s * kFilmRate));
+  const int card = static_cast<int>(std::lround(problem.scene.render.card_s * kFilmRate));
   const int motion = frames_of(film);
-  return write_video(folder, "comparison", motion + 2 * card, experiment.render, options.jobs, [&] {
-    const auto studio =
-        std::make_shared<ComparisonStudio>(film, arm, experiment, options.renderer, card);
-    return [studio, motion](int k) { return studio->frame(k, motion); };
-  });
+  return write_video(
+      folder, "comparison", motion + 2 * card, problem.scene.render, options.jobs, [&] {
+        const auto studio =
+            std::make_shared<ComparisonStudio>(film, arm, problem, options.renderer, card);
+        return [studio, motion](int k) { return studio->frame(k, motion); };
+      });
 }
 
 /// The arm moves on while the camera turns once.
@@ -127,12 +127,12 @@ Image orbit_frame(const RunFilm& film, ArmPainter& painter, View view, int k, in
 }
 
 std::vector<std::string> make_orbit(const fs::path& folder, const RunFilm& film,
-                                    const sim::MujocoArm& arm, const data::Experiment& experiment,
+                                    const sim::MujocoArm& arm, const data::Problem& problem,
                                     const FilmOptions& options) {
   const int count = static_cast<int>(std::lround(options.orbit_s * kFilmRate));
-  return write_video(folder, "orbit", count, experiment.render, options.jobs, [&] {
+  return write_video(folder, "orbit", count, problem.scene.render, options.jobs, [&] {
     const auto studio =
-        std::make_shared<Studio>(arm, experiment, quality_of(experiment.render), options.renderer);
+        std::make_shared<Studio>(arm, problem, quality_of(problem.scene.render), options.renderer);
     constexpr double kAspect = static_cast<double>(kFilmWidth) / kFilmHeight;
     View view = telling_view(paths_of(film, studio->painter), studio->painter, kAspect);
     view.distance *= 1.15;
@@ -144,29 +144,29 @@ std::vector<std::string> make_orbit(const fs::path& folder, const RunFilm& film,
 
 }  // namespace
 
-std::vector<std::string> render_video(const fs::path& folder, const data::Experiment& experiment,
+std::vector<std::string> render_video(const fs::path& folder, const data::Problem& problem,
                                       const FilmOptions& options) {
-  const RunFilm film = read_film(folder, experiment);
-  const sim::MujocoArm arm = sim::make_arm(experiment);
+  const RunFilm film = read_film(folder, problem);
+  const sim::MujocoArm arm = sim::make_arm(problem);
   std::vector<std::string> files;
   Attempts attempts;
   for (auto* make : {make_comparison, make_orbit})
     attempts.try_to([&] {
-      const auto made = make(folder, film, arm, experiment, options);
+      const auto made = make(folder, film, arm, problem, options);
       files.insert(files.end(), made.begin(), made.end());
     });
   attempts.finish();
   return files;
 }
 
-void render_still(const fs::path& folder, const data::Experiment& experiment,
-                  std::optional<double> at, const fs::path& picture, const FilmOptions& options) {
-  const RunFilm film = read_film(folder, experiment);
+void render_still(const fs::path& folder, const data::Problem& problem, std::optional<double> at,
+                  const fs::path& picture, const FilmOptions& options) {
+  const RunFilm film = read_film(folder, problem);
   const auto context = make_gl_context(options.renderer);
-  const sim::MujocoArm arm = sim::make_arm(experiment);
-  ArmPainter painter(arm, experiment.robot.payload_frame, kFilmWidth, kFilmHeight,
+  const sim::MujocoArm arm = sim::make_arm(problem);
+  ArmPainter painter(arm, problem.scene.robot.payload_frame, kFilmWidth, kFilmHeight,
                      PaintQuality::final(), context->functions());
-  Comparison comparison(film, experiment, painter);
+  Comparison comparison(film, problem, painter);
   save_png(comparison.still(film.row(at.value_or(film.t[film.t.size() - 1] / 2))), picture);
 }
 

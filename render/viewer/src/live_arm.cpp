@@ -28,17 +28,17 @@ std::span<const double> parameters_of(const dynamics::RobotModel& robot) {
 
 }  // namespace
 
-LiveArm::LiveArm(const sim::MujocoArm& arm, const data::Experiment& experiment,
+LiveArm::LiveArm(const sim::MujocoArm& arm, const data::Problem& problem,
                  friction::Friction friction)
     : arm_(arm),
-      experiment_(experiment),
+      problem_(problem),
       friction_(std::move(friction)),
-      dt_(1 / experiment.sensors.rate_hz),
+      dt_(1 / problem.scene.sensors.rate_hz),
       steps_(sim::steps_per_sample(dt_, arm.step())),
-      plant_(std::make_unique<sim::Plant>(arm, experiment.model, friction_)),
-      middle_(experiment.excitation.centre) {
-  const auto& joints = experiment.model.joints;
-  const auto& half_range = experiment.excitation.half_range;
+      plant_(std::make_unique<sim::Plant>(arm, problem.robot, friction_)),
+      middle_(problem.scene.excitation.centre) {
+  const auto& joints = problem.robot.joints;
+  const auto& half_range = problem.scene.excitation.half_range;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const dynamics::Joint& joint = joints[j];
     const bool limited = std::isfinite(joint.lower + joint.upper);
@@ -70,7 +70,7 @@ void LiveArm::advance(double seconds) {
 }
 
 void LiveArm::step() {
-  const dynamics::RobotModel& robot = experiment_.model;
+  const dynamics::RobotModel& robot = problem_.robot;
   const auto n = static_cast<std::size_t>(arm_.n());
   dynamics::Workspace<double> ws(robot);
   std::vector<double> rest(n), tau(n), M(n * n);
@@ -106,7 +106,7 @@ void LiveArm::set_parameter(int index, double value) {
   const auto i = static_cast<std::size_t>(index);
   const friction::ParameterInfo& info = friction_.model.parameters()[i].info;
   friction_.theta[i] = std::clamp(value, info.lower, info.upper);
-  plant_ = std::make_unique<sim::Plant>(arm_, experiment_.model, friction_);
+  plant_ = std::make_unique<sim::Plant>(arm_, problem_.robot, friction_);
   plant_->set_state(state_);
 }
 

@@ -48,7 +48,7 @@ void draw_transport(Stage& stage) {
 }
 
 void draw_joints(Stage& stage) {
-  const auto& joints = stage.experiment.model.joints;
+  const auto& joints = stage.problem.robot.joints;
   const auto& shown = joints[static_cast<std::size_t>(stage.joint)].name;
   if (ImGui::BeginCombo("joint", shown.c_str())) {
     for (std::size_t j = 0; j < joints.size(); ++j)
@@ -76,7 +76,7 @@ void draw_push(Stage& stage) {
   LiveArm& live = *stage.live;
   Push& push = live.push;
   if (push.joint != stage.joint) push = {.joint = stage.joint};
-  const double effort = stage.experiment.model.joints[static_cast<std::size_t>(stage.joint)].effort;
+  const double effort = stage.problem.robot.joints[static_cast<std::size_t>(stage.joint)].effort;
   const double most = effort > 0 ? 0.3 * effort : 50;
   const auto slide = [](const char* name, double& value, double low, double high,
                         const char* format) {
@@ -160,7 +160,7 @@ void draw_loop(const Stage& stage, const ImVec2& from, const ImVec2& size) {
   }
   const auto [v_low, v_high] = film::range_of(all_v, 0.05);
   const auto [tau_low, tau_high] = film::range_of(all_tau, 0.08);
-  draw_plot(from, size, "friction torque, " + stage.experiment.model.joints[j].name,
+  draw_plot(from, size, "friction torque, " + stage.problem.robot.joints[j].name,
             {v_low, v_high, false, "velocity [rad/s]"}, {tau_low, tau_high, false, "N m"}, lines);
 }
 
@@ -279,7 +279,7 @@ Wishes draw_panels(Stage& stage, ImTextureID picture, float width, float height)
   ImGui::SetNextWindowPos({width - kSide, 0});
   ImGui::SetNextWindowSize({kSide, size.y});
   ImGui::Begin("controls", nullptr, kFixed);
-  ImGui::Text("%s", stage.experiment.name.c_str());
+  ImGui::Text("%s", stage.problem.scene.name.c_str());
   ImGui::Separator();
   draw_transport(stage);
   draw_joints(stage);

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr double kFirstDistance = 2.1;  // [m]
 
 int joint_of(const Stage& stage, const std::string& name) {
-  const auto& joints = stage.experiment.model.joints;
+  const auto& joints = stage.problem.robot.joints;
   const auto found = std::find_if(joints.begin(), joints.end(),
                                   [&](const auto& joint) { return joint.name == name; });
   if (found == joints.end()) throw UserError("joint {}: unknown", name);
@@ -100,7 +100,7 @@ std::optional<ShownCloud> Stage::cloud() {
   const int first = all.model.state_begin(joint), end = all.model.state_begin(joint + 1);
   const auto rows = static_cast<Eigen::Index>(live->history().size());
   if (rows == 0 || first == end) return {};
-  JointMotion motion{1 / experiment.sensors.rate_hz,
+  JointMotion motion{1 / problem.scene.sensors.rate_hz,
                      RowMatrix(rows, 1),
                      RowMatrix(rows, 1),
                      RowMatrix(rows, 1),
@@ -121,36 +121,31 @@ std::optional<ShownCloud> Stage::cloud() {
 }
 
 Stage make_stage(const fs::path& target) {
-  Stage stage;
   const bool is_run = fs::exists(target / "manifest.json");
   const bool is_model = target.extension() == ".json";
-  if (is_run)
-    stage.experiment = data::load_experiment(target / "scene.toml");
-  else if (is_model)
-    stage.experiment = data::load_experiment(target.parent_path().parent_path() / "scene.toml");
-  else
-    stage.experiment = data::load_experiment(target);
-  stage.arm.emplace(sim::make_arm(stage.experiment));
+  const fs::path folder = is_run ? target : target.parent_path().parent_path();
+  Stage stage(data::load_problem(is_run || is_model ? folder / "scene.toml" : target));
+  stage.arm.emplace(sim::make_arm(stage.problem));
 
   if (is_run && fs::exists(target / "evaluation.json")) {
-    stage.film = film::read_film(target, stage.experiment);
+    stage.film = film::read_film(target, stage.problem);
     stage.visible.assign(stage.film->models.size(), true);
     stage.joint = film::most_telling_joint(*stage.film);
     stage.mode = Mode::kReplay;
   }
-  std::optional<friction::Friction> friction = stage.experiment.friction;
+  std::optional<friction::Friction> friction = stage.problem.scene.friction;
   if (is_model) friction = data::load_model(target).arm.friction;
-  if (friction) stage.live = std::make_unique<LiveArm>(*stage.arm, stage.experiment, *friction);
+  if (friction) stage.live = std::make_unique<LiveArm>(*stage.arm, stage.problem, *friction);
   if (stage.live) stage.live->swings = true;
   if (!stage.live && !stage.film) throw UserError("{}: found nothing to show", target.string());
   stage.view = {
-      {0.1, 0, stage.experiment.robot.mount == "ceiling" ? 1.05 : 0.5}, kFirstDistance, 135, -8};
+      {0.1, 0, stage.problem.scene.robot.mount == "ceiling" ? 1.05 : 0.5}, kFirstDistance, 135, -8};
   return stage;
 }
 
 void save_scene(const Stage& stage, const fs::path& path) {
   require_live(stage);
-  data::Experiment changed = stage.experiment;
+  data::Scene changed = stage.problem.scene;
   changed.friction = stage.live->friction();
   write_file_atomically(path, data::to_toml(changed));
 }

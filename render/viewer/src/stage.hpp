@@ -26,8 +26,10 @@ struct ShownCloud {
 /// What the viewer shows and where it stands. Knows no window and no ImGui: the panels and a script
 /// do the same things to it.
 struct Stage {
+  explicit Stage(data::Problem of_scene) : problem(std::move(of_scene)) {}
+
   Mode mode = Mode::kLive;
-  data::Experiment experiment;
+  data::Problem problem;
   std::optional<sim::MujocoArm> arm;
   std::optional<film::RunFilm> film;  ///< of a run folder
   std::unique_ptr<LiveArm> live;

@@ -189,7 +189,7 @@ void run_script(Stage& stage, film::ArmPainter& painter, Gui& gui,
 
 void view_offscreen(Stage& stage, const ViewerOptions& options) {
   const auto context = film::make_gl_context(options.renderer, options.width, options.height);
-  film::ArmPainter painter(*stage.arm, stage.experiment.robot.payload_frame, options.width,
+  film::ArmPainter painter(*stage.arm, stage.problem.scene.robot.payload_frame, options.width,
                            options.height, film::PaintQuality::final(), context->functions());
   Gui gui(context->functions());
   ImGuiIO& io = ImGui::GetIO();
@@ -229,14 +229,14 @@ class Window {
 };
 
 void view_in_window(Stage& stage, const ViewerOptions& options) {
-  const Window window("fricid: " + stage.experiment.name, options.width, options.height);
+  const Window window("fricid: " + stage.problem.scene.name, options.width, options.height);
   const film::GlLookup functions = [](const char* name) {
     return reinterpret_cast<void*>(glfwGetProcAddress(name));
   };
   const film::PaintQuality quality = film::draws_by_processor(functions)
                                          ? film::PaintQuality::draft()
                                          : film::PaintQuality::standard();
-  film::ArmPainter painter(*stage.arm, stage.experiment.robot.payload_frame, options.width,
+  film::ArmPainter painter(*stage.arm, stage.problem.scene.robot.payload_frame, options.width,
                            options.height, quality, functions);
   Gui gui(functions);
   ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
@@ -259,8 +259,8 @@ void view_in_window(Stage& stage, const ViewerOptions& options) {
       last = now;
       const Wishes wishes = gui.frame(stage, painter);
       if (wishes.still)
-        film::save_png(gui.seen(), fmt::format("{}_{}.png", stage.experiment.name, ++shot));
-      if (wishes.scene) save_scene(stage, stage.experiment.name + "_edited.toml");
+        film::save_png(gui.seen(), fmt::format("{}_{}.png", stage.problem.scene.name, ++shot));
+      if (wishes.scene) save_scene(stage, stage.problem.scene.name + "_edited.toml");
       glfwSwapBuffers(window.get());
     }
     save_settings(stage);

@@ -1,12 +1,12 @@
 // A user's program: loads a scene and lets its arm fall for a second under its own friction.
 #include <cstdio>
 
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 #include "fricid/system/arm.hpp"
 
 int main(int, char** argv) {
-  const auto scene = fricid::data::load_experiment(argv[1]);
-  const fricid::Arm arm{scene.model, *scene.friction};
+  const auto problem = fricid::data::load_problem(argv[1]);
+  const fricid::Arm arm{problem.robot, *problem.scene.friction};
   fricid::ArmStepper<double> stepper(arm, {.substeps = 8});
   const auto n = static_cast<std::size_t>(arm.robot.n());
   std::vector<double> q(n, 0.1), v(n, 0.0),

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/scene.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 
 namespace fricid::sim {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/scene.hpp"
 #include "fricid/sim/fourier.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/scene.hpp"
 #include "fricid/sim/plant.hpp"
 
 namespace fricid::sim {
@@ -16,7 +16,7 @@ namespace fricid::sim {
 ///
 /// and a dropped sample repeats the last one that arrived. Every purpose, joint and sequence has a
 /// random stream of its own.
-/// @param sequence  number of the recording within the experiment, unique over train and validation
+/// @param sequence  number of the recording within the run, unique over train and validation
 data::Dataset measure(const Trace& trace, const data::SensorsConfig& config,
                       const dynamics::RobotModel& robot, std::uint64_t seed, int sequence);
 

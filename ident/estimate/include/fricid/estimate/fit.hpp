@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/experiment.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/data/problem.hpp"
 #include "fricid/estimate/em/em.hpp"
 #include "fricid/estimate/filter.hpp"
 #include "fricid/estimate/friction/friction_fit.hpp"
@@ -22,7 +22,7 @@
 
 namespace fricid::estimate {
 
-/// What all conventional fits of an experiment share: filtered training data and the rigid body.
+/// What all conventional fits of a problem share: filtered training data and the rigid body.
 /// `robot` is the scene's with a constant torque at every joint, which is identified like any other
 /// parameter.
 struct Prepared {
@@ -34,8 +34,7 @@ struct Prepared {
 
 /// Filters the training data and identifies the rigid body with linear friction.
 /// @throws UserError when the data do not fit the robot or the filter
-Prepared prepare(const data::Experiment& experiment, std::span<const data::Dataset> train,
-                 int jobs);
+Prepared prepare(const data::Problem& problem, std::span<const data::Dataset> train, int jobs);
 
 /// How one model was fitted. `model` is usable whenever `usable()`, and best so far otherwise.
 struct FitReport {
@@ -64,10 +63,10 @@ struct FitReport {
 /// removed, and the friction once more (`passes`). Joints run in parallel; the result does not
 /// depend on `jobs`.
 /// @throws UserError on a model name that is not a law; Stopped on Ctrl-C
-FitReport fit_conventional(const data::Experiment& experiment, const Prepared& prepared,
+FitReport fit_conventional(const data::Problem& problem, const Prepared& prepared,
                            const data::ModelConfig& config, int seed, int jobs);
 
-/// Fits one model of an experiment by its method. Whatever the method, it starts from the
+/// Fits one model of a problem by its method. Whatever the method, it starts from the
 /// conventional fit of its law; learned laws start from that of dahl, their networks from random
 /// weights that hardly say anything. Laws of the whole robot start from random weights and the
 /// rigid body that the conventional fit of coulomb_viscous leaves; windows find them trained by
@@ -75,7 +74,7 @@ FitReport fit_conventional(const data::Experiment& experiment, const Prepared& p
 /// there than their start; method torque by the held-out torque.
 /// @param checkpoint  where method em keeps what it has reached, and goes on from
 /// @throws as fit_conventional
-FitReport fit_model(const data::Experiment& experiment, const Prepared& prepared,
+FitReport fit_model(const data::Problem& problem, const Prepared& prepared,
                     const data::ModelConfig& config, int seed, int jobs,
                     const Checkpoint& checkpoint = {});
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "fricid/data/experiment.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/data/scene.hpp"
 #include "fricid/evaluate/external.hpp"
 #include "fricid/evaluate/report.hpp"
 

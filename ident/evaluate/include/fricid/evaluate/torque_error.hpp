@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "fricid/data/experiment.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/data/scene.hpp"
 #include "fricid/evaluate/trajectory.hpp"
 
 namespace fricid::evaluate {

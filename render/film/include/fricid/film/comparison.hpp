@@ -23,8 +23,8 @@ int frames_of(const RunFilm& film);
 class Comparison {
  public:
   /// @param painter  for pictures of kFilmWidth x kFilmHeight
-  /// @throws UserError when experiment.render.joint is no joint of the robot
-  Comparison(const RunFilm& film, const data::Experiment& experiment, ArmPainter& painter);
+  /// @throws UserError when render.joint of the scene is no joint of the robot
+  Comparison(const RunFilm& film, const data::Problem& problem, ArmPainter& painter);
 
   /// @param index  0 to frames_of(film) - 1
   Image frame(int index);

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "fricid/data/experiment.hpp"
 #include "fricid/data/hdf5.hpp"
+#include "fricid/data/problem.hpp"
 
 namespace fricid::film {
 
@@ -50,8 +50,8 @@ struct RunFilm {
 };
 
 /// @throws UserError when the folder holds no evaluation, or no rollout of a model of
-///         experiment.render.models
-RunFilm read_film(const std::filesystem::path& folder, const data::Experiment& experiment);
+///         problem.scene.render.models
+RunFilm read_film(const std::filesystem::path& folder, const data::Problem& problem);
 
 /// "maxwell_slip, 10 elements, with load and ripple; viscous_power".
 std::string describe(const friction::Friction& friction);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 
 namespace fricid::film {
 
@@ -27,13 +27,12 @@ struct FilmOptions {
 /// @throws UserError when nothing can be drawn (no GL, no MJCF), or, after the other video is made,
 ///         when one could not be written; Stopped
 std::vector<std::string> render_video(const std::filesystem::path& folder,
-                                      const data::Experiment& experiment,
-                                      const FilmOptions& options);
+                                      const data::Problem& problem, const FilmOptions& options);
 
 /// One picture, final quality: the arm and its ghosts at a time of the first held-out trajectory,
 /// without text.
 /// @param at  [s]; absent: the middle
-void render_still(const std::filesystem::path& folder, const data::Experiment& experiment,
+void render_still(const std::filesystem::path& folder, const data::Problem& problem,
                   std::optional<double> at, const std::filesystem::path& picture,
                   const FilmOptions& options);
 

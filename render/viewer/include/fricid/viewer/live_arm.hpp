@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 #include "fricid/sim/plant.hpp"
 
 namespace fricid::viewer {
@@ -32,9 +32,8 @@ struct Moment {
 class LiveArm {
  public:
   /// @param friction  what is injected; the scene's, or that of an identified model
-  /// Keeps references to `arm` and `experiment`.
-  LiveArm(const sim::MujocoArm& arm, const data::Experiment& experiment,
-          friction::Friction friction);
+  /// Keeps references to `arm` and `problem`.
+  LiveArm(const sim::MujocoArm& arm, const data::Problem& problem, friction::Friction friction);
 
   /// At rest in the middle of the scene's position box, friction relaxed, t = 0; who moves the arm
   /// stays.
@@ -67,7 +66,7 @@ class LiveArm {
 
  private:
   const sim::MujocoArm& arm_;
-  const data::Experiment& experiment_;
+  const data::Problem& problem_;
   friction::Friction friction_;
   double dt_;
   int steps_;

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/scene.hpp"
 #include "fricid/dynamics/robot_model.hpp"
 #include "fricid/estimate/filter.hpp"
 #include "fricid/estimate/report.hpp"

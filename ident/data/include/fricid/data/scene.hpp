@@ -1,4 +1,4 @@
-// One validated scene file. Each section names its fields once, in `visit`: reading, writing with
+// What a scene file says. Each section names its fields once, in `visit`: reading, writing with
 // every default filled in, the unknown-key check and `fricid template scene` all use it, and it
 // says what each field means, in which unit and range.
 #pragma once
@@ -6,13 +6,13 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "fricid/data/field.hpp"
-#include "fricid/data/paths.hpp"
-#include "fricid/dynamics/robot_model.hpp"
 #include "fricid/friction/robot_friction.hpp"
 
 namespace fricid::data {
@@ -68,9 +68,6 @@ struct RobotConfig {
                      "known torques linear in a parameter, e.g. a counterbalance");
   }
 };
-
-/// Rotation that takes vectors of the base to the world (z up).
-Eigen::Matrix3d mount_rotation(const RobotConfig& robot);
 
 /// [plant]: the ground-truth simulation.
 struct PlantConfig {
@@ -156,8 +153,8 @@ struct ExcitationConfig {
 /// [sensors]
 struct SensorsConfig {
   double rate_hz = 250;
-  std::vector<double> encoder_noise_rad;  ///< (n) after loading
-  std::vector<double> encoder_step_rad;   ///< (n) after loading
+  std::vector<double> encoder_noise_rad;  ///< (n) after resolving
+  std::vector<double> encoder_step_rad;   ///< (n) after resolving
   double torque_noise = 0.001;
   double torque_step = 0.0005;
   int torque_delay_samples = 0;
@@ -346,8 +343,8 @@ struct EmConfig {
 struct ModelConfig {
   std::string name;
   std::string label;
-  std::string law;     ///< name of the law table after loading
-  std::string method;  ///< never empty after loading
+  std::string law;     ///< name of the law table after resolving
+  std::string method;  ///< never empty after resolving
   int elements = 4;
   std::vector<std::string> modifiers;
   int starts = 4;
@@ -441,13 +438,35 @@ struct RenderConfig {
   }
 };
 
-/// The whole scene. The number of joints n comes from the URDF.
-struct Experiment {
+/// Where a key of a scene stands.
+struct Place {
+  std::string file;  ///< as the user named it
+  std::uint64_t line = 0;
+};
+
+/// Where a scene came from: for messages, and for the files it names. Empty for a scene made in
+/// code.
+struct SceneOrigin {
+  std::string path;                          ///< as the user named it
+  std::vector<std::filesystem::path> files;  ///< read for it, itself first, then what it extends
+  std::map<std::string, Place> keys;         ///< "robot.torque[0].joint" and so on, and tables
+
+  /// "file:line" of a key or of the nearest table around it that was written, for messages.
+  std::string place(std::string_view key) const;
+  /// Folder of the file in which a key stands: relative file names start there.
+  std::filesystem::path folder(std::string_view key) const;
+  /// Absolute path of the file that a key names. @throws UserError when it is not there
+  std::filesystem::path find(const std::string& name, std::string_view key) const;
+};
+
+/// What a scene file says, plain: nothing is looked up, see `resolve`.
+struct Scene {
   std::string name;
   std::string description;
   std::uint64_t seed = 1;
   RobotConfig robot;
-  std::optional<friction::Friction> friction;  ///< what is injected; absent for logs
+  /// What is injected; absent for logs. Without a law for any joint: LuGre by the effort limits.
+  std::optional<friction::Friction> friction;
   PlantConfig plant;
   ControllerConfig controller;
   ExcitationConfig excitation;
@@ -458,11 +477,8 @@ struct Experiment {
   EvaluateConfig evaluate;
   RenderConfig render;
 
-  dynamics::RobotModel model;           ///< from robot.urdf with mount, payload and torques
-  std::vector<double> torque_prior_sd;  ///< of model.linear_torques [N m]; infinity: none known
-  std::filesystem::path urdf_path, mjcf_path, contract_path;  ///< absolute; empty when not named
-  std::vector<std::filesystem::path> inputs;  ///< scenes, URDF, MJCF, contract, logs that exist
-  std::filesystem::path folder;               ///< of the scene file: relative log names start there
+  std::vector<std::string> joints;  ///< (n) of the robot, in the order of per-joint values
+  SceneOrigin origin;
 
   bool simulates() const { return friction.has_value(); }
 
@@ -487,18 +503,13 @@ struct Experiment {
 };
 
 /// Reads a scene, following `extends = "file"` or an array of files of which the last wins
-/// (relative to the file that says it; tables merge, values and arrays replace). Files named in a
-/// scene are looked for beside the file that names them, then in the share folder. Log files need
-/// not exist: see `data_available`.
+/// (relative to the file that says it; tables merge, values and arrays replace). Reads the joints
+/// of its URDF too: friction and per-joint values are by joint.
 /// @throws UserError "file:line: ..." on anything wrong
-Experiment load_experiment(const std::filesystem::path& path);
+Scene load_scene(const std::filesystem::path& path);
 
-/// Whether every log file of the scene is there; if not, `why` says in one line what is missing.
-bool data_available(const Experiment& experiment, std::string* why);
-
-/// The scene as run: every default filled in, `extends` resolved; loading it gives the same
-/// experiment.
-std::string to_toml(const Experiment& experiment);
+/// The scene as a file; loading it gives the same scene.
+std::string to_toml(const Scene& scene);
 
 /// A commented scene with every key, its unit, range and default.
 std::string scene_template();

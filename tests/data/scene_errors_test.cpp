@@ -1,7 +1,7 @@
 // One bad scene per mistake a user can make, with the whole message.
 #include <gmock/gmock.h>
 
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 #include "helpers.hpp"
 
 namespace fricid::data {
@@ -10,7 +10,7 @@ namespace {
 class BadScene : public FolderTest {
  protected:
   std::string error_of(const std::string& text) const {
-    return message_of([&] { load_experiment(write("scene.toml", text)); });
+    return message_of([&] { load_problem(write("scene.toml", text)); });
   }
   // The simple scene with one more line at the end of [robot] or with further sections.
   std::string with_robot(const std::string& line) const {
@@ -110,9 +110,9 @@ TEST_F(BadScene, MissingParts) {
 }
 
 TEST_F(BadScene, FilesThatAreNotThere) {
-  EXPECT_EQ(message_of([&] { load_experiment(path("none.toml")); }),
+  EXPECT_EQ(message_of([&] { load_problem(path("none.toml")); }),
             "none.toml: cannot be read: No such file or directory");
-  EXPECT_EQ(message_of([&] { load_experiment(folder); }).find("folder") != std::string::npos, true);
+  EXPECT_EQ(message_of([&] { load_problem(folder); }).find("folder") != std::string::npos, true);
   EXPECT_EQ(error_of(replaced(kScene, "arm.urdf", "leg.urdf")),
             "scene.toml:3: robot.urdf: leg.urdf is neither in  nor in " FRICID_SOURCE_DIR);
   EXPECT_EQ(error_of(std::string("extends = \"base.toml\"\n") + kScene),

@@ -1,4 +1,4 @@
-#include "fricid/data/experiment.hpp"
+#include "fricid/data/problem.hpp"
 
 #include <gmock/gmock.h>
 
@@ -16,28 +16,28 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Pointwise;
 
-class ExperimentFile : public FolderTest {
+class SceneFile : public FolderTest {
  protected:
-  Experiment load(const std::string& text, const std::string& name = "scene.toml") const {
-    return load_experiment(write(name, text));
+  Problem load(const std::string& text, const std::string& name = "scene.toml") const {
+    return load_problem(write(name, text));
   }
 };
 
-TEST_F(ExperimentFile, SimpleSceneHasDefaults) {
-  const Experiment e = load(kScene);
-  EXPECT_EQ(e.name, "scene");
-  EXPECT_EQ(e.seed, 1u);
-  EXPECT_EQ(e.model.n(), 2);
-  EXPECT_EQ(e.sensors.rate_hz, 250);
-  EXPECT_THAT(e.sensors.encoder_noise_rad, ElementsAre(0, 0));
-  EXPECT_THAT(e.evaluate.horizons_s, ElementsAre(0.1, 1, 10, 0));
-  ASSERT_TRUE(e.simulates());
-  EXPECT_THAT(e.friction->theta, ElementsAre(3, 1, 0.01, 3, 0.5, 0.01));
+TEST_F(SceneFile, SimpleSceneHasDefaults) {
+  const Problem e = load(kScene);
+  EXPECT_EQ(e.scene.name, "scene");
+  EXPECT_EQ(e.scene.seed, 1u);
+  EXPECT_EQ(e.robot.n(), 2);
+  EXPECT_EQ(e.scene.sensors.rate_hz, 250);
+  EXPECT_THAT(e.scene.sensors.encoder_noise_rad, ElementsAre(0, 0));
+  EXPECT_THAT(e.scene.evaluate.horizons_s, ElementsAre(0.1, 1, 10, 0));
+  ASSERT_TRUE(e.scene.simulates());
+  EXPECT_THAT(e.scene.friction->theta, ElementsAre(3, 1, 0.01, 3, 0.5, 0.01));
   EXPECT_THAT(e.inputs, ElementsAre(path("scene.toml"), path("arm.urdf"), path("arm.xml")));
 }
 
-TEST_F(ExperimentFile, EveryKindOfValueIsRead) {
-  const Experiment e = load(R"toml(
+TEST_F(SceneFile, EveryKindOfValueIsRead) {
+  const Problem e = load(R"toml(
 name = "all"
 seed = 12
 [robot]
@@ -65,28 +65,28 @@ elements = 8
 [[friction.law]]
 law = "none"
 )toml");
-  EXPECT_EQ(e.name, "all");
-  EXPECT_EQ(e.seed, 12u);
-  EXPECT_EQ(e.sensors.rate_hz, 500);
-  EXPECT_THAT(e.sensors.encoder_noise_rad, ElementsAre(1e-5, 1e-5));
-  EXPECT_THAT(e.sensors.encoder_step_rad, ElementsAre(1e-6, 2e-6));
-  EXPECT_TRUE(e.sensors.velocity);
-  EXPECT_EQ(e.excitation.harmonics, 7);
-  EXPECT_THAT(e.excitation.centre, ElementsAre(0.5, -0.5));
-  EXPECT_THAT(e.evaluate.horizons_s, ElementsAre(0.5, 2));
-  ASSERT_EQ(e.models.size(), 2u);
-  EXPECT_EQ(e.models[0].law, "coulomb_viscous");
-  EXPECT_EQ(e.models[0].label, "simple");
-  EXPECT_THAT(e.models[0].seeds, ElementsAre(1, 3));
-  EXPECT_EQ(e.models[1].law, "gms");
-  EXPECT_EQ(e.models[1].elements, 8);
+  EXPECT_EQ(e.scene.name, "all");
+  EXPECT_EQ(e.scene.seed, 12u);
+  EXPECT_EQ(e.scene.sensors.rate_hz, 500);
+  EXPECT_THAT(e.scene.sensors.encoder_noise_rad, ElementsAre(1e-5, 1e-5));
+  EXPECT_THAT(e.scene.sensors.encoder_step_rad, ElementsAre(1e-6, 2e-6));
+  EXPECT_TRUE(e.scene.sensors.velocity);
+  EXPECT_EQ(e.scene.excitation.harmonics, 7);
+  EXPECT_THAT(e.scene.excitation.centre, ElementsAre(0.5, -0.5));
+  EXPECT_THAT(e.scene.evaluate.horizons_s, ElementsAre(0.5, 2));
+  ASSERT_EQ(e.scene.models.size(), 2u);
+  EXPECT_EQ(e.scene.models[0].law, "coulomb_viscous");
+  EXPECT_EQ(e.scene.models[0].label, "simple");
+  EXPECT_THAT(e.scene.models[0].seeds, ElementsAre(1, 3));
+  EXPECT_EQ(e.scene.models[1].law, "gms");
+  EXPECT_EQ(e.scene.models[1].elements, 8);
 }
 
 // Oracle: gravity in the base frame is the world's, turned back by the mount.
-TEST_F(ExperimentFile, MountTurnsGravity) {
+TEST_F(SceneFile, MountTurnsGravity) {
   const auto gravity = [&](const std::string& mount) {
     return Eigen::Vector3d(
-        load(replaced(kScene, "[robot]\n", "[robot]\n" + mount + "\n")).model.gravity);
+        load(replaced(kScene, "[robot]\n", "[robot]\n" + mount + "\n")).robot.gravity);
   };
   const double g = 9.81;
   EXPECT_EQ(gravity("mount = \"floor\""), Eigen::Vector3d(0, 0, -g));
@@ -104,13 +104,13 @@ TEST_F(ExperimentFile, MountTurnsGravity) {
 }
 
 // Oracle: mass and first moment of the link grow by those of a point at the flange, 0.3 m out.
-TEST_F(ExperimentFile, PayloadJoinsTheLastLink) {
-  const Eigen::VectorXd bare = load(kScene).model.pi;
+TEST_F(SceneFile, PayloadJoinsTheLastLink) {
+  const Eigen::VectorXd bare = load(kScene).robot.pi;
   const Eigen::VectorXd loaded =
       load(replaced(kScene, "[robot]\n",
                     "[robot]\npayload_kg = 2\npayload_com = [0.1, 0, 0]\n"
                     "payload_inertia = [0.1, 0.2, 0.2, 0, 0, 0]\n"))
-          .model.pi;
+          .robot.pi;
   EXPECT_EQ(loaded.head(10), bare.head(10));
   EXPECT_NEAR(loaded[10] - bare[10], 2, 1e-12);
   EXPECT_NEAR(loaded[11] - bare[11], 2 * 0.4, 1e-12);
@@ -118,8 +118,8 @@ TEST_F(ExperimentFile, PayloadJoinsTheLastLink) {
   EXPECT_NEAR(loaded[16] - bare[16], 0.2 + 2 * 0.4 * 0.4, 1e-12);
 }
 
-TEST_F(ExperimentFile, LinearTorquesAreParsed) {
-  const Experiment e = load(replaced(kScene, "[friction]\n", R"toml([[robot.torque]]
+TEST_F(SceneFile, LinearTorquesAreParsed) {
+  const Problem e = load(replaced(kScene, "[friction]\n", R"toml([[robot.torque]]
 joint = "elbow"
 terms = ["1", "q", "sin(q)", "cos( 2 q )", "sin(3*q)"]
 prior_sd = [1, 2, 3, 4, 5]
@@ -129,9 +129,9 @@ terms = "cos(q)"
 [friction]
 )toml"));
   using Shape = dynamics::LinearTorque::Shape;
-  const auto& torques = e.model.linear_torques;
+  const auto& torques = e.robot.linear_torques;
   ASSERT_EQ(torques.size(), 6u);
-  EXPECT_EQ(e.model.pi.size(), 11 * 2 + 6);
+  EXPECT_EQ(e.robot.pi.size(), 11 * 2 + 6);
   const std::vector<Shape> shapes{Shape::kConstant, Shape::kLinear, Shape::kSin,
                                   Shape::kCos,      Shape::kSin,    Shape::kCos};
   const std::vector<double> k{1, 1, 1, 2, 3, 1};
@@ -145,7 +145,7 @@ terms = "cos(q)"
               ElementsAre(1, 2, 3, 4, 5, std::numeric_limits<double>::infinity()));
 }
 
-TEST_F(ExperimentFile, ExtendsMergesTablesAndReplacesArrays) {
+TEST_F(SceneFile, ExtendsMergesTablesAndReplacesArrays) {
   write("base/arm.urdf", kArmUrdf);
   write("base/arm.xml", "<mujoco/>");
   write("base/base.toml", std::string(kScene) + R"toml(
@@ -160,7 +160,7 @@ name = "simple"
 name = "dahl"
 )toml");
   write("middle.toml", "extends = \"base/base.toml\"\n[sensors]\ntorque_noise = 0.003\n");
-  const Experiment e = load(R"toml(extends = "middle.toml"
+  const Problem e = load(R"toml(extends = "middle.toml"
 seed = 5
 [evaluate]
 horizons_s = [4]
@@ -169,29 +169,29 @@ name = "lugre"
 [[friction.law]]
 law = "none"
 )toml");
-  EXPECT_EQ(e.seed, 5u);
-  EXPECT_EQ(e.sensors.rate_hz, 500);
-  EXPECT_EQ(e.sensors.torque_noise, 0.003);
-  EXPECT_THAT(e.evaluate.horizons_s, ElementsAre(4));
-  ASSERT_EQ(e.models.size(), 1u);
-  EXPECT_EQ(e.models[0].name, "lugre");
-  EXPECT_EQ(e.friction->model.joints()[0].laws.size(), 1u);
-  EXPECT_EQ(e.friction->model.joints()[0].laws[0].law, "none");
+  EXPECT_EQ(e.scene.seed, 5u);
+  EXPECT_EQ(e.scene.sensors.rate_hz, 500);
+  EXPECT_EQ(e.scene.sensors.torque_noise, 0.003);
+  EXPECT_THAT(e.scene.evaluate.horizons_s, ElementsAre(4));
+  ASSERT_EQ(e.scene.models.size(), 1u);
+  EXPECT_EQ(e.scene.models[0].name, "lugre");
+  EXPECT_EQ(e.scene.friction->model.joints()[0].laws.size(), 1u);
+  EXPECT_EQ(e.scene.friction->model.joints()[0].laws[0].law, "none");
   // Of several bases the last wins, and the scene itself over all of them.
   write("models.toml", "seed = 7\n[[model]]\nname = \"gms\"\n[sensors]\ntorque_noise = 0.004\n");
-  const Experiment two = load("extends = [\"middle.toml\", \"models.toml\"]\nseed = 8\n");
-  EXPECT_EQ(two.seed, 8u);
-  EXPECT_EQ(two.sensors.torque_noise, 0.004);
-  EXPECT_EQ(two.sensors.rate_hz, 500);
-  ASSERT_EQ(two.models.size(), 1u);
-  EXPECT_EQ(two.models[0].name, "gms");
+  const Problem two = load("extends = [\"middle.toml\", \"models.toml\"]\nseed = 8\n");
+  EXPECT_EQ(two.scene.seed, 8u);
+  EXPECT_EQ(two.scene.sensors.torque_noise, 0.004);
+  EXPECT_EQ(two.scene.sensors.rate_hz, 500);
+  ASSERT_EQ(two.scene.models.size(), 1u);
+  EXPECT_EQ(two.scene.models[0].name, "gms");
   // The robot is found beside the file that names it.
   EXPECT_EQ(e.urdf_path, path("base/arm.urdf"));
   EXPECT_THAT(e.inputs, ElementsAre(path("scene.toml"), path("middle.toml"), path("base/base.toml"),
                                     path("base/arm.urdf"), path("base/arm.xml")));
 }
 
-TEST_F(ExperimentFile, WritingIsAFixedPointOfLoading) {
+TEST_F(SceneFile, WritingIsAFixedPointOfLoading) {
   write("logs/a.csv", "t");
   write("contract.toml",
         "joint_names = [\"shoulder\", \"elbow\"]\n"
@@ -216,21 +216,21 @@ contract = "contract.toml"
 train = ["logs/a.csv", "$FRICID_TEST_LOGS/b.csv"]
 )toml";
   for (const std::string& text : {std::string(kScene), rich, log_scene}) {
-    const std::string once = to_toml(load(text));
-    const std::string twice = to_toml(load(once, "elsewhere/again.toml"));
+    const std::string once = to_toml(load(text).scene);
+    const std::string twice = to_toml(load(once, "elsewhere/again.toml").scene);
     EXPECT_EQ(twice, once);
   }
 }
 
 // What lies in the share folder is named relative to it, so that a run folder can be moved.
-TEST_F(ExperimentFile, FilesOfTheShareFolderStayRelative) {
+TEST_F(SceneFile, FilesOfTheShareFolderStayRelative) {
   setenv("FRICID_SHARE", folder.c_str(), 1);
-  const std::string text = to_toml(load(kScene, "scenes/scene.toml"));
+  const std::string text = to_toml(load(kScene, "scenes/scene.toml").scene);
   unsetenv("FRICID_SHARE");
   EXPECT_THAT(text, HasSubstr("urdf = \"arm.urdf\"\n"));
 }
 
-TEST_F(ExperimentFile, LogsThatAreMissingAreTold) {
+TEST_F(SceneFile, LogsThatAreMissingAreTold) {
   write("contract.toml",
         "joint_names = [\"shoulder\", \"elbow\"]\n"
         "position.columns = \"q{}\"\ntorque.columns = \"tau{}\"\n");
@@ -250,25 +250,25 @@ train = ["$FRICID_TEST_LOGS/a.csv"]
   EXPECT_FALSE(data_available(load(scene), &why));
   EXPECT_EQ(why, path("logs/a.csv").string() + " does not exist");
   write("logs/a.csv", "t");
-  const Experiment found = load(scene);
+  const Problem found = load(scene);
   EXPECT_TRUE(data_available(found, nullptr));
   EXPECT_EQ(found.inputs.back(), path("logs/a.csv"));
-  EXPECT_FALSE(found.simulates());
+  EXPECT_FALSE(found.scene.simulates());
   unsetenv("FRICID_TEST_LOGS");
 }
 
-TEST_F(ExperimentFile, TemplateIsASceneWithTheDefaults) {
+TEST_F(SceneFile, TemplateIsASceneWithTheDefaults) {
   std::string text = scene_template();
   for (const char* name : {"arm.urdf", "arm.xml"}) {
     const std::string shown = std::string(name) == "arm.urdf" ? "kr6_r700.urdf" : "kr6_r700.xml";
     text = replaced(text, "models/kr6_r700/" + shown, name);
   }
-  const Experiment e = load(text);
-  Experiment defaults = load(kScene);
-  EXPECT_EQ(e.sensors.torque_noise, defaults.sensors.torque_noise);
+  const Problem e = load(text);
+  const Problem defaults = load(kScene);
+  EXPECT_EQ(e.scene.sensors.torque_noise, defaults.scene.sensors.torque_noise);
   // Everything but the robot, the friction and the models is the default scene.
-  const auto tail = [](const Experiment& experiment) {
-    Experiment copy = experiment;
+  const auto tail = [](const Problem& problem) {
+    Scene copy = problem.scene;
     copy.models.clear();
     const std::string all = to_toml(copy);
     return all.substr(all.find("[plant]"));
@@ -277,7 +277,7 @@ TEST_F(ExperimentFile, TemplateIsASceneWithTheDefaults) {
 }
 
 // A scene made of the commented parts, too: every example in the template is valid.
-TEST_F(ExperimentFile, CommentedExamplesOfTheTemplateLoad) {
+TEST_F(SceneFile, CommentedExamplesOfTheTemplateLoad) {
   std::istringstream lines(scene_template());
   std::string text = std::string(kScene), block, line;
   bool in_law = false;
@@ -288,8 +288,8 @@ TEST_F(ExperimentFile, CommentedExamplesOfTheTemplateLoad) {
     const std::string code = line.substr(2);
     if (code.starts_with("[[") || code.find(" = ") != std::string::npos) text += code + "\n";
   }
-  const Experiment e = load(text);
-  EXPECT_EQ(e.friction->model.joints()[0].laws.size(), friction::law_table().size());
+  const Problem e = load(text);
+  EXPECT_EQ(e.scene.friction->model.joints()[0].laws.size(), friction::law_table().size());
 }
 
 TEST(SceneKeys, DocumentIsTheTemplate) {
