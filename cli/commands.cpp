@@ -1,68 +1,134 @@
 #include "commands.hpp"
 
+#include <fmt/format.h>
 #include <cstdio>
 
 #include "fricid/base/error.hpp"
-#include "fricid/data/paths.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/base/names.hpp"
+#include "fricid/data/artefact.hpp"
 #include "fricid/evaluate/compare.hpp"
-#include "stages.hpp"
+#include "fricid/evaluate/evaluate.hpp"
+#include "job.hpp"
+#include "seeds.hpp"
 
 namespace fricid::cli {
 namespace {
 
-void print_result(const Job& job, const CommonOptions& common) {
-  const auto print = [&](const char* name) {
-    std::fputs(read_file(job.folder.path() / name).c_str(), stdout);
-  };
-  if (common.json) return print("evaluation.json");
-  print("table.md");
-  if (!job.problem.scene.simulates()) {
-    std::fputs("\n", stdout);
-    print("torque.md");
-  }
+namespace fs = std::filesystem;
+
+void say(const std::string& line) { std::fprintf(stderr, "%s\n", printable(line).c_str()); }
+
+fs::path folder_of(const RunOptions& options, const data::Problem& problem) {
+  if (!options.output.empty()) return options.output;
+  if (workflow::is_run_folder(options.target)) return options.target;
+  const std::string name =
+      options.seed ? fmt::format("{}_{}", problem.scene.name, *options.seed) : problem.scene.name;
+  return fs::path("run") / name;
+}
+
+data::Problem problem_of(const RunOptions& options) {
+  return workflow::load_problem(options.target, options.seed);
 }
 
 /// Logs that are not there: said, not failed, and no folder made.
 bool skipped(const data::Problem& problem) {
   std::string why;
   if (data::data_available(problem, &why)) return false;
-  std::fprintf(stderr, "skipped: %s\n", why.c_str());
+  say("skipped: " + why);
   return true;
+}
+
+/// Makes the fits that the options ask for.
+bool identify_models(workflow::Job& job, const RunOptions& options) {
+  const bool by_name = !options.models.empty() || !options.seeds.empty();
+  return workflow::identify(
+      job, workflow::requested_fits(job.problem.scene, options.models, parse_seeds(options.seeds)),
+      by_name);
+}
+
+void print_file(const fs::path& file) { std::fputs(read_file(file).c_str(), stdout); }
+
+/// The tables of an evaluation.
+void print_tables(const workflow::Job& job) {
+  const workflow::RunFolder& folder = job.run.folder();
+  print_file(folder.table());
+  if (job.problem.scene.simulates()) return;
+  std::fputs("\n", stdout);
+  print_file(folder.torque_table());
+}
+
+/// What a run found in a few lines, and where all of it lies.
+void print_result(const workflow::Job& job, const evaluate::Evaluation& evaluation) {
+  const workflow::RunFolder& folder = job.run.folder();
+  std::fputs(evaluate::short_table(evaluation, workflow::fit_seconds(job.run.manifest())).c_str(),
+             stdout);
+  const auto place = [](const char* what, const fs::path& path) {
+    if (fs::exists(path)) fmt::print("{:<8} {}\n", what, printable(path.string()));
+  };
+  std::fputs("\n", stdout);
+  place("report", folder.report());
+  place("tables", folder.table());
+  place("plots", folder.plots());
+  place("videos", folder.videos());
+  place("models", folder.models());
 }
 
 }  // namespace
 
+workflow::Job open_job(data::Problem problem, const RunOptions& options,
+                       const CommonOptions& common) {
+  const fs::path folder = folder_of(options, problem);
+  return workflow::open_job(std::move(problem), folder, common.fresh, common.jobs, say);
+}
+
 Verdict run(const RunOptions& options, const CommonOptions& common) {
-  data::Problem problem = load_problem(options);
+  data::Problem problem = problem_of(options);
   if (skipped(problem)) return Verdict::kDone;
-  Job job = open_job(std::move(problem), options, common);
-  make_data(job);
-  const bool healthy = identify_models(job, options.models, options.seeds);
-  const bool meaningful = evaluate_models(job, options.data);
+  workflow::Job job = open_job(std::move(problem), options, common);
+  workflow::make_data(job);
+  const bool healthy = identify_models(job, options);
+  const evaluate::Evaluation evaluation = workflow::evaluate(job, options.data);
   const bool videos = job.problem.scene.render.video && !options.no_video;
   for (const std::string& missed :
-       {draw_plots(job), videos ? make_videos(job, job.problem, {}) : std::string()})
-    if (!missed.empty()) std::fprintf(stderr, "%s\n", missed.c_str());
-  make_report(job);
-  print_result(job, common);
-  return healthy && meaningful ? Verdict::kDone : Verdict::kNo;
+       {workflow::draw_plots(job),
+        videos ? workflow::make_videos(job, job.problem, {}) : std::string()})
+    if (!missed.empty()) say(missed);
+  workflow::make_report(job);
+  if (common.json)
+    print_file(job.run.folder().evaluation());
+  else
+    print_result(job, evaluation);
+  return healthy && evaluation.meaningful() ? Verdict::kDone : Verdict::kNo;
 }
 
 Verdict simulate(const RunOptions& options, const CommonOptions& common) {
-  data::Problem problem = load_problem(options);
+  data::Problem problem = problem_of(options);
   if (!problem.scene.simulates())
     throw UserError("{}: found no [friction]; the scene imports logs, use `fricid run`",
                     options.target.string());
-  Job job = open_job(std::move(problem), options, common);
-  make_data(job);
-  std::printf("%s\n", job.folder.path().c_str());
+  workflow::Job job = open_job(std::move(problem), options, common);
+  workflow::make_data(job);
+  std::printf("%s\n", job.run.folder().path().c_str());
   return Verdict::kDone;
 }
 
-Verdict compare(const std::vector<std::filesystem::path>& folders,
-                const std::filesystem::path& output, const CommonOptions& common) {
-  const std::vector<evaluate::ComparedScene> scenes = evaluate::compare_runs(folders);
-  const std::string text = common.json ? evaluate::to_json(scenes) : evaluate::to_markdown(scenes);
+Verdict compare(const std::vector<fs::path>& folders, const fs::path& output,
+                const CommonOptions& common) {
+  std::vector<evaluate::ComparedRun> runs;
+  for (const fs::path& path : folders) {
+    const workflow::RunFolder folder(path);
+    if (!fs::exists(folder.evaluation()))
+      throw UserError("{}: found no evaluation; run `fricid evaluate` first",
+                      folder.evaluation().string());
+    runs.push_back({path.string(), data::load<evaluate::Evaluation>(folder.evaluation()), {}});
+    if (workflow::is_run_folder(path))
+      runs.back().fit_seconds =
+          workflow::fit_seconds(data::load<workflow::Manifest>(folder.manifest()));
+  }
+  const evaluate::Comparison comparison = evaluate::compare_runs(runs);
+  const std::string text =
+      common.json ? data::to_json(comparison) : evaluate::to_markdown(comparison);
   if (output.empty())
     std::fputs(text.c_str(), stdout);
   else
@@ -71,19 +137,22 @@ Verdict compare(const std::vector<std::filesystem::path>& folders,
 }
 
 Verdict identify(const RunOptions& options, const CommonOptions& common) {
-  data::Problem problem = load_problem(options);
+  data::Problem problem = problem_of(options);
   if (skipped(problem)) return Verdict::kDone;
-  Job job = open_job(std::move(problem), options, common);
-  make_data(job);
-  return identify_models(job, options.models, options.seeds) ? Verdict::kDone : Verdict::kNo;
+  workflow::Job job = open_job(std::move(problem), options, common);
+  workflow::make_data(job);
+  return identify_models(job, options) ? Verdict::kDone : Verdict::kNo;
 }
 
 Verdict evaluate(const RunOptions& options, const CommonOptions& common) {
-  require_run_folder(options.target);
-  Job job = open_job(load_problem(options), options, common);
-  const bool meaningful = evaluate_models(job, options.data);
-  print_result(job, common);
-  return meaningful ? Verdict::kDone : Verdict::kNo;
+  workflow::require_run_folder(options.target);
+  workflow::Job job = open_job(problem_of(options), options, common);
+  const evaluate::Evaluation evaluation = workflow::evaluate(job, options.data);
+  if (common.json)
+    print_file(job.run.folder().evaluation());
+  else
+    print_tables(job);
+  return evaluation.meaningful() ? Verdict::kDone : Verdict::kNo;
 }
 
 }  // namespace fricid::cli

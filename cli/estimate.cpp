@@ -14,7 +14,7 @@ Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common
   const data::Dataset log = data::load_dataset(options.log);
   const estimate::OnlineLog estimated = estimate::estimate_log(
       model, log, {.particles = options.particles, .step = {8, 4}, .seed = options.seed});
-  estimate::save_online_log(estimated, model, log, options.output);
+  data::save_estimate(estimated, model, log, options.output);
 
   const int T = log.length();
   const double log_likelihood = estimated.log_likelihood[T - 1];

@@ -15,6 +15,8 @@
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
+#include "fricid/workflow/recordings.hpp"
+#include "fricid/workflow/run.hpp"
 
 namespace fricid::cli {
 namespace {
@@ -62,6 +64,23 @@ std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
   }
 }
 
+/// Where the data sets of logs go. @throws UserError when two go to one file, or one to an input
+std::vector<fs::path> outputs_of(const ImportOptions& options) {
+  std::vector<fs::path> paths, taken;
+  for (const fs::path& input : options.logs) taken.push_back(fs::weakly_canonical(input));
+  for (const fs::path& log : options.logs) {
+    paths.push_back(options.output / log.filename().replace_extension(".h5"));
+    const fs::path place = fs::weakly_canonical(paths.back());
+    if (std::ranges::find(taken, place) != taken.end())
+      throw UserError(
+          "{}: its data set would go to {}, which is another log or its data set; "
+          "name another folder with -o, or import the logs one by one",
+          log.string(), paths.back().string());
+    taken.push_back(place);
+  }
+  return paths;
+}
+
 bool damaged(const std::vector<doctor::Finding>& findings) {
   return std::any_of(findings.begin(), findings.end(), doctor::is_damage);
 }
@@ -74,6 +93,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   if (const auto warning = data::warning_of_kind(contract.torque.kind); !warning.empty())
     fmt::print(stderr, "{}: torque.kind = \"{}\": {}\n", options.contract.string(),
                contract.torque.kind, warning);
+  const std::vector<fs::path> paths = outputs_of(options);
   std::vector<data::Dataset> sets;
   std::vector<std::string> reports;
   for (const fs::path& log : options.logs) {
@@ -87,10 +107,9 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
     for (const std::string& warning : warnings) fmt::print(stderr, "{}\n", warning);
   }
   for (std::size_t i = 0; i < sets.size(); ++i) {
-    fs::path path = options.output / options.logs[i].filename().replace_extension(".h5");
-    data::save_dataset(sets[i], path);
-    write_file_atomically(fs::path(path).replace_extension(".doctor.json"), reports[i]);
-    std::printf("%s\n", path.c_str());
+    data::save_dataset(sets[i], paths[i]);
+    write_file_atomically(fs::path(paths[i]).replace_extension(".doctor.json"), reports[i]);
+    std::printf("%s\n", paths[i].c_str());
   }
   return Verdict::kDone;
 }
@@ -108,15 +127,13 @@ struct Subject {
 
 /// Training and validation data of a run folder, which exist already.
 Subject load_run(const fs::path& folder) {
-  const data::Problem problem = data::load_problem(folder / "scene.toml");
+  const workflow::RunFolder run(folder);
+  const data::Problem problem = data::load_problem(run.scene());
   Subject subject{
       {}, problem.robot, problem.scene.identify, problem.scene.excitation, problem.mjcf_path};
-  for (const char* kind : {"train", "validation"})
-    for (int i = 0;; ++i) {
-      const fs::path file = folder / "data" / fmt::format("{}_{}.h5", kind, i);
-      if (!fs::exists(file)) break;
-      subject.sets.push_back(data::load_dataset(file));
-    }
+  for (auto* name : {workflow::RunFolder::training, workflow::RunFolder::validation})
+    for (data::Dataset& set : workflow::load_recordings(run, name))
+      subject.sets.push_back(std::move(set));
   if (subject.sets.empty())
     throw UserError("{}: found no data; run `fricid simulate` or `fricid run` first",
                     folder.string());
@@ -124,7 +141,7 @@ Subject load_run(const fs::path& folder) {
 }
 
 Subject load_subject(const CheckOptions& options) {
-  if (fs::exists(options.target / "manifest.json")) return load_run(options.target);
+  if (workflow::is_run_folder(options.target)) return load_run(options.target);
   Subject subject;
   if (options.contract.empty())
     subject.sets.push_back(data::load_dataset(options.target));
@@ -161,7 +178,24 @@ void design_next(const Subject& subject, const std::vector<estimate::Filtered>& 
 
 }  // namespace
 
+/// @throws UserError when --design names a file that is an input, or its samples would replace it
+void require_design_name(const CheckOptions& options) {
+  if (options.design.empty()) return;
+  if (options.design.extension() != ".toml")
+    throw UserError(
+        "--design {}: allowed: a name that ends in .toml; the samples go to .csv beside",
+        options.design.string());
+  for (const fs::path& input : {options.target, options.contract, options.robot})
+    for (const char* extension : {".toml", ".csv"})
+      if (!input.empty() &&
+          fs::weakly_canonical(fs::path(options.design).replace_extension(extension)) ==
+              fs::weakly_canonical(input))
+        throw UserError("--design {}: would replace {}; allowed: another name",
+                        options.design.string(), input.string());
+}
+
 Verdict check(const CheckOptions& options, const CommonOptions& common) {
+  require_design_name(options);
   const Subject subject = load_subject(options);
   bool whole = true;
   nlohmann::ordered_json result{{"format", "fricid.check/1"},
@@ -190,8 +224,8 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
     if (!options.design.empty()) design_next(subject, sequences, options.design, common.jobs);
   }
   if (common.json) std::printf("%s\n", result.dump(2).c_str());
-  if (fs::exists(options.target / "manifest.json"))
-    write_file_atomically(options.target / "check.json", result.dump(2) + "\n");
+  if (workflow::is_run_folder(options.target))
+    write_file_atomically(workflow::RunFolder(options.target).check(), result.dump(2) + "\n");
   return whole ? Verdict::kDone : Verdict::kNo;
 }
 

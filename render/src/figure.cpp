@@ -78,18 +78,22 @@ void draw(const Figure& figure, const fs::path& script, const std::array<fs::pat
 
 }  // namespace
 
-void write_figure(const Figure& figure, const fs::path& folder) {
+std::vector<fs::path> write_figure(const Figure& figure, const fs::path& folder) {
   const auto path = [&](std::string_view extension) {
     return folder / (figure.name + std::string(extension));
   };
-  write_file_atomically(path(".gp"), script_of(figure));
-  write_file_atomically(path(".pdf"), [&](const fs::path& pdf) {
-    write_file_atomically(path(".svg"), [&](const fs::path& svg) {
-      write_file_atomically(path(".png"), [&](const fs::path& png) {
-        draw(figure, path(".gp"), {pdf, svg, png});
+  const fs::path script = path(".gp");
+  std::vector<fs::path> pictures{path(".pdf"), path(".svg"), path(".png")};
+  write_file_atomically(script, script_of(figure));
+  write_file_atomically(pictures[0], [&](const fs::path& pdf) {
+    write_file_atomically(pictures[1], [&](const fs::path& svg) {
+      write_file_atomically(pictures[2], [&](const fs::path& png) {
+        draw(figure, script, {pdf, svg, png});
       });
     });
   });
+  pictures.insert(pictures.begin(), script);
+  return pictures;
 }
 
 }  // namespace fricid::render

@@ -25,7 +25,7 @@ void give_room(Figure& figure) {
 
 }  // namespace
 
-std::vector<Figure> figures_of_run(const std::filesystem::path& folder) {
+std::vector<Figure> figures_of_run(const workflow::RunFolder& folder) {
   const Run run = read_run(folder);
   std::vector<Figure> figures{error_time(run), error_horizon(run), error_joint(run), tracking(run),
                               bands(run)};

@@ -1,33 +1,24 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 
+#include <fmt/format.h>
+
 #include "figure_parts.hpp"
 #include "fricid/base/names.hpp"
-#include "json_files.hpp"
+#include "fricid/data/artefact.hpp"
+#include "fricid/sim/excitation_file.hpp"
+#include "fricid/workflow/recordings.hpp"
 #include "welch.hpp"
 
 namespace fricid::render {
 namespace {
 
-using nlohmann::json;
-
 constexpr int kSegment = 1024;  // samples of one periodogram
 constexpr double kTwoSd = 2;
 constexpr double kRelated = 0.5, kConfused = 0.9;  // correlations worth a sign, and a bold one
-
-json fit_of(const Run& run, const RunModel& model) {
-  json fit = read_json_if_there(run.folder / "fit" /
-                                fmt::format("{}_s{}.json", model.name, model.seeds.front()));
-  return fit.is_object() ? fit : json::object();
-}
-
-json model_json_of(const Run& run, const RunModel& model) {
-  json file = read_json_if_there(run.folder / "models" /
-                                 fmt::format("{}_s{}.json", model.name, model.seeds.front()));
-  return file.is_object() ? file : json::object();
-}
 
 Series counted(const RunModel& model, std::vector<double> y, double first = 0) {
   Series series{.label = model.label,
@@ -39,9 +30,9 @@ Series counted(const RunModel& model, std::vector<double> y, double first = 0) {
   return series;
 }
 
-std::vector<double> per_iteration(const json& em, const char* key) {
+std::vector<double> per_iteration(const data::FittedEm& em, double data::FittedIteration::*value) {
   std::vector<double> values;
-  for (const json& iteration : em.at("iterations")) values.push_back(number_in(iteration, key));
+  for (const data::FittedIteration& iteration : em.iterations) values.push_back(iteration.*value);
   return values;
 }
 
@@ -64,17 +55,16 @@ Spectrum smoothed(const Spectrum& fine) {
           Eigen::Map<Eigen::VectorXd>(density.data(), std::ssize(density))};
 }
 
-/// Symbols and parameters of a law that are plotted one by one: those of its elements and weights
-/// are too many, where a step is smoothed is no friction.
-std::map<std::string, friction::ParameterInfo> shown_parameters(const json& law) {
+/// Whether a parameter of a law is plotted: those of its elements and weights are too many, where a
+/// step is smoothed is no friction.
+bool is_shown(const friction::ParameterRef& parameter, const friction::RobotFriction& friction) {
   using enum friction::Role;
-  std::map<std::string, friction::ParameterInfo> shown;
-  for (const friction::ParameterInfo& info :
-       friction::parameters_of_law(law.at("law").get<std::string>(), law.value("elements", 0)))
-    if (info.element == 0 && info.role != kSmoothingSpeed && info.role != kLoadSmoothing &&
-        info.role != kSaturationSpeed)
-      shown.emplace(info.symbol, info);
-  return shown;
+  if (parameter.joint == friction::kWholeRobot) return false;
+  const auto& laws = friction.joints()[static_cast<std::size_t>(parameter.joint)].laws;
+  const friction::ParameterInfo& info = parameter.info;
+  return parameter.owner == laws[static_cast<std::size_t>(parameter.law)].law &&
+         info.element == 0 && info.role != kSmoothingSpeed && info.role != kLoadSmoothing &&
+         info.role != kSaturationSpeed;
 }
 
 /// A curve of more samples than a panel can show, as the median of each bin over the band from the
@@ -117,29 +107,31 @@ Figure training(const Run& run) {
                .log_y = true},
       likelihood{.x_label = "EM iteration", .y_label = "log-likelihood gain [1000 nat]"};
   for (const RunModel& model : run.fitted()) {
-    const json fit = fit_of(run, model);
-    if (fit.contains("multi_step")) {
-      const json& report = fit.at("multi_step");
-      loss.series.push_back(counted(model, numbers_in(report, "loss"), 1));
+    const auto fit = run.fit(model);
+    if (!fit) continue;
+    if (fit->multi_step) {
+      const data::FittedTraining& report = *fit->multi_step;
+      loss.series.push_back(counted(model, report.loss, 1));
       for (double& step : loss.series.back().x) step /= 1000;
-      Series chosen = counted(model, numbers_in(report, "held_out_q_mse"));
-      chosen.x = numbers_in(report, "checked");
+      Series chosen = counted(model, report.held_out);
+      chosen.x.assign(report.checked.begin(), report.checked.end());
       if (!chosen.x.empty())
-        for (double& x : chosen.x) x *= 100 / std::max(1.0, numbers_in(report, "checked").back());
+        for (double& x : chosen.x) x *= 100 / std::max<double>(1, report.checked.back());
       chosen.mark = Mark::kLinePoints;
       chosen.marker = model.look.marker;
       held_out.series.push_back(std::move(chosen));
     }
-    if (fit.contains("em") && !fit.at("em").value("iterations", json::array()).empty()) {
-      const json& report = fit.at("em");
-      std::vector<double> error{number_in(report, "held_out_q_mse_start")};
-      for (const double value : per_iteration(report, "held_out_q_mse")) error.push_back(value);
+    if (fit->em && !fit->em->iterations.empty()) {
+      const data::FittedEm& report = *fit->em;
+      std::vector<double> error{report.held_out_start};
+      for (const data::FittedIteration& iteration : report.iterations)
+        error.push_back(iteration.held_out);
       Series chosen = counted(model, error);
       for (double& x : chosen.x) x *= 100 / static_cast<double>(error.size() - 1);
       chosen.mark = Mark::kLinePoints;
       chosen.marker = model.look.marker;
       held_out.series.push_back(std::move(chosen));
-      std::vector<double> gain = per_iteration(report, "log_likelihood");
+      std::vector<double> gain = per_iteration(report, &data::FittedIteration::log_likelihood);
       const double first = gain.front();
       for (double& value : gain) value = (value - first) / 1000;
       likelihood.series.push_back(counted(model, std::move(gain), 1));
@@ -161,18 +153,16 @@ Figure filter_health(const Run& run) {
       roots{.x_label = "EM iteration", .y_label = "distinct roots", .y_range = {0, 1.05}},
       ess{.x_label = "t [s]", .y_label = "effective particles", .fit_x = true};
   for (const RunModel& model : run.fitted()) {
-    const json fit = fit_of(run, model);
-    if (fit.contains("em") && !fit.at("em").value("iterations", json::array()).empty()) {
-      nis.series.push_back(counted(model, per_iteration(fit.at("em"), "nis"), 1));
-      const std::vector<double> least = per_iteration(fit.at("em"), "least_roots");
+    if (const auto fit = run.fit(model); fit && fit->em && !fit->em->iterations.empty()) {
+      nis.series.push_back(counted(model, per_iteration(*fit->em, &data::FittedIteration::nis), 1));
+      const std::vector<double> least =
+          per_iteration(*fit->em, &data::FittedIteration::least_roots);
       if (std::any_of(least.begin(), least.end(), [](double share) { return share < 1; }))
         roots.series.push_back(counted(model, least, 1));  // a Kalman smoother has no paths
     }
-    const auto path = run.file("estimates", model);
-    if (path.empty()) continue;
-    const data::H5Reader file(path, "fricid.estimate/1");
-    for (Series& series : binned(curve(model, file.vector("/t"), file.vector("/ess"))))
-      ess.series.push_back(std::move(series));
+    if (const auto estimate = run.estimate(model))
+      for (Series& series : binned(curve(model, estimate->t, estimate->ess)))
+        ess.series.push_back(std::move(series));
   }
   for (Panel* panel : {&nis, &roots, &ess})
     if (!panel->series.empty()) figure.panels.push_back(std::move(*panel));
@@ -203,14 +193,13 @@ Figure residual_spectrum(const Run& run) {
   };
   bool any = false;
   for (const RunModel& model : run.fitted()) {
-    const auto path = run.file("predictions", model);
-    if (path.empty()) continue;
-    const data::H5Reader file(path, "fricid.prediction/1");
-    const RowMatrix tau = file.matrix("/tau"), predicted = file.matrix("/tau_predicted");
+    const auto prediction = run.prediction(model);
+    if (!prediction) continue;
     for (int j = 0; j < run.n(); ++j) {
-      if (!any) add(j, {.label = "measured torque", .colour = kMeasuredColour}, tau.col(j));
+      if (!any)
+        add(j, {.label = "measured torque", .colour = kMeasuredColour}, prediction->tau.col(j));
       add(j, {.label = model.label, .colour = model.look.colour, .dash = model.look.dash},
-          tau.col(j) - predicted.col(j));
+          prediction->tau.col(j) - prediction->tau_predicted.col(j));
     }
     any = true;
   }
@@ -233,28 +222,28 @@ Figure parameters(const Run& run) {
   const std::vector<RunModel> models = run.fitted();
   for (std::size_t m = 0; m < models.size(); ++m) {
     const RunModel& model = models[m];
-    const json file = model_json_of(run, model), fit = fit_of(run, model);
-    const json joints_fit = fit.value("joints", json::array());
+    const auto file = run.model_file(model);
+    if (!file) continue;
+    const auto fit = run.fit(model);
     std::map<std::string, Series> own;
-    const json friction = file.value("friction", json::array());
-    for (std::size_t j = 0; j < friction.size(); ++j)
-      for (const json& law : friction[j])
-        for (const auto& [symbol, info] : shown_parameters(law)) {
-          Series& series = own[symbol];
-          units[symbol] = info.has_unit() ? fmt::format("[{}]", info.unit) : "";
-          const double value = number_in(law.at("parameters").at(symbol), "value");
-          const double error =
-              j < joints_fit.size()
-                  ? number_in(joints_fit[j].value("standard_errors", json::object()), symbol)
-                  : kNaN;
-          const double half = std::isfinite(error) ? kTwoSd * error : 0;
-          series.x.push_back(
-              static_cast<double>(j) +
-              0.7 * ((static_cast<double>(m) + 0.5) / static_cast<double>(models.size()) - 0.5));
-          series.y.push_back(value);
-          series.low.push_back(value - half);
-          series.high.push_back(value + half);
-        }
+    const auto& [friction, theta] = file->arm.friction;
+    for (int i = 0; i < friction.parameter_count(); ++i) {
+      const friction::ParameterRef& parameter = friction.parameters()[static_cast<std::size_t>(i)];
+      if (!is_shown(parameter, friction)) continue;
+      Series& series = own[parameter.symbol];
+      units[parameter.symbol] =
+          parameter.info.has_unit() ? fmt::format("[{}]", parameter.info.unit) : "";
+      const double value = theta[static_cast<std::size_t>(i)];
+      const data::FittedParameter* fitted = fit ? fitted_parameter(*fit, friction, i) : nullptr;
+      const double error = fitted == nullptr ? kNaN : fitted->standard_error;
+      const double half = std::isfinite(error) ? kTwoSd * error : 0;
+      series.x.push_back(
+          parameter.joint +
+          0.7 * ((static_cast<double>(m) + 0.5) / static_cast<double>(models.size()) - 0.5));
+      series.y.push_back(value);
+      series.low.push_back(value - half);
+      series.high.push_back(value + half);
+    }
     for (auto& [symbol, series] : own) {
       series.label = model.label;
       series.colour = model.look.colour;
@@ -312,12 +301,11 @@ Figure torque_drift(const Run& run) {
                              .fit_x = true});
   bool any = false;
   for (const RunModel& model : run.fitted()) {
-    const auto path = run.file("predictions", model);
-    if (path.empty()) continue;
+    const auto prediction = run.prediction(model);
+    if (!prediction) continue;
     any = true;
-    const data::H5Reader file(path, "fricid.prediction/1");
-    const RowMatrix left = file.matrix("/tau") - file.matrix("/tau_predicted");
-    const Eigen::VectorXd t = file.vector("/t");
+    const RowMatrix left = prediction->tau - prediction->tau_predicted;
+    const Eigen::VectorXd& t = prediction->t;
     const Eigen::Index length = t.size() / kBlocks;
     if (length == 0) continue;
     for (int j = 0; j < run.n(); ++j) {
@@ -354,23 +342,23 @@ Figure correlation(const Run& run, const RunModel& model) {
       "1, blue -1; with its sign from 0.5 on, in bold from 0.9 on, where the data know a "
       "combination better than its parts.",
       model.label);
-  const json joints = fit_of(run, model).value("joints", json::array());
-  for (std::size_t j = 0; j < joints.size(); ++j) {
-    const json found = joints[j].value("correlation", json());
-    if (!found.is_object() || found.at("matrix").empty()) continue;
-    const auto symbols = found.at("parameters").get<std::vector<std::string>>();
+  const auto fit = run.fit(model);
+  if (!fit) return figure;
+  for (std::size_t j = 0; j < fit->joints.size(); ++j) {
+    const data::FittedJoint& joint = fit->joints[j];
+    if (joint.correlation.size() == 0) continue;
     Panel panel{.title = run.joint(static_cast<int>(j))};
     Series tiles{.mark = Mark::kTiles}, signs{.width = 0.7}, bold{.width = 1.6};
-    std::vector<std::size_t> known;
-    for (std::size_t i = 0; i < symbols.size(); ++i)
-      if (found.at("matrix")[i][i].is_number()) known.push_back(i);
+    std::vector<Eigen::Index> known;
+    for (Eigen::Index i = 0; i < joint.correlation.rows(); ++i)
+      if (std::isfinite(joint.correlation(i, i))) known.push_back(i);
     for (std::size_t a = 0; a < known.size(); ++a) {
-      panel.x_tics.emplace_back(a, symbols[known[a]]);
-      panel.y_tics.emplace_back(a, symbols[known[a]]);
+      const std::string& symbol = joint.parameters[static_cast<std::size_t>(known[a])].symbol;
+      panel.x_tics.emplace_back(a, symbol);
+      panel.y_tics.emplace_back(a, symbol);
       for (std::size_t b = 0; b < known.size(); ++b) {
-        const json& entry = found.at("matrix")[known[a]][known[b]];
-        if (!entry.is_number()) continue;
-        const double value = entry.get<double>();
+        const double value = joint.correlation(known[a], known[b]);
+        if (!std::isfinite(value)) continue;
         const auto x = static_cast<double>(b), y = static_cast<double>(a);
         tiles.x.push_back(x);
         tiles.y.push_back(y);
@@ -391,35 +379,33 @@ Figure correlation(const Run& run, const RunModel& model) {
 
 Figure excitation(const Run& run) {
   Figure figure{.name = "excitation"};
-  const auto file = run.folder / "data/train_0.h5";
-  if (!std::filesystem::exists(file) || run.fitted().empty()) return figure;
-  const data::Dataset set = data::load_dataset(file);
-  const json joints = model_json_of(run, run.fitted().front())
-                          .value("robot", json::object())
-                          .value("joints", json::array());
-  figure.caption =
-      "Excitation of train_0: velocity against position, with the robot's limits where they are "
-      "stated (dashed).";
-  for (int j = 0; j < set.n(); ++j) {
-    Eigen::VectorXd v(set.length());
+  const std::string recording = workflow::RunFolder::training(0);
+  const auto set = workflow::if_there(run.folder.recording(recording), data::load_dataset);
+  if (!set || run.fitted().empty()) return figure;
+  const auto model = run.model_file(run.fitted().front());
+  figure.caption = fmt::format(
+      "Excitation of {}: velocity against position, with the robot's limits where they are stated "
+      "(dashed).",
+      recording);
+  for (int j = 0; j < set->n(); ++j) {
+    Eigen::VectorXd v(set->length());
     for (Eigen::Index k = 0; k < v.size(); ++k) {
       const Eigen::Index a = std::max<Eigen::Index>(k - 1, 0),
                          b = std::min<Eigen::Index>(k + 1, v.size() - 1);
-      v[k] = (set.q(b, j) - set.q(a, j)) / (set.t[b] - set.t[a]);
+      v[k] = (set->q(b, j) - set->q(a, j)) / (set->t[b] - set->t[a]);
     }
-    Panel panel{.title = run.joint(j), .x_label = "q [rad]", .y_label = "v [rad/s]"};
-    panel.series.push_back(curve("", "#0072B2", set.q.col(j), v, 0.8));
-    if (static_cast<std::size_t>(j) < joints.size()) {
-      const json& joint = joints[static_cast<std::size_t>(j)];
-      const double lower = number_in(joint, "lower"), upper = number_in(joint, "upper"),
-                   speed = number_in(joint, "velocity");
-      const auto limit = [&](std::vector<double> x, std::vector<double> y) {
-        panel.series.push_back(
-            {.colour = "#777777", .x = std::move(x), .y = std::move(y), .width = 0.9, .dash = 2});
-      };
-      if (std::isfinite(lower) && std::isfinite(upper) && std::isfinite(speed)) {
-        limit({lower, upper, upper, lower, lower}, {speed, speed, -speed, -speed, speed});
-      }
+    Panel panel{.title = set->joint_names[static_cast<std::size_t>(j)],
+                .x_label = "q [rad]",
+                .y_label = "v [rad/s]"};
+    panel.series.push_back(curve("", "#0072B2", set->q.col(j), v, 0.8));
+    if (model && j < model->arm.robot.n()) {
+      const dynamics::Joint& joint = model->arm.robot.joints[static_cast<std::size_t>(j)];
+      const double lower = joint.lower, upper = joint.upper, speed = joint.velocity;
+      panel.series.push_back({.colour = "#777777",
+                              .x = {lower, upper, upper, lower, lower},
+                              .y = {speed, speed, -speed, -speed, speed},
+                              .width = 0.9,
+                              .dash = 2});
     }
     figure.panels.push_back(std::move(panel));
   }
@@ -428,19 +414,21 @@ Figure excitation(const Run& run) {
 
 Figure margins(const Run& run) {
   Figure figure{.name = "margins", .columns = 1, .width_cm = kColumnCm, .panel_height_cm = 5};
-  const json reports = read_json_if_there(run.folder / "excitation.json");
-  if (!reports.is_array() || reports.empty()) return figure;
+  const auto file = workflow::if_there(run.folder.excitation(), data::load<sim::ExcitationFile>);
+  if (!file || file->trajectories.empty()) return figure;
   figure.caption =
       "Share of each allowed limit that the excitation uses, the most of all trajectories. At "
       "100 % it touches the limit that the scene allows.";
   struct Quantity {
-    const char *key, *label, *colour;
+    double sim::JointMargins::*margin;
+    const char *label, *colour;
     int marker;
   };
-  constexpr std::array kQuantities{Quantity{"velocity", "velocity", "#0072B2", 7},
-                                   Quantity{"acceleration", "acceleration", "#E69F00", 9},
-                                   Quantity{"jerk", "jerk", "#009E73", 5},
-                                   Quantity{"torque", "torque", "#D55E00", 13}};
+  constexpr std::array kQuantities{
+      Quantity{&sim::JointMargins::velocity, "velocity", "#0072B2", 7},
+      Quantity{&sim::JointMargins::acceleration, "acceleration", "#E69F00", 9},
+      Quantity{&sim::JointMargins::jerk, "jerk", "#009E73", 5},
+      Quantity{&sim::JointMargins::torque, "torque", "#D55E00", 13}};
   Panel panel{
       .x_label = "share of the limit [%]", .x_range = {0, 105}, .y_range = {run.n() - 0.5, -0.5}};
   for (int j = 0; j < run.n(); ++j) panel.y_tics.emplace_back(j, run.joint(j));
@@ -451,11 +439,9 @@ Figure margins(const Run& run) {
                   .marker = quantity.marker};
     for (int j = 0; j < run.n(); ++j) {
       double least = kNaN;
-      for (const json& report : reports)
-        least = std::fmin(
-            least,
-            number_in(report.value("margins", json::object()).value(run.joint(j), json::object()),
-                      quantity.key));
+      for (const sim::TrajectoryReport& trajectory : file->trajectories)
+        for (const sim::JointMargins& joint : trajectory.joints)
+          if (joint.joint == run.joint(j)) least = std::fmin(least, joint.*quantity.margin);
       if (!std::isfinite(least)) continue;
       series.x.push_back(100 * (1 - least));
       series.y.push_back(j);

@@ -1,12 +1,14 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "figure_parts.hpp"
 #include "fricid/base/names.hpp"
-#include "fricid/data/model_file.hpp"
 #include "fricid/system/driven_friction.hpp"
-#include "json_files.hpp"
 
 namespace fricid::render {
 namespace {
@@ -15,27 +17,6 @@ constexpr double kWindow = 5;         // [s] of what is shown in time
 constexpr double kAround = 0.15;      // [s] before and after a reversal
 constexpr double kFastEnough = 0.15;  // [rad/s] that a joint must reach on both sides of it
 constexpr double kNormal90 = 1.645;   // half width of a 90 % band in standard deviations
-
-/// A model's friction along the measured motion.
-struct Prediction {
-  Eigen::VectorXd t;
-  RowMatrix q, v, tau, tau_f;
-};
-
-std::optional<Prediction> prediction_of(const Run& run, const RunModel& model) {
-  const auto path = run.file("predictions", model);
-  if (path.empty()) return {};
-  const data::H5Reader file(path, "fricid.prediction/1");
-  return Prediction{file.vector("/t"), file.has("/q") ? file.matrix("/q") : file.matrix("/v"),
-                    file.matrix("/v"), file.matrix("/tau"), file.matrix("/tau_f")};
-}
-
-std::optional<data::ModelFile> model_file_of(const Run& run, const RunModel& model) {
-  const auto path =
-      run.folder / "models" / fmt::format("{}_s{}.json", model.name, model.seeds.front());
-  if (!std::filesystem::exists(path)) return {};
-  return data::load_model(path);
-}
 
 /// The part of a curve between two times, counted from `zero`.
 Series cut(Series series, double begin, double end, double zero = 0, double scale = 1) {
@@ -135,12 +116,11 @@ Figure torque(const Run& run, const RunModel& model) {
   figure.caption = fmt::format(
       "Motor torque on {} as {} predicts it along the measured motion, and what is left.",
       run.trajectory, model.label);
-  const auto path = run.file("predictions", model);
-  if (path.empty()) return figure;
-  const data::H5Reader file(path, "fricid.prediction/1");
-  const Eigen::VectorXd t = file.vector("/t");
-  const RowMatrix measured = file.matrix("/tau"), predicted = file.matrix("/tau_predicted");
-  for (int j = 0; j < measured.cols(); ++j) {
+  const auto signals = run.prediction(model);
+  if (!signals) return figure;
+  const Eigen::VectorXd& t = signals->t;
+  const RowMatrix &measured = signals->tau, &predicted = signals->tau_predicted;
+  for (int j = 0; j < run.n(); ++j) {
     Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "tau [N m]", .fit_x = true};
     panel.series = {
         curve("measured - predicted", kTruthColour, t, measured.col(j) - predicted.col(j), 0.8),
@@ -160,12 +140,12 @@ Figure friction_loop(const Run& run, int joint) {
       "against velocity.{}",
       name, run.trajectory, run.truth ? " Grey: the injected friction." : "");
   for (const RunModel& model : run.fitted()) {
-    const auto predicted = prediction_of(run, model);
+    const auto predicted = run.prediction(model);
     if (!predicted) continue;
     Panel panel{.title = model.label, .x_label = "v [rad/s]", .y_label = "friction [N m]"};
     if (run.truth)
-      panel.series.push_back(
-          curve("truth", kTruthColour, run.truth->v.col(joint), run.truth->tau_f.col(joint), 2.6));
+      panel.series.push_back(curve("truth", kTruthColour, run.truth->trace.v.col(joint),
+                                   run.truth->trace.tau_f.col(joint), 2.6));
     panel.series.push_back(curve(model, predicted->v.col(joint), predicted->tau_f.col(joint)));
     panel.series.back().dash = 1;  // alone in its panel
     panel.series.back().width = 0.9;
@@ -178,7 +158,7 @@ Figure presliding(const Run& run) {
   Figure figure{.name = "presliding"};
   std::vector<std::pair<RunModel, friction::Friction>> shown;
   for (const RunModel& model : run.fitted())
-    if (auto file = model_file_of(run, model)) shown.emplace_back(model, file->arm.friction);
+    if (auto file = run.model_file(model)) shown.emplace_back(model, file->arm.friction);
   if (shown.empty()) return figure;
 
   // The scale of the loops: the truth's, or else that of the model with the longest presliding.
@@ -219,12 +199,12 @@ Figure reversal(const Run& run) {
       "The slowest reversal of each joint on {}, friction torque against time: models driven by "
       "the measured motion.{}",
       run.trajectory, run.truth ? " Grey: the injected friction." : "");
-  std::vector<std::pair<RunModel, Prediction>> shown;
+  std::vector<std::pair<RunModel, evaluate::PredictionSignals>> shown;
   for (const RunModel& model : run.fitted())
-    if (auto predicted = prediction_of(run, model)) shown.emplace_back(model, *predicted);
+    if (auto predicted = run.prediction(model)) shown.emplace_back(model, std::move(*predicted));
   if (shown.empty()) return figure;
   for (int j = 0; j < run.n(); ++j) {
-    const Prediction& first = shown[0].second;
+    const evaluate::PredictionSignals& first = shown[0].second;
     const Eigen::Index k = slowest_reversal(first.t, first.v.col(j));
     if (k < 0) continue;
     const double zero = first.t[k];
@@ -235,7 +215,8 @@ Figure reversal(const Run& run) {
     const auto add = [&](const Series& series) {
       panel.series.push_back(cut(series, zero - kAround, zero + kAround, zero, 1e3));
     };
-    if (run.truth) add(curve("truth", kTruthColour, run.truth->t, run.truth->tau_f.col(j), 3));
+    if (run.truth)
+      add(curve("truth", kTruthColour, run.truth->trace.t, run.truth->trace.tau_f.col(j), 3));
     for (const auto& [model, predicted] : shown)
       add(curve(model, predicted.t, predicted.tau_f.col(j)));
     figure.panels.push_back(std::move(panel));
@@ -250,11 +231,10 @@ Figure friction_time(const Run& run) {
     Panel panel{
         .title = run.joint(j), .x_label = "t [s]", .y_label = "friction [N m]", .fit_x = true};
     for (const RunModel& model : run.fitted()) {
-      const auto path = run.file("estimates", model);
-      if (path.empty()) continue;
-      const data::H5Reader file(path, "fricid.estimate/1");
-      const Eigen::VectorXd mean = file.matrix("/tau_f").col(j),
-                            sd = file.matrix("/tau_f_sd").col(j), t = file.vector("/t");
+      const auto estimate = run.estimate(model);
+      if (!estimate) continue;
+      const Eigen::VectorXd mean = estimate->tau_f.col(j), sd = estimate->tau_f_sd.col(j);
+      const Eigen::VectorXd& t = estimate->t;
       Series band{.colour = model.look.colour, .mark = Mark::kBand};
       for (Eigen::Index k = 0; k < t.size(); ++k)
         if (t[k] <= kWindow) {
@@ -266,10 +246,11 @@ Figure friction_time(const Run& run) {
       has_band = true;
     }
     if (run.truth)
-      panel.series.push_back(cut(
-          curve("truth", kTruthColour, run.truth->t, run.truth->tau_f.col(j), 2.6), 0, kWindow));
+      panel.series.push_back(
+          cut(curve("truth", kTruthColour, run.truth->trace.t, run.truth->trace.tau_f.col(j), 2.6),
+              0, kWindow));
     for (const RunModel& model : run.fitted())
-      if (const auto predicted = prediction_of(run, model))
+      if (const auto predicted = run.prediction(model))
         panel.series.push_back(
             cut(curve(model, predicted->t, predicted->tau_f.col(j)), 0, kWindow));
     if (panel.series.size() > (run.truth ? 1U : 0U)) figure.panels.push_back(std::move(panel));
@@ -292,11 +273,11 @@ Figure friction_error(const Run& run) {
   for (int j = 0; j < run.n(); ++j) {
     Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "error [N m]", .fit_x = true};
     for (const RunModel& model : run.fitted()) {
-      const auto predicted = prediction_of(run, model);
-      if (!predicted || predicted->t.size() != run.truth->t.size()) continue;
+      const auto predicted = run.prediction(model);
+      if (!predicted || predicted->t.size() != run.truth->trace.t.size()) continue;
       panel.series.push_back(
-          cut(curve(model, predicted->t, predicted->tau_f.col(j) - run.truth->tau_f.col(j)), 0,
-              kWindow));
+          cut(curve(model, predicted->t, predicted->tau_f.col(j) - run.truth->trace.tau_f.col(j)),
+              0, kWindow));
     }
     if (!panel.series.empty()) figure.panels.push_back(std::move(panel));
   }
@@ -340,12 +321,13 @@ Figure latent(const Run& run) {
   };
   if (run.truth) {
     const auto& model = run.truth->friction.model;
-    add("truth", "#555555", unit_of_states(model), run.truth->t,
-        run.truth->z.leftCols(std::min<Eigen::Index>(model.state_begin(1), run.truth->z.cols())));
+    const sim::Trace& trace = run.truth->trace;
+    add("truth", "#555555", unit_of_states(model), trace.t,
+        trace.z.leftCols(std::min<Eigen::Index>(model.state_begin(1), trace.z.cols())));
   }
   for (const RunModel& model : run.fitted()) {
-    const auto predicted = prediction_of(run, model);
-    const auto file = model_file_of(run, model);
+    const auto predicted = run.prediction(model);
+    const auto file = run.model_file(model);
     if (!predicted || !file || file->arm.friction.model.state_size() == 0) continue;
     const auto& friction = file->arm.friction;
     const double dt = predicted->t[1] - predicted->t[0];

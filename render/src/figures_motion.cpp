@@ -1,19 +1,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "figure_parts.hpp"
-#include "json_files.hpp"
+#include "fricid/workflow/recordings.hpp"
 
 namespace fricid::render {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kSmallest = 1e-9;  // [rad] below what any encoder resolves: bottom of a log axis
 
 /// Mean over joints of |q - measured| of a rollout, per sample [rad].
-Eigen::VectorXd mean_error(const Run& run, const data::H5Reader& file) {
-  const RowMatrix q = file.matrix("/q", run.n());
+Eigen::VectorXd mean_error(const Run& run, const RowMatrix& q) {
   Eigen::VectorXd error(q.rows());
   for (Eigen::Index k = 0; k < q.rows(); ++k) {
     double sum = 0;
@@ -23,25 +22,18 @@ Eigen::VectorXd mean_error(const Run& run, const data::H5Reader& file) {
   return error;
 }
 
-/// The scores of one model over its seeds, trajectories and starts.
-std::vector<nlohmann::json> scores_of(const Run& run, const std::string& name) {
-  std::vector<nlohmann::json> scores;
-  for (const auto& model : run.evaluation.at("models"))
-    if (model.at("name") == name)
-      for (const auto& score : model.value("trajectories", nlohmann::json::array()))
-        scores.push_back(score);
-  return scores;
-}
-
-const nlohmann::json* summary_of(const Run& run, const std::string& name) {
-  for (const auto& summary : run.evaluation.at("summary"))
-    if (summary.at("name") == name) return &summary;
-  return nullptr;
-}
-
-/// The file of a model's open-loop band on the trajectory that is shown.
-fs::path band_of(const Run& run, const RunModel& model) {
-  return run.folder / "bands" / fmt::format("{}_{}.h5", model.name, run.trajectory);
+/// Errors of one joint in the rollouts of a model over its seeds, trajectories and starts up to
+/// horizon h, where they are known [rad^2].
+std::vector<double> errors_of(const Run& run, const std::string& name, std::size_t h,
+                              std::size_t joint) {
+  std::vector<double> errors;
+  for (const evaluate::ModelResult& model : run.evaluation.models)
+    if (model.name == name)
+      for (const evaluate::RolloutScore& score : model.scores)
+        if (const std::vector<double>& mse = score.error.q_mse_joint[h];
+            joint < mse.size() && std::isfinite(mse[joint]))
+          errors.push_back(mse[joint]);
+  return errors;
 }
 
 }  // namespace
@@ -56,13 +48,11 @@ Figure tracking(const Run& run) {
     figure.panels.push_back(
         {.title = run.joint(j), .x_label = "t [s]", .y_label = "q [rad]", .fit_x = true});
   for (const RunModel& model : run.fitted()) {
-    const auto path = run.file("rollouts", model);
-    if (path.empty()) continue;
-    const data::H5Reader file(path, "fricid.rollout/1");
-    const Eigen::VectorXd t = file.vector("/t");
-    const RowMatrix q = file.matrix("/q", run.n());
+    const auto rollout = run.rollout(model);
+    if (!rollout) continue;
     for (int j = 0; j < run.n(); ++j)
-      figure.panels[static_cast<std::size_t>(j)].series.push_back(curve(model, t, q.col(j)));
+      figure.panels[static_cast<std::size_t>(j)].series.push_back(
+          curve(model, rollout->t, rollout->q.col(j)));
   }
   for (int j = 0; j < run.n(); ++j)
     figure.panels[static_cast<std::size_t>(j)].series.push_back(
@@ -76,14 +66,14 @@ Figure bands(const Run& run) {
   const RunModel* best = nullptr;
   double least = INFINITY, coverage = kNaN;
   for (const RunModel& model : models) {
-    const auto* summary = summary_of(run, model.name);
-    if (summary == nullptr || !fs::exists(band_of(run, model))) continue;
-    const std::vector<double> errors = numbers_in(*summary, "q_mse_geometric_mean");
-    const std::vector<double> inside = numbers_in(*summary, "band_coverage");
-    if (errors.empty() || inside.empty() || !(errors.back() < least)) continue;
+    const evaluate::Summary* summary = run.summary(model.name);
+    if (summary == nullptr || summary->band_coverage.empty() ||
+        !workflow::is_there(run.folder.band(model.name, run.trajectory)) ||
+        !(summary->q_mse_geometric_mean.back() < least))
+      continue;
     best = &model;
-    least = errors.back();
-    coverage = inside.back();
+    least = summary->q_mse_geometric_mean.back();
+    coverage = summary->band_coverage.back();
   }
   if (best == nullptr) return figure;
 
@@ -92,27 +82,23 @@ Figure bands(const Run& run) {
       "line at zero: the band covers the motion where it holds that line. Over all trajectories "
       "{:.0f} % of the samples of q lie in their band.",
       best->label, run.trajectory, 100 * coverage);
-  const data::H5Reader file(band_of(run, *best), "fricid.band/1");
-  const Eigen::VectorXd t = file.vector("/t");
-  const RowMatrix low = file.matrix("/q_low", run.n()), high = file.matrix("/q_high", run.n());
+  const auto [t, limits] = *run.band(*best);
   for (int j = 0; j < run.n(); ++j) {
     Panel& panel = figure.panels.emplace_back();
     panel = {
         .title = run.joint(j), .x_label = "t [s]", .y_label = "q - measured [rad]", .fit_x = true};
     Series band{
         .label = "90 % band", .colour = best->look.colour, .x = to_vector(t), .mark = Mark::kBand};
-    band.low = to_vector(low.col(j) - run.measured.q.col(j).head(t.size()));
-    band.high = to_vector(high.col(j) - run.measured.q.col(j).head(t.size()));
+    band.low = to_vector(limits.low.col(j) - run.measured.q.col(j).head(t.size()));
+    band.high = to_vector(limits.high.col(j) - run.measured.q.col(j).head(t.size()));
     panel.series.push_back(std::move(band));
     panel.series.push_back(curve("measured", kMeasuredColour, t, Eigen::VectorXd::Zero(t.size())));
   }
-  const auto path = run.file("rollouts", *best);
-  if (path.empty()) return figure;
-  const data::H5Reader rollout(path, "fricid.rollout/1");
-  const RowMatrix q = rollout.matrix("/q", run.n());
+  const auto rollout = run.rollout(*best);
+  if (!rollout) return figure;
   for (int j = 0; j < run.n(); ++j)
-    figure.panels[static_cast<std::size_t>(j)].series.push_back(
-        curve(*best, rollout.vector("/t"), q.col(j) - run.measured.q.col(j).head(q.rows())));
+    figure.panels[static_cast<std::size_t>(j)].series.push_back(curve(
+        *best, rollout->t, rollout->q.col(j) - run.measured.q.col(j).head(rollout->t.size())));
   return figure;
 }
 
@@ -123,10 +109,8 @@ Figure error_time(const Run& run) {
       run.trajectory);
   Panel panel{.x_label = "t [s]", .y_label = "mean |q error| [rad]", .log_y = true, .fit_x = true};
   for (const RunModel& model : run.models) {
-    const auto path = run.file("rollouts", model);
-    if (path.empty()) continue;
-    const data::H5Reader file(path, "fricid.rollout/1");
-    panel.series.push_back(curve(model, file.vector("/t"), mean_error(run, file)));
+    if (const auto rollout = run.rollout(model))
+      panel.series.push_back(curve(model, rollout->t, mean_error(run, rollout->q)));
   }
   // The first samples lie decades below: they are shown from where the curves have risen.
   double least = 1;
@@ -141,11 +125,11 @@ Figure error_time(const Run& run) {
 Figure error_horizon(const Run& run) {
   Figure figure{.name = "error_horizon", .columns = 1, .width_cm = kColumnCm, .panel_height_cm = 6};
   Panel panel{.x_label = "horizon [s]", .y_label = "MSE(q) [rad²]", .log_x = true, .log_y = true};
-  const std::vector<double> horizons = numbers_in(run.evaluation, "horizons_s");
-  if (!horizons.empty()) panel.x_range = {0.7 * horizons.front(), 1.4 * horizons.back()};
+  const std::vector<double>& horizons = run.evaluation.horizons_s;
+  panel.x_range = {0.7 * horizons.front(), 1.4 * horizons.back()};
   for (const double horizon : horizons)
     panel.x_tics.emplace_back(horizon, fmt::format("{:.3g}", horizon));
-  const std::vector<double> floor = numbers_in(run.evaluation, "floor");
+  const std::vector<double>& floor = run.evaluation.floor;
   const bool has_floor =
       std::any_of(floor.begin(), floor.end(), [](double x) { return std::isfinite(x); });
   if (has_floor)
@@ -159,32 +143,31 @@ Figure error_horizon(const Run& run) {
   const std::vector<RunModel>& models = run.models;
   for (std::size_t m = 0; m < models.size(); ++m) {
     const RunModel& model = models[m];
-    const auto* summary = summary_of(run, model.name);
+    const evaluate::Summary* summary = run.summary(model.name);
     if (summary == nullptr) continue;
     // Bars side by side: a shift of 2 % per model on the log axis.
     const double shift =
         std::pow(1.02, static_cast<double>(m) - static_cast<double>(models.size() - 1) / 2);
     Series line{.label = model.label,
                 .colour = model.look.colour,
-                .y = numbers_in(*summary, "q_mse_geometric_mean"),
+                .y = summary->q_mse_geometric_mean,
                 .width = 1.4,
                 .dash = model.look.dash,
                 .mark = Mark::kLinePoints,
                 .marker = model.look.marker};
     for (const double horizon : horizons) line.x.push_back(horizon * shift);
-    if (summary->contains("interval_90")) {
+    over = summary->interval_over;
+    if (over != "none") {
       Series bars = line;
       bars.label.clear();
       bars.mark = Mark::kBars;
       bars.dash = 1;
       bars.width = 0.8;
-      for (const auto& interval : summary->at("interval_90")) {
-        const bool known = interval.size() == 2 && interval[0].is_number();
-        bars.low.push_back(known ? interval[0].get<double>() : kNaN);
-        bars.high.push_back(known ? interval[1].get<double>() : kNaN);
+      for (const evaluate::Interval& interval : summary->interval_90) {
+        bars.low.push_back(interval.low);
+        bars.high.push_back(interval.high);
       }
-      over = summary->value("interval_over", over);
-      if (over != "none" && bars.low.size() == bars.y.size()) panel.series.push_back(bars);
+      panel.series.push_back(bars);
     }
     panel.series.push_back(line);
   }
@@ -198,7 +181,7 @@ Figure error_horizon(const Run& run) {
 }
 
 Figure error_joint(const Run& run) {
-  const std::vector<double> horizons = numbers_in(run.evaluation, "horizons_s");
+  const std::vector<double>& horizons = run.evaluation.horizons_s;
   Figure figure{.name = "error_joint", .columns = 2, .panel_height_cm = 5};
   figure.caption =
       "Open-loop error of each joint: root of the geometric mean of its MSE over trajectories, "
@@ -224,23 +207,20 @@ Figure error_joint(const Run& run) {
                   .width = 1,
                   .mark = Mark::kBars,
                   .marker = model.look.marker};
-      const auto scores = scores_of(run, model.name);
       for (int j = 0; j < run.n(); ++j) {
         double sum = 0, least = INFINITY, most = 0;
-        int count = 0;
-        for (const auto& score : scores) {
-          const auto at = nlohmann::json::json_pointer(fmt::format("/q_mse_joint/{}/{}", h, j));
-          if (!score.contains(at) || !score.at(at).is_number()) continue;
-          const double mse = std::max(score.at(at).get<double>(), kSmallest * kSmallest);
+        const std::vector<double> errors =
+            errors_of(run, model.name, h, static_cast<std::size_t>(j));
+        for (const double error : errors) {
+          const double mse = std::max(error, kSmallest * kSmallest);
           sum += std::log(mse);
           least = std::min(least, mse);
           most = std::max(most, mse);
-          ++count;
         }
-        if (count == 0) continue;
+        if (errors.empty()) continue;
         bars.x.push_back(
             j + 0.8 * ((static_cast<double>(m) + 0.5) / static_cast<double>(models.size()) - 0.5));
-        bars.y.push_back(std::exp(sum / count / 2));
+        bars.y.push_back(std::exp(sum / static_cast<double>(errors.size()) / 2));
         bars.low.push_back(std::sqrt(least));
         bars.high.push_back(std::sqrt(most));
       }

@@ -6,9 +6,11 @@
 #include <map>
 #include <string_view>
 
-#include "fricid/evaluate/evaluation_file.hpp"
+#include <fmt/format.h>
+
+#include "fricid/data/model_file.hpp"
 #include "fricid/friction/robot_friction.hpp"
-#include "json_files.hpp"
+#include "fricid/workflow/recordings.hpp"
 
 namespace fricid::render {
 namespace {
@@ -35,15 +37,14 @@ std::string shaded(std::string_view colour, double share) {
   return result;
 }
 
-/// Law of the whole robot or of the first joint in a model file; "external" without a file, empty
-/// when it has none to read.
-std::string law_of(const std::filesystem::path& file) {
-  if (!std::filesystem::exists(file)) return "external";
-  const auto model = read_json_if_there(file);
-  for (const char* place : {"/friction_of_robot/law", "/friction/0/0/law"})
-    if (const nlohmann::json::json_pointer law(place); model.contains(law))
-      return model.at(law).get<std::string>();
-  return {};
+/// Law of the whole robot or of the first joint; "external" without a model file, empty where there
+/// is no friction.
+std::string law_of(const std::optional<data::ModelFile>& file) {
+  if (!file) return "external";
+  const friction::RobotFriction& friction = file->arm.friction.model;
+  if (friction.has_whole()) return friction.whole().law;
+  if (friction.joint_count() == 0 || friction.joints().front().laws.empty()) return {};
+  return friction.joints().front().laws.front().law;
 }
 
 }  // namespace
@@ -55,24 +56,22 @@ Look look_of_law(const std::string& law, int again) {
   return {shaded(look.colour, kShares[shade]), law == "oracle" ? 2 : 1 + again % 4, look.marker};
 }
 
-std::vector<RunModel> models_of_run(const std::filesystem::path& folder) {
-  const auto evaluation = evaluate::load_evaluation(folder);
+std::vector<RunModel> models_of_run(const evaluate::Evaluation& evaluation,
+                                    const workflow::RunFolder& run) {
   std::vector<RunModel> models;
   std::map<std::string, int> uses;
-  for (const auto& entry : evaluation.at("models")) {
-    const auto name = entry.at("name").get<std::string>();
-    const bool is_oracle = entry.value("is_oracle", false);
-    const int seed = entry.value("seed", 1);
-    if (is_oracle && name != "oracle") continue;
-    const auto known = std::find_if(models.begin(), models.end(),
-                                    [&](const RunModel& model) { return model.name == name; });
+  for (const evaluate::ModelResult& entry : evaluation.models) {
+    if (entry.is_oracle && entry.name != "oracle") continue;
+    const auto known = std::ranges::find(models, entry.name, &RunModel::name);
     if (known != models.end()) {
-      known->seeds.push_back(seed);
+      known->seeds.push_back(entry.seed);
       continue;
     }
-    RunModel model{name, entry.value("label", name), {}, {seed}, is_oracle, {}};
-    model.law =
-        is_oracle ? "oracle" : law_of(folder / "models" / fmt::format("{}_s{}.json", name, seed));
+    const std::string& label = entry.label.empty() ? entry.name : entry.label;
+    RunModel model{entry.name, label, {}, {entry.seed}, entry.is_oracle, {}};
+    model.law = model.is_oracle
+                    ? "oracle"
+                    : law_of(workflow::if_there(run.model(model.first_fit()), data::load_model));
     model.look = look_of_law(model.law, uses[model.law]++);
     models.push_back(std::move(model));
   }

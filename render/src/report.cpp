@@ -1,7 +1,11 @@
 #include "fricid/render/report.hpp"
 
+#include <fmt/format.h>
+
+#include "fricid/base/files.hpp"
+#include "fricid/data/artefact.hpp"
+#include "fricid/workflow/recordings.hpp"
 #include "html.hpp"
-#include "json_files.hpp"
 #include "report_parts.hpp"
 #include "svg.hpp"
 
@@ -10,11 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string symbols_of_page(const fs::path& folder) {
-  if (!fs::exists(folder / "plots")) return {};
-  for (const auto& entry : fs::directory_iterator(folder / "plots"))
-    if (entry.path().extension() == ".svg") return svg_symbols(read_svg(entry.path()));
-  return {};
+std::string symbols_of_page(const workflow::RunFolder& folder) {
+  const std::vector<fs::path> plots = folder.files_in(folder.plots(), ".svg");
+  return plots.empty() ? std::string() : svg_symbols(read_svg(plots.front()));
 }
 
 std::string navigation(const std::string& body) {
@@ -30,32 +32,35 @@ std::string navigation(const std::string& body) {
 
 }  // namespace
 
-Record read_record(const fs::path& folder) {
-  Record record{read_run(folder), {}, {}, {}, {}};
-  record.manifest = read_json_if_there(folder / "manifest.json");
-  record.excitation = read_json_if_there(folder / "excitation.json");
-  if (fs::exists(folder / "scene.toml")) record.scene = read_file(folder / "scene.toml");
+Record read_record(const workflow::RunFolder& folder, const data::Scene& scene,
+                   const workflow::Manifest& manifest) {
+  using workflow::if_there;
+  Record record{read_run(folder), scene, manifest, {}, {}};
+  if (const auto excitation = if_there(folder.excitation(), data::load<sim::ExcitationFile>))
+    record.trajectories = excitation->trajectories;
   for (const RunModel& model : record.run.fitted())
     for (const int seed : model.seeds) {
-      const std::string name = fmt::format("{}_s{}.json", model.name, seed);
-      FittedModel fitted{model, seed, read_json_if_there(folder / "fit" / name),
-                         read_json_if_there(folder / "models" / name)};
-      if (fitted.fit.is_null()) fitted.fit = nlohmann::json::object();
-      record.fits.push_back(std::move(fitted));
+      const workflow::FitId id{model.name, seed};
+      record.fits.push_back({model, id, record.run.fit(id), record.run.model_file(id)});
     }
   return record;
 }
 
-std::string report_of_run(const fs::path& folder) {
-  const Record record = read_record(folder);
-  const std::string name = html::escaped(record.run.evaluation.value("scene", "run"));
+double fit_seconds(const Record& record, const evaluate::Summary& model) {
+  const auto seconds = workflow::fit_seconds(record.manifest);
+  const auto known = seconds.find(model.name);
+  return known == seconds.end() ? model.stated_fit_seconds : known->second;
+}
+
+std::string report_of_run(const workflow::RunFolder& folder, const data::Scene& scene,
+                          const workflow::Manifest& manifest) {
+  const Record record = read_record(folder, scene, manifest);
+  const std::string name = html::escaped(record.run.evaluation.scene);
+  const std::string description = html::escaped(scene.description);
   std::string body = table_section(record) + torque_section(record) + video_section(record) +
                      figure_section(record) + model_section(record) +
                      warning_section(warnings_of(record)) + data_section(record) +
                      reproduce_section(record);
-  const auto text_of = [&](const char* key) {
-    return html::escaped(record.manifest.is_object() ? record.manifest.value(key, "") : "");
-  };
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
@@ -63,13 +68,14 @@ std::string report_of_run(const fs::path& folder) {
       "<title>{0} – friction identification</title>\n<style>{1}</style>\n</head>\n<body>\n"
       "{2}<header>\n<h1>{0}</h1>\n<p class=\"byline\">{3}fricid {4}, commit {5}</p>\n{6}{7}"
       "</header>\n<main>\n{8}</main>\n</body>\n</html>\n",
-      name, kReportStyle, symbols_of_page(folder),
-      describe_scene(record).empty() ? "" : describe_scene(record) + " · ", text_of("version"),
-      text_of("commit"), summary_section(record), navigation(body), body);
+      name, kReportStyle, symbols_of_page(folder), description.empty() ? "" : description + " · ",
+      html::escaped(manifest.version), html::escaped(manifest.commit), summary_section(record),
+      navigation(body), body);
 }
 
-void write_report(const fs::path& folder) {
-  write_file_atomically(folder / "report.html", report_of_run(folder));
+void write_report(const workflow::RunFolder& folder, const data::Scene& scene,
+                  const workflow::Manifest& manifest, const fs::path& file) {
+  write_file_atomically(file, report_of_run(folder, scene, manifest));
 }
 
 }  // namespace fricid::render

@@ -1,25 +1,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
+#include "fricid/workflow/recordings.hpp"
 #include "html.hpp"
-#include "json_files.hpp"
 #include "report_parts.hpp"
 
 namespace fricid::render {
 namespace {
 
-namespace fs = std::filesystem;
 using html::Row;
-using nlohmann::json;
-
-std::vector<fs::path> recordings(const fs::path& folder) {
-  std::vector<fs::path> files;
-  if (fs::exists(folder / "data"))
-    for (const auto& entry : fs::directory_iterator(folder / "data"))
-      if (entry.path().extension() == ".h5") files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  return files;
-}
 
 /// What can be said of one joint of a recording without any model.
 struct JointFacts {
@@ -99,28 +90,35 @@ std::string joint_table(const data::Dataset& set) {
                                  html::escaped(set.name)));
 }
 
-std::string first_lines(const json& object) {
+std::string hashes(const std::vector<workflow::Content>& contents) {
   std::string text;
-  for (const auto& [name, hash] : object.items())
-    if (hash.is_string()) text += fmt::format("{}  {}\n", hash.get<std::string>(), name);
+  for (const workflow::Content& content : contents)
+    text += fmt::format("{}  {}\n", content.sha256, content.name);
   return text;
+}
+
+/// Files that other figures are made from: all but plots, videos and the report.
+std::vector<workflow::Content> results_of(const workflow::StageRecord& stage,
+                                          const workflow::RunFolder& folder) {
+  std::vector<workflow::Content> results;
+  for (const workflow::Content& output : stage.outputs)
+    if (!output.name.starts_with(folder.name_of(folder.plots()) + "/") &&
+        !output.name.starts_with(folder.name_of(folder.videos()) + "/") &&
+        output.name != folder.name_of(folder.report()))
+      results.push_back(output);
+  return results;
 }
 
 }  // namespace
 
-std::string describe_scene(const Record& record) {
-  const std::string key = "\ndescription = \"";
-  const std::size_t at = record.scene.find(key);
-  if (at == std::string::npos) return {};
-  const std::size_t begin = at + key.size();
-  return html::escaped(record.scene.substr(begin, record.scene.find('"', begin) - begin));
-}
-
 std::string data_section(const Record& record) {
   std::vector<Row> rows;
   std::string joints;
-  for (const fs::path& file : recordings(record.run.folder)) {
-    const data::Dataset set = data::load_dataset(file);
+  std::vector<data::Dataset> sets;
+  for (const auto name : {workflow::RunFolder::training, workflow::RunFolder::validation})
+    for (data::Dataset& set : workflow::load_recordings(record.run.folder, name))
+      sets.push_back(std::move(set));
+  for (const data::Dataset& set : sets) {
     rows.push_back({{{html::escaped(set.name)},
                      {fmt::format("{}", set.length())},
                      {html::number((set.length() - 1) * set.dt(), 3)},
@@ -135,45 +133,38 @@ std::string data_section(const Record& record) {
 }
 
 std::string reproduce_section(const Record& record) {
-  const json& manifest = record.manifest;
   std::string text = "<h2 id=\"reproduce\">How to reproduce</h2>\n";
   text +=
       "<pre>fricid run scene.toml -o again</pre>\n<p>with the <code>scene.toml</code> of this "
       "folder gives the same files to the last byte, for any number of threads.</p>\n";
-  if (manifest.is_object()) {
-    text += "<dl>";
-    const auto item = [&](const char* name, const std::string& value) {
-      if (!value.empty()) text += fmt::format("<dt>{}</dt><dd>{}</dd>", name, html::escaped(value));
-    };
-    item("Version", manifest.value("version", ""));
-    item("Commit", manifest.value("commit", ""));
-    if (manifest.contains("seed") && manifest.at("seed").is_number())
-      item("Seed", fmt::format("{}", manifest.at("seed").get<long>()));
-    const json machine = manifest.value("machine", json::object());
-    item("Machine",
-         fmt::format("{}, {} cores", machine.value("cpu", ""), machine.value("cores", 0)));
-    text += "</dl>\n";
-    std::vector<Row> stages;
-    std::string outputs;
-    const json run = manifest.value("stages", json::object());
-    for (const auto& [name, stage] : run.items()) {
-      stages.push_back({{{html::escaped(name)}, {html::number(number_in(stage, "seconds"))}}});
-      if (name != "plots" && name != "report" && name != "video")
-        outputs += first_lines(stage.value("outputs", json::object()));
-    }
-    text += "<details><summary>Time per stage</summary>" +
-            html::table({"stage", "seconds"}, stages) + "</details>\n";
-    const std::string inputs = first_lines(manifest.value("inputs", json::object()));
-    if (!inputs.empty())
-      text += "<details><summary>SHA-256 of the inputs</summary><pre>" + html::escaped(inputs) +
-              "</pre></details>\n";
-    if (!outputs.empty())
-      text += "<details><summary>SHA-256 of the results</summary><pre>" + html::escaped(outputs) +
-              "</pre></details>\n";
+  const workflow::Manifest& manifest = record.manifest;
+  text += "<dl>";
+  const auto item = [&](const char* name, const std::string& value) {
+    if (!value.empty()) text += fmt::format("<dt>{}</dt><dd>{}</dd>", name, html::escaped(value));
+  };
+  item("Version", manifest.version);
+  item("Commit", manifest.commit);
+  item("Seed", fmt::format("{}", manifest.seed));
+  item("Machine", fmt::format("{}, {} cores", manifest.machine.cpu, manifest.machine.cores));
+  text += "</dl>\n";
+  std::vector<Row> stages;
+  std::string outputs;
+  for (const workflow::StageRecord& stage : manifest.stages) {
+    stages.push_back({{{html::escaped(stage.name)}, {html::number(stage.seconds)}}});
+    outputs += hashes(results_of(stage, record.run.folder));
   }
-  if (!record.scene.empty())
-    text += "<details id=\"scene\"><summary>Scene as run</summary><pre>" +
-            html::escaped(record.scene) + "</pre></details>\n";
+  const auto details = [&](const char* summary, const std::string& content) {
+    if (!content.empty())
+      text += fmt::format("<details><summary>{}</summary>{}</details>\n", summary, content);
+  };
+  const auto preformatted = [](const std::string& content) {
+    return content.empty() ? content : "<pre>" + html::escaped(content) + "</pre>";
+  };
+  details("Time per stage", html::table({"stage", "seconds"}, stages));
+  details("SHA-256 of the inputs", preformatted(hashes(manifest.sources)));
+  details("SHA-256 of the results", preformatted(outputs));
+  text += "<details id=\"scene\"><summary>Scene as run</summary>" +
+          preformatted(data::to_toml(record.scene)) + "</details>\n";
   return text;
 }
 

@@ -1,7 +1,8 @@
-#include <algorithm>
+#include <fmt/format.h>
 
+#include "fricid/base/files.hpp"
+#include "fricid/workflow/recordings.hpp"
 #include "html.hpp"
-#include "json_files.hpp"
 #include "report_parts.hpp"
 #include "svg.hpp"
 
@@ -31,19 +32,9 @@ const std::vector<Group>& groups() {
   return kGroups;
 }
 
-std::vector<std::string> plots_of(const fs::path& folder) {
-  std::vector<std::string> names;
-  if (fs::exists(folder / "plots"))
-    for (const auto& entry : fs::directory_iterator(folder / "plots"))
-      if (entry.path().extension() == ".svg") names.push_back(entry.path().stem().string());
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 /// The caption that the script of a plot carries in its first line.
 std::string caption_of(const fs::path& script) {
-  if (!fs::exists(script)) return {};
-  const std::string text = read_file(script);
+  const std::string text = workflow::if_there(script, read_file).value_or("");
   const std::string first = text.substr(0, text.find('\n'));
   return first.starts_with("# ") ? first.substr(2) : std::string();
 }
@@ -51,23 +42,24 @@ std::string caption_of(const fs::path& script) {
 }  // namespace
 
 std::string plot_html(const Record& record, const std::string& name) {
-  const fs::path plots = record.run.folder / "plots";
-  if (!fs::exists(plots / (name + ".svg"))) return {};
-  const std::string caption = caption_of(plots / (name + ".gp"));
+  const workflow::RunFolder& folder = record.run.folder;
+  const fs::path picture = folder.plot(name, "svg");
+  if (!workflow::is_there(picture)) return {};
+  const std::string caption = caption_of(folder.plot(name, "gp"));
   std::string files;
   for (const char* extension : {"pdf", "svg", "png", "gp"})
-    if (fs::exists(plots / (name + "." + extension)))
-      files += fmt::format(" <a href=\"plots/{0}.{1}\">{1}</a>", html::escaped(name), extension);
+    if (const fs::path file = folder.plot(name, extension); workflow::is_there(file))
+      files +=
+          fmt::format(" <a href=\"{}\">{}</a>", html::escaped(folder.name_of(file)), extension);
   return fmt::format(
       "<figure id=\"plot-{0}\"><input class=\"zoom\" type=\"checkbox\" id=\"zoom-{0}\" "
       "aria-label=\"enlarge\"><div class=\"plot\"><label for=\"zoom-{0}\">{1}</label></div>"
       "<figcaption>{2} <span class=\"files\">{3}</span></figcaption></figure>\n",
-      html::escaped(name), inline_svg(read_svg(plots / (name + ".svg")), caption),
-      html::escaped(caption), files);
+      html::escaped(name), inline_svg(read_svg(picture), caption), html::escaped(caption), files);
 }
 
 std::string figure_section(const Record& record) {
-  const std::vector<std::string> plots = plots_of(record.run.folder);
+  const workflow::RunFolder& folder = record.run.folder;
   std::string text;
   for (const Group& group : groups()) {
     std::string figures;
@@ -89,7 +81,7 @@ std::string figure_section(const Record& record) {
     if (!figures.empty())
       text += fmt::format("<h2 id=\"{}\">{}</h2>\n{}", group.id, group.title, figures);
   }
-  if (plots.empty())
+  if (folder.files_in(folder.plots(), ".svg").empty())
     text +=
         "<p class=\"note\">This folder holds no plots; <code>fricid render</code> draws "
         "them where gnuplot is installed.</p>\n";

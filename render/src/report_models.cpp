@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "html.hpp"
-#include "json_files.hpp"
 #include "report_parts.hpp"
 
 namespace fricid::render {
@@ -10,33 +11,30 @@ namespace {
 
 using html::Cell;
 using html::Row;
-using nlohmann::json;
 
-const json& child(const json& object, const std::string& key) {
-  static const json kNothing = json::object();
-  return object.is_object() && object.contains(key) ? object.at(key) : kNothing;
+/// Entry of theta where a friction has this law at that joint; NaN elsewhere.
+double value_of(const friction::Friction& friction, int joint, const std::string& law,
+                const std::string& symbol) {
+  const int i = friction::find_parameter(friction.model, joint, law, symbol);
+  return i < 0 ? kNaN : friction.theta[static_cast<std::size_t>(i)];
 }
 
-/// Injected value of a parameter where the truth has the same law at that joint; else NaN.
-double true_value(const Run& run, int joint, const std::string& law, const std::string& symbol) {
-  if (!run.truth) return kNaN;
-  const friction::Friction& truth = run.truth->friction;
-  const int i = friction::find_parameter(truth.model, joint, law, symbol);
-  return i < 0 ? kNaN : truth.theta[static_cast<std::size_t>(i)];
-}
+/// What the fit says of a parameter of that joint's law.
+struct Found {
+  double standard_error = kNaN;
+  bool at_bound = false;
+};
 
-bool is_at_bound(const json& fit, std::size_t joint, const std::string& symbol) {
-  const json& joints = child(fit, "joints");
-  if (!joints.is_array() || joint >= joints.size()) return false;
-  const json& at_bound = child(joints[joint], "at_bound");
-  return std::find(at_bound.begin(), at_bound.end(), symbol) != at_bound.end();
-}
-
-/// A number under `key` of a joint's fit, by symbol.
-double of_joint(const json& fit, std::size_t joint, const char* key, const std::string& symbol) {
-  const json& joints = child(fit, "joints");
-  if (!joints.is_array() || joint >= joints.size()) return kNaN;
-  return number_in(child(joints[joint], key), symbol);
+Found found_in(const FittedModel& fitted, int joint, const std::string& law,
+               const std::string& symbol) {
+  if (!fitted.fit || joint >= std::ssize(fitted.fit->joints)) return {};
+  const friction::RobotFriction& friction = fitted.file->arm.friction.model;
+  const int i = friction::find_parameter(friction, joint, law, symbol);
+  const data::FittedParameter* parameter =
+      i < 0 ? nullptr : fitted_parameter(*fitted.fit, friction, i);
+  const auto& at_bound = fitted.fit->joints[static_cast<std::size_t>(joint)].at_bound;
+  return {parameter == nullptr ? kNaN : parameter->standard_error,
+          std::ranges::find(at_bound, symbol) != at_bound.end()};
 }
 
 std::string interval(double lower, double upper) {
@@ -47,13 +45,12 @@ std::string interval(double lower, double upper) {
 std::string law_table(const Record& record, const FittedModel& fitted, const std::string& law,
                       int elements) {
   const Run& run = record.run;
-  const json& joints = fitted.file.at("friction");
   std::vector<std::string> head{"parameter"};
   for (int j = 0; j < run.n(); ++j) head.push_back(html::escaped(run.joint(j)));
   head.emplace_back("allowed");
 
   int weights = 0;
-  bool any_bound = false, any_truth = false, any_error = false, any_start = false;
+  bool any_bound = false, any_truth = false, any_error = false;
   std::vector<Row> rows;
   for (const friction::ParameterInfo& info : friction::parameters_of_law(law, elements)) {
     const std::string symbol(info.symbol);
@@ -64,48 +61,35 @@ std::string law_table(const Record& record, const FittedModel& fitted, const std
     Row row{{{fmt::format("<span title=\"{}\">{}</span> <span class=\"soft\">{}</span>",
                           html::escaped(info.meaning), html::escaped(symbol),
                           info.has_unit() ? html::escaped(info.unit) : "")}}};
-    Row start{{{"<span class=\"soft\">start</span>"}}, "soft"},
-        truth{{{"<span class=\"soft\">truth</span>"}}, "soft"};
-    bool has_truth = false, has_start = false;
-    for (std::size_t j = 0; j < joints.size(); ++j) {
-      const json* found = nullptr;
-      for (const json& own : joints[j])
-        if (own.value("law", "") == law) found = &own;
-      const double value =
-          found == nullptr ? kNaN : number_in(child(child(*found, "parameters"), symbol), "value");
-      const double error = of_joint(fitted.fit, j, "standard_errors", symbol),
-                   first = of_joint(fitted.fit, j, "start", symbol),
-                   injected = true_value(run, static_cast<int>(j), law, symbol);
-      Cell cell{html::number(value, 3)};
-      if (std::isfinite(error)) {
-        cell.text += " ± " + html::number(error, 1);
+    Row truth{{{"<span class=\"soft\">truth</span>"}}, "soft"};
+    bool has_truth = false;
+    for (int j = 0; j < run.n(); ++j) {
+      const Found found = found_in(fitted, j, law, symbol);
+      const double injected = run.truth ? value_of(run.truth->friction, j, law, symbol) : kNaN;
+      Cell cell{html::number(value_of(fitted.file->arm.friction, j, law, symbol), 3)};
+      if (std::isfinite(found.standard_error)) {
+        cell.text += " ± " + html::number(found.standard_error, 1);
         any_error = true;
       }
-      if (is_at_bound(fitted.fit, j, symbol)) {
+      if (found.at_bound) {
         cell.text += "&#8239;†";
         cell.style = "bad";
         any_bound = true;
       }
       row.cells.push_back(cell);
-      start.cells.push_back({html::number(first, 3)});
       truth.cells.push_back({html::number(injected, 3)});
       has_truth |= std::isfinite(injected);
-      has_start |= std::isfinite(first);
     }
     row.cells.push_back({interval(info.lower, info.upper), "soft"});
-    start.cells.emplace_back();
     truth.cells.emplace_back();
     rows.push_back(std::move(row));
-    if (has_start) rows.push_back(std::move(start));
     if (has_truth) rows.push_back(std::move(truth));
     any_truth |= has_truth;
-    any_start |= has_start;
   }
   std::string caption = fmt::format("Parameters of <i>{}</i>", html::escaped(law));
   if (elements > 0) caption += fmt::format(", {} elements", elements);
   if (any_error) caption += "; ± standard error";
   if (any_bound) caption += "; † ended on its bound";
-  if (any_start) caption += "; start: where the search began";
   if (any_truth) caption += "; truth: as injected";
   std::string text = html::table(head, rows, caption + ".");
   if (weights > 0)
@@ -115,39 +99,36 @@ std::string law_table(const Record& record, const FittedModel& fitted, const std
 }
 
 std::string friction_tables(const Record& record, const FittedModel& fitted) {
-  if (!fitted.file.is_object() || !fitted.file.contains("friction")) return {};
+  const friction::RobotFriction& friction = fitted.file->arm.friction.model;
   std::vector<std::pair<std::string, int>> laws;
-  for (const json& joint : fitted.file.at("friction"))
-    for (const json& law : joint) {
-      const std::pair entry(law.value("law", ""), law.value("elements", 0));
-      if (std::find(laws.begin(), laws.end(), entry) == laws.end()) laws.push_back(entry);
-    }
+  for (const friction::JointSpec& joint : friction.joints())
+    for (const friction::LawSpec& law : joint.laws)
+      if (const std::pair entry(law.law, law.elements);
+          std::ranges::find(laws, entry) == laws.end())
+        laws.push_back(entry);
   std::string text;
   for (const auto& [law, elements] : laws) text += law_table(record, fitted, law, elements);
-  if (const json& whole = child(fitted.file, "friction_of_robot"); whole.contains("parameters"))
+  if (friction.has_whole())
     text += fmt::format(
         "<p class=\"note\">One <i>{}</i> for the whole robot, {} elements: {} weights and scales, "
         "in "
         "the model file.</p>\n",
-        html::escaped(whole.value("law", "")), whole.value("elements", 0),
-        whole.at("parameters").size());
+        html::escaped(friction.whole().law), friction.whole().elements,
+        friction.parameter_count() - friction.parameter_begin(friction.joint_count()));
   return text;
 }
 
-std::string base_table(const json& rigid) {
-  const json& base = child(rigid, "base_parameters");
-  if (!base.is_array() || base.empty()) return {};
+std::string base_table(const std::vector<data::FittedBaseParameter>& base) {
+  if (base.empty()) return {};
   std::vector<Row> rows;
-  for (const json& parameter : base) {
-    const double value = number_in(parameter, "value"),
-                 error = number_in(parameter, "standard_error"),
-                 physical = number_in(parameter, "physical");
-    const bool moved = std::abs(value - physical) > 3 * error;
-    rows.push_back({{{html::escaped(parameter.value("name", "")), "text"},
-                     {html::number(value, 4)},
+  for (const data::FittedBaseParameter& parameter : base) {
+    const double error = parameter.standard_error;
+    const bool moved = std::abs(parameter.value - parameter.physical) > 3 * error;
+    rows.push_back({{{html::escaped(parameter.name), "text"},
+                     {html::number(parameter.value, 4)},
                      {html::number(error, 2)},
-                     {html::number(std::abs(error / value), 2)},
-                     {html::number(physical, 4), moved ? "bad" : ""}}});
+                     {html::number(std::abs(error / parameter.value), 2)},
+                     {html::number(parameter.physical, 4), moved ? "bad" : ""}}});
   }
   return "<details><summary>Base parameters of the rigid body</summary>" +
          html::table({"combination", "estimate", "standard error", "relative", "physical"}, rows,
@@ -158,73 +139,68 @@ std::string base_table(const json& rigid) {
 }
 
 std::string body_table(const Record& record, const FittedModel& fitted) {
-  const json& robot = child(fitted.file, "robot");
-  const json& joints = child(robot, "joints");
-  if (!joints.is_array()) return {};
-  const json& rigid = child(fitted.fit, "rigid_body");
-  const std::vector<double> used = numbers_in(rigid, "rows_used"),
-                            total = numbers_in(rigid, "rows_total"),
-                            residual = numbers_in(rigid, "residual_sd_Nm");
+  const dynamics::RobotModel& robot = fitted.file->arm.robot;
+  const data::FitFile fit = fitted.fit.value_or(data::FitFile());
+  const data::FittedRigidBody& rigid = fit.rigid_body;
   std::vector<std::string> head{"joint"};
   for (int j = 0; j < record.run.n(); ++j) head.push_back(html::escaped(record.run.joint(j)));
   Row mass{{{"mass [kg]"}}}, armature{{{"armature [kg m²]"}}}, rows_used{{{"rows used"}}},
       noise{{{"residual of the regression [N m]"}}}, rms{{{"RMS of the torque residual [N m]"}}},
       r2{{{"R²"}}};
-  const json& fits = child(fitted.fit, "joints");
-  for (std::size_t j = 0; j < joints.size(); ++j) {
-    mass.cells.push_back({html::number(number_in(child(joints[j], "moves"), "mass"), 3)});
-    armature.cells.push_back({html::number(number_in(joints[j], "armature"), 3)});
+  for (int j = 0; j < robot.n(); ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    mass.cells.push_back({html::number(robot.pi[10 * j], 3)});
+    armature.cells.push_back({html::number(robot.pi[robot.armature_begin() + j], 3)});
     rows_used.cells.push_back(
-        {j < used.size() && j < total.size() ? html::percent(used[j] / total[j]) : "–"});
-    noise.cells.push_back({j < residual.size() ? html::number(residual[j]) : "–"});
-    const json& fit = fits.is_array() && j < fits.size() ? fits[j] : fits;
-    rms.cells.push_back({html::number(number_in(fit, "residual_rms_Nm"))});
-    const double share = number_in(fit, "r2");
+        {at < rigid.rows.size() && at < rigid.rows_total.size()
+             ? html::percent(static_cast<double>(rigid.rows[at]) / rigid.rows_total[at])
+             : "–"});
+    noise.cells.push_back({j < rigid.sigma.size() ? html::number(rigid.sigma[j]) : "–"});
+    if (fit.joints.empty()) continue;
+    rms.cells.push_back({html::number(fit.joints[at].residual_rms)});
+    const double share = fit.joints[at].r2;
     r2.cells.push_back({std::isnan(share) ? "–" : fmt::format("{:.4f}", share)});
   }
   std::vector<Row> rows{mass, armature, rows_used, noise};
-  if (fits.is_array() && !fits.empty()) rows.insert(rows.end(), {rms, r2});
+  if (!fit.joints.empty()) rows.insert(rows.end(), {rms, r2});
   return html::table(head, rows,
                      "Rigid body of the model, and how its regression went. Masses and armatures "
                      "alone are not determined by the data; the base parameters are.") +
-         base_table(rigid);
+         base_table(rigid.base);
 }
 
-std::string health(const FittedModel& fitted) {
-  const json& fit = fitted.fit;
+std::string health(const Record& record, const FittedModel& fitted) {
+  if (!fitted.fit) return {};
+  const data::FitFile& fit = *fitted.fit;
   std::string text = "<dl>";
   const auto item = [&](const std::string& name, const std::string& value) {
     if (!value.empty()) text += fmt::format("<dt>{}</dt><dd>{}</dd>", name, value);
   };
-  item("Method", html::escaped(fit.value("method", "")));
-  item("Outcome", html::escaped(fit.value("outcome", "")) +
-                      (fit.value("usable", true) ? "" : " <b class=\"bad\">not usable</b>"));
-  item("In words", html::escaped(fit.value("message", "")));
-  item("Fitted values", fmt::format("{}", fit.value("parameters", 0)));
-  if (fit.contains("seconds")) item("Time", html::number(number_in(fit, "seconds")) + "&#8239;s");
-  const json& rigid = child(fit, "rigid_body");
-  if (rigid.contains("condition"))
-    item("Condition of the regression", html::number(number_in(rigid, "condition")));
-  if (const json& em = child(fit, "em"); em.contains("iterations")) {
-    const json& iterations = em.at("iterations");
-    if (!iterations.empty()) {
-      item("Log-likelihood",
-           fmt::format("{} → {}", html::number(number_in(iterations.front(), "log_likelihood"), 5),
-                       html::number(number_in(iterations.back(), "log_likelihood"), 5)));
-      item("NIS per channel", html::number(number_in(iterations.back(), "nis")) +
-                                  " (1 where the noise is as large as the model says)");
+  item("Method", html::escaped(fit.method));
+  item("Outcome", html::escaped(to_string(fit.outcome)) +
+                      (fit.usable ? "" : " <b class=\"bad\">not usable</b>"));
+  item("In words", html::escaped(fit.message));
+  item("Fitted values", fmt::format("{}", fit.parameters));
+  if (const workflow::StageRecord* stage = record.manifest.find(workflow::stage_of(fitted.id)))
+    item("Time", html::number(stage->seconds) + "&#8239;s");
+  item("Condition of the regression", html::number(fit.rigid_body.condition));
+  if (fit.em) {
+    if (!fit.em->iterations.empty()) {
+      const data::FittedIteration &first = fit.em->iterations.front(),
+                                  &last = fit.em->iterations.back();
+      item("Log-likelihood", fmt::format("{} → {}", html::number(first.log_likelihood, 5),
+                                         html::number(last.log_likelihood, 5)));
+      item("NIS per channel",
+           html::number(last.nis) + " (1 where the noise is as large as the model says)");
     }
-    item("Held-out MSE",
-         html::number(number_in(em, "held_out_q_mse_start")) + " rad² at the start");
+    item("Held-out MSE", html::number(fit.em->held_out_start) + " rad² at the start");
   }
-  if (const json& torque = child(fit, "torque"); torque.contains("message"))
-    item("Training on the torque", html::escaped(torque.value("message", "")));
-  if (const json& multi = child(fit, "multi_step"); multi.contains("held_out_q_mse")) {
-    const std::vector<double> held_out = numbers_in(multi, "held_out_q_mse");
-    const auto chosen = multi.value("chosen", std::size_t{0});
-    if (chosen < held_out.size())
-      item("Held-out MSE", fmt::format("{} → {} rad²", html::number(held_out.front()),
-                                       html::number(held_out[chosen])));
+  if (fit.torque) item("Training on the torque", html::escaped(fit.torque->message));
+  if (fit.multi_step && !fit.multi_step->held_out.empty()) {
+    const std::vector<double>& held_out = fit.multi_step->held_out;
+    item("Held-out MSE",
+         fmt::format("{} → {} rad²", html::number(held_out.front()),
+                     html::number(held_out[static_cast<std::size_t>(fit.multi_step->chosen)])));
   }
   return text + "</dl>\n";
 }
@@ -236,18 +212,19 @@ std::string model_section(const Record& record) {
   std::string text = "<h2 id=\"models\">Models</h2>\n";
   for (std::size_t i = 0; i < record.fits.size(); ++i) {
     const FittedModel& fitted = record.fits[i];
-    const bool first_seed = fitted.seed == fitted.model.seeds.front();
+    const bool first_seed = fitted.id == fitted.model.first_fit();
     const std::string seed =
-        fitted.model.seeds.size() > 1 ? fmt::format(", seed {}", fitted.seed) : std::string();
-    text += fmt::format("<section id=\"model-{0}-{1}\"><h3>{2}{3}</h3>\n",
-                        html::escaped(fitted.model.name), fitted.seed, dotted(fitted.model), seed);
-    if (fitted.file.is_null()) {
+        fitted.model.seeds.size() > 1 ? fmt::format(", seed {}", fitted.id.seed) : std::string();
+    text +=
+        fmt::format("<section id=\"model-{0}-{1}\"><h3>{2}{3}</h3>\n",
+                    html::escaped(fitted.model.name), fitted.id.seed, dotted(fitted.model), seed);
+    if (!fitted.file) {
       text +=
           "<p class=\"note\">Known by its rollouts alone, made by another "
           "program.</p>\n</section>\n";
       continue;
     }
-    text += health(fitted);
+    text += health(record, fitted);
     text += "<details><summary>Parameters</summary>\n" + friction_tables(record, fitted) +
             body_table(record, fitted) + "</details>\n";
     const auto add_plot = [&](const char* kind, const char* title) {

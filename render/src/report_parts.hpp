@@ -4,26 +4,36 @@
 #include <string>
 #include <vector>
 
+#include "fricid/data/scene.hpp"
+#include "fricid/sim/excitation_file.hpp"
+#include "fricid/workflow/manifest.hpp"
 #include "run.hpp"
 
 namespace fricid::render {
 
-/// One fit of one model: its files.
+/// One fit of one model and its files.
 struct FittedModel {
   RunModel model;
-  int seed = 1;
-  nlohmann::json fit, file;  ///< fit/NAME_sSEED.json, models/NAME_sSEED.json; null when missing
+  workflow::FitId id;
+  std::optional<data::FitFile> fit;
+  std::optional<data::ModelFile> file;  ///< none of rollouts alone
 };
 
 /// What the report is made from.
 struct Record {
   Run run;
-  nlohmann::json manifest, excitation;
-  std::vector<FittedModel> fits;  ///< models in order, seeds in order
-  std::string scene;              ///< text of scene.toml
+  data::Scene scene;
+  workflow::Manifest manifest;
+  std::vector<sim::TrajectoryReport> trajectories;  ///< how they were excited; empty for logs
+  std::vector<FittedModel> fits;                    ///< models in order, seeds in order
 };
 
-Record read_record(const std::filesystem::path& folder);
+Record read_record(const workflow::RunFolder& folder, const data::Scene& scene,
+                   const workflow::Manifest& manifest);
+
+/// What the fit of a model took, mean over its seeds [s]: as the manifest has it, or as the maker
+/// of an external model says; NaN where neither does.
+double fit_seconds(const Record& record, const evaluate::Summary& model);
 
 /// Something a reader must know before trusting a number.
 struct Warning {
@@ -54,8 +64,6 @@ std::string torque_section(const Record& record);
 std::string model_section(const Record& record);
 
 // report_data.cpp
-/// What the scene says of itself (HTML); empty without a description.
-std::string describe_scene(const Record& record);
 std::string data_section(const Record& record);
 std::string reproduce_section(const Record& record);
 

@@ -1,18 +1,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "html.hpp"
-#include "json_files.hpp"
 #include "report_parts.hpp"
 
 namespace fricid::render {
 namespace {
 
+using evaluate::Evaluation;
+using evaluate::Summary;
 using html::Row;
-using nlohmann::json;
 
-std::string model_label(const json& summary) {
-  return html::escaped(summary.value("label", summary.value("name", "")));
+std::string model_label(const Summary& summary) {
+  return html::escaped(summary.label.empty() ? summary.name : summary.label);
 }
 
 /// "15.7 s" as in a table head.
@@ -23,11 +25,15 @@ std::string angle(double mse) {
   return rms < 1 ? html::number(1e3 * rms) + "&#8239;mrad" : html::number(rms) + "&#8239;rad";
 }
 
+std::string duration(double seconds) {
+  return std::isnan(seconds) ? "–" : html::number(seconds) + "&#8239;s";
+}
+
 /// Logarithmic mean over horizons: what "best" means.
-double overall(const json& summary) {
+double overall(const Summary& summary) {
   double sum = 0;
   int count = 0;
-  for (const double mse : numbers_in(summary, "q_mse_geometric_mean"))
+  for (const double mse : summary.q_mse_geometric_mean)
     if (std::isfinite(mse) && mse > 0) {
       sum += std::log(mse);
       ++count;
@@ -35,10 +41,10 @@ double overall(const json& summary) {
   return count > 0 ? sum / count : INFINITY;
 }
 
-std::vector<json> fitted_summaries(const json& evaluation) {
-  std::vector<json> fitted;
-  for (const json& summary : evaluation.at("summary"))
-    if (!summary.value("is_oracle", false)) fitted.push_back(summary);
+std::vector<const Summary*> fitted_summaries(const Evaluation& evaluation) {
+  std::vector<const Summary*> fitted;
+  for (const Summary& summary : evaluation.summary)
+    if (!summary.is_oracle) fitted.push_back(&summary);
   return fitted;
 }
 
@@ -52,25 +58,23 @@ std::vector<std::size_t> spoken(const std::vector<double>& horizons) {
   return chosen;
 }
 
-std::string best_sentence(const json& evaluation, const json& best, std::size_t fitted) {
-  const std::vector<double> horizons = numbers_in(evaluation, "horizons_s"),
-                            mse = numbers_in(best, "q_mse_geometric_mean");
-  const std::size_t trajectories = evaluation.at("trajectories").size();
+std::string best_sentence(const Evaluation& evaluation, const Summary& best, std::size_t fitted) {
+  const std::vector<double>&horizons = evaluation.horizons_s, &mse = best.q_mse_geometric_mean;
+  const std::size_t trajectories = evaluation.trajectories.size();
   std::vector<std::string> errors, others;
   for (const std::size_t h : spoken(horizons))
-    errors.push_back(angle(mse.at(h)) + " within " + horizon(horizons[h]));
+    errors.push_back(angle(mse[h]) + " within " + horizon(horizons[h]));
   for (std::size_t h = 0; h < horizons.size(); ++h)
-    for (const json& other : fitted_summaries(evaluation))
-      if (numbers_in(other, "q_mse_geometric_mean").at(h) < 0.95 * mse.at(h))
-        if (const std::string label = model_label(other);
+    for (const Summary* other : fitted_summaries(evaluation))
+      if (other->q_mse_geometric_mean[h] < 0.95 * mse[h])
+        if (const std::string label = model_label(*other);
             std::find(others.begin(), others.end(), label) == others.end())
           others.push_back(label);
   return fmt::format(
       "Of {} model{} of <b>{}</b>, <b>{}</b> follows {} best: started at the measured state and "
       "driven by the measured motor torque alone, it is off by {} (RMS over joints, typical "
       "start){}.",
-      fitted, fitted == 1 ? "" : "s", html::escaped(evaluation.value("scene", "")),
-      model_label(best),
+      fitted, fitted == 1 ? "" : "s", html::escaped(evaluation.scene), model_label(best),
       trajectories == 1 ? std::string("the held-out trajectory")
                         : fmt::format("{} held-out trajectories", trajectories),
       html::enumeration(errors),
@@ -79,23 +83,20 @@ std::string best_sentence(const json& evaluation, const json& best, std::size_t 
                                    others.size() == 1 ? "is" : "are"));
 }
 
-std::string oracle_sentence(const Record& record, const json& best) {
-  const json& evaluation = record.run.evaluation;
-  const std::vector<double> horizons = numbers_in(evaluation, "horizons_s"),
-                            oracle = numbers_in(evaluation, "oracle"),
-                            ratio = numbers_in(best, "ratio_to_oracle"),
-                            closed = numbers_in(best, "headroom_closed");
+std::string oracle_sentence(const Record& record, const Summary& best) {
+  const Evaluation& evaluation = record.run.evaluation;
   std::vector<std::string> errors, ratios, shares;
-  for (const std::size_t h : spoken(horizons)) {
-    if (h >= oracle.size() || !std::isfinite(oracle[h])) continue;
-    errors.push_back(angle(oracle[h]));
-    ratios.push_back(html::number(ratio.at(h)));
-    if (std::isfinite(closed.at(h))) shares.push_back(html::percent(closed[h]));
+  for (const std::size_t h : spoken(evaluation.horizons_s)) {
+    if (!std::isfinite(evaluation.oracle[h])) continue;
+    errors.push_back(angle(evaluation.oracle[h]));
+    ratios.push_back(html::number(best.ratio_to_oracle[h]));
+    if (const double closed = best.headroom_closed[h]; std::isfinite(closed))
+      shares.push_back(html::percent(closed));
   }
   if (errors.empty()) {
     double left = kNaN;
     for (const RunModel& model : record.run.fitted())
-      if (model.name == best.value("name", "")) left = torque_left(record.run, model);
+      if (model.name == best.name) left = torque_left(record.run, model);
     return "A log holds no truth, so how much better a model could be is not known" +
            (std::isnan(left) ? std::string(".")
                              : fmt::format("; along the measured motion {} leaves {} of the "
@@ -106,30 +107,31 @@ std::string oracle_sentence(const Record& record, const json& best) {
       "The true model under the same noisy torque is off by {}, so in squared error {} is {} "
       "times worse than physics allows",
       html::enumeration(errors), model_label(best), html::enumeration(ratios));
-  if (best.value("is_conventional", true)) return text + ": headroom that no model here closes.";
+  if (best.is_conventional) return text + ": headroom that no model here closes.";
   return text + fmt::format(
                     "; of the logarithmic distance between the best conventional model "
                     "and the oracle it closes {}.",
                     html::enumeration(shares));
 }
 
-std::string failure_sentence(const Record& record, const json& best) {
-  const json& evaluation = record.run.evaluation;
+std::string failure_sentence(const Record& record, const Summary& best) {
+  const Evaluation& evaluation = record.run.evaluation;
   std::vector<std::string> failures;
-  for (const json& summary : fitted_summaries(evaluation))
-    if (const int diverged = summary.value("diverged", 0); diverged > 0)
-      failures.push_back(fmt::format("{} diverges in {} of {} rollouts", model_label(summary),
-                                     diverged, summary.value("rollouts", 0)));
+  for (const Summary* summary : fitted_summaries(evaluation))
+    if (summary->diverged > 0)
+      failures.push_back(fmt::format("{} diverges in {} of {} rollouts", model_label(*summary),
+                                     summary->diverged, summary->rollouts));
   if (failures.size() > 4) {
     const std::size_t all = failures.size();
     failures.assign({fmt::format("rollouts of {} models diverge", all)});
   }
   int unusable = 0, limited = 0, bounds = 0;
   for (const FittedModel& fitted : record.fits) {
-    unusable += !fitted.fit.value("usable", true);
-    limited += fitted.fit.value("outcome", "") == "iteration limit";
-    for (const json& joint : fitted.fit.value("joints", json::array()))
-      bounds += static_cast<int>(joint.value("at_bound", json::array()).size());
+    if (!fitted.fit) continue;
+    unusable += !fitted.fit->usable;
+    limited += fitted.fit->outcome == data::Outcome::kIterationLimit;
+    for (const data::FittedJoint& joint : fitted.fit->joints)
+      bounds += static_cast<int>(joint.at_bound.size());
   }
   if (unusable > 0)
     failures.push_back(fmt::format("{} fit{} failed {} own health test", unusable,
@@ -141,10 +143,8 @@ std::string failure_sentence(const Record& record, const json& best) {
     failures.push_back(
         fmt::format("{} parameter{} ended on a bound", bounds, bounds == 1 ? "" : "s"));
   std::vector<std::string> blind;
-  const std::vector<double> horizons = numbers_in(evaluation, "horizons_s");
-  const json meaningless = evaluation.value("meaningless", json::array());
-  for (std::size_t h = 0; h < meaningless.size() && h < horizons.size(); ++h)
-    if (meaningless[h].is_string()) blind.push_back(horizon(horizons[h]));
+  for (std::size_t h = 0; h < evaluation.horizons_s.size(); ++h)
+    if (!evaluation.meaningless[h].empty()) blind.push_back(horizon(evaluation.horizons_s[h]));
   if (!blind.empty())
     failures.push_back(fmt::format("the horizon{} of {} cannot rank models",
                                    blind.size() == 1 ? "" : "s", html::enumeration(blind)));
@@ -152,12 +152,11 @@ std::string failure_sentence(const Record& record, const json& best) {
   std::string text = failures.empty()
                          ? "Nothing failed: no rollout diverged and every fit converged"
                          : "What fails: " + html::enumeration(failures);
-  const double reversal = number_in(best, "friction_reversal"),
-               sliding = number_in(best, "friction_sliding");
-  if (std::isfinite(reversal) && std::isfinite(sliding))
+  if (std::isfinite(best.friction_reversal) && std::isfinite(best.friction_sliding))
     text += fmt::format(
         "; the friction torque of {} errs by {} of its RMS around reversals against {} in sliding",
-        model_label(best), html::percent(reversal), html::percent(sliding));
+        model_label(best), html::percent(best.friction_reversal),
+        html::percent(best.friction_sliding));
   return text + ".";
 }
 
@@ -179,43 +178,37 @@ void mark_best(std::vector<Row>& rows, const std::vector<std::vector<double>>& v
 }
 
 std::string score_table(const Record& record) {
-  const json& evaluation = record.run.evaluation;
-  const std::vector<double> horizons = numbers_in(evaluation, "horizons_s");
+  const Evaluation& evaluation = record.run.evaluation;
+  const std::vector<double>& horizons = evaluation.horizons_s;
   const bool truth = record.run.truth.has_value();
   std::vector<std::string> head{"model"};
   for (const double h : horizons) head.push_back(horizon(h));
   if (truth) head.emplace_back("friction");
   for (const char* name : {"diverged", "parameters", "fit"}) head.emplace_back(name);
-  const json& summaries = evaluation.at("summary");
-  const bool budgets = std::any_of(summaries.begin(), summaries.end(), [](const json& summary) {
-    return !summary.value("budget", "").empty();
-  });
+  const bool budgets = std::ranges::any_of(
+      evaluation.summary, [](const Summary& summary) { return !summary.budget.empty(); });
   if (budgets) head.emplace_back("budget");
 
   std::vector<Row> oracles, rows;
   std::vector<std::vector<double>> values;
-  for (const json& summary : summaries) {
-    const RunModel* model = find_model(record.run, summary.value("name", ""));
+  for (const Summary& summary : evaluation.summary) {
+    const RunModel* model = find_model(record.run, summary.name);
     if (model == nullptr) continue;
     Row row{{{dotted(*model)}}};
-    const std::vector<double> mse = numbers_in(summary, "q_mse_geometric_mean");
+    const std::vector<double>& mse = summary.q_mse_geometric_mean;
     for (const double value : mse) row.cells.push_back({html::number(value)});
-    if (truth) row.cells.push_back({html::percent(number_in(summary, "friction"))});
-    const int diverged = summary.value("diverged", 0);
-    row.cells.push_back(
-        {fmt::format("{}/{}", diverged, summary.value("rollouts", 0)), diverged > 0 ? "bad" : ""});
-    row.cells.push_back(
-        {model->is_oracle ? "" : fmt::format("{}", summary.value("parameters", 0))});
-    row.cells.push_back(
-        {model->is_oracle ? "" : html::number(number_in(summary, "fit_seconds")) + "&#8239;s"});
-    if (budgets) row.cells.push_back({html::escaped(summary.value("budget", ""))});
+    if (truth) row.cells.push_back({html::percent(summary.friction)});
+    row.cells.push_back({fmt::format("{}/{}", summary.diverged, summary.rollouts),
+                         summary.diverged > 0 ? "bad" : ""});
+    row.cells.push_back({model->is_oracle ? "" : fmt::format("{}", summary.parameters)});
+    row.cells.push_back({model->is_oracle ? "" : duration(fit_seconds(record, summary))});
+    if (budgets) row.cells.push_back({html::escaped(summary.budget)});
     (model->is_oracle ? oracles : rows).push_back(row);
     if (!model->is_oracle) values.push_back(mse);
   }
   for (std::size_t h = 0; h < horizons.size(); ++h) mark_best(rows, values, h, h + 1);
 
-  const auto extra = [&](const std::string& name, const char* key) {
-    const std::vector<double> list = numbers_in(evaluation, key);
+  const auto extra = [&](const std::string& name, const std::vector<double>& list) {
     if (std::none_of(list.begin(), list.end(), [](double x) { return std::isfinite(x); }))
       return Row{};
     Row row{{{name}}, "soft"};
@@ -224,12 +217,12 @@ std::string score_table(const Record& record) {
     return row;
   };
   std::vector<Row> all = oracles;
-  Row floor = extra("floor", "floor");
+  Row floor = extra("floor", evaluation.floor);
   const bool has_floor = !floor.cells.empty();
   if (has_floor) all.push_back(std::move(floor));
   if (!rows.empty() && !all.empty()) rows.front().style = "rule";
   all.insert(all.end(), rows.begin(), rows.end());
-  if (Row headroom = extra("headroom", "headroom"); !headroom.cells.empty()) {
+  if (Row headroom = extra("headroom", evaluation.headroom); !headroom.cells.empty()) {
     headroom.style = "soft rule";
     all.push_back(headroom);
   }
@@ -250,25 +243,25 @@ std::string score_table(const Record& record) {
 }
 
 std::string oracle_table(const Record& record) {
-  const json& evaluation = record.run.evaluation;
   if (!record.run.truth) return {};
-  const std::vector<double> horizons = numbers_in(evaluation, "horizons_s");
+  const Evaluation& evaluation = record.run.evaluation;
+  const std::vector<double>& horizons = evaluation.horizons_s;
   std::vector<std::string> head{"model"};
   for (const double h : horizons) head.push_back("ratio<br>" + horizon(h));
   for (const double h : horizons) head.push_back("closed<br>" + horizon(h));
   for (const char* name : {"pre-<br>sliding", "<br>reversal", "<br>sliding"})
     head.emplace_back(name);
   std::vector<Row> rows;
-  for (const json& summary : fitted_summaries(evaluation)) {
-    const RunModel* model = find_model(record.run, summary.value("name", ""));
+  for (const Summary* summary : fitted_summaries(evaluation)) {
+    const RunModel* model = find_model(record.run, summary->name);
     if (model == nullptr) continue;
     Row row{{{dotted(*model)}}};
-    for (const double ratio : numbers_in(summary, "ratio_to_oracle"))
-      row.cells.push_back({html::number(ratio)});
-    for (const double closed : numbers_in(summary, "headroom_closed"))
+    for (const double ratio : summary->ratio_to_oracle) row.cells.push_back({html::number(ratio)});
+    for (const double closed : summary->headroom_closed)
       row.cells.push_back({std::isnan(closed) ? "–" : html::percent(closed)});
-    for (const char* key : {"friction_presliding", "friction_reversal", "friction_sliding"})
-      row.cells.push_back({html::percent(number_in(summary, key))});
+    for (const double error :
+         {summary->friction_presliding, summary->friction_reversal, summary->friction_sliding})
+      row.cells.push_back({html::percent(error)});
     rows.push_back(std::move(row));
   }
   return html::table(
@@ -279,23 +272,24 @@ std::string oracle_table(const Record& record) {
       "torque by regime, share of its RMS.");
 }
 
-/// Mean of a list over all rollouts of a model, at one horizon.
-double mean_score(const json& evaluation, const std::string& name, const char* key, std::size_t h) {
+/// Mean of an error over all rollouts of a model, at one horizon.
+double mean_score(const Evaluation& evaluation, const std::string& name,
+                  std::vector<double> evaluate::HorizonErrors::*error, std::size_t h) {
   double sum = 0;
   int count = 0;
-  for (const json& model : evaluation.at("models"))
-    if (model.value("name", "") == name)
-      for (const json& score : model.value("trajectories", json::array()))
-        if (const auto list = numbers_in(score, key); h < list.size() && std::isfinite(list[h])) {
-          sum += list[h];
+  for (const evaluate::ModelResult& model : evaluation.models)
+    if (model.name == name)
+      for (const evaluate::RolloutScore& score : model.scores)
+        if (const double value = (score.error.*error)[h]; std::isfinite(value)) {
+          sum += value;
           ++count;
         }
   return count > 0 ? sum / count : kNaN;
 }
 
 std::string mean_table(const Record& record) {
-  const json& evaluation = record.run.evaluation;
-  const std::vector<double> horizons = numbers_in(evaluation, "horizons_s");
+  const Evaluation& evaluation = record.run.evaluation;
+  const std::vector<double>& horizons = evaluation.horizons_s;
   std::vector<std::string> head{"model"};
   for (const double h : horizons) {
     head.push_back("MSE<br>" + horizon(h));
@@ -305,8 +299,8 @@ std::string mean_table(const Record& record) {
   for (const RunModel& model : record.run.models) {
     Row row{{{dotted(model)}}};
     for (std::size_t h = 0; h < horizons.size(); ++h)
-      for (const char* key : {"q_mse", "q_mae"})
-        row.cells.push_back({html::number(mean_score(evaluation, model.name, key, h))});
+      for (const auto error : {&evaluate::HorizonErrors::q_mse, &evaluate::HorizonErrors::q_mae})
+        row.cells.push_back({html::number(mean_score(evaluation, model.name, error, h))});
     rows.push_back(std::move(row));
   }
   return "<details><summary>Arithmetic means: MSE and MAE</summary>" +
@@ -324,10 +318,9 @@ std::string dotted(const RunModel& model) {
 }
 
 double torque_left(const Run& run, const RunModel& model) {
-  const auto path = run.file("predictions", model);
-  if (path.empty()) return kNaN;
-  const data::H5Reader file(path, "fricid.prediction/1");
-  const RowMatrix tau = file.matrix("/tau"), predicted = file.matrix("/tau_predicted");
+  const auto prediction = run.prediction(model);
+  if (!prediction) return kNaN;
+  const RowMatrix &tau = prediction->tau, &predicted = prediction->tau_predicted;
   double sum = 0;
   for (Eigen::Index j = 0; j < tau.cols(); ++j) {
     double left = 0, all = 0;
@@ -342,12 +335,11 @@ double torque_left(const Run& run, const RunModel& model) {
 }
 
 std::string summary_section(const Record& record) {
-  const json& evaluation = record.run.evaluation;
-  std::vector<json> fitted = fitted_summaries(evaluation);
+  const Evaluation& evaluation = record.run.evaluation;
+  const std::vector<const Summary*> fitted = fitted_summaries(evaluation);
   if (fitted.empty()) return "<p class=\"abstract\">No model was fitted.</p>\n";
-  const json best =
-      *std::min_element(fitted.begin(), fitted.end(),
-                        [](const json& a, const json& b) { return overall(a) < overall(b); });
+  const Summary& best = **std::ranges::min_element(
+      fitted, {}, [](const Summary* summary) { return overall(*summary); });
   return fmt::format("<p class=\"abstract\">{} {} {}</p>\n",
                      best_sentence(evaluation, best, fitted.size()), oracle_sentence(record, best),
                      failure_sentence(record, best));
@@ -359,20 +351,14 @@ std::string table_section(const Record& record) {
 }
 
 std::string video_section(const Record& record) {
-  const auto folder = record.run.folder / "video";
-  if (!std::filesystem::exists(folder)) return {};
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.path().extension() == ".mp4") names.push_back(entry.path().filename().string());
-  if (names.empty()) return {};
-  std::sort(names.begin(), names.end());
-  std::string text = "<h2 id=\"videos\">Videos</h2>\n";
-  for (const std::string& name : names)
+  const workflow::RunFolder& folder = record.run.folder;
+  std::string text;
+  for (const std::filesystem::path& video : folder.files_in(folder.videos(), ".mp4"))
     text += fmt::format(
-        "<figure><video controls preload=\"metadata\" src=\"video/{0}\"></video>"
-        "<figcaption><a href=\"video/{0}\">video/{0}</a></figcaption></figure>\n",
-        html::escaped(name));
-  return text;
+        "<figure><video controls preload=\"metadata\" src=\"{0}\"></video>"
+        "<figcaption><a href=\"{0}\">{0}</a></figcaption></figure>\n",
+        html::escaped(folder.name_of(video)));
+  return text.empty() ? text : "<h2 id=\"videos\">Videos</h2>\n" + text;
 }
 
 }  // namespace fricid::render

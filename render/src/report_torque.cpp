@@ -1,25 +1,28 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
+
+#include <fmt/format.h>
 
 #include "html.hpp"
-#include "json_files.hpp"
 #include "report_parts.hpp"
 
 namespace fricid::render {
 namespace {
 
+using evaluate::TorquePrediction;
 using html::Row;
-using nlohmann::json;
 using Values = std::vector<double>;
 
 /// Mean over the recordings and seeds of one model of a list per joint; empty without one.
-Values mean_of(const json& evaluation, const std::string& name, const std::string& key) {
+template <class List>
+Values mean_of(const evaluate::Evaluation& evaluation, const std::string& name, List list) {
   Values sum;
   int count = 0;
-  for (const json& model : evaluation.at("models")) {
-    if (model.value("name", "") != name) continue;
-    for (const json& torque : model.value("torque", json::array())) {
-      const Values own = numbers_in(torque, key);
+  for (const evaluate::ModelResult& model : evaluation.models) {
+    if (model.name != name) continue;
+    for (const TorquePrediction& torque : model.torque) {
+      const Values& own = std::invoke(list, torque);
       sum.resize(own.size(), 0);
       for (std::size_t j = 0; j < own.size(); ++j) sum[j] += own[j];
       ++count;
@@ -38,12 +41,11 @@ struct Predicted {
 std::vector<Predicted> predictions_of(const Record& record) {
   std::vector<Predicted> found;
   for (const RunModel& model : record.run.models) {
-    Values percent = mean_of(record.run.evaluation, model.name, "percent_of_rms");
+    Values percent = mean_of(record.run.evaluation, model.name, &TorquePrediction::percent_of_rms);
     if (percent.empty()) continue;
     bool is_static = false;
-    for (const json& own : record.run.evaluation.at("models"))
-      if (own.value("name", "") == model.name)
-        is_static = own.value("is_conventional", false) && own.value("friction_states", 1) == 0;
+    for (const evaluate::ModelResult& own : record.run.evaluation.models)
+      if (own.name == model.name) is_static = own.is_conventional && own.friction_states == 0;
     found.push_back({&model, is_static, std::move(percent)});
   }
   return found;
@@ -103,9 +105,17 @@ std::string regime_table(const Record& record, const std::vector<Predicted>& pre
   std::vector<Row> rows;
   for (const Predicted& prediction : predictions) {
     Row row{{{dotted(*prediction.model)}}};
-    const Values all = mean_of(record.run.evaluation, prediction.model->name, "rmse");
-    for (const char* key : {"rmse_reversal", "rmse_presliding", "rmse_sliding", "one_step"}) {
-      const Values own = mean_of(record.run.evaluation, prediction.model->name, key);
+    const auto mean = [&](auto list) {
+      return mean_of(record.run.evaluation, prediction.model->name, list);
+    };
+    const auto regime = [&](Values evaluate::RegimeError::*list) {
+      return mean(
+          [list](const TorquePrediction& torque) -> const Values& { return torque.rmse.*list; });
+    };
+    using evaluate::RegimeError;
+    const Values all = regime(&RegimeError::all);
+    for (const Values& own : {regime(&RegimeError::reversal), regime(&RegimeError::presliding),
+                              regime(&RegimeError::sliding), mean(&TorquePrediction::one_step)}) {
       double sum = 0;
       int count = 0;
       for (std::size_t j = 0; j < own.size(); ++j)
@@ -128,8 +138,10 @@ std::string drift_table(const Record& record, const std::vector<Predicted>& pred
   std::vector<Row> rows;
   for (const Predicted& prediction : predictions) {
     Row row{{{dotted(*prediction.model)}}};
-    const Values drift = mean_of(record.run.evaluation, prediction.model->name, "drift"),
-                 error = mean_of(record.run.evaluation, prediction.model->name, "drift_error");
+    const evaluate::Evaluation& evaluation = record.run.evaluation;
+    const std::string& name = prediction.model->name;
+    const Values drift = mean_of(evaluation, name, &TorquePrediction::drift),
+                 error = mean_of(evaluation, name, &TorquePrediction::drift_error);
     for (std::size_t j = 0; j < drift.size(); ++j)
       row.cells.push_back(
           {fmt::format("{} ± {}", html::number(drift[j]), html::number(error[j], 1)),
@@ -145,15 +157,13 @@ std::string drift_table(const Record& record, const std::vector<Predicted>& pred
 
 /// What the recordings say of their own noise.
 std::string repeats_table(const Record& record) {
-  const json& evaluation = record.run.evaluation;
-  const json repeats = evaluation.value("repeats", json::array());
+  const evaluate::Evaluation& evaluation = record.run.evaluation;
   std::vector<Row> rows;
-  for (std::size_t i = 0; i < repeats.size(); ++i) {
-    if (!repeats[i].is_object()) continue;
-    Row row{{{html::escaped(evaluation.at("trajectories").at(i).get<std::string>())},
-             {html::number(number_in(repeats[i], "period_s"), 4)}}};
-    for (const double sd : numbers_in(repeats[i], "tau_sd"))
-      row.cells.push_back({html::number(sd)});
+  for (std::size_t i = 0; i < evaluation.repeats.size(); ++i) {
+    const evaluate::Repeats& motion = evaluation.repeats[i];
+    if (motion.period_s == 0) continue;
+    Row row{{{html::escaped(evaluation.trajectories[i])}, {html::number(motion.period_s, 4)}}};
+    for (const double sd : motion.tau_sd) row.cells.push_back({html::number(sd)});
     rows.push_back(std::move(row));
   }
   if (rows.empty())

@@ -1,11 +1,37 @@
 #include "run.hpp"
 
-#include "fricid/evaluate/evaluation_file.hpp"
-#include "json_files.hpp"
+#include <algorithm>
+
+#include "fricid/base/error.hpp"
+#include "fricid/data/artefact.hpp"
+#include "fricid/workflow/recordings.hpp"
 
 namespace fricid::render {
+namespace {
 
 namespace fs = std::filesystem;
+using workflow::if_there;
+
+/// Signals of a file along the trajectory, which has no more samples than its recording.
+template <class Signals>
+std::optional<Signals> along(const Run& run, const fs::path& file,
+                             Signals (*load)(const fs::path&, int)) {
+  std::optional<Signals> signals =
+      if_there(file, [&](const fs::path& path) { return load(path, run.n()); });
+  if (signals && signals->t.size() > run.measured.length())
+    throw UserError("{}: found {} samples; allowed: {}, as {} has", file.string(),
+                    signals->t.size(), run.measured.length(), run.trajectory);
+  return signals;
+}
+
+/// What a file says of each joint is of as many as the recording has.
+void require_joints(const Run& run, const fs::path& file, std::ptrdiff_t found) {
+  if (found != run.n())
+    throw UserError("{}: found {} joints; allowed: {}, as {} has", file.string(), found, run.n(),
+                    run.trajectory);
+}
+
+}  // namespace
 
 std::vector<RunModel> Run::fitted() const {
   std::vector<RunModel> fitted;
@@ -14,53 +40,61 @@ std::vector<RunModel> Run::fitted() const {
   return fitted;
 }
 
-fs::path Run::file(const std::string& kind, const RunModel& model) const {
-  const fs::path path =
-      folder / kind / fmt::format("{}_s{}_{}.h5", model.name, model.seeds.front(), trajectory);
-  return fs::exists(path) ? path : fs::path();
+const evaluate::Summary* Run::summary(const std::string& model) const {
+  const auto found = std::ranges::find(evaluation.summary, model, &evaluate::Summary::name);
+  return found == evaluation.summary.end() ? nullptr : &*found;
 }
 
-friction::Friction friction_of_truth(const data::H5Reader& file, const fs::path& path) {
-  std::vector<friction::JointSpec> joints;
-  std::vector<double> theta;
-  try {
-    const auto root = nlohmann::json::parse(file.text_attribute("friction"));
-    for (const auto& joint : root.at("joints")) {
-      friction::JointSpec& spec = joints.emplace_back();
-      for (const auto& law : joint.at("laws")) {
-        friction::LawSpec& law_spec = spec.laws.emplace_back();
-        law_spec.law = law.at("law").get<std::string>();
-        law_spec.elements = law.at("elements").get<int>();
-        for (const auto& modifier : law.at("modifiers"))
-          law_spec.modifiers.push_back(
-              {modifier.at("name").get<std::string>(), modifier.at("order").get<int>()});
-        for (const auto& parameter : law.at("parameters"))
-          theta.push_back(parameter.at("value").get<double>());
-      }
-    }
-  } catch (const nlohmann::json::exception& error) {
-    throw UserError("{}: attribute friction: {}", path.string(), error.what());
-  }
-  friction::Friction friction{friction::RobotFriction(std::move(joints)), std::move(theta)};
-  if (friction.model.parameter_count() != static_cast<int>(friction.theta.size()))
-    throw UserError("{}: attribute friction does not fit its own parameters", path.string());
-  return friction;
+std::optional<evaluate::RolloutSignals> Run::rollout(const RunModel& model) const {
+  return along(*this, folder.rollout(model.first_fit(), trajectory), evaluate::load_rollout);
+}
+std::optional<evaluate::PredictionSignals> Run::prediction(const RunModel& model) const {
+  return along(*this, folder.prediction(model.first_fit(), trajectory), evaluate::load_prediction);
+}
+std::optional<data::EstimateSignals> Run::estimate(const RunModel& model) const {
+  return along(*this, folder.estimate(model.first_fit(), trajectory), data::load_estimate);
+}
+std::optional<evaluate::BandSignals> Run::band(const RunModel& model) const {
+  return along(*this, folder.band(model.name, trajectory), evaluate::load_band);
+}
+std::optional<data::ModelFile> Run::model_file(const RunModel& model) const {
+  return model_file(model.first_fit());
+}
+std::optional<data::FitFile> Run::fit(const RunModel& model) const {
+  return fit(model.first_fit());
 }
 
-Run read_run(const fs::path& folder) {
-  Run run;
-  run.folder = folder;
-  run.evaluation = evaluate::load_evaluation(folder);
-  run.models = models_of_run(folder);
-  run.trajectory = run.evaluation.at("trajectories").at(0).get<std::string>();
-  run.measured = data::load_dataset(folder / "data" / (run.trajectory + ".h5"));
-  const fs::path truth = folder / "truth" / (run.trajectory + ".h5");
-  if (fs::exists(truth)) {
-    const data::H5Reader file(truth, "fricid.truth/1");
-    run.truth = {file.vector("/t"), file.matrix("/v"), file.matrix("/tau_f"), file.matrix("/z"),
-                 friction_of_truth(file, truth)};
-  }
+std::optional<data::ModelFile> Run::model_file(const workflow::FitId& id) const {
+  std::optional<data::ModelFile> file = if_there(folder.model(id), data::load_model);
+  if (file) require_joints(*this, folder.model(id), file->arm.robot.n());
+  return file;
+}
+std::optional<data::FitFile> Run::fit(const workflow::FitId& id) const {
+  std::optional<data::FitFile> fit = if_there(folder.fit(id), data::load<data::FitFile>);
+  if (fit && !fit->joints.empty()) require_joints(*this, folder.fit(id), std::ssize(fit->joints));
+  return fit;
+}
+
+Run read_run(const workflow::RunFolder& folder) {
+  Run run{folder, data::load<evaluate::Evaluation>(folder.evaluation()), {}, {}, {}, {}};
+  run.models = models_of_run(run.evaluation, folder);
+  run.trajectory = run.evaluation.trajectories.front();
+  run.measured = data::load_dataset(folder.recording(run.trajectory));
+  run.truth = if_there(folder.truth(run.trajectory), sim::load_truth);
+  if (run.truth)
+    require_joints(run, folder.truth(run.trajectory), std::ssize(run.truth->joint_names));
   return run;
+}
+
+const data::FittedParameter* fitted_parameter(const data::FitFile& fit,
+                                              const friction::RobotFriction& friction, int i) {
+  const friction::ParameterRef& parameter = friction.parameters()[static_cast<std::size_t>(i)];
+  if (parameter.joint < 0 || parameter.joint >= std::ssize(fit.joints)) return nullptr;
+  const auto& found = fit.joints[static_cast<std::size_t>(parameter.joint)].parameters;
+  const int place = i - friction.parameter_begin(parameter.joint);
+  if (place >= std::ssize(found)) return nullptr;
+  const data::FittedParameter& own = found[static_cast<std::size_t>(place)];
+  return own.symbol == parameter.symbol ? &own : nullptr;
 }
 
 std::vector<double> to_vector(const Eigen::Ref<const Eigen::VectorXd>& x) {

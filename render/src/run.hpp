@@ -1,37 +1,38 @@
 // What the figures of a run share.
 #pragma once
 
-#include <filesystem>
-#include <nlohmann/json.hpp>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/hdf5.hpp"
-#include "fricid/friction/robot_friction.hpp"
+#include "fricid/data/estimate_file.hpp"
+#include "fricid/data/fit_file.hpp"
+#include "fricid/data/model_file.hpp"
+#include "fricid/evaluate/bands.hpp"
+#include "fricid/evaluate/evaluation.hpp"
+#include "fricid/evaluate/rollout.hpp"
+#include "fricid/evaluate/torque_prediction.hpp"
 #include "fricid/render/figure.hpp"
 #include "fricid/render/palette.hpp"
+#include "fricid/sim/truth.hpp"
+#include "fricid/workflow/run_folder.hpp"
 
 namespace fricid::render {
 
 using data::RowMatrix;
 
-/// The truth of the trajectory that the figures show.
-struct TruthSignals {
-  Eigen::VectorXd t;      ///< (T) [s]
-  RowMatrix v, tau_f, z;  ///< (T, .)
-  friction::Friction friction;
-};
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// A run folder: its evaluation, its models, and the signals of the first held-out trajectory.
 struct Run {
-  std::filesystem::path folder;
-  nlohmann::json evaluation;
+  workflow::RunFolder folder;
+  evaluate::Evaluation evaluation;
   std::vector<RunModel> models;
   std::string trajectory;
   data::Dataset measured;
-  std::optional<TruthSignals> truth;
+  std::optional<sim::Truth> truth;  ///< of the trajectory
 
   int n() const { return measured.n(); }
   const std::string& joint(int j) const {
@@ -39,15 +40,28 @@ struct Run {
   }
   /// Models that were fitted, that is, without the oracle.
   std::vector<RunModel> fitted() const;
-  /// A model's file for the trajectory, first seed; empty when it is not there.
-  std::filesystem::path file(const std::string& kind, const RunModel& model) const;
+  /// Of a model over its seeds; null without one.
+  const evaluate::Summary* summary(const std::string& model) const;
+
+  // Files of a model, first seed, on the trajectory; nothing where they are not there.
+  // @throws UserError when one is broken or longer than the trajectory
+  std::optional<evaluate::RolloutSignals> rollout(const RunModel& model) const;
+  std::optional<evaluate::PredictionSignals> prediction(const RunModel& model) const;
+  std::optional<data::EstimateSignals> estimate(const RunModel& model) const;
+  std::optional<evaluate::BandSignals> band(const RunModel& model) const;
+  std::optional<data::ModelFile> model_file(const RunModel& model) const;
+  std::optional<data::FitFile> fit(const RunModel& model) const;
+  // Those of any seed.
+  std::optional<data::ModelFile> model_file(const workflow::FitId& id) const;
+  std::optional<data::FitFile> fit(const workflow::FitId& id) const;
 };
 
 /// @throws UserError when the folder holds no evaluation.json, or what is there is broken
-Run read_run(const std::filesystem::path& folder);
+Run read_run(const workflow::RunFolder& folder);
 
-/// The injected friction in a truth file. @throws UserError naming the file
-friction::Friction friction_of_truth(const data::H5Reader& file, const std::filesystem::path& path);
+/// What a fit says of entry i of theta; null where it says nothing.
+const data::FittedParameter* fitted_parameter(const data::FitFile& fit,
+                                              const friction::RobotFriction& friction, int i);
 
 /// y against x in the look of a model.
 Series curve(const RunModel& model, const Eigen::VectorXd& x,

@@ -333,8 +333,11 @@ TrajectoryReport examine_on(const Problem& problem, Judge& judge, const Fourier&
       return 1 - m.row(j).cwiseAbs().maxCoeff() / limit;
     };
     const double reach = (motion.q.row(j).array() - bounds.centre).abs().maxCoeff();
-    const JointMargins margins{bounds.half - reach, left(motion.v, bounds.velocity),
-                               left(motion.a, bounds.acceleration), left(motion.jerk, bounds.jerk),
+    const JointMargins margins{problem.robot.joints[static_cast<std::size_t>(j)].name,
+                               bounds.half - reach,
+                               left(motion.v, bounds.velocity),
+                               left(motion.a, bounds.acceleration),
+                               left(motion.jerk, bounds.jerk),
                                1 - torque[j] / problem.config.torque_share};
     report.joints.push_back(margins);
     report.feasible =

@@ -82,25 +82,6 @@ void Plant::hold(std::span<const double> tau, std::span<const double> temperatur
   }
 }
 
-State Trace::state(int sample) const {
-  const auto row = [sample](const RowMatrix& matrix) {
-    const double* begin = matrix.row(sample).data();
-    return std::vector<double>(begin, begin + matrix.cols());
-  };
-  return {row(q), row(v), row(z)};
-}
-
-Trace make_trace(int length, double dt, int n, int state_size) {
-  Trace trace;
-  trace.t.resize(length);
-  for (int k = 0; k < length; ++k) trace.t[k] = k * dt;
-  for (RowMatrix* matrix :
-       {&trace.q, &trace.v, &trace.a, &trace.tau, &trace.tau_f, &trace.temperature})
-    *matrix = RowMatrix::Zero(length, n);
-  trace.z = RowMatrix::Zero(length, state_size);
-  return trace;
-}
-
 int steps_per_sample(double dt, double physics_step) {
   const double ratio = dt / physics_step;
   const int steps = static_cast<int>(std::lround(ratio));

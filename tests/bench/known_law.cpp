@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "fricid/base/error.hpp"
+#include "fricid/data/artefact.hpp"
 #include "fricid/estimate/fit.hpp"
 
 namespace fricid {
@@ -51,7 +52,7 @@ void fit_known_law(const std::filesystem::path& folder) {
   report.joints.clear();
   const auto file = fmt::format("known_s{}.json", seed);
   data::save_model(report.model, folder / "models" / file);
-  estimate::save_fit_report(report, folder / "fit" / file);
+  data::save(estimate::fit_file(report), folder / "fit" / file);
   fmt::print("{}: {}\n", folder.string(), report.message);
 }
 

@@ -21,7 +21,6 @@ class ModelJson : public FolderTest {
                     .arm = {},
                     .budget = "7 steps (windows)"};
     model.free_parameters = 12;
-    model.fit_seconds = 1.0 / 3;
     model.is_oracle = true;
     dynamics::RobotModel& robot = model.arm.robot;
     robot = dynamics::load_urdf(path("arm.urdf"));
@@ -75,7 +74,6 @@ TEST_F(ModelJson, RoundTripToTheLastBit) {
   EXPECT_EQ(read.label, model.label);
   EXPECT_EQ(read.seed, 3);
   EXPECT_EQ(read.free_parameters, 12);
-  EXPECT_EQ(read.fit_seconds, 1.0 / 3);
   EXPECT_EQ(read.budget, model.budget);
   EXPECT_TRUE(read.is_oracle);
 

@@ -47,7 +47,7 @@ class External(ProgramTest):
         self.write_rollout(self.rollout)
         done = fricid("evaluate", self.run_folder)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertRegex(done.stdout, r"\| my tool 1\.0 .*\| +7 \| +1\.5 \|")
+        self.assertRegex(done.stdout, r"\| my tool 1\.0 .*\| +7 \|")
         rows = {row["name"]: row for row in load(self.run_folder / "evaluation.json")["summary"]}
         lugre, mine = rows["lugre"], rows["my_tool"]
         for key in ("seeds", "q_mse_geometric_mean", "q_mse_median", "q_mse_mean", "v_mse_geometric_mean",
@@ -55,6 +55,7 @@ class External(ProgramTest):
                     "rollouts", "friction_rollout"):
             self.assertEqual(mine[key], lugre[key], key)
         self.assertIsNone(mine["friction"])
+        self.assertEqual(mine["stated_fit_seconds"], 1.5)
         self.assertEqual([rows[name] for name in rows if name != "my_tool"],
                          json.loads(self.before)["summary"])
 

@@ -1,4 +1,5 @@
 """No text that came from a file, and no name of a folder, becomes code, a path or markup."""
+import hashlib
 import json
 import pathlib
 import shutil
@@ -89,13 +90,29 @@ class HostileRun(ProgramTest):
                 self.assertEqual(plots_of(run), usual)
                 self.assertEqual([p for p in self.folder.rglob("marker*")], [])
 
+    def forge(self, run, name, old, new):
+        """Edits a result and the manifest, so that it passes for what the program wrote."""
+        before = (run / name).read_text()
+        self.assertIn(old, before)
+        (run / name).write_text(before.replace(old, new))
+        hashes = [hashlib.sha256(text.encode()).hexdigest()
+                  for text in (before, before.replace(old, new))]
+        manifest = run / "manifest.json"
+        manifest.write_text(manifest.read_text().replace(*hashes))
+
+    def test_an_edited_evaluation_is_refused(self):
+        run = self.copy()
+        evaluation = run / "evaluation.json"
+        evaluation.write_text(evaluation.read_text().replace("lugre", "other"))
+        for what in ("plots", "video", "report"):
+            self.assert_refused(fricid("render", run, what, cwd=self.folder),
+                                r"evaluation\.json: not as the stage evaluate wrote it")
+
     def test_names_in_an_evaluation_are_refused(self):
         for text in ("a\nsystem('touch marker')\n#", "../../x", "\x1b[1m", "-x", "a/b"):
             with self.subTest(text=text):
                 run = self.copy()
-                evaluation = (run / "evaluation.json").read_text()
-                (run / "evaluation.json").write_text(
-                    evaluation.replace('"name": "lugre"', '"name": ' + json.dumps(text)))
+                self.forge(run, "evaluation.json", '"name": "lugre"', '"name": ' + json.dumps(text))
                 done = fricid("render", run, "plots", cwd=self.folder)
                 self.assertEqual(done.returncode, 2, done.stderr)
                 self.assertRegex(done.stderr.splitlines()[-1], r"evaluation\.json: name of a model")
@@ -105,9 +122,8 @@ class HostileRun(ProgramTest):
 
     def test_labels_are_drawn_as_they_are(self):
         run = self.copy()
-        evaluation = (run / "evaluation.json").read_text()
-        (run / "evaluation.json").write_text(
-            evaluation.replace('"label": "lugre"', '"label": "</text><x-hostile> \' ` %d | & |"'))
+        self.forge(run, "evaluation.json", '"label": "lugre"',
+                   '"label": "</text><x-hostile> \' ` %d | & |"')
         done = fricid("render", run, "plots", "report", cwd=self.folder)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertNotIn("<x-hostile", (run / "report.html").read_text())

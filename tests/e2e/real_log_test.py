@@ -82,12 +82,13 @@ class RealLog(ProgramTest):
         self.write("validation.csv", "t,q1,q2,tau1\n0,0,0,0\n0.004,0,0,0\n")
         self.assert_refused(self.run_scene(), r"validation\.csv.*tau2", self.out)
 
-    def test_a_folder_with_other_files_is_kept(self):
-        self.out.mkdir()
-        self.write("run/mine.txt", "keep me")
+    def test_what_is_not_ours_stays_when_a_run_fails(self):
         self.write("train.csv", "")
-        self.assert_refused(self.run_scene(), r"train\.csv")
-        self.assertTrue((self.out / "mine.txt").exists())
+        (self.out / "external").mkdir(parents=True)
+        self.assert_refused(self.run_scene(), r"run: found external and no manifest\.json")
+        self.assertTrue((self.out / "external").exists())
+        (self.out / "external").rmdir()
+        self.assert_refused(self.run_scene(), r"train\.csv", self.out / "manifest.json")
 
 
 if __name__ == "__main__":

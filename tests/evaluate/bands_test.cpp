@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "contest.hpp"
+#include "fricid/data/artefact.hpp"
 
 namespace fricid::test {
 namespace {
@@ -221,7 +222,7 @@ TEST(Bands, StandInTheReport) {
     EXPECT_GT(summary.band_half_width[2], summary.band_half_width[0]);
   }
   EXPECT_NE(to_markdown(report).find("90 % band"), std::string::npos);
-  EXPECT_NE(to_json(report).find("band_coverage"), std::string::npos);
+  EXPECT_NE(data::to_json(report).find("band_coverage"), std::string::npos);
   options.draws = 0;
   EXPECT_TRUE(evaluate::evaluate(contest, options, 2).summary.back().bands.empty());
 }

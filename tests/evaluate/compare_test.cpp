@@ -3,43 +3,44 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
-
-#include <fmt/format.h>
+#include <limits>
 
 #include "fricid/base/error.hpp"
-#include "temporary_folder.hpp"
 
 namespace fricid::evaluate {
 namespace {
 
-class Compare : public TemporaryFolder {
- protected:
-  /// A run folder whose evaluation has an oracle, a convention and one other model.
-  std::filesystem::path run(const std::string& name, const std::string& scene, double oracle,
-                            double convention, double model, double horizon = 1) {
-    const std::filesystem::path run_folder = folder / name;
-    std::filesystem::create_directories(run_folder);
-    const auto summary = [](const char* who, bool is_oracle, bool conventional, double error) {
-      return fmt::format(
-          R"({{"name": "{0}", "label": "{0}", "is_oracle": {1}, "is_conventional": {2},
-              "parameters": 7, "fit_seconds": 2, "q_mse_geometric_mean": [{3}], "diverged": 1,
-              "rollouts": 4, "friction": 0.1}})",
-          who, is_oracle, conventional, error);
-    };
-    std::ofstream(run_folder / "evaluation.json") << fmt::format(
-        R"({{"format": "fricid.evaluation/1", "scene": "{}", "horizons_s": [{}],
-                          "best_conventional": [{}], "summary": [{}, {}, {}]}})",
-        scene, horizon, convention, summary("oracle", true, false, oracle),
-        summary("lugre", false, true, convention), summary("lvm", false, false, model));
-    return run_folder;
-  }
-};
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-TEST_F(Compare, JoinsTheSeedsOfAScene) {
-  const std::vector<std::filesystem::path> folders{
-      run("a", "s", 1e-6, 1e-3, 1e-5), run("b", "s", 4e-6, 4e-3, 4e-5), run("c", "t", 1, 2, 1.5)};
-  const std::vector<ComparedScene> scenes = compare_runs(folders);
+Summary summary(const char* who, bool is_oracle, bool conventional, double error) {
+  Summary row;
+  row.name = row.label = who;
+  row.is_oracle = is_oracle;
+  row.is_conventional = conventional;
+  row.q_mse_geometric_mean = {error};
+  row.diverged = 1;
+  row.rollouts = 4;
+  return row;
+}
+
+/// A run with an oracle, a convention and one other model.
+ComparedRun run(const std::string& scene, double oracle, double convention, double model,
+                double horizon = 1) {
+  ComparedRun made{scene, {}, {{"lugre", 2}, {"lvm", 6 * model / convention}}};
+  made.evaluation.scene = scene;
+  made.evaluation.horizons_s = {horizon};
+  made.evaluation.best_conventional = {convention};
+  made.evaluation.oracle = made.evaluation.floor = {oracle};
+  made.evaluation.summary = {summary("oracle", true, false, oracle),
+                             summary("lugre", false, true, convention),
+                             summary("lvm", false, false, model)};
+  return made;
+}
+
+TEST(Compare, JoinsTheSeedsOfAScene) {
+  const std::vector<ComparedRun> runs{run("s", 1e-6, 1e-3, 1e-5), run("s", 4e-6, 4e-3, 4e-5),
+                                      run("t", 1, 2, 1.5)};
+  const std::vector<ComparedScene> scenes = compare_runs(runs).scenes;
   ASSERT_EQ(scenes.size(), 2u);
   EXPECT_EQ(scenes[0].scene, "s");
   EXPECT_EQ(scenes[0].runs, 2);
@@ -57,28 +58,34 @@ TEST_F(Compare, JoinsTheSeedsOfAScene) {
   EXPECT_NEAR(scenes[0].headroom[0], 1000, 1e-9);
   EXPECT_EQ(lvm.diverged, 2);
   EXPECT_EQ(lvm.rollouts, 8);
+  EXPECT_NEAR(lvm.fit_seconds, 0.06, 1e-12);
+  EXPECT_EQ(scenes[1].models[1].fit_seconds, 2);
+  EXPECT_TRUE(std::isnan(scenes[0].models[0].fit_seconds));
   EXPECT_TRUE(std::isnan(scenes[1].models[2].interval_90[0].low));
 }
 
-TEST_F(Compare, TableNamesEveryScene) {
-  const std::vector<std::filesystem::path> folders{run("a", "s", 1e-6, 1e-3, 1e-5),
-                                                   run("c", "t", 1, 2, 1.5)};
-  const std::string text = to_markdown(compare_runs(folders));
+// A log has no oracle: its headroom is over the floor, as in the table of the run itself.
+TEST(Compare, WithoutAnOracleTheFloorStandsInItsPlace) {
+  ComparedRun log = run("log", kNan, 1e-3, 1e-4);
+  log.evaluation.floor = {1e-5};
+  log.evaluation.summary.erase(log.evaluation.summary.begin());
+  const ComparedScene scene = compare_runs(std::vector{log}).scenes.front();
+  EXPECT_NEAR(scene.headroom[0], 100, 1e-9);
+  EXPECT_NEAR(scene.models[1].headroom_closed[0], 0.5, 1e-12);
+}
+
+TEST(Compare, TableNamesEveryScene) {
+  const std::vector<ComparedRun> runs{run("s", 1e-6, 1e-3, 1e-5), run("t", 1, 2, 1.5)};
+  const std::string text = to_markdown(compare_runs(runs));
   EXPECT_NE(text.find("## s: 1 run\n"), std::string::npos);
   EXPECT_NE(text.find("## t: 1 run\n"), std::string::npos);
   EXPECT_NE(text.find("| lvm "), std::string::npos);
 }
 
-TEST_F(Compare, RefusesWhatIsNoRunAndOtherHorizons) {
-  const std::vector<std::filesystem::path> nothing{folder / "nothing"};
-  EXPECT_THROW(compare_runs(nothing), UserError);
-  const std::vector<std::filesystem::path> mixed{run("a", "s", 1e-6, 1e-3, 1e-5, 1),
-                                                 run("b", "s", 1e-6, 1e-3, 1e-5, 10)};
+TEST(Compare, RefusesOtherHorizons) {
+  const std::vector<ComparedRun> mixed{run("s", 1e-6, 1e-3, 1e-5, 1),
+                                       run("s", 1e-6, 1e-3, 1e-5, 10)};
   EXPECT_THROW(compare_runs(mixed), UserError);
-  std::filesystem::create_directories(folder / "bad");
-  std::ofstream(folder / "bad" / "evaluation.json") << "{";
-  const std::vector<std::filesystem::path> bad{folder / "bad"};
-  EXPECT_THROW(compare_runs(bad), UserError);
 }
 
 }  // namespace

@@ -7,31 +7,32 @@
 
 #include "contest.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/data/artefact.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::test {
 namespace {
 
-using evaluate::EvaluationReport;
+using evaluate::Evaluation;
 using evaluate::ModelResult;
 
-const ModelResult& result_of(const EvaluationReport& report, const std::string& name) {
+const ModelResult& result_of(const Evaluation& report, const std::string& name) {
   for (const ModelResult& model : report.models)
     if (model.name == name) return model;
   throw std::runtime_error("no model " + name);
 }
 
-const evaluate::Summary& summary_of(const EvaluationReport& report, const std::string& name) {
+const evaluate::Summary& summary_of(const Evaluation& report, const std::string& name) {
   for (const auto& summary : report.summary)
     if (summary.name == name) return summary;
   throw std::runtime_error("no summary " + name);
 }
 
 TEST(Evaluate, TrueModelWithoutNoiseHasNoError) {
-  const EvaluationReport report = evaluate::evaluate(small_contest(400, 0), small_options(), 1);
+  const Evaluation report = evaluate::evaluate(small_contest(400, 0), small_options(), 1);
   for (const auto& score : result_of(report, "oracle").scores)
-    for (const auto& error : score.horizons)
-      EXPECT_TRUE(error.q_mse == 0 || std::isnan(error.q_mse)) << error.q_mse;
+    for (const double q_mse : score.error.q_mse)
+      EXPECT_TRUE(q_mse == 0 || std::isnan(q_mse)) << q_mse;
   EXPECT_EQ(report.oracle[0], 0);
   EXPECT_GT(summary_of(report, "simple").q_mse_geometric_mean[0], 0);
 }
@@ -40,10 +41,10 @@ TEST(Evaluate, TrueModelWithoutNoiseHasNoError) {
 TEST(Evaluate, OnlyTheOracleStartsFromTheTrueFrictionState) {
   evaluate::Contest contest = small_contest(400, 0);
   contest.models.push_back(model_file("twin", contest.models[0].arm));
-  const EvaluationReport report = evaluate::evaluate(contest, small_options(), 1);
+  const Evaluation report = evaluate::evaluate(contest, small_options(), 1);
   const ModelResult& twin = result_of(report, "twin");
   for (const auto& score : twin.scores)
-    EXPECT_GT(score.horizons[0].q_mse, 0) << "start " << score.start_s;
+    EXPECT_GT(score.error.q_mse[0], 0) << "start " << score.start_s;
   // washed out, not wrong: far closer than a model with wrong bristles
   EXPECT_LT(summary_of(report, "twin").q_mse_median[0],
             0.1 * summary_of(report, "lugre").q_mse_median[0]);
@@ -51,7 +52,7 @@ TEST(Evaluate, OnlyTheOracleStartsFromTheTrueFrictionState) {
 
 TEST(Evaluate, EveryModelStartsFromTheTrueMotion) {
   const evaluate::Contest contest = small_contest();
-  const EvaluationReport report = evaluate::evaluate(contest, small_options(), 1);
+  const Evaluation report = evaluate::evaluate(contest, small_options(), 1);
   for (const ModelResult& model : report.models)
     for (const auto& rollout : model.rollouts) {
       const auto& truth =
@@ -62,7 +63,7 @@ TEST(Evaluate, EveryModelStartsFromTheTrueMotion) {
 }
 
 TEST(Evaluate, RanksTheModels) {
-  const EvaluationReport report = evaluate::evaluate(small_contest(), small_options(), 1);
+  const Evaluation report = evaluate::evaluate(small_contest(), small_options(), 1);
   ASSERT_EQ(report.summary.size(), 3u);
   EXPECT_TRUE(report.summary[0].is_oracle);
   const std::size_t h = 1;
@@ -83,7 +84,7 @@ TEST(Evaluate, DrivenFrictionOfTheTruthIsRight) {
   for (std::size_t i = 0; i < strong.friction.theta.size(); ++i)
     if (strong.friction.model.parameters()[i].symbol != "vs") strong.friction.theta[i] *= 1.05;
   contest.models.push_back(model_file("strong", strong));
-  const EvaluationReport report = evaluate::evaluate(contest, small_options(), 1);
+  const Evaluation report = evaluate::evaluate(contest, small_options(), 1);
   // one step of washout per 4 ms against four of the truth
   EXPECT_LT(summary_of(report, "oracle").friction, 0.01);
   EXPECT_NEAR(summary_of(report, "strong").friction, 0.05, 0.005);
@@ -103,7 +104,7 @@ TEST(Evaluate, DrivenFrictionIsJudgedOnWholeRecordingsWhateverTheHorizons) {
 // The mean over joints of RMSE_j / RMS_j, first-sample rollouts only, by hand from the scores.
 TEST(Evaluate, FrictionShareByHand) {
   const evaluate::Contest contest = small_contest();
-  const EvaluationReport report = evaluate::evaluate(contest, small_options(), 1);
+  const Evaluation report = evaluate::evaluate(contest, small_options(), 1);
   double sum = 0;
   for (const auto& score : result_of(report, "simple").scores) {
     if (score.start_s > 0) continue;
@@ -128,16 +129,16 @@ TEST(Evaluate, ConstantTorqueOfAModelCountsAsFriction) {
   dynamics::add_linear_torque(offset.robot, {"offset", 2}, kConstant);
   contest.models.push_back(model_file("offset", offset));
 
-  const EvaluationReport report = evaluate::evaluate(contest, small_options(), 1);
+  const Evaluation report = evaluate::evaluate(contest, small_options(), 1);
   const auto& right = result_of(report, "offset").scores[0];
-  EXPECT_LT(right.horizons[2].q_mse, 1e-10);  // it began with an estimated friction state
+  EXPECT_LT(right.error.q_mse[2], 1e-10);  // it began with an estimated friction state
   EXPECT_LT(right.friction_rollout.all[2], 1e-2 * kConstant);
   EXPECT_LT(right.friction.all[2], 0.1 * kConstant);
   EXPECT_NEAR(result_of(report, "oracle").scores[0].friction.all[2], kConstant, 0.1 * kConstant);
 
   // what the robot had before identification is no friction
   contest.robot = offset.robot;
-  const EvaluationReport known = evaluate::evaluate(contest, small_options(), 1);
+  const Evaluation known = evaluate::evaluate(contest, small_options(), 1);
   EXPECT_NEAR(result_of(known, "offset").scores[0].friction_rollout.all[2], kConstant,
               1e-2 * kConstant);
 }
@@ -162,7 +163,7 @@ TEST(Evaluate, SimulatorIsTheFirstOracleAndTheReference) {
   };
   contest.simulator_oracle = displaced(1e-3);
   contest.simulator_halved = displaced(4e-3);
-  const EvaluationReport report = evaluate::evaluate(contest, options, 1);
+  const Evaluation report = evaluate::evaluate(contest, options, 1);
   EXPECT_EQ(report.summary[0].name, "simulator");
   for (std::size_t h = 0; h < 3; ++h) {
     EXPECT_NEAR(report.oracle[h], 1e-6, 1e-15);
@@ -190,7 +191,7 @@ TEST(Evaluate, SimulatorRolloutsThatDivergeAreSettled) {
     rollout.q.row(0).setZero();
     contest.simulator_oracle.push_back(rollout);
   }
-  const EvaluationReport report = evaluate::evaluate(contest, options, 1);
+  const Evaluation report = evaluate::evaluate(contest, options, 1);
   EXPECT_EQ(report.summary[0].diverged, report.summary[0].rollouts);
   EXPECT_TRUE(std::isfinite(report.oracle[2]));
 }
@@ -202,7 +203,7 @@ TEST(Evaluate, DivergedRolloutsCountAndStayFinite) {
   for (std::size_t i = 0; i < wild.friction.theta.size(); ++i)
     if (wild.friction.model.parameters()[i].symbol == "Fv") wild.friction.theta[i] = -30;
   contest.models.push_back(model_file("wild", wild));
-  const EvaluationReport report = evaluate::evaluate(contest, small_options(), 1);
+  const Evaluation report = evaluate::evaluate(contest, small_options(), 1);
   const auto& summary = summary_of(report, "wild");
   EXPECT_GT(summary.diverged, 0);
   for (std::size_t h = 0; h < 3; ++h) {
@@ -210,7 +211,7 @@ TEST(Evaluate, DivergedRolloutsCountAndStayFinite) {
     EXPECT_LE(summary.q_mse_mean[h], 100);  // clamped to 10 rad
   }
   for (const auto& score : result_of(report, "wild").scores)
-    EXPECT_TRUE(std::isfinite(score.horizons[1].v_mse));
+    EXPECT_TRUE(std::isfinite(score.error.v_mse[1]));
 }
 
 TEST(Evaluate, LogsWithoutTruthStartFromTheFilteredMotion) {
@@ -220,22 +221,22 @@ TEST(Evaluate, LogsWithoutTruthStartFromTheFilteredMotion) {
     trajectory.truth.reset();
     trajectory.q.array() += 1e-3;
   }
-  const EvaluationReport report = evaluate::evaluate(contest, small_options(), 1);
+  const Evaluation report = evaluate::evaluate(contest, small_options(), 1);
   EXPECT_TRUE(std::isnan(report.oracle[0]));
   EXPECT_TRUE(std::isnan(report.headroom[0]));
   EXPECT_TRUE(std::isnan(summary_of(report, "simple").friction));
   EXPECT_TRUE(report.meaningful());
   EXPECT_TRUE(report.models[0].scores[0].friction.all.empty());
   EXPECT_EQ(report.models[0].rollouts[0].q.row(0), contest.trajectories[0].q.row(0));
-  EXPECT_GE(report.models[0].scores[0].horizons[0].q_mse, 1e-7);
+  EXPECT_GE(report.models[0].scores[0].error.q_mse[0], 1e-7);
 }
 
 TEST(Evaluate, SameBytesForAnyNumberOfJobs) {
   const evaluate::Contest contest = small_contest();
-  const std::string one = to_json(evaluate::evaluate(contest, small_options(), 1));
+  const std::string one = data::to_json(evaluate::evaluate(contest, small_options(), 1));
   EXPECT_GT(one.size(), 1000u);
-  EXPECT_EQ(one, to_json(evaluate::evaluate(contest, small_options(), 2)));
-  EXPECT_EQ(one, to_json(evaluate::evaluate(contest, small_options(), 3)));
+  EXPECT_EQ(one, data::to_json(evaluate::evaluate(contest, small_options(), 2)));
+  EXPECT_EQ(one, data::to_json(evaluate::evaluate(contest, small_options(), 3)));
 }
 
 TEST(Evaluate, ModelFileOfTheTruthRepeatsTheOracleToTheLastBit) {
@@ -245,7 +246,7 @@ TEST(Evaluate, ModelFileOfTheTruthRepeatsTheOracleToTheLastBit) {
   data::ModelFile loaded = data::load_model(folder.path() / "true_lugre.json");
   loaded.name = "loaded";
   contest.models.push_back(loaded);
-  const EvaluationReport report = evaluate::evaluate(contest, small_options(), 2);
+  const Evaluation report = evaluate::evaluate(contest, small_options(), 2);
   const ModelResult& a = result_of(report, "oracle");
   const ModelResult& b = result_of(report, "loaded");
   ASSERT_EQ(a.rollouts.size(), b.rollouts.size());

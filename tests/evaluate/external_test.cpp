@@ -12,6 +12,7 @@
 #include "contest.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/data/artefact.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "temporary_folder.hpp"
 
@@ -20,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using evaluate::Contest;
-using evaluate::EvaluationReport;
+using evaluate::Evaluation;
 using evaluate::ExternalModel;
 using evaluate::Rollout;
 using evaluate::Start;
@@ -98,23 +99,23 @@ class External : public TemporaryFolder {
 TEST_F(External, RolloutsOfAModelScoreAsTheModel) {
   options.starts = 0;  // rollouts from the first sample, which a report keeps
   starts = evaluate::plan_starts(contest.trajectories, options.horizons_s, options.starts);
-  const EvaluationReport alone = evaluate::evaluate(contest, options, 1);
+  const Evaluation alone = evaluate::evaluate(contest, options, 1);
   const evaluate::ModelResult& lugre = alone.models.back();
   write_hdf5(lugre.rollouts[0]);
   write_csv(lugre.rollouts[1]);
   contest.externals = {load()};
 
-  const EvaluationReport report = evaluate::evaluate(contest, options, 1);
-  const json file = json::parse(to_json(report)), before = json::parse(to_json(alone));
+  const Evaluation report = evaluate::evaluate(contest, options, 1);
+  const json file = json::parse(data::to_json(report)), before = json::parse(data::to_json(alone));
   json own = before["models"].back(), answer = file["models"].back();
   for (json& score : own["trajectories"])
     for (const char* regime : {"", "_presliding", "_reversal", "_sliding"})
-      score.erase(fmt::format("friction_rmse{}", regime));  // driven: only a model can be
+      score[fmt::format("friction_rmse{}", regime)] = json::array();  // driven: only a model can be
   EXPECT_EQ(answer["trajectories"], own["trajectories"]);
   EXPECT_EQ(answer["name"], "twin");
   EXPECT_EQ(answer["label"], "Twin");
   EXPECT_EQ(answer["parameters"], 5);
-  EXPECT_EQ(answer["fit_seconds"], 2.0);
+  EXPECT_EQ(answer["stated_fit_seconds"], 2.0);
 
   json own_row = before["summary"].back(), twin_row = file["summary"].back();
   for (const char* key : {"q_mse_geometric_mean", "v_mse_geometric_mean", "interval_90",
@@ -125,10 +126,10 @@ TEST_F(External, RolloutsOfAModelScoreAsTheModel) {
 }
 
 TEST_F(External, ChangesNoOtherRow) {
-  const json before = json::parse(to_json(evaluate::evaluate(contest, options, 1)));
+  const json before = json::parse(data::to_json(evaluate::evaluate(contest, options, 1)));
   write_all();  // the truth itself, better than any model
   contest.externals = {load()};
-  json after = json::parse(to_json(evaluate::evaluate(contest, options, 1)));
+  json after = json::parse(data::to_json(evaluate::evaluate(contest, options, 1)));
   EXPECT_EQ(after["summary"].back()["q_mse_mean"], (json{0.0, 0.0, 0.0}));
   after["models"].erase(after["models"].size() - 1);
   after["summary"].erase(after["summary"].size() - 1);
@@ -156,10 +157,10 @@ TEST_F(External, ADivergedRolloutIsCountedAndKept) {
   broken.tau_f.bottomRows(50).setConstant(kNan);
   write_hdf5(broken);
   contest.externals = {load()};
-  const EvaluationReport report = evaluate::evaluate(contest, options, 1);
+  const Evaluation report = evaluate::evaluate(contest, options, 1);
   EXPECT_EQ(report.summary.back().diverged, 1);
   EXPECT_EQ(report.summary.back().rollouts, std::ssize(starts));
-  for (const double mse : report.models.back().scores[1].horizons[1].q_mse_joint)
+  for (const double mse : report.models.back().scores[1].error.q_mse_joint[1])
     EXPECT_GT(mse, 0);  // it stands still where it was last
 }
 
@@ -187,11 +188,12 @@ TEST_F(External, FrictionTorqueMayBeLeftOut) {
   write_file_atomically(stem(starts[1]).string() + ".csv", text);
 
   contest.externals = {load()};
-  const EvaluationReport report = evaluate::evaluate(contest, options, 1);
+  const Evaluation report = evaluate::evaluate(contest, options, 1);
   EXPECT_EQ(report.summary.back().q_mse_mean, (std::vector<double>{0, 0, 0}));
   EXPECT_TRUE(std::isnan(report.summary.back().friction_rollout));
-  save_report(report, contest.trajectories, folder);
-  const data::H5Reader saved(folder / "rollouts/twin_s1_validation_0.h5", "fricid.rollout/1");
+  save_rollout(report.models.back().rollouts[0], contest.trajectories[0], "twin", 1,
+               folder / "rollout.h5");
+  const data::H5Reader saved(folder / "rollout.h5", "fricid.rollout/1");
   EXPECT_EQ(saved.matrix("q"), truth(starts[0]).q);
   EXPECT_FALSE(saved.has("tau_f"));
 }

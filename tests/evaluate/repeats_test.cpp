@@ -105,14 +105,14 @@ TEST(Repeats, FloorOfALogIsAboutTheOraclesError) {
   const double noise = 0.01;
   evaluate::Contest contest = small_contest(700, noise);
   const auto options = small_options();
-  const evaluate::EvaluationReport with_truth = evaluate::evaluate(contest, options, 2);
+  const evaluate::Evaluation with_truth = evaluate::evaluate(contest, options, 2);
   contest.models.erase(contest.models.begin());  // the oracle
   for (evaluate::Trajectory& trajectory : contest.trajectories) {
     // both passages noisy: the first as it is, the second with as much again on top of it
     trajectory = twice(trajectory, noise);
     trajectory.truth.reset();
   }
-  const evaluate::EvaluationReport log = evaluate::evaluate(contest, options, 2);
+  const evaluate::Evaluation log = evaluate::evaluate(contest, options, 2);
   ASSERT_EQ(log.repeats.size(), 2u);
   for (const Repeats& repeats : log.repeats) EXPECT_NEAR(repeats.period_s, 2.8, 1e-9);
   for (std::size_t h = 0; h < 2; ++h) {

@@ -35,7 +35,7 @@ class ComparisonTest : public FilmFolder {
   std::optional<ArmPainter> painter;
 
   Comparison comparison() {
-    film.emplace(read_film(folder, problem()));
+    film.emplace(read_film(run, problem()));
     if (!arm) arm.emplace(sim::make_arm(problem()));
     if (!painter)
       painter.emplace(*arm, "flange", kFilmWidth, kFilmHeight, PaintQuality::draft(),
@@ -79,7 +79,7 @@ TEST_F(ComparisonTest, AFrameDependsOnItsIndexAlone) {
 
 TEST_F(ComparisonTest, ModelsOfTheSameMotionLeaveOneColourLess) {
   const Image apart = comparison().still(kRows - 1);
-  write("rollouts/simple_s1_validation_0.h5", "fricid.rollout/1", 0, 0);
+  save_rollout("simple", 0, friction(0));
   const Image together = comparison().still(kRows - 1);
   EXPECT_GT(share_differing(apart, together, 40), 0.005);
 }

@@ -2,13 +2,16 @@
 #pragma once
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "blank_evaluation.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/data/artefact.hpp"
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/hdf5.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/data/problem.hpp"
+#include "fricid/evaluate/rollout.hpp"
+#include "fricid/sim/truth.hpp"
+#include "fricid/workflow/run_folder.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::film {
@@ -17,7 +20,10 @@ class FilmFolder : public TemporaryFolder {
  protected:
   static constexpr int kRows = 501, kJoints = 6;
   static constexpr double kRate = 250;
+  static constexpr const char* kTrajectory = "validation_0";
 
+  const workflow::RunFolder run{folder};
+  evaluate::Trajectory trajectory;
   data::Scene scene = data::load_scene(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml");
   data::Problem problem() const { return data::resolve(scene); }
 
@@ -44,14 +50,15 @@ class FilmFolder : public TemporaryFolder {
     return values;
   }
 
-  void write(const std::string& name, const std::string& format, double drift,
-             double missed) const {
-    data::write_hdf5(folder / name, format, [&](data::H5Writer& file) {
-      file.vector("/t", Eigen::VectorXd::LinSpaced(kRows, 0, (kRows - 1) / kRate), "s");
-      file.matrix("/q", motion(drift, false), "rad");
-      file.matrix("/v", motion(drift, true), "rad/s");
-      file.matrix("/tau_f", friction(missed), "N m");
-    });
+  /// An open loop that is `drift` rad off after one second, its friction torque as it is given.
+  void save_rollout(const std::string& model, double drift, const data::RowMatrix& tau_f,
+                    int rows = kRows) const {
+    const evaluate::Rollout rollout{{0, 0, rows - 1},
+                                    false,
+                                    motion(drift, false).topRows(rows),
+                                    motion(drift, true).topRows(rows),
+                                    tau_f.topRows(std::min<Eigen::Index>(rows, tau_f.rows()))};
+    evaluate::save_rollout(rollout, trajectory, model, 1, run.rollout({model, 1}, kTrajectory));
   }
 
   void write_model(const std::string& name) const {
@@ -63,41 +70,43 @@ class FilmFolder : public TemporaryFolder {
         .label = name,
         .arm = {problem().robot, {model, friction::default_theta(model)}},
     };
-    data::save_model(file, folder / "models" / (name + "_s1.json"));
+    data::save_model(file, run.model({name, 1}));
   }
 
   void SetUp() override {
     TemporaryFolder::SetUp();
-    using nlohmann::json;
-    json models, summary;
-    const auto add = [&](const std::string& name, double drift, bool is_oracle) {
-      models.push_back({{"name", name}, {"label", name}, {"seed", 1}, {"is_oracle", is_oracle}});
-      summary.push_back(
-          {{"name", name}, {"q_mse_geometric_mean", {drift * drift / 10, drift * drift}}});
-      if (!is_oracle) write_model(name);
-      write("rollouts/" + name + "_s1_validation_0.h5", "fricid.rollout/1", drift, 10 * drift);
-    };
-    add("oracle", 1e-4, true);
-    add("simple", 0.08, false);
-    add("lugre", 0.05, false);
-    add("dahl", 0.06, false);
-    add("gms", 0.02, false);
-    write_file_atomically(folder / "evaluation.json", json{{"format", "fricid.evaluation/1"},
-                                                           {"scene", "swing"},
-                                                           {"horizons_s", {1, 2}},
-                                                           {"trajectories", {"validation_0"}},
-                                                           {"models", models},
-                                                           {"summary", summary}}
-                                                          .dump());
-    data::Dataset measured;
+    data::Dataset& measured = trajectory.data;
+    measured.name = kTrajectory;
     for (int j = 0; j < kJoints; ++j)
       measured.joint_names.push_back("joint_a" + std::to_string(j + 1));
     measured.rate_hz = kRate;
     measured.t = Eigen::VectorXd::LinSpaced(kRows, 0, (kRows - 1) / kRate);
     measured.q = motion(0, false);
     measured.tau = friction(0);
-    data::save_dataset(measured, folder / "data/validation_0.h5");
-    write("truth/validation_0.h5", "fricid.truth/1", 0, 0);
+    data::save_dataset(measured, run.recording(kTrajectory));
+
+    evaluate::Evaluation evaluation = blank_evaluation("swing", {1, 2}, {kTrajectory});
+    const auto add = [&](const std::string& name, double drift, bool is_oracle) {
+      add_model(evaluation, name, is_oracle, {drift * drift / 10, drift * drift});
+      if (!is_oracle) write_model(name);
+      save_rollout(name, drift, friction(10 * drift));
+    };
+    add("oracle", 1e-4, true);
+    add("simple", 0.08, false);
+    add("lugre", 0.05, false);
+    add("dahl", 0.06, false);
+    add("gms", 0.02, false);
+    data::save(evaluation, run.evaluation());
+
+    sim::Truth truth;
+    truth.joint_names = measured.joint_names;
+    truth.rate_hz = kRate;
+    truth.friction.model = friction::RobotFriction(std::vector<friction::JointSpec>(kJoints));
+    truth.trace = sim::make_trace(kRows, truth.dt(), kJoints, 0);
+    truth.trace.q = motion(0, false);
+    truth.trace.v = motion(0, true);
+    truth.trace.tau_f = friction(0);
+    sim::save_truth(truth, run.truth(kTrajectory));
     scene.name = "swing";
     scene.description = "two seconds made by formulas";
   }

@@ -22,18 +22,18 @@ std::vector<std::string> names(const RunFilm& film) {
 using ReadFilm = FilmFolder;
 
 TEST_F(ReadFilm, ShowsTheBestTheFirstAndTheNextBestInTheOrderOfTheScene) {
-  EXPECT_THAT(names(read_film(folder, problem())), ElementsAre("simple", "lugre", "gms"));
+  EXPECT_THAT(names(read_film(run, problem())), ElementsAre("simple", "lugre", "gms"));
 }
 
 TEST_F(ReadFilm, ShowsWhatTheSceneNames) {
   scene.render.models = {"dahl"};
-  EXPECT_THAT(names(read_film(folder, problem())), ElementsAre("dahl"));
+  EXPECT_THAT(names(read_film(run, problem())), ElementsAre("dahl"));
   scene.render.models = {"neural"};
-  EXPECT_THROW(read_film(folder, problem()), UserError);
+  EXPECT_THROW(read_film(run, problem()), UserError);
 }
 
 TEST_F(ReadFilm, TakesTruthModelsAndTable) {
-  const RunFilm film = read_film(folder, problem());
+  const RunFilm film = read_film(run, problem());
   EXPECT_EQ(film.q, motion(0, false));
   EXPECT_EQ(film.tau_f, friction(0));
   EXPECT_EQ(film.models[2].q, motion(0.02, false));
@@ -48,38 +48,41 @@ TEST_F(ReadFilm, TakesTruthModelsAndTable) {
 }
 
 TEST_F(ReadFilm, WithoutTruthTheMeasurementStandsForIt) {
-  std::filesystem::remove_all(folder / "truth");
-  const RunFilm film = read_film(folder, problem());
+  std::filesystem::remove(run.truth(kTrajectory));
+  const RunFilm film = read_film(run, problem());
   EXPECT_FALSE(film.has_truth());
   EXPECT_EQ(film.q, motion(0, false));
   EXPECT_EQ(most_telling_joint(film), 0);
 }
 
 TEST_F(ReadFilm, RolloutsWithoutFrictionTorqueAreInTheTableOnly) {
-  data::write_hdf5(folder / "rollouts/gms_s1_validation_0.h5", "fricid.rollout/1",
-                   [&](data::H5Writer& file) {
-                     for (const char* table : {"/q", "/v"})
-                       file.matrix(table, motion(0.02, false), "");
-                   });
-  const RunFilm film = read_film(folder, problem());
+  save_rollout("gms", 0.02, data::RowMatrix());
+  const RunFilm film = read_film(run, problem());
   EXPECT_THAT(names(film), ElementsAre("simple", "lugre", "dahl"));
   EXPECT_EQ(film.table.size(), 5u);
 }
 
 TEST_F(ReadFilm, ShorterRolloutsShortenTheFilm) {
-  data::write_hdf5(folder / "rollouts/gms_s1_validation_0.h5", "fricid.rollout/1",
-                   [&](data::H5Writer& file) {
-                     for (const char* table : {"/q", "/v", "/tau_f"})
-                       file.matrix(table, motion(0.02, false).topRows(100), "");
-                   });
-  const RunFilm film = read_film(folder, problem());
+  save_rollout("gms", 0.02, friction(0), 100);
+  const RunFilm film = read_film(run, problem());
   EXPECT_EQ(film.t.size(), 100);
   EXPECT_EQ(film.models[0].tau_f.rows(), 100);
   EXPECT_EQ(film.oracle.q.rows(), 100);
 }
 
+TEST_F(ReadFilm, ARolloutThatIsNotShownIsAbsent) {
+  const workflow::RunFolder visible =
+      run.restricted_to({run.name_of(run.evaluation()), run.name_of(run.recording(kTrajectory)),
+                         run.name_of(run.rollout({"dahl", 1}, kTrajectory))});
+  const RunFilm film = read_film(visible, problem());
+  EXPECT_THAT(names(film), ElementsAre("dahl"));
+  EXPECT_FALSE(film.has_truth());
+  EXPECT_EQ(film.oracle.q.size(), 0);
+  EXPECT_TRUE(film.models[0].file.empty());
+}
+
 TEST_F(ReadFilm, TheMostTellingJointIsMissedMost) {
-  EXPECT_EQ(most_telling_joint(read_film(folder, problem())), 2);
+  EXPECT_EQ(most_telling_joint(read_film(run, problem())), 2);
 }
 
 TEST(Describe, NamesLawsElementsAndModifiers) {

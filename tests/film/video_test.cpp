@@ -32,22 +32,22 @@ class RenderVideo : public FilmFolder {
 
 TEST_F(RenderVideo, MakesBothVideos) {
   if (!ffmpeg_found()) GTEST_SKIP() << "needs ffmpeg";
-  const auto files = render_video(folder, problem(), options);
-  EXPECT_EQ(files, (std::vector<std::string>{"video/comparison.mp4", "video/orbit.mp4"}));
+  const auto files = render_video(run, run, problem(), options);
+  EXPECT_EQ(files, (std::vector{run.video("comparison"), run.video("orbit")}));
   // two seconds and two cards of six frames
-  EXPECT_EQ(probed(folder / "video/comparison.mp4"), "h264,1280,720,yuv420p,30/1,72\n");
-  EXPECT_EQ(probed(folder / "video/orbit.mp4"), "h264,1280,720,yuv420p,30/1,6\n");
+  EXPECT_EQ(probed(run.video("comparison")), "h264,1280,720,yuv420p,30/1,72\n");
+  EXPECT_EQ(probed(run.video("orbit")), "h264,1280,720,yuv420p,30/1,6\n");
 }
 
 TEST_F(RenderVideo, WithoutFfmpegThereArePictures) {
   const std::string path = std::getenv("PATH");
   setenv("PATH", folder.c_str(), 1);
   scene.render.card_s = 0;
-  const auto files = render_video(folder, problem(), options);
+  const auto files = render_video(run, run, problem(), options);
   setenv("PATH", path.c_str(), 1);
   EXPECT_EQ(files.size(), 60u + 6u);
-  EXPECT_EQ(files[0], "video/comparison/00001.png");
-  const Image last = load_png(folder / files.back());
+  EXPECT_EQ(files[0], run.videos() / "comparison" / "00001.png");
+  const Image last = load_png(files.back());
   EXPECT_EQ(last.width, 1280);
   EXPECT_EQ(last.height, 720);
 }
@@ -62,26 +62,23 @@ TEST_F(RenderVideo, AKilledEncoderCostsItsOwnVideo) {
   setenv("PATH", (fake.parent_path().string() + ":" + path).c_str(), 1);
   std::string said;
   try {
-    render_video(folder, problem(), options);
+    render_video(run, run, problem(), options);
   } catch (const UserError& error) {
     said = error.what();
   }
   setenv("PATH", path.c_str(), 1);
-  EXPECT_EQ(said, (folder / "video/comparison.mp4").string() +
-                      ": ffmpeg gave up: it was killed by signal 9");
-  EXPECT_EQ(probed(folder / "video/orbit.mp4"), "h264,1280,720,yuv420p,30/1,6\n");
-  EXPECT_EQ(output_of("ls -A " + (folder / "video").string()), "orbit.mp4\n");
+  EXPECT_EQ(said, run.video("comparison").string() + ": ffmpeg gave up: it was killed by signal 9");
+  EXPECT_EQ(probed(run.video("orbit")), "h264,1280,720,yuv420p,30/1,6\n");
+  EXPECT_EQ(output_of("ls -A " + run.videos().string()), "orbit.mp4\n");
 }
 
 TEST_F(RenderVideo, OfLogsWithoutAnMjcfThereIsNone) {
-  const dynamics::RobotModel robot = problem().robot;
   scene.friction.reset();
-  const data::Problem of_logs{.scene = scene, .robot = robot};
-  EXPECT_THROW(render_video(folder, of_logs, options), UserError);
+  EXPECT_THROW(render_video(run, run, problem(), options), UserError);
 }
 
 TEST_F(RenderVideo, AStillIsFinal) {
-  render_still(folder, problem(), 1.0, folder / "still.png", options);
+  render_still(run, problem(), 1.0, folder / "still.png", options);
   EXPECT_EQ(load_png(folder / "still.png").width, 1280);
 }
 

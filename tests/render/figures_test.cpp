@@ -6,17 +6,20 @@
 #include <cmath>
 
 #include "fricid/base/error.hpp"
+#include "fricid/data/estimate_file.hpp"
+#include "fricid/evaluate/bands.hpp"
 #include "fricid/render/palette.hpp"
+#include "fricid/sim/excitation_file.hpp"
 #include "run_folder_fixture.hpp"
 
 namespace fricid::render {
 namespace {
 
 /// Its figures by name.
-class FiguresOfRun : public RunFolder {
+class FiguresOfRun : public RunToDraw {
  protected:
   Figure figure(const std::string& name) const {
-    for (Figure& figure : figures_of_run(folder))
+    for (Figure& figure : figures_of_run(run))
       if (figure.name == name) return figure;
     ADD_FAILURE() << "no figure " << name;
     return {};
@@ -25,7 +28,7 @@ class FiguresOfRun : public RunFolder {
 
 TEST_F(FiguresOfRun, AreThoseOfTheHeader) {
   std::vector<std::string> names;
-  for (const Figure& figure : figures_of_run(folder)) names.push_back(figure.name);
+  for (const Figure& figure : figures_of_run(run)) names.push_back(figure.name);
   EXPECT_EQ(names,
             (std::vector<std::string>{
                 "error_time", "error_horizon", "error_joint", "tracking", "friction_joint_a1",
@@ -58,11 +61,11 @@ TEST_F(FiguresOfRun, TrackingShowsMeasurementAndModels) {
 
 // Only a model with a band has the figure; both are drawn less the measurement.
 TEST_F(FiguresOfRun, BandsShowTheBestModelAroundTheMeasurement) {
-  write("bands/simple_validation_0.h5", "fricid.band/1",
-        {{"/q_low", kMeasured - 1}, {"/q_high", kMeasured + 3}});
-  edit("evaluation.json", [](json& root) {
-    root["summary"][2]["q_mse_geometric_mean"] = {1e-6, 2e-6};
-    root["summary"][2]["band_coverage"] = {0.5, 0.875};
+  evaluate::save_band({ramp(kMeasured - 1), ramp(kMeasured + 3)}, trajectory.data, simple.model,
+                      run.band(simple.model, kTrajectory));
+  edit_evaluation([](evaluate::Evaluation& evaluation) {
+    evaluation.summary[2].q_mse_geometric_mean = {1e-6, 2e-6};
+    evaluation.summary[2].band_coverage = {0.5, 0.875};
   });
   const Figure bands = figure("bands");
   ASSERT_EQ(bands.panels.size(), 2u);
@@ -78,20 +81,22 @@ TEST_F(FiguresOfRun, BandsShowTheBestModelAroundTheMeasurement) {
 
 TEST_F(FiguresOfRun, EveryModelIsShownHoweverMany) {
   constexpr int kModels = 10;
-  edit("evaluation.json", [&](json& root) {
-    for (int m = 1; m < kModels; ++m)
-      for (const char* list : {"models", "summary"}) {
-        json copy = root[list][2];
-        copy["name"] = copy["label"] = fmt::format("simple{}", m);
-        root[list].push_back(std::move(copy));
-      }
+  edit_evaluation([&](evaluate::Evaluation& evaluation) {
+    for (int m = 1; m < kModels; ++m) {
+      const std::string name = fmt::format("simple{}", m);
+      evaluation.models.push_back(evaluation.models[2]);
+      evaluation.summary.push_back(evaluation.summary[2]);
+      evaluation.models.back().name = evaluation.models.back().label = name;
+      evaluation.summary.back().name = evaluation.summary.back().label = name;
+    }
   });
-  for (int m = 1; m < kModels; ++m)
-    for (const char* file : {"models/{}_s1.json", "predictions/{}_s1_validation_0.h5",
-                             "rollouts/{}_s1_validation_0.h5"})
-      std::filesystem::copy_file(
-          folder / fmt::format(fmt::runtime(file), "simple"),
-          folder / fmt::format(fmt::runtime(file), fmt::format("simple{}", m)));
+  for (int m = 1; m < kModels; ++m) {
+    const workflow::FitId id{fmt::format("simple{}", m), 1};
+    std::filesystem::copy_file(run.model(simple), run.model(id));
+    std::filesystem::copy_file(run.prediction(simple, kTrajectory),
+                               run.prediction(id, kTrajectory));
+    std::filesystem::copy_file(run.rollout(simple, kTrajectory), run.rollout(id, kTrajectory));
+  }
 
   const auto models_in = [](const Panel& panel) {
     return std::count_if(panel.series.begin(), panel.series.end(),
@@ -135,11 +140,11 @@ TEST_F(FiguresOfRun, ErrorOverHorizonHasOracleModelsAndFloor) {
 TEST_F(FiguresOfRun, ErrorOfAJointIsTheRootOfTheGeometricMean) {
   const Figure joints = figure("error_joint");
   ASSERT_EQ(joints.panels.size(), 2u);  // 1 s and the longest horizon
-  const Series& simple = joints.panels[0].series.at(0);
-  ASSERT_EQ(simple.y.size(), 2u);
-  EXPECT_NEAR(simple.y[1], std::sqrt(std::sqrt(4.0 * 16.0)), 1e-12);
-  EXPECT_NEAR(simple.low[1], 2, 1e-12);
-  EXPECT_NEAR(simple.high[1], 4, 1e-12);
+  const Series& bars = joints.panels[0].series.at(0);
+  ASSERT_EQ(bars.y.size(), 2u);
+  EXPECT_NEAR(bars.y[1], std::sqrt(std::sqrt(4.0 * 16.0)), 1e-12);
+  EXPECT_NEAR(bars.low[1], 2, 1e-12);
+  EXPECT_NEAR(bars.high[1], 4, 1e-12);
 }
 
 TEST_F(FiguresOfRun, ErrorOverTimeIsTheMeanOverJoints) {
@@ -167,13 +172,13 @@ TEST_F(FiguresOfRun, SlowestReversalIsZoomedInto) {
   const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(kSamples, 0, (kSamples - 1) / 250.0);
   for (int k = 0; k < kSamples; ++k)
     v.row(k).setConstant(t[k] < 1 ? 20 * (0.502 - t[k]) : 2 * (t[k] - 1.502));
-  data::write_hdf5(folder / "predictions/simple_s1_validation_0.h5", "fricid.prediction/1",
-                   [&](data::H5Writer& file) {
-                     file.vector("/t", t, "s");
-                     file.matrix("/v", v, "rad/s");
-                     for (const char* name : {"/q", "/tau", "/tau_predicted", "/tau_f"})
-                       file.matrix(name, none, "");
-                   });
+  data::Dataset shorter;
+  shorter.joint_names = trajectory.data.joint_names;
+  shorter.t = t;
+  shorter.tau = none;
+  evaluate::TorquePrediction prediction;
+  prediction.tau = prediction.tau_f = none;
+  evaluate::save_prediction(prediction, shorter, none, v, run.prediction(simple, kTrajectory));
   const Figure zoom = figure("reversal");
   ASSERT_EQ(zoom.panels.size(), 2u);
   EXPECT_EQ(zoom.panels[0].title, "joint_a1, t = 1.50 s");
@@ -183,15 +188,13 @@ TEST_F(FiguresOfRun, SlowestReversalIsZoomedInto) {
 }
 
 TEST_F(FiguresOfRun, BandOfTheOnlineFilterHoldsNinetyPercent) {
-  const data::RowMatrix mean = ramp(5), sd = ramp(1);
-  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(kRows, 0, 16), ess = 100 * t;
-  data::write_hdf5(folder / "estimates/simple_s1_validation_0.h5", "fricid.estimate/1",
-                   [&](data::H5Writer& file) {
-                     file.vector("/t", t, "s");
-                     file.vector("/ess", ess, "1");
-                     file.matrix("/tau_f", mean, "N m");
-                     file.matrix("/tau_f_sd", sd, "N m");
-                   });
+  data::EstimateSignals estimate;
+  estimate.t = Eigen::VectorXd::LinSpaced(kRows, 0, 16);
+  estimate.ess = estimate.log_likelihood = 100 * estimate.t;
+  estimate.q = estimate.v = estimate.tau_f = ramp(5);
+  estimate.q_sd = estimate.v_sd = estimate.tau_f_sd = ramp(1);
+  data::save_estimate(estimate, data::load_model(run.model(simple)), trajectory.data,
+                      run.estimate(simple, kTrajectory));
   // a band of 200 bins, each of 20 samples, and its median
   const std::vector<Series> particles = figure("filter_health").panels.at(0).series;
   ASSERT_EQ(particles.size(), 2u);
@@ -220,11 +223,13 @@ TEST_F(FiguresOfRun, ParametersStandBesideTheirTruth) {
 }
 
 TEST_F(FiguresOfRun, CorrelationLeavesOutWhatHasNone) {
-  edit("fit/simple_s1.json", [](json& fit) {
-    const json correlation{
-        {"parameters", {"Fc", "sigma0", "Fv"}},
-        {"matrix", {{1, nullptr, -0.95}, {nullptr, nullptr, nullptr}, {-0.95, nullptr, 1}}}};
-    fit["joints"] = {{{"correlation", correlation}}, {{"correlation", correlation}}};
+  edit_fit([](data::FitFile& fit) {
+    for (data::FittedJoint& joint : fit.joints) {
+      joint.parameters = {{"Fc"}, {"sigma0"}, {"Fv"}};
+      joint.correlation.resize(3, 3);
+      joint.correlation << 1, kNotKnown, -0.95, kNotKnown, kNotKnown, kNotKnown, -0.95, kNotKnown,
+          1;
+    }
   });
   const Panel panel = figure("correlation_simple").panels.at(1);
   EXPECT_EQ(panel.x_tics.size(), 2u);
@@ -240,10 +245,10 @@ TEST_F(FiguresOfRun, CorrelationLeavesOutWhatHasNone) {
 }
 
 TEST_F(FiguresOfRun, CorrelationsHaveTheirSign) {
-  edit("fit/simple_s1.json", [](json& fit) {
-    const json correlation{{"parameters", {"Fc", "Fs", "Fv"}},
-                           {"matrix", {{1, 0.6, 0.3}, {0.6, 1, -0.7}, {0.3, -0.7, 1}}}};
-    fit["joints"] = {{{"correlation", correlation}}};
+  edit_fit([](data::FitFile& fit) {
+    fit.joints[0].parameters = {{"Fc"}, {"Fs"}, {"Fv"}};
+    fit.joints[0].correlation.resize(3, 3);
+    fit.joints[0].correlation << 1, 0.6, 0.3, 0.6, 1, -0.7, 0.3, -0.7, 1;
   });
   const Panel panel = figure("correlation_simple").panels.at(0);
   EXPECT_EQ(panel.series.at(1).x.size(), 2u * (6 + 3));  // two plus and two minus signs
@@ -258,11 +263,11 @@ TEST_F(FiguresOfRun, DriftIsWhatThePredictionLeaves) {
 }
 
 TEST_F(FiguresOfRun, TrainingShowsWhatChoseTheModel) {
-  edit("fit/simple_s1.json", [](json& fit) {
-    fit["em"] = {{"held_out_q_mse_start", 4},
-                 {"iterations",
-                  {{{"log_likelihood", 10}, {"nis", 2}, {"held_out_q_mse", 3}},
-                   {{"log_likelihood", 15}, {"nis", 1}, {"held_out_q_mse", 1}}}}};
+  edit_fit([](data::FitFile& fit) {
+    data::FittedEm& em = fit.em.emplace();
+    em.held_out_start = 4;
+    em.iterations = {{.log_likelihood = 10, .nis = 2, .least_roots = 1, .held_out = 3},
+                     {.log_likelihood = 15, .nis = 1, .least_roots = 1, .held_out = 1}};
   });
   const Figure training = figure("training");
   ASSERT_EQ(training.panels.size(), 2u);
@@ -273,14 +278,10 @@ TEST_F(FiguresOfRun, TrainingShowsWhatChoseTheModel) {
 }
 
 TEST_F(FiguresOfRun, RolloutsAloneAreAModelWithItsOwnColour) {
-  edit("evaluation.json", [](json& evaluation) {
-    for (const char* part : {"models", "summary"}) {
-      evaluation[part].push_back(evaluation[part][2]);
-      evaluation[part].back()["name"] = evaluation[part].back()["label"] = "tool";
-    }
+  edit_evaluation([](evaluate::Evaluation& evaluation) {
+    add_model(evaluation, "tool", false, {1e-6, 2e-6});
   });
-  std::filesystem::copy(folder / "rollouts/simple_s1_validation_0.h5",
-                        folder / "rollouts/tool_s1_validation_0.h5");
+  std::filesystem::copy(run.rollout(simple, kTrajectory), run.rollout({"tool", 1}, kTrajectory));
   for (const char* name : {"tracking", "error_time", "error_horizon"}) {
     const auto series = figure(name).panels.at(0).series;
     const auto tool = std::find_if(series.begin(), series.end(),
@@ -291,14 +292,67 @@ TEST_F(FiguresOfRun, RolloutsAloneAreAModelWithItsOwnColour) {
   EXPECT_NE(look_of_law("external").colour, look_of_law("a law of no table").colour);
 }
 
+TEST_F(FiguresOfRun, BarsOfParametersAreTwoStandardErrors) {
+  const friction::Friction fitted = data::load_model(run.model(simple)).arm.friction;
+  edit_fit([&](data::FitFile& fit) {
+    for (std::size_t i = 0; i < fitted.theta.size(); ++i) {
+      const friction::ParameterRef& parameter = fitted.model.parameters()[i];
+      fit.joints[static_cast<std::size_t>(parameter.joint)].parameters.push_back(
+          {parameter.symbol, fitted.theta[i], parameter.joint == 0 ? kNotKnown : 0.25});
+    }
+  });
+  const Series bars = figure("parameters").panels.at(0).series.at(0);
+  EXPECT_EQ(bars.low[0], bars.y[0]);
+  EXPECT_DOUBLE_EQ(bars.y[1] - bars.low[1], 0.5);
+  EXPECT_DOUBLE_EQ(bars.high[1] - bars.y[1], 0.5);
+}
+
+// The trajectory that leaves the least decides.
+TEST_F(FiguresOfRun, MarginsAreOfAllTrajectories) {
+  sim::ExcitationFile file;
+  for (const double left : {0.5, 0.25}) {
+    sim::TrajectoryReport& report = file.trajectories.emplace_back();
+    for (const std::string& name : trajectory.data.joint_names) {
+      sim::JointMargins& joint = report.joints.emplace_back();
+      joint.joint = name;
+      joint.velocity = name == "joint_a1" ? left : 1;
+    }
+  }
+  data::save(file, run.excitation());
+  const Series velocity = figure("margins").panels.at(0).series.at(0);
+  EXPECT_EQ(velocity.label, "velocity");
+  EXPECT_EQ(velocity.x, (std::vector<double>{75, 0}));
+}
+
 TEST_F(FiguresOfRun, WhatIsAbsentIsLeftOut) {
-  std::filesystem::remove_all(folder / "truth");
+  std::filesystem::remove(run.truth(kTrajectory));
   EXPECT_EQ(figure("friction_joint_a1").panels.at(0).series.size(), 1u);
-  for (const char* name : {"predictions", "models", "data/train_0.h5"})
-    std::filesystem::remove_all(folder / name);
-  EXPECT_EQ(figures_of_run(folder).size(), 4u);
-  std::filesystem::remove(folder / "evaluation.json");
-  EXPECT_THROW(figures_of_run(folder), UserError);
+  for (const auto& file :
+       {run.prediction(simple, kTrajectory), run.model(simple), run.recording(run.training(0))})
+    std::filesystem::remove(file);
+  EXPECT_EQ(figures_of_run(run).size(), 4u);
+  std::filesystem::remove(run.evaluation());
+  EXPECT_THROW(figures_of_run(run), UserError);
+}
+
+TEST_F(FiguresOfRun, WhatIsNotShownIsAbsent) {
+  const workflow::RunFolder visible =
+      run.restricted_to({run.name_of(run.evaluation()), run.name_of(run.recording(kTrajectory)),
+                         run.name_of(run.rollout(simple, kTrajectory))});
+  const std::vector<Figure> figures = figures_of_run(visible);
+  ASSERT_EQ(figures.size(), 4u);
+  EXPECT_EQ(figures[0].name, "error_time");
+  EXPECT_EQ(figures[0].panels.at(0).series.size(), 1u);  // the oracle's rollout is not shown
+}
+
+// Signals have a row for each sample of the recording at most.
+TEST_F(FiguresOfRun, SignalsOfAnotherRecordingAreRefused) {
+  data::Dataset shorter = trajectory.data;
+  for (data::RowMatrix* values : {&shorter.q, &shorter.tau})
+    *values = values->topRows(kRows / 2).eval();
+  shorter.t = shorter.t.head(kRows / 2).eval();
+  data::save_dataset(shorter, run.recording(kTrajectory));
+  EXPECT_THROW(figures_of_run(run), UserError);
 }
 
 }  // namespace

@@ -3,13 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
+#include <set>
 
 #include "../../render/src/html.hpp"
 #include "../../render/src/svg.hpp"
 #include "../../render/src/welch.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/workflow/manifest.hpp"
 #include "run_folder_fixture.hpp"
 
 namespace fricid::render {
@@ -18,10 +19,16 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-using Report = RunFolder;
+class Report : public RunToDraw {
+ protected:
+  data::Scene scene;
+  workflow::Manifest manifest;
+
+  std::string page() const { return report_of_run(run, scene, manifest); }
+};
 
 TEST_F(Report, NamesTheBestModelAndItsDistanceFromTheOracle) {
-  const std::string page = report_of_run(folder);
+  const std::string page = this->page();
   EXPECT_THAT(page, HasSubstr("Of 1 model of <b>two joints</b>, <b>simple</b> follows the held-out "
                               "trajectory best"));
   // sqrt(7e-6) and sqrt(1e-6) rad
@@ -33,62 +40,89 @@ TEST_F(Report, NamesTheBestModelAndItsDistanceFromTheOracle) {
 }
 
 TEST_F(Report, SaysWhatAFitMayTry) {
-  EXPECT_THAT(report_of_run(folder), Not(HasSubstr("budget</th>")));
-  edit("evaluation.json", [](nlohmann::json& evaluation) {
-    evaluation["summary"][2]["budget"] = "20 starts & 300 steps";
+  EXPECT_THAT(page(), Not(HasSubstr("budget</th>")));
+  edit_evaluation([](evaluate::Evaluation& evaluation) {
+    evaluation.summary[2].budget = "20 starts & 300 steps";
   });
-  const std::string page = report_of_run(folder);
+  const std::string page = this->page();
   EXPECT_THAT(page, HasSubstr("budget</th>"));
   EXPECT_THAT(page, HasSubstr("20 starts &amp; 300 steps"));
 }
 
-/// Every text of a JSON tree but names, which are checked where they enter.
-void add_to_texts(nlohmann::json& node, const std::string& text, const std::string& key = {}) {
-  if (node.is_string() && key != "name" && key != "format" && key != "trajectories")
-    node = node.get<std::string>() + text;
-  if (!node.is_structured()) return;
-  for (const auto& [inner, value] : node.items())
-    add_to_texts(value, text, node.is_array() ? key : inner);
-}
+/// An archive that puts a text behind every text of an artefact but those under some keys.
+struct AddToTexts {
+  std::string text;
+  std::set<std::string_view> spared;
+  int count = 0;
+
+  template <class Value>
+  void operator()(std::string_view key, Value& value, const data::Field& field) {
+    if (spared.contains(key) || !field.choices.empty()) return;
+    if constexpr (std::is_same_v<Value, std::string>) {
+      add(value);
+    } else if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
+      for (std::string& item : value) add(item);
+    }
+  }
+  template <class Values>
+  void pairs(std::string_view, Values&, const data::Field&) {}
+  template <class Value>
+  void derived(std::string_view, const Value&, const data::Field&) {}
+  template <class Part>
+  void section(std::string_view, Part& part, std::string_view) {
+    part.visit(*this);
+  }
+  template <class Part>
+  void section(std::string_view, std::optional<Part>& part, std::string_view) {
+    if (part) part->visit(*this);
+  }
+  template <class Part>
+  void sections(std::string_view, std::vector<Part>& parts, std::string_view) {
+    for (Part& part : parts) part.visit(*this);
+  }
+
+ private:
+  void add(std::string& value) {
+    value += text;
+    ++count;
+  }
+};
 
 TEST_F(Report, TextOfFilesIsNoMarkup) {
-  const std::string text = "</p><x-hostile a='1' b=\"2\">&amp;";
-  edit("evaluation.json", [&](nlohmann::json& evaluation) {
-    evaluation["summary"][2]["budget"] = "many";
-    evaluation["meaningless"] = {nullptr, "headroom 2 below 10"};
-    add_to_texts(evaluation["models"], text);
-    add_to_texts(evaluation["summary"], text);
-    add_to_texts(evaluation["meaningless"], text);
+  // names are checked where they are read
+  AddToTexts hostile{"</p><x-hostile a='1' b=\"2\">&amp;",
+                     {"name", "scene", "trajectories", "joint"}};
+  edit_evaluation([&](evaluate::Evaluation& evaluation) { evaluation.visit(hostile); });
+  edit_fit([&](data::FitFile& fit) {
+    fit.joints[0].at_bound = {"Fc", "Fv"};
+    fit.outcome = data::Outcome::kFailed;
+    fit.usable = false;
+    fit.em.emplace().warnings = {"few particles"};
+    fit.torque.emplace();
+    fit.visit(hostile);
   });
-  edit("fit/simple_s1.json", [&](nlohmann::json& fit) {
-    fit["joints"] = {{{"joint", "joint_a1"}, {"at_bound", {"Fc", "Fv"}}, {"outcome", "limit"}}};
-    fit["message"] = "m";
-    add_to_texts(fit, text);
-  });
-  write_file_atomically(folder / "scene.toml", "# " + text);
-  nlohmann::json manifest{{"version", "1"},
-                          {"commit", "c"},
-                          {"command", "fricid"},
-                          {"inputs", {{"scene.toml", "hash"}, {text, "hash"}}},
-                          {"machine", {{"cpu", "c"}, {"cores", 2}}}};
-  add_to_texts(manifest, text);
-  write_file_atomically(folder / "manifest.json", manifest.dump());
-  const std::string page = report_of_run(folder);
+  manifest.sources = {{"robot.urdf", "hash"}};
+  workflow::StageRecord& stage = manifest.at(workflow::stage_of(simple));
+  stage.outputs = {{"models/simple_s1.json", "hash"}};
+  hostile.spared.clear();
+  manifest.visit(hostile);
+  manifest.check("the manifest");
+  EXPECT_GT(hostile.count, 20);
+  scene.description = hostile.text;
+  const std::string page = this->page();
   EXPECT_THAT(page, HasSubstr("&lt;x-hostile"));
   EXPECT_THAT(page, Not(HasSubstr("<x-hostile")));
   EXPECT_THAT(page, Not(HasSubstr("b=\"2\"")));
 }
 
 TEST_F(Report, SaysWhatFails) {
-  EXPECT_THAT(report_of_run(folder), HasSubstr("Nothing failed"));
-  edit("evaluation.json", [](nlohmann::json& evaluation) {
-    evaluation["summary"][2]["diverged"] = 3;
-    evaluation["meaningless"] = {nullptr, "headroom 2 below 10"};
+  EXPECT_THAT(page(), HasSubstr("Nothing failed"));
+  edit_evaluation([](evaluate::Evaluation& evaluation) {
+    evaluation.summary[2].diverged = 3;
+    evaluation.meaningless[1] = "headroom 2 below 10";
   });
-  edit("fit/simple_s1.json", [](nlohmann::json& fit) {
-    fit["joints"] = {{{"joint", "joint_a1"}, {"at_bound", {"Fc", "Fv"}}}};
-  });
-  const std::string page = report_of_run(folder);
+  edit_fit([](data::FitFile& fit) { fit.joints[0].at_bound = {"Fc", "Fv"}; });
+  const std::string page = this->page();
   EXPECT_THAT(page, HasSubstr("What fails: simple diverges in 3 of 4 rollouts, 2 parameters ended "
                               "on a bound and the horizon of 10&#8239;s cannot rank models"));
   EXPECT_THAT(page, HasSubstr("on a bound: Fc, Fv of joint_a1"));
@@ -96,43 +130,84 @@ TEST_F(Report, SaysWhatFails) {
 }
 
 TEST_F(Report, WarnsOfTrainingThatWentAstray) {
-  edit("fit/simple_s1.json", [](nlohmann::json& fit) {
-    fit["torque"] = {{"skipped", 7}};
-    fit["multi_step"] = {{"chosen", 3}, {"skipped", 0}, {"returns", 1}};
+  edit_fit([](data::FitFile& fit) {
+    fit.torque.emplace().skipped = 7;
+    data::FittedTraining& windows = fit.multi_step.emplace();
+    windows.checked = {0, 1, 2, 3};
+    windows.held_out = {4, 3, 2, 1};
+    windows.chosen = 3;
+    windows.returns = 1;
   });
-  const std::string page = report_of_run(folder);
+  const std::string page = this->page();
   EXPECT_THAT(page, HasSubstr("7 training steps were skipped"));
   EXPECT_THAT(page, HasSubstr("went back to its best 1 time."));
+  EXPECT_THAT(page, Not(HasSubstr("did not improve on its start")));
+}
+
+TEST_F(Report, WarnsOfTrainingThatLedNowhere) {
+  const auto of_em = [&](int chosen) {
+    edit_fit([&](data::FitFile& fit) {
+      fit.joints.clear();
+      fit.em.emplace().iterations.resize(2);
+      fit.em->chosen = chosen;
+    });
+    return page();
+  };
+  EXPECT_THAT(of_em(-1), HasSubstr("did not improve on its start"));
+  EXPECT_THAT(of_em(0), Not(HasSubstr("did not improve on its start")));  // the first iteration
+}
+
+TEST_F(Report, TheTimeOfAFitIsThatOfItsStage) {
+  edit_evaluation([](evaluate::Evaluation& evaluation) {
+    add_model(evaluation, "tool", false, {1e-6, 2e-6});
+    evaluation.summary.back().stated_fit_seconds = 77;
+    add_model(evaluation, "unknown", false, {1e-6, 2e-6});
+  });
+  manifest.at("identify simple_s1").seconds = 12;
+  manifest.at("identify simple_s2").seconds = 14;
+  manifest.at("plots").outputs = {{"plots/tracking.svg", "5a5a"}};
+  manifest.at("evaluate").outputs = {{"evaluation.json", "c3c3"}};
+  const std::string page = this->page();
+  EXPECT_THAT(page, HasSubstr("<td>13&#8239;s</td>"));
+  EXPECT_THAT(page, HasSubstr("<td>77&#8239;s</td>"));
+  EXPECT_THAT(page, HasSubstr("<td>–</td>"));
+  EXPECT_THAT(page, HasSubstr("<dt>Time</dt><dd>12&#8239;s</dd>"));
+  EXPECT_THAT(page, HasSubstr("c3c3  evaluation.json"));
+  EXPECT_THAT(page, Not(HasSubstr("5a5a")));  // pictures are no results
+}
+
+TEST_F(Report, SaysWhatTheSceneSaysOfItself) {
+  EXPECT_THAT(page(), HasSubstr("<p class=\"byline\">fricid"));
+  scene.description = "bristles & noise";
+  EXPECT_THAT(page(), HasSubstr("bristles &amp; noise · fricid"));
+  EXPECT_THAT(page(), HasSubstr("description = &quot;bristles &amp; noise&quot;"));
 }
 
 TEST_F(Report, WithoutTruthSaysNothingOfOracles) {
-  std::filesystem::remove_all(folder / "truth");
-  edit("evaluation.json", [](nlohmann::json& evaluation) {
-    for (const char* list : {"models", "summary"})
-      for (int oracle = 0; oracle < 2; ++oracle) evaluation[list].erase(0);
-    evaluation["floor"] = evaluation["oracle"] = {nullptr, nullptr};
+  std::filesystem::remove(run.truth(kTrajectory));
+  edit_evaluation([](evaluate::Evaluation& evaluation) {
+    evaluation.models.erase(evaluation.models.begin(), evaluation.models.begin() + 2);
+    evaluation.summary.erase(evaluation.summary.begin(), evaluation.summary.begin() + 2);
+    evaluation.floor = evaluation.oracle = unknown(2);
   });
-  const std::string page = report_of_run(folder);
+  const std::string page = this->page();
   EXPECT_THAT(page, HasSubstr("A log holds no truth"));
   EXPECT_THAT(page, Not(HasSubstr("Table 2.")));
-  EXPECT_THAT(page, Not(HasSubstr("floor")));
+  EXPECT_THAT(page, Not(HasSubstr(">floor<")));
 }
 
 TEST_F(Report, ShowsParametersWithTruthAndBounds) {
-  const std::string page = report_of_run(folder);
+  const std::string page = this->page();
   EXPECT_THAT(page, HasSubstr("Parameters of <i>dahl</i>"));
   EXPECT_THAT(page, HasSubstr("truth: as injected"));
 }
 
 TEST_F(Report, SaysOfRolloutsAloneThatTheyAre) {
-  edit("evaluation.json", [](nlohmann::json& evaluation) {
-    for (const char* part : {"models", "summary"}) {
-      evaluation[part].push_back(evaluation[part][2]);
-      evaluation[part].back()["name"] = "tool";
-      evaluation[part].back()["label"] = "a tool";
-    }
+  edit_evaluation([](evaluate::Evaluation& evaluation) {
+    add_model(evaluation, "tool", false, {1e-6, 2e-6});
+    evaluation.models.back().label = evaluation.summary.back().label = "a tool";
   });
-  const std::string page = report_of_run(folder);
+  const std::string page = this->page();
   const std::size_t section = page.find("<section id=\"model-tool-1\">");
   ASSERT_NE(section, std::string::npos);
   EXPECT_THAT(page.substr(section, page.find("</section>", section) - section),
@@ -141,9 +216,9 @@ TEST_F(Report, SaysOfRolloutsAloneThatTheyAre) {
 }
 
 TEST_F(Report, NeedsAnEvaluation) {
-  std::filesystem::remove(folder / "evaluation.json");
-  EXPECT_THROW(write_report(folder), UserError);
-  EXPECT_FALSE(std::filesystem::exists(folder / "report.html"));
+  std::filesystem::remove(run.evaluation());
+  EXPECT_THROW(write_report(run, scene, manifest, run.report()), UserError);
+  EXPECT_FALSE(std::filesystem::exists(run.report()));
 }
 
 TEST(Html, EscapesWhatHasAMeaning) {

@@ -2,52 +2,58 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <string>
-#include <utility>
-#include <vector>
 
+#include "blank_evaluation.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/data/artefact.hpp"
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/hdf5.hpp"
+#include "fricid/data/fit_file.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/dynamics/robot_model.hpp"
+#include "fricid/evaluate/rollout.hpp"
+#include "fricid/evaluate/torque_prediction.hpp"
 #include "fricid/friction/robot_friction.hpp"
+#include "fricid/sim/truth.hpp"
+#include "fricid/workflow/run_folder.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::render {
 
 /// The oracle and one model, fitted with bristles as the truth has them, on one trajectory of two
 /// joints.
-class RunFolder : public TemporaryFolder {
+class RunToDraw : public TemporaryFolder {
  protected:
-  using json = nlohmann::json;
   static constexpr int kRows = 4000, kJoints = 2;
   static constexpr double kTruth = 10, kPredicted = 20, kMeasured = 30, kRollout = 40;
+  static constexpr const char* kTrajectory = "validation_0";
+
+  const workflow::RunFolder run{folder};
+  const workflow::FitId simple{"simple", 1};
+  evaluate::Trajectory trajectory;
 
   void SetUp() override {
     TemporaryFolder::SetUp();
-    write_evaluation();
-    data::Dataset measured;
+    data::Dataset& measured = trajectory.data;
+    measured.name = kTrajectory;
     measured.joint_names = {"joint_a1", "joint_a2"};
     measured.rate_hz = 250;
     measured.source = "a <test>";
     measured.t = Eigen::VectorXd::LinSpaced(kRows, 0, (kRows - 1) / measured.rate_hz);
     measured.q = measured.tau = ramp(kMeasured);
-    data::save_dataset(measured, folder / "data/validation_0.h5");
-    data::save_dataset(measured, folder / "data/train_0.h5");
-    write("truth/validation_0.h5", "fricid.truth/1",
-          {{"/v", kTruth}, {"/tau_f", kTruth}, {"/z", 0}}, friction_json().dump());
-    write_model();
-    write("predictions/simple_s1_validation_0.h5", "fricid.prediction/1",
-          {{"/q", 0},
-           {"/v", 0},
-           {"/tau", kMeasured},
-           {"/tau_predicted", kPredicted},
-           {"/tau_f", kPredicted}});
+    data::save_dataset(measured, run.recording(kTrajectory));
+    data::save_dataset(measured, run.recording(run.training(0)));
+
+    save_evaluation();
+    save_truth();
+    save_model();
+    evaluate::TorquePrediction prediction;
+    prediction.tau = prediction.tau_f = ramp(kPredicted);
+    evaluate::save_prediction(prediction, measured, ramp(0), ramp(0),
+                              run.prediction(simple, kTrajectory));
+    const evaluate::Rollout rollout{{0, 0, kRows - 1}, false, ramp(kRollout), ramp(0), ramp(0)};
     for (const char* name : {"oracle", "simple"})
-      write(std::string("rollouts/") + name + "_s1_validation_0.h5", "fricid.rollout/1",
-            {{"/q", kRollout}});
+      evaluate::save_rollout(rollout, trajectory, name, 1, run.rollout({name, 1}, kTrajectory));
   }
 
   /// Row k of joint j: base + j + k / 1000.
@@ -58,66 +64,69 @@ class RunFolder : public TemporaryFolder {
     return values;
   }
 
-  /// Changes a JSON file of the folder.
-  void edit(const std::string& name, const std::function<void(json&)>& change) const {
-    json root = json::parse(read_file(folder / name));
-    change(root);
-    write_file_atomically(folder / name, root.dump());
+  void edit_evaluation(const std::function<void(evaluate::Evaluation&)>& change) const {
+    auto evaluation = data::load<evaluate::Evaluation>(run.evaluation());
+    change(evaluation);
+    data::save(evaluation, run.evaluation());
   }
-
-  void write(const std::string& name, const std::string& format,
-             const std::vector<std::pair<std::string, double>>& tables,
-             const std::string& friction = "{}") const {
-    data::write_hdf5(folder / name, format, [&](data::H5Writer& file) {
-      file.attribute("friction", friction);
-      file.vector("/t", Eigen::VectorXd::LinSpaced(kRows, 0, 1), "s");
-      for (const auto& [table, base] : tables) file.matrix(table, ramp(base), "");
-    });
+  /// Changes the fit of the model, beginning with two joints of which nothing is said.
+  void edit_fit(const std::function<void(data::FitFile&)>& change) const {
+    auto fit = data::load<data::FitFile>(run.fit(simple));
+    for (const std::string& name : trajectory.data.joint_names)
+      fit.joints.emplace_back().joint = name;
+    change(fit);
+    data::save(fit, run.fit(simple));
   }
 
  private:
-  void write_evaluation() const {
-    const auto model = [](const char* name, bool is_oracle) {
-      return json{{"name", name}, {"label", name}, {"seed", 1}, {"is_oracle", is_oracle}};
-    };
-    const auto summary = [](const char* name, bool is_oracle, double mse) {
-      return json{{"name", name},
-                  {"label", name},
-                  {"is_oracle", is_oracle},
-                  {"is_conventional", !is_oracle},
-                  {"q_mse_geometric_mean", {mse, nullptr}},
-                  {"ratio_to_oracle", {mse * 1e6, nullptr}},
-                  {"headroom_closed", {0, nullptr}},
-                  {"rollouts", 4}};
-    };
-    json simple = model("simple", false);
-    for (const double mse : {4.0, 16.0})
-      simple["trajectories"].push_back({{"q_mse_joint", {{1, mse}, {1, 1}}}});
-    const json evaluation{{"format", "fricid.evaluation/1"},
-                          {"scene", "two joints"},
-                          {"horizons_s", {1, 10}},
-                          {"trajectories", {"validation_0"}},
-                          {"models", {model("simulator", true), model("oracle", true), simple}},
-                          {"summary",
-                           {summary("simulator", true, 1e-6), summary("oracle", true, 1e-6),
-                            summary("simple", false, 7e-6)}},
-                          {"oracle", {1e-6, nullptr}},
-                          {"floor", {2e-6, nullptr}}};
-    write_file_atomically(folder / "evaluation.json", evaluation.dump());
+  void save_evaluation() const {
+    evaluate::Evaluation evaluation = blank_evaluation("two joints", {1, 10}, {kTrajectory});
+    add_model(evaluation, "simulator", true, {1e-6, kNotKnown});
+    add_model(evaluation, "oracle", true, {1e-6, kNotKnown});
+    add_model(evaluation, "simple", false, {7e-6, kNotKnown});
+    for (evaluate::Summary& row : evaluation.summary) {
+      row.ratio_to_oracle[0] = row.q_mse_geometric_mean[0] * 1e6;
+      row.headroom_closed[0] = 0;
+      row.rollouts = 4;
+    }
+    for (const double mse : {4.0, 16.0}) {
+      evaluate::RolloutScore& score = evaluation.models[2].scores.emplace_back();
+      score.name = kTrajectory;
+      for (const double second : {mse, 1.0})
+        score.error.add({kNotKnown,
+                         kNotKnown,
+                         kNotKnown,
+                         kNotKnown,
+                         {1, second},
+                         unknown(kJoints),
+                         unknown(kJoints),
+                         unknown(kJoints)});
+    }
+    evaluation.oracle[0] = 1e-6;
+    evaluation.floor[0] = 2e-6;
+    data::save(evaluation, run.evaluation());
   }
 
-  /// A bristle at every joint, as a truth file says it.
-  static json friction_json() {
-    json parameters;
-    for (const auto& info : friction::parameters_of_law("dahl", 0))
-      parameters.push_back({{"symbol", info.symbol}, {"value", info.typical}});
-    const json law{
-        {"law", "dahl"}, {"elements", 0}, {"modifiers", json::array()}, {"parameters", parameters}};
-    const json joint{{"laws", {law}}};
-    return {{"joints", {joint, joint}}};
+  /// A bristle at every joint.
+  static friction::Friction bristles() {
+    const friction::JointSpec joint{{{.law = "dahl", .elements = 0, .modifiers = {}}}};
+    friction::RobotFriction model({joint, joint});
+    std::vector<double> theta = friction::default_theta(model);
+    return {std::move(model), std::move(theta)};
   }
 
-  void write_model() const {
+  void save_truth() const {
+    sim::Truth truth;
+    truth.joint_names = trajectory.data.joint_names;
+    truth.rate_hz = trajectory.data.rate_hz;
+    truth.friction = bristles();
+    truth.trace = sim::make_trace(kRows, truth.dt(), kJoints, truth.friction.model.state_size());
+    truth.trace.v = truth.trace.tau_f = ramp(kTruth);
+    truth.trace.z = ramp(0);
+    sim::save_truth(truth, run.truth(kTrajectory));
+  }
+
+  void save_model() const {
     std::string urdf = "<robot name=\"two\"><link name=\"l0\"/>";
     for (int i = 1; i <= kJoints; ++i)
       urdf += fmt::format(
@@ -127,16 +136,22 @@ class RunFolder : public TemporaryFolder {
           "link=\"l{0}\"/><axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" velocity=\"2\" "
           "effort=\"3\"/></joint>",
           i, i - 1);
-    write_file_atomically(folder / "two.urdf", urdf + "</robot>");
-    data::ModelFile model{.name = "simple", .label = "simple", .arm = {}};
-    model.arm.robot = dynamics::load_urdf(folder / "two.urdf");
-    const friction::JointSpec joint{{{.law = "dahl", .elements = 0, .modifiers = {}}}};
-    model.arm.friction.model = friction::RobotFriction({joint, joint});
-    model.arm.friction.theta = friction::default_theta(model.arm.friction.model);
-    data::save_model(model, folder / "models/simple_s1.json");
-    write_file_atomically(folder / "fit/simple_s1.json",
-                          R"({"outcome": "converged", "usable": true, "parameters": 4})");
+    data::ModelFile model{.name = simple.model, .label = simple.model, .arm = {}};
+    model.arm.robot = dynamics::parse_urdf(urdf + "</robot>", "two joints");
+    model.arm.friction = bristles();
+    data::save_model(model, run.model(simple));
+
+    data::FitFile fit;
+    fit.name = fit.label = simple.model;
+    fit.method = "conventional";
+    fit.outcome = data::Outcome::kConverged;
+    fit.usable = true;
+    fit.parameters = 4;
+    data::save(fit, run.fit(simple));
   }
+
+ protected:
+  static constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 };
 
 }  // namespace fricid::render

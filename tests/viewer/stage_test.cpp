@@ -4,6 +4,7 @@
 
 #include "film_fixture.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/workflow/manifest.hpp"
 
 namespace fricid::viewer {
 namespace {
@@ -13,8 +14,8 @@ class StageTest : public film::FilmFolder {
  protected:
   void SetUp() override {
     FilmFolder::SetUp();
-    write_file_atomically(folder / "manifest.json", "{}");
-    write_file_atomically(folder / "scene.toml", data::to_toml(problem().scene));
+    data::save(workflow::Manifest(), run.manifest());
+    write_file_atomically(run.scene(), data::to_toml(problem().scene));
   }
   Stage stage() const { return make_stage(folder); }
 };
@@ -97,7 +98,7 @@ TEST_F(StageTest, TheCloudIsOfTheFirstVisibleModelWithMemory) {
 }
 
 TEST_F(StageTest, AModelThatIsRolloutsAloneHasNoCloud) {
-  std::filesystem::remove(folder / "models" / "gms_s1.json");
+  std::filesystem::remove(run.model({"gms", 1}));
   Stage shown = stage();
   obey(shown, "seek 1");
   ASSERT_TRUE(shown.cloud());

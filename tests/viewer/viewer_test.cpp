@@ -8,6 +8,7 @@
 #include "film_fixture.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/film/image.hpp"
+#include "fricid/workflow/manifest.hpp"
 
 namespace fricid::viewer {
 namespace {
@@ -21,8 +22,8 @@ class ViewerTest : public film::FilmFolder {
  protected:
   void SetUp() override {
     FilmFolder::SetUp();
-    write_file_atomically(folder / "manifest.json", "{}");
-    write_file_atomically(folder / "scene.toml", data::to_toml(problem().scene));
+    data::save(workflow::Manifest(), run.manifest());
+    write_file_atomically(run.scene(), data::to_toml(problem().scene));
   }
   std::string png(const std::string& name) const { return (folder / (name + ".png")).string(); }
 

@@ -143,14 +143,17 @@ void write_file_atomically(const fs::path& path, std::string_view text) {
   });
 }
 
-void remove_left_temporaries(const fs::path& folder) {
+bool is_left_temporary(const fs::path& file) {
   static const std::regex left(R"(\..+\.\d+\.\d+\.tmp)");
+  return std::regex_match(file.filename().string(), left);
+}
+
+void remove_left_temporaries(const fs::path& folder) {
   std::vector<fs::path> found;
   std::error_code error;  // what cannot be listed or removed stays
   for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
        at.increment(error))
-    if (at->is_regular_file(error) && std::regex_match(at->path().filename().string(), left))
-      found.push_back(at->path());
+    if (at->is_regular_file(error) && is_left_temporary(at->path())) found.push_back(at->path());
   for (const fs::path& file : found) fs::remove(file, error);
 }
 

@@ -405,7 +405,6 @@ void save_model(const ModelFile& model, const std::filesystem::path& path) {
                {"seed", model.seed},
                {"is_oracle", model.is_oracle},
                {"free_parameters", model.free_parameters},
-               {"fit_seconds", model.fit_seconds},
                {"budget", model.budget},
                {"robot", robot_json(model.arm.robot)},
                {"friction", friction_json(model.arm.friction, model.arm.robot.n())}};
@@ -442,7 +441,6 @@ ModelFile load_model(const std::filesystem::path& path) {
   model.is_oracle = root["is_oracle"].flag();
   if (!model.is_oracle) require_name(Named::kModel, model.name, file);
   model.free_parameters = root["free_parameters"].integer(0, kMost);
-  model.fit_seconds = root["fit_seconds"].number();
   if (root.has("budget")) model.budget = root["budget"].label();
   model.arm.robot = read_robot(root["robot"]);
   model.arm.friction = read_friction(root, model.arm.robot.n());

@@ -128,20 +128,6 @@ std::string FitReport::brief() const {
                      seconds);
 }
 
-std::string_view to_string(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kConverged:
-      return "converged";
-    case Outcome::kIterationLimit:
-      return "iteration limit";
-    case Outcome::kIllConditioned:
-      return "ill conditioned";
-    case Outcome::kFailed:
-      break;
-  }
-  return "failed";
-}
-
 FitReport fit_conventional(const data::Problem& problem, const Prepared& prepared,
                            const data::ModelConfig& config, int seed, int jobs) {
   const auto begin = std::chrono::steady_clock::now();
@@ -238,7 +224,6 @@ FitReport fit_conventional(const data::Problem& problem, const Prepared& prepare
       report.message = fmt::format("{}: {}", robot.joints[j].name, report.joints[j].message);
     }
   report.seconds = seconds_since(begin);
-  report.model.fit_seconds = report.seconds + prepared.rigid_body.seconds;
   report.model.budget = fmt::format("{} evaluations", evaluations);
   return report;
 }

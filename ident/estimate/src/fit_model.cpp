@@ -265,7 +265,6 @@ FitReport fit_model(const data::Problem& problem, const Prepared& prepared,
     report.message = trained.message;
     report.model.arm = trained.arm;
     report.seconds += trained.seconds;
-    report.model.fit_seconds += trained.seconds;
     report.model.budget += (report.model.budget.empty() ? "" : ", ") + budget;
   };
   const auto train_on_torque = [&] {

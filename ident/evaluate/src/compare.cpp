@@ -2,70 +2,50 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
-#include "fricid/evaluate/evaluation_file.hpp"
-#include "json.hpp"
+#include "fricid/evaluate/headroom.hpp"
 #include "markdown.hpp"
 
 namespace fricid::evaluate {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-double read_number(const Json& json) { return json.is_number() ? json.get<double>() : kNan; }
-
-std::vector<double> read_numbers(const Json& json) {
-  std::vector<double> values;
-  for (const Json& item : json) values.push_back(read_number(item));
-  return values;
+const Summary* summary_of(const ComparedRun& run, const std::string& name) {
+  const auto& summary = run.evaluation.summary;
+  const auto found = std::ranges::find(summary, name, &Summary::name);
+  return found == summary.end() ? nullptr : &*found;
 }
 
-/// The evaluation of one run.
-struct Run {
-  std::filesystem::path folder;
-  Json json;
+double seconds_of(const ComparedRun& run, const Summary& summary) {
+  const auto found = run.fit_seconds.find(summary.name);
+  return found == run.fit_seconds.end() ? summary.stated_fit_seconds : found->second;
+}
 
-  std::string scene() const { return json.at("scene"); }
-  std::vector<double> horizons() const { return read_numbers(json.at("horizons_s")); }
-  std::vector<double> convention() const { return read_numbers(json.at("best_conventional")); }
-  const Json* summary(const std::string& name) const {
-    for (const Json& summary : json.at("summary"))
-      if (summary.at("name") == name) return &summary;
-    return nullptr;
-  }
-};
-
-Run read_run(const std::filesystem::path& folder) { return {folder, load_evaluation(folder)}; }
-
-ComparedModel compare_model(const std::string& name, std::span<const Run> runs,
+ComparedModel compare_model(const std::string& name, std::span<const ComparedRun> runs,
                             std::size_t horizons) {
   ComparedModel model;
   model.name = name;
   std::vector<double> seconds_spent, friction;
   std::vector<std::vector<double>> errors(horizons), ratios(horizons);
-  for (const Run& run : runs) {
-    const Json* summary = run.summary(name);
+  for (const ComparedRun& run : runs) {
+    const Summary* summary = summary_of(run, name);
     if (summary == nullptr) continue;
-    model.label = summary->at("label");
-    model.is_oracle = summary->at("is_oracle");
-    model.is_conventional = summary->at("is_conventional");
-    model.parameters = summary->at("parameters");
-    model.diverged += summary->at("diverged").get<int>();
-    model.rollouts += summary->at("rollouts").get<int>();
+    model.label = summary->label;
+    model.is_oracle = summary->is_oracle;
+    model.is_conventional = summary->is_conventional;
+    model.parameters = summary->parameters;
+    model.diverged += summary->diverged;
+    model.rollouts += summary->rollouts;
     model.runs += 1;
-    seconds_spent.push_back(read_number(summary->at("fit_seconds")));
-    friction.push_back(summary->contains("friction") ? read_number(summary->at("friction")) : kNan);
-    const std::vector<double> q_mse = read_numbers(summary->at("q_mse_geometric_mean"));
-    const std::vector<double> convention = run.convention();
+    seconds_spent.push_back(seconds_of(run, *summary));
+    friction.push_back(summary->friction);
+    const std::vector<double>& q_mse = summary->q_mse_geometric_mean;
     for (std::size_t h = 0; h < horizons; ++h) {
       errors[h].push_back(q_mse[h]);
-      ratios[h].push_back(q_mse[h] / convention[h]);
+      ratios[h].push_back(q_mse[h] / run.evaluation.best_conventional[h]);
     }
   }
   model.fit_seconds = mean(seconds_spent);
@@ -79,37 +59,41 @@ ComparedModel compare_model(const std::string& name, std::span<const Run> runs,
   return model;
 }
 
-ComparedScene compare_scene(const std::string& name, std::span<const Run> runs) {
+/// Geometric mean over the runs of what `value` says of one.
+template <class Value>
+double mean_over(std::span<const ComparedRun> runs, const Value& value) {
+  std::vector<double> values;
+  for (const ComparedRun& run : runs) values.push_back(value(run.evaluation));
+  return geometric_mean(values);
+}
+
+ComparedScene compare_scene(const std::string& name, std::span<const ComparedRun> runs) {
   ComparedScene scene;
   scene.scene = name;
   scene.runs = static_cast<int>(runs.size());
-  scene.horizons_s = runs.front().horizons();
+  scene.horizons_s = runs.front().evaluation.horizons_s;
   std::vector<std::string> models;
-  for (const Run& run : runs) {
-    if (run.horizons() != scene.horizons_s)
+  for (const ComparedRun& run : runs) {
+    if (run.evaluation.horizons_s != scene.horizons_s)
       throw UserError(
-          "{}: horizons differ from those of {}; allowed: runs of {} with the same ones",
-          run.folder.string(), runs.front().folder.string(), name);
-    for (const Json& summary : run.json.at("summary")) {
-      const std::string model = summary.at("name");
-      if (std::ranges::find(models, model) == models.end()) models.push_back(model);
-    }
+          "{}: horizons differ from those of {}; allowed: runs of {} with the same ones", run.place,
+          runs.front().place, name);
+    for (const Summary& summary : run.evaluation.summary)
+      if (std::ranges::find(models, summary.name) == models.end()) models.push_back(summary.name);
   }
   const std::size_t horizons = scene.horizons_s.size();
   for (const std::string& model : models)
     scene.models.push_back(compare_model(model, runs, horizons));
 
-  const auto oracle = std::ranges::find(scene.models, true, &ComparedModel::is_oracle);
   for (std::size_t h = 0; h < horizons; ++h) {
-    std::vector<double> conventions;
-    for (const Run& run : runs) conventions.push_back(run.convention()[h]);
-    const double convention = geometric_mean(conventions);
-    const double floor = oracle == scene.models.end() ? kNan : oracle->q_mse[h];
-    scene.headroom.push_back(convention / floor);
+    const Headroom headroom{
+        mean_over(runs, [&](const Evaluation& e) { return e.best_conventional[h]; }),
+        mean_over(runs, [&](const Evaluation& e) {
+          return std::isnan(e.oracle[h]) ? e.floor[h] : e.oracle[h];
+        })};
+    scene.headroom.push_back(headroom.ratio());
     for (ComparedModel& model : scene.models)
-      model.headroom_closed.push_back(convention > floor ? std::log(convention / model.q_mse[h]) /
-                                                               std::log(convention / floor)
-                                                         : kNan);
+      model.headroom_closed.push_back(headroom.closed(model.q_mse[h]));
   }
   return scene;
 }
@@ -150,58 +134,30 @@ Markdown markdown(const ComparedScene& scene) {
 
 }  // namespace
 
-std::vector<ComparedScene> compare_runs(std::span<const std::filesystem::path> folders) {
+Comparison compare_runs(std::span<const ComparedRun> runs) {
   std::vector<std::string> order;
-  std::map<std::string, std::vector<Run>> by_scene;
-  for (const std::filesystem::path& folder : folders) {
-    Run run = read_run(folder);
-    std::vector<Run>& runs = by_scene[run.scene()];
-    if (runs.empty()) order.push_back(run.scene());
-    runs.push_back(std::move(run));
+  std::map<std::string, std::vector<ComparedRun>> by_scene;
+  for (const ComparedRun& run : runs) {
+    std::vector<ComparedRun>& of_scene = by_scene[run.evaluation.scene];
+    if (of_scene.empty()) order.push_back(run.evaluation.scene);
+    of_scene.push_back(run);
   }
-  std::vector<ComparedScene> scenes;
-  for (const std::string& name : order) scenes.push_back(compare_scene(name, by_scene.at(name)));
-  return scenes;
+  Comparison comparison;
+  for (const std::string& name : order)
+    comparison.scenes.push_back(compare_scene(name, by_scene.at(name)));
+  return comparison;
 }
 
-std::string to_markdown(std::span<const ComparedScene> scenes) {
+std::string to_markdown(const Comparison& comparison) {
   Markdown text = Markdown::of(
       "# Runs compared\n\n"
       "Mean squared error of q [rad²]: geometric mean over the runs of a scene, each of them the "
       "geometric mean over its trajectories, start times and seeds, with a 90 % Student t interval "
       "over the runs. Against convention: model over the best conventional model of the same run. "
       "Headroom closed: 0 as good as the best conventional model, 1 as good as physics allows.\n");
-  for (const ComparedScene& scene : scenes) text += Markdown::of("\n{}", markdown(scene));
+  for (const ComparedScene& scene : comparison.scenes)
+    text += Markdown::of("\n{}", markdown(scene));
   return text.text();
-}
-
-std::string to_json(std::span<const ComparedScene> scenes) {
-  Json json = {{"format", "fricid.comparison/1"}, {"scenes", Json::array()}};
-  for (const ComparedScene& scene : scenes) {
-    Json models = Json::array();
-    for (const ComparedModel& m : scene.models)
-      models.push_back({{"name", m.name},
-                        {"label", m.label},
-                        {"is_oracle", m.is_oracle},
-                        {"is_conventional", m.is_conventional},
-                        {"runs", m.runs},
-                        {"diverged", m.diverged},
-                        {"rollouts", m.rollouts},
-                        {"parameters", m.parameters},
-                        {"fit_seconds", number(m.fit_seconds)},
-                        {"friction", number(m.friction)},
-                        {"q_mse_geometric_mean", numbers(m.q_mse)},
-                        {"interval_90", intervals(m.interval_90)},
-                        {"against_convention", numbers(m.against_convention)},
-                        {"against_convention_90", intervals(m.against_convention_90)},
-                        {"headroom_closed", numbers(m.headroom_closed)}});
-    json["scenes"].push_back({{"scene", scene.scene},
-                              {"runs", scene.runs},
-                              {"horizons_s", numbers(scene.horizons_s)},
-                              {"headroom", numbers(scene.headroom)},
-                              {"models", models}});
-  }
-  return json.dump(2) + "\n";
 }
 
 }  // namespace fricid::evaluate

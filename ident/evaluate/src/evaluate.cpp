@@ -21,11 +21,11 @@ RolloutScore score_of(const Rollout& rollout, const Trajectory& trajectory,
   const Start& start = rollout.start;
   RolloutScore score;
   score.trajectory = start.trajectory;
+  score.name = data.name;
   score.start_s = start.begin * data.dt();
   score.diverged = rollout.diverged;
   for (const double h : horizons_s)
-    score.horizons.push_back(
-        horizon_error(rollout, trajectory, horizon_steps(h, data.dt(), data.length())));
+    score.error.add(horizon_error(rollout, trajectory, horizon_steps(h, data.dt(), data.length())));
   if (!trajectory.truth) return score;
   if (driven_tau_f.size() > 0)
     score.friction = friction_error(driven_tau_f.bottomRows(driven_tau_f.rows() - start.begin),
@@ -154,7 +154,7 @@ std::vector<double> repeat_floor(const Contest& contest, std::span<const Repeats
 
 /// Scores the seeds of every model that has enough of them as one.
 void add_ensembles(std::span<const Trajectory> trajectories, std::span<const double> horizons_s,
-                   EvaluationReport& report) {
+                   Evaluation& report) {
   for (Summary& summary : report.summary) {
     if (summary.seeds < kFewestMembers) continue;
     for (const double h : horizons_s) {
@@ -177,7 +177,7 @@ void add_ensembles(std::span<const Trajectory> trajectories, std::span<const dou
 
 /// Finds what the torque of every fitted model errs, and scores the bands that follow from it.
 void add_bands(const Contest& contest, const data::EvaluateConfig& options, int jobs,
-               EvaluationReport& report) {
+               Evaluation& report) {
   if (contest.training.empty() || options.draws == 0) return;
   for (Summary& summary : report.summary) {
     std::vector<Member> members;
@@ -227,7 +227,7 @@ std::vector<Rollout> settled(std::vector<Rollout> rollouts,
 
 }  // namespace
 
-EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& options, int jobs) {
+Evaluation evaluate(const Contest& contest, const data::EvaluateConfig& options, int jobs) {
   if (contest.trajectories.empty()) throw UserError("evaluate: no held-out data");
   const Plan plan = make_plan(contest.trajectories, options);
   if (plan.starts.empty()) throw UserError("evaluate: horizons_s is empty");
@@ -238,7 +238,7 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
   for (const ExternalModel& external : contest.externals)
     check_plan(external.rollouts, plan, external.name);
 
-  EvaluationReport report;
+  Evaluation report;
   report.scene = contest.scene;
   double longest = 0;
   std::vector<std::vector<double>> rms;
@@ -288,7 +288,6 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
       result.label = model.label;
       result.seed = model.seed;
       result.parameters = model.free_parameters;
-      result.fit_seconds = model.fit_seconds;
       result.budget = model.budget;
       result.is_oracle = model.is_oracle;
       result.friction_states = model.arm.friction.model.state_size();
@@ -305,7 +304,7 @@ EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& op
     result.name = external.name;
     result.label = external.label;
     result.parameters = external.parameters;
-    result.fit_seconds = external.fit_seconds;
+    result.stated_fit_seconds = external.fit_seconds;
     std::vector<Rollout> made = settle(external.rollouts);
     add_scores(result, made, {}, contest.trajectories, options.horizons_s);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -10,7 +11,6 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/base/names.hpp"
-#include "fricid/data/hdf5.hpp"
 #include "fricid/data/log_reader.hpp"
 
 namespace fricid::evaluate {
@@ -134,13 +134,9 @@ Signals read_csv(const fs::path& path, int n) {
 }
 
 Signals read_hdf5(const fs::path& path, int n) {
-  const data::H5Reader file(path, "fricid.rollout/1");
-  return {path.string(),
-          file.vector("t"),
-          file.matrix("q", n),
-          file.matrix("v", n),
-          file.has("tau_f") ? file.matrix("tau_f", n) : RowMatrix(),
-          {}};
+  RolloutSignals rollout = load_rollout(path, n);
+  return {path.string(),        std::move(rollout.t),     std::move(rollout.q),
+          std::move(rollout.v), std::move(rollout.tau_f), {}};
 }
 
 Signals read_signals(const fs::path& stem, int n) {
@@ -157,10 +153,6 @@ Signals read_signals(const fs::path& stem, int n) {
 void check_times(const Signals& signals, const Trajectory& trajectory, const Start& start) {
   const data::Dataset& data = trajectory.data;
   const Eigen::Index rows = start.steps + 1, found = signals.t.size();
-  for (const RowMatrix* matrix : {&signals.q, &signals.v, &signals.tau_f})
-    if (matrix->size() > 0 && matrix->rows() != found)
-      throw UserError("{}: found tables of {} and {} rows; allowed: {}", signals.file, found,
-                      matrix->rows(), rows);
   if (found != rows)
     throw UserError("{}: {} rows; allowed: {}, as starts.csv says",
                     found > 0 && !signals.lines.empty() ? signals.at(found - 1) : signals.file,
@@ -194,7 +186,7 @@ void check_friction(const Signals& signals) {
   }
 }
 
-Rollout load_rollout(const fs::path& folder, const Trajectory& trajectory, const Start& start) {
+Rollout planned_rollout(const fs::path& folder, const Trajectory& trajectory, const Start& start) {
   Signals signals = read_signals(folder / rollout_name(trajectory, start), trajectory.data.n());
   check_times(signals, trajectory, start);
   check_start("q", signals.q, trajectory.start_q(), signals, start);
@@ -226,7 +218,7 @@ ExternalModel load_external_model(const fs::path& folder, std::span<const Trajec
   ExternalModel model = read_description(folder / "model.json");
   for (const Start& start : starts)
     model.rollouts.push_back(
-        load_rollout(folder, trajectories[static_cast<std::size_t>(start.trajectory)], start));
+        planned_rollout(folder, trajectories[static_cast<std::size_t>(start.trajectory)], start));
   return model;
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fricid/base/code.hpp"
-#include "fricid/evaluate/report.hpp"
+#include "fricid/evaluate/evaluation.hpp"
 
 namespace fricid::evaluate {
 

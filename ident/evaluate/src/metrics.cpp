@@ -71,6 +71,17 @@ Regimes regimes_of(ConstRowMatrix q, ConstRowMatrix v, Eigen::Index j, double dt
 
 }  // namespace
 
+void HorizonErrors::add(HorizonError error) {
+  q_mse.push_back(error.q_mse);
+  q_mae.push_back(error.q_mae);
+  v_mse.push_back(error.v_mse);
+  v_mae.push_back(error.v_mae);
+  q_mse_joint.push_back(std::move(error.q_mse_joint));
+  q_mae_joint.push_back(std::move(error.q_mae_joint));
+  v_mse_joint.push_back(std::move(error.v_mse_joint));
+  v_mae_joint.push_back(std::move(error.v_mae_joint));
+}
+
 HorizonError horizon_error(const Rollout& rollout, const Trajectory& trajectory, int steps) {
   HorizonError error{};
   const int begin = rollout.start.begin;

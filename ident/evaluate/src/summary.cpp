@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "fricid/evaluate/evaluate.hpp"
+#include "fricid/evaluate/headroom.hpp"
 #include "fricid/evaluate/statistics.hpp"
 
 namespace fricid::evaluate {
@@ -29,7 +30,7 @@ std::vector<double> independent_means(const Seeds& seeds, std::size_t h) {
   std::map<int, std::vector<double>> groups;
   for (const ModelResult* model : seeds)
     for (const RolloutScore& score : model->scores)
-      groups[seeds.size() > 1 ? model->seed : score.trajectory].push_back(score.horizons[h].q_mse);
+      groups[seeds.size() > 1 ? model->seed : score.trajectory].push_back(score.error.q_mse[h]);
   std::vector<double> means;
   for (const auto& [group, values] : groups) {
     const double m = geometric_mean(values);
@@ -74,15 +75,15 @@ Summary summary_of(const Seeds& seeds, std::size_t horizons,
   summary.is_conventional = first.is_conventional;
   summary.seeds = static_cast<int>(seeds.size());
   summary.parameters = first.parameters;
+  summary.stated_fit_seconds = first.stated_fit_seconds;
   summary.budget = first.budget;
   for (const ModelResult* model : seeds) {
-    summary.fit_seconds += model->fit_seconds / static_cast<double>(seeds.size());
     summary.rollouts += static_cast<int>(model->scores.size());
     for (const RolloutScore& score : model->scores) summary.diverged += score.diverged;
   }
   for (std::size_t h = 0; h < horizons; ++h) {
-    const auto q_mse = gather(seeds, [&](const RolloutScore& s) { return s.horizons[h].q_mse; });
-    const auto v_mse = gather(seeds, [&](const RolloutScore& s) { return s.horizons[h].v_mse; });
+    const auto q_mse = gather(seeds, [&](const RolloutScore& s) { return s.error.q_mse[h]; });
+    const auto v_mse = gather(seeds, [&](const RolloutScore& s) { return s.error.v_mse[h]; });
     summary.q_mse_geometric_mean.push_back(geometric_mean(q_mse));
     summary.q_mse_mean.push_back(mean(q_mse));
     summary.q_mse_median.push_back(median(q_mse));
@@ -109,34 +110,23 @@ double best(const std::vector<Summary>& summaries, std::size_t h, const Counts& 
 
 double larger(double a, double b) { return std::isnan(b) || a > b ? a : b; }
 
-/// 0 for the best conventional model, 1 for the oracle.
-double headroom_closed(double model, double best_conventional, double oracle) {
-  if (!(best_conventional > oracle)) return kNan;
-  return std::log(best_conventional / model) / std::log(best_conventional / oracle);
-}
-
-HorizonVerdict verdict_of(const EvaluationReport& report, std::size_t h, double min_headroom) {
+std::string why_meaningless(const Evaluation& report, std::size_t h, double min_headroom) {
   const double above_floor = report.best_conventional[h] / report.floor[h];
   if (std::isnan(above_floor) || above_floor >= min_headroom) return {};
   const char* decided = report.halving[h] == report.floor[h] ? "halving the truth's inner step"
                         : report.repeat[h] == report.floor[h]
                             ? "what the torque of one period and of the next make of it"
                             : "oracle";
-  return {true,
-          fmt::format("{:.3g} s: the best conventional model's MSE {:.2g} rad^2 is {:.2g} x the "
-                      "floor {:.2g} ({}), {:.3g} x is asked",
-                      report.horizons_s[h], report.best_conventional[h], above_floor,
-                      report.floor[h], decided, min_headroom)};
+  return fmt::format(
+      "{:.3g} s: the best conventional model's MSE {:.2g} rad^2 is {:.2g} x the floor {:.2g} ({}), "
+      "{:.3g} x is asked",
+      report.horizons_s[h], report.best_conventional[h], above_floor, report.floor[h], decided,
+      min_headroom);
 }
 
 }  // namespace
 
-bool EvaluationReport::meaningful() const {
-  return std::none_of(verdict.begin(), verdict.end(),
-                      [](const HorizonVerdict& v) { return v.meaningless; });
-}
-
-void summarise(EvaluationReport& report, double min_headroom,
+void summarise(Evaluation& report, double min_headroom,
                std::span<const std::vector<double>> friction_rms) {
   const std::size_t horizons = report.horizons_s.size();
   std::vector<std::pair<std::string, Seeds>> names;
@@ -163,19 +153,19 @@ void summarise(EvaluationReport& report, double min_headroom,
   report.floor.clear();
   report.best_conventional.clear();
   report.headroom.clear();
-  report.verdict.clear();
+  report.meaningless.clear();
   for (std::size_t h = 0; h < horizons; ++h) {
     report.floor.push_back(larger(larger(report.oracle[h], report.halving[h]), report.repeat[h]));
     report.best_conventional.push_back(
         best(report.summary, h, [](const Summary& s) { return s.is_conventional; }));
     const double best_possible = std::isnan(report.oracle[h]) ? report.floor[h] : report.oracle[h];
-    report.headroom.push_back(report.best_conventional[h] / best_possible);
-    report.verdict.push_back(verdict_of(report, h, min_headroom));
+    const Headroom headroom{report.best_conventional[h], best_possible};
+    report.headroom.push_back(headroom.ratio());
+    report.meaningless.push_back(why_meaningless(report, h, min_headroom));
     for (Summary& summary : report.summary) {
       const double error = summary.q_mse_geometric_mean[h];
       summary.ratio_to_oracle.push_back(error == report.oracle[h] ? 1 : error / report.oracle[h]);
-      summary.headroom_closed.push_back(
-          headroom_closed(error, report.best_conventional[h], best_possible));
+      summary.headroom_closed.push_back(headroom.closed(error));
     }
   }
 }

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include "csv.hpp"
-#include "fricid/base/files.hpp"
 #include "fricid/evaluate/evaluate.hpp"
 #include "markdown.hpp"
 
@@ -15,17 +14,17 @@ bool has_any(const std::vector<double>& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
 }
 
-bool has_friction(const EvaluationReport& report) {
+bool has_friction(const Evaluation& report) {
   return std::any_of(report.summary.begin(), report.summary.end(),
                      [](const Summary& summary) { return !std::isnan(summary.friction); });
 }
 
-Markdown error_table(const EvaluationReport& report) {
+Markdown error_table(const Evaluation& report) {
   std::vector<Cells> rows{horizon_titles(Markdown::of("model"), report.horizons_s)};
   const bool friction = has_friction(report);
   if (friction) rows[0].emplace_back(Markdown::of("friction %"));
-  for (const Markdown& title : {Markdown::of("diverged"), Markdown::of("parameters"),
-                                Markdown::of("fit s"), Markdown::of("budget")})
+  for (const Markdown& title :
+       {Markdown::of("diverged"), Markdown::of("parameters"), Markdown::of("budget")})
     rows[0].push_back(title);
   const auto add_bound = [&](const Markdown& title, const std::vector<double>& values) {
     if (!has_any(values)) return;
@@ -41,14 +40,13 @@ Markdown error_table(const EvaluationReport& report) {
     if (friction) row.push_back(percent(summary.friction));
     row.push_back(Markdown::of("{}/{}", summary.diverged, summary.rollouts));
     row.push_back(summary.is_oracle ? Markdown::of("–") : Markdown::of("{}", summary.parameters));
-    row.push_back(summary.is_oracle ? Markdown::of("–") : digits(summary.fit_seconds));
     row.push_back(summary.budget.empty() ? Markdown::of("–") : escaped(summary.budget));
   }
   add_bound(Markdown::of("*headroom*"), report.headroom);
   return markdown_table(rows);
 }
 
-Markdown floor_table(const EvaluationReport& report) {
+Markdown floor_table(const Evaluation& report) {
   std::vector<Cells> rows{horizon_titles(Markdown::of("benchmark"), report.horizons_s)};
   const auto add = [&](const Markdown& title, const std::vector<double>& values) {
     append(rows.emplace_back(Cells{title}), values, digits);
@@ -62,14 +60,14 @@ Markdown floor_table(const EvaluationReport& report) {
   return markdown_table(rows);
 }
 
-Markdown closed_table(const EvaluationReport& report) {
+Markdown closed_table(const Evaluation& report) {
   std::vector<Cells> rows{horizon_titles(Markdown::of("headroom closed"), report.horizons_s)};
   for (const Summary& summary : report.summary)
     append(rows.emplace_back(Cells{escaped(summary.label)}), summary.headroom_closed, fixed);
   return markdown_table(rows);
 }
 
-Markdown interval_table(const EvaluationReport& report) {
+Markdown interval_table(const Evaluation& report) {
   std::vector<Cells> rows{horizon_titles(Markdown::of("90 % interval"), report.horizons_s)};
   rows[0].push_back(Markdown::of("over"));
   for (const Summary& summary : report.summary) {
@@ -81,7 +79,7 @@ Markdown interval_table(const EvaluationReport& report) {
   return markdown_table(rows);
 }
 
-Markdown ensemble_table(const EvaluationReport& report) {
+Markdown ensemble_table(const Evaluation& report) {
   std::vector<Cells> rows{horizon_titles(Markdown::of("seeds together"), report.horizons_s)};
   for (const double h : report.horizons_s) rows[0].push_back(Markdown::of("inside {}", seconds(h)));
   for (const Summary& summary : report.summary) {
@@ -94,7 +92,7 @@ Markdown ensemble_table(const EvaluationReport& report) {
   return rows.size() == 1 ? Markdown() : markdown_table(rows);
 }
 
-Markdown band_table(const EvaluationReport& report) {
+Markdown band_table(const Evaluation& report) {
   std::vector<Cells> rows{{Markdown::of("90 % band")}};
   for (const double h : report.horizons_s) rows[0].push_back(Markdown::of("inside {}", seconds(h)));
   for (const double h : report.horizons_s) rows[0].push_back(Markdown::of("+- {}", seconds(h)));
@@ -107,7 +105,7 @@ Markdown band_table(const EvaluationReport& report) {
   return rows.size() == 1 ? Markdown() : markdown_table(rows);
 }
 
-Markdown friction_table(const EvaluationReport& report) {
+Markdown friction_table(const Evaluation& report) {
   std::vector<Cells> rows{{Markdown::of("friction torque"), Markdown::of("all"),
                            Markdown::of("presliding"), Markdown::of("reversal"),
                            Markdown::of("sliding"), Markdown::of("along the rollout")}};
@@ -121,9 +119,20 @@ Markdown friction_table(const EvaluationReport& report) {
   return markdown_table(rows);
 }
 
+/// Error of the motor torque along the measured motion [% of its RMS], mean over joints, recordings
+/// and seeds; NaN where none was predicted.
+double torque_left(const Evaluation& report, const Summary& summary) {
+  std::vector<double> shares;
+  for (const ModelResult& model : report.models)
+    if (model.name == summary.name)
+      for (const TorquePrediction& torque : model.torque)
+        shares.insert(shares.end(), torque.percent_of_rms.begin(), torque.percent_of_rms.end());
+  return mean(shares);
+}
+
 }  // namespace
 
-std::string to_markdown(const EvaluationReport& report) {
+std::string to_markdown(const Evaluation& report) {
   const bool has_oracle = has_any(report.oracle);
   Markdown text = Markdown::of("# {}: open loop on held-out data\n\n", escaped(report.scene));
   text += Markdown::of(
@@ -177,12 +186,36 @@ std::string to_markdown(const EvaluationReport& report) {
         "measured motion, but for the last column.\n\n");
     text += friction_table(report);
   }
-  for (const HorizonVerdict& verdict : report.verdict)
-    if (verdict.meaningless) text += Markdown::of("\nMeaningless: {}.\n", escaped(verdict.reason));
+  for (const std::string& why : report.meaningless)
+    if (!why.empty()) text += Markdown::of("\nMeaningless: {}.\n", escaped(why));
   return text.text();
 }
 
-std::string to_csv(const EvaluationReport& report) {
+std::string short_table(const Evaluation& report,
+                        const std::map<std::string, double>& fit_seconds) {
+  const std::vector<double>& horizons = report.horizons_s;
+  const auto second = std::find(horizons.begin(), horizons.end(), 1.0);
+  const std::size_t last = horizons.size() - 1,
+                    first = second != horizons.end()
+                                ? static_cast<std::size_t>(second - horizons.begin())
+                                : std::min<std::size_t>(1, last);
+  const bool friction = has_friction(report);
+  std::vector<Cells> rows{
+      {Markdown::of("MSE(q) [rad²]"), Markdown::of("{}", seconds(horizons[first])),
+       Markdown::of("{}", seconds(horizons[last])),
+       friction ? Markdown::of("friction %") : Markdown::of("torque %"), Markdown::of("fit s")}};
+  for (const Summary& summary : report.summary) {
+    const auto known = fit_seconds.find(summary.name);
+    rows.push_back(
+        {escaped(summary.label), digits(summary.q_mse_geometric_mean[first]),
+         digits(summary.q_mse_geometric_mean[last]),
+         friction ? percent(summary.friction) : digits(torque_left(report, summary)),
+         digits(known == fit_seconds.end() ? summary.stated_fit_seconds : known->second)});
+  }
+  return markdown_table(rows).text();
+}
+
+std::string to_csv(const Evaluation& report) {
   std::string text =
       "model,label,seed,is_oracle,trajectory,start_s,horizon_s,diverged,q_mse,q_mae,v_mse,v_mae\n";
   const auto cell = [](double value) {
@@ -191,49 +224,16 @@ std::string to_csv(const EvaluationReport& report) {
   for (const ModelResult& model : report.models)
     for (const RolloutScore& score : model.scores)
       for (std::size_t h = 0; h < report.horizons_s.size(); ++h) {
-        const HorizonError& error = score.horizons[h];
-        if (std::isnan(error.q_mse)) continue;
+        const HorizonErrors& error = score.error;
+        if (std::isnan(error.q_mse[h])) continue;
         text += fmt::format(
             "{},{},{},{},{},{},{},{},{},{},{},{}\n", model.name, csv_cell(model.label), model.seed,
             model.is_oracle ? 1 : 0,
             csv_cell(report.trajectories[static_cast<std::size_t>(score.trajectory)], false),
             cell(score.start_s), cell(report.horizons_s[h]), score.diverged ? 1 : 0,
-            cell(error.q_mse), cell(error.q_mae), cell(error.v_mse), cell(error.v_mae));
+            cell(error.q_mse[h]), cell(error.q_mae[h]), cell(error.v_mse[h]), cell(error.v_mae[h]));
       }
   return text;
-}
-
-std::vector<std::string> save_report(const EvaluationReport& report,
-                                     std::span<const Trajectory> trajectories,
-                                     const std::filesystem::path& folder) {
-  std::vector<std::string> files;
-  const auto add = [&](const std::string& name) {
-    files.push_back(name);
-    return folder / name;
-  };
-  for (const ModelResult& model : report.models) {
-    const auto file = [&](const char* kind, const Trajectory& trajectory) {
-      return add(
-          fmt::format("{}/{}_s{}_{}.h5", kind, model.name, model.seed, trajectory.data.name));
-    };
-    for (const Rollout& rollout : model.rollouts) {
-      const Trajectory& trajectory =
-          trajectories[static_cast<std::size_t>(rollout.start.trajectory)];
-      save_rollout(rollout, trajectory, model.name, model.seed, file("rollouts", trajectory));
-    }
-    for (std::size_t i = 0; i < model.torque.size(); ++i)
-      save_prediction(model.torque[i], trajectories[i].data, trajectories[i].q, trajectories[i].v,
-                      file("predictions", trajectories[i]));
-  }
-  for (const Summary& summary : report.summary)
-    for (std::size_t i = 0; i < summary.bands.size(); ++i)
-      save_band(summary.bands[i], trajectories[i].data, summary.name,
-                add(fmt::format("bands/{}_{}.h5", summary.name, trajectories[i].data.name)));
-  write_file_atomically(add("table.md"), to_markdown(report));
-  write_file_atomically(add("torque.md"), to_torque_markdown(report, trajectories));
-  write_file_atomically(add("table.csv"), to_csv(report));
-  write_file_atomically(add("evaluation.json"), to_json(report));
-  return files;
 }
 
 }  // namespace fricid::evaluate

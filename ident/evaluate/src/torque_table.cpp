@@ -23,7 +23,7 @@ Cells with_joints(Cells cells, const std::vector<std::string>& joints) {
 
 /// One row per recording, model and seed; `cells` makes the joints' of a prediction.
 template <class MakeCells>
-Markdown by_joint(const Markdown& title, const EvaluationReport& report,
+Markdown by_joint(const Markdown& title, const Evaluation& report,
                   const std::vector<std::string>& joints, const MakeCells& cells) {
   std::vector<Cells> rows{with_joints({title, Markdown::of("recording")}, joints)};
   for (std::size_t i = 0; i < report.trajectories.size(); ++i)
@@ -39,7 +39,7 @@ Markdown by_joint(const Markdown& title, const EvaluationReport& report,
   return markdown_table(rows) + Markdown::of("\n");
 }
 
-Markdown repeats_table(const EvaluationReport& report, const std::vector<std::string>& joints) {
+Markdown repeats_table(const Evaluation& report, const std::vector<std::string>& joints) {
   std::vector<Cells> rows{
       with_joints({Markdown::of("sd of one passage [N m]"), Markdown::of("period [s]")}, joints)};
   for (std::size_t i = 0; i < report.trajectories.size(); ++i)
@@ -59,8 +59,7 @@ Markdown repeats_table(const EvaluationReport& report, const std::vector<std::st
 
 }  // namespace
 
-std::string to_torque_markdown(const EvaluationReport& report,
-                               std::span<const Trajectory> trajectories) {
+std::string to_torque_markdown(const Evaluation& report, std::span<const Trajectory> trajectories) {
   const std::vector<std::string>& joints = trajectories.front().data.joint_names;
   Markdown text = Markdown::of(
       "# {}: motor torque along the measured motion of held-out data\n\n"

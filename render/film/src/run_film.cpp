@@ -3,47 +3,36 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "fricid/base/error.hpp"
-#include "fricid/base/files.hpp"
+#include "fricid/data/artefact.hpp"
 #include "fricid/data/dataset.hpp"
-#include "fricid/evaluate/evaluation_file.hpp"
+#include "fricid/evaluate/evaluation.hpp"
+#include "fricid/evaluate/rollout.hpp"
 #include "fricid/evaluate/trajectory.hpp"
 #include "fricid/render/palette.hpp"
+#include "fricid/sim/truth.hpp"
+#include "fricid/workflow/recordings.hpp"
 
 namespace fricid::film {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::size_t kModelsShown = 3;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-fs::path rollout_file(const fs::path& folder, const std::string& trajectory,
-                      const render::RunModel& model) {
-  return folder / "rollouts" /
-         fmt::format("{}_s{}_{}.h5", model.name, model.seeds.front(), trajectory);
+/// A rollout with all that a film shows: other programs may leave tau_f out.
+std::optional<evaluate::RolloutSignals> whole_rollout(const std::filesystem::path& file, int n) {
+  auto rollout = workflow::if_there(
+      file, [n](const std::filesystem::path& path) { return evaluate::load_rollout(path, n); });
+  if (rollout && rollout->tau_f.size() == 0) rollout.reset();
+  return rollout;
 }
 
-/// Whether there is a rollout with all that a film shows: other programs may leave tau_f out.
-bool has_rollout(const fs::path& file) {
-  return fs::exists(file) && data::H5Reader(file, "fricid.rollout/1").has("/tau_f");
-}
-
-FilmModel read_model(const fs::path& file, const render::RunModel& model) {
-  const data::H5Reader rollout(file, "fricid.rollout/1");
-  return {model.name,           model.label,          model.look.colour,
-          rollout.matrix("/q"), rollout.matrix("/v"), rollout.matrix("/tau_f")};
-}
-
-std::vector<double> mse_of(const nlohmann::json& evaluation, const std::string& name) {
-  std::vector<double> mse;
-  for (const auto& row : evaluation.at("summary"))
-    if (row.at("name") == name)
-      for (const auto& value : row.at("q_mse_geometric_mean"))
-        mse.push_back(value.is_number() ? value.get<double>() : kNaN);
-  return mse;
+std::vector<double> mse_of(const evaluate::Evaluation& evaluation, const std::string& name) {
+  const auto row = std::ranges::find(evaluation.summary, name, &evaluate::Summary::name);
+  return row == evaluation.summary.end() ? std::vector<double>() : row->q_mse_geometric_mean;
 }
 
 /// The best of all at the last horizon, the first of the scene, then the next best.
@@ -100,36 +89,41 @@ std::string describe(const friction::Friction& friction) {
   return text.empty() ? "none" : text;
 }
 
-RunFilm read_film(const fs::path& folder, const data::Problem& problem) {
-  const std::vector<render::RunModel> models = render::models_of_run(folder);
-  const auto evaluation = evaluate::load_evaluation(folder);
+RunFilm read_film(const workflow::RunFolder& folder, const data::Problem& problem) {
+  const auto evaluation = data::load<evaluate::Evaluation>(folder.evaluation());
+  const std::vector<render::RunModel> models = render::models_of_run(evaluation, folder);
 
   RunFilm film;
   film.scene = problem.scene.name;
   film.description = problem.scene.description;
   if (problem.scene.friction) film.friction = describe(*problem.scene.friction);
-  film.trajectory = evaluation.at("trajectories").at(0).get<std::string>();
-  film.horizons = evaluation.at("horizons_s").get<std::vector<double>>();
-  const data::Dataset measured = data::load_dataset(folder / "data" / (film.trajectory + ".h5"));
+  film.trajectory = evaluation.trajectories.front();
+  film.horizons = evaluation.horizons_s;
+  const data::Dataset measured = data::load_dataset(folder.recording(film.trajectory));
   film.joint_names = measured.joint_names;
   film.t = measured.t.array() - measured.t[0];
   film.q = measured.q;
   film.tau = evaluate::held_torque(measured);
   film.temperature = measured.temperature;
-  if (const fs::path truth = folder / "truth" / (film.trajectory + ".h5"); fs::exists(truth)) {
-    const data::H5Reader file(truth, "fricid.truth/1");
-    film.q = file.matrix("/q");
-    film.v = file.matrix("/v");
-    film.tau_f = file.matrix("/tau_f");
+  if (auto truth = workflow::if_there(folder.truth(film.trajectory), sim::load_truth)) {
+    if (truth->joint_names.size() != film.joint_names.size())
+      throw UserError("{}: found {} joints; allowed: {}, as {} has",
+                      folder.truth(film.trajectory).string(), truth->joint_names.size(), film.n(),
+                      film.trajectory);
+    film.q = std::move(truth->trace.q);
+    film.v = std::move(truth->trace.v);
+    film.tau_f = std::move(truth->trace.tau_f);
   }
 
   // the table has all models, the film those chosen whose rollout is there
+  std::vector<std::optional<evaluate::RolloutSignals>> rollouts;
   std::vector<std::string> names;
   std::vector<FilmRow> candidates;
   for (const render::RunModel& model : models) {
     film.table.push_back(
         {model.label, model.look.colour, mse_of(evaluation, model.name), model.is_oracle});
-    if (model.is_oracle || !has_rollout(rollout_file(folder, film.trajectory, model))) continue;
+    rollouts.push_back(whole_rollout(folder.rollout(model.first_fit(), film.trajectory), film.n()));
+    if (model.is_oracle || !rollouts.back()) continue;
     names.push_back(model.name);
     candidates.push_back(film.table.back());
   }
@@ -137,25 +131,31 @@ RunFilm read_film(const fs::path& folder, const data::Problem& problem) {
   for (const std::string& name : chosen)
     if (std::find(names.begin(), names.end(), name) == names.end())
       throw UserError("[render] models: found {}, which has no rollout in {}; allowed: {}", name,
-                      folder.string(), fmt::join(names, ", "));
+                      folder.path().string(), fmt::join(names, ", "));
   if (chosen.empty()) chosen = telling_models(candidates, names);
   if (chosen.empty())
-    throw UserError("{}: found no rollout of a model", (folder / "rollouts").string());
+    throw UserError("{}: found no rollout of a model on {}", folder.path().string(),
+                    film.trajectory);
 
-  Eigen::Index rows = film.t.size();
+  Eigen::Index rows = std::min(film.t.size(), film.q.rows());
   for (std::size_t m = 0; m < models.size(); ++m) {
-    const fs::path file = rollout_file(folder, film.trajectory, models[m]);
-    const bool shown = std::find(chosen.begin(), chosen.end(), models[m].name) != chosen.end();
-    if (!(shown || models[m].is_oracle) || !has_rollout(file)) continue;
-    FilmModel model = read_model(file, models[m]);
-    model.file =
-        folder / "models" / fmt::format("{}_s{}.json", models[m].name, models[m].seeds.front());
-    rows = std::min(rows, model.q.rows());
+    const render::RunModel& model = models[m];
+    const bool shown = std::find(chosen.begin(), chosen.end(), model.name) != chosen.end();
+    if (!(shown || model.is_oracle) || !rollouts[m]) continue;
+    auto& [t, q, v, tau_f] = *rollouts[m];
+    rows = std::min(rows, t.size());
     film.table[m].shown = shown;
-    if (models[m].is_oracle)
-      film.oracle = std::move(model);
+    FilmModel rolled{model.name,
+                     model.label,
+                     model.look.colour,
+                     std::move(q),
+                     std::move(v),
+                     std::move(tau_f),
+                     folder.model(model.first_fit())};
+    if (model.is_oracle)
+      film.oracle = std::move(rolled);
     else
-      film.models.push_back(std::move(model));
+      film.models.push_back(std::move(rolled));
   }
   film.t = film.t.head(rows).eval();
   for (RowMatrix* values :

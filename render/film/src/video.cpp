@@ -19,6 +19,7 @@ namespace fricid::film {
 namespace {
 
 namespace fs = std::filesystem;
+using workflow::RunFolder;
 
 using DrawFrame = std::function<Image(int)>;
 
@@ -28,27 +29,27 @@ PaintQuality quality_of(const data::RenderConfig& config) {
 }
 
 /// Frames as PNG files; for a machine without ffmpeg.
-std::vector<std::string> write_pictures(const fs::path& folder, const std::string& name, int count,
-                                        DrawingProcesses& frames) {
+std::vector<fs::path> write_pictures(const fs::path& folder, const std::string& name, int count,
+                                     DrawingProcesses& frames) {
   std::fprintf(stderr,
                "video: ffmpeg is missing, the frames go to %s as PNG; install ffmpeg for %s.mp4\n",
-               printable((folder / "video" / name).string()).c_str(), name.c_str());
-  std::vector<std::string> files;
+               printable(folder.string()).c_str(), name.c_str());
+  std::vector<fs::path> files;
   Progress progress(name, count);
   for (int k = 0; k < count; ++k) {
     throw_if_stopped();
-    files.push_back(fmt::format("video/{}/{:05}.png", name, k + 1));
+    files.push_back(folder / fmt::format("{:05}.png", k + 1));
     Image picture(kFilmWidth, kFilmHeight);
     picture.rgb = frames.next();
-    save_png(picture, folder / files.back());
+    save_png(picture, files.back());
     progress.advance(1);
   }
   return files;
 }
 
-std::vector<std::string> write_video(const fs::path& folder, const std::string& name, int count,
-                                     const data::RenderConfig& config, int jobs,
-                                     const std::function<DrawFrame()>& open) {
+std::vector<fs::path> write_video(const RunFolder& folder, const std::string& name, int count,
+                                  const data::RenderConfig& config, int jobs,
+                                  const std::function<DrawFrame()>& open) {
   const bool encode = ffmpeg_found();
   DrawingProcesses frames(count, jobs, [&] {
     return [draw = open(), encode](int k) {
@@ -56,9 +57,9 @@ std::vector<std::string> write_video(const fs::path& folder, const std::string& 
       return encode ? yuv420_of(frame) : std::move(frame.rgb);
     };
   });
-  if (!encode) return write_pictures(folder, name, count, frames);
-  const std::string file = "video/" + name + ".mp4";
-  FrameWriter writer(folder / file, kFilmWidth, kFilmHeight, kFilmRate, config.quality == "draft");
+  if (!encode) return write_pictures(folder.videos() / name, name, count, frames);
+  const fs::path file = folder.video(name);
+  FrameWriter writer(file, kFilmWidth, kFilmHeight, kFilmRate, config.quality == "draft");
   Progress progress(name, count);
   for (int k = 0; k < count; ++k) {
     throw_if_stopped();
@@ -103,9 +104,9 @@ struct ComparisonStudio {
   }
 };
 
-std::vector<std::string> make_comparison(const fs::path& folder, const RunFilm& film,
-                                         const sim::MujocoArm& arm, const data::Problem& problem,
-                                         const FilmOptions& options) {
+std::vector<fs::path> make_comparison(const RunFolder& folder, const RunFilm& film,
+                                      const sim::MujocoArm& arm, const data::Problem& problem,
+                                      const FilmOptions& options) {
   const int card = static_cast<int>(std::lround(problem.scene.render.card_s * kFilmRate));
   const int motion = frames_of(film);
   return write_video(
@@ -126,9 +127,9 @@ Image orbit_frame(const RunFilm& film, ArmPainter& painter, View view, int k, in
   return painter.paint(view, kFilmWidth, kFilmHeight, arms);
 }
 
-std::vector<std::string> make_orbit(const fs::path& folder, const RunFilm& film,
-                                    const sim::MujocoArm& arm, const data::Problem& problem,
-                                    const FilmOptions& options) {
+std::vector<fs::path> make_orbit(const RunFolder& folder, const RunFilm& film,
+                                 const sim::MujocoArm& arm, const data::Problem& problem,
+                                 const FilmOptions& options) {
   const int count = static_cast<int>(std::lround(options.orbit_s * kFilmRate));
   return write_video(folder, "orbit", count, problem.scene.render, options.jobs, [&] {
     const auto studio =
@@ -144,22 +145,22 @@ std::vector<std::string> make_orbit(const fs::path& folder, const RunFilm& film,
 
 }  // namespace
 
-std::vector<std::string> render_video(const fs::path& folder, const data::Problem& problem,
-                                      const FilmOptions& options) {
-  const RunFilm film = read_film(folder, problem);
+std::vector<fs::path> render_video(const RunFolder& visible, const RunFolder& out,
+                                   const data::Problem& problem, const FilmOptions& options) {
+  const RunFilm film = read_film(visible, problem);
   const sim::MujocoArm arm = sim::make_arm(problem);
-  std::vector<std::string> files;
+  std::vector<fs::path> files;
   Attempts attempts;
   for (auto* make : {make_comparison, make_orbit})
     attempts.try_to([&] {
-      const auto made = make(folder, film, arm, problem, options);
+      const auto made = make(out, film, arm, problem, options);
       files.insert(files.end(), made.begin(), made.end());
     });
   attempts.finish();
   return files;
 }
 
-void render_still(const fs::path& folder, const data::Problem& problem, std::optional<double> at,
+void render_still(const RunFolder& folder, const data::Problem& problem, std::optional<double> at,
                   const fs::path& picture, const FilmOptions& options) {
   const RunFilm film = read_film(folder, problem);
   const auto context = make_gl_context(options.renderer);

@@ -9,6 +9,7 @@
 #include "fricid/base/files.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/sim/simulate.hpp"
+#include "fricid/workflow/recordings.hpp"
 
 namespace fricid::viewer {
 namespace {
@@ -86,7 +87,7 @@ void Stage::replay_joint(std::size_t model) {
 std::optional<ShownCloud> Stage::cloud() {
   if (mode == Mode::kReplay) {
     for (std::size_t m = 0; m < film->models.size(); ++m) {
-      if (!visible[m] || !std::filesystem::exists(film->models[m].file)) continue;
+      if (!visible[m] || !workflow::is_there(film->models[m].file)) continue;
       replay_joint(m);
       if (replayed_->motion.z.cols() == 0) continue;
       return ShownCloud{
@@ -121,14 +122,14 @@ std::optional<ShownCloud> Stage::cloud() {
 }
 
 Stage make_stage(const fs::path& target) {
-  const bool is_run = fs::exists(target / "manifest.json");
+  const workflow::RunFolder run(target), around(target.parent_path().parent_path());
+  const bool is_run = workflow::is_there(run.manifest());
   const bool is_model = target.extension() == ".json";
-  const fs::path folder = is_run ? target : target.parent_path().parent_path();
-  Stage stage(data::load_problem(is_run || is_model ? folder / "scene.toml" : target));
+  Stage stage(data::load_problem(is_run ? run.scene() : is_model ? around.scene() : target));
   stage.arm.emplace(sim::make_arm(stage.problem));
 
-  if (is_run && fs::exists(target / "evaluation.json")) {
-    stage.film = film::read_film(target, stage.problem);
+  if (is_run && workflow::is_there(run.evaluation())) {
+    stage.film = film::read_film(run, stage.problem);
     stage.visible.assign(stage.film->models.size(), true);
     stage.joint = film::most_telling_joint(*stage.film);
     stage.mode = Mode::kReplay;

@@ -6,7 +6,6 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/progress.hpp"
-#include "fricid/data/hdf5.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -79,28 +78,6 @@ OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& log,
     if (t % kChunk == 0) progress.advance(kChunk, fmt::format("ESS {:.0f}", out.ess[t + 1]));
   }
   return out;
-}
-
-void save_online_log(const OnlineLog& estimated, const data::ModelFile& model,
-                     const data::Dataset& log, const std::filesystem::path& path) {
-  data::write_hdf5(path, "fricid.estimate/1", [&](data::H5Writer& file) {
-    file.attribute("joint_names", log.joint_names);
-    file.attribute("model", model.name);
-    file.attribute("log", log.name);
-    file.vector("t", estimated.t, "s");
-    file.matrix("q", estimated.q, "rad");
-    file.matrix("v", estimated.v, "rad/s");
-    file.matrix("tau_f", estimated.tau_f, "N m");
-    file.matrix("q_sd", estimated.q_sd, "rad");
-    file.matrix("v_sd", estimated.v_sd, "rad/s");
-    file.matrix("tau_f_sd", estimated.tau_f_sd, "N m");
-    if (estimated.z.cols() > 0) {
-      file.matrix("z", estimated.z, "1");
-      file.matrix("z_sd", estimated.z_sd, "1");
-    }
-    file.vector("log_likelihood", estimated.log_likelihood, "1");
-    file.vector("ess", estimated.ess, "1");
-  });
 }
 
 }  // namespace fricid::estimate

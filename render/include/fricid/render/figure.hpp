@@ -61,8 +61,10 @@ inline constexpr double kColumnCm = 8.8;  ///< width of one column of a journal 
 std::string script_of(const Figure& figure);
 
 /// Writes NAME.gp and by it NAME.pdf, .svg and .png beside it.
+/// @return these files
 /// @throws UserError when gnuplot is missing, refuses the script, was killed, or could not write
 ///         all of a picture; NAME.gp is there all the same. Stopped after Ctrl-C
-void write_figure(const Figure& figure, const std::filesystem::path& folder);
+std::vector<std::filesystem::path> write_figure(const Figure& figure,
+                                                const std::filesystem::path& folder);
 
 }  // namespace fricid::render

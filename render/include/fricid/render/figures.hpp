@@ -1,9 +1,9 @@
 #pragma once
 
-#include <filesystem>
 #include <vector>
 
 #include "fricid/render/figure.hpp"
+#include "fricid/workflow/run_folder.hpp"
 
 namespace fricid::render {
 
@@ -24,7 +24,7 @@ namespace fricid::render {
 ///     torque_MODEL       measured and predicted motor torque and their difference, per joint
 ///
 /// A figure whose files are absent (no truth, no rollout) is left out.
-/// @throws UserError when the folder holds no evaluation.json
-std::vector<Figure> figures_of_run(const std::filesystem::path& folder);
+/// @throws UserError when the folder holds no evaluation.json, or what is there is broken
+std::vector<Figure> figures_of_run(const workflow::RunFolder& folder);
 
 }  // namespace fricid::render

@@ -1,9 +1,11 @@
 // Who appears in the pictures of a run, and how each looks: the same in figures, video and report.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
+
+#include "fricid/evaluate/evaluation.hpp"
+#include "fricid/workflow/run_folder.hpp"
 
 namespace fricid::render {
 
@@ -30,11 +32,15 @@ struct RunModel {
   std::vector<int> seeds;  ///< ascending as in the evaluation
   bool is_oracle = false;
   Look look;
+
+  /// The fit that stands for the model in figures.
+  workflow::FitId first_fit() const { return {name, seeds.front()}; }
 };
 
-/// The models of a run in the order of evaluation.json, the engine's oracle first; the simulator's
+/// The models of a run in the order of its evaluation, the engine's oracle first; the simulator's
 /// oracle, equal to it, is left out.
-/// @throws UserError when the folder holds no evaluation.json
-std::vector<RunModel> models_of_run(const std::filesystem::path& folder);
+/// @throws UserError when a model file is broken
+std::vector<RunModel> models_of_run(const evaluate::Evaluation& evaluation,
+                                    const workflow::RunFolder& run);
 
 }  // namespace fricid::render

@@ -5,33 +5,11 @@
 #include <vector>
 
 #include "fricid/data/scene.hpp"
+#include "fricid/sim/excitation_file.hpp"
 #include "fricid/sim/fourier.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 
 namespace fricid::sim {
-
-/// What is left of each limit on the whole trajectory; a limit that the robot does not state is 1.
-/// Shares: 1 - largest value / allowed value.
-struct JointMargins {
-  double position_rad = 0;  ///< to the nearer border of the box [rad]
-  double velocity = 0;
-  double acceleration = 0;
-  double jerk = 0;
-  double torque = 0;  ///< rigid body plus the friction allowance
-};
-
-/// How one trajectory was found and how near its limits it comes.
-struct TrajectoryReport {
-  std::string name;
-  bool feasible = false;
-  int evaluations = 0;       ///< of the criterion
-  double log_det_start = 0;  ///< log det of the information matrix, best random start
-  double log_det = 0;        ///< the same, as kept
-  double condition = 0;      ///< of the base regressor, rows weighted by 1 / effort
-  double clearance_m = 0;    ///< smallest distance on the trajectory
-  std::string closest;       ///< the two bodies that come that near
-  std::vector<JointMargins> joints;
-};
 
 /// Trajectories of a scene.
 struct Excitation {

@@ -19,6 +19,9 @@ void write_file_atomically(const std::filesystem::path& path,
                            const std::function<void(const std::filesystem::path&)>& write);
 void write_file_atomically(const std::filesystem::path& path, std::string_view text);
 
+/// Whether a file is one that a killed writer left.
+bool is_left_temporary(const std::filesystem::path& file);
+
 /// Removes what killed writers left in a folder and below: files ".NAME.PID.COUNT.tmp".
 /// @pre no process writes there
 void remove_left_temporaries(const std::filesystem::path& folder);

@@ -17,7 +17,6 @@ struct ModelFile {
   Arm arm;
   std::optional<LatentNoise> noise = {};  ///< what a filter of this robot should assume
   int free_parameters = 0;                ///< number of fitted values
-  double fit_seconds = 0;
   std::string budget = {};  ///< what the fit spent, for tables, e.g. "1000 steps (windows)"
   bool is_oracle = false;
 };

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fricid/data/dataset.hpp"
+#include "fricid/data/fit_file.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/data/problem.hpp"
 #include "fricid/estimate/em/em.hpp"
@@ -87,7 +88,7 @@ EmOptions em_options(const data::EmConfig& config, int seed, std::span<const Rec
 /// m], filtered at cutoff_hz like the `tau` of `measured`.
 data::RowMatrix predict_torque(const Arm& arm, const Filtered& measured, double cutoff_hz);
 
-/// JSON, format "fricid.fit/1", written atomically.
-void save_fit_report(const FitReport& report, const std::filesystem::path& path);
+/// What of a fit goes into its file: no clock reading, so that equal fits have equal bytes.
+data::FitFile fit_file(const FitReport& report);
 
 }  // namespace fricid::estimate

@@ -51,4 +51,14 @@ std::vector<Band> open_loop_bands(std::span<const Member> members,
 void save_band(const Band& band, const data::Dataset& dataset, const std::string& model,
                const std::filesystem::path& path);
 
+/// What such a file holds.
+struct BandSignals {
+  Eigen::VectorXd t;  ///< (T) [s]
+  Band band;          ///< (T, n)
+};
+/// @param n  number of joints
+/// @throws UserError naming the file when it is missing, of another format, or a table is not (T,
+/// n)
+BandSignals load_band(const std::filesystem::path& path, int n);
+
 }  // namespace fricid::evaluate

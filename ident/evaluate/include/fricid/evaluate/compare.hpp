@@ -1,12 +1,12 @@
 // Evaluations of many runs joined: the same scene with other seeds, or several scenes.
 #pragma once
 
-#include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "fricid/evaluate/report.hpp"
+#include "fricid/evaluate/evaluation.hpp"
 
 namespace fricid::evaluate {
 
@@ -25,8 +25,35 @@ struct ComparedModel {
   /// interval: what differs between runs cancels.
   std::vector<double> against_convention;
   std::vector<Interval> against_convention_90;
-  /// log(best conventional / model) / log(best conventional / oracle) of the means over the runs.
+  /// See Headroom, of the geometric means over the runs.
   std::vector<double> headroom_closed;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    constexpr auto value = [](std::string_view unit, std::string_view meaning) {
+      return data::number(unit, -1e300, 1e300, meaning);
+    };
+    archive("name", name, data::text("of the model"));
+    archive("label", label, data::text("name in tables"));
+    archive("is_oracle", is_oracle, data::flag("the truth itself"));
+    archive("is_conventional", is_conventional, data::flag("a convention to beat"));
+    archive("runs", runs, data::number("", 1, 1e9, "in which the model was fitted"));
+    archive("diverged", diverged, data::number("", 0, 1e9, "rollouts that left"));
+    archive("rollouts", rollouts, data::number("", 0, 1e9, "in all"));
+    archive("parameters", parameters, data::number("", 0, 1e9, "number of fitted values"));
+    archive("fit_seconds", fit_seconds, value("s", "mean over the runs; null: not known"));
+    archive("friction", friction,
+            value("1", "error of the friction torque, mean over the runs; null without truth"));
+    archive("q_mse_geometric_mean", q_mse, value("rad^2", "per horizon, over the runs"));
+    archive.pairs("interval_90", interval_90,
+                  value("rad^2", "per horizon, Student t over the runs"));
+    archive("against_convention", against_convention,
+            value("1", "per horizon, over the best conventional model of the same run"));
+    archive.pairs("against_convention_90", against_convention_90,
+                  value("1", "per horizon, Student t over the runs"));
+    archive("headroom_closed", headroom_closed,
+            value("1", "per horizon: 0 as good as the convention, 1 as physics allows"));
+  }
 };
 
 /// All runs of one scene.
@@ -34,17 +61,42 @@ struct ComparedScene {
   std::string scene;
   int runs = 0;
   std::vector<double> horizons_s;
-  std::vector<double> headroom;  ///< best conventional / oracle, means over the runs
+  std::vector<double> headroom;  ///< see Headroom, of the geometric means over the runs
   std::vector<ComparedModel> models;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("scene", scene, data::text("name of the scene"));
+    archive("runs", runs, data::number("", 1, 1e9, "number of runs"));
+    archive("horizons_s", horizons_s, data::number("s", 0, 1e9, "lengths of the rollouts"));
+    archive("headroom", headroom,
+            data::number("1", 0, 1e300, "per horizon, of the means over the runs"));
+    archive.sections("models", models, "every model that one of the runs has");
+  }
 };
 
-/// Reads evaluation.json of every run folder and groups them by scene, in the order given. A model
-/// counts in the runs that have it.
-/// @throws UserError when a folder has no evaluation, or runs of one scene differ in their horizons
-std::vector<ComparedScene> compare_runs(std::span<const std::filesystem::path> folders);
+struct Comparison {
+  static constexpr std::string_view kFormat = "fricid.comparison/1";
 
-std::string to_markdown(std::span<const ComparedScene> scenes);
-/// Format "fricid.comparison/1".
-std::string to_json(std::span<const ComparedScene> scenes);
+  std::vector<ComparedScene> scenes;  ///< in the order in which the runs name them
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive.sections("scenes", scenes, "every scene, in the order of the runs");
+  }
+};
+
+/// One run to be compared.
+struct ComparedRun {
+  std::string place;  ///< its folder, for messages
+  Evaluation evaluation;
+  std::map<std::string, double> fit_seconds;  ///< by model, mean over seeds [s]
+};
+
+/// Groups runs by scene. A model counts in the runs that have it.
+/// @throws UserError when runs of one scene differ in their horizons
+Comparison compare_runs(std::span<const ComparedRun> runs);
+
+std::string to_markdown(const Comparison& comparison);
 
 }  // namespace fricid::evaluate

@@ -1,15 +1,15 @@
 // Open-loop evaluation of identified robots on held-out recordings.
 #pragma once
 
-#include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "fricid/data/model_file.hpp"
 #include "fricid/data/scene.hpp"
+#include "fricid/evaluate/evaluation.hpp"
 #include "fricid/evaluate/external.hpp"
-#include "fricid/evaluate/report.hpp"
 
 namespace fricid::evaluate {
 
@@ -39,27 +39,23 @@ struct Contest {
 /// Work is cut into lanes by model and start alone: the report is the same to the last bit for any
 /// `jobs`.
 /// @throws UserError naming the model or trajectory whose sizes do not agree
-EvaluationReport evaluate(const Contest& contest, const data::EvaluateConfig& options, int jobs);
+Evaluation evaluate(const Contest& contest, const data::EvaluateConfig& options, int jobs);
 
 /// Shares and ratios from scored models: what `evaluate` ends with. `report.models`, `horizons_s`,
-/// `halving` and `integration` are given; the rest of the per-horizon values, the summary and the
-/// verdict are filled.
-void summarise(EvaluationReport& report, double min_headroom,
+/// `halving` and `integration` are given; the summary and the rest of the per-horizon values are
+/// filled.
+void summarise(Evaluation& report, double min_headroom,
                std::span<const std::vector<double>> friction_rms);
 
-/// The report as text: JSON "fricid.evaluation/1", a Markdown table, comma-separated values.
-std::string to_json(const EvaluationReport& report);
-std::string to_markdown(const EvaluationReport& report);
-std::string to_csv(const EvaluationReport& report);
+/// The report as text: a Markdown table, comma-separated values.
+std::string to_markdown(const Evaluation& report);
+/// The essence as a Markdown table of five columns for a terminal: model, MSE of q at one second
+/// (or the second horizon) and at the longest, error of the friction torque (without truth, of the
+/// motor torque along the measured motion) and seconds of the fit.
+/// @param fit_seconds  by model
+std::string short_table(const Evaluation& report, const std::map<std::string, double>& fit_seconds);
+std::string to_csv(const Evaluation& report);
 /// Torque along the measured motion, joint by joint: shares left, regimes, drift, repeatability.
-std::string to_torque_markdown(const EvaluationReport& report,
-                               std::span<const Trajectory> trajectories);
-
-/// Writes evaluation.json, table.md, torque.md, table.csv, rollouts/NAME_sSEED_TRAJECTORY.h5,
-/// predictions/ under the same names and bands/NAME_TRAJECTORY.h5 into `folder`.
-/// @return the files written, relative to it
-std::vector<std::string> save_report(const EvaluationReport& report,
-                                     std::span<const Trajectory> trajectories,
-                                     const std::filesystem::path& folder);
+std::string to_torque_markdown(const Evaluation& report, std::span<const Trajectory> trajectories);
 
 }  // namespace fricid::evaluate

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
+
+#include "fricid/data/field.hpp"
 
 #include "fricid/evaluate/rollout.hpp"
 #include "fricid/evaluate/trajectory.hpp"
@@ -18,6 +21,29 @@ struct HorizonError {
   std::vector<double> q_mse_joint, q_mae_joint, v_mse_joint, v_mae_joint;  ///< (n)
 };
 
+/// The same, one value per horizon.
+struct HorizonErrors {
+  std::vector<double> q_mse, q_mae, v_mse, v_mae;
+  std::vector<std::vector<double>> q_mse_joint, q_mae_joint, v_mse_joint, v_mae_joint;
+
+  void add(HorizonError error);
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    const auto field = [](std::string_view unit, std::string_view meaning) {
+      return data::number(unit, 0, 1e300, meaning);
+    };
+    archive("q_mse", q_mse, field("rad^2", "per horizon, mean over joints and samples"));
+    archive("q_mae", q_mae, field("rad", "per horizon, mean absolute error"));
+    archive("v_mse", v_mse, field("rad^2/s^2", "per horizon"));
+    archive("v_mae", v_mae, field("rad/s", "per horizon"));
+    archive("q_mse_joint", q_mse_joint, field("rad^2", "per horizon and joint"));
+    archive("q_mae_joint", q_mae_joint, field("rad", "per horizon and joint"));
+    archive("v_mse_joint", v_mse_joint, field("rad^2/s^2", "per horizon and joint"));
+    archive("v_mae_joint", v_mae_joint, field("rad/s", "per horizon and joint"));
+  }
+};
+
 /// Errors of a rollout over its first `steps` samples after the start.
 HorizonError horizon_error(const Rollout& rollout, const Trajectory& trajectory, int steps);
 
@@ -30,6 +56,16 @@ HorizonError horizon_error(const Rollout& rollout, const Trajectory& trajectory,
 /// Presliding and reversal overlap. NaN where a joint has no such sample.
 struct RegimeError {
   std::vector<double> all, presliding, reversal, sliding;  ///< (n)
+
+  /// @param key  of `all`; the others' are followed by _presliding, _reversal, _sliding
+  template <class Archive>
+  void visit(Archive& archive, const std::string& key) {
+    const data::Field field = data::number("N m", 0, 1e300, "per joint; empty: not known");
+    archive(key, all, field);
+    archive(key + "_presliding", presliding, field);
+    archive(key + "_reversal", reversal, field);
+    archive(key + "_sliding", sliding, field);
+  }
 };
 
 /// @param error  (rows, n) [N m], row i at row begin + i of the motion; missing (NaN) left out

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fricid/data/dataset.hpp"
+#include "fricid/data/field.hpp"
 #include "fricid/system/driven_friction.hpp"
 
 namespace fricid::evaluate {
@@ -14,6 +15,13 @@ namespace fricid::evaluate {
 struct Repeats {
   double period_s = 0;               ///< P [s]; 0: the motion does not repeat
   std::vector<double> q_sd, tau_sd;  ///< (n) [rad], [N m]; empty without a period
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("period_s", period_s, data::number("s", 0, 300, "0: the motion does not repeat"));
+    archive("q_sd", q_sd, data::number("rad", 0, 1e300, "of one passage, per joint"));
+    archive("tau_sd", tau_sd, data::number("N m", 0, 1e300, "of one passage, per joint"));
+  }
 };
 
 /// The least lag P, at most half the recording and 300 s, by which the motion comes back: the mean

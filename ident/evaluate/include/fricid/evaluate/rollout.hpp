@@ -61,4 +61,16 @@ std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajec
 void save_rollout(const Rollout& rollout, const Trajectory& trajectory, const std::string& model,
                   int seed, const std::filesystem::path& path);
 
+/// What such a file holds.
+struct RolloutSignals {
+  Eigen::VectorXd t;  ///< (T) [s]
+  RowMatrix q;        ///< (T, n) [rad]
+  RowMatrix v;        ///< (T, n) [rad/s]
+  RowMatrix tau_f;    ///< (T, n) [N m], or empty where it is not known
+};
+/// @param n  number of joints
+/// @throws UserError naming the file when it is missing, of another format, or a table is not (T,
+/// n)
+RolloutSignals load_rollout(const std::filesystem::path& path, int n);
+
 }  // namespace fricid::evaluate

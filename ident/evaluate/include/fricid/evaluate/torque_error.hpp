@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "fricid/data/field.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/data/scene.hpp"
 #include "fricid/evaluate/trajectory.hpp"
@@ -20,6 +21,13 @@ struct TorqueError {
   double time = 0;         ///< correlation time [s]; 0: white from sample to sample
   std::vector<double> sd;  ///< (n) of a joint in motion [N m]
   double slow_gain = 0;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("time_s", time, data::number("s", 0, 1e3, "correlation time"));
+    archive("sd", sd, data::number("N m", 0, 1e300, "per joint, of a joint in motion"));
+    archive("slow_gain", slow_gain, data::number("1", 0, 1e3, "how much larger it is at rest"));
+  }
 };
 
 /// A realisation (rows, n) [N m]: numbers 0 .. rows n - 1 of the random stream, whatever the

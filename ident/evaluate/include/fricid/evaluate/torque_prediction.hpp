@@ -26,6 +26,23 @@ struct TorquePrediction {
   /// - predicted over its twentieths, and the standard error of that from their scatter, which a
   /// slow residual does not make too small [N m]. NaN where a twentieth holds no sample.
   std::vector<double> drift, drift_error;
+
+  /// The scores; the torques are files of their own.
+  template <class Archive>
+  void visit(Archive& archive) {
+    const auto field = [](std::string_view unit, std::string_view meaning) {
+      return data::number(unit, -1e300, 1e300, meaning);
+    };
+    rmse.visit(archive, "rmse");
+    archive(
+        "one_step", one_step,
+        field("N m", "per joint, RMSE one step ahead, with the error of the last sample known"));
+    archive("percent_of_rms", percent_of_rms,
+            field("%", "per joint, rmse over the RMS of the measured torque"));
+    archive("r2", r2, field("1", "per joint, share of the measured torque's variance explained"));
+    archive("drift", drift, field("N m", "per joint, rise of what is left over the recording"));
+    archive("drift_error", drift_error, field("N m", "per joint, standard error of drift"));
+  }
 };
 
 /// tau = M(q) a + h(q, v) + tau_f, friction driven by the motion (free run: its state is never
@@ -43,5 +60,18 @@ TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& k
 /// /tau_f with attribute `unit`; root attribute joint_names. Atomic.
 void save_prediction(const TorquePrediction& prediction, const data::Dataset& dataset,
                      ConstRowMatrix q, ConstRowMatrix v, const std::filesystem::path& path);
+
+/// What such a file holds.
+struct PredictionSignals {
+  Eigen::VectorXd t;        ///< (T) [s]
+  RowMatrix q, v;           ///< (T, n) the motion that drove the model [rad], [rad/s]
+  RowMatrix tau;            ///< (T, n) as measured [N m]
+  RowMatrix tau_predicted;  ///< (T, n) [N m]
+  RowMatrix tau_f;          ///< (T, n) friction in it [N m]
+};
+/// @param n  number of joints
+/// @throws UserError naming the file when it is missing, of another format, or a table is not (T,
+/// n)
+PredictionSignals load_prediction(const std::filesystem::path& path, int n);
 
 }  // namespace fricid::evaluate

@@ -6,6 +6,7 @@
 
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/problem.hpp"
+#include "fricid/workflow/run_folder.hpp"
 
 namespace fricid::film {
 
@@ -17,7 +18,7 @@ struct FilmModel {
   RowMatrix q;                   ///< (T, n) [rad]
   RowMatrix v;                   ///< (T, n) [rad/s]
   RowMatrix tau_f;               ///< (T, n) [N m]
-  std::filesystem::path file{};  ///< of the model
+  std::filesystem::path file{};  ///< of the model; may lead nowhere
 };
 
 /// A line of the final table.
@@ -50,8 +51,8 @@ struct RunFilm {
 };
 
 /// @throws UserError when the folder holds no evaluation, or no rollout of a model of
-///         problem.scene.render.models
-RunFilm read_film(const std::filesystem::path& folder, const data::Problem& problem);
+///         problem.scene.render.models, or what is there is broken
+RunFilm read_film(const workflow::RunFolder& folder, const data::Problem& problem);
 
 /// "maxwell_slip, 10 elements, with load and ripple; viscous_power".
 std::string describe(const friction::Friction& friction);

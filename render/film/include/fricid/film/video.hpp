@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fricid/data/problem.hpp"
+#include "fricid/workflow/run_folder.hpp"
 
 namespace fricid::film {
 
@@ -16,23 +17,27 @@ struct FilmOptions {
   int jobs = 0;            ///< processes that draw; 0: one per core, 8 at most
 };
 
-/// Makes the videos of a run folder, H.264 in MP4, 1280 x 720 at 30 frames per second:
+/// Makes the videos of a run, H.264 in MP4, 1280 x 720 at 30 frames per second:
 ///
 ///     video/comparison.mp4   truth and models, between two cards of render.card_s seconds
 ///     video/orbit.mp4        the arm in the middle of its motion, seen from all around
 ///
 /// Without the ffmpeg program the frames go to video/comparison/00001.png ..., orbit likewise, and
 /// one line on stderr says so.
-/// @return the files written, relative to the folder
+/// @param visible  what they may show
+/// @param out      where they go
+/// @return the files written
 /// @throws UserError when nothing can be drawn (no GL, no MJCF), or, after the other video is made,
 ///         when one could not be written; Stopped
-std::vector<std::string> render_video(const std::filesystem::path& folder,
-                                      const data::Problem& problem, const FilmOptions& options);
+std::vector<std::filesystem::path> render_video(const workflow::RunFolder& visible,
+                                                const workflow::RunFolder& out,
+                                                const data::Problem& problem,
+                                                const FilmOptions& options);
 
 /// One picture, final quality: the arm and its ghosts at a time of the first held-out trajectory,
 /// without text.
 /// @param at  [s]; absent: the middle
-void render_still(const std::filesystem::path& folder, const data::Problem& problem,
+void render_still(const workflow::RunFolder& folder, const data::Problem& problem,
                   std::optional<double> at, const std::filesystem::path& picture,
                   const FilmOptions& options);
 

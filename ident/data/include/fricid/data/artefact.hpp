@@ -1,0 +1,221 @@
+// Artefacts: what the stages of a run leave as JSON. Each is one struct that names its fields once,
+// in `visit(archive)`, and its format in `kFormat`; writing, reading, the check of what was read
+// and docs/run_folder.md come from that.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <concepts>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "fricid/data/field.hpp"
+
+namespace fricid::data {
+
+using Json = nlohmann::ordered_json;
+
+/// An enumeration with a name for each value: `name_of(E)`, and `kValues<E>` lists the values.
+template <class E>
+concept NamedEnum = std::is_enum_v<E> && requires(E value) {
+  { to_string(value) } -> std::convertible_to<std::string_view>;
+  { values_of(value) } -> std::convertible_to<std::vector<E>>;
+};
+
+/// The writing archive. What is not finite becomes null: JSON knows no NaN.
+class JsonWriter {
+ public:
+  explicit JsonWriter(Json& object);
+
+  void operator()(std::string_view key, double value, const Field& field);
+  void operator()(std::string_view key, int value, const Field& field);
+  void operator()(std::string_view key, std::uint64_t value, const Field& field);
+  void operator()(std::string_view key, bool value, const Field& field);
+  void operator()(std::string_view key, const std::string& value, const Field& field);
+  void operator()(std::string_view key, const std::vector<double>& value, const Field& field);
+  void operator()(std::string_view key, const std::vector<int>& value, const Field& field);
+  void operator()(std::string_view key, const std::vector<std::string>& value, const Field& field);
+  void operator()(std::string_view key, const std::vector<std::vector<double>>& value,
+                  const Field& field);
+  void operator()(std::string_view key, const Eigen::VectorXd& value, const Field& field);
+  void operator()(std::string_view key, const Eigen::MatrixXd& value, const Field& field);
+  template <NamedEnum E>
+  void operator()(std::string_view key, E value, const Field& field) {
+    (*this)(key, std::string(to_string(value)), field);
+  }
+  /// Intervals {low, high} as lists of two.
+  template <class Interval>
+  void pairs(std::string_view key, const std::vector<Interval>& intervals, const Field& field) {
+    std::vector<std::vector<double>> ends;
+    for (const Interval& interval : intervals) ends.push_back({interval.low, interval.high});
+    (*this)(key, ends, field);
+  }
+  /// What follows from other fields: written for other programs, never read.
+  template <class Value>
+  void derived(std::string_view key, const Value& value, const Field& field) {
+    (*this)(key, value, field);
+  }
+
+  template <class Part>
+  void section(std::string_view key, Part& part, std::string_view /*meaning*/) {
+    JsonWriter writer(child(key));
+    part.visit(writer);
+  }
+  /// Left out when empty.
+  template <class Part>
+  void section(std::string_view key, std::optional<Part>& part, std::string_view meaning) {
+    if (part) section(key, *part, meaning);
+  }
+  template <class Part>
+  void sections(std::string_view key, std::vector<Part>& parts, std::string_view /*meaning*/) {
+    Json& array = children(key);
+    for (Part& part : parts) {
+      JsonWriter writer(appended(array));
+      part.visit(writer);
+    }
+  }
+
+ private:
+  Json& child(std::string_view key);
+  Json& children(std::string_view key);
+  static Json& appended(Json& array);
+
+  Json& object_;
+};
+
+/// The reading archive. Every field must be there and of its type; unknown keys are passed over.
+/// Errors: "file: models[2].label: found 3; allowed: text".
+class JsonReader {
+ public:
+  /// @param where   the file, for messages
+  /// @param prefix  place of the object in it, "" or "models[2]."
+  JsonReader(const Json& object, std::string where, std::string prefix = {});
+
+  void operator()(std::string_view key, double& value, const Field& field);
+  void operator()(std::string_view key, int& value, const Field& field);
+  void operator()(std::string_view key, std::uint64_t& value, const Field& field);
+  void operator()(std::string_view key, bool& value, const Field& field);
+  void operator()(std::string_view key, std::string& value, const Field& field);
+  void operator()(std::string_view key, std::vector<double>& value, const Field& field);
+  void operator()(std::string_view key, std::vector<int>& value, const Field& field);
+  void operator()(std::string_view key, std::vector<std::string>& value, const Field& field);
+  void operator()(std::string_view key, std::vector<std::vector<double>>& value,
+                  const Field& field);
+  void operator()(std::string_view key, Eigen::VectorXd& value, const Field& field);
+  void operator()(std::string_view key, Eigen::MatrixXd& value, const Field& field);
+  template <NamedEnum E>
+  void operator()(std::string_view key, E& value, const Field& field) {
+    std::string name;
+    (*this)(key, name, field);
+    std::string allowed;
+    for (const E known : values_of(value)) {
+      if (to_string(known) == name) {
+        value = known;
+        return;
+      }
+      allowed += (allowed.empty() ? "" : ", ") + std::string(to_string(known));
+    }
+    refuse(key, allowed);
+  }
+  template <class Interval>
+  void pairs(std::string_view key, std::vector<Interval>& intervals, const Field& field) {
+    std::vector<std::vector<double>> ends;
+    (*this)(key, ends, field);
+    intervals.clear();
+    for (const std::vector<double>& pair : ends) {
+      if (pair.size() != 2) refuse(key, "pairs of numbers");
+      intervals.push_back({pair[0], pair[1]});
+    }
+  }
+  template <class Value>
+  void derived(std::string_view /*key*/, const Value& /*value*/, const Field& /*field*/) {}
+
+  template <class Part>
+  void section(std::string_view key, Part& part, std::string_view /*meaning*/) {
+    JsonReader reader(child(key), where_, prefix_ + std::string(key) + ".");
+    part.visit(reader);
+  }
+  template <class Part>
+  void section(std::string_view key, std::optional<Part>& part, std::string_view meaning) {
+    part.reset();
+    if (has(key)) section(key, part.emplace(), meaning);
+  }
+  template <class Part>
+  void sections(std::string_view key, std::vector<Part>& parts, std::string_view /*meaning*/) {
+    parts.assign(size_of(key), Part{});
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      JsonReader reader(element(key, i), where_,
+                        prefix_ + std::string(key) + "[" + std::to_string(i) + "].");
+      parts[i].visit(reader);
+    }
+  }
+
+ private:
+  bool has(std::string_view key) const;
+  const Json& at(std::string_view key) const;
+  const Json& child(std::string_view key) const;
+  std::size_t size_of(std::string_view key) const;
+  const Json& element(std::string_view key, std::size_t i) const;
+  [[noreturn]] void refuse(std::string_view key, std::string_view allowed) const;
+
+  const Json& object_;
+  std::string where_, prefix_;
+};
+
+/// A struct that is a file of its own.
+template <class T>
+concept Artefact = requires {
+  { T::kFormat } -> std::convertible_to<std::string_view>;
+};
+
+namespace detail {
+std::unique_ptr<Json, void (*)(Json*)> new_object(std::string_view format);
+std::string text_of(const Json& object);
+/// @throws UserError naming the file when it is missing, no JSON, or of another format
+std::unique_ptr<Json, void (*)(Json*)> read_object(const std::filesystem::path& path,
+                                                   std::string_view format);
+void write_object(const std::filesystem::path& path, const Json& object);
+}  // namespace detail
+
+/// The format that a JSON file names; empty when it names none. @throws UserError when it is no
+/// JSON
+std::string format_of(const std::filesystem::path& path);
+
+/// The artefact as JSON, its format first.
+template <Artefact T>
+std::string to_json(const T& artefact) {
+  const auto object = detail::new_object(T::kFormat);
+  JsonWriter writer(*object);
+  const_cast<T&>(artefact).visit(writer);  // a writer only reads, but `visit` serves readers too
+  return detail::text_of(*object);
+}
+
+/// Writes the artefact atomically. @throws UserError
+template <Artefact T>
+void save(const T& artefact, const std::filesystem::path& path) {
+  const auto object = detail::new_object(T::kFormat);
+  JsonWriter writer(*object);
+  const_cast<T&>(artefact).visit(writer);
+  detail::write_object(path, *object);
+}
+
+/// Reads an artefact. Where it has a `check(place)`, that decides whether the parts agree.
+/// @throws UserError naming the file and the field when it is missing, damaged or of another format
+template <Artefact T>
+T load(const std::filesystem::path& path) {
+  const auto object = detail::read_object(path, T::kFormat);
+  T artefact;
+  JsonReader reader(*object, path.string());
+  artefact.visit(reader);
+  if constexpr (requires { artefact.check(path.string()); }) artefact.check(path.string());
+  return artefact;
+}
+
+}  // namespace fricid::data

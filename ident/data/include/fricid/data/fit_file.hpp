@@ -1,0 +1,247 @@
+// How a model was found, for reports: the files fit/NAME_sSEED.json of a run folder.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fricid/data/field.hpp"
+
+namespace fricid::data {
+
+/// How a fit ended. Numerical trouble is reported, not thrown: best-so-far values stay usable.
+enum class Outcome {
+  kConverged,       ///< the stopping rule was met
+  kIterationLimit,  ///< best so far within the budget of evaluations
+  kIllConditioned,  ///< the data do not determine the parameters; see `condition`
+  kFailed           ///< no finite result
+};
+
+/// "converged", "iteration limit", "ill conditioned", "failed".
+std::string_view to_string(Outcome outcome);
+/// All outcomes.
+std::vector<Outcome> values_of(Outcome any);
+
+/// A parameter of a joint's friction as fitted.
+struct FittedParameter {
+  std::string symbol;
+  double value = 0;
+  double standard_error = 0;  ///< NaN where it was held, or is not known
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("symbol", symbol, text("of the law's table"));
+    archive("value", value, number("", -1e300, 1e300, "in the unit of the law's table"));
+    archive("standard_error", standard_error,
+            number("", 0, 1e300, "with the rigid body known; null: not known"));
+  }
+};
+
+/// The friction of one joint, and what the torque residual says of it.
+struct FittedJoint {
+  std::string joint;
+  Outcome outcome = Outcome::kFailed;
+  std::string message;
+  double offset = 0, rms = 0, explained = 0, residual_rms = 0, r2 = 0;
+  std::vector<double> start_rms;
+  std::vector<std::string> at_bound;
+  int evaluations = 0;
+  std::vector<FittedParameter> parameters;
+  Eigen::MatrixXd correlation;  ///< of `parameters`, in the coordinates of the search; or empty
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    const auto torque = [](std::string_view meaning) {
+      return number("N m", -1e300, 1e300, meaning);
+    };
+    archive("joint", joint, text("name of the joint"));
+    archive("outcome", outcome, text("how the search ended"));
+    archive("message", message, text("the same in words"));
+    archive("offset_Nm", offset, torque("constant torque beside the law"));
+    archive("rms_Nm", rms, torque("of the friction torque that the law leaves"));
+    archive("explained", explained, number("1", -1e300, 1, "1 - residual / target mean square"));
+    archive("residual_rms_Nm", residual_rms, torque("of the motor torque that the model leaves"));
+    archive("r2", r2, number("1", -1e300, 1, "share of the motor torque's variance explained"));
+    archive("start_rms_Nm", start_rms, torque("where each start of the search ended"));
+    archive("at_bound", at_bound, text("symbols of parameters that ended on a bound"));
+    archive("evaluations", evaluations, number("", 0, 1e9, "of the objective"));
+    archive.sections("parameters", parameters, "friction parameters");
+    archive("correlation", correlation,
+            number("1", -1, 1, "of the parameters, in the coordinates of the search"));
+  }
+};
+
+struct FittedBaseParameter {
+  std::string name, verdict;
+  double value = 0;
+  double standard_error = 0;  ///< NaN where the data do not tell the parameter
+  double physical = 0;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    const auto inertial = [](std::string_view meaning) {
+      return number("kg, kg m, kg m^2", -1e300, 1e300, meaning);
+    };
+    archive("name", name, text("combination of standard parameters"));
+    archive("value", value, inertial("least squares"));
+    archive("verdict", verdict, text("what the data say of it"));
+    archive("standard_error", standard_error, inertial("null where the data do not tell it"));
+    archive("physical", physical, inertial("of the nearest physical body, which the model has"));
+  }
+};
+
+/// The regression of the rigid body with linear friction.
+struct FittedRigidBody {
+  Outcome outcome = Outcome::kFailed;
+  std::string message;
+  double condition = 0;
+  std::vector<int> rows, rows_total, equations;
+  Eigen::VectorXd sigma, Fc, Fv, offset, Fc_se, Fv_se, offset_se;
+  std::vector<FittedBaseParameter> base;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    const auto per_joint = [](std::string_view unit, std::string_view meaning) {
+      return number(unit, -1e300, 1e300, meaning);
+    };
+    archive("outcome", outcome, text("how the regression ended"));
+    archive("message", message, text("the same in words"));
+    archive("condition", condition,
+            number("1", 0, 1e300, "of the weighted regressor, columns of unit length"));
+    archive("rows_used", rows, number("", 0, 1e9, "per joint, samples"));
+    archive("rows_total", rows_total, number("", 0, 1e9, "per joint, samples"));
+    archive("equations", equations, number("", 0, 1e9, "per joint, after decimation"));
+    archive("residual_sd_Nm", sigma, per_joint("N m", "per joint"));
+    archive("coulomb_Nm", Fc, per_joint("N m", "per joint, of the linear friction"));
+    archive("viscous_Nms_rad", Fv, per_joint("N m s/rad", "per joint, of the linear friction"));
+    archive("offset_Nm", offset, per_joint("N m", "per joint, constant torque"));
+    archive("coulomb_se_Nm", Fc_se, per_joint("N m", "standard error"));
+    archive("viscous_se_Nms_rad", Fv_se, per_joint("N m s/rad", "standard error"));
+    archive("offset_se_Nm", offset_se, per_joint("N m", "standard error"));
+    archive.sections("base_parameters", base, "what the data determine of the rigid body");
+  }
+};
+
+/// Training by gradients: on the torque, or on open-loop windows.
+struct FittedTraining {
+  Outcome outcome = Outcome::kFailed;
+  std::string message;
+  std::vector<double> loss;
+  std::vector<int> checked;
+  std::vector<double> held_out;
+  int chosen = 0, skipped = 0, returns = 0, leap = 0;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("outcome", outcome, text("how it ended"));
+    archive("message", message, text("the same in words"));
+    archive("loss", loss, number("1", 0, 1e300, "per step"));
+    archive("checked", checked, number("", 0, 1e9, "steps after which it was looked at"));
+    archive("held_out", held_out,
+            number("", 0, 1e300,
+                   "error on the held-out part, one per look: MSE of q [rad^2] of windows, "
+                   "share of the friction torque left of torque training"));
+    archive("chosen", chosen, number("", 0, 1e9, "index of the look that was kept"));
+    archive("skipped", skipped, number("", 0, 1e9, "steps without a finite gradient"));
+    archive("returns", returns, number("", 0, 1e9, "how often it went back to the best"));
+    archive("leap", leap, number("", 0, 1e9, "engine steps that one step stands for"));
+  }
+};
+
+struct FittedIteration {
+  double log_likelihood = 0, nis = 0, least_roots = 0, least_backward_ess = 0, objective = 0,
+         held_out = 0;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    const auto value = [](std::string_view unit, std::string_view meaning) {
+      return number(unit, -1e300, 1e300, meaning);
+    };
+    archive("log_likelihood", log_likelihood, value("nat", "of the training parts"));
+    archive("nis", nis, value("1", "normalised innovation squared per channel"));
+    archive("least_roots", least_roots, value("1", "least share of distinct roots of the paths"));
+    archive("least_backward_ess", least_backward_ess,
+            value("", "least median over the recordings; 0 where it does not apply"));
+    archive("objective", objective, value("nat", "mean of minus the log transition density"));
+    archive("held_out_q_mse", held_out, value("rad^2", "after the iteration"));
+  }
+};
+
+/// Expectation-maximisation.
+struct FittedEm {
+  Outcome outcome = Outcome::kFailed;
+  std::string message;
+  double held_out_start = 0;
+  std::vector<FittedIteration> iterations;
+  int chosen = 0;
+  std::vector<std::string> warnings;
+  Eigen::VectorXd variance_q, variance_v, variance_z, variance_observation;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    const auto variance = [](std::string_view unit, std::string_view meaning) {
+      return number(unit, 0, 1e300, meaning);
+    };
+    archive("outcome", outcome, text("how it ended"));
+    archive("message", message, text("the same in words"));
+    archive("held_out_q_mse_start", held_out_start,
+            number("rad^2", 0, 1e300, "before the first iteration"));
+    archive.sections("iterations", iterations, "E- and M-steps");
+    archive("chosen", chosen,
+            number("", -1, 1e9, "index of the iteration that was kept; -1: the start"));
+    archive("warnings", warnings, text("what the filters and smoothers warned of"));
+    archive("variance_q", variance_q, variance("rad^2", "of the transition, per joint"));
+    archive("variance_v", variance_v, variance("rad^2/s^2", "of the transition, per joint"));
+    archive("variance_z", variance_z, variance("", "of the transition, per latent state"));
+    archive("variance_observation", variance_observation, variance("rad^2", "per joint"));
+  }
+};
+
+/// The whole file.
+struct FitFile {
+  static constexpr std::string_view kFormat = "fricid.fit/2";
+
+  std::string name, label;
+  int seed = 1;
+  std::string method;
+  Outcome outcome = Outcome::kFailed;
+  bool usable = false;
+  std::string message;
+  std::vector<double> objective;
+  int parameters = 0;
+  FittedRigidBody rigid_body;
+  std::vector<FittedJoint> joints;           ///< (n); empty where no law was fitted joint by joint
+  std::optional<FittedTraining> torque;      ///< of method torque, and where windows follow it
+  std::optional<FittedTraining> multi_step;  ///< of method multi_step
+  std::optional<FittedEm> em;                ///< of method em
+
+  /// @throws UserError naming `place` when lists do not agree in length
+  void check(const std::string& place) const;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("name", name, text("of the model"));
+    archive("label", label, text("name in tables and plots"));
+    archive("seed", seed, number("", 0, 1e9, "of the fit"));
+    archive("method", method, text("how it was fitted"));
+    archive("outcome", outcome, text("how it ended"));
+    archive("usable", usable, flag("whether the model may be trusted"));
+    archive("message", message, text("the outcome in words"));
+    archive("objective", objective,
+            number("1", 0, 1e300,
+                   "per pass, mean over joints of residual / torque mean "
+                   "square"));
+    archive("parameters", parameters, number("", 0, 1e9, "number of fitted values"));
+    archive.section("rigid_body", rigid_body, "the regression of the rigid body");
+    archive.sections("joints", joints, "friction joint by joint");
+    archive.section("torque", torque, "training on the torque that the rigid body leaves");
+    archive.section("multi_step", multi_step, "training on open-loop windows");
+    archive.section("em", em, "expectation-maximisation");
+  }
+};
+
+}  // namespace fricid::data

@@ -1,0 +1,286 @@
+#include "fricid/data/artefact.hpp"
+
+#include <fmt/format.h>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/base/names.hpp"
+
+namespace fricid::data {
+namespace {
+
+constexpr std::string_view kNumber = "a number or null", kWhole = "a whole number",
+                           kNumbers = "a list of numbers or nulls", kWholes = "whole numbers",
+                           kTexts = "a list of texts", kMatrix = "lists of numbers or nulls";
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+template <class Range>
+Json numbers(const Range& values) {
+  Json array = Json::array();
+  for (const double value : values) array.push_back(number(value));
+  return array;
+}
+
+bool is_number(const Json& value) { return value.is_number() || value.is_null(); }
+
+bool are_numbers(const Json& value) {
+  return value.is_array() && std::all_of(value.begin(), value.end(), is_number);
+}
+
+double number_of(const Json& value) {
+  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+}
+
+std::vector<double> numbers_of(const Json& array) {
+  std::vector<double> values;
+  values.reserve(array.size());
+  for (const Json& value : array) values.push_back(number_of(value));
+  return values;
+}
+
+bool is_int(const Json& value) {
+  return value.is_number_integer() &&
+         (value.is_number_unsigned()
+              ? value.get<std::uint64_t>() <= std::numeric_limits<int>::max()
+              : value.get<std::int64_t>() >= std::numeric_limits<int>::min());
+}
+
+/// What stands in a file, short enough for a message.
+std::string shown(const Json& value) {
+  if (value.is_object()) return "an object";
+  if (value.is_array()) return "a list";
+  const std::string text =
+      printable(value.dump(-1, ' ', false, nlohmann::detail::error_handler_t::replace));
+  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+}  // namespace
+
+JsonWriter::JsonWriter(Json& object) : object_(object) {}
+
+void JsonWriter::operator()(std::string_view key, double value, const Field& /*field*/) {
+  object_[std::string(key)] = number(value);
+}
+void JsonWriter::operator()(std::string_view key, int value, const Field& /*field*/) {
+  object_[std::string(key)] = value;
+}
+void JsonWriter::operator()(std::string_view key, std::uint64_t value, const Field& /*field*/) {
+  object_[std::string(key)] = value;
+}
+void JsonWriter::operator()(std::string_view key, bool value, const Field& /*field*/) {
+  object_[std::string(key)] = value;
+}
+void JsonWriter::operator()(std::string_view key, const std::string& value,
+                            const Field& /*field*/) {
+  object_[std::string(key)] = value;
+}
+void JsonWriter::operator()(std::string_view key, const std::vector<double>& value,
+                            const Field& /*field*/) {
+  object_[std::string(key)] = numbers(value);
+}
+void JsonWriter::operator()(std::string_view key, const std::vector<int>& value,
+                            const Field& /*field*/) {
+  object_[std::string(key)] = value;
+}
+void JsonWriter::operator()(std::string_view key, const std::vector<std::string>& value,
+                            const Field& /*field*/) {
+  object_[std::string(key)] = value;
+}
+void JsonWriter::operator()(std::string_view key, const std::vector<std::vector<double>>& value,
+                            const Field& /*field*/) {
+  Json& rows = children(key);
+  for (const std::vector<double>& row : value) rows.push_back(numbers(row));
+}
+void JsonWriter::operator()(std::string_view key, const Eigen::VectorXd& value,
+                            const Field& /*field*/) {
+  object_[std::string(key)] = numbers(value);
+}
+void JsonWriter::operator()(std::string_view key, const Eigen::MatrixXd& value,
+                            const Field& /*field*/) {
+  Json& rows = children(key);
+  for (const auto& row : value.rowwise()) rows.push_back(numbers(Eigen::VectorXd(row)));
+}
+
+Json& JsonWriter::child(std::string_view key) { return object_[std::string(key)] = Json::object(); }
+Json& JsonWriter::children(std::string_view key) {
+  return object_[std::string(key)] = Json::array();
+}
+Json& JsonWriter::appended(Json& array) {
+  array.push_back(Json::object());
+  return array.back();
+}
+
+JsonReader::JsonReader(const Json& object, std::string where, std::string prefix)
+    : object_(object), where_(std::move(where)), prefix_(std::move(prefix)) {}
+
+bool JsonReader::has(std::string_view key) const { return object_.contains(std::string(key)); }
+
+const Json& JsonReader::at(std::string_view key) const {
+  const auto found = object_.find(std::string(key));
+  if (found == object_.end()) throw UserError("{}: found no {}{}", where_, prefix_, key);
+  return *found;
+}
+
+void JsonReader::refuse(std::string_view key, std::string_view allowed) const {
+  throw UserError("{}: {}{}: found {}; allowed: {}", where_, prefix_, key, shown(at(key)), allowed);
+}
+
+const Json& JsonReader::child(std::string_view key) const {
+  const Json& value = at(key);
+  if (!value.is_object()) refuse(key, "an object");
+  return value;
+}
+
+std::size_t JsonReader::size_of(std::string_view key) const {
+  const Json& value = at(key);
+  if (!value.is_array()) refuse(key, "a list of objects");
+  return value.size();
+}
+
+const Json& JsonReader::element(std::string_view key, std::size_t i) const {
+  const Json& value = at(key)[i];
+  if (!value.is_object()) refuse(key, "a list of objects");
+  return value;
+}
+
+void JsonReader::operator()(std::string_view key, double& value, const Field& /*field*/) {
+  const Json& json = at(key);
+  if (!is_number(json)) refuse(key, kNumber);
+  value = number_of(json);
+}
+
+void JsonReader::operator()(std::string_view key, int& value, const Field& /*field*/) {
+  const Json& json = at(key);
+  if (!is_int(json)) refuse(key, kWhole);
+  value = json.get<int>();
+}
+
+void JsonReader::operator()(std::string_view key, std::uint64_t& value, const Field& /*field*/) {
+  const Json& json = at(key);
+  if (!json.is_number_unsigned()) refuse(key, kWhole);
+  value = json.get<std::uint64_t>();
+}
+
+void JsonReader::operator()(std::string_view key, bool& value, const Field& /*field*/) {
+  const Json& json = at(key);
+  if (!json.is_boolean()) refuse(key, "true or false");
+  value = json.get<bool>();
+}
+
+void JsonReader::operator()(std::string_view key, std::string& value, const Field& field) {
+  const Json& json = at(key);
+  if (!json.is_string()) refuse(key, "text");
+  value = json.get<std::string>();
+  if (field.choices.empty()) return;
+  const std::string allowed = fmt::format(" {} ", field.choices);
+  const bool is_word = value.find(' ') == std::string::npos;
+  if (!is_word || allowed.find(fmt::format(" {} ", value)) == std::string::npos)
+    refuse(key, field.choices);
+}
+
+void JsonReader::operator()(std::string_view key, std::vector<double>& value,
+                            const Field& /*field*/) {
+  const Json& json = at(key);
+  if (!are_numbers(json)) refuse(key, kNumbers);
+  value = numbers_of(json);
+}
+
+void JsonReader::operator()(std::string_view key, std::vector<int>& value, const Field& /*field*/) {
+  const Json& json = at(key);
+  if (!json.is_array() || !std::all_of(json.begin(), json.end(), is_int)) refuse(key, kWholes);
+  value = json.get<std::vector<int>>();
+}
+
+void JsonReader::operator()(std::string_view key, std::vector<std::string>& value,
+                            const Field& /*field*/) {
+  const Json& json = at(key);
+  const auto is_text = [](const Json& item) { return item.is_string(); };
+  if (!json.is_array() || !std::all_of(json.begin(), json.end(), is_text)) refuse(key, kTexts);
+  value = json.get<std::vector<std::string>>();
+}
+
+void JsonReader::operator()(std::string_view key, std::vector<std::vector<double>>& value,
+                            const Field& /*field*/) {
+  const Json& json = at(key);
+  if (!json.is_array() || !std::all_of(json.begin(), json.end(), are_numbers)) refuse(key, kMatrix);
+  value.clear();
+  for (const Json& row : json) value.push_back(numbers_of(row));
+}
+
+void JsonReader::operator()(std::string_view key, Eigen::VectorXd& value, const Field& field) {
+  std::vector<double> list;
+  (*this)(key, list, field);
+  value = Eigen::Map<const Eigen::VectorXd>(list.data(), static_cast<Eigen::Index>(list.size()));
+}
+
+void JsonReader::operator()(std::string_view key, Eigen::MatrixXd& value, const Field& field) {
+  std::vector<std::vector<double>> rows;
+  (*this)(key, rows, field);
+  const std::size_t columns = rows.empty() ? 0 : rows.front().size();
+  value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(columns));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].size() != columns) refuse(key, "rows of one length");
+    for (std::size_t k = 0; k < columns; ++k)
+      value(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = rows[i][k];
+  }
+}
+
+namespace {
+
+/// JSON of at most kDeepest levels: deeper ones would take the stack.
+Json parsed(const std::filesystem::path& path) {
+  constexpr int kDeepest = 32;
+  const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
+    if (depth > kDeepest)
+      throw UserError("{}: found values nested deeper than {}", path.string(), kDeepest);
+    return true;
+  };
+  Json json = Json::parse(read_file(path), shallow, false);
+  if (json.is_discarded()) throw UserError("{}: found no JSON", path.string());
+  return json;
+}
+
+}  // namespace
+
+std::string format_of(const std::filesystem::path& path) {
+  const Json json = parsed(path);
+  const auto found = json.find("format");
+  return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+namespace detail {
+namespace {
+
+using JsonPointer = std::unique_ptr<Json, void (*)(Json*)>;
+
+JsonPointer owned(Json json) {
+  return {new Json(std::move(json)), [](Json* object) { delete object; }};
+}
+
+}  // namespace
+
+JsonPointer new_object(std::string_view format) { return owned({{"format", format}}); }
+
+std::string text_of(const Json& object) {
+  // names and texts were checked where they entered; what is no UTF-8 all the same must not throw
+  return object.dump(1, ' ', false, nlohmann::detail::error_handler_t::replace) + "\n";
+}
+
+JsonPointer read_object(const std::filesystem::path& path, std::string_view format) {
+  JsonPointer object = owned(parsed(path));
+  if (const auto found = object->find("format"); found == object->end() || *found != format)
+    throw UserError("{}: found {}; allowed: \"format\": \"{}\"", path.string(),
+                    found == object->end() ? "no format" : shown(*found), format);
+  return object;
+}
+
+void write_object(const std::filesystem::path& path, const Json& object) {
+  write_file_atomically(path, text_of(object));
+}
+
+}  // namespace detail
+}  // namespace fricid::data

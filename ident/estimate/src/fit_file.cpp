@@ -1,0 +1,121 @@
+#include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/rigid_body/identifiability.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit) {
+  data::FittedRigidBody body{.outcome = fit.outcome,
+                             .message = fit.message,
+                             .condition = fit.condition,
+                             .rows = fit.rows,
+                             .rows_total = fit.rows_total,
+                             .equations = fit.equations,
+                             .sigma = fit.sigma,
+                             .Fc = fit.Fc,
+                             .Fv = fit.Fv,
+                             .offset = fit.offset,
+                             .Fc_se = fit.Fc_se,
+                             .Fv_se = fit.Fv_se,
+                             .offset_se = fit.offset_se,
+                             .base = {}};
+  for (Eigen::Index i = 0; i < fit.base.size(); ++i) {
+    const Verdict verdict = judge(fit.base_se[i], fit.base_size[i]);
+    body.base.push_back({.name = fit.base_names[static_cast<std::size_t>(i)],
+                         .verdict = std::string(to_string(verdict)),
+                         .value = fit.base[i],
+                         .standard_error = verdict == Verdict::kNot ? kNan : fit.base_se[i],
+                         .physical = fit.base_physical[i]});
+  }
+  return body;
+}
+
+data::FittedJoint joint_of(const FitReport& report, std::size_t j) {
+  const JointFrictionFit& fit = report.joints[j];
+  const friction::RobotFriction& friction = report.model.arm.friction.model;
+  const auto begin = static_cast<std::size_t>(friction.parameter_begin(static_cast<int>(j)));
+  data::FittedJoint joint{.joint = report.model.arm.robot.joints[j].name,
+                          .outcome = fit.outcome,
+                          .message = fit.message,
+                          .offset = fit.offset,
+                          .rms = fit.rms,
+                          .explained = fit.explained,
+                          .residual_rms = report.residual_rms[j],
+                          .r2 = report.r2[j],
+                          .start_rms = fit.start_rms,
+                          .at_bound = fit.at_bound,
+                          .evaluations = fit.evaluations,
+                          .parameters = {},
+                          .correlation = fit.correlation};
+  for (std::size_t i = 0; i < fit.theta.size(); ++i)
+    joint.parameters.push_back({friction.parameters()[begin + i].symbol, fit.theta[i],
+                                i < fit.standard_error.size() ? fit.standard_error[i] : kNan});
+  return joint;
+}
+
+data::FittedTraining training_of(const TorqueReport& report) {
+  return {.outcome = report.outcome,
+          .message = report.message,
+          .loss = report.loss,
+          .checked = report.checked,
+          .held_out = report.held_out,
+          .chosen = report.best,
+          .skipped = report.skipped};
+}
+
+data::FittedTraining training_of(const MultiStepReport& report) {
+  return {.outcome = report.outcome,
+          .message = report.message,
+          .loss = report.loss,
+          .checked = report.checked,
+          .held_out = report.held_out,
+          .chosen = report.best,
+          .skipped = report.skipped,
+          .returns = report.returns,
+          .leap = report.leap};
+}
+
+data::FittedEm em_of(const EmReport& report) {
+  data::FittedEm em{.outcome = report.outcome,
+                    .message = report.message,
+                    .held_out_start = report.held_out_start,
+                    .iterations = {},
+                    .chosen = report.best,
+                    .warnings = report.warnings,
+                    .variance_q = report.noise.q,
+                    .variance_v = report.noise.v,
+                    .variance_z = report.noise.z,
+                    .variance_observation = report.noise.R};
+  for (const EmIteration& i : report.iterations)
+    em.iterations.push_back(
+        {i.log_likelihood, i.nis, i.least_roots, i.least_backward_ess, i.objective, i.held_out});
+  return em;
+}
+
+}  // namespace
+
+data::FitFile fit_file(const FitReport& report) {
+  data::FitFile file{.name = report.model.name,
+                     .label = report.model.label,
+                     .seed = report.model.seed,
+                     .method = report.method,
+                     .outcome = report.outcome,
+                     .usable = report.usable(),
+                     .message = report.message,
+                     .objective = report.objective,
+                     .parameters = report.model.free_parameters,
+                     .rigid_body = rigid_body_of(report.rigid_body),
+                     .joints = {},
+                     .torque = {},
+                     .multi_step = {},
+                     .em = {}};
+  for (std::size_t j = 0; j < report.joints.size(); ++j) file.joints.push_back(joint_of(report, j));
+  if (report.torque) file.torque = training_of(*report.torque);
+  if (report.multi_step) file.multi_step = training_of(*report.multi_step);
+  if (report.em) file.em = em_of(*report.em);
+  return file;
+}
+
+}  // namespace fricid::estimate

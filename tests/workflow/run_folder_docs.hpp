@@ -1,0 +1,99 @@
+// docs/run_folder.md: what lies where in a run folder and what is in it, from the structs.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+
+#include "fricid/data/artefact.hpp"
+
+namespace fricid {
+
+inline constexpr const char* kRunFolderPage = "docs/run_folder.md";
+
+/// An archive that describes the fields of an artefact, one row each.
+class FieldTable {
+ public:
+  template <class Value>
+  void operator()(std::string_view key, const Value& /*value*/, const data::Field& field) {
+    row(key, type_of<Value>(), field);
+  }
+  template <class Interval>
+  void pairs(std::string_view key, const std::vector<Interval>& /*value*/,
+             const data::Field& field) {
+    row(key, "list of pairs", field);
+  }
+  template <class Value>
+  void derived(std::string_view key, const Value& value, const data::Field& field) {
+    (*this)(key, value, field);
+  }
+  template <class Part>
+  void section(std::string_view key, Part& /*part*/, std::string_view meaning) {
+    part<Part>(key, "object", ".", meaning);
+  }
+  template <class Part>
+  void section(std::string_view key, std::optional<Part>& /*part*/, std::string_view meaning) {
+    part<Part>(key, "object or absent", ".", meaning);
+  }
+  template <class Part>
+  void sections(std::string_view key, std::vector<Part>& /*parts*/, std::string_view meaning) {
+    part<Part>(key, "list of objects", "[].", meaning);
+  }
+
+  const std::string& text() const { return text_; }
+
+ private:
+  template <class Value>
+  static const char* type_of() {
+    if constexpr (std::is_same_v<Value, bool>)
+      return "true or false";
+    else if constexpr (std::is_integral_v<Value>)
+      return "whole number";
+    else if constexpr (std::is_floating_point_v<Value>)
+      return "number or null";
+    else if constexpr (std::is_same_v<Value, std::vector<std::string>>)
+      return "list of texts";
+    else if constexpr (std::is_same_v<Value, std::vector<int>>)
+      return "list of whole numbers";
+    else if constexpr (std::is_same_v<Value, std::vector<double>> ||
+                       std::is_same_v<Value, Eigen::VectorXd>)
+      return "list of numbers";
+    else if constexpr (std::is_same_v<Value, std::vector<std::vector<double>>> ||
+                       std::is_same_v<Value, Eigen::MatrixXd>)
+      return "list of lists of numbers";
+    else
+      return "text";
+  }
+  void row(std::string_view key, std::string_view type, const data::Field& field) {
+    const bool has_unit = !field.unit.empty() && field.unit != "1";
+    text_ += fmt::format("| `{}{}` | {}{} | {} |\n", prefix_, key, type,
+                         has_unit ? fmt::format(" [{}]", field.unit) : "", field.meaning);
+  }
+  template <class Part>
+  void part(std::string_view key, std::string_view type, std::string_view between,
+            std::string_view meaning) {
+    row(key, type, {.meaning = meaning});
+    const std::string outer = prefix_;
+    prefix_ += fmt::format("{}{}", key, between);
+    Part empty{};
+    empty.visit(*this);
+    prefix_ = outer;
+  }
+
+  std::string prefix_, text_;
+};
+
+/// A section of the page: one artefact.
+template <data::Artefact T>
+std::string artefact_section(std::string_view file, std::string_view what) {
+  FieldTable table;
+  T empty{};
+  empty.visit(table);
+  return fmt::format(
+      "\n## {}\n\n{} `\"format\": \"{}\"`.\n\n| key | type | meaning |\n|---|---|---|\n{}", file,
+      what, T::kFormat, table.text());
+}
+
+std::string run_folder_page();
+
+}  // namespace fricid

@@ -1,0 +1,265 @@
+// The law of stages: change what a stage declares and it runs again, and all that follow from it;
+// change anything else and it does not.
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "fricid/base/error.hpp"
+#include "fricid/workflow/job.hpp"
+#include "fricid/workflow/section.hpp"
+#include "temporary_folder.hpp"
+
+namespace fricid::workflow {
+namespace {
+
+namespace fs = std::filesystem;
+using Names = std::set<std::string>;
+using Declarations = std::map<std::string, std::vector<Content>>;  ///< by stage
+
+/// Changes the n-th value of a scene, and says which top-level section it belongs to.
+class Mutation {
+ public:
+  explicit Mutation(int target) : target_(target) {}
+
+  template <class Value>
+  void operator()(std::string_view key, Value& value, const data::Field& /*field*/) {
+    if (next_++ != target_) return;
+    key_ = section_.empty() ? std::string(key) : section_;
+    change(value);
+  }
+  template <class Part>
+  void section(std::string_view key, Part& part, std::string_view /*meaning*/) {
+    const std::string outer = section_;
+    if (section_.empty()) section_ = key;
+    part.visit(*this);
+    section_ = outer;
+  }
+  void section(std::string_view key, std::optional<friction::Friction>& friction,
+               std::string_view /*meaning*/) {
+    if (!friction) return;
+    for (double& value : friction->theta) {
+      if (next_++ != target_) continue;
+      key_ = key;
+      value *= 1.01;
+    }
+  }
+  template <class Part>
+  void sections(std::string_view key, std::vector<Part>& parts, std::string_view /*meaning*/) {
+    const std::string outer = section_;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (outer.empty()) section_ = std::string(key) + " " + std::to_string(i);
+      parts[i].visit(*this);
+      section_ = outer;
+    }
+  }
+
+  /// Empty: the scene has no more values.
+  const std::string& key() const { return key_; }
+
+ private:
+  static void change(double& value) { value = value == 0 ? 0.5 : 1.01 * value; }
+  static void change(int& value) { ++value; }
+  static void change(std::uint64_t& value) { ++value; }
+  static void change(bool& value) { value = !value; }
+  static void change(std::string& value) { value += "x"; }
+  template <class Value>
+  static void change(std::vector<Value>& values) {
+    values.emplace_back();
+  }
+  static void change(std::vector<int>& values) {
+    for (int& value : values) ++value;
+  }
+  template <std::size_t N>
+  static void change(std::array<double, N>& values) {
+    values[0] += 0.1;
+  }
+
+  int target_, next_ = 0;
+  std::string section_, key_;
+};
+
+/// A run folder in which every stage was done, by name only: its files hold a line each.
+class Stages : public TemporaryFolder {
+ protected:
+  Stages() {
+    job.emplace(
+        open_job(load_problem(tiny()), folder / "run", false, 1, [](const std::string&) {}));
+    const RunFolder& run = job->run.folder();
+    record("data", {run.recording("train_0"), run.recording("validation_0"), run.truth("train_0"),
+                    run.truth("validation_0"), run.excitation()});
+    for (const FitRequest& fit : fits())
+      record(fit_stage(*job, fit).name, {run.model(fit.id()), run.fit(fit.id())});
+    record("evaluate", {run.evaluation(), run.table(), run.rollout({"lugre", 1}, "validation_0")});
+    record("plots", {run.plot("tracking", "svg")});
+    record("video", {run.video("comparison")});
+    record("report", {run.report()});
+  }
+
+  static fs::path tiny() { return fs::path(FRICID_SOURCE_DIR) / "tests/e2e/tiny.toml"; }
+
+  std::vector<FitRequest> fits() const { return requested_fits(job->problem.scene, {}, {}); }
+
+  /// The same run with another problem.
+  void put(const data::Problem& problem) {
+    Job other{problem, job->mjcf, std::move(job->run), job->jobs, job->say};
+    job.emplace(std::move(other));
+  }
+
+  std::vector<Stage> all() const {
+    std::vector<Stage> stages{data_stage(*job)};
+    for (const FitRequest& fit : fits()) stages.push_back(fit_stage(*job, fit));
+    stages.push_back(evaluation_stage(*job, {}));
+    stages.push_back(plots_stage(*job));
+    stages.push_back(film_stage(*job, job->problem, ""));
+    stages.push_back(report_stage(*job));
+    return stages;
+  }
+
+  Declarations declarations() const {
+    Declarations made;
+    for (const Stage& stage : all()) made[stage.name] = stage.inputs.contents();
+    return made;
+  }
+
+  /// Writes a stage's files and its record, as if it had been done from what it declares now.
+  void record(const std::string& name, const std::vector<fs::path>& files) {
+    job->run.describe([&](Manifest& manifest) {
+      StageRecord& done = manifest.at(name);
+      for (const fs::path& file : files) {
+        write_file_atomically(file, file.string());
+        done.outputs.push_back({job->run.folder().name_of(file), sha256_of_file(file)});
+      }
+    });
+    for (const Stage& stage : made_so_far(name))
+      if (stage.name == name)
+        job->run.describe(
+            [&](Manifest& manifest) { manifest.at(name).inputs = stage.inputs.contents(); });
+  }
+
+  std::vector<Stage> made_so_far(const std::string& name) const {
+    if (name == "data") return {data_stage(*job)};
+    if (name.starts_with("identify")) {
+      std::vector<Stage> stages;
+      for (const FitRequest& fit : fits()) stages.push_back(fit_stage(*job, fit));
+      return stages;
+    }
+    if (name == "evaluate") return {evaluation_stage(*job, {})};
+    return {};
+  }
+
+  /// Stages whose declarations differ.
+  static Names changed(const Declarations& before, const Declarations& now) {
+    Names names;
+    for (const auto& [stage, inputs] : now)
+      if (!before.contains(stage) || before.at(stage) != inputs) names.insert(stage);
+    return names;
+  }
+
+  std::optional<Job> job;
+};
+
+/// Stages that read a section themselves. What follows from the data and the fits runs again
+/// because their files change.
+Names readers_of(const std::string& section) {
+  static const std::map<std::string, Names> kReaders{
+      {"name", {"data", "evaluate", "video", "report"}},
+      {"description", {"video", "report"}},
+      {"seed", {"data", "report"}},
+      {"robot",
+       {"data", "identify simple_s1", "identify lugre_s1", "evaluate", "plots", "video", "report"}},
+      {"friction", {"data", "evaluate", "video", "report"}},
+      {"plant", {"data", "evaluate", "report"}},
+      {"controller", {"data", "report"}},
+      {"excitation", {"data", "report"}},
+      {"sensors", {"data", "report"}},
+      {"data", {"report"}},  // of a simulated scene
+      {"identify", {"identify simple_s1", "identify lugre_s1", "evaluate", "report"}},
+      {"model 0", {"identify simple_s1", "report"}},
+      {"model 1", {"identify lugre_s1", "report"}},
+      {"evaluate", {"evaluate", "report"}},
+      {"render", {"video", "report"}}};
+  const auto found = kReaders.find(section);
+  return found == kReaders.end() ? Names{"nobody knows " + section} : found->second;
+}
+
+// Every key of the scene in turn. A fit whose scene changed is no longer counted, so what counts
+// fits follows at once.
+TEST_F(Stages, RunAgainForTheirSectionsOfTheSceneAndNoOthers) {
+  const Declarations before = declarations();
+  const data::Problem problem = job->problem;
+  int keys = 0;
+  for (;; ++keys) {
+    Mutation mutation(keys);
+    data::Scene scene = problem.scene;
+    scene.visit(mutation);
+    put(with_scene(problem, std::move(scene)));
+    if (mutation.key().empty()) break;
+    Names expected = readers_of(mutation.key());
+    if (expected.contains("identify simple_s1") || expected.contains("identify lugre_s1"))
+      expected.insert({"evaluate", "plots", "video", "report"});
+    Names found = changed(before, declarations());
+    if (mutation.key().starts_with("model")) {
+      // under another name or seed it is another fit
+      std::erase_if(found, [](const std::string& stage) { return stage.starts_with("identify"); });
+      std::erase_if(expected,
+                    [](const std::string& stage) { return stage.starts_with("identify"); });
+    }
+    EXPECT_EQ(found, expected) << "key " << keys << " of " << mutation.key();
+  }
+  EXPECT_GT(keys, 100);
+}
+
+// Files: the content of what a stage wrote is an input of those that read it.
+TEST_F(Stages, RunAgainForTheFilesOfOthers) {
+  const std::map<std::string, Names> readers{
+      {"data/train_0.h5",
+       {"identify simple_s1", "identify lugre_s1", "evaluate", "plots", "video", "report"}},
+      {"data/validation_0.h5", {"evaluate", "plots", "video", "report"}},
+      {"truth/train_0.h5", {"evaluate", "plots", "video", "report"}},
+      {"truth/validation_0.h5", {"evaluate", "plots", "video", "report"}},
+      {"excitation.json", {"evaluate", "plots", "video", "report"}},
+      {"models/lugre_s1.json", {"evaluate", "plots", "video", "report"}},
+      {"fit/lugre_s1.json", {"plots", "video", "report"}},
+      {"evaluation.json", {"plots", "video", "report"}},
+      {"table.md", {"plots", "video", "report"}},
+      {"rollouts/lugre_s1_validation_0.h5", {"plots", "video", "report"}},
+      {"plots/tracking.svg", {"report"}},
+      {"video/comparison.mp4", {"report"}}};
+  const Declarations before = declarations();
+  const Manifest manifest = job->run.manifest();
+  int outputs = 0;
+  for (const StageRecord& stage : manifest.stages)
+    for (const Content& output : stage.outputs) {
+      if (stage.name == "report" || output.name.find("simple") != std::string::npos) continue;
+      ++outputs;
+      const std::string text = read_file(job->run.folder().path() / output.name);
+      write_file_atomically(job->run.folder().path() / output.name, "other");
+      job->run.describe([&](Manifest& changed) {
+        for (Content& one : changed.at(stage.name).outputs)
+          if (one.name == output.name) one.sha256 = sha256_of_text("other");
+      });
+      ASSERT_TRUE(readers.contains(output.name)) << output.name;
+      EXPECT_EQ(changed(before, declarations()), readers.at(output.name)) << output.name;
+      write_file_atomically(job->run.folder().path() / output.name, text);
+      job->run.describe([&](Manifest& changed) { changed = manifest; });
+    }
+  EXPECT_EQ(outputs, 12);
+}
+
+// A part of a scene holds what was named and nothing else.
+TEST_F(Stages, PartsOfASceneHoldNoMore) {
+  const data::Scene& scene = job->problem.scene;
+  const data::Problem part = part_of(job->problem, std::array{Section::kIdentify, Section::kSeed});
+  EXPECT_EQ(part.scene.seed, scene.seed);
+  EXPECT_EQ(part.scene.identify.cutoff_hz, scene.identify.cutoff_hz);
+  EXPECT_TRUE(part.scene.name.empty());
+  EXPECT_TRUE(part.scene.models.empty());
+  EXPECT_FALSE(part.scene.friction);
+  EXPECT_EQ(part.robot.n(), 0);
+  EXPECT_TRUE(part.inputs.empty());
+}
+
+}  // namespace
+}  // namespace fricid::workflow

@@ -1,0 +1,98 @@
+// manifest.json: what was done in a run folder, from what, by whom, how long it took.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fricid/data/field.hpp"
+#include "fricid/workflow/run_folder.hpp"
+
+namespace fricid::workflow {
+
+/// A file or an option and what it holds.
+struct Content {
+  std::string name;    ///< of an input, or of a file relative to the run folder
+  std::string sha256;  ///< 64 digits; of an input that is not there: "absent"
+
+  bool operator==(const Content&) const = default;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("name", name, data::text("what was read, or the file relative to the run folder"));
+    archive("sha256", sha256, data::text("64 digits of its content, or absent"));
+  }
+};
+
+/// A stage that was done.
+struct StageRecord {
+  std::string name;              ///< "simulate", "identify lugre_s1", ...
+  std::string program;           ///< SHA-256 of the program that did it
+  std::vector<Content> inputs;   ///< all that it read, sorted by name
+  std::vector<Content> outputs;  ///< all files that it wrote, sorted by name
+  double seconds = 0;            ///< wall clock
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("name", name, data::text("what was done"));
+    archive("program", program, data::text("SHA-256 of the program that did it"));
+    archive("seconds", seconds, data::number("s", 0, 1e12, "wall clock"));
+    archive.sections("inputs", inputs, "all that it read");
+    archive.sections("outputs", outputs, "all files that it wrote");
+  }
+};
+
+struct Machine {
+  std::string cpu;
+  int cores = 0;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("cpu", cpu, data::text("model of the processor"));
+    archive("cores", cores, data::number("", 0, 1e6, "threads that run at once"));
+  }
+};
+
+struct Manifest {
+  static constexpr std::string_view kFormat = "fricid.manifest/2";
+
+  std::string version, commit;  ///< of the program that wrote it last
+  Machine machine;
+  std::string scene;  ///< name
+  std::uint64_t seed = 0;
+  std::vector<Content> sources;             ///< files that the scene names, by their whole path
+  std::vector<std::string> fitted_by_name;  ///< fits that `fricid identify` was asked for
+  std::vector<StageRecord> stages;          ///< in the order in which they were first done
+
+  const StageRecord* find(std::string_view stage) const;  ///< null: was not done
+  StageRecord& at(const std::string& stage);              ///< made if it is not there
+
+  /// @throws UserError when an output lies outside of the run folder, or a text does not show
+  void check(const std::string& place) const;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("version", version, data::text("of fricid"));
+    archive("commit", commit, data::text("of fricid"));
+    archive.section("machine", machine, "where it ran last");
+    archive("scene", scene, data::text("name of the scene"));
+    archive("seed", seed, data::number("", 0, 9e15, "of the scene"));
+    archive.sections("sources", sources, "files that the scene names");
+    archive("fitted_by_name", fitted_by_name,
+            data::text("fits beside those of the scene, asked for by name"));
+    archive.sections("stages", stages, "what was done");
+  }
+};
+
+/// Name of the stage that makes a fit: "identify lugre_s1".
+std::string stage_of(const FitId& fit);
+/// The inverse. Empty: a stage that makes no fit.
+std::optional<FitId> fit_of(std::string_view stage);
+
+/// Wall clock of the fits by model, mean over seeds [s].
+std::map<std::string, double> fit_seconds(const Manifest& manifest);
+
+}  // namespace fricid::workflow

@@ -1,0 +1,29 @@
+// What a run folder holds, where it is there and shown.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "fricid/data/dataset.hpp"
+#include "fricid/workflow/run_folder.hpp"
+
+namespace fricid::workflow {
+
+/// Whether a path of a run folder leads to a file.
+bool is_there(const std::filesystem::path& file);
+
+/// What load(file) reads; nothing where the file is not there.
+template <class Load>
+auto if_there(const std::filesystem::path& file, Load load)
+    -> std::optional<std::remove_cvref_t<decltype(load(file))>> {
+  if (!is_there(file)) return std::nullopt;
+  return load(file);
+}
+
+/// The recordings of a run folder in order: RunFolder::training or ::validation.
+std::vector<data::Dataset> load_recordings(const RunFolder& folder, std::string (*name)(int));
+
+}  // namespace fricid::workflow

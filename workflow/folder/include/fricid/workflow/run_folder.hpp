@@ -1,0 +1,88 @@
+// Where the files of a run lie. The only place that knows their names.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fricid::workflow {
+
+/// One fit: a model of the scene and a seed.
+struct FitId {
+  std::string model;
+  int seed = 1;
+
+  std::string name() const;  ///< stem of its files: "lugre_s1"
+  /// The inverse of `name`. Empty: not such a name.
+  static std::optional<FitId> parse(std::string_view name);
+
+  bool operator==(const FitId&) const = default;
+};
+
+/// A run folder as a value: paths of the files that a run has or may have. It makes nothing. A
+/// recording is called "train_0", "validation_0", ...
+///
+/// A stage gets it restricted to the files that it declared: for the other data, fits and results
+/// the path is empty, as if they were not there. Pictures are listed by `files_in`.
+class RunFolder {
+ public:
+  explicit RunFolder(std::filesystem::path path) : path_(std::move(path)) {}
+
+  const std::filesystem::path& path() const { return path_; }
+  /// A file of the folder as the manifest names it: relative, with slashes.
+  std::string name_of(const std::filesystem::path& file) const;
+  /// The same folder, of which only these files are there, and none that was not before.
+  RunFolder restricted_to(std::set<std::string> names) const;
+  /// Files right in a folder of the run that have an extension (".svg"), sorted by name.
+  std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder,
+                                              std::string_view extension) const;
+
+  std::filesystem::path scene() const { return at("scene.toml"); }
+  std::filesystem::path manifest() const { return path_ / "manifest.json"; }
+  std::filesystem::path lock() const { return path_ / ".lock"; }
+
+  static std::string training(int i);    ///< name of the i-th training recording
+  static std::string validation(int i);  ///< name of the i-th held-out recording
+  std::filesystem::path recording(const std::string& name) const;
+  std::filesystem::path diagnosis(const std::string& name) const;
+  std::filesystem::path truth(const std::string& name) const;
+  std::filesystem::path excitation() const { return at("excitation.json"); }
+
+  std::filesystem::path models() const { return path_ / "models"; }
+  std::filesystem::path model(const FitId& id) const;
+  std::filesystem::path fit(const FitId& id) const;
+  std::filesystem::path checkpoint(const FitId& id) const;
+  std::filesystem::path checkpoints() const { return path_ / "checkpoint"; }
+
+  std::filesystem::path evaluation() const { return at("evaluation.json"); }
+  std::filesystem::path table() const { return at("table.md"); }
+  std::filesystem::path table_csv() const { return at("table.csv"); }
+  std::filesystem::path torque_table() const { return at("torque.md"); }
+  std::filesystem::path starts() const { return at("starts.csv"); }
+  std::filesystem::path rollout(const FitId& id, const std::string& recording) const;
+  std::filesystem::path prediction(const FitId& id, const std::string& recording) const;
+  std::filesystem::path estimate(const FitId& id, const std::string& recording) const;
+  std::filesystem::path estimates() const { return path_ / "estimates"; }
+  std::filesystem::path band(const std::string& model, const std::string& recording) const;
+  /// Rollouts that other programs made, one folder per model.
+  std::filesystem::path external() const { return path_ / "external"; }
+
+  std::filesystem::path plots() const { return path_ / "plots"; }
+  std::filesystem::path plot(const std::string& name, const std::string& extension) const;
+  std::filesystem::path videos() const { return path_ / "video"; }
+  std::filesystem::path video(const std::string& name) const;
+  std::filesystem::path check() const { return path_ / "check.json"; }
+  std::filesystem::path report() const { return path_ / "report.html"; }
+
+ private:
+  std::filesystem::path at(const std::string& name) const;
+
+  std::filesystem::path path_;
+  std::shared_ptr<const std::set<std::string>> visible_;  // null: all
+};
+
+}  // namespace fricid::workflow

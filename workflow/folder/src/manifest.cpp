@@ -1,0 +1,72 @@
+#include "fricid/workflow/manifest.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
+
+namespace fricid::workflow {
+namespace {
+
+constexpr std::string_view kIdentify = "identify ";
+
+/// Whether a name of an output leads to a file below the run folder.
+bool is_inside(const std::string& name) {
+  const std::filesystem::path path(name);
+  return path.is_relative() && path.has_filename() && path != "." && *path.begin() != ".." &&
+         path.lexically_normal().string() == name;
+}
+
+void require_visible(const std::string& text, std::string_view key, const std::string& place) {
+  require_label(text.substr(0, 1000), key, place);
+}
+
+}  // namespace
+
+const StageRecord* Manifest::find(std::string_view stage) const {
+  const auto found = std::ranges::find(stages, stage, &StageRecord::name);
+  return found == stages.end() ? nullptr : &*found;
+}
+
+StageRecord& Manifest::at(const std::string& stage) {
+  const auto found = std::ranges::find(stages, stage, &StageRecord::name);
+  if (found != stages.end()) return *found;
+  stages.push_back({.name = stage, .program = {}, .inputs = {}, .outputs = {}});
+  return stages.back();
+}
+
+void Manifest::check(const std::string& place) const {
+  for (const std::string* text : {&version, &commit, &machine.cpu, &scene})
+    require_visible(*text, "a text", place);
+  for (const std::string& fit : fitted_by_name) require_visible(fit, "fitted_by_name", place);
+  for (const StageRecord& stage : stages) {
+    require_visible(stage.name, "name of a stage", place);
+    for (const Content& output : stage.outputs)
+      if (!is_inside(output.name))
+        throw UserError("{}: output {}; allowed: a file below the run folder", place,
+                        printable(output.name));
+  }
+}
+
+std::string stage_of(const FitId& fit) { return std::string(kIdentify) + fit.name(); }
+
+std::optional<FitId> fit_of(std::string_view stage) {
+  if (!stage.starts_with(kIdentify)) return std::nullopt;
+  return FitId::parse(stage.substr(kIdentify.size()));
+}
+
+std::map<std::string, double> fit_seconds(const Manifest& manifest) {
+  std::map<std::string, std::pair<double, int>> sums;
+  for (const StageRecord& stage : manifest.stages)
+    if (const auto fit = fit_of(stage.name)) {
+      sums[fit->model].first += stage.seconds;
+      ++sums[fit->model].second;
+    }
+  std::map<std::string, double> means;
+  for (const auto& [model, sum] : sums) means[model] = sum.first / sum.second;
+  return means;
+}
+
+}  // namespace fricid::workflow

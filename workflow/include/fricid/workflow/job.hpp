@@ -1,0 +1,97 @@
+// A scene at work in its run folder: what `fricid run` does, step by step.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fricid/data/model_file.hpp"
+#include "fricid/data/problem.hpp"
+#include "fricid/evaluate/evaluation.hpp"
+#include "fricid/workflow/run.hpp"
+
+namespace fricid::workflow {
+
+/// A scene and the folder that it is done in.
+struct Job {
+  data::Problem problem;
+  std::string mjcf;  ///< what MuJoCo makes of the MJCF, included files and meshes; empty: none
+  Run run;
+  int jobs;                                     ///< threads; 0: one per core
+  std::function<void(const std::string&)> say;  ///< takes one line for the user
+};
+
+/// The problem of a scene file or of a run folder, checked as far as it can be without doing any of
+/// its work: the simulated arm must be that of the URDF.
+/// @param seed  of the data, instead of the scene's
+/// @throws UserError
+data::Problem load_problem(const std::filesystem::path& target,
+                           std::optional<std::uint64_t> seed = {});
+
+/// Opens or creates a run folder for a problem: the manifest names its sources, scene.toml is
+/// the scene as run.
+/// @throws UserError as Run::open, and when a source lies where the run writes
+Job open_job(data::Problem problem, const std::filesystem::path& folder, bool fresh, int jobs,
+             std::function<void(const std::string&)> say);
+
+/// Simulates or imports the data: data/, truth/, excitation.json. Nothing when they stand.
+void make_data(Job& job);
+
+/// One fit to make.
+struct FitRequest {
+  data::ModelConfig model;
+  int seed = 1;
+
+  FitId id() const { return {model.name, seed}; }
+};
+
+/// Fits of the scene's models, or of those named, which may also be laws of the table; with the
+/// scene's seeds, or these.
+std::vector<FitRequest> requested_fits(const data::Scene& scene,
+                                       const std::vector<std::string>& names,
+                                       const std::vector<int>& seeds);
+
+/// Makes fits: models/, fit/. @param by_name  beside those of the scene: the evaluation counts them
+/// @return false when one failed its own health test
+bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name);
+
+/// The fits of a run folder.
+struct Fits {
+  /// Those of the scene's models and seeds and those asked for by name, where they were made from
+  /// the scene, the robot and the data as they are now: in the order of the scene, then by name.
+  std::vector<FitRequest> counted;
+  struct LeftOut {
+    std::string id;   ///< "lugre_s1"
+    std::string why;  ///< "not in the scene", "its files changed", "changed since: [identify]"
+  };
+  std::vector<LeftOut> left_out;
+};
+Fits fits_of(const Job& job);
+
+/// Evaluates the fits on held-out data: rollouts/, predictions/, bands/, the tables,
+/// evaluation.json; rows also of the models in external/.
+/// @param further_data  data sets beside those of the run
+evaluate::Evaluation evaluate(Job& job, const std::vector<std::filesystem::path>& further_data);
+
+/// plots/ and video/. What cannot be made (no gnuplot, nothing to draw with, disk full) is left
+/// out.
+/// @return why, one line; empty when all is there
+std::string draw_plots(Job& job);
+/// @param shown  the problem with the [render] to film by
+std::string make_videos(Job& job, const data::Problem& shown, const std::string& renderer);
+
+/// report.html, from what is there. @throws UserError when it cannot be written
+void make_report(Job& job);
+
+// The stages by themselves: what they would read, and their work.
+Stage data_stage(const Job& job);
+Stage fit_stage(const Job& job, const FitRequest& request);
+Stage evaluation_stage(const Job& job, const std::vector<std::filesystem::path>& further_data);
+Stage plots_stage(const Job& job);
+Stage film_stage(const Job& job, const data::Problem& shown, const std::string& renderer);
+Stage report_stage(const Job& job);
+
+}  // namespace fricid::workflow

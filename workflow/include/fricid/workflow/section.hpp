@@ -1,0 +1,40 @@
+// Parts of a scene, so that a stage sees no more of it than it declares.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "fricid/data/problem.hpp"
+#include "fricid/workflow/inputs.hpp"
+
+namespace fricid::workflow {
+
+enum class Section {
+  kName,
+  kDescription,
+  kSeed,
+  kRobot,
+  kFriction,
+  kPlant,
+  kController,
+  kExcitation,
+  kSensors,
+  kData,
+  kIdentify,
+  kModels,
+  kEvaluate,
+  kRender
+};
+std::string_view to_string(Section section);
+
+/// A scene of which only these sections are as given; the others are at their defaults. Where the
+/// robot is among them, its model and its files are too.
+data::Problem part_of(const data::Problem& problem, std::span<const Section> sections);
+
+/// The same problem with another scene; its robot and its files stay.
+data::Problem with_scene(const data::Problem& problem, data::Scene scene);
+
+/// Declares sections of a scene, with the robot the content of its URDF. @throws UserError
+void declare(Inputs& inputs, const data::Problem& problem, std::span<const Section> sections);
+
+}  // namespace fricid::workflow

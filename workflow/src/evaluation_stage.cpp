@@ -1,0 +1,259 @@
+// The stage that evaluates fits: gathers held-out data, truth and models; scoring is evaluate's.
+#include <fmt/format.h>
+#include <algorithm>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
+#include "fricid/base/parallel.hpp"
+#include "fricid/data/artefact.hpp"
+#include "fricid/estimate/filter.hpp"
+#include "fricid/evaluate/evaluate.hpp"
+#include "fricid/sim/simulate.hpp"
+#include "fricid/workflow/job.hpp"
+#include "fricid/workflow/recordings.hpp"
+#include "fricid/workflow/section.hpp"
+
+namespace fricid::workflow {
+namespace {
+
+namespace fs = std::filesystem;
+using enum Section;
+
+constexpr Section kEvaluated[] = {kName, kRobot, kFriction, kPlant, kIdentify, kEvaluate};
+
+/// What the work of the stage gets: the part of the scene that it declared, and which fits.
+struct Task {
+  data::Problem problem;
+  std::vector<FitRequest> fits;
+  std::vector<fs::path> further_data;
+  int jobs;
+};
+
+/// Held-out recordings with their truth, where there is one.
+struct HeldOut {
+  std::vector<evaluate::Trajectory> trajectories;
+  std::vector<sim::Truth> truths;  ///< as many as trajectories, or none
+};
+
+void add_recording(HeldOut& held_out, const fs::path& data_file, const fs::path& truth_file,
+                   double cutoff_hz) {
+  evaluate::Trajectory trajectory;
+  trajectory.data = data::load_dataset(data_file);
+  estimate::Filtered motion = estimate::filter_dataset(trajectory.data, cutoff_hz);
+  trajectory.q = std::move(motion.q);
+  trajectory.v = std::move(motion.v);
+  trajectory.a = std::move(motion.a);
+  if (is_there(truth_file)) {
+    held_out.truths.push_back(sim::load_truth(truth_file));
+    const sim::Trace& trace = held_out.truths.back().trace;
+    trajectory.truth = evaluate::Reference{trace.q, trace.v, trace.tau_f, trace.z};
+  }
+  held_out.trajectories.push_back(std::move(trajectory));
+}
+
+/// Truth beside a data set of another run: RUN/data/NAME.h5, RUN/truth/NAME.h5.
+fs::path truth_of(const fs::path& dataset) {
+  return RunFolder(dataset.parent_path().parent_path()).truth(dataset.stem().string());
+}
+
+HeldOut load_held_out(const Task& task, const RunFolder& folder) {
+  HeldOut held_out;
+  const double cutoff = task.problem.scene.identify.cutoff_hz;
+  for (int i = 0; is_there(folder.recording(RunFolder::validation(i))); ++i) {
+    const std::string name = RunFolder::validation(i);
+    add_recording(held_out, folder.recording(name), folder.truth(name), cutoff);
+  }
+  for (const fs::path& file : task.further_data)
+    add_recording(held_out, file, truth_of(file), cutoff);
+  if (held_out.trajectories.empty())
+    throw UserError("{}: found no validation data to evaluate on",
+                    (folder.path() / "data").string());
+  if (!held_out.truths.empty() && held_out.truths.size() != held_out.trajectories.size())
+    throw UserError("--data: found recordings with and without truth; evaluate them apart");
+  return held_out;
+}
+
+/// The truth rolled out by the simulator at its own step times `share`, one rollout per planned
+/// start.
+std::vector<evaluate::Rollout> simulator_rollouts(const Task& task, const HeldOut& held_out,
+                                                  std::span<const evaluate::Start> starts,
+                                                  double share) {
+  const sim::MujocoArm arm = sim::make_arm(task.problem, task.problem.scene.plant.step_s * share);
+  std::vector<evaluate::Rollout> rollouts(starts.size());
+  parallel_for(static_cast<int>(starts.size()), task.jobs, [&](int i) {
+    const evaluate::Start& start = starts[static_cast<std::size_t>(i)];
+    const auto trajectory = static_cast<std::size_t>(start.trajectory);
+    const sim::Trace trace =
+        sim::oracle_rollout(task.problem, arm, held_out.truths[trajectory],
+                            held_out.trajectories[trajectory].data, start.begin, start.steps + 1);
+    rollouts[static_cast<std::size_t>(i)] = {start, false, trace.q, trace.v, trace.tau_f};
+  });
+  return rollouts;
+}
+
+/// The recordings that the models were fitted to, driven by the motion that fits see.
+std::vector<evaluate::Trajectory> load_training(const Task& task, const RunFolder& folder) {
+  std::vector<evaluate::Trajectory> training;
+  for (data::Dataset& dataset : load_recordings(folder, RunFolder::training)) {
+    evaluate::Trajectory& recording = training.emplace_back();
+    recording.data = std::move(dataset);
+    estimate::Filtered motion =
+        estimate::filter_dataset(recording.data, task.problem.scene.identify.cutoff_hz);
+    recording.q = std::move(motion.q_wide);
+    recording.v = std::move(motion.v_wide);
+  }
+  return training;
+}
+
+data::ModelFile oracle_model(const data::Problem& problem) {
+  data::ModelFile model;
+  model.name = model.label = "oracle";
+  model.arm = {problem.robot, *problem.scene.friction};
+  model.is_oracle = true;
+  return model;
+}
+
+/// @throws UserError when a file is another model's, or claims to be the truth
+data::ModelFile load_fitted(const RunFolder& folder, const FitId& id) {
+  data::ModelFile model = data::load_model(folder.model(id));
+  if (model.is_oracle || model.name != id.model || model.seed != id.seed)
+    throw UserError("{}: found the model {}, seed {}{}; allowed: {}, seed {}",
+                    folder.model(id).string(), printable(model.name), model.seed,
+                    model.is_oracle ? ", an oracle" : "", id.model, id.seed);
+  return model;
+}
+
+/// Folders of external/, sorted by name. @throws UserError when something else is there, or a name
+/// is taken or cannot be one
+std::vector<fs::path> external_folders(const RunFolder& run, const std::vector<FitRequest>& fits) {
+  std::vector<fs::path> folders;
+  if (!fs::exists(run.external())) return folders;
+  for (const auto& entry : fs::directory_iterator(run.external())) {
+    const std::string name = entry.path().filename().string(), shown = entry.path().string();
+    if (name.starts_with('.')) continue;
+    if (!entry.is_directory()) throw UserError("{}: a file; allowed: one folder per model", shown);
+    require_name(Named::kModel, name, shown);
+    if (std::ranges::any_of(fits, [&](const FitRequest& fit) { return fit.model.name == name; }))
+      throw UserError("{}: a model of this run has this name", shown);
+    folders.push_back(entry.path());
+  }
+  std::ranges::sort(folders);
+  return folders;
+}
+
+/// Whether a fit is a convention to beat: no network, and fitted as is the custom.
+bool is_conventional(const FitRequest& fit, const data::ModelFile& model) {
+  if (fit.model.method != "conventional" || model.arm.friction.model.has_whole()) return false;
+  for (const friction::JointSpec& joint : model.arm.friction.model.joints())
+    for (const friction::LawSpec& law : joint.laws)
+      if (friction::is_learned(law.law)) return false;
+  return true;
+}
+
+/// Writes the tables, evaluation.json and the signals. @return all files
+std::vector<fs::path> save(const evaluate::Evaluation& evaluation,
+                           std::span<const evaluate::Trajectory> trajectories,
+                           const RunFolder& out) {
+  std::vector<fs::path> files;
+  const auto add = [&](fs::path path) { return files.emplace_back(std::move(path)); };
+  for (const evaluate::ModelResult& model : evaluation.models) {
+    const FitId id{model.name, model.seed};
+    for (const evaluate::Rollout& rollout : model.rollouts) {
+      const auto& trajectory = trajectories[static_cast<std::size_t>(rollout.start.trajectory)];
+      evaluate::save_rollout(rollout, trajectory, model.name, model.seed,
+                             add(out.rollout(id, trajectory.data.name)));
+    }
+    for (std::size_t i = 0; i < model.torque.size(); ++i)
+      evaluate::save_prediction(model.torque[i], trajectories[i].data, trajectories[i].q,
+                                trajectories[i].v,
+                                add(out.prediction(id, trajectories[i].data.name)));
+  }
+  for (const evaluate::Summary& summary : evaluation.summary)
+    for (std::size_t i = 0; i < summary.bands.size(); ++i)
+      evaluate::save_band(summary.bands[i], trajectories[i].data, summary.name,
+                          add(out.band(summary.name, trajectories[i].data.name)));
+  write_file_atomically(add(out.table()), evaluate::to_markdown(evaluation));
+  write_file_atomically(add(out.torque_table()),
+                        evaluate::to_torque_markdown(evaluation, trajectories));
+  write_file_atomically(add(out.table_csv()), evaluate::to_csv(evaluation));
+  data::save(evaluation, add(out.evaluation()));
+  return files;
+}
+
+Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
+  const HeldOut held_out = load_held_out(task, visible);
+  const data::EvaluateConfig& options = task.problem.scene.evaluate;
+  const auto starts =
+      evaluate::plan_starts(held_out.trajectories, options.horizons_s, options.starts);
+  // first of all: what other programs roll out for external/ comes from it
+  write_file_atomically(out.starts(), evaluate::starts_csv(held_out.trajectories, starts));
+
+  evaluate::Contest contest;
+  contest.scene = task.problem.scene.name;
+  contest.trajectories = held_out.trajectories;
+  contest.training = load_training(task, visible);
+  contest.robot = task.problem.robot;
+  for (const FitRequest& fit : task.fits) {
+    contest.models.push_back(load_fitted(visible, fit.id()));
+    if (!is_conventional(fit, contest.models.back()))
+      contest.unconventional.push_back(fit.model.name);
+  }
+  for (const fs::path& folder : external_folders(out, task.fits))
+    contest.externals.push_back(
+        evaluate::load_external_model(folder, held_out.trajectories, starts));
+  if (!held_out.truths.empty()) {
+    contest.models.insert(contest.models.begin(), oracle_model(task.problem));
+    contest.simulator_oracle = simulator_rollouts(task, held_out, starts, 1.0);
+    contest.simulator_halved = simulator_rollouts(task, held_out, starts, 0.5);
+  }
+  Done done{save(evaluate::evaluate(contest, options, task.jobs), contest.trajectories, out)};
+  done.files.push_back(out.starts());
+  return done;
+}
+
+}  // namespace
+
+Stage evaluation_stage(const Job& job, const std::vector<fs::path>& further_data) {
+  const std::vector<FitRequest> fits = fits_of(job).counted;
+  Stage stage{"evaluate", Inputs(job.run.folder()), {}};
+  declare(stage.inputs, job.problem, kEvaluated);
+  stage.inputs.text("MJCF", job.mjcf);
+  stage.inputs.outputs_of(job.run.results_of("data"));
+  std::string methods;
+  for (const FitRequest& fit : fits) {
+    stage.inputs.outputs_of(job.run.results_of(fit_stage(job, fit).name), "models/");
+    methods += fit.model.name + "=" + fit.model.method + "\n";
+  }
+  stage.inputs.text("methods of the fits", methods);
+  for (std::size_t i = 0; i < further_data.size(); ++i) {
+    const std::string name = fmt::format("--data {}", i);
+    stage.inputs.file(name, further_data[i]);
+    if (const fs::path truth = truth_of(further_data[i]); fs::exists(truth))
+      stage.inputs.file("truth of " + name, truth);
+  }
+  stage.inputs.files_below(job.run.folder().external());
+  stage.work = [task = Task{part_of(job.problem, kEvaluated), fits, further_data, job.jobs},
+                out = job.run.folder()](const RunFolder& visible) {
+    return work(task, visible, out);
+  };
+  return stage;
+}
+
+evaluate::Evaluation evaluate(Job& job, const std::vector<fs::path>& further_data) {
+  const bool logs = data::data_available(job.problem, nullptr);
+  if (!job.run.intact("data") || (logs && !job.run.stands(data_stage(job))))
+    throw UserError(
+        "{}: the data are damaged, or not those of the scene, robot and logs as they are now; "
+        "`fricid run {}` makes them again",
+        (job.run.folder().path() / "data").string(), job.run.folder().path().string());
+  const Fits fits = fits_of(job);
+  for (const Fits::LeftOut& fit : fits.left_out)
+    job.say(fmt::format("{}: left out: {}", fit.id, fit.why));
+  if (fits.counted.empty())
+    throw UserError("{}: found no models; run `fricid identify` first",
+                    (job.run.folder().path() / "models").string());
+  if (!job.run.perform(evaluation_stage(job, further_data))) job.say("evaluate: up to date");
+  return data::load<evaluate::Evaluation>(job.run.folder().evaluation());
+}
+
+}  // namespace fricid::workflow

@@ -1,0 +1,125 @@
+// The stages that fit models.
+#include <fmt/format.h>
+#include <algorithm>
+#include <tuple>
+
+#include "fricid/base/error.hpp"
+#include "fricid/data/artefact.hpp"
+#include "fricid/estimate/fit.hpp"
+#include "fricid/workflow/job.hpp"
+#include "fricid/workflow/recordings.hpp"
+#include "fricid/workflow/section.hpp"
+
+namespace fricid::workflow {
+namespace {
+
+using enum Section;
+
+// A fit sees the URDF alone; what the MJCF changes, the data show.
+constexpr Section kFitted[] = {kRobot, kIdentify, kModels};
+constexpr std::string_view kStage = "identify ", kTraining = "data/train_";
+
+/// What the fits of one job share.
+using Shared = std::shared_ptr<std::optional<estimate::Prepared>>;
+
+Stage make_stage(const Job& job, const FitRequest& request, const Shared& shared) {
+  data::Scene scene = job.problem.scene;
+  scene.models = {request.model};
+  scene.models.front().seeds = {request.seed};
+  const data::Problem problem = with_scene(job.problem, std::move(scene));
+  Stage stage{stage_of(request.id()), Inputs(job.run.folder()), {}};
+  declare(stage.inputs, problem, kFitted);
+  stage.inputs.outputs_of(job.run.results_of("data"), kTraining);
+  const std::string checkpoint_key = job.run.key_of(stage);
+  stage.work = [=, part = part_of(problem, kFitted), out = job.run.folder(), jobs = job.jobs,
+                say = job.say](const RunFolder& visible) {
+    if (!*shared)
+      *shared = estimate::prepare(part, load_recordings(visible, RunFolder::training), jobs);
+    const FitId id = request.id();
+    const estimate::FitReport report =
+        estimate::fit_model(part, **shared, part.scene.models.front(), request.seed, jobs,
+                            {out.checkpoint(id), checkpoint_key});
+    data::save_model(report.model, out.model(id));
+    data::save(estimate::fit_file(report), out.fit(id));
+    say(report.brief());
+    return Done{{out.model(id), out.fit(id)}, report.seconds + (*shared)->rigid_body.seconds};
+  };
+  return stage;
+}
+
+}  // namespace
+
+std::vector<FitRequest> requested_fits(const data::Scene& scene,
+                                       const std::vector<std::string>& names,
+                                       const std::vector<int>& seeds) {
+  std::vector<data::ModelConfig> models;
+  if (names.empty()) models = scene.models;
+  for (const std::string& name : names) {
+    const auto known = std::ranges::find(scene.models, name, &data::ModelConfig::name);
+    data::ModelConfig& model = models.emplace_back();
+    if (known != scene.models.end()) {
+      model = *known;
+    } else {
+      model.name = model.label = model.law = name;
+      model.method = friction::is_learned(name) ? "multi_step" : "conventional";
+    }
+  }
+  std::vector<FitRequest> requests;
+  for (const data::ModelConfig& model : models)
+    for (const int seed : seeds.empty() ? model.seeds : seeds) requests.push_back({model, seed});
+  return requests;
+}
+
+Stage fit_stage(const Job& job, const FitRequest& request) {
+  return make_stage(job, request, std::make_shared<std::optional<estimate::Prepared>>());
+}
+
+bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
+  const auto shared = std::make_shared<std::optional<estimate::Prepared>>();
+  bool healthy = true;
+  for (const FitRequest& request : requests) {
+    const std::string id = request.id().name();
+    if (by_name)
+      job.run.describe([&](Manifest& manifest) {
+        if (std::ranges::find(manifest.fitted_by_name, id) == manifest.fitted_by_name.end())
+          manifest.fitted_by_name.push_back(id);
+      });
+    const Stage stage = make_stage(job, request, shared);
+    if (!job.run.perform(stage)) job.say(stage.name + ": up to date");
+    healthy = data::load<data::FitFile>(job.run.folder().fit(request.id())).usable && healthy;
+  }
+  return healthy;
+}
+
+Fits fits_of(const Job& job) {
+  const auto& models = job.problem.scene.models;
+  const auto& by_name = job.run.manifest().fitted_by_name;
+  std::vector<std::tuple<std::ptrdiff_t, std::string, int>> counted;
+  Fits fits;
+  for (const StageRecord& record : job.run.manifest().stages) {
+    if (!record.name.starts_with(kStage)) continue;
+    const std::string name = record.name.substr(kStage.size());
+    const std::optional<FitId> id = FitId::parse(name);
+    if (!id) continue;
+    const auto place = std::ranges::find(models, id->model, &data::ModelConfig::name);
+    const bool of_scene = place != models.end() && std::ranges::count(place->seeds, id->seed) > 0;
+    if (!of_scene && std::ranges::count(by_name, name) == 0) {
+      fits.left_out.push_back({name, "not in the scene"});
+      continue;
+    }
+    const Stage stage =
+        fit_stage(job, requested_fits(job.problem.scene, {id->model}, {id->seed}).front());
+    if (const auto changed = job.run.changed(stage); !changed.empty())
+      fits.left_out.push_back({name, fmt::format("changed since: {}", fmt::join(changed, ", "))});
+    else if (!job.run.intact(record))
+      fits.left_out.push_back({name, "its files changed"});
+    else
+      counted.emplace_back(place - models.begin(), id->model, id->seed);
+  }
+  std::ranges::sort(counted);
+  for (const auto& [place, model, seed] : counted)
+    fits.counted.push_back(requested_fits(job.problem.scene, {model}, {seed}).front());
+  return fits;
+}
+
+}  // namespace fricid::workflow

@@ -1,0 +1,56 @@
+#include "fricid/workflow/job.hpp"
+
+#include <fmt/format.h>
+
+#include "fricid/base/error.hpp"
+#include "fricid/sim/simulate.hpp"
+
+namespace fricid::workflow {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// @throws UserError when an input lies where the run writes: it might be overwritten
+void refuse_sources_inside(const data::Problem& problem, const RunFolder& folder) {
+  const fs::path inside = fs::weakly_canonical(folder.path());
+  const fs::path own_scene = fs::weakly_canonical(folder.scene());
+  for (const fs::path& source : problem.inputs) {
+    const fs::path path = fs::weakly_canonical(source);
+    const fs::path relative = path.lexically_relative(inside);
+    if (path != own_scene && !relative.empty() && *relative.begin() != "..")
+      throw UserError("{}: lies in the run folder {}; allowed: inputs outside of it",
+                      source.string(), folder.path().string());
+  }
+}
+
+}  // namespace
+
+data::Problem load_problem(const fs::path& target, std::optional<std::uint64_t> seed) {
+  const bool again = is_run_folder(target);
+  data::Scene scene = data::load_scene(again ? RunFolder(target).scene() : target);
+  if (seed) scene.seed = *seed;
+  data::Problem problem = data::resolve(std::move(scene));
+  if (!again && problem.scene.simulates()) sim::make_arm(problem);
+  return problem;
+}
+
+Job open_job(data::Problem problem, const fs::path& path, bool fresh, int jobs,
+             std::function<void(const std::string&)> say) {
+  refuse_sources_inside(problem, RunFolder(path));
+  std::string mjcf =
+      problem.mjcf_path.empty() ? std::string() : sim::compiled_mjcf(problem.mjcf_path);
+  Job job{std::move(problem), std::move(mjcf), Run::open(path, fresh), jobs, std::move(say)};
+  job.run.describe([&](Manifest& manifest) {
+    manifest.scene = job.problem.scene.name;
+    manifest.seed = job.problem.scene.seed;
+    manifest.sources.clear();
+    for (const fs::path& source : job.problem.inputs)
+      manifest.sources.push_back({source.string(), sha256_of_file(source)});
+  });
+  const fs::path scene = job.run.folder().scene();
+  const std::string text = data::to_toml(job.problem.scene);
+  if (!fs::exists(scene) || read_file(scene) != text) write_file_atomically(scene, text);
+  return job;
+}
+
+}  // namespace fricid::workflow

@@ -1,0 +1,121 @@
+// The stages that draw: plots, videos, the report. They read the files of the run alone.
+#include <fmt/format.h>
+#include <algorithm>
+#include <cstdio>
+
+#include "fricid/base/attempts.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/base/progress.hpp"
+#include "fricid/data/artefact.hpp"
+#include "fricid/film/video.hpp"
+#include "fricid/render/figures.hpp"
+#include "fricid/render/report.hpp"
+#include "fricid/workflow/job.hpp"
+#include "fricid/workflow/section.hpp"
+
+namespace fricid::workflow {
+namespace {
+
+namespace fs = std::filesystem;
+using enum Section;
+
+constexpr Section kDrawn[] = {kRobot};
+constexpr Section kFilmed[] = {kName, kDescription, kRobot, kFriction, kRender};
+constexpr Section kReported[] = {kName,     kDescription, kSeed,       kRobot,   kFriction,
+                                 kPlant,    kController,  kExcitation, kSensors, kData,
+                                 kIdentify, kModels,      kEvaluate,   kRender};
+
+/// Declares what data, fits and evaluation left.
+void declare_results(Inputs& inputs, const Job& job) {
+  inputs.outputs_of(job.run.results_of("data"));
+  for (const FitRequest& fit : fits_of(job).counted)
+    inputs.outputs_of(job.run.results_of(fit_stage(job, fit).name));
+  inputs.outputs_of(job.run.results_of("evaluate"));
+}
+
+/// @throws UserError, after all others are made, when some could not be
+Done write_figures(const RunFolder& visible, const RunFolder& out) {
+  Done done;
+  const auto figures = render::figures_of_run(visible);
+  Progress progress("plots", static_cast<double>(figures.size()));
+  Attempts attempts;
+  for (const render::Figure& figure : figures) {
+    throw_if_stopped();
+    attempts.try_to([&] { render::write_figure(figure, out.plots()); });
+    progress.advance(1, figure.name);
+    for (const char* extension : {"gp", "pdf", "svg", "png"})
+      done.files.push_back(out.plot(figure.name, extension));
+  }
+  attempts.finish();
+  return done;
+}
+
+/// Does a stage that the job can do without.
+/// @return why it could not be done
+std::string attempt(Job& job, const std::string& name, const std::function<Stage()>& make) {
+  try {
+    if (!job.run.perform(make())) job.say(name + ": up to date");
+    return {};
+  } catch (const UserError& error) {
+    return name + ": " + error.what();
+  }
+}
+
+}  // namespace
+
+Stage plots_stage(const Job& job) {
+  Stage stage{"plots", Inputs(job.run.folder()), {}};
+  declare(stage.inputs, job.problem, kDrawn);
+  declare_results(stage.inputs, job);
+  stage.inputs.files_below(job.run.folder().estimates());
+  stage.work = [out = job.run.folder()](const RunFolder& visible) {
+    return write_figures(visible, out);
+  };
+  return stage;
+}
+
+Stage film_stage(const Job& job, const data::Problem& shown, const std::string& renderer) {
+  Stage stage{"video", Inputs(job.run.folder()), {}};
+  declare(stage.inputs, shown, kFilmed);
+  stage.inputs.text("MJCF", job.mjcf);
+  declare_results(stage.inputs, job);
+  stage.inputs.text("renderer", renderer);
+  stage.work = [part = part_of(shown, kFilmed), out = job.run.folder(), jobs = job.jobs,
+                renderer](const RunFolder& visible) {
+    return Done{film::render_video(visible, out, part, {.renderer = renderer, .jobs = jobs})};
+  };
+  return stage;
+}
+
+Stage report_stage(const Job& job) {
+  Stage stage{"report", Inputs(job.run.folder()), {}};
+  declare(stage.inputs, job.problem, kReported);
+  declare_results(stage.inputs, job);
+  // as they are: plots are made to be restyled by hand
+  stage.inputs.files_below(job.run.folder().plots());
+  stage.inputs.files_below(job.run.folder().videos());
+  // it shows what the manifest says of the program and of every other stage
+  Manifest shown = job.run.manifest();
+  std::erase_if(shown.stages, [](const StageRecord& record) { return record.name == "report"; });
+  stage.inputs.text("manifest", data::to_json(shown));
+  stage.work = [shown, part = part_of(job.problem, kReported),
+                out = job.run.folder()](const RunFolder& visible) {
+    render::write_report(visible, part.scene, shown, out.report());
+    return Done{{out.report()}};
+  };
+  return stage;
+}
+
+std::string draw_plots(Job& job) {
+  return attempt(job, "plots", [&] { return plots_stage(job); });
+}
+
+std::string make_videos(Job& job, const data::Problem& shown, const std::string& renderer) {
+  return attempt(job, "video", [&] { return film_stage(job, shown, renderer); });
+}
+
+void make_report(Job& job) {
+  if (!job.run.perform(report_stage(job))) job.say("report: up to date");
+}
+
+}  // namespace fricid::workflow

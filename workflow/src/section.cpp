@@ -1,0 +1,122 @@
+#include "fricid/workflow/section.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+
+namespace fricid::workflow {
+
+std::string_view to_string(Section section) {
+  switch (section) {
+    case Section::kName:
+      return "name";
+    case Section::kDescription:
+      return "description";
+    case Section::kSeed:
+      return "seed";
+    case Section::kRobot:
+      return "[robot]";
+    case Section::kFriction:
+      return "[friction]";
+    case Section::kPlant:
+      return "[plant]";
+    case Section::kController:
+      return "[controller]";
+    case Section::kExcitation:
+      return "[excitation]";
+    case Section::kSensors:
+      return "[sensors]";
+    case Section::kData:
+      return "[data]";
+    case Section::kIdentify:
+      return "[identify]";
+    case Section::kModels:
+      return "[[model]]";
+    case Section::kEvaluate:
+      return "[evaluate]";
+    case Section::kRender:
+      break;
+  }
+  return "[render]";
+}
+
+data::Problem part_of(const data::Problem& problem, std::span<const Section> sections) {
+  const data::Scene& scene = problem.scene;
+  data::Scene part;
+  bool has_robot = false, has_data = false;
+  for (const Section section : sections) switch (section) {
+      case Section::kName:
+        part.name = scene.name;
+        break;
+      case Section::kDescription:
+        part.description = scene.description;
+        break;
+      case Section::kSeed:
+        part.seed = scene.seed;
+        break;
+      case Section::kRobot:
+        part.robot = scene.robot;
+        has_robot = true;
+        break;
+      case Section::kFriction:
+        part.friction = scene.friction;
+        break;
+      case Section::kPlant:
+        part.plant = scene.plant;
+        break;
+      case Section::kController:
+        part.controller = scene.controller;
+        break;
+      case Section::kExcitation:
+        part.excitation = scene.excitation;
+        break;
+      case Section::kSensors:
+        part.sensors = scene.sensors;
+        break;
+      case Section::kData:
+        part.data = scene.data;
+        part.origin = scene.origin;  // relative names of logs start there
+        has_data = true;
+        break;
+      case Section::kIdentify:
+        part.identify = scene.identify;
+        break;
+      case Section::kModels:
+        part.models = scene.models;
+        break;
+      case Section::kEvaluate:
+        part.evaluate = scene.evaluate;
+        break;
+      case Section::kRender:
+        part.render = scene.render;
+        break;
+    }
+  if (has_robot) part.joints = scene.joints;
+  return {.scene = std::move(part),
+          .robot = has_robot ? problem.robot : dynamics::RobotModel(),
+          .torque_prior_sd = has_robot ? problem.torque_prior_sd : std::vector<double>(),
+          .urdf_path = has_robot ? problem.urdf_path : std::filesystem::path(),
+          .mjcf_path = has_robot ? problem.mjcf_path : std::filesystem::path(),
+          .contract_path = has_data ? problem.contract_path : std::filesystem::path()};
+}
+
+data::Problem with_scene(const data::Problem& problem, data::Scene scene) {
+  return {.scene = std::move(scene),
+          .robot = problem.robot,
+          .torque_prior_sd = problem.torque_prior_sd,
+          .urdf_path = problem.urdf_path,
+          .mjcf_path = problem.mjcf_path,
+          .contract_path = problem.contract_path,
+          .inputs = problem.inputs};
+}
+
+void declare(Inputs& inputs, const data::Problem& problem, std::span<const Section> sections) {
+  for (const Section section : sections) {
+    data::Scene only = part_of(problem, std::span(&section, 1)).scene;
+    only.joints = problem.scene.joints;  // per-joint values are by joint
+    inputs.text(fmt::format("scene {}", to_string(section)), data::to_toml(only));
+  }
+  if (std::ranges::find(sections, Section::kRobot) != sections.end())
+    inputs.file("URDF", problem.urdf_path);
+}
+
+}  // namespace fricid::workflow
