@@ -16,7 +16,6 @@
 namespace fricid::workflow {
 namespace {
 
-namespace fs = std::filesystem;
 using enum Section;
 
 constexpr Section kDrawn[] = {kRobot};
