@@ -87,6 +87,7 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
   if (skipped(problem)) return Verdict::kDone;
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
+  const bool sound = workflow::data_are_sound(job);
   const bool healthy = identify_models(job, options);
   const evaluate::Evaluation evaluation = workflow::evaluate(job, options.data);
   const bool videos = job.problem.scene.render.video && !options.no_video;
@@ -99,7 +100,7 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
     print_file(job.run.folder().evaluation());
   else
     print_result(job, evaluation);
-  return healthy && evaluation.meaningful() ? Verdict::kDone : Verdict::kNo;
+  return sound && healthy && evaluation.meaningful() ? Verdict::kDone : Verdict::kNo;
 }
 
 Verdict simulate(const RunOptions& options, const CommonOptions& common) {
@@ -141,7 +142,9 @@ Verdict identify(const RunOptions& options, const CommonOptions& common) {
   if (skipped(problem)) return Verdict::kDone;
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
-  return identify_models(job, options) ? Verdict::kDone : Verdict::kNo;
+  const bool sound = workflow::data_are_sound(job);
+  const bool healthy = identify_models(job, options);
+  return sound && healthy ? Verdict::kDone : Verdict::kNo;
 }
 
 Verdict evaluate(const RunOptions& options, const CommonOptions& common) {

@@ -12,6 +12,7 @@
 #include "fricid/data/contract.hpp"
 #include "fricid/data/problem.hpp"
 #include "fricid/doctor/doctor.hpp"
+#include "fricid/dynamics/nominal.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
@@ -29,6 +30,7 @@ std::optional<dynamics::RobotModel> load_robot(const fs::path& urdf,
                                                const std::vector<std::string>& joints) {
   if (urdf.empty()) return {};
   dynamics::RobotModel robot = dynamics::load_urdf(urdf);
+  dynamics::require_inertia(robot, urdf.string());
   std::vector<std::string> names;
   for (const dynamics::Joint& joint : robot.joints) names.push_back(joint.name);
   if (names != joints)
@@ -41,10 +43,17 @@ const dynamics::RobotModel* pointer(const std::optional<dynamics::RobotModel>& r
   return robot ? &*robot : nullptr;
 }
 
+/// @param fixed  names of findings that are repaired: these are told so, without a remedy
 void print_findings(const std::vector<doctor::Finding>& findings, const data::Dataset& d,
-                    std::FILE* stream) {
-  for (const doctor::Finding& finding : findings)
-    fmt::print(stream, "{}: {}\n", d.name, doctor::to_text(finding, d));
+                    const std::vector<std::string>& fixed, std::FILE* stream) {
+  for (const doctor::Finding& finding : findings) {
+    const std::string text = doctor::to_text(finding, d);
+    if (std::ranges::count(fixed, finding.name) > 0)
+      fmt::print(stream, "{}: repaired{}\n", d.name,
+                 text.substr(text.find(':'), text.find(';') - text.find(':')));
+    else
+      fmt::print(stream, "{}: {}\n", d.name, text);
+  }
 }
 
 /// Refuses in one line, with its place in the file, what cannot be used.
@@ -85,6 +94,13 @@ bool damaged(const std::vector<doctor::Finding>& findings) {
   return std::any_of(findings.begin(), findings.end(), doctor::is_damage);
 }
 
+/// Whether a fit to the log would mean something else, after the repairs.
+bool misleads(const std::vector<doctor::Finding>& findings, const std::vector<std::string>& fixed) {
+  return std::any_of(findings.begin(), findings.end(), [&](const doctor::Finding& f) {
+    return doctor::kind_of(f.name).misleads && std::ranges::count(fixed, f.name) == 0;
+  });
+}
+
 }  // namespace
 
 Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
@@ -96,14 +112,16 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const std::vector<fs::path> paths = outputs_of(options);
   std::vector<data::Dataset> sets;
   std::vector<std::string> reports;
+  bool sound = true;
   for (const fs::path& log : options.logs) {
     const data::Dataset read = data::read_log(log, contract);
     const auto findings = doctor::diagnose(read, pointer(robot));
+    sound = sound && !misleads(findings, options.fixes);
     sets.push_back(doctor::repair(read, findings, options.fixes));
     reports.push_back(doctor::to_json(findings, sets.back()));
     const std::vector<std::string> warnings =
         judge(sets.back(), log, contract, options.fixes.empty());
-    print_findings(findings, read, stderr);
+    print_findings(findings, read, options.fixes, stderr);
     for (const std::string& warning : warnings) fmt::print(stderr, "{}\n", warning);
   }
   for (std::size_t i = 0; i < sets.size(); ++i) {
@@ -111,7 +129,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
     write_file_atomically(fs::path(paths[i]).replace_extension(".doctor.json"), reports[i]);
     std::printf("%s\n", paths[i].c_str());
   }
-  return Verdict::kDone;
+  return sound ? Verdict::kDone : Verdict::kNo;
 }
 
 namespace {
@@ -172,8 +190,14 @@ void design_next(const Subject& subject, const std::vector<estimate::Filtered>& 
   const sim::Excitation next = sim::design_excitation(config, arm, robot, 1, jobs,
                                                       estimate::base_information(robot, sequences));
   write_file_atomically(file, sim::trajectory_toml(next.train[0], robot));
-  write_file_atomically(fs::path(file).replace_extension(".csv"),
-                        sim::trajectory_csv(next.train[0], robot, subject.sets[0].rate_hz));
+  const fs::path table = fs::path(file).replace_extension(".csv");
+  write_file_atomically(table, sim::trajectory_csv(next.train[0], robot, subject.sets[0].rate_hz));
+  const sim::TrajectoryReport& report = next.reports[0];
+  fmt::print(stderr,
+             "{} and {}: {:.3g} s of motion that, with what is there, raise the information on the "
+             "base parameters: log det {:.4g} at random, {:.4g} as designed\n",
+             file.string(), table.string(), next.train[0].period(), report.log_det_start,
+             report.log_det);
 }
 
 }  // namespace
@@ -204,7 +228,7 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
     const auto findings = doctor::diagnose(d, pointer(subject.robot));
     whole = whole && !damaged(findings);
     result["doctor"].push_back(nlohmann::ordered_json::parse(doctor::to_json(findings, d)));
-    if (!common.json) print_findings(findings, d, stdout);
+    if (!common.json) print_findings(findings, d, {}, stdout);
   }
   if (!subject.robot) {
     fmt::print(stderr, "parameters: not examined: --robot names no URDF\n");

@@ -391,6 +391,11 @@ std::string broken_limit(const TrajectoryReport& report, const data::ExcitationC
     if (report.joints[j].torque < 0)
       return fmt::format("torque of {} exceeds torque_share = {}", robot.joints[j].name,
                          config.torque_share);
+  if (report.clearance_m >= config.clearance_m)
+    return fmt::format(
+        "no random start of {} was inside the limits of position, velocity, "
+        "acceleration and jerk; raise restarts or shrink half_range",
+        config.restarts);
   return fmt::format("{} come as near as {:.3f} m, wanted clearance_m = {}", report.closest,
                      report.clearance_m, config.clearance_m);
 }

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
+#include "fricid/dynamics/nominal.hpp"
 #include "fricid/sim/controller.hpp"
 #include "fricid/sim/sensors.hpp"
 
@@ -82,6 +84,33 @@ void check_finite(const Trace& trace, const std::string& name) {
     throw std::runtime_error(fmt::format("{}: the simulated arm diverged", name));
 }
 
+// A friction that turns a light joint around within a step makes it chatter: then neither the
+// motion nor the friction torque is that of the law.
+void check_chatter(const data::Problem& problem, const Trace& trace, const Fourier& series,
+                   const std::string& name) {
+  constexpr double kVisible = 2e-3;          // [rad/s]
+  constexpr double kMost = 30, kTimes = 10;  // reversals per second; times those of the reference
+  const double seconds = static_cast<double>(trace.t.size()) / problem.scene.sensors.rate_hz;
+  const double designed = series.harmonics() * series.w / std::numbers::pi;
+  const dynamics::RobotModel& robot = problem.robot;
+  for (int j = 0; j < robot.n(); ++j) {
+    int turns = 0;
+    for (Eigen::Index k = 1; k < trace.v.rows(); ++k) {
+      const double before = trace.v(k - 1, j), after = trace.v(k, j);
+      turns += before * after < 0 && std::min(std::abs(before), std::abs(after)) > kVisible;
+    }
+    if (turns / seconds < std::max(kMost, kTimes * designed)) continue;
+    throw UserError(
+        "{}: {}: the simulated {} chatters: it turns around {:.0f} times a second under friction "
+        "of "
+        "{:.3g} N m with an armature of {:.2g} kg m^2; give it a larger one in the URDF ({:.2g} is "
+        "usual for its limits), or shorten plant.step_s = {} s",
+        problem.scene.name, name, robot.joints[static_cast<std::size_t>(j)].name, turns / seconds,
+        trace.tau_f.col(j).cwiseAbs().maxCoeff(), robot.pi[robot.armature_begin() + j],
+        dynamics::usual_armature(robot)[j], problem.scene.plant.step_s);
+  }
+}
+
 }  // namespace
 
 MujocoArm make_arm(const data::Problem& problem) {
@@ -131,6 +160,7 @@ Simulation simulate(const data::Problem& problem, int jobs) {
       truth.joint_names.push_back(joint.name);
     truth.trace = follow(problem, arm, *task.series, task.number * task.series->period());
     check_finite(truth.trace, task.name);
+    check_chatter(problem, truth.trace, *task.series, task.name);
 
     data::Dataset& dataset = datasets[index];
     dataset =

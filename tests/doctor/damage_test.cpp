@@ -134,7 +134,7 @@ std::vector<Damage> damages() {
                x->row(k) = x->row(k - 1).eval();
        }},
       {"torque 3 samples late", "delay", "tau", -1, -1, [](Dataset& d) { delay_torque(d, 3); }},
-      {"torque 1.4 samples late", "delay", "tau", -1, -1, [](Dataset& d) { delay_torque(d, 1.4); }},
+      {"torque 2.5 samples late", "delay", "tau", -1, -1, [](Dataset& d) { delay_torque(d, 2.5); }},
       {"position of joint 2 of the other sign", "sign", "q v", 1, -1,
        [](Dataset& d) {
          d.q.col(1) *= -1;
@@ -218,6 +218,129 @@ TEST(Doctor, FindsInjectedDamageByNameAndPlaceAndNothingElse) {
       }
       EXPECT_TRUE(found) << text_of(findings, log);
     }
+}
+
+/// A log at 1 kHz of the arm.
+const Log& fast_log() {
+  static const Log log = [] {
+    data::Scene e =
+        data::load_scene(std::filesystem::path(FRICID_SOURCE_DIR) / "scenes/kr6_full.toml");
+    e.excitation.train = 1;
+    e.excitation.repeats = 1;
+    e.excitation.validation = 0;
+    e.excitation.criterion = "none";
+    e.excitation.harmonics = 5;
+    e.excitation.base_rad_s = 0.6;
+    e.sensors.rate_hz = 1000;
+    const data::Problem problem = data::resolve(std::move(e));
+    return Log{sim::simulate(problem, 2).train[0], problem.robot};
+  }();
+  return log;
+}
+
+std::vector<Finding> of_kind(const std::vector<Finding>& findings, const std::string& name) {
+  std::vector<Finding> found;
+  for (const Finding& f : findings)
+    if (f.name == name) found.push_back(f);
+  return found;
+}
+
+// Reference: the delay that was put in. Half a sample at 250 Hz is 2 ms.
+TEST(Doctor, MeasuresDelaysUpToAFifthOfASecond) {
+  const auto& [log, robot] = fast_log();
+  EXPECT_TRUE(of_kind(diagnose(log, &robot), "delay").empty());
+  for (const int ms : {10, 20, 30, 50, 100, 200}) {
+    SCOPED_TRACE(ms);
+    Dataset late = log;
+    delay_torque(late, ms);
+    const std::vector<Finding> found = of_kind(diagnose(late, &robot), "delay");
+    ASSERT_EQ(found.size(), 1u) << text_of(diagnose(late, &robot), late);
+    EXPECT_NEAR(found[0].size, ms, 2);
+  }
+}
+
+TEST(Doctor, ADelayBeyondTheSearchIsNotReportedAsMeasured) {
+  Dataset late = fast_log().data;
+  delay_torque(late, 400);
+  const std::vector<Finding> findings = diagnose(late, &fast_log().robot);
+  EXPECT_TRUE(of_kind(findings, "delay").empty()) << text_of(findings, late);
+  EXPECT_EQ(of_kind(findings, "delay_unknown").size(), 1u) << text_of(findings, late);
+}
+
+// Every twentieth sample of a log at 1 kHz, torque as it was at that instant.
+TEST(Doctor, ASlowLogWithoutDelayHasNone) {
+  Dataset slow = fast_log().data;
+  keep_rows(slow, [](int k) { return k % 20 == 0 ? 1 : 0; });
+  slow.rate_hz = 50;
+  EXPECT_EQ(text_of(diagnose(slow, &fast_log().robot), slow), "");
+}
+
+/// The log slowed down to a stop over the last second, and standing still for two more.
+Dataset come_to_rest(const Dataset& log) {
+  Dataset d = log;
+  const int T = d.length(), still = static_cast<int>(2 * d.rate_hz),
+            slow = static_cast<int>(1 * d.rate_hz), from = T - still - slow;
+  double phase = from;  // row of the log that is shown
+  for (int k = from; k < T; ++k) {
+    const int row = static_cast<int>(phase);
+    const double share = phase - row;
+    for (RowMatrix* x : {&d.q, &d.tau, &d.v})
+      if (x->size() > 0)
+        x->row(k) = (1 - share) * (x == &d.q   ? log.q
+                                   : x == &d.v ? log.v
+                                               : log.tau)
+                                      .row(row) +
+                    share * (x == &d.q   ? log.q
+                             : x == &d.v ? log.v
+                                         : log.tau)
+                                .row(row + 1);
+    const double speed = std::max(0.0, 1 - static_cast<double>(k - from) / slow);
+    if (d.v.size() > 0) d.v.row(k) *= speed;
+    if (speed == 0)
+      for (RowMatrix* x : {&d.q, &d.tau, &d.v})
+        if (x->size() > 0) x->row(k) = x->row(k - 1).eval();
+    phase += speed;
+  }
+  return d;
+}
+
+TEST(Doctor, AnArmThatComesToRestIsNotStuck) {
+  for (const std::size_t i : {0u, 5u, 13u}) {
+    const Dataset d = come_to_rest(clean_logs()[i].data);
+    const auto findings = diagnose(d, &clean_logs()[i].robot);
+    EXPECT_TRUE(of_kind(findings, "stuck").empty()) << text_of(findings, d);
+  }
+}
+
+TEST(Doctor, APositionThatFreezesUntilTheEndIsStuck) {
+  Dataset d = clean_logs()[0].data;
+  int k = d.length() - 1200;  // where joint 6 is fast
+  for (int i = k; i < k + 300; ++i)
+    if (std::abs(d.q(i + 1, 5) - d.q(i, 5)) > std::abs(d.q(k + 1, 5) - d.q(k, 5))) k = i;
+  d.q.col(5).tail(d.length() - k).setConstant(d.q(k, 5));
+  const auto found = of_kind(diagnose(d, &clean_logs()[0].robot), "stuck");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].joint, 5);
+  EXPECT_EQ(found[0].signal, "q");
+}
+
+TEST(Doctor, AJointThatStandsStillIsNamedSo) {
+  Dataset d = clean_logs()[0].data;
+  d.q.col(3).setConstant(0.4);
+  const auto findings = diagnose(d, &clean_logs()[0].robot);
+  ASSERT_EQ(of_kind(findings, "still").size(), 1u);
+  EXPECT_EQ(of_kind(findings, "still")[0].joint, 3);
+  EXPECT_TRUE(of_kind(findings, "stuck").empty());
+}
+
+// A URDF as published states no armature; nominal torques of light wrists are then far too small.
+TEST(Doctor, MissingArmatureIsNoTorqueUnit) {
+  for (const std::size_t i : {0u, 5u, 13u}) {
+    Log log = clean_logs()[i];
+    log.robot.pi.segment(log.robot.armature_begin(), log.robot.n()).setZero();
+    const auto findings = diagnose(log.data, &log.robot);
+    EXPECT_EQ(text_of(findings, log.data), "");
+  }
 }
 
 }  // namespace

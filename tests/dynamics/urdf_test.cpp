@@ -141,7 +141,8 @@ TEST(UrdfError, Joint) {
       message(one_joint(kInertial, R"(<limit lower="-1" upper="1" velocity="2" effort="-3"/>)")),
       "r.urdf:4: joint turn: limit effort = -3; must be >= 0");
   EXPECT_EQ(message(one_joint(kInertial, kLimit + R"(<mimic joint="other"/>)")),
-            "r.urdf:4: joint turn: <mimic> couples joints; each must be free");
+            "r.urdf:4: joint turn: <mimic> couples joints; each must be free: take <mimic> out, or "
+            "weld the joint by type=\"fixed\"");
   EXPECT_EQ(message(one_joint(kInertial, "", "fixed")),
             "r.urdf: no revolute, continuous or prismatic joint");
   EXPECT_EQ(message("<robot name=\"r\">\n<link name=\"base\"/>\n</robot>"),

@@ -35,7 +35,7 @@ class RealLog(ProgramTest):
         self.write("my_robot.urdf", fricid("template", "robot").stdout)
         self.write("contract.toml", CONTRACT)
         self.scene = self.write("scene.toml", SCENE)
-        self.write_log("validation.csv")
+        self.write_log("validation.csv", elbow_rad=0.8)
 
     def write_log(self, name, elbow_rad=0.9):
         """12 s of a log: both joints swing, the torque is gravity-like plus Coulomb friction."""

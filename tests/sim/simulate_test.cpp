@@ -155,5 +155,23 @@ TEST(Truth, NamesAFileThatIsNoTruth) {
   EXPECT_THROW(load_truth(file.path()), UserError);
 }
 
+// Without armature a wrist link of 0.2 g m^2 is turned around by its friction within a step.
+TEST(Simulate, ATruthThatChattersIsRefusedWithItsRemedy) {
+  data::Scene scene = small_scene("kr6_full");
+  scene.robot.mjcf.clear();
+  scene.excitation.validation = 0;
+  data::Problem problem = data::resolve(std::move(scene));
+  problem.robot.pi.segment(problem.robot.armature_begin(), problem.robot.n()).setZero();
+  std::string message;
+  try {
+    simulate(problem, 2);
+  } catch (const UserError& error) {
+    message = error.what();
+  }
+  EXPECT_THAT(message, HasSubstr("chatters: it turns around"));
+  EXPECT_THAT(message, HasSubstr("joint_a"));
+  EXPECT_THAT(message, HasSubstr("plant.step_s = 0.0005 s"));
+}
+
 }  // namespace
 }  // namespace fricid::sim::test

@@ -1,10 +1,12 @@
 // The stage that makes the data: by simulation, or from logs.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/dataset.hpp"
+#include "fricid/data/log_part.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/sim/simulate.hpp"
 #include "fricid/workflow/job.hpp"
@@ -49,7 +51,8 @@ Done import_logs(const data::Problem& part, const RunFolder& out,
   const auto import = [&](const std::vector<std::string>& logs, std::string (*name)(int)) {
     for (std::size_t i = 0; i < logs.size(); ++i) {
       const fs::path path = data::find_log(part, logs[i]);
-      sets.push_back(data::import_log(path, contract));
+      sets.push_back(
+          data::cut(data::import_log(path, contract), data::log_part(logs[i]), path.string()));
       for (const std::string& warning : data::check_dataset(sets.back(), path.string()))
         say(warning);
       sets.back().name = name(static_cast<int>(i));
@@ -107,6 +110,26 @@ Stage data_stage(const Job& job) {
 
 void make_data(Job& job) {
   if (!job.run.perform(data_stage(job))) job.say("data: up to date");
+}
+
+bool data_are_sound(const Job& job) {
+  bool sound = true;
+  for (const auto name : {RunFolder::training, RunFolder::validation})
+    for (int i = 0;; ++i) {
+      const fs::path file = job.run.folder().diagnosis(name(i));
+      if (!fs::exists(file)) break;
+      const auto report = nlohmann::json::parse(read_file(file));
+      for (const auto& finding : report.at("findings")) {
+        if (!finding.value("misleads", false)) continue;
+        sound = false;
+        job.say(
+            fmt::format("not to be trusted: {}: {}{}{}: {}; {}", report.value("data", ""),
+                        finding.value("name", ""), finding.at("joints").empty() ? "" : " of ",
+                        fmt::join(finding.at("joints").get<std::vector<std::string>>(), " and "),
+                        finding.value("consequence", ""), finding.value("remedy", "")));
+      }
+    }
+  return sound;
 }
 
 }  // namespace fricid::workflow

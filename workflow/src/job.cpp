@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/data/log_part.hpp"
 #include "fricid/sim/simulate.hpp"
 
 namespace fricid::workflow {
@@ -23,6 +25,23 @@ void refuse_sources_inside(const data::Problem& problem, const RunFolder& folder
   }
 }
 
+/// What a model has seen says nothing of how good it is.
+/// @throws UserError when a log to judge by has samples in common with one to learn from
+void refuse_shared_logs(const data::Problem& problem) {
+  const data::DataConfig& logs = problem.scene.data;
+  for (const std::string& train : logs.train)
+    for (const std::string& validation : logs.validation) {
+      const data::LogPart learnt = data::log_part(train), judged = data::log_part(validation);
+      if (!learnt.overlaps(judged) || sha256_of_file(data::find_log(problem, train)) !=
+                                          sha256_of_file(data::find_log(problem, validation)))
+        continue;
+      throw UserError(
+          "{}: data.validation has {}, which is trained on as {}; allowed: other recordings, or "
+          "parts of one by seconds: train = [\"{}[0:20]\"], validation = [\"{}[20:]\"]",
+          problem.scene.name, validation, train, learnt.file, judged.file);
+    }
+}
+
 }  // namespace
 
 data::Problem load_problem(const fs::path& target, std::optional<std::uint64_t> seed) {
@@ -31,6 +50,7 @@ data::Problem load_problem(const fs::path& target, std::optional<std::uint64_t> 
   if (seed) scene.seed = *seed;
   data::Problem problem = data::resolve(std::move(scene));
   if (!again && problem.scene.simulates()) sim::make_arm(problem);
+  if (data::data_available(problem, nullptr)) refuse_shared_logs(problem);
   return problem;
 }
 

@@ -43,6 +43,12 @@ class ContractCheck {
     needs(contract_.torque.kind == "current", "torque.torque_constant",
           contract_.torque.torque_constant, "torque.kind", contract_.torque.kind);
     for (const Coupling& coupling : contract_.couplings) couple(coupling);
+    if (!contract_.couplings.empty() && !at_motor(contract_.position.unit) &&
+        !at_motor(contract_.velocity.unit) && !counts_at_motor(contract_.torque.kind))
+      throw UserError(
+          "{}: coupling without effect: position.unit = \"{}\" and torque.kind = \"{}\" are of the "
+          "joints; allowed with motor_rad, motor_deg, motor_torque or current",
+          line_of("coupling"), contract_.position.unit, contract_.torque.kind);
     if (contract_.decimal_comma && contract_.separator == "comma")
       throw UserError("{}: separator = \"comma\"; allowed: another one with decimal_comma",
                       line_of("separator"));

@@ -38,6 +38,8 @@ bool counts_at_motor(std::string_view kind) { return kind == "motor_torque" || k
 
 namespace {
 
+constexpr double kSlowest = 1;  // [Hz]; no motion of a robot is seen that slowly
+
 double radians(std::string_view unit) {
   return unit.ends_with("deg") ? std::numbers::pi / 180 : 1.0;
 }
@@ -193,6 +195,13 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
     if (!std::isfinite(d.t[k]))
       throw UserError("{}: t = {}; allowed: a finite time", columns.place_of(k), d.t[k]);
   d.rate_hz = rate_of(d.t);
+  if (contract.time.unit != "us" && d.rate_hz <= kSlowest)
+    throw UserError(
+        "{}: samples {:.4g} s apart; allowed: less than 1 s; if {} is in {}, say [time] unit = "
+        "\"{}\" in the contract",
+        columns.place_of(1), 1 / d.rate_hz, contract.time.column,
+        contract.time.unit == "s" ? "milliseconds" : "microseconds",
+        contract.time.unit == "s" ? "ms" : "us");
   const auto zero = [](std::size_t) { return 0.0; };
   columns.take(
       1, [](std::size_t) { return 1.0; }, zero);

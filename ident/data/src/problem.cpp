@@ -10,7 +10,9 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/data/contract.hpp"
+#include "fricid/data/log_part.hpp"
 #include "fricid/data/paths.hpp"
+#include "fricid/dynamics/nominal.hpp"
 #include "friction_by_effort.hpp"
 #include "joint_names.hpp"
 
@@ -37,8 +39,10 @@ fs::path find_and_rename(const SceneOrigin& origin, std::string& name, std::stri
 void rename_logs(std::vector<std::string>& logs, const fs::path& folder) {
   for (std::string& log : logs) {
     if (log.empty() || log[0] == '$') continue;
-    const fs::path path = fs::absolute(folder / log).lexically_normal();
-    if (fs::path(log).is_relative() && fs::exists(path)) log = path.string();
+    const std::string file = log_part(log).file;
+    const fs::path path = fs::absolute(folder / file).lexically_normal();
+    if (fs::path(file).is_relative() && fs::exists(path))
+      log = path.string() + log.substr(file.size());
   }
 }
 
@@ -214,6 +218,7 @@ Problem resolve(Scene scene) {
   dynamics::RobotModel robot = dynamics::load_urdf(urdf, mount_rotation(scene.robot));
   scene.joints = joint_names(robot);
   add_payload(scene, robot);
+  dynamics::require_inertia(robot, urdf.string());
   std::vector<double> torque_prior_sd = add_torques(scene, robot);
   if (scene.friction && scene.friction->model.joints().empty())
     scene.friction = friction_by_effort(robot, origin.place("friction"));
@@ -234,7 +239,7 @@ Problem resolve(Scene scene) {
     if (!path.empty()) inputs.push_back(path);
   for_logs(scene, [&](const std::string& log) {
     try {
-      inputs.push_back(find_file(log, folder_of_scene(scene)));
+      inputs.push_back(find_file(log_part(log).file, folder_of_scene(scene)));
     } catch (const UserError&) {
       return;  // absent logs are reported by data_available
     }
@@ -249,7 +254,7 @@ Problem resolve(Scene scene) {
 }
 
 fs::path find_log(const Problem& problem, const std::string& name) {
-  return find_file(name, folder_of_scene(problem.scene));
+  return find_file(log_part(name).file, folder_of_scene(problem.scene));
 }
 
 bool data_available(const Problem& problem, std::string* why) {

@@ -15,13 +15,13 @@ double median(std::vector<double> x);
 
 /// rate, gap, duplicate, jitter, clock_drift.
 void check_clock(const data::Dataset& d, Findings& findings);
-/// missing, stuck, quantised, saturated, spike, jump, repeated, temperature_unit and _trend.
+/// missing, stuck, still, quantised, saturated, spike, jump, repeated, temperature_unit and _trend.
 void check_signals(const data::Dataset& d, Findings& findings);
 /// Moving and holding.
 void find_segments(const data::Dataset& d, Findings& findings);
 /// velocity. @pre uniform times
 void check_velocity(const data::Dataset& d, Findings& findings);
-/// sign, swapped, angle_unit, torque_unit, delay. @pre uniform times
+/// sign, swapped, angle_unit, torque_unit, delay, delay_unknown. @pre uniform times
 void check_dynamics(const data::Dataset& d, const dynamics::RobotModel* robot, Findings& findings);
 
 }  // namespace fricid::doctor

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
@@ -27,9 +29,11 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kBelief = 1.6;
 constexpr double kWorse = 0.4;  // log of the factor by which one joint may become worse
 constexpr int kMistakes = 4;    // found one after the other
-constexpr double kFarOff = 8;   // factor of the nominal torques that is no modelling error
-constexpr double kEarliest = -4, kLatest = 12, kDelayStep = 0.5;  // [samples]
-constexpr int kMargin = 14;
+// Factors of the nominal torques that are no modelling error: of most joints alike, and of one,
+// whose light link may be anything in a file.
+constexpr double kFarOff = 8, kFarOffAlone = 30;
+constexpr double kEarliest = -0.02, kLatest = 0.22;  // delays that are tried [s]
+constexpr double kBeforeReversal = 0.056;            // [s]
 
 /// Motion and torque of all joints at the chosen samples (S, n), and the rows at which each slides.
 struct Sight {
@@ -43,6 +47,7 @@ std::vector<int> settled_rows(const data::Dataset& d, const Motion& motion, int 
   constexpr double kSettled = 0.05;  // [rad or m] of travel
   const int T = d.length(), half = motion.half;
   const int reach = half + 3 * static_cast<int>(std::lround(kSmoothing / d.dt()));
+  const int margin = static_cast<int>(std::lround(kBeforeReversal / d.dt()));
   // travel since the last reversal and samples since it and to the next, from displacements over a
   // window
   std::vector<double> travel(static_cast<std::size_t>(T), 0.0);
@@ -64,7 +69,7 @@ std::vector<int> settled_rows(const data::Dataset& d, const Motion& motion, int 
   std::vector<int> rows;
   for (int i = 0; i < motion.length(); ++i) {
     const auto k = static_cast<std::size_t>(motion.samples[static_cast<std::size_t>(i)]);
-    if (travel[k] > kSettled && since[k] > reach && ahead[k] > reach + kMargin) rows.push_back(i);
+    if (travel[k] > kSettled && since[k] > reach && ahead[k] > reach + margin) rows.push_back(i);
   }
   return rows;
 }
@@ -155,8 +160,9 @@ class Judge {
     if (robot_) ws_.emplace(*robot_);
   }
 
-  // Positive parts of the torque are friction, with a robot also its nominal torque and friction
-  // that grows with it. Without a robot inertia is, and gravity any sine of any joint.
+  // Positive parts of the torque are friction, with a robot also its nominal torque, friction that
+  // grows with it and the armature of a file that states none. Without a robot inertia is, and
+  // gravity any sine of any joint.
   std::vector<Explained> explain(const Sight& s) {
     const RowMatrix nominal = robot_ ? torques(s) : RowMatrix();
     std::vector<Explained> all;
@@ -164,7 +170,8 @@ class Judge {
       const std::vector<int>& rows = s.rows[static_cast<std::size_t>(j)];
       const auto size = static_cast<Eigen::Index>(rows.size());
       Eigen::MatrixXd free = Eigen::MatrixXd::Ones(size, robot_ ? 1 : 1 + 2 * n_);
-      Eigen::MatrixXd positive(size, robot_ ? 5 : 4);
+      const bool bare = robot_ && robot_->pi[robot_->armature_begin() + j] == 0;
+      Eigen::MatrixXd positive(size, robot_ ? 5 + bare : 4);
       Eigen::VectorXd tau(size);
       for (Eigen::Index r = 0; r < size; ++r) {
         const int k = rows[static_cast<std::size_t>(r)];
@@ -172,6 +179,7 @@ class Judge {
         positive.row(r).head<4>() << (robot_ ? nominal(k, j) : s.a(k, j)), sign, v,
             sign * std::sqrt(std::abs(v));
         if (robot_) positive(r, 4) = sign * std::abs(nominal(k, j));
+        if (bare) positive(r, 5) = s.a(k, j);
         for (int i = 0; !robot_ && i < n_; ++i) {
           free(r, 1 + 2 * i) = std::sin(s.q(k, i));
           free(r, 2 + 2 * i) = std::cos(s.q(k, i));
@@ -316,13 +324,19 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
         describe(d, motion, *believed, std::exp(best), "times less unexplained if undone"));
   }
   if (!robot) return;
-  for (int j = 0; j < d.n(); ++j) {
-    const Explained& e = now[static_cast<std::size_t>(j)];
-    if (e.scale <= 0 || e.unexplained > 0.5 || e.friction_only < 3 * e.unexplained) continue;
-    if (e.scale < kFarOff && e.scale > 1 / kFarOff) continue;
-    findings.push_back(
-        describe(d, motion, {"torque_unit", false, true, j}, e.scale, "times the nominal torque"));
-  }
+  const auto tells = [](const Explained& e) {
+    return e.scale > 0 && e.unexplained <= 0.5 && e.friction_only >= 3 * e.unexplained;
+  };
+  const auto far_off = [&](const Explained& e, double factor) {
+    return tells(e) && std::max(e.scale, 1 / e.scale) >= factor;
+  };
+  const auto far = std::ranges::count_if(now, [&](const auto& e) { return far_off(e, kFarOff); });
+  const bool most = 2 * far > std::ranges::count_if(now, tells);
+  for (int j = 0; j < d.n(); ++j)
+    if (const Explained& e = now[static_cast<std::size_t>(j)];
+        far_off(e, most ? kFarOff : kFarOffAlone))
+      findings.push_back(describe(d, motion, {"torque_unit", false, true, j}, e.scale,
+                                  "times the nominal torque"));
 }
 
 // Regressors of the torque of joint j at given rows: rigid body, and friction as a smooth function
@@ -347,55 +361,114 @@ Eigen::MatrixXd regressors(const dynamics::RobotModel& robot, const Sight& s, in
   return X;
 }
 
-// Delay [samples] of the torque at which the regressions of all joints explain most.
-void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, const Motion& motion,
-                 const Sight& sight, Findings& findings) {
-  constexpr double kSmallest = 0.5;  // [samples] a delay worth a word
-  constexpr double kClear = 0.035;   // log of the factor of the residuals' variance
-  const std::vector<int> columns = dynamics::base_parameters(robot).columns;
-  const int steps = static_cast<int>((kLatest - kEarliest) / kDelayStep) + 1;
-  const auto delay_of = [](double step) { return kEarliest + kDelayStep * step; };
+/// What the regressions leave of the torque of each joint, moved back by each delay on a grid.
+struct DelayCurves {
+  static constexpr int kBlocks = 10;  // of the log, for the error of the delay
+  double first, step;                 // of the grid [samples]
+  // per joint: sum of squares, (delays, blocks of rows)
+  std::vector<Eigen::ArrayXXd> rest;
 
-  Eigen::VectorXd pooled = Eigen::VectorXd::Zero(steps);
-  int joints = 0;
-  // lowest point of a curve over the steps, by a parabola through it and its neighbours
-  const auto lowest = [&](const Eigen::VectorXd& x) {
-    Eigen::Index at = 0;
-    x.minCoeff(&at);
-    if (at == 0 || at == x.size() - 1) return delay_of(static_cast<double>(at));
-    const double bend = x[at - 1] - 2 * x[at] + x[at + 1];
-    const double shift = bend > 0 ? 0.5 * (x[at - 1] - x[at + 1]) / bend : 0;
-    return delay_of(static_cast<double>(at) + shift);
-  };
+  int size() const { return static_cast<int>(rest.front().rows()); }
+  double delay_of(double i) const { return first + step * i; }
+
+  // Sum over the joints of the log of what is left, without one block; -1: with all.
+  Eigen::ArrayXd pooled(int without) const {
+    Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(size());
+    for (const Eigen::ArrayXXd& joint : rest) {
+      Eigen::ArrayXd total = joint.rowwise().sum();
+      if (without >= 0) total -= joint.col(without);
+      sum += total.log();
+    }
+    return sum;
+  }
+};
+
+/// Lowest point of a curve over a grid, by a parabola through it and its neighbours.
+/// @return in steps of the grid; nothing at an end of it
+std::optional<double> lowest(const Eigen::ArrayXd& x) {
+  Eigen::Index at = 0;
+  x.minCoeff(&at);
+  if (at == 0 || at == x.size() - 1) return {};
+  const double bend = x[at - 1] - 2 * x[at] + x[at + 1];
+  return static_cast<double>(at) + (bend > 0 ? 0.5 * (x[at - 1] - x[at + 1]) / bend : 0);
+}
+
+DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& robot,
+                         const Motion& motion, const Sight& sight) {
+  constexpr double kStep = 0.002, kFinest = 0.5;  // [s], [samples]
+  const std::vector<int> columns = dynamics::base_parameters(robot).columns;
+  DelayCurves curves{kEarliest / d.dt(), std::max(kStep / d.dt(), kFinest), {}};
+  const int steps = static_cast<int>((kLatest - kEarliest) / d.dt() / curves.step) + 1;
   for (int j = 0; j < d.n(); ++j) {
     const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
     const Eigen::MatrixXd X = regressors(robot, sight, j, columns, rows);
     if (X.rows() < 3 * X.cols()) continue;
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(X);
     const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(X.rows(), qr.rank());
-    Eigen::VectorXd curve(steps);
+    Eigen::ArrayXXd rest = Eigen::ArrayXXd::Zero(steps, DelayCurves::kBlocks);
+    Eigen::VectorXd tau(X.rows());
     for (int i = 0; i < steps; ++i) {
-      const Eigen::VectorXd all = motion.torque(j, delay_of(i));
-      Eigen::VectorXd tau(X.rows());
+      const Eigen::VectorXd all = motion.torque(j, curves.delay_of(i));
       for (Eigen::Index r = 0; r < X.rows(); ++r) tau[r] = all[rows[static_cast<std::size_t>(r)]];
-      const double rest = tau.squaredNorm() - (Q.transpose() * tau).squaredNorm();
-      curve[i] = std::log(std::max(rest, 1e-12 * tau.squaredNorm()));
+      const Eigen::VectorXd left = tau - Q * (Q.transpose() * tau);
+      for (Eigen::Index r = 0; r < X.rows(); ++r)
+        rest(i, r * DelayCurves::kBlocks / X.rows()) += left[r] * left[r] + 1e-12 * tau[r] * tau[r];
     }
-    if (!curve.allFinite()) continue;
-    pooled += curve;
-    ++joints;
+    if (rest.allFinite() && (rest.rowwise().sum() > 0).all()) curves.rest.push_back(rest);
   }
-  if (joints == 0) return;
-  const double delay = lowest(pooled);
-  const auto at_zero = static_cast<Eigen::Index>(std::lround(-kEarliest / kDelayStep));
-  const double clear = (pooled[at_zero] - pooled.minCoeff()) / joints;
-  if (std::abs(delay) < kSmallest || clear < kClear) return;
-  findings.push_back({.name = "delay",
-                      .signal = "tau",
-                      .begin_s = d.t[0],
-                      .end_s = d.t[d.length() - 1],
-                      .size = delay,
-                      .unit = "samples"});
+  return curves;
+}
+
+// Delay of the torque at which the regressions of all joints explain most.
+void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, const Motion& motion,
+                 const Sight& sight, Findings& findings) {
+  // A torque held from t_k on lags by 0, one measured at t_k seems to lag by half a sample.
+  constexpr double kNone = 0.5;
+  constexpr double kSmallest = 0.5;  // [samples] beyond that: worth a word
+  constexpr double kCertain = 3;     // standard errors
+  constexpr double kEarly = 0.01;    // [s] by which the torque of an elastic gear may lead
+  constexpr double kClear = 0.035;   // log of the factor of the residuals' variance
+  const DelayCurves curves = delay_curves(d, robot, motion, sight);
+  if (curves.rest.empty()) return;
+  const Eigen::ArrayXd pooled = curves.pooled(-1);
+  double undelayed = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < curves.size(); ++i)
+    if (std::abs(curves.delay_of(i) - kNone / 2) <= std::max(kNone / 2, curves.step / 2))
+      undelayed = std::min(undelayed, pooled[i]);
+  const double clear = (undelayed - pooled.minCoeff()) / static_cast<double>(curves.rest.size());
+  if (clear < kClear) return;
+
+  Finding finding{.name = "delay",
+                  .signal = "tau",
+                  .begin_s = d.t[0],
+                  .end_s = d.t[d.length() - 1],
+                  .unit = "samples"};
+  const std::optional<double> best = lowest(pooled);
+  if (!best) {
+    finding.name = "delay_unknown";
+    finding.size = 1e3 * (pooled[0] < pooled[pooled.size() - 1] ? kEarliest : kLatest);
+    finding.unit = "ms, the end of the search";
+    findings.push_back(finding);
+    return;
+  }
+  // error by the jackknife over blocks of time
+  double sum = 0, squares = 0;
+  for (int block = 0; block < DelayCurves::kBlocks; ++block) {
+    const double without = lowest(curves.pooled(block)).value_or(*best + curves.size());
+    sum += without - *best;
+    squares += (without - *best) * (without - *best);
+  }
+  const double mean = sum / DelayCurves::kBlocks;
+  const double error =
+      curves.step * std::sqrt((DelayCurves::kBlocks - 1) *
+                              std::max(0.0, squares / DelayCurves::kBlocks - mean * mean));
+  finding.size = curves.delay_of(*best);
+  const double beyond = finding.size - std::clamp(finding.size, 0.0, kNone);
+  const double least = beyond < 0 ? std::max(kSmallest, kEarly / d.dt()) : kSmallest;
+  if (std::abs(beyond) < std::max(least, kCertain * error)) return;
+  finding.unit = fmt::format("samples, {:.3g} ms, standard error {:.2g} ms",
+                             1e3 * d.dt() * finding.size, 1e3 * d.dt() * error);
+  findings.push_back(finding);
 }
 
 }  // namespace
@@ -438,7 +511,8 @@ void check_dynamics(const data::Dataset& d, const dynamics::RobotModel* robot, F
   const int half = std::max(1, static_cast<int>(std::lround(kSmoothing / d.dt())));
   slow.q = smooth(d.q, half);
   slow.tau = smooth(d.tau, half);
-  const Motion motion = local_motion(slow, kSamples, kWindow, kMargin);
+  const int margin = static_cast<int>(std::ceil(kLatest / d.dt())) + 2;
+  const Motion motion = local_motion(slow, kSamples, kWindow, margin);
   if (motion.length() < 20 * d.n()) return;
   Sight sight = see(slow, motion);
   const std::size_t before = findings.size();

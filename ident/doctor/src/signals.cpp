@@ -10,16 +10,19 @@ namespace {
 
 using data::RowMatrix;
 
-constexpr double kCoarsePosition = 1e-4;  // [rad] a tenth of the travel before sliding
-constexpr double kCoarseTorque = 0.02;    // of the range
-constexpr double kStuck = 0.5;            // [s] of one and the same value
-constexpr double kSpike = 15;             // robust standard deviations
-constexpr double kLeap = 0.02;            // of the range, within a sample
-constexpr int kPlateau = 12;              // samples at the very extreme
-constexpr double kCrowding = 8;           // times as many as just below
-constexpr double kRepeated = 0.005;       // share of rows
-constexpr double kWarming = 5;            // [K]
-constexpr double kColdest = 200;          // [K] below it a temperature is no kelvin
+constexpr double kCoarsePosition = 1e-4;    // [rad] a tenth of the travel before sliding
+constexpr double kCoarseTorque = 0.02;      // of the range
+constexpr double kStuck = 0.5;              // [s] of one and the same value
+constexpr double kStill = 5e-3;             // [rad or m] of travel within which friction settles
+constexpr int kFinish = 3, kApproach = 12;  // samples before a run of one value, and before those
+constexpr double kStillFast = 0.6;          // of the speed of the approach
+constexpr double kSpike = 15;               // robust standard deviations
+constexpr double kLeap = 0.02;              // of the range, within a sample
+constexpr int kPlateau = 12;                // samples at the very extreme
+constexpr double kCrowding = 8;             // times as many as just below
+constexpr double kRepeated = 0.005;         // share of rows
+constexpr double kWarming = 5;              // [K]
+constexpr double kColdest = 200;            // [K] below it a temperature is no kelvin
 
 /// One column with what is needed of it many times.
 struct Channel {
@@ -91,26 +94,52 @@ bool check_quantisation(const Channel& c, double coarse, const char* unit, Findi
   return true;
 }
 
-// The longest run of one value, from an abrupt end of motion on: what moves does not stop within a
-// sample, and noise never stands still.
-void check_stuck(const Channel& c, double shortest_s, bool must_have_moved, Findings& findings) {
+// Whether the position of the channel's joint travels between two samples.
+bool joint_moves(const Channel& c, int first, int last) {
+  const Channel q(c.d, c.d.q, "q", c.joint);
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (int k = first; k <= last; ++k) {
+    if (!std::isfinite(q[k])) continue;
+    low = std::min(low, q[k]);
+    high = std::max(high, q[k]);
+  }
+  return high - low > kLeap * q.range();
+}
+
+// Whether a position that stays at one value over [first, last] was cut off there: it leaps when it
+// comes back, or ended at full speed. A joint that comes to rest slows down and starts gently.
+bool is_cut_off(const Channel& c, int first, int last) {
+  if (last + 1 < c.length()) return std::abs(c[last + 1] - c[last]) > kLeap * c.range();
+  if (first <= kApproach + kFinish) return false;
+  const auto speed = [&](int from, int to) { return std::abs(c[to] - c[from]) / (to - from); };
+  const double finish = speed(first - kFinish, first);
+  const double approach = speed(first - kFinish - kApproach, first - kFinish);
+  return finish > kStillFast * approach && finish * (last - first) > kLeap * c.range();
+}
+
+// The longest run of one value that is no measurement: noise never stands still, unless the joint
+// does.
+void check_stuck(const Channel& c, double shortest_s, Findings& findings) {
+  const bool is_position = c.signal == std::string_view("q");
   int best = 0, begin = 0, end = 0;
   for (int k = 0, first = 0; k < c.length(); ++k) {
     if (c[k] != c[first]) first = k;
-    if (k - first <= best) continue;
-    const int before = std::max(0, first - 5);
-    // travel of the five samples before, as if it went on through the run
-    const double rate = first > 0 ? std::abs(c[first] - c[before]) / (first - before) : 0;
-    const double after =
-        k + 1 < c.length() ? std::abs(c[k + 1] - c[k]) : std::numeric_limits<double>::infinity();
-    const bool abrupt = rate * (k - first) > kLeap * c.range() || after > kLeap * c.range();
-    if (must_have_moved && first > 0 && !abrupt) continue;
+    const bool run_ends = k + 1 == c.length() || c[k + 1] != c[first];
+    if (!run_ends || k - first <= best) continue;
+    if (is_position ? !is_cut_off(c, first, k) : !joint_moves(c, first, k)) continue;
     best = k - first;
     begin = first;
     end = k;
   }
-  if (best * c.d.dt() < shortest_s && c.range() > 0) return;
-  findings.push_back(c.finding("stuck", begin, end, c.d.t[end] - c.d.t[begin], "s"));
+  if (best > 0 && best * c.d.dt() >= shortest_s)
+    findings.push_back(c.finding("stuck", begin, end, c.d.t[end] - c.d.t[begin], "s"));
+}
+
+// A joint whose whole travel is less than friction needs to settle.
+bool check_still(const Channel& c, Findings& findings) {
+  if (c.range() > kStill) return false;
+  findings.push_back(c.finding("still", 0, c.length() - 1, std::max(0.0, c.range()), "rad"));
+  return true;
 }
 
 // Many samples at the very extreme and few just below: an amplifier or a number at its end. A run
@@ -225,8 +254,9 @@ void check_signals(const data::Dataset& d, Findings& findings) {
     const Channel q(d, d.q, "q", j), tau(d, d.tau, "tau", j);
     for (const Channel& c : {q, tau}) check_missing(c, findings);
     const bool coarse = check_quantisation(q, kCoarsePosition, "rad", findings);
-    check_stuck(q, coarse ? 4 * kStuck : kStuck, true, findings);
-    if (!found(findings, "stuck", q)) {
+    const bool still = check_still(q, findings);
+    if (!still) check_stuck(q, coarse ? 4 * kStuck : kStuck, findings);
+    if (!still && !found(findings, "stuck", q)) {
       check_saturation(q, findings);
       check_spikes(q, findings);
       check_jumps(q, findings);
@@ -237,11 +267,11 @@ void check_signals(const data::Dataset& d, Findings& findings) {
       check_spikes(tau, findings);
     }
     if (!found(findings, "saturated", tau))
-      check_stuck(tau, steps ? 10 * kStuck : kStuck, false, findings);
+      check_stuck(tau, steps ? 10 * kStuck : kStuck, findings);
     if (d.v.size() > 0) {
       const Channel v(d, d.v, "v", j);
       check_missing(v, findings);
-      check_stuck(v, kStuck, true, findings);
+      check_stuck(v, kStuck, findings);
     }
     if (d.temperature.size() > 0) check_temperature({d, d.temperature, "temperature", j}, findings);
   }

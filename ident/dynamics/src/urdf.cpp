@@ -214,7 +214,11 @@ class Builder {
     if (!moves)
       throw UserError("{}: type is {}; allowed: revolute, continuous, prismatic, fixed", place,
                       joint.type == urdf::Joint::PLANAR ? "planar" : "floating");
-    if (element.mimic) throw UserError("{}: <mimic> couples joints; each must be free", place);
+    if (element.mimic)
+      throw UserError(
+          "{}: <mimic> couples joints; each must be free: take <mimic> out, or "
+          "weld the joint by type=\"fixed\"",
+          place);
     const Vector3d axis = to_eigen(joint.axis);
     if (!(axis.norm() > 1e-6))
       throw UserError("{}: axis = ({}, {}, {}); must have a length", place, axis.x(), axis.y(),

@@ -40,6 +40,11 @@ Job open_job(data::Problem problem, const std::filesystem::path& folder, bool fr
 /// Simulates or imports the data: data/, truth/, excitation.json. Nothing when they stand.
 void make_data(Job& job);
 
+/// Says what is so wrong with the logs of a run that whatever is fitted to them means something
+/// else.
+/// @return false when there is such a thing
+bool data_are_sound(const Job& job);
+
 /// One fit to make.
 struct FitRequest {
   data::ModelConfig model;

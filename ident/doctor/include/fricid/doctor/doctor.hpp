@@ -13,7 +13,7 @@ namespace fricid::doctor {
 
 /// Examines a log as it was read: times may have gaps, repeat or jitter.
 ///
-/// Of the times: rate, gap, duplicate, jitter, clock_drift. Of each signal: missing, stuck,
+/// Of the times: rate, gap, duplicate, jitter, clock_drift. Of each signal: missing, stuck, still,
 /// quantised, saturated, spike, jump, repeated rows. Between signals: a velocity that is not the
 /// derivative of the position. Against dynamics, by linear regression of the torque on the motion
 /// under every hypothesis (a sign, a swap, degrees, a delay): sign, swapped, angle_unit,

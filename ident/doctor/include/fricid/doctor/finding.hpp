@@ -22,6 +22,7 @@ struct Kind {
   std::string_view consequence;  ///< what a fit would suffer
   std::string_view remedy;       ///< what the user can do
   bool fixable;                  ///< `repair` can
+  bool misleads = false;         ///< a fit would mean something else, not only be poorer
 };
 std::span<const Kind> kinds();
 /// @pre `name` is one of them

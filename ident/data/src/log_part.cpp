@@ -1,0 +1,47 @@
+#include "fricid/data/log_part.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "fricid/base/error.hpp"
+
+namespace fricid::data {
+
+LogPart log_part(const std::string& text) {
+  const std::size_t open = text.rfind('['), colon = text.rfind(':');
+  if (!text.ends_with(']') || open == std::string::npos) return {.file = text};
+  LogPart part{.file = text.substr(0, open)};
+  const auto read = [&](std::size_t begin, std::size_t end, double& seconds) {
+    if (begin == end) return true;
+    const auto [last, error] = std::from_chars(text.data() + begin, text.data() + end, seconds);
+    return error == std::errc() && last == text.data() + end && seconds >= 0;
+  };
+  const bool readable = colon != std::string::npos && colon > open &&
+                        read(open + 1, colon, part.from_s) &&
+                        read(colon + 1, text.size() - 1, part.to_s);
+  if (!readable || !(part.from_s < part.to_s))
+    throw UserError("{}: {} is no part of a log; allowed: seconds [FROM:TO], FROM below TO", text,
+                    text.substr(open));
+  return part;
+}
+
+Dataset cut(const Dataset& d, const LogPart& part, const std::string& where) {
+  if (d.length() == 0) return d;
+  // half a sample of tolerance: times are rounded
+  const double begin = d.t[0] - d.dt() / 2;
+  const auto row_at = [&](double seconds) {
+    return std::lower_bound(d.t.begin(), d.t.end(), begin + seconds) - d.t.begin();
+  };
+  const Eigen::Index first = row_at(part.from_s), length = row_at(part.to_s) - first;
+  if (length < 2)
+    throw UserError("{}: {} samples from {} to {} s; the log has {:.4g} s", where, length,
+                    part.from_s, part.to_s, d.t[d.length() - 1] - d.t[0]);
+  Dataset out = d;
+  out.t = d.t.segment(first, length);
+  for (RowMatrix* table : {&out.q, &out.tau, &out.v, &out.temperature})
+    if (table->rows() > 0) *table = RowMatrix(table->middleRows(first, length));
+  return out;
+}
+
+}  // namespace fricid::data

@@ -1,0 +1,82 @@
+#include "fricid/dynamics/nominal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/rng.hpp"
+#include "fricid/dynamics/algorithms.hpp"
+
+namespace fricid::dynamics {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kRiseTime = 0.03;        // [s]
+constexpr double kShareOfLinks = 1. / 3;  // of the links' inertia, where there are no limits
+constexpr double kNothing = 1e-9;         // of the robot's largest inertia
+constexpr int kPoses = 20;
+constexpr std::uint64_t kSeed = 1993;
+
+/// Largest over random poses of what each joint feels, the others held and the others free.
+struct JointInertia {
+  VectorXd held, free;  // (n) [kg m^2 or kg]
+};
+
+JointInertia joint_inertia(const RobotModel& robot) {
+  const auto n = static_cast<std::size_t>(robot.n());
+  JointInertia largest{VectorXd::Zero(robot.n()), VectorXd::Zero(robot.n())};
+  Workspace<double> ws(robot);
+  Rng rng(kSeed, 0);
+  std::vector<double> q(n), M(n * n);
+  for (int pose = 0; pose < kPoses; ++pose) {
+    for (std::size_t j = 0; j < n; ++j) {
+      const Joint& joint = robot.joints[j];
+      const double lower = joint.continuous ? -std::numbers::pi : joint.lower;
+      const double upper = joint.continuous ? std::numbers::pi : joint.upper;
+      q[j] = lower + (upper - lower) * rng.uniform();
+    }
+    crba<double>(robot, ws, {robot.pi.data(), static_cast<std::size_t>(robot.pi.size())}, q, M);
+    MatrixXd A = Eigen::Map<MatrixXd>(M.data(), robot.n(), robot.n());
+    largest.held = largest.held.cwiseMax(A.diagonal());
+    // from the tips on, each joint lets go
+    const double scale = A.diagonal().maxCoeff();
+    for (int j = robot.n() - 1; j >= 0; --j) {
+      largest.free[j] = std::max(largest.free[j], A(j, j));
+      if (A(j, j) > kNothing * scale)
+        A.topLeftCorner(j, j) -= A.col(j).head(j) * A.row(j).head(j) / A(j, j);
+    }
+  }
+  return largest;
+}
+
+}  // namespace
+
+VectorXd usual_armature(const RobotModel& robot) {
+  const VectorXd of_links = joint_inertia(robot).held;
+  VectorXd usual(robot.n());
+  for (int j = 0; j < robot.n(); ++j) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    const double by_limits = joint.velocity > 0 ? kRiseTime * joint.effort / joint.velocity : 0;
+    const double by_links = of_links[j] > 0 ? of_links[j] : of_links.maxCoeff();
+    usual[j] = by_limits > 0 ? by_limits : kShareOfLinks * by_links;
+  }
+  return usual;
+}
+
+void require_inertia(const RobotModel& robot, const std::string& source) {
+  const JointInertia inertia = joint_inertia(robot);
+  for (int j = robot.n() - 1; j >= 0; --j) {
+    if (inertia.free[j] > kNothing * inertia.held.maxCoeff()) continue;
+    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    throw UserError(
+        "{}: joint {} has no armature and what it moves, link {}, no inertia about its axis: any "
+        "torque would accelerate it without end; give the joint <fricid armature=\"{:.2g}\"/> "
+        "(kg m^2, usual for its limits) or the link its inertia",
+        source, joint.name, joint.link, usual_armature(robot)[j]);
+  }
+}
+
+}  // namespace fricid::dynamics
