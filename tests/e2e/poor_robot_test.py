@@ -1,10 +1,11 @@
 """An arm as it is found in public: a short log, a URDF without armatures whose last link has no inertia."""
 import csv
 import io
+import math
 import re
 import unittest
 
-from fricid_program import SOURCE, ProgramTest, fricid
+from fricid_program import SOURCE, ProgramTest, fricid, load
 
 JOINTS = [f"joint_a{j}" for j in range(1, 7)]
 
@@ -90,6 +91,21 @@ class PoorRobot(ProgramTest):
                         ["check", log, "--contract", self.folder / "contract.toml", "--robot",
                          self.folder / "arm.urdf", "--design", self.folder / "next.toml"]):
             self.assert_refused(fricid(*command), pattern, self.out)
+
+    def test_a_fit_that_explains_nothing_says_so(self):
+        def scrambled(rows):
+            for k, row in enumerate(rows):
+                row["tau2"] = 30 * math.sin(37.0 * k)
+            return rows
+        self.log("train.csv", "train", scrambled)
+        self.log("validation.csv", "validation")
+        done = fricid("identify", self.scene(self.urdf), "-o", self.out)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r"simple seed 1: NOT TO BE TRUSTED: .*; "
+                                      r"joint_a2: R2 -?[\d.e-]+ on its own training torque; look for")
+        fit = load(self.out / "fit/simple_s1.json")
+        self.assertFalse(fit["usable"])
+        self.assertIn("joint_a2: R2", fit["message"])
 
     def test_damage_that_misleads_marks_import_and_run(self):
         def reversed_torque(rows):

@@ -123,9 +123,12 @@ Prepared prepare(const data::Problem& problem, std::span<const data::Dataset> tr
 std::string FitReport::brief() const {
   double r2_mean = 0;
   for (const double value : r2) r2_mean += value / static_cast<double>(r2.size());
-  return fmt::format("{} seed {}: {}, R2 {:.4f} on training torque, {} parameters, {:.1f} s",
-                     model.name, model.seed, to_string(outcome), r2_mean, model.free_parameters,
-                     seconds);
+  std::string text =
+      fmt::format("{} seed {}: {}{}, R2 {:.4f} on training torque, {} parameters, {:.1f} s",
+                  model.name, model.seed, usable() ? "" : "NOT TO BE TRUSTED: ", to_string(outcome),
+                  r2_mean, model.free_parameters, seconds);
+  for (const Fault& fault : faults) text += "; " + in_words(fault);
+  return text;
 }
 
 FitReport fit_conventional(const data::Problem& problem, const Prepared& prepared,
@@ -223,6 +226,7 @@ FitReport fit_conventional(const data::Problem& problem, const Prepared& prepare
       report.outcome = report.joints[j].outcome;
       report.message = fmt::format("{}: {}", robot.joints[j].name, report.joints[j].message);
     }
+  report.faults = faults_of(prepared, report);
   report.seconds = seconds_since(begin);
   report.model.budget = fmt::format("{} evaluations", evaluations);
   return report;

@@ -97,13 +97,15 @@ data::FittedEm em_of(const EmReport& report) {
 }  // namespace
 
 data::FitFile fit_file(const FitReport& report) {
+  std::string message = report.message;
+  for (const Fault& fault : report.faults) message += "; " + in_words(fault);
   data::FitFile file{.name = report.model.name,
                      .label = report.model.label,
                      .seed = report.model.seed,
                      .method = report.method,
                      .outcome = report.outcome,
                      .usable = report.usable(),
-                     .message = report.message,
+                     .message = message,
                      .objective = report.objective,
                      .parameters = report.model.free_parameters,
                      .rigid_body = rigid_body_of(report.rigid_body),

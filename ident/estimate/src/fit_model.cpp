@@ -240,7 +240,7 @@ FitReport fit_model(const data::Problem& problem, const Prepared& prepared,
   if (learned) start.law = whole ? kStartOfRobotLaws : kStartOfLearnedLaws;
   FitReport report = fit_conventional(problem, prepared, start, seed, jobs);
   report.method = config.method;
-  if (!report.usable()) return report;
+  if (!report.has_result()) return report;
   if (config.method == "conventional") {
     report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
     return report;
@@ -292,6 +292,7 @@ FitReport fit_model(const data::Problem& problem, const Prepared& prepared,
   report.model.free_parameters = static_cast<int>(report.rigid_body.base.size()) +
                                  friction::free_parameter_count(report.model.arm.friction.model);
   score_torque(prepared, cutoff, jobs, report);
+  report.faults = faults_of(prepared, report);
   return report;
 }
 

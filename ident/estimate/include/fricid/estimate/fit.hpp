@@ -37,6 +37,16 @@ struct Prepared {
 /// @throws UserError when the data do not fit the robot or the filter
 Prepared prepare(const data::Problem& problem, std::span<const data::Dataset> train, int jobs);
 
+/// Something that a fit to be trusted does not have.
+struct Fault {
+  std::string joint;   ///< empty: the whole robot
+  std::string found;   ///< "R2 -249 on its own training torque"
+  std::string remedy;  ///< what the user can do
+};
+
+/// "joint_a2: R2 -249 on its own training torque; record more ...".
+std::string in_words(const Fault& fault);
+
 /// How one model was fitted. `model` is usable whenever `usable()`, and best so far otherwise.
 struct FitReport {
   Outcome outcome = Outcome::kFailed;
@@ -47,17 +57,24 @@ struct FitReport {
   std::vector<double> objective;  ///< per pass: mean over joints of residual / torque mean square
   std::vector<double> residual_rms;  ///< (n) inverse-dynamics residual, all usable rows [N m]
   std::vector<double> r2;            ///< (n) 1 - residual / torque variance on the training rows
+  std::vector<Fault> faults;         ///< why not to trust it, see `faults_of`
   double seconds = 0;
   std::string method = "conventional";
   std::optional<TorqueReport> torque;         ///< of method torque, and where windows follow it
   std::optional<MultiStepReport> multi_step;  ///< of method multi_step
   std::optional<EmReport> em;                 ///< of method em
 
-  bool usable() const {
+  bool has_result() const {
     return outcome == Outcome::kConverged || outcome == Outcome::kIterationLimit;
   }
-  std::string brief() const;  ///< one line for the terminal
+  bool usable() const { return has_result() && faults.empty(); }
+  std::string brief() const;  ///< one line for the terminal, faults in it
 };
+
+/// What a fit shows that one to be trusted does not: a joint whose own training torque is explained
+/// by less than half (R2, the rigid body included), friction larger than the torque that was ever
+/// needed or than the effort limit, a joint that stood still, a regression that says nothing.
+std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report);
 
 /// Fits one friction law of the table, per joint and alone, to what the rigid body leaves of the
 /// torque, over all rows; then re-estimates the rigid body over all rows with that friction
