@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <cmath>
 #include <numbers>
 
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 

@@ -1,10 +1,9 @@
 #include "fricid/smc/kalman.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/smc/streams.hpp"
 

@@ -1,0 +1,3 @@
+#define FRICID_INSTANCE template
+
+#include "fricid/base/eigen_instances.hpp"
