@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fricid/data/problem.hpp"
+#include "fricid/sim/plant.hpp"
 #include "fricid/sim/simulate.hpp"
 
 namespace fricid::sim {
