@@ -40,10 +40,10 @@ Done write_figures(const RunFolder& visible, const RunFolder& out) {
   Attempts attempts;
   for (const render::Figure& figure : figures) {
     throw_if_stopped();
-    attempts.try_to([&] { render::write_figure(figure, out.plots()); });
+    attempts.try_to([&] {
+      for (const auto& file : render::write_figure(figure, out.plots())) done.files.push_back(file);
+    });
     progress.advance(1, figure.name);
-    for (const char* extension : {"gp", "pdf", "svg", "png"})
-      done.files.push_back(out.plot(figure.name, extension));
   }
   attempts.finish();
   return done;
