@@ -7,8 +7,10 @@
 #include "fricid/base/files.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/data/artefact.hpp"
+#include "fricid/estimate/memory.hpp"
 #include "fricid/evaluate/compare.hpp"
 #include "fricid/evaluate/evaluate.hpp"
+#include "fricid/sim/simulation_size.hpp"
 #include "job.hpp"
 #include "seeds.hpp"
 
@@ -19,7 +21,7 @@ namespace fs = std::filesystem;
 
 void say(const std::string& line) { std::fprintf(stderr, "%s\n", printable(line).c_str()); }
 
-fs::path folder_of(const RunOptions& options, const data::Problem& problem) {
+fs::path folder_of(const RunOptions& options, const scene::Problem& problem) {
   if (!options.output.empty()) return options.output;
   if (workflow::is_run_folder(options.target)) return options.target;
   const std::string name =
@@ -27,14 +29,50 @@ fs::path folder_of(const RunOptions& options, const data::Problem& problem) {
   return fs::path("run") / name;
 }
 
-data::Problem problem_of(const RunOptions& options) {
+std::vector<workflow::FitRequest> requests_of(const scene::Problem& problem,
+                                              const RunOptions& options) {
+  return workflow::requested_fits(
+      problem.scene, options.models,
+      options.seeds.empty() ? std::vector<int>() : parse_seeds(options.seeds));
+}
+
+scene::Problem problem_of(const RunOptions& options) {
   return workflow::load_problem(options.target, options.seed);
 }
 
-/// Logs that are not there: said, not failed, and no folder made.
-bool skipped(const data::Problem& problem) {
+/// @throws UserError on a scene with nothing to fit
+void require_models(const scene::Scene& scene) {
+  if (scene.models.empty())
+    throw UserError("{}: no [[model]]; allowed: one or more to fit", scene.name);
+}
+
+/// @throws UserError on a scene with nothing to judge by
+void require_validation(const scene::Scene& scene) {
+  if (scene.simulates() && scene.excitation.validation == 0)
+    throw UserError("{}: excitation.validation = 0; allowed: 1 or more to evaluate",
+                    scene.origin.place("excitation.validation"));
+  if (!scene.simulates() && scene.data.validation.empty())
+    throw UserError("{}: data.validation is empty; allowed: one log or more to evaluate",
+                    scene.name);
+}
+
+/// Whatever of the work ahead takes too much memory is refused before the first of it.
+/// @throws UserError
+void require_memory_of_work(const scene::Problem& problem, const RunOptions& options, int jobs) {
+  if (!problem.scene.simulates()) return;
+  sim::require_memory_of_simulation(problem);
+  const sim::SimulationSize size = sim::size_of_simulation(problem);
+  const estimate::TrainingSize training{.samples = size.training * size.samples,
+                                        .longest = size.samples,
+                                        .rate_hz = problem.scene.sensors.rate_hz};
+  for (const workflow::FitRequest& fit : requests_of(problem, options))
+    estimate::require_memory_of_fit(fit.model, problem.robot, training, jobs, problem.scene.name);
+}
+
+/// Missing logs: a message, no failure, no folder.
+bool skipped(const scene::Problem& problem) {
   std::string why;
-  if (data::data_available(problem, &why)) return false;
+  if (scene::data_available(problem, &why)) return false;
   say("skipped: " + why);
   return true;
 }
@@ -42,9 +80,7 @@ bool skipped(const data::Problem& problem) {
 /// Makes the fits that the options ask for.
 bool identify_models(workflow::Job& job, const RunOptions& options) {
   const bool by_name = !options.models.empty() || !options.seeds.empty();
-  return workflow::identify(
-      job, workflow::requested_fits(job.problem.scene, options.models, parse_seeds(options.seeds)),
-      by_name);
+  return workflow::identify(job, requests_of(job.problem, options), by_name);
 }
 
 void print_file(const fs::path& file) { std::fputs(read_file(file).c_str(), stdout); }
@@ -58,7 +94,15 @@ void print_tables(const workflow::Job& job) {
   print_file(folder.torque_table());
 }
 
-/// What a run found in a few lines, and where all of it lies.
+/// Says on the terminal what is not to be trusted. @return whether all is
+bool trusted(const evaluate::Evaluation& evaluation) {
+  for (const evaluate::Summary& summary : evaluation.summary)
+    for (const std::string& doubt : summary.doubts)
+      say(fmt::format("not to be trusted: {}: {}", summary.label, doubt));
+  return evaluation.trusted();
+}
+
+/// Short result of a run, and the paths of its files.
 void print_result(const workflow::Job& job, const evaluate::Evaluation& evaluation) {
   const workflow::RunFolder& folder = job.run.folder();
   std::fputs(evaluate::short_table(evaluation, workflow::fit_seconds(job.run.manifest())).c_str(),
@@ -76,15 +120,19 @@ void print_result(const workflow::Job& job, const evaluate::Evaluation& evaluati
 
 }  // namespace
 
-workflow::Job open_job(data::Problem problem, const RunOptions& options,
+workflow::Job open_job(scene::Problem problem, const RunOptions& options,
                        const CommonOptions& common) {
   const fs::path folder = folder_of(options, problem);
   return workflow::open_job(std::move(problem), folder, common.fresh, common.jobs, say);
 }
 
 Verdict run(const RunOptions& options, const CommonOptions& common) {
-  data::Problem problem = problem_of(options);
+  scene::Problem problem = problem_of(options);
+  require_models(problem.scene);
+  require_validation(problem.scene);
+  scene::require_horizons(problem.scene);
   if (skipped(problem)) return Verdict::kDone;
+  require_memory_of_work(problem, options, common.jobs);
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
   const bool sound = workflow::data_are_sound(job);
@@ -100,11 +148,12 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
     print_file(job.run.folder().evaluation());
   else
     print_result(job, evaluation);
-  return sound && healthy && evaluation.meaningful() ? Verdict::kDone : Verdict::kNo;
+  return trusted(evaluation) && sound && healthy && evaluation.meaningful() ? Verdict::kDone
+                                                                            : Verdict::kNo;
 }
 
 Verdict simulate(const RunOptions& options, const CommonOptions& common) {
-  data::Problem problem = problem_of(options);
+  scene::Problem problem = problem_of(options);
   if (!problem.scene.simulates())
     throw UserError("{}: found no [friction]; the scene imports logs, use `fricid run`",
                     options.target.string());
@@ -138,8 +187,10 @@ Verdict compare(const std::vector<fs::path>& folders, const fs::path& output,
 }
 
 Verdict identify(const RunOptions& options, const CommonOptions& common) {
-  data::Problem problem = problem_of(options);
+  scene::Problem problem = problem_of(options);
+  if (options.models.empty()) require_models(problem.scene);
   if (skipped(problem)) return Verdict::kDone;
+  require_memory_of_work(problem, options, common.jobs);
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
   const bool sound = workflow::data_are_sound(job);
@@ -149,13 +200,15 @@ Verdict identify(const RunOptions& options, const CommonOptions& common) {
 
 Verdict evaluate(const RunOptions& options, const CommonOptions& common) {
   workflow::require_run_folder(options.target);
-  workflow::Job job = open_job(problem_of(options), options, common);
+  scene::Problem problem = problem_of(options);
+  if (options.data.empty()) require_validation(problem.scene);
+  workflow::Job job = open_job(std::move(problem), options, common);
   const evaluate::Evaluation evaluation = workflow::evaluate(job, options.data);
   if (common.json)
     print_file(job.run.folder().evaluation());
   else
     print_tables(job);
-  return evaluation.meaningful() ? Verdict::kDone : Verdict::kNo;
+  return trusted(evaluation) && evaluation.meaningful() ? Verdict::kDone : Verdict::kNo;
 }
 
 }  // namespace fricid::cli

@@ -20,7 +20,7 @@ struct RunOptions {
   std::vector<std::string> models;          ///< empty: all of the scene
   std::string seeds;                        ///< empty: those of the scene
   std::optional<std::uint64_t> seed;        ///< of the scene itself, its data included
-  std::vector<std::filesystem::path> data;  ///< further data sets to evaluate on
+  std::vector<std::filesystem::path> data;  ///< further data sets to evaluate on; may be empty
   bool no_video = false;
 };
 
@@ -51,15 +51,22 @@ struct CheckOptions {
   std::filesystem::path target;           ///< run folder, data set (HDF5) or log
   std::filesystem::path contract, robot;  ///< of a log
   std::filesystem::path design;           ///< where to write what to record next; empty: nowhere
+  bool verbose = false;                   ///< every parameter, family and note
 };
 
 struct EstimateOptions {
   std::filesystem::path model, log, output = "estimate.h5";
   int particles = 200;
-  unsigned seed = 1;
+  std::uint64_t seed = 1;
 };
 
-/// What a command that did its work found. kNo: a fit failed its own health test, or a horizon of
+struct ExportOptions {
+  std::filesystem::path target;  ///< model file, or run folder: all its models
+  std::string format;
+  std::filesystem::path output;  ///< folder
+};
+
+/// Verdict of a command that did its work. kNo: a fit failed its own health test, or a horizon of
 /// the evaluation cannot rank models. Logs without a truth have no such horizon.
 enum class Verdict { kDone, kNo };
 
@@ -74,6 +81,7 @@ Verdict check(const CheckOptions& options, const CommonOptions& common);
 Verdict compare(const std::vector<std::filesystem::path>& folders,
                 const std::filesystem::path& output, const CommonOptions& common);
 Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common);
+Verdict export_models(const ExportOptions& options, const CommonOptions& common);
 Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& common);
 Verdict print_template(const std::string& topic);
 void print_version();

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "fricid/data/signal_file.hpp"
 #include "fricid/estimate/online/online_log.hpp"
 
 namespace fricid::cli {
@@ -14,7 +15,7 @@ Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common
   const data::Dataset log = data::load_dataset(options.log);
   const estimate::OnlineLog estimated = estimate::estimate_log(
       model, log, {.particles = options.particles, .step = {8, 4}, .seed = options.seed});
-  data::save_estimate(estimated, model, log, options.output);
+  data::save_signals<data::EstimateSignals>(estimated, options.output);
 
   const int T = log.length();
   const double log_likelihood = estimated.log_likelihood[T - 1];

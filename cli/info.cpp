@@ -2,18 +2,18 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/json.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/config/paths.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/model_file.hpp"
-#include "fricid/data/paths.hpp"
-#include "fricid/data/problem.hpp"
 #include "fricid/film/gl_context.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 #include "version.hpp"
 
@@ -29,8 +29,8 @@ void print_csv(const data::H5Reader& file) {
     tables.push_back(file.matrix(name));
     const auto columns = tables.back().cols();
     for (Eigen::Index j = 0; j < columns; ++j)
-      header += (header.empty() ? "" : ",") + printable(name) +
-                (columns > 1 ? std::to_string(j + 1) : "");
+      header += fmt::format("{}{}{}", header.empty() ? "" : ",", printable(name),
+                            columns > 1 ? std::to_string(j + 1) : "");
   }
   print(header + "\n");
   for (Eigen::Index k = 0; !tables.empty() && k < tables[0].rows(); ++k) {
@@ -78,14 +78,14 @@ void print_model(const std::filesystem::path& path) {
 
 Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& common) {
   if (file.extension() == ".toml") {
-    print(data::to_toml(data::load_problem(file).scene));
+    print(scene::to_toml(scene::load_problem(file).scene));
   } else if (file.extension() == ".json") {
-    const auto content = nlohmann::json::parse(read_file(file), nullptr, false);
-    if (content.is_discarded()) throw UserError("{}: found text that is not JSON", file.string());
-    if (!common.json && content.value("format", "") == "fricid.model/1")
+    const auto content = parse_json(read_file(file), file.string());
+    if (!common.json && content.is_object() &&
+        content.value("format", nlohmann::json()) == "fricid.model/1")
       print_model(file);
     else
-      print(content.dump(2) + "\n");
+      print(content.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   } else {
     print_hdf5(file, csv, common.json);
   }
@@ -94,11 +94,11 @@ Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& c
 
 Verdict print_template(const std::string& topic) {
   if (topic == "scene")
-    print(data::scene_template());
+    print(scene::scene_template());
   else if (topic == "contract")
     print(data::contract_template());
   else
-    print(read_file(data::share_dir() / "models/template.urdf"));
+    print(read_file(config::share_dir() / "models/template.urdf"));
   return Verdict::kDone;
 }
 

@@ -7,7 +7,7 @@ namespace fricid::cli {
 
 /// Opens or creates the run folder: `output`, by default run/NAME, or the one that is the target.
 /// @throws UserError
-workflow::Job open_job(data::Problem problem, const RunOptions& options,
+workflow::Job open_job(scene::Problem problem, const RunOptions& options,
                        const CommonOptions& common);
 
 }  // namespace fricid::cli

@@ -10,10 +10,10 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/data/contract.hpp"
-#include "fricid/data/problem.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 #include "fricid/workflow/recordings.hpp"
@@ -54,6 +54,12 @@ void print_findings(const std::vector<doctor::Finding>& findings, const data::Da
     else
       fmt::print(stream, "{}: {}\n", d.name, text);
   }
+}
+
+/// Damage, and notes too where all is asked for.
+std::vector<doctor::Finding> told(std::vector<doctor::Finding> findings, bool all) {
+  if (!all) std::erase_if(findings, [](const doctor::Finding& f) { return !doctor::is_damage(f); });
+  return findings;
 }
 
 /// Refuses in one line, with its place in the file, what cannot be used.
@@ -106,9 +112,6 @@ bool misleads(const std::vector<doctor::Finding>& findings, const std::vector<st
 Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const data::Contract contract = data::load_contract(options.contract);
   const auto robot = load_robot(options.robot, contract.joint_names);
-  if (const auto warning = data::warning_of_kind(contract.torque.kind); !warning.empty())
-    fmt::print(stderr, "{}: torque.kind = \"{}\": {}\n", options.contract.string(),
-               contract.torque.kind, warning);
   const std::vector<fs::path> paths = outputs_of(options);
   std::vector<data::Dataset> sets;
   std::vector<std::string> reports;
@@ -117,13 +120,21 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
     const data::Dataset read = data::read_log(log, contract);
     const auto findings = doctor::diagnose(read, pointer(robot));
     sound = sound && !misleads(findings, options.fixes);
-    sets.push_back(doctor::repair(read, findings, options.fixes));
+    try {
+      sets.push_back(doctor::repair(read, findings, options.fixes));
+    } catch (const UserError& error) {
+      throw UserError("{}: {}", log.string(), error.what());
+    }
     reports.push_back(doctor::to_json(findings, sets.back()));
     const std::vector<std::string> warnings =
         judge(sets.back(), log, contract, options.fixes.empty());
     print_findings(findings, read, options.fixes, stderr);
     for (const std::string& warning : warnings) fmt::print(stderr, "{}\n", warning);
   }
+  const std::string_view warning = data::warning_of_kind(contract.torque.kind);
+  fmt::print(stderr, "{}: torque.kind = \"{}\": {}\n", printable(options.contract.string()),
+             contract.torque.kind,
+             warning.empty() ? "taken as motor torque times gear ratio" : warning);
   for (std::size_t i = 0; i < sets.size(); ++i) {
     data::save_dataset(sets[i], paths[i]);
     write_file_atomically(fs::path(paths[i]).replace_extension(".doctor.json"), reports[i]);
@@ -138,15 +149,15 @@ namespace {
 struct Subject {
   std::vector<data::Dataset> sets;
   std::optional<dynamics::RobotModel> robot;
-  data::IdentifyConfig identify{};
-  data::ExcitationConfig excitation{};
+  estimate::RigidBodyOptions identify{};
+  sim::ExcitationOptions excitation{};
   fs::path mjcf{};
 };
 
 /// Training and validation data of a run folder, which exist already.
 Subject load_run(const fs::path& folder) {
   const workflow::RunFolder run(folder);
-  const data::Problem problem = data::load_problem(run.scene());
+  const scene::Problem problem = scene::load_problem(run.scene());
   Subject subject{
       {}, problem.robot, problem.scene.identify, problem.scene.excitation, problem.mjcf_path};
   for (auto* name : {workflow::RunFolder::training, workflow::RunFolder::validation})
@@ -161,6 +172,10 @@ Subject load_run(const fs::path& folder) {
 Subject load_subject(const CheckOptions& options) {
   if (workflow::is_run_folder(options.target)) return load_run(options.target);
   Subject subject;
+  const fs::path kind = options.target.extension();
+  if (options.contract.empty() && (kind == ".csv" || kind == ".txt" || kind == ".mcap"))
+    throw UserError("{}: a log needs --contract FILE; `fricid template contract` prints one",
+                    options.target.string());
   if (options.contract.empty())
     subject.sets.push_back(data::load_dataset(options.target));
   else
@@ -180,15 +195,15 @@ bool regular(const std::vector<data::Dataset>& sets) {
   return true;
 }
 
-void design_next(const Subject& subject, const std::vector<estimate::Filtered>& sequences,
+void design_next(const Subject& subject, const std::vector<signals::Recording>& recordings,
                  const fs::path& file, int jobs) {
-  data::ExcitationConfig config = subject.excitation;
+  sim::ExcitationOptions config = subject.excitation;
   config.train = 1;
   config.validation = 0;
   const dynamics::RobotModel& robot = *subject.robot;
   const sim::MujocoArm arm(subject.mjcf, robot, 1e-3);
-  const sim::Excitation next = sim::design_excitation(config, arm, robot, 1, jobs,
-                                                      estimate::base_information(robot, sequences));
+  const sim::Excitation next = sim::design_excitation(
+      config, arm, robot, 1, jobs, estimate::base_information(robot, recordings));
   write_file_atomically(file, sim::trajectory_toml(next.train[0], robot));
   const fs::path table = fs::path(file).replace_extension(".csv");
   write_file_atomically(table, sim::trajectory_csv(next.train[0], robot, subject.sets[0].rate_hz));
@@ -228,24 +243,29 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
     const auto findings = doctor::diagnose(d, pointer(subject.robot));
     whole = whole && !damaged(findings);
     result["doctor"].push_back(nlohmann::ordered_json::parse(doctor::to_json(findings, d)));
-    if (!common.json) print_findings(findings, d, {}, stdout);
+    if (!common.json && !damaged(findings))
+      fmt::print("{}: {:.4g} s at {:.4g} Hz: no damage found\n", printable(d.name),
+                 d.t[d.length() - 1] - d.t[0], d.rate_hz);
+    if (!common.json) print_findings(told(findings, options.verbose), d, {}, stdout);
   }
   if (!subject.robot) {
     fmt::print(stderr, "parameters: not examined: --robot names no URDF\n");
     if (!options.design.empty())
       throw UserError("--design: needs a robot: --robot URDF, or the folder of a run");
   } else if (regular(subject.sets)) {
-    std::vector<estimate::Filtered> sequences;
+    std::vector<signals::Recording> recordings;
     for (const data::Dataset& d : subject.sets)
-      sequences.push_back(estimate::filter_dataset(d, subject.identify.cutoff_hz));
+      recordings.push_back(signals::make_recording(d, subject.identify.cutoff_hz));
     estimate::IdentifiabilityOptions how;
-    how.rigid_body.cutoff_hz = subject.identify.cutoff_hz;
-    how.rigid_body.min_speed = subject.identify.min_speed_rad_s;
-    const auto report = estimate::examine_data(*subject.robot, subject.sets, sequences, how);
+    how.rigid_body = subject.identify;
+    const auto report = estimate::examine_data(*subject.robot, recordings, how);
     result["identifiability"] =
         nlohmann::ordered_json::parse(estimate::to_json(report, *subject.robot));
-    if (!common.json) std::fputs(estimate::to_text(report, *subject.robot).c_str(), stdout);
-    if (!options.design.empty()) design_next(subject, sequences, options.design, common.jobs);
+    if (!common.json) {
+      std::fputs(estimate::to_summary(report, *subject.robot).c_str(), stdout);
+      if (options.verbose) std::fputs(estimate::to_text(report, *subject.robot).c_str(), stdout);
+    }
+    if (!options.design.empty()) design_next(subject, recordings, options.design, common.jobs);
   }
   if (common.json) std::printf("%s\n", result.dump(2).c_str());
   if (workflow::is_run_folder(options.target))

@@ -1,14 +1,23 @@
 // The `fricid` program: options in, exit codes out.
+#include <fcntl.h>
+
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <iostream>
 #include <vector>
 
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/limits.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/base/progress.hpp"
+#include "fricid/deploy/export.hpp"
+#include "fricid/film/options.hpp"
+#include "seeds.hpp"
 
 namespace {
 
@@ -37,11 +46,36 @@ void print_error(std::string_view message) {
   std::fprintf(stderr, "fricid: %s\n", printable(message).c_str());
 }
 
+/// Digits only: CLI11 would take -1 for 2^64 - 1 and 07 for an octal number.
+std::string whole_number_up_to(const Limit& limit, const std::string& text) {
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error == std::errc() && end == text.data() + text.size() && value <= limit.most &&
+      (text == "0" || text.front() != '0'))
+    return {};
+  return fmt::format("\"{}\"; allowed: a whole number from 0 to {}", text, limit.most);
+}
+
+/// Standard streams that are closed get a file that can neither be read nor written, so that no
+/// file of ours takes their place. A reader of stdout that went away is an error of writing, not
+/// our end.
+void keep_standard_streams() {
+  for (const int stream : {0, 1, 2})
+    if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == 0 ? O_WRONLY : O_RDONLY);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+/// The exit code of a command that ended with `code`, once all it printed has arrived.
+int exit_code_once_printed(int code) {
+  std::cout.flush();
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  print_error("stdout: cannot be written: it is full or closed");
+  return kNumericalFailure;
+}
+
 int exit_code_of(Verdict verdict) { return verdict == Verdict::kDone ? kDone : kVerdictNo; }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run_command_line(int argc, char** argv) {
   CLI::App app{"fricid: ground truth, identification and pictures for friction in robot joints"};
   app.require_subcommand(0, 1);
   app.set_help_all_flag("--help-all", "help of every command");
@@ -55,6 +89,7 @@ int main(int argc, char** argv) {
   ImportOptions import_options;
   EstimateOptions estimate_options;
   CheckOptions check_options;
+  ExportOptions export_options;
   std::string file, topic;
   std::vector<std::filesystem::path> folders;
   std::filesystem::path output;
@@ -62,10 +97,14 @@ int main(int argc, char** argv) {
   std::function<Verdict()> command;
 
   auto* run_command =
-      app.add_subcommand("run", "the whole job: data, identification, evaluation, plots");
+      app.add_subcommand("run", "run everything: data, identification, evaluation, plots, report");
   run_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
   run_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
-  run_command->add_option("--seed", run_options.seed, "of the data, instead of the scene's");
+  const auto is_seed = [](const std::string& text) {
+    return whole_number_up_to(limits::kSeed, text);
+  };
+  run_command->add_option("--seed", run_options.seed, "of the data, instead of the scene's")
+      ->check(is_seed);
   run_command->add_flag("--no-video", run_options.no_video, "leave the videos out");
   add_common(*run_command, common, "fricid run scenes/kr6_demo.toml -o run/kr6_demo");
   run_command->callback([&] { command = [&] { return run(run_options, common); }; });
@@ -74,7 +113,8 @@ int main(int argc, char** argv) {
       app.add_subcommand("simulate", "ground truth only: data sets and truth files");
   simulate_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
   simulate_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
-  simulate_command->add_option("--seed", run_options.seed, "of the data, instead of the scene's");
+  simulate_command->add_option("--seed", run_options.seed, "of the data, instead of the scene's")
+      ->check(is_seed);
   add_common(*simulate_command, common, "fricid simulate scenes/kr6_lugre.toml");
   simulate_command->callback([&] { command = [&] { return simulate(run_options, common); }; });
 
@@ -83,7 +123,8 @@ int main(int argc, char** argv) {
       ->required();
   identify_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
   identify_command->add_option("--model", run_options.models, "only these models (repeatable)");
-  identify_command->add_option("--seeds", run_options.seeds, "e.g. 1-5 or 1,3");
+  identify_command->add_option("--seeds", run_options.seeds, "e.g. 1-5 or 1,3")
+      ->each([](const std::string& text) { parse_seeds(text); });
   add_common(*identify_command, common, "fricid identify run/kr6_demo --model lugre --seeds 1-5");
   identify_command->callback([&] { command = [&] { return identify(run_options, common); }; });
 
@@ -103,9 +144,9 @@ int main(int argc, char** argv) {
       ->add_option("WHAT", render_options.what, "plots, video, report, still; default: not still")
       ->check(CLI::IsMember({"plots", "video", "report", "still"}));
   render_command->add_option("--quality", render_options.quality, "of the video; default: scene")
-      ->check(CLI::IsMember({"draft", "standard", "final"}));
+      ->check(CLI::IsMember(all_names<film::Quality>()));
   render_command->add_option("--layout", render_options.layout, "of the video; default: scene")
-      ->check(CLI::IsMember({"ghosts", "side_by_side"}));
+      ->check(CLI::IsMember(all_names<film::Layout>()));
   render_command->add_option("--renderer", render_options.renderer, "default: what is found")
       ->check(CLI::IsMember({"egl", "osmesa"}));
   render_command->add_option("-o,--output", render_options.still, "of the still; still.png");
@@ -114,29 +155,29 @@ int main(int argc, char** argv) {
   render_command->callback([&] { command = [&] { return render(render_options, common); }; });
 
   auto* compare_command = app.add_subcommand(
-      "compare", "evaluations of many runs joined, with intervals over the runs");
+      "compare", "join the evaluations of many runs, with intervals over the runs");
   compare_command->add_option("DIR", folders, "run folders")->required();
   compare_command->add_option("-o,--output", output, "file for the table; default stdout");
   add_common(*compare_command, common, "fricid compare run/kr6_gms_1 run/kr6_gms_2");
   compare_command->callback([&] { command = [&] { return compare(folders, output, common); }; });
 
   auto* view_command =
-      app.add_subcommand("view", "replay of a run, or the live arm with its friction to play with");
+      app.add_subcommand("view", "replay a run, or move the live arm with adjustable friction");
   view_command->add_option("DIR|SCENE|MODEL", view_options.target, "what to show")->required();
   view_command->add_option("--screenshot", view_options.screenshot,
-                           "write this PNG and end; needs no display");
+                           "write this PNG and exit; needs no display");
   view_command->add_option("--at", view_options.at, "time of the screenshot [s]");
   view_command->add_option("--script", view_options.script,
-                           "commands to obey and then end (docs/rendering.md)");
+                           "run the commands of this file, then exit (docs/rendering.md)");
   view_command->add_option("--renderer", view_options.renderer, "of the screenshot")
       ->check(CLI::IsMember({"egl", "osmesa"}));
   add_common(*view_command, common, "fricid view run/kr6_demo");
   view_command->callback([&] { command = [&] { return view(view_options); }; });
 
   auto* import_command =
-      app.add_subcommand("import", "real logs to data sets (docs/your_own_log.md)");
+      app.add_subcommand("import", "convert real logs to data sets (docs/your_own_log.md)");
   import_command->add_option("LOG", import_options.logs, "log files")->required();
-  import_command->add_option("--contract", import_options.contract, "what the columns are (TOML)")
+  import_command->add_option("--contract", import_options.contract, "meaning of the columns (TOML)")
       ->required();
   import_command->add_option("-o,--output", import_options.output,
                              "folder for the data sets; default .");
@@ -150,7 +191,7 @@ int main(int argc, char** argv) {
   import_command->callback([&] { command = [&] { return import_logs(import_options, common); }; });
 
   auto* check_command =
-      app.add_subcommand("check", "what is wrong with data, and what they can identify");
+      app.add_subcommand("check", "check data: faults, and which parameters they identify");
   check_command->add_option("DIR|LOG", check_options.target, "run folder, data set (HDF5), or log")
       ->required();
   check_command->add_option("--contract", check_options.contract, "of a log (TOML)");
@@ -158,11 +199,13 @@ int main(int argc, char** argv) {
   check_command->add_option(
       "--design", check_options.design,
       "write a trajectory (TOML, and CSV beside it) that adds what is missing");
+  check_command->add_flag("--verbose", check_options.verbose,
+                          "every parameter, joint and note, beside the verdict");
   add_common(*check_command, common, "fricid check log.csv --contract contract.toml");
   check_command->callback([&] { command = [&] { return check(check_options, common); }; });
 
   auto* estimate_command = app.add_subcommand(
-      "estimate", "states and friction along a log, sample by sample, by the online filter");
+      "estimate", "estimate states and friction along a log with the online filter");
   estimate_command->add_option("MODEL", estimate_options.model, "identified model (JSON)")
       ->required();
   estimate_command->add_option("LOG", estimate_options.log, "data set (HDF5)")->required();
@@ -170,51 +213,67 @@ int main(int argc, char** argv) {
                                "HDF5 file; default estimate.h5");
   estimate_command->add_option("--particles", estimate_options.particles, "of the filter")
       ->check(CLI::Range(1, 1'000'000));
-  estimate_command->add_option("--seed", estimate_options.seed, "of the filter");
+  estimate_command->add_option("--seed", estimate_options.seed, "of the filter")->check(is_seed);
   add_common(*estimate_command, common,
              "fricid estimate run/kr6_demo/models/lugre_s1.json "
              "run/kr6_demo/data/validation_0.h5 -o estimate.h5");
   estimate_command->callback(
       [&] { command = [&] { return estimate_log(estimate_options, common); }; });
 
-  auto* info_command = app.add_subcommand("info", "what is in any file of ours");
+  auto* export_command =
+      app.add_subcommand("export", "models for simulators and controllers (docs/use_it.md)");
+  export_command->add_option("RUN|MODEL", export_options.target, "run folder or model (JSON)")
+      ->required();
+  export_command->add_option("FORMAT", export_options.format, deploy::format_list())->required();
+  export_command->add_option("-o,--output", export_options.output, "folder for the files")
+      ->required();
+  add_common(*export_command, common,
+             "fricid export run/kr6_demo/models/lugre_s1.json c -o controller");
+  export_command->callback(
+      [&] { command = [&] { return export_models(export_options, common); }; });
+
+  auto* info_command = app.add_subcommand("info", "show the content of any fricid file");
   info_command->add_option("FILE", file, "data set, truth, rollout, model or scene")->required();
-  info_command->add_flag("--csv", csv, "write its signals as text");
+  info_command->add_flag("--csv", csv, "write its signals as CSV");
   add_common(*info_command, common, "fricid info run/kr6_demo/data/train_0.h5");
   info_command->callback([&] { command = [&] { return info(file, csv, common); }; });
 
-  auto* template_command = app.add_subcommand("template", "a commented file with every key");
+  auto* template_command = app.add_subcommand("template", "print a commented file with every key");
   template_command->add_option("KIND", topic, "robot, scene or contract")
       ->required()
       ->check(CLI::IsMember({"robot", "scene", "contract"}));
   add_common(*template_command, common, "fricid template scene > my_scene.toml");
   template_command->callback([&] { command = [&] { return print_template(topic); }; });
 
+  install_stop_handler();
   try {
     app.parse(argc, argv);
+    Progress::set_quiet(common.quiet);
+    if (version) return print_version(), kDone;
+    if (!command) return std::fputs(app.help().c_str(), stdout), kUserMistake;
+    return exit_code_of(command());
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
     print_error(error.what());
     return kUserMistake;
-  }
-  if (version) return print_version(), kDone;
-  if (!command) {
-    std::fputs(app.help().c_str(), stdout);
-    return kUserMistake;
-  }
-
-  install_stop_handler();
-  Progress::set_quiet(common.quiet);
-  try {
-    return exit_code_of(command());
   } catch (const UserError& error) {
     print_error(error.what());
     return kUserMistake;
   } catch (const Stopped&) {
     std::fputs("fricid: stopped; the same command goes on from here\n", stderr);
     return kStopped;
+  } catch (const std::filesystem::filesystem_error& error) {
+    print_error(fmt::format("{}: {}", error.path1().string(), error.code().message()));
+    return kUserMistake;
   } catch (const std::exception& error) {
     print_error(fmt::format("unexpected failure: {}", error.what()));
     return kNumericalFailure;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  keep_standard_streams();
+  return exit_code_once_printed(run_command_line(argc, argv));
 }

@@ -14,10 +14,11 @@ Verdict render(const RenderOptions& options, const CommonOptions& common) {
   RunOptions folder;
   folder.target = options.target;
   workflow::Job job = open_job(workflow::load_problem(options.target), folder, common);
-  data::Scene scene = job.problem.scene;
-  if (!options.quality.empty()) scene.render.quality = options.quality;
-  if (!options.layout.empty()) scene.render.layout = options.layout;
-  const data::Problem shown = workflow::with_scene(job.problem, std::move(scene));
+  scene::Scene scene = job.problem.scene;
+  if (const auto quality = value_named<film::Quality>(options.quality))
+    scene.render.quality = *quality;
+  if (const auto layout = value_named<film::Layout>(options.layout)) scene.render.layout = *layout;
+  const scene::Problem shown = workflow::with_scene(job.problem, std::move(scene));
 
   const auto wanted = [&](const char* what) {
     return std::find(options.what.begin(), options.what.end(), what) != options.what.end();

@@ -1,27 +1,56 @@
 #include "seeds.hpp"
 
-#include <cstdio>
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <optional>
+#include <string_view>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/limits.hpp"
 
 namespace fricid::cli {
+namespace {
+
+/// Takes the digits at the front of `text` away; nothing when there are none, or too many.
+std::optional<int> take_number(std::string_view& text) {
+  std::uint64_t value = 0;
+  if (text.empty() || text.front() < '0' || text.front() > '9') return std::nullopt;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || value > limits::kFitSeed.most) return std::nullopt;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  return static_cast<int>(value);
+}
+
+}  // namespace
 
 std::vector<int> parse_seeds(const std::string& text) {
+  const auto refuse = [&] {
+    throw UserError(
+        "--seeds \"{}\": allowed: up to {} numbers from 0 to {}, each once, such as 1-5 "
+        "or 1,3",
+        text, limits::kFitSeeds.most, limits::kFitSeed.most);
+  };
   std::vector<int> seeds;
-  for (std::size_t at = 0; at < text.size();) {
-    int first = 0, last = 0, used = 0;
-    const char* rest = text.c_str() + at;
-    if (std::sscanf(rest, "%d-%d%n", &first, &last, &used) == 2) {
-    } else if (std::sscanf(rest, "%d%n", &first, &used) == 1) {
-      last = first;
+  std::string_view rest = text;
+  for (bool more = true; more;) {
+    const std::optional<int> first = take_number(rest);
+    std::optional<int> last = first;
+    if (first && rest.starts_with('-')) {
+      rest.remove_prefix(1);
+      last = take_number(rest);
     }
-    at += static_cast<std::size_t>(used);
-    const bool separated = at == text.size() || text[at] == ',';
-    if (used == 0 || !separated || first < 0 || last < first || last - first > 1000)
-      throw UserError("--seeds {}: allowed: numbers and ranges such as 1-5 or 1,3", text);
-    for (int seed = first; seed <= last; ++seed) seeds.push_back(seed);
-    ++at;
+    if (!first || !last || *last < *first ||
+        static_cast<std::uint64_t>(*last - *first) >= limits::kFitSeeds.most - seeds.size())
+      refuse();
+    for (int seed = *first; seed <= *last; ++seed) {
+      if (std::ranges::count(seeds, seed) > 0) refuse();
+      seeds.push_back(seed);
+    }
+    more = rest.starts_with(',');
+    if (more) rest.remove_prefix(1);
   }
+  if (!rest.empty()) refuse();
   return seeds;
 }
 

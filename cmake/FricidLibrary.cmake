@@ -1,3 +1,27 @@
+# What the libraries after friction include, compiled once: the standard library, Eigen, fmt, and the
+# declarations of the parts of Eigen that base has compiled.
+function(fricid_precompile_headers)
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/headers.cpp CONTENT "")
+  add_library(fricid_headers OBJECT EXCLUDE_FROM_ALL ${PROJECT_BINARY_DIR}/headers.cpp)
+  target_link_libraries(fricid_headers PRIVATE fricid_abi fricid_flags fricid_base Eigen3::Eigen fmt::fmt)
+  target_precompile_headers(
+    fricid_headers PRIVATE <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <limits> <map>
+                           <memory> <numbers> <optional> <span> <string> <string_view> <utility>
+                           <vector> <fmt/format.h> <Eigen/Core> <fricid/base/eigen_instances.hpp>)
+endfunction()
+
+# Lets a target use them. From a precompiled header, g++ 12 gives those warnings about strings of the
+# standard library that it holds back in system headers: they do not stop a build.
+function(fricid_use_precompiled_headers target)
+  target_precompile_headers(${target} REUSE_FROM fricid_headers)
+  target_link_libraries(${target} PRIVATE fricid_base)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(
+      ${target} PRIVATE -Wno-error=array-bounds -Wno-error=stringop-overflow
+                        -Wno-error=stringop-overread -Wno-error=restrict)
+  endif()
+endfunction()
+
 # fricid_library(NAME SOURCES files... [PUBLIC targets...] [PRIVATE targets...])
 # A static library fricid::NAME with the headers of ./include, and nothing visible but what it names.
 function(fricid_library name)
@@ -10,8 +34,26 @@ function(fricid_library name)
                           $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(fricid_${name} PUBLIC fricid_abi ${arg_PUBLIC}
                                        PRIVATE $<BUILD_INTERFACE:fricid_flags> ${arg_PRIVATE})
+  if(TARGET fricid_headers)
+    fricid_use_precompiled_headers(fricid_${name})
+  endif()
   set_property(GLOBAL APPEND PROPERTY FRICID_LIBRARIES fricid_${name})
   set_property(GLOBAL APPEND PROPERTY FRICID_INCLUDE_DIRS ${CMAKE_CURRENT_SOURCE_DIR}/include)
+endfunction()
+
+# fricid_options(NAME [targets...])
+# The options of a library, fricid::NAME_options: headers alone, in ./options/include. A scene embeds
+# them without seeing the library.
+function(fricid_options name)
+  add_library(fricid_${name}_options INTERFACE)
+  add_library(fricid::${name}_options ALIAS fricid_${name}_options)
+  set_target_properties(fricid_${name}_options PROPERTIES EXPORT_NAME ${name}_options)
+  target_include_directories(
+    fricid_${name}_options INTERFACE $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/options/include>
+                                     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(fricid_${name}_options INTERFACE fricid::base ${ARGN})
+  set_property(GLOBAL APPEND PROPERTY FRICID_LIBRARIES fricid_${name}_options)
+  set_property(GLOBAL APPEND PROPERTY FRICID_INCLUDE_DIRS ${CMAKE_CURRENT_SOURCE_DIR}/options/include)
 endfunction()
 
 # Flags of every test. Tests wait for the compiler more than for the processor. g++ 12 then sees
@@ -25,8 +67,6 @@ function(fricid_test_flags target)
       ${target} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized -Wno-array-bounds
                         -Wno-stringop-overflow -Wno-stringop-overread -Wno-restrict)
   endif()
-  target_compile_definitions(${target} PRIVATE FRICID_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
-                                               FRICID_BINARY_DIR="${PROJECT_BINARY_DIR}")
 endfunction()
 
 # What all tests include, compiled once.
@@ -56,8 +96,7 @@ function(fricid_test name)
     math(EXPR arg_TIMEOUT "5 * ${arg_TIMEOUT}")
   endif()
   add_executable(${name} ${arg_SOURCES})
-  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
-  target_link_libraries(${name} PRIVATE ${arg_DEPENDS})
+  target_link_libraries(${name} PRIVATE fricid_source_dir ${arg_DEPENDS})
   fricid_test_flags(${name})
   target_precompile_headers(${name} REUSE_FROM fricid_test_headers)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT})

@@ -14,11 +14,11 @@ fi
 
 out=build/fuzz
 mkdir -p $out/corpus
-flags="-std=c++20 -O1 -g -Iident/base/include -Iident/data/include -Iident/data/src -Itests/data
+flags="-std=c++20 -O1 -g -Iident/base/include -Iident/signals/include -Iident/data/include -Iident/data/src -Itests/data
        $(pkg-config --cflags eigen3) -DFMT_HEADER_ONLY"
 sources="ident/data/src/logs/columns.cpp ident/data/src/logs/compression.cpp ident/data/src/logs/csv.cpp ident/data/src/logs/kuka_trace.cpp
          ident/data/src/logs/mcap.cpp ident/data/src/logs/rsi.cpp ident/base/src/names.cpp ident/base/src/text.cpp
-         ident/base/src/files.cpp"
+         ident/base/src/files.cpp ident/base/src/limits.cpp"
 sanitize=address,undefined
 "$clang" $flags -Iident/friction/include -Iident/dynamics/include tests/fuzz/write_corpus.cpp \
   -lzstd -llz4 -o $out/write_corpus

@@ -11,12 +11,10 @@
 #include "fricid/data/artefact.hpp"
 #include "fricid/sim/excitation_file.hpp"
 #include "fricid/workflow/recordings.hpp"
-#include "welch.hpp"
 
 namespace fricid::render {
 namespace {
 
-constexpr int kSegment = 1024;  // samples of one periodogram
 constexpr double kTwoSd = 2;
 constexpr double kRelated = 0.5, kConfused = 0.9;  // correlations worth a sign, and a bold one
 
@@ -34,25 +32,6 @@ std::vector<double> per_iteration(const data::FittedEm& em, double data::FittedI
   std::vector<double> values;
   for (const data::FittedIteration& iteration : em.iterations) values.push_back(iteration.*value);
   return values;
-}
-
-/// Bins averaged over a sixth of an octave, as a log axis shows them.
-Spectrum smoothed(const Spectrum& fine) {
-  const double step = std::pow(2, 1.0 / 6);
-  std::vector<double> frequency, density;
-  for (Eigen::Index k = 0; k < fine.density.size();) {
-    const double end = fine.frequency_hz[k] * step;
-    double sum_f = 0, sum_d = 0;
-    int count = 0;
-    for (; k < fine.density.size() && (count == 0 || fine.frequency_hz[k] < end); ++k, ++count) {
-      sum_f += fine.frequency_hz[k];
-      sum_d += fine.density[k];
-    }
-    frequency.push_back(sum_f / count);
-    density.push_back(sum_d / count);
-  }
-  return {Eigen::Map<Eigen::VectorXd>(frequency.data(), std::ssize(frequency)),
-          Eigen::Map<Eigen::VectorXd>(density.data(), std::ssize(density))};
 }
 
 /// Whether a parameter of a law is plotted: those of its elements and weights are too many, where a
@@ -146,7 +125,8 @@ Figure filter_health(const Run& run) {
   Figure figure{.name = "filter_health", .columns = 3, .panel_height_cm = 4.6};
   figure.caption =
       "Health of the filters: normalised innovation squared per channel (1: the noise is as large "
-      "as the model says), least share of distinct roots of the smoothed paths (0: the paths have "
+      "as the model assumes), least share of distinct roots of the smoothed paths (0: the paths "
+      "have "
       "one ancestor), and the effective sample size of the online filter (of a long log the median "
       "and the range over two-hundredths of it).";
   Panel nis{.x_label = "EM iteration", .y_label = "NIS per channel", .log_y = true},
@@ -166,44 +146,6 @@ Figure filter_health(const Run& run) {
   }
   for (Panel* panel : {&nis, &roots, &ess})
     if (!panel->series.empty()) figure.panels.push_back(std::move(*panel));
-  return figure;
-}
-
-Figure residual_spectrum(const Run& run) {
-  Figure figure{.name = "residual_spectrum"};
-  figure.caption = fmt::format(
-      "Spectrum of the torque that each model leaves along the measured motion of {} (Welch, Hann "
-      "windows of {} samples). Flat is noise; what rises towards low frequencies is friction or "
-      "inertia that the model does not have. Black: the measured torque.",
-      run.trajectory, kSegment);
-  for (int j = 0; j < run.n(); ++j)
-    figure.panels.push_back(
-        {.title = run.joint(j),
-         .x_label = "frequency [Hz]",
-         .y_label = "density [N² m²/Hz]",
-         .log_x = true,
-         .log_y = true,
-         .x_range = {run.measured.rate_hz / kSegment, run.measured.rate_hz / 2}});
-  const auto add = [&](int j, Series look, const Eigen::VectorXd& signal) {
-    const Spectrum spectrum = smoothed(welch(signal, run.measured.rate_hz, kSegment));
-    look.x = to_vector(spectrum.frequency_hz);
-    look.y = to_vector(spectrum.density);
-    look.width = 0.9;
-    figure.panels[static_cast<std::size_t>(j)].series.push_back(std::move(look));
-  };
-  bool any = false;
-  for (const RunModel& model : run.fitted()) {
-    const auto prediction = run.prediction(model);
-    if (!prediction) continue;
-    for (int j = 0; j < run.n(); ++j) {
-      if (!any)
-        add(j, {.label = "measured torque", .colour = kMeasuredColour}, prediction->tau.col(j));
-      add(j, {.label = model.label, .colour = model.look.colour, .dash = model.look.dash},
-          prediction->tau.col(j) - prediction->tau_predicted.col(j));
-    }
-    any = true;
-  }
-  if (!any) figure.panels.clear();
   return figure;
 }
 
@@ -287,44 +229,6 @@ Figure parameters(const Run& run) {
   return figure;
 }
 
-Figure torque_drift(const Run& run) {
-  Figure figure{.name = "torque_drift"};
-  figure.caption = fmt::format(
-      "What each model leaves of the motor torque along the measured motion of {}, mean over "
-      "twentieths of the recording: a level is a missing offset, a slope is drift (warming up).",
-      run.trajectory);
-  constexpr Eigen::Index kBlocks = 20;
-  for (int j = 0; j < run.n(); ++j)
-    figure.panels.push_back({.title = run.joint(j),
-                             .x_label = "t [s]",
-                             .y_label = "mean torque left [N m]",
-                             .fit_x = true});
-  bool any = false;
-  for (const RunModel& model : run.fitted()) {
-    const auto prediction = run.prediction(model);
-    if (!prediction) continue;
-    any = true;
-    const RowMatrix left = prediction->tau - prediction->tau_predicted;
-    const Eigen::VectorXd& t = prediction->t;
-    const Eigen::Index length = t.size() / kBlocks;
-    if (length == 0) continue;
-    for (int j = 0; j < run.n(); ++j) {
-      Eigen::VectorXd at(kBlocks), mean(kBlocks);
-      for (Eigen::Index b = 0; b < kBlocks; ++b) {
-        at[b] = t.segment(b * length, length).mean();
-        mean[b] = left.col(j).segment(b * length, length).mean();
-      }
-      Series series = curve(model, at, mean);
-      series.mark = Mark::kLinePoints;
-      series.marker = model.look.marker;
-      series.width = 0.9;
-      figure.panels[static_cast<std::size_t>(j)].series.push_back(std::move(series));
-    }
-  }
-  if (!any) figure.panels.clear();
-  return figure;
-}
-
 /// A plus or a minus in the middle of a tile, as strokes of a line.
 void add_sign(double x, double y, double value, Series& strokes) {
   constexpr double kArm = 0.16, kBreak = std::numeric_limits<double>::quiet_NaN();
@@ -339,7 +243,7 @@ Figure correlation(const Run& run, const RunModel& model) {
   Figure figure{.name = file_stem("correlation_" + model.name), .left_cm = 2.1};
   figure.caption = fmt::format(
       "{}: correlation of the errors of its fitted parameters, joint by joint: white 0, vermilion "
-      "1, blue -1; with its sign from 0.5 on, in bold from 0.9 on, where the data know a "
+      "1, blue -1; with its sign from 0.5 on, in bold from 0.9 on, where the data determine a "
       "combination better than its parts.",
       model.label);
   const auto fit = run.fit(model);

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -8,15 +7,13 @@
 
 #include "figure_parts.hpp"
 #include "fricid/base/names.hpp"
-#include "fricid/system/driven_friction.hpp"
+#include "fricid/evaluate/characteristics.hpp"
 
 namespace fricid::render {
 namespace {
 
-constexpr double kWindow = 5;         // [s] of what is shown in time
-constexpr double kAround = 0.15;      // [s] before and after a reversal
-constexpr double kFastEnough = 0.15;  // [rad/s] that a joint must reach on both sides of it
-constexpr double kNormal90 = 1.645;   // half width of a 90 % band in standard deviations
+constexpr double kWindow = 5;        // [s] of what is shown in time
+constexpr double kNormal90 = 1.645;  // half width of a 90 % band in standard deviations
 
 /// The part of a curve between two times, counted from `zero`.
 Series cut(Series series, double begin, double end, double zero = 0, double scale = 1) {
@@ -31,77 +28,6 @@ Series cut(Series series, double begin, double end, double zero = 0, double scal
   return part;
 }
 
-/// Index of the slowest reversal of a joint that has motion on both sides; -1: none.
-Eigen::Index slowest_reversal(const Eigen::VectorXd& t, const Eigen::VectorXd& v) {
-  const double dt = t.size() > 1 ? t[1] - t[0] : 1;
-  const auto side = static_cast<Eigen::Index>(std::lround(kAround / dt));
-  Eigen::Index best = -1;
-  double least = INFINITY;
-  for (Eigen::Index k = side; k + side + 1 < v.size(); ++k) {
-    if ((v[k] > 0) == (v[k + 1] > 0)) continue;
-    if (std::abs(v[k - side]) < kFastEnough || std::abs(v[k + side]) < kFastEnough) continue;
-    if ((v[k - side] > 0) == (v[k + side] > 0)) continue;
-    const double acceleration = std::abs(v[k + 1] - v[k]);
-    if (acceleration < least) {
-      least = acceleration;
-      best = k;
-    }
-  }
-  return best;
-}
-
-/// Displacement over which a friction has reached 90 % of what it reaches in 50 mrad, per joint:
-/// the length of presliding [rad].
-Eigen::VectorXd presliding_length(const friction::Friction& friction) {
-  constexpr int kSteps = 5000;
-  constexpr double kFar = 0.05, kSpeed = 0.01;  // [rad], [rad/s]
-  const int n = friction.model.joint_count();
-  const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(kSteps, 0, kFar);
-  const RowMatrix q = x * Eigen::RowVectorXd::Ones(n), v = RowMatrix::Constant(kSteps, n, kSpeed);
-  const RowMatrix tau_f = drive_friction(friction, kFar / kSpeed / kSteps, q, v,
-                                         RowMatrix::Zero(kSteps, n), RowMatrix())
-                              .tau_f;
-  Eigen::VectorXd length(n);
-  for (int j = 0; j < n; ++j) {
-    int k = 0;
-    while (k + 1 < kSteps && tau_f(k, j) < 0.9 * tau_f(kSteps - 1, j)) ++k;
-    length[j] = x[k];
-  }
-  return length;
-}
-
-/// A slow motion through presliding: up, once around the outer loop, and an inner loop on the way
-/// back, in shares of the amplitude, one leg at a time at constant speed.
-struct Probe {
-  RowMatrix q, v;
-  double dt;
-};
-
-Probe presliding_probe(const Eigen::VectorXd& amplitude) {
-  constexpr std::array kTurns{0.0, 1.0, -1.0, 0.25, -0.35, 1.0};
-  constexpr int kSteps = 500;             // per unit of amplitude
-  constexpr double kDt = 0.002;           // [s]
-  std::vector<double> share{0.0}, speed;  // amplitudes, amplitudes per second
-  for (std::size_t leg = 1; leg < kTurns.size(); ++leg) {
-    const double from = kTurns[leg - 1], way = kTurns[leg] - from;
-    const int steps = static_cast<int>(std::lround(kSteps * std::abs(way)));
-    for (int k = 1; k <= steps; ++k) {
-      share.push_back(from + way * k / steps);
-      speed.push_back(way / (steps * kDt));
-    }
-  }
-  speed.push_back(speed.back());
-  const Eigen::Map<const Eigen::VectorXd> x(share.data(), std::ssize(share)),
-      rate(speed.data(), std::ssize(speed));
-  return {x * amplitude.transpose(), rate * amplitude.transpose(), kDt};
-}
-
-RowMatrix probed(const friction::Friction& friction, const Probe& probe) {
-  return drive_friction(friction, probe.dt, probe.q, probe.v,
-                        RowMatrix::Zero(probe.q.rows(), probe.q.cols()), RowMatrix())
-      .tau_f;
-}
-
 /// States of the first joint, or the first ones of a law of the whole robot.
 Eigen::Index shown_states(const friction::RobotFriction& model) {
   constexpr int kMost = 4;
@@ -110,27 +36,6 @@ Eigen::Index shown_states(const friction::RobotFriction& model) {
 }
 
 }  // namespace
-
-Figure torque(const Run& run, const RunModel& model) {
-  Figure figure{.name = file_stem("torque_" + model.name)};
-  figure.caption = fmt::format(
-      "Motor torque on {} as {} predicts it along the measured motion, and what is left.",
-      run.trajectory, model.label);
-  const auto signals = run.prediction(model);
-  if (!signals) return figure;
-  const Eigen::VectorXd& t = signals->t;
-  const RowMatrix &measured = signals->tau, &predicted = signals->tau_predicted;
-  for (int j = 0; j < run.n(); ++j) {
-    Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "tau [N m]", .fit_x = true};
-    panel.series = {
-        curve("measured - predicted", kTruthColour, t, measured.col(j) - predicted.col(j), 0.8),
-        curve("measured", kMeasuredColour, t, measured.col(j), 0.8),
-        curve(model, t, predicted.col(j))};
-    panel.series.back().dash = 1;
-    figure.panels.push_back(std::move(panel));
-  }
-  return figure;
-}
 
 Figure friction_loop(const Run& run, int joint) {
   const std::string& name = run.joint(joint);
@@ -162,25 +67,27 @@ Figure presliding(const Run& run) {
   if (shown.empty()) return figure;
 
   // The scale of the loops: the truth's, or else that of the model with the longest presliding.
-  Eigen::VectorXd length = presliding_length(run.truth ? run.truth->friction : shown[0].second);
+  Eigen::VectorXd length =
+      evaluate::presliding_length(run.truth ? run.truth->friction : shown[0].second);
   if (!run.truth)
     for (const auto& [model, friction] : shown)
-      length = length.cwiseMax(presliding_length(friction));
-  const Probe probe = presliding_probe(1.5 * length.cwiseMax(1e-4));
+      length = length.cwiseMax(evaluate::presliding_length(friction));
+  const evaluate::PreslidingMotion motion =
+      evaluate::presliding_motion(1.5 * length.cwiseMax(1e-4));
   figure.caption =
       "Presliding: the law of every model moved slowly from rest around an outer and an inner "
       "loop, "
       "without load. Hysteresis with memory closes both loops; a law without memory that is smooth "
       "in velocity stays near zero.";
   if (run.truth) figure.caption += " Grey: the injected friction.";
-  const Eigen::MatrixXd milli = 1e3 * probe.q;
+  const Eigen::MatrixXd milli = 1e3 * motion.q;
   for (int j = 0; j < run.n(); ++j) {
     Panel panel{
         .title = run.joint(j), .x_label = "displacement [mrad]", .y_label = "friction [N m]"};
     figure.panels.push_back(std::move(panel));
   }
   const auto add = [&](const friction::Friction& friction, Series look) {
-    const RowMatrix tau_f = probed(friction, probe);
+    const RowMatrix tau_f = evaluate::presliding_loop(friction, motion);
     for (int j = 0; j < run.n(); ++j) {
       look.x = to_vector(milli.col(j));
       look.y = to_vector(tau_f.col(j));
@@ -205,7 +112,7 @@ Figure reversal(const Run& run) {
   if (shown.empty()) return figure;
   for (int j = 0; j < run.n(); ++j) {
     const evaluate::PredictionSignals& first = shown[0].second;
-    const Eigen::Index k = slowest_reversal(first.t, first.v.col(j));
+    const Eigen::Index k = evaluate::slowest_reversal(first.v.col(j), first.t[1] - first.t[0]);
     if (k < 0) continue;
     const double zero = first.t[k];
     Panel panel{.title = fmt::format("{}, t = {:.2f} s", run.joint(j), zero),
@@ -213,7 +120,8 @@ Figure reversal(const Run& run) {
                 .y_label = "friction [N m]",
                 .fit_x = true};
     const auto add = [&](const Series& series) {
-      panel.series.push_back(cut(series, zero - kAround, zero + kAround, zero, 1e3));
+      panel.series.push_back(cut(series, zero - evaluate::kAroundReversal,
+                                 zero + evaluate::kAroundReversal, zero, 1e3));
     };
     if (run.truth)
       add(curve("truth", kTruthColour, run.truth->trace.t, run.truth->trace.tau_f.col(j), 3));
@@ -258,7 +166,7 @@ Figure friction_time(const Run& run) {
   figure.caption = fmt::format(
       "Friction torque in the first {:.0f} s of {}: models driven by the measured motion.{}{}",
       kWindow, run.trajectory, run.truth ? " Grey: the injected friction." : "",
-      has_band ? " Bands: 90 % of the online filter's belief." : "");
+      has_band ? " Bands: 90 % intervals of the online filter." : "");
   return figure;
 }
 
@@ -303,8 +211,8 @@ std::string unit_of_states(const friction::RobotFriction& model) {
 Figure latent(const Run& run) {
   Figure figure{.name = "latent"};
   figure.caption = fmt::format(
-      "Hidden states of {} in the first {:.0f} s of {}, driven by the measured motion: what each "
-      "model remembers, in the unit of its law.",
+      "Hidden states of {} in the first {:.0f} s of {}, driven by the measured motion, in the "
+      "unit of the law of each model.",
       run.joint(0), kWindow, run.trajectory);
   const auto add = [&](const std::string& title, const std::string& colour, const std::string& unit,
                        const Eigen::VectorXd& t, const RowMatrix& z) {
@@ -330,11 +238,8 @@ Figure latent(const Run& run) {
     const auto file = run.model_file(model);
     if (!predicted || !file || file->arm.friction.model.state_size() == 0) continue;
     const auto& friction = file->arm.friction;
-    const double dt = predicted->t[1] - predicted->t[0];
-    const DrivenFriction driven =
-        drive_friction(friction, dt, predicted->q, predicted->v, predicted->tau, RowMatrix());
     add(model.label, model.look.colour, unit_of_states(friction.model), predicted->t,
-        driven.z.leftCols(shown_states(friction.model)));
+        evaluate::driven_states(friction, *predicted).leftCols(shown_states(friction.model)));
   }
   return figure;
 }

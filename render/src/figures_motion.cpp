@@ -82,7 +82,9 @@ Figure bands(const Run& run) {
       "line at zero: the band covers the motion where it holds that line. Over all trajectories "
       "{:.0f} % of the samples of q lie in their band.",
       best->label, run.trajectory, 100 * coverage);
-  const auto [t, limits] = *run.band(*best);
+  const evaluate::BandSignals signals = *run.band(*best);
+  const Eigen::VectorXd& t = signals.t;
+  const evaluate::Band& limits = signals.band;
   for (int j = 0; j < run.n(); ++j) {
     Panel& panel = figure.panels.emplace_back();
     panel = {

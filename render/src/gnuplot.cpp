@@ -1,5 +1,7 @@
 #include "gnuplot.hpp"
 
+#include <fmt/format.h>
+
 #include "fricid/base/names.hpp"
 
 namespace fricid::render::gnuplot {
@@ -32,9 +34,10 @@ std::string in_octal(std::string_view text) {
 // string (gnuplot 5.4). The svg terminal leaves > as it is, and ]]> may not stand in XML.
 Script string_of(std::string_view text) {
   std::string shown = printable(text);
-  for (std::size_t at = 0; (at = shown.find("]]>", at)) != shown.npos;) shown.insert(at + 2, " ");
+  for (std::size_t at = 0; (at = shown.find("]]>", at)) != shown.npos;)
+    shown.insert(at + 2, 1, ' ');
   const bool literal = shown.find_first_of("'\\`@\"") == shown.npos;
-  return Script(Vouched{literal ? "'" + shown + "'" : in_octal(shown)});
+  return Script(Vouched{literal ? fmt::format("'{}'", shown) : in_octal(shown)});
 }
 
 Script tic(std::string_view text) {

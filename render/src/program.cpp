@@ -8,6 +8,9 @@
 #include <array>
 #include <cerrno>
 
+#include "fricid/base/processes.hpp"
+#include "fricid/base/progress.hpp"
+
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to the user
 
 namespace fricid::render {
@@ -35,6 +38,11 @@ ProgramResult run_program(const std::vector<std::string>& argv) {
 
   std::array<char, 4096> part{};
   for (ssize_t got = 0; result.found;) {
+    try {
+      wait_until_readable(errors[0]);
+    } catch (const Stopped&) {
+      break;
+    }
     got = read(errors[0], part.data(), part.size());
     if (got > 0) result.errors.append(part.data(), static_cast<std::size_t>(got));
     if (got == 0 || (got < 0 && errno != EINTR)) break;
@@ -42,9 +50,7 @@ ProgramResult run_program(const std::vector<std::string>& argv) {
   close(errors[0]);
   if (!result.found) return result;
 
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
+  const int status = wait_for_process(child);
   if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
   if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
   return result;

@@ -11,12 +11,13 @@ struct ProgramResult {
   bool found = false;
   int exit_code = -1;  ///< when it ended by itself
   int signal = 0;      ///< that killed it, or 0
-  std::string errors;  ///< what it said on stderr
+  std::string errors;  ///< its output on stderr
 
   bool succeeded() const { return found && signal == 0 && exit_code == 0; }
 };
 
-/// Runs argv[0] from the PATH to its end, with nothing on stdin and stdout unheard.
+/// Runs argv[0] from the PATH to its end, with nothing on stdin and stdout unheard. Ctrl-C and
+/// SIGTERM end it too.
 ProgramResult run_program(const std::vector<std::string>& argv);
 
 }  // namespace fricid::render

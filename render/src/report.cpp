@@ -32,7 +32,7 @@ std::string navigation(const std::string& body) {
 
 }  // namespace
 
-Record read_record(const workflow::RunFolder& folder, const data::Scene& scene,
+Record read_record(const workflow::RunFolder& folder, const scene::Scene& scene,
                    const workflow::Manifest& manifest) {
   using workflow::if_there;
   Record record{read_run(folder), scene, manifest, {}, {}};
@@ -46,13 +46,7 @@ Record read_record(const workflow::RunFolder& folder, const data::Scene& scene,
   return record;
 }
 
-double fit_seconds(const Record& record, const evaluate::Summary& model) {
-  const auto seconds = workflow::fit_seconds(record.manifest);
-  const auto known = seconds.find(model.name);
-  return known == seconds.end() ? model.stated_fit_seconds : known->second;
-}
-
-std::string report_of_run(const workflow::RunFolder& folder, const data::Scene& scene,
+std::string report_of_run(const workflow::RunFolder& folder, const scene::Scene& scene,
                           const workflow::Manifest& manifest) {
   const Record record = read_record(folder, scene, manifest);
   const std::string name = html::escaped(record.run.evaluation.scene);
@@ -73,7 +67,7 @@ std::string report_of_run(const workflow::RunFolder& folder, const data::Scene& 
       navigation(body), body);
 }
 
-void write_report(const workflow::RunFolder& folder, const data::Scene& scene,
+void write_report(const workflow::RunFolder& folder, const scene::Scene& scene,
                   const workflow::Manifest& manifest, const fs::path& file) {
   write_file_atomically(file, report_of_run(folder, scene, manifest));
 }

@@ -164,7 +164,7 @@ std::string reproduce_section(const Record& record) {
   details("SHA-256 of the inputs", preformatted(hashes(manifest.sources)));
   details("SHA-256 of the results", preformatted(outputs));
   text += "<details id=\"scene\"><summary>Scene as run</summary>" +
-          preformatted(data::to_toml(record.scene)) + "</details>\n";
+          preformatted(scene::to_toml(record.scene)) + "</details>\n";
   return text;
 }
 

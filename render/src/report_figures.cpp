@@ -35,8 +35,7 @@ const std::vector<Group>& groups() {
 /// The caption that the script of a plot carries in its first line.
 std::string caption_of(const fs::path& script) {
   const std::string text = workflow::if_there(script, read_file).value_or("");
-  const std::string first = text.substr(0, text.find('\n'));
-  return first.starts_with("# ") ? first.substr(2) : std::string();
+  return text.starts_with("# ") ? text.substr(2, text.find('\n') - 2) : std::string();
 }
 
 }  // namespace

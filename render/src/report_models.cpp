@@ -205,6 +205,36 @@ std::string health(const Record& record, const FittedModel& fitted) {
   return text + "</dl>\n";
 }
 
+// What held-out data chose from, and what they say of the parts of the sum of laws.
+std::string choice_tables(const data::FitFile& fit) {
+  std::string text;
+  if (!fit.candidates.empty()) {
+    std::vector<Row> rows;
+    for (const data::FittedCandidate& c : fit.candidates)
+      rows.push_back({{{html::escaped(c.name)},
+                       {html::number(c.held_out)},
+                       {html::number(c.torque)},
+                       {fmt::format("{}", c.parameters)},
+                       {c.taken ? "taken" : ""}}});
+    text += html::table({"candidate", "rollouts [rad²]", "torque left", "parameters", ""}, rows,
+                        "What held-out data chose from.");
+  }
+  if (!fit.parts.empty()) {
+    std::vector<Row> rows;
+    for (const data::FittedPart& p : fit.parts)
+      rows.push_back({{{html::escaped(p.joint)},
+                       {html::escaped(p.part)},
+                       {html::number(p.gain)},
+                       {html::number(p.error)},
+                       {p.on ? "on" : "off"}}});
+    text += html::table({"joint", "part", "gain", "standard error", ""}, rows,
+                        "Parts of the sum of laws: the relative rise of the held-out mean square "
+                        "of the torque without the part; on where it exceeds its standard error.");
+  }
+  if (text.empty()) return text;
+  return "<details><summary>Choice of parts</summary>\n" + text + "</details>\n";
+}
+
 }  // namespace
 
 std::string model_section(const Record& record) {
@@ -227,6 +257,7 @@ std::string model_section(const Record& record) {
     text += health(record, fitted);
     text += "<details><summary>Parameters</summary>\n" + friction_tables(record, fitted) +
             body_table(record, fitted) + "</details>\n";
+    if (fitted.fit) text += choice_tables(*fitted.fit);
     const auto add_plot = [&](const char* kind, const char* title) {
       const std::string plot = plot_html(record, kind + fitted.model.name);
       if (!plot.empty())

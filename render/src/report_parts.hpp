@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "fricid/data/scene.hpp"
+#include "fricid/scene/scene.hpp"
 #include "fricid/sim/excitation_file.hpp"
 #include "fricid/workflow/manifest.hpp"
 #include "run.hpp"
@@ -22,18 +22,14 @@ struct FittedModel {
 /// What the report is made from.
 struct Record {
   Run run;
-  data::Scene scene;
+  scene::Scene scene;
   workflow::Manifest manifest;
   std::vector<sim::TrajectoryReport> trajectories;  ///< how they were excited; empty for logs
   std::vector<FittedModel> fits;                    ///< models in order, seeds in order
 };
 
-Record read_record(const workflow::RunFolder& folder, const data::Scene& scene,
+Record read_record(const workflow::RunFolder& folder, const scene::Scene& scene,
                    const workflow::Manifest& manifest);
-
-/// What the fit of a model took, mean over its seeds [s]: as the manifest has it, or as the maker
-/// of an external model says; NaN where neither does.
-double fit_seconds(const Record& record, const evaluate::Summary& model);
 
 /// Something a reader must know before trusting a number.
 struct Warning {
@@ -69,10 +65,6 @@ std::string reproduce_section(const Record& record);
 
 /// A model's name with a dot of its colour.
 std::string dotted(const RunModel& model);
-
-/// Share of the torque's RMS that a model leaves along the measured motion, mean over joints; NaN
-/// without its predictions.
-double torque_left(const Run& run, const RunModel& model);
 
 extern const char* const kReportStyle;  ///< the style sheet
 

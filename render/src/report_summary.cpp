@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "fricid/evaluate/averages.hpp"
 #include "html.hpp"
 #include "report_parts.hpp"
 
@@ -29,44 +30,15 @@ std::string duration(double seconds) {
   return std::isnan(seconds) ? "–" : html::number(seconds) + "&#8239;s";
 }
 
-/// Logarithmic mean over horizons: what "best" means.
-double overall(const Summary& summary) {
-  double sum = 0;
-  int count = 0;
-  for (const double mse : summary.q_mse_geometric_mean)
-    if (std::isfinite(mse) && mse > 0) {
-      sum += std::log(mse);
-      ++count;
-    }
-  return count > 0 ? sum / count : INFINITY;
-}
-
-std::vector<const Summary*> fitted_summaries(const Evaluation& evaluation) {
-  std::vector<const Summary*> fitted;
-  for (const Summary& summary : evaluation.summary)
-    if (!summary.is_oracle) fitted.push_back(&summary);
-  return fitted;
-}
-
-/// Horizons to speak of: 1 s, or else the second, and the longest.
-std::vector<std::size_t> spoken(const std::vector<double>& horizons) {
-  const auto second = std::find(horizons.begin(), horizons.end(), 1.0);
-  const auto first = second != horizons.end() ? second - horizons.begin()
-                                              : std::ptrdiff_t{horizons.size() > 2 ? 1 : 0};
-  std::vector<std::size_t> chosen{static_cast<std::size_t>(first)};
-  if (chosen.front() + 1 < horizons.size()) chosen.push_back(horizons.size() - 1);
-  return chosen;
-}
-
 std::string best_sentence(const Evaluation& evaluation, const Summary& best, std::size_t fitted) {
   const std::vector<double>&horizons = evaluation.horizons_s, &mse = best.q_mse_geometric_mean;
   const std::size_t trajectories = evaluation.trajectories.size();
   std::vector<std::string> errors, others;
-  for (const std::size_t h : spoken(horizons))
+  for (const std::size_t h : evaluate::quoted_horizons(horizons))
     errors.push_back(angle(mse[h]) + " within " + horizon(horizons[h]));
   for (std::size_t h = 0; h < horizons.size(); ++h)
-    for (const Summary* other : fitted_summaries(evaluation))
-      if (other->q_mse_geometric_mean[h] < 0.95 * mse[h])
+    for (const Summary* other : evaluate::fitted_summaries(evaluation))
+      if (other->doubts.empty() && other->q_mse_geometric_mean[h] < 0.95 * mse[h])
         if (const std::string label = model_label(*other);
             std::find(others.begin(), others.end(), label) == others.end())
           others.push_back(label);
@@ -86,7 +58,7 @@ std::string best_sentence(const Evaluation& evaluation, const Summary& best, std
 std::string oracle_sentence(const Record& record, const Summary& best) {
   const Evaluation& evaluation = record.run.evaluation;
   std::vector<std::string> errors, ratios, shares;
-  for (const std::size_t h : spoken(evaluation.horizons_s)) {
+  for (const std::size_t h : evaluate::quoted_horizons(evaluation.horizons_s)) {
     if (!std::isfinite(evaluation.oracle[h])) continue;
     errors.push_back(angle(evaluation.oracle[h]));
     ratios.push_back(html::number(best.ratio_to_oracle[h]));
@@ -94,9 +66,7 @@ std::string oracle_sentence(const Record& record, const Summary& best) {
       shares.push_back(html::percent(closed));
   }
   if (errors.empty()) {
-    double left = kNaN;
-    for (const RunModel& model : record.run.fitted())
-      if (model.name == best.name) left = torque_left(record.run, model);
+    const double left = evaluate::torque_left(evaluation, best.name);
     return "A log holds no truth, so how much better a model could be is not known" +
            (std::isnan(left) ? std::string(".")
                              : fmt::format("; along the measured motion {} leaves {} of the "
@@ -117,7 +87,7 @@ std::string oracle_sentence(const Record& record, const Summary& best) {
 std::string failure_sentence(const Record& record, const Summary& best) {
   const Evaluation& evaluation = record.run.evaluation;
   std::vector<std::string> failures;
-  for (const Summary* summary : fitted_summaries(evaluation))
+  for (const Summary* summary : evaluate::fitted_summaries(evaluation))
     if (summary->diverged > 0)
       failures.push_back(fmt::format("{} diverges in {} of {} rollouts", model_label(*summary),
                                      summary->diverged, summary->rollouts));
@@ -158,6 +128,49 @@ std::string failure_sentence(const Record& record, const Summary& best) {
         model_label(best), html::percent(best.friction_reversal),
         html::percent(best.friction_sliding));
   return text + ".";
+}
+
+/// What a reader must know before any figure: models that are not to be trusted.
+std::string distrust_section(const std::vector<const Summary*>& fitted) {
+  std::string text;
+  for (const Summary* summary : fitted) {
+    if (summary->doubts.empty()) continue;
+    const std::size_t more = summary->doubts.size() - 1;
+    text += fmt::format("<p class=\"warning\"><b>{} is not to be trusted:</b> {}{}.</p>\n",
+                        model_label(*summary), html::escaped(summary->doubts.front()),
+                        more == 0 ? "" : fmt::format("; and {} more under warnings", more));
+  }
+  return text;
+}
+
+/// Per joint, over all fits: how much of its training torque they explain, and the verdict.
+std::string joint_verdicts(const Record& record) {
+  std::vector<Row> rows;
+  for (int i = 0; i < record.run.n(); ++i) {
+    const auto j = static_cast<std::size_t>(i);
+    const std::string& name = record.run.joint(i);
+    std::vector<double> r2;
+    std::string verdict;
+    for (const FittedModel& fitted : record.fits) {
+      if (!fitted.fit) continue;
+      if (j < fitted.fit->joints.size()) r2.push_back(fitted.fit->joints[j].r2);
+      for (const data::FittedFault& fault : fitted.fit->faults)
+        if (fault.joint == name && verdict.empty())
+          verdict = fmt::format("not to be trusted ({}): {}; {}", fitted.model.label, fault.found,
+                                fault.remedy);
+    }
+    if (r2.empty() && verdict.empty()) continue;
+    const std::string style = verdict.empty() ? "" : "bad";
+    const auto [least, most] =
+        r2.empty() ? std::ranges::minmax_result<double>{kNaN, kNaN} : std::ranges::minmax(r2);
+    rows.push_back({{{html::escaped(name)},
+                     {html::number(least, 3) +
+                      (most > least ? " to " + html::number(most, 3) : std::string())},
+                     {verdict.empty() ? "passed" : html::escaped(verdict), style}}});
+  }
+  return rows.empty() ? std::string()
+                      : html::table({"joint", "R<sup>2</sup> of the training torque", "verdict"},
+                                    rows, "Every joint over all fits");
 }
 
 const RunModel* find_model(const Run& run, const std::string& name) {
@@ -201,7 +214,9 @@ std::string score_table(const Record& record) {
     row.cells.push_back({fmt::format("{}/{}", summary.diverged, summary.rollouts),
                          summary.diverged > 0 ? "bad" : ""});
     row.cells.push_back({model->is_oracle ? "" : fmt::format("{}", summary.parameters)});
-    row.cells.push_back({model->is_oracle ? "" : duration(fit_seconds(record, summary))});
+    row.cells.push_back({model->is_oracle ? ""
+                                          : duration(evaluate::fit_seconds(
+                                                summary, workflow::fit_seconds(record.manifest)))});
     if (budgets) row.cells.push_back({html::escaped(summary.budget)});
     (model->is_oracle ? oracles : rows).push_back(row);
     if (!model->is_oracle) values.push_back(mse);
@@ -252,7 +267,7 @@ std::string oracle_table(const Record& record) {
   for (const char* name : {"pre-<br>sliding", "<br>reversal", "<br>sliding"})
     head.emplace_back(name);
   std::vector<Row> rows;
-  for (const Summary* summary : fitted_summaries(evaluation)) {
+  for (const Summary* summary : evaluate::fitted_summaries(evaluation)) {
     const RunModel* model = find_model(record.run, summary->name);
     if (model == nullptr) continue;
     Row row{{{dotted(*model)}}};
@@ -272,21 +287,6 @@ std::string oracle_table(const Record& record) {
       "torque by regime, share of its RMS.");
 }
 
-/// Mean of an error over all rollouts of a model, at one horizon.
-double mean_score(const Evaluation& evaluation, const std::string& name,
-                  std::vector<double> evaluate::HorizonErrors::*error, std::size_t h) {
-  double sum = 0;
-  int count = 0;
-  for (const evaluate::ModelResult& model : evaluation.models)
-    if (model.name == name)
-      for (const evaluate::RolloutScore& score : model.scores)
-        if (const double value = (score.error.*error)[h]; std::isfinite(value)) {
-          sum += value;
-          ++count;
-        }
-  return count > 0 ? sum / count : kNaN;
-}
-
 std::string mean_table(const Record& record) {
   const Evaluation& evaluation = record.run.evaluation;
   const std::vector<double>& horizons = evaluation.horizons_s;
@@ -300,7 +300,7 @@ std::string mean_table(const Record& record) {
     Row row{{{dotted(model)}}};
     for (std::size_t h = 0; h < horizons.size(); ++h)
       for (const auto error : {&evaluate::HorizonErrors::q_mse, &evaluate::HorizonErrors::q_mae})
-        row.cells.push_back({html::number(mean_score(evaluation, model.name, error, h))});
+        row.cells.push_back({html::number(evaluate::mean_error(evaluation, model.name, error, h))});
     rows.push_back(std::move(row));
   }
   return "<details><summary>Arithmetic means: MSE and MAE</summary>" +
@@ -317,32 +317,19 @@ std::string dotted(const RunModel& model) {
                      model.is_oracle ? " ring" : "", model.look.colour, html::escaped(model.label));
 }
 
-double torque_left(const Run& run, const RunModel& model) {
-  const auto prediction = run.prediction(model);
-  if (!prediction) return kNaN;
-  const RowMatrix &tau = prediction->tau, &predicted = prediction->tau_predicted;
-  double sum = 0;
-  for (Eigen::Index j = 0; j < tau.cols(); ++j) {
-    double left = 0, all = 0;
-    for (Eigen::Index k = 0; k < tau.rows(); ++k) {
-      if (!std::isfinite(tau(k, j)) || !std::isfinite(predicted(k, j))) continue;
-      left += std::pow(tau(k, j) - predicted(k, j), 2);
-      all += std::pow(tau(k, j), 2);
-    }
-    sum += std::sqrt(left / all);
-  }
-  return sum / static_cast<double>(tau.cols());
-}
-
 std::string summary_section(const Record& record) {
   const Evaluation& evaluation = record.run.evaluation;
-  const std::vector<const Summary*> fitted = fitted_summaries(evaluation);
+  std::vector<const Summary*> fitted = evaluate::fitted_summaries(evaluation);
   if (fitted.empty()) return "<p class=\"abstract\">No model was fitted.</p>\n";
+  const std::string verdicts = distrust_section(fitted) + joint_verdicts(record);
+  const std::size_t all = fitted.size();
+  std::erase_if(fitted, [](const Summary* summary) { return !summary->doubts.empty(); });
+  if (fitted.empty()) return verdicts;
   const Summary& best = **std::ranges::min_element(
-      fitted, {}, [](const Summary* summary) { return overall(*summary); });
-  return fmt::format("<p class=\"abstract\">{} {} {}</p>\n",
-                     best_sentence(evaluation, best, fitted.size()), oracle_sentence(record, best),
-                     failure_sentence(record, best));
+      fitted, {}, [](const Summary* summary) { return evaluate::overall(*summary); });
+  return verdicts + fmt::format("<p class=\"abstract\">{} {} {}</p>\n",
+                                best_sentence(evaluation, best, all), oracle_sentence(record, best),
+                                failure_sentence(record, best));
 }
 
 std::string table_section(const Record& record) {

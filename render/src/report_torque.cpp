@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include <fmt/format.h>
 
+#include "fricid/evaluate/averages.hpp"
 #include "html.hpp"
 #include "report_parts.hpp"
 
@@ -14,24 +14,6 @@ using evaluate::TorquePrediction;
 using html::Row;
 using Values = std::vector<double>;
 
-/// Mean over the recordings and seeds of one model of a list per joint; empty without one.
-template <class List>
-Values mean_of(const evaluate::Evaluation& evaluation, const std::string& name, List list) {
-  Values sum;
-  int count = 0;
-  for (const evaluate::ModelResult& model : evaluation.models) {
-    if (model.name != name) continue;
-    for (const TorquePrediction& torque : model.torque) {
-      const Values& own = std::invoke(list, torque);
-      sum.resize(own.size(), 0);
-      for (std::size_t j = 0; j < own.size(); ++j) sum[j] += own[j];
-      ++count;
-    }
-  }
-  for (double& value : sum) value /= count;
-  return sum;
-}
-
 struct Predicted {
   const RunModel* model;
   bool is_static_law;  ///< a convention whose friction has no state
@@ -41,7 +23,8 @@ struct Predicted {
 std::vector<Predicted> predictions_of(const Record& record) {
   std::vector<Predicted> found;
   for (const RunModel& model : record.run.models) {
-    Values percent = mean_of(record.run.evaluation, model.name, &TorquePrediction::percent_of_rms);
+    Values percent = evaluate::mean_of_torque(record.run.evaluation, model.name,
+                                              &TorquePrediction::percent_of_rms);
     if (percent.empty()) continue;
     bool is_static = false;
     for (const evaluate::ModelResult& own : record.run.evaluation.models)
@@ -106,7 +89,7 @@ std::string regime_table(const Record& record, const std::vector<Predicted>& pre
   for (const Predicted& prediction : predictions) {
     Row row{{{dotted(*prediction.model)}}};
     const auto mean = [&](auto list) {
-      return mean_of(record.run.evaluation, prediction.model->name, list);
+      return evaluate::mean_of_torque(record.run.evaluation, prediction.model->name, list);
     };
     const auto regime = [&](Values evaluate::RegimeError::*list) {
       return mean(
@@ -140,8 +123,8 @@ std::string drift_table(const Record& record, const std::vector<Predicted>& pred
     Row row{{{dotted(*prediction.model)}}};
     const evaluate::Evaluation& evaluation = record.run.evaluation;
     const std::string& name = prediction.model->name;
-    const Values drift = mean_of(evaluation, name, &TorquePrediction::drift),
-                 error = mean_of(evaluation, name, &TorquePrediction::drift_error);
+    const Values drift = evaluate::mean_of_torque(evaluation, name, &TorquePrediction::drift),
+                 error = evaluate::mean_of_torque(evaluation, name, &TorquePrediction::drift_error);
     for (std::size_t j = 0; j < drift.size(); ++j)
       row.cells.push_back(
           {fmt::format("{} ± {}", html::number(drift[j]), html::number(error[j], 1)),

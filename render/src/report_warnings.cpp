@@ -21,7 +21,14 @@ std::string name_of(const FittedModel& fitted) {
 void warn_of_fit(const Run& run, const FittedModel& fitted, std::vector<Warning>& warnings) {
   const data::FitFile& fit = *fitted.fit;
   const std::string name = name_of(fitted);
-  if (!fit.usable)
+  for (const data::FittedFault& fault : fit.faults)
+    warnings.push_back({name + (fault.joint.empty() ? "" : ", ") + fault.joint, fault.found,
+                        "the fit is not to be trusted", fault.remedy});
+  if (const std::string& prior = fit.rigid_body.prior; !prior.empty() && prior != "asked for")
+    warnings.push_back({name, "the robot's nominal values entered as a prior: " + prior,
+                        "the data alone do not determine the rigid body",
+                        "record more and faster motion, or state good nominal values"});
+  if (!fit.usable && fit.faults.empty())
     warnings.push_back(
         {name, fmt::format("the fit ended as \"{}\": {}", to_string(fit.outcome), fit.message),
          "its parameters mean nothing", "read the message; record data that excite what it names"});
@@ -94,6 +101,10 @@ void warn_of_learning(const FittedModel& fitted, std::vector<Warning>& warnings)
 }
 
 void warn_of_evaluation(const evaluate::Evaluation& evaluation, std::vector<Warning>& warnings) {
+  for (const evaluate::Summary& summary : evaluation.summary)
+    for (const std::string& doubt : summary.doubts)
+      warnings.push_back({summary.label, doubt, "the model is not to be trusted",
+                          "see what its fit says in this list, and docs/my_fit_is_bad.md"});
   for (const evaluate::Summary& summary : evaluation.summary)
     if (summary.diverged > 0)
       warnings.push_back(

@@ -4,6 +4,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/artefact.hpp"
+#include "fricid/data/signal_file.hpp"
 #include "fricid/workflow/recordings.hpp"
 
 namespace fricid::render {
@@ -52,7 +53,8 @@ std::optional<evaluate::PredictionSignals> Run::prediction(const RunModel& model
   return along(*this, folder.prediction(model.first_fit(), trajectory), evaluate::load_prediction);
 }
 std::optional<data::EstimateSignals> Run::estimate(const RunModel& model) const {
-  return along(*this, folder.estimate(model.first_fit(), trajectory), data::load_estimate);
+  return along(*this, folder.estimate(model.first_fit(), trajectory),
+               data::load_signals<data::EstimateSignals>);
 }
 std::optional<evaluate::BandSignals> Run::band(const RunModel& model) const {
   return along(*this, folder.band(model.name, trajectory), evaluate::load_band);

@@ -5,28 +5,18 @@
 #include <limits>
 #include <numbers>
 
-#include "fricid/base/error.hpp"
-
 namespace fricid::sim {
 
-Controller::Controller(const data::ControllerConfig& config, const dynamics::RobotModel& robot,
+Controller::Controller(const ControllerOptions& options, const dynamics::RobotModel& robot,
                        double dt)
     : robot_(robot),
       ws_(robot),
-      w_(2 * std::numbers::pi * config.bandwidth_hz),
-      zeta_(config.damping),
-      integral_s_(config.integral_s),
-      model_error_(config.model_error),
+      law_(options.kind),
+      w_(2 * std::numbers::pi * options.bandwidth_hz),
+      zeta_(options.damping),
+      integral_s_(options.integral_s),
+      model_error_(options.model_error),
       dt_(dt) {
-  if (config.kind == "pd_gravity")
-    kind_ = Kind::kPdGravity;
-  else if (config.kind == "computed_torque")
-    kind_ = Kind::kComputedTorque;
-  else if (config.kind == "cascade")
-    kind_ = Kind::kCascade;
-  else
-    throw UserError("controller: kind = \"{}\", known: pd_gravity, computed_torque, cascade",
-                    config.kind);
   const auto n = static_cast<std::size_t>(robot.n());
   zero_.assign(n, 0.0);
   integral_.assign(n, 0.0);
@@ -40,27 +30,27 @@ void Controller::torque(const Reference& reference, std::span<const double> q,
   const std::size_t n = q.size();
   const std::span<const double> pi{robot_.pi.data(), static_cast<std::size_t>(robot_.pi.size())};
   dynamics::crba<double>(robot_, ws_, pi, q, M_);
-  const std::span<const double> velocity = kind_ == Kind::kComputedTorque ? v : zero_;
+  const std::span<const double> velocity = law_ == ControlLaw::kComputedTorque ? v : zero_;
   dynamics::rnea<double>(robot_, ws_, pi, q, velocity, zero_, bias_);
 
   // desired acceleration per joint
   for (std::size_t j = 0; j < n; ++j) {
     const auto i = static_cast<Eigen::Index>(j);
     const double e = reference.q[i] - q[j], e_dot = reference.v[i] - v[j];
-    if (kind_ == Kind::kCascade)
+    if (law_ == ControlLaw::kCascade)
       a_[j] = 2 * zeta_ * w_ * (w_ / (2 * zeta_) * e + e_dot + integral_[j] / integral_s_);
     else
       a_[j] = w_ * w_ * e + 2 * zeta_ * w_ * e_dot;
-    if (kind_ == Kind::kComputedTorque) a_[j] += reference.a[i];
+    if (law_ == ControlLaw::kComputedTorque) a_[j] += reference.a[i];
   }
 
   for (std::size_t j = 0; j < n; ++j) {
     double inertial = 0;
-    if (kind_ == Kind::kComputedTorque)
+    if (law_ == ControlLaw::kComputedTorque)
       for (std::size_t i = 0; i < n; ++i) inertial += M_[j * n + i] * a_[i];
     else
       inertial = M_[j * n + j] * a_[j];
-    const double gain = kind_ == Kind::kCascade ? 1 + model_error_ : 1;
+    const double gain = law_ == ControlLaw::kCascade ? 1 + model_error_ : 1;
     const double wanted = gain * bias_[j] + inertial;
     const double effort = robot_.joints[j].effort;
     const double limit = effort > 0 ? effort : std::numeric_limits<double>::infinity();

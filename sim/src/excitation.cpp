@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <nlopt.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +10,7 @@
 #include <numbers>
 #include <span>
 
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
@@ -45,7 +45,7 @@ struct Bounds {
 
 double or_infinity(double share, double limit) { return limit > 0 ? share * limit : kInfinity; }
 
-std::vector<Bounds> make_bounds(const data::ExcitationConfig& config,
+std::vector<Bounds> make_bounds(const ExcitationOptions& config,
                                 const dynamics::RobotModel& robot) {
   std::vector<Bounds> bounds;
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
@@ -69,7 +69,7 @@ std::vector<Bounds> make_bounds(const data::ExcitationConfig& config,
 
 /// What all trajectories of a scene share.
 struct Problem {
-  const data::ExcitationConfig& config;
+  const ExcitationOptions& config;
   const MujocoArm& arm;
   const dynamics::RobotModel& robot;
   std::vector<Bounds> bounds;
@@ -77,7 +77,7 @@ struct Problem {
   TimeGrid design, check;
   Eigen::MatrixXd known;  ///< information of earlier data, per second of this period; may be empty
 
-  Problem(const data::ExcitationConfig& c, const MujocoArm& m, const dynamics::RobotModel& r)
+  Problem(const ExcitationOptions& c, const MujocoArm& m, const dynamics::RobotModel& r)
       : config(c),
         arm(m),
         robot(r),
@@ -173,8 +173,8 @@ double condition(const Eigen::MatrixXd& H) {
   return lambda[0] > 0 ? std::sqrt(lambda[lambda.size() - 1] / lambda[0]) : kInfinity;
 }
 
-double cost(const std::string& criterion, const Eigen::MatrixXd& H) {
-  return criterion == "condition" ? std::log(condition(H)) : -log_det(H);
+double cost(Criterion criterion, const Eigen::MatrixXd& H) {
+  return criterion == Criterion::kCondition ? std::log(condition(H)) : -log_det(H);
 }
 
 /// Per joint: share of the amplitude that its limits allow, place of the centre in the room that
@@ -186,7 +186,7 @@ struct Draw {
   Fourier first, second;
 };
 
-Fourier random_series(const data::ExcitationConfig& config, int n, Rng& rng) {
+Fourier random_series(const ExcitationOptions& config, int n, Rng& rng) {
   Fourier series{config.base_rad_s, Eigen::VectorXd::Zero(n), Eigen::MatrixXd(n, config.harmonics),
                  Eigen::MatrixXd(n, config.harmonics)};
   for (int j = 0; j < n; ++j) {
@@ -354,7 +354,7 @@ Fourier design(const Problem& problem, std::uint64_t seed, int number, Trajector
   for (std::size_t i = 0; i < x.size(); i += kVariables) x[i] = 0.95;
 
   // best of the random starts
-  const int restarts = problem.config.criterion == "none" ? 1 : problem.config.restarts;
+  const int restarts = problem.config.criterion == Criterion::kNone ? 1 : problem.config.restarts;
   Search search{problem, judge, {}};
   Draw best_draw;
   double best = kInfinity;
@@ -371,7 +371,7 @@ Fourier design(const Problem& problem, std::uint64_t seed, int number, Trajector
   report.log_det_start = log_det(judge.information(
       problem.design.sample(make_series(problem, problem.design, best_draw, x.data()))));
 
-  if (problem.config.criterion != "none") improve(search, x);
+  if (problem.config.criterion != Criterion::kNone) improve(search, x);
   Fourier series;
   make_feasible(problem, judge, best_draw, x, series);
 
@@ -385,7 +385,7 @@ Fourier design(const Problem& problem, std::uint64_t seed, int number, Trajector
   return series;
 }
 
-std::string broken_limit(const TrajectoryReport& report, const data::ExcitationConfig& config,
+std::string broken_limit(const TrajectoryReport& report, const ExcitationOptions& config,
                          const dynamics::RobotModel& robot) {
   for (std::size_t j = 0; j < report.joints.size(); ++j)
     if (report.joints[j].torque < 0)
@@ -396,13 +396,14 @@ std::string broken_limit(const TrajectoryReport& report, const data::ExcitationC
         "no random start of {} was inside the limits of position, velocity, "
         "acceleration and jerk; raise restarts or shrink half_range",
         config.restarts);
-  return fmt::format("{} come as near as {:.3f} m, wanted clearance_m = {}", report.closest,
-                     report.clearance_m, config.clearance_m);
+  return fmt::format("{}: {:.3f} m apart in every motion tried; allowed: clearance_m = {} or more",
+                     report.closest.empty() ? "closest bodies" : report.closest, report.clearance_m,
+                     config.clearance_m);
 }
 
 }  // namespace
 
-Excitation design_excitation(const data::ExcitationConfig& config, const MujocoArm& arm,
+Excitation design_excitation(const ExcitationOptions& config, const MujocoArm& arm,
                              const dynamics::RobotModel& robot, std::uint64_t seed, int jobs,
                              const Eigen::MatrixXd& known) {
   Problem problem(config, arm, robot);
@@ -432,7 +433,7 @@ Excitation design_excitation(const data::ExcitationConfig& config, const MujocoA
   return excitation;
 }
 
-TrajectoryReport examine(const Fourier& series, const data::ExcitationConfig& config,
+TrajectoryReport examine(const Fourier& series, const ExcitationOptions& config,
                          const MujocoArm& arm, const dynamics::RobotModel& robot, int samples) {
   const Problem problem(config, arm, robot);
   Judge judge(problem);

@@ -4,6 +4,8 @@
 #include <numbers>
 #include <utility>
 
+#include "fricid/base/eigen_instances.hpp"
+
 namespace fricid::sim {
 
 double Fourier::period() const { return 2 * std::numbers::pi / w; }

@@ -5,24 +5,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "fricid/base/code.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/base/xml.hpp"
+#include "fricid/dynamics/body.hpp"
 
 namespace fricid::sim {
 namespace {
-
-using Xml = Code<struct XmlLanguage>;
-
-/// Text as an attribute with its quotes.
-Xml attribute(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : printable(text))
-    result += c == '&'   ? std::string("&amp;")
-              : c == '<' ? std::string("&lt;")
-              : c == '"' ? std::string("&quot;")
-                         : std::string(1, c);
-  return Xml(Vouched{result + "\""});
-}
 
 Xml numbers(const Eigen::Vector3d& x) {
   return Xml::of("{:.17g} {:.17g} {:.17g}", x[0], x[1], x[2]);
@@ -30,12 +18,7 @@ Xml numbers(const Eigen::Vector3d& x) {
 
 // Mass, centre and central inertia of link i from the standard parameters.
 Xml inertial(const dynamics::RobotModel& robot, int i) {
-  const Eigen::VectorXd pi = robot.pi.segment(10 * i, 10);
-  const double m = pi[0];
-  const Eigen::Vector3d c = pi.segment<3>(1) / m;
-  Eigen::Matrix3d I;
-  I << pi[4], pi[5], pi[7], pi[5], pi[6], pi[8], pi[7], pi[8], pi[9];
-  I -= m * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
+  const auto [m, c, I] = dynamics::body_of(robot.pi.segment<10>(10 * i));
   return Xml::of(
       "<inertial mass=\"{:.17g}\" pos=\"{}\" fullinertia=\"{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} "
       "{:.17g}\"/>\n",
@@ -65,8 +48,8 @@ Xml bodies_of(const dynamics::RobotModel& robot, int parent) {
     text += Xml::of(
         "<body name={} pos=\"{}\" quat=\"{:.17g} {:.17g} {:.17g} {:.17g}\">\n"
         "<joint name={} type={} axis=\"{}\" armature=\"{:.17g}\"/>\n",
-        attribute(joint.link), numbers(joint.p0), turn.w(), turn.x(), turn.y(), turn.z(),
-        attribute(joint.name), attribute(revolute ? "hinge" : "slide"), numbers(joint.axis),
+        xml_attribute(joint.link), numbers(joint.p0), turn.w(), turn.x(), turn.y(), turn.z(),
+        xml_attribute(joint.name), xml_attribute(revolute ? "hinge" : "slide"), numbers(joint.axis),
         robot.pi[robot.armature_begin() + i]);
     text += inertial(robot, i) + shape(end) + bodies_of(robot, i) + Xml::of("</body>\n");
   }
@@ -82,7 +65,7 @@ std::string mjcf_of(const dynamics::RobotModel& robot) {
              "-1\"/>\n"
              "<body name=\"carrier of the robot\">\n<geom type=\"cylinder\" size=\"0.06 0.02\" "
              "contype=\"0\" conaffinity=\"0\"/>\n{}</body>\n</worldbody>\n</mujoco>\n",
-             attribute(robot.name), -robot.gravity.norm(), bodies_of(robot, -1))
+             xml_attribute(robot.name), -robot.gravity.norm(), bodies_of(robot, -1))
       .text();
 }
 

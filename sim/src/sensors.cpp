@@ -29,12 +29,12 @@ void drop_samples(data::Dataset& dataset, double share, Rng rng) {
 
 }  // namespace
 
-double temperature_at(const data::SensorsConfig& config, double time) {
+double temperature_at(const SensorOptions& config, double time) {
   return config.temperature_start_K -
          config.temperature_rise_K * std::expm1(-time / config.temperature_time_s);
 }
 
-data::Dataset measure(const Trace& trace, const data::SensorsConfig& config,
+data::Dataset measure(const Trace& trace, const SensorOptions& config,
                       const dynamics::RobotModel& robot, std::uint64_t seed, int sequence) {
   const int T = trace.length(), n = robot.n();
   const double dt = 1 / config.rate_hz;

@@ -8,11 +8,13 @@
 #include <stdexcept>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/limits.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/sim/controller.hpp"
 #include "fricid/sim/sensors.hpp"
+#include "fricid/sim/simulation_size.hpp"
 
 namespace fricid::sim {
 namespace {
@@ -27,13 +29,12 @@ struct Task {
   int number;  // within the run
 };
 
-void fill_temperature(const data::SensorsConfig& config, double time,
-                      std::vector<double>& temperature) {
+void fill_temperature(const SensorOptions& config, double time, std::vector<double>& temperature) {
   std::fill(temperature.begin(), temperature.end(), temperature_at(config, time));
 }
 
 // Controls the arm along `series` from `run_in` seconds before its start; logs one period.
-Trace follow(const data::Problem& problem, const MujocoArm& arm, const Fourier& series,
+Trace follow(const scene::Problem& problem, const MujocoArm& arm, const Fourier& series,
              double start_time) {
   const dynamics::RobotModel& robot = problem.robot;
   const double dt = 1 / problem.scene.sensors.rate_hz;
@@ -63,8 +64,8 @@ Trace follow(const data::Problem& problem, const MujocoArm& arm, const Fourier& 
   return trace;
 }
 
-Payload payload_of(const data::Problem& problem) {
-  const data::RobotConfig& robot = problem.scene.robot;
+Payload payload_of(const scene::Problem& problem) {
+  const scene::RobotSection& robot = problem.scene.robot;
   if (robot.payload_kg <= 0) return {};
   const auto& frames = problem.robot.frames;
   const auto frame = std::find_if(frames.begin(), frames.end(), [&](const dynamics::Frame& f) {
@@ -86,7 +87,7 @@ void check_finite(const Trace& trace, const std::string& name) {
 
 // A friction that turns a light joint around within a step makes it chatter: then neither the
 // motion nor the friction torque is that of the law.
-void check_chatter(const data::Problem& problem, const Trace& trace, const Fourier& series,
+void check_chatter(const scene::Problem& problem, const Trace& trace, const Fourier& series,
                    const std::string& name) {
   constexpr double kVisible = 2e-3;          // [rad/s]
   constexpr double kMost = 30, kTimes = 10;  // reversals per second; times those of the reference
@@ -113,20 +114,42 @@ void check_chatter(const data::Problem& problem, const Trace& trace, const Fouri
 
 }  // namespace
 
-MujocoArm make_arm(const data::Problem& problem) {
+MujocoArm make_arm(const scene::Problem& problem) {
   return make_arm(problem, problem.scene.plant.step_s);
 }
 
-MujocoArm make_arm(const data::Problem& problem, double step) {
+MujocoArm make_arm(const scene::Problem& problem, double step) {
   if (problem.mjcf_path.empty() && !problem.scene.simulates())
     throw UserError("{}: [robot] mjcf is missing: what the robot of the logs looks like",
                     problem.scene.name);
   return MujocoArm(problem.mjcf_path, problem.robot, step, payload_of(problem));
 }
 
-Simulation simulate(const data::Problem& problem, int jobs) {
+SimulationSize size_of_simulation(const scene::Problem& problem) {
+  const scene::Scene& scene = problem.scene;
+  SimulationSize size;
+  size.training = static_cast<double>(scene.excitation.train) * scene.excitation.repeats;
+  size.recordings = size.training + scene.excitation.validation;
+  size.samples = 2 * std::numbers::pi / scene.excitation.base_rad_s * scene.sensors.rate_hz;
+  // per sample: the truth's t, q, v, a, tau, tau_f, temperature and z; the log's t, q, v, tau and
+  // temperature; the motion asked for
+  const int numbers =
+      2 + 13 * problem.robot.n() + (scene.friction ? scene.friction->model.state_size() : 0);
+  size.bytes = sizeof(double) * size.recordings * size.samples * numbers;
+  return size;
+}
+
+void require_memory_of_simulation(const scene::Problem& problem) {
+  const SimulationSize size = size_of_simulation(problem);
+  require_memory(
+      size.bytes, problem.scene.name,
+      fmt::format("simulating {} recordings of {:.0f} samples", size.recordings, size.samples));
+}
+
+Simulation simulate(const scene::Problem& problem, int jobs) {
   if (!problem.scene.simulates())
     throw UserError("{}: [friction] is missing, a simulation needs it", problem.scene.name);
+  require_memory_of_simulation(problem);
   const MujocoArm arm = make_arm(problem);
   steps_per_sample(1 / problem.scene.sensors.rate_hz, arm.step());
 
@@ -181,7 +204,7 @@ Simulation simulate(const data::Problem& problem, int jobs) {
   return result;
 }
 
-Trace oracle_rollout(const data::Problem& problem, const MujocoArm& arm, const Truth& truth,
+Trace oracle_rollout(const scene::Problem& problem, const MujocoArm& arm, const Truth& truth,
                      const data::Dataset& dataset, int start, int length) {
   Plant plant(arm, problem.robot, truth.friction);
   return rollout(plant, truth.trace.state(start), dataset.tau.middleRows(start, length),

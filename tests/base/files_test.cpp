@@ -82,6 +82,19 @@ TEST_F(Files, ReplacesTheOldFileAndLeavesNothingElse) {
   EXPECT_EQ(names(), std::set<std::string>{"file"});
 }
 
+TEST_F(Files, RemovesWhatKilledWritersOfTheSameFileLeft) {
+  constexpr const char* kGone = ".a.txt.2147483647.0.tmp";  // no process has this number
+  for (const std::string& name :
+       {std::string(kGone), fmt::format(".a.txt.{}.7.tmp", ::getpid()),
+        std::string(".b.txt.2147483647.0.tmp"), std::string(".a.txt.tmp")})
+    std::ofstream(folder / name) << "half";
+  write_file_atomically(folder / "a.txt", "whole");
+  EXPECT_FALSE(std::filesystem::exists(folder / kGone));
+  EXPECT_TRUE(std::filesystem::exists(folder / fmt::format(".a.txt.{}.7.tmp", ::getpid())));
+  EXPECT_TRUE(std::filesystem::exists(folder / ".b.txt.2147483647.0.tmp"));
+  EXPECT_TRUE(std::filesystem::exists(folder / ".a.txt.tmp"));
+}
+
 TEST_F(Files, WritesIntoTheCurrentFolder) {
   const fs::path before = fs::current_path();
   fs::current_path(folder);
@@ -291,6 +304,23 @@ TEST_F(Files, AKilledHolderSetsTheLockFree) {
   const fs::path path = folder / ".lock";
   EXPECT_EQ(in_child([&]() -> int {
               const FileLock lock(path);
+              return std::raise(SIGKILL);
+            }),
+            1000 + SIGKILL);
+  const FileLock lock(path);
+}
+
+/// Not even those that have not run yet when it is killed.
+TEST_F(Files, ProcessesThatAKilledHolderForkedDoNotHoldItsLock) {
+  const fs::path path = folder / ".lock";
+  EXPECT_EQ(in_child([&]() -> int {
+              const FileLock lock(path);
+              for (int i = 0; i < 8; ++i)
+                if (::fork() == 0) {
+                  ::alarm(5);
+                  ::pause();
+                }
+              EXPECT_THROW(FileLock second(path), UserError);  // forking did not set it free
               return std::raise(SIGKILL);
             }),
             1000 + SIGKILL);

@@ -7,6 +7,7 @@
 
 #include "fricid/base/rng.hpp"
 #include "fricid/dynamics/algorithms.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::dynamics {
 namespace {
@@ -16,8 +17,7 @@ template <class S>
 struct Case {
   static constexpr size_t kRing = 16;
 
-  RobotModel model =
-      load_urdf(std::filesystem::path(FRICID_SOURCE_DIR) / "models/kr6_r700/kr6_r700.urdf");
+  RobotModel model = load_urdf(source_dir() / "models/kr6_r700/kr6_r700.urdf");
   Workspace<S> ws{model};
   std::vector<S> pi;
   std::vector<std::vector<S>> q, v, a;

@@ -65,16 +65,16 @@ void print(const std::string& name, int seed, const char* when, const std::vecto
 }
 
 /// @return the largest error of a joint after EM [%]
-double recover(data::Scene scene, int seed) {
+double recover(scene::Scene scene, int seed) {
   scene.seed = seed;
-  const data::Problem problem = data::resolve(std::move(scene));
+  const scene::Problem problem = scene::resolve(std::move(scene));
   const sim::Simulation simulation = sim::simulate(problem, 0);
-  const estimate::Prepared prepared = estimate::prepare(problem, simulation.train, 0);
-  data::ModelConfig config;
+  const estimate::Prepared prepared =
+      estimate::prepare(problem.robot, problem.scene.identify, simulation.train, 0);
+  estimate::ModelOptions config;
   config.name = config.label = "rigid body";
   config.law = "coulomb_viscous";
-  config.method = "conventional";
-  Arm arm = estimate::fit_conventional(problem, prepared, config, seed, 0).model.arm;
+  Arm arm = estimate::fit_conventional(prepared, config, seed, 0).model.arm;
   arm.friction = *problem.scene.friction;
   Rng rng(static_cast<std::uint64_t>(seed), 0);
   for (std::size_t p = 0; p < arm.friction.theta.size(); ++p) {
@@ -84,8 +84,9 @@ double recover(data::Scene scene, int seed) {
   }
   print(problem.scene.name, seed, "start", friction_error(arm, simulation.validation_truth), "");
 
-  const estimate::EmOptions options =
-      estimate::em_options(data::EmConfig(), seed, prepared.recordings);
+  estimate::EmOptions options;
+  options.torque_scale = estimate::torque_rms(prepared.recordings);
+  options.seed = problem.scene.seed;
   const estimate::EmReport report =
       estimate::fit_em(arm, prepared.recordings, options, problem.scene.name, 0);
   const auto error = friction_error(report.arm, simulation.validation_truth);
@@ -110,7 +111,7 @@ int run(std::vector<std::string> scenes) {
   fmt::print("|---|--:|---|--:|--:|--:|--:|--:|--:|---|\n");
   for (const std::string& scene : scenes)
     for (int seed = first; seed <= last; ++seed)
-      worst = std::max(worst, recover(data::load_scene(scene), seed));
+      worst = std::max(worst, recover(scene::load_scene(scene), seed));
   fmt::print("\nlargest error of a joint {:.2f} %, allowed {} %\n", worst, kBound);
   return worst <= kBound ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -12,11 +12,13 @@
 #include "fricid/estimate/em/latent_friction_model.hpp"
 #include "fricid/estimate/em/transitions.hpp"
 #include "fricid/estimate/online/online.hpp"
+#include "fricid/estimate/wash_out.hpp"
 #include "fricid/estimate/windows/windows.hpp"
 #include "fricid/smc/guides.hpp"
 #include "fricid/smc/particle_filter.hpp"
 #include "kr6_truth.hpp"
 #include "smc/malloc_counter.hpp"
+#include "unfiltered.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -27,20 +29,20 @@ constexpr StepOptions kStep{8, 8};      // one leap per sample
 /// A hanging KR6 with friction, a noisy recording of it and the noise a filter assumes.
 struct Subject {
   Arm arm;
-  std::vector<Recording> recordings;
+  std::vector<signals::Recording> recordings;
   LatentNoise noise;
   smc::Gaussian start;
 
   Subject(const char* law, int T)
       : arm{fricid::test::hanging_kr6(), fricid::test::kr6_friction(law)} {
     const auto made = fricid::test::record(arm, fricid::test::HangingMotion(1), T, {8, 8});
-    recordings.push_back({"bench", fricid::test::kSamplePeriod, made.q, made.v, made.q, made.tau,
-                          data::RowMatrix::Constant(T, 6, kRoomTemperature),
-                          Eigen::VectorXd::Constant(6, kEncoderNoise)});
+    recordings.push_back(
+        fricid::test::unfiltered("bench", fricid::test::kSamplePeriod, made.q, made.v, made.tau));
+    recordings[0].noise_sd.setConstant(kEncoderNoise);
     Rng rng(1, 0);
-    for (double& q : recordings[0].q_measured.reshaped()) q += kEncoderNoise * rng.normal();
+    for (double& q : recordings[0].log.q.reshaped()) q += kEncoderNoise * rng.normal();
     noise = initial_noise(arm, recordings, {});
-    const std::vector<data::RowMatrix> z{made.z};
+    const std::vector<RowMatrix> z{made.z};
     start = initial_state(recordings[0], made.z.row(0), latent_sizes(z), noise);
   }
 };
@@ -50,7 +52,7 @@ void BM_ParticleStep(benchmark::State& state, const char* law) {
   const Subject subject(law, 300);
   LatentFrictionModel model(subject.arm, subject.recordings[0], subject.noise, subject.start,
                             kStep);
-  const smc::RowMatrix y = subject.recordings[0].q_measured;
+  const smc::RowMatrix y = subject.recordings[0].log.q;
   smc::AdaptedGuide<S> guide(model, y);
   smc::FilterOptions options;
   options.particles = static_cast<int>(state.range(0));
@@ -165,7 +167,7 @@ BENCHMARK_CAPTURE(BM_WindowGradient, gms, "gms")->Unit(benchmark::kMicrosecond);
 void BM_OnlineCycle(benchmark::State& state, const char* law) {
   constexpr int kSamples = 1000;
   const Subject subject(law, kSamples);
-  const Recording& r = subject.recordings[0];
+  const signals::Recording& r = subject.recordings[0];
   OnlineEstimator estimator(subject.arm, subject.noise, subject.start, {.step = kStep});
   std::vector<double> us;
   us.reserve(1'000'000);
@@ -178,7 +180,7 @@ void BM_OnlineCycle(benchmark::State& state, const char* law) {
     }
     const long before = smc::test::heap_blocks();
     const auto begin = std::chrono::steady_clock::now();
-    estimator.step({r.tau.row(t).data(), 6}, {r.q_measured.row(t + 1).data(), 6});
+    estimator.step({r.held_tau.row(t).data(), 6}, {r.log.q.row(t + 1).data(), 6});
     const std::chrono::duration<double, std::micro> took = std::chrono::steady_clock::now() - begin;
     taken += smc::test::heap_blocks() - before;
     if (us.size() < us.capacity()) us.push_back(took.count());

@@ -79,7 +79,7 @@ void pullbacks(benchmark::State& state, const JointSpec& joint) {
   const std::vector<ModifierSpec> modifiers = {{"load"}, {"ripple", 3}, {"asymmetry"}};
   joints.push_back(
       {"kr6_full_joint", {{{"maxwell_slip", 10, modifiers}, {"viscous_power", 0, {{"load"}}}}}});
-  for (const char* law : {"neural", "lvm1", "lvm", "lvm4"})
+  for (const char* law : {"neural", "lvm1", "lvm_bristles", "lvm4"})
     joints.push_back({std::string(law) + "_16", {{{law, 16, {}}}}});
   joints.push_back({"lugre_backlash", {{{"lugre", 0, {{"backlash"}}}}}});
   for (const auto& [name, joint] : joints) {

@@ -12,12 +12,13 @@
 #include "fricid/base/error.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "fricid/scene/problem.hpp"
 
 namespace fricid {
 namespace {
 
 void fit_known_law(const std::filesystem::path& folder) {
-  const data::Problem problem = data::load_problem(folder / "scene.toml");
+  const scene::Problem problem = scene::load_problem(folder / "scene.toml");
   if (!problem.scene.friction) throw UserError("{}: no friction is injected", folder.string());
   std::vector<data::Dataset> train;
   for (int i = 0;; ++i) {
@@ -25,28 +26,30 @@ void fit_known_law(const std::filesystem::path& folder) {
     if (!std::filesystem::exists(file)) break;
     train.push_back(data::load_dataset(file));
   }
-  const estimate::Prepared prepared = estimate::prepare(problem, train, 0);
-  data::ModelConfig config;
+  const estimate::Prepared prepared =
+      estimate::prepare(problem.robot, problem.scene.identify, train, 0);
+  estimate::ModelOptions config;
   config.name = "known";
   config.label = "known law";
   config.law = "coulomb_viscous";
   const auto seed = static_cast<int>(problem.scene.seed);
-  estimate::FitReport report = estimate::fit_conventional(problem, prepared, config, seed, 0);
+  estimate::FitReport report = estimate::fit_conventional(prepared, config, seed, 0);
   report.model.arm.friction = *problem.scene.friction;
 
   const auto error_of = [](const estimate::MultiStepReport& trained) {
-    return trained.held_out[static_cast<std::size_t>(trained.best)];
+    return trained.history.best_held_out();
   };
-  for (const std::string optimiser : {"adam", "gauss_newton"}) {
-    data::TrainConfig train_config;
-    train_config.optimiser = optimiser;
-    const auto trained = estimate::train_multi_step(
-        report.model.arm, prepared.recordings,
-        estimate::multi_step_options(train_config, seed, prepared.recordings), config.label, 0);
+  estimate::MultiStepOptions options;
+  options.torque_scale = estimate::torque_rms(prepared.recordings);
+  options.seed = problem.scene.seed;
+  for (const auto optimiser : {estimate::Optimiser::kAdam, estimate::Optimiser::kGaussNewton}) {
+    options.optimiser = optimiser;
+    const auto trained =
+        estimate::train_multi_step(report.model.arm, prepared.recordings, options, config.label, 0);
     if (!report.multi_step || error_of(trained) < error_of(*report.multi_step))
       report.multi_step = trained;
   }
-  report.method = "multi_step";
+  report.method = estimate::Method::kMultiStep;
   report.model.arm = report.multi_step->arm;
   report.message = report.multi_step->message;
   report.joints.clear();

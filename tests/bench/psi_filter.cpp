@@ -42,9 +42,9 @@ struct Case {
   smc::Twist twist;
   bool bent = false;
 
-  Case(const Arm& arm, const estimate::Recording& recording, const LatentNoise& noise,
+  Case(const Arm& arm, const signals::Recording& recording, const LatentNoise& noise,
        const smc::Gaussian& initial)
-      : model(arm, recording, noise, initial, kStep), y(recording.q_measured) {
+      : model(arm, recording, noise, initial, kStep), y(recording.log.q) {
     smc::gaussian_smoother(model, y, path, 2);
     bent = !path.failed && smc::make_bent_twist(model, y, model.parts(), path.smoothed, twist) &&
            run(0.25, 0.05).failed == 0;
@@ -167,9 +167,9 @@ void print_cases(const std::vector<std::string>& files) {
       Case same_noise(off, drawn.recording, drawn.noise, drawn.initial);
       print_row(fmt::format("{}, 30 % off", law), seed, same_noise);
       const Eigen::Index n = arm.robot.n();
-      drawn.recording.q = drawn.x.leftCols(n);
-      drawn.recording.v = drawn.x.middleCols(n, n);
-      const std::vector<estimate::Recording> recordings{drawn.recording};
+      drawn.recording.wide.q = drawn.x.leftCols(n);
+      drawn.recording.wide.v = drawn.x.middleCols(n, n);
+      const std::vector<signals::Recording> recordings{drawn.recording};
       const LatentNoise noise = estimate::initial_noise(off, recordings, {});
       Case more_noise(off, drawn.recording, noise, drawn.initial);
       print_row(fmt::format("{}, 30 % off, EM's noise", law), seed, more_noise);

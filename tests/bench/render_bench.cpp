@@ -9,6 +9,7 @@
 
 #include "fricid/film/arm_painter.hpp"
 #include "fricid/sim/simulate.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::film {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 void serve(GlBackend backend, PaintQuality quality, int orders, int answers) {
   const auto context = make_gl_context(backend);
   const sim::MujocoArm arm =
-      sim::make_arm(data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml"));
+      sim::make_arm(scene::load_problem(source_dir() / "scenes/kr6_demo.toml"));
   ArmPainter painter(arm, "flange", 1280, 720, quality, context->functions());
   std::array<double, 6> q{0.4, -1.1, 1, -0.4, -0.9, 0}, left = q, right = q;
   left[0] -= 0.1;

@@ -4,16 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "fricid/data/problem.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/sim/plant.hpp"
 #include "fricid/sim/simulate.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::sim {
 namespace {
 
 struct Scene {
-  data::Problem problem =
-      data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_full.toml");
+  scene::Problem problem = scene::load_problem(source_dir() / "scenes/kr6_full.toml");
   MujocoArm arm = make_arm(problem);
 
   static const Scene& once() {

@@ -14,11 +14,12 @@
 #include "fricid/base/rng.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/model_file.hpp"
-#include "fricid/data/problem.hpp"
 #include "fricid/estimate/em/e_step.hpp"
 #include "fricid/estimate/em/em.hpp"
+#include "fricid/estimate/wash_out.hpp"
 #include "fricid/evaluate/bands.hpp"
 #include "fricid/evaluate/constant_friction.hpp"
+#include "fricid/scene/problem.hpp"
 
 namespace fricid {
 namespace {
@@ -52,8 +53,8 @@ std::vector<RowMatrix> friction_of(estimate::LatentFrictionModel& model,
 }
 
 void add_recording(const data::ModelFile& file, const dynamics::RobotModel& known,
-                   estimate::Recording recording, const std::filesystem::path& truth,
-                   double missing, std::uint64_t index, Sums& sums) {
+                   signals::Recording recording, const std::filesystem::path& truth, double missing,
+                   std::uint64_t index, Sums& sums) {
   const auto n = static_cast<Eigen::Index>(file.arm.robot.n());
   const data::H5Reader reader(truth, "fricid.truth/1");
   const RowMatrix q = reader.matrix("/q"), tau_f = reader.matrix("/tau_f");
@@ -62,7 +63,7 @@ void add_recording(const data::ModelFile& file, const dynamics::RobotModel& know
   for (int k = 1; k < recording.length(); ++k)
     if (rng.uniform() < missing) {
       lost.push_back(k);
-      recording.q_measured.row(k).setConstant(std::numeric_limits<double>::quiet_NaN());
+      recording.log.q.row(k).setConstant(std::numeric_limits<double>::quiet_NaN());
     }
   const auto z = estimate::wash_out(file.arm, {&recording, 1}, 1);
   estimate::LatentFrictionModel model(
@@ -72,7 +73,7 @@ void add_recording(const data::ModelFile& file, const dynamics::RobotModel& know
   const estimate::EStepResult smoothed =
       smooth(model, recording, recording.length(), {.paths = kPaths});
   if (smoothed.failed) {
-    fmt::print(stderr, "{}: the smoother failed on {}\n", file.name, recording.name);
+    fmt::print(stderr, "{}: the smoother failed on {}\n", file.name, recording.log.name);
     return;
   }
   sums.log_likelihood += smoothed.log_likelihood;
@@ -110,7 +111,7 @@ double percent(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
   return sum;
 }
 
-void print(const data::ModelFile& file, const data::Problem& problem,
+void print(const data::ModelFile& file, const scene::Problem& problem,
            const std::filesystem::path& run) {
   for (const double missing : {0.0, kMissing}) {
     const auto n = static_cast<Eigen::Index>(file.arm.robot.n());
@@ -121,8 +122,7 @@ void print(const data::ModelFile& file, const data::Problem& problem,
       if (!std::filesystem::exists(run / "data" / name)) break;
       const data::Dataset dataset = data::load_dataset(run / "data" / name);
       const double cutoff = problem.scene.identify.cutoff_hz;
-      add_recording(file, problem.robot,
-                    make_recording(dataset, estimate::filter_dataset(dataset, cutoff), cutoff),
+      add_recording(file, problem.robot, signals::make_recording(dataset, cutoff),
                     run / "truth" / name, missing, static_cast<std::uint64_t>(i), sums);
     }
     fmt::print("| {} | {:.0f} |", file.label, 100 * missing);
@@ -138,7 +138,7 @@ void print(const data::ModelFile& file, const data::Problem& problem,
 
 int run(const std::vector<std::string>& arguments) {
   const std::filesystem::path folder = arguments.at(0);
-  const data::Problem problem = data::load_problem(folder / "scene.toml");
+  const scene::Problem problem = scene::load_problem(folder / "scene.toml");
   fmt::print(
       "| model | missing % | sd of v per sample, joint by joint [mrad/s] | log-likelihood per "
       "sample | NIS | tau_f inside % | half width % | tau_f error % | missing q [rad] |\n"

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fricid/base/files.hpp"
-#include "helpers.hpp"
+#include "scene_folder.hpp"
 
 namespace fricid::data {
 namespace {

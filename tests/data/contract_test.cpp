@@ -6,7 +6,8 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "helpers.hpp"
+#include "scene_folder.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::data {
 namespace {
@@ -250,7 +251,7 @@ TEST_F(Import, TemplateIsAContract) {
 }
 
 TEST(SampleLog, Imports) {
-  const std::filesystem::path folder = FRICID_SOURCE_DIR "/tests/data";
+  const std::filesystem::path folder = source_dir() / "tests/data";
   const Dataset d =
       import_log(folder / "sample_log.csv", load_contract(folder / "sample_contract.toml"));
   EXPECT_EQ(d.rate_hz, 250);
@@ -262,7 +263,7 @@ TEST(SampleLog, Imports) {
 TEST(KukaLog, Imports) {
   const char* logs = std::getenv("FRICID_REALLOGS");
   if (!logs) GTEST_SKIP() << "FRICID_REALLOGS is not set";
-  const Contract contract = load_contract(FRICID_SOURCE_DIR "/scenes/kuka_kr300_contract.toml");
+  const Contract contract = load_contract(source_dir() / "scenes/kuka_kr300_contract.toml");
   const Dataset d =
       import_log(std::filesystem::path(logs) / "kuka_kr300_2020" / "trajA_train.csv", contract);
   EXPECT_EQ(d.length(), 2501);

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <span>
 
-#include "helpers.hpp"
+#include "scene_folder.hpp"
 
 namespace fricid::data {
 namespace {
@@ -159,7 +159,7 @@ TEST_F(DatasetFile, PartsThatAreMissingOrOfAnotherShape) {
               file.matrix("q", RowMatrix::Zero(4, 2), "rad");
               file.matrix("tau", RowMatrix::Zero(3, 2), "N m");
             }),
-            "a.h5: q is 4 x 2; allowed: 3 samples x 2 joints");
+            "a.h5: table q has 4 rows; allowed: 3, as t");
 }
 
 TEST_F(DatasetFile, NothingIsWrittenWhenTheDataAreWrong) {

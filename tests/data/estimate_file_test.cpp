@@ -2,7 +2,8 @@
 
 #include <gmock/gmock.h>
 
-#include "helpers.hpp"
+#include "fricid/data/signal_file.hpp"
+#include "scene_folder.hpp"
 
 namespace fricid::data {
 namespace {
@@ -12,10 +13,9 @@ class EstimateFile : public FolderTest {
   static constexpr int kRows = 5;
   const std::filesystem::path file = path("e.h5");
   EstimateSignals estimate;
-  Dataset log;
 
   EstimateFile() {
-    log.joint_names = {"a", "b"};
+    estimate.joint_names = {"a", "b"};
     estimate.t = Eigen::VectorXd::LinSpaced(kRows, 0, 1);
     estimate.ess = Eigen::VectorXd::Random(kRows);
     estimate.log_likelihood = Eigen::VectorXd::Random(kRows);
@@ -23,9 +23,9 @@ class EstimateFile : public FolderTest {
                               &estimate.v_sd, &estimate.tau_f_sd})
       *values = RowMatrix::Random(kRows, 2);
   }
-  void save() const { save_estimate(estimate, ModelFile(), log, file); }
+  void save() const { save_signals(estimate, file); }
   std::string said() const {
-    return message_of([&] { load_estimate(file, 2); });
+    return message_of([&] { load_signals<EstimateSignals>(file, 2); });
   }
 };
 
@@ -33,7 +33,7 @@ TEST_F(EstimateFile, ComesBackAsItWas) {
   estimate.z = RowMatrix::Random(kRows, 3);
   estimate.z_sd = RowMatrix::Random(kRows, 3);
   save();
-  const EstimateSignals read = load_estimate(file, 2);
+  const EstimateSignals read = load_signals<EstimateSignals>(file, 2);
   for (const auto values : {&EstimateSignals::q, &EstimateSignals::v, &EstimateSignals::tau_f,
                             &EstimateSignals::z, &EstimateSignals::q_sd, &EstimateSignals::v_sd,
                             &EstimateSignals::tau_f_sd, &EstimateSignals::z_sd})
@@ -45,7 +45,7 @@ TEST_F(EstimateFile, ComesBackAsItWas) {
 
 TEST_F(EstimateFile, AFrictionWithoutStatesHasNone) {
   save();
-  EXPECT_EQ(load_estimate(file, 2).z.size(), 0);
+  EXPECT_EQ(load_signals<EstimateSignals>(file, 2).z.size(), 0);
 }
 
 TEST_F(EstimateFile, TablesOfOtherShapesAreRefused) {

@@ -4,8 +4,8 @@
 #include "fricid/base/files.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/log_reader.hpp"
-#include "helpers.hpp"
 #include "log_samples.hpp"
+#include "scene_folder.hpp"
 
 namespace fricid::data {
 namespace {

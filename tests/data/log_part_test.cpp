@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "helpers.hpp"
+#include "scene_folder.hpp"
 
 namespace fricid::data {
 namespace {

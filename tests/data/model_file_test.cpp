@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "helpers.hpp"
+#include "scene_folder.hpp"
 
 namespace fricid::data {
 namespace {
@@ -28,7 +28,7 @@ class ModelJson : public FolderTest {
         robot,
         {.name = "spring", .joint = 1, .shape = dynamics::LinearTorque::Shape::kCos, .k = 2});
     dynamics::add_linear_torque(robot, {.name = "offset"});
-    for (int i = 0; i < robot.pi.size(); ++i) robot.pi[i] += 1.0 / (7 + i);
+    for (int i = 0; i < robot.pi.size(); ++i) robot.pi[i] *= 1 + 1e-3 / (7 + i);
     robot.pi[12] = -0.0;
     const double c = std::cos(1.0), s = std::sin(1.0);
     robot.joints[1].R0 << c, -s, 0, s, c, 0, 0, 0, 1;
@@ -152,9 +152,9 @@ TEST_F(ModelJson, TruncatedAtEveryByteIsAnError) {
   const std::string whole = read("a.json");
   // The last byte is the end of the line, after a complete object.
   for (std::size_t length = 1; length + 1 < whole.size(); ++length)
-    ASSERT_THAT(
-        error_of(whole.substr(0, length)),
-        testing::AllOf(testing::StartsWith("bad.json:"), testing::EndsWith(": not JSON, or torn")))
+    ASSERT_THAT(error_of(whole.substr(0, length)),
+                testing::AllOf(testing::StartsWith("bad.json:"),
+                               testing::HasSubstr(": not JSON, or torn: ")))
         << "length " << length;
 }
 
@@ -186,7 +186,9 @@ TEST_F(ModelJson, MistakesAreNamed) {
               testing::EndsWith("= \"N m/deg\"; allowed: N m/rad"));
   EXPECT_EQ(error_of(""), "bad.json: an empty file");
   EXPECT_EQ(error_of("[]"), "bad.json:  = []; allowed: an object");
-  EXPECT_EQ(error_of(std::string(100'000, '[')), "bad.json: nested deeper than 32");
+  EXPECT_EQ(error_of(std::string(100'000, '[')),
+            "bad.json: 33 levels of lists and objects in a JSON file; allowed: up to 32");
+  EXPECT_EQ(error_of("{\"format\": 1e400}"), "bad.json: not JSON: number overflow parsing '1e400'");
   EXPECT_EQ(message_of([&] { load_model(path("none.json")); }),
             "none.json: cannot be read: No such file or directory");
 }
@@ -200,6 +202,24 @@ TEST_F(ModelJson, ParametersOutOfBoundsAreNamed) {
   save_model(model, path("a.json"));
   EXPECT_EQ(message_of([&] { load_model(path("a.json")); }),
             "a.json: friction[0][5].parameters.sigma0.value = -1.0; allowed: 1 to 1e+08");
+}
+
+TEST_F(ModelJson, RobotsThatNoBodyCanBeAreRefused) {
+  const auto refused = [&](auto change) {
+    ModelFile model = make_model();
+    change(model.arm.robot);
+    save_model(model, path("a.json"));
+    return message_of([&] { load_model(path("a.json")); });
+  };
+  EXPECT_EQ(refused([](auto& robot) { robot.pi[0] = -1; }),
+            "a.json: robot.joints[0].moves.mass = -1.0; allowed: above 0");
+  EXPECT_THAT(refused([](auto& robot) { robot.pi[4] = -1; }),
+              testing::AllOf(testing::StartsWith("a.json: robot.joints[0].moves.inertia = {"),
+                             testing::EndsWith("of a body of this mass and first moment")));
+  EXPECT_EQ(refused([](auto& robot) { robot.pi[robot.armature_begin()] = -1; }),
+            "a.json: robot.joints[0].armature = -1.0; allowed: 0 or more");
+  EXPECT_EQ(refused([](auto& robot) { robot.joints[1].effort = -1; }),
+            "a.json: robot.joints[1].effort = -1.0; allowed: 0 or more");
 }
 
 TEST_F(ModelJson, NumbersThatJsonCannotHoldAreRefused) {

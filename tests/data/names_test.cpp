@@ -6,9 +6,9 @@
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/model_file.hpp"
-#include "fricid/data/problem.hpp"
-#include "helpers.hpp"
+#include "fricid/scene/problem.hpp"
 #include "hostile_text.hpp"
+#include "scene_folder.hpp"
 
 namespace fricid::data {
 namespace {
@@ -49,32 +49,33 @@ class EntryOfNames : public FolderTest {
 TEST_F(EntryOfNames, Scene) {
   for (const std::string& text : never_names()) {
     const auto load = [&](const std::string& scene) {
-      expect_refused("scene.toml:", text, [&] { load_problem(write("scene.toml", scene)); });
+      expect_refused("scene.toml:", text, [&] { scene::load_problem(write("scene.toml", scene)); });
     };
     load("name = " + quoted(text) + "\n" + kScene);
     load(std::string(kScene) + "[[model]]\nlaw = \"lugre\"\nname = " + quoted(text) + "\n");
   }
   for (const char* name : {"../../x", "/abs", "..", "-x", ".x"})
     expect_refused("scene.toml:1: name of a scene", name, [&] {
-      load_problem(write("scene.toml", fmt::format("name = \"{}\"\n{}", name, kScene)));
+      scene::load_problem(write("scene.toml", fmt::format("name = \"{}\"\n{}", name, kScene)));
     });
 }
 
 TEST_F(EntryOfNames, ModelsOfASceneAreNotTheTruth) {
   for (const char* name : {"oracle", "simulator"})
     expect_refused("scene.toml:13: name of a model", name, [&] {
-      load_problem(write("scene.toml",
-                         fmt::format("{}[[model]]\nname = \"{}\"\nlaw = \"gms\"\n", kScene, name)));
+      scene::load_problem(write(
+          "scene.toml", fmt::format("{}[[model]]\nname = \"{}\"\nlaw = \"gms\"\n", kScene, name)));
     });
 }
 
 TEST_F(EntryOfNames, LabelsOfASceneShow) {
   expect_refused("scene.toml:14: model[1].label", "label", [&] {
-    load_problem(write("scene.toml", std::string(kScene) +
-                                         "[[model]]\nname = \"gms\"\nlabel = \"a\\u001b[1m\"\n"));
+    scene::load_problem(
+        write("scene.toml",
+              std::string(kScene) + "[[model]]\nname = \"gms\"\nlabel = \"a\\u001b[1m\"\n"));
   });
   expect_refused("scene.toml:1: description", "description", [&] {
-    load_problem(write("scene.toml", std::string("description = \"a\\nb\"\n") + kScene));
+    scene::load_problem(write("scene.toml", std::string("description = \"a\\nb\"\n") + kScene));
   });
 }
 

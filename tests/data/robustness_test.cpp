@@ -6,8 +6,8 @@
 #include "fricid/data/contract.hpp"
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/model_file.hpp"
-#include "fricid/data/problem.hpp"
-#include "helpers.hpp"
+#include "fricid/scene/problem.hpp"
+#include "scene_folder.hpp"
 
 namespace fricid::data {
 namespace {
@@ -50,8 +50,8 @@ class DamagedFile : public FolderTest {
 };
 
 TEST_F(DamagedFile, Scene) {
-  const std::string scene = to_toml(load_problem(write("scene.toml", kScene)).scene);
-  const int errors = refused(scene, 800, [](const auto& file) { load_problem(file); });
+  const std::string scene = scene::to_toml(scene::load_problem(write("scene.toml", kScene)).scene);
+  const int errors = refused(scene, 800, [](const auto& file) { scene::load_problem(file); });
   EXPECT_GT(errors, 300);
 }
 
@@ -71,7 +71,7 @@ TEST_F(DamagedFile, Dataset) {
 TEST_F(DamagedFile, Model) {
   ModelFile model{.name = "m", .label = "M", .arm = {}};
   model.arm.robot = dynamics::load_urdf(path("arm.urdf"));
-  model.arm.friction = *load_problem(write("scene.toml", kScene)).scene.friction;
+  model.arm.friction = *scene::load_problem(write("scene.toml", kScene)).scene.friction;
   save_model(model, path("a.json"));
   const int errors = refused(read("a.json"), 800, [](const auto& file) { load_model(file); });
   EXPECT_GT(errors, 300);

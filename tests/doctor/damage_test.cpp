@@ -9,10 +9,11 @@
 
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/rng.hpp"
-#include "fricid/data/problem.hpp"
 #include "fricid/doctor/doctor.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/sim/sensors.hpp"
 #include "fricid/sim/simulate.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::doctor {
 namespace {
@@ -27,15 +28,14 @@ struct Log {
 
 /// Two short logs of a scene, with velocity and temperature.
 std::vector<Log> simulate_logs(const std::string& scene, std::uint64_t seed) {
-  data::Scene e =
-      data::load_scene(std::filesystem::path(FRICID_SOURCE_DIR) / "scenes" / (scene + ".toml"));
+  scene::Scene e = scene::load_scene(source_dir() / "scenes" / (scene + ".toml"));
   e.seed = seed;
   e.excitation.train = e.excitation.repeats = e.excitation.validation = 1;
-  e.excitation.criterion = "none";
+  e.excitation.criterion = sim::Criterion::kNone;
   e.excitation.harmonics = 5;
   e.excitation.base_rad_s = 0.6;
   e.sensors.velocity = e.sensors.temperature = true;
-  const data::Problem problem = data::resolve(std::move(e));
+  const scene::Problem problem = scene::resolve(std::move(e));
   const sim::Simulation s = sim::simulate(problem, 1);
   return {{s.train[0], problem.robot}, {s.validation[0], problem.robot}};
 }
@@ -223,16 +223,15 @@ TEST(Doctor, FindsInjectedDamageByNameAndPlaceAndNothingElse) {
 /// A log at 1 kHz of the arm.
 const Log& fast_log() {
   static const Log log = [] {
-    data::Scene e =
-        data::load_scene(std::filesystem::path(FRICID_SOURCE_DIR) / "scenes/kr6_full.toml");
+    scene::Scene e = scene::load_scene(source_dir() / "scenes/kr6_full.toml");
     e.excitation.train = 1;
     e.excitation.repeats = 1;
     e.excitation.validation = 0;
-    e.excitation.criterion = "none";
+    e.excitation.criterion = sim::Criterion::kNone;
     e.excitation.harmonics = 5;
     e.excitation.base_rad_s = 0.6;
     e.sensors.rate_hz = 1000;
-    const data::Problem problem = data::resolve(std::move(e));
+    const scene::Problem problem = scene::resolve(std::move(e));
     return Log{sim::simulate(problem, 2).train[0], problem.robot};
   }();
   return log;

@@ -1,9 +1,10 @@
-// What a robot's file leaves out is named.
+// What a robot's file leaves out is named, or guessed.
 #include "fricid/dynamics/nominal.hpp"
 
 #include <gmock/gmock.h>
 
 #include "fricid/base/error.hpp"
+#include "fricid/dynamics/physical_inertia.hpp"
 #include "robots.hpp"
 
 namespace fricid::dynamics::test {
@@ -62,6 +63,23 @@ TEST(Nominal, UsualArmatureIsWithinAFactorOfFourOfStatedOnes) {
       EXPECT_LT(ratio, 4) << path << " joint " << j;
     }
   }
+}
+
+TEST(Nominal, CompleteGuessesOnlyWhatIsMissing) {
+  const RobotModel whole = load("kr6_r700/kr6_r700.urdf");
+  const Nominal unchanged = complete(whole);
+  EXPECT_TRUE(unchanged.guesses.empty());
+  EXPECT_EQ(unchanged.robot.pi, whole.pi);
+
+  RobotModel poor = whole;
+  poor.pi.segment(poor.armature_begin(), poor.n()).setZero();
+  make_point(poor, 5);
+  const Nominal guessed = complete(poor);
+  EXPECT_EQ(guessed.guesses.armature, (std::vector<int>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(guessed.guesses.inertia, (std::vector<int>{5}));
+  for (int j = 0; j < poor.n(); ++j)
+    EXPECT_TRUE(is_physical(guessed.robot.pi.segment<10>(10 * j))) << j;
+  EXPECT_EQ(guessed.robot.pi.head(50), poor.pi.head(50));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "robots.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::dynamics::test {
 namespace {
@@ -179,8 +180,7 @@ TEST(RigidBody, NumberingDoesNotMatter) {
 }
 
 TEST(RigidBody, MountTurnsGravity) {
-  const std::filesystem::path path =
-      std::filesystem::path(FRICID_SOURCE_DIR) / "models/kr6_r700/kr6_r700.urdf";
+  const std::filesystem::path path = source_dir() / "models/kr6_r700/kr6_r700.urdf";
   const RobotModel floor = load_urdf(path);
   const RobotModel ceiling = load_urdf(path, Vector3d(1, -1, -1).asDiagonal());
   const Eigen::Matrix3d wall_mount =

@@ -16,6 +16,7 @@
 
 #include "fricid/base/rng.hpp"
 #include "fricid/dynamics/algorithms.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::dynamics::test {
 
@@ -32,7 +33,7 @@ inline double tolerance(double value) {
 }
 
 inline RobotModel load(const std::string& path_below_models) {
-  return load_urdf(std::filesystem::path(FRICID_SOURCE_DIR) / "models" / path_below_models);
+  return load_urdf(source_dir() / "models" / path_below_models);
 }
 
 /// Every robot of the tree, and the KR6 with payload, counterbalance and springs.

@@ -7,6 +7,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/dynamics/robot_model.hpp"
 #include "robots.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::dynamics::test {
 namespace {
@@ -100,6 +101,14 @@ TEST(Urdf, IgnoresWhatDynamicsDoesNotNeed) {
 TEST(Urdf, ReadsAThinPlateWithRoundedMoments) {
   EXPECT_EQ(message(one_joint(inertial("1", R"(ixx="0.0333" iyy="0.0333" izz="0.06666")"))),
             "no error");
+}
+
+TEST(Urdf, TheBaseMayHaveAnyInertia) {
+  std::string text = one_joint();
+  const std::string base = "<link name=\"base\"/>";
+  text.replace(text.find(base), base.size(),
+               "<link name=\"base\">" + inertial("1", R"(ixx="1" iyy="1" izz="3")") + "</link>");
+  EXPECT_EQ(message(text), "no error");
 }
 
 TEST(UrdfError, Inertia) {
@@ -202,6 +211,22 @@ TEST(UrdfError, TruncatedAnywhereIsOneLine) {
     expect_one_line(message(whole.substr(0, size)));
 }
 
+// urdfdom and the engine walk the tree link by link.
+TEST(UrdfError, LongChainsAreRefused) {
+  const auto chain = [](int links) {
+    std::string text = "<robot name=\"r\"><link name=\"l0\"/>";
+    for (int i = 1; i < links; ++i)
+      text += fmt::format(
+          "<link name=\"l{0}\"/><joint name=\"j{0}\" type=\"fixed\"><parent link=\"l{1}\"/>"
+          "<child link=\"l{0}\"/></joint>",
+          i, i - 1);
+    return text + "</robot>";
+  };
+  EXPECT_EQ(message(chain(1000)), "r.urdf: no revolute, continuous or prismatic joint");
+  EXPECT_EQ(message(chain(1001)), "r.urdf: 1001 links of a URDF; allowed: up to 1000");
+  EXPECT_EQ(message(chain(60'000)), "r.urdf: 60000 links of a URDF; allowed: up to 1000");
+}
+
 TEST(UrdfError, MissingFileAndDirectory) {
   const auto what = [](const std::filesystem::path& path) -> std::string {
     try {
@@ -211,9 +236,9 @@ TEST(UrdfError, MissingFileAndDirectory) {
     }
     return "no error";
   };
-  EXPECT_EQ(what("no/such.urdf"), "no/such.urdf: cannot be read");
-  const std::string folder = FRICID_SOURCE_DIR "/models";
-  EXPECT_EQ(what(folder), folder + ": a directory; expected a URDF file");
+  EXPECT_EQ(what("no/such.urdf"), "no/such.urdf: cannot be read: No such file or directory");
+  const std::string folder = source_dir() / "models";
+  EXPECT_EQ(what(folder), folder + ": is a folder, a file is expected");
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ law = "dahl"
 method = "em"
 em = {iterations = 4, m_steps = 10, batch = 64}
 [[model]]
-name = "lvm"
+name = "lvm_bristles"
 elements = 4
 train = {iterations = 10, window_s = 0.1, batch = 16}
 """
@@ -37,17 +37,38 @@ class Learning(ProgramTest):
         histories = []
         for jobs in (1, 3):
             done = fricid("identify", folder, "--fresh", "--jobs", jobs, "--model", "windows",
-                          "--model", "em", "--model", "lvm")
+                          "--model", "em", "--model", "lvm_bristles")
             self.assertEqual(done.returncode, 0, done.stderr)
             fits = {name: load(folder / "fit" / f"{name}_s1.json")
-                    for name in ("windows", "em", "lvm")}
+                    for name in ("windows", "em", "lvm_bristles")}
             histories.append((fits["windows"]["multi_step"]["held_out"],
                               fits["em"]["em"]["iterations"],
-                              fits["lvm"]["multi_step"]["loss"]))
-            for name in ("windows", "lvm"):
+                              fits["lvm_bristles"]["multi_step"]["loss"]))
+            for name in ("windows", "lvm_bristles"):
                 held_out = fits[name]["multi_step"]["held_out"]
                 self.assertEqual(held_out[fits[name]["multi_step"]["chosen"]], min(held_out))
         self.assertEqual(histories[0], histories[1])
+
+    def test_lvm_needs_no_options_and_is_no_worse_than_any_candidate(self):
+        scene = self.tiny()
+        scene.write_text(scene.read_text() + '\n[[model]]\nname = "lvm"\n'
+                         'train = {iterations = 20, window_s = 0.1, batch = 16}\n')
+        folder = self.folder / "run"
+        self.assertEqual(fricid("simulate", scene, "-o", folder).returncode, 0)
+        tables = []
+        for jobs in (1, 3):
+            done = fricid("identify", folder, "--fresh", "--jobs", jobs, "--model", "lvm")
+            self.assertIn(done.returncode, (0, 1), done.stderr)
+            fit = load(folder / "fit" / "lvm_s1.json")
+            tables.append((fit["candidates"], fit["parts"]))
+            taken = [c for c in fit["candidates"] if c["taken"]]
+            self.assertEqual(len(taken), 1)
+            self.assertEqual(taken[0]["held_out_q_mse"],
+                             min(c["held_out_q_mse"] for c in fit["candidates"]))
+            self.assertTrue({"sum", "lugre", "gms"} <= {c["name"] for c in fit["candidates"]})
+            for part in fit["parts"]:
+                self.assertEqual(part["on"], part["gain"] > part["gain_se"], part)
+        self.assertEqual(tables[0], tables[1])
 
     def test_a_fit_killed_in_its_middle_goes_on(self):
         folder = self.run_folder()
@@ -66,7 +87,7 @@ class Learning(ProgramTest):
         job.kill()
         job.wait()
         self.assertTrue(checkpoint.exists(), "the fit was over before it could be killed")
-        self.assertGreaterEqual(load(checkpoint)["iteration"], 1)
+        self.assertGreaterEqual(load(checkpoint)["numbers"]["iteration"], [1])
         self.assertFalse((folder / names[0]).exists())
         done = fricid(*command)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -106,10 +127,10 @@ class Learning(ProgramTest):
     def test_a_network_cannot_be_fitted_conventionally(self):
         scene = self.tiny()
         scene.write_text(scene.read_text() +
-                         '\n[[model]]\nname = "lvm"\nmethod = "conventional"\n')
+                         '\n[[model]]\nname = "lvm_bristles"\nmethod = "conventional"\n')
         self.assert_refused(fricid("run", scene, "-o", self.folder / "run"),
                             r"scene\.toml:\d+: model\[\d+\]\.method = \"conventional\"; "
-                            "allowed for lvm: torque, multi_step, em", self.folder / "run")
+                            "allowed for lvm_bristles: torque, multi_step, em", self.folder / "run")
 
 
 if __name__ == "__main__":

@@ -31,7 +31,6 @@ name = "lugre"
 starts = 1
 [[model]]
 name = "lvm"
-elements = 4
 [model.train]
 iterations = 30
 batch = 8
@@ -65,7 +64,7 @@ class Robots(ProgramTest):
         error = {name: model["trajectories"][0]["q_mse"][0] for name, model in models.items()}
         self.assertLess(error["lugre"], error["simple"])
 
-        check = fricid("check", out)
+        check = fricid("check", out, "--verbose")
         self.assertEqual(check.returncode, 0, check.stdout)
         self.assertIn("Coulomb friction: identified", check.stdout)
         self.assertTrue((out / "check.json").exists())

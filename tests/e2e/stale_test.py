@@ -1,4 +1,4 @@
-"""What was made from something else than what is there now is made again, or left out and named."""
+"""Results whose inputs changed are made again, or left out and named."""
 import shutil
 import unittest
 

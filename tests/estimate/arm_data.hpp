@@ -8,7 +8,6 @@
 
 #include "fricid/base/rng.hpp"
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/problem.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/workspace.hpp"
 #include "fricid/system/arm.hpp"
@@ -111,13 +110,6 @@ inline data::Dataset make_log(const Arm& arm, const LogOptions& options) {
     stepper.step(tau, temperature, dt, q, v, z);
   }
   return log;
-}
-
-/// A problem on logs of `robot`, without prior.
-inline data::Problem make_problem(const dynamics::RobotModel& robot) {
-  data::Scene scene;
-  scene.name = "test";
-  return {.scene = std::move(scene), .robot = robot};
 }
 
 }  // namespace fricid::estimate

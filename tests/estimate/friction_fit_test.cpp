@@ -12,8 +12,8 @@
 namespace fricid::estimate {
 namespace {
 
-data::ModelConfig model(const std::string& name) {
-  data::ModelConfig config;
+ModelOptions model(const std::string& name) {
+  ModelOptions config;
   config.name = name;
   config.starts = 2;
   return config;
@@ -45,9 +45,8 @@ TEST(FitConventional, RecoversLuGre) {
   ASSERT_EQ(infos[0].symbol, "Fc");
   ASSERT_EQ(infos[3].symbol, "sigma0");
   const auto logs = logs_of(arm, {}, 3);
-  const data::Problem problem = make_problem(arm.robot);
-  const Prepared prepared = prepare(problem, logs, 2);
-  const FitReport report = fit_conventional(problem, prepared, model("lugre"), 1, 2);
+  const Prepared prepared = prepare(arm.robot, {}, logs, 2);
+  const FitReport report = fit_conventional(prepared, model("lugre"), 1, 2);
   ASSERT_TRUE(report.usable()) << report.message;
   for (int j = 0; j < arm.robot.n(); ++j) {
     SCOPED_TRACE(j);
@@ -66,12 +65,11 @@ TEST(FitConventional, RecoversLuGre) {
 }
 
 // Intervals from logs of different noise and motion hold the truth as often as they say, although
-// the filter makes neighbouring residuals hang together.
+// the filter correlates neighbouring residuals.
 TEST(FitConventional, StandardErrorsCoverTheTruth) {
   Arm arm{small_arm(), {}};
   arm.friction = same_law("coulomb_viscous", {4, 2, 0.02}, arm.robot.n());
-  const data::Problem problem = make_problem(arm.robot);
-  data::ModelConfig config = model("stribeck");
+  ModelOptions config = model("stribeck");
   config.starts = 1;
   int inside = 0, count = 0;
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
@@ -79,7 +77,7 @@ TEST(FitConventional, StandardErrorsCoverTheTruth) {
     options.torque_noise = 0.5;
     options.seed = 500 + seed;
     const std::vector<data::Dataset> logs{make_log(arm, options)};
-    const FitReport report = fit_conventional(problem, prepare(problem, logs, 2), config, 1, 2);
+    const FitReport report = fit_conventional(prepare(arm.robot, {}, logs, 2), config, 1, 2);
     ASSERT_TRUE(report.usable()) << report.message;
     for (std::size_t j = 0; j < report.joints.size(); ++j) {
       const JointFrictionFit& fit = report.joints[j];
@@ -100,9 +98,9 @@ TEST(FitJointFriction, HeldParametersHaveNoStandardErrors) {
   Arm arm{small_arm(), {}};
   arm.friction = same_law("coulomb_viscous", {4, 2, 0.02}, arm.robot.n());
   const auto logs = logs_of(arm, {}, 1);
-  const Prepared prepared = prepare(make_problem(arm.robot), logs, 2);
-  const std::vector<data::RowMatrix> target{prepared.sequences[0].tau};
-  const JointFrictionData data(prepared.sequences, target, 0, 10);
+  const Prepared prepared = prepare(arm.robot, {}, logs, 2);
+  const std::vector<RowMatrix> target{prepared.recordings[0].filtered_tau};
+  const JointFrictionData data(prepared.recordings, target, 0, 10);
   const friction::RobotFriction one({{{{"coulomb_viscous", 0, {}}}}});
   FrictionFitOptions options;
   options.held = {0, 1, 2};
@@ -120,9 +118,9 @@ TEST(FitJointFriction, WhatOnlyACombinationKnowsHasNoStandardError) {
   Arm arm{small_arm(), {}};
   arm.friction = same_law("dahl", {4, 200, 2}, arm.robot.n());
   const auto logs = logs_of(arm, {}, 1);
-  const Prepared prepared = prepare(make_problem(arm.robot), logs, 2);
-  const std::vector<data::RowMatrix> target{prepared.sequences[0].tau};
-  const JointFrictionData data(prepared.sequences, target, 0, 10);
+  const Prepared prepared = prepare(arm.robot, {}, logs, 2);
+  const std::vector<RowMatrix> target{prepared.recordings[0].filtered_tau};
+  const JointFrictionData data(prepared.recordings, target, 0, 10);
   const friction::RobotFriction one({{{{"gms", 2, {}}}}});
   FrictionFitOptions options;
   options.evaluations = 200;
@@ -153,11 +151,10 @@ TEST(FitConventional, FindsTheOrderOfARipple) {
     for (const double value : {4.0, 2.0, 1e-3, orders[j], 0.05, phases[j]})
       arm.friction.theta.push_back(value);
   const auto logs = logs_of(arm, {}, 3);
-  data::Problem problem = make_problem(arm.robot);
-  const Prepared prepared = prepare(problem, logs, 2);
-  data::ModelConfig rippling = model("simple");
+  const Prepared prepared = prepare(arm.robot, {}, logs, 2);
+  ModelOptions rippling = model("simple");
   rippling.modifiers = {"ripple"};
-  const FitReport report = fit_conventional(problem, prepared, rippling, 1, 2);
+  const FitReport report = fit_conventional(prepared, rippling, 1, 2);
   ASSERT_TRUE(report.usable()) << report.message;
   for (int j = 0; j < arm.robot.n(); ++j) {
     SCOPED_TRACE(j);
@@ -174,9 +171,8 @@ TEST(FitConventional, SimpleTakesLinearFrictionFromTheRegression) {
   LogOptions options;
   options.substeps = 200;
   const auto logs = logs_of(arm, options, 3);
-  const data::Problem problem = make_problem(arm.robot);
-  const Prepared prepared = prepare(problem, logs, 2);
-  const FitReport report = fit_conventional(problem, prepared, model("simple"), 1, 2);
+  const Prepared prepared = prepare(arm.robot, {}, logs, 2);
+  const FitReport report = fit_conventional(prepared, model("simple"), 1, 2);
   ASSERT_TRUE(report.usable()) << report.message;
   const auto& theta = arm.friction.theta;
   for (int j = 0; j < arm.robot.n(); ++j) {
@@ -198,9 +194,8 @@ TEST(FitConventional, ReportIsTheSameBytesForAnyNumberOfJobs) {
   options.torque_noise = 0.1;
   options.encoder_noise = 4e-6;
   const auto logs = logs_of(arm, options, 2);
-  const data::Problem problem = make_problem(arm.robot);
   const auto fitted = [&](int jobs) {
-    return saved(fit_conventional(problem, prepare(problem, logs, jobs), model("dahl"), 3, jobs));
+    return saved(fit_conventional(prepare(arm.robot, {}, logs, jobs), model("dahl"), 3, jobs));
   };
   const std::string one = fitted(1);
   EXPECT_THAT(one, testing::HasSubstr("\"format\": \"fricid.fit/2\""));
@@ -210,11 +205,10 @@ TEST(FitConventional, ReportIsTheSameBytesForAnyNumberOfJobs) {
 
 TEST(FitConventional, NamesAnUnknownLaw) {
   const Arm arm{small_arm(), same_law("coulomb_viscous", {4, 2, 1e-3}, 3)};
-  const data::Problem problem = make_problem(arm.robot);
   Prepared prepared;
   prepared.robot = arm.robot;
   try {
-    fit_conventional(problem, prepared, model("stribek"), 1, 1);
+    fit_conventional(prepared, model("stribek"), 1, 1);
     FAIL();
   } catch (const UserError& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("unknown law \"stribek\""));

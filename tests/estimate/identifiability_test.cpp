@@ -36,9 +36,9 @@ data::Dataset noisy(data::Dataset log, double torque_sd, double encoder_sd, std:
 }
 
 Identifiability examine(const dynamics::RobotModel& robot, const std::vector<data::Dataset>& logs) {
-  std::vector<Filtered> sequences;
-  for (const data::Dataset& log : logs) sequences.push_back(filter_dataset(log, 10));
-  return examine_data(robot, logs, sequences, {});
+  std::vector<signals::Recording> recordings;
+  for (const data::Dataset& log : logs) recordings.push_back(signals::make_recording(log, 10));
+  return examine_data(robot, recordings, {});
 }
 
 const ParameterVerdict& find(const Identifiability& report, const std::string& name) {
@@ -146,8 +146,7 @@ TEST(Identifiability, FamiliesFollowFromTheRolesOfTheLaws) {
 // confidence.
 TEST(Identifiability, AFitHasNoConfidenceInWhatTheCheckRefuses) {
   const Arm arm = coulomb_arm();
-  const data::Problem problem = make_problem(arm.robot);
-  data::ModelConfig config;
+  ModelOptions config;
   config.name = "simple";
   const OwnFolder folder;
   const auto path = folder.path() / "fit.json";
@@ -157,7 +156,7 @@ TEST(Identifiability, AFitHasNoConfidenceInWhatTheCheckRefuses) {
     if (rests) log.q.col(2).setConstant(0.3);
     const std::vector<data::Dataset> logs{log};
     const Identifiability check = examine(arm.robot, logs);
-    data::save(fit_file(fit_conventional(problem, prepare(problem, logs, 2), config, 1, 2)), path);
+    data::save(fit_file(fit_conventional(prepare(arm.robot, {}, logs, 2), config, 1, 2)), path);
     const auto fit = data::load<data::FitFile>(path);
     for (const data::FittedBaseParameter& parameter : fit.rigid_body.base) {
       const std::string& name = parameter.name;
@@ -207,8 +206,8 @@ TEST(Identifiability, CountsReversalsAndSlowTime) {
 
 TEST(Identifiability, BaseInformationIsTheIntegralOfTheSquaredRegressor) {
   const Arm arm = coulomb_arm();
-  const std::vector<Filtered> one{filter_dataset(make_log(arm, {}), 10)};
-  const std::vector<Filtered> two{one[0], one[0]};
+  const std::vector<signals::Recording> one{signals::make_recording(make_log(arm, {}), 10)};
+  const std::vector<signals::Recording> two{one[0], one[0]};
   const Eigen::MatrixXd H = base_information(arm.robot, one);
   EXPECT_NEAR((base_information(arm.robot, two) - 2 * H).norm() / H.norm(), 0, 1e-12);
   EXPECT_NEAR((H - H.transpose()).norm() / H.norm(), 0, 1e-12);

@@ -27,12 +27,43 @@ TEST_F(LatentModel, TransitionIsTheArmsStep) {
   ArmStepper<double> stepper(arm, step);
   std::vector<double> x(drawn.x.row(300).begin(), drawn.x.row(300).end()), y = x;
   model.transition<double>(300, x);
-  const std::vector<double> tau(drawn.recording.tau.row(300).begin(),
-                                drawn.recording.tau.row(300).end());
+  const std::vector<double> tau(drawn.recording.held_tau.row(300).begin(),
+                                drawn.recording.held_tau.row(300).end());
   const std::vector<double> temperature(6, kRoomTemperature);
   stepper.step(tau, temperature, fricid::test::kSamplePeriod, std::span(y).subspan(0, 6),
                std::span(y).subspan(6, 6), std::span(y).subspan(12));
   EXPECT_EQ(x, y);
+}
+
+// A torque moves q and v of an arm without friction together as its noise is said to.
+TEST(LatentNoise, MovesPositionAndVelocityAsATorqueDoes) {
+  const Arm arm{fricid::test::hanging_kr6(),
+                {friction::RobotFriction(std::vector<friction::JointSpec>(6)), {}}};
+  const std::vector<double> temperature(6, kRoomTemperature);
+  for (const StepOptions step : {StepOptions{1, 1}, {8, 1}, {8, 2}, {8, 4}, {8, 8}}) {
+    ArmStepper<double> stepper(arm, step);
+    const auto after = [&](double torque) {
+      std::vector<double> x{0.4, -1.1, 1, -0.4, -0.9, 0, 0, 0, 0, 0, 0, 0};
+      const std::vector<double> tau{torque, -torque, torque, -torque, torque, -torque};
+      stepper.step(tau, temperature, fricid::test::kSamplePeriod, std::span(x).first(6),
+                   std::span(x).last(6), {});
+      return x;
+    };
+    const std::vector<double> more = after(1e-3), less = after(-1e-3);
+    const double c = position_per_velocity(fricid::test::kSamplePeriod, step.substeps);
+    LatentNoise noise{fricid::test::kSamplePeriod,
+                      Eigen::VectorXd::Constant(6, 1e-12),
+                      Eigen::VectorXd::Constant(6, 1e-2),
+                      {},
+                      {}};
+    const Eigen::MatrixXd Q = noise.Q(step.substeps);
+    for (std::size_t j = 0; j < 6; ++j) {
+      const auto i = static_cast<Eigen::Index>(j);
+      EXPECT_NEAR((more[j] - less[j]) / (more[6 + j] - less[6 + j]) / c, 1, 1e-3);
+      EXPECT_DOUBLE_EQ(Q(i, 6 + i), c * 1e-2);
+      EXPECT_NEAR(Q(i, i) - 1e-12, c * c * 1e-2, 1e-18);
+    }
+  }
 }
 
 TEST_F(LatentModel, JacobianEqualsCentralDifferencesInEveryLane) {
@@ -74,7 +105,7 @@ TEST_F(LatentModel, TwistedFilterIsSteadyAtTheTruth) {
   for (std::uint64_t seed = 1; seed <= kMotions; ++seed) {
     const Drawn motion = draw(arm, 1000, seed, step);
     LatentFrictionModel at_truth(arm, motion.recording, motion.noise, motion.initial, step);
-    const smc::RowMatrix y = motion.recording.q_measured;
+    const smc::RowMatrix y = motion.recording.log.q;
     smc::GaussianPath path;
     smc::gaussian_smoother(at_truth, y, path, 2);
     ASSERT_FALSE(path.failed);
@@ -141,8 +172,8 @@ TEST_F(LatentModel, SmoothedFrictionBandsCoverTheTruth) {
       }
     }
     const double share = static_cast<double>(covered) / samples;
-    EXPECT_GE(share, 0.85) << to_string(method);
-    EXPECT_LE(share, 0.95) << to_string(method);
+    EXPECT_GE(share, 0.85) << name_of(method);
+    EXPECT_LE(share, 0.95) << name_of(method);
   }
 }
 

@@ -32,9 +32,9 @@ std::vector<data::Dataset> clean_logs(const Arm& arm, LogOptions options, int co
   return logs;
 }
 
-std::vector<Filtered> filtered(std::span<const data::Dataset> logs) {
-  std::vector<Filtered> out;
-  for (const data::Dataset& log : logs) out.push_back(filter_dataset(log, kCutoff));
+std::vector<signals::Recording> filtered(std::span<const data::Dataset> logs) {
+  std::vector<signals::Recording> out;
+  for (const data::Dataset& log : logs) out.push_back(signals::make_recording(log, kCutoff));
   return out;
 }
 
@@ -137,8 +137,8 @@ TEST(RigidBodyLeastSquares, StandardErrorsAreHonest) {
   RecordProperty("beyond_three", std::to_string(beyond_three));
 }
 
-data::PriorConfig prior_of_width(double width) {
-  data::PriorConfig prior;
+PriorOptions prior_of_width(double width) {
+  PriorOptions prior;
   prior.use = true;
   prior.mass = prior.inertia = prior.armature = width;
   prior.com_m = width;

@@ -4,25 +4,21 @@
 #include <gtest/gtest.h>
 
 #include "fricid/estimate/coordinates.hpp"
+#include "fricid/estimate/wash_out.hpp"
 #include "fricid/estimate/windows/multi_step.hpp"
 #include "fricid/system/driven_friction.hpp"
 #include "fricid/system/initial_state.hpp"
 #include "kr6_truth.hpp"
+#include "unfiltered.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 /// A recording of the true arm, without noise.
-Recording record(const Arm& truth, std::uint64_t seed, int T) {
+signals::Recording record(const Arm& truth, std::uint64_t seed, int T) {
   const auto made = fricid::test::record(truth, fricid::test::HangingMotion(seed), T, {8, 1});
-  return {"recording",
-          fricid::test::kSamplePeriod,
-          made.q,
-          made.v,
-          made.q,
-          made.tau,
-          data::RowMatrix::Constant(T, made.q.cols(), kRoomTemperature),
-          Eigen::VectorXd::Constant(6, 1e-6)};
+  return fricid::test::unfiltered("recording", fricid::test::kSamplePeriod, made.q, made.v,
+                                  made.tau);
 }
 
 std::span<const double> view(const Eigen::VectorXd& x) {
@@ -40,9 +36,9 @@ friction::Friction smooth_friction(std::string_view law) {
 class Windows : public ::testing::TestWithParam<const char*> {
  protected:
   Arm truth{fricid::test::hanging_kr6(), smooth_friction(GetParam())};
-  std::vector<Recording> recordings{record(truth, 1, 700), record(truth, 2, 700)};
+  std::vector<signals::Recording> recordings{record(truth, 1, 700), record(truth, 2, 700)};
   std::vector<Window> windows{{0, 100}, {1, 200}, {0, 330}};
-  std::vector<data::RowMatrix> z = wash_out(truth, recordings, 1);
+  std::vector<RowMatrix> z = wash_out(truth, recordings, 1);
 
   /// Loss of the windows at coordinates c; its gradient when asked.
   template <class S>
@@ -69,13 +65,13 @@ INSTANTIATE_TEST_SUITE_P(Laws, Windows,
 
 // Four seconds of motion make every law forget where a piece began.
 TEST_P(Windows, WashesOutInPiecesAsInOne) {
-  const std::vector<Recording> recording{record(truth, 3, 3500)};
-  const Recording& r = recording.front();
+  const std::vector<signals::Recording> recording{record(truth, 3, 3500)};
+  const signals::Recording& r = recording.front();
   const std::vector<double> z0 =
-      initial_friction_state(truth, r.dt, r.q, r.v, r.tau, r.temperature);
-  const data::RowMatrix whole =
-      drive_friction(truth.friction, r.dt, r.q, r.v, r.tau, r.temperature, z0).z;
-  const data::RowMatrix pieces = wash_out(truth, recording, 2).front();
+      initial_friction_state(truth, r.dt, r.wide.q, r.wide.v, r.held_tau, r.temperature);
+  const RowMatrix whole =
+      drive_friction(truth.friction, r.dt, r.wide.q, r.wide.v, r.held_tau, r.temperature, z0).z;
+  const RowMatrix pieces = wash_out(truth, recording, 2).front();
   if (whole.cols() == 0) return;
   EXPECT_LT((whole - pieces).cwiseAbs().maxCoeff(), 1e-9 * whole.cwiseAbs().maxCoeff());
 }
@@ -170,7 +166,7 @@ TEST(ArmCoordinates, ApplyInvertsStart) {
 class MultiStep : public ::testing::Test {
  protected:
   Arm truth{fricid::test::hanging_kr6(), fricid::test::kr6_friction("dahl")};
-  std::vector<Recording> recordings;
+  std::vector<signals::Recording> recordings;
   Arm start;
   MultiStepOptions options;
 
@@ -192,7 +188,7 @@ TEST_F(MultiStep, AdamRecoversFrictionFromParametersThatAreOff) {
   options.rate = 1e-2;
   const MultiStepReport report = train_multi_step(start, recordings, options, "dahl", 2);
   EXPECT_EQ(report.outcome, Outcome::kIterationLimit);
-  EXPECT_LT(report.held_out[static_cast<std::size_t>(report.best)], 0.01 * report.held_out[0]);
+  EXPECT_LT(report.history.best_held_out(), 0.01 * report.history.held_out[0]);
   // sliding rules the error of a window; the bristles' stiffness is learned last
   for (std::size_t p = 0; p < truth.friction.theta.size(); ++p)
     EXPECT_NEAR(report.arm.friction.theta[p] / truth.friction.theta[p], 1, p % 3 == 1 ? 0.6 : 0.02)
@@ -203,7 +199,7 @@ TEST_F(MultiStep, GaussNewtonRecoversTheBristlesToo) {
   options.optimiser = Optimiser::kGaussNewton;
   options.iterations = 300;
   const MultiStepReport report = train_multi_step(start, recordings, options, "dahl", 2);
-  EXPECT_LT(report.held_out[static_cast<std::size_t>(report.best)], 1e-3 * report.held_out[0]);
+  EXPECT_LT(report.history.best_held_out(), 1e-3 * report.history.held_out[0]);
   for (std::size_t p = 0; p < truth.friction.theta.size(); ++p)
     EXPECT_NEAR(report.arm.friction.theta[p] / truth.friction.theta[p], 1, p % 3 == 1 ? 0.1 : 0.01)
         << truth.friction.model.parameters()[p].symbol;
@@ -213,9 +209,11 @@ TEST_F(MultiStep, TakesGaussNewtonStepsUnlessTold) {
   options.iterations = 5;
   const MultiStepReport chosen = train_multi_step(start, recordings, options, "dahl", 2);
   options.optimiser = Optimiser::kGaussNewton;
-  EXPECT_EQ(chosen.loss, train_multi_step(start, recordings, options, "dahl", 2).loss);
+  EXPECT_EQ(chosen.history.loss,
+            train_multi_step(start, recordings, options, "dahl", 2).history.loss);
   options.optimiser = Optimiser::kAdam;
-  EXPECT_NE(chosen.loss, train_multi_step(start, recordings, options, "dahl", 2).loss);
+  EXPECT_NE(chosen.history.loss,
+            train_multi_step(start, recordings, options, "dahl", 2).history.loss);
 }
 
 // a rigid bristle chatters between stick and slip at any step, and so do gradients through it
@@ -223,9 +221,9 @@ TEST_F(MultiStep, TrainsFromBristlesThatNoStepResolves) {
   for (std::size_t p = 1; p < start.friction.theta.size(); p += 3) start.friction.theta[p] = 1e8;
   options.iterations = 100;
   const MultiStepReport report = train_multi_step(start, recordings, options, "dahl", 2);
-  EXPECT_EQ(report.skipped, 0);
-  EXPECT_EQ(report.returns, 0);
-  EXPECT_LT(report.held_out[static_cast<std::size_t>(report.best)], 0.02 * report.held_out[0]);
+  EXPECT_EQ(report.history.skipped, 0);
+  EXPECT_EQ(report.history.returns, 0);
+  EXPECT_LT(report.history.best_held_out(), 0.02 * report.history.held_out[0]);
 }
 
 TEST_F(MultiStep, GoesBackAndOnWithShorterStepsWhereTheyAreTooLong) {
@@ -233,8 +231,8 @@ TEST_F(MultiStep, GoesBackAndOnWithShorterStepsWhereTheyAreTooLong) {
   options.rate = 1;
   options.checks = 10;
   const MultiStepReport report = train_multi_step(start, recordings, options, "dahl", 2);
-  EXPECT_GT(report.returns, 0);
-  EXPECT_LT(report.held_out[static_cast<std::size_t>(report.best)], 0.1 * report.held_out[0]);
+  EXPECT_GT(report.history.returns, 0);
+  EXPECT_LT(report.history.best_held_out(), 0.1 * report.history.held_out[0]);
 }
 
 TEST_F(MultiStep, KeepsAStartThatCannotBeBettered) {
@@ -242,19 +240,19 @@ TEST_F(MultiStep, KeepsAStartThatCannotBeBettered) {
   options.iterations = 20;
   options.rate = 0.3;
   const MultiStepReport report = train_multi_step(truth, recordings, options, "dahl", 2);
-  EXPECT_EQ(report.best, 0);
+  EXPECT_EQ(report.history.best, 0);
   EXPECT_EQ(report.arm.friction.theta, truth.friction.theta);
 }
 
 TEST_F(MultiStep, DoesNotDependOnTheNumberOfThreads) {
   options.iterations = 30;
   for (const Optimiser optimiser : {Optimiser::kGaussNewton, Optimiser::kAdam}) {
-    SCOPED_TRACE(to_string(optimiser));
+    SCOPED_TRACE(name_of(optimiser));
     options.optimiser = optimiser;
     const MultiStepReport one = train_multi_step(start, recordings, options, "dahl", 1);
     const MultiStepReport three = train_multi_step(start, recordings, options, "dahl", 3);
-    EXPECT_EQ(one.loss, three.loss);
-    EXPECT_EQ(one.held_out, three.held_out);
+    EXPECT_EQ(one.history.loss, three.history.loss);
+    EXPECT_EQ(one.history.held_out, three.history.held_out);
     EXPECT_EQ(one.arm.friction.theta, three.arm.friction.theta);
   }
 }

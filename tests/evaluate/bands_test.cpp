@@ -64,8 +64,8 @@ std::vector<double> closed_form_sd(const TorqueError& error, int T) {
   return sd;
 }
 
-data::EvaluateConfig wheel_options(int draws) {
-  data::EvaluateConfig options;
+evaluate::EvaluateOptions wheel_options(int draws) {
+  evaluate::EvaluateOptions options;
   options.horizons_s = {0.1, 0.4, 0};
   options.starts = 2;
   options.substeps = kSubsteps;
@@ -209,7 +209,7 @@ TEST(Bands, StandInTheReport) {
   data::ModelFile other = contest.models.back();
   other.seed = 2;
   contest.models.push_back(other);
-  data::EvaluateConfig options = small_options();
+  evaluate::EvaluateOptions options = small_options();
   options.draws = 19;
   const auto report = evaluate::evaluate(contest, options, 2);
   EXPECT_TRUE(report.summary.front().bands.empty());  // the oracle

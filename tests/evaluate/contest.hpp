@@ -66,8 +66,8 @@ inline evaluate::Contest small_contest(int T = 700, double noise = 0.002) {
   return contest;
 }
 
-inline data::EvaluateConfig small_options() {
-  data::EvaluateConfig options;
+inline evaluate::EvaluateOptions small_options() {
+  evaluate::EvaluateOptions options;
   options.horizons_s = {0.1, 1, 0};
   options.starts = 3;
   options.substeps = kSubsteps;

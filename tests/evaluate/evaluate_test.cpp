@@ -95,7 +95,7 @@ TEST(Evaluate, DrivenFrictionOfTheTruthIsRight) {
 
 TEST(Evaluate, DrivenFrictionIsJudgedOnWholeRecordingsWhateverTheHorizons) {
   const evaluate::Contest contest = small_contest();
-  data::EvaluateConfig brief = small_options();
+  evaluate::EvaluateOptions brief = small_options();
   brief.horizons_s = {0.1};
   EXPECT_EQ(summary_of(evaluate::evaluate(contest, brief, 1), "simple").friction,
             summary_of(evaluate::evaluate(contest, small_options(), 1), "simple").friction);

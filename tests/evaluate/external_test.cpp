@@ -36,7 +36,7 @@ class External : public TemporaryFolder {
  protected:
   const fs::path twin = folder / "twin";
   Contest contest = small_contest(400);
-  data::EvaluateConfig options = small_options();
+  evaluate::EvaluateOptions options = small_options();
   std::vector<Start> starts =
       evaluate::plan_starts(contest.trajectories, options.horizons_s, options.starts);
 

@@ -90,7 +90,7 @@ TEST(Table, ShowsOracleFirstAndWhatTheBenchmarkIsWorth) {
   EXPECT_THAT(text, ::testing::Not(HasSubstr("nan")));
 }
 
-// Between oracle and models stands what no model can beat, below them what is left to gain.
+// The floor stands between oracle and models, the headroom below them.
 TEST(Table, FloorAndHeadroomStandWithTheErrors) {
   Evaluation full = report();
   full.floor = {1.5e-7, 0.0123, 4666.6};

@@ -53,6 +53,18 @@ TEST(Summary, HeadroomClosedIsZeroForTheConventionAndOneForPhysics) {
   EXPECT_NEAR(report.summary[3].ratio_to_oracle[0], 10, 1e-12);
 }
 
+TEST(Summary, AModelInDoubtIsNoConventionToBeat) {
+  ModelResult doubtful = result("lugre", {1e-4});
+  doubtful.doubts = {"fit: j1: R2 -249 on its own training torque"};
+  const Evaluation report =
+      report_of({result("oracle", {1e-6}), result("simple", {1e-2}), doubtful});
+  EXPECT_DOUBLE_EQ(report.best_conventional[0], 1e-2);
+  EXPECT_FALSE(report.trusted());
+  EXPECT_EQ(report.summary[2].doubts, doubtful.doubts);
+  EXPECT_NE(to_markdown(report).find("lugre (not to be trusted)"), std::string::npos);
+  EXPECT_TRUE(report_of({result("simple", {1e-2})}).trusted());
+}
+
 TEST(Summary, AnUnconventionalModelIsNoConventionToBeat) {
   const Evaluation report =
       report_of({result("oracle", {1e-6}), result("simple", {1e-2}), result("lvm", {1e-5})});

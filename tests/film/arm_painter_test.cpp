@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fricid/sim/simulate.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::film {
 namespace {
@@ -18,8 +19,7 @@ constexpr std::array<double, 6> kPose{0.4, -1.1, 1, -0.4, -0.9, 0};
 constexpr Paint kBlue{0, 0, 1, 1};
 
 sim::MujocoArm kr6() {
-  return sim::make_arm(
-      data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml"));
+  return sim::make_arm(scene::load_problem(source_dir() / "scenes/kr6_demo.toml"));
 }
 
 View front() { return {.target = {0.1, 0, 1.1}, .distance = 1.8, .azimuth_deg = 135}; }
@@ -101,8 +101,7 @@ TEST(ArmPainter, AGhostIsAsTranslucentAsItsPaint) {
 }
 
 TEST(ArmPainter, AGhostWithoutMeshesIsAsTranslucentAsItsPaint) {
-  data::Problem capsules =
-      data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml");
+  scene::Problem capsules = scene::load_problem(source_dir() / "scenes/kr6_demo.toml");
   capsules.mjcf_path.clear();
   EXPECT_NEAR(gain_of_opacity(sim::make_arm(capsules)), 2, 0.1);
 }
@@ -129,8 +128,7 @@ TEST(ArmPainter, AGhostDoesNotFlickerWhereItsSurfacesMeetTheArms) {
 }
 
 TEST(ArmPainter, AGhostWithoutMeshesDoesNotFlicker) {
-  data::Problem capsules =
-      data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml");
+  scene::Problem capsules = scene::load_problem(source_dir() / "scenes/kr6_demo.toml");
   capsules.mjcf_path.clear();
   EXPECT_LT(flicker_of_coincident_ghost(sim::make_arm(capsules)), 0.02);
 }

@@ -11,6 +11,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/film/arm_painter.hpp"
 #include "fricid/sim/simulate.hpp"
+#include "source_dir.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::film {
@@ -36,8 +37,8 @@ Image drawn_by(GlBackend backend, const std::filesystem::path& file) {
     alarm(60);
     try {
       const auto context = context_or_end(backend);
-      const sim::MujocoArm arm = sim::make_arm(
-          data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml"));
+      const sim::MujocoArm arm =
+          sim::make_arm(scene::load_problem(source_dir() / "scenes/kr6_demo.toml"));
       ArmPainter painter(arm, "flange", kWidth, kHeight, PaintQuality::final(),
                          context->functions());
       std::array<double, 6> other = kPose;

@@ -9,6 +9,7 @@
 #include "film_fixture.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/sim/simulate.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::film {
 namespace {
@@ -45,7 +46,7 @@ class ComparisonTest : public FilmFolder {
 
   /// Letters differ by a pixel between versions of the fonts, edges between drivers.
   static void expect_golden(const Image& picture, const std::string& name) {
-    const std::string file = std::string(FRICID_SOURCE_DIR) + "/tests/film/golden/" + name;
+    const std::string file = source_dir() / "tests/film/golden/" / name;
     const Image small = quartered(picture);
     if (std::getenv("FRICID_WRITE_GOLDEN")) save_png(small, file);
     EXPECT_LT(share_differing(small, load_png(file), 24), 0.01) << name;
@@ -66,7 +67,7 @@ TEST_F(ComparisonTest, CardsAreAsBefore) {
 }
 
 TEST_F(ComparisonTest, SideBySideIsAsBefore) {
-  scene.render.layout = "side_by_side";
+  scene.render.layout = Layout::kSideBySide;
   expect_golden(comparison().frame(59), "side_by_side.png");
 }
 

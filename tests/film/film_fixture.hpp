@@ -8,10 +8,11 @@
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/model_file.hpp"
-#include "fricid/data/problem.hpp"
 #include "fricid/evaluate/rollout.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/sim/truth.hpp"
 #include "fricid/workflow/run_folder.hpp"
+#include "source_dir.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::film {
@@ -24,8 +25,8 @@ class FilmFolder : public TemporaryFolder {
 
   const workflow::RunFolder run{folder};
   evaluate::Trajectory trajectory;
-  data::Scene scene = data::load_scene(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_demo.toml");
-  data::Problem problem() const { return data::resolve(scene); }
+  scene::Scene scene = scene::load_scene(source_dir() / "scenes/kr6_demo.toml");
+  scene::Problem problem() const { return scene::resolve(scene); }
 
   /// Angle or speed of joint j, `drift` rad off after one second.
   static data::RowMatrix motion(double drift, bool speed) {

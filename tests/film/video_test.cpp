@@ -25,9 +25,9 @@ class RenderVideo : public FilmFolder {
   void SetUp() override {
     FilmFolder::SetUp();
     scene.render.card_s = 0.2;
-    scene.render.quality = "draft";
+    scene.render.quality = Quality::kDraft;
   }
-  const FilmOptions options{"osmesa", 0.2};
+  const DrawingOptions options{"osmesa", 0.2};
 };
 
 TEST_F(RenderVideo, MakesBothVideos) {

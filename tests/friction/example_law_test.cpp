@@ -7,6 +7,7 @@
 
 #include "gradient_checks.hpp"
 #include "law_checks.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::friction::test {
 
@@ -20,7 +21,7 @@ TEST(ExampleLaw, PassesTheSuite) {
 namespace {
 
 std::string read(const std::string& path) {
-  std::ifstream file(std::string(FRICID_SOURCE_DIR) + "/" + path);
+  std::ifstream file(source_dir() / path);
   EXPECT_TRUE(file) << path;
   std::ostringstream text;
   text << file.rdbuf();

@@ -77,9 +77,9 @@ std::string law_docs() {
       "## Laws of the whole robot\n\n"
       "One network sees all joints at once. The tables are for two joints and elements = 1.\n\n";
   for (const LawInfo& law : robot_law_table()) {
-    text += section(law, parameters_of_robot_law(law.name, 2, 1));
+    text += section(law, parameters_of_robot_law(law.name, {2, 1}));
     text += fmt::format("{} parameters in all for 6 joints and elements = 32, the most.\n\n",
-                        parameters_of_robot_law(law.name, 6, 32).size());
+                        parameters_of_robot_law(law.name, {6, 32}).size());
   }
   text += "## Modifiers\n\n";
   for (const LawInfo& modifier : modifier_table()) {

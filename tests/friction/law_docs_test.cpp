@@ -1,6 +1,7 @@
 // docs/friction_laws.md shows the table of laws as it is. To write it anew: build the target
 // law_docs.
 #include "law_docs.hpp"
+#include "source_dir.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +12,7 @@ namespace fricid::friction::test {
 namespace {
 
 TEST(LawDocs, PageEqualsTheTable) {
-  std::ifstream file(std::string(FRICID_SOURCE_DIR) + "/" + kLawDocsPage);
+  std::ifstream file(source_dir() / kLawDocsPage);
   ASSERT_TRUE(file) << kLawDocsPage;
   std::ostringstream page;
   page << file.rdbuf();

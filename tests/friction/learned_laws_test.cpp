@@ -16,7 +16,7 @@ namespace {
 double speed(int k) { return 0.4 * std::sin(0.031 * k) * std::sin(0.0047 * k); }
 
 TEST(Lvm, WithoutWeightsIsTwoDahlBristlesWithCoulombAndViscousFriction) {
-  const RobotFriction lvm({{{{"lvm", 16, {}}}}});
+  const RobotFriction lvm({{{{"lvm_bristles", 16, {}}}}});
   const RobotFriction laws({{{{"coulomb_viscous", 0, {}}, {"dahl", 0, {}}, {"dahl", 0, {}}}}});
   std::vector<double> theta = default_theta(lvm);
   const double F0 = 0.7, v0 = 0.03, Fv = 2.1, K1 = 3, K2 = 1.5, Delta1 = 1.3e-3, Delta2 = 4e-3;
@@ -132,8 +132,8 @@ TEST(LearnedLaws, StartCloseToTheirBackbone) {
 }
 
 TEST(LearnedLaws, StartFromASeedEachJointAndLawByItself) {
-  const JointSpec lvm{{{"lvm", 4, {}}}}, both{{{"lvm", 4, {}}, {"lvm", 4, {}}}},
-      lugre{{{"lugre", 0, {}}}};
+  const JointSpec lvm{{{"lvm_bristles", 4, {}}}},
+      both{{{"lvm_bristles", 4, {}}, {"lvm_bristles", 4, {}}}}, lugre{{{"lugre", 0, {}}}};
   const auto start = [](const std::vector<JointSpec>& joints, std::uint64_t seed) {
     const RobotFriction model(joints);
     std::vector<double> theta = default_theta(model);
@@ -151,7 +151,7 @@ TEST(LearnedLaws, StartFromASeedEachJointAndLawByItself) {
   const std::vector<double> doubled = start({both}, 3);
   EXPECT_NE(tail(doubled, n), std::vector<double>(doubled.begin(), doubled.end() - n));
   EXPECT_EQ(start({lugre}, 3), default_theta(RobotFriction({lugre})));
-  EXPECT_TRUE(is_learned("lvm") && is_learned("neural"));
+  EXPECT_TRUE(is_learned("lvm_bristles") && is_learned("neural"));
   EXPECT_FALSE(is_learned("lugre") || is_learned("gms"));
 }
 

@@ -241,8 +241,8 @@ TEST(RobotFriction, EveryTypicalValueIsWithinItsBoundsAndScale) {
   EXPECT_EQ(parameters_of_law("gms", 12).back().symbol, "alpha12");
   // x: 6, hidden: 16 and 16, outputs: 2; two rates with 5 inputs, 8 units, 1 output
   const int weights = 7 * 16 + 17 * 16 + 17 * 2 + 2 * (6 * 8 + 9);
-  EXPECT_EQ(parameters_of_law("lvm", 16).back().symbol.substr(1), std::to_string(weights));
-  EXPECT_EQ(parameters_of_law("lvm", 16).size(), 12 + static_cast<std::size_t>(weights));
+  EXPECT_EQ(parameters_of_law("lvm_bristles", 16).back().symbol.substr(1), std::to_string(weights));
+  EXPECT_EQ(parameters_of_law("lvm_bristles", 16).size(), 12 + static_cast<std::size_t>(weights));
 }
 
 TEST(RobotFriction, DoesNotAllocate) {

@@ -184,7 +184,7 @@ TEST_P(RobotLaws, StartsAsNextToNoFriction) {
   model.torque<double>(theta, in, z, tau);
   double largest = 0;
   for (const double t : tau) largest = std::max(largest, std::abs(t));
-  EXPECT_GT(largest, 0);
+  EXPECT_NE(theta, default_theta(model));
   EXPECT_LT(largest, 0.2 * 5) << "of 5 N m";
 }
 
@@ -261,15 +261,71 @@ TEST(Rnn, RemembersOncePerSampleHoweverTheSampleIsStepped) {
 TEST(LvmPaper, MovesItsStatesByEulerStepsUpToTheClamp) {
   const RobotFriction model(std::vector<JointSpec>(2), {"lvm_paper", 4});
   std::vector<double> theta = default_theta(model);
-  theta[theta.size() - 2] = 0.5;  // the biases of eta: what it says without other weights
-  theta[theta.size() - 1] = -40;
+  theta[theta.size() - 2] = 0.1;  // the biases of eta: what it says without other weights
+  theta[theta.size() - 1] = -0.2;
   const std::vector<Input<double>> in(2);
   std::vector<double> z(2);
   model.step<double>(theta, in, 0.01, z);
-  EXPECT_DOUBLE_EQ(z[0], 0.5 * 0.01);
-  EXPECT_DOUBLE_EQ(z[1], -0.4);
+  EXPECT_DOUBLE_EQ(z[0], 0.1 * LvmPaper::kRate * 0.01);
+  EXPECT_DOUBLE_EQ(z[1], -0.6);
   for (int k = 0; k < 50; ++k) model.step<double>(theta, in, 0.01, z);
   EXPECT_EQ(z[1], -LvmPaper::kMost);
+}
+
+// Half way to the stop, at it, and back from it: each after travel at .1 rad/s.
+TEST(LvmPaper, LatentsStartBetweenStopsOfTheirOwnJoint) {
+  for (const int latents : {2, 3, 6, 12}) {
+    const RobotFriction model(std::vector<JointSpec>(6), {"lvm_paper", 32, latents});
+    std::vector<double> theta = default_theta(model);
+    initialise_weights(model, 1, theta);
+    for (int i = 0; i < latents; ++i) {
+      SCOPED_TRACE(testing::Message() << latents << " latents, " << i);
+      std::vector<double> z(static_cast<std::size_t>(latents));
+      std::vector<Input<double>> in(6, {0.3, 0, 0, 293});
+      const auto travel = [&](double way, double speed) {
+        in[static_cast<std::size_t>(i % 6)].v = speed;
+        const double dt = 5e-4;
+        for (double t = 0; t < way / std::abs(speed); t += dt) model.step<double>(theta, in, dt, z);
+        return z[static_cast<std::size_t>(i)];
+      };
+      const double way = i < 6 ? 2e-3 : 6e-3;
+      EXPECT_NEAR(travel(0.5 * way, 0.1), 0.5, 0.15);
+      EXPECT_NEAR(travel(3 * way, 0.1), 1, 0.15);
+      EXPECT_LT(travel(1.5 * way, -0.1), 0);
+      EXPECT_NEAR(travel(3 * way, -0.1), -1, 0.15);
+      for (int other = 0; other < std::min(latents, 6); ++other)
+        EXPECT_TRUE(other == i % 6 || std::abs(z[static_cast<std::size_t>(other)]) < 0.05) << other;
+    }
+  }
+}
+
+// What is held in training couples no joint with another: torque of joint 1 says nothing of
+// joint 2.
+TEST(LvmPaper, TrainsWithinJointsAlone) {
+  const RobotFriction model(std::vector<JointSpec>(2), {"lvm_paper", 32, 2});
+  std::vector<double> theta = default_theta(model);
+  initialise_weights(model, 1, theta);
+  const std::vector<double> rates = training_rates(model, theta);
+  Rng rng(6, 0);
+  for (std::size_t p = 8; p < theta.size(); ++p) theta[p] += 0.3 * rates[p] * rng.normal();
+  std::vector<Input<double>> in(2, {0.3, 0.5, 0, 293});
+  const auto say = [&] {
+    std::vector<double> z{0.2, -0.3}, tau(2);
+    model.step<double>(theta, in, 1e-3, z);
+    model.torque<double>(theta, in, z, tau);
+    tau.insert(tau.end(), z.begin(), z.end());
+    return tau;
+  };
+  const std::vector<double> before = say();
+  in[0].v = -0.2;
+  in[1].q = 1;
+  const std::vector<double> after = say();
+  EXPECT_NE(after[0], before[0]);
+  EXPECT_NE(after[2], before[2]);
+  EXPECT_EQ(after[1], before[1]);
+  EXPECT_EQ(after[3], before[3]);
+  EXPECT_EQ(training_rates(robot("nn", 4), default_theta(robot("nn", 4))),
+            std::vector<double>(static_cast<std::size_t>(robot("nn", 4).parameter_count()), 1));
 }
 
 TEST(RobotLaws, TakeTheirScalesFromTheData) {
@@ -309,6 +365,8 @@ TEST(RobotLaws, NameWhatIsWrong) {
   EXPECT_EQ(message_of("nn", 3, 33), "nn: elements = 33, allowed 1 .. 32");
   EXPECT_EQ(message_of("nn", 9, 3), "nn: 9 joints, allowed 1 .. 8");
   EXPECT_EQ(message_of("nn", 8, 32), "");
+  EXPECT_THROW(RobotFriction(std::vector<JointSpec>(2), {"lvm_paper", 32, 13}), UserError);
+  EXPECT_THROW(RobotFriction(std::vector<JointSpec>(2), {"lvm_paper", 32, 0}), UserError);
 }
 
 }  // namespace

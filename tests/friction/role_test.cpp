@@ -20,7 +20,7 @@ void for_each_table(F&& f) {
     for (const int n : {1, 3})
       f(std::string(modifier.name), parameters_of_modifier(modifier.name, n));
   for (const LawInfo& law : robot_law_table())
-    f(std::string(law.name), parameters_of_robot_law(law.name, 2, 4));
+    f(std::string(law.name), parameters_of_robot_law(law.name, {2, 4}));
 }
 
 TEST(Roles, EveryParameterHasOneAndItsUnit) {

@@ -10,6 +10,7 @@
 #include "fricid/friction/detail/kernels.hpp"
 #include "fricid/friction/laws.hpp"
 #include "fricid/friction/robot_friction.hpp"
+#include "fricid/friction/sum.hpp"
 
 namespace fricid::friction::test {
 
@@ -156,7 +157,9 @@ inline std::vector<JointSpec> compositions() {
       {{{"gms", 4, {asymmetry, backlash, ripple}}, {"load_dependent", 0, {}}}},
       {{{"maxwell_slip", 10, {load, ripple, asymmetry}}, {"viscous_power", 0, {}}}},
       {{{"maxwell_slip", 3, {temperature, backlash}}}},
-      {{{"lvm", 6, {ripple, backlash}}, {"neural", 3, {temperature}}}},
+      {{{"lvm_bristles", 6, {ripple, backlash}}, {"neural", 3, {temperature}}}},
+      lvm_sum({.temperature = true, .ripples = 2}),
+      lvm_sum({.memory = Memory::kBristle, .temperature = true}),
   };
 }
 

@@ -38,7 +38,7 @@ class Damage : public RunToDraw {
 
   std::string said() const {
     try {
-      report_of_run(run, data::Scene(), workflow::Manifest());
+      report_of_run(run, scene::Scene(), workflow::Manifest());
       figures_of_run(run);
     } catch (const UserError& error) {
       return error.what();
@@ -197,6 +197,7 @@ TEST_F(Damage, OfSignals) {
   data::write_hdf5(truth, "fricid.truth/1", [&](data::H5Writer& out) {
     out.attribute("joint_names", trajectory.data.joint_names);
     out.attribute("rate_hz", 250.0);
+    out.attribute("friction", std::string("{\"joints\": []}"));
     out.vector("t", Eigen::VectorXd::LinSpaced(kRows, 0, 1), "s");
     out.matrix("q", ramp(0).topRows(kRows - 1), "rad");
   });

@@ -7,6 +7,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/estimate_file.hpp"
+#include "fricid/data/signal_file.hpp"
 #include "fricid/evaluate/bands.hpp"
 #include "fricid/render/palette.hpp"
 #include "fricid/sim/excitation_file.hpp"
@@ -193,8 +194,7 @@ TEST_F(FiguresOfRun, BandOfTheOnlineFilterHoldsNinetyPercent) {
   estimate.ess = estimate.log_likelihood = 100 * estimate.t;
   estimate.q = estimate.v = estimate.tau_f = ramp(5);
   estimate.q_sd = estimate.v_sd = estimate.tau_f_sd = ramp(1);
-  data::save_estimate(estimate, data::load_model(run.model(simple)), trajectory.data,
-                      run.estimate(simple, kTrajectory));
+  data::save_signals(estimate, run.estimate(simple, kTrajectory));
   // a band of 200 bins, each of 20 samples, and its median
   const std::vector<Series> particles = figure("filter_health").panels.at(0).series;
   ASSERT_EQ(particles.size(), 2u);

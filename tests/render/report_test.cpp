@@ -7,7 +7,6 @@
 
 #include "../../render/src/html.hpp"
 #include "../../render/src/svg.hpp"
-#include "../../render/src/welch.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/workflow/manifest.hpp"
@@ -21,7 +20,7 @@ using ::testing::Not;
 
 class Report : public RunToDraw {
  protected:
-  data::Scene scene;
+  scene::Scene scene;
   workflow::Manifest manifest;
 
   std::string page() const { return report_of_run(run, scene, manifest); }
@@ -56,7 +55,7 @@ struct AddToTexts {
   int count = 0;
 
   template <class Value>
-  void operator()(std::string_view key, Value& value, const data::Field& field) {
+  void operator()(std::string_view key, Value& value, const Field& field) {
     if (spared.contains(key) || !field.choices.empty()) return;
     if constexpr (std::is_same_v<Value, std::string>) {
       add(value);
@@ -65,9 +64,9 @@ struct AddToTexts {
     }
   }
   template <class Values>
-  void pairs(std::string_view, Values&, const data::Field&) {}
+  void pairs(std::string_view, Values&, const Field&) {}
   template <class Value>
-  void derived(std::string_view, const Value&, const data::Field&) {}
+  void derived(std::string_view, const Value&, const Field&) {}
   template <class Part>
   void section(std::string_view, Part& part, std::string_view) {
     part.visit(*this);
@@ -278,24 +277,6 @@ TEST(Svg, BlackFollowsThePage) {
   EXPECT_THAT(svg, HasSubstr("<path stroke='currentColor'  d='M1,2l2,0'/>"));
   for (const char* gone : {"black", "id=", "defs", "title", "xml"})
     EXPECT_THAT(svg, Not(HasSubstr(gone)));
-}
-
-TEST(Welch, IntegratesToTheVariance) {
-  // Reference: a sine of amplitude A has variance A^2 / 2, all of it at its frequency.
-  constexpr double kRate = 250, kAmplitude = 3, kFrequency = 20;
-  Eigen::VectorXd x(5000);
-  for (int k = 0; k < x.size(); ++k)
-    x[k] = 7 + kAmplitude * std::sin(2 * M_PI * kFrequency * k / kRate);
-  const Spectrum spectrum = welch(x, kRate, 500);
-  const double bin = kRate / 500;
-  double variance = 0;
-  Eigen::Index peak = 0;
-  for (Eigen::Index k = 0; k < spectrum.density.size(); ++k) {
-    variance += spectrum.density[k] * bin;
-    if (spectrum.density[k] > spectrum.density[peak]) peak = k;
-  }
-  EXPECT_NEAR(variance, kAmplitude * kAmplitude / 2, 1e-3);
-  EXPECT_DOUBLE_EQ(spectrum.frequency_hz[peak], kFrequency);
 }
 
 }  // namespace

@@ -7,27 +7,26 @@
 #include <fstream>
 #include <string>
 
-#include "fricid/data/problem.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 #include "fricid/sim/plant.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::sim::test {
 
-inline std::filesystem::path source(const std::string& path) {
-  return std::filesystem::path(FRICID_SOURCE_DIR) / path;
-}
+inline std::filesystem::path source(const std::string& path) { return source_dir() / path; }
 
-inline data::Scene scene(const std::string& name) {
-  return data::load_scene(source("scenes/" + name + ".toml"));
+inline scene::Scene scene(const std::string& name) {
+  return scene::load_scene(source("scenes/" + name + ".toml"));
 }
 
 /// The scene with as few and as plain trajectories as its purpose allows.
-inline data::Scene small_scene(const std::string& name) {
-  data::Scene small = scene(name);
+inline scene::Scene small_scene(const std::string& name) {
+  scene::Scene small = scene(name);
   small.excitation.train = 1;
   small.excitation.repeats = 1;
   small.excitation.validation = 1;
-  small.excitation.criterion = "none";
+  small.excitation.criterion = Criterion::kNone;
   small.excitation.harmonics = 5;
   small.excitation.base_rad_s = 1;
   return small;

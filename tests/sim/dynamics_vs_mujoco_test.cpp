@@ -12,6 +12,7 @@
 
 #include "fricid/base/rng.hpp"
 #include "fricid/dynamics/algorithms.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::sim::test {
 namespace {
@@ -24,7 +25,7 @@ using RowMajor = Eigen::Matrix<double, -1, -1, Eigen::RowMajor>;
 constexpr double kTolerance = 1e-10;  // relative to the largest entry
 constexpr int kStates = 200;
 
-const std::filesystem::path kModels = std::filesystem::path(FRICID_SOURCE_DIR) / "models";
+const std::filesystem::path kModels = source_dir() / "models";
 
 /// A MuJoCo model and what it says about a state, in the engine's order of joints.
 class Oracle {

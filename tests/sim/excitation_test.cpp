@@ -26,8 +26,8 @@ bool same_bytes(const Fourier& x, const Fourier& y) {
 
 // The full design of one scene, made once.
 struct Designed {
-  data::Problem problem = [] {
-    data::Scene full = scene("kr6_full");
+  scene::Problem problem = [] {
+    scene::Scene full = scene("kr6_full");
     full.excitation.train = 1;
     full.excitation.validation = 1;
     full.excitation.restarts = 8;
@@ -66,16 +66,16 @@ TEST(Excitation, KeepsAllLimitsOnADenserGrid) {
 
 // Claim: whichever limit is tight is kept and reached.
 TEST(Excitation, ReachesWhicheverLimitIsTight) {
-  using Share = double data::ExcitationConfig::*;
+  using Share = double ExcitationOptions::*;
   using Margin = double JointMargins::*;
   const std::vector<std::pair<Share, Margin>> limits{
-      {&data::ExcitationConfig::velocity_share, &JointMargins::velocity},
-      {&data::ExcitationConfig::acceleration_share, &JointMargins::acceleration},
-      {&data::ExcitationConfig::jerk_share, &JointMargins::jerk}};
+      {&ExcitationOptions::velocity_share, &JointMargins::velocity},
+      {&ExcitationOptions::acceleration_share, &JointMargins::acceleration},
+      {&ExcitationOptions::jerk_share, &JointMargins::jerk}};
   for (const auto& [share, margin] : limits) {
-    data::Scene small = small_scene("kr6_gms");
+    scene::Scene small = small_scene("kr6_gms");
     small.excitation.*share = 0.01;
-    const data::Problem problem = resolve(std::move(small));
+    const scene::Problem problem = resolve(std::move(small));
     const MujocoArm arm = make_arm(problem);
     const Excitation excitation =
         design_excitation(problem.scene.excitation, arm, problem.robot, 1, 2);
@@ -113,9 +113,9 @@ TEST(Excitation, ValidationIsAnotherMotion) {
 }
 
 TEST(Excitation, DependsOnSeedAndNotOnJobs) {
-  data::Scene small = small_scene("kr6_gms");
+  scene::Scene small = small_scene("kr6_gms");
   small.excitation.train = 2;
-  const data::Problem problem = resolve(std::move(small));
+  const scene::Problem problem = resolve(std::move(small));
   const MujocoArm arm = make_arm(problem);
   const auto design = [&](std::uint64_t seed, int jobs) {
     return design_excitation(problem.scene.excitation, arm, problem.robot, seed, jobs);
@@ -128,8 +128,8 @@ TEST(Excitation, DependsOnSeedAndNotOnJobs) {
   EXPECT_FALSE(same_bytes(one.train[0], one.train[1]));
 }
 
-std::string refusal(const data::Scene& scene) {
-  const data::Problem problem = resolve(scene);
+std::string refusal(const scene::Scene& scene) {
+  const scene::Problem problem = resolve(scene);
   try {
     design_excitation(problem.scene.excitation, make_arm(problem), problem.robot, 1, 1);
   } catch (const UserError& error) {
@@ -139,7 +139,7 @@ std::string refusal(const data::Scene& scene) {
 }
 
 TEST(Excitation, SaysWhichLimitCannotBeKept) {
-  data::Scene small = small_scene("kr6_gms");
+  scene::Scene small = small_scene("kr6_gms");
   small.excitation.clearance_m = 0.5;
   EXPECT_THAT(refusal(small), HasSubstr("clearance_m = 0.5"));
   small = small_scene("kr6_gms");
@@ -185,7 +185,7 @@ TEST(Clearance, LeavesOutWhatCannotOrMustMeet) {
 }
 
 TEST(Clearance, SeesTheArmTheBaseAndTheRoom) {
-  const data::Problem problem = resolve(scene("kr6_floor"));
+  const scene::Problem problem = resolve(scene("kr6_floor"));
   const MujocoArm arm = make_arm(problem);
   Clearance clearance(arm, 0.2);
   // stretched forwards and down: the wrist is below the floor

@@ -17,7 +17,7 @@ namespace {
 TEST(FrictionHost, EqualsRobotFrictionToTheLastBit) {
   for (const char* name : {"kr6_lugre", "kr6_gms", "kr6_load", "kr6_thermal", "kr6_full"}) {
     SCOPED_TRACE(name);
-    const data::Problem problem = resolve(scene(name));
+    const scene::Problem problem = resolve(scene(name));
     const friction::Friction& friction = *problem.scene.friction;
     const MujocoArm arm = make_arm(problem);
     const auto n = static_cast<std::size_t>(arm.n());
@@ -54,7 +54,7 @@ TEST(FrictionHost, EqualsRobotFrictionToTheLastBit) {
 }
 
 TEST(FrictionHost, RefusesAnotherNumberOfJoints) {
-  const data::Problem problem = resolve(scene("kr6_gms"));
+  const scene::Problem problem = resolve(scene("kr6_gms"));
   EXPECT_THROW(FrictionHost(no_friction(5), make_arm(problem)), UserError);
 }
 

@@ -11,8 +11,8 @@ namespace fricid::sim::test {
 namespace {
 
 // kr6_gms with Coulomb and viscous friction of a KR 6 in its place.
-data::Scene coulomb_viscous_scene() {
-  data::Scene result = scene("kr6_gms");
+scene::Scene coulomb_viscous_scene() {
+  scene::Scene result = scene("kr6_gms");
   const friction::JointSpec spec{{{"coulomb_viscous", 0, {}}}};
   result.friction = fricid::test::make_friction(
       6, spec, [](int joint, std::string_view, std::string_view symbol) {
@@ -25,8 +25,8 @@ data::Scene coulomb_viscous_scene() {
   return result;
 }
 
-data::ModelConfig simple() {
-  data::ModelConfig config;
+estimate::ModelOptions simple() {
+  estimate::ModelOptions config;
   config.name = "simple";
   return config;
 }
@@ -34,16 +34,16 @@ data::ModelConfig simple() {
 // Reference: the injected truth. The Plant's semi-implicit Euler step h shows in the data like an
 // armature of Fv h, 0.05 % of that of the wrist at 20 us, so the truth is made at that step.
 TEST(Identification, FindsTheTruthOfTheSimulatorWithoutNoise) {
-  data::Scene exact = coulomb_viscous_scene();
+  scene::Scene exact = coulomb_viscous_scene();
   exact.plant.step_s = 2e-5;
   exact.sensors.encoder_noise_rad.clear();
   exact.sensors.encoder_step_rad.clear();
   exact.sensors.torque_noise = exact.sensors.torque_step = 0;
-  const data::Problem problem = resolve(std::move(exact));
+  const scene::Problem problem = resolve(std::move(exact));
   const Simulation simulation = simulate(problem, 2);
-  std::vector<estimate::Filtered> sequences;
+  std::vector<signals::Recording> sequences;
   for (const data::Dataset& log : simulation.train)
-    sequences.push_back(estimate::filter_dataset(log, problem.scene.identify.cutoff_hz));
+    sequences.push_back(signals::make_recording(log, problem.scene.identify.cutoff_hz));
   const estimate::RigidBodyFit fit =
       estimate::rigid_body_least_squares(problem.robot, sequences, {});
   ASSERT_EQ(fit.outcome, estimate::Outcome::kConverged) << fit.message;
@@ -59,12 +59,13 @@ TEST(Identification, FindsTheTruthOfTheSimulatorWithoutNoise) {
 // limit, encoder one count. Of 300 estimates a normal distribution puts 0.8 beyond 3 standard
 // errors.
 TEST(Identification, IsWithinThreeStandardErrorsUnderNoise) {
-  data::Scene noisy = coulomb_viscous_scene();
+  scene::Scene noisy = coulomb_viscous_scene();
   noisy.plant.step_s = 1e-4;
   noisy.sensors.torque_noise = 0.005;
-  const data::Problem problem = resolve(std::move(noisy));
+  const scene::Problem problem = resolve(std::move(noisy));
   const Simulation simulation = simulate(problem, 2);
-  const estimate::Prepared prepared = estimate::prepare(problem, simulation.train, 2);
+  const estimate::Prepared prepared =
+      estimate::prepare(problem.robot, problem.scene.identify, simulation.train, 2);
   const estimate::RigidBodyFit& fit = prepared.rigid_body;
   ASSERT_EQ(fit.outcome, estimate::Outcome::kConverged) << fit.message;
   const auto base = dynamics::base_parameters(prepared.robot);
@@ -81,10 +82,11 @@ TEST(Identification, IsWithinThreeStandardErrorsUnderNoise) {
 
 // With the sensors of the scenes the linear law of the table comes out, too.
 TEST(Identification, SimpleModelHoldsTheTrueFriction) {
-  const data::Problem problem = resolve(coulomb_viscous_scene());
+  const scene::Problem problem = resolve(coulomb_viscous_scene());
   const Simulation simulation = simulate(problem, 2);
-  const estimate::Prepared prepared = estimate::prepare(problem, simulation.train, 2);
-  const estimate::FitReport report = estimate::fit_conventional(problem, prepared, simple(), 1, 2);
+  const estimate::Prepared prepared =
+      estimate::prepare(problem.robot, problem.scene.identify, simulation.train, 2);
+  const estimate::FitReport report = estimate::fit_conventional(prepared, simple(), 1, 2);
   ASSERT_TRUE(report.usable()) << report.message;
   for (int j = 0; j < 6; ++j) {
     const auto& scale = fricid::test::kJointScales[static_cast<std::size_t>(j)];

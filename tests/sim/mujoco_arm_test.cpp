@@ -99,13 +99,13 @@ TEST(MujocoArm, NamesAFileThatCannotBeRead) {
 
 // Reference: the engine, whose gravity is turned instead.
 TEST(MujocoArm, TurnsTheBaseToAnyMount) {
-  data::RobotConfig mount;
+  scene::RobotSection mount;
   for (const auto& rpy :
        {std::array<double, 3>{3.14159265358979, 0, 0}, {0, 1.5707963, 0}, {0.3, -2, 1}}) {
-    mount.mount = "rpy";
+    mount.mount = scene::Mount::kRpy;
     mount.mount_rpy = rpy;
     const dynamics::RobotModel robot =
-        dynamics::load_urdf(source("models/kr6_r700/kr6_r700.urdf"), data::mount_rotation(mount));
+        dynamics::load_urdf(source("models/kr6_r700/kr6_r700.urdf"), scene::mount_rotation(mount));
     const MujocoArm arm(source("models/kr6_r700/kr6_r700.xml"), robot, 5e-4);
     EXPECT_LT(dynamics_mismatch(arm, robot, 50), 1e-10);
   }

@@ -37,7 +37,7 @@ const std::vector<double> kHanging{0.2, -1.5, 0.3, 0.1, -0.4, 0.2};
 
 // Reference: the engine's forward dynamics and friction, stepped by the same scheme.
 TEST(Plant, AgreesWithTheEngine) {
-  const data::Problem problem = resolve(scene("kr6_full"));
+  const scene::Problem problem = resolve(scene("kr6_full"));
   const dynamics::RobotModel& robot = problem.robot;
   const friction::Friction& friction = *problem.scene.friction;
   const MujocoArm arm = make_arm(problem);
@@ -77,7 +77,7 @@ TEST(Plant, AgreesWithTheEngine) {
 
 // Law: without friction and torque energy is conserved, up to the first order of the integrator.
 TEST(Plant, ConservesEnergyWithoutFriction) {
-  data::Problem problem = resolve(scene("kr6_gms"));
+  scene::Problem problem = resolve(scene("kr6_gms"));
   const dynamics::RobotModel& robot = problem.robot;
   dynamics::Workspace<double> ws(robot);
   constexpr int kLength = 500;
@@ -104,7 +104,7 @@ TEST(Plant, ConservesEnergyWithoutFriction) {
 
 // Claim: counterbalances act as the engine's inverse dynamics has them.
 TEST(Plant, CarriesLinearTorques) {
-  data::Problem problem = resolve(scene("kr6_gms"));
+  scene::Problem problem = resolve(scene("kr6_gms"));
   using Shape = dynamics::LinearTorque::Shape;
   dynamics::add_linear_torque(problem.robot, {"c", 1, Shape::kCos, 2}, 12);
   dynamics::add_linear_torque(problem.robot, {"s", 1, Shape::kSin, 1}, -7);

@@ -70,7 +70,7 @@ struct Errors {
   double headroom() const { return simple / floor(); }
 };
 
-Errors errors_at(const data::Problem& problem, const Simulation& simulation, const Fitted& simple,
+Errors errors_at(const scene::Problem& problem, const Simulation& simulation, const Fitted& simple,
                  double horizon_s) {
   const MujocoArm arm = make_arm(problem), half = make_arm(problem, problem.scene.plant.step_s / 2);
   const int full = simulation.validation[0].length();
@@ -119,12 +119,12 @@ class Scenes : public testing::TestWithParam<Promise> {};
 TEST_P(Scenes, HaveHeadroomAndAFineEnoughStep) {
   const Promise& promise = GetParam();
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    data::Scene promised = scene(promise.scene);
+    scene::Scene promised = scene(promise.scene);
     promised.seed = static_cast<std::uint64_t>(seed);
     promised.excitation.train = 1;
     promised.excitation.repeats = 1;
     promised.excitation.validation = 2;
-    const data::Problem problem = resolve(std::move(promised));
+    const scene::Problem problem = resolve(std::move(promised));
     const Simulation simulation = simulate(problem, 0);
     const Fitted simple = fit_simple(problem.robot, simulation.train_truth);
     for (const double horizon : promise.horizons_s) {
@@ -142,10 +142,10 @@ TEST_P(Scenes, HaveHeadroomAndAFineEnoughStep) {
 // First order in the step: halving it again halves the change of q, and its square falls to a
 // quarter.
 TEST_P(Scenes, ConvergeWithTheStep) {
-  const data::Problem problem = [] {
-    data::Scene e = scene(GetParam().scene);
+  const scene::Problem problem = [] {
+    scene::Scene e = scene(GetParam().scene);
     e.excitation.train = e.excitation.repeats = e.excitation.validation = 1;
-    e.excitation.criterion = "none";
+    e.excitation.criterion = Criterion::kNone;
     return resolve(std::move(e));
   }();
   const Truth truth = simulate(problem, 0).validation_truth[0];

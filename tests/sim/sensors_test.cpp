@@ -34,8 +34,8 @@ Trace smooth_trace() {
   return trace;
 }
 
-data::SensorsConfig perfect() {
-  data::SensorsConfig config;
+SensorOptions perfect() {
+  SensorOptions config;
   config.torque_noise = config.torque_step = 0;
   return config;
 }
@@ -62,7 +62,7 @@ TEST(Sensors, PerfectOnesCopyTheTruth) {
 
 TEST(Sensors, NoiseHasTheStatedSpreadAndNoCorrelation) {
   const Trace trace = smooth_trace();
-  data::SensorsConfig config = perfect();
+  SensorOptions config = perfect();
   config.encoder_noise_rad = {1e-5, 3e-5};
   config.torque_noise = 0.002;
   config.velocity = true;
@@ -89,7 +89,7 @@ TEST(Sensors, NoiseHasTheStatedSpreadAndNoCorrelation) {
 
 TEST(Sensors, QuantiseToTheStep) {
   const Trace trace = smooth_trace();
-  data::SensorsConfig config = perfect();
+  SensorOptions config = perfect();
   config.encoder_step_rad = {1e-3, 2e-3};
   config.torque_step = 0.01;
   const data::Dataset dataset = measure(trace, config, robot(), 1, 0);
@@ -106,7 +106,7 @@ TEST(Sensors, QuantiseToTheStep) {
 
 TEST(Sensors, DelayTheTorque) {
   const Trace trace = smooth_trace();
-  data::SensorsConfig config = perfect();
+  SensorOptions config = perfect();
   config.torque_delay_samples = 3;
   const data::Dataset dataset = measure(trace, config, robot(), 1, 0);
   EXPECT_EQ(dataset.tau.bottomRows(kLength - 3), trace.tau.topRows(kLength - 3));
@@ -115,7 +115,7 @@ TEST(Sensors, DelayTheTorque) {
 
 TEST(Sensors, DropTheStatedShareAndRepeat) {
   const Trace trace = smooth_trace();
-  data::SensorsConfig config = perfect();
+  SensorOptions config = perfect();
   config.dropped = 0.1;
   const data::Dataset dataset = measure(trace, config, robot(), 1, 0);
   int dropped = 0;
@@ -130,7 +130,7 @@ TEST(Sensors, DropTheStatedShareAndRepeat) {
 
 // Closed form of the warm-up.
 TEST(Sensors, TemperatureRisesExponentially) {
-  data::SensorsConfig config;
+  SensorOptions config;
   config.temperature_start_K = 290;
   config.temperature_rise_K = 20;
   config.temperature_time_s = 600;

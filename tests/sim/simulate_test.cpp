@@ -26,7 +26,7 @@ bool same_bytes(const RowMatrix& x, const RowMatrix& y) {
 TEST(Simulate, TruthObeysTheEquationOfMotion) {
   for (const char* name : {"kr6_full", "kr6_thermal", "kr6_load"}) {
     SCOPED_TRACE(name);
-    const data::Problem problem = resolve(small_scene(name));
+    const scene::Problem problem = resolve(small_scene(name));
     const Simulation simulation = simulate(problem, 2);
     const dynamics::RobotModel& robot = problem.robot;
     dynamics::Workspace<double> ws(robot);
@@ -50,12 +50,12 @@ TEST(Simulate, TruthObeysTheEquationOfMotion) {
 // Claim: the truth at t_k and t_{k+1} are joined by one hold of tau_k, so with perfect sensors the
 // open loop of the truth is the truth, to the last bit.
 TEST(Simulate, OracleWithPerfectSensorsIsTheTruth) {
-  data::Scene small = small_scene("kr6_thermal");
-  data::SensorsConfig& sensors = small.sensors;
+  scene::Scene small = small_scene("kr6_thermal");
+  SensorOptions& sensors = small.sensors;
   sensors.encoder_noise_rad.clear();
   sensors.encoder_step_rad.clear();
   sensors.torque_noise = sensors.torque_step = 0;
-  const data::Problem problem = resolve(std::move(small));
+  const scene::Problem problem = resolve(std::move(small));
   const Simulation simulation = simulate(problem, 2);
   const Truth& truth = simulation.validation_truth[0];
   const MujocoArm arm = make_arm(problem);
@@ -68,9 +68,9 @@ TEST(Simulate, OracleWithPerfectSensorsIsTheTruth) {
 }
 
 TEST(Simulate, EqualBytesForAnyNumberOfJobs) {
-  data::Scene small = small_scene("kr6_full");
+  scene::Scene small = small_scene("kr6_full");
   small.excitation.repeats = 2;
-  const data::Problem problem = resolve(std::move(small));
+  const scene::Problem problem = resolve(std::move(small));
   const Simulation one = simulate(problem, 1);
   ASSERT_EQ(one.train.size(), 2u);
   ASSERT_EQ(one.validation.size(), 1u);
@@ -87,9 +87,9 @@ TEST(Simulate, EqualBytesForAnyNumberOfJobs) {
 }
 
 TEST(Simulate, RepeatsAPeriodWithOtherNoiseAndWarmer) {
-  data::Scene small = small_scene("kr6_thermal");
+  scene::Scene small = small_scene("kr6_thermal");
   small.excitation.repeats = 2;
-  const data::Problem problem = resolve(std::move(small));
+  const scene::Problem problem = resolve(std::move(small));
   const Simulation simulation = simulate(problem, 2);
   const RowMatrix& first = simulation.train[0].q;
   const RowMatrix& second = simulation.train[1].q;
@@ -116,10 +116,10 @@ TEST(Simulate, LogStartsInANaturalState) {
 }
 
 TEST(Simulate, RefusesASceneWithoutFriction) {
-  data::Scene small = small_scene("kr6_gms");
+  scene::Scene small = small_scene("kr6_gms");
   const dynamics::RobotModel robot = resolve(small).robot;
   small.friction.reset();
-  const data::Problem problem{.scene = small, .robot = robot};
+  const scene::Problem problem{.scene = small, .robot = robot};
   EXPECT_THROW(simulate(problem, 1), UserError);
 }
 
@@ -157,10 +157,10 @@ TEST(Truth, NamesAFileThatIsNoTruth) {
 
 // Without armature a wrist link of 0.2 g m^2 is turned around by its friction within a step.
 TEST(Simulate, ATruthThatChattersIsRefusedWithItsRemedy) {
-  data::Scene scene = small_scene("kr6_full");
+  scene::Scene scene = small_scene("kr6_full");
   scene.robot.mjcf.clear();
   scene.excitation.validation = 0;
-  data::Problem problem = data::resolve(std::move(scene));
+  scene::Problem problem = scene::resolve(std::move(scene));
   problem.robot.pi.segment(problem.robot.armature_begin(), problem.robot.n()).setZero();
   std::string message;
   try {

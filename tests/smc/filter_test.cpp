@@ -1,4 +1,4 @@
-// A2: particle filters against the Kalman filter.
+// Particle filters against the Kalman filter.
 #include <gtest/gtest.h>
 
 #include <algorithm>

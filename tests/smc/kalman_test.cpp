@@ -1,4 +1,4 @@
-// A1: Kalman filter and smoother against the joint normal distribution solved at once.
+// Kalman filter and smoother against the joint normal distribution solved at once.
 #include <gtest/gtest.h>
 
 #include "fricid/smc/kalman.hpp"

@@ -1,4 +1,4 @@
-// A3: the twisted filter is exact on linear models.
+// The twisted filter is exact on linear models.
 #include "fricid/smc/twist.hpp"
 
 #include <gtest/gtest.h>

@@ -9,6 +9,7 @@
 #include "fricid/estimate/em/em.hpp"
 #include "fricid/estimate/em/latent_friction_model.hpp"
 #include "kr6_truth.hpp"
+#include "unfiltered.hpp"
 
 namespace fricid::test {
 
@@ -18,11 +19,11 @@ inline constexpr double kLatentNoise = 0.002;  // share of the rms of z
 
 /// A recording drawn from the model itself, with the states that made it.
 struct Drawn {
-  estimate::Recording recording;
+  signals::Recording recording;
   LatentNoise noise;
   smc::Gaussian initial;
-  data::RowMatrix x;      // (T, 2 n + n_z)
-  data::RowMatrix tau_f;  // (T, n)
+  RowMatrix x;      // (T, 2 n + n_z)
+  RowMatrix tau_f;  // (T, n)
 };
 
 inline std::span<const double> view(const Eigen::VectorXd& x) {
@@ -35,15 +36,9 @@ inline Drawn draw(const Arm& arm, int T, std::uint64_t seed, StepOptions step) {
   const auto clean = record(arm, motion, T, step);
   const int n = arm.robot.n(), nz = arm.friction.model.state_size();
   Drawn out;
-  out.recording = {"drawn",
-                   kSamplePeriod,
-                   clean.q,
-                   clean.v,
-                   clean.q,
-                   clean.tau,
-                   data::RowMatrix::Constant(T, n, kRoomTemperature),
-                   Eigen::VectorXd::Constant(n, kEncoderNoise)};
-  const std::vector<data::RowMatrix> z{clean.z};
+  out.recording = unfiltered("drawn", kSamplePeriod, clean.q, clean.v, clean.tau);
+  out.recording.noise_sd.setConstant(kEncoderNoise);
+  const std::vector<RowMatrix> z{clean.z};
   const Eigen::VectorXd z_size = estimate::latent_sizes(z);
 
   dynamics::Workspace<double> ws(arm.robot);
@@ -75,11 +70,11 @@ inline Drawn draw(const Arm& arm, int T, std::uint64_t seed, StepOptions step) {
       const auto wanted = motion.at(j, t * kSamplePeriod);
       a[static_cast<std::size_t>(j)] =
           wanted.a + 2500 * (wanted.q - x[j]) + 90 * (wanted.v - x[n + j]);
-      out.recording.q_measured(t, j) = x[j] + kEncoderNoise * rng.normal();
+      out.recording.log.q(t, j) = x[j] + kEncoderNoise * rng.normal();
     }
     dynamics::rnea<double>(arm.robot, ws, view(arm.robot.pi), {x.data(), size},
                            {x.data() + n, size}, a, tau);
-    std::copy(tau.begin(), tau.end(), out.recording.tau.row(t).data());
+    std::copy(tau.begin(), tau.end(), out.recording.held_tau.row(t).data());
     const auto state = static_cast<std::size_t>(x.size());
     model.friction_torque<double>(t, std::span<const double>(x.data(), state), tau_f);
     out.x.row(t) = x;

@@ -13,6 +13,7 @@
 #include "fricid/base/rng.hpp"
 #include "fricid/system/arm.hpp"
 #include "fricid/system/driven_friction.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::test {
 
@@ -21,8 +22,7 @@ inline constexpr double kSamplePeriod = 0.004;  // [s]
 /// The KR6 of models/, hanging from the ceiling.
 inline dynamics::RobotModel hanging_kr6() {
   const Eigen::Matrix3d ceiling = Eigen::Vector3d(1, -1, -1).asDiagonal();
-  return dynamics::load_urdf(
-      std::filesystem::path(FRICID_SOURCE_DIR) / "models" / "kr6_r700" / "kr6_r700.urdf", ceiling);
+  return dynamics::load_urdf(source_dir() / "models" / "kr6_r700" / "kr6_r700.urdf", ceiling);
 }
 
 /// Middle-sized magnitudes of the joints of a KR6.

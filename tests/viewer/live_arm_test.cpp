@@ -6,14 +6,14 @@
 #include <cmath>
 
 #include "fricid/sim/simulate.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::viewer {
 namespace {
 
 class LiveArmTest : public ::testing::Test {
  protected:
-  data::Problem problem =
-      data::load_problem(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_lugre.toml");
+  scene::Problem problem = scene::load_problem(source_dir() / "scenes/kr6_lugre.toml");
   sim::MujocoArm arm = sim::make_arm(problem);
   LiveArm live{arm, problem, *problem.scene.friction};
 

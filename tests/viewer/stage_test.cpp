@@ -5,6 +5,7 @@
 #include "film_fixture.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/workflow/manifest.hpp"
+#include "source_dir.hpp"
 
 namespace fricid::viewer {
 namespace {
@@ -15,7 +16,7 @@ class StageTest : public film::FilmFolder {
   void SetUp() override {
     FilmFolder::SetUp();
     data::save(workflow::Manifest(), run.manifest());
-    write_file_atomically(run.scene(), data::to_toml(problem().scene));
+    write_file_atomically(run.scene(), scene::to_toml(problem().scene));
   }
   Stage stage() const { return make_stage(folder); }
 };
@@ -37,7 +38,7 @@ TEST_F(StageTest, ARunFolderIsReplayed) {
 }
 
 TEST_F(StageTest, ASceneIsLive) {
-  Stage shown = make_stage(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_lugre.toml");
+  Stage shown = make_stage(source_dir() / "scenes/kr6_lugre.toml");
   EXPECT_EQ(shown.mode, Mode::kLive);
   EXPECT_FALSE(shown.film);
   shown.advance(0.05);
@@ -45,7 +46,7 @@ TEST_F(StageTest, ASceneIsLive) {
 }
 
 TEST_F(StageTest, ALiveArmSwingsUntilItIsPushed) {
-  Stage shown = make_stage(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_lugre.toml");
+  Stage shown = make_stage(source_dir() / "scenes/kr6_lugre.toml");
   obey(shown, "run 2");
   const auto speeds = [&] {
     return Eigen::Map<const Eigen::VectorXd>(
@@ -94,7 +95,7 @@ TEST_F(StageTest, TheCloudIsOfTheFirstVisibleModelWithMemory) {
   EXPECT_EQ(shown.cloud()->label, "gms");
   EXPECT_EQ(shown.cloud()->cloud.to.cols(), 2);
   obey(shown, "toggle gms");
-  EXPECT_FALSE(shown.cloud());  // nobody left who remembers
+  EXPECT_FALSE(shown.cloud());  // no visible model with memory
 }
 
 TEST_F(StageTest, AModelThatIsRolloutsAloneHasNoCloud) {
@@ -119,7 +120,7 @@ TEST_F(StageTest, TheCloudIsNoOlderThanItsMotion) {
 }
 
 TEST_F(StageTest, TheLiveCloudSurroundsTheLiveState) {
-  Stage shown = make_stage(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_lugre.toml");
+  Stage shown = make_stage(source_dir() / "scenes/kr6_lugre.toml");
   obey(shown, "joint joint_a2");
   obey(shown, "push 0 40 1");
   obey(shown, "run 1.3");
@@ -139,11 +140,11 @@ TEST_F(StageTest, WrongCommandsAreNamed) {
 }
 
 TEST_F(StageTest, ASavedSceneHasTheFrictionOfTheSliders) {
-  Stage shown = make_stage(std::string(FRICID_SOURCE_DIR) + "/scenes/kr6_lugre.toml");
+  Stage shown = make_stage(source_dir() / "scenes/kr6_lugre.toml");
   obey(shown, "joint joint_a2");
   obey(shown, "set Fc 7.5");
   obey(shown, "scene " + (folder / "edited.toml").string());
-  const data::Scene saved = data::load_scene(folder / "edited.toml");
+  const scene::Scene saved = scene::load_scene(folder / "edited.toml");
   EXPECT_EQ(saved.friction->theta, shown.live->friction().theta);
   EXPECT_NE(saved.friction->theta, shown.problem.scene.friction->theta);
 }

@@ -23,7 +23,7 @@ class ViewerTest : public film::FilmFolder {
   void SetUp() override {
     FilmFolder::SetUp();
     data::save(workflow::Manifest(), run.manifest());
-    write_file_atomically(run.scene(), data::to_toml(problem().scene));
+    write_file_atomically(run.scene(), scene::to_toml(problem().scene));
   }
   std::string png(const std::string& name) const { return (folder / (name + ".png")).string(); }
 
@@ -80,7 +80,7 @@ TEST_F(ViewerTest, WorksInAWindow) {
   const Image shot = load_png(png("window"));
   EXPECT_EQ(shot.width, 960);
   EXPECT_GT(share_differing(shot, load_png(png("without")), 20), 0.002);
-  EXPECT_NE(data::load_scene(folder / "edited.toml").friction->theta, scene.friction->theta);
+  EXPECT_NE(scene::load_scene(folder / "edited.toml").friction->theta, scene.friction->theta);
   EXPECT_GT(share_differing(shot, load_png(png("live")), 20), 0.02);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "fricid/data/artefact.hpp"
+#include "fricid/signals/matrix.hpp"
 
 namespace fricid {
 
@@ -15,18 +16,53 @@ inline constexpr const char* kRunFolderPage = "docs/run_folder.md";
 class FieldTable {
  public:
   template <class Value>
-  void operator()(std::string_view key, const Value& /*value*/, const data::Field& field) {
+  void operator()(std::string_view key, const Value& /*value*/, const Field& field) {
     row(key, type_of<Value>(), field);
   }
   template <class Interval>
-  void pairs(std::string_view key, const std::vector<Interval>& /*value*/,
-             const data::Field& field) {
+  void pairs(std::string_view key, const std::vector<Interval>& /*value*/, const Field& field) {
     row(key, "list of pairs", field);
   }
   template <class Value>
-  void derived(std::string_view key, const Value& value, const data::Field& field) {
+  void derived(std::string_view key, const Value& value, const Field& field) {
     (*this)(key, value, field);
   }
+  // of signals
+  void joints(const std::vector<std::string>& /*names*/) {
+    row("joint_names", "attribute, list of texts", {.meaning = "one per joint, n of them"});
+  }
+  template <class Value>
+  void attribute(std::string_view key, const Value& /*value*/, const Field& field) {
+    row(key, std::is_same_v<Value, std::string> ? "attribute, text" : "attribute, number", field);
+  }
+  template <class Value>
+  void stamp(std::string_view key, const Value& value, const Field& field) {
+    attribute(key, value, field);
+  }
+  template <class Write, class Read>
+  void text_attribute(std::string_view key, Write&& /*write*/, Read&& /*read*/,
+                      const Field& field) {
+    row(key, "attribute, text", field);
+  }
+  void times(const Eigen::VectorXd& /*t*/) {
+    row("/t", "table (T)", {.meaning = "time", .unit = "s"});
+  }
+  void column(std::string_view key, const Eigen::VectorXd& /*values*/, const Field& field) {
+    row(fmt::format("/{}", key), "table (T)", field);
+  }
+  void of_joints(std::string_view key, const RowMatrix& /*values*/, const Field& field) {
+    row(fmt::format("/{}", key), "table (T, n)", field);
+  }
+  void of_joints_or_none(std::string_view key, const RowMatrix& /*values*/, const Field& field) {
+    row(fmt::format("/{}", key), "table (T, n) or absent", field);
+  }
+  void of_states(std::string_view key, const RowMatrix& /*values*/, const Field& field) {
+    row(fmt::format("/{}", key), "table (T, n_z)", field);
+  }
+  void of_states_or_none(std::string_view key, const RowMatrix& /*values*/, const Field& field) {
+    row(fmt::format("/{}", key), "table (T, n_z) or absent", field);
+  }
+
   template <class Part>
   void section(std::string_view key, Part& /*part*/, std::string_view meaning) {
     part<Part>(key, "object", ".", meaning);
@@ -64,7 +100,7 @@ class FieldTable {
     else
       return "text";
   }
-  void row(std::string_view key, std::string_view type, const data::Field& field) {
+  void row(std::string_view key, std::string_view type, const Field& field) {
     const bool has_unit = !field.unit.empty() && field.unit != "1";
     text_ += fmt::format("| `{}{}` | {}{} | {} |\n", prefix_, key, type,
                          has_unit ? fmt::format(" [{}]", field.unit) : "", field.meaning);
@@ -83,15 +119,24 @@ class FieldTable {
   std::string prefix_, text_;
 };
 
-/// A section of the page: one artefact.
+/// A section of the page: one kind of file.
 template <data::Artefact T>
-std::string artefact_section(std::string_view file, std::string_view what) {
+std::string section_of(std::string_view file, std::string_view what) {
   FieldTable table;
   T empty{};
   empty.visit(table);
-  return fmt::format(
-      "\n## {}\n\n{} `\"format\": \"{}\"`.\n\n| key | type | meaning |\n|---|---|---|\n{}", file,
-      what, T::kFormat, table.text());
+  return fmt::format("\n## {}\n\n{}\n\n| key | type | meaning |\n|---|---|---|\n{}", file, what,
+                     table.text());
+}
+template <data::Artefact T>
+std::string artefact_section(std::string_view file, std::string_view what) {
+  return section_of<T>(file, fmt::format("{} `\"format\": \"{}\"`.", what, T::kFormat));
+}
+template <class T>
+std::string signals_section(std::string_view file, std::string_view what) {
+  return section_of<T>(
+      file, fmt::format("{} HDF5, attribute `format`: `{}`; every table has an attribute `unit`.",
+                        what, T::kFormat));
 }
 
 std::string run_folder_page();

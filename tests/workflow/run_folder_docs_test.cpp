@@ -4,12 +4,13 @@
 
 #include "fricid/base/files.hpp"
 #include "run_folder_docs.hpp"
+#include "source_dir.hpp"
 
 namespace fricid {
 namespace {
 
 TEST(RunFolderDocs, AreThoseOfTheStructs) {
-  EXPECT_EQ(read_file(std::string(FRICID_SOURCE_DIR) + "/" + kRunFolderPage), run_folder_page());
+  EXPECT_EQ(read_file(source_dir() / kRunFolderPage), run_folder_page());
 }
 
 }  // namespace

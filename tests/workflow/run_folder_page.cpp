@@ -1,7 +1,13 @@
+#include "fricid/data/dataset.hpp"
+#include "fricid/data/estimate_file.hpp"
 #include "fricid/data/fit_file.hpp"
+#include "fricid/evaluate/bands.hpp"
 #include "fricid/evaluate/compare.hpp"
 #include "fricid/evaluate/evaluation.hpp"
+#include "fricid/evaluate/rollout.hpp"
+#include "fricid/evaluate/torque_prediction.hpp"
 #include "fricid/sim/excitation_file.hpp"
+#include "fricid/sim/truth.hpp"
 #include "fricid/workflow/manifest.hpp"
 #include "fricid/workflow/run_folder.hpp"
 #include "run_folder_docs.hpp"
@@ -40,8 +46,8 @@ std::string run_folder_page() {
       {"", "", run.scene(), "the scene as run: every default filled in"},
       {"", "", run.manifest(), "what was done, from what, how long it took"},
       {"data", "scene, URDF, MJCF; or logs and their contract", run.recording(recording),
-       "HDF5 `fricid.dataset/1`: /t /q /tau [/v /temperature]"},
-      {"", "", run.truth(recording), "HDF5 `fricid.truth/1`: what was injected"},
+       "samples: what a real log would have"},
+      {"", "", run.truth(recording), "what was injected"},
       {"", "", run.excitation(), "how the trajectories were found"},
       {"", "", run.diagnosis(recording), "of logs: what is wrong with the recording"},
       {"identify MODEL_sSEED", "[robot], [identify], the model, training recordings", run.model(id),
@@ -53,10 +59,10 @@ std::string run_folder_page() {
       {"", "", run.torque_table(), "motor torque along the measured motion"},
       {"", "", run.table_csv(), "one line per rollout and horizon"},
       {"", "", run.starts(), "what an external model has to roll out"},
-      {"", "", run.rollout(id, recording), "HDF5 `fricid.rollout/1`: /t /q /v [/tau_f]"},
+      {"", "", run.rollout(id, recording), "its motion in open loop"},
       {"", "", run.prediction(id, recording),
-       "HDF5 `fricid.prediction/1`: /t /q /v /tau /tau_predicted /tau_f"},
-      {"", "", run.band("MODEL", recording), "HDF5 `fricid.band/1`: /t /q_low /q_high"},
+       "motor torque that it predicts along the measured motion"},
+      {"", "", run.band("MODEL", recording), "90 % band of its open loop"},
       {"plots", "results", run.plot("NAME", "pdf"), "and .svg, .png, and .gp to draw it anew"},
       {"video", "results, [render]", run.video("NAME"), "H.264"},
       {"report", "all of these", run.report(), "one page for a browser"}};
@@ -70,6 +76,16 @@ std::string run_folder_page() {
   page += artefact_section<data::FitFile>("fit/MODEL_sSEED.json", "How a model was found.");
   page += artefact_section<evaluate::Evaluation>(
       "evaluation.json", "What the evaluation found; lists per horizon follow `horizons_s`.");
+  page += signals_section<data::Dataset>("data/RECORDING.h5", "What a real log would have.");
+  page += signals_section<sim::Truth>("truth/RECORDING.h5", "What was injected.");
+  page += signals_section<evaluate::RolloutSignals>("rollouts/MODEL_sSEED_RECORDING.h5",
+                                                    "Motion of a model in open loop.");
+  page += signals_section<evaluate::PredictionSignals>("predictions/MODEL_sSEED_RECORDING.h5",
+                                                       "Motor torque along the measured motion.");
+  page += signals_section<evaluate::BandSignals>("bands/MODEL_RECORDING.h5",
+                                                 "Where 90 % of a model's open loops lie.");
+  page += signals_section<data::EstimateSignals>(
+      "estimates/MODEL_sSEED_RECORDING.h5", "What `fricid estimate` wrote: the online filter.");
   page +=
       artefact_section<evaluate::Comparison>("fricid compare --json", "Runs compared, on stdout.");
   return page;

@@ -91,7 +91,7 @@ TEST_F(RunFolderTest, RestrictedItShowsNothingElse) {
   EXPECT_TRUE(further.scene().empty());
   EXPECT_TRUE(further.model(fit).empty());
   EXPECT_EQ(further.evaluation(), run.evaluation());
-  EXPECT_EQ(run.scene(), folder / "scene.toml");  // the folder itself is as before
+  EXPECT_EQ(run.scene(), folder / "scene.toml");  // the folder itself is unchanged
 }
 
 TEST_F(RunFolderTest, ListsTheFilesThatItShows) {

@@ -9,6 +9,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/workflow/job.hpp"
 #include "fricid/workflow/section.hpp"
+#include "source_dir.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::workflow {
@@ -24,10 +25,18 @@ class Mutation {
   explicit Mutation(int target) : target_(target) {}
 
   template <class Value>
-  void operator()(std::string_view key, Value& value, const data::Field& /*field*/) {
+  void operator()(std::string_view key, Value& value, const Field& /*field*/) {
     if (next_++ != target_) return;
     key_ = section_.empty() ? std::string(key) : section_;
     change(value);
+  }
+  void text_unless_tables(std::string_view key, std::string& value, const Field& field) {
+    (*this)(key, value, field);
+  }
+  template <class Part>
+  void tables_unless_text(std::string_view key, std::vector<Part>& parts,
+                          std::string_view meaning) {
+    sections(key, parts, meaning);
   }
   template <class Part>
   void section(std::string_view key, Part& part, std::string_view /*meaning*/) {
@@ -64,6 +73,15 @@ class Mutation {
   static void change(std::uint64_t& value) { ++value; }
   static void change(bool& value) { value = !value; }
   static void change(std::string& value) { value += "x"; }
+  template <fricid::NamedEnum E>
+  static void change(E& value) {
+    const auto next = static_cast<std::size_t>(value) + 1;
+    value = static_cast<E>(next % all_names<E>().size());
+  }
+  template <class Value>
+  static void change(std::optional<Value>& value) {
+    change(value.value());
+  }
   template <class Value>
   static void change(std::vector<Value>& values) {
     values.emplace_back();
@@ -97,12 +115,12 @@ class Stages : public TemporaryFolder {
     record("report", {run.report()});
   }
 
-  static fs::path tiny() { return fs::path(FRICID_SOURCE_DIR) / "tests/e2e/tiny.toml"; }
+  static fs::path tiny() { return source_dir() / "tests/e2e/tiny.toml"; }
 
   std::vector<FitRequest> fits() const { return requested_fits(job->problem.scene, {}, {}); }
 
   /// The same run with another problem.
-  void put(const data::Problem& problem) {
+  void put(const scene::Problem& problem) {
     Job other{problem, job->mjcf, std::move(job->run), job->jobs, job->say};
     job.emplace(std::move(other));
   }
@@ -188,11 +206,11 @@ Names readers_of(const std::string& section) {
 // fits follows at once.
 TEST_F(Stages, RunAgainForTheirSectionsOfTheSceneAndNoOthers) {
   const Declarations before = declarations();
-  const data::Problem problem = job->problem;
+  const scene::Problem problem = job->problem;
   int keys = 0;
   for (;; ++keys) {
     Mutation mutation(keys);
-    data::Scene scene = problem.scene;
+    scene::Scene scene = problem.scene;
     scene.visit(mutation);
     put(with_scene(problem, std::move(scene)));
     if (mutation.key().empty()) break;
@@ -221,7 +239,7 @@ TEST_F(Stages, RunAgainForTheFilesOfOthers) {
       {"truth/validation_0.h5", {"evaluate", "plots", "video", "report"}},
       {"excitation.json", {"evaluate", "plots", "video", "report"}},
       {"models/lugre_s1.json", {"evaluate", "plots", "video", "report"}},
-      {"fit/lugre_s1.json", {"plots", "video", "report"}},
+      {"fit/lugre_s1.json", {"evaluate", "plots", "video", "report"}},
       {"evaluation.json", {"plots", "video", "report"}},
       {"table.md", {"plots", "video", "report"}},
       {"rollouts/lugre_s1_validation_0.h5", {"plots", "video", "report"}},
@@ -250,8 +268,8 @@ TEST_F(Stages, RunAgainForTheFilesOfOthers) {
 
 // A part of a scene holds what was named and nothing else.
 TEST_F(Stages, PartsOfASceneHoldNoMore) {
-  const data::Scene& scene = job->problem.scene;
-  const data::Problem part = part_of(job->problem, std::array{Section::kIdentify, Section::kSeed});
+  const scene::Scene& scene = job->problem.scene;
+  const scene::Problem part = part_of(job->problem, std::array{Section::kIdentify, Section::kSeed});
   EXPECT_EQ(part.scene.seed, scene.seed);
   EXPECT_EQ(part.scene.identify.cutoff_hz, scene.identify.cutoff_hz);
   EXPECT_TRUE(part.scene.name.empty());

@@ -22,7 +22,7 @@ constexpr Section kSimulated[] = {kName,  kSeed,       kRobot,      kFriction,
                                   kPlant, kController, kExcitation, kSensors};
 constexpr Section kImported[] = {kName, kRobot, kData};
 
-Done simulate(const data::Problem& part, const RunFolder& out, int jobs) {
+Done simulate(const scene::Problem& part, const RunFolder& out, int jobs) {
   const sim::Simulation truth = sim::simulate(part, jobs);
   Done done;
   const auto save = [&](const std::vector<data::Dataset>& sets,
@@ -44,13 +44,13 @@ Done simulate(const data::Problem& part, const RunFolder& out, int jobs) {
 /// Name of a log among the inputs: two logs may have one name in different folders.
 std::string log_input(const std::string& recording) { return fmt::format("log of {}", recording); }
 
-Done import_logs(const data::Problem& part, const RunFolder& out,
+Done import_logs(const scene::Problem& part, const RunFolder& out,
                  const std::function<void(const std::string&)>& say) {
   const auto contract = data::load_contract(part.contract_path);
   std::vector<data::Dataset> sets;
   const auto import = [&](const std::vector<std::string>& logs, std::string (*name)(int)) {
     for (std::size_t i = 0; i < logs.size(); ++i) {
-      const fs::path path = data::find_log(part, logs[i]);
+      const fs::path path = scene::find_log(part, logs[i]);
       sets.push_back(
           data::cut(data::import_log(path, contract), data::log_part(logs[i]), path.string()));
       for (const std::string& warning : data::check_dataset(sets.back(), path.string()))
@@ -77,11 +77,11 @@ Done import_logs(const data::Problem& part, const RunFolder& out,
   return done;
 }
 
-void declare_logs(Inputs& inputs, const data::Problem& problem) {
+void declare_logs(Inputs& inputs, const scene::Problem& problem) {
   inputs.file("contract", problem.contract_path);
   const auto add = [&](const std::vector<std::string>& logs, std::string (*name)(int)) {
     for (std::size_t i = 0; i < logs.size(); ++i)
-      inputs.file(log_input(name(static_cast<int>(i))), data::find_log(problem, logs[i]));
+      inputs.file(log_input(name(static_cast<int>(i))), scene::find_log(problem, logs[i]));
   };
   add(problem.scene.data.train, RunFolder::training);
   add(problem.scene.data.validation, RunFolder::validation);

@@ -6,8 +6,9 @@
 #include "fricid/base/names.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/data/artefact.hpp"
-#include "fricid/estimate/filter.hpp"
+#include "fricid/data/fit_file.hpp"
 #include "fricid/evaluate/evaluate.hpp"
+#include "fricid/signals/recording.hpp"
 #include "fricid/sim/simulate.hpp"
 #include "fricid/workflow/job.hpp"
 #include "fricid/workflow/recordings.hpp"
@@ -23,7 +24,7 @@ constexpr Section kEvaluated[] = {kName, kRobot, kFriction, kPlant, kIdentify, k
 
 /// What the work of the stage gets: the part of the scene that it declared, and which fits.
 struct Task {
-  data::Problem problem;
+  scene::Problem problem;
   std::vector<FitRequest> fits;
   std::vector<fs::path> further_data;
   int jobs;
@@ -39,7 +40,7 @@ void add_recording(HeldOut& held_out, const fs::path& data_file, const fs::path&
                    double cutoff_hz) {
   evaluate::Trajectory trajectory;
   trajectory.data = data::load_dataset(data_file);
-  estimate::Filtered motion = estimate::filter_dataset(trajectory.data, cutoff_hz);
+  signals::Motion motion = signals::make_recording(trajectory.data, cutoff_hz).narrow;
   trajectory.q = std::move(motion.q);
   trajectory.v = std::move(motion.v);
   trajectory.a = std::move(motion.a);
@@ -56,6 +57,20 @@ fs::path truth_of(const fs::path& dataset) {
   return RunFolder(dataset.parent_path().parent_path()).truth(dataset.stem().string());
 }
 
+/// @throws UserError when no recording is as long as any horizon
+void require_horizons(const Task& task, const HeldOut& held_out) {
+  double longest = 0;
+  for (const evaluate::Trajectory& trajectory : held_out.trajectories)
+    longest = std::max(longest, trajectory.data.dt() * (trajectory.data.length() - 1));
+  const scene::Scene& scene = task.problem.scene;
+  const double shortest = std::ranges::min(scene.evaluate.horizons_s);
+  if (shortest > longest * (1 + 1e-9))
+    throw UserError(
+        "{}: evaluate.horizons_s = {:g} s and more; allowed: one of at most {:.4g} s, the longest "
+        "recording to evaluate on, or 0, all of it",
+        scene.origin.place("evaluate.horizons_s"), shortest, longest);
+}
+
 HeldOut load_held_out(const Task& task, const RunFolder& folder) {
   HeldOut held_out;
   const double cutoff = task.problem.scene.identify.cutoff_hz;
@@ -70,6 +85,7 @@ HeldOut load_held_out(const Task& task, const RunFolder& folder) {
                     (folder.path() / "data").string());
   if (!held_out.truths.empty() && held_out.truths.size() != held_out.trajectories.size())
     throw UserError("--data: found recordings with and without truth; evaluate them apart");
+  require_horizons(task, held_out);
   return held_out;
 }
 
@@ -97,15 +113,15 @@ std::vector<evaluate::Trajectory> load_training(const Task& task, const RunFolde
   for (data::Dataset& dataset : load_recordings(folder, RunFolder::training)) {
     evaluate::Trajectory& recording = training.emplace_back();
     recording.data = std::move(dataset);
-    estimate::Filtered motion =
-        estimate::filter_dataset(recording.data, task.problem.scene.identify.cutoff_hz);
-    recording.q = std::move(motion.q_wide);
-    recording.v = std::move(motion.v_wide);
+    signals::Motion motion =
+        signals::make_recording(recording.data, task.problem.scene.identify.cutoff_hz).wide;
+    recording.q = std::move(motion.q);
+    recording.v = std::move(motion.v);
   }
   return training;
 }
 
-data::ModelFile oracle_model(const data::Problem& problem) {
+data::ModelFile oracle_model(const scene::Problem& problem) {
   data::ModelFile model;
   model.name = model.label = "oracle";
   model.arm = {problem.robot, *problem.scene.friction};
@@ -121,6 +137,17 @@ data::ModelFile load_fitted(const RunFolder& folder, const FitId& id) {
                     folder.model(id).string(), printable(model.name), model.seed,
                     model.is_oracle ? ", an oracle" : "", id.model, id.seed);
   return model;
+}
+
+/// What a fit found wrong with itself, one line each.
+std::vector<std::string> faults_of(const RunFolder& folder, const FitId& id) {
+  const auto fit = data::load<data::FitFile>(folder.fit(id));
+  std::vector<std::string> lines;
+  for (const data::FittedFault& fault : fit.faults)
+    lines.push_back(
+        fmt::format("fit: {}{}{}", fault.joint, fault.joint.empty() ? "" : ": ", fault.found));
+  if (lines.empty() && !fit.usable) lines.push_back("fit: " + fit.message);
+  return lines;
 }
 
 /// Folders of external/, sorted by name. @throws UserError when something else is there, or a name
@@ -143,7 +170,8 @@ std::vector<fs::path> external_folders(const RunFolder& run, const std::vector<F
 
 /// Whether a fit is a convention to beat: no network, and fitted as is the custom.
 bool is_conventional(const FitRequest& fit, const data::ModelFile& model) {
-  if (fit.model.method != "conventional" || model.arm.friction.model.has_whole()) return false;
+  if (fit.model.method != estimate::Method::kConventional || model.arm.friction.model.has_whole())
+    return false;
   for (const friction::JointSpec& joint : model.arm.friction.model.joints())
     for (const friction::LawSpec& law : joint.laws)
       if (friction::is_learned(law.law)) return false;
@@ -182,7 +210,7 @@ std::vector<fs::path> save(const evaluate::Evaluation& evaluation,
 
 Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   const HeldOut held_out = load_held_out(task, visible);
-  const data::EvaluateConfig& options = task.problem.scene.evaluate;
+  const evaluate::EvaluateOptions& options = task.problem.scene.evaluate;
   const auto starts =
       evaluate::plan_starts(held_out.trajectories, options.horizons_s, options.starts);
   // first of all: what other programs roll out for external/ comes from it
@@ -195,6 +223,7 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   contest.robot = task.problem.robot;
   for (const FitRequest& fit : task.fits) {
     contest.models.push_back(load_fitted(visible, fit.id()));
+    contest.faults.push_back(faults_of(visible, fit.id()));
     if (!is_conventional(fit, contest.models.back()))
       contest.unconventional.push_back(fit.model.name);
   }
@@ -203,6 +232,7 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
         evaluate::load_external_model(folder, held_out.trajectories, starts));
   if (!held_out.truths.empty()) {
     contest.models.insert(contest.models.begin(), oracle_model(task.problem));
+    contest.faults.insert(contest.faults.begin(), std::vector<std::string>());
     contest.simulator_oracle = simulator_rollouts(task, held_out, starts, 1.0);
     contest.simulator_halved = simulator_rollouts(task, held_out, starts, 0.5);
   }
@@ -221,8 +251,10 @@ Stage evaluation_stage(const Job& job, const std::vector<fs::path>& further_data
   stage.inputs.outputs_of(job.run.results_of("data"));
   std::string methods;
   for (const FitRequest& fit : fits) {
-    stage.inputs.outputs_of(job.run.results_of(fit_stage(job, fit).name), "models/");
-    methods += fit.model.name + "=" + fit.model.method + "\n";
+    const std::string fitted = fit_stage(job, fit).name;
+    stage.inputs.outputs_of(job.run.results_of(fitted), "models/");
+    stage.inputs.outputs_of(job.run.results_of(fitted), "fit/");
+    methods += fmt::format("{}={}\n", fit.model.name, name_of(fit.model.method.value()));
   }
   stage.inputs.text("methods of the fits", methods);
   for (std::size_t i = 0; i < further_data.size(); ++i) {
@@ -240,7 +272,7 @@ Stage evaluation_stage(const Job& job, const std::vector<fs::path>& further_data
 }
 
 evaluate::Evaluation evaluate(Job& job, const std::vector<fs::path>& further_data) {
-  const bool logs = data::data_available(job.problem, nullptr);
+  const bool logs = scene::data_available(job.problem, nullptr);
   if (!job.run.intact("data") || (logs && !job.run.stands(data_stage(job))))
     throw UserError(
         "{}: the data are damaged, or not those of the scene, robot and logs as they are now; "

@@ -23,10 +23,10 @@ constexpr std::string_view kStage = "identify ", kTraining = "data/train_";
 using Shared = std::shared_ptr<std::optional<estimate::Prepared>>;
 
 Stage make_stage(const Job& job, const FitRequest& request, const Shared& shared) {
-  data::Scene scene = job.problem.scene;
+  scene::Scene scene = job.problem.scene;
   scene.models = {request.model};
   scene.models.front().seeds = {request.seed};
-  const data::Problem problem = with_scene(job.problem, std::move(scene));
+  const scene::Problem problem = with_scene(job.problem, std::move(scene));
   Stage stage{stage_of(request.id()), Inputs(job.run.folder()), {}};
   declare(stage.inputs, problem, kFitted);
   stage.inputs.outputs_of(job.run.results_of("data"), kTraining);
@@ -34,10 +34,11 @@ Stage make_stage(const Job& job, const FitRequest& request, const Shared& shared
   stage.work = [=, part = part_of(problem, kFitted), out = job.run.folder(), jobs = job.jobs,
                 say = job.say](const RunFolder& visible) {
     if (!*shared)
-      *shared = estimate::prepare(part, load_recordings(visible, RunFolder::training), jobs);
+      *shared = estimate::prepare(part.robot, part.scene.identify,
+                                  load_recordings(visible, RunFolder::training), jobs);
     const FitId id = request.id();
     const estimate::FitReport report =
-        estimate::fit_model(part, **shared, part.scene.models.front(), request.seed, jobs,
+        estimate::fit_model(**shared, part.scene.models.front(), request.seed, jobs,
                             {out.checkpoint(id), checkpoint_key});
     data::save_model(report.model, out.model(id));
     data::save(estimate::fit_file(report), out.fit(id));
@@ -49,23 +50,24 @@ Stage make_stage(const Job& job, const FitRequest& request, const Shared& shared
 
 }  // namespace
 
-std::vector<FitRequest> requested_fits(const data::Scene& scene,
+std::vector<FitRequest> requested_fits(const scene::Scene& scene,
                                        const std::vector<std::string>& names,
                                        const std::vector<int>& seeds) {
-  std::vector<data::ModelConfig> models;
+  std::vector<estimate::ModelOptions> models;
   if (names.empty()) models = scene.models;
   for (const std::string& name : names) {
-    const auto known = std::ranges::find(scene.models, name, &data::ModelConfig::name);
-    data::ModelConfig& model = models.emplace_back();
+    const auto known = std::ranges::find(scene.models, name, &estimate::ModelOptions::name);
+    estimate::ModelOptions& model = models.emplace_back();
     if (known != scene.models.end()) {
       model = *known;
     } else {
       model.name = model.label = model.law = name;
-      model.method = friction::is_learned(name) ? "multi_step" : "conventional";
+      model.method = friction::is_learned(name) ? estimate::Method::kMultiStep
+                                                : estimate::Method::kConventional;
     }
   }
   std::vector<FitRequest> requests;
-  for (const data::ModelConfig& model : models)
+  for (const estimate::ModelOptions& model : models)
     for (const int seed : seeds.empty() ? model.seeds : seeds) requests.push_back({model, seed});
   return requests;
 }
@@ -86,7 +88,11 @@ bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
       });
     const Stage stage = make_stage(job, request, shared);
     if (!job.run.perform(stage)) job.say(stage.name + ": up to date");
-    healthy = data::load<data::FitFile>(job.run.folder().fit(request.id())).usable && healthy;
+    const auto fit = data::load<data::FitFile>(job.run.folder().fit(request.id()));
+    for (const data::FittedFault& fault : fit.faults)
+      job.say(
+          fmt::format("{}: {}", id, estimate::in_words({fault.joint, fault.found, fault.remedy})));
+    healthy = fit.usable && healthy;
   }
   return healthy;
 }
@@ -101,7 +107,7 @@ Fits fits_of(const Job& job) {
     const std::string name = record.name.substr(kStage.size());
     const std::optional<FitId> id = FitId::parse(name);
     if (!id) continue;
-    const auto place = std::ranges::find(models, id->model, &data::ModelConfig::name);
+    const auto place = std::ranges::find(models, id->model, &estimate::ModelOptions::name);
     const bool of_scene = place != models.end() && std::ranges::count(place->seeds, id->seed) > 0;
     if (!of_scene && std::ranges::count(by_name, name) == 0) {
       fits.left_out.push_back({name, "not in the scene"});

@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// @throws UserError when an input lies where the run writes: it might be overwritten
-void refuse_sources_inside(const data::Problem& problem, const RunFolder& folder) {
+void refuse_sources_inside(const scene::Problem& problem, const RunFolder& folder) {
   const fs::path inside = fs::weakly_canonical(folder.path());
   const fs::path own_scene = fs::weakly_canonical(folder.scene());
   for (const fs::path& source : problem.inputs) {
@@ -27,13 +27,13 @@ void refuse_sources_inside(const data::Problem& problem, const RunFolder& folder
 
 /// What a model has seen says nothing of how good it is.
 /// @throws UserError when a log to judge by has samples in common with one to learn from
-void refuse_shared_logs(const data::Problem& problem) {
-  const data::DataConfig& logs = problem.scene.data;
+void refuse_shared_logs(const scene::Problem& problem) {
+  const scene::DataSection& logs = problem.scene.data;
   for (const std::string& train : logs.train)
     for (const std::string& validation : logs.validation) {
       const data::LogPart learnt = data::log_part(train), judged = data::log_part(validation);
-      if (!learnt.overlaps(judged) || sha256_of_file(data::find_log(problem, train)) !=
-                                          sha256_of_file(data::find_log(problem, validation)))
+      if (!learnt.overlaps(judged) || sha256_of_file(scene::find_log(problem, train)) !=
+                                          sha256_of_file(scene::find_log(problem, validation)))
         continue;
       throw UserError(
           "{}: data.validation has {}, which is trained on as {}; allowed: other recordings, or "
@@ -44,17 +44,17 @@ void refuse_shared_logs(const data::Problem& problem) {
 
 }  // namespace
 
-data::Problem load_problem(const fs::path& target, std::optional<std::uint64_t> seed) {
+scene::Problem load_problem(const fs::path& target, std::optional<std::uint64_t> seed) {
   const bool again = is_run_folder(target);
-  data::Scene scene = data::load_scene(again ? RunFolder(target).scene() : target);
+  scene::Scene scene = scene::load_scene(again ? RunFolder(target).scene() : target);
   if (seed) scene.seed = *seed;
-  data::Problem problem = data::resolve(std::move(scene));
+  scene::Problem problem = scene::resolve(std::move(scene));
   if (!again && problem.scene.simulates()) sim::make_arm(problem);
-  if (data::data_available(problem, nullptr)) refuse_shared_logs(problem);
+  if (scene::data_available(problem, nullptr)) refuse_shared_logs(problem);
   return problem;
 }
 
-Job open_job(data::Problem problem, const fs::path& path, bool fresh, int jobs,
+Job open_job(scene::Problem problem, const fs::path& path, bool fresh, int jobs,
              std::function<void(const std::string&)> say) {
   refuse_sources_inside(problem, RunFolder(path));
   std::string mjcf =
@@ -68,7 +68,7 @@ Job open_job(data::Problem problem, const fs::path& path, bool fresh, int jobs,
       manifest.sources.push_back({source.string(), sha256_of_file(source)});
   });
   const fs::path scene = job.run.folder().scene();
-  const std::string text = data::to_toml(job.problem.scene);
+  const std::string text = scene::to_toml(job.problem.scene);
   if (!fs::exists(scene) || read_file(scene) != text) write_file_atomically(scene, text);
   return job;
 }

@@ -73,7 +73,7 @@ Stage plots_stage(const Job& job) {
   return stage;
 }
 
-Stage film_stage(const Job& job, const data::Problem& shown, const std::string& renderer) {
+Stage film_stage(const Job& job, const scene::Problem& shown, const std::string& renderer) {
   Stage stage{"video", Inputs(job.run.folder()), {}};
   declare(stage.inputs, shown, kFilmed);
   stage.inputs.text("MJCF", job.mjcf);
@@ -109,7 +109,7 @@ std::string draw_plots(Job& job) {
   return attempt(job, "plots", [&] { return plots_stage(job); });
 }
 
-std::string make_videos(Job& job, const data::Problem& shown, const std::string& renderer) {
+std::string make_videos(Job& job, const scene::Problem& shown, const std::string& renderer) {
   return attempt(job, "video", [&] { return film_stage(job, shown, renderer); });
 }
 

@@ -39,9 +39,9 @@ std::string_view to_string(Section section) {
   return "[render]";
 }
 
-data::Problem part_of(const data::Problem& problem, std::span<const Section> sections) {
-  const data::Scene& scene = problem.scene;
-  data::Scene part;
+scene::Problem part_of(const scene::Problem& problem, std::span<const Section> sections) {
+  const scene::Scene& scene = problem.scene;
+  scene::Scene part;
   bool has_robot = false, has_data = false;
   for (const Section section : sections) switch (section) {
       case Section::kName:
@@ -91,29 +91,28 @@ data::Problem part_of(const data::Problem& problem, std::span<const Section> sec
         break;
     }
   if (has_robot) part.joints = scene.joints;
+  if (!has_robot) part.identify.linear_prior_sd.clear();  // said in [robot]
   return {.scene = std::move(part),
           .robot = has_robot ? problem.robot : dynamics::RobotModel(),
-          .torque_prior_sd = has_robot ? problem.torque_prior_sd : std::vector<double>(),
           .urdf_path = has_robot ? problem.urdf_path : std::filesystem::path(),
           .mjcf_path = has_robot ? problem.mjcf_path : std::filesystem::path(),
           .contract_path = has_data ? problem.contract_path : std::filesystem::path()};
 }
 
-data::Problem with_scene(const data::Problem& problem, data::Scene scene) {
+scene::Problem with_scene(const scene::Problem& problem, scene::Scene scene) {
   return {.scene = std::move(scene),
           .robot = problem.robot,
-          .torque_prior_sd = problem.torque_prior_sd,
           .urdf_path = problem.urdf_path,
           .mjcf_path = problem.mjcf_path,
           .contract_path = problem.contract_path,
           .inputs = problem.inputs};
 }
 
-void declare(Inputs& inputs, const data::Problem& problem, std::span<const Section> sections) {
+void declare(Inputs& inputs, const scene::Problem& problem, std::span<const Section> sections) {
   for (const Section section : sections) {
-    data::Scene only = part_of(problem, std::span(&section, 1)).scene;
+    scene::Scene only = part_of(problem, std::span(&section, 1)).scene;
     only.joints = problem.scene.joints;  // per-joint values are by joint
-    inputs.text(fmt::format("scene {}", to_string(section)), data::to_toml(only));
+    inputs.text(fmt::format("scene {}", to_string(section)), scene::to_toml(only));
   }
   if (std::ranges::find(sections, Section::kRobot) != sections.end())
     inputs.file("URDF", problem.urdf_path);

@@ -2,18 +2,26 @@
 
 #include <fcntl.h>
 #include <openssl/evp.h>
-#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <regex>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/limits.hpp"
+#include "fricid/base/recording_file.hpp"
+#include "fricid/base/temporary_file.hpp"
 
 namespace fricid {
 namespace fs = std::filesystem;
@@ -90,10 +98,15 @@ class Sha256 {
                                                                    &EVP_MD_CTX_free};
 };
 
-/// Calls use(piece) for the whole content of a file.
+/// Calls use(piece) for the whole content of a file. Devices may never end.
 template <class Use>
 void read_pieces(const fs::path& path, Use use) {
-  if (fs::is_directory(path)) throw UserError("{}: is a folder, a file is expected", path.string());
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (fs::is_directory(status))
+    throw UserError("{}: is a folder, a file is expected", path.string());
+  if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_fifo(status))
+    throw UserError("{}: is not a regular file", path.string());
   const Descriptor file(path, O_RDONLY);
   if (file.get() < 0) throw_system_error(path, "cannot be read");
   std::vector<char> buffer(1 << 16);
@@ -106,7 +119,56 @@ void read_pieces(const fs::path& path, Use use) {
   }
 }
 
+/// Removes what killed writers left of `path`, ".NAME.PID.COUNT.tmp" with a PID that is gone.
+void remove_left_of(const fs::path& path) {
+  const std::string begin = fmt::format(".{}.", path.filename().string());
+  std::error_code error;  // files that cannot be listed or removed are skipped
+  for (fs::directory_iterator at(folder_of(path), error), end; !error && at != end;
+       at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    pid_t writer = 0;
+    if (!name.starts_with(begin) || !is_left_temporary(at->path()) ||
+        std::from_chars(name.data() + begin.size(), name.data() + name.size(), writer).ec !=
+            std::errc())
+      continue;
+    std::error_code kept;
+    if (::kill(writer, 0) != 0 && errno == ESRCH) fs::remove(at->path(), kept);
+  }
+}
+
+/// Files that this process has locked: a record lock keeps out other processes only.
+class LockedFiles {
+ public:
+  using Id = std::pair<dev_t, ino_t>;
+  static LockedFiles& of_this_process() {
+    static LockedFiles files;
+    return files;
+  }
+  bool has(const Id& file) {
+    const std::scoped_lock guard(mutex_);
+    return files_.contains(file);
+  }
+  void add(const Id& file) {
+    const std::scoped_lock guard(mutex_);
+    files_.insert(file);
+  }
+  void remove(const Id& file) {
+    const std::scoped_lock guard(mutex_);
+    files_.erase(file);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::set<Id> files_;
+};
+
 }  // namespace
+
+fs::path temporary_beside(const fs::path& path) {
+  static std::atomic<unsigned> count = 0;
+  return folder_of(path) /
+         fmt::format(".{}.{}.{}.tmp", path.filename().string(), ::getpid(), count++);
+}
 
 void write_file_atomically(const fs::path& path,
                            const std::function<void(const fs::path&)>& write) {
@@ -114,9 +176,8 @@ void write_file_atomically(const fs::path& path,
   const fs::path folder = folder_of(target);
   create_folder(folder);
 
-  static std::atomic<unsigned> count = 0;
-  const fs::path temporary =
-      folder / fmt::format(".{}.{}.{}.tmp", target.filename().string(), ::getpid(), count++);
+  remove_left_of(target);
+  const fs::path temporary = temporary_beside(target);
   std::error_code error;
   try {
     write(temporary);
@@ -150,7 +211,7 @@ bool is_left_temporary(const fs::path& file) {
 
 void remove_left_temporaries(const fs::path& folder) {
   std::vector<fs::path> found;
-  std::error_code error;  // what cannot be listed or removed stays
+  std::error_code error;  // files that cannot be listed or removed are skipped
   for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
        at.increment(error))
     if (at->is_regular_file(error) && is_left_temporary(at->path())) found.push_back(at->path());
@@ -159,7 +220,24 @@ void remove_left_temporaries(const fs::path& folder) {
 
 std::string read_file(const fs::path& path) {
   std::string text;
-  read_pieces(path, [&](std::string_view piece) { text += piece; });
+  read_pieces(path, [&](std::string_view piece) {
+    text += piece;
+    require_within(limits::kTextBytes, text.size(), path.string());
+  });
+  return text;
+}
+
+std::string read_recording(const fs::path& path) {
+  std::error_code error;
+  if (const auto size = fs::file_size(path, error); !error)
+    require_memory(static_cast<double>(size), path.string(), "its content");
+  std::string text;
+  const double budget = memory_budget();
+  read_pieces(path, [&](std::string_view piece) {
+    text += piece;
+    if (static_cast<double>(text.size()) > budget)
+      require_memory(static_cast<double>(text.size()), path.string(), "its content");
+  });
   return text;
 }
 
@@ -178,14 +256,33 @@ std::string sha256_of_text(std::string_view text) {
 FileLock::FileLock(const fs::path& file) {
   const fs::path folder = folder_of(file);
   create_folder(folder);
+  const auto refuse = [&] {
+    throw UserError("{}: another run is writing here; wait for it or name another folder",
+                    folder.string());
+  };
+  // Before opening: a process that closes any descriptor of a file loses its lock on it.
+  struct stat status;
+  LockedFiles& locked = LockedFiles::of_this_process();
+  if (::stat(file.c_str(), &status) == 0 && locked.has({status.st_dev, status.st_ino})) refuse();
+
   descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throw_system_error(file, "cannot be written");
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
-  ::close(descriptor_);
-  throw UserError("{}: another run is writing here; wait for it or name another folder",
-                  folder.string());
+  struct flock whole = {};
+  whole.l_type = F_WRLCK;
+  whole.l_whence = SEEK_SET;
+  if (::fcntl(descriptor_, F_SETLK, &whole) != 0 && (errno == EACCES || errno == EAGAIN)) {
+    ::close(descriptor_);
+    refuse();
+  }
+  ::fstat(descriptor_, &status);
+  locked.add({status.st_dev, status.st_ino});
 }
 
-FileLock::~FileLock() { ::close(descriptor_); }
+FileLock::~FileLock() {
+  struct stat status;
+  ::fstat(descriptor_, &status);
+  LockedFiles::of_this_process().remove({status.st_dev, status.st_ino});
+  ::close(descriptor_);
+}
 
 }  // namespace fricid

@@ -39,7 +39,7 @@ Words multiply_low(Words a, std::uint32_t b) {
 #endif
 }
 
-/// The upper half in the place of the lower one, whose place holds anything.
+/// Moves the upper half to the lower one; the upper half of the result is undefined.
 std::uint64_t upper(std::uint64_t a) { return a >> 32; }
 Words upper(Words a) {
 #if defined(__AVX512F__)
@@ -49,8 +49,8 @@ Words upper(Words a) {
 #endif
 }
 
-/// Rounds on the lower halves of `c`, the upper ones hold anything: on several blocks side by
-/// side, whose long chains of operations a processor then overlaps.
+/// Rounds on the lower halves of `c`; the upper halves are undefined. Works on several blocks side
+/// by side, so that a processor overlaps their chains of operations.
 template <int blocks, class W>
 [[gnu::always_inline]] inline void philox_rounds(W (&c)[blocks][4], std::uint32_t key0,
                                                  std::uint32_t key1, int rounds) {

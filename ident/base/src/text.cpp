@@ -4,6 +4,8 @@
 #include <cctype>
 #include <vector>
 
+#include "fricid/base/lines.hpp"
+
 namespace fricid {
 namespace {
 
@@ -46,6 +48,11 @@ std::string nearest(std::string_view word, std::span<const std::string_view> kno
     }
   }
   return std::string(best);
+}
+
+int line_at(std::string_view text, std::size_t at) {
+  const std::string_view before = text.substr(0, std::min(at, text.size()));
+  return 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));
 }
 
 }  // namespace fricid

@@ -6,13 +6,16 @@
 #include "columns_of_joints.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
-#include "toml_file.hpp"
-#include "toml_reader.hpp"
-#include "toml_writer.hpp"
+#include "fricid/config/toml_file.hpp"
+#include "fricid/config/toml_reader.hpp"
+#include "fricid/config/toml_writer.hpp"
 
 namespace fricid::data {
 namespace {
 
+using config::place_of_key;
+using config::TomlFile;
+using config::TomlReader;
 using Names = std::vector<std::string>;
 
 void fill(std::vector<double>& values, int n, double value) {
@@ -90,7 +93,7 @@ class ContractCheck {
 }  // namespace
 
 Contract load_contract(const std::filesystem::path& path) {
-  const TomlFile file = load_toml(path);
+  const TomlFile file = config::load_toml(path);
   Contract contract;
   const std::vector<std::string> none;
   TomlReader names(file.table, "", file.path, none);
@@ -123,7 +126,7 @@ std::string contract_template() {
   example.joint_names = {"joint_a1", "joint_a2", "joint_a3", "joint_a4", "joint_a5", "joint_a6"};
   example.position.columns = {"q{}"};
   example.torque.columns = {"tau{}"};
-  TomlWriter writer(true, {});
+  config::TomlWriter writer(true, {});
   example.visit(writer);
   return "# A column contract of fricid: what each column of a log means. Headers are matched as\n"
          "# written, else without regard to letter case. Unknown keys are errors.\n"

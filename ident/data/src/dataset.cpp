@@ -6,11 +6,11 @@
 #include "check_times.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/data/signal_file.hpp"
 
 namespace fricid::data {
 namespace {
 
-constexpr char kFormat[] = "fricid.dataset/1";
 constexpr double kJitter = 0.01;                   // of the sample period
 constexpr double kDegrees = 4 * std::numbers::pi;  // no joint turns further between its stops
 
@@ -109,38 +109,15 @@ std::vector<std::string> check_dataset(const Dataset& d, const std::string& wher
 
 void save_dataset(const Dataset& d, const std::filesystem::path& path) {
   check_dataset(d, path.string());
-  write_hdf5(path, kFormat, [&](H5Writer& file) {
-    file.attribute("joint_names", d.joint_names);
-    file.attribute("rate_hz", d.rate_hz);
-    file.attribute("source", d.source);
-    file.vector("t", d.t, "s");
-    file.matrix("q", d.q, "rad");
-    file.matrix("tau", d.tau, "N m");
-    if (d.v.size() > 0) file.matrix("v", d.v, "rad/s");
-    if (d.temperature.size() > 0) file.matrix("temperature", d.temperature, "K");
-  });
+  save_signals(d, path);
 }
 
 Dataset load_dataset(const std::filesystem::path& path) {
-  const H5Reader file(path, kFormat);
-  Dataset d;
-  d.name = path.stem().string();
-  require_name(Named::kTrajectory, d.name, path.string());
-  d.joint_names = file.joint_names();
-  d.rate_hz = file.number_attribute("rate_hz");
-  d.source = printable(file.text_attribute("source"));
-  d.t = file.vector("t");
-  const int n = static_cast<int>(d.joint_names.size());
-  const auto read = [&](const char* name, const char* unit) {
-    RowMatrix values = file.matrix(name, n);
-    if (const std::string found = file.unit(name); found != unit)
-      throw UserError("{}: unit of /{} = \"{}\"; allowed: {}", path.string(), name, found, unit);
-    return values;
-  };
-  d.q = read("q", "rad");
-  d.tau = read("tau", "N m");
-  if (file.has("v")) d.v = read("v", "rad/s");
-  if (file.has("temperature")) d.temperature = read("temperature", "K");
+  const std::string name = path.stem().string();
+  require_name(Named::kTrajectory, name, path.string());
+  auto d = load_signals<Dataset>(path);
+  d.name = name;
+  d.source = printable(d.source);
   check_dataset(d, path.string());
   return d;
 }

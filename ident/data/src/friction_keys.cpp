@@ -1,4 +1,4 @@
-#include "friction_keys.hpp"
+#include "fricid/data/friction_keys.hpp"
 
 #include <fmt/format.h>
 

@@ -8,11 +8,14 @@
 #include <cstring>
 #include <fstream>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/limits.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/base/recording_file.hpp"
 
 namespace fricid::data {
 namespace {
@@ -115,7 +118,12 @@ std::vector<hsize_t> shape_of(hid_t space) {
   return shape;
 }
 
-// Texts of an attribute, of variable or fixed length; nothing when it is absent or of another kind.
+bool of_allowed_size(hssize_t count) {
+  return count >= 0 && static_cast<std::uint64_t>(count) <= limits::kHdf5AttributeValues.most;
+}
+
+// Texts of an attribute, of variable or fixed length; nothing when it is absent, of another kind or
+// larger than limits::kHdf5AttributeValues.
 bool read_texts(hid_t object, const char* name, std::vector<std::string>& values) {
   if (H5Aexists(object, name) <= 0) return false;
   const Id attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
@@ -123,7 +131,7 @@ bool read_texts(hid_t object, const char* name, std::vector<std::string>& values
   const Id stored(H5Aget_type(attribute), H5Tclose);
   const Id space(H5Aget_space(attribute), H5Sclose);
   const hssize_t count = H5Sget_simple_extent_npoints(space);
-  if (H5Tget_class(stored) != H5T_STRING || count < 0) return false;
+  if (H5Tget_class(stored) != H5T_STRING || !of_allowed_size(count)) return false;
   const auto size = static_cast<std::size_t>(count);
   if (H5Tis_variable_str(stored) > 0) {
     const Id type(H5Tcopy(stored), H5Tclose);
@@ -134,6 +142,7 @@ bool read_texts(hid_t object, const char* name, std::vector<std::string>& values
     return true;
   }
   const std::size_t length = H5Tget_size(stored);
+  if (length > limits::kHdf5AttributeValues.most) return false;
   std::vector<char> buffer(size * length + 1, '\0');
   if (size > 0 && H5Aread(attribute, stored, buffer.data()) < 0) return false;
   for (std::size_t i = 0; i < size; ++i) {
@@ -141,6 +150,20 @@ bool read_texts(hid_t object, const char* name, std::vector<std::string>& values
     values.emplace_back(begin, std::find(begin, begin + length, '\0'));
   }
   return true;
+}
+
+// Rows and columns of a table of numbers, as the file declares them; nothing of another table.
+std::optional<TableShape> shape_of_numbers(hid_t table) {
+  const Id space(H5Dget_space(table), H5Sclose);
+  const Id type(H5Dget_type(table), H5Tclose);
+  const std::vector<hsize_t> shape = shape_of(space);
+  const H5T_class_t kind = H5Tget_class(type);
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || shape.empty() || shape.size() > 2)
+    return std::nullopt;
+  const auto size = [](hsize_t extent) {
+    return static_cast<std::int64_t>(std::min(extent, hsize_t{1} << 62));
+  };
+  return TableShape{size(shape[0]), shape.size() == 2 ? size(shape[1]) : 1};
 }
 
 bool read_numbers(hid_t object, const char* name, std::vector<double>& values) {
@@ -151,7 +174,7 @@ bool read_numbers(hid_t object, const char* name, std::vector<double>& values) {
   const Id space(H5Aget_space(attribute), H5Sclose);
   const H5T_class_t kind = H5Tget_class(stored);
   const hssize_t count = H5Sget_simple_extent_npoints(space);
-  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || count < 0) return false;
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || !of_allowed_size(count)) return false;
   values.resize(static_cast<std::size_t>(count));
   return values.empty() || H5Aread(attribute, H5T_NATIVE_DOUBLE, values.data()) >= 0;
 }
@@ -175,7 +198,7 @@ hid_t open_file(const fs::path& path) {
   const std::string name = path.string();
   if (fs::is_directory(path, error)) throw UserError("{}: a folder, not an HDF5 file", name);
   if (!fs::exists(path, error)) throw UserError("{}: no such file", name);
-  const std::string bytes = read_file(path);
+  const std::string bytes = read_recording(path);
   if (bytes.empty()) throw UserError("{}: an empty file", name);
   if (!bytes.starts_with(kHdf5Signature)) {
     if (bytes.size() < kHeader ||
@@ -262,7 +285,7 @@ void write_hdf5(const fs::path& path, const std::string& format,
     } catch (const std::runtime_error& error) {
       throw UserError("{}: {}", path.string(), error.what());
     }
-    const std::string bytes = read_file(temporary);
+    const std::string bytes = read_recording(temporary);
     std::fstream file(temporary, std::ios::binary | std::ios::in | std::ios::out);
     file << make_header(format, std::string_view(bytes).substr(kHeader)) << std::flush;
     if (!file) throw UserError("{}: cannot be written", path.string());
@@ -296,21 +319,25 @@ bool H5Reader::has(const std::string& name) const {
   return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
 }
 
+TableShape H5Reader::shape(const std::string& name) const {
+  const Session session;
+  const Id table(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  return table.ok() ? shape_of_numbers(table).value_or(TableShape{}) : TableShape{};
+}
+
 RowMatrix H5Reader::matrix(const std::string& name, int columns) const {
   const Session session;
   if (!has(name)) throw UserError("{}: /{} is missing", path_, name);
   const Id table(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
   if (!table.ok()) throw UserError("{}: /{} is not a table, or torn", path_, name);
-  const Id space(H5Dget_space(table), H5Sclose);
-  const Id type(H5Dget_type(table), H5Tclose);
-  const std::vector<hsize_t> shape = shape_of(space);
-  const H5T_class_t kind = H5Tget_class(type);
-  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || shape.empty() || shape.size() > 2)
-    throw UserError("{}: /{} is not a table of numbers", path_, name);
-  const hsize_t found = shape.size() == 2 ? shape[1] : 1;
-  if (columns >= 0 && found != static_cast<hsize_t>(columns))
-    throw UserError("{}: /{} has {} columns; allowed: {}", path_, name, found, columns);
-  RowMatrix values(static_cast<Eigen::Index>(shape[0]), static_cast<Eigen::Index>(found));
+  const std::optional<TableShape> numbers = shape_of_numbers(table);
+  if (!numbers) throw UserError("{}: /{} is not a table of numbers", path_, name);
+  const TableShape& found = *numbers;
+  if (columns >= 0 && found.columns != columns)
+    throw UserError("{}: /{} has {} columns; allowed: {}", path_, name, found.columns, columns);
+  require_memory(8.0 * static_cast<double>(found.rows) * static_cast<double>(found.columns), path_,
+                 fmt::format("table /{} of {} x {} numbers", name, found.rows, found.columns));
+  RowMatrix values(found.rows, found.columns);
   if (values.size() > 0 &&
       H5Dread(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
     throw UserError("{}: /{} is torn", path_, name);
@@ -366,6 +393,8 @@ std::vector<double> H5Reader::numbers_attribute(const std::string& name) const {
 
 std::vector<std::string> H5Reader::names() const {
   const Session session;
+  H5G_info_t group{};
+  if (H5Gget_info(file_, &group) >= 0) require_within(limits::kHdf5Tables, group.nlinks, path_);
   std::vector<std::string> names;
   H5Literate(
       file_, H5_INDEX_NAME, H5_ITER_INC, nullptr,

@@ -1,10 +1,10 @@
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "check_times.hpp"
 #include "columns_of_joints.hpp"
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/data/contract.hpp"

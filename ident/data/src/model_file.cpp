@@ -3,12 +3,13 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/json.hpp"
 #include "fricid/base/names.hpp"
-#include "friction_keys.hpp"
+#include "fricid/data/friction_keys.hpp"
+#include "fricid/dynamics/physical_inertia.hpp"
 
 namespace fricid::data {
 namespace {
@@ -24,7 +25,6 @@ using friction::ParameterInfo;
 
 constexpr char kFormatName[] = "fricid.model";
 constexpr int kFormatVersion = 1;
-constexpr int kDeepest = 32;
 constexpr const char* kInertiaKeys[] = {"Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz"};
 constexpr const char* kShapes[] = {"1", "sin(k q)", "cos(k q)",
                                    "q"};  // order of LinearTorque::Shape
@@ -134,11 +134,14 @@ Json friction_json(const Friction& friction, int n) {
 Json whole_json(const Friction& friction) {
   const friction::RobotLawSpec& whole = friction.model.whole();
   const int n = friction.model.joint_count();
-  return {{"law", whole.law},
-          {"elements", whole.elements},
-          {"parameters",
-           parameters_json(friction::parameters_of_robot_law(whole.law, n, whole.elements),
-                           friction.theta.data() + friction.model.parameter_begin(n))}};
+  const friction::RobotLawSize size{n, whole.elements, whole.latents};
+  Json json = {
+      {"law", whole.law},
+      {"elements", whole.elements},
+      {"parameters", parameters_json(friction::parameters_of_robot_law(whole.law, size),
+                                     friction.theta.data() + friction.model.parameter_begin(n))}};
+  if (friction::find_robot_law(whole.law).most_latents > 0) json["n_z"] = whole.latents;
+  return json;
 }
 
 Json noise_json(const LatentNoise& noise) {
@@ -240,6 +243,7 @@ class Node {
 };
 
 constexpr int kMost = 1'000'000'000;
+constexpr double kRounding = 1e-3;  // what a URDF may miss of a physical inertia, per unit of mass
 
 RobotModel read_robot(const Node& node) {
   RobotModel robot;
@@ -269,6 +273,8 @@ RobotModel read_robot(const Node& node) {
     joint.effort = item["effort"].number();
     joint.acceleration = item["acceleration"].number();
     joint.jerk = item["jerk"].number();
+    for (const char* key : {"velocity", "effort", "acceleration", "jerk", "armature"})
+      if (item[key].number() < 0) item[key].refuse("0 or more");
     robot.pi[robot.pi.size() - static_cast<int>(torques.size()) - n + i] =
         item["armature"].number();
     const Node link = item["moves"];
@@ -276,6 +282,9 @@ RobotModel read_robot(const Node& node) {
     robot.pi.segment<3>(10 * i + 1) = link["first_moment"].vector();
     for (int k = 0; k < 6; ++k)
       robot.pi[10 * i + 4 + k] = link["inertia"][kInertiaKeys[k]].number();
+    if (!(robot.pi[10 * i] > 0)) link["mass"].refuse("above 0");
+    if (!dynamics::is_physical(robot.pi.segment<10>(10 * i), -kRounding))
+      link["inertia"].refuse("that of a body of this mass and first moment");
     robot.joints.push_back(joint);
   }
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -355,8 +364,12 @@ Friction read_friction(const Node& root, int n) {
     const Node item = root["friction_of_robot"];
     const friction::LawInfo& row = row_of(item["law"], friction::robot_law_table());
     whole = {.law = std::string(row.name), .elements = read_count(item["elements"], row, 0)};
-    read_parameters(item["parameters"],
-                    friction::parameters_of_robot_law(whole.law, n, whole.elements), theta);
+    if (row.most_latents > 0) whole.latents = item["n_z"].integer(1, row.most_latents);
+    read_parameters(
+        item["parameters"],
+        friction::parameters_of_robot_law(
+            whole.law, {.joints = n, .elements = whole.elements, .latents = whole.latents}),
+        theta);
   }
   return {.model = friction::RobotFriction(std::move(joints), std::move(whole)),
           .theta = std::move(theta)};
@@ -419,19 +432,7 @@ ModelFile load_model(const std::filesystem::path& path) {
   const std::string file = path.string();
   const std::string text = read_file(path);
   if (text.empty()) throw UserError("{}: an empty file", file);
-  Json json;
-  try {
-    // Depth is bounded because messages print nodes recursively.
-    json = Json::parse(text, [&](int depth, Json::parse_event_t, Json&) {
-      if (depth > kDeepest) throw UserError("{}: nested deeper than {}", file, kDeepest);
-      return true;
-    });
-  } catch (const Json::parse_error& error) {
-    const std::size_t end = std::min(error.byte, text.size());
-    const auto line =
-        1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n');
-    throw UserError("{}:{}: not JSON, or torn", file, line);
-  }
+  const Json json = parse_json<Json>(text, file);
   const Node root(json, file, "");
   check_format(root, file);
   ModelFile model;

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "checks.hpp"
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "local_fit.hpp"

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/limits.hpp"
 #include "fricid/base/text.hpp"
 #include "fricid/doctor/doctor.hpp"
 
@@ -67,6 +68,13 @@ void drop_duplicates(Dataset& d) {
 
 // Whole periods between samples, counted one by one so that a drifting clock adds up nowhere.
 void fill_gaps(Dataset& d) {
+  double samples = 1;
+  for (int k = 1; k < d.length(); ++k)
+    samples += std::max(1.0, std::round((d.t[k] - d.t[k - 1]) * d.rate_hz));
+  require_within(limits::kFilledSamples, static_cast<std::uint64_t>(std::clamp(samples, 0.0, 1e18)),
+                 d.name);
+  require_memory(8 * samples * static_cast<double>(2 * tables(d).size() * d.joint_names.size()),
+                 d.name, "the log with its gaps filled");
   std::vector<int> rows{0};
   for (int k = 1; k < d.length(); ++k) {
     const auto periods = std::lround((d.t[k] - d.t[k - 1]) * d.rate_hz);

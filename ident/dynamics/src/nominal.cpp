@@ -7,6 +7,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/dynamics/algorithms.hpp"
+#include "fricid/dynamics/physical_inertia.hpp"
 
 namespace fricid::dynamics {
 namespace {
@@ -17,10 +18,12 @@ using Eigen::VectorXd;
 constexpr double kRiseTime = 0.03;        // [s]
 constexpr double kShareOfLinks = 1. / 3;  // of the links' inertia, where there are no limits
 constexpr double kNothing = 1e-9;         // of the robot's largest inertia
+constexpr double kDensity = 2000;         // of a link, hollows included [kg/m^3]
+constexpr double kStrictly = 1e-6;        // least eigenvalue of a pseudo-inertia over the mass
 constexpr int kPoses = 20;
 constexpr std::uint64_t kSeed = 1993;
 
-/// Largest over random poses of what each joint feels, the others held and the others free.
+/// Largest inertia of each joint over random poses, with the other joints held and with them free.
 struct JointInertia {
   VectorXd held, free;  // (n) [kg m^2 or kg]
 };
@@ -41,7 +44,7 @@ JointInertia joint_inertia(const RobotModel& robot) {
     crba<double>(robot, ws, {robot.pi.data(), static_cast<std::size_t>(robot.pi.size())}, q, M);
     MatrixXd A = Eigen::Map<MatrixXd>(M.data(), robot.n(), robot.n());
     largest.held = largest.held.cwiseMax(A.diagonal());
-    // from the tips on, each joint lets go
+    // free one joint after another, from the tips
     const double scale = A.diagonal().maxCoeff();
     for (int j = robot.n() - 1; j >= 0; --j) {
       largest.free[j] = std::max(largest.free[j], A(j, j));
@@ -77,6 +80,26 @@ void require_inertia(const RobotModel& robot, const std::string& source) {
         "(kg m^2, usual for its limits) or the link its inertia",
         source, joint.name, joint.link, usual_armature(robot)[j]);
   }
+}
+
+Nominal complete(const RobotModel& robot) {
+  Nominal out{robot, {}};
+  VectorXd& pi = out.robot.pi;
+  const VectorXd usual = usual_armature(robot);
+  for (int j = 0; j < robot.n(); ++j) {
+    if (double& armature = pi[robot.armature_begin() + j]; armature == 0) {
+      armature = usual[j];
+      out.guesses.armature.push_back(j);
+    }
+    auto link = pi.segment<10>(10 * j);
+    if (is_physical(link, kStrictly)) continue;
+    const double m = link[0];
+    const double radius = std::cbrt(m / (4. / 3 * std::numbers::pi * kDensity));
+    const double ball = 0.4 * m * radius * radius;
+    for (const int diagonal : {4, 6, 9}) link[diagonal] += ball;
+    out.guesses.inertia.push_back(j);
+  }
+  return out;
 }
 
 }  // namespace fricid::dynamics

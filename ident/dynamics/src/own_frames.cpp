@@ -1,5 +1,5 @@
-// Kinematics, energies and the regressor in the frames of the links themselves, in double: written
-// apart from the kernels on purpose, so that the two check each other.
+// Kinematics, energies and the regressor in the frames of the links, in double. An implementation
+// independent of the templates, so that tests can compare the two.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

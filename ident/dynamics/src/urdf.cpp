@@ -6,13 +6,13 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <mutex>
-#include <sstream>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/base/limits.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/dynamics/robot_model.hpp"
 
@@ -53,7 +53,7 @@ urdf::ModelInterfaceSharedPtr parse_tree(const std::string& text, const std::str
   return tree;
 }
 
-/// What urdfdom does not tell: lines, the order in the file, our own element.
+/// What urdfdom does not report: line numbers, the order in the file, the <fricid> element.
 struct JointElement {
   int line = 0;
   int order = 0;
@@ -82,7 +82,7 @@ double non_negative(const tinyxml2::XMLAttribute& attribute, const std::string& 
   return value;
 }
 
-/// An element without a name is urdfdom's to refuse.
+/// urdfdom refuses elements without a name.
 void check_name(Named kind, const tinyxml2::XMLElement& element, const std::string& source) {
   if (const char* name = element.Attribute("name"))
     require_name(kind, name, fmt::format("{}:{}", source, element.GetLineNum()));
@@ -97,6 +97,9 @@ Document read_document(const std::string& text, const std::string& source) {
 
   Document document{.source = source, .link_lines = {}, .joints = {}};
   check_name(Named::kRobot, *robot, source);
+  std::int64_t links = 0;  // urdfdom and Builder go down the tree link by link
+  for (auto* e = robot->FirstChildElement("link"); e; e = e->NextSiblingElement("link")) ++links;
+  require_within(limits::kLinks, links, source);
   for (auto* e = robot->FirstChildElement("link"); e; e = e->NextSiblingElement("link")) {
     check_name(Named::kLink, *e, source);
     if (e->Attribute("name")) document.link_lines[e->Attribute("name")] = e->GetLineNum();
@@ -174,7 +177,7 @@ class Builder {
   void visit(const urdf::Link& link, Frame frame) {
     frame.name = link.name;
     model_.frames.push_back(frame);
-    if (link.inertial) {
+    if (link.inertial && frame.link >= 0) {  // what never moves may have any
       check_inertial(*link.inertial, document_.at_link(link.name));
       add_payload(model_, frame, link.inertial->mass, to_eigen(link.inertial->origin.position),
                   inertia_about_com(*link.inertial));
@@ -285,13 +288,7 @@ class Builder {
 }  // namespace
 
 RobotModel load_urdf(const std::filesystem::path& path, const Matrix3d& mount) {
-  if (std::filesystem::is_directory(path))
-    throw UserError("{}: a directory; expected a URDF file", path.string());
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw UserError("{}: cannot be read", path.string());
-  std::ostringstream text;
-  text << file.rdbuf();
-  return parse_urdf(text.str(), path.string(), mount);
+  return parse_urdf(read_file(path), path.string(), mount);
 }
 
 RobotModel parse_urdf(const std::string& text, const std::string& source_name,

@@ -30,10 +30,19 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
   };
 
   const auto& infos = arm.friction.model.parameters();
+  const std::vector<double> rates =
+      friction::training_rates(arm.friction.model, arm.friction.theta);
   for (int p = 0; p < static_cast<int>(infos.size()); ++p) {
     const friction::ParameterRef& parameter = infos[static_cast<std::size_t>(p)];
     const friction::ParameterInfo& info = parameter.info;
     if (info.scale == friction::Scale::kFixed) continue;
+    double lowest = info.lower, limit = info.upper;
+    for (const Limit& narrow : options.limits)
+      if (narrow.parameter == static_cast<std::size_t>(p)) {
+        lowest = std::max(lowest, narrow.lower);
+        limit = std::min(limit, narrow.upper);
+      }
+    if (lowest >= limit) continue;
     const double value = arm.friction.theta[static_cast<std::size_t>(p)];
     // zero says nothing about size; what has no typical size, as a network's weights, is of order
     // one
@@ -44,9 +53,10 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
                                             : std::max(std::abs(value), 0.1 * typical);
     const bool bounded = info.role == friction::Role::kStiffness && !options.stiffest.empty();
     const double highest =
-        bounded ? std::min(info.upper, options.stiffest[static_cast<std::size_t>(parameter.joint)])
-                : info.upper;
-    add({p, false, info.scale == friction::Scale::kLog, size}, value, info.lower, highest, 1);
+        bounded ? std::min(limit, options.stiffest[static_cast<std::size_t>(parameter.joint)])
+                : limit;
+    add({p, false, info.scale == friction::Scale::kLog, size}, value, lowest, highest,
+        rates[static_cast<std::size_t>(p)]);
   }
   const dynamics::RobotModel& robot = arm.robot;
   const int n = robot.n();
@@ -68,15 +78,15 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
   const Eigen::Index size = scalars + 10 * links_;
   start_.resize(size);
   rate_ = Eigen::VectorXd::Constant(size, options.rigid_rate);
-  lower_ = Eigen::VectorXd::Constant(size, -kInfinity);
-  upper_ = Eigen::VectorXd::Constant(size, kInfinity);
+  box_.lower = Eigen::VectorXd::Constant(size, -kInfinity);
+  box_.upper = Eigen::VectorXd::Constant(size, kInfinity);
   const auto view = [&](const std::vector<double>& x) {
     return Eigen::Map<const Eigen::VectorXd>(x.data(), scalars);
   };
   start_.head(scalars) = view(start);
   rate_.head(scalars) = view(rate);
-  lower_.head(scalars) = view(lower);
-  upper_.head(scalars) = view(upper);
+  box_.lower.head(scalars) = view(lower);
+  box_.upper.head(scalars) = view(upper);
   for (int i = 0; i < links_; ++i)
     start_.segment<10>(scalars + 10 * i) = dynamics::log_cholesky_from_inertia(link(robot.pi, i));
 }

@@ -6,12 +6,17 @@
 
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "rigid_body/information.hpp"
 
 namespace fricid::estimate {
 namespace {
 
-constexpr double kPoor = 0.5;    // R2 of a joint's training torque
-constexpr double kStill = 5e-3;  // [rad or m] of travel within which friction settles
+constexpr double kPoor = 0.5;        // R2 of a joint's training torque
+constexpr double kCoupled = 0.4;     // share of a joint's residual
+constexpr double kExplained = 0.97;  // R2 above which a coupling does not matter
+constexpr double kApart = 0.02;      // [s] between samples that are looked at
+constexpr double kSignificant = 4;   // standard errors
+constexpr double kStill = 5e-3;      // [rad or m] of travel within which friction settles
 
 /// What the training data show of one joint.
 struct Seen {
@@ -19,14 +24,14 @@ struct Seen {
   double torque_range = 0;  // [N m]
 };
 
-Seen look_at(std::span<const Filtered> sequences, int j) {
+Seen look_at(std::span<const signals::Recording> sequences, int j) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   double low = kInfinity, high = -kInfinity, least = kInfinity, most = -kInfinity;
-  for (const Filtered& s : sequences) {
-    low = std::min(low, s.q.col(j).minCoeff());
-    high = std::max(high, s.q.col(j).maxCoeff());
-    least = std::min(least, s.tau.col(j).minCoeff());
-    most = std::max(most, s.tau.col(j).maxCoeff());
+  for (const signals::Recording& s : sequences) {
+    low = std::min(low, s.narrow.q.col(j).minCoeff());
+    high = std::max(high, s.narrow.q.col(j).maxCoeff());
+    least = std::min(least, s.filtered_tau.col(j).minCoeff());
+    most = std::max(most, s.filtered_tau.col(j).maxCoeff());
   }
   return {high - low, most - least};
 }
@@ -43,10 +48,75 @@ double level_of(const friction::RobotFriction& model, int joint, const std::vect
   return level;
 }
 
-constexpr const char* kMoreData =
-    "record more and faster motion (`fricid check --design`), or set [identify.prior] use = true";
+/// A level of friction that ended on its upper bound, "Fc = 1e+04 N m"; empty: none did. At zero
+/// there is none, which may be so.
+std::string level_at_bound(const friction::RobotFriction& model, int joint,
+                           const JointFrictionFit& fit) {
+  using enum friction::Role;
+  const auto begin = static_cast<std::size_t>(model.parameter_begin(joint));
+  for (std::size_t i = 0; i < fit.theta.size(); ++i) {
+    const friction::ParameterRef& parameter = model.parameters()[begin + i];
+    const bool level = parameter.info.role == kCoulomb || parameter.info.role == kLevel;
+    if (level && fit.theta[i] > parameter.info.lower &&
+        std::ranges::count(fit.at_bound, parameter.symbol) > 0)
+      return fmt::format("{} = {:.3g} {}", parameter.symbol, fit.theta[i], parameter.info.unit);
+  }
+  return {};
+}
+
+std::string more_data(const Prepared& prepared) {
+  return prepared.rigid_body.prior.empty()
+             ? "record more and faster motion (`fricid check --design`), or set [identify.prior] "
+               "use "
+               "= true"
+             : "record more and faster motion (`fricid check --design`)";
+}
+
+/// Least mean square of y that the columns of X leave.
+double left_by(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
+  Eigen::MatrixXd H = X.transpose() * X;
+  H.diagonal() *= 1 + 1e-9;
+  const Eigen::VectorXd x = invert(H, nullptr) * (X.transpose() * y);
+  return (y - X * x).squaredNorm();
+}
 
 }  // namespace
+
+std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordings,
+                                     const FrictionTorques& target) {
+  const int n = recordings.front().n();
+  std::vector<Coupling> found(static_cast<std::size_t>(n));
+  for (int j = 0; j < n; ++j) {
+    std::vector<Eigen::RowVectorXd> speeds;
+    std::vector<double> torques;
+    for (std::size_t s = 0; s < recordings.size(); ++s) {
+      const signals::Recording& r = recordings[s];
+      const int every = std::max(1, static_cast<int>(std::lround(kApart / r.dt)));
+      for (int k = 0; k < r.length(); k += every)
+        if (r.use(k, j)) {
+          speeds.push_back(r.wide.v.row(k));
+          torques.push_back(target[s](k, j));
+        }
+    }
+    const auto rows = static_cast<Eigen::Index>(torques.size());
+    if (rows < 10) continue;
+    const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(torques.data(), rows);
+    Eigen::MatrixXd v(rows, n), X(rows, 5);
+    for (Eigen::Index i = 0; i < rows; ++i) v.row(i) = speeds[static_cast<std::size_t>(i)];
+    X.leftCols(3) << v.col(j).array().sign().matrix(), v.col(j), Eigen::VectorXd::Ones(rows);
+    const double own = left_by(X.leftCols(3), y);
+    for (int k = 0; k < n; ++k)
+      for (const double sign : {1.0, -1.0}) {
+        if (k == j || !(own > 0)) continue;
+        X.col(4) = v.col(j) + sign * v.col(k);
+        X.col(3) = X.col(4).array().sign().matrix();
+        const double share = 1 - left_by(X, y) / own;
+        if (share > found[static_cast<std::size_t>(j)].share)
+          found[static_cast<std::size_t>(j)] = {k, share};
+      }
+  }
+  return found;
+}
 
 std::string in_words(const Fault& fault) {
   return fmt::format("{}{}{}; {}", fault.joint, fault.joint.empty() ? "" : ": ", fault.found,
@@ -57,13 +127,13 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
   std::vector<Fault> faults;
   const RigidBodyFit& rigid = report.rigid_body;
   if (rigid.outcome == Outcome::kIllConditioned || rigid.outcome == Outcome::kFailed)
-    faults.push_back({"", "rigid body: " + rigid.message, kMoreData});
+    faults.push_back({"", "rigid body: " + rigid.message, more_data(prepared)});
 
   const friction::RobotFriction& friction = report.model.arm.friction.model;
   for (std::size_t i = 0; i < report.r2.size(); ++i) {
     const int j = static_cast<int>(i);
     const dynamics::Joint& joint = prepared.robot.joints[i];
-    const Seen seen = look_at(prepared.sequences, j);
+    const Seen seen = look_at(prepared.recordings, j);
     const auto add = [&](std::string found, std::string remedy) {
       faults.push_back({joint.name, std::move(found), std::move(remedy)});
     };
@@ -78,24 +148,40 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           fmt::format(
               "{}look for a wrong sign, unit or delay (`fricid check`), a load or coupling "
               "that the robot's file lacks; {}",
-              prepared.robot.pi[prepared.robot.armature_begin() + j] == 0
+              std::ranges::count(prepared.options.guesses.armature, j) > 0
                   ? fmt::format("state its armature in the URDF (<fricid armature=\"{:.2g}\"/>"
-                                " would be usual); ",
-                                dynamics::usual_armature(prepared.robot)[j])
+                                " was guessed); ",
+                                prepared.robot.pi[prepared.robot.armature_begin() + j])
                   : "",
-              kMoreData));
+              more_data(prepared)));
+    if (i < report.couplings.size() && report.couplings[i].share > kCoupled &&
+        report.r2[i] < kExplained) {
+      const auto other = static_cast<std::size_t>(report.couplings[i].with);
+      add(fmt::format("friction goes with the speed of {} too ({:.0f} % of what its own leaves)",
+                      prepared.robot.joints[other].name, 100 * report.couplings[i].share),
+          "a coupled wrist, differential or belt, which no law of one joint has: take that torque "
+          "out "
+          "of the log, or trust the other joints alone");
+    }
     if (i >= report.joints.size()) continue;
     const JointFrictionFit& fit = report.joints[i];
     const double level = level_of(friction, j, fit.theta);
     if (level > seen.torque_range)
       add(fmt::format("friction of {:.3g} N m, while its torque ranged over {:.3g} N m", level,
                       seen.torque_range),
-          kMoreData);
+          more_data(prepared));
     else if (joint.effort > 0 && level > joint.effort)
       add(fmt::format("friction of {:.3g} N m, above its effort limit {:.3g} N m", level,
                       joint.effort),
           "look for a wrong torque unit (`fricid check`)");
-    if (fit.outcome == Outcome::kFailed) add("friction: " + fit.message, kMoreData);
+    else if (const std::string bound = level_at_bound(friction, j, fit); !bound.empty())
+      add(fmt::format("{} ended on a bound of its law", bound), more_data(prepared));
+    else if (prepared.rigid_body.Fc_beside.size() > j &&
+             prepared.rigid_body.Fc_beside[j] < -kSignificant * prepared.rigid_body.Fc_se[j])
+      add(fmt::format("Coulomb friction came out negative, {:.2g} +- {:.1g} N m",
+                      prepared.rigid_body.Fc_beside[j], prepared.rigid_body.Fc_se[j]),
+          "look for a wrong sign or delay (`fricid check`); " + more_data(prepared));
+    if (fit.outcome == Outcome::kFailed) add("friction: " + fit.message, more_data(prepared));
   }
   return faults;
 }

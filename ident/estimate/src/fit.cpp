@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -20,23 +21,8 @@ namespace {
 
 constexpr int kPasses = 2;             // friction, rigid body with friction removed, friction again
 constexpr double kMemoryOfAShape = 1;  // memory_periods once a law describes the reversals
-
-RigidBodyOptions rigid_body_options(const data::Problem& problem,
-                                    const dynamics::RobotModel& robot) {
-  RigidBodyOptions options;
-  options.offset = false;
-  options.cutoff_hz = problem.scene.identify.cutoff_hz;
-  options.min_speed = problem.scene.identify.min_speed_rad_s;
-  options.prior = problem.scene.identify.prior;
-  for (const data::TorqueConfig& torque : problem.scene.robot.torques)
-    for (std::size_t i = 0; i < torque.terms.size(); ++i)
-      options.linear_prior_sd.push_back(i < torque.prior_sd.size()
-                                            ? torque.prior_sd[i]
-                                            : std::numeric_limits<double>::infinity());
-  options.linear_prior_sd.resize(robot.linear_torques.size(),
-                                 std::numeric_limits<double>::infinity());
-  return options;
-}
+constexpr double kSmoothing = 0.01;    // [rad/s]
+constexpr double kNoisySpeed = 3;      // standard deviations
 
 // The robot that is fitted: a constant torque at every joint that has none takes up sensor offsets
 // and what friction differs between the directions, which no odd law can hold.
@@ -57,89 +43,166 @@ dynamics::RobotModel with_offsets(dynamics::RobotModel robot) {
   return robot;
 }
 
-// Law of the table that a model name stands for, with its modifiers.
-friction::LawSpec law_of(const data::ModelConfig& config) {
-  const std::string_view given = config.law.empty() ? config.name : config.law;
-  const std::string_view name = given == "simple" ? "coulomb_viscous" : given;
-  for (const friction::LawInfo& law : friction::law_table())
-    if (law.name == name)
-      return {std::string(name), law.has_elements ? config.elements : 0, modifiers_of(config)};
-  std::string known = "simple";
-  for (const friction::LawInfo& law : friction::law_table()) known += fmt::format(", {}", law.name);
-  throw UserError("model {}: unknown law \"{}\"; known: {}", config.name, name, known);
+// Whether a law is Coulomb and viscous friction and no more but a smoothed step.
+bool is_linear(const friction::RobotFriction& one) {
+  using enum friction::Role;
+  return one.joints().front().laws.size() == 1 &&
+         std::ranges::all_of(one.parameters(), [](const auto& parameter) {
+           const friction::Role role = parameter.info.role;
+           return role == kCoulomb || role == kViscous || role == kSmoothingSpeed;
+         });
 }
 
-// Coulomb and viscous coefficients of a law that is these two and no more but a smoothed step;
-// empty for every other law.
-std::vector<std::size_t> linear_friction(const friction::RobotFriction& one) {
+// The friction of the regression as the law's.
+JointFrictionFit linear_fit(const Prepared& prepared, const JointFrictionData& data,
+                            const friction::RobotFriction& one, int joint) {
   using enum friction::Role;
-  const friction::LawSpec& law = one.joints().front().laws.front();
-  for (const auto& info : friction::parameters_of_law(law.law, law.elements))
-    if (info.role != kCoulomb && info.role != kViscous && info.role != kSmoothingSpeed) return {};
-  std::vector<std::size_t> found;
-  for (std::size_t i = 0; i < one.parameters().size(); ++i)
-    if (const friction::Role role = one.parameters()[i].info.role;
-        role == kCoulomb || role == kViscous)
-      found.push_back(i);
-  return found;
+  const RigidBodyFit& rigid = prepared.rigid_body;
+  const auto p = static_cast<Eigen::Index>(one.parameters().size());
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  JointFrictionFit fit;
+  fit.correlation = Eigen::MatrixXd::Constant(p, p, kUnknown);
+  for (const friction::ParameterRef& parameter : one.parameters()) {
+    const friction::ParameterInfo& info = parameter.info;
+    const bool coulomb = info.role == kCoulomb, viscous = info.role == kViscous;
+    const double value =
+        coulomb   ? rigid.Fc_beside[joint]
+        : viscous ? rigid.Fv_beside[joint]
+                  : smoothing_speed(prepared.recordings, prepared.options.cutoff_hz, joint);
+    fit.theta.push_back(std::clamp(value, info.lower, info.upper));
+    fit.standard_error.push_back(coulomb   ? rigid.Fc_se[joint]
+                                 : viscous ? rigid.Fv_se[joint]
+                                           : kUnknown);
+    if (fit.theta.back() != value) fit.at_bound.push_back(parameter.symbol);
+  }
+  const double mean_square = data.mean_square(one, fit.theta);
+  fit.rms = std::sqrt(mean_square);
+  fit.offset = data.offset(one, fit.theta);
+  fit.explained = data.target_mean_square() > 0 ? 1 - mean_square / data.target_mean_square() : 0;
+  fit.start_rms = {fit.rms};
+  fit.evaluations = 1;
+  fit.outcome = std::isfinite(fit.rms) && data.rows() > 0 ? Outcome::kConverged : Outcome::kFailed;
+  fit.message = data.rows() == 0 ? "no usable rows"
+                                 : fmt::format("rms {:.4g} N m of {:.4g} by the regression",
+                                               fit.rms, std::sqrt(data.target_mean_square()));
+  return fit;
+}
+
+// The search for a law takes the rigid body as known: its errors are no less than those of the
+// regression, which does not.
+void widen_errors(const RigidBodyFit& rigid, const friction::RobotFriction& one,
+                  std::vector<JointFrictionFit>& joints) {
+  using enum friction::Role;
+  if (rigid.Fc_se.size() != static_cast<Eigen::Index>(joints.size())) return;
+  for (std::size_t i = 0; i < one.parameters().size(); ++i) {
+    const friction::Role role = one.parameters()[i].info.role;
+    if (role != kCoulomb && role != kViscous) continue;
+    for (std::size_t j = 0; j < joints.size(); ++j)
+      if (i < joints[j].standard_error.size())
+        joints[j].standard_error[i] =
+            std::max(joints[j].standard_error[i],
+                     (role == kCoulomb ? rigid.Fc_se : rigid.Fv_se)[static_cast<Eigen::Index>(j)]);
+  }
 }
 
 }  // namespace
 
+friction::JointSpec joint_spec_of(const ModelOptions& config) {
+  const auto law_of = [&](std::string_view name, int elements,
+                          const std::vector<std::string>& modifiers) -> friction::LawSpec {
+    for (const friction::LawInfo& law : friction::law_table())
+      if (law.name == name)
+        return {std::string(name), law.has_elements ? elements : 0, modifiers_of(modifiers)};
+    std::string known = "simple";
+    for (const friction::LawInfo& law : friction::law_table())
+      known += fmt::format(", {}", law.name);
+    throw UserError("model {}: unknown law \"{}\"; known: {}", config.name, name, known);
+  };
+  friction::JointSpec joint;
+  for (const LawOptions& law : config.laws)
+    joint.laws.push_back(law_of(law.law, law.elements, law.modifiers));
+  if (!joint.laws.empty()) return joint;
+  const std::string_view given = config.law.empty() ? config.name : config.law;
+  joint.laws.push_back(
+      law_of(given == "simple" ? "coulomb_viscous" : given, config.elements, config.modifiers));
+  return joint;
+}
+
 FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
-                                std::span<const Filtered> sequences, int jobs) {
+                                std::span<const signals::Recording> sequences, int jobs) {
   FrictionTorques target(sequences.size());
   parallel_for(static_cast<int>(sequences.size()), jobs, [&](int i) {
     const auto s = static_cast<std::size_t>(i);
-    target[s] = sequences[s].tau - rigid_body_torque(robot, pi, sequences[s]);
+    target[s] = sequences[s].filtered_tau - rigid_body_torque(robot, pi, sequences[s]);
   });
   return target;
 }
 
-Prepared prepare(const data::Problem& problem, std::span<const data::Dataset> train, int jobs) {
-  if (train.empty()) throw UserError("{}: no training data", problem.scene.name);
+Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& options,
+                 std::span<const data::Dataset> train, int jobs) {
+  if (train.empty()) throw UserError("no training data");
   for (const data::Dataset& d : train) {
-    if (d.n() != problem.robot.n())
-      throw UserError("{}: {} joints, the robot has {}", d.name, d.n(), problem.robot.n());
+    if (d.n() != robot.n())
+      throw UserError("{}: {} joints, the robot has {}", d.name, d.n(), robot.n());
     if (d.rate_hz != train.front().rate_hz)
       throw UserError("{}: rate {} Hz differs from {} Hz of {}", d.name, d.rate_hz,
                       train.front().rate_hz, train.front().name);
   }
   Prepared out;
-  out.sequences.resize(train.size());
   out.recordings.resize(train.size());
   parallel_for(static_cast<int>(train.size()), jobs, [&](int i) {
     const auto s = static_cast<std::size_t>(i);
-    const double cutoff = problem.scene.identify.cutoff_hz;
-    out.sequences[s] = filter_dataset(train[s], cutoff);
-    out.recordings[s] = make_recording(train[s], out.sequences[s], cutoff);
+    out.recordings[s] = signals::make_recording(train[s], options.cutoff_hz);
   });
-  out.robot = with_offsets(problem.robot);
-  out.rigid_body =
-      rigid_body_least_squares(out.robot, out.sequences, rigid_body_options(problem, out.robot));
+  dynamics::Nominal nominal = dynamics::complete(robot);
+  out.robot = with_offsets(std::move(nominal.robot));
+  out.options = options;
+  out.options.guesses = std::move(nominal.guesses);
+  out.options.offset = false;  // the robot has them
+  out.rigid_body = rigid_body_least_squares(out.robot, out.recordings, out.options);
+  if (out.rigid_body.Fc.size() != robot.n())
+    throw UserError("{}: {}; allowed: training data in which the arm moves", robot.name,
+                    out.rigid_body.message);
   return out;
 }
 
 std::string FitReport::brief() const {
   double r2_mean = 0;
   for (const double value : r2) r2_mean += value / static_cast<double>(r2.size());
-  std::string text =
-      fmt::format("{} seed {}: {}{}, R2 {:.4f} on training torque, {} parameters, {:.1f} s",
-                  model.name, model.seed, usable() ? "" : "NOT TO BE TRUSTED: ", to_string(outcome),
-                  r2_mean, model.free_parameters, seconds);
-  for (const Fault& fault : faults) text += "; " + in_words(fault);
-  return text;
+  return fmt::format("{} seed {}: {}{}, R2 {:.4f} on training torque, {} parameters, {:.1f} s",
+                     model.name, model.seed,
+                     usable() ? "" : "NOT TO BE TRUSTED: ", to_string(outcome), r2_mean,
+                     model.free_parameters, seconds);
 }
 
-FitReport fit_conventional(const data::Problem& problem, const Prepared& prepared,
-                           const data::ModelConfig& config, int seed, int jobs) {
+double smoothing_speed(std::span<const signals::Recording> recordings, double cutoff_hz,
+                       int joint) {
+  constexpr int kFrequencies = 1000;  // of the sum over the band
+  double noise = 0;
+  for (const signals::Recording& r : recordings) {
+    // white noise of the position through the wide band and the central difference
+    const double rate = 1 / r.dt;
+    const signals::ZeroPhaseButterworth low_pass(signals::wide_band(cutoff_hz, rate), rate);
+    double variance = 0;
+    for (int i = 0; i < kFrequencies; ++i) {
+      const double f = (i + 0.5) / kFrequencies * rate / 2;
+      const double slope = low_pass.gain(f) * std::sin(2 * std::numbers::pi * f * r.dt) / r.dt;
+      variance += slope * slope / kFrequencies;
+    }
+    noise = std::max(noise, r.noise_sd[joint] * std::sqrt(variance));
+  }
+  return std::max(kSmoothing, kNoisySpeed * noise);
+}
+
+FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config, int seed,
+                           int jobs) {
   const auto begin = std::chrono::steady_clock::now();
   const dynamics::RobotModel& robot = prepared.robot;
   const int n = robot.n();
-  const double cutoff = problem.scene.identify.cutoff_hz;
-  const friction::LawSpec law = law_of(config);
-  const friction::RobotFriction one({friction::JointSpec{{law}}});
-  const std::vector<std::size_t> linear = linear_friction(one);
+  const double cutoff = prepared.options.cutoff_hz;
+  const friction::JointSpec joint_spec = joint_spec_of(config);
+  const friction::RobotFriction one({joint_spec});
+  const bool linear = is_linear(one) && prepared.rigid_body.Fc_beside.size() == n;
 
   FitReport report;
   report.model.name = config.name;
@@ -147,31 +210,36 @@ FitReport fit_conventional(const data::Problem& problem, const Prepared& prepare
   report.model.seed = seed;
   report.model.arm.robot = robot;
   report.model.arm.friction.model = friction::RobotFriction(
-      std::vector<friction::JointSpec>(static_cast<std::size_t>(n), friction::JointSpec{{law}}));
+      std::vector<friction::JointSpec>(static_cast<std::size_t>(n), joint_spec));
   report.rigid_body = prepared.rigid_body;
   report.joints.resize(static_cast<std::size_t>(n));
   report.residual_rms.resize(static_cast<std::size_t>(n));
   report.r2.resize(static_cast<std::size_t>(n));
 
-  Progress progress(fmt::format("fit {}", report.model.label), kPasses * n);
-  FrictionTorques friction_torque(prepared.sequences.size());
+  const int passes = linear ? 1 : kPasses;  // linear friction and rigid body are one regression
+  Progress progress(fmt::format("fit {}", report.model.label), passes * n);
+  FrictionTorques friction_torque(prepared.recordings.size());
   for (std::size_t s = 0; s < friction_torque.size(); ++s)
-    friction_torque[s].resize(prepared.sequences[s].length(), n);
+    friction_torque[s].resize(prepared.recordings[s].length(), n);
 
   int evaluations = 0;
-  for (int pass = 0; pass < kPasses; ++pass) {
+  for (int pass = 0; pass < passes; ++pass) {
     if (pass > 0) {
-      RigidBodyOptions options = rigid_body_options(problem, robot);
+      RigidBodyOptions options = prepared.options;
+      options.prior.use = !prepared.rigid_body.prior.empty();
+      options.prior_where_needed = false;
       options.memory_periods = kMemoryOfAShape;
       report.rigid_body =
-          rigid_body_least_squares(robot, prepared.sequences, options, &friction_torque);
+          rigid_body_least_squares(robot, prepared.recordings, options, &friction_torque);
+      report.rigid_body.prior = prepared.rigid_body.prior;
     }
     const FrictionTorques target =
-        friction_target(robot, report.rigid_body.pi, prepared.sequences, jobs);
+        friction_target(robot, report.rigid_body.pi, prepared.recordings, jobs);
+    report.couplings = find_couplings(prepared.recordings, target);
     std::vector<double> share(static_cast<std::size_t>(n));
     parallel_for(n, jobs, [&](int j) {
       const auto i = static_cast<std::size_t>(j);
-      const JointFrictionData data(prepared.sequences, target, j, cutoff);
+      const JointFrictionData data(prepared.recordings, target, j, cutoff);
       FrictionFitOptions options;
       options.seed = static_cast<std::uint64_t>(seed);
       options.stream = static_cast<std::uint64_t>(j);
@@ -179,12 +247,11 @@ FitReport fit_conventional(const data::Problem& problem, const Prepared& prepare
       const double smallest = 0.01 * data.largest_target();
       const friction::FrictionGuess guess{std::max(prepared.rigid_body.Fc[j], smallest),
                                           std::max(prepared.rigid_body.Fv[j], 0.0)};
-      // Linear friction is what the regression found; only how it turns over is left to fit.
-      if (prepared.rigid_body.Fc[j] > smallest) options.held = linear;
       const std::vector<double> start =
           pass == 0 ? friction::start_from(one, guess) : report.joints[i].theta;
-      report.joints[i] = fit_joint_friction(data, one, start, options);
-      for (std::size_t s = 0; s < prepared.sequences.size(); ++s)
+      report.joints[i] = linear ? linear_fit(prepared, data, one, j)
+                                : fit_joint_friction(data, one, start, options);
+      for (std::size_t s = 0; s < prepared.recordings.size(); ++s)
         friction_torque[s].col(j) =
             data.predicted(one, report.joints[i].theta, static_cast<int>(s));
       share[i] = 1 - report.joints[i].explained;
@@ -198,10 +265,10 @@ FitReport fit_conventional(const data::Problem& problem, const Prepared& prepare
     // Residual and explained variance of the whole torque.
     for (int j = 0; j < n; ++j) {
       double residual = 0, sum = 0, square = 0, count = 0;
-      for (std::size_t s = 0; s < prepared.sequences.size(); ++s)
-        for (int k = 0; k < prepared.sequences[s].length(); ++k) {
-          if (!prepared.sequences[s].use(k, j)) continue;
-          const double tau = prepared.sequences[s].tau(k, j);
+      for (std::size_t s = 0; s < prepared.recordings.size(); ++s)
+        for (int k = 0; k < prepared.recordings[s].length(); ++k) {
+          if (!prepared.recordings[s].use(k, j)) continue;
+          const double tau = prepared.recordings[s].filtered_tau(k, j);
           residual += std::pow(target[s](k, j) - friction_torque[s](k, j), 2);
           sum += tau, square += tau * tau, count += 1;
         }
@@ -211,6 +278,7 @@ FitReport fit_conventional(const data::Problem& problem, const Prepared& prepare
     }
   }
 
+  widen_errors(prepared.rigid_body, one, report.joints);
   report.model.arm.robot.pi = report.rigid_body.pi;
   for (const JointFrictionFit& joint : report.joints)
     report.model.arm.friction.theta.insert(report.model.arm.friction.theta.end(),
@@ -232,20 +300,15 @@ FitReport fit_conventional(const data::Problem& problem, const Prepared& prepare
   return report;
 }
 
-data::RowMatrix predict_torque(const Arm& arm, const Filtered& measured, double cutoff_hz) {
-  const std::vector<double> z0 = initial_friction_state(
-      arm, measured.dt, measured.q_wide, measured.v_wide, measured.tau, measured.temperature);
-  data::RowMatrix tau_f = drive_friction(arm.friction, measured.dt, measured.q_wide,
-                                         measured.v_wide, measured.tau, measured.temperature, z0)
-                              .tau_f;
-  const ZeroPhaseButterworth low_pass(cutoff_hz, 1 / measured.dt);
-  std::vector<double> work;
-  Eigen::VectorXd column(tau_f.rows());
-  for (Eigen::Index j = 0; j < tau_f.cols(); ++j) {
-    column = tau_f.col(j);
-    low_pass.apply(std::span<double>(column.data(), static_cast<std::size_t>(column.size())), work);
-    tau_f.col(j) = column;
-  }
+RowMatrix predict_torque(const Arm& arm, const signals::Recording& measured, double cutoff_hz) {
+  const std::vector<double> z0 =
+      initial_friction_state(arm, measured.dt, measured.wide.q, measured.wide.v,
+                             measured.filtered_tau, measured.temperature);
+  RowMatrix tau_f = drive_friction(arm.friction, measured.dt, measured.wide.q, measured.wide.v,
+                                   measured.filtered_tau, measured.temperature, z0)
+                        .tau_f;
+  const signals::ZeroPhaseButterworth low_pass(cutoff_hz, 1 / measured.dt);
+  low_pass.apply(tau_f);
   return tau_f + rigid_body_torque(arm.robot, arm.robot.pi, measured);
 }
 

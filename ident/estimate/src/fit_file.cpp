@@ -1,4 +1,7 @@
 #include "fricid/estimate/fit.hpp"
+
+#include <algorithm>
+
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 
 namespace fricid::estimate {
@@ -9,6 +12,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit) {
   data::FittedRigidBody body{.outcome = fit.outcome,
                              .message = fit.message,
+                             .prior = fit.prior,
                              .condition = fit.condition,
                              .rows = fit.rows,
                              .rows_total = fit.rows_total,
@@ -58,22 +62,22 @@ data::FittedJoint joint_of(const FitReport& report, std::size_t j) {
 data::FittedTraining training_of(const TorqueReport& report) {
   return {.outcome = report.outcome,
           .message = report.message,
-          .loss = report.loss,
-          .checked = report.checked,
-          .held_out = report.held_out,
-          .chosen = report.best,
-          .skipped = report.skipped};
+          .loss = report.history.loss,
+          .checked = report.history.checked,
+          .held_out = report.history.held_out,
+          .chosen = report.history.best,
+          .skipped = report.history.skipped};
 }
 
 data::FittedTraining training_of(const MultiStepReport& report) {
   return {.outcome = report.outcome,
           .message = report.message,
-          .loss = report.loss,
-          .checked = report.checked,
-          .held_out = report.held_out,
-          .chosen = report.best,
-          .skipped = report.skipped,
-          .returns = report.returns,
+          .loss = report.history.loss,
+          .checked = report.history.checked,
+          .held_out = report.history.held_out,
+          .chosen = report.history.best,
+          .skipped = report.history.skipped,
+          .returns = report.history.returns,
           .leap = report.leap};
 }
 
@@ -97,26 +101,35 @@ data::FittedEm em_of(const EmReport& report) {
 }  // namespace
 
 data::FitFile fit_file(const FitReport& report) {
-  std::string message = report.message;
-  for (const Fault& fault : report.faults) message += "; " + in_words(fault);
   data::FitFile file{.name = report.model.name,
                      .label = report.model.label,
                      .seed = report.model.seed,
-                     .method = report.method,
+                     .method = std::string(name_of(report.method)),
                      .outcome = report.outcome,
                      .usable = report.usable(),
-                     .message = message,
+                     .message = report.message,
+                     .faults = {},
                      .objective = report.objective,
                      .parameters = report.model.free_parameters,
                      .rigid_body = rigid_body_of(report.rigid_body),
                      .joints = {},
                      .torque = {},
                      .multi_step = {},
-                     .em = {}};
+                     .em = {},
+                     .candidates = {},
+                     .parts = {}};
+  for (const Fault& fault : report.faults)
+    file.faults.push_back({fault.joint, fault.found, fault.remedy});
   for (std::size_t j = 0; j < report.joints.size(); ++j) file.joints.push_back(joint_of(report, j));
   if (report.torque) file.torque = training_of(*report.torque);
   if (report.multi_step) file.multi_step = training_of(*report.multi_step);
   if (report.em) file.em = em_of(*report.em);
+  const auto best = std::ranges::min_element(report.candidates, {}, &Candidate::held_out);
+  for (auto c = report.candidates.begin(); c != report.candidates.end(); ++c)
+    file.candidates.push_back({c->name, c->held_out, c->torque, c->parameters, c == best});
+  for (const PartEvidence& p : report.parts)
+    file.parts.push_back({report.model.arm.robot.joints[static_cast<std::size_t>(p.joint)].name,
+                          p.part, p.gain, p.error, p.on});
   return file;
 }
 

@@ -6,8 +6,10 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/memory.hpp"
 #include "rigid_body/regression.hpp"
 #include "support.hpp"
+#include "torque/fit_joint.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -16,22 +18,8 @@ constexpr std::string_view kStartOfLearnedLaws = "dahl";
 constexpr std::string_view kStartOfRobotLaws = "coulomb_viscous";
 // How a learned law shares out the Coulomb friction of its start.
 constexpr double kWithoutMemory = 0.1, kOfNetwork = 0.5;
+constexpr double kRidge = 1e-3;           // of EM on laws of the whole robot
 constexpr int kBackboneEvaluations = 60;  // of Nelder-Mead, before Levenberg-Marquardt
-
-/// Torque sizes per joint (n) [N m].
-std::vector<double> torque_rms(std::span<const Recording> recordings) {
-  const int n = recordings.front().n();
-  std::vector<double> rms(static_cast<std::size_t>(n));
-  for (int j = 0; j < n; ++j) {
-    double sum = 0, rows = 0;
-    for (const Recording& r : recordings) {
-      sum += r.tau.col(j).squaredNorm();
-      rows += static_cast<double>(r.tau.rows());
-    }
-    rms[static_cast<std::size_t>(j)] = std::sqrt(sum / rows);
-  }
-  return rms;
-}
 
 /// A learned law in every joint that starts as the Dahl law of `start`: its level shared between
 /// bristles, its viscous coefficient kept, networks near zero.
@@ -92,13 +80,14 @@ void fit_backbone(Arm& arm, const Prepared& prepared, double cutoff_hz, int seed
                           role == kStiffness;
     if (p >= of_law || !physical) options.held.push_back(p);
   }
-  const FrictionTorques target = friction_target(arm.robot, arm.robot.pi, prepared.sequences, jobs);
+  const FrictionTorques target =
+      friction_target(arm.robot, arm.robot.pi, prepared.recordings, jobs);
   parallel_for(arm.robot.n(), jobs, [&](int j) {
     const std::span<double> own =
         std::span(arm.friction.theta)
             .subspan(static_cast<std::size_t>(arm.friction.model.parameter_begin(j)),
                      one.parameters().size());
-    const JointFrictionData data(prepared.sequences, target, j, cutoff_hz);
+    const JointFrictionData data(prepared.recordings, target, j, cutoff_hz);
     FrictionFitOptions of_joint = options;
     of_joint.stream = static_cast<std::uint64_t>(j);
     const JointFrictionFit fit =
@@ -109,30 +98,33 @@ void fit_backbone(Arm& arm, const Prepared& prepared, double cutoff_hz, int seed
 
 /// A law of the whole robot with random weights in the place of the friction of `start`, its scales
 /// those of the training data.
-Arm robot_law_start(const Arm& start, const data::ModelConfig& config, std::uint64_t seed,
-                    std::span<const TorqueData> data) {
+Arm robot_law_start(const Arm& start, const ModelOptions& config, std::uint64_t seed,
+                    const TorqueData& data) {
   const int n = start.robot.n();
   Arm arm = start;
-  arm.friction.model = friction::RobotFriction(
-      std::vector<friction::JointSpec>(static_cast<std::size_t>(n)), {config.law, config.elements});
+  arm.friction.model =
+      friction::RobotFriction(std::vector<friction::JointSpec>(static_cast<std::size_t>(n)),
+                              {config.law, config.elements, config.n_z});
   arm.friction.theta = friction::default_theta(arm.friction.model);
-  friction::initialise_weights(arm.friction.model, seed, arm.friction.theta);
   for (std::size_t p = 0; p < arm.friction.theta.size(); ++p)
     if (arm.friction.model.parameters()[p].info.role == friction::Role::kSampleTime)
-      arm.friction.theta[p] = data.front().motion.dt;
+      arm.friction.theta[p] = data.recordings.front().dt;
 
   friction::SignalSizes sizes;
   for (int j = 0; j < n; ++j) {
     double rows = 0, q = 0, qq = 0, vv = 0, tt = 0;
-    for (const TorqueData& d : data)
-      for (Eigen::Index k = 0; k < d.target.rows(); ++k) {
-        if (!d.use(k, j)) continue;
+    for (std::size_t s = 0; s < data.target.size(); ++s) {
+      const signals::Motion& motion = data.recordings[s].motion(data.band);
+      const RowMatrix& target = data.target[s];
+      for (Eigen::Index k = 0; k < target.rows(); ++k) {
+        if (!data.recordings[s].use(k, j)) continue;
         rows += 1;
-        q += d.motion.q(k, j);
-        qq += d.motion.q(k, j) * d.motion.q(k, j);
-        vv += d.motion.v(k, j) * d.motion.v(k, j);
-        tt += d.target(k, j) * d.target(k, j);
+        q += motion.q(k, j);
+        qq += motion.q(k, j) * motion.q(k, j);
+        vv += motion.v(k, j) * motion.v(k, j);
+        tt += target(k, j) * target(k, j);
       }
+    }
     rows = std::max(1.0, rows);
     sizes.q_mean.push_back(q / rows);
     sizes.q_sd.push_back(std::sqrt(std::max(0.0, qq / rows - q / rows * (q / rows))));
@@ -140,23 +132,25 @@ Arm robot_law_start(const Arm& start, const data::ModelConfig& config, std::uint
     sizes.tau_sd.push_back(std::sqrt(tt / rows));
   }
   friction::set_signal_sizes(arm.friction.model, sizes, arm.friction.theta);
+  friction::initialise_weights(arm.friction.model, seed, arm.friction.theta);
   return arm;
 }
 
-/// Residual and explained variance of the training torque under the final arm.
+}  // namespace
+
 void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitReport& report) {
-  const auto count = prepared.sequences.size();
-  std::vector<data::RowMatrix> predicted(count);
+  const auto count = prepared.recordings.size();
+  std::vector<RowMatrix> predicted(count);
   parallel_for(static_cast<int>(count), jobs, [&](int i) {
     const auto s = static_cast<std::size_t>(i);
-    predicted[s] = predict_torque(report.model.arm, prepared.sequences[s], cutoff_hz);
+    predicted[s] = predict_torque(report.model.arm, prepared.recordings[s], cutoff_hz);
   });
   for (int j = 0; j < prepared.robot.n(); ++j) {
     double residual = 0, sum = 0, square = 0, rows = 0;
     for (std::size_t s = 0; s < count; ++s)
-      for (int k = 0; k < prepared.sequences[s].length(); ++k) {
-        if (!prepared.sequences[s].use(k, j)) continue;
-        const double tau = prepared.sequences[s].tau(k, j);
+      for (int k = 0; k < prepared.recordings[s].length(); ++k) {
+        if (!prepared.recordings[s].use(k, j)) continue;
+        const double tau = prepared.recordings[s].filtered_tau(k, j);
         residual += std::pow(tau - predicted[s](k, j), 2);
         sum += tau, square += tau * tau, rows += 1;
       }
@@ -166,97 +160,61 @@ void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitRepor
   }
 }
 
-TorqueOptions torque_options(const data::TorqueTrainingConfig& config, double cutoff_hz, int seed) {
-  TorqueOptions options;
-  options.window_s = config.window_s;
-  options.batch = config.batch;
-  options.iterations = config.iterations;
-  options.rate = config.rate;
-  options.filtered = config.filtered;
-  options.hold_out = config.hold_out;
-  options.cutoff_hz = cutoff_hz;
-  options.seed = static_cast<std::uint64_t>(seed);
-  return options;
-}
-
-/// Noise of a model whose method estimates none: that with which EM would begin, its latent states
-/// as quiet as EM would make them.
-LatentNoise assumed_noise(const Arm& arm, std::span<const Recording> recordings) {
+LatentNoise assumed_noise(const Arm& arm, std::span<const signals::Recording> recordings) {
   EmOptions options;
   options.z_noise_first = options.z_noise_last;
   return initial_noise(arm, recordings, options);
 }
 
-}  // namespace
-
-MultiStepOptions multi_step_options(const data::TrainConfig& config, int seed,
-                                    std::span<const Recording> recordings) {
-  MultiStepOptions options;
-  for (const Optimiser optimiser : {Optimiser::kAdam, Optimiser::kGaussNewton})
-    if (config.optimiser == to_string(optimiser)) options.optimiser = optimiser;
-  options.window_s = config.window_s;
-  options.batch = config.batch;
-  options.iterations = config.iterations;
-  options.rate = config.rate;
-  options.hold_out = config.hold_out;
-  options.coordinates.rigid_body = config.rigid_body;
-  options.coordinates.torque_scale = torque_rms(recordings);
-  options.seed = static_cast<std::uint64_t>(seed);
-  return options;
+std::vector<double> torque_rms(std::span<const signals::Recording> recordings) {
+  const int n = recordings.front().n();
+  std::vector<double> rms(static_cast<std::size_t>(n));
+  for (int j = 0; j < n; ++j) {
+    double sum = 0, rows = 0;
+    for (const signals::Recording& r : recordings) {
+      sum += r.held_tau.col(j).squaredNorm();
+      rows += static_cast<double>(r.held_tau.rows());
+    }
+    rms[static_cast<std::size_t>(j)] = std::sqrt(sum / rows);
+  }
+  return rms;
 }
 
-EmOptions em_options(const data::EmConfig& config, int seed,
-                     std::span<const Recording> recordings) {
-  EmOptions options;
-  for (const EStep e_step : {EStep::kEkf, EStep::kPsi, EStep::kAdapted, EStep::kBootstrap})
-    if (to_string(e_step) == config.e_step) options.e_step = e_step;
-  if (config.m_step == to_string(MStep::kTransitions)) options.m_step = MStep::kTransitions;
-  options.iterations = config.iterations;
-  options.particles = config.particles;
-  options.paths = config.paths;
-  options.m_steps = config.m_steps;
-  options.batch = config.batch;
-  options.rate = config.rate;
-  options.torque_noise = config.torque_noise;
-  options.torque_floor = config.torque_floor;
-  options.z_noise_first = config.z_noise_first;
-  options.z_noise_last = config.z_noise_last;
-  options.free_observation_noise = config.free_observation_noise;
-  options.hold_out = config.hold_out;
-  options.keep_last = config.keep == "last";
-  options.coordinates.rigid_body = config.rigid_body;
-  options.coordinates.torque_scale = torque_rms(recordings);
-  options.seed = static_cast<std::uint64_t>(seed);
-  return options;
-}
+FitReport fit_model(const Prepared& prepared, const ModelOptions& config, int seed, int jobs,
+                    const optimise::Checkpoint& checkpoint) {
+  TrainingSize size{.rate_hz = 1 / prepared.recordings.front().dt};
+  for (const signals::Recording& recording : prepared.recordings) {
+    size.samples += recording.length();
+    size.longest = std::max(size.longest, static_cast<double>(recording.length()));
+  }
+  require_memory_of_fit(config, prepared.robot, size, jobs, prepared.robot.name);
 
-FitReport fit_model(const data::Problem& problem, const Prepared& prepared,
-                    const data::ModelConfig& config, int seed, int jobs,
-                    const Checkpoint& checkpoint) {
-  const bool learned = friction::is_learned(config.law);
-  const bool whole = friction::is_robot_law(config.law);
-  const double cutoff = problem.scene.identify.cutoff_hz;
-  data::ModelConfig start = config;
+  if (config.method == Method::kJoint) return fit_joint(prepared, config, seed, jobs);
+  const bool learned = config.laws.empty() && friction::is_learned(config.law);
+  const bool whole = config.laws.empty() && friction::is_robot_law(config.law);
+  const double cutoff = prepared.options.cutoff_hz;
+  const Method method = config.method.value_or(Method::kConventional);
+  ModelOptions start = config;
   if (learned) start.law = whole ? kStartOfRobotLaws : kStartOfLearnedLaws;
-  FitReport report = fit_conventional(problem, prepared, start, seed, jobs);
-  report.method = config.method;
+  FitReport report = fit_conventional(prepared, start, seed, jobs);
+  report.method = method;
   if (!report.has_result()) return report;
-  if (config.method == "conventional") {
+  if (method == Method::kConventional) {
     report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
     return report;
   }
 
   Arm arm = report.model.arm;
-  std::vector<TorqueData> explained;
-  if (whole || config.method == "torque")
-    explained = torque_data(arm, prepared.sequences, prepared.recordings, config.torque.filtered);
+  TorqueData explained;
+  if (whole || method == Method::kTorque)
+    explained = torque_data(arm, prepared.recordings, config.torque.filtered);
   if (whole) {
     arm = robot_law_start(arm, config, static_cast<std::uint64_t>(seed), explained);
   } else if (learned) {
-    arm = learned_start(arm, {config.law, config.elements, modifiers_of(config)},
+    arm = learned_start(arm, {config.law, config.elements, modifiers_of(config.modifiers)},
                         static_cast<std::uint64_t>(seed), torque_rms(prepared.recordings));
     // windows move the bristles themselves, and further from a start that is not yet a minimum
-    if (config.method == "torque") fit_backbone(arm, prepared, cutoff, seed, jobs);
+    if (method == Method::kTorque) fit_backbone(arm, prepared, cutoff, seed, jobs);
   }
   report.joints.clear();
   report.model.budget.clear();
@@ -268,24 +226,32 @@ FitReport fit_model(const data::Problem& problem, const Prepared& prepared,
     report.model.budget += (report.model.budget.empty() ? "" : ", ") + budget;
   };
   const auto train_on_torque = [&] {
-    report.torque = train_torque(arm, explained, torque_options(config.torque, cutoff, seed),
-                                 report.model.label, jobs);
-    take(*report.torque, fmt::format("{} steps (torque)", report.torque->loss.size()));
+    TorqueOptions options = config.torque;
+    options.cutoff_hz = cutoff;
+    options.seed = static_cast<std::uint64_t>(seed);
+    report.torque = train_torque(arm, explained, options, report.model.label, jobs);
+    take(*report.torque, fmt::format("{} steps (torque)", report.torque->history.loss.size()));
     arm = report.torque->arm;
   };
-  if (config.method == "torque") {
+  if (method == Method::kTorque) {
     train_on_torque();
     report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
-  } else if (config.method == "multi_step") {
+  } else if (method == Method::kMultiStep) {
     if (whole) train_on_torque();
-    report.multi_step = train_multi_step(
-        arm, prepared.recordings, multi_step_options(config.train, seed, prepared.recordings),
-        report.model.label, jobs);
-    take(*report.multi_step, fmt::format("{} steps (windows)", report.multi_step->loss.size()));
+    MultiStepOptions options = config.train;
+    options.torque_scale = torque_rms(prepared.recordings);
+    options.seed = static_cast<std::uint64_t>(seed);
+    report.multi_step =
+        train_multi_step(arm, prepared.recordings, options, report.model.label, jobs);
+    take(*report.multi_step,
+         fmt::format("{} steps (windows)", report.multi_step->history.loss.size()));
     report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   } else {
-    report.em = fit_em(arm, prepared.recordings, em_options(config.em, seed, prepared.recordings),
-                       report.model.label, jobs, checkpoint);
+    EmOptions options = config.em;
+    options.torque_scale = torque_rms(prepared.recordings);
+    options.seed = static_cast<std::uint64_t>(seed);
+    if (whole) options.ridge = kRidge;
+    report.em = fit_em(arm, prepared.recordings, options, report.model.label, jobs, checkpoint);
     take(*report.em, fmt::format("{} iterations (EM)", report.em->iterations.size()));
     report.model.noise = report.em->noise;
   }

@@ -6,17 +6,21 @@
 #include <span>
 #include <vector>
 
-#include "fricid/data/scene.hpp"
+#include "fricid/estimate/options/model.hpp"
 #include "fricid/friction/robot_friction.hpp"
 
 namespace fricid::estimate {
 
-/// The modifiers that a scene asks for, each of the first order.
-inline std::vector<friction::ModifierSpec> modifiers_of(const data::ModelConfig& config) {
+/// Modifiers by name, each of the first order.
+inline std::vector<friction::ModifierSpec> modifiers_of(const std::vector<std::string>& names) {
   std::vector<friction::ModifierSpec> modifiers;
-  for (const std::string& name : config.modifiers) modifiers.push_back({name, 1});
+  for (const std::string& name : names) modifiers.push_back({name, 1});
   return modifiers;
 }
+
+/// The friction of one joint that a scene asks for: a sum, a law of the table or its short name.
+/// @throws UserError on a name that is no law
+friction::JointSpec joint_spec_of(const ModelOptions& options);
 
 inline double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

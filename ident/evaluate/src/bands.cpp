@@ -63,7 +63,7 @@ BandScore score(const Band& band, const Trajectory& trajectory, int steps) {
 std::vector<Band> open_loop_bands(std::span<const Member> members,
                                   const dynamics::RobotModel& known,
                                   std::span<const Trajectory> trajectories,
-                                  const data::EvaluateConfig& options, int jobs) {
+                                  const EvaluateOptions& options, int jobs) {
   std::vector<Task> tasks;
   std::vector<std::vector<double>> z0;  // [member * trajectories + trajectory]
   const std::vector<Start> starts = plan_starts(trajectories, options.horizons_s, 0);

@@ -1,4 +1,5 @@
 #include "fricid/evaluate/compare.hpp"
+#include "fricid/evaluate/averages.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,11 +20,6 @@ const Summary* summary_of(const ComparedRun& run, const std::string& name) {
   return found == summary.end() ? nullptr : &*found;
 }
 
-double seconds_of(const ComparedRun& run, const Summary& summary) {
-  const auto found = run.fit_seconds.find(summary.name);
-  return found == run.fit_seconds.end() ? summary.stated_fit_seconds : found->second;
-}
-
 ComparedModel compare_model(const std::string& name, std::span<const ComparedRun> runs,
                             std::size_t horizons) {
   ComparedModel model;
@@ -40,7 +36,7 @@ ComparedModel compare_model(const std::string& name, std::span<const ComparedRun
     model.diverged += summary->diverged;
     model.rollouts += summary->rollouts;
     model.runs += 1;
-    seconds_spent.push_back(seconds_of(run, *summary));
+    seconds_spent.push_back(fit_seconds(*summary, run.fit_seconds));
     friction.push_back(summary->friction);
     const std::vector<double>& q_mse = summary->q_mse_geometric_mean;
     for (std::size_t h = 0; h < horizons; ++h) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
+
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
@@ -51,8 +53,8 @@ std::vector<std::vector<Driven>> drive_all(const Contest& contest, const Plan& p
 /// Rollouts of every model from where its friction was driven to, [model][start].
 std::vector<std::vector<Rollout>> roll_out_all(const Contest& contest,
                                                std::span<const std::vector<Driven>> driven,
-                                               const Plan& plan,
-                                               const data::EvaluateConfig& options, int jobs) {
+                                               const Plan& plan, const EvaluateOptions& options,
+                                               int jobs) {
   const std::size_t models = contest.models.size();
   std::vector rollouts(models, std::vector<Rollout>(plan.starts.size()));
   // Batches outermost: the long ones start first, whoever they belong to.
@@ -85,6 +87,18 @@ std::vector<std::vector<TorquePrediction>> predict_all(const Contest& contest, i
                                           trajectory.q, trajectory.v, trajectory.a);
   });
   return predictions;
+}
+
+/// What the torque along held-out motion says against a model.
+void add_doubts(const Contest& contest, ModelResult& result) {
+  for (std::size_t i = 0; i < result.torque.size(); ++i) {
+    const data::Dataset& recording = contest.trajectories[i].data;
+    for (std::size_t j = 0; j < result.torque[i].r2.size(); ++j)
+      if (const double r2 = result.torque[i].r2[j]; r2 < 0)
+        result.doubts.push_back(
+            fmt::format("{}: R2 {:.2g} of the torque of {}: its mean tells more than the model",
+                        recording.name, r2, recording.joint_names[j]));
+  }
 }
 
 /// Scores every rollout; keeps those from the first sample.
@@ -127,13 +141,13 @@ std::vector<double> difference(std::span<const Rollout> a, std::span<const Rollo
   return result;
 }
 
-/// What the noise of the torque alone does to an open loop: half of what a model's rollouts under
-/// the torque of one passage of a repeating motion and of the next differ by, for the model that
-/// makes least of it.
+/// Open-loop error that torque noise alone causes: half the mean squared difference between
+/// rollouts under the torques of two successive periods of a repeating motion, for the model with
+/// the smallest difference.
 std::vector<double> repeat_floor(const Contest& contest, std::span<const Repeats> repeats,
                                  const Plan& plan, std::span<const std::vector<Driven>> driven,
                                  std::span<const std::vector<Rollout>> rollouts,
-                                 const data::EvaluateConfig& options, int jobs) {
+                                 const EvaluateOptions& options, int jobs) {
   Contest shifted = contest;
   for (std::size_t i = 0; i < repeats.size(); ++i) {
     Trajectory& trajectory = shifted.trajectories[i];
@@ -175,8 +189,8 @@ void add_ensembles(std::span<const Trajectory> trajectories, std::span<const dou
   }
 }
 
-/// Finds what the torque of every fitted model errs, and scores the bands that follow from it.
-void add_bands(const Contest& contest, const data::EvaluateConfig& options, int jobs,
+/// Estimates the torque error of every fitted model and scores the resulting bands.
+void add_bands(const Contest& contest, const EvaluateOptions& options, int jobs,
                Evaluation& report) {
   if (contest.training.empty() || options.draws == 0) return;
   for (Summary& summary : report.summary) {
@@ -227,7 +241,7 @@ std::vector<Rollout> settled(std::vector<Rollout> rollouts,
 
 }  // namespace
 
-Evaluation evaluate(const Contest& contest, const data::EvaluateConfig& options, int jobs) {
+Evaluation evaluate(const Contest& contest, const EvaluateOptions& options, int jobs) {
   if (contest.trajectories.empty()) throw UserError("evaluate: no held-out data");
   const Plan plan = make_plan(contest.trajectories, options);
   if (plan.starts.empty()) throw UserError("evaluate: horizons_s is empty");
@@ -298,6 +312,8 @@ Evaluation evaluate(const Contest& contest, const data::EvaluateConfig& options,
       add_scores(result, rollouts[m], driven[m], contest.trajectories, options.horizons_s);
       if (!model.is_oracle && predictions[m].front().tau.size() > 0)
         result.torque = std::move(predictions[m]);
+      if (m < contest.faults.size()) result.doubts = contest.faults[m];
+      add_doubts(contest, result);
     }
   for (const ExternalModel& external : contest.externals) {
     ModelResult& result = report.models.emplace_back();

@@ -130,6 +130,10 @@ bool Evaluation::meaningful() const {
   return std::ranges::all_of(meaningless, [](const std::string& why) { return why.empty(); });
 }
 
+bool Evaluation::trusted() const {
+  return std::ranges::all_of(summary, [](const Summary& s) { return s.doubts.empty(); });
+}
+
 void Evaluation::check(const std::string& place) const {
   require_name(Named::kScene, scene, place);
   if (horizons_s.empty()) throw UserError("{}: horizons_s is empty", place);

@@ -41,6 +41,7 @@ Markdown escaped(std::string_view text) {
 Markdown digits(double value) {
   if (std::isnan(value)) return dash();
   if (value == 0) return Markdown::of("0");
+  if (std::isinf(value)) return Markdown(Vouched{value > 0 ? "inf" : "-inf"});
   const double magnitude = std::abs(value);
   if (magnitude >= 0.01 && magnitude < 1e5)
     return Markdown::of("{:.{}f}", value,

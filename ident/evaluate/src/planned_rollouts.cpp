@@ -28,7 +28,7 @@ std::vector<std::vector<int>> batches_of(const std::vector<Start>& plan) {
 
 }  // namespace
 
-Plan make_plan(std::span<const Trajectory> trajectories, const data::EvaluateConfig& options) {
+Plan make_plan(std::span<const Trajectory> trajectories, const EvaluateOptions& options) {
   Plan plan;
   plan.starts = plan_starts(trajectories, options.horizons_s, options.starts);
   plan.batches = batches_of(plan.starts);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fricid/data/model_file.hpp"
-#include "fricid/data/scene.hpp"
+#include "fricid/evaluate/options.hpp"
 #include "fricid/evaluate/rollout.hpp"
 
 namespace fricid::evaluate {
@@ -18,7 +18,7 @@ struct Plan {
   std::vector<int> rank;  ///< of each start within its trajectory
 };
 
-Plan make_plan(std::span<const Trajectory> trajectories, const data::EvaluateConfig& options);
+Plan make_plan(std::span<const Trajectory> trajectories, const EvaluateOptions& options);
 
 /// Friction of one model driven by the measured motion of one trajectory.
 struct Driven {

@@ -69,7 +69,7 @@ bool has_diverged(const Rollout& rollout, const RowMatrix& reference, Eigen::Ind
                   double limit) {
   for (Eigen::Index j = 0; j < rollout.q.cols(); ++j) {
     if (!std::isfinite(rollout.q(k, j)) || !std::isfinite(rollout.v(k, j))) return true;
-    // a missing reference (NaN) accuses nobody
+    // a missing reference (NaN) is no divergence
     if (std::abs(rollout.q(k, j) - reference(rollout.start.begin + k, j)) > limit) return true;
   }
   return false;

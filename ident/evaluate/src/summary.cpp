@@ -78,6 +78,7 @@ Summary summary_of(const Seeds& seeds, std::size_t horizons,
   summary.stated_fit_seconds = first.stated_fit_seconds;
   summary.budget = first.budget;
   for (const ModelResult* model : seeds) {
+    summary.doubts.insert(summary.doubts.end(), model->doubts.begin(), model->doubts.end());
     summary.rollouts += static_cast<int>(model->scores.size());
     for (const RolloutScore& score : model->scores) summary.diverged += score.diverged;
   }
@@ -156,8 +157,8 @@ void summarise(Evaluation& report, double min_headroom,
   report.meaningless.clear();
   for (std::size_t h = 0; h < horizons; ++h) {
     report.floor.push_back(larger(larger(report.oracle[h], report.halving[h]), report.repeat[h]));
-    report.best_conventional.push_back(
-        best(report.summary, h, [](const Summary& s) { return s.is_conventional; }));
+    report.best_conventional.push_back(best(
+        report.summary, h, [](const Summary& s) { return s.is_conventional && s.doubts.empty(); }));
     const double best_possible = std::isnan(report.oracle[h]) ? report.floor[h] : report.oracle[h];
     const Headroom headroom{report.best_conventional[h], best_possible};
     report.headroom.push_back(headroom.ratio());

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "csv.hpp"
+#include "fricid/evaluate/averages.hpp"
 #include "fricid/evaluate/evaluate.hpp"
 #include "markdown.hpp"
 
@@ -35,7 +36,9 @@ Markdown error_table(const Evaluation& report) {
     const Summary& summary = report.summary[i];
     if (!summary.is_oracle && (i == 0 || report.summary[i - 1].is_oracle))
       add_bound(Markdown::of("*floor*"), report.floor);
-    Cells& row = rows.emplace_back(Cells{escaped(summary.label)});
+    Cells& row = rows.emplace_back(Cells{
+        summary.doubts.empty() ? escaped(summary.label)
+                               : Markdown::of("{} (not to be trusted)", escaped(summary.label))});
     append(row, summary.q_mse_geometric_mean, digits);
     if (friction) row.push_back(percent(summary.friction));
     row.push_back(Markdown::of("{}/{}", summary.diverged, summary.rollouts));
@@ -119,15 +122,13 @@ Markdown friction_table(const Evaluation& report) {
   return markdown_table(rows);
 }
 
-/// Error of the motor torque along the measured motion [% of its RMS], mean over joints, recordings
-/// and seeds; NaN where none was predicted.
-double torque_left(const Evaluation& report, const Summary& summary) {
-  std::vector<double> shares;
-  for (const ModelResult& model : report.models)
-    if (model.name == summary.name)
-      for (const TorquePrediction& torque : model.torque)
-        shares.insert(shares.end(), torque.percent_of_rms.begin(), torque.percent_of_rms.end());
-  return mean(shares);
+Markdown doubts(const Evaluation& report) {
+  if (report.trusted()) return {};
+  Markdown text = Markdown::of("\nNot to be trusted, and no best of anything:\n\n");
+  for (const Summary& summary : report.summary)
+    for (const std::string& doubt : summary.doubts)
+      text += Markdown::of("- {}: {}\n", escaped(summary.label), escaped(doubt));
+  return text;
 }
 
 }  // namespace
@@ -141,9 +142,10 @@ std::string to_markdown(const Evaluation& report) {
       report.trajectories.size(),
       has_friction(report) ? Markdown::of(" Friction: error of the friction torque driven by the "
                                           "measured motion, percent of its "
-                                          "RMS; the oracle's is what filtering that motion costs.")
+                                          "RMS; that of the oracle comes from the motion filter.")
                            : Markdown());
   text += error_table(report);
+  text += doubts(report);
   text += Markdown::of(
       "\nBudget: residuals over all rows of a joint that the conventional fit evaluated, all "
       "joints together; steps of training on torque or windows; iterations of "
@@ -162,9 +164,9 @@ std::string to_markdown(const Evaluation& report) {
   }
   if (!has_oracle && has_any(report.floor))
     text += Markdown::of(
-        "\nA log holds no truth. Where its motion repeats, the floor is half of what the open loop "
-        "under the torque of one period differs from that under the next, for the model that makes "
-        "least of it; headroom is the best conventional model over it.\n");
+        "\nA log holds no truth. If its motion repeats, the floor is half the MSE between "
+        "rollouts under the torques of two successive periods, smallest over the models; "
+        "headroom is the best conventional model over the floor.\n");
   text += Markdown::of("\n{}", interval_table(report));
   if (const Markdown ensembles = ensemble_table(report); !ensembles.empty())
     text += Markdown::of(
@@ -174,11 +176,9 @@ std::string to_markdown(const Evaluation& report) {
             ensembles;
   if (const Markdown bands = band_table(report); !bands.empty())
     text += Markdown::of(
-                "\nOpen-loop 90 % bands from the first sample, under random torques as large as "
-                "what the "
-                "model errs on its training data: percent of the samples of q inside, half width "
-                "[rad], "
-                "root mean square.\n\n") +
+                "\nOpen-loop 90 % bands from the first sample, under random torques of the size of "
+                "the torque error on the training data: percent of the samples of q inside, "
+                "half width [rad], root mean square.\n\n") +
             bands;
   if (has_friction(report)) {
     text += Markdown::of(
@@ -192,25 +192,22 @@ std::string to_markdown(const Evaluation& report) {
 }
 
 std::string short_table(const Evaluation& report,
-                        const std::map<std::string, double>& fit_seconds) {
+                        const std::map<std::string, double>& measured_seconds) {
   const std::vector<double>& horizons = report.horizons_s;
-  const auto second = std::find(horizons.begin(), horizons.end(), 1.0);
-  const std::size_t last = horizons.size() - 1,
-                    first = second != horizons.end()
-                                ? static_cast<std::size_t>(second - horizons.begin())
-                                : std::min<std::size_t>(1, last);
+  const std::vector<std::size_t> quoted = quoted_horizons(horizons);
+  const std::size_t first = quoted.front(), last = quoted.back();
   const bool friction = has_friction(report);
   std::vector<Cells> rows{
       {Markdown::of("MSE(q) [rad²]"), Markdown::of("{}", seconds(horizons[first])),
        Markdown::of("{}", seconds(horizons[last])),
        friction ? Markdown::of("friction %") : Markdown::of("torque %"), Markdown::of("fit s")}};
   for (const Summary& summary : report.summary) {
-    const auto known = fit_seconds.find(summary.name);
     rows.push_back(
-        {escaped(summary.label), digits(summary.q_mse_geometric_mean[first]),
-         digits(summary.q_mse_geometric_mean[last]),
-         friction ? percent(summary.friction) : digits(torque_left(report, summary)),
-         digits(known == fit_seconds.end() ? summary.stated_fit_seconds : known->second)});
+        {summary.doubts.empty() ? escaped(summary.label)
+                                : Markdown::of("{} (not to be trusted)", escaped(summary.label)),
+         digits(summary.q_mse_geometric_mean[first]), digits(summary.q_mse_geometric_mean[last]),
+         percent(friction ? summary.friction : torque_left(report, summary.name)),
+         digits(fit_seconds(summary, measured_seconds))});
   }
   return markdown_table(rows).text();
 }

@@ -60,7 +60,7 @@ double sum_of_squares(const Table& table) {
 class OpenLoops {
  public:
   OpenLoops(const data::ModelFile& model, const dynamics::RobotModel& known,
-            std::span<const Trajectory> recordings, const data::EvaluateConfig& options, int jobs)
+            std::span<const Trajectory> recordings, const EvaluateOptions& options, int jobs)
       : model_(model),
         recordings_(recordings),
         options_(options),
@@ -138,7 +138,7 @@ class OpenLoops {
 
   const data::ModelFile& model_;
   std::span<const Trajectory> recordings_;
-  const data::EvaluateConfig& options_;
+  const EvaluateOptions& options_;
   int jobs_;
   Plan plan_;
   std::vector<Driven> driven_;
@@ -158,8 +158,8 @@ RowMatrix draw_torque_error(const TorqueError& error, double dt, int rows, std::
 }
 
 TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::RobotModel& known,
-                             std::span<const Trajectory> training,
-                             const data::EvaluateConfig& options, int jobs) {
+                             std::span<const Trajectory> training, const EvaluateOptions& options,
+                             int jobs) {
   const OpenLoops loops(model, known, training, options, jobs);
   const double dt = training.front().data.dt();
   const std::vector<double> rms = torque_rms(training);

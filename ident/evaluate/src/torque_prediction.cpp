@@ -6,6 +6,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/evaluate/constant_friction.hpp"
 #include "fricid/evaluate/trajectory.hpp"
+#include "fricid/signals/block_means.hpp"
 #include "fricid/system/initial_state.hpp"
 
 namespace fricid::evaluate {
@@ -24,27 +25,17 @@ RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, ConstRowMatrix q,
 }
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr int kBlocks = 20;  // of a recording, for drift
-
 /// Rise over all of e of the least-squares line through its block means, and its standard error.
 std::pair<double, double> drift_of(const Eigen::VectorXd& e) {
-  const Eigen::Index length = e.size() / kBlocks;
-  Eigen::Array<double, kBlocks, 1> t, mean;  // t from 0 at the begin of e to 1 at its end
-  for (Eigen::Index b = 0; b < kBlocks; ++b) {
-    double sum = 0;
-    int count = 0;
-    for (Eigen::Index k = b * length; k < (b + 1) * length; ++k)
-      if (std::isfinite(e[k])) {
-        sum += e[k];
-        ++count;
-      }
+  const Eigen::Index length = e.size() / kDriftBlocks;
+  const Eigen::Array<double, kDriftBlocks, 1> mean = signals::block_means(e, kDriftBlocks);
+  Eigen::Array<double, kDriftBlocks, 1> t;  // from 0 at the begin of e to 1 at its end
+  for (Eigen::Index b = 0; b < kDriftBlocks; ++b)
     t[b] = (static_cast<double>(b) + 0.5) * static_cast<double>(length) /
            static_cast<double>(e.size() - 1);
-    mean[b] = sum / count;
-  }
   t -= t.mean();
   const double slope = (t * mean).sum() / t.square().sum();
-  const double left = (mean - mean.mean() - slope * t).square().sum() / (kBlocks - 2);
+  const double left = (mean - mean.mean() - slope * t).square().sum() / (kDriftBlocks - 2);
   return {slope, std::sqrt(left / t.square().sum())};
 }
 
@@ -100,6 +91,12 @@ TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& k
     prediction.drift_error.push_back(error);
   }
   return prediction;
+}
+
+RowMatrix driven_states(const friction::Friction& friction, const PredictionSignals& signals) {
+  return drive_friction(friction, signals.t[1] - signals.t[0], signals.q, signals.v, signals.tau,
+                        RowMatrix())
+      .z;
 }
 
 }  // namespace fricid::evaluate

@@ -49,11 +49,10 @@ Markdown repeats_table(const Evaluation& report, const std::vector<std::string>&
           repeats.tau_sd, digits);
   if (rows.size() == 1)
     return Markdown::of(
-        "No motion repeats in these recordings, so what of the error is noise is not known.\n");
+        "No motion repeats in these recordings, so the noise part of the error is not known.\n");
   return Markdown::of(
-             "Where the motion repeats, the torque of one passage differs from that of the next by "
-             "the "
-             "following standard deviation: no function of the motion can err by less.\n\n") +
+             "Where the motion repeats: standard deviation of the torque between one passage and "
+             "the next. No function of the motion can have a smaller error.\n\n") +
          markdown_table(rows);
 }
 
@@ -87,14 +86,13 @@ std::string to_torque_markdown(const Evaluation& report, std::span<const Traject
         [](const TorquePrediction& p) { return p.rmse.presliding; });
   table(Markdown::of("sliding"), digits, [](const TorquePrediction& p) { return p.rmse.sliding; });
   text += Markdown::of(
-      "One step ahead, with the error of the last sample known and its lag-one autocorrelation: "
-      "what white noise leaves.\n\n");
+      "One-step-ahead error, with the error of the last sample known and its lag-one "
+      "autocorrelation. Far below the RMSE: correlated residuals.\n\n");
   table(Markdown::of("one step [N m]"), digits,
         [](const TorquePrediction& p) { return p.one_step; });
   text += Markdown::of(
-      "Drift of what is left, from begin to end of the recording: a straight line through the "
-      "means "
-      "of its twentieths, with one standard error.\n\n");
+      "Drift of the residual over the recording: rise of a straight line through the means of "
+      "its twentieths, with one standard error.\n\n");
   text += by_joint(Markdown::of("drift [N m]"), report, joints, [](const TorquePrediction& p) {
     Cells cells;
     for (std::size_t j = 0; j < p.drift.size(); ++j)

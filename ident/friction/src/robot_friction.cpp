@@ -105,12 +105,10 @@ RobotFriction::RobotFriction(std::vector<JointSpec> joints, RobotLawSpec whole)
 
   if (!has_whole()) return;
   whole_slot_.kind = find_row(robot_law_table(), "law of the whole robot", whole_.law);
-  whole_slot_.joints = joint_count();
-  whole_slot_.elements = whole_.elements;
-  whole_slot_.theta =
-      add_parameters(kWholeRobot, 0, whole_.law,
-                     parameters_of_robot_law(whole_.law, whole_slot_.joints, whole_slot_.elements));
-  visit_robot_law(whole_slot_.kind, whole_slot_.joints, whole_slot_.elements,
+  whole_slot_.size = {joint_count(), whole_.elements, whole_.latents};
+  whole_slot_.theta = add_parameters(kWholeRobot, 0, whole_.law,
+                                     parameters_of_robot_law(whole_.law, whole_slot_.size));
+  visit_robot_law(whole_slot_.kind, whole_slot_.size,
                   [&](const auto law) { whole_slot_.z = add_state(law.state_size()); });
 }
 
@@ -198,8 +196,8 @@ void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::spa
   }
   const auto& whole = model.whole_slot_;
   if (whole.kind < 0) return;
-  Rng rng(seed, static_cast<std::uint64_t>(whole.joints) << 32);
-  visit_robot_law(whole.kind, whole.joints, whole.elements,
+  Rng rng(seed, static_cast<std::uint64_t>(whole.size.joints) << 32);
+  visit_robot_law(whole.kind, whole.size,
                   [&](const auto net) { net.initialise(theta.data() + whole.theta, rng); });
 }
 
@@ -207,19 +205,30 @@ void set_signal_sizes(const RobotFriction& model, const SignalSizes& sizes,
                       std::span<double> theta) {
   const auto& whole = model.whole_slot_;
   if (whole.kind < 0) return;
-  const SignalScales scales(whole.joints);
+  const SignalScales scales(whole.size.joints);
   const auto set = [&](int index, double value) {
     const auto p = static_cast<std::size_t>(whole.theta + index);
     const ParameterInfo& info = model.parameters()[p].info;
     theta[p] = std::clamp(value, info.lower, info.upper);
   };
-  for (int j = 0; j < whole.joints; ++j) {
+  for (int j = 0; j < whole.size.joints; ++j) {
     const auto i = static_cast<std::size_t>(j);
     set(scales.q_mean(j), sizes.q_mean[i]);
     set(scales.q_sd(j), sizes.q_sd[i]);
     set(scales.v_sd(j), sizes.v_sd[i]);
     set(scales.tau_sd(j), sizes.tau_sd[i]);
   }
+}
+
+std::vector<double> training_rates(const RobotFriction& model, std::span<const double> theta) {
+  std::vector<double> rates(theta.size(), 1);
+  const auto& whole = model.whole_slot_;
+  if (whole.kind < 0) return rates;
+  visit_robot_law(whole.kind, whole.size, [&](const auto law) {
+    if constexpr (requires { law.training_rates(theta.data(), rates.data()); })
+      law.training_rates(theta.data() + whole.theta, rates.data() + whole.theta);
+  });
+  return rates;
 }
 
 int free_parameter_count(const RobotFriction& model) {
@@ -285,6 +294,12 @@ constexpr auto kLawTable = rows(static_cast<Laws*>(nullptr));
 constexpr auto kModifierTable = rows(static_cast<Modifiers*>(nullptr));
 
 template <class Law>
+constexpr int most_latents() {
+  if constexpr (requires { Law::kMostLatents; }) return Law::kMostLatents;
+  return 0;
+}
+
+template <class Law>
 constexpr LawInfo robot_row() {
   return {Law::kName,
           Law::kEquation,
@@ -293,7 +308,8 @@ constexpr LawInfo robot_row() {
           Claims{false, false, false, false, false},
           Law::kMostElements,
           state_unit<Law>(),
-          Law::kLook};
+          Law::kLook,
+          most_latents<Law>()};
 }
 template <class... L>
 constexpr auto robot_rows(std::tuple<L...>*) {
@@ -307,6 +323,11 @@ std::span<const LawInfo> law_table() { return kLawTable; }
 std::span<const LawInfo> modifier_table() { return kModifierTable; }
 std::span<const LawInfo> robot_law_table() { return kRobotLawTable; }
 
+const LawInfo& find_robot_law(std::string_view name) {
+  return kRobotLawTable[static_cast<std::size_t>(
+      find_row(robot_law_table(), "law of the whole robot", name))];
+}
+
 std::vector<ParameterInfo> parameters_of_law(std::string_view name, int elements) {
   const int row = find_row(law_table(), "friction law", name);
   return parameters_of<Laws>(
@@ -319,14 +340,15 @@ std::vector<ParameterInfo> parameters_of_modifier(std::string_view name, int ord
       row, checked_elements(modifier_table()[static_cast<std::size_t>(row)], "order", order));
 }
 
-std::vector<ParameterInfo> parameters_of_robot_law(std::string_view name, int joints,
-                                                   int elements) {
-  const int row = find_row(robot_law_table(), "law of the whole robot", name);
-  const LawInfo& info = robot_law_table()[static_cast<std::size_t>(row)];
-  if (joints < 1 || joints > kMostJoints)
-    throw UserError("{}: {} joints, allowed 1 .. {}", name, joints, kMostJoints);
+std::vector<ParameterInfo> parameters_of_robot_law(std::string_view name, RobotLawSize size) {
+  const LawInfo& info = find_robot_law(name);
+  if (size.joints < 1 || size.joints > kMostJoints)
+    throw UserError("{}: {} joints, allowed 1 .. {}", name, size.joints, kMostJoints);
+  if (info.most_latents > 0 && (size.latents < 1 || size.latents > info.most_latents))
+    throw UserError("{}: n_z = {}, allowed 1 .. {}", name, size.latents, info.most_latents);
+  size.elements = checked_elements(info, "elements", size.elements);
   std::vector<ParameterInfo> parameters;
-  visit_robot_law(row, joints, checked_elements(info, "elements", elements),
+  visit_robot_law(static_cast<int>(&info - kRobotLawTable.data()), size,
                   [&](const auto law) { parameters = law.parameters(); });
   return parameters;
 }

@@ -1,9 +1,9 @@
 #include "fricid/smc/bend.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
+
+#include "fricid/base/eigen_instances.hpp"
 
 namespace fricid::smc {
 namespace {

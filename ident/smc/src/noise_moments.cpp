@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "fricid/base/eigen_instances.hpp"
+
 namespace fricid::smc {
 
 NoiseMoments::NoiseMoments(int n, int ny)

@@ -1,5 +1,7 @@
 #include "fricid/smc/statistical_twist.hpp"
 
+#include "fricid/base/eigen_instances.hpp"
+
 namespace fricid::smc {
 namespace {
 

@@ -1,5 +1,7 @@
 #include "fricid/smc/twist.hpp"
 
+#include "fricid/base/eigen_instances.hpp"
+
 namespace fricid::smc {
 namespace {
 
@@ -20,7 +22,7 @@ void add_observation(std::span<const double> y, const Eigen::MatrixXd& C, const 
     const Eigen::Index i = present[static_cast<std::size_t>(k)];
     r(k) = y[static_cast<std::size_t>(i)] - C.row(i).dot(s);
   }
-  const Eigen::LLT<Eigen::MatrixXd> llt(R(present, present));
+  const Eigen::LLT<Eigen::MatrixXd> llt(Eigen::MatrixXd(R(present, present)));
   llt.matrixL().solveInPlace(whitened);
   llt.matrixL().solveInPlace(r);
   Lambda.noalias() += whitened.transpose() * whitened;
@@ -129,8 +131,8 @@ TwistedStart twisted_start(const Gaussian& initial, const Twist& twist) {
   const Eigen::MatrixXd L = square_root(initial.covariance);
   const Eigen::MatrixXd& Lambda = twist.Lambda[0];
   const Eigen::VectorXd F = initial.mean - twist.s[0], r = twist.lambda[0] - Lambda * F;
-  const Eigen::LLT<Eigen::MatrixXd> llt(Eigen::MatrixXd::Identity(n, n) +
-                                        L.transpose() * Lambda * L);
+  const Eigen::LLT<Eigen::MatrixXd> llt(
+      Eigen::MatrixXd(Eigen::MatrixXd::Identity(n, n) + L.transpose() * Lambda * L));
   TwistedStart start;
   start.factor = L;
   llt.matrixU().solveInPlace<Eigen::OnTheRight>(start.factor);

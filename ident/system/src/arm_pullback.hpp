@@ -51,7 +51,7 @@ void ArmStepper<S>::leap_pullback(std::span<const S> tau, std::span<const S> tem
   const Lengths length = lengths(dt);
   if (theta_bar.empty()) theta_bar = theta_unused_;
 
-  // the leap again up to its last drift
+  // repeat the leap up to its last drift
   std::copy(q.begin(), q.end(), q_mid_.begin());
   std::copy(z.begin(), z.end(), z_mid_.begin());
   set_inputs(tau, temperature, q, v);
@@ -76,7 +76,7 @@ void ArmStepper<S>::leap_pullback(std::span<const S> tau, std::span<const S> tem
   for (std::size_t j = 0; j < a_.size(); ++j) v_bar[j] += v_friction_bar_[j];
   if (options_.leap == 1) return;
 
-  // the velocity at which friction was taken came from the acceleration with friction at v
+  // the velocity in the middle depends on the acceleration with friction at v
   for (std::size_t j = 0; j < a_.size(); ++j) {
     a_bar_[j] = S(length.before) * v_friction_bar_[j];
     in_[j].v = v[j];

@@ -8,8 +8,8 @@
 namespace fricid {
 namespace {
 
-constexpr double kRestSpeed = 0.02;      // below, a joint is taken to be at rest [rad/s]
-constexpr double kApproach = 0.5;        // speed from afar [rad/s]
+constexpr double kRestSpeed = 0.02;      // a joint slower than this is at rest [rad/s]
+constexpr double kApproach = 0.5;        // speed of the approach [rad/s]
 constexpr double kPeriod = 4e-3;         // of the steps while sliding [s]
 constexpr int kFast = 100, kSlow = 250;  // steps of sliding at kApproach and at kRestSpeed
 constexpr double kBackSpeed = 2e-3;      // [rad/s]
@@ -39,7 +39,7 @@ std::vector<double> state_at_torque(const friction::Friction& friction,
     model.step<double>(friction.theta, driven, kPeriod, z);
   }
 
-  // the way back: a joint stops where its torque fits, within the last piece by the secant
+  // move back until the torque of a joint equals tau_f, within the last piece by the secant
   std::vector<char> done(n);
   const auto excess = [&](std::size_t j, const std::vector<double>& tau) {
     return direction(j) * (tau[j] - tau_f[j]);

@@ -55,10 +55,10 @@ int frames_of(const RunFilm& film) {
   return std::max(1, static_cast<int>(std::lround(film.t[film.t.size() - 1] * kFilmRate)));
 }
 
-Comparison::Comparison(const RunFilm& film, const data::Problem& problem, ArmPainter& painter)
+Comparison::Comparison(const RunFilm& film, const scene::Problem& problem, ArmPainter& painter)
     : film_(film),
       painter_(painter),
-      side_by_side_(problem.scene.render.layout == "side_by_side"),
+      side_by_side_(problem.scene.render.layout == Layout::kSideBySide),
       paths_(paths_of(film, painter)),
       joint_(most_telling_joint(film)) {
   if (const std::string& wanted = problem.scene.render.joint; !wanted.empty()) {

@@ -1,7 +1,6 @@
 #include "drawing_processes.hpp"
 
 #include <fcntl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include <utility>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/processes.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/film/gl_context.hpp"
 
@@ -51,7 +51,7 @@ bool receive(int pipe, void* data, std::size_t size) {
   return true;
 }
 
-/// Draws pictures first, first + stride, ... into the pipe until nobody reads them.
+/// Draws pictures first, first + stride, ... into the pipe until its reader closes it.
 void draw_all(int pipe, int first, int stride, int count, const std::function<Draw()>& open) {
   try {
     const Draw draw = open();
@@ -107,7 +107,7 @@ DrawingProcesses::DrawingProcesses(int count, int jobs, const std::function<Draw
 
 DrawingProcesses::~DrawingProcesses() {
   for (const Process& process : processes_) close(process.pipe);
-  for (const Process& process : processes_) waitpid(process.id, nullptr, 0);
+  for (const Process& process : processes_) wait_for_process(process.id);
 }
 
 PictureBytes DrawingProcesses::next() {

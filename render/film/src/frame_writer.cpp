@@ -15,7 +15,9 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/processes.hpp"
 #include "fricid/base/progress.hpp"
+#include "fricid/base/temporary_file.hpp"
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to the user
 
@@ -65,9 +67,8 @@ FrameWriter::FrameWriter(std::filesystem::path path, int width, int height, int 
     : path_(std::move(path)) {
   if (!ffmpeg_found()) throw UserError("ffmpeg is missing; install ffmpeg");
   std::filesystem::create_directories(path_.parent_path());
-  const std::string stem = fmt::format(".{}.{}", path_.filename().string(), getpid());
-  part_ = path_.parent_path() / (stem + ".mp4");
-  log_ = path_.parent_path() / (stem + ".log");
+  part_ = temporary_beside(path_);
+  log_ = temporary_beside(path_);
   std::signal(SIGPIPE, SIG_IGN);  // an encoder that ended is a failed write, not our end
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw UserError("{}: cannot make a pipe", path_.string());
@@ -104,12 +105,15 @@ FrameWriter::FrameWriter(std::filesystem::path path, int width, int height, int 
                     "tv",
                     "-movflags",
                     "+faststart",
+                    "-f",
+                    "mp4",
                     argument_of(part_)},
                    ends[0], log_);
   ::close(ends[0]);
-  pipe_ = fdopen(ends[1], "w");
+  pipe_ = ends[1];
+  ::fcntl(pipe_, F_SETFL, O_NONBLOCK);
   if (encoder_ == 0) {
-    std::fclose(std::exchange(pipe_, nullptr));
+    ::close(std::exchange(pipe_, kNone));
     throw UserError("{}: cannot start ffmpeg", path_.string());
   }
 }
@@ -122,7 +126,13 @@ FrameWriter::~FrameWriter() {
 }
 
 void FrameWriter::write(std::span<const std::uint8_t> yuv420) {
-  if (std::fwrite(yuv420.data(), 1, yuv420.size(), pipe_) != yuv420.size()) fail(close());
+  while (!yuv420.empty()) {
+    wait_until_writable(pipe_);
+    const ssize_t written = ::write(pipe_, yuv420.data(), yuv420.size());
+    if (written < 0 && (errno == EINTR || errno == EAGAIN)) continue;
+    if (written < 0) fail(close());
+    yuv420 = yuv420.subspan(static_cast<std::size_t>(written));
+  }
 }
 
 void FrameWriter::finish() {
@@ -134,12 +144,9 @@ void FrameWriter::finish() {
 }
 
 int FrameWriter::close() {
-  if (!pipe_) return 0;
-  std::fclose(std::exchange(pipe_, nullptr));
-  int status = 0;
-  while (waitpid(encoder_, &status, 0) < 0 && errno == EINTR) {
-  }
-  return status;
+  if (pipe_ == kNone) return 0;
+  ::close(std::exchange(pipe_, kNone));
+  return wait_for_process(encoder_);
 }
 
 void FrameWriter::fail(int status) const {

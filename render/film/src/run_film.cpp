@@ -89,7 +89,7 @@ std::string describe(const friction::Friction& friction) {
   return text.empty() ? "none" : text;
 }
 
-RunFilm read_film(const workflow::RunFolder& folder, const data::Problem& problem) {
+RunFilm read_film(const workflow::RunFolder& folder, const scene::Problem& problem) {
   const auto evaluation = data::load<evaluate::Evaluation>(folder.evaluation());
   const std::vector<render::RunModel> models = render::models_of_run(evaluation, folder);
 
@@ -142,15 +142,15 @@ RunFilm read_film(const workflow::RunFolder& folder, const data::Problem& proble
     const render::RunModel& model = models[m];
     const bool shown = std::find(chosen.begin(), chosen.end(), model.name) != chosen.end();
     if (!(shown || model.is_oracle) || !rollouts[m]) continue;
-    auto& [t, q, v, tau_f] = *rollouts[m];
-    rows = std::min(rows, t.size());
+    evaluate::RolloutSignals& rollout = *rollouts[m];
+    rows = std::min(rows, rollout.t.size());
     film.table[m].shown = shown;
     FilmModel rolled{model.name,
                      model.label,
                      model.look.colour,
-                     std::move(q),
-                     std::move(v),
-                     std::move(tau_f),
+                     std::move(rollout.q),
+                     std::move(rollout.v),
+                     std::move(rollout.tau_f),
                      folder.model(model.first_fit())};
     if (model.is_oracle)
       film.oracle = std::move(rolled);

@@ -20,7 +20,7 @@ class SharedLibrary {
     return reinterpret_cast<Function*>(find(symbol));
   }
 
-  /// Lets other libraries of the process find its functions from now on.
+  /// Makes its functions visible to the other libraries of the process.
   void publish() const;
 
  private:

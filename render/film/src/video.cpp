@@ -23,9 +23,9 @@ using workflow::RunFolder;
 
 using DrawFrame = std::function<Image(int)>;
 
-PaintQuality quality_of(const data::RenderConfig& config) {
-  if (config.quality == "final") return PaintQuality::final();
-  return config.quality == "draft" ? PaintQuality::draft() : PaintQuality::standard();
+PaintQuality quality_of(const FilmOptions& config) {
+  if (config.quality == Quality::kFinal) return PaintQuality::final();
+  return config.quality == Quality::kDraft ? PaintQuality::draft() : PaintQuality::standard();
 }
 
 /// Frames as PNG files; for a machine without ffmpeg.
@@ -48,7 +48,7 @@ std::vector<fs::path> write_pictures(const fs::path& folder, const std::string& 
 }
 
 std::vector<fs::path> write_video(const RunFolder& folder, const std::string& name, int count,
-                                  const data::RenderConfig& config, int jobs,
+                                  const FilmOptions& config, int jobs,
                                   const std::function<DrawFrame()>& open) {
   const bool encode = ffmpeg_found();
   DrawingProcesses frames(count, jobs, [&] {
@@ -59,7 +59,7 @@ std::vector<fs::path> write_video(const RunFolder& folder, const std::string& na
   });
   if (!encode) return write_pictures(folder.videos() / name, name, count, frames);
   const fs::path file = folder.video(name);
-  FrameWriter writer(file, kFilmWidth, kFilmHeight, kFilmRate, config.quality == "draft");
+  FrameWriter writer(file, kFilmWidth, kFilmHeight, kFilmRate, config.quality == Quality::kDraft);
   Progress progress(name, count);
   for (int k = 0; k < count; ++k) {
     throw_if_stopped();
@@ -75,7 +75,7 @@ struct Studio {
   std::unique_ptr<GlContext> context;
   ArmPainter painter;
 
-  Studio(const sim::MujocoArm& arm, const data::Problem& problem, PaintQuality quality,
+  Studio(const sim::MujocoArm& arm, const scene::Problem& problem, PaintQuality quality,
          const std::string& renderer)
       : context(make_gl_context(renderer)),
         painter(arm, problem.scene.robot.payload_frame, kFilmWidth, kFilmHeight, quality,
@@ -89,7 +89,7 @@ struct ComparisonStudio {
   int card;  ///< frames of each card
   Image opening, closing;
 
-  ComparisonStudio(const RunFilm& film, const sim::MujocoArm& arm, const data::Problem& problem,
+  ComparisonStudio(const RunFilm& film, const sim::MujocoArm& arm, const scene::Problem& problem,
                    const std::string& renderer, int card_frames)
       : studio(arm, problem, quality_of(problem.scene.render), renderer),
         comparison(film, problem, studio.painter),
@@ -105,8 +105,8 @@ struct ComparisonStudio {
 };
 
 std::vector<fs::path> make_comparison(const RunFolder& folder, const RunFilm& film,
-                                      const sim::MujocoArm& arm, const data::Problem& problem,
-                                      const FilmOptions& options) {
+                                      const sim::MujocoArm& arm, const scene::Problem& problem,
+                                      const DrawingOptions& options) {
   const int card = static_cast<int>(std::lround(problem.scene.render.card_s * kFilmRate));
   const int motion = frames_of(film);
   return write_video(
@@ -128,8 +128,8 @@ Image orbit_frame(const RunFilm& film, ArmPainter& painter, View view, int k, in
 }
 
 std::vector<fs::path> make_orbit(const RunFolder& folder, const RunFilm& film,
-                                 const sim::MujocoArm& arm, const data::Problem& problem,
-                                 const FilmOptions& options) {
+                                 const sim::MujocoArm& arm, const scene::Problem& problem,
+                                 const DrawingOptions& options) {
   const int count = static_cast<int>(std::lround(options.orbit_s * kFilmRate));
   return write_video(folder, "orbit", count, problem.scene.render, options.jobs, [&] {
     const auto studio =
@@ -146,7 +146,7 @@ std::vector<fs::path> make_orbit(const RunFolder& folder, const RunFilm& film,
 }  // namespace
 
 std::vector<fs::path> render_video(const RunFolder& visible, const RunFolder& out,
-                                   const data::Problem& problem, const FilmOptions& options) {
+                                   const scene::Problem& problem, const DrawingOptions& options) {
   const RunFilm film = read_film(visible, problem);
   const sim::MujocoArm arm = sim::make_arm(problem);
   std::vector<fs::path> files;
@@ -160,8 +160,8 @@ std::vector<fs::path> render_video(const RunFolder& visible, const RunFolder& ou
   return files;
 }
 
-void render_still(const RunFolder& folder, const data::Problem& problem, std::optional<double> at,
-                  const fs::path& picture, const FilmOptions& options) {
+void render_still(const RunFolder& folder, const scene::Problem& problem, std::optional<double> at,
+                  const fs::path& picture, const DrawingOptions& options) {
   const RunFilm film = read_film(folder, problem);
   const auto context = make_gl_context(options.renderer);
   const sim::MujocoArm arm = sim::make_arm(problem);

@@ -62,7 +62,7 @@ const void* at_byte(const void* begin, std::size_t offset) {
   return static_cast<const std::byte*>(begin) + offset;
 }
 
-/// ImGui hands a texture's name around as a pointer that nobody follows.
+/// ImGui passes the name of a texture as a pointer, which is never dereferenced.
 ImTextureID texture_id(unsigned name) {
   return reinterpret_cast<ImTextureID>(  // NOLINT(performance-no-int-to-ptr): see above
       static_cast<std::uintptr_t>(name));

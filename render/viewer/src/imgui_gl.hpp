@@ -9,7 +9,7 @@
 
 namespace fricid::viewer {
 
-/// Draws what ImGui wants drawn, by the fixed functions of OpenGL, which every context of this
+/// Draws the lists of ImGui, by the fixed functions of OpenGL, which every context of this
 /// program has. Nothing of GL is linked: `function` finds the calls. Use it on the thread of a
 /// current context and an ImGui context.
 class ImguiGl {

@@ -28,7 +28,7 @@ std::span<const double> parameters_of(const dynamics::RobotModel& robot) {
 
 }  // namespace
 
-LiveArm::LiveArm(const sim::MujocoArm& arm, const data::Problem& problem,
+LiveArm::LiveArm(const sim::MujocoArm& arm, const scene::Problem& problem,
                  friction::Friction friction)
     : arm_(arm),
       problem_(problem),

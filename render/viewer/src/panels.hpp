@@ -8,7 +8,7 @@ namespace fricid::viewer {
 
 /// What the user asked for in this frame that only the window can do.
 struct Wishes {
-  bool still = false;  ///< save what is seen
+  bool still = false;  ///< save the picture
   bool scene = false;  ///< save the scene with the friction as it is
 };
 

@@ -125,7 +125,7 @@ Stage make_stage(const fs::path& target) {
   const workflow::RunFolder run(target), around(target.parent_path().parent_path());
   const bool is_run = workflow::is_there(run.manifest());
   const bool is_model = target.extension() == ".json";
-  Stage stage(data::load_problem(is_run ? run.scene() : is_model ? around.scene() : target));
+  Stage stage(scene::load_problem(is_run ? run.scene() : is_model ? around.scene() : target));
   stage.arm.emplace(sim::make_arm(stage.problem));
 
   if (is_run && workflow::is_there(run.evaluation())) {
@@ -139,16 +139,18 @@ Stage make_stage(const fs::path& target) {
   if (friction) stage.live = std::make_unique<LiveArm>(*stage.arm, stage.problem, *friction);
   if (stage.live) stage.live->swings = true;
   if (!stage.live && !stage.film) throw UserError("{}: found nothing to show", target.string());
-  stage.view = {
-      {0.1, 0, stage.problem.scene.robot.mount == "ceiling" ? 1.05 : 0.5}, kFirstDistance, 135, -8};
+  stage.view = {{0.1, 0, stage.problem.scene.robot.mount == scene::Mount::kCeiling ? 1.05 : 0.5},
+                kFirstDistance,
+                135,
+                -8};
   return stage;
 }
 
 void save_scene(const Stage& stage, const fs::path& path) {
   require_live(stage);
-  data::Scene changed = stage.problem.scene;
+  scene::Scene changed = stage.problem.scene;
   changed.friction = stage.live->friction();
-  write_file_atomically(path, data::to_toml(changed));
+  write_file_atomically(path, scene::to_toml(changed));
 }
 
 Asked obey(Stage& stage, const std::string& command) {

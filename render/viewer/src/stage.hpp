@@ -23,13 +23,13 @@ struct ShownCloud {
   LatentCloud cloud;
 };
 
-/// What the viewer shows and where it stands. Knows no window and no ImGui: the panels and a script
+/// State of the viewer. Knows no window and no ImGui: the panels and a script
 /// do the same things to it.
 struct Stage {
-  explicit Stage(data::Problem of_scene) : problem(std::move(of_scene)) {}
+  explicit Stage(scene::Problem of_scene) : problem(std::move(of_scene)) {}
 
   Mode mode = Mode::kLive;
-  data::Problem problem;
+  scene::Problem problem;
   std::optional<sim::MujocoArm> arm;
   std::optional<film::RunFilm> film;  ///< of a run folder
   std::unique_ptr<LiveArm> live;

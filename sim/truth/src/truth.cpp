@@ -1,33 +1,16 @@
 #include "fricid/sim/truth.hpp"
 
-#include <array>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "fricid/base/error.hpp"
-#include "fricid/data/hdf5.hpp"
+#include "fricid/data/signal_file.hpp"
 
 namespace fricid::sim {
-namespace {
 
 using nlohmann::json;
 
-constexpr const char* kFormat = "fricid.truth/1";
-
-struct Table {
-  const char* name;
-  const char* unit;
-  RowMatrix Trace::*values;
-};
-constexpr std::array kTables{Table{"q", "rad", &Trace::q},
-                             Table{"v", "rad/s", &Trace::v},
-                             Table{"a", "rad/s^2", &Trace::a},
-                             Table{"tau", "N m", &Trace::tau},
-                             Table{"tau_f", "N m", &Trace::tau_f},
-                             Table{"z", "law's own", &Trace::z},
-                             Table{"temperature", "K", &Trace::temperature}};
-
-json to_json(const friction::Friction& friction) {
+std::string friction_text(const friction::Friction& friction) {
   json joints = json::array();
   for (const friction::JointSpec& joint : friction.model.joints()) {
     json laws = json::array();
@@ -51,10 +34,11 @@ json to_json(const friction::Friction& friction) {
                     {"value", friction.theta[i]},
                     {"unit", std::string(p.info.unit)}});
   }
-  return {{"joints", joints}};
+  return json{{"joints", joints}}.dump();
 }
 
-friction::Friction from_json(const json& root) {
+friction::Friction friction_of(const std::string& text) {
+  const json root = json::parse(text);
   std::vector<friction::JointSpec> joints;
   std::vector<double> theta;
   for (const json& joint : root.at("joints")) {
@@ -73,39 +57,18 @@ friction::Friction from_json(const json& root) {
   return {friction::RobotFriction(std::move(joints)), std::move(theta)};
 }
 
-}  // namespace
-
 void save_truth(const Truth& truth, const std::filesystem::path& path) {
-  data::write_hdf5(path, kFormat, [&](data::H5Writer& file) {
-    file.attribute("joint_names", truth.joint_names);
-    file.attribute("rate_hz", truth.rate_hz);
-    file.attribute("friction", to_json(truth.friction).dump());
-    file.vector("t", truth.trace.t, "s");
-    for (const Table& table : kTables)
-      file.matrix(table.name, truth.trace.*table.values, table.unit);
-  });
+  data::save_signals(truth, path);
 }
 
 Truth load_truth(const std::filesystem::path& path) {
-  const data::H5Reader file(path, kFormat);
   Truth truth;
-  truth.name = path.stem().string();
-  truth.joint_names = file.joint_names();
-  truth.rate_hz = file.number_attribute("rate_hz");
-  truth.trace.t = file.vector("t");
-  const auto n = static_cast<int>(truth.joint_names.size());
-  for (const Table& table : kTables) {
-    RowMatrix& values = truth.trace.*table.values;
-    values = file.matrix(table.name, table.values == &Trace::z ? -1 : n);
-    if (values.rows() != truth.trace.t.size())
-      throw UserError("{}: table {} has {} rows; allowed: {}, as t", path.string(), table.name,
-                      values.rows(), truth.trace.t.size());
-  }
   try {
-    truth.friction = from_json(json::parse(file.text_attribute("friction")));
+    truth = data::load_signals<Truth>(path);
   } catch (const json::exception& error) {
     throw UserError("{}: attribute friction: {}", path.string(), error.what());
   }
+  truth.name = path.stem().string();
   if (static_cast<int>(truth.friction.theta.size()) != truth.friction.model.parameter_count() ||
       truth.trace.z.cols() != truth.friction.model.state_size())
     throw UserError("{}: attribute friction does not fit table z or its own parameters",

@@ -1,11 +1,11 @@
 // A user's program: loads a scene and lets its arm fall for a second under its own friction.
 #include <cstdio>
 
-#include "fricid/data/problem.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/system/arm.hpp"
 
 int main(int, char** argv) {
-  const auto problem = fricid::data::load_problem(argv[1]);
+  const auto problem = fricid::scene::load_problem(argv[1]);
   const fricid::Arm arm{problem.robot, *problem.scene.friction};
   fricid::ArmStepper<double> stepper(arm, {.substeps = 8});
   const auto n = static_cast<std::size_t>(arm.robot.n());

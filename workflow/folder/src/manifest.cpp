@@ -31,8 +31,8 @@ const StageRecord* Manifest::find(std::string_view stage) const {
 }
 
 StageRecord& Manifest::at(const std::string& stage) {
-  const auto found = std::ranges::find(stages, stage, &StageRecord::name);
-  if (found != stages.end()) return *found;
+  if (const StageRecord* found = find(stage))
+    return stages[static_cast<std::size_t>(found - stages.data())];
   stages.push_back({.name = stage, .program = {}, .inputs = {}, .outputs = {}});
   return stages.back();
 }

@@ -12,8 +12,6 @@
 namespace fricid::data {
 namespace {
 
-constexpr std::uint64_t kMost = std::uint64_t{1} << 30;
-
 /// Grown as bytes come, so that a wrong size in the file costs no memory.
 constexpr std::size_t kPiece = std::size_t{1} << 20;
 
@@ -59,8 +57,6 @@ std::string decompressed(std::string_view bytes, std::uint64_t size, const std::
   if (compression != "zstd" && compression != "lz4")
     throw UserError("{}: chunks are compressed by {}; allowed: zstd lz4", file,
                     in_quotes(compression));
-  if (size > kMost)
-    throw UserError("{}: a chunk says it holds {} bytes; allowed: up to {}", file, size, kMost);
   const auto wanted = static_cast<std::size_t>(size);
   std::string text = compression == "zstd" ? from_zstd(bytes, wanted) : from_lz4(bytes, wanted);
   if (text.size() != wanted)

@@ -9,7 +9,7 @@ namespace fricid::data {
 
 /// `size` bytes from what "zstd" or "lz4" (frames of either format) made of them.
 /// @param file  for the message
-/// @throws UserError for another compression, a size above 1 GiB, damage, or bytes that are missing
+/// @throws UserError for another compression, damage, or bytes that are missing
 std::string decompressed(std::string_view bytes, std::uint64_t size, const std::string& compression,
                          const std::string& file);
 

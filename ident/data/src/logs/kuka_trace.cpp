@@ -10,6 +10,7 @@
 #include "columns.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/recording_file.hpp"
 
 namespace fricid::data {
 namespace {
@@ -174,7 +175,7 @@ LogTable read_trace(const fs::path& path, const std::vector<std::string>& wanted
   table.columns.resize(wanted.size());
   std::optional<std::size_t> rows;
   for (const Part& part : parts) {
-    const std::string raw = read_file(part.data);
+    const std::string raw = read_recording(part.data);
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       const std::string& name = names[find_column(names, wanted[i], path.string())];
       for (const TraceChannel& channel : part.channels) {

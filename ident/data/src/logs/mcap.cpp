@@ -11,6 +11,7 @@
 #include "columns.hpp"
 #include "compression.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/limits.hpp"
 
 namespace fricid::data {
 namespace {
@@ -111,12 +112,29 @@ class Walker {
 
   void walk(std::string_view bytes) {
     if (!bytes.starts_with(kMagic)) throw UserError("{}: not an MCAP file", file_);
+    require_chunks_within_limits(bytes.substr(kMagic.size()));
     walk_records(bytes.substr(kMagic.size()), true);
     if (!any_)
       throw UserError("{}: found no joint states{}{}", file_, topic_.empty() ? "" : " on ", topic_);
   }
 
  private:
+  // What the chunks say they hold, before any is expanded.
+  void require_chunks_within_limits(std::string_view records) const {
+    Bytes rest(records, file_);
+    std::uint64_t all = 0;
+    while (!rest.empty()) {
+      const auto opcode = rest.number<std::uint8_t>();
+      Bytes content(rest.take(rest.number<std::uint64_t>()), file_);
+      if (opcode == kFooter) return;
+      if (opcode != kChunk) continue;
+      content.take(8 + 8);  // times
+      const auto size = content.number<std::uint64_t>();
+      require_within(limits::kChunkBytes, size, file_);
+      require_within(limits::kMcapBytes, all += size, file_);
+    }
+  }
+
   // False to stop. Chunks hold records, but no chunks.
   bool walk_records(std::string_view records, bool may_hold_chunks) {
     Bytes rest(records, file_);

@@ -7,6 +7,8 @@
 #include "csv.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/limits.hpp"
+#include "fricid/base/recording_file.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/log_reader.hpp"
 #include "kuka_trace.hpp"
@@ -28,24 +30,19 @@ bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
 }
 
-// A table of an HDF5 file; nothing when it holds no numbers.
-std::optional<RowMatrix> numbers_of(const H5Reader& file, const std::string& table) {
-  try {
-    return file.matrix(table);
-  } catch (const UserError&) {
-    return std::nullopt;
-  }
+// Name of column j of a table of an HDF5 file: a vector is one column NAME, a matrix NAME1, ...
+std::string name_of_column(const std::string& table, std::int64_t columns, std::int64_t j) {
+  return columns == 1 ? table : table + std::to_string(j + 1);
 }
 
-// Tables of an HDF5 file: a vector is one column NAME, a matrix NAME1, NAME2, ...
 Names hdf5_names(const fs::path& path, const LogStyle&) {
   const H5Reader file(path, "");
   Names names;
   for (const std::string& table : file.names()) {
-    const std::optional<RowMatrix> values = numbers_of(file, table);
-    const Eigen::Index columns = values ? values->cols() : 0;
-    for (Eigen::Index j = 1; j <= columns; ++j)
-      names.push_back(columns == 1 ? table : table + std::to_string(j));
+    const std::int64_t columns = file.shape(table).columns;
+    require_within(limits::kHdf5Columns, names.size() + static_cast<std::uint64_t>(columns),
+                   path.string());
+    for (std::int64_t j = 0; j < columns; ++j) names.push_back(name_of_column(table, columns, j));
   }
   return names;
 }
@@ -55,12 +52,15 @@ LogTable read_hdf5(const fs::path& path, const Names& wanted, const LogStyle&) {
   LogTable log;
   log.columns.resize(wanted.size());
   for (const std::string& table : file.names()) {
-    const std::optional<RowMatrix> values = numbers_of(file, table);
-    for (Eigen::Index j = 0; values && j < values->cols(); ++j) {
-      const std::string name = values->cols() == 1 ? table : table + std::to_string(j + 1);
-      for (std::size_t i = 0; i < wanted.size(); ++i)
-        if (lower_case(wanted[i]) == lower_case(name))
-          log.columns[i].assign(values->col(j).begin(), values->col(j).end());
+    const std::int64_t columns = file.shape(table).columns;
+    std::optional<RowMatrix> values;  // read once a column of it is wanted
+    for (std::int64_t j = 0; j < columns; ++j) {
+      const std::string name = lower_case(name_of_column(table, columns, j));
+      for (std::size_t i = 0; i < wanted.size(); ++i) {
+        if (lower_case(wanted[i]) != name) continue;
+        if (!values) values = file.matrix(table);
+        log.columns[i].assign(values->col(j).begin(), values->col(j).end());
+      }
     }
   }
   for (std::size_t i = 1; i < wanted.size(); ++i)
@@ -71,19 +71,19 @@ LogTable read_hdf5(const fs::path& path, const Names& wanted, const LogStyle&) {
 }
 
 Names names_in_csv(const fs::path& path, const LogStyle& style) {
-  return csv_names(read_file(path), path.string(), style);
+  return csv_names(read_recording(path), path.string(), style);
 }
 LogTable read_csv(const fs::path& path, const Names& wanted, const LogStyle& style) {
-  return parse_csv(read_file(path), path.string(), wanted, style);
+  return parse_csv(read_recording(path), path.string(), wanted, style);
 }
 
 // Columns named as the tags, in some loggers after "Receive.".
 constexpr std::string_view kReceived = "Receive.";
 Names names_in_rsi_csv(const fs::path& path, const LogStyle& style) {
-  return csv_names(read_file(path), path.string(), style, kReceived);
+  return csv_names(read_recording(path), path.string(), style, kReceived);
 }
 LogTable read_rsi_csv(const fs::path& path, const Names& wanted, const LogStyle& style) {
-  return parse_csv(read_file(path), path.string(), wanted, style, kReceived);
+  return parse_csv(read_recording(path), path.string(), wanted, style, kReceived);
 }
 
 constexpr LogDefaults kRsi{
@@ -95,10 +95,10 @@ const std::array kReaders{
               {.time = "stamp", .position = "position.{name}", .velocity = "velocity.{name}"},
               [](std::string_view head) { return head.starts_with("\x89MCAP"); },
               [](const fs::path& path, const LogStyle& style) {
-                return mcap_names(read_file(path), path.string(), style);
+                return mcap_names(read_recording(path), path.string(), style);
               },
               [](const fs::path& path, const Names& wanted, const LogStyle& style) {
-                return parse_mcap(read_file(path), path.string(), wanted, style);
+                return parse_mcap(read_recording(path), path.string(), wanted, style);
               }},
     LogReader{"hdf5",
               "HDF5 tables",
@@ -121,10 +121,10 @@ const std::array kReaders{
     LogReader{"rsi_xml", "KUKA RSI packets (XML)", kRsi,
               [](std::string_view head) { return contains(head, "<Rob"); },
               [](const fs::path& path, const LogStyle&) {
-                return rsi_names(read_file(path), path.string());
+                return rsi_names(read_recording(path), path.string());
               },
               [](const fs::path& path, const Names& wanted, const LogStyle&) {
-                return parse_rsi(read_file(path), path.string(), wanted);
+                return parse_rsi(read_recording(path), path.string(), wanted);
               }},
     LogReader{"rsi_csv", "KUKA RSI as text columns", kRsi,
               [](std::string_view head) { return contains(first_line(head), "aipos.a1"); },

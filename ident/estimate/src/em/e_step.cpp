@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/smc/backward_sampling.hpp"
 #include "fricid/smc/kalman.hpp"
 #include "fricid/smc/particle_filter.hpp"
@@ -65,25 +66,11 @@ void run_particles(LatentFrictionModel& model, Guide& guide, const smc::RowMatri
 
 }  // namespace
 
-std::string_view to_string(EStep e_step) {
-  switch (e_step) {
-    case EStep::kEkf:
-      return "ekf";
-    case EStep::kPsi:
-      return "psi";
-    case EStep::kAdapted:
-      return "adapted";
-    case EStep::kBootstrap:
-      break;
-  }
-  return "bootstrap";
-}
-
-EStepResult smooth(LatentFrictionModel& model, const Recording& recording, int steps,
+EStepResult smooth(LatentFrictionModel& model, const signals::Recording& recording, int steps,
                    const EStepOptions& options) {
   EStepResult out;
   out.paths.resize(static_cast<std::size_t>(options.paths));
-  const smc::RowMatrix y = recording.q_measured.topRows(steps);
+  const smc::RowMatrix y = recording.log.q.topRows(steps);
 
   if (options.method == EStep::kAdapted) {
     smc::AdaptedGuide<PackD> guide(model, y);
@@ -118,7 +105,7 @@ EStepResult smooth(LatentFrictionModel& model, const Recording& recording, int s
       smc::gaussian_smoother(model, y, path, kPsiIterations);
       smc::make_twist(model, y, path, twist);
       out.warnings.resize(said);
-      out.warnings.push_back(
+      out.warnings.emplace_back(
           "psi: failed with the bends of its look-ahead, went on without; the model is far from "
           "the data, or too bent for one joint at a time");
       run();

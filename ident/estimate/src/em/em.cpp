@@ -13,6 +13,8 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/estimate/online/online.hpp"
+#include "fricid/estimate/wash_out.hpp"
+#include "fricid/optimise/damped_step.hpp"
 #include "fricid/system/driven_friction.hpp"
 #include "support.hpp"
 #include "training.hpp"
@@ -20,10 +22,11 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kPositionNoise = 0.25;  // sd of w on q, share of the encoder noise
+constexpr double kPositionNoise = 2;     // sd of w on q, share of the encoder noise
 constexpr double kVelocityStart = 0.02;  // sd of the first velocity [rad/s]
 constexpr double kFallingShare = 0.7;    // of the iterations, in which the noise of z falls
 constexpr double kSmallestR = 1e-14;     // [rad^2]
+constexpr double kShortest = 1;          // recording [s]
 
 /// Size of the friction torque per joint, what one N m does to v in a sample, size of the latents.
 struct Sizes {
@@ -37,29 +40,38 @@ struct Sizes {
   }
 };
 
-Sizes sizes_of(const Arm& arm, std::span<const Recording> recordings, int jobs) {
+Sizes sizes_of(const Arm& arm, std::span<const signals::Recording> recordings, int jobs) {
   const int n = arm.robot.n();
   Sizes sizes{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n),
               latent_sizes(wash_out(arm, recordings, jobs))};
   double rows = 0, poses = 0;
-  for (const Recording& r : recordings) {
-    const auto driven = drive_friction(arm.friction, r.dt, r.q, r.v, r.tau, r.temperature);
+  for (const signals::Recording& r : recordings) {
+    const auto driven =
+        drive_friction(arm.friction, r.dt, r.wide.q, r.wide.v, r.held_tau, r.temperature);
     sizes.friction += driven.tau_f.cwiseAbs2().colwise().sum().transpose();
     rows += r.length();
     for (int k = 0; k < r.length(); k += 100, poses += 1)
       sizes.mobility += r.dt * mobility(arm.robot, r, k);
   }
   sizes.friction = (sizes.friction / rows).cwiseSqrt();
+  // networks of the whole robot start without torque, but know its size
+  for (std::size_t p = 0; p < arm.friction.theta.size(); ++p) {
+    const friction::ParameterInfo& info = arm.friction.model.parameters()[p].info;
+    if (info.role == friction::Role::kTorqueScale) {
+      double& size = sizes.friction[info.element - 1];
+      size = std::max(size, arm.friction.theta[p]);
+    }
+  }
   sizes.mobility /= poses;
   return sizes;
 }
 
-LatentNoise noise_of(const Sizes& sizes, std::span<const Recording> recordings,
+LatentNoise noise_of(const Sizes& sizes, std::span<const signals::Recording> recordings,
                      const EmOptions& options) {
   LatentNoise noise;
   noise.dt = recordings.front().dt;
   noise.R = Eigen::VectorXd::Zero(sizes.friction.size());
-  for (const Recording& r : recordings)
+  for (const signals::Recording& r : recordings)
     noise.R += r.noise_sd.cwiseAbs2() / static_cast<double>(recordings.size());
   noise.R = noise.R.cwiseMax(kSmallestR);
   noise.q = kPositionNoise * kPositionNoise * noise.R;
@@ -70,76 +82,55 @@ LatentNoise noise_of(const Sizes& sizes, std::span<const Recording> recordings,
 
 /// What one iteration leaves to the next.
 struct State {
-  int iteration = 0, best_iteration = -1;
-  double best = 0, z_noise = 0, damping = kFirstDamping, seconds = 0;
-  std::uint64_t draw = 0;  // of the random numbers
-  Eigen::VectorXd c, best_c;
+  ArmPoint point, best_point;
+  optimise::Adam adam;
   LatentNoise noise, best_noise;
-  std::vector<EmIteration> history;
-  std::vector<std::string> warnings;
+  int iteration = 0, best_iteration = -1;
+  double best = 0, z_noise = 0, damping = optimise::DampingOptions().first, seconds = 0;
+  std::uint64_t draw = 0;  // of the random numbers
+  std::vector<EmIteration> history{};
+  std::vector<std::string> warnings{};
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("iteration", iteration);
+    archive("best_iteration", best_iteration);
+    archive("best", best);
+    archive("z_noise", z_noise);
+    archive("damping", damping);
+    archive("seconds", seconds);
+    archive("draw", draw);
+    visit_point(archive, "c", point);
+    visit_point(archive, "best_c", best_point);
+    adam.visit(archive);
+    archive("Q_v", noise.v);
+    archive("R", noise.R);
+    archive("best_Q_v", best_noise.v);
+    archive("best_Q_z", best_noise.z);
+    archive("best_R", best_noise.R);
+    archive("history", history);
+    archive("warnings", warnings);
+  }
+
+ private:
+  template <class Archive>
+  static void visit_point(Archive& archive, const char* name, ArmPoint& point) {
+    Eigen::VectorXd c = point.c();
+    archive(name, c);
+    point.move_to(c);
+  }
 };
-
-std::vector<double> list(const Eigen::VectorXd& x) { return {x.begin(), x.end()}; }
-
-FitState to_fit_state(const State& state) {
-  FitState out{state.iteration, {}, state.warnings};
-  out.numbers["scalars"] = {static_cast<double>(state.best_iteration),
-                            state.best,
-                            state.z_noise,
-                            state.damping,
-                            state.seconds,
-                            static_cast<double>(state.draw)};
-  out.numbers["c"] = list(state.c);
-  out.numbers["best_c"] = list(state.best_c);
-  out.numbers["Q_v"] = list(state.noise.v);
-  out.numbers["R"] = list(state.noise.R);
-  out.numbers["best_Q_v"] = list(state.best_noise.v);
-  out.numbers["best_Q_z"] = list(state.best_noise.z);
-  out.numbers["best_R"] = list(state.best_noise.R);
-  for (const EmIteration& i : state.history)
-    out.numbers["history"].insert(
-        out.numbers["history"].end(),
-        {i.log_likelihood, i.nis, i.least_roots, i.least_backward_ess, i.objective, i.held_out});
-  return out;
-}
-
-/// @pre `state` has the noise that EM begins with
-void take(const FitState& saved, State& state) {
-  const auto numbers = [&](const char* name) {
-    const std::vector<double>& list = saved.numbers.at(name);
-    return Eigen::VectorXd::Map(list.data(), std::ssize(list));
-  };
-  const Eigen::VectorXd scalars = numbers("scalars");
-  state.iteration = saved.iteration;
-  state.best_iteration = static_cast<int>(scalars[0]);
-  state.best = scalars[1];
-  state.z_noise = scalars[2];
-  state.damping = scalars[3];
-  state.seconds = scalars[4];
-  state.draw = static_cast<std::uint64_t>(scalars[5]);
-  state.c = numbers("c");
-  state.best_c = numbers("best_c");
-  state.noise.v = numbers("Q_v");
-  state.noise.R = numbers("R");
-  state.best_noise.v = numbers("best_Q_v");
-  state.best_noise.z = numbers("best_Q_z");
-  state.best_noise.R = numbers("best_R");
-  const Eigen::VectorXd h = numbers("history");
-  for (Eigen::Index i = 0; i + 5 < h.size(); i += 6)
-    state.history.push_back({h[i], h[i + 1], h[i + 2], h[i + 3], h[i + 4], h[i + 5]});
-  state.warnings = saved.warnings;
-}
 
 /// Mean square of what the paths leave of the positions, per joint.
 Eigen::VectorXd observation_noise(std::span<const Paths> paths,
-                                  std::span<const Recording> recordings) {
+                                  std::span<const signals::Recording> recordings) {
   const int n = recordings.front().n();
   Eigen::VectorXd square = Eigen::VectorXd::Zero(n), count = square;
   for (std::size_t r = 0; r < paths.size(); ++r)
     for (const smc::RowMatrix& path : paths[r])
       for (Eigen::Index t = 0; t < path.rows(); ++t)
         for (int j = 0; j < n; ++j) {
-          const double y = recordings[r].q_measured(t, j);
+          const double y = recordings[r].log.q(t, j);
           if (std::isnan(y)) continue;
           square[j] += (y - path(t, j)) * (y - path(t, j));
           count[j] += 1;
@@ -149,14 +140,10 @@ Eigen::VectorXd observation_noise(std::span<const Paths> paths,
 
 }  // namespace
 
-std::string_view to_string(MStep m_step) {
-  return m_step == MStep::kScore ? "score" : "transitions";
-}
-
-Eigen::VectorXd latent_sizes(std::span<const data::RowMatrix> z) {
+Eigen::VectorXd latent_sizes(std::span<const RowMatrix> z) {
   Eigen::VectorXd sizes = Eigen::VectorXd::Zero(z.front().cols());
   double rows = 0;
-  for (const data::RowMatrix& states : z) {
+  for (const RowMatrix& states : z) {
     sizes += states.cwiseAbs2().colwise().sum().transpose();
     rows += static_cast<double>(states.rows());
   }
@@ -166,37 +153,43 @@ Eigen::VectorXd latent_sizes(std::span<const data::RowMatrix> z) {
   return sizes;
 }
 
-LatentNoise initial_noise(const Arm& arm, std::span<const Recording> recordings,
+LatentNoise initial_noise(const Arm& arm, std::span<const signals::Recording> recordings,
                           const EmOptions& options) {
   return noise_of(sizes_of(arm, recordings, 1), recordings, options);
 }
 
-smc::Gaussian initial_state(const Recording& recording, const Eigen::VectorXd& z,
+smc::Gaussian initial_state(const signals::Recording& recording, const Eigen::VectorXd& z,
                             const Eigen::VectorXd& z_size, const LatentNoise& noise) {
-  return online_start(recording.q.row(0), recording.v.row(0), z, noise, kVelocityStart, z_size);
+  return online_start(recording.wide.q.row(0), recording.wide.v.row(0), z, noise, kVelocityStart,
+                      z_size);
 }
 
-EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const EmOptions& options,
-                std::string_view label, int jobs, const Checkpoint& checkpoint) {
+EmReport fit_em(const Arm& start, std::span<const signals::Recording> recordings,
+                const EmOptions& options, std::string_view label, int jobs,
+                const optimise::Checkpoint& checkpoint) {
   const auto begin = std::chrono::steady_clock::now();
+  for (const signals::Recording& r : recordings)
+    if (r.length() * r.dt < kShortest)
+      throw UserError("{}: {:.3g} s; allowed for expectation-maximisation: {} s or more",
+                      r.log.name, r.length() * r.dt, kShortest);
   const Split split = split_recordings(recordings, options.hold_out);
-  const ArmCoordinates coordinates(start, options.coordinates);
-  Arm arm = start;
-  State now;
-  now.c = now.best_c = coordinates.start();
-  coordinates.apply(now.c, arm);
+  const ArmCoordinates coordinates(
+      start, {.rigid_body = options.rigid_body, .torque_scale = options.torque_scale});
+  ArmPoint first(coordinates, start);
+  first.move_to(first.c());
 
-  const Sizes sizes = sizes_of(arm, recordings, jobs);
-  const Eigen::Index n = arm.robot.n();
+  Sizes sizes = sizes_of(first.arm(), recordings, jobs);
+  const Eigen::Index n = start.robot.n();
   const Eigen::VectorXd least_Qv = sizes.variance_v(options.torque_floor);
-  now.noise = now.best_noise = noise_of(sizes, recordings, options);
+  const LatentNoise first_noise = noise_of(sizes, recordings, options);
+  State now{first, first, optimise::Adam(coordinates.size()), first_noise, first_noise};
   now.z_noise = options.z_noise_first;
   EmReport report;
-  report.held_out_start = now.best = held_out_error(arm, recordings, split, options.judge, jobs);
-  if (const auto saved = checkpoint.load()) take(*saved, now);
-  coordinates.apply(now.c, arm);
+  report.held_out_start = now.best =
+      held_out_error(first.arm(), recordings, split, options.judge, jobs);
+  checkpoint.load(now);
 
-  TransitionSums sums(arm, recordings, options);
+  TransitionSums sums(now.point.arm(), recordings, options);
   Rng rng(options.seed, 2, now.draw);
   Progress progress(fmt::format("EM {}", label), options.iterations);
   progress.advance(now.iteration);
@@ -206,10 +199,12 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
   while (now.iteration < options.iterations) {
     throw_if_stopped();
     EmIteration seen;
+    const Arm& arm = now.point.arm();
+    const auto z = wash_out(arm, recordings, jobs);
+    sizes.z = latent_sizes(z);
     now.noise.z = (now.z_noise * sizes.z).cwiseAbs2();
 
     // E-step: one recording per task
-    const auto z = wash_out(arm, recordings, jobs);
     std::vector<EStepResult> smoothed(recordings.size());
     std::vector<smc::Gaussian> starts;
     for (std::size_t r = 0; r < recordings.size(); ++r)
@@ -237,7 +232,7 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
     }
     if (failed) {
       report.message = fmt::format("the {} filter lost all weight in iteration {}",
-                                   to_string(options.e_step), now.iteration + 1);
+                                   name_of(options.e_step), now.iteration + 1);
       break;
     }
     now.warnings = smoothed.front().warnings;
@@ -245,13 +240,13 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
       now.z_noise = std::max(options.z_noise_last, now.z_noise * fall);
 
     const std::vector<Transition> all = all_transitions(paths);
-    if (options.m_step == MStep::kScore && now.c.size() <= kMostForNormalEquations)
-      climb_by_score({recordings, split, options.step, now.noise, starts, jobs}, coordinates,
-                     now.damping, arm, now.c);
+    if (options.m_step == MStep::kScore && now.point.c().size() <= kMostForNormalEquations)
+      climb_by_score({recordings, split, options.step, now.noise, starts, jobs}, now.damping,
+                     now.point);
     else
-      maximise_transitions(sums, coordinates, all, paths, now.noise, options,
-                           3 * now.iteration < 2 * options.iterations ? 1 : 0.3, rng, jobs, arm,
-                           now.c);
+      maximise_transitions(sums, all, paths, now.noise, options,
+                           3 * now.iteration < 2 * options.iterations ? 1 : 0.3, now.adam, rng,
+                           jobs, now.point);
 
     const TransitionSums::Sum residual =
         sums.run(arm, all, paths, now.noise, TransitionSums::Wants::kSquares, jobs);
@@ -261,10 +256,10 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
     seen.objective = residual.loss;
     seen.held_out = held_out_error(arm, recordings, split, options.judge, jobs);
     now.history.push_back(seen);
-    if (options.keep_last || seen.held_out < now.best) {
+    if (options.keep == Keep::kLast || seen.held_out < now.best) {
       now.best = seen.held_out;
       now.best_iteration = now.iteration;
-      now.best_c = now.c;
+      now.best_point = now.point;
       now.best_noise = now.noise;
     }
     ++now.iteration;
@@ -273,11 +268,10 @@ EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const E
     State left = now;
     left.draw = rng.draw();
     left.seconds += seconds_since(begin);
-    checkpoint.save(to_fit_state(left));
+    checkpoint.save(left);
   }
 
-  report.arm = start;
-  if (now.best_iteration >= 0) coordinates.apply(now.best_c, report.arm);
+  report.arm = now.best_iteration >= 0 ? now.best_point.arm() : start;
   report.noise = now.best_noise;
   report.best = now.best_iteration;
   report.iterations = std::move(now.history);

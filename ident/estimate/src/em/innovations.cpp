@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/smc/kalman.hpp"
 
 namespace fricid::estimate {

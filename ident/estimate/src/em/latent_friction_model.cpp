@@ -44,14 +44,14 @@ LatentFrictionModel::Lanes<PackF>& LatentFrictionModel::lanes<PackF>() {
   return narrow_;
 }
 
-LatentFrictionModel::LatentFrictionModel(const Arm& arm, const Recording& recording,
+LatentFrictionModel::LatentFrictionModel(const Arm& arm, const signals::Recording& recording,
                                          const LatentNoise& noise, smc::Gaussian initial,
                                          StepOptions step)
     : recording_(&recording),
       n_(arm.robot.n()),
       nz_(arm.friction.model.state_size()),
       initial_(std::move(initial)),
-      Q_(noise.Q()),
+      Q_(noise.Q(step.substeps)),
       C_(Eigen::MatrixXd::Identity(noise.R.size(), 2 * n_ + nz_)),
       R_(noise.R.asDiagonal()),
       one_(arm, step),
@@ -61,7 +61,7 @@ LatentFrictionModel::LatentFrictionModel(const Arm& arm, const Recording& record
       pi_bar_(static_cast<std::size_t>(arm.robot.parameter_count())),
       theta_bar_(arm.friction.theta.size()) {
   if (recording.n() != n_)
-    throw UserError("{}: {} joints, the robot has {}", recording.name, recording.n(), n_);
+    throw UserError("{}: {} joints, the robot has {}", recording.log.name, recording.n(), n_);
   if (Q_.rows() != state_size() || initial_.mean.size() != state_size() ||
       initial_.covariance.rows() != state_size() || initial_.covariance.cols() != state_size())
     throw UserError("latent model: Q has {} entries, the start {}, the state has {}", Q_.rows(),
@@ -80,10 +80,10 @@ LatentFrictionModel::LatentFrictionModel(const Arm& arm, const Recording& record
 /// Torque and temperature of sample t in every lane.
 template <class S>
 void LatentFrictionModel::hold(int t, Lanes<S>& lanes) const {
-  const Eigen::Index row = t % recording_->tau.rows();
+  const Eigen::Index row = t % recording_->held_tau.rows();
   for (int j = 0; j < n_; ++j) {
     const auto i = static_cast<std::size_t>(j);
-    lanes.tau[i] = S(recording_->tau(row, j));
+    lanes.tau[i] = S(recording_->held_tau(row, j));
     lanes.temperature[i] = S(recording_->temperature(row, j));
   }
 }

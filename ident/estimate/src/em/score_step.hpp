@@ -13,7 +13,7 @@ namespace fricid::estimate {
 /// The likelihood of the training parts under the extended Kalman filter, for one noise and one
 /// start of each recording.
 struct Likelihood {
-  std::span<const Recording> recordings;
+  std::span<const signals::Recording> recordings;
   const Split& split;
   StepOptions step;
   const LatentNoise& noise;
@@ -25,11 +25,9 @@ struct Likelihood {
   double value(const Arm& arm) const;
 };
 
-/// Moves c, and arm with it, by one step of Fisher scoring, damped until the likelihood rises;
-/// leaves them where none does.
+/// Moves the point by one step of Fisher scoring, damped until the likelihood rises; leaves it
+/// where none does.
 /// @param damping  carried from step to step
-void climb_by_score(const Likelihood& likelihood, const ArmCoordinates& coordinates,
-                    double& damping, Arm& arm, Eigen::VectorXd& c);
-inline constexpr double kFirstDamping = 1e-3;
+void climb_by_score(const Likelihood& likelihood, double& damping, ArmPoint& point);
 
 }  // namespace fricid::estimate

@@ -1,12 +1,12 @@
 #include "em/transition_step.hpp"
 
 #include <algorithm>
+#include <limits>
+#include <utility>
 
-#include <Eigen/Cholesky>
-
-#include "em/score_step.hpp"
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/parallel.hpp"
-#include "fricid/estimate/adam.hpp"
+#include "fricid/optimise/damped_step.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
@@ -15,8 +15,8 @@ namespace {
 constexpr int kLanes = TransitionLoss::lanes();
 constexpr int kPacksPerTask = 16;             // a task of about 0.1 ms
 constexpr int kBatchesOfNormalEquations = 4;  // of EmOptions::batch
-constexpr int kNormalEquationSteps = 6, kAttempts = 5;
-constexpr double kLongestStep = 0.3;  // of a coordinate
+constexpr int kNormalEquationSteps = 6;
+constexpr double kLeastRidgeRate = 0.05;
 
 std::vector<Transition> draw(const std::vector<Transition>& all, int count, Rng& rng) {
   std::vector<Transition> some(static_cast<std::size_t>(count));
@@ -27,64 +27,59 @@ std::vector<Transition> draw(const std::vector<Transition>& all, int count, Rng&
 }
 
 /// Adam on random batches, the coordinates averaged over its second half.
-void maximise_by_adam(TransitionSums& sums, const ArmCoordinates& coordinates,
-                      const std::vector<Transition>& all, std::span<const Paths> paths,
-                      const LatentNoise& noise, const EmOptions& options, double slower, Rng& rng,
-                      int jobs, Arm& arm, Eigen::VectorXd& c) {
-  Adam adam(coordinates.size());
-  Eigen::VectorXd average = Eigen::VectorXd::Zero(c.size()), c_bar;
+void maximise_by_adam(TransitionSums& sums, const std::vector<Transition>& all,
+                      std::span<const Paths> paths, const LatentNoise& noise,
+                      const EmOptions& options, double slower, optimise::Adam& adam, Rng& rng,
+                      int jobs, ArmPoint& point) {
+  const ArmCoordinates& coordinates = point.coordinates();
+  const Eigen::VectorXd ridge =
+      options.ridge * coordinates.rate().cwiseMax(kLeastRidgeRate).cwiseInverse();
+  Eigen::VectorXd c = point.c(), average = Eigen::VectorXd::Zero(c.size()), c_bar;
   for (int k = 0; k < options.m_steps; ++k) {
     const auto batch = draw(all, options.batch, rng);
     const TransitionSums::Sum mean =
-        sums.run(arm, batch, paths, noise, TransitionSums::Wants::kGradient, jobs);
-    coordinates.pull_back(c, mean.pi, mean.theta, c_bar);
+        sums.run(point.arm(), batch, paths, noise, TransitionSums::Wants::kGradient, jobs);
+    point.pull_back(mean.pi, mean.theta, c_bar);
+    c_bar += ridge.cwiseProduct(c - coordinates.start());
     // steps shorten towards the end: the quieter the model, the steeper its density
     const double rate = slower * options.rate * (1 - 0.9 * k / options.m_steps);
-    adam.step(c_bar, rate, coordinates.rate(), coordinates.lower(), coordinates.upper(), c);
-    coordinates.apply(c, arm);
+    adam.step(c_bar, rate, coordinates.rate(), coordinates.box(), c);
+    point.move_to(c);
     if (2 * k >= options.m_steps) average += c;
   }
-  c = average / (options.m_steps - options.m_steps / 2);
-  coordinates.apply(c, arm);
+  point.move_to(average / (options.m_steps - options.m_steps / 2));
 }
 
-/// Levenberg-Marquardt on one random batch, with a weak pull to where it starts.
-void maximise_by_normal_equations(TransitionSums& sums, const ArmCoordinates& coordinates,
-                                  const std::vector<Transition>& all, std::span<const Paths> paths,
-                                  const LatentNoise& noise, const EmOptions& options, Rng& rng,
-                                  int jobs, Arm& arm, Eigen::VectorXd& c) {
+/// Levenberg-Marquardt on one random batch, with a weak pull to where each step starts.
+void maximise_by_normal_equations(TransitionSums& sums, const std::vector<Transition>& all,
+                                  std::span<const Paths> paths, const LatentNoise& noise,
+                                  const EmOptions& options, Rng& rng, int jobs, ArmPoint& point) {
+  using enum TransitionSums::Wants;
   const auto batch = draw(all, kBatchesOfNormalEquations * options.batch, rng);
   const auto count = static_cast<double>(all.size()) / options.paths;
-  const auto pi_size = arm.robot.pi.size();
-  const auto theta_size = static_cast<Eigen::Index>(arm.friction.theta.size());
-  double damping = kFirstDamping;
-  for (int k = 0; k < kNormalEquationSteps; ++k) {
-    const TransitionSums::Sum here =
-        sums.run(arm, batch, paths, noise, TransitionSums::Wants::kNormalEquations, jobs,
-                 coordinates.jacobian(c, pi_size, theta_size));
-    bool moved = false;
-    for (int attempt = 0; attempt < kAttempts && !moved; ++attempt) {
-      Eigen::MatrixXd H = here.JJ;
-      H.diagonal() *= 1 + damping;
-      H.diagonal().array() += 1 / count;  // one nat per unit of a coordinate over all data
-      const Eigen::VectorXd step = H.ldlt().solve(-here.Jw);
-      Eigen::VectorXd trial = c + step.cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
-      trial = trial.cwiseMax(coordinates.lower()).cwiseMin(coordinates.upper());
-      coordinates.apply(trial, arm);
-      const double loss =
-          sums.run(arm, batch, paths, noise, TransitionSums::Wants::kLoss, jobs).loss;
-      moved = loss < here.loss;
-      if (moved) c = trial;
-      damping = std::clamp(moved ? damping / 5 : damping * 10, 1e-9, 1e6);
-    }
-    coordinates.apply(c, arm);
-    if (!moved) return;
-  }
+  ArmPoint trial = point;
+  const auto linearise = [&](const Eigen::VectorXd& c, double) {
+    trial.move_to(c);
+    TransitionSums::Sum here =
+        sums.run(trial.arm(), batch, paths, noise, kNormalEquations, jobs, trial.jacobian());
+    return optimise::Quadratic{here.loss, std::move(here.Jw), std::move(here.JJ)};
+  };
+  const auto loss = [&](const Eigen::VectorXd& c) {
+    trial.move_to(c);
+    return sums.run(trial.arm(), batch, paths, noise, kLoss, jobs).loss;
+  };
+  optimise::LeastSquaresOptions steps;
+  steps.damping.ridge = 1 / count;  // one nat per unit of a coordinate over all data
+  steps.iterations = kNormalEquationSteps;
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  point.move_to(
+      damped_least_squares(linearise, loss, point.coordinates().box(), {point.c(), unknown}, steps)
+          .c);
 }
 
 }  // namespace
 
-TransitionSums::TransitionSums(const Arm& arm, std::span<const Recording> recordings,
+TransitionSums::TransitionSums(const Arm& arm, std::span<const signals::Recording> recordings,
                                const EmOptions& options)
     : packs_(std::max(1, options.batch / (kLanes * kPacksPerTask))) {
   for (int p = 0; p < packs_; ++p) losses_.emplace_back(arm, recordings, options.step);
@@ -146,15 +141,15 @@ std::vector<Transition> all_transitions(std::span<const Paths> paths) {
   return all;
 }
 
-void maximise_transitions(TransitionSums& sums, const ArmCoordinates& coordinates,
-                          const std::vector<Transition>& all, std::span<const Paths> paths,
-                          const LatentNoise& noise, const EmOptions& options, double slower,
-                          Rng& rng, int jobs, Arm& arm, Eigen::VectorXd& c) {
+void maximise_transitions(TransitionSums& sums, const std::vector<Transition>& all,
+                          std::span<const Paths> paths, const LatentNoise& noise,
+                          const EmOptions& options, double slower, optimise::Adam& adam, Rng& rng,
+                          int jobs, ArmPoint& point) {
   if (options.m_steps == 0) return;
-  if (c.size() <= kMostForNormalEquations)
-    maximise_by_normal_equations(sums, coordinates, all, paths, noise, options, rng, jobs, arm, c);
+  if (point.c().size() <= kMostForNormalEquations)
+    maximise_by_normal_equations(sums, all, paths, noise, options, rng, jobs, point);
   else
-    maximise_by_adam(sums, coordinates, all, paths, noise, options, slower, rng, jobs, arm, c);
+    maximise_by_adam(sums, all, paths, noise, options, slower, adam, rng, jobs, point);
 }
 
 }  // namespace fricid::estimate

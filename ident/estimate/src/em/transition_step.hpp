@@ -9,6 +9,7 @@
 #include "fricid/estimate/coordinates.hpp"
 #include "fricid/estimate/em/em.hpp"
 #include "fricid/estimate/em/transitions.hpp"
+#include "fricid/optimise/adam.hpp"
 
 namespace fricid::estimate {
 
@@ -18,7 +19,8 @@ std::vector<Transition> all_transitions(std::span<const Paths> paths);
 /// Sums over transitions, packs of them in parallel.
 class TransitionSums {
  public:
-  TransitionSums(const Arm& arm, std::span<const Recording> recordings, const EmOptions& options);
+  TransitionSums(const Arm& arm, std::span<const signals::Recording> recordings,
+                 const EmOptions& options);
 
   struct Sum {
     Eigen::VectorXd pi, theta, squares;
@@ -43,12 +45,13 @@ class TransitionSums {
 /// Coordinates up to which matrices of that size are made; networks have thousands.
 inline constexpr int kMostForNormalEquations = 400;
 
-/// Moves c, and arm with it, to greater density: by Levenberg-Marquardt on one random batch, or by
-/// Adam on many where there are thousands of parameters.
+/// Moves the point to greater density: by Levenberg-Marquardt on one random batch, or by Adam on
+/// many where there are thousands of parameters.
 /// @param slower  factor on the steps of Adam
-void maximise_transitions(TransitionSums& sums, const ArmCoordinates& coordinates,
-                          const std::vector<Transition>& all, std::span<const Paths> paths,
-                          const LatentNoise& noise, const EmOptions& options, double slower,
-                          Rng& rng, int jobs, Arm& arm, Eigen::VectorXd& c);
+/// @param adam    of the size of c; keeps its moments
+void maximise_transitions(TransitionSums& sums, const std::vector<Transition>& all,
+                          std::span<const Paths> paths, const LatentNoise& noise,
+                          const EmOptions& options, double slower, optimise::Adam& adam, Rng& rng,
+                          int jobs, ArmPoint& point);
 
 }  // namespace fricid::estimate

@@ -3,15 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fricid/base/eigen_instances.hpp"
+
 namespace fricid::estimate {
 
-TransitionLoss::TransitionLoss(const Arm& arm, std::span<const Recording> recordings,
+TransitionLoss::TransitionLoss(const Arm& arm, std::span<const signals::Recording> recordings,
                                StepOptions step)
     : recordings_(recordings),
       stepper_(arm, step),
       n_(arm.robot.n()),
       nz_(arm.friction.model.state_size()),
-      dt_(recordings.front().dt) {
+      dt_(recordings.front().dt),
+      coupling_(position_per_velocity(dt_, step.substeps)) {
   const auto nx = static_cast<std::size_t>(2 * n_ + nz_);
   history_.resize(nx * static_cast<std::size_t>(stepper_.leaps() + 1));
   residual_.resize(nx);
@@ -38,7 +41,7 @@ double TransitionLoss::loss(std::span<const Transition> transitions, std::span<c
   for (int k = 0; k < lanes(); ++k) {
     // unused lanes repeat the first transition
     const Transition& at = transitions[k < count_ ? static_cast<std::size_t>(k) : 0];
-    const Recording& r = recordings_[static_cast<std::size_t>(at.recording)];
+    const signals::Recording& r = recordings_[static_cast<std::size_t>(at.recording)];
     const smc::RowMatrix& x =
         paths[static_cast<std::size_t>(at.recording)][static_cast<std::size_t>(at.path)];
     for (std::size_t i = 0; i < nx; ++i) {
@@ -46,7 +49,7 @@ double TransitionLoss::loss(std::span<const Transition> transitions, std::span<c
       residual_[i].set(k, x(at.t + 1, static_cast<Eigen::Index>(i)));
     }
     for (std::size_t j = 0; j < n; ++j) {
-      tau_[j].set(k, r.tau(at.t, static_cast<Eigen::Index>(j)));
+      tau_[j].set(k, r.held_tau(at.t, static_cast<Eigen::Index>(j)));
       temperature_[j].set(k, r.temperature(at.t, static_cast<Eigen::Index>(j)));
     }
   }
@@ -67,12 +70,12 @@ double TransitionLoss::loss(std::span<const Transition> transitions, std::span<c
     return slope;
   };
   for (std::size_t i = 0; i < nx; ++i) residual_[i] -= f[i];
-  const PackD half(0.5 * dt_);
+  const PackD c(coupling_);
   for (std::size_t j = 0; j < n; ++j) {
     const auto row = static_cast<Eigen::Index>(j);
-    const PackD slope = weigh(j, residual_[j] - half * residual_[n + j], noise.q[row]);
+    const PackD slope = weigh(j, residual_[j] - c * residual_[n + j], noise.q[row]);
     bar_[j] = -slope;
-    bar_[n + j] = half * slope - weigh(n + j, residual_[n + j], noise.v[row]);
+    bar_[n + j] = c * slope - weigh(n + j, residual_[n + j], noise.v[row]);
   }
   for (std::size_t i = 2 * n; i < nx; ++i)
     bar_[i] = -weigh(i, residual_[i], noise.z[static_cast<Eigen::Index>(i - 2 * n)]);
@@ -117,11 +120,11 @@ void TransitionLoss::add_normal_equations(const Eigen::MatrixXd& parameters_of,
   for (std::size_t i = 0; i < nx; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     std::fill(bar_.begin(), bar_.end(), PackD(0));
-    // w_q = (e_q - dt/2 e_v) / sd, the others e / sd, with e = x' - f
+    // w_q = (e_q - c e_v) / sd, the others e / sd, with e = x' - f
     if (i < n) {
       const double sd = std::sqrt(noise.q[row]);
       bar_[i] = PackD(-1 / sd);
-      bar_[n + i] = PackD(0.5 * dt_ / sd);
+      bar_[n + i] = PackD(coupling_ / sd);
     } else {
       const auto from = static_cast<Eigen::Index>(i < 2 * n ? i - n : i - 2 * n);
       bar_[i] = PackD(-1 / std::sqrt(i < 2 * n ? noise.v[from] : noise.z[from]));

@@ -3,51 +3,21 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include <fmt/format.h>
 
 #include "fricid/base/rng.hpp"
 #include "friction/friction_search.hpp"
+#include "friction/ripple_search.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr double kSpread = 1.2;  // sd of the random starts in log coordinates: a factor of about 3
 constexpr double kOnBound = 1e-3;  // distance in scaled coordinates that counts as on the bound
-// Orders of a gear: slower waves are load.
-constexpr double kFewestRipples = 20, kMostRipples = 1000;
-constexpr double kRippleGrid = 0.25;    // of the orders, in periods over the travel
-constexpr double kFinestOfGrid = 0.05;  // joints that turn on and on
 
 bool on_bound(const SearchCoordinates& coordinates, std::span<const double> x, std::size_t i) {
   return x[i] - coordinates.lower()[i] < kOnBound || coordinates.upper()[i] - x[i] < kOnBound;
-}
-
-// Where theta has the terms of a ripple: wave number, amplitude, phase one behind the other.
-std::vector<std::size_t> ripple_terms(const friction::RobotFriction& friction) {
-  std::vector<std::size_t> begin;
-  for (std::size_t i = 0; i < friction.parameters().size(); ++i)
-    if (friction.parameters()[i].info.role == friction::Role::kWaveNumber) begin.push_back(i);
-  return begin;
-}
-
-// The torque of a ripple is periodic in its order n: a descent finds no n that is more than a
-// period over the travel away. So each term is looked for on a grid, in what the law without it
-// leaves.
-void seed_ripples(const JointFrictionData& data, const friction::RobotFriction& friction,
-                  std::span<const std::size_t> terms, std::span<double> theta) {
-  std::vector<double> grid;
-  const double step = std::max(kRippleGrid * 2 * std::numbers::pi / data.travel(), kFinestOfGrid);
-  for (double n = kFewestRipples; n < kMostRipples; n += step) grid.push_back(n);
-  for (const std::size_t i : terms) {
-    const RippleTerm term = data.strongest_ripple(friction, theta, grid);
-    const double values[] = {term.n, term.A, term.phi};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const friction::ParameterInfo& info = friction.parameters()[i + k].info;
-      theta[i + k] = std::clamp(values[k], info.lower, info.upper);
-    }
-  }
 }
 
 // Standard errors and correlation of what was free at the end.
@@ -98,7 +68,7 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
   const std::vector<double> centre = coordinates.to_scaled(start);
 
   Rng rng(options.seed, options.stream);
-  Minimum best{centre, kBadValue, false, 0};
+  SearchMinimum best{centre, kBadValue, false, 0};
   for (int s = 0; s < options.starts; ++s) {
     std::vector<double> x = centre;
     if (s > 0)
@@ -107,8 +77,7 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
                                      : x[i] * std::exp(kSpread * rng.normal());
         x[i] = std::clamp(x[i], coordinates.lower()[i], coordinates.upper()[i]);
       }
-    Minimum found = nelder_mead(data, friction, coordinates, std::move(x), options);
-    levenberg_marquardt(data, friction, coordinates, found, options.iterations);
+    SearchMinimum found = search(data, friction, coordinates, x, options);
     fit.evaluations += found.evaluations;
     fit.start_rms.push_back(std::sqrt(found.value));
     if (found.value < best.value) best = std::move(found);
@@ -120,7 +89,7 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
     best.x = coordinates.to_scaled(fit.theta);
     best.value = std::min(kBadValue, data.mean_square(friction, fit.theta));
     best.evaluations = 0;
-    levenberg_marquardt(data, friction, coordinates, best, options.iterations);
+    refine(data, friction, coordinates, best, options.iterations);
     fit.evaluations += best.evaluations;
   }
 

@@ -1,15 +1,14 @@
 #include "friction/friction_search.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 
-#include <nlopt.h>
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
-#include "fricid/base/progress.hpp"
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/optimise/damped_step.hpp"
+#include "fricid/optimise/nelder_mead.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -21,28 +20,16 @@ constexpr double kBlock = 1;          // [s] beyond which residuals count as ind
 constexpr double kLargestStep = 1.5;  // of one iteration in any scaled coordinate
 constexpr double kSmallestGain =
     1e-7;  // relative decrease of the objective that counts as converged
+constexpr int kUnlimited = std::numeric_limits<int>::max();
 
-struct Search {
-  const JointFrictionData& data;
-  const friction::RobotFriction& friction;
-  const SearchCoordinates& coordinates;
-  std::vector<double> theta;
-  nlopt_opt optimiser;
-  int evaluations = 0;
-};
+Eigen::VectorXd view(const std::vector<double>& x) {
+  return Eigen::VectorXd::Map(x.data(), std::ssize(x));
+}
 
 double safe_mean_square(const JointFrictionData& data, const friction::RobotFriction& friction,
                         std::span<const double> theta) {
   const double value = data.mean_square(friction, theta);
   return std::isfinite(value) ? value : kBadValue;
-}
-
-double objective(unsigned size, const double* x, double*, void* user) {
-  Search& search = *static_cast<Search*>(user);
-  ++search.evaluations;
-  if (stop_requested()) nlopt_force_stop(search.optimiser);
-  search.coordinates.to_theta({x, size}, search.theta);
-  return safe_mean_square(search.data, search.friction, search.theta);
 }
 
 // Calls f(sequence, row, row of the Jacobian, residual) for every row of the residuals at x; the
@@ -93,14 +80,12 @@ void for_each_row(const JointFrictionData& data, const friction::RobotFriction& 
 
 // J'J and J'e of the residuals less their mean at x, over the number of rows, of the free
 // coordinates.
-struct NormalEquations {
-  Eigen::MatrixXd H;
-  Eigen::VectorXd g;
-};
-NormalEquations linearise(const JointFrictionData& data, const friction::RobotFriction& friction,
-                          const SearchCoordinates& coordinates, std::span<const double> x) {
+optimise::Quadratic linearise(const JointFrictionData& data,
+                              const friction::RobotFriction& friction,
+                              const SearchCoordinates& coordinates, std::span<const double> x,
+                              double value) {
   const auto p = static_cast<Eigen::Index>(coordinates.free().size());
-  NormalEquations out{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p)};
+  optimise::Quadratic out{value, Eigen::VectorXd::Zero(p), Eigen::MatrixXd::Zero(p, p)};
   Eigen::VectorXd columns = Eigen::VectorXd::Zero(p);
   double sum = 0;
   for_each_row(data, friction, coordinates, x, coordinates.free(),
@@ -129,8 +114,8 @@ Eigen::MatrixXd sandwich(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
   if (p == 0) return H;
   Eigen::VectorXd unit(p);
   for (Eigen::Index i = 0; i < p; ++i) unit[i] = H(i, i) > 0 ? 1 / std::sqrt(H(i, i)) : 0;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(unit.asDiagonal() * H *
-                                                                  unit.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(
+      Eigen::MatrixXd(unit.asDiagonal() * H * unit.asDiagonal()));
   Eigen::VectorXd inverse = directions.eigenvalues(), unknown = Eigen::VectorXd::Zero(p);
   for (Eigen::Index d = 0; d < p; ++d) {
     const bool known = inverse[d] > kUnknown;
@@ -225,83 +210,64 @@ Eigen::MatrixXd search_covariance(const JointFrictionData& data,
   return sandwich(H, B);
 }
 
-Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction& friction,
-                    const SearchCoordinates& coordinates, std::vector<double> x,
-                    const FrictionFitOptions& options) {
-  const auto size = static_cast<unsigned>(x.size());
-  const std::unique_ptr<nlopt_opt_s, decltype(&nlopt_destroy)> optimiser(
-      nlopt_create(NLOPT_LN_NELDERMEAD, size), &nlopt_destroy);
-  Search search{data, friction, coordinates, std::vector<double>(x.size()), optimiser.get(), 0};
-  nlopt_set_lower_bounds(optimiser.get(), coordinates.lower().data());
-  nlopt_set_upper_bounds(optimiser.get(), coordinates.upper().data());
-  nlopt_set_min_objective(optimiser.get(), &objective, &search);
-  nlopt_set_initial_step1(optimiser.get(), kFirstStep);
-  nlopt_set_xtol_abs1(optimiser.get(), options.tolerance);
-  nlopt_set_ftol_rel(optimiser.get(), options.tolerance);
-  nlopt_set_maxeval(optimiser.get(), options.evaluations);
-  double value = kBadValue;
-  const nlopt_result result = nlopt_optimize(optimiser.get(), x.data(), &value);
-  throw_if_stopped();
-  const bool converged = result == NLOPT_XTOL_REACHED || result == NLOPT_FTOL_REACHED ||
-                         result == NLOPT_SUCCESS || result == NLOPT_ROUNDOFF_LIMITED;
-  return {std::move(x), value, converged, search.evaluations};
+SearchMinimum search(const JointFrictionData& data, const friction::RobotFriction& friction,
+                     const SearchCoordinates& coordinates, const std::vector<double>& x,
+                     const FrictionFitOptions& options) {
+  std::vector<double> theta(x.size());
+  const optimise::Minimum found = optimise::nelder_mead(
+      [&](const Eigen::VectorXd& c) {
+        coordinates.to_theta({c.data(), theta.size()}, theta);
+        return safe_mean_square(data, friction, theta);
+      },
+      {view(coordinates.lower()), view(coordinates.upper())}, view(x),
+      {kFirstStep, options.tolerance, options.evaluations});
+  SearchMinimum at{{found.c.begin(), found.c.end()},
+                   std::min(found.value, kBadValue),
+                   found.converged,
+                   found.values};
+  refine(data, friction, coordinates, at, options.iterations);
+  return at;
 }
 
-void levenberg_marquardt(const JointFrictionData& data, const friction::RobotFriction& friction,
-                         const SearchCoordinates& coordinates, Minimum& at, int iterations) {
+void refine(const JointFrictionData& data, const friction::RobotFriction& friction,
+            const SearchCoordinates& coordinates, SearchMinimum& at, int iterations) {
+  at.converged = false;
+  if (at.value >= kBadValue) return;
   const std::vector<std::size_t>& free = coordinates.free();
   const auto p = static_cast<Eigen::Index>(free.size());
-  std::vector<double> theta(at.x.size()), trial(at.x.size());
-  double damping = 1e-3;
-  at.converged = false;
-  for (int iteration = 0; iteration < iterations && at.value < kBadValue; ++iteration) {
-    throw_if_stopped();
-    const NormalEquations normal = linearise(data, friction, coordinates, at.x);
-    const int passes = (static_cast<int>(p) + kLanes - 2) / (kLanes - 1);
-    at.evaluations += passes * data.sequences();
-    if (!normal.H.allFinite()) return;
-
-    double lowered = 0;
-    while (damping < 1e8) {
-      Eigen::MatrixXd H = normal.H;
-      Eigen::VectorXd g = normal.g;
-      for (Eigen::Index i = 0; i < p; ++i) {
-        const std::size_t k = free[static_cast<std::size_t>(i)];
-        const bool held = (at.x[k] <= coordinates.lower()[k] && g[i] > 0) ||
-                          (at.x[k] >= coordinates.upper()[k] && g[i] < 0);
-        if (held || H(i, i) <= 0) {
-          H.row(i).setZero();
-          H.col(i).setZero();
-          H(i, i) = 1;
-          g[i] = 0;
-        } else {
-          H(i, i) *= 1 + damping;
-        }
-      }
-      const Eigen::VectorXd step = -H.ldlt().solve(g);
-      trial = at.x;
-      for (Eigen::Index i = 0; i < p; ++i) {
-        const std::size_t k = free[static_cast<std::size_t>(i)];
-        trial[k] = std::clamp(at.x[k] + std::clamp(step[i], -kLargestStep, kLargestStep),
-                              coordinates.lower()[k], coordinates.upper()[k]);
-      }
-      coordinates.to_theta(trial, theta);
-      const double value = safe_mean_square(data, friction, theta);
-      ++at.evaluations;
-      if (value < at.value) {
-        lowered = (at.value - value) / at.value;
-        at.value = value;
-        at.x = trial;
-        damping = std::max(damping / 10, 1e-12);
-        break;
-      }
-      damping *= 10;
-    }
-    if (lowered < kSmallestGain) {
-      at.converged = true;
-      return;
-    }
-  }
+  const auto of_free = [&](const std::vector<double>& all) {
+    Eigen::VectorXd out(p);
+    for (Eigen::Index i = 0; i < p; ++i) out[i] = all[free[static_cast<std::size_t>(i)]];
+    return out;
+  };
+  std::vector<double> x = at.x, theta(x.size());
+  const auto set_free = [&](const Eigen::VectorXd& c) {
+    for (Eigen::Index i = 0; i < p; ++i) x[free[static_cast<std::size_t>(i)]] = c[i];
+  };
+  int linearised = 0;
+  const int passes = (static_cast<int>(p) + kLanes - 2) / (kLanes - 1);
+  const optimise::Minimum found = optimise::damped_least_squares(
+      [&](const Eigen::VectorXd& c, double value) {
+        set_free(c);
+        linearised += passes * data.sequences();
+        return linearise(data, friction, coordinates, x, value);
+      },
+      [&](const Eigen::VectorXd& c) {
+        set_free(c);
+        coordinates.to_theta(x, theta);
+        return safe_mean_square(data, friction, theta);
+      },
+      {of_free(coordinates.lower()), of_free(coordinates.upper())}, {of_free(at.x), at.value},
+      {.damping = {.longest = kLargestStep,
+                   .attempts = kUnlimited,
+                   .lessen = 10,
+                   .least = 1e-12,
+                   .most = 1e8,
+                   .hold_at_bounds = true},
+       .iterations = iterations,
+       .smallest_gain = kSmallestGain});
+  set_free(found.c);
+  at = {x, found.value, found.converged, at.evaluations + linearised + found.values};
 }
 
 }  // namespace fricid::estimate

@@ -54,23 +54,23 @@ Eigen::MatrixXd search_covariance(const JointFrictionData& data,
                                   std::span<const std::size_t> free);
 
 /// Where a search ended.
-struct Minimum {
+struct SearchMinimum {
   std::vector<double> x;
   double value;  ///< mean square [N^2 m^2]
   bool converged;
   int evaluations;
 };
 
-/// Nelder-Mead within bounds (NLopt) from x.
+/// Nelder-Mead within the bounds from x, then `refine`.
 /// @throws Stopped on Ctrl-C
-Minimum nelder_mead(const JointFrictionData& data, const friction::RobotFriction& friction,
-                    const SearchCoordinates& coordinates, std::vector<double> x,
-                    const FrictionFitOptions& options);
+SearchMinimum search(const JointFrictionData& data, const friction::RobotFriction& friction,
+                     const SearchCoordinates& coordinates, const std::vector<double>& x,
+                     const FrictionFitOptions& options);
 
 /// Levenberg-Marquardt from `at` inside the bounds: coordinates that press against a bound are held
 /// there.
 /// @throws Stopped on Ctrl-C
-void levenberg_marquardt(const JointFrictionData& data, const friction::RobotFriction& friction,
-                         const SearchCoordinates& coordinates, Minimum& at, int iterations);
+void refine(const JointFrictionData& data, const friction::RobotFriction& friction,
+            const SearchCoordinates& coordinates, SearchMinimum& at, int iterations);
 
 }  // namespace fricid::estimate

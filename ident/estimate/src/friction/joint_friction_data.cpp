@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -11,13 +13,15 @@ namespace fricid::estimate {
 namespace {
 
 constexpr int kLanes = kLaneCount<PackD>;
+constexpr std::ptrdiff_t kPromising = 16;  // orders of a grid that are looked at closely
 
 }  // namespace
 
-JointFrictionData::JointFrictionData(std::span<const Filtered> sequences,
-                                     std::span<const data::RowMatrix> target, int joint,
-                                     double cutoff_hz)
-    : dt_(sequences.front().dt), low_pass_(cutoff_hz, 1 / sequences.front().dt) {
+JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequences,
+                                     std::span<const RowMatrix> target, int joint, double cutoff_hz)
+    : dt_(sequences.front().dt),
+      cutoff_hz_(cutoff_hz),
+      low_pass_(cutoff_hz, 1 / sequences.front().dt) {
   double sum = 0, square = 0;
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   for (std::size_t first = 0; first < sequences.size(); first += kLanes) {
@@ -35,23 +39,23 @@ JointFrictionData::JointFrictionData(std::span<const Filtered> sequences,
     for (int lane = 0; lane < kLanes; ++lane) {
       const bool present = first + static_cast<std::size_t>(lane) < last;
       const std::size_t index = present ? first + static_cast<std::size_t>(lane) : first;
-      const Filtered& s = sequences[index];
+      const signals::Recording& s = sequences[index];
       const int length = s.length();
       if (present) lengths_.push_back(length);
       for (int k = 0; k < longest; ++k) {
         const auto i = static_cast<std::size_t>(k);
         const int row = std::min(k, length - 1);
         const bool moving = k + 1 < length;
-        const double q = s.q_wide(row, joint), next = moving ? s.q_wide(row + 1, joint) : q;
+        const double q = s.wide.q(row, joint), next = moving ? s.wide.q(row + 1, joint) : q;
         friction::Input<PackD>& at = group.at[i];
         friction::Input<PackD>& over = group.over[i];
         at.q.set(lane, q);
-        at.v.set(lane, k < length ? s.v_wide(row, joint) : 0.0);
-        at.load.set(lane, s.tau(row, joint));
+        at.v.set(lane, k < length ? s.wide.v(row, joint) : 0.0);
+        at.load.set(lane, s.filtered_tau(row, joint));
         at.temperature.set(lane, s.temperature(row, joint));
         over.q.set(lane, next);
         over.v.set(lane, (next - q) / dt_);
-        over.load.set(lane, s.tau(row, joint));
+        over.load.set(lane, s.filtered_tau(row, joint));
         over.temperature.set(lane, s.temperature(row, joint));
         if (!present || k >= length || !s.use(k, joint)) continue;
         const double value = target[index](row, joint);
@@ -96,9 +100,66 @@ void JointFrictionData::predict(const friction::RobotFriction& friction,
   for (std::vector<PackD>& group : out) low_pass_.apply(std::span<PackD>(group), work);
 }
 
+std::vector<double> JointFrictionData::promising_orders(
+    const std::vector<std::vector<PackD>>& f, const std::vector<std::vector<PackD>>& filtered,
+    const RippleGrid& grid) const {
+  const auto count = static_cast<std::size_t>(grid.count);
+  std::vector<PackD> sine(count, PackD(0)), cosine = sine, square = sine;
+  PackD sum = 0;
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    for (std::size_t k = 0; k < f[g].size(); ++k)
+      sum += groups_[g].weight[k] * (groups_[g].target[k] - filtered[g][k]);
+  double mean = 0;
+  for (int lane = 0; lane < kLanes; ++lane) mean += sum[lane] / std::max(1, rows_);
+
+  std::vector<PackD> left, work;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const Group& group = groups_[g];
+    left.resize(f[g].size());
+    for (std::size_t k = 0; k < left.size(); ++k)
+      left[k] = group.weight[k] * (group.target[k] - filtered[g][k] - PackD(mean));
+    low_pass_.apply(std::span<PackD>(left), work);
+    for (std::size_t k = 0; k < left.size(); ++k) {
+      // turns e^(i n q) from order to order
+      const PackD q = group.at[k].q;
+      const auto turn = sincos(PackD(grid.step) * q), start = sincos(PackD(grid.first) * q);
+      PackD s = start.sin, c = start.cos;
+      const PackD correlated = left[k] * f[g][k];
+      const PackD size = group.weight[k] * f[g][k] * f[g][k];
+      // (frequency of the wave over the cut-off)^2 is n^2 of this
+      const PackD per_order = group.at[k].v * PackD(1 / (2 * std::numbers::pi * cutoff_hz_));
+      const PackD slow = per_order * per_order;
+      for (std::size_t i = 0; i < count; ++i) {
+        const double n = grid.first + grid.step * static_cast<double>(i);
+        const PackD x = PackD(n * n) * slow, x2 = x * x;
+        const PackD gain = PackD(1) / (PackD(1) + x2 * x2);
+        sine[i] += correlated * s;
+        cosine[i] += correlated * c;
+        square[i] += size * gain * gain;
+        const PackD next = s * turn.cos + c * turn.sin;
+        c = c * turn.cos - s * turn.sin;
+        s = next;
+      }
+    }
+  }
+  std::vector<std::pair<double, double>> best;  // -explained, order
+  for (std::size_t i = 0; i < count; ++i) {
+    double a = 0, b = 0, size = 0;
+    for (int lane = 0; lane < kLanes; ++lane)
+      a += sine[i][lane], b += cosine[i][lane], size += square[i][lane];
+    best.emplace_back(-(a * a + b * b) / std::max(size, 1e-300),
+                      grid.first + grid.step * static_cast<double>(i));
+  }
+  const auto end = best.begin() + std::min<std::ptrdiff_t>(kPromising, std::ssize(best));
+  std::partial_sort(best.begin(), end, best.end());
+  std::vector<double> orders;
+  for (auto it = best.begin(); it != end; ++it) orders.push_back(it->second);
+  return orders;
+}
+
 RippleTerm JointFrictionData::strongest_ripple(const friction::RobotFriction& friction,
                                                std::span<const double> theta,
-                                               std::span<const double> grid) const {
+                                               const RippleGrid& grid) const {
   std::vector<std::vector<PackD>> f, filtered;
   drive(friction, theta, f);
   filtered = f;
@@ -108,7 +169,7 @@ RippleTerm JointFrictionData::strongest_ripple(const friction::RobotFriction& fr
   RippleTerm best;
   best.mean_square = std::numeric_limits<double>::infinity();
   std::vector<PackD> sine, cosine;
-  for (const double n : grid) {
+  for (const double n : promising_orders(f, filtered, grid)) {
     // moments of (1, F[f sin nq], F[f cos nq], target - F[f]) over the used rows
     Eigen::Matrix4d moments = Eigen::Matrix4d::Zero();
     for (std::size_t g = 0; g < groups_.size(); ++g) {

@@ -7,30 +7,9 @@
 
 namespace fricid::estimate {
 
-std::vector<double> impulse_response(const ZeroPhaseButterworth& filter) {
-  constexpr double kLeft = 0.01;
-  const int reach = filter.padding();
-  std::vector<double> x(static_cast<std::size_t>(2 * reach + 1), 0.0), work;
-  x[static_cast<std::size_t>(reach)] = 1;
-  filter.apply(std::span<double>(x), work);
-  std::vector<double> g(x.begin() + reach, x.end());
-  double sum = 0;
-  for (const double value : g) sum += std::abs(value);
-  double left = 0;
-  while (g.size() > 1 && left + std::abs(g.back()) < kLeft * sum) {
-    left += std::abs(g.back());
-    g.pop_back();
-  }
-  double total = g[0];
-  for (std::size_t k = 1; k < g.size(); ++k) total += 2 * g[k];
-  for (double& value : g) value /= total;
-  return g;
-}
-
 template <class S>
-TorqueWindows<S>::TorqueWindows(const friction::RobotFriction& model,
-                                std::span<const TorqueData> data, int steps,
-                                std::vector<double> scale, std::vector<double> response)
+TorqueWindows<S>::TorqueWindows(const friction::RobotFriction& model, const TorqueData& data,
+                                int steps, std::vector<double> scale, std::vector<double> response)
     : model_(model),
       data_(data),
       steps_(steps),
@@ -70,13 +49,14 @@ template <class S>
 void TorqueWindows<S>::motion_at(int sample) {
   for (int k = 0; k < lanes(); ++k) {
     const std::size_t w = k < std::ssize(windows_) ? static_cast<std::size_t>(k) : 0;
-    const Recording& r = data_[static_cast<std::size_t>(windows_[w].recording)].motion;
+    const signals::Recording& r = recording_of(windows_[w]);
+    const signals::Motion& motion = r.motion(data_.band);
     const int at = row(k, sample);
     for (int j = 0; j < n_; ++j) {
       friction::Input<S>& in = in_[static_cast<std::size_t>(j)];
-      set_lane(in.q, k, static_cast<Number>(r.q(at, j)));
-      set_lane(in.v, k, static_cast<Number>(r.v(at, j)));
-      set_lane(in.load, k, static_cast<Number>(r.tau(at, j)));
+      set_lane(in.q, k, static_cast<Number>(motion.q(at, j)));
+      set_lane(in.v, k, static_cast<Number>(motion.v(at, j)));
+      set_lane(in.load, k, static_cast<Number>(r.held_tau(at, j)));
       set_lane(in.temperature, k, static_cast<Number>(r.temperature(at, j)));
     }
   }
@@ -88,18 +68,19 @@ void TorqueWindows<S>::motion_over(int sample) {
   motion_at(sample);
   for (int k = 0; k < lanes(); ++k) {
     const std::size_t w = k < std::ssize(windows_) ? static_cast<std::size_t>(k) : 0;
-    const Recording& r = data_[static_cast<std::size_t>(windows_[w].recording)].motion;
+    const signals::Recording& r = recording_of(windows_[w]);
+    const signals::Motion& motion = r.motion(data_.band);
     const int at = row(k, sample);
     for (int j = 0; j < n_; ++j) {
       friction::Input<S>& in = in_[static_cast<std::size_t>(j)];
-      set_lane(in.q, k, static_cast<Number>(r.q(at + 1, j)));
-      set_lane(in.v, k, static_cast<Number>((r.q(at + 1, j) - r.q(at, j)) / r.dt));
+      set_lane(in.q, k, static_cast<Number>(motion.q(at + 1, j)));
+      set_lane(in.v, k, static_cast<Number>((motion.q(at + 1, j) - motion.q(at, j)) / r.dt));
     }
   }
 }
 
 template <class S>
-double TorqueWindows<S>::loss(std::span<const Window> windows, std::span<const data::RowMatrix> z) {
+double TorqueWindows<S>::loss(std::span<const Window> windows, std::span<const RowMatrix> z) {
   windows_.assign(windows.begin(), windows.end());
   const auto n = static_cast<std::size_t>(n_);
   const int samples = steps_ + 2 * margin();
@@ -117,7 +98,7 @@ double TorqueWindows<S>::loss(std::span<const Window> windows, std::span<const d
     const std::span<S> next(state(sample + 1), static_cast<std::size_t>(nz_));
     std::copy(now.begin(), now.end(), next.begin());
     motion_over(sample);
-    model_.template step<S>(theta_, in_, data_.front().motion.dt, next);
+    model_.template step<S>(theta_, in_, data_.recordings.front().dt, next);
   }
 
   std::fill(slope_.begin(), slope_.end(), S(0));
@@ -129,9 +110,9 @@ double TorqueWindows<S>::loss(std::span<const Window> windows, std::span<const d
       S target(0), weight(0);
       for (int k = 0; k < lanes(); ++k) {
         const std::size_t w = k < std::ssize(windows_) ? static_cast<std::size_t>(k) : 0;
-        const TorqueData& d = data_[static_cast<std::size_t>(windows_[w].recording)];
-        if (!d.use(row(k, centre), j)) continue;
-        set_lane(target, k, static_cast<Number>(d.target(row(k, centre), j)));
+        if (!recording_of(windows_[w]).use(row(k, centre), j)) continue;
+        const RowMatrix& wanted = data_.target[static_cast<std::size_t>(windows_[w].recording)];
+        set_lane(target, k, static_cast<Number>(wanted(row(k, centre), j)));
         set_lane(weight, k, Number(1));
       }
       const auto tau = [&](int sample) -> const S& {
@@ -173,7 +154,7 @@ void TorqueWindows<S>::add_gradient(std::span<double> theta_bar) {
       std::fill(z_bar_.begin(), z_bar_.end(), S(0));
       std::fill(in_bar_.begin(), in_bar_.end(), none);
       motion_over(sample);
-      model_.template step_pullback<S>(theta_, in_, data_.front().motion.dt, now, z_next_bar_,
+      model_.template step_pullback<S>(theta_, in_, data_.recordings.front().dt, now, z_next_bar_,
                                        theta_bar_, in_bar_, z_bar_);
     }
     std::fill(in_bar_.begin(), in_bar_.end(), none);

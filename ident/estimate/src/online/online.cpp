@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/estimate/em/latent_friction_model.hpp"
 #include "fricid/estimate/online/online_state.hpp"
@@ -30,7 +31,7 @@ struct OnlineEstimator::Filter {
   using Guide = smc::AdaptedGuide<PackD>;
 
   Arm arm;
-  Recording held;
+  signals::Recording held;
   smc::RowMatrix y;
   LatentFrictionModel model;
   Guide guide;
@@ -41,13 +42,13 @@ struct OnlineEstimator::Filter {
   Eigen::VectorXd sum, squares;  // weighted, of [q, v, z, tau_f] about the reference
   Eigen::VectorXd reference;
 
-  static Recording ring(const Arm& arm, double dt) {
+  static signals::Recording ring(const Arm& arm, double dt) {
     const int n = arm.robot.n();
-    Recording held;
-    held.name = "online";
+    signals::Recording held;
+    held.log.name = "online";
     held.dt = dt;
-    held.q = held.tau = data::RowMatrix::Zero(1, n);
-    held.temperature = data::RowMatrix::Constant(1, n, kRoomTemperature);
+    held.wide.q = held.held_tau = RowMatrix::Zero(1, n);
+    held.temperature = RowMatrix::Constant(1, n, kRoomTemperature);
     return held;
   }
 
@@ -135,8 +136,8 @@ void OnlineEstimator::reset() { filter_->begin(); }
 const OnlineEstimate& OnlineEstimator::step(std::span<const double> tau, std::span<const double> y,
                                             std::span<const double> temperature) {
   Filter& f = *filter_;
-  assert(std::ssize(tau) == f.held.tau.cols() && std::ssize(y) == f.y.cols());
-  std::copy(tau.begin(), tau.end(), f.held.tau.data());
+  assert(std::ssize(tau) == f.held.held_tau.cols() && std::ssize(y) == f.y.cols());
+  std::copy(tau.begin(), tau.end(), f.held.held_tau.data());
   std::copy(y.begin(), y.end(), f.y.data());
   if (!temperature.empty())
     std::copy(temperature.begin(), temperature.end(), f.held.temperature.data());

@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/limits.hpp"
 #include "fricid/base/progress.hpp"
+#include "fricid/estimate/memory.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -48,6 +50,9 @@ OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& log,
                        const OnlineOptions& options) {
   const LatentNoise noise = noise_of(model, log);
   const int n = log.n(), nz = model.arm.friction.model.state_size(), T = log.length();
+  require_memory(
+      2 * memory_of_filter(options.particles, 2 * n + nz) + 8.0 * T * (2 * (3 * n + nz) + 3),
+      log.name, fmt::format("the filter of {} particles", options.particles));
   OnlineEstimator estimator(
       model.arm, noise,
       online_start(log.q.row(0), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(nz), noise,
@@ -55,6 +60,9 @@ OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& log,
       options);
 
   OnlineLog out;
+  out.joint_names = log.joint_names;
+  out.model = model.name;
+  out.log = log.name;
   out.t = log.t;
   for (auto* x : {&out.q, &out.v, &out.tau_f, &out.q_sd, &out.v_sd, &out.tau_f_sd}) x->resize(T, n);
   for (auto* x : {&out.z, &out.z_sd}) x->resize(T, nz);
@@ -64,10 +72,10 @@ OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& log,
 
   constexpr int kChunk = 100;
   Progress progress("estimate", T);
-  const auto row = [n](const data::RowMatrix& x, int t) {
+  const auto row = [n](const RowMatrix& x, int t) {
     return std::span<const double>(x.row(t).data(), static_cast<std::size_t>(n));
   };
-  data::RowMatrix tau = log.tau;
+  RowMatrix tau = log.tau;
   for (int t = 0; t + 1 < T; ++t) {
     throw_if_stopped();
     for (int j = 0; j < n; ++j)

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "fricid/friction/robot_friction.hpp"
@@ -66,16 +67,17 @@ std::string confusion(Eigen::Index i, const Eigen::MatrixXd& covariance, const U
   return words;
 }
 
-void judge_parameters(const dynamics::RobotModel& robot, std::span<const Filtered> sequences,
+void judge_parameters(const dynamics::RobotModel& robot,
+                      std::span<const signals::Recording> recordings,
                       const RigidBodyOptions& options, Identifiability& report) {
   const dynamics::BaseParameters base = dynamics::base_parameters(robot);
-  RigidBodyFit fit = rigid_body_least_squares(robot, sequences, options);
+  RigidBodyFit fit = rigid_body_least_squares(robot, recordings, options);
   if (fit.sigma.size() == 0) {
     report.message = fit.message;
     return;
   }
   RigidBodyFit counts;
-  const Regression data = stack(robot, sequences, options, nullptr, counts);
+  const Regression data = stack(robot, recordings, options, nullptr, counts);
   const Unknowns unknowns = unknowns_of(robot, base, data);
   const Eigen::MatrixXd X = whitened(data, unknowns, fit.sigma);
   const Eigen::MatrixXd covariance = invert(X.transpose() * X, nullptr);
@@ -116,7 +118,7 @@ void group_parameters(const dynamics::RobotModel& robot, Identifiability& report
 }
 
 // The smallest step of a signal between two samples that differ.
-double resolution_of(const data::Dataset& d, int j) {
+double resolution_of(const signals::Dataset& d, int j) {
   double least = std::numeric_limits<double>::infinity();
   for (int k = 1; k < d.length(); ++k) {
     const double step = std::abs(d.q(k, j) - d.q(k - 1, j));
@@ -128,32 +130,32 @@ double resolution_of(const data::Dataset& d, int j) {
 // A travel below this share of that in which friction climbs is the sensor's noise.
 constexpr double kNoise = 0.03;
 
-// Turns of joint j in one sequence.
-void count_turns(const Filtered& s, int j, const IdentifiabilityOptions& options, Coverage& c,
-                 std::vector<double>& climbs) {
-  double last_turn = s.q_wide(0, j);
+// Turns of joint j in one recording.
+void count_turns(const signals::Recording& s, int j, const IdentifiabilityOptions& options,
+                 Coverage& c, std::vector<double>& climbs) {
+  double last_turn = s.wide.q(0, j);
   int climb = -1;     // samples since the last turn while friction climbs
   double before = 0;  // last speed that was not zero
   for (int k = 1; k < s.length(); ++k) {
-    const double v = s.v_wide(k, j);
+    const double v = s.wide.v(k, j);
     if (climb >= 0) {
       ++climb;
-      if (std::abs(s.q_wide(k, j) - last_turn) > options.presliding) {
+      if (std::abs(s.wide.q(k, j) - last_turn) > options.presliding) {
         climbs.push_back(climb);
         climb = -1;
       }
     }
     const bool turns = v * before < 0;
     if (v != 0) before = v;
-    const double travel = std::abs(s.q_wide(k, j) - last_turn);
+    const double travel = std::abs(s.wide.q(k, j) - last_turn);
     if (!turns || travel < kNoise * options.presliding) continue;
     (travel > options.presliding ? c.reversals : c.presliding) += 1;
-    last_turn = s.q_wide(k, j);
+    last_turn = s.wide.q(k, j);
     climb = 0;
   }
 }
 
-Coverage cover(std::span<const data::Dataset> datasets, std::span<const Filtered> sequences, int j,
+Coverage cover(std::span<const signals::Recording> recordings, int j,
                const IdentifiabilityOptions& options) {
   constexpr double kMoving = 1e-3;  // [rad/s]
   const double infinity = std::numeric_limits<double>::infinity();
@@ -163,18 +165,19 @@ Coverage cover(std::span<const data::Dataset> datasets, std::span<const Filtered
              .temperature_high = -infinity,
              .resolution = infinity};
   std::vector<double> climbs;
-  for (std::size_t i = 0; i < sequences.size(); ++i) {
-    const Filtered& s = sequences[i];
+  for (const signals::Recording& s : recordings) {
     for (int k = 0; k < s.length(); ++k) {
-      const double speed = std::abs(s.v(k, j));
+      const double speed = std::abs(s.narrow.v(k, j));
       c.fastest = std::max(c.fastest, speed);
       if (speed > kMoving && speed < options.stribeck_speed) c.slow_s += s.dt;
     }
-    c.load_low = std::min(c.load_low, s.tau.col(j).minCoeff());
-    c.load_high = std::max(c.load_high, s.tau.col(j).maxCoeff());
-    c.temperature_low = std::min(c.temperature_low, s.temperature.col(j).minCoeff());
-    c.temperature_high = std::max(c.temperature_high, s.temperature.col(j).maxCoeff());
-    c.resolution = std::min(c.resolution, resolution_of(datasets[i], j));
+    c.load_low = std::min(c.load_low, s.filtered_tau.col(j).minCoeff());
+    c.load_high = std::max(c.load_high, s.filtered_tau.col(j).maxCoeff());
+    if (s.log.temperature.size() > 0) {
+      c.temperature_low = std::min(c.temperature_low, s.temperature.col(j).minCoeff());
+      c.temperature_high = std::max(c.temperature_high, s.temperature.col(j).maxCoeff());
+    }
+    c.resolution = std::min(c.resolution, resolution_of(s.log, j));
     count_turns(s, j, options, c, climbs);
   }
   if (!climbs.empty()) {
@@ -196,8 +199,8 @@ constexpr Demand kSpeeds{"speeds up to 0.2 rad/s or more",
 constexpr Demand kTurns{"2 reversals or more", [](const Coverage& c) { return c.reversals >= 2; }};
 constexpr Demand kSlow{"half a second below the Stribeck speed",
                        [](const Coverage& c) { return c.slow_s >= 0.5; }};
-constexpr Demand kManyTurns{"8 reversals or more",
-                            [](const Coverage& c) { return c.reversals + c.presliding >= 8; }};
+constexpr Demand kManyTurns{"4 reversals or more",
+                            [](const Coverage& c) { return c.reversals + c.presliding >= 4; }};
 constexpr Demand kClimbs{"3 samples or more while friction climbs after a reversal",
                          [](const Coverage& c) { return c.samples_per_climb >= 3; }};
 constexpr Demand kFine{"positions in steps of 0.1 mrad or less",
@@ -306,34 +309,32 @@ Verdict judge(double standard_error, double size) {
 }
 
 Identifiability examine_data(const dynamics::RobotModel& robot,
-                             std::span<const data::Dataset> datasets,
-                             std::span<const Filtered> sequences,
+                             std::span<const signals::Recording> recordings,
                              const IdentifiabilityOptions& options) {
   Identifiability report;
   RigidBodyOptions rigid = options.rigid_body;
-  rigid.prior.use = false;
-  judge_parameters(robot, sequences, rigid, report);
+  rigid.prior.use = rigid.prior_where_needed = false;
+  judge_parameters(robot, recordings, rigid, report);
   group_parameters(robot, report);
   double seconds = 0;
-  for (const Filtered& s : sequences) seconds += s.dt * s.length();
-  for (int j = 0; j < robot.n(); ++j)
-    report.joints.push_back(cover(datasets, sequences, j, options));
+  for (const signals::Recording& s : recordings) seconds += s.dt * s.length();
+  for (int j = 0; j < robot.n(); ++j) report.joints.push_back(cover(recordings, j, options));
   judge_families(robot, seconds, report);
   return report;
 }
 
 Eigen::MatrixXd base_information(const dynamics::RobotModel& robot,
-                                 std::span<const Filtered> sequences) {
+                                 std::span<const signals::Recording> recordings) {
   const std::vector<int> columns = dynamics::base_parameters(robot).columns;
   const auto b = static_cast<Eigen::Index>(columns.size());
   const auto n = static_cast<std::size_t>(robot.n());
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(b, b), Y(robot.n(), robot.parameter_count()),
                   Y_b(robot.n(), b);
   dynamics::Workspace<double> ws(robot);
-  for (const Filtered& s : sequences)
+  for (const signals::Recording& s : recordings)
     for (int k = 0; k < s.length(); ++k) {
-      dynamics::regressor(robot, ws, {s.q.row(k).data(), n}, {s.v.row(k).data(), n},
-                          {s.a.row(k).data(), n}, Y);
+      dynamics::regressor(robot, ws, {s.narrow.q.row(k).data(), n}, {s.narrow.v.row(k).data(), n},
+                          {s.narrow.a.row(k).data(), n}, Y);
       for (Eigen::Index c = 0; c < b; ++c) Y_b.col(c) = Y.col(columns[static_cast<std::size_t>(c)]);
       for (int j = 0; j < robot.n(); ++j)
         if (const double effort = robot.joints[static_cast<std::size_t>(j)].effort; effort > 0)

@@ -9,6 +9,27 @@ namespace fricid::estimate {
 
 using Json = nlohmann::ordered_json;
 
+namespace {
+
+const ParameterVerdict* find(const Identifiability& report, const std::string& name) {
+  for (const ParameterVerdict& v : report.parameters)
+    if (v.name == name) return &v;
+  return nullptr;
+}
+
+bool is_friction(const ParameterVerdict& v) {
+  return v.name.ends_with(" friction") || v.name.ends_with(" constant torque");
+}
+
+/// "4.02 +- 0.03", "4 +- 1 weak", "not shown".
+std::string with_error(const ParameterVerdict* v) {
+  if (!v || v->verdict == Verdict::kNot) return "not shown";
+  return fmt::format("{:.3g} +- {:.1g}{}", v->value, v->standard_error,
+                     v->verdict == Verdict::kWeak ? " weak" : "");
+}
+
+}  // namespace
+
 std::string to_json(const Identifiability& report, const dynamics::RobotModel& robot) {
   Json parameters = Json::array(), groupings = Json::array(), joints = Json::array(),
        families = Json::array();
@@ -30,7 +51,9 @@ std::string to_json(const Identifiability& report, const dynamics::RobotModel& r
                       {"presliding_excursions", c.presliding},
                       {"samples_per_climb", c.samples_per_climb},
                       {"load_Nm", {c.load_low, c.load_high}},
-                      {"temperature_K", {c.temperature_low, c.temperature_high}},
+                      {"temperature_K", c.temperature_low <= c.temperature_high
+                                            ? Json{c.temperature_low, c.temperature_high}
+                                            : Json()},
                       {"resolution_rad", c.resolution}});
   }
   for (const FamilyVerdict& f : report.families)
@@ -54,15 +77,66 @@ std::string to_text(const Identifiability& report, const dynamics::RobotModel& r
     const Coverage& c = report.joints[j];
     text += fmt::format(
         "friction: {}: up to {:.3g} rad/s, {:.3g} s below the Stribeck speed, {} reversals, {} "
-        "excursions before sliding, {:.0f} samples per climb, {:.4g} to {:.4g} N m, {:.4g} to "
-        "{:.4g} K\n",
+        "excursions before sliding, {:.0f} samples per climb, {:.4g} to {:.4g} N m{}\n",
         robot.joints[j].name, c.fastest, c.slow_s, c.reversals, c.presliding, c.samples_per_climb,
-        c.load_low, c.load_high, c.temperature_low, c.temperature_high);
+        c.load_low, c.load_high,
+        c.temperature_low <= c.temperature_high
+            ? fmt::format(", {:.4g} to {:.4g} K", c.temperature_low, c.temperature_high)
+            : ", no temperature");
   }
   for (const FamilyVerdict& f : report.families)
     text += fmt::format("family: {}: {}{}{}\n", f.family, f.supported ? "supported" : "not",
                         f.words.empty() ? "" : ": ", f.words);
   return text;
+}
+
+std::string to_summary(const Identifiability& report, const dynamics::RobotModel& robot) {
+  if (!report.message.empty()) return fmt::format("parameters: none: {}\n", report.message);
+  int all = 0, weak = 0, lost = 0;
+  for (const ParameterVerdict& v : report.parameters) {
+    if (is_friction(v)) continue;
+    ++all;
+    weak += v.verdict == Verdict::kWeak;
+    lost += v.verdict == Verdict::kNot;
+  }
+
+  std::string table = fmt::format("\n{:<20} {:>8} {:>9} {:>20} {:>20}\n", "joint", "rad/s",
+                                  "reversals", "Coulomb N m", "viscous N m s/rad");
+  std::vector<std::string> lacking;  // joints whose friction is not told
+  for (std::size_t j = 0; j < report.joints.size(); ++j) {
+    const std::string& joint = robot.joints[j].name;
+    const ParameterVerdict *coulomb = find(report, joint + " Coulomb friction"),
+                           *viscous = find(report, joint + " viscous friction");
+    table += fmt::format("{:<20} {:>8.3g} {:>9} {:>20} {:>20}\n", joint, report.joints[j].fastest,
+                         report.joints[j].reversals, with_error(coulomb), with_error(viscous));
+    const auto told = [](const ParameterVerdict* v) {
+      return v && v->verdict == Verdict::kIdentified;
+    };
+    if (!told(coulomb) || !told(viscous)) lacking.push_back(joint);
+  }
+
+  std::vector<std::string> supported, not_supported;
+  for (const FamilyVerdict& f : report.families)
+    (f.supported ? supported : not_supported).push_back(f.family);
+
+  std::string text = fmt::format(
+      "rigid body: {} of {} base parameters identified, {} weakly, {} not{}\n", all - weak - lost,
+      all, weak, lost, lost > 0 ? "; nominal values must carry them" : "");
+  text += lacking.empty()
+              ? "friction: Coulomb and viscous told on every joint\n"
+              : fmt::format("friction: not told well on {}\n", fmt::join(lacking, ", "));
+  text += fmt::format(
+      "laws: {}{}\n", supported.empty() ? "none" : fmt::format("{}", fmt::join(supported, ", ")),
+      not_supported.empty()
+          ? ""
+          : fmt::format("; not {} (--verbose says why)", fmt::join(not_supported, ", ")));
+  text += weak + lost == 0 && lacking.empty()
+              ? "next: nothing is missing for rigid body, Coulomb and viscous friction\n"
+              : fmt::format("next: record what --design next.toml writes{}\n",
+                            lacking.empty() ? ""
+                                            : fmt::format(", faster and longer on {}",
+                                                          fmt::join(lacking, ", ")));
+  return text + table;
 }
 
 }  // namespace fricid::estimate

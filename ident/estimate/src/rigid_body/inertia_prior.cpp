@@ -4,12 +4,23 @@
 #include <array>
 #include <cmath>
 
+#include "fricid/base/eigen_instances.hpp"
 #include "rigid_body/information.hpp"
 
 namespace fricid::estimate {
+namespace {
 
-Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot,
-                                 const data::PriorConfig& prior) {
+constexpr double kGuess = 3;  // standard deviation of a guess over itself
+
+// Relative standard deviation of joint i's value, stated or one of the guesses.
+double width(double stated, const std::vector<int>& guesses, int i) {
+  return std::ranges::count(guesses, i) > 0 ? std::max(stated, kGuess) : stated;
+}
+
+}  // namespace
+
+Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot, const PriorOptions& prior,
+                                 const dynamics::Guesses& guesses) {
   const int n = robot.n(), p = robot.linear_begin();
   // Entry e of (Ixx, Ixy, Iyy, Ixz, Iyz, Izz) is at row[e], column[e].
   const std::array<int, 6> row{0, 0, 1, 0, 1, 2}, column{0, 1, 1, 2, 2, 2}, diagonal{0, 2, 5};
@@ -43,11 +54,12 @@ Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot,
       const double second =
           central[static_cast<std::size_t>(diagonal[static_cast<std::size_t>(column[e])])];
       sd[static_cast<Eigen::Index>(4 + e)] =
-          prior.inertia * std::sqrt(std::max(0.0, first) * std::max(0.0, second));
+          width(prior.inertia, guesses.inertia, i) *
+          std::sqrt(std::max(0.0, first) * std::max(0.0, second));
     }
     P.block<10, 10>(10 * i, 10 * i) = J * sd.cwiseAbs2().asDiagonal() * J.transpose();
     const int k = robot.armature_begin() + i;
-    P(k, k) = std::pow(prior.armature * robot.pi[k], 2);
+    P(k, k) = std::pow(width(prior.armature, guesses.armature, i) * robot.pi[k], 2);
   }
   return P;
 }
@@ -55,7 +67,7 @@ Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot,
 Eigen::MatrixXd prior_precision(const dynamics::RobotModel& robot,
                                 const RigidBodyOptions& options) {
   const int p = robot.parameter_count(), body = robot.linear_begin();
-  Eigen::MatrixXd P = prior_covariance(robot, options.prior);
+  Eigen::MatrixXd P = prior_covariance(robot, options.prior, options.guesses);
   P.diagonal() *= 1 + 1e-9;
   P.diagonal().array() += 1e-18;
   Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(p, p);
@@ -68,11 +80,11 @@ Eigen::MatrixXd prior_precision(const dynamics::RobotModel& robot,
   return precision;
 }
 
-Eigen::MatrixXd weak_pull(const dynamics::RobotModel& robot) {
-  data::PriorConfig wide;
+Eigen::MatrixXd weak_pull(const dynamics::RobotModel& robot, const dynamics::Guesses& guesses) {
+  PriorOptions wide;
   wide.mass = 1, wide.com_m = 0.2, wide.inertia = 1, wide.armature = 10;
   const int body = robot.linear_begin();
-  Eigen::MatrixXd P = prior_covariance(robot, wide);
+  Eigen::MatrixXd P = prior_covariance(robot, wide, guesses);
   P.diagonal().array() += 1e-9 * P.diagonal().array() + 1e-12;
   Eigen::MatrixXd root = Eigen::MatrixXd::Zero(robot.parameter_count(), robot.parameter_count());
   root.topLeftCorner(body, body) = inverse_root(P);

@@ -9,6 +9,6 @@ namespace fricid::estimate {
 Eigen::MatrixXd prior_precision(const dynamics::RobotModel& robot, const RigidBodyOptions& options);
 
 /// Square root of a precision so wide that it only decides what the data leave open.
-Eigen::MatrixXd weak_pull(const dynamics::RobotModel& robot);
+Eigen::MatrixXd weak_pull(const dynamics::RobotModel& robot, const dynamics::Guesses& guesses);
 
 }  // namespace fricid::estimate

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
+#include "fricid/base/eigen_instances.hpp"
 
 namespace fricid::estimate {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <Eigen/Cholesky>
 
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "rigid_body/inertia_prior.hpp"
@@ -111,32 +111,30 @@ Weighted reweight(const Eigen::MatrixXd& X, const Regression& data, int n, bool 
 
 }  // namespace
 
-data::RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
-                                  const Filtered& sequence) {
+RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
+                            const signals::Recording& sequence) {
   const auto n = static_cast<std::size_t>(robot.n());
   dynamics::Workspace<double> ws(robot);
-  data::RowMatrix tau(sequence.length(), sequence.n());
+  RowMatrix tau(sequence.length(), sequence.n());
   for (int k = 0; k < sequence.length(); ++k) {
-    const auto row = [&](const data::RowMatrix& x) {
+    const auto row = [&](const RowMatrix& x) {
       return std::span<const double>(x.row(k).data(), n);
     };
     dynamics::rnea<double>(robot, ws, {pi.data(), static_cast<std::size_t>(pi.size())},
-                           row(sequence.q), row(sequence.v), row(sequence.a),
+                           row(sequence.narrow.q), row(sequence.narrow.v), row(sequence.narrow.a),
                            {tau.row(k).data(), n});
   }
   return tau;
 }
 
-RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
-                                      std::span<const Filtered> sequences,
-                                      const RigidBodyOptions& options,
-                                      const FrictionTorques* shape) {
-  const auto begin = std::chrono::steady_clock::now();
+namespace {
+
+/// Solves the regression; `fit` holds its counts.
+RigidBodyFit solve(const dynamics::RobotModel& robot, const Regression& data,
+                   const RigidBodyOptions& options, bool with_prior, RigidBodyFit fit) {
   const int n = robot.n(), p = robot.parameter_count();
-  RigidBodyFit fit;
   const dynamics::BaseParameters base = dynamics::base_parameters(robot);
   const auto b = static_cast<Eigen::Index>(base.columns.size());
-  const Regression data = stack(robot, sequences, options, shape, fit);
 
   // Friction columns that any row excites.
   std::vector<int> friction;
@@ -146,22 +144,23 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
 
   // Unknowns: base parameters, or all standard parameters under a prior; then friction.
   std::vector<int> columns;
-  if (options.prior.use)
+  if (with_prior)
     for (int k = 0; k < p; ++k) columns.push_back(k);
   else
     columns = base.columns;
   const auto head = static_cast<Eigen::Index>(columns.size());
   columns.insert(columns.end(), friction.begin(), friction.end());
-  if (data.rows.rows() <= b + f) {
-    fit.message = fmt::format("{} rows above {} rad/s for {} unknowns", data.rows.rows(),
-                              options.min_speed, b + f);
+  const Eigen::Index unknowns = with_prior ? f : b + f;
+  if (data.rows.rows() <= unknowns) {
+    fit.message =
+        fmt::format("{} rows of sliding joints for {} unknowns", data.rows.rows(), unknowns);
     fit.pi = robot.pi;
     return fit;
   }
 
   Eigen::MatrixXd prior_information = Eigen::MatrixXd::Zero(head + f, head + f);
   Eigen::VectorXd prior_mean = Eigen::VectorXd::Zero(head + f);
-  if (options.prior.use) {
+  if (with_prior) {
     prior_information.topLeftCorner(p, p) = prior_precision(robot, options);
     prior_mean.head(p) = robot.pi;
   }
@@ -173,7 +172,7 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
 
   // Base parameters and their uncertainty.
   const Eigen::MatrixXd to_base =
-      options.prior.use ? base.K : Eigen::MatrixXd(Eigen::MatrixXd::Identity(b, b));
+      with_prior ? base.K : Eigen::MatrixXd(Eigen::MatrixXd::Identity(b, b));
   fit.base_names = base.names;
   fit.base = to_base * solved.x.head(head);
   fit.base_se = (to_base * covariance.topLeftCorner(head, head) * to_base.transpose())
@@ -204,8 +203,8 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
   const Eigen::MatrixXd root = inverse_root(covariance.topLeftCorner(head, head));
   Eigen::MatrixXd G = root;
   Eigen::VectorXd d = root * solved.x.head(head);
-  if (!options.prior.use) {
-    const Eigen::MatrixXd pull = weak_pull(robot);
+  if (!with_prior) {
+    const Eigen::MatrixXd pull = weak_pull(robot, options.guesses);
     G.resize(head + p, p);
     G << root * base.K, pull;
     d.resize(head + p);
@@ -214,6 +213,20 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
   fit.pi = fit_physical_inertia(robot, G, d, robot.pi);
   fit.base_physical = base.K * fit.pi;
 
+  // friction given these: the minimum over it of the same quadratic
+  const Eigen::VectorXd moved = (with_prior ? fit.pi : fit.base_physical) - solved.x.head(head);
+  const Eigen::VectorXd beside =
+      solved.x.tail(f) - invert(solved.H.bottomRightCorner(f, f), nullptr) *
+                             (solved.H.bottomLeftCorner(f, head) * moved);
+  fit.Fc_beside = fit.Fc;
+  fit.Fv_beside = fit.Fv;
+  for (Eigen::Index i = 0; i < f; ++i) {
+    const int kind = (friction[static_cast<std::size_t>(i)] - p) / n;
+    const int j = (friction[static_cast<std::size_t>(i)] - p) % n;
+    if (kind == 0) fit.Fc_beside[j] = beside[i];
+    if (kind == 1) fit.Fv_beside[j] = beside[i];
+  }
+
   const bool finite = fit.pi.allFinite() && fit.base.allFinite();
   fit.outcome = !finite                           ? Outcome::kFailed
                 : fit.condition > kWorstCondition ? Outcome::kIllConditioned
@@ -221,6 +234,33 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
   fit.message =
       !finite ? "no finite solution"
               : fmt::format("condition {:.3g}, {} equations", fit.condition, data.rows.rows());
+  return fit;
+}
+
+/// Why the data alone do not determine the base parameters; empty when they do.
+std::string undetermined(const RigidBodyFit& fit) {
+  if (fit.outcome == Outcome::kConverged) return {};
+  return fit.outcome == Outcome::kIllConditioned
+             ? fmt::format("condition {:.3g} without it", fit.condition)
+             : fit.message;
+}
+
+}  // namespace
+
+RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
+                                      std::span<const signals::Recording> sequences,
+                                      const RigidBodyOptions& options,
+                                      const FrictionTorques* shape) {
+  const auto begin = std::chrono::steady_clock::now();
+  RigidBodyFit counts;
+  const Regression data = stack(robot, sequences, options, shape, counts);
+  RigidBodyFit fit = solve(robot, data, options, options.prior.use, counts);
+  if (options.prior.use)
+    fit.prior = "asked for";
+  else if (const std::string why = undetermined(fit); options.prior_where_needed && !why.empty()) {
+    fit = solve(robot, data, options, true, counts);
+    fit.prior = why;
+  }
   fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return fit;
 }

@@ -3,9 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/dynamics/physical_inertia.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
 

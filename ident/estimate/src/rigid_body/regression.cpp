@@ -8,31 +8,46 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kStandstill = 0.1;  // share of min_speed that counts as standing
+constexpr double kStandstill = 0.1;  // share of the least speed that counts as standing
+constexpr double kShareOfSpeed = 0.15, kFastRows = 0.05;  // of a slow joint's own speed
 
 int friction_column(int p, int n, int kind, int j) { return p + kind * n + j; }
 
 // Filtered sign of the velocity of joint j: what Coulomb friction of 1 N m looks like after the
 // filter.
-Eigen::VectorXd filtered_sign(const Filtered& sequence, int j, double cutoff_hz) {
-  Eigen::VectorXd s = sequence.v_wide.col(j).array().sign();
+Eigen::VectorXd filtered_sign(const signals::Recording& sequence, int j, double cutoff_hz) {
+  Eigen::VectorXd s = sequence.wide.v.col(j).array().sign();
   std::vector<double> work;
-  ZeroPhaseButterworth(cutoff_hz, 1 / sequence.dt)
+  signals::ZeroPhaseButterworth(cutoff_hz, 1 / sequence.dt)
       .apply(std::span<double>(s.data(), static_cast<std::size_t>(s.size())), work);
   return s;
 }
 
+// Speed above which rows of joint j enter.
+double least_speed(std::span<const signals::Recording> sequences, int j, double min_speed) {
+  std::vector<double> speeds;
+  for (const signals::Recording& s : sequences)
+    for (int k = 0; k < s.length(); ++k)
+      if (s.use(k, j)) speeds.push_back(std::abs(s.narrow.v(k, j)));
+  if (speeds.empty()) return min_speed;
+  const auto fast = speeds.end() - 1 -
+                    static_cast<std::ptrdiff_t>(kFastRows * static_cast<double>(speeds.size()));
+  std::nth_element(speeds.begin(), fast, speeds.end());
+  return std::min(min_speed, kShareOfSpeed * *fast);
+}
+
 // Rows of joint j that may enter: fast, and neither standing nor turning within the filter's
 // memory.
-std::vector<bool> sliding_rows(const Filtered& s, int j, const RigidBodyOptions& options) {
+std::vector<bool> sliding_rows(const signals::Recording& s, int j, double min_speed,
+                               const RigidBodyOptions& options) {
   const int memory =
       static_cast<int>(std::lround(options.memory_periods / (options.cutoff_hz * s.dt)));
   std::vector<bool> rows(static_cast<std::size_t>(s.length()));
   for (int k = 0; k < s.length(); ++k)
-    rows[static_cast<std::size_t>(k)] = s.use(k, j) && std::abs(s.v(k, j)) > options.min_speed;
+    rows[static_cast<std::size_t>(k)] = s.use(k, j) && std::abs(s.narrow.v(k, j)) > min_speed;
   for (int k = 0; k + 1 < s.length(); ++k) {
-    const double v = s.v_wide(k, j), next = s.v_wide(k + 1, j);
-    if (v * next > 0 && std::abs(v) >= kStandstill * options.min_speed) continue;
+    const double v = s.wide.v(k, j), next = s.wide.v(k + 1, j);
+    if (v * next > 0 && std::abs(v) >= kStandstill * min_speed) continue;
     const int end = std::min(s.length(), k + memory + 1);
     for (int i = std::max(0, k - memory); i < end; ++i) rows[static_cast<std::size_t>(i)] = false;
   }
@@ -41,21 +56,24 @@ std::vector<bool> sliding_rows(const Filtered& s, int j, const RigidBodyOptions&
 
 }  // namespace
 
-Regression stack(const dynamics::RobotModel& robot, std::span<const Filtered> sequences,
+Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
                  const RigidBodyOptions& options, const FrictionTorques* shape, RigidBodyFit& fit) {
   const int n = robot.n(), p = robot.parameter_count();
   fit.rows.assign(static_cast<std::size_t>(n), 0);
   fit.rows_total = fit.equations = fit.rows;
 
+  std::vector<double> speed;
+  for (int j = 0; j < n; ++j) speed.push_back(least_speed(sequences, j, options.min_speed_rad_s));
+
   // Count, then fill.
   Eigen::Index count = 0;
   std::vector<std::vector<std::vector<bool>>> used(sequences.size());  // [sequence][joint][sample]
   for (std::size_t i = 0; i < sequences.size(); ++i) {
-    const Filtered& s = sequences[i];
-    const int every = decimation(s.dt, options.cutoff_hz);
+    const signals::Recording& s = sequences[i];
+    const int every = signals::decimation(s.dt, options.cutoff_hz);
     for (int j = 0; j < n; ++j) {
-      used[i].push_back(sliding_rows(s, j, options));
       const auto at = static_cast<std::size_t>(j);
+      used[i].push_back(sliding_rows(s, j, speed[at], options));
       fit.rows_total[at] += s.length();
       for (int k = 0; k < s.length(); ++k) {
         if (!used[i][at][static_cast<std::size_t>(k)]) continue;
@@ -72,22 +90,22 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const Filtered> se
   dynamics::Workspace<double> ws(robot);
   Eigen::MatrixXd Y(n, p);
   for (std::size_t i = 0; i < sequences.size(); ++i) {
-    const Filtered& s = sequences[i];
-    const int every = decimation(s.dt, options.cutoff_hz);
+    const signals::Recording& s = sequences[i];
+    const int every = signals::decimation(s.dt, options.cutoff_hz);
     Eigen::MatrixXd coulomb(s.length(), n);
     for (int j = 0; j < n; ++j) coulomb.col(j) = filtered_sign(s, j, options.cutoff_hz);
     for (int k = 0; k < s.length(); k += every) {
-      const auto row = [&](const data::RowMatrix& x) {
+      const auto row = [&](const RowMatrix& x) {
         return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
       };
-      dynamics::regressor(robot, ws, row(s.q), row(s.v), row(s.a), Y);
+      dynamics::regressor(robot, ws, row(s.narrow.q), row(s.narrow.v), row(s.narrow.a), Y);
       for (int j = 0; j < n; ++j) {
         if (!used[i][static_cast<std::size_t>(j)][static_cast<std::size_t>(k)]) continue;
         const auto r = static_cast<Eigen::Index>(out.joint.size());
         out.rows.row(r).head(p) = Y.row(j);
-        out.tau[r] = s.tau(k, j);
+        out.tau[r] = s.filtered_tau(k, j);
         out.rows(r, friction_column(p, n, 0, j)) = shape ? (*shape)[i](k, j) : coulomb(k, j);
-        out.rows(r, friction_column(p, n, 1, j)) = s.v(k, j);
+        out.rows(r, friction_column(p, n, 1, j)) = s.narrow.v(k, j);
         if (options.offset) out.rows(r, friction_column(p, n, 2, j)) = 1;
         out.joint.push_back(j);
       }

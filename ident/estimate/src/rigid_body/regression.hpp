@@ -17,11 +17,11 @@ struct Regression {
 
 /// Stacks the rows that `options` let in, decimated; counts them in `fit`.
 /// @param shape  as `rigid_body_least_squares`
-Regression stack(const dynamics::RobotModel& robot, std::span<const Filtered> sequences,
+Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
                  const RigidBodyOptions& options, const FrictionTorques* shape, RigidBodyFit& fit);
 
 /// What the rigid body pi leaves of the torque of every sequence, for friction to explain.
 FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
-                                std::span<const Filtered> sequences, int jobs);
+                                std::span<const signals::Recording> sequences, int jobs);
 
 }  // namespace fricid::estimate

@@ -4,15 +4,18 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
-#include "fricid/base/progress.hpp"
 #include "fricid/base/rng.hpp"
-#include "fricid/estimate/adam.hpp"
-#include "fricid/estimate/gauss_newton.hpp"
+#include "fricid/estimate/coordinates.hpp"
+#include "fricid/estimate/wash_out.hpp"
+#include "fricid/optimise/adam.hpp"
+#include "fricid/optimise/descent.hpp"
+#include "fricid/optimise/gauss_newton.hpp"
 #include "support.hpp"
 #include "training.hpp"
 
@@ -22,9 +25,7 @@ namespace {
 constexpr double kShortRollout = 1;     // [s]
 constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
 constexpr int kRefresh = 20;            // batches whose curvature is taken in at once
-// A look that finds kLost times the best held-out error sends the training back there, with steps
-// kShorter times as long.
-constexpr double kLost = 3, kShorter = 0.3;
+constexpr double kLost = 3;             // times the best held-out error: back to the best
 constexpr double kResolved = 0.5;       // [rad] phase per step of a spring that steps resolve
 constexpr int kMostCoordinates = 8000;  // of Gauss-Newton steps: 256 MB per matrix
 
@@ -36,7 +37,7 @@ class Batch {
     double loss = 0;
   };
 
-  Batch(const Arm& arm, std::span<const Recording> recordings, StepOptions step, int steps,
+  Batch(const Arm& arm, std::span<const signals::Recording> recordings, StepOptions step, int steps,
         const MultiStepOptions& options)
       : packs_((options.batch + kLanes - 1) / kLanes), parts_(static_cast<std::size_t>(packs_)) {
     for (int p = 0; p < packs_; ++p)
@@ -44,7 +45,7 @@ class Batch {
   }
 
   /// Mean over the windows.
-  Gradient run(const Arm& arm, std::span<const Window> windows, std::span<const data::RowMatrix> z,
+  Gradient run(const Arm& arm, std::span<const Window> windows, std::span<const RowMatrix> z,
                int jobs) {
     parallel_for(packs_, jobs, [&](int p) {
       const auto i = static_cast<std::size_t>(p), first = i * kLanes;
@@ -93,20 +94,18 @@ class Batch {
 /// Collects the curvature of kRefresh batches in coordinates.
 class CurvatureSamples {
  public:
-  CurvatureSamples(const Arm& arm, const ArmCoordinates& coordinates,
-                   const MultiStepOptions& options)
-      : coordinates_(coordinates),
-        seed_(options.seed),
-        pi_(arm.robot.pi.size(), options.batch),
-        theta_(static_cast<Eigen::Index>(arm.friction.theta.size()), options.batch),
-        samples_(coordinates.size(), kRefresh * options.batch) {}
+  CurvatureSamples(const ArmPoint& point, const MultiStepOptions& options)
+      : seed_(options.seed),
+        pi_(point.arm().robot.pi.size(), options.batch),
+        theta_(static_cast<Eigen::Index>(point.arm().friction.theta.size()), options.batch),
+        samples_(point.c().size(), kRefresh * options.batch) {}
 
-  /// Adds those of the last run of `batch` at c; true when kRefresh batches are complete.
-  bool add(Batch& batch, const Eigen::VectorXd& c, int jobs) {
+  /// Adds those of the last run of `batch` at the point; true when kRefresh batches are complete.
+  bool add(Batch& batch, const ArmPoint& point, int jobs) {
     batch.sample_curvature(seed_, calls_, pi_, theta_, jobs);
     const Eigen::Index first = calls_ % kRefresh * pi_.cols();
     for (Eigen::Index k = 0; k < pi_.cols(); ++k) {
-      coordinates_.pull_back(c, pi_.col(k), theta_.col(k), column_);
+      point.pull_back(pi_.col(k), theta_.col(k), column_);
       auto sample = samples_.col(first + k);
       sample = column_.cast<float>();
       if (!sample.allFinite()) sample.setZero();
@@ -116,7 +115,6 @@ class CurvatureSamples {
   const Eigen::MatrixXf& samples() const { return samples_; }
 
  private:
-  const ArmCoordinates& coordinates_;
   std::uint64_t seed_;
   int calls_ = 0;
   Eigen::MatrixXd pi_, theta_;
@@ -125,10 +123,9 @@ class CurvatureSamples {
 };
 
 /// Mean squares of rollouts of equal length, in the order of `windows`.
-std::vector<double> mean_squares(const Arm& arm, std::span<const Recording> recordings,
-                                 std::span<const data::RowMatrix> z,
-                                 std::span<const Window> windows, int steps, StepOptions step,
-                                 int jobs) {
+std::vector<double> mean_squares(const Arm& arm, std::span<const signals::Recording> recordings,
+                                 std::span<const RowMatrix> z, std::span<const Window> windows,
+                                 int steps, StepOptions step, int jobs) {
   constexpr int kLanes = PackD::kLanes;
   std::vector<double> squares(windows.size());
   const int groups = (static_cast<int>(windows.size()) + kLanes - 1) / kLanes;
@@ -147,22 +144,22 @@ std::vector<double> mean_squares(const Arm& arm, std::span<const Recording> reco
 /// (n) stiffness that steps of dt resolve [N m/rad]: sqrt(k/m) dt = kResolved, m = 1/(M^-1)_jj the
 /// inertia that joint j shows while the others are free, at the first sample. Gradients through a
 /// stiffer spring are those of its chatter.
-std::vector<double> resolved_stiffness(const Arm& arm, const Recording& recording, double dt) {
+std::vector<double> resolved_stiffness(const Arm& arm, const signals::Recording& recording,
+                                       double dt) {
   const Eigen::ArrayXd k = std::pow(kResolved / dt, 2) / mobility(arm.robot, recording, 0).array();
   return {k.begin(), k.end()};
 }
 
 /// What of the options follows from the others.
-struct Descent {
+struct Steps {
   bool second_order;
   int iterations;
   double rate;
 };
 /// @param size  number of parameters
-Descent descent_of(const MultiStepOptions& options, int size, std::string_view label) {
-  const Optimiser optimiser = options.optimiser.value_or(
-      size <= kMostCoordinates ? Optimiser::kGaussNewton : Optimiser::kAdam);
-  const bool second_order = optimiser == Optimiser::kGaussNewton;
+Steps steps_of(const MultiStepOptions& options, int size, std::string_view label) {
+  const bool second_order = options.optimiser == Optimiser::kGaussNewton ||
+                            (options.optimiser == Optimiser::kAuto && size <= kMostCoordinates);
   if (second_order && size > kMostCoordinates)
     throw UserError(
         "{}: {} parameters are too many for train.optimiser = \"gauss_newton\"; allowed up "
@@ -172,15 +169,120 @@ Descent descent_of(const MultiStepOptions& options, int size, std::string_view l
           options.rate > 0 ? options.rate : (second_order ? 1 : 8e-3)};
 }
 
-}  // namespace
-
-std::string_view to_string(Optimiser optimiser) {
-  return optimiser == Optimiser::kAdam ? "adam" : "gauss_newton";
+/// Samples of a window.
+int window_steps(std::span<const signals::Recording> recordings, const MultiStepOptions& options) {
+  return static_cast<int>(std::lround(options.window_s / recordings.front().dt));
 }
 
-Split split_recordings(std::span<const Recording> recordings, double hold_out) {
+/// What a descent on windows needs, see optimise::descend.
+class WindowProblem {
+ public:
+  WindowProblem(const ArmPoint& start, std::span<const signals::Recording> recordings,
+                const MultiStepOptions& options, bool second_order, int jobs)
+      : recordings_(recordings),
+        options_(options),
+        second_order_(second_order),
+        jobs_(jobs),
+        steps_(window_steps(recordings, options)),
+        split_(split_recordings(recordings, options.hold_out)),
+        rng_(options.seed, 0),
+        z_(wash_out(start.arm(), recordings, jobs)),
+        step_(longest_leap(start)),
+        batch_(start.arm(), recordings, step_, steps_, options),
+        adam_(start.c().size()) {}
+
+  int leap() const { return step_.leap; }
+
+  void begin(const ArmPoint& point) {
+    z_ = wash_out(point.arm(), recordings_, jobs_);
+    adam_ = optimise::Adam(point.c().size());
+    if (!second_order_) return;
+    // a first matrix before the first step
+    curvature_.emplace(point, options_);
+    gauss_newton_.emplace(point.c().size());
+    Rng first(options_.seed, 2);
+    do batch_.run(point.arm(), draw(first), z_, jobs_);
+    while (!curvature_->add(batch_, point, jobs_));
+    gauss_newton_->refresh(curvature_->samples(), jobs_);
+  }
+
+  void prepare(int iteration, const ArmPoint& point) {
+    if (iteration % options_.wash_out_every == 0) z_ = wash_out(point.arm(), recordings_, jobs_);
+  }
+
+  double loss(const ArmPoint& point, Eigen::VectorXd& gradient) {
+    return run(batch_, point, draw(rng_), gradient);
+  }
+
+  std::pair<Eigen::VectorXd, bool> step(const ArmPoint& point, const Eigen::VectorXd& gradient,
+                                        double rate) {
+    const ArmCoordinates& coordinates = point.coordinates();
+    Eigen::VectorXd c = point.c();
+    if (!second_order_) {
+      const bool moved = adam_.step(gradient, rate, coordinates.rate(), coordinates.box(), c);
+      return {std::move(c), moved};
+    }
+    if (curvature_->add(batch_, point, jobs_)) gauss_newton_->refresh(curvature_->samples(), jobs_);
+    const bool moved = gauss_newton_->step(gradient, rate, coordinates.box(), c);
+    return {std::move(c), moved};
+  }
+
+  double held_out(const ArmPoint& point) {
+    return held_out_error(point.arm(), recordings_, split_, options_.judge, jobs_);
+  }
+
+  std::string describe(double loss, double held_out) const {
+    return fmt::format("loss {:.3g}, held out {:.2e} rad2", loss, held_out);
+  }
+
+ private:
+  std::vector<Window> draw(Rng& rng) const {
+    return draw_windows(recordings_, split_, steps_, options_.batch, options_.from_rest, rng);
+  }
+
+  double run(Batch& batch, const ArmPoint& point, std::span<const Window> windows,
+             Eigen::VectorXd& gradient) const {
+    const Batch::Gradient mean = batch.run(point.arm(), windows, z_, jobs_);
+    point.pull_back(mean.pi, mean.theta, gradient);
+    return mean.loss;
+  }
+
+  /// Steps with the longest leap whose gradient is that of the judge's: stiff friction makes long
+  /// leaps chatter, and gradients through chatter explode.
+  StepOptions longest_leap(const ArmPoint& point) const {
+    StepOptions step = options_.step;
+    Rng trial(options_.seed, 1);
+    const auto windows = draw(trial);
+    Eigen::VectorXd wanted, found;
+    Batch fine(point.arm(), recordings_, options_.judge, steps_, options_);
+    run(fine, point, windows, wanted);
+    for (; step.leap > 1; step.leap /= 2) {
+      Batch coarse(point.arm(), recordings_, step, steps_, options_);
+      run(coarse, point, windows, found);
+      if ((found - wanted).norm() < kLeapTolerance * wanted.norm()) break;
+    }
+    return step;
+  }
+
+  std::span<const signals::Recording> recordings_;
+  const MultiStepOptions& options_;
+  bool second_order_;
+  int jobs_, steps_;
+  Split split_;
+  Rng rng_;
+  std::vector<RowMatrix> z_;
+  StepOptions step_;
+  Batch batch_;
+  optimise::Adam adam_;
+  std::optional<optimise::GaussNewton> gauss_newton_;
+  std::optional<CurvatureSamples> curvature_;
+};
+
+}  // namespace
+
+Split split_recordings(std::span<const signals::Recording> recordings, double hold_out) {
   Split split;
-  for (const Recording& r : recordings) {
+  for (const signals::Recording& r : recordings) {
     const int end = static_cast<int>(std::lround((1 - hold_out) * r.length()));
     split.train_end.push_back(end);
     split.test_begin.push_back(end);
@@ -188,8 +290,8 @@ Split split_recordings(std::span<const Recording> recordings, double hold_out) {
   return split;
 }
 
-double held_out_error(const Arm& arm, std::span<const Recording> recordings, const Split& split,
-                      StepOptions step, int jobs) {
+double held_out_error(const Arm& arm, std::span<const signals::Recording> recordings,
+                      const Split& split, StepOptions step, int jobs) {
   const auto z = wash_out(arm, recordings, jobs);
   const int second = static_cast<int>(std::lround(kShortRollout / recordings.front().dt));
   int shortest = recordings.front().length();
@@ -211,130 +313,40 @@ double held_out_error(const Arm& arm, std::span<const Recording> recordings, con
   return std::exp(0.5 * (mean_log(tiles, second) + mean_log(whole, shortest)));
 }
 
-MultiStepReport train_multi_step(const Arm& start, std::span<const Recording> recordings,
+MultiStepReport train_multi_step(const Arm& start, std::span<const signals::Recording> recordings,
                                  const MultiStepOptions& options, std::string_view label,
                                  int jobs) {
   const auto begin = std::chrono::steady_clock::now();
-  const double dt = recordings.front().dt;
-  const int steps = static_cast<int>(std::lround(options.window_s / dt));
+  const int steps = window_steps(recordings, options);
   const Split split = split_recordings(recordings, options.hold_out);
   for (std::size_t i = 0; i < recordings.size(); ++i)
     if (split.train_end[i] < 2 * steps)
-      throw UserError("{}: {} samples are too few for windows of {} s", recordings[i].name,
+      throw UserError("{}: {} samples are too few for windows of {} s", recordings[i].log.name,
                       recordings[i].length(), options.window_s);
 
-  MultiStepReport report;
-  report.arm = start;
-  CoordinateOptions bounded = options.coordinates;
-  bounded.stiffest = resolved_stiffness(start, recordings.front(),
-                                        dt * options.judge.leap / options.judge.substeps);
+  CoordinateOptions bounded{.rigid_body = options.rigid_body, .torque_scale = options.torque_scale};
+  bounded.stiffest =
+      resolved_stiffness(start, recordings.front(),
+                         recordings.front().dt * options.judge.leap / options.judge.substeps);
+  bounded.limits = options.limits;
   const ArmCoordinates coordinates(start, bounded);
-  Arm arm = start;
-  Eigen::VectorXd c = coordinates.start(), c_bar;
-  const Descent descent = descent_of(options, coordinates.size(), label);
-  Adam adam(coordinates.size());
-  std::optional<GaussNewton> gauss_newton;
-  Rng rng(options.seed, 0);
+  const Steps kind = steps_of(options, coordinates.size(), label);
+  ArmPoint point(coordinates, start), first = point;
+  first.move_to(first.c());
+  WindowProblem problem(first, recordings, options, kind.second_order, jobs);
 
-  Eigen::VectorXd best_c = c;
-  const auto look = [&](int iteration) {
-    report.checked.push_back(iteration);
-    report.held_out.push_back(held_out_error(arm, recordings, split, options.judge, jobs));
-    if (report.held_out.back() < report.held_out[static_cast<std::size_t>(report.best)]) {
-      report.best = static_cast<int>(report.held_out.size()) - 1;
-      report.arm = arm;
-      best_c = c;
-    }
-  };
-  look(0);
-  coordinates.apply(c, arm);
-
-  // the longest leap whose gradient is that of the judge's steps: stiff friction makes long leaps
-  // chatter, and gradients through chatter explode
-  StepOptions step = options.step;
-  const auto gradient = [&](Batch& batch, std::span<const Window> windows,
-                            std::span<const data::RowMatrix> z) {
-    const Batch::Gradient mean = batch.run(arm, windows, z, jobs);
-    coordinates.pull_back(c, mean.pi, mean.theta, c_bar);
-    return mean.loss;
-  };
-  std::vector<data::RowMatrix> z = wash_out(arm, recordings, jobs);
-  {
-    Rng trial(options.seed, 1);
-    const auto windows =
-        draw_windows(recordings, split, steps, options.batch, options.from_rest, trial);
-    Batch fine(arm, recordings, options.judge, steps, options);
-    gradient(fine, windows, z);
-    const Eigen::VectorXd wanted = c_bar;
-    for (; step.leap > 1; step.leap /= 2) {
-      Batch coarse(arm, recordings, step, steps, options);
-      gradient(coarse, windows, z);
-      if ((c_bar - wanted).norm() < kLeapTolerance * wanted.norm()) break;
-    }
-    report.leap = step.leap;
-  }
-
-  Batch batch(arm, recordings, step, steps, options);
-  std::optional<CurvatureSamples> curvature;
-  const auto begin_descent = [&] {
-    adam = Adam(coordinates.size());
-    if (!descent.second_order) return;
-    // a first matrix before the first step
-    curvature.emplace(arm, coordinates, options);
-    gauss_newton.emplace(coordinates.size());
-    Rng first(options.seed, 2);
-    const auto draw = [&] {
-      return draw_windows(recordings, split, steps, options.batch, options.from_rest, first);
-    };
-    do batch.run(arm, draw(), z, jobs);
-    while (!curvature->add(batch, c, jobs));
-    gauss_newton->refresh(curvature->samples(), jobs);
-  };
-  begin_descent();
-  double rate_share = 1;
-  Progress progress(fmt::format("train {}", label), descent.iterations);
-  for (int iteration = 0; iteration < descent.iterations; ++iteration) {
-    throw_if_stopped();
-    if (iteration % options.wash_out_every == 0) z = wash_out(arm, recordings, jobs);
-    const auto windows =
-        draw_windows(recordings, split, steps, options.batch, options.from_rest, rng);
-    const double loss = gradient(batch, windows, z);
-    report.loss.push_back(loss);
-    const double rate =
-        rate_share * descent.rate * training_schedule(iteration, descent.iterations);
-    if (curvature && curvature->add(batch, c, jobs))
-      gauss_newton->refresh(curvature->samples(), jobs);
-    const bool moved =
-        descent.second_order
-            ? gauss_newton->step(c_bar, rate, coordinates.lower(), coordinates.upper(), c)
-            : adam.step(c_bar, rate, coordinates.rate(), coordinates.lower(), coordinates.upper(),
-                        c);
-    if (!moved) ++report.skipped;
-    coordinates.apply(c, arm);
-    const int done = iteration + 1;
-    if (done * options.checks / descent.iterations >
-        iteration * options.checks / descent.iterations) {
-      look(done);
-      const double best = report.held_out[static_cast<std::size_t>(report.best)];
-      if (done < descent.iterations && report.held_out.back() > kLost * best) {
-        c = best_c;
-        coordinates.apply(c, arm);
-        z = wash_out(arm, recordings, jobs);
-        rate_share *= kShorter;
-        ++report.returns;
-        begin_descent();
-      }
-    }
-    progress.advance(1, fmt::format("loss {:.3g}, held out {:.2e} rad2", report.loss.back(),
-                                    report.held_out.back()));
-  }
-
-  const double best = report.held_out[static_cast<std::size_t>(report.best)];
+  MultiStepReport report;
+  report.leap = problem.leap();
+  report.history = optimise::descend(
+      problem, point,
+      {.iterations = kind.iterations, .rate = kind.rate, .checks = options.checks, .lost = kLost},
+      fmt::format("train {}", label));
+  report.arm = point.arm();
+  const double best = report.history.best_held_out();
   report.outcome = std::isfinite(best) ? Outcome::kIterationLimit : Outcome::kFailed;
-  report.message =
-      fmt::format("held-out error {:.2e} rad2 after {} of {} iterations, {:.2e} before", best,
-                  report.checked[static_cast<std::size_t>(report.best)], descent.iterations,
-                  report.held_out.front());
+  report.message = fmt::format(
+      "held-out error {:.2e} rad2 after {} of {} iterations, {:.2e} before", best,
+      report.history.best_iteration(), kind.iterations, report.history.held_out.front());
   report.seconds = seconds_since(begin);
   return report;
 }

@@ -7,9 +7,18 @@
 #include "fricid/base/math.hpp"
 
 namespace fricid::estimate {
+namespace {
+
+const RowMatrix& logged_q(const signals::Recording& r) { return r.log.q; }
+const RowMatrix& wide_q(const signals::Recording& r) { return r.wide.q; }
+const RowMatrix& wide_v(const signals::Recording& r) { return r.wide.v; }
+const RowMatrix& held_tau(const signals::Recording& r) { return r.held_tau; }
+const RowMatrix& temperature(const signals::Recording& r) { return r.temperature; }
+
+}  // namespace
 
 template <class S>
-WindowRollout<S>::WindowRollout(const Arm& arm, std::span<const Recording> recordings,
+WindowRollout<S>::WindowRollout(const Arm& arm, std::span<const signals::Recording> recordings,
                                 StepOptions step, int steps, ErrorScales scales)
     : arm_(arm),
       recordings_(recordings),
@@ -50,29 +59,27 @@ auto WindowRollout<S>::frame(int leap) -> Frame {
 
 /// Row `step` of a signal in every window; unused lanes repeat the first window.
 template <class S>
-void WindowRollout<S>::gather(const data::RowMatrix Recording::*signal, int step,
-                              std::vector<S>& out) const {
+void WindowRollout<S>::gather(Signal signal, int step, std::vector<S>& out) const {
   using Number = decltype(lane(S(), 0));
   for (int k = 0; k < lanes(); ++k) {
     const Window& w = windows_[k < std::ssize(windows_) ? static_cast<std::size_t>(k) : 0];
-    const auto row =
-        (recordings_[static_cast<std::size_t>(w.recording)].*signal).row(w.begin + step);
+    const auto row = signal(recordings_[static_cast<std::size_t>(w.recording)]).row(w.begin + step);
     for (int j = 0; j < n_; ++j)
       set_lane(out[static_cast<std::size_t>(j)], k, static_cast<Number>(row[j]));
   }
 }
 
 template <class S>
-double WindowRollout<S>::loss(std::span<const Window> windows, std::span<const data::RowMatrix> z) {
+double WindowRollout<S>::loss(std::span<const Window> windows, std::span<const RowMatrix> z) {
   using Number = decltype(lane(S(), 0));
   windows_.assign(windows.begin(), windows.end());
   const double dt = recordings_.front().dt;
   const int leaps = stepper_.leaps();
 
   Frame x = frame(0);
-  gather(&Recording::q, 0, target_);
+  gather(wide_q, 0, target_);
   std::copy(target_.begin(), target_.end(), x.q.begin());
-  gather(&Recording::v, 0, target_);
+  gather(wide_v, 0, target_);
   std::copy(target_.begin(), target_.end(), x.v.begin());
   for (int k = 0; k < lanes(); ++k) {
     const Window& w = windows_[k < std::ssize(windows_) ? static_cast<std::size_t>(k) : 0];
@@ -85,8 +92,8 @@ double WindowRollout<S>::loss(std::span<const Window> windows, std::span<const d
   const S share(1.0 / (steps_ * n_)), s_q(1 / scales_.q), s_v(1 / scales_.v);
   const auto n = static_cast<std::size_t>(n_);
   for (int step = 0; step < steps_; ++step) {
-    gather(&Recording::tau, step, tau_);
-    gather(&Recording::temperature, step, temperature_);
+    gather(held_tau, step, tau_);
+    gather(temperature, step, temperature_);
     for (int l = 0; l < leaps; ++l) {
       const Frame before = frame(step * leaps + l);
       x = frame(step * leaps + l + 1);
@@ -110,9 +117,9 @@ double WindowRollout<S>::loss(std::span<const Window> windows, std::span<const d
         if (is_position) square += share * select(known, e * e, S(0));
       }
     };
-    gather(&Recording::q_measured, step + 1, target_);
+    gather(logged_q, step + 1, target_);
     add(target_, x.q, s_q, at, true);
-    gather(&Recording::v, step + 1, target_);
+    gather(wide_v, step + 1, target_);
     add(target_, x.v, s_v, at + n, false);
   }
 
@@ -136,8 +143,8 @@ void WindowRollout<S>::sweep(const std::vector<S>& slope) {
   for (auto* x : {&q_bar_, &v_bar_, &z_bar_, &pi_bar_, &theta_bar_})
     std::fill(x->begin(), x->end(), S(0));
   for (int step = steps_; step-- > 0;) {
-    gather(&Recording::tau, step, tau_);
-    gather(&Recording::temperature, step, temperature_);
+    gather(held_tau, step, tau_);
+    gather(temperature, step, temperature_);
     const S* at = slope.data() + static_cast<std::size_t>(step) * 2 * n;
     for (std::size_t j = 0; j < n; ++j) {
       q_bar_[j] += at[j];

@@ -9,8 +9,8 @@
 
 namespace fricid::render {
 
-/// How one model is drawn. The colour says the law (Okabe & Ito 2008: told apart by everybody);
-/// dash and marker repeat it for print in grey.
+/// How one model is drawn. The colour says the law (Okabe & Ito 2008: safe for colour-blind
+/// readers); dash and marker repeat it for print in grey.
 struct Look {
   std::string colour = "#000000";  ///< "#rrggbb"
   int dash = 1;                    ///< 1 solid, 2 dashed, 3 dotted, 4 dash-dot
@@ -21,7 +21,7 @@ struct Look {
 /// each with another dash.
 Look look_of_law(const std::string& law, int again = 0);
 
-/// Colour of the truth and of what was measured.
+/// Colour of the truth and of measurements.
 inline constexpr const char* kTruthColour = "#a6a6a6";
 inline constexpr const char* kMeasuredColour = "#000000";
 

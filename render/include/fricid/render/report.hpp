@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "fricid/data/scene.hpp"
+#include "fricid/scene/scene.hpp"
 #include "fricid/workflow/manifest.hpp"
 #include "fricid/workflow/run_folder.hpp"
 
@@ -18,11 +18,11 @@ namespace fricid::render {
 /// @param scene     as run
 /// @param manifest  what was done; its stages are shown, so the report's own must not be among them
 /// @throws UserError when the folder holds no evaluation.json, or what is there is broken
-std::string report_of_run(const workflow::RunFolder& folder, const data::Scene& scene,
+std::string report_of_run(const workflow::RunFolder& folder, const scene::Scene& scene,
                           const workflow::Manifest& manifest);
 
 /// Writes report_of_run to a file of that folder, atomically. @throws UserError
-void write_report(const workflow::RunFolder& folder, const data::Scene& scene,
+void write_report(const workflow::RunFolder& folder, const scene::Scene& scene,
                   const workflow::Manifest& manifest, const std::filesystem::path& file);
 
 }  // namespace fricid::render

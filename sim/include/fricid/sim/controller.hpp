@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "fricid/data/scene.hpp"
 #include "fricid/dynamics/algorithms.hpp"
+#include "fricid/sim/options.hpp"
 
 namespace fricid::sim {
 
@@ -26,19 +26,16 @@ struct Reference {
 /// torque saturates at the effort limits, and the integral stops there.
 class Controller {
  public:
-  /// @throws UserError on an unknown kind, naming the known ones
-  Controller(const data::ControllerConfig& config, const dynamics::RobotModel& robot, double dt);
+  Controller(const ControllerOptions& options, const dynamics::RobotModel& robot, double dt);
 
   /// Motor torque tau (n) [N m] for the coming sample.
   void torque(const Reference& reference, std::span<const double> q, std::span<const double> v,
               std::span<double> tau);
 
  private:
-  enum class Kind { kPdGravity, kComputedTorque, kCascade };
-
   const dynamics::RobotModel& robot_;
   dynamics::Workspace<double> ws_;
-  Kind kind_;
+  ControlLaw law_;
   double w_, zeta_, integral_s_, model_error_, dt_;
   std::vector<double> zero_, a_, M_, bias_, integral_;
 };

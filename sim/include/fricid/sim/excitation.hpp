@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "fricid/data/scene.hpp"
 #include "fricid/sim/excitation_file.hpp"
 #include "fricid/sim/fourier.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
+#include "fricid/sim/options.hpp"
 
 namespace fricid::sim {
 
@@ -30,12 +30,12 @@ struct Excitation {
 /// may
 ///               be empty
 /// @throws UserError when no trajectory keeps all limits, naming the one that is broken
-Excitation design_excitation(const data::ExcitationConfig& config, const MujocoArm& arm,
+Excitation design_excitation(const ExcitationOptions& config, const MujocoArm& arm,
                              const dynamics::RobotModel& robot, std::uint64_t seed, int jobs,
                              const Eigen::MatrixXd& known = {});
 
 /// Margins of a trajectory on a grid of `samples` times over one period.
-TrajectoryReport examine(const Fourier& series, const data::ExcitationConfig& config,
+TrajectoryReport examine(const Fourier& series, const ExcitationOptions& config,
                          const MujocoArm& arm, const dynamics::RobotModel& robot, int samples);
 
 /// A trajectory as TOML, format "fricid.trajectory/1": joints, w, q0, and a, b per joint, with the

@@ -1,4 +1,4 @@
-// MuJoCo as the physics of the ground truth: one arm, contacts and limits off, no loss of its own.
+// MuJoCo as the physics of the ground truth: one arm, without contacts, limits or joint losses.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -22,8 +22,8 @@ struct MjDataDeleter {
 using MjModelPtr = std::unique_ptr<mjModel, MjModelDeleter>;
 using MjDataPtr = std::unique_ptr<mjData, MjDataDeleter>;
 
-/// Makes MuJoCo a guest that behaves: its errors become std::runtime_error, its warnings one line
-/// on stderr, and it neither waits for a key nor writes a log file. Called by every loader; cheap.
+/// Redirects the messages of MuJoCo: errors become std::runtime_error, warnings one line on
+/// stderr; it does not wait for a key or write a log file. Called by every loader; cheap.
 /// @throws UserError when the library that was loaded is not the one whose header was compiled
 void initialise_mujoco();
 

@@ -3,12 +3,12 @@
 #include <cstdint>
 
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/scene.hpp"
+#include "fricid/sim/options.hpp"
 #include "fricid/sim/plant.hpp"
 
 namespace fricid::sim {
 
-/// What the sensors make of a trace. Per sample and joint
+/// Sensor model: the log of a trace. Per sample and joint
 ///
 ///     q_meas   = round_to(encoder_step, q + N(0, encoder_noise^2))
 ///     tau_meas = round_to(torque_step, tau delayed + N(0, torque_noise^2))     shares of the
@@ -17,10 +17,10 @@ namespace fricid::sim {
 /// and a dropped sample repeats the last one that arrived. Every purpose, joint and sequence has a
 /// random stream of its own.
 /// @param sequence  number of the recording within the run, unique over train and validation
-data::Dataset measure(const Trace& trace, const data::SensorsConfig& config,
+data::Dataset measure(const Trace& trace, const SensorOptions& config,
                       const dynamics::RobotModel& robot, std::uint64_t seed, int sequence);
 
 /// Exponential warm-up over the whole campaign [K]: start + rise (1 - exp(-time / time constant)).
-double temperature_at(const data::SensorsConfig& config, double time);
+double temperature_at(const SensorOptions& config, double time);
 
 }  // namespace fricid::sim

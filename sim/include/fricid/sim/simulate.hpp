@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/problem.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 #include "fricid/sim/truth.hpp"
@@ -19,21 +19,21 @@ struct Simulation {
 
 /// The arm of a scene in MuJoCo, with mount and payload; made of the URDF where the scene names no
 /// MJCF. @throws UserError as MujocoArm, and for a scene of logs without an MJCF
-MujocoArm make_arm(const data::Problem& problem);
+MujocoArm make_arm(const scene::Problem& problem);
 /// The same with another physics step [s].
-MujocoArm make_arm(const data::Problem& problem, double step);
+MujocoArm make_arm(const scene::Problem& problem, double step);
 
 /// Designs the excitation and simulates every sequence, each on a plant of its own: `train` x
 /// `repeats` periods to train on, `validation` to judge by. The arm enters each period from the end
 /// of the one before, so that a log starts in a natural state. Equal bytes for any number of jobs.
 /// @throws UserError on a scene without friction, or as above; std::runtime_error when the arm
 /// diverges
-Simulation simulate(const data::Problem& problem, int jobs);
+Simulation simulate(const scene::Problem& problem, int jobs);
 
 /// Open loop of the truth for a data set: from the true state at `start`, under the measured, held
 /// torque of the data set: what physics and sensors allow at best.
 /// @param length  samples; row 0 is the state at `start`
-Trace oracle_rollout(const data::Problem& problem, const MujocoArm& arm, const Truth& truth,
+Trace oracle_rollout(const scene::Problem& problem, const MujocoArm& arm, const Truth& truth,
                      const data::Dataset& dataset, int start, int length);
 
 }  // namespace fricid::sim

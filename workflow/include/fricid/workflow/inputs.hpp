@@ -1,4 +1,4 @@
-// What a stage reads, declared before it runs.
+// Declaration of the inputs of a stage.
 #pragma once
 
 #include <filesystem>
@@ -28,7 +28,7 @@ class Inputs {
 
   /// Sorted by name. @throws std::logic_error when two have one name
   std::vector<Content> contents() const;
-  /// The run folder as the stage sees it: without what was not declared.
+  /// The run folder as the stage sees it: only the declared files.
   RunFolder visible() const;
 
  private:

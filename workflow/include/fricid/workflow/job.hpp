@@ -1,4 +1,4 @@
-// A scene at work in its run folder: what `fricid run` does, step by step.
+// The steps of `fricid run` for a scene and its run folder.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "fricid/data/model_file.hpp"
-#include "fricid/data/problem.hpp"
 #include "fricid/evaluate/evaluation.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/workflow/run.hpp"
 
 namespace fricid::workflow {
 
-/// A scene and the folder that it is done in.
+/// A scene and its run folder.
 struct Job {
-  data::Problem problem;
+  scene::Problem problem;
   std::string mjcf;  ///< what MuJoCo makes of the MJCF, included files and meshes; empty: none
   Run run;
   int jobs;                                     ///< threads; 0: one per core
@@ -28,26 +28,25 @@ struct Job {
 /// its work: the simulated arm must be that of the URDF.
 /// @param seed  of the data, instead of the scene's
 /// @throws UserError
-data::Problem load_problem(const std::filesystem::path& target,
-                           std::optional<std::uint64_t> seed = {});
+scene::Problem load_problem(const std::filesystem::path& target,
+                            std::optional<std::uint64_t> seed = {});
 
 /// Opens or creates a run folder for a problem: the manifest names its sources, scene.toml is
 /// the scene as run.
 /// @throws UserError as Run::open, and when a source lies where the run writes
-Job open_job(data::Problem problem, const std::filesystem::path& folder, bool fresh, int jobs,
+Job open_job(scene::Problem problem, const std::filesystem::path& folder, bool fresh, int jobs,
              std::function<void(const std::string&)> say);
 
 /// Simulates or imports the data: data/, truth/, excitation.json. Nothing when they stand.
 void make_data(Job& job);
 
-/// Says what is so wrong with the logs of a run that whatever is fitted to them means something
-/// else.
-/// @return false when there is such a thing
+/// Reports faults of the logs of a run that make any fit to them meaningless.
+/// @return false if there is one
 bool data_are_sound(const Job& job);
 
 /// One fit to make.
 struct FitRequest {
-  data::ModelConfig model;
+  estimate::ModelOptions model;
   int seed = 1;
 
   FitId id() const { return {model.name, seed}; }
@@ -55,7 +54,7 @@ struct FitRequest {
 
 /// Fits of the scene's models, or of those named, which may also be laws of the table; with the
 /// scene's seeds, or these.
-std::vector<FitRequest> requested_fits(const data::Scene& scene,
+std::vector<FitRequest> requested_fits(const scene::Scene& scene,
                                        const std::vector<std::string>& names,
                                        const std::vector<int>& seeds);
 
@@ -81,22 +80,22 @@ Fits fits_of(const Job& job);
 /// @param further_data  data sets beside those of the run
 evaluate::Evaluation evaluate(Job& job, const std::vector<std::filesystem::path>& further_data);
 
-/// plots/ and video/. What cannot be made (no gnuplot, nothing to draw with, disk full) is left
-/// out.
-/// @return why, one line; empty when all is there
+/// Makes plots/ and video/. Plots and videos that cannot be made (no gnuplot, no renderer, disk
+/// full) are left out.
+/// @return the reason in one line; empty if all were made
 std::string draw_plots(Job& job);
 /// @param shown  the problem with the [render] to film by
-std::string make_videos(Job& job, const data::Problem& shown, const std::string& renderer);
+std::string make_videos(Job& job, const scene::Problem& shown, const std::string& renderer);
 
 /// report.html, from what is there. @throws UserError when it cannot be written
 void make_report(Job& job);
 
-// The stages by themselves: what they would read, and their work.
+// The single stages: their declared inputs and their work.
 Stage data_stage(const Job& job);
 Stage fit_stage(const Job& job, const FitRequest& request);
 Stage evaluation_stage(const Job& job, const std::vector<std::filesystem::path>& further_data);
 Stage plots_stage(const Job& job);
-Stage film_stage(const Job& job, const data::Problem& shown, const std::string& renderer);
+Stage film_stage(const Job& job, const scene::Problem& shown, const std::string& renderer);
 Stage report_stage(const Job& job);
 
 }  // namespace fricid::workflow

@@ -1,4 +1,4 @@
-// A run folder at work: locked, with its manifest.
+// An open run folder: locked, with its manifest.
 #pragma once
 
 #include <functional>
@@ -15,15 +15,14 @@
 
 namespace fricid::workflow {
 
-/// What a stage's work left.
+/// Result of the work of a stage.
 struct Done {
   std::vector<std::filesystem::path> files;  ///< that it wrote
-  /// What the work takes by itself [s], where the clock also saw work that it shares with others;
-  /// NaN: what the clock saw.
+  /// Duration without the work shared with other stages [s]; NaN: the measured wall-clock time.
   double seconds = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// One step of a run: what it reads, and how it makes files from that alone.
+/// One step of a run: its inputs, and a function that makes files from these alone.
 struct Stage {
   std::string name;
   Inputs inputs;
@@ -65,7 +64,7 @@ class Run {
   /// Names of the inputs of a stage that are not those it was last done from.
   std::vector<std::string> changed(const Stage& stage) const;
 
-  /// What a checkpoint of a stage belongs to: this program and these inputs.
+  /// Key of the checkpoint of a stage: a hash of the program and the inputs.
   std::string key_of(const Stage& stage) const;
 
  private:

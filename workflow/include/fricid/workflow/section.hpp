@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "fricid/data/problem.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/workflow/inputs.hpp"
 
 namespace fricid::workflow {
@@ -29,12 +29,12 @@ std::string_view to_string(Section section);
 
 /// A scene of which only these sections are as given; the others are at their defaults. Where the
 /// robot is among them, its model and its files are too.
-data::Problem part_of(const data::Problem& problem, std::span<const Section> sections);
+scene::Problem part_of(const scene::Problem& problem, std::span<const Section> sections);
 
 /// The same problem with another scene; its robot and its files stay.
-data::Problem with_scene(const data::Problem& problem, data::Scene scene);
+scene::Problem with_scene(const scene::Problem& problem, scene::Scene scene);
 
 /// Declares sections of a scene, with the robot the content of its URDF. @throws UserError
-void declare(Inputs& inputs, const data::Problem& problem, std::span<const Section> sections);
+void declare(Inputs& inputs, const scene::Problem& problem, std::span<const Section> sections);
 
 }  // namespace fricid::workflow

@@ -7,10 +7,10 @@
 
 namespace fricid {
 
-/// Does what can be done of several things, and says in the end what could not.
+/// Runs several independent tasks, goes on after a failure, and reports the failures at the end.
 class Attempts {
  public:
-  /// Calls `thing`; a UserError of it is kept for `finish`.
+  /// Calls `thing`; a UserError that it throws is kept for `finish`.
   template <class Thing>
   void try_to(Thing&& thing) {
     try {
@@ -24,7 +24,7 @@ class Attempts {
     }
   }
 
-  /// @throws UserError with the first reason, and how many others there are, unless all was done
+  /// @throws UserError with the first reason and the number of others, if any task failed
   void finish() const {
     if (first_.empty()) return;
     if (others_ == 0) throw UserError("{}", first_);

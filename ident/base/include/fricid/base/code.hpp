@@ -1,5 +1,5 @@
-// Text in the syntax of another language, as a type: a string that came from a file cannot get into
-// it but through that language's quoting.
+// Text in the syntax of another language, as a type: a string from a file can only enter it through
+// that language's quoting function.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 
 namespace fricid {
 
-/// What a quoting function vouches for; only those make one.
+/// Text that is already quoted. Only quoting functions make one.
 struct Vouched {
   std::string text;
 };
@@ -26,10 +26,11 @@ class Code {
 
  public:
   Code() = default;
-  /// For quoting functions alone.
+  /// Called by quoting functions only.
   explicit Code(Vouched quoted) : text_(std::move(quoted.text)) {}
 
-  /// A literal with numbers and pieces of the same language in it. Nothing else compiles.
+  /// A literal with numbers and pieces of the same language as arguments; other types do not
+  /// compile.
   template <class... Args>
   static Code of(fmt::format_string<Part<Args>...> format, const Args&... args) {
     return Code(Vouched{fmt::format(format, Part<Args>(part_of(args))...)});

@@ -1,6 +1,5 @@
-// Eigen with its kernels and decompositions of matrices of double, which eigen_instances.cpp
-// compiles once: a unit that includes this file calls them, one that includes Eigen alone compiles
-// its own.
+// Eigen with explicit instantiations of its kernels and decompositions for double. They are
+// compiled once, in eigen_instances.cpp; a source that includes only Eigen compiles its own.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -13,7 +12,7 @@
 #define FRICID_INSTANCE extern template
 #endif
 
-// other versions have other parameters
+// later versions of Eigen have other template parameters
 #if !EIGEN_VERSION_AT_LEAST(3, 4, 90)
 
 namespace Eigen {

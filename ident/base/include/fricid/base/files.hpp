@@ -7,39 +7,39 @@
 
 namespace fricid {
 
-/// Writes `path` so that a reader sees the old file or the new one and never a torn one: `write`
-/// fills a temporary file in the same folder, which is synced, renamed and the folder synced.
-/// Creates missing parent folders; a symbolic link stays one and its target is replaced. After a
-/// failure or an exception of `write` the old file is untouched and the temporary removed; after a
-/// kill the temporary
-/// ".NAME.PID.COUNT.tmp" stays.
+/// Writes `path` atomically: a reader sees the old file or the new one, never a part of it. `write`
+/// fills a temporary file in the same folder, which is synced and renamed; then the folder is
+/// synced. Creates missing parent folders. Of a symbolic link the target is replaced. If `write`
+/// fails or throws, the old file stays and the temporary file is removed; a killed process leaves
+/// the temporary file ".NAME.PID.COUNT.tmp".
 /// @throws UserError naming the path and the reason (no space, no permission, a folder in the way)
 /// @see Pillai et al., "All file systems are not created equal", OSDI 2014
 void write_file_atomically(const std::filesystem::path& path,
                            const std::function<void(const std::filesystem::path&)>& write);
 void write_file_atomically(const std::filesystem::path& path, std::string_view text);
 
-/// Whether a file is one that a killed writer left.
+/// Whether a file has the name of a temporary file of `write_file_atomically`.
 bool is_left_temporary(const std::filesystem::path& file);
 
-/// Removes what killed writers left in a folder and below: files ".NAME.PID.COUNT.tmp".
+/// Removes the temporary files ".NAME.PID.COUNT.tmp" of killed processes from a folder and its
+/// subfolders.
 /// @pre no process writes there
 void remove_left_temporaries(const std::filesystem::path& folder);
 
-/// Whole content of a text file. @throws UserError when missing, a folder, or unreadable
+/// Whole content of a text file. @throws UserError if it is missing, a folder, or unreadable
 std::string read_file(const std::filesystem::path& path);
 
 /// SHA-256 of a file or a text as 64 hexadecimal digits.
 std::string sha256_of_file(const std::filesystem::path& path);
 std::string sha256_of_text(std::string_view text);
 
-/// Keeps other processes (and other FileLocks) out for as long as it lives, whatever ends the
-/// process: an exclusive flock on an empty file that is made for it and stays. On file systems
-/// without locks it keeps nobody out.
+/// Exclusive lock against other processes and other FileLocks: a POSIX record lock on an empty
+/// file, which is created and stays. The lock ends with the object or the process; what the process
+/// forked does not hold it. File systems without locks give no protection.
 class FileLock {
  public:
   /// Creates missing parent folders.
-  /// @throws UserError naming the folder when it is held already, or `file` cannot be written
+  /// @throws UserError naming the folder if the lock is taken, or if `file` cannot be written
   explicit FileLock(const std::filesystem::path& file);
   ~FileLock();
   FileLock(const FileLock&) = delete;

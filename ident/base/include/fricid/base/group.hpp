@@ -7,8 +7,8 @@
 
 namespace fricid {
 
-/// N values of S with element-wise arithmetic, equal to the last bit to that of each alone. Where a
-/// long chain of operations leaves a processor waiting, it works on several in the same time.
+/// N values of S with element-wise arithmetic, bit for bit equal to N separate computations. Hides
+/// the latency of long chains of operations: the processor works on several values at once.
 template <class S, int N>
 struct Group {
   S x[N];

@@ -19,8 +19,8 @@ template <Lanewise S>
   return detail::scale(detail::add_expm1(S(1), e.r), e.n);
 }
 
-/// e^-x for x >= 0 where only its difference to numbers like 1 counts: absolute error <= 2^-53
-/// (float: 2^-24), e^-60 beyond x = 60. Takes half the instructions of exp.
+/// e^-x for x >= 0 with small absolute, not relative, error: <= 2^-53 (float: 2^-24). Returns e^-60
+/// for x > 60. Takes half the instructions of exp.
 template <Lanewise S>
 [[gnu::always_inline, gnu::flatten]] inline S decay(S x) {
   using R = detail::RealOf<S>;
@@ -61,7 +61,7 @@ template <Lanewise S>
   const S u = S(1) + x;
   const auto e = detail::log_parts(u);
   const S f = e.m - S(1);
-  // What rounding u has lost, divided by u = 2^n (1 + f); 1 / (1 + f) to 2 % is plenty.
+  // the rounding error of u, divided by u = 2^n (1 + f); 1 / (1 + f) needs an accuracy of 2 % only
   const S lost = select(x > S(1), S(1) - (u - x), x - (u - S(1)));
   const S scale =
       detail::power_of_two<S>(detail::Words<S>(0) - detail::round_to_integer(e.n).integer);

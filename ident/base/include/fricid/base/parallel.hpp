@@ -20,10 +20,10 @@ void parallel_for(int count, int jobs, const std::function<void(int)>& body);
 ///
 ///     ((r0 + r1) + (r2 + r3)) + (r4 + r5)
 ///
-/// @param zero     the result for count <= 0, and nothing else
+/// @param zero     the result for count <= 0; not used otherwise
 /// @param map      T map(int i), called from several threads
 /// @param combine  T combine(T left, T right), called from one thread
-/// @throws what map throws for the lowest index; Stopped as parallel_for
+/// @throws the exception of map with the lowest index; Stopped as parallel_for
 /// @note Holds `count` values of T until the end.
 template <class T, class Map, class Combine>
 T parallel_reduce(int count, int jobs, T zero, Map map, Combine combine) {

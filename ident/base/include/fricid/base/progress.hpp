@@ -17,10 +17,10 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Adds finished work; `figure` is the one number that matters, e.g. "rmse 0.12 N m".
+  /// Adds finished work. @param figure  a result to show, e.g. "rmse 0.12 N m"; empty: none
   void advance(double amount, std::string_view figure = {});
 
-  /// For the whole program: --quiet.
+  /// Switches all progress output of the program off or on (option --quiet).
   static void set_quiet(bool quiet);
 
  private:
@@ -38,12 +38,12 @@ class Progress {
 std::string progress_line(std::string_view stage, double done, double total, double seconds,
                           std::string_view figure);
 
-/// What a stopped loop throws; the program turns it into exit code 130 with everything finished
-/// kept.
+/// Thrown by a loop after a stop request. The program then exits with 130 and keeps all finished
+/// results.
 struct Stopped {};
 
-/// Ctrl-C or SIGTERM sets a flag that long loops ask for between steps; a second one ends the
-/// process. Call once in main.
+/// Makes Ctrl-C and SIGTERM set a flag that long loops check between steps; a second signal ends
+/// the process at once. Call once, in main.
 void install_stop_handler();
 bool stop_requested();
 /// @throws Stopped after a stop was requested

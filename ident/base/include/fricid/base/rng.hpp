@@ -6,19 +6,19 @@
 
 namespace fricid {
 
-/// Philox4x32: 128 random bits from a counter and a key, without state. It passes BigCrush from
-/// seven rounds on; ten are its authors' margin.
+/// Philox4x32: 128 random bits from a counter and a key, without state. Seven rounds pass BigCrush;
+/// its authors recommend ten.
 /// @see Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011
 std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
                                         std::array<std::uint32_t, 2> key, int rounds = 10);
 
-/// A stream of random numbers fixed by (seed, stream): draw k is the same on any number of threads
-/// and with any compiler that keeps IEEE arithmetic. Seed is Philox's key; its counter is the
-/// stream, k / 2 and whether draw k is asked for as a uniform or as a normal, so that these two are
-/// independent. Two draws share a block of 128 bits.
+/// A stream of random numbers fixed by (seed, stream): draw k is the same for any number of threads
+/// and any compiler with IEEE arithmetic. The seed is the key of Philox; its counter holds the
+/// stream, k / 2 and the distribution, so that uniform and normal draws are independent. Two draws
+/// share a block of 128 bits.
 class Rng {
  public:
-  /// @param draw  index of the first draw, to go on where another Rng stopped
+  /// @param draw  index of the first draw, to continue another Rng
   Rng(std::uint64_t seed, std::uint64_t stream, std::uint64_t draw = 0);
 
   double uniform();  ///< in (0, 1), a multiple of 2^-53
@@ -31,8 +31,8 @@ class Rng {
   std::uint64_t seed_, stream_, draw_;
 };
 
-/// out[i] = what Rng(seed, stream, first + i) draws next, all at once: about 0.9 ns (uniform)
-/// and 2.8 ns (normal) per number with AVX-512, tests/bench/math_bench.cpp.
+/// out[i] = the first draw of Rng(seed, stream, first + i). Vectorised: about 0.9 ns (uniform) and
+/// 2.8 ns (normal) per number with AVX-512, tests/bench/math_bench.cpp.
 void fill_uniform(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,
                   std::span<double> out);
 void fill_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t first,

@@ -10,8 +10,8 @@ namespace fricid {
 /// turn `a` into `b`, no part changed twice (optimal string alignment distance).
 int edit_distance(std::string_view a, std::string_view b);
 
-/// The known word that `word` most likely meant, for "did you mean": the first of smallest edit
-/// distance, letter case ignored; empty when more than a third of the letters would have to change.
+/// Suggestion for a misspelled word: the first known word with the smallest edit distance, letter
+/// case ignored; empty if more than a third of the letters would have to change.
 std::string nearest(std::string_view word, std::span<const std::string_view> known);
 
 }  // namespace fricid

@@ -1,6 +1,6 @@
-// Artefacts: what the stages of a run leave as JSON. Each is one struct that names its fields once,
-// in `visit(archive)`, and its format in `kFormat`; writing, reading, the check of what was read
-// and docs/run_folder.md come from that.
+// Artefacts: the JSON files that the stages of a run write. Each is one struct that names its
+// fields once, in `visit(archive)`, and its format in `kFormat`. Writing, reading with checks and
+// docs/run_folder.md use these.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "fricid/data/field.hpp"
+#include "fricid/base/field.hpp"
 
 namespace fricid::data {
 
@@ -29,7 +29,7 @@ concept NamedEnum = std::is_enum_v<E> && requires(E value) {
   { values_of(value) } -> std::convertible_to<std::vector<E>>;
 };
 
-/// The writing archive. What is not finite becomes null: JSON knows no NaN.
+/// The writing archive. Numbers that are not finite become null, since JSON has no NaN.
 class JsonWriter {
  public:
   explicit JsonWriter(Json& object);
@@ -57,7 +57,7 @@ class JsonWriter {
     for (const Interval& interval : intervals) ends.push_back({interval.low, interval.high});
     (*this)(key, ends, field);
   }
-  /// What follows from other fields: written for other programs, never read.
+  /// A value computed from other fields: written for other programs, never read.
   template <class Value>
   void derived(std::string_view key, const Value& value, const Field& field) {
     (*this)(key, value, field);
@@ -68,7 +68,7 @@ class JsonWriter {
     JsonWriter writer(child(key));
     part.visit(writer);
   }
-  /// Left out when empty.
+  /// Written only if not empty.
   template <class Part>
   void section(std::string_view key, std::optional<Part>& part, std::string_view meaning) {
     if (part) section(key, *part, meaning);
@@ -90,7 +90,7 @@ class JsonWriter {
   Json& object_;
 };
 
-/// The reading archive. Every field must be there and of its type; unknown keys are passed over.
+/// The reading archive. Every field must exist with its type; unknown keys are ignored.
 /// Errors: "file: models[2].label: found 3; allowed: text".
 class JsonReader {
  public:
@@ -184,8 +184,7 @@ std::unique_ptr<Json, void (*)(Json*)> read_object(const std::filesystem::path& 
 void write_object(const std::filesystem::path& path, const Json& object);
 }  // namespace detail
 
-/// The format that a JSON file names; empty when it names none. @throws UserError when it is no
-/// JSON
+/// The key "format" of a JSON file; empty if missing. @throws UserError if the file is not JSON
 std::string format_of(const std::filesystem::path& path);
 
 /// The artefact as JSON, its format first.
@@ -206,7 +205,7 @@ void save(const T& artefact, const std::filesystem::path& path) {
   detail::write_object(path, *object);
 }
 
-/// Reads an artefact. Where it has a `check(place)`, that decides whether the parts agree.
+/// Reads an artefact, then calls its `check(place)`, if it has one, to see that its parts agree.
 /// @throws UserError naming the file and the field when it is missing, damaged or of another format
 template <Artefact T>
 T load(const std::filesystem::path& path) {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "fricid/base/field.hpp"
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/field.hpp"
 
 namespace fricid::data {
 
@@ -159,17 +159,17 @@ Contract load_contract(const std::filesystem::path& path);
 /// A commented contract with every key, its unit, range and default.
 std::string contract_template();
 
-/// What a fit to torque of this kind cannot know, in one line; empty where it knows all.
+/// What a fit to torque of this kind cannot identify, in one line; empty if there is nothing.
 std::string_view warning_of_kind(std::string_view kind);
 
-/// Reads a log as it stands: times may have gaps, repeat or jitter, which the doctor tells
-/// (`fricid/doctor/doctor.hpp`). t starts at 0; rate_hz is the usual rate. Text may have lines that
-/// start with # or are blank; empty cells and "nan" are missing values.
+/// Reads a log without checking its times: they may have gaps, repeat or jitter, which the doctor
+/// reports (`fricid/doctor/doctor.hpp`). t starts at 0; rate_hz is the usual rate. Text may have
+/// lines that start with # or are blank; empty cells and "nan" are missing values.
 /// @throws UserError "file:line: ..." for a missing column, a cell that is no number, a row of
 ///         another length, a file that is empty or torn
 Dataset read_log(const std::filesystem::path& path, const Contract& contract);
 
-/// The same, with times that rise evenly.
+/// As read_log, but refuses uneven times.
 /// @throws UserError as read_log, and for a time that does not rise, a gap or jitter above 1 % of
 ///         the period
 Dataset import_log(const std::filesystem::path& path, const Contract& contract);

@@ -1,31 +1,16 @@
+// Data sets as files, and the rules that they keep.
 #pragma once
 
-#include <Eigen/Core>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "fricid/data/hdf5.hpp"
+#include "fricid/signals/dataset.hpp"
 
 namespace fricid::data {
 
-/// What a real log has, and nothing more: T samples of n joints. Row k holds time t_k; tau_k is
-/// held over [t_k, t_{k+1}). Missing values are NaN.
-struct Dataset {
-  std::string name;                      ///< file stem, e.g. "train_0"
-  std::vector<std::string> joint_names;  ///< (n)
-  double rate_hz = 0;                    ///< nominal sample rate
-  std::string source;                    ///< "simulation kr6_full seed 1", "import trajA_train.csv"
-  Eigen::VectorXd t;                     ///< (T) [s], uniform
-  RowMatrix q;                           ///< (T, n) [rad]
-  RowMatrix tau;                         ///< (T, n) motor torque at the joint [N m]
-  RowMatrix v;                           ///< (T, n) [rad/s] or empty
-  RowMatrix temperature;                 ///< (T, n) [K] or empty
-
-  int length() const { return static_cast<int>(t.size()); }
-  int n() const { return static_cast<int>(q.cols()); }
-  double dt() const { return 1.0 / rate_hz; }
-};
+using signals::Dataset;
 
 /// HDF5, format "fricid.dataset/1": /t /q /tau [/v] [/temperature] with attribute `unit`; root
 /// attributes format, joint_names, rate_hz, source. The file is written atomically.

@@ -1,4 +1,4 @@
-// How a model was found, for reports: the files fit/NAME_sSEED.json of a run folder.
+// Report of a fit: the files fit/NAME_sSEED.json of a run folder.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
-#include "fricid/data/field.hpp"
+#include "fricid/base/field.hpp"
 
 namespace fricid::data {
 
-/// How a fit ended. Numerical trouble is reported, not thrown: best-so-far values stay usable.
+/// How a fit ended. Numerical failure is reported, not thrown; the best values found are kept.
 enum class Outcome {
   kConverged,       ///< the stopping rule was met
   kIterationLimit,  ///< best so far within the budget of evaluations
@@ -30,18 +30,20 @@ std::vector<Outcome> values_of(Outcome any);
 struct FittedParameter {
   std::string symbol;
   double value = 0;
-  double standard_error = 0;  ///< NaN where it was held, or is not known
+  double standard_error = 0;  ///< NaN if the parameter was held fixed or the error is not known
 
   template <class Archive>
   void visit(Archive& archive) {
     archive("symbol", symbol, text("of the law's table"));
     archive("value", value, number("", -1e300, 1e300, "in the unit of the law's table"));
     archive("standard_error", standard_error,
-            number("", 0, 1e300, "with the rigid body known; null: not known"));
+            number("", 0, 1e300,
+                   "of Coulomb and viscous friction beside the rigid body, of the rest with "
+                   "it known; null: not known"));
   }
 };
 
-/// The friction of one joint, and what the torque residual says of it.
+/// The fitted friction of one joint and its torque residual.
 struct FittedJoint {
   std::string joint;
   Outcome outcome = Outcome::kFailed;
@@ -61,12 +63,12 @@ struct FittedJoint {
     archive("joint", joint, text("name of the joint"));
     archive("outcome", outcome, text("how the search ended"));
     archive("message", message, text("the same in words"));
-    archive("offset_Nm", offset, torque("constant torque beside the law"));
-    archive("rms_Nm", rms, torque("of the friction torque that the law leaves"));
+    archive("offset_Nm", offset, torque("constant torque in addition to the law"));
+    archive("rms_Nm", rms, torque("residual of the friction torque"));
     archive("explained", explained, number("1", -1e300, 1, "1 - residual / target mean square"));
-    archive("residual_rms_Nm", residual_rms, torque("of the motor torque that the model leaves"));
+    archive("residual_rms_Nm", residual_rms, torque("residual of the motor torque"));
     archive("r2", r2, number("1", -1e300, 1, "share of the motor torque's variance explained"));
-    archive("start_rms_Nm", start_rms, torque("where each start of the search ended"));
+    archive("start_rms_Nm", start_rms, torque("residual at the end of each start of the search"));
     archive("at_bound", at_bound, text("symbols of parameters that ended on a bound"));
     archive("evaluations", evaluations, number("", 0, 1e9, "of the objective"));
     archive.sections("parameters", parameters, "friction parameters");
@@ -78,7 +80,7 @@ struct FittedJoint {
 struct FittedBaseParameter {
   std::string name, verdict;
   double value = 0;
-  double standard_error = 0;  ///< NaN where the data do not tell the parameter
+  double standard_error = 0;  ///< NaN if the data do not determine the parameter
   double physical = 0;
 
   template <class Archive>
@@ -88,9 +90,10 @@ struct FittedBaseParameter {
     };
     archive("name", name, text("combination of standard parameters"));
     archive("value", value, inertial("least squares"));
-    archive("verdict", verdict, text("what the data say of it"));
-    archive("standard_error", standard_error, inertial("null where the data do not tell it"));
-    archive("physical", physical, inertial("of the nearest physical body, which the model has"));
+    archive("verdict", verdict, text("whether the data determine it"));
+    archive("standard_error", standard_error, inertial("null: not determined by the data"));
+    archive("physical", physical,
+            inertial("value in the model: the nearest physically consistent one"));
   }
 };
 
@@ -98,6 +101,7 @@ struct FittedBaseParameter {
 struct FittedRigidBody {
   Outcome outcome = Outcome::kFailed;
   std::string message;
+  std::string prior;  ///< why the nominal values entered; empty: they did not
   double condition = 0;
   std::vector<int> rows, rows_total, equations;
   Eigen::VectorXd sigma, Fc, Fv, offset, Fc_se, Fv_se, offset_se;
@@ -110,6 +114,7 @@ struct FittedRigidBody {
     };
     archive("outcome", outcome, text("how the regression ended"));
     archive("message", message, text("the same in words"));
+    archive("prior", prior, text("why nominal values entered as a prior; empty: they did not"));
     archive("condition", condition,
             number("1", 0, 1e300, "of the weighted regressor, columns of unit length"));
     archive("rows_used", rows, number("", 0, 1e9, "per joint, samples"));
@@ -122,7 +127,7 @@ struct FittedRigidBody {
     archive("coulomb_se_Nm", Fc_se, per_joint("N m", "standard error"));
     archive("viscous_se_Nms_rad", Fv_se, per_joint("N m s/rad", "standard error"));
     archive("offset_se_Nm", offset_se, per_joint("N m", "standard error"));
-    archive.sections("base_parameters", base, "what the data determine of the rigid body");
+    archive.sections("base_parameters", base, "base parameters of the rigid body");
   }
 };
 
@@ -140,14 +145,18 @@ struct FittedTraining {
     archive("outcome", outcome, text("how it ended"));
     archive("message", message, text("the same in words"));
     archive("loss", loss, number("1", 0, 1e300, "per step"));
-    archive("checked", checked, number("", 0, 1e9, "steps after which it was looked at"));
-    archive("held_out", held_out,
-            number("", 0, 1e300,
-                   "error on the held-out part, one per look: MSE of q [rad^2] of windows, "
-                   "share of the friction torque left of torque training"));
-    archive("chosen", chosen, number("", 0, 1e9, "index of the look that was kept"));
+    archive("checked", checked,
+            number("", 0, 1e9, "steps after which the held-out error was evaluated"));
+    archive(
+        "held_out", held_out,
+        number(
+            "", 0, 1e300,
+            "error on the held-out part, one per entry of `checked`: MSE of q [rad^2] of windows, "
+            "share of the friction torque left of torque training"));
+    archive("chosen", chosen,
+            number("", 0, 1e9, "index in `checked` of the parameters that were kept"));
     archive("skipped", skipped, number("", 0, 1e9, "steps without a finite gradient"));
-    archive("returns", returns, number("", 0, 1e9, "how often it went back to the best"));
+    archive("returns", returns, number("", 0, 1e9, "number of returns to the best parameters"));
     archive("leap", leap, number("", 0, 1e9, "engine steps that one step stands for"));
   }
 };
@@ -166,7 +175,7 @@ struct FittedIteration {
     archive("least_roots", least_roots, value("1", "least share of distinct roots of the paths"));
     archive("least_backward_ess", least_backward_ess,
             value("", "least median over the recordings; 0 where it does not apply"));
-    archive("objective", objective, value("nat", "mean of minus the log transition density"));
+    archive("objective", objective, value("nat", "mean negative log transition density"));
     archive("held_out_q_mse", held_out, value("rad^2", "after the iteration"));
   }
 };
@@ -193,11 +202,62 @@ struct FittedEm {
     archive.sections("iterations", iterations, "E- and M-steps");
     archive("chosen", chosen,
             number("", -1, 1e9, "index of the iteration that was kept; -1: the start"));
-    archive("warnings", warnings, text("what the filters and smoothers warned of"));
+    archive("warnings", warnings, text("warnings of the filters and smoothers"));
     archive("variance_q", variance_q, variance("rad^2", "of the transition, per joint"));
     archive("variance_v", variance_v, variance("rad^2/s^2", "of the transition, per joint"));
     archive("variance_z", variance_z, variance("", "of the transition, per latent state"));
     archive("variance_observation", variance_observation, variance("rad^2", "per joint"));
+  }
+};
+
+/// Something that a fit to be trusted does not have.
+struct FittedFault {
+  std::string joint, found, remedy;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("joint", joint, text("name of the joint; empty: the whole robot"));
+    archive("found", found, text("what is wrong"));
+    archive("remedy", remedy, text("what to do"));
+  }
+};
+
+/// One of several fits of which held-out rollouts choose.
+struct FittedCandidate {
+  std::string name;
+  double held_out = 0, torque = 0;
+  int parameters = 0;
+  bool taken = false;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("name", name, text("what was fitted, and how"));
+    archive("held_out_q_mse", held_out,
+            number("rad^2", 0, 1e300, "of held-out rollouts, geometric mean"));
+    archive("held_out_torque", torque,
+            number("1", 0, 1e300, "share of the torque's variance left, held-out rows"));
+    archive("parameters", parameters, number("", 0, 1e9, "free ones of the friction"));
+    archive("taken", taken, flag("whether it is the model"));
+  }
+};
+
+/// What held-out torque says of one part of the sum of laws in one joint.
+struct FittedPart {
+  std::string joint, part;
+  double gain = 0, error = 0;
+  bool on = false;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("joint", joint, text("name of the joint"));
+    archive("part", part,
+            text("load, power_flow, asymmetry, ripple, temperature; bristle: lugre instead of the "
+                 "bank"));
+    archive(
+        "gain", gain,
+        number("1", -1e300, 1e300, "relative rise of the held-out mean square without the part"));
+    archive("gain_se", error, number("1", 0, 1e300, "its standard error, by seconds"));
+    archive("on", on, flag("whether the model has it"));
   }
 };
 
@@ -211,6 +271,7 @@ struct FitFile {
   Outcome outcome = Outcome::kFailed;
   bool usable = false;
   std::string message;
+  std::vector<FittedFault> faults;  ///< why not to trust it
   std::vector<double> objective;
   int parameters = 0;
   FittedRigidBody rigid_body;
@@ -218,6 +279,8 @@ struct FitFile {
   std::optional<FittedTraining> torque;      ///< of method torque, and where windows follow it
   std::optional<FittedTraining> multi_step;  ///< of method multi_step
   std::optional<FittedEm> em;                ///< of method em
+  std::vector<FittedCandidate> candidates;   ///< of method joint
+  std::vector<FittedPart> parts;             ///< of model lvm
 
   /// @throws UserError naming `place` when lists do not agree in length
   void check(const std::string& place) const;
@@ -231,6 +294,7 @@ struct FitFile {
     archive("outcome", outcome, text("how it ended"));
     archive("usable", usable, flag("whether the model may be trusted"));
     archive("message", message, text("the outcome in words"));
+    archive.sections("faults", faults, "why not to trust it");
     archive("objective", objective,
             number("1", 0, 1e300,
                    "per pass, mean over joints of residual / torque mean "
@@ -241,6 +305,9 @@ struct FitFile {
     archive.section("torque", torque, "training on the torque that the rigid body leaves");
     archive.section("multi_step", multi_step, "training on open-loop windows");
     archive.section("em", em, "expectation-maximisation");
+    archive.sections("candidates", candidates,
+                     "of method joint: what held-out rollouts chose from");
+    archive.sections("parts", parts, "of model lvm: what held-out torque says of its parts");
   }
 };
 

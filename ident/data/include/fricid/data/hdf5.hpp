@@ -9,9 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "fricid/signals/matrix.hpp"
+
 namespace fricid::data {
 
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using fricid::RowMatrix;
 
 /// Fills a file that is being written; made by `write_hdf5`.
 class H5Writer {
@@ -38,6 +40,11 @@ class H5Writer {
 void write_hdf5(const std::filesystem::path& path, const std::string& format,
                 const std::function<void(H5Writer&)>& write);
 
+/// Size of a table of numbers; a vector has one column. 0 columns: not a table of numbers.
+struct TableShape {
+  std::int64_t rows = 0, columns = 0;
+};
+
 /// An open file. Members throw UserError naming the file and the table or attribute that is
 /// missing, of another shape, or unreadable.
 class H5Reader {
@@ -51,7 +58,10 @@ class H5Reader {
   H5Reader& operator=(const H5Reader&) = delete;
 
   bool has(const std::string& name) const;
+  /// Size of a table, without reading its values.
+  TableShape shape(const std::string& name) const;
   /// @param columns  expected number of columns; -1: any
+  /// @throws UserError also when the table takes more than memory_budget()
   RowMatrix matrix(const std::string& name, int columns = -1) const;
   Eigen::VectorXd vector(const std::string& name) const;
   std::string unit(const std::string& name) const;

@@ -1,4 +1,4 @@
-// A log as a scene names it: a file, or a part of one by time.
+// A log named in a scene: a file, or a time interval of one.
 #pragma once
 
 #include <limits>

@@ -1,5 +1,5 @@
-// The formats of real logs, one table row each. A reader gives named columns of numbers; what they
-// mean is the contract's business (`contract.hpp`).
+// The formats of real logs, one table row each. A reader gives named columns of numbers; the
+// contract says what they mean (`contract.hpp`).
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace fricid::data {
 
-/// Columns that were asked for, in that order, and where their rows come from.
+/// The requested columns, in the requested order, and the line of each row.
 struct LogTable {
   std::vector<std::vector<double>> columns;  ///< NaN where a value is missing; equal lengths
   std::vector<int> lines;                    ///< line of the file of each row; empty if binary
@@ -23,8 +23,8 @@ struct LogStyle {
   std::string topic{};         ///< of a bag; empty: its only topic of joint states
 };
 
-/// What a format says of itself. In names {} stands for 1, 2, ..., {0} for 0, 1, ..., {name} for
-/// the joint's name; | stands between alternatives. Empty: the contract must say.
+/// Default columns of a format. In names {} stands for 1, 2, ..., {0} for 0, 1, ..., {name} for the
+/// name of the joint; | separates alternatives. Empty: the contract must name the column.
 struct LogDefaults {
   std::string_view time{};
   std::string_view time_unit{"s"};

@@ -9,13 +9,13 @@
 
 namespace fricid::data {
 
-/// An identified robot: everything a caller needs to run it again anywhere.
+/// An identified robot: all that a program needs to simulate it.
 struct ModelFile {
   std::string name;   ///< e.g. "lugre"
   std::string label;  ///< for tables and plots, e.g. "LuGre"
   int seed = 1;
   Arm arm;
-  std::optional<LatentNoise> noise = {};  ///< what a filter of this robot should assume
+  std::optional<LatentNoise> noise = {};  ///< noise model for filters; none unless fitted
   int free_parameters = 0;                ///< number of fitted values
   std::string budget = {};  ///< what the fit spent, for tables, e.g. "1000 steps (windows)"
   bool is_oracle = false;

@@ -35,8 +35,8 @@ template <class S>
 void solve_with_last_factor(const RobotModel& model, const Workspace<S>& ws, std::span<const S> b,
                             std::span<S> x);
 
-/// Accumulates lambda' d(rnea) into q_bar, v_bar, a_bar (n) and pi_bar (11 n + n_c); an empty span
-/// skips that output. One hand-written reverse sweep.
+/// Vector-Jacobian product of rnea: adds lambda' d(rnea)/d(q, v, a, pi) to q_bar, v_bar, a_bar (n)
+/// and pi_bar (11 n + n_c); an output with an empty span is skipped. One reverse sweep.
 template <class S>
 void rnea_pullback(const RobotModel& model, Workspace<S>& ws, std::span<const S> pi,
                    std::span<const S> q, std::span<const S> v, std::span<const S> a,
@@ -50,7 +50,7 @@ void regressor(const RobotModel& model, Workspace<double>& ws, std::span<const d
 /// Kinetic energy [J], armature included.
 double kinetic_energy(const RobotModel& model, Workspace<double>& ws, std::span<const double> pi,
                       std::span<const double> q, std::span<const double> v);
-/// Potential energy of gravity [J], zero with all masses at the base origin.
+/// Potential energy of gravity [J], relative to all masses at the base origin.
 double potential_energy(const RobotModel& model, Workspace<double>& ws, std::span<const double> pi,
                         std::span<const double> q);
 
@@ -60,7 +60,7 @@ struct Pose {
 };
 /// Pose of a frame of the model in the base frame.
 Pose frame_pose(const RobotModel& model, const Frame& frame, std::span<const double> q);
-/// The same by name. @throws UserError when unknown, naming the known frames
+/// The pose of the frame called `name`. @throws UserError if unknown, with the known frames
 Pose frame_pose(const RobotModel& model, std::string_view frame, std::span<const double> q);
 
 }  // namespace fricid::dynamics

@@ -8,15 +8,15 @@
 
 namespace fricid::dynamics {
 
-/// The combinations of standard parameters that inverse dynamics can tell apart (Gautier 1991):
+/// Base parameters: the identifiable combinations of the standard parameters (Gautier 1991),
 ///     Y(q, v, a) pi = Y(q, v, a)[:, columns] pi_b,    pi_b = K pi.
 /// Found by column-pivoted QR of regressors at random states within the limits (fixed seed).
 struct BaseParameters {
   std::vector<int> columns;         ///< chosen independent columns of Y, ascending (b)
   Eigen::MatrixXd K;                ///< (b x p); K[:, columns] = I
   std::vector<std::string> names;   ///< symbolic groupings, e.g. "m2 cx + 0.315 m3 + ..."
-  std::vector<int> unidentifiable;  ///< standard parameters with no effect at all
-  double gap = 0;                   ///< smallest kept over largest dropped pivot of R
+  std::vector<int> unidentifiable;  ///< standard parameters without effect on the torque
+  double gap = 0;                   ///< smallest kept over largest dropped pivot of R [1]
 };
 BaseParameters base_parameters(const RobotModel& model);
 

@@ -1,20 +1,39 @@
-// What a robot's file leaves out: joints that nothing resists are refused.
+// What a robot's file leaves out, refused or guessed: usual rotor inertias, joints without inertia.
 #pragma once
 
 #include <Eigen/Core>
 #include <string>
+#include <vector>
 
 #include "fricid/dynamics/robot_model.hpp"
 
 namespace fricid::dynamics {
 
-/// Usual armature of each joint (n) [kg m^2]: what its effort limit brings to its velocity limit in
-/// 0.03 s, which small and large industrial arms are within a factor of 4 of; without limits, a
-/// third of the largest inertia that the links have about the joint.
+/// Usual armature of each joint (n) [kg m^2]: the inertia that the effort limit accelerates to the
+/// velocity limit in 0.03 s. Small and large industrial arms agree with this within a factor of 4.
+/// Without limits, a third of the largest inertia of the links about the joint.
 Eigen::VectorXd usual_armature(const RobotModel& robot);
 
-/// @throws UserError naming `source`, link and joint, when a joint accelerates without any torque
-/// in every pose, other joints free: the mass matrix is singular
+/// @throws UserError naming `source`, link and joint if a joint has no inertia in any pose, the
+/// other joints being free: the mass matrix is singular
 void require_inertia(const RobotModel& robot, const std::string& source);
+
+/// Joints by what was guessed of them.
+struct Guesses {
+  std::vector<int> armature;  ///< `usual_armature`
+  std::vector<int> inertia;   ///< of the moved link: that of a ball of its mass
+
+  bool empty() const { return armature.empty() && inertia.empty(); }
+};
+
+/// A robot whose inertia can be the start and the mean of an estimation.
+struct Nominal {
+  RobotModel robot;
+  Guesses guesses;
+};
+
+/// Guesses what the file leaves out: armatures that it does not state, and the inertia of links
+/// that are points or without thickness, whose pseudo-inertia is not positive definite.
+Nominal complete(const RobotModel& robot);
 
 }  // namespace fricid::dynamics

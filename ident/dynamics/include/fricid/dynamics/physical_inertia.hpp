@@ -1,5 +1,5 @@
-// Inertia that is physical by construction: log-Cholesky of the pseudo-inertia (Rucker & Wensing,
-// RA-L 2022).
+// Physically consistent inertial parameters by construction: log-Cholesky parameters of the
+// pseudo-inertia (Rucker & Wensing, RA-L 2022).
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +9,8 @@ namespace fricid::dynamics {
 using Vector10 = Eigen::Matrix<double, 10, 1>;
 
 /// pi (m, mc, I as in RobotModel) from eta (alpha, d1, d2, d3, s12, s23, s13, t1, t2, t3); any eta
-/// in R^10 gives positive mass and a positive-definite pseudo-inertia. Jacobian d pi / d eta
-/// optional.
+/// in R^10 gives positive mass and a positive-definite pseudo-inertia. Optionally also the Jacobian
+/// d pi / d eta.
 Vector10 inertia_from_log_cholesky(const Vector10& eta,
                                    Eigen::Matrix<double, 10, 10>* jacobian = nullptr);
 

@@ -36,8 +36,8 @@ struct Frame {
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
 };
 
-/// A known torque, linear in one parameter c:  tau_j += c phi(q_j).  Counterbalances, springs and
-/// sensor offsets.
+/// A torque of known shape, linear in one parameter c:  tau_j += c phi(q_j).  For
+/// counterbalances, springs and sensor offsets.
 struct LinearTorque {
   enum class Shape { kConstant, kSin, kCos, kLinear };  ///< 1, sin(k q), cos(k q), q
   std::string name;                                     ///< for tables, e.g. "joint_a2 sin(2 q)"
@@ -46,7 +46,7 @@ struct LinearTorque {
   double k = 1;
 };
 
-/// Const physics of an arm. Inverse dynamics is linear in the standard parameters
+/// Rigid-body model of an arm. Inverse dynamics is linear in the standard parameters
 ///
 ///     pi = [ (m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz) of link 0 .. n-1,
 ///            armature Ia of joint 0 .. n-1,  c of linear torque 0 .. n_c-1 ]   (11 n + n_c)

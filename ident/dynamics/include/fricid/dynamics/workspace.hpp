@@ -8,8 +8,9 @@
 
 namespace fricid::dynamics {
 
-/// Memory for a model of n joints, sized once. It also holds the model's geometry in a form made
-/// for speed, so make a new one after changing joints (gravity, pi and linear torques may change).
+/// Memory for a model of n joints, allocated once. It also holds the geometry of the model in the
+/// form that the algorithms use: make a new workspace after changing joints. Gravity, pi and the
+/// coefficients of linear torques may change.
 template <class S>
 class Workspace {
  public:

@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "fricid/estimate/options/limit.hpp"
+#include "fricid/optimise/box.hpp"
 #include "fricid/system/arm.hpp"
 
 namespace fricid::estimate {
@@ -12,8 +14,9 @@ namespace fricid::estimate {
 struct CoordinateOptions {
   bool rigid_body = true;    ///< inertial parameters, armatures and linear torques
   double rigid_rate = 0.25;  ///< step of a rigid-body coordinate relative to one of friction
-  std::vector<double> torque_scale;  ///< (n) size of the joint torques [N m]; empty: 1
-  std::vector<double> stiffest;  ///< (n) upper bound of friction's stiffness [N m/rad]; empty: none
+  std::vector<double> torque_scale{};  ///< (n) size of the joint torques [N m]; empty: 1
+  std::vector<double> stiffest{};      ///< (n) bound of friction stiffness [N m/rad]; empty: none
+  std::vector<Limit> limits{};         ///< narrower bounds of parameters of friction
 };
 
 /// A bijection between the physical parameters (pi, theta) of one arm and coordinates c, all of
@@ -33,8 +36,7 @@ class ArmCoordinates {
   /// The arm given, within the bounds.
   const Eigen::VectorXd& start() const { return start_; }
   const Eigen::VectorXd& rate() const { return rate_; }  ///< step length of each coordinate [1]
-  const Eigen::VectorXd& lower() const { return lower_; }
-  const Eigen::VectorXd& upper() const { return upper_; }
+  const optimise::Box& box() const { return box_; }
 
   /// Parameters at c.
   void apply(const Eigen::VectorXd& c, Arm& arm) const;
@@ -55,7 +57,41 @@ class ArmCoordinates {
   };
   std::vector<Scalar> scalars_;  // coordinates 0 .. scalars_.size() - 1; then ten per link
   int links_ = 0;
-  Eigen::VectorXd start_, rate_, lower_, upper_;
+  Eigen::VectorXd start_, rate_;
+  optimise::Box box_;
+};
+
+/// An arm and its coordinates as one value: a point of a search over its parameters.
+class ArmPoint {
+ public:
+  /// `arm` as it is, beside the start of the coordinates that were made from it.
+  ArmPoint(const ArmCoordinates& coordinates, const Arm& arm)
+      : coordinates_(&coordinates), arm_(arm), c_(coordinates.start()) {}
+
+  const ArmCoordinates& coordinates() const { return *coordinates_; }
+  const Eigen::VectorXd& c() const { return c_; }
+  const Arm& arm() const { return arm_; }
+
+  void move_to(const Eigen::VectorXd& c) {
+    c_ = c;
+    coordinates_->apply(c_, arm_);
+  }
+
+  /// Gradient with respect to c from that with respect to pi and theta.
+  void pull_back(const Eigen::VectorXd& pi_bar, const Eigen::VectorXd& theta_bar,
+                 Eigen::VectorXd& c_bar) const {
+    coordinates_->pull_back(c_, pi_bar, theta_bar, c_bar);
+  }
+  /// d(pi, theta)/dc, (n_pi + n_theta) x size.
+  Eigen::MatrixXd jacobian() const {
+    return coordinates_->jacobian(c_, arm_.robot.pi.size(),
+                                  static_cast<Eigen::Index>(arm_.friction.theta.size()));
+  }
+
+ private:
+  const ArmCoordinates* coordinates_;
+  Arm arm_;
+  Eigen::VectorXd c_;
 };
 
 }  // namespace fricid::estimate

@@ -11,31 +11,32 @@
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/fit_file.hpp"
 #include "fricid/data/model_file.hpp"
-#include "fricid/data/problem.hpp"
 #include "fricid/estimate/em/em.hpp"
-#include "fricid/estimate/filter.hpp"
 #include "fricid/estimate/friction/friction_fit.hpp"
 #include "fricid/estimate/friction/torque_training.hpp"
-#include "fricid/estimate/recording.hpp"
+#include "fricid/estimate/options/model.hpp"
 #include "fricid/estimate/report.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
+#include "fricid/estimate/torque/candidate.hpp"
 #include "fricid/estimate/windows/multi_step.hpp"
+#include "fricid/signals/recording.hpp"
 
 namespace fricid::estimate {
 
-/// What all conventional fits of a problem share: filtered training data and the rigid body.
-/// `robot` is the scene's with a constant torque at every joint, which is identified like any other
-/// parameter.
+/// What all fits to the same data share: filtered training data and the rigid body. `robot` is the
+/// one given with what its file leaves out guessed (`dynamics::complete`, see `options.guesses`)
+/// and with a constant torque at every joint; both are identified like any other parameter.
 struct Prepared {
   dynamics::RobotModel robot;
-  std::vector<Filtered> sequences;
-  std::vector<Recording> recordings;  ///< what the gradient methods see of them
+  std::vector<signals::Recording> recordings;
   RigidBodyFit rigid_body;
+  RigidBodyOptions options;  ///< that it was identified with
 };
 
 /// Filters the training data and identifies the rigid body with linear friction.
 /// @throws UserError when the data do not fit the robot or the filter
-Prepared prepare(const data::Problem& problem, std::span<const data::Dataset> train, int jobs);
+Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& options,
+                 std::span<const data::Dataset> train, int jobs);
 
 /// Something that a fit to be trusted does not have.
 struct Fault {
@@ -47,6 +48,19 @@ struct Fault {
 /// "joint_a2: R2 -249 on its own training torque; record more ...".
 std::string in_words(const Fault& fault);
 
+/// Friction in the sum or difference of two joints' speeds, as a wrist with a differential or a
+/// belt has it and no law of one joint can.
+struct Coupling {
+  int with = -1;     ///< the other joint; -1: none
+  double share = 0;  ///< of what the joint's own Coulomb and viscous friction leave it explains [1]
+};
+
+/// The strongest coupling of every joint (n): least squares of `target` on sign and speed of the
+/// joint, beside sign and speed of v_j + v_k or v_j - v_k.
+/// @param target  friction torque that the rigid body leaves, per recording (T, n) [N m]
+std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordings,
+                                     const FrictionTorques& target);
+
 /// How one model was fitted. `model` is usable whenever `usable()`, and best so far otherwise.
 struct FitReport {
   Outcome outcome = Outcome::kFailed;
@@ -57,53 +71,61 @@ struct FitReport {
   std::vector<double> objective;  ///< per pass: mean over joints of residual / torque mean square
   std::vector<double> residual_rms;  ///< (n) inverse-dynamics residual, all usable rows [N m]
   std::vector<double> r2;            ///< (n) 1 - residual / torque variance on the training rows
+  std::vector<Coupling> couplings;   ///< (n)
   std::vector<Fault> faults;         ///< why not to trust it, see `faults_of`
   double seconds = 0;
-  std::string method = "conventional";
+  Method method = Method::kConventional;
   std::optional<TorqueReport> torque;         ///< of method torque, and where windows follow it
   std::optional<MultiStepReport> multi_step;  ///< of method multi_step
   std::optional<EmReport> em;                 ///< of method em
+  std::vector<Candidate> candidates;          ///< of method joint; the best was taken
+  std::vector<PartEvidence> parts;            ///< of model lvm
 
   bool has_result() const {
     return outcome == Outcome::kConverged || outcome == Outcome::kIterationLimit;
   }
   bool usable() const { return has_result() && faults.empty(); }
-  std::string brief() const;  ///< one line for the terminal, faults in it
+  std::string brief() const;  ///< one line for the terminal
 };
 
 /// What a fit shows that one to be trusted does not: a joint whose own training torque is explained
 /// by less than half (R2, the rigid body included), friction larger than the torque that was ever
-/// needed or than the effort limit, a joint that stood still, a regression that says nothing.
+/// needed or than the effort limit, Coulomb friction on a bound, friction coupled to another
+/// joint's speed, a joint that stood still, a regression that says nothing.
 std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report);
 
 /// Fits one friction law of the table, per joint and alone, to what the rigid body leaves of the
 /// torque, over all rows; then re-estimates the rigid body over all rows with that friction
-/// removed, and the friction once more (`passes`). Joints run in parallel; the result does not
-/// depend on `jobs`.
+/// removed, and the friction once more (`passes`). Coulomb and viscous friction alone is linear: it
+/// is that of the regression beside the rigid body, with its standard errors, and turns over within
+/// `smoothing_speed`. Joints run in parallel; the result does not depend on `jobs`.
 /// @throws UserError on a model name that is not a law; Stopped on Ctrl-C
-FitReport fit_conventional(const data::Problem& problem, const Prepared& prepared,
-                           const data::ModelConfig& config, int seed, int jobs);
+FitReport fit_conventional(const Prepared& prepared, const ModelOptions& options, int seed,
+                           int jobs);
 
-/// Fits one model of a problem by its method. Whatever the method, it starts from the
-/// conventional fit of its law; learned laws start from that of dahl, their networks from random
-/// weights that hardly say anything. Laws of the whole robot start from random weights and the
-/// rigid body that the conventional fit of coulomb_viscous leaves; windows find them trained by
+/// Speed over which a step of friction is smoothed: 0.01 rad/s, or three standard deviations of the
+/// noise of the velocity that drives friction where that is more.
+double smoothing_speed(std::span<const signals::Recording> recordings, double cutoff_hz, int joint);
+
+/// Fits one model by its method. Method joint fits friction and rigid body to the torque at once
+/// (`JointFits`) and goes on from there by windows; of model lvm, there are several candidates,
+/// strong conventional laws among them, and held-out rollouts choose. Every other method starts
+/// from the conventional fit of its law; learned laws start from that of dahl, their networks from
+/// random weights that hardly say anything. Laws of the whole robot start from random weights and
+/// the rigid body that the conventional fit of coulomb_viscous leaves; windows find them trained by
 /// method torque. Methods multi_step and em choose by held-out rollouts, so that they are no worse
 /// there than their start; method torque by the held-out torque.
 /// @param checkpoint  where method em keeps what it has reached, and goes on from
 /// @throws as fit_conventional
-FitReport fit_model(const data::Problem& problem, const Prepared& prepared,
-                    const data::ModelConfig& config, int seed, int jobs,
-                    const Checkpoint& checkpoint = {});
+FitReport fit_model(const Prepared& prepared, const ModelOptions& options, int seed, int jobs,
+                    const optimise::Checkpoint& checkpoint = {});
 
-/// Options of training on windows and of EM as a scene words them.
-MultiStepOptions multi_step_options(const data::TrainConfig& config, int seed,
-                                    std::span<const Recording> recordings);
-EmOptions em_options(const data::EmConfig& config, int seed, std::span<const Recording> recordings);
+/// Sizes of the joint torques in recordings: root mean square per joint (n) [N m].
+std::vector<double> torque_rms(std::span<const signals::Recording> recordings);
 
 /// Torque that a model predicts along a measured motion, teacher forcing, at every row (T, n) [N
-/// m], filtered at cutoff_hz like the `tau` of `measured`.
-data::RowMatrix predict_torque(const Arm& arm, const Filtered& measured, double cutoff_hz);
+/// m], filtered at cutoff_hz like the `filtered_tau` of `measured`.
+RowMatrix predict_torque(const Arm& arm, const signals::Recording& measured, double cutoff_hz);
 
 /// What of a fit goes into its file: no clock reading, so that equal fits have equal bytes.
 data::FitFile fit_file(const FitReport& report);

@@ -1,4 +1,4 @@
-// Open-loop bands: where a model says that the arm will be, and how often it is there.
+// Open-loop prediction bands of a model, and their coverage.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "fricid/data/model_file.hpp"
-#include "fricid/data/scene.hpp"
+#include "fricid/evaluate/options.hpp"
 #include "fricid/evaluate/torque_error.hpp"
 
 namespace fricid::evaluate {
@@ -31,7 +31,7 @@ struct BandScore {
 };
 BandScore score(const Band& band, const Trajectory& trajectory, int steps);
 
-/// A model that knows what its torque errs.
+/// A model with its torque error.
 struct Member {
   const data::ModelFile* model;
   TorqueError error;
@@ -44,21 +44,31 @@ struct Member {
 std::vector<Band> open_loop_bands(std::span<const Member> members,
                                   const dynamics::RobotModel& known,
                                   std::span<const Trajectory> trajectories,
-                                  const data::EvaluateConfig& options, int jobs);
+                                  const EvaluateOptions& options, int jobs);
 
-/// Writes HDF5, format "fricid.band/1": /t (s), /q_low, /q_high with attribute `unit`; root
-/// attributes joint_names, model, trajectory. Atomic.
+/// A band as a file.
+struct BandSignals {
+  static constexpr std::string_view kFormat = "fricid.band/1";
+
+  std::vector<std::string> joint_names;  ///< (n)
+  std::string model, trajectory;         ///< names
+  Eigen::VectorXd t;                     ///< (T) [s]
+  Band band;                             ///< (T, n)
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive.joints(joint_names);
+    archive.stamp("model", model, text("whose open loop it is, all seeds together"));
+    archive.stamp("trajectory", trajectory, text("whose torque drove it"));
+    archive.times(t);
+    archive.of_joints("q_low", band.low, signal("rad", "lower end of the 90 % band of q"));
+    archive.of_joints("q_high", band.high, signal("rad", "upper end"));
+  }
+};
 void save_band(const Band& band, const data::Dataset& dataset, const std::string& model,
                const std::filesystem::path& path);
-
-/// What such a file holds.
-struct BandSignals {
-  Eigen::VectorXd t;  ///< (T) [s]
-  Band band;          ///< (T, n)
-};
 /// @param n  number of joints
-/// @throws UserError naming the file when it is missing, of another format, or a table is not (T,
-/// n)
+/// @throws as data::load_signals
 BandSignals load_band(const std::filesystem::path& path, int n);
 
 }  // namespace fricid::evaluate

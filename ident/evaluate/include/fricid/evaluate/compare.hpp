@@ -22,7 +22,7 @@ struct ComparedModel {
   std::vector<double> q_mse;          ///< geometric mean over the runs' geometric means
   std::vector<Interval> interval_90;  ///< Student t over the runs, on logarithms
   /// Geometric mean over the runs of model / best conventional model of the same run, and its
-  /// interval: what differs between runs cancels.
+  /// interval; differences between the runs cancel in the ratio.
   std::vector<double> against_convention;
   std::vector<Interval> against_convention_90;
   /// See Headroom, of the geometric means over the runs.
@@ -31,16 +31,16 @@ struct ComparedModel {
   template <class Archive>
   void visit(Archive& archive) {
     constexpr auto value = [](std::string_view unit, std::string_view meaning) {
-      return data::number(unit, -1e300, 1e300, meaning);
+      return number(unit, -1e300, 1e300, meaning);
     };
-    archive("name", name, data::text("of the model"));
-    archive("label", label, data::text("name in tables"));
-    archive("is_oracle", is_oracle, data::flag("the truth itself"));
-    archive("is_conventional", is_conventional, data::flag("a convention to beat"));
-    archive("runs", runs, data::number("", 1, 1e9, "in which the model was fitted"));
-    archive("diverged", diverged, data::number("", 0, 1e9, "rollouts that left"));
-    archive("rollouts", rollouts, data::number("", 0, 1e9, "in all"));
-    archive("parameters", parameters, data::number("", 0, 1e9, "number of fitted values"));
+    archive("name", name, text("of the model"));
+    archive("label", label, text("name in tables"));
+    archive("is_oracle", is_oracle, flag("the true model"));
+    archive("is_conventional", is_conventional, flag("one of the conventional models"));
+    archive("runs", runs, number("", 1, 1e9, "in which the model was fitted"));
+    archive("diverged", diverged, number("", 0, 1e9, "number of diverged rollouts"));
+    archive("rollouts", rollouts, number("", 0, 1e9, "in all"));
+    archive("parameters", parameters, number("", 0, 1e9, "number of fitted values"));
     archive("fit_seconds", fit_seconds, value("s", "mean over the runs; null: not known"));
     archive("friction", friction,
             value("1", "error of the friction torque, mean over the runs; null without truth"));
@@ -66,11 +66,10 @@ struct ComparedScene {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("scene", scene, data::text("name of the scene"));
-    archive("runs", runs, data::number("", 1, 1e9, "number of runs"));
-    archive("horizons_s", horizons_s, data::number("s", 0, 1e9, "lengths of the rollouts"));
-    archive("headroom", headroom,
-            data::number("1", 0, 1e300, "per horizon, of the means over the runs"));
+    archive("scene", scene, text("name of the scene"));
+    archive("runs", runs, number("", 1, 1e9, "number of runs"));
+    archive("horizons_s", horizons_s, number("s", 0, 1e9, "lengths of the rollouts"));
+    archive("headroom", headroom, number("1", 0, 1e300, "per horizon, of the means over the runs"));
     archive.sections("models", models, "every model that one of the runs has");
   }
 };

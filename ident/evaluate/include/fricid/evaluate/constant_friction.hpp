@@ -7,10 +7,9 @@
 
 namespace fricid::evaluate {
 
-/// Friction that differs between the directions of motion has a constant part, which no odd law can
-/// hold: a fit finds it as a constant torque of the joint (LinearTorque::Shape::kConstant). This is
-/// what the constants of `robot` add to those of `known`, the robot before identification; it
-/// counts as friction.
+/// Constant part of the friction: constant torques (LinearTorque::Shape::kConstant) of `robot` less
+/// those of `known`, the robot before identification. Friction that differs between the directions
+/// of motion has such a part; laws that are odd in velocity cannot represent it.
 /// @return torque per joint (n) [N m]
 Eigen::RowVectorXd constant_friction(const dynamics::RobotModel& robot,
                                      const dynamics::RobotModel& known);

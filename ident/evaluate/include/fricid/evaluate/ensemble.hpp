@@ -1,4 +1,4 @@
-// Seeds of one model taken together: what they agree on, and how sure they are of it.
+// The seeds of one model as an ensemble: its mean and its 90 % band.
 #pragma once
 
 #include <span>
@@ -13,8 +13,8 @@ namespace fricid::evaluate {
 struct EnsembleScore {
   double q_mse = 0;  ///< of the mean of its members [rad^2]
   /// Share of samples and joints inside the 90 % band, mean +- t sqrt(1 + 1/k) s of k members with
-  /// standard deviation s, t the Student quantile of k - 1 degrees of freedom. Members share their
-  /// data and their structure: what all of them get wrong widens no band.
+  /// standard deviation s, t the Student quantile of k - 1 degrees of freedom. Errors that all
+  /// members share, from their data or structure, are not in the band.
   double coverage = 0;
 };
 

@@ -7,23 +7,25 @@
 #include <vector>
 
 #include "fricid/data/model_file.hpp"
-#include "fricid/data/scene.hpp"
 #include "fricid/evaluate/evaluation.hpp"
 #include "fricid/evaluate/external.hpp"
+#include "fricid/evaluate/options.hpp"
 
 namespace fricid::evaluate {
 
-/// What is evaluated, on what, against what.
+/// Input of an evaluation: models, recordings and references.
 struct Contest {
   std::string scene;
   std::vector<Trajectory> trajectories;
-  /// Recordings that the models were fitted to, for what their torque errs; empty: no bands.
+  /// Training recordings, from which the torque errors are estimated; empty: no bands.
   std::vector<Trajectory> training;
   /// Models to roll out. Those with is_oracle start from the true friction state.
   std::vector<data::ModelFile> models;
-  /// Before identification: what a model's constant torques add to it counts as friction.
+  /// The robot before identification: constant torques that a model adds to it count as friction.
   dynamics::RobotModel robot;
   std::vector<std::string> unconventional;  ///< names of models that are not a convention to beat
+  /// Per model, or empty: what its fit found wrong with itself, one line each.
+  std::vector<std::vector<std::string>> faults;
   /// Rollouts by the simulator with the true model from the true state under the measured torque,
   /// at the truth's inner step and at half of it; one per planned start, in that order, or empty
   /// (real logs). The former are the first row of the report, "simulator".
@@ -36,10 +38,9 @@ struct Contest {
 /// position and velocity (true ones where there is a truth, else filtered ones), its friction state
 /// washed out by the measured motion before; only an oracle begins with the true friction state.
 ///
-/// Work is cut into lanes by model and start alone: the report is the same to the last bit for any
-/// `jobs`.
+/// The report is the same to the last bit for any `jobs`.
 /// @throws UserError naming the model or trajectory whose sizes do not agree
-Evaluation evaluate(const Contest& contest, const data::EvaluateConfig& options, int jobs);
+Evaluation evaluate(const Contest& contest, const EvaluateOptions& options, int jobs);
 
 /// Shares and ratios from scored models: what `evaluate` ends with. `report.models`, `horizons_s`,
 /// `halving` and `integration` are given; the summary and the rest of the per-horizon values are
@@ -52,8 +53,9 @@ std::string to_markdown(const Evaluation& report);
 /// The essence as a Markdown table of five columns for a terminal: model, MSE of q at one second
 /// (or the second horizon) and at the longest, error of the friction torque (without truth, of the
 /// motor torque along the measured motion) and seconds of the fit.
-/// @param fit_seconds  by model
-std::string short_table(const Evaluation& report, const std::map<std::string, double>& fit_seconds);
+/// @param measured_seconds  of the fits by model, see fit_seconds
+std::string short_table(const Evaluation& report,
+                        const std::map<std::string, double>& measured_seconds);
 std::string to_csv(const Evaluation& report);
 /// Torque along the measured motion, joint by joint: shares left, regimes, drift, repeatability.
 std::string to_torque_markdown(const Evaluation& report, std::span<const Trajectory> trajectories);

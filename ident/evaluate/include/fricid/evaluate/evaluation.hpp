@@ -1,12 +1,12 @@
-// What an evaluation found: scores of every rollout, their summary, and whether the benchmark means
-// anything. The file evaluation.json of a run folder.
+// Result of an evaluation: scores of every rollout, their summary, and whether the errors are large
+// enough above the floor to rank models. The file evaluation.json of a run folder.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "fricid/data/field.hpp"
+#include "fricid/base/field.hpp"
 #include "fricid/evaluate/bands.hpp"
 #include "fricid/evaluate/metrics.hpp"
 #include "fricid/evaluate/repeats.hpp"
@@ -25,15 +25,15 @@ struct RolloutScore {
   /// Driven by the measured motion (teacher forcing) from the start to the end of the recording;
   /// empty without truth.
   RegimeError friction;
-  /// Along the rollout, which has left the true motion; empty without truth.
+  /// Along the rollout, that is along the motion of the model; empty without truth.
   RegimeError friction_rollout;
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("trajectory", trajectory, data::text("index of the trajectory, from 0"));
-    archive("name", name, data::text("name of the trajectory"));
-    archive("start_s", start_s, data::number("s", 0, 1e9, "where the rollout starts"));
-    archive("diverged", diverged, data::flag("left the allowed position error"));
+    archive("trajectory", trajectory, text("index of the trajectory, from 0"));
+    archive("name", name, text("name of the trajectory"));
+    archive("start_s", start_s, number("s", 0, 1e9, "where the rollout starts"));
+    archive("diverged", diverged, flag("left the allowed position error"));
     error.visit(archive);
     friction.visit(archive, "friction_rmse");
     friction_rollout.visit(archive, "friction_rmse_rollout");
@@ -46,12 +46,13 @@ struct ModelResult {
   std::string label;
   int seed = 1;
   int parameters = 0;  ///< number of fitted values
-  /// What the maker of an external model says that its fit took [s]; NaN for models of the program,
-  /// whose clock readings the manifest has.
+  /// Fit time of an external model as stated by its author [s]; NaN for models fitted by fricid,
+  /// whose times are in the manifest.
   double stated_fit_seconds = std::numeric_limits<double>::quiet_NaN();
   std::string budget;  ///< training budget, as its model file says; empty: none in the file
   bool is_oracle = false;
   bool is_conventional = false;
+  std::vector<std::string> doubts;  ///< of this seed, as in Summary
   int friction_states = 0;
   std::vector<RolloutScore> scores;
   /// Found on its training recordings; absent for oracles and where there are none.
@@ -62,18 +63,19 @@ struct ModelResult {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("name", name, data::text("name of its files"));
-    archive("label", label, data::text("name in tables and plots"));
-    archive("seed", seed, data::number("", 0, 1e9, "of its fit"));
-    archive("parameters", parameters, data::number("", 0, 1e9, "number of fitted values"));
-    archive("stated_fit_seconds", stated_fit_seconds,
-            data::number("s", 0, 1e12,
-                         "of an external model, as its maker says; null: see the manifest"));
-    archive("budget", budget, data::text("training budget; empty: none"));
-    archive("is_oracle", is_oracle, data::flag("the truth itself"));
-    archive("is_conventional", is_conventional, data::flag("a convention to beat"));
+    archive("name", name, text("name of its files"));
+    archive("label", label, text("name in tables and plots"));
+    archive("seed", seed, number("", 0, 1e9, "of its fit"));
+    archive("parameters", parameters, number("", 0, 1e9, "number of fitted values"));
+    archive(
+        "stated_fit_seconds", stated_fit_seconds,
+        number("s", 0, 1e12, "of an external model, as its maker says; null: see the manifest"));
+    archive("budget", budget, text("training budget; empty: none"));
+    archive("is_oracle", is_oracle, flag("the true model"));
+    archive("is_conventional", is_conventional, flag("one of the conventional models"));
+    archive("doubts", doubts, text("why not to trust it, one line each"));
     archive("friction_states", friction_states,
-            data::number("", 0, 1e6, "states of its friction, all joints together"));
+            number("", 0, 1e6, "states of its friction, all joints together"));
     archive.sections("trajectories", scores, "one rollout each, by trajectory and start");
     archive.sections("torque", torque,
                      "motor torque along the measured motion, one per trajectory");
@@ -86,6 +88,9 @@ struct ModelResult {
 struct Summary {
   std::string name, label;
   bool is_oracle = false, is_conventional = false;
+  /// Why not to trust it, one line each: fits that failed their own test, joints whose held-out
+  /// torque its own mean tells better. Such a model is no best of anything.
+  std::vector<std::string> doubts;
   int seeds = 0;
   int parameters = 0;
   double stated_fit_seconds = std::numeric_limits<double>::quiet_NaN();  ///< see ModelResult
@@ -119,17 +124,19 @@ struct Summary {
   template <class Archive>
   void visit(Archive& archive) {
     constexpr auto per_horizon = [](std::string_view unit, std::string_view meaning) {
-      return data::number(unit, 0, 1e300, meaning);
+      return number(unit, 0, 1e300, meaning);
     };
-    archive("name", name, data::text("of the model"));
-    archive("label", label, data::text("name in tables and plots"));
-    archive("is_oracle", is_oracle, data::flag("the truth itself"));
-    archive("is_conventional", is_conventional, data::flag("a convention to beat"));
-    archive("seeds", seeds, data::number("", 0, 1e9, "number of fits"));
-    archive("parameters", parameters, data::number("", 0, 1e9, "number of fitted values"));
+    archive("name", name, text("of the model"));
+    archive("label", label, text("name in tables and plots"));
+    archive("is_oracle", is_oracle, flag("the true model"));
+    archive("is_conventional", is_conventional, flag("one of the conventional models"));
+    archive("doubts", doubts,
+            text("why not to trust it, one line each; such a model is no best of anything"));
+    archive("seeds", seeds, number("", 0, 1e9, "number of fits"));
+    archive("parameters", parameters, number("", 0, 1e9, "number of fitted values"));
     archive("stated_fit_seconds", stated_fit_seconds,
-            data::number("s", 0, 1e12, "of an external model, as its maker says; else null"));
-    archive("budget", budget, data::text("training budget of the first seed; empty: none"));
+            number("s", 0, 1e12, "of an external model, as its maker says; else null"));
+    archive("budget", budget, text("training budget of the first seed; empty: none"));
     archive("q_mse_geometric_mean", q_mse_geometric_mean,
             per_horizon("rad^2", "per horizon, over rollouts and seeds"));
     archive("q_mse_median", q_mse_median, per_horizon("rad^2", "per horizon"));
@@ -140,13 +147,13 @@ struct Summary {
                               "low and high end per horizon: 90 % Student t interval of "
                               "the geometric mean of q_mse"));
     archive("interval_over", interval_over,
-            data::choice("seeds trajectories none", "what the interval is over"));
+            choice("seeds trajectories none", "what the interval is taken over"));
     archive("ratio_to_oracle", ratio_to_oracle, per_horizon("1", "per horizon"));
-    archive("headroom_closed", headroom_closed,
-            data::number("1", -1e300, 1,
-                         "per horizon: 0 as good as the convention, 1 as physics allows"));
-    archive("diverged", diverged, data::number("", 0, 1e9, "rollouts that left"));
-    archive("rollouts", rollouts, data::number("", 0, 1e9, "in all"));
+    archive(
+        "headroom_closed", headroom_closed,
+        number("1", -1e300, 1, "per horizon: 0 as good as the convention, 1 as physics allows"));
+    archive("diverged", diverged, number("", 0, 1e9, "number of diverged rollouts"));
+    archive("rollouts", rollouts, number("", 0, 1e9, "in all"));
     archive("friction", friction,
             per_horizon("1",
                         "RMSE of the friction torque as a share of its RMS, driven by the "
@@ -158,9 +165,9 @@ struct Summary {
     archive("ensemble_q_mse", ensemble_q_mse,
             per_horizon("rad^2", "per horizon, of the mean of the seeds; empty: too few seeds"));
     archive("ensemble_coverage", ensemble_coverage,
-            data::number("1", 0, 1, "per horizon, share of samples inside the seeds' 90 % band"));
+            number("1", 0, 1, "per horizon, share of samples inside the seeds' 90 % band"));
     archive("band_coverage", band_coverage,
-            data::number("1", 0, 1, "per horizon, share of samples inside the 90 % band"));
+            number("1", 0, 1, "per horizon, share of samples inside the 90 % band"));
     archive("band_half_width", band_half_width,
             per_horizon("rad", "per horizon, root mean square"));
   }
@@ -186,12 +193,14 @@ struct Evaluation {
   std::vector<double> best_conventional;  ///< smallest geometric mean of the conventional models
   /// Best conventional / oracle, or without one / floor.
   std::vector<double> headroom;
-  /// One line per horizon: why its ranking is no more than noise, the best conventional model being
-  /// less than `min_headroom` times the floor. Empty when all is well.
+  /// One line per horizon that cannot rank models: the error of the best conventional model is less
+  /// than `min_headroom` times the floor. Empty lines for the other horizons.
   std::vector<std::string> meaningless;
 
   /// True when every horizon can rank models.
   bool meaningful() const;
+  /// True when no model is in doubt.
+  bool trusted() const;
 
   /// @throws UserError naming `place` when the lists do not agree in length, or a name is not one:
   ///         names may become paths
@@ -200,32 +209,34 @@ struct Evaluation {
   template <class Archive>
   void visit(Archive& archive) {
     constexpr auto mse = [](std::string_view meaning) {
-      return data::number("rad^2", 0, 1e300, meaning);
+      return number("rad^2", 0, 1e300, meaning);
     };
-    archive("scene", scene, data::text("name of the scene"));
+    archive("scene", scene, text("name of the scene"));
     archive("horizons_s", horizons_s,
-            data::number("s", 0, 1e9, "lengths of the rollouts; full length in seconds"));
-    archive("trajectories", trajectories, data::text("names of the held-out recordings"));
-    archive.sections("repeats", repeats, "what does not repeat in a motion that does");
+            number("s", 0, 1e9, "lengths of the rollouts; full length in seconds"));
+    archive("trajectories", trajectories, text("names of the held-out recordings"));
+    archive.sections("repeats", repeats,
+                     "repeatability of every recording whose motion is periodic");
     archive.sections("models", models, "every model and seed, oracles first");
     archive.sections("summary", summary, "every model over its seeds, in the same order");
-    archive("headroom", headroom,
-            data::number("1", 0, 1e300,
-                         "per horizon, best conventional / oracle, or without one / floor"));
-    archive("oracle", oracle, mse("per horizon, geometric mean of q_mse of the truth itself"));
+    archive(
+        "headroom", headroom,
+        number("1", 0, 1e300, "per horizon, best conventional / oracle, or without one / floor"));
+    archive("oracle", oracle, mse("per horizon, geometric mean of q_mse of the oracle"));
     archive("halving", halving,
             mse("per horizon, between the truth and the truth at half its step"));
     archive("repeat", repeat,
-            mse("per horizon, half the difference between the torques of two periods, for the "
-                "model that makes least of it; logs whose motion repeats"));
+            mse("per horizon, half the MSE between rollouts under the torques of two periods, "
+                "smallest over the models; logs whose motion repeats"));
     archive("floor", floor, mse("per horizon, the largest of the three"));
     archive("integration", integration,
             mse("per horizon, between the engine's oracle and the simulator's"));
     archive("best_conventional", best_conventional,
             mse("per horizon, smallest geometric mean of q_mse of the conventional models"));
-    archive.derived("meaningful", meaningful(), data::flag("every horizon can rank models"));
+    archive.derived("meaningful", meaningful(), flag("every horizon can rank models"));
+    archive.derived("trusted", trusted(), flag("no model is in doubt"));
     archive("meaningless", meaningless,
-            data::text("per horizon, why its ranking is no more than noise; empty: it is more"));
+            text("per horizon, why its ranking is no more than noise; empty: it is more"));
   }
 };
 

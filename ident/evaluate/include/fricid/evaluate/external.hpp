@@ -1,4 +1,4 @@
-// Rollouts that another program made, to be scored as those of any model.
+// Rollouts made by another program, scored like those of the other models.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace fricid::evaluate {
 
-/// A model that only its maker can run; its rollouts stand for it.
+/// A model of another program, represented by its rollouts.
 struct ExternalModel {
   std::string name;    ///< of its folder
   std::string label;   ///< for tables and plots

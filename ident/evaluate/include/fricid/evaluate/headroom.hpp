@@ -1,4 +1,4 @@
-// What a benchmark leaves to gain.
+// Headroom of a benchmark: from the best conventional model to the best possible one.
 #pragma once
 
 #include <cmath>

@@ -1,26 +1,26 @@
-// Motions that come again: what a recording says of its own noise without any truth.
+// Repeating motions: they show the noise of a recording without knowing the truth.
 #pragma once
 
 #include <vector>
 
+#include "fricid/base/field.hpp"
 #include "fricid/data/dataset.hpp"
-#include "fricid/data/field.hpp"
 #include "fricid/system/driven_friction.hpp"
 
 namespace fricid::evaluate {
 
-/// A recording whose motion repeats, and what does not repeat with it: the standard deviation of
-/// one passage, root mean square of x(t + P) - x(t) over sqrt 2. No function of the motion predicts
-/// the torque better than tau_sd.
+/// Repeatability of a recording with period P: the standard deviation of one period, which is the
+/// root mean square of x(t + P) - x(t) over sqrt 2. No function of the motion can predict the
+/// torque with an error below tau_sd.
 struct Repeats {
   double period_s = 0;               ///< P [s]; 0: the motion does not repeat
   std::vector<double> q_sd, tau_sd;  ///< (n) [rad], [N m]; empty without a period
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("period_s", period_s, data::number("s", 0, 300, "0: the motion does not repeat"));
-    archive("q_sd", q_sd, data::number("rad", 0, 1e300, "of one passage, per joint"));
-    archive("tau_sd", tau_sd, data::number("N m", 0, 1e300, "of one passage, per joint"));
+    archive("period_s", period_s, number("s", 0, 300, "0: the motion does not repeat"));
+    archive("q_sd", q_sd, number("rad", 0, 1e300, "of one passage, per joint"));
+    archive("tau_sd", tau_sd, number("N m", 0, 1e300, "of one passage, per joint"));
   }
 };
 

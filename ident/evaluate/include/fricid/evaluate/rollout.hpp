@@ -4,8 +4,10 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "fricid/base/field.hpp"
 #include "fricid/evaluate/trajectory.hpp"
 #include "fricid/system/arm.hpp"
 
@@ -56,21 +58,36 @@ std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajec
                               const RolloutOptions& options,
                               std::span<const RowMatrix> disturbance = {});
 
-/// Writes HDF5, format "fricid.rollout/1": /t (s), /q, /v [, /tau_f] with attribute `unit`; root
-/// attributes format, joint_names, model, seed, trajectory. Atomic.
+/// A rollout as a file.
+struct RolloutSignals {
+  static constexpr std::string_view kFormat = "fricid.rollout/1";
+
+  std::vector<std::string> joint_names;  ///< (n)
+  std::string model, trajectory;         ///< names
+  double seed = 1;                       ///< of the model's fit
+  double diverged = 0;                   ///< 1: it did, and stands still from there
+  Eigen::VectorXd t;                     ///< (T) [s]
+  RowMatrix q;                           ///< (T, n) [rad]
+  RowMatrix v;                           ///< (T, n) [rad/s]
+  RowMatrix tau_f;                       ///< (T, n) [N m], or empty where it is not known
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive.joints(joint_names);
+    archive.stamp("model", model, text("what was rolled out"));
+    archive.stamp("seed", seed, number("", 0, 1e9, "of its fit"));
+    archive.stamp("trajectory", trajectory, text("whose torque drove it"));
+    archive.stamp("diverged", diverged, number("", 0, 1, "1: it did, and stands still from there"));
+    archive.times(t);
+    archive.of_joints("q", q, signal("rad", "position"));
+    archive.of_joints("v", v, signal("rad/s", "velocity"));
+    archive.of_joints_or_none("tau_f", tau_f, signal("N m", "friction torque"));
+  }
+};
 void save_rollout(const Rollout& rollout, const Trajectory& trajectory, const std::string& model,
                   int seed, const std::filesystem::path& path);
-
-/// What such a file holds.
-struct RolloutSignals {
-  Eigen::VectorXd t;  ///< (T) [s]
-  RowMatrix q;        ///< (T, n) [rad]
-  RowMatrix v;        ///< (T, n) [rad/s]
-  RowMatrix tau_f;    ///< (T, n) [N m], or empty where it is not known
-};
 /// @param n  number of joints
-/// @throws UserError naming the file when it is missing, of another format, or a table is not (T,
-/// n)
+/// @throws as data::load_signals
 RolloutSignals load_rollout(const std::filesystem::path& path, int n);
 
 }  // namespace fricid::evaluate

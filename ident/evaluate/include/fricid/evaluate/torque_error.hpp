@@ -1,13 +1,13 @@
-// What a model's torque errs, as a random torque that would make its open loop err as much.
+// Torque error of a model: a random torque that causes an open-loop error of the same size.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "fricid/data/field.hpp"
+#include "fricid/base/field.hpp"
 #include "fricid/data/model_file.hpp"
-#include "fricid/data/scene.hpp"
+#include "fricid/evaluate/options.hpp"
 #include "fricid/evaluate/trajectory.hpp"
 
 namespace fricid::evaluate {
@@ -16,7 +16,7 @@ namespace fricid::evaluate {
 ///
 ///     e_0 ~ N(0, sd^2),   e_{k+1} = rho e_k + sqrt(1 - rho^2) N(0, sd^2),   rho = exp(-dt/time),
 ///
-/// which act on a joint as disturbance_at says: friction errs most at low speed.
+/// applied to a joint by disturbance_at, larger at low speed, where friction models err most.
 struct TorqueError {
   double time = 0;         ///< correlation time [s]; 0: white from sample to sample
   std::vector<double> sd;  ///< (n) of a joint in motion [N m]
@@ -24,9 +24,9 @@ struct TorqueError {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("time_s", time, data::number("s", 0, 1e3, "correlation time"));
-    archive("sd", sd, data::number("N m", 0, 1e300, "per joint, of a joint in motion"));
-    archive("slow_gain", slow_gain, data::number("1", 0, 1e3, "how much larger it is at rest"));
+    archive("time_s", time, number("s", 0, 1e3, "correlation time"));
+    archive("sd", sd, number("N m", 0, 1e300, "per joint, of a joint in motion"));
+    archive("slow_gain", slow_gain, number("1", 0, 1e3, "how much larger it is at rest"));
   }
 };
 
@@ -47,13 +47,13 @@ RowMatrix draw_torque_error(const TorqueError& error, double dt, int rows, std::
 ///     sd_j^2 <- sd_j^2 exp(mean over h of log(m_jh / S_jh)),
 ///
 /// and of kTimes the correlation time is taken, the first from which a longer one does not lessen
-/// the sum of log(m_jh / S_jh)^2. All that makes an open loop err is in it: friction, rigid body,
-/// start, noise of the measured torque.
+/// the sum of log(m_jh / S_jh)^2. It covers all causes of open-loop error: friction, rigid body,
+/// initial state, noise of the measured torque.
 /// @param known  the robot before identification, see constant_friction
 /// @return sd between 1e-6 and 1 of the rms torque; the same for any `jobs`
 TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::RobotModel& known,
-                             std::span<const Trajectory> training,
-                             const data::EvaluateConfig& options, int jobs);
+                             std::span<const Trajectory> training, const EvaluateOptions& options,
+                             int jobs);
 inline constexpr double kSlowGain = 3;
 inline constexpr double kTimes[] = {0, 0.03, 0.1, 0.3, 1};  // [s]
 

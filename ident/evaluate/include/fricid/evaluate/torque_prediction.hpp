@@ -1,4 +1,4 @@
-// Prediction of the motor torque from measured motion, for logs whose open loop means nothing.
+// Prediction of the motor torque from measured motion (inverse dynamics).
 #pragma once
 
 #include <filesystem>
@@ -11,6 +11,8 @@
 
 namespace fricid::evaluate {
 
+inline constexpr int kDriftBlocks = 20;  ///< of a recording, whose means show drift
+
 /// Predicted motor torque and its error e per joint, over the samples with a measured torque.
 struct TorquePrediction {
   RowMatrix tau;                       ///< (T, n) predicted [N m]
@@ -19,8 +21,8 @@ struct TorquePrediction {
   std::vector<double> percent_of_rms;  ///< (n) 100 rmse / rms of the measured torque
   std::vector<double> r2;              ///< (n) 1 - sum e^2 / sum (tau - mean tau)^2
   /// (n) RMSE of the one-step-ahead prediction, which also knows the error of the last sample:
-  /// e_k - rho e_{k-1}, rho the lag-one autocorrelation of e over the recording [N m]. What white
-  /// noise leaves of rmse; far below it, the model misses something slow.
+  /// e_k - rho e_{k-1}, rho the lag-one autocorrelation of e over the recording [N m]. A value far
+  /// below rmse means correlated residuals: the model lacks a slow effect.
   std::vector<double> one_step;
   /// (n) Rise from begin to end of the recording of the straight line through the means of measured
   /// - predicted over its twentieths, and the standard error of that from their scatter, which a
@@ -31,7 +33,7 @@ struct TorquePrediction {
   template <class Archive>
   void visit(Archive& archive) {
     const auto field = [](std::string_view unit, std::string_view meaning) {
-      return data::number(unit, -1e300, 1e300, meaning);
+      return number(unit, -1e300, 1e300, meaning);
     };
     rmse.visit(archive, "rmse");
     archive(
@@ -40,7 +42,8 @@ struct TorquePrediction {
     archive("percent_of_rms", percent_of_rms,
             field("%", "per joint, rmse over the RMS of the measured torque"));
     archive("r2", r2, field("1", "per joint, share of the measured torque's variance explained"));
-    archive("drift", drift, field("N m", "per joint, rise of what is left over the recording"));
+    archive("drift", drift,
+            field("N m", "per joint, rise of the torque residual over the recording"));
     archive("drift_error", drift_error, field("N m", "per joint, standard error of drift"));
   }
 };
@@ -56,22 +59,37 @@ TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& k
                                    const data::Dataset& dataset, ConstRowMatrix q, ConstRowMatrix v,
                                    ConstRowMatrix a);
 
-/// Writes HDF5, format "fricid.prediction/1": /t (s), /q, /v, /tau as measured, /tau_predicted,
-/// /tau_f with attribute `unit`; root attribute joint_names. Atomic.
+/// A prediction as a file.
+struct PredictionSignals {
+  static constexpr std::string_view kFormat = "fricid.prediction/1";
+
+  std::vector<std::string> joint_names;  ///< (n)
+  Eigen::VectorXd t;                     ///< (T) [s]
+  RowMatrix q, v;                        ///< (T, n) motion that drove the model [rad], [rad/s]
+  RowMatrix tau;                         ///< (T, n) as measured [N m]
+  RowMatrix tau_predicted;               ///< (T, n) [N m]
+  RowMatrix tau_f;                       ///< (T, n) friction in it [N m]
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive.joints(joint_names);
+    archive.times(t);
+    archive.of_joints("q", q, signal("rad", "position that drove the model"));
+    archive.of_joints("v", v, signal("rad/s", "velocity that drove the model"));
+    archive.of_joints("tau", tau, signal("N m", "motor torque as measured"));
+    archive.of_joints("tau_predicted", tau_predicted, signal("N m", "motor torque as predicted"));
+    archive.of_joints("tau_f", tau_f, signal("N m", "friction torque in it"));
+  }
+};
+/// @param q, v  zero-phase filtered motion (T, n)
 void save_prediction(const TorquePrediction& prediction, const data::Dataset& dataset,
                      ConstRowMatrix q, ConstRowMatrix v, const std::filesystem::path& path);
-
-/// What such a file holds.
-struct PredictionSignals {
-  Eigen::VectorXd t;        ///< (T) [s]
-  RowMatrix q, v;           ///< (T, n) the motion that drove the model [rad], [rad/s]
-  RowMatrix tau;            ///< (T, n) as measured [N m]
-  RowMatrix tau_predicted;  ///< (T, n) [N m]
-  RowMatrix tau_f;          ///< (T, n) friction in it [N m]
-};
 /// @param n  number of joints
-/// @throws UserError naming the file when it is missing, of another format, or a table is not (T,
-/// n)
+/// @throws as data::load_signals
 PredictionSignals load_prediction(const std::filesystem::path& path, int n);
+
+/// Hidden states of a friction driven by the motion and the measured torque of a prediction (T,
+/// n_z), in the units of its laws.
+RowMatrix driven_states(const friction::Friction& friction, const PredictionSignals& signals);
 
 }  // namespace fricid::evaluate

@@ -11,7 +11,7 @@
 
 namespace fricid::evaluate {
 
-/// What really happened in a simulated recording, at its samples.
+/// True signals of a simulated recording, at its samples.
 struct Reference {
   RowMatrix q;      ///< (T, n) [rad]
   RowMatrix v;      ///< (T, n) [rad/s]

@@ -57,6 +57,13 @@ struct PlotLook {
   int marker;               ///< point type of gnuplot
 };
 
+/// Sizes of a law of the whole robot.
+struct RobotLawSize {
+  int joints = 1;
+  int elements = 1;  ///< width of its networks
+  int latents = 2;   ///< states of a law whose number of states is free
+};
+
 /// Which inputs beside v a law or modifier looks at.
 struct Reads {
   bool q = false, load = false, temperature = false;

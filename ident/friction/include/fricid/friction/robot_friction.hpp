@@ -34,7 +34,8 @@ struct JointSpec {
 /// A law of the whole robot by name; none where the name is empty.
 struct RobotLawSpec {
   std::string law;
-  int elements = 0;  ///< width of its networks
+  int elements = 0;                      ///< width of its networks
+  int latents = RobotLawSize{}.latents;  ///< where LawInfo::most_latents > 0; else of no meaning
 };
 
 /// ParameterRef::joint of what belongs to the law of the whole robot.
@@ -128,12 +129,13 @@ class RobotFriction {
   };
   struct RobotLawSlot {
     int kind = -1;  // row of RobotLaws; < 0: none
-    int joints = 0, elements = 0;
+    RobotLawSize size;
     int theta = 0, z = 0;
   };
   template <class S>
   friend struct Kernels;
   friend void initialise_weights(const RobotFriction&, std::uint64_t, std::span<double>);
+  friend std::vector<double> training_rates(const RobotFriction&, std::span<const double>);
   friend void set_signal_sizes(const RobotFriction&, const SignalSizes&, std::span<double>);
 
   std::vector<JointSpec> joints_;
@@ -176,14 +178,18 @@ int find_parameter(const RobotFriction& model, int joint, std::string_view owner
 
 /// Writes starting values of all network weights into theta, which keeps the rest: the weights of
 /// law l of joint j are drawn from (seed, j and l), so other joints do not matter; those of the law
-/// of the whole robot from (seed, n). Without networks
-/// nothing changes. An untrained network hardly changes the torque.
+/// of the whole robot from (seed, n), and may depend on its scales, which are set before. Without
+/// networks nothing changes. An untrained network hardly changes the torque.
 void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta);
 
 /// Writes the scales of a law of the whole robot into theta, within their bounds; nothing without
 /// one.
 void set_signal_sizes(const RobotFriction& model, const SignalSizes& sizes,
                       std::span<double> theta);
+
+/// Step length of every parameter in training by gradients that starts at theta, relative to what
+/// moves all alike; 0 where a law of the whole robot holds a weight.
+std::vector<double> training_rates(const RobotFriction& model, std::span<const double> theta);
 
 /// How many parameters a fit may move: all that are not Scale::kFixed.
 int free_parameter_count(const RobotFriction& model);
@@ -209,14 +215,18 @@ struct LawInfo {
   int most_elements;            ///< largest such number; 0 where has_elements is false
   std::string_view state_unit;  ///< of its states; empty where it has none
   PlotLook look;                ///< of laws; modifiers have none
+  int most_latents = 0;         ///< of laws of the whole robot whose number of states is free
 };
 std::span<const LawInfo> law_table();
 std::span<const LawInfo> modifier_table();
 std::span<const LawInfo> robot_law_table();  ///< of the whole robot; they claim nothing
 
+/// Row of a law of the whole robot. @throws UserError when unknown
+const LawInfo& find_robot_law(std::string_view name);
+
 /// Parameters of one law or modifier by name, in the order of theta. @throws UserError when unknown
 std::vector<ParameterInfo> parameters_of_law(std::string_view name, int elements);
 std::vector<ParameterInfo> parameters_of_modifier(std::string_view name, int order);
-std::vector<ParameterInfo> parameters_of_robot_law(std::string_view name, int joints, int elements);
+std::vector<ParameterInfo> parameters_of_robot_law(std::string_view name, RobotLawSize size);
 
 }  // namespace fricid::friction

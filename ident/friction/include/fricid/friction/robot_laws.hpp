@@ -21,11 +21,14 @@ using RobotLaws = std::tuple<  //
     Rnn,                       //
     LvmPaper>;
 
-/// A law of a whole robot is what a law of a joint is (law.hpp), but made from the number of joints
-/// and of elements, and with `in` (n), tau_f (n) and their adjoints in the place of single ones.
-/// Torques are added to tau_f. The first parameters are those of SignalScales.
+/// A law of a whole robot is what a law of a joint is (law.hpp), but made from its sizes, and with
+/// `in` (n), tau_f (n) and their adjoints in the place of single ones. Torques are added to tau_f.
+/// The first parameters are those of SignalScales. A law whose number of states is free has
+/// kMostLatents; one that holds some of its weights in training,
+///
+///     void training_rates(const double* theta, double* rate) const;   writes those of the weights
 template <class Law>
-concept RobotLaw = std::copyable<Law> && std::constructible_from<Law, int, int> &&
+concept RobotLaw = std::copyable<Law> && std::constructible_from<Law, RobotLawSize> &&
     requires(const Law law, const double* theta, double* z, const Input<double>* in,
              Input<double>* in_bar, double dt, double* bar, Rng& rng) {
   { Law::kName } -> std::convertible_to<std::string_view>;
@@ -45,10 +48,9 @@ concept RobotLaw = std::copyable<Law> && std::constructible_from<Law, int, int> 
 
 /// Calls f(law) for row `index` of RobotLaws.
 template <class F>
-void visit_robot_law(int index, int joints, int elements, F&& f) {
+void visit_robot_law(int index, RobotLawSize size, F&& f) {
   [&]<std::size_t... I>(std::index_sequence<I...>) {
-    (void)((index == static_cast<int>(I) &&
-            (f(std::tuple_element_t<I, RobotLaws>(joints, elements)), true)) ||
+    (void)((index == static_cast<int>(I) && (f(std::tuple_element_t<I, RobotLaws>(size)), true)) ||
            ...);
   }
   (std::make_index_sequence<std::tuple_size_v<RobotLaws>>{});

@@ -1,5 +1,4 @@
-// Robot and friction as one discrete-time system: the step that evaluation, training and filters
-// share.
+// Robot and friction as one discrete-time system, stepped by evaluation, training and filters.
 #pragma once
 
 #include <span>
@@ -9,41 +8,39 @@
 #include "fricid/dynamics/robot_model.hpp"
 #include "fricid/dynamics/workspace.hpp"
 #include "fricid/friction/robot_friction.hpp"
+#include "fricid/signals/dataset.hpp"
 
 namespace fricid {
 
-/// What an identified (or true) robot is: rigid body and friction with their parameters.
+/// An identified or true robot: rigid body and friction with their parameters.
 struct Arm {
-  dynamics::RobotModel robot;  ///< robot.pi holds the parameters in force
+  dynamics::RobotModel robot;  ///< robot.pi holds the rigid-body parameters
   friction::Friction friction;
 };
-
-/// Temperature that laws see where none was measured [K].
-inline constexpr double kRoomTemperature = 293.15;
 
 /// How an Arm is stepped over one sample with torque held: `substeps` semi-implicit Euler steps
 ///
 ///     a  = M(q)^-1 (tau - h(q, v) - tau_f(q, v, z)),   load = tau
 ///     v' = v + h a,   q' = q + h v',   z' = step(z; q', v', h),     h = dt / substeps,
 ///
-/// or, for leap = m > 1, leaps of length H = m h that stand for m such steps to second order: on
-/// average over m Euler steps the velocity changes (H - h) / 2 into the leap, so
+/// or, for leap = m > 1, leaps of length H = m h that replace m such steps to second order. On
+/// average over m Euler steps the velocity changes at time (H - h) / 2 of the leap, so
 ///
 ///     drift   q_m = q + (H - h)/2 v,      z_m = step(z; q_m, v, (H - h)/2)
 ///     kick    v'  = v + H a_m,            a_m at (q_m, v + (H - h)/2 a, z_m)
 ///     drift   q'  = q_m + (H + h)/2 v',   z' = step(z_m; q', v', (H + h)/2).
 ///
-/// m = 1 is the Euler step itself, h -> 0 symmetric splitting. The kick takes M and h(q, v) before
-/// the velocity is moved to the middle and only tau_f after it: one evaluation of the dynamics and
-/// two of the friction torque. docs/integration.md measures all of them. One setting for all models
-/// of a scene.
+/// m = 1 is the Euler step, h -> 0 symmetric splitting. The kick evaluates M and h(q, v) at the
+/// first velocity and only tau_f also at the velocity in the middle: one evaluation of the dynamics
+/// and two of the friction torque per leap. docs/integration.md has the measured errors. All models
+/// of a scene share one setting.
 struct StepOptions {
   int substeps = 8;
   int leap = 1;  ///< divides substeps
 };
 
-/// Steps S-batches of states of one arm (one state per lane); lane k of a Pack equals the scalar
-/// step to the last bit. Owns the workspace: make one per thread. Keeps a reference to the arm.
+/// Steps a batch of states of one arm, one state per lane of S; lane k of a Pack equals the scalar
+/// step to the last bit. Owns its workspace: use one per thread. Keeps a reference to the arm.
 /// Instantiated for double, PackD and PackF.
 template <class S>
 class ArmStepper {
@@ -57,11 +54,11 @@ class ArmStepper {
   void step(std::span<const S> tau, std::span<const S> temperature, double dt, std::span<S> q,
             std::span<S> v, std::span<S> z);
 
-  /// Takes other parameters than the arm's, which may differ between lanes: pi (11 n + n_c), theta
+  /// Replaces the parameters of the arm; they may differ between lanes. pi (11 n + n_c), theta
   /// (parameter_count).
   void set_parameters(std::span<const S> pi, std::span<const S> theta);
 
-  /// `step` is this many leaps.
+  /// Number of leaps in one `step`.
   int leaps() const { return options_.substeps / options_.leap; }
   void leap(std::span<const S> tau, std::span<const S> temperature, double dt, std::span<S> q,
             std::span<S> v, std::span<S> z);

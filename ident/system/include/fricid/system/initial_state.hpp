@@ -1,4 +1,4 @@
-// The friction state with which a record begins.
+// Friction state at the start of a recording.
 #pragma once
 
 #include <span>
@@ -9,13 +9,13 @@
 
 namespace fricid {
 
-/// State of a friction at a moment where only its torque is known. Hysteresis leaves it open how
-/// the joints came there, so the most likely way is taken, joint by joint:
+/// Friction state at a time where only the friction torque is known. With hysteresis many states
+/// give the same torque, so a likely past motion is assumed, joint by joint:
 ///
 /// * a joint that moves, |v| > 0.02 rad/s, has been sliding at v;
-/// * a joint at rest has slid in from afar in the direction of its torque, slowed down, and was let
-///   back by just as much as brings its torque from the sliding one to `tau_f`; not at all where
-///   the sliding torque is the smaller one.
+/// * a joint at rest has slid in the direction of its torque, slowed down, and moved back until its
+///   torque fell from the sliding torque to `tau_f`; without moving back if the sliding torque is
+///   smaller than `tau_f`.
 ///
 /// The state of a law of the whole robot starts at zero, whatever the torque.
 ///
@@ -26,7 +26,7 @@ std::vector<double> state_at_torque(const friction::Friction& friction,
                                     std::span<const friction::Input<double>> in,
                                     std::span<const double> tau_f);
 
-/// State at the first sample of a record, from the torque that the rigid body leaves there:
+/// State at the first sample of a recording, from the measured torque less the rigid-body torque:
 ///
 ///     tau_f = mean of tau over the first 20 ms - rnea(q_0, v_0, a),   a = mean of dv/dt over them.
 ///

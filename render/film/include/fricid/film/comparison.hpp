@@ -1,4 +1,4 @@
-// The film of a run: what the true arm did and what the models make of the same torques.
+// The film of a run: the true arm, and the models under the same torques.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ class Comparison {
  public:
   /// @param painter  for pictures of kFilmWidth x kFilmHeight
   /// @throws UserError when render.joint of the scene is no joint of the robot
-  Comparison(const RunFilm& film, const data::Problem& problem, ArmPainter& painter);
+  Comparison(const RunFilm& film, const scene::Problem& problem, ArmPainter& painter);
 
   /// @param index  0 to frames_of(film) - 1
   Image frame(int index);

@@ -3,7 +3,6 @@
 #include <sys/types.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -37,7 +36,8 @@ class FrameWriter {
   int close();
 
   std::filesystem::path path_, part_, log_;
-  std::FILE* pipe_ = nullptr;
+  static constexpr int kNone = -1;
+  int pipe_ = kNone;
   pid_t encoder_ = 0;
 };
 

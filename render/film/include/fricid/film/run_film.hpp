@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fricid/data/hdf5.hpp"
-#include "fricid/data/problem.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/workflow/run_folder.hpp"
 
 namespace fricid::film {
@@ -32,7 +32,7 @@ struct FilmRow {
 /// What a film of a run shows, read from the run folder's files alone: the first held-out
 /// trajectory, the first seed of each model.
 struct RunFilm {
-  std::string scene, description, friction;  ///< friction: what was injected, in words
+  std::string scene, description, friction;  ///< friction: the injected friction in words
   std::string trajectory;
   std::vector<std::string> joint_names;
   Eigen::VectorXd t;      ///< (T) [s], from 0
@@ -40,7 +40,7 @@ struct RunFilm {
   RowMatrix tau;          ///< (T, n) motor torque, held over the sample that follows [N m]
   RowMatrix temperature;  ///< (T, n) [K], or empty
   std::vector<FilmModel> models;
-  FilmModel oracle;              ///< q is empty where there is none
+  FilmModel oracle;              ///< q is empty if there is no oracle
   std::vector<double> horizons;  ///< [s]
   std::vector<FilmRow> table;
 
@@ -52,7 +52,7 @@ struct RunFilm {
 
 /// @throws UserError when the folder holds no evaluation, or no rollout of a model of
 ///         problem.scene.render.models, or what is there is broken
-RunFilm read_film(const workflow::RunFolder& folder, const data::Problem& problem);
+RunFilm read_film(const workflow::RunFolder& folder, const scene::Problem& problem);
 
 /// "maxwell_slip, 10 elements, with load and ripple; viscous_power".
 std::string describe(const friction::Friction& friction);

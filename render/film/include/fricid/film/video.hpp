@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "fricid/data/problem.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/workflow/run_folder.hpp"
 
 namespace fricid::film {
 
-/// How pictures are made, apart from what the scene says.
-struct FilmOptions {
+/// Options of drawing that are not in the scene.
+struct DrawingOptions {
   std::string renderer{};  ///< egl, osmesa; empty: FRICID_GL, else what is found
   double orbit_s = 8;      ///< [s] of video/orbit.mp4
   int jobs = 0;            ///< processes that draw; 0: one per core, 8 at most
@@ -31,14 +31,14 @@ struct FilmOptions {
 ///         when one could not be written; Stopped
 std::vector<std::filesystem::path> render_video(const workflow::RunFolder& visible,
                                                 const workflow::RunFolder& out,
-                                                const data::Problem& problem,
-                                                const FilmOptions& options);
+                                                const scene::Problem& problem,
+                                                const DrawingOptions& options);
 
 /// One picture, final quality: the arm and its ghosts at a time of the first held-out trajectory,
 /// without text.
 /// @param at  [s]; absent: the middle
-void render_still(const workflow::RunFolder& folder, const data::Problem& problem,
+void render_still(const workflow::RunFolder& folder, const scene::Problem& problem,
                   std::optional<double> at, const std::filesystem::path& picture,
-                  const FilmOptions& options);
+                  const DrawingOptions& options);
 
 }  // namespace fricid::film

@@ -12,7 +12,7 @@ namespace fricid::film {
 struct FilmPaths {
   std::vector<Eigen::Vector3d> truth;                ///< tip per row
   std::vector<std::vector<Eigen::Vector3d>> models;  ///< [model][row]
-  std::vector<Eigen::Vector3d> oracle;               ///< empty where there is none
+  std::vector<Eigen::Vector3d> oracle;               ///< empty if there is no oracle
   std::vector<Eigen::Vector3d> outline;  ///< joints and tips of all, a few times a second
 };
 

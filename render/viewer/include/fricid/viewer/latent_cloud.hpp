@@ -36,7 +36,7 @@ friction::Friction friction_of_joint(const friction::Friction& friction, int joi
 LatentCloud latent_cloud(const friction::Friction& friction, const JointMotion& motion, int row,
                          double age, int copies);
 
-/// Root mean square distance from the mean: what of a torque is not yet known [N m].
+/// Spread of a torque: root mean square distance from the mean [N m].
 double spread(const Eigen::VectorXd& tau);
 
 }  // namespace fricid::viewer

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "fricid/data/problem.hpp"
+#include "fricid/scene/problem.hpp"
 #include "fricid/sim/plant.hpp"
 
 namespace fricid::viewer {
@@ -33,7 +33,7 @@ class LiveArm {
  public:
   /// @param friction  what is injected; the scene's, or that of an identified model
   /// Keeps references to `arm` and `problem`.
-  LiveArm(const sim::MujocoArm& arm, const data::Problem& problem, friction::Friction friction);
+  LiveArm(const sim::MujocoArm& arm, const scene::Problem& problem, friction::Friction friction);
 
   /// At rest in the middle of the scene's position box, friction relaxed, t = 0; who moves the arm
   /// stays.
@@ -66,7 +66,7 @@ class LiveArm {
 
  private:
   const sim::MujocoArm& arm_;
-  const data::Problem& problem_;
+  const scene::Problem& problem_;
   friction::Friction friction_;
   double dt_;
   int steps_;

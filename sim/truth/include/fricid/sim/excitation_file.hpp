@@ -1,14 +1,14 @@
-// How the trajectories of a scene were found: the file excitation.json of a run folder.
+// Report of the trajectory design: the file excitation.json of a run folder.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "fricid/data/field.hpp"
+#include "fricid/base/field.hpp"
 
 namespace fricid::sim {
 
-/// What is left of each limit on the whole trajectory; a limit that the robot does not state is 1.
+/// Margin to each limit over the whole trajectory; 1 for a limit that the robot does not state.
 /// Shares: 1 - largest value / allowed value.
 struct JointMargins {
   std::string joint;
@@ -20,12 +20,10 @@ struct JointMargins {
 
   template <class Archive>
   void visit(Archive& archive) {
-    const auto share = [](std::string_view meaning) {
-      return data::number("1", -1e300, 1, meaning);
-    };
-    archive("joint", joint, data::text("name of the joint"));
+    const auto share = [](std::string_view meaning) { return number("1", -1e300, 1, meaning); };
+    archive("joint", joint, text("name of the joint"));
     archive("position_rad", position_rad,
-            data::number("rad", -1e300, 1e300, "to the nearer border of the box"));
+            number("rad", -1e300, 1e300, "to the nearer border of the box"));
     archive("velocity", velocity, share("1 - largest speed / limit"));
     archive("acceleration", acceleration, share("1 - largest acceleration / limit"));
     archive("jerk", jerk, share("1 - largest jerk / limit"));
@@ -33,7 +31,7 @@ struct JointMargins {
   }
 };
 
-/// How one trajectory was found and how near its limits it comes.
+/// Design of one trajectory and its margins to the limits.
 struct TrajectoryReport {
   std::string name;
   bool feasible = false;
@@ -47,18 +45,18 @@ struct TrajectoryReport {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("name", name, data::text("of the recording"));
-    archive("feasible", feasible, data::flag("keeps all limits"));
+    archive("name", name, text("of the recording"));
+    archive("feasible", feasible, flag("keeps all limits"));
     archive("condition", condition,
-            data::number("1", 0, 1e300, "of the base regressor, rows weighted by 1 / effort"));
+            number("1", 0, 1e300, "of the base regressor, rows weighted by 1 / effort"));
     archive("log_det_start", log_det_start,
-            data::number("1", -1e300, 1e300, "log det of the information, best random start"));
-    archive("log_det", log_det, data::number("1", -1e300, 1e300, "the same, as kept"));
-    archive("evaluations", evaluations, data::number("", 0, 1e9, "of the criterion"));
+            number("1", -1e300, 1e300, "log det of the information, best random start"));
+    archive("log_det", log_det, number("1", -1e300, 1e300, "the same, as kept"));
+    archive("evaluations", evaluations, number("", 0, 1e9, "of the criterion"));
     archive("clearance_m", clearance_m,
-            data::number("m", -1e300, 1e300, "smallest distance on the trajectory"));
-    archive("closest", closest, data::text("the two bodies that come that near"));
-    archive.sections("margins", joints, "what is left of the limits, joint by joint");
+            number("m", -1e300, 1e300, "smallest distance on the trajectory"));
+    archive("closest", closest, text("the two bodies that come that near"));
+    archive.sections("margins", joints, "margins to the limits, joint by joint");
   }
 };
 

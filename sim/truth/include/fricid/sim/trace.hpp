@@ -16,7 +16,7 @@ struct State {
   std::vector<double> z;  ///< (state_size) friction state
 };
 
-/// What the true arm did at each sample. Row k holds the state at t_k, and acceleration and
+/// Trajectory of the true arm. Row k holds the state at t_k, and acceleration and
 /// friction torque there under tau_k, the motor torque applied over [t_k, t_{k+1}).
 struct Trace {
   Eigen::VectorXd t;      ///< (T) [s]

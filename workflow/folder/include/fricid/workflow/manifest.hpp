@@ -1,4 +1,4 @@
-// manifest.json: what was done in a run folder, from what, by whom, how long it took.
+// manifest.json: the stages run in a folder, with their inputs, outputs, program and duration.
 #pragma once
 
 #include <cstdint>
@@ -8,38 +8,39 @@
 #include <string_view>
 #include <vector>
 
-#include "fricid/data/field.hpp"
+#include "fricid/base/field.hpp"
 #include "fricid/workflow/run_folder.hpp"
 
 namespace fricid::workflow {
 
-/// A file or an option and what it holds.
+/// A file or an option, and the hash of its content.
 struct Content {
   std::string name;    ///< of an input, or of a file relative to the run folder
-  std::string sha256;  ///< 64 digits; of an input that is not there: "absent"
+  std::string sha256;  ///< 64 hexadecimal digits
 
   bool operator==(const Content&) const = default;
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("name", name, data::text("what was read, or the file relative to the run folder"));
-    archive("sha256", sha256, data::text("64 digits of its content, or absent"));
+    archive("name", name,
+            text("name of the input, or path of the file relative to the run folder"));
+    archive("sha256", sha256, text("64 hexadecimal digits of its content"));
   }
 };
 
-/// A stage that was done.
+/// Record of a stage that was run.
 struct StageRecord {
   std::string name;              ///< "simulate", "identify lugre_s1", ...
-  std::string program;           ///< SHA-256 of the program that did it
+  std::string program;           ///< SHA-256 of the program that ran it
   std::vector<Content> inputs;   ///< all that it read, sorted by name
   std::vector<Content> outputs;  ///< all files that it wrote, sorted by name
   double seconds = 0;            ///< wall clock
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("name", name, data::text("what was done"));
-    archive("program", program, data::text("SHA-256 of the program that did it"));
-    archive("seconds", seconds, data::number("s", 0, 1e12, "wall clock"));
+    archive("name", name, text("name of the stage"));
+    archive("program", program, text("SHA-256 of the program that did it"));
+    archive("seconds", seconds, number("s", 0, 1e12, "wall clock"));
     archive.sections("inputs", inputs, "all that it read");
     archive.sections("outputs", outputs, "all files that it wrote");
   }
@@ -51,8 +52,8 @@ struct Machine {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("cpu", cpu, data::text("model of the processor"));
-    archive("cores", cores, data::number("", 0, 1e6, "threads that run at once"));
+    archive("cpu", cpu, text("model of the processor"));
+    archive("cores", cores, number("", 0, 1e6, "threads that run at once"));
   }
 };
 
@@ -67,23 +68,23 @@ struct Manifest {
   std::vector<std::string> fitted_by_name;  ///< fits that `fricid identify` was asked for
   std::vector<StageRecord> stages;          ///< in the order in which they were first done
 
-  const StageRecord* find(std::string_view stage) const;  ///< null: was not done
-  StageRecord& at(const std::string& stage);              ///< made if it is not there
+  const StageRecord* find(std::string_view stage) const;  ///< null: was not run
+  StageRecord& at(const std::string& stage);              ///< created if missing
 
   /// @throws UserError when an output lies outside of the run folder, or a text does not show
   void check(const std::string& place) const;
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("version", version, data::text("of fricid"));
-    archive("commit", commit, data::text("of fricid"));
+    archive("version", version, text("of fricid"));
+    archive("commit", commit, text("of fricid"));
     archive.section("machine", machine, "where it ran last");
-    archive("scene", scene, data::text("name of the scene"));
-    archive("seed", seed, data::number("", 0, 9e15, "of the scene"));
+    archive("scene", scene, text("name of the scene"));
+    archive("seed", seed, number("", 0, 9e15, "of the scene"));
     archive.sections("sources", sources, "files that the scene names");
     archive("fitted_by_name", fitted_by_name,
-            data::text("fits beside those of the scene, asked for by name"));
-    archive.sections("stages", stages, "what was done");
+            text("fits beside those of the scene, asked for by name"));
+    archive.sections("stages", stages, "stages that were run");
   }
 };
 

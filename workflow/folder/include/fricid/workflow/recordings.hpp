@@ -1,4 +1,4 @@
-// What a run folder holds, where it is there and shown.
+// Reading of the files of a run folder that exist and that the stage may see.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace fricid::workflow {
 /// Whether a path of a run folder leads to a file.
 bool is_there(const std::filesystem::path& file);
 
-/// What load(file) reads; nothing where the file is not there.
+/// The result of load(file); empty if the file does not exist.
 template <class Load>
 auto if_there(const std::filesystem::path& file, Load load)
     -> std::optional<std::remove_cvref_t<decltype(load(file))>> {

@@ -1,4 +1,4 @@
-// Where the files of a run lie. The only place that knows their names.
+// Paths of the files of a run. No other code knows their names.
 #pragma once
 
 #include <filesystem>

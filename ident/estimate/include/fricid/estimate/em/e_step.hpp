@@ -3,24 +3,14 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "fricid/estimate/em/latent_friction_model.hpp"
 #include "fricid/estimate/em/transitions.hpp"
+#include "fricid/estimate/options/em.hpp"
 #include "fricid/smc/report.hpp"
 
 namespace fricid::estimate {
-
-/// How smoothed paths are found.
-enum class EStep {
-  kEkf,       ///< extended Kalman filter and RTS smoother, paths drawn from the Gaussian posterior
-  kPsi,       ///< twisted particle filter along the RTS path, paths by their genealogy
-  kAdapted,   ///< fully adapted particle filter, paths by backward sampling
-  kBootstrap  ///< bootstrap particle filter, paths by backward sampling
-};
-/// "ekf", "psi", "adapted", "bootstrap".
-std::string_view to_string(EStep e_step);
 
 struct EStepOptions {
   EStep method = EStep::kEkf;
@@ -42,7 +32,7 @@ struct EStepResult {
 };
 
 /// Runs filter and smoother over the observed positions q of the first `steps` samples.
-EStepResult smooth(LatentFrictionModel& model, const Recording& recording, int steps,
+EStepResult smooth(LatentFrictionModel& model, const signals::Recording& recording, int steps,
                    const EStepOptions& options);
 
 }  // namespace fricid::estimate

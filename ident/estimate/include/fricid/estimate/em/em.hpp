@@ -6,46 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "fricid/estimate/checkpoint.hpp"
 #include "fricid/estimate/coordinates.hpp"
 #include "fricid/estimate/em/e_step.hpp"
 #include "fricid/estimate/em/latent_friction_model.hpp"
-#include "fricid/estimate/recording.hpp"
+#include "fricid/estimate/options/em.hpp"
 #include "fricid/estimate/report.hpp"
 #include "fricid/estimate/windows/multi_step.hpp"
+#include "fricid/optimise/checkpoint.hpp"
+#include "fricid/signals/recording.hpp"
 
 namespace fricid::estimate {
-
-/// How the M-step finds the parameters of robot and friction.
-enum class MStep {
-  kScore,       ///< one step of Fisher scoring up the likelihood of the innovations
-  kTransitions  ///< the maximum of the transition density of the smoothed paths
-};
-/// "score", "transitions".
-std::string_view to_string(MStep m_step);
-
-struct EmOptions {
-  EStep e_step = EStep::kEkf;
-  MStep m_step = MStep::kScore;  ///< where there are thousands of parameters, kTransitions
-  int iterations = 8;
-  int particles = 200;
-  int paths = 4;       ///< smoothed paths per recording
-  int m_steps = 500;   ///< steps of Adam per iteration
-  int batch = 2048;    ///< transitions per step
-  double rate = 2e-3;  ///< of Adam, times 0.3 in the last third of the iterations
-  double torque_noise =
-      0.1;  ///< first sd of the torque that drives v, share of the friction torque
-  double torque_floor = 0.01;                       ///< least such sd
-  double z_noise_first = 0.1, z_noise_last = 0.01;  ///< sd per sample, share of the rms of z
-  double most_nis = 2;  ///< the noise of z falls no further where NIS per channel is above it
-  bool free_observation_noise = false;  ///< R in closed form once the noise of z has fallen
-  double hold_out = 0.2;
-  bool keep_last = false;   ///< keep the last iteration instead of the best on the held-out part
-  StepOptions step{8, 4};   ///< of filter and M-step
-  StepOptions judge{8, 1};  ///< of the held-out rollouts
-  CoordinateOptions coordinates;
-  std::uint64_t seed = 1;
-};
 
 /// What one iteration saw.
 struct EmIteration {
@@ -55,6 +25,16 @@ struct EmIteration {
   double least_backward_ess = 0;  ///< least median over the recordings; 0 where it does not apply
   double objective = 0;  ///< mean of minus the log transition density after the M-step [nat]
   double held_out = 0;   ///< [rad^2] after the iteration
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("log_likelihood", log_likelihood);
+    archive("nis", nis);
+    archive("least_roots", least_roots);
+    archive("least_backward_ess", least_backward_ess);
+    archive("objective", objective);
+    archive("held_out", held_out);
+  }
 };
 
 struct EmReport {
@@ -70,25 +50,30 @@ struct EmReport {
 };
 
 /// Noise to start with: R from what the logs hold above their band, Q from shares of the friction
-/// torque and of the latent states.
-LatentNoise initial_noise(const Arm& arm, std::span<const Recording> recordings,
+/// torque (that of the training data where a law of the whole robot says it) and of the latent
+/// states.
+LatentNoise initial_noise(const Arm& arm, std::span<const signals::Recording> recordings,
                           const EmOptions& options);
 
 /// Where a filter over a recording begins: filtered motion, washed-out friction state z, each with
 /// the uncertainty that goes with it.
 /// @param z_size  (n_z) rms of the states, see `latent_sizes`
-smc::Gaussian initial_state(const Recording& recording, const Eigen::VectorXd& z,
+smc::Gaussian initial_state(const signals::Recording& recording, const Eigen::VectorXd& z,
                             const Eigen::VectorXd& z_size, const LatentNoise& noise);
 
 /// Root mean square of every latent state along the recordings (n_z); 1 for one that stays 0.
-Eigen::VectorXd latent_sizes(std::span<const data::RowMatrix> z);
+Eigen::VectorXd latent_sizes(std::span<const RowMatrix> z);
 
 /// EM from `start`. E-step: smoothed paths of the training part of each recording under the present
 /// parameters. M-step: either the likelihood itself climbs by one step of Fisher scoring (ECME, Liu
 /// & Rubin 1994: as far in one iteration as plain EM in 1 / (share of information observed)), or
 /// the transition density of random transitions of these paths is maximised from the last
-/// parameters on, by Levenberg-Marquardt, or by Adam where there are thousands (networks); then the
-/// noise of v in closed form,
+/// parameters on, by Levenberg-Marquardt, or by Adam where there are thousands (networks), whose
+/// moments last from one iteration to the next and whose loss holds coordinates of rate r_i with
+///
+///     ridge/2 sum (c_i - c_i,start)^2 / max(r_i, 0.05);
+///
+/// then the noise of v in closed form,
 ///
 ///     Q_v = mean (v_{t+1} - f_v(x_t))^2
 ///
@@ -98,8 +83,10 @@ Eigen::VectorXd latent_sizes(std::span<const data::RowMatrix> z);
 /// or those of the last iteration where the options say so.
 /// The result depends on the options alone, not on `jobs`, nor on how often it was killed and went
 /// on from `checkpoint`, saved after every iteration.
+/// @throws UserError on a recording shorter than a second
 /// @throws Stopped on Ctrl-C; the checkpoint stays
-EmReport fit_em(const Arm& start, std::span<const Recording> recordings, const EmOptions& options,
-                std::string_view label, int jobs, const Checkpoint& checkpoint = {});
+EmReport fit_em(const Arm& start, std::span<const signals::Recording> recordings,
+                const EmOptions& options, std::string_view label, int jobs,
+                const optimise::Checkpoint& checkpoint = {});
 
 }  // namespace fricid::estimate

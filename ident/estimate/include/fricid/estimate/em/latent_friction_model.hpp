@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "fricid/estimate/recording.hpp"
+#include "fricid/signals/recording.hpp"
 #include "fricid/smc/bend.hpp"
 #include "fricid/smc/model.hpp"
 #include "fricid/system/arm.hpp"
@@ -25,7 +25,7 @@ class LatentFrictionModel {
  public:
   /// @param initial  of x_0
   /// @throws UserError when sizes do not agree
-  LatentFrictionModel(const Arm& arm, const Recording& recording, const LatentNoise& noise,
+  LatentFrictionModel(const Arm& arm, const signals::Recording& recording, const LatentNoise& noise,
                       smc::Gaussian initial, StepOptions step);
 
   int state_size() const { return 2 * n_ + nz_; }
@@ -78,7 +78,7 @@ class LatentFrictionModel {
   void linearise(int t, const Eigen::VectorXd& x, Eigen::VectorXd& f, Eigen::MatrixXd& A,
                  Eigen::MatrixXd* B);
 
-  const Recording* recording_;
+  const signals::Recording* recording_;
   int n_, nz_;
   smc::Gaussian initial_;
   Eigen::MatrixXd Q_, C_, R_;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "fricid/estimate/em/latent_friction_model.hpp"
-#include "fricid/estimate/recording.hpp"
+#include "fricid/signals/recording.hpp"
 #include "fricid/smc/model.hpp"
 #include "fricid/system/arm.hpp"
 
@@ -26,11 +26,12 @@ struct Transition {
 ///
 ///     loss = 1/2 sum e' Q^-1 e,   e = x_{t+1} - f(x_t),
 ///
-/// f and Q as in LatentFrictionModel: Q^-1 is diagonal in r = (e_q - dt/2 e_v, e_v, e_z). Owns its
+/// f and Q as in LatentFrictionModel: Q^-1 is diagonal in r = (e_q - c e_v, e_v, e_z), c as in
+/// `position_per_velocity`. Owns its
 /// workspace: make one per thread.
 class TransitionLoss {
  public:
-  TransitionLoss(const Arm& arm, std::span<const Recording> recordings, StepOptions step);
+  TransitionLoss(const Arm& arm, std::span<const signals::Recording> recordings, StepOptions step);
 
   static constexpr int lanes() { return PackD::kLanes; }
 
@@ -51,13 +52,13 @@ class TransitionLoss {
   void add_gradient(std::span<double> pi_bar, std::span<double> theta_bar);
 
  private:
-  std::span<const Recording> recordings_;
+  std::span<const signals::Recording> recordings_;
   ArmStepper<PackD> stepper_;
   void pull(std::span<PackD> bar);
 
   int n_, nz_;
   int count_ = 0;
-  double dt_;
+  double dt_, coupling_;
   std::vector<PackD> history_, residual_, bar_, tau_, temperature_, pi_, theta_, pi_bar_,
       theta_bar_;
   std::vector<PackD> whitened_;

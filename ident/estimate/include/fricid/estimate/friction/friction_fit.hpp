@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "fricid/base/pack.hpp"
-#include "fricid/estimate/filter.hpp"
 #include "fricid/estimate/report.hpp"
 #include "fricid/friction/robot_friction.hpp"
+#include "fricid/signals/recording.hpp"
 
 namespace fricid::estimate {
 
@@ -19,6 +19,12 @@ struct RippleTerm {
   double A = 0;            ///< relative amplitude
   double phi = 0;          ///< [rad]
   double mean_square = 0;  ///< of the residual with it [N^2 m^2]
+};
+
+/// Orders n that a ripple is looked for at: first, first + step, ..
+struct RippleGrid {
+  double first, step;
+  int count;
 };
 
 /// What one joint's friction has to explain: its inputs and its target torque over all sequences,
@@ -36,8 +42,8 @@ struct RippleTerm {
 class JointFrictionData {
  public:
   /// @param target  per sequence, torque of every joint that friction must explain (T, n) [N m]
-  JointFrictionData(std::span<const Filtered> sequences, std::span<const data::RowMatrix> target,
-                    int joint, double cutoff_hz);
+  JointFrictionData(std::span<const signals::Recording> sequences,
+                    std::span<const RowMatrix> target, int joint, double cutoff_hz);
 
   /// Torque of the model at every row, filtered; `out` (groups x T packs).
   /// @param friction  structure of one joint
@@ -59,10 +65,12 @@ class JointFrictionData {
   void residual(const friction::RobotFriction& friction, std::span<const PackD> theta, int sequence,
                 std::vector<PackD>& out, std::vector<PackD>& work) const;
 
-  /// The ripple that explains most of what F[f] leaves, by linear regression at every n of a grid:
-  /// amplitudes enter linearly as long as they are small.
+  /// The ripple that explains most of what F[f] leaves: by linear regression (amplitudes enter
+  /// linearly as long as they are small) at the orders that a correlation of f with what is left
+  /// finds promising. F is symmetric, so <e, F[f sin nq]> = <F[e], f sin nq>; the size of
+  /// F[f sin nq] is taken from the filter's gain at n |v|.
   RippleTerm strongest_ripple(const friction::RobotFriction& friction,
-                              std::span<const double> theta, std::span<const double> grid) const;
+                              std::span<const double> theta, const RippleGrid& grid) const;
   double travel() const { return travel_; }  ///< largest less smallest joint angle [rad]
 
   double dt() const { return dt_; }
@@ -81,6 +89,10 @@ class JointFrictionData {
   struct Moments {
     double mean = 0, square = 0;  // of F[f] - target over the used rows
   };
+  /// The orders of a grid at which a ripple may explain most of F[f] - target.
+  std::vector<double> promising_orders(const std::vector<std::vector<PackD>>& f,
+                                       const std::vector<std::vector<PackD>>& filtered,
+                                       const RippleGrid& grid) const;
   Moments moments(const friction::RobotFriction& friction, std::span<const double> theta) const;
   /// f at every row, not filtered.
   void drive(const friction::RobotFriction& friction, std::span<const double> theta,
@@ -88,8 +100,8 @@ class JointFrictionData {
 
   std::vector<Group> groups_;
   std::vector<int> lengths_;
-  double dt_;
-  ZeroPhaseButterworth low_pass_;
+  double dt_, cutoff_hz_;
+  signals::ZeroPhaseButterworth low_pass_;
   int rows_ = 0;
   double target_mean_square_ = 0, largest_target_ = 0, travel_ = 0;
 };

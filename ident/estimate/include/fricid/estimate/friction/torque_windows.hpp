@@ -5,23 +5,18 @@
 #include <span>
 #include <vector>
 
-#include "fricid/estimate/filter.hpp"
-#include "fricid/estimate/recording.hpp"
 #include "fricid/estimate/windows/windows.hpp"
 #include "fricid/friction/robot_friction.hpp"
+#include "fricid/signals/recording.hpp"
 
 namespace fricid::estimate {
 
 /// Motion that drives the friction, and the friction torque that the rigid body leaves along it.
 struct TorqueData {
-  Recording motion;        ///< q, v, tau as load, temperature
-  data::RowMatrix target;  ///< (T, n) [N m]
-  UseMask use;             ///< (T, n) rows that count
+  std::span<const signals::Recording> recordings;
+  signals::Band band = signals::Band::kWide;  ///< of the motion
+  std::vector<RowMatrix> target;  ///< per recording (T, n) [N m]; the rows of `use` count
 };
-
-/// Half g_0 .. g_K of the symmetric impulse response of a zero-phase filter, cut off where 1 % of
-/// its absolute sum is left, and scaled so that a constant passes as it is.
-std::vector<double> impulse_response(const ZeroPhaseButterworth& filter);
 
 /// Drives a friction along windows of recordings, one per lane of S ("teacher forcing": motion is
 /// measured, only z is the model's), and differentiates the error of its torque:
@@ -38,8 +33,8 @@ template <class S>
 class TorqueWindows {
  public:
   /// @param scale     s (n) [N m]
-  /// @param response  F as `impulse_response` gives it
-  TorqueWindows(const friction::RobotFriction& model, std::span<const TorqueData> data, int steps,
+  /// @param response  F as `signals::impulse_response` gives it
+  TorqueWindows(const friction::RobotFriction& model, const TorqueData& data, int steps,
                 std::vector<double> scale, std::vector<double> response);
 
   static constexpr int lanes() { return kLaneCount<S>; }
@@ -53,7 +48,7 @@ class TorqueWindows {
   /// @param windows  at most lanes(), each margin() or more from both ends of its recording
   /// @param z        friction state along each recording (T, state_size), see wash_out
   /// @return sum of the loss over the windows; those that are not finite count as kFallen
-  double loss(std::span<const Window> windows, std::span<const data::RowMatrix> z);
+  double loss(std::span<const Window> windows, std::span<const RowMatrix> z);
 
   /// After `loss` on the same windows: adds its gradient to theta_bar.
   void add_gradient(std::span<double> theta_bar);
@@ -63,12 +58,15 @@ class TorqueWindows {
  private:
   using Number = decltype(lane(S(), 0));
   int row(int lane, int sample) const;
+  const signals::Recording& recording_of(const Window& window) const {
+    return data_.recordings[static_cast<std::size_t>(window.recording)];
+  }
   S* state(int sample) { return z_.data() + static_cast<std::size_t>(sample * nz_); }
   void motion_at(int sample);
   void motion_over(int sample);
 
   const friction::RobotFriction& model_;
-  std::span<const TorqueData> data_;
+  const TorqueData& data_;
   int steps_, n_, nz_;
   std::vector<double> scale_, response_;
   std::vector<Window> windows_;

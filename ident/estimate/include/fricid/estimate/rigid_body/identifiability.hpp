@@ -72,19 +72,19 @@ struct IdentifiabilityOptions {
 /// Regresses the torque on rigid body and linear friction as `rigid_body_least_squares` does,
 /// without a prior, and reads off the standard errors, s_i = sqrt((X' W X)^-1_ii); coverage and
 /// families from the motion.
-/// @param datasets, sequences  pairwise: as logged, and filtered
 Identifiability examine_data(const dynamics::RobotModel& robot,
-                             std::span<const data::Dataset> datasets,
-                             std::span<const Filtered> sequences,
+                             std::span<const signals::Recording> recordings,
                              const IdentifiabilityOptions& options);
 
-/// integral of Y_b' W Y_b dt over the sequences, W = diag(1 / effort^2): what a further trajectory
+/// integral of Y_b' W Y_b dt over the recordings, W = diag(1 / effort^2): what a further trajectory
 /// adds to. Base columns of `base_parameters`.
 Eigen::MatrixXd base_information(const dynamics::RobotModel& robot,
-                                 std::span<const Filtered> sequences);
+                                 std::span<const signals::Recording> recordings);
 
 /// Format "fricid.check/1".
 std::string to_json(const Identifiability& report, const dynamics::RobotModel& robot);
 std::string to_text(const Identifiability& report, const dynamics::RobotModel& robot);
+/// The same in short: rigid body, friction per joint, families of laws, what to record next.
+std::string to_summary(const Identifiability& report, const dynamics::RobotModel& robot);
 
 }  // namespace fricid::estimate

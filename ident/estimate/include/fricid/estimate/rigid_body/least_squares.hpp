@@ -7,10 +7,10 @@
 
 #include <Eigen/Core>
 
-#include "fricid/data/scene.hpp"
 #include "fricid/dynamics/robot_model.hpp"
-#include "fricid/estimate/filter.hpp"
+#include "fricid/estimate/options/rigid_body.hpp"
 #include "fricid/estimate/report.hpp"
+#include "fricid/signals/recording.hpp"
 
 namespace fricid::estimate {
 
@@ -19,6 +19,7 @@ namespace fricid::estimate {
 struct RigidBodyFit {
   Outcome outcome = Outcome::kFailed;
   std::string message = "rigid_body_least_squares was not called";
+  std::string prior;  ///< why the nominal values entered as a prior; empty: they did not
 
   Eigen::VectorXd pi;                   ///< (11 n + n_c) standard parameters, physically consistent
   std::vector<std::string> base_names;  ///< (b)
@@ -36,27 +37,16 @@ struct RigidBodyFit {
   Eigen::VectorXd sigma;           ///< (n) standard deviation of the residual [N m]
   Eigen::VectorXd Fc, Fv, offset;  ///< (n) linear friction [N m], [N m s/rad], [N m]
   Eigen::VectorXd Fc_se, Fv_se, offset_se;
+  /// (n) Coulomb and viscous friction of the same regression beside `pi`, which moves them where
+  /// the unconstrained estimate is no body
+  Eigen::VectorXd Fc_beside, Fv_beside;
   double seconds = 0;
 };
 
-struct RigidBodyOptions {
-  double cutoff_hz = 10;
-  double min_speed = 0.2;  ///< rows with |v_j| above it enter [rad/s]
-  /// ... unless joint j stands or turns within so many periods of the cut-off: the filter spreads
-  /// the torque of a reversal, which the sign of a velocity tells badly, over that time
-  double memory_periods = 2.5;
-  bool robust = true;  ///< Huber weights beyond 2.5 sigma
-  bool offset = true;  ///< a constant torque per joint beside Coulomb and viscous friction
-  data::PriorConfig prior;
-  /// (n_c or 0) standard deviation of the coefficient of each linear torque about its given value
-  /// [N m]; infinite, or all missing: free
-  std::vector<double> linear_prior_sd;
-};
-
 /// Friction torque of a model, per sequence (T, n), filtered as the measured torque.
-using FrictionTorques = std::vector<data::RowMatrix>;
+using FrictionTorques = std::vector<RowMatrix>;
 
-/// Solves, over the rows with |v_j| > min_speed now and no reversal near,
+/// Solves, over the rows with |v_j| > min_speed_rad_s now and no reversal near,
 ///
 ///     tau_j = Y_j(q, v, a) pi + Fc_j F[sign v_j] + Fv_j v_j + offset_j + e_j,   e_j ~ N(0,
 ///     sigma_j^2)
@@ -69,17 +59,18 @@ using FrictionTorques = std::vector<data::RowMatrix>;
 /// pulled weakly to the CAD values where the data say nothing (`fit_physical_inertia`).
 /// @param shape  friction torque of a fitted law that replaces F[sign v_j], its factor (about 1) in
 /// the
-///               place of Fc_j; with hysteresis in the shape, slow rows may enter: set min_speed =
-///               0
+///               place of Fc_j; with hysteresis in the shape, slow rows may enter: set
+///               min_speed_rad_s = 0
 RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
-                                      std::span<const Filtered> sequences,
+                                      std::span<const signals::Recording> sequences,
                                       const RigidBodyOptions& options,
                                       const FrictionTorques* shape = nullptr);
 
 /// Covariance (11 n square) of the CAD values: mass, armature and central inertia with relative
 /// standard deviations, centre of mass with an absolute one, propagated to (m, m c, I) of each
-/// link.
-Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot, const data::PriorConfig& prior);
+/// link. What is a guess has a standard deviation of at least three times itself.
+Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot, const PriorOptions& prior,
+                                 const dynamics::Guesses& guesses = {});
 
 /// Minimises 1/2 |G pi - d|^2 over physical parameters: every link's pseudo-inertia positive
 /// definite, every armature positive, linear torques free. The cone is convex, so the barrier
@@ -93,7 +84,7 @@ Eigen::VectorXd fit_physical_inertia(const dynamics::RobotModel& robot, const Ei
                                      const Eigen::VectorXd& d, const Eigen::VectorXd& start);
 
 /// Inverse-dynamics torque  Y(q, v, a) pi  of every sample (T, n).
-data::RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
-                                  const Filtered& sequence);
+RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
+                            const signals::Recording& sequence);
 
 }  // namespace fricid::estimate

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "fricid/base/rng.hpp"
-#include "fricid/estimate/recording.hpp"
+#include "fricid/estimate/options/multi_step.hpp"
+#include "fricid/signals/recording.hpp"
 #include "fricid/system/arm.hpp"
 
 namespace fricid::estimate {
@@ -15,12 +16,6 @@ namespace fricid::estimate {
 struct Window {
   int recording = 0;
   int begin = 0;
-};
-
-/// Errors below these sizes count squared, above them linearly.
-struct ErrorScales {
-  double q = 3e-3;  ///< [rad]
-  double v = 0.03;  ///< [rad/s]
 };
 
 /// Rolls an arm out over windows, one per lane of S, and differentiates the error:
@@ -33,8 +28,8 @@ struct ErrorScales {
 template <class S>
 class WindowRollout {
  public:
-  WindowRollout(const Arm& arm, std::span<const Recording> recordings, StepOptions step, int steps,
-                ErrorScales scales = {});
+  WindowRollout(const Arm& arm, std::span<const signals::Recording> recordings, StepOptions step,
+                int steps, ErrorScales scales = {});
 
   static constexpr int lanes() { return kLaneCount<S>; }
 
@@ -44,7 +39,7 @@ class WindowRollout {
   /// @param windows  at most `lanes()`
   /// @param z        friction state along each recording (T, state_size), see wash_out
   /// @return sum of the loss over the windows; lanes that are not finite add `kFallen` instead
-  double loss(std::span<const Window> windows, std::span<const data::RowMatrix> z);
+  double loss(std::span<const Window> windows, std::span<const RowMatrix> z);
 
   /// After `loss` on the same windows: adds its gradient to pi_bar and theta_bar.
   void add_gradient(std::span<double> pi_bar, std::span<double> theta_bar);
@@ -69,10 +64,11 @@ class WindowRollout {
   };
   Frame frame(int leap);
   void sweep(const std::vector<S>& slope);
-  void gather(const data::RowMatrix Recording::*signal, int step, std::vector<S>& out) const;
+  using Signal = const RowMatrix& (*)(const signals::Recording&);
+  void gather(Signal signal, int step, std::vector<S>& out) const;
 
   const Arm& arm_;
-  std::span<const Recording> recordings_;
+  std::span<const signals::Recording> recordings_;
   ArmStepper<S> stepper_;
   int steps_, n_, nz_;
   ErrorScales scales_;

@@ -206,7 +206,7 @@ struct Kernels {
   // Calls f(law) where there is a law of the whole robot.
   template <class F>
   static void visit_whole(const RobotFriction::RobotLawSlot& slot, F&& f) {
-    if (slot.kind >= 0) visit_robot_law(slot.kind, slot.joints, slot.elements, f);
+    if (slot.kind >= 0) visit_robot_law(slot.kind, slot.size, f);
   }
 };
 

@@ -41,7 +41,9 @@ class BasicLvm {
   enum Index { kF0, kV0, kFv, kFc, kScales, kBristles = kScales + NetInputs<double>::kSize };
   static constexpr int kCommon = kBristles + 2 * kLatents;
 
-  static constexpr std::string_view kName = kLatents == 1 ? "lvm1" : kLatents == 2 ? "lvm" : "lvm4";
+  static constexpr std::string_view kName = kLatents == 1   ? "lvm1"
+                                            : kLatents == 2 ? "lvm_bristles"
+                                                            : "lvm4";
   static constexpr std::string_view kEquation =
       "ds_i/dt = (v - rho_i |v| s_i)/Delta_i, rho_i = net_i(|v|, sgn(v) s_i, |load|) in e^-3 .. "
       "e^3; tau = F0 tanh(v/v0) + Fv v + sum K_i s_i (1 + n1) + Fc n0, (n0 odd, n1 even) = net(v, "

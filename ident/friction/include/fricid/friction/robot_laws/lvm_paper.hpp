@@ -12,35 +12,46 @@
 namespace fricid::friction {
 
 /// The latent-variable model as published: one network says the friction torque of the whole robot,
-/// another the rate of two latent states, both from everything there is,
+/// another the rate of its latent states, both from everything there is,
 ///
-///     x = ((q - q_mean)/q_sd, v/v_sd, z),    tau_f = tau_sd o y(x),    dz/dt = eta(x) 1/s.
+///     x = ((q - q_mean)/q_sd, v/v_sd, z),    tau_f = tau_sd o y(x),    dz/dt = 300/s eta(x).
 ///
 /// y has two hidden layers of `elements` Mish units, eta one. `step` is an explicit Euler step, and
-/// holds |z_i| <= kMost, since nothing in eta keeps z from running away. State: z (2).
+/// holds |z_i| <= kMost, since nothing in eta keeps z from running away. State: z (latents).
+///
+/// The networks start where they can be trained. Latent i follows the speed of joint j = i mod n
+/// between two stops, which takes four units,
+///
+///     eta_i = clamp(u, -1 - z_i, 1 - z_i),     u = v_j / (300/s l_i),
+///
+/// with l_i = 2 mrad from rest to stop for the first n latents, three times as much for every
+/// further n. Every unit of the torque's network sees one joint, its latents and its speed on
+/// scales from .03 rad/s up; its output is zero. Weights between joints and on positions start at
+/// zero and are held there in training.
 class LvmPaper {
  public:
   static constexpr std::string_view kName = "lvm_paper";
   static constexpr std::string_view kEquation =
-      "tau_f = tau_sd net(x), dz/dt = eta(x), x = ((q - q_mean)/q_sd, v/v_sd, z), |z| <= 10; "
-      "net has two hidden layers of `elements` Mish units, eta one";
+      "tau_f = tau_sd net(x), dz/dt = 300/s eta(x), x = ((q - q_mean)/q_sd, v/v_sd, z), |z| <= 10; "
+      "net has two hidden layers of `elements` Mish units, eta one; n_z latents";
   static constexpr std::string_view kSource =
       "Vantilborgh et al., Probabilistic latent variable modeling for dynamic friction "
       "identification and estimation, 2024";
   static constexpr PlotLook kLook{"#4169E1", 4};
   static constexpr int kMostElements = 32;
+  static constexpr int kMostLatents = 12;
   static constexpr std::string_view kStateUnit = "1";
-  static constexpr int kLatents = 2;
-  static constexpr double kMost = 10;  ///< largest |z_i|
+  static constexpr double kRate = 300;  ///< of z where eta is 1 [1/s]
+  static constexpr double kMost = 10;   ///< largest |z_i|
 
-  /// @param joints    1 .. kMostJoints
-  /// @param elements  width of the hidden layers, 1 .. kMostElements
-  constexpr LvmPaper(int joints, int elements)
-      : scales_(joints),
-        net_(elements, scales_.inputs() + kLatents, joints),
-        eta_(elements, scales_.inputs() + kLatents, kLatents) {}
+  /// @param size  1 .. kMostJoints joints, 1 .. kMostElements elements, 1 .. kMostLatents latents
+  explicit constexpr LvmPaper(RobotLawSize size)
+      : scales_(size.joints),
+        latents_(size.latents),
+        net_(size.elements, scales_.inputs() + latents_, size.joints),
+        eta_(size.elements, scales_.inputs() + latents_, latents_) {}
 
-  static constexpr int state_size() { return kLatents; }
+  constexpr int state_size() const { return latents_; }
   std::vector<ParameterInfo> parameters() const {
     std::vector<ParameterInfo> table;
     scales_.append_parameters(table);
@@ -48,13 +59,12 @@ class LvmPaper {
     return table;
   }
 
-  /// Starts the weights: eta at random as published, so that z drifts by some tenths per second,
-  /// the torque small.
-  void initialise(double* theta, Rng& rng) const {
-    constexpr double kTorqueScale = 0.1, kRateScale = 0.3;
-    net_.initialise(theta + net_begin(), rng, kTorqueScale);
-    eta_.initialise(theta + eta_begin(), rng, kRateScale);
-  }
+  /// Starts the weights, after the scales.
+  void initialise(double* theta, Rng& rng) const;
+
+  /// The size of the weight within bounds, 1 where it starts at zero; 0 for weights between joints
+  /// and on positions.
+  void training_rates(const double* theta, double* rate) const;
 
   template <class S>
   void add_torque(const S* theta, const Input<S>* in, const S* z, S* tau_f) const {
@@ -66,11 +76,11 @@ class LvmPaper {
 
   template <class S>
   void step(const S* theta, const Input<S>* in, double dt, S* z) const {
-    S x[kMostInputs] = {}, y[kLatents] = {};
+    S x[kMostInputs] = {}, y[kMostLatents] = {};
     see(theta, in, z, x);
     eta_.template forward<1>(theta + eta_begin(), x, y);
-    const S h(dt);
-    for (int i = 0; i < kLatents; ++i) z[i] = max(S(-kMost), min(S(kMost), z[i] + h * y[i]));
+    for (int i = 0; i < latents_; ++i)
+      z[i] = max(S(-kMost), min(S(kMost), z[i] + S(dt) * (S(kRate) * y[i])));
   }
 
   template <class S>
@@ -89,12 +99,12 @@ class LvmPaper {
   template <class S>
   void step_pullback(const S* theta, const Input<S>* in, double dt, const S* z, const S* z_next_bar,
                      S* theta_bar, Input<S>* in_bar, S* z_bar) const {
-    S x[kMostInputs] = {}, y[kLatents] = {}, y_bar[kLatents] = {};
+    S x[kMostInputs] = {}, y[kMostLatents] = {}, y_bar[kMostLatents] = {};
     Eta::Tape<1, S> tape;
     see(theta, in, z, x);
     eta_.template forward<1>(theta + eta_begin(), x, y, tape);
-    const S h(dt);
-    for (int i = 0; i < kLatents; ++i) {
+    const S h = S(kRate) * S(dt);
+    for (int i = 0; i < latents_; ++i) {
       const S free = select(abs(z[i] + h * y[i]) < S(kMost), z_next_bar[i], S(0));
       z_bar[i] += free;
       y_bar[i] = h * free;
@@ -107,14 +117,14 @@ class LvmPaper {
   /// Torque at z = 0: sliding on, z need not settle anywhere.
   template <class S>
   void add_steady_torque(const S* theta, const Input<S>* in, S* tau_f) const {
-    const S z[kLatents] = {S(0), S(0)};
+    const S z[kMostLatents] = {};
     add_torque(theta, in, static_cast<const S*>(z), tau_f);
   }
 
  private:
-  static constexpr int kMostInputs = 2 * kMostJoints + kLatents;
+  static constexpr int kMostInputs = 2 * kMostJoints + kMostLatents;
   using Net = Mlp<Activation::kMish, kAtRunTime, 2, kAtRunTime, kMostElements>;
-  using Eta = Mlp<Activation::kMish, kAtRunTime, 1, kLatents, kMostElements>;
+  using Eta = Mlp<Activation::kMish, kAtRunTime, 1, kAtRunTime, kMostElements>;
 
   // indices in theta
   constexpr int net_begin() const { return scales_.size(); }
@@ -123,16 +133,34 @@ class LvmPaper {
   template <class S>
   void see(const S* theta, const Input<S>* in, const S* z, S* x) const {
     scales_.see(theta, in, x);
-    for (int i = 0; i < kLatents; ++i) x[scales_.inputs() + i] = z[i];
+    for (int i = 0; i < latents_; ++i) x[scales_.inputs() + i] = z[i];
   }
   template <class S>
   void see_pullback(const S* theta, const S* x, const S* x_bar, S* theta_bar, Input<S>* in_bar,
                     S* z_bar) const {
     scales_.see_pullback(theta, x, x_bar, theta_bar, in_bar);
-    for (int i = 0; i < kLatents; ++i) z_bar[i] += x_bar[scales_.inputs() + i];
+    for (int i = 0; i < latents_; ++i) z_bar[i] += x_bar[scales_.inputs() + i];
   }
 
+  /// Joint that a unit or a latent belongs to.
+  constexpr int joint_of(int index) const { return index % scales_.joints(); }
+  /// Joint whose speed or latent an input is; -1 for positions.
+  constexpr int joint_seen(int input) const {
+    const int n = scales_.joints();
+    return input < n ? -1 : input < 2 * n ? input - n : joint_of(input - 2 * n);
+  }
+  /// How the units of eta are shared out: first those that see u, two per joint that has latents,
+  /// or one where room is short; then two per latent that stop it; the rest is spare.
+  struct RateUnits {
+    int joints, per_joint, stopped;
+  };
+  RateUnits rate_units() const;
+  int joint_of_rate_unit(int unit) const;
+  void start_torque(double* theta, Rng& rng) const;
+  void start_rate(double* theta, Rng& rng) const;
+
   SignalScales scales_;
+  int latents_;
   Net net_;
   Eta eta_;
 };

@@ -28,10 +28,9 @@ class Nn {
   static constexpr PlotLook kLook{"#B8860B", 6};
   static constexpr int kMostElements = 32;
 
-  /// @param joints    1 .. kMostJoints
-  /// @param elements  width of the hidden layers, 1 .. kMostElements
-  constexpr Nn(int joints, int elements)
-      : scales_(joints), net_(elements, scales_.inputs(), joints) {}
+  /// @param size  1 .. kMostJoints joints, 1 .. kMostElements elements
+  explicit constexpr Nn(RobotLawSize size)
+      : scales_(size.joints), net_(size.elements, scales_.inputs(), size.joints) {}
 
   static constexpr int state_size() { return 0; }
   std::vector<ParameterInfo> parameters() const {

@@ -37,10 +37,9 @@ class Rnn {
   static constexpr int kMostElements = 32;
   static constexpr std::string_view kStateUnit = "1";
 
-  /// @param joints    1 .. kMostJoints
-  /// @param elements  units per layer, 1 .. kMostElements
-  constexpr Rnn(int joints, int elements)
-      : scales_(joints), net_(elements, scales_.inputs(), joints) {}
+  /// @param size  1 .. kMostJoints joints, 1 .. kMostElements elements
+  explicit constexpr Rnn(RobotLawSize size)
+      : scales_(size.joints), net_(size.elements, scales_.inputs(), size.joints) {}
 
   constexpr int state_size() const { return net_.memory_size() + 1; }
   std::vector<ParameterInfo> parameters() const {

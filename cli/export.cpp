@@ -1,0 +1,74 @@
+// fricid export: models in the formats of other tools.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "commands.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/data/model_file.hpp"
+#include "fricid/deploy/export.hpp"
+#include "fricid/workflow/run_folder.hpp"
+
+namespace fricid::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A model file, or those of a run folder but for the truth's.
+std::vector<data::ModelFile> models_of(const fs::path& target) {
+  if (!fs::is_directory(target)) return {data::load_model(target)};
+  const workflow::RunFolder run(target);
+  std::vector<data::ModelFile> models;
+  if (fs::is_directory(run.models()))
+    for (const fs::path& file : run.files_in(run.models(), ".json")) {
+      data::ModelFile model = data::load_model(file);
+      if (!model.is_oracle) models.push_back(std::move(model));
+    }
+  if (models.empty())
+    throw UserError("{}: found no models; run `fricid identify` first", run.models().string());
+  return models;
+}
+
+}  // namespace
+
+Verdict export_models(const ExportOptions& options, const CommonOptions& common) {
+  deploy::Exported all;
+  std::set<std::string> names;
+  // all is made before anything is written
+  deploy::require_format(options.format);
+  for (const data::ModelFile& model : models_of(options.target)) {
+    deploy::Exported one = deploy::export_model(model, options.format);
+    for (deploy::TextFile& file : one.files) {
+      if (!names.insert(file.name).second)
+        throw UserError(
+            "{}: two models make the file {}; allowed: names that differ in letters "
+            "and digits",
+            options.target.string(), file.name);
+      all.files.push_back(std::move(file));
+    }
+    for (std::string& loss : one.losses)
+      if (std::ranges::find(all.losses, loss) == all.losses.end())
+        all.losses.push_back(std::move(loss));
+  }
+  if (fs::exists(options.output) && !fs::is_directory(options.output))
+    throw UserError("{}: found a file; allowed: a folder", options.output.string());
+  deploy::save(all, options.output);
+
+  if (common.json) {
+    nlohmann::json result = {{"files", nlohmann::json::array()}, {"losses", all.losses}};
+    for (const deploy::TextFile& file : all.files)
+      result["files"].push_back((options.output / file.name).string());
+    std::printf("%s\n",
+                result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+    return Verdict::kDone;
+  }
+  for (const deploy::TextFile& file : all.files)
+    fmt::print("{}\n", printable((options.output / file.name).string()));
+  for (const std::string& loss : all.losses) fmt::print("not in it: {}\n", printable(loss));
+  return Verdict::kDone;
+}
+
+}  // namespace fricid::cli

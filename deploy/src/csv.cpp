@@ -1,0 +1,54 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "fricid/deploy/c_header.hpp"
+#include "writers.hpp"
+
+namespace fricid::deploy {
+namespace {
+
+std::string csv_field(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return result + '"';
+}
+
+// Speeds from 1e-4 of the fastest on, evenly on a logarithmic scale.
+std::vector<double> speeds(double fastest) {
+  constexpr int kCount = 41;
+  std::vector<double> result;
+  for (int i = kCount - 1; i >= 0; --i)
+    result.push_back(-fastest * std::pow(10, -4.0 * (kCount - 1 - i) / (kCount - 1)));
+  result.push_back(0);
+  for (int i = kCount - 1; i >= 0; --i) result.push_back(-result[static_cast<std::size_t>(i)]);
+  return result;
+}
+
+}  // namespace
+
+Exported write_csv(const data::ModelFile& model) {
+  constexpr double kUsual = 3;  // [rad/s] where no limit is given
+  const friction::Friction& friction = model.arm.friction;
+  const auto n = static_cast<std::size_t>(model.arm.robot.n());
+  std::string text = "joint,velocity_rad_s,friction_Nm\n";
+  std::vector<double> tau_f(n);
+  for (std::size_t j = 0; j < n; ++j) {
+    const dynamics::Joint& joint = model.arm.robot.joints[j];
+    for (const double v : speeds(joint.velocity > 0 ? joint.velocity : kUsual)) {
+      std::vector<friction::Input<double>> in(n, {0, 0, 0, kRoomTemperature});
+      in[j].v = v;
+      if (friction.model.joint_count() > 0)
+        friction.model.steady_torque<double>(friction.theta, in, tau_f);
+      text += fmt::format("{},{:.9g},{:.9g}\n", csv_field(joint.name), v, tau_f[j]);
+    }
+  }
+  Exported exported{.files = {{code_name(model) + "_friction.csv", text}}, .losses = {}};
+  exported.losses.emplace_back(fmt::format(
+      "steady sliding alone, at q = 0, no load, {} K, other joints at rest: presliding, hysteresis "
+      "and what depends on q, load or temperature are left out",
+      kRoomTemperature));
+  return exported;
+}
+
+}  // namespace fricid::deploy

@@ -1,0 +1,70 @@
+// Names of enum values in files and messages. An enum states them once, beside it:
+//
+//     enum class Layout { kGhosts, kSideBySide };
+//     constexpr std::string_view names(Layout) { return "ghosts side_by_side"; }
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace fricid {
+
+/// An enum whose `names`, separated by spaces, stand in the order of its values 0, 1, 2, ...
+template <class E>
+concept NamedEnum = std::is_enum_v<E> && requires(E value) {
+  { names(value) } -> std::same_as<std::string_view>;
+};
+
+/// Calls use(name) for every word of a list separated by single spaces, until it returns true.
+template <class Use>
+constexpr void for_words(std::string_view list, Use&& use) {
+  while (!list.empty()) {
+    const std::size_t end = std::min(list.find(' '), list.size());
+    if (use(list.substr(0, end))) return;
+    list.remove_prefix(std::min(end + 1, list.size()));
+  }
+}
+
+/// The name of a value; empty for a value without one.
+template <NamedEnum E>
+constexpr std::string_view name_of(E value) {
+  int left = static_cast<int>(value);
+  std::string_view found;
+  for_words(names(value), [&](std::string_view name) {
+    if (left-- == 0) found = name;
+    return !found.empty();
+  });
+  return found;
+}
+
+/// Every name, in the order of the values.
+template <NamedEnum E>
+std::vector<std::string> all_names() {
+  std::vector<std::string> all;
+  for_words(names(E{}), [&](std::string_view name) {
+    all.emplace_back(name);
+    return false;
+  });
+  return all;
+}
+
+/// The value of a name; none for any other text.
+template <NamedEnum E>
+constexpr std::optional<E> value_named(std::string_view text) {
+  int value = 0;
+  std::optional<E> found;
+  for_words(names(E{}), [&](std::string_view name) {
+    if (name == text) found = static_cast<E>(value);
+    ++value;
+    return found.has_value();
+  });
+  return found;
+}
+
+}  // namespace fricid

@@ -1,0 +1,19 @@
+// Parsing of JSON text from files, for every reader of JSON.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+namespace fricid {
+
+/// @param where  the file, for messages
+/// @throws UserError "WHERE:LINE: not JSON: ..." on anything that is not one JSON value, on numbers
+/// beyond what a double holds, and on lists and objects nested deeper than limits::kJsonLevels
+template <class Json = nlohmann::json>
+Json parse_json(std::string_view text, const std::string& where);
+
+extern template nlohmann::json parse_json(std::string_view, const std::string&);
+extern template nlohmann::ordered_json parse_json(std::string_view, const std::string&);
+
+}  // namespace fricid

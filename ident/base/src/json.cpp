@@ -1,0 +1,41 @@
+#include "fricid/base/json.hpp"
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/limits.hpp"
+#include "fricid/base/lines.hpp"
+
+namespace fricid {
+namespace {
+
+/// "[json.exception.parse_error.101] parse error at ...: ... - unexpected end of input; expected
+/// ']'" -> "unexpected end of input"
+std::string_view reason(std::string_view what) {
+  for (const std::string_view before : {std::string_view("] "), std::string_view(" - ")})
+    if (const std::size_t at = what.find(before); at != std::string_view::npos)
+      what.remove_prefix(at + before.size());
+  return what.substr(0, what.find("; "));
+}
+
+}  // namespace
+
+template <class Json>
+Json parse_json(std::string_view text, const std::string& where) {
+  using Event = typename Json::parse_event_t;
+  try {
+    return Json::parse(text, [&](int depth, Event event, Json&) {
+      if (event == Event::array_start || event == Event::object_start)
+        require_within(limits::kJsonLevels, static_cast<std::uint64_t>(depth) + 1, where);
+      return true;
+    });
+  } catch (const typename Json::parse_error& error) {
+    throw UserError("{}:{}: not JSON, or torn: {}", where,
+                    line_at(text, error.byte > 0 ? error.byte - 1 : 0), reason(error.what()));
+  } catch (const typename Json::exception& error) {
+    throw UserError("{}: not JSON: {}", where, reason(error.what()));
+  }
+}
+
+template nlohmann::json parse_json(std::string_view, const std::string&);
+template nlohmann::ordered_json parse_json(std::string_view, const std::string&);
+
+}  // namespace fricid

@@ -1,0 +1,18 @@
+// Search path of the files named in a scene.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace fricid::config {
+
+/// Folder that holds models/ and scenes/: the environment variable FRICID_SHARE, else
+/// ../share/fricid beside the running program, else the source tree.
+std::filesystem::path share_dir();
+
+/// Absolute path of an existing file. "$NAME/rest" starts at the environment variable NAME; a
+/// relative name is searched in `folder`, then in the share folder.
+/// @throws UserError if the variable is not set or the file is not found
+std::filesystem::path find_file(const std::string& name, const std::filesystem::path& folder);
+
+}  // namespace fricid::config

@@ -1,0 +1,49 @@
+#include "fricid/config/paths.hpp"
+
+#include <cstdlib>
+
+#include "fricid/base/error.hpp"
+
+namespace fricid::config {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string expand_variable(const std::string& name) {
+  if (name.empty() || name[0] != '$') return name;
+  const std::size_t end = std::min(name.find('/'), name.size());
+  const std::string variable = name.substr(1, end - 1);
+  const char* value = std::getenv(variable.c_str());
+  if (!value || !*value)
+    throw UserError("{} needs the environment variable {}, which is not set", name, variable);
+  return value + name.substr(end);
+}
+
+}  // namespace
+
+fs::path share_dir() {
+  if (const char* share = std::getenv("FRICID_SHARE"); share && *share) return share;
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (!error) {
+    const fs::path installed = program.parent_path().parent_path() / "share" / "fricid";
+    if (fs::is_directory(installed, error)) return installed;
+  }
+  return FRICID_SOURCE_SHARE;
+}
+
+fs::path find_file(const std::string& name, const fs::path& folder) {
+  if (name.empty()) throw UserError("an empty file name");
+  const fs::path path = expand_variable(name);
+  std::error_code error;
+  if (path.is_absolute()) {
+    if (fs::exists(path, error)) return path.lexically_normal();
+    throw UserError("{} does not exist", path.string());
+  }
+  for (const fs::path& base : {folder.empty() ? fs::path(".") : folder, share_dir()})
+    if (fs::exists(base / path, error)) return fs::absolute(base / path).lexically_normal();
+  throw UserError("{} is neither in {} nor in {}", name, folder.empty() ? "." : folder.string(),
+                  share_dir().string());
+}
+
+}  // namespace fricid::config

@@ -1,0 +1,31 @@
+// How much memory a fit or a filter will take, told before it begins. Estimates, to a factor of
+// two.
+#pragma once
+
+#include <string_view>
+
+#include "fricid/dynamics/robot_model.hpp"
+#include "fricid/estimate/options/model.hpp"
+
+namespace fricid::estimate {
+
+/// What a fit sees of its training data.
+struct TrainingSize {
+  double samples = 0;  ///< of all recordings
+  double longest = 0;  ///< samples of the longest recording
+  double rate_hz = 0;
+};
+
+/// Bytes of a particle filter with `states` numbers per particle, one step.
+double memory_of_filter(int particles, int states);
+
+/// Bytes of fitting one model beside its data: particles and paths of EM, windows of training.
+double memory_of_fit(const ModelOptions& options, const dynamics::RobotModel& robot,
+                     const TrainingSize& size, int jobs);
+
+/// Asked before a fit.
+/// @throws UserError naming `where` and the model when it takes too much (limits.hpp)
+void require_memory_of_fit(const ModelOptions& options, const dynamics::RobotModel& robot,
+                           const TrainingSize& size, int jobs, std::string_view where);
+
+}  // namespace fricid::estimate

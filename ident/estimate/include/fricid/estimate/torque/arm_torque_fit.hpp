@@ -1,0 +1,86 @@
+// Friction of all joints and the rigid body, fitted together to the measured torque.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/estimate/coordinates.hpp"
+#include "fricid/estimate/friction/friction_fit.hpp"
+#include "fricid/estimate/options/rigid_body.hpp"
+#include "fricid/estimate/report.hpp"
+#include "fricid/signals/recording.hpp"
+#include "fricid/system/arm.hpp"
+
+namespace fricid::estimate {
+
+/// What the torque of an arm says of its parameters: rows of all joints at the rate of the filter,
+/// with the regressor of the rigid body beside them.
+class ArmTorqueData {
+ public:
+  /// @param begin, end  per recording, samples that count; empty: all of them
+  ArmTorqueData(const dynamics::RobotModel& robot, std::span<const signals::Recording> recordings,
+                double cutoff_hz, std::span<const int> begin = {}, std::span<const int> end = {});
+
+  struct Joint {
+    JointFrictionData friction;         ///< its target is the whole torque of the joint
+    std::vector<std::vector<int>> row;  ///< per recording, samples that count
+    Eigen::MatrixXd Y;                  ///< (rows x p) regressor
+    Eigen::VectorXd tau;                ///< (rows) [N m]
+    Eigen::MatrixXd YY;                 ///< Y'Y (p x p)
+  };
+  const Joint& joint(int j) const { return joints_[static_cast<std::size_t>(j)]; }
+  int n() const { return static_cast<int>(joints_.size()); }
+  double cutoff_hz() const { return cutoff_hz_; }
+  std::span<const signals::Recording> recordings() const { return recordings_; }
+
+  /// (rows) Y pi + F[f_j(theta)] - tau of joint j [N m].
+  Eigen::VectorXd residual(const Arm& arm, int j) const;
+
+ private:
+  std::vector<Joint> joints_;
+  std::span<const signals::Recording> recordings_;
+  double cutoff_hz_;
+};
+
+struct ArmTorqueOptions {
+  int iterations = 20;          ///< of Levenberg-Marquardt, before and after ripples are looked for
+  double smallest_gain = 1e-5;  ///< a step that lowers the objective by a smaller share is the last
+  bool find_ripples = true;     ///< false: one pass from the ripples that the start has
+  RigidBodyOptions rigid_body;
+  Eigen::VectorXd nominal;  ///< pi about which the prior of the rigid body is
+  CoordinateOptions coordinates;
+};
+
+struct ArmTorqueFit {
+  Outcome outcome = Outcome::kFailed;
+  std::string message = "fit_arm_torque was not called";
+  Arm arm;
+  Eigen::VectorXd sigma;          ///< (n) rms of the residual [N m]
+  std::vector<double> objective;  ///< of each pass, residuals in units of their sigma before it
+  double seconds = 0;
+};
+
+/// Minimises over all free parameters of friction and rigid body at once, by Levenberg-Marquardt on
+/// coordinates (`ArmCoordinates`: physical inertia, friction within its bounds),
+///
+///     sum_j |Y_j pi + F[f_j(theta_j)] - tau_j|^2 / sigma_j^2  +  |pi - pi_CAD|^2_P
+///
+/// with F[f_j] as in `JointFrictionData`, P the prior of the rigid body or, without one, a pull
+/// that decides what the data leave open. Alternating between friction and rigid body would stop
+/// where one explains what belongs to the other: load against gravity, above all. Ripples are
+/// looked for after a first pass, in what the whole law leaves; sigma is that before each pass.
+/// Deterministic; the result does not depend on `jobs`.
+/// @throws Stopped on Ctrl-C
+ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
+                            const ArmTorqueOptions& options, int jobs);
+
+/// For each part, the fitted arm with its parameters (indices in theta) at zero and all others
+/// where the objective, taken as quadratic about the fit, is then least: exact for a part that says
+/// little, and far off only where a part says much. One linearisation serves all.
+std::vector<Arm> without_parts(const ArmTorqueData& data, const Arm& fitted,
+                               const std::vector<std::vector<std::size_t>>& parts,
+                               const ArmTorqueOptions& options, int jobs);
+
+}  // namespace fricid::estimate

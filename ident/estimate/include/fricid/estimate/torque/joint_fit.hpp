@@ -1,0 +1,66 @@
+// Fits of friction and rigid body together, of which held-out rollouts choose one.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fricid/estimate/torque/arm_torque_fit.hpp"
+#include "fricid/estimate/torque/candidate.hpp"
+#include "fricid/estimate/windows/multi_step.hpp"
+#include "fricid/friction/sum.hpp"
+
+namespace fricid::estimate {
+
+struct Prepared;
+
+/// What the fits of one job share.
+class JointFits {
+ public:
+  /// Of which rows: those that windows train on, or all.
+  enum class Rows { kTraining, kAll };
+
+  JointFits(const Prepared& prepared, const MultiStepOptions& windows, int jobs);
+
+  /// The robot of least squares with the friction `spec` in every joint, at the start that the
+  /// linear friction suggests.
+  Arm start(const friction::JointSpec& spec) const;
+  /// The same with `lvm_sum(parts[j])` in joint j.
+  Arm start(const std::vector<friction::LvmParts>& parts) const;
+
+  /// Fitted to the torque. @param find_ripples  false: the start has them
+  ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true) const;
+  /// Trained on open-loop windows of the training part from there.
+  Candidate on_windows(const Candidate& start, std::string_view label, double rate, int leap) const;
+  Candidate judged(std::string name, const Arm& arm, double seconds) const;
+
+  /// Gain of `with` over `without` on the held-out torque of joint j; on where it exceeds its
+  /// standard error.
+  PartEvidence compare(const Arm& with, const Arm& without, int j, std::string part) const;
+  /// Which parts of a sum fitted to the training rows, joint by joint, the held-out torque wants.
+  std::vector<PartEvidence> judge_parts(const Arm& fitted) const;
+
+  /// Whether every recording is long enough to train on windows.
+  bool has_room_for_windows() const;
+  bool has_temperature() const { return has_temperature_; }
+  int n() const;
+  int jobs() const { return jobs_; }
+
+ private:
+  ArmTorqueOptions torque_options(const Arm& arm) const;
+
+  const Prepared& prepared_;
+  MultiStepOptions windows_;
+  int jobs_;
+  Split split_;
+  ArmTorqueData all_, training_, held_out_;
+  double temperature_ = 0;
+  bool has_temperature_ = false;
+};
+
+/// `to` with the parameters of friction that `from` has too, by joint, law and name; and its rigid
+/// body.
+Arm carried_over(const Arm& from, Arm to);
+
+}  // namespace fricid::estimate

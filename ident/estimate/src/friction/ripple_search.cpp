@@ -1,0 +1,38 @@
+#include "friction/ripple_search.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+namespace fricid::estimate {
+namespace {
+
+// Orders of a gear: slower waves are load.
+constexpr double kFewestRipples = 20, kMostRipples = 1000;
+constexpr double kRippleGrid = 0.25;    // of the orders, in periods over the travel
+constexpr double kFinestOfGrid = 0.05;  // joints that turn on and on
+
+}  // namespace
+
+std::vector<std::size_t> ripple_terms(const friction::RobotFriction& friction) {
+  std::vector<std::size_t> begin;
+  for (std::size_t i = 0; i < friction.parameters().size(); ++i)
+    if (friction.parameters()[i].info.role == friction::Role::kWaveNumber) begin.push_back(i);
+  return begin;
+}
+
+void seed_ripples(const JointFrictionData& data, const friction::RobotFriction& friction,
+                  std::span<const std::size_t> terms, std::span<double> theta) {
+  const double step = std::max(kRippleGrid * 2 * std::numbers::pi / data.travel(), kFinestOfGrid);
+  const int orders = static_cast<int>((kMostRipples - kFewestRipples) / step) + 1;
+  for (const std::size_t i : terms) {
+    theta[i + 1] = 0;
+    const RippleTerm term = data.strongest_ripple(friction, theta, {kFewestRipples, step, orders});
+    const double values[] = {term.n, term.A, term.phi};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const friction::ParameterInfo& info = friction.parameters()[i + k].info;
+      theta[i + k] = std::clamp(values[k], info.lower, info.upper);
+    }
+  }
+}
+
+}  // namespace fricid::estimate

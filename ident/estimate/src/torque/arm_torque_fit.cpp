@@ -1,0 +1,371 @@
+#include "fricid/estimate/torque/arm_torque_fit.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/parallel.hpp"
+#include "fricid/dynamics/algorithms.hpp"
+#include "fricid/optimise/damped_step.hpp"
+#include "friction/friction_search.hpp"
+#include "friction/ripple_search.hpp"
+#include "rigid_body/inertia_prior.hpp"
+#include "rigid_body/regression.hpp"
+#include "support.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr int kLanes = kLaneCount<PackD>;
+constexpr double kDifference = 1e-5;     // of the Jacobian, in coordinates
+constexpr double kLongestStep = 0.4;     // of one iteration in any coordinate
+constexpr double kLinearDamping = 1e-6;  // of the linear step of `without_parts`
+constexpr double kSmallestSigma = 1e-9;  // share of the torque: noise-free data stay solvable
+
+/// A joint's friction and its place in theta.
+struct JointModel {
+  friction::RobotFriction one;
+  std::size_t begin, size;
+};
+
+std::vector<JointModel> joint_models(const friction::RobotFriction& model) {
+  std::vector<JointModel> out;
+  for (int j = 0; j < model.joint_count(); ++j) {
+    const auto begin = static_cast<std::size_t>(model.parameter_begin(j));
+    const auto end = static_cast<std::size_t>(model.parameter_begin(j + 1));
+    out.push_back({friction::RobotFriction({model.joints()[static_cast<std::size_t>(j)]}), begin,
+                   end - begin});
+  }
+  return out;
+}
+
+/// F[f] at the rows that count.
+Eigen::VectorXd friction_rows(const ArmTorqueData::Joint& joint, const friction::RobotFriction& one,
+                              std::span<const double> theta) {
+  std::vector<std::vector<PackD>> predicted;
+  joint.friction.predict(one, theta, predicted);
+  Eigen::VectorXd f(joint.tau.size());
+  Eigen::Index r = 0;
+  for (std::size_t s = 0; s < joint.row.size(); ++s)
+    for (const int k : joint.row[s])
+      f[r++] = predicted[s / kLanes][static_cast<std::size_t>(k)][static_cast<int>(s % kLanes)];
+  return f;
+}
+
+/// d F[f] / d theta_p at the rows that count, for the parameters `wanted` of one joint, by forward
+/// differences of `step` each, one parameter per lane.
+Eigen::MatrixXd friction_jacobian(const ArmTorqueData::Joint& joint,
+                                  const friction::RobotFriction& one, std::span<const double> theta,
+                                  const std::vector<std::size_t>& wanted,
+                                  const std::vector<double>& step) {
+  constexpr std::size_t kColumns = kLanes - 1;  // lane 0 holds theta itself
+  Eigen::MatrixXd J(joint.tau.size(), static_cast<Eigen::Index>(wanted.size()));
+  std::vector<PackD> lanes, out, work;
+  for (std::size_t first = 0; first < wanted.size(); first += kColumns) {
+    const std::size_t count = std::min(kColumns, wanted.size() - first);
+    lanes.assign(theta.begin(), theta.end());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t p = wanted[first + i];
+      lanes[p].set(static_cast<int>(i) + 1, theta[p] + step[first + i]);
+    }
+    Eigen::Index r = 0;
+    for (std::size_t s = 0; s < joint.row.size(); ++s) {
+      joint.friction.residual(one, lanes, static_cast<int>(s), out, work);
+      for (const int k : joint.row[s]) {
+        const PackD& e = out[static_cast<std::size_t>(k)];
+        for (std::size_t i = 0; i < count; ++i)
+          J(r, static_cast<Eigen::Index>(first + i)) =
+              (e[static_cast<int>(i) + 1] - e[0]) / step[first + i];
+        ++r;
+      }
+    }
+  }
+  return J;
+}
+
+/// The objective of one pass, sigma held.
+class Problem {
+ public:
+  Problem(const ArmTorqueData& data, const ArmPoint& start, const ArmTorqueOptions& options,
+          int jobs)
+      : data_(data),
+        models_(joint_models(start.arm().friction.model)),
+        point_(start),
+        jobs_(jobs),
+        precision_(prior(start.arm().robot, options)),
+        centre_(options.nominal) {
+    sigma_.resize(data.n());
+    for (int j = 0; j < data.n(); ++j) {
+      const Eigen::VectorXd& tau = data.joint(j).tau;
+      const double rows = std::max<double>(1, static_cast<double>(tau.size()));
+      sigma_[j] = std::max({std::sqrt(data.residual(start.arm(), j).squaredNorm() / rows),
+                            kSmallestSigma * std::sqrt(tau.squaredNorm() / rows), 1e-12});
+    }
+  }
+
+  double value(const Eigen::VectorXd& c) {
+    point_.move_to(c);
+    std::vector<double> sum(models_.size());
+    parallel_for(data_.n(), jobs_, [&](int j) {
+      sum[static_cast<std::size_t>(j)] =
+          data_.residual(point_.arm(), j).squaredNorm() / (sigma_[j] * sigma_[j]);
+    });
+    const Eigen::VectorXd d = point_.arm().robot.pi - centre_;
+    double total = d.dot(precision_ * d);
+    for (const double s : sum) total += s;
+    return std::isfinite(total) ? total : kBadValue;
+  }
+
+  optimise::Quadratic linearise(const Eigen::VectorXd& c, double known) {
+    point_.move_to(c);
+    const Arm& arm = point_.arm();
+    const Eigen::Index p = arm.robot.pi.size(),
+                       m = static_cast<Eigen::Index>(arm.friction.theta.size());
+    struct Part {
+      Eigen::MatrixXd tt, pt;
+      Eigen::VectorXd t, p;
+      std::vector<std::size_t> wanted;
+      double square = 0;
+    };
+    std::vector<Part> parts(models_.size());
+    const Eigen::MatrixXd J = point_.jacobian();
+    parallel_for(data_.n(), jobs_, [&](int j) {
+      const auto i = static_cast<std::size_t>(j);
+      const JointModel& model = models_[i];
+      const ArmTorqueData::Joint& joint = data_.joint(j);
+      Part& part = parts[i];
+      std::vector<double> step;
+      for (std::size_t k = 0; k < model.size; ++k) {
+        const auto row = p + static_cast<Eigen::Index>(model.begin + k);
+        const double slope = J.row(row).cwiseAbs().maxCoeff();
+        if (slope == 0) continue;
+        part.wanted.push_back(k);
+        const double theta = arm.friction.theta[model.begin + k], h = kDifference * slope;
+        step.push_back(theta + h < model.one.parameters()[k].info.upper ? h : -h);
+      }
+      const std::span<const double> theta =
+          std::span(arm.friction.theta).subspan(model.begin, model.size);
+      const Eigen::MatrixXd Jt = friction_jacobian(joint, model.one, theta, part.wanted, step);
+      const Eigen::VectorXd e = data_.residual(arm, j);
+      const double w = 1 / (sigma_[j] * sigma_[j]);
+      part.tt = w * Jt.transpose() * Jt;
+      part.pt = w * joint.Y.transpose() * Jt;
+      part.t = w * Jt.transpose() * e;
+      part.p = w * joint.Y.transpose() * e;
+      part.square = w * e.squaredNorm();
+    });
+
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(p + m, p + m);
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(p + m);
+    const Eigen::VectorXd d = arm.robot.pi - centre_;
+    H.topLeftCorner(p, p) = precision_;
+    g.head(p) = precision_ * d;
+    double value = d.dot(precision_ * d);
+    for (int j = 0; j < data_.n(); ++j) {
+      const auto i = static_cast<std::size_t>(j);
+      const Part& part = parts[i];
+      H.topLeftCorner(p, p) += data_.joint(j).YY / (sigma_[j] * sigma_[j]);
+      g.head(p) += part.p;
+      value += part.square;
+      for (std::size_t a = 0; a < part.wanted.size(); ++a) {
+        const auto at = p + static_cast<Eigen::Index>(models_[i].begin + part.wanted[a]);
+        const auto column = static_cast<Eigen::Index>(a);
+        g[at] += part.t[column];
+        H.block(0, at, p, 1) = part.pt.col(column);
+        H.block(at, 0, 1, p) = part.pt.col(column).transpose();
+        for (std::size_t b = 0; b < part.wanted.size(); ++b)
+          H(at, p + static_cast<Eigen::Index>(models_[i].begin + part.wanted[b])) =
+              part.tt(column, static_cast<Eigen::Index>(b));
+      }
+    }
+    // the objective is value + 2 g'dx + dx'H dx; its quadratic is half of that
+    return {std::isnan(known) ? value : known, J.transpose() * g, J.transpose() * H * J};
+  }
+
+ private:
+  static Eigen::MatrixXd prior(dynamics::RobotModel robot, const ArmTorqueOptions& options) {
+    robot.pi = options.nominal;
+    if (options.rigid_body.prior.use) return prior_precision(robot, options.rigid_body);
+    const Eigen::MatrixXd pull = weak_pull(robot, options.rigid_body.guesses);
+    return pull.transpose() * pull;
+  }
+
+  const ArmTorqueData& data_;
+  std::vector<JointModel> models_;
+  ArmPoint point_;
+  int jobs_;
+  Eigen::MatrixXd precision_;
+  Eigen::VectorXd centre_, sigma_;
+};
+
+/// c + s with s_z = -c_z for the coordinates of `zeroed` parameters and the others where the
+/// quadratic then is least.
+Eigen::VectorXd with_zeros(const optimise::Quadratic& at, const Eigen::VectorXd& c,
+                           const std::vector<bool>& zero) {
+  Eigen::MatrixXd H = at.H;
+  Eigen::VectorXd g = at.g;
+  for (Eigen::Index i = 0; i < c.size(); ++i)
+    if (zero[static_cast<std::size_t>(i)]) g -= at.H.col(i) * c[i];
+  for (Eigen::Index i = 0; i < c.size(); ++i) {
+    if (!zero[static_cast<std::size_t>(i)] && H(i, i) > 0) {
+      H(i, i) *= 1 + kLinearDamping;
+      continue;
+    }
+    H.row(i).setZero();
+    H.col(i).setZero();
+    H(i, i) = 1;
+    g[i] = zero[static_cast<std::size_t>(i)] ? c[i] : 0;
+  }
+  return c - H.ldlt().solve(g).cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
+}
+
+}  // namespace
+
+std::vector<Arm> without_parts(const ArmTorqueData& data, const Arm& fitted,
+                               const std::vector<std::vector<std::size_t>>& parts,
+                               const ArmTorqueOptions& options, int jobs) {
+  const ArmCoordinates coordinates(fitted, options.coordinates);
+  ArmPoint point(coordinates, fitted);
+  point.move_to(point.c());
+  Problem problem(data, point, options, jobs);
+  const optimise::Quadratic here =
+      problem.linearise(point.c(), std::numeric_limits<double>::quiet_NaN());
+  const Eigen::MatrixXd J = point.jacobian();
+  const Eigen::Index p = fitted.robot.pi.size();
+  std::vector<Arm> out;
+  for (const std::vector<std::size_t>& part : parts) {
+    std::vector<bool> zero(static_cast<std::size_t>(point.c().size()));
+    for (const std::size_t theta : part)
+      for (Eigen::Index i = 0; i < J.cols(); ++i)
+        if (J(p + static_cast<Eigen::Index>(theta), i) != 0)
+          zero[static_cast<std::size_t>(i)] = true;
+    ArmPoint moved = point;
+    moved.move_to(coordinates.box().clamp(with_zeros(here, point.c(), zero)));
+    out.push_back(moved.arm());
+    for (const std::size_t theta : part) out.back().friction.theta[theta] = 0;
+  }
+  return out;
+}
+
+ArmTorqueData::ArmTorqueData(const dynamics::RobotModel& robot,
+                             std::span<const signals::Recording> recordings, double cutoff_hz,
+                             std::span<const int> begin, std::span<const int> end)
+    : recordings_(recordings), cutoff_hz_(cutoff_hz) {
+  const int n = robot.n();
+  const auto p = static_cast<Eigen::Index>(robot.parameter_count());
+  std::vector<RowMatrix> torque;
+  for (const signals::Recording& r : recordings) torque.push_back(r.filtered_tau);
+  for (int j = 0; j < n; ++j) {
+    joints_.push_back({.friction = JointFrictionData(recordings, torque, j, cutoff_hz),
+                       .row = {},
+                       .Y = {},
+                       .tau = {},
+                       .YY = {}});
+    Joint& joint = joints_.back();
+    Eigen::Index count = 0;
+    for (std::size_t s = 0; s < recordings.size(); ++s) {
+      const signals::Recording& r = recordings[s];
+      const int every = signals::decimation(r.dt, cutoff_hz);
+      const int first = begin.empty() ? 0 : begin[s], last = end.empty() ? r.length() : end[s];
+      joint.row.emplace_back();
+      for (int k = 0; k < r.length(); k += every)
+        if (k >= first && k < last && r.use(k, j)) joint.row.back().push_back(k);
+      count += std::ssize(joint.row.back());
+    }
+    joint.Y.resize(count, p);
+    joint.tau.resize(count);
+  }
+  dynamics::Workspace<double> ws(robot);
+  Eigen::MatrixXd Y(n, p);
+  std::vector<Eigen::Index> at(static_cast<std::size_t>(n), 0);
+  std::vector<std::size_t> next(static_cast<std::size_t>(n));
+  for (std::size_t s = 0; s < recordings.size(); ++s) {
+    const signals::Recording& r = recordings[s];
+    std::fill(next.begin(), next.end(), 0);
+    for (int k = 0; k < r.length(); k += signals::decimation(r.dt, cutoff_hz)) {
+      const auto row = [&](const RowMatrix& x) {
+        return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
+      };
+      dynamics::regressor(robot, ws, row(r.narrow.q), row(r.narrow.v), row(r.narrow.a), Y);
+      for (std::size_t j = 0; j < joints_.size(); ++j) {
+        Joint& joint = joints_[j];
+        if (next[j] >= joint.row[s].size() || joint.row[s][next[j]] != k) continue;
+        joint.Y.row(at[j]) = Y.row(static_cast<Eigen::Index>(j));
+        joint.tau[at[j]++] = r.filtered_tau(k, static_cast<Eigen::Index>(j));
+        ++next[j];
+      }
+    }
+  }
+  for (Joint& joint : joints_) joint.YY = joint.Y.transpose() * joint.Y;
+}
+
+Eigen::VectorXd ArmTorqueData::residual(const Arm& arm, int j) const {
+  const friction::RobotFriction& model = arm.friction.model;
+  const friction::RobotFriction one({model.joints()[static_cast<std::size_t>(j)]});
+  const auto begin = static_cast<std::size_t>(model.parameter_begin(j));
+  const std::span<const double> theta =
+      std::span(arm.friction.theta).subspan(begin, one.parameters().size());
+  return joint(j).Y * arm.robot.pi + friction_rows(joint(j), one, theta) - joint(j).tau;
+}
+
+ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
+                            const ArmTorqueOptions& options, int jobs) {
+  const auto begin = std::chrono::steady_clock::now();
+  ArmTorqueFit fit;
+  fit.arm = start;
+  bool converged = false;
+  const int passes = options.find_ripples ? 2 : 1;
+  for (int pass = 0; pass < passes; ++pass) {
+    if (pass > 0 && !ripple_terms(start.friction.model).empty()) {
+      const FrictionTorques target =
+          friction_target(fit.arm.robot, fit.arm.robot.pi, data.recordings(), jobs);
+      parallel_for(data.n(), jobs, [&](int j) {
+        const JointFrictionData left(data.recordings(), target, j, data.cutoff_hz());
+        const friction::RobotFriction& model = fit.arm.friction.model;
+        const friction::RobotFriction one({model.joints()[static_cast<std::size_t>(j)]});
+        seed_ripples(left, one, ripple_terms(one),
+                     std::span(fit.arm.friction.theta)
+                         .subspan(static_cast<std::size_t>(model.parameter_begin(j)),
+                                  one.parameters().size()));
+      });
+    }
+    const ArmCoordinates coordinates(fit.arm, options.coordinates);
+    ArmPoint point(coordinates, fit.arm);
+    point.move_to(point.c());
+    Problem problem(data, point, options, jobs);
+    const optimise::Minimum found = optimise::damped_least_squares(
+        [&](const Eigen::VectorXd& c, double value) { return problem.linearise(c, value); },
+        [&](const Eigen::VectorXd& c) { return problem.value(c); }, coordinates.box(),
+        {point.c(), std::numeric_limits<double>::quiet_NaN()},
+        {.damping = {.longest = kLongestStep,
+                     .ridge = 1e-9,
+                     .attempts = 8,
+                     .lessen = 10,
+                     .least = 1e-9,
+                     .most = 1e8,
+                     .hold_at_bounds = true},
+         .iterations = options.iterations,
+         .smallest_gain = options.smallest_gain});
+    point.move_to(found.c);
+    fit.arm = point.arm();
+    fit.objective.push_back(found.value);
+    converged = found.converged;
+  }
+  fit.sigma.resize(data.n());
+  for (int j = 0; j < data.n(); ++j)
+    fit.sigma[j] = std::sqrt(data.residual(fit.arm, j).squaredNorm() /
+                             std::max<double>(1, static_cast<double>(data.joint(j).tau.size())));
+  const bool finite = fit.sigma.allFinite() && fit.arm.robot.pi.allFinite();
+  fit.outcome = !finite     ? Outcome::kFailed
+                : converged ? Outcome::kConverged
+                            : Outcome::kIterationLimit;
+  fit.message = finite ? "friction and rigid body fitted together" : "no finite prediction";
+  fit.seconds = seconds_since(begin);
+  return fit;
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,139 @@
+#include "torque/fit_joint.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "fricid/base/progress.hpp"
+#include "fricid/estimate/torque/joint_fit.hpp"
+#include "support.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+// Conventional laws that the sum has to beat.
+constexpr std::pair<const char*, int> kRivals[] = {
+    {"coulomb_viscous", 0}, {"dahl", 0}, {"lugre", 0}, {"gms", 4}};
+constexpr double kNear = 3;  // times the best held-out error: windows may turn the order round
+// Beside the default, a careful way to train on windows: short steps at the engine's own steps.
+constexpr double kCarefulRate = 0.3;
+constexpr int kCarefulLeap = 1;
+
+bool better(const Candidate& a, const Candidate& b) { return a.held_out < b.held_out; }
+
+void set(friction::LvmParts& parts, const PartEvidence& evidence) {
+  if (evidence.part == "load") parts.load = evidence.on;
+  if (evidence.part == "power_flow") parts.power_flow = evidence.on;
+  if (evidence.part == "asymmetry") parts.asymmetry = evidence.on;
+  if (evidence.part == "ripple") parts.ripples = evidence.on ? 1 : 0;
+  if (evidence.part == "temperature") parts.temperature = evidence.on;
+}
+
+/// The sum whose parts the held-out torque wants: with all parts and either memory on the training
+/// rows; the better memory joint by joint; without the parts that say nothing; on all rows.
+Candidate fit_sum(const JointFits& fits, std::vector<PartEvidence>& evidence) {
+  const auto begin = std::chrono::steady_clock::now();
+  using enum JointFits::Rows;
+  using friction::Memory;
+  const auto n = static_cast<std::size_t>(fits.n());
+  std::vector<friction::LvmParts> parts(n);
+  for (friction::LvmParts& of_joint : parts) of_joint.temperature = fits.has_temperature();
+  const Arm bank = fits.on_torque(fits.start(parts), kTraining).arm;
+  std::vector<friction::LvmParts> bristles = parts;
+  for (friction::LvmParts& of_joint : bristles) of_joint.memory = Memory::kBristle;
+  const Arm bristle = fits.on_torque(fits.start(bristles), kTraining).arm;
+
+  for (std::size_t j = 0; j < n; ++j) {
+    evidence.push_back(fits.compare(bristle, bank, static_cast<int>(j), "bristle"));
+    if (evidence.back().on) parts[j].memory = Memory::kBristle;
+  }
+  const auto of_bristles = std::ranges::count(parts, Memory::kBristle, &friction::LvmParts::memory);
+  Arm fitted = of_bristles > 0 ? bristle : bank;
+  if (of_bristles > 0 && of_bristles < std::ssize(parts))
+    fitted = fits.on_torque(carried_over(bristle, carried_over(bank, fits.start(parts))), kTraining,
+                            false)
+                 .arm;
+  for (const PartEvidence& of_part : fits.judge_parts(fitted)) {
+    evidence.push_back(of_part);
+    set(parts[static_cast<std::size_t>(of_part.joint)], of_part);
+  }
+  const Arm chosen = fits.on_torque(carried_over(fitted, fits.start(parts)), kAll, false).arm;
+  return fits.judged("sum", chosen, seconds_since(begin));
+}
+
+/// Candidates for the model that contains the laws, fitted to the torque.
+std::vector<Candidate> of_sum(const JointFits& fits, std::vector<PartEvidence>& evidence,
+                              Progress& progress) {
+  std::vector<Candidate> found;
+  const auto add = [&](Candidate candidate) {
+    progress.advance(1, fmt::format("{} {:.2e} rad2", candidate.name, candidate.held_out));
+    found.push_back(std::move(candidate));
+  };
+  add(fit_sum(fits, evidence));
+  for (const auto& [law, elements] : kRivals) {
+    const ArmTorqueFit fit = fits.on_torque(fits.start(friction::JointSpec{{{law, elements, {}}}}),
+                                            JointFits::Rows::kAll);
+    add(fits.judged(law, fit.arm, fit.seconds));
+  }
+  return found;
+}
+
+}  // namespace
+
+FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int seed, int jobs) {
+  const auto begin = std::chrono::steady_clock::now();
+  FitReport report;
+  report.method = Method::kJoint;
+  report.rigid_body = prepared.rigid_body;
+  report.model.name = config.name;
+  report.model.label = config.label.empty() ? config.name : config.label;
+  report.model.seed = seed;
+  report.residual_rms.resize(static_cast<std::size_t>(prepared.robot.n()));
+  report.r2.resize(report.residual_rms.size());
+
+  MultiStepOptions windows = config.train;
+  windows.seed = static_cast<std::uint64_t>(seed);
+  const JointFits fits(prepared, windows, jobs);
+  std::vector<Candidate>& found = report.candidates;
+  const bool sum = config.laws.empty() && config.law == friction::kLvm;
+  Progress progress(fmt::format("fit {}", report.model.label),
+                    sum ? 2 + static_cast<int>(std::size(kRivals)) : 1);
+  if (sum) {
+    found = of_sum(fits, report.parts, progress);
+  } else {
+    const ArmTorqueFit fit =
+        fits.on_torque(fits.start(joint_spec_of(config)), JointFits::Rows::kAll);
+    found.push_back(fits.judged("torque", fit.arm, fit.seconds));
+    progress.advance(1);
+  }
+  std::stable_sort(found.begin(), found.end(), better);
+  const std::size_t fitted = found.size();
+  if (fits.has_room_for_windows()) {
+    for (std::size_t i = 0; i < fitted && found[i].held_out < kNear * found[0].held_out; ++i)
+      found.push_back(fits.on_windows(found[i], report.model.label, 0, 0));
+    found.push_back(fits.on_windows(found[0], report.model.label, kCarefulRate, kCarefulLeap));
+    found.back().name += " (careful)";
+  }
+
+  const auto best = std::ranges::min_element(found, better);
+  report.model.arm = best->arm;
+  report.model.budget = fmt::format("{} candidates", found.size());
+  report.model.free_parameters =
+      best->parameters + static_cast<int>(prepared.rigid_body.base.size());
+  const bool finite = std::isfinite(best->held_out) && best->arm.robot.pi.allFinite();
+  report.outcome = finite ? Outcome::kConverged : Outcome::kFailed;
+  report.message = fmt::format("{} of {} candidates, held-out error {:.2e} rad2", best->name,
+                               found.size(), best->held_out);
+  if (!finite) return report;
+  report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
+  score_torque(prepared, prepared.options.cutoff_hz, jobs, report);
+  report.faults = faults_of(prepared, report);
+  report.seconds = seconds_since(begin);
+  return report;
+}
+
+}  // namespace fricid::estimate

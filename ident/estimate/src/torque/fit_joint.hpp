@@ -1,0 +1,18 @@
+// Method joint, and what the methods share at their end.
+#pragma once
+
+#include "fricid/estimate/fit.hpp"
+
+namespace fricid::estimate {
+
+/// Fits by method joint, see `fit_model`.
+FitReport fit_joint(const Prepared& prepared, const ModelOptions& options, int seed, int jobs);
+
+/// Residual and explained variance of the training torque under the final arm.
+void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitReport& report);
+
+/// Noise of a model whose method estimates none: that with which EM would begin, its latent states
+/// as quiet as EM would make them.
+LatentNoise assumed_noise(const Arm& arm, std::span<const signals::Recording> recordings);
+
+}  // namespace fricid::estimate

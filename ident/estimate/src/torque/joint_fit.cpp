@@ -1,0 +1,210 @@
+#include "fricid/estimate/torque/joint_fit.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/torque/sum_start.hpp"
+#include "support.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kWarms = 0.5;           // [K] sd of a temperature that says something
+constexpr double kLeastFriction = 0.01;  // share of the torque: a start has some
+constexpr double kBlock = 1;             // [s] beyond which residuals count as independent
+
+/// Parts whose absence is a zero, and what their parameters are.
+struct Part {
+  const char* name;
+  const char* owner;  // of the parameters
+  bool memory;        // of the first law alone
+  std::vector<friction::Role> roles;
+};
+const std::vector<Part>& parts_of_sum() {
+  using enum friction::Role;
+  static const std::vector<Part> parts{
+      {"load", "load", true, {kLoadGrowth}},
+      {"power_flow", "load_dependent", false, {kLoadCoefficient}},
+      {"asymmetry", "asymmetry", false, {kAsymmetry}},
+      {"ripple", "ripple", true, {kAmplitude}},
+      {"temperature", "temperature", false, {kTemperatureCoefficient}}};
+  return parts;
+}
+
+/// Indices in theta of the parameters of a part.
+std::vector<std::size_t> parameters_of(const Part& part, const friction::RobotFriction& model) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < model.parameters().size(); ++i) {
+    const friction::ParameterRef& p = model.parameters()[i];
+    if (p.owner == part.owner && (!part.memory || p.law == 0) &&
+        std::ranges::count(part.roles, p.info.role) > 0)
+      found.push_back(i);
+  }
+  return found;
+}
+
+}  // namespace
+
+JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, int jobs)
+    : prepared_(prepared),
+      windows_(windows),
+      jobs_(jobs),
+      split_(split_recordings(prepared.recordings, windows.hold_out)),
+      all_(prepared.robot, prepared.recordings, prepared.options.cutoff_hz),
+      training_(prepared.robot, prepared.recordings, prepared.options.cutoff_hz, {},
+                split_.train_end),
+      held_out_(prepared.robot, prepared.recordings, prepared.options.cutoff_hz,
+                split_.test_begin) {
+  windows_.torque_scale = torque_rms(prepared.recordings);
+  double sum = 0, square = 0, count = 0;
+  for (const signals::Recording& r : prepared.recordings) {
+    sum += r.temperature.sum();
+    square += r.temperature.squaredNorm();
+    count += static_cast<double>(r.temperature.size());
+  }
+  temperature_ = sum / count;
+  has_temperature_ = square / count - temperature_ * temperature_ > kWarms * kWarms;
+}
+
+bool JointFits::has_room_for_windows() const {
+  const double samples = 2 * windows_.window_s / prepared_.recordings.front().dt;
+  return std::ranges::all_of(split_.train_end, [&](int end) { return end > samples + 1; });
+}
+
+int JointFits::n() const { return prepared_.robot.n(); }
+
+Arm JointFits::start(const std::vector<friction::LvmParts>& parts) const {
+  Arm arm;
+  arm.robot = prepared_.robot;
+  arm.robot.pi = prepared_.rigid_body.pi;
+  SumStart start{.joints = {}, .load = windows_.torque_scale, .temperature = temperature_};
+  for (int j = 0; j < n(); ++j) {
+    const double torque = windows_.torque_scale[static_cast<std::size_t>(j)];
+    start.joints.push_back({std::max(prepared_.rigid_body.Fc[j], kLeastFriction * torque),
+                            std::max(prepared_.rigid_body.Fv[j], 0.0)});
+  }
+  return start_sum(arm, parts, start);
+}
+
+Arm JointFits::start(const friction::JointSpec& spec) const {
+  Arm arm;
+  arm.robot = prepared_.robot;
+  arm.robot.pi = prepared_.rigid_body.pi;
+  const friction::RobotFriction one({spec});
+  arm.friction.model = friction::RobotFriction(
+      std::vector<friction::JointSpec>(static_cast<std::size_t>(n()), spec));
+  for (int j = 0; j < n(); ++j) {
+    const double torque = windows_.torque_scale[static_cast<std::size_t>(j)];
+    std::vector<double> theta =
+        friction::start_from(one, {std::max(prepared_.rigid_body.Fc[j], kLeastFriction * torque),
+                                   std::max(prepared_.rigid_body.Fv[j], 0.0)});
+    for (std::size_t p = 0; p < theta.size(); ++p) {
+      const friction::Role role = one.parameters()[p].info.role;
+      if (role == friction::Role::kTemperature) theta[p] = temperature_;
+      if (role == friction::Role::kAsymmetry || role == friction::Role::kAmplitude) theta[p] = 0;
+    }
+    arm.friction.theta.insert(arm.friction.theta.end(), theta.begin(), theta.end());
+  }
+  return arm;
+}
+
+Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) const {
+  Candidate out{.name = std::move(name), .arm = arm, .seconds = seconds};
+  out.held_out = held_out_error(arm, prepared_.recordings, split_, windows_.judge, jobs_);
+  for (int j = 0; j < n(); ++j) {
+    const Eigen::VectorXd& tau = held_out_.joint(j).tau;
+    const double size = (tau.array() - tau.mean()).square().sum();
+    out.torque += held_out_.residual(arm, j).squaredNorm() / std::max(size, 1e-300) / n();
+  }
+  out.parameters = friction::free_parameter_count(arm.friction.model) -
+                   static_cast<int>(sum_limits(arm.friction).size());
+  return out;
+}
+
+ArmTorqueOptions JointFits::torque_options(const Arm& arm) const {
+  ArmTorqueOptions options;
+  options.rigid_body = prepared_.options;
+  options.rigid_body.prior.use = !prepared_.rigid_body.prior.empty();
+  options.nominal = prepared_.robot.pi;
+  options.coordinates.torque_scale = windows_.torque_scale;
+  options.coordinates.limits = sum_limits(arm.friction);
+  return options;
+}
+
+ArmTorqueFit JointFits::on_torque(const Arm& start, Rows rows, bool find_ripples) const {
+  ArmTorqueOptions options = torque_options(start);
+  options.find_ripples = find_ripples;
+  return fit_arm_torque(rows == Rows::kAll ? all_ : training_, start, options, jobs_);
+}
+
+PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,
+                                std::string part) const {
+  const Eigen::ArrayXd a = held_out_.residual(with, j).array().square(),
+                       b = held_out_.residual(without, j).array().square();
+  const ArmTorqueData::Joint& joint = held_out_.joint(j);
+  const int length =
+      std::max(1, static_cast<int>(std::lround(kBlock / prepared_.recordings.front().dt)));
+  std::vector<double> blocks;  // sum of b - a
+  Eigen::Index r = 0;
+  for (const std::vector<int>& rows : joint.row)
+    for (std::size_t i = 0; i < rows.size(); ++i, ++r) {
+      if (i == 0 || rows[i] / length != rows[i - 1] / length) blocks.push_back(0);
+      blocks.back() += b[r] - a[r];
+    }
+  double mean = 0, square = 0;
+  const auto count = static_cast<double>(std::max<std::size_t>(2, blocks.size()));
+  for (const double x : blocks) mean += x / count;
+  for (const double x : blocks) square += (x - mean) * (x - mean) / (count - 1);
+  const double size = std::max(a.sum() / count, 1e-300);
+  PartEvidence out{.part = std::move(part),
+                   .joint = j,
+                   .gain = mean / size,
+                   .error = std::sqrt(square / count) / size};
+  out.on = out.gain > out.error;
+  return out;
+}
+
+std::vector<PartEvidence> JointFits::judge_parts(const Arm& fitted) const {
+  std::vector<std::vector<std::size_t>> indices;
+  std::vector<const Part*> present;
+  for (const Part& part : parts_of_sum()) {
+    std::vector<std::size_t> found = parameters_of(part, fitted.friction.model);
+    if (found.empty()) continue;
+    present.push_back(&part);
+    indices.push_back(std::move(found));
+  }
+  const std::vector<Arm> without =
+      without_parts(training_, fitted, indices, torque_options(fitted), jobs_);
+  std::vector<PartEvidence> evidence;
+  for (std::size_t i = 0; i < present.size(); ++i)
+    for (int j = 0; j < n(); ++j)
+      evidence.push_back(compare(fitted, without[i], j, present[i]->name));
+  return evidence;
+}
+
+Arm carried_over(const Arm& from, Arm to) {
+  to.robot.pi = from.robot.pi;
+  const auto& given = from.friction.model.parameters();
+  const auto& wanted = to.friction.model.parameters();
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    for (std::size_t k = 0; k < given.size(); ++k)
+      if (given[k].joint == wanted[i].joint && given[k].symbol == wanted[i].symbol &&
+          given[k].owner == wanted[i].owner && given[k].law == wanted[i].law)
+        to.friction.theta[i] = from.friction.theta[k];
+  return to;
+}
+
+Candidate JointFits::on_windows(const Candidate& start, std::string_view label, double rate,
+                                int leap) const {
+  MultiStepOptions options = windows_;
+  options.limits = sum_limits(start.arm.friction);
+  if (rate > 0) options.rate = rate;
+  if (leap > 0) options.step.leap = leap;
+  const MultiStepReport trained =
+      train_multi_step(start.arm, prepared_.recordings, options, label, jobs_);
+  return judged(start.name + ", windows", trained.arm, trained.seconds);
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,46 @@
+// Sums of laws that have a name of their own.
+#pragma once
+
+#include <string_view>
+
+#include "fricid/friction/robot_friction.hpp"
+
+namespace fricid::friction {
+
+/// Name of the model that contains the laws, see `lvm_sum`.
+inline constexpr std::string_view kLvm = "lvm";
+
+/// What the memory of a joint is.
+enum class Memory {
+  kBank,    ///< gms: springs that slip one after the other
+  kBristle  ///< lugre: one bristle that yields smoothly
+};
+
+/// Which parts `lvm_sum` has.
+struct LvmParts {
+  Memory memory = Memory::kBank;
+  int elements = 8;          ///< of the bank
+  bool temperature = false;  ///< where it is measured
+  bool load = true;          ///< of the level of the memory
+  bool power_flow = true;    ///< load, differently when motoring and when back-driving
+  bool asymmetry = true;
+  int ripples = 1;  ///< waves over the joint angle, of the memory
+
+  bool operator==(const LvmParts&) const = default;
+};
+
+/// The friction of one joint in which the laws of the table are special cases:
+///
+///     tau = memory + viscous torque + load part
+///
+///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry}
+///     viscous torque  viscous_power and coulomb_viscous, each {temperature, asymmetry}
+///     load part       load_dependent
+///
+/// Only the memory has Coulomb friction, only coulomb_viscous linear viscous friction; what the
+/// others have of it is to be kept at its least. Maxwell slip is the bank with Fs = Fc, Coulomb
+/// friction its limit of short springs, and a GMS or LuGre law is what is left without the other
+/// parts. No networks: every parameter has a name and a unit.
+JointSpec lvm_sum(const LvmParts& parts);
+
+}  // namespace fricid::friction

@@ -1,0 +1,184 @@
+// Where the networks of lvm_paper start, and which of their weights move.
+#include "fricid/friction/robot_laws/lvm_paper.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fricid::friction {
+namespace {
+
+constexpr double kWay = 2e-3,
+                 kLonger = 3;      // of a latent from rest to stop [rad], of every next one
+constexpr double kSharpness = 10;  // of the stops
+constexpr double kWide = 30;       // half the range of u over which a single unit is straight
+constexpr double kFinest = 0.03, kCoarse = 0.4, kStep = 0.1;  // speeds that units look at [rad/s]
+constexpr double kLatentGain = 1.5, kSpeedGain = 0.7;
+constexpr double kSpareOutput = 1e-4;
+constexpr double kLeastRate = 0.05, kMostRate = 3;
+constexpr double kMostWeight = 99;  // within the bounds of the table
+
+/// Weights of a layer: W (rows x columns, row-major), then b (rows).
+struct Layer {
+  double* begin;
+  int rows, columns;
+
+  double& W(int row, int column) const { return begin[row * columns + column]; }
+  double& b(int row) const { return begin[rows * columns + row]; }
+  double* end() const { return begin + rows * (columns + 1); }
+};
+
+/// What a unit sees of its joint: speed [s/rad], one of the joint's latents, bias.
+struct Look {
+  double v, z, bias;
+  int latent;  // index among all, 0 where z = 0
+};
+
+/// Of `count` units of a joint that has these latents.
+std::vector<Look> looks(int count, const std::vector<int>& own, double v_sd) {
+  std::vector<Look> units;
+  const auto see_latents = [&](double sign) {
+    for (const int i : own) units.push_back({0, sign * kLatentGain, kLatentGain, i});
+  };
+  const auto see_speed = [&] {
+    for (const double sign : {1.0, -1.0}) units.push_back({sign / kCoarse, 0, 0, 0});
+    units.push_back({kSpeedGain / v_sd, 0, kLatentGain, 0});
+  };
+  if (own.empty())
+    for (const double bias : {1.0, -1.0}) units.push_back({1 / kFinest, 0, bias, 0});
+  see_latents(1);
+  if (own.size() < 2) see_latents(-1);
+  see_speed();
+  if (own.size() >= 2) see_latents(-1);
+  for (int k = 1; std::ssize(units) < count; ++k)
+    for (const double sign : {1.0, -1.0})
+      units.push_back({sign / (kStep * k), own.empty() ? 0 : sign, 0, own.empty() ? 0 : own[0]});
+  units.resize(static_cast<std::size_t>(count));
+  return units;
+}
+
+}  // namespace
+
+void LvmPaper::start_torque(double* theta, Rng& rng) const {
+  const int n = scales_.joints(), width = net_.width(), inputs = scales_.inputs() + latents_;
+  const Layer first{theta + net_begin(), width, inputs}, second{first.end(), width, width},
+      output{second.end(), n, width};
+  std::fill(first.begin, output.end(), 0.0);
+
+  std::vector<double> size(static_cast<std::size_t>(width));
+  for (int j = 0; j < n; ++j) {
+    std::vector<int> own;
+    for (int i = j; i < latents_; i += n) own.push_back(i);
+    const double v_sd = theta[scales_.v_sd(j)];
+    const int count = (width - j + n - 1) / n;
+    const std::vector<Look> units = looks(std::max(0, count), own, v_sd);
+    for (int k = 0; k < std::ssize(units); ++k) {
+      const Look& look = units[static_cast<std::size_t>(k)];
+      const int u = j + k * n;
+      first.W(u, n + j) = std::clamp(look.v * v_sd, -kMostWeight, kMostWeight);
+      if (look.z != 0) first.W(u, 2 * n + look.latent) = look.z;
+      first.b(u) = look.bias;
+      for (const double sign : {1.0, -1.0}) {
+        const double value = mish(look.bias + sign * (look.v * v_sd + look.z));
+        size[static_cast<std::size_t>(u)] =
+            std::max({size[static_cast<std::size_t>(u)], std::abs(value), 0.5});
+      }
+    }
+    for (int u = j; u < width; u += n) {
+      second.b(u) = 0.5 + 0.5 * rng.normal();
+      for (int below = j; below < width; below += n)
+        second.W(u, below) = (rng.normal() / std::sqrt(count) + (u == below ? 1 : 0)) /
+                             size[static_cast<std::size_t>(below)];
+    }
+  }
+}
+
+auto LvmPaper::rate_units() const -> RateUnits {
+  const int joints = std::min(scales_.joints(), latents_), width = eta_.width();
+  const int per_joint = 2 * (joints + latents_) <= width ? 2 : 1;
+  const int stopped = std::clamp((width - per_joint * joints) / 2, 0, latents_);
+  return {stopped > 0 ? joints : 0, per_joint, stopped};
+}
+
+int LvmPaper::joint_of_rate_unit(int unit) const {
+  const RateUnits units = rate_units();
+  if (unit < units.joints * units.per_joint) return unit / units.per_joint;
+  unit -= units.joints * units.per_joint;
+  if (unit < 2 * units.stopped) return joint_of(unit / 2);
+  return joint_of((unit - 2 * units.stopped) % latents_);
+}
+
+void LvmPaper::start_rate(double* theta, Rng& rng) const {
+  const int n = scales_.joints(), width = eta_.width(), inputs = scales_.inputs() + latents_;
+  const Layer hidden{theta + eta_begin(), width, inputs}, output{hidden.end(), latents_, width};
+  std::fill(hidden.begin, output.end(), 0.0);
+  const RateUnits units = rate_units();
+  const auto per_speed = [&](int i) {  // u per v/v_sd
+    return theta[scales_.v_sd(joint_of(i))] / (kRate * kWay * std::pow(kLonger, i / n));
+  };
+  const auto bounded = [](double w) { return std::clamp(w, -kMostWeight, kMostWeight); };
+
+  int unit = 0;
+  for (int j = 0; j < units.joints; ++j)
+    for (int k = 0; k < units.per_joint; ++k, ++unit) {
+      const bool single = units.per_joint == 1;
+      const double gain = single ? 1 : k == 0 ? kSharpness : -kSharpness;
+      hidden.W(unit, n + j) = bounded(gain * per_speed(j));
+      hidden.b(unit) = single ? kWide : 0;
+      for (int i = j; i < units.stopped; i += n) {
+        const double weight = per_speed(i) / (gain * per_speed(j));
+        output.W(i, unit) = weight;
+        if (single) output.b(i) -= weight * kWide;
+      }
+    }
+  for (int i = 0; i < units.stopped; ++i)
+    for (const double side : {1.0, -1.0}) {
+      hidden.W(unit, n + joint_of(i)) = bounded(side * kSharpness * per_speed(i));
+      hidden.W(unit, 2 * n + i) = side * kSharpness;
+      hidden.b(unit) = -kSharpness;
+      output.W(i, unit++) = -side / kSharpness;
+    }
+  for (; unit < width; ++unit) {
+    const int j = joint_of_rate_unit(unit);
+    hidden.W(unit, n + j) = rng.normal();
+    hidden.b(unit) = rng.normal();
+    for (int i = j; i < latents_; i += n) {
+      hidden.W(unit, 2 * n + i) = rng.normal();
+      output.W(i, unit) = kSpareOutput * rng.normal();
+    }
+  }
+}
+
+void LvmPaper::initialise(double* theta, Rng& rng) const {
+  start_torque(theta, rng);
+  start_rate(theta, rng);
+}
+
+void LvmPaper::training_rates(const double* theta, double* rate) const {
+  // theirs(row, column): whether a weight stays within a joint
+  const auto set = [&](int begin, int rows, int columns, auto theirs) {
+    const auto rate_of = [&](int at) {
+      const double size = std::abs(theta[at]);
+      return size == 0 ? 1 : std::clamp(size, kLeastRate, kMostRate);
+    };
+    for (int r = 0; r < rows; ++r) {
+      for (int c = 0; c < columns; ++c) {
+        const int at = begin + r * columns + c;
+        rate[at] = theirs(r, c) ? rate_of(at) : 0;
+      }
+      rate[begin + rows * columns + r] = rate_of(begin + rows * columns + r);
+    }
+    return begin + rows * (columns + 1);
+  };
+  const int n = scales_.joints(), width = net_.width(), inputs = scales_.inputs() + latents_;
+  const auto units = [&](int a, int b) { return joint_of(a) == joint_of(b); };
+  int at = set(net_begin(), width, inputs,
+               [&](int unit, int input) { return joint_of(unit) == joint_seen(input); });
+  at = set(at, width, width, units);
+  at = set(at, n, width, units);
+  at = set(at, width, inputs,
+           [&](int unit, int input) { return joint_of_rate_unit(unit) == joint_seen(input); });
+  set(at, latents_, width,
+      [&](int latent, int unit) { return joint_of(latent) == joint_of_rate_unit(unit); });
+}
+
+}  // namespace fricid::friction

@@ -1,0 +1,25 @@
+#include "fricid/friction/sum.hpp"
+
+#include <utility>
+
+namespace fricid::friction {
+
+JointSpec lvm_sum(const LvmParts& parts) {
+  const auto warm_and_directed = [&](LawSpec law) {
+    if (parts.temperature) law.modifiers.push_back({"temperature", 1});
+    if (parts.asymmetry) law.modifiers.push_back({"asymmetry", 1});
+    return law;
+  };
+  LawSpec memory{"gms", parts.elements, {}};
+  if (parts.memory == Memory::kBristle) memory = {"lugre", 0, {}};
+  if (parts.load) memory.modifiers.push_back({"load", 1});
+  if (parts.ripples > 0) memory.modifiers.push_back({"ripple", parts.ripples});
+  JointSpec joint;
+  joint.laws.push_back(warm_and_directed(std::move(memory)));
+  joint.laws.push_back(warm_and_directed({"viscous_power", 0, {}}));
+  joint.laws.push_back(warm_and_directed({"coulomb_viscous", 0, {}}));
+  if (parts.power_flow) joint.laws.push_back({"load_dependent", 0, {}});
+  return joint;
+}
+
+}  // namespace fricid::friction

@@ -1,0 +1,44 @@
+// A resolved scene: its robot, its files, its checked names.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "fricid/dynamics/robot_model.hpp"
+#include "fricid/scene/scene.hpp"
+
+namespace fricid::scene {
+
+/// A scene that can be run.
+struct Problem {
+  /// With every default filled in (laws, methods, friction by effort, per-joint values, what
+  /// [[robot.torque]] knows of the coefficients) and files named so that a copy of the scene in
+  /// another folder finds them.
+  const Scene scene;
+  dynamics::RobotModel robot;  ///< from the URDF with mount, payload and linear torques
+  /// Absolute; empty when not named.
+  std::filesystem::path urdf_path{}, mjcf_path{}, contract_path{};
+  std::vector<std::filesystem::path> inputs{};  ///< scenes, URDF, MJCF, contract, logs that exist
+};
+
+/// Finds the files of a scene beside the file that names them, then in the share folder, builds
+/// its robot and checks what it says. Depends on the scene and the content of those files alone.
+/// Log files need not exist: see `data_available`.
+/// @throws UserError "file:line: ..." on anything wrong
+Problem resolve(Scene scene);
+
+/// The problem of a scene file. @throws UserError
+inline Problem load_problem(const std::filesystem::path& path) { return resolve(load_scene(path)); }
+
+/// Checks that the data of a scene with [friction] are long enough for its horizons.
+/// @throws UserError "file:line: ..." when a horizon is longer than a simulated recording
+void require_horizons(const Scene& scene);
+
+/// Path of a log of the scene. @throws UserError when it is not there
+std::filesystem::path find_log(const Problem& problem, const std::string& name);
+
+/// Whether every log file of the scene is there; if not, `why` says in one line what is missing.
+bool data_available(const Problem& problem, std::string* why);
+
+}  // namespace fricid::scene

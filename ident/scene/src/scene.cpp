@@ -1,0 +1,73 @@
+#include "fricid/scene/scene.hpp"
+
+#include "fricid/base/error.hpp"
+#include "fricid/config/toml_file.hpp"
+#include "fricid/dynamics/robot_model.hpp"
+#include "joint_names.hpp"
+#include "scene_archive.hpp"
+
+namespace fricid::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+SceneOrigin origin_of(const config::TomlFile& file) {
+  SceneOrigin origin{.path = file.path, .files = file.files, .keys = {}};
+  const auto visit = [&](const auto& self, const toml::node& node, const std::string& key) -> void {
+    if (const toml::source_region& source = node.source(); source.path && source.begin.line > 0)
+      origin.keys[key] = {*source.path, source.begin.line};
+    if (const toml::table* table = node.as_table())
+      for (auto&& [name, child] : *table) self(self, child, fmt::format("{}.{}", key, name.str()));
+    if (const toml::array* array = node.as_array())
+      for (std::size_t i = 0; i < array->size(); ++i)
+        self(self, *array->get(i), fmt::format("{}[{}]", key, i));
+  };
+  for (auto&& [name, child] : file.table) visit(visit, child, std::string(name.str()));
+  return origin;
+}
+
+}  // namespace
+
+Scene load_scene(const fs::path& path) {
+  const config::TomlFile file = config::load_toml(path);
+  Scene scene;
+  scene.origin = origin_of(file);
+  // The robot first: its joints are how many values the other sections need.
+  if (!file.table.contains("robot"))
+    throw UserError("{}: robot.urdf is missing: the engine's robot", file.path);
+  config::TomlReader(file.table, "", file.path, {}).section("robot", scene.robot, "");
+  scene.joints =
+      joint_names(dynamics::load_urdf(scene.origin.find(scene.robot.urdf, "robot.urdf")));
+  SceneReader reader(file.table, "", file.path, scene.joints);
+  scene.visit(reader);
+  reader.refuse_unknown();
+  if (scene.name.empty()) scene.name = path.stem().string();
+  return scene;
+}
+
+std::string to_toml(const Scene& scene) {
+  SceneWriter writer(false, scene.joints);
+  Scene copy = scene;
+  copy.visit(writer);
+  return writer.text();
+}
+
+std::string scene_template() {
+  Scene example;
+  example.name = "example";
+  example.robot.urdf = "models/kr6_r700/kr6_r700.urdf";
+  example.robot.mjcf = "models/kr6_r700/kr6_r700.xml";
+  example.models.emplace_back();
+  example.models[0].name = "lugre";
+  example.models[0].label = "LuGre";
+  example.models[0].method = estimate::Method::kConventional;
+  SceneWriter writer(true, {});
+  example.visit(writer);
+  return "# A scene of fricid. Every key is optional unless it says required; the values are the\n"
+         "# defaults. A scene may start from another: extends = \"other.toml\" (its tables merge,\n"
+         "# its values and arrays are replaced), or from several, the last of which wins:\n"
+         "# extends = [\"robot.toml\", \"models.toml\"]. Unknown keys are errors.\n\n" +
+         writer.text();
+}
+
+}  // namespace fricid::scene

@@ -1,0 +1,57 @@
+// Low-pass filters that shift no signal in time.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "fricid/signals/matrix.hpp"
+
+namespace fricid::signals {
+
+/// Fourth-order Butterworth low-pass (bilinear transform, cut-off prewarped) run forwards and
+/// backwards over a finite record, so that a sinusoid of frequency f is multiplied by |H(f)|^2 and
+/// not shifted:
+///
+///     |H(f)|^2 = 1 / (1 + (tan(pi f / rate) / tan(pi cutoff / rate))^8).
+///
+/// The record is continued on both sides by its odd reflection, long enough for the slowest pole to
+/// forget, and every section starts in the steady state of the first value: constants and straight
+/// lines pass unchanged to round-off.
+class ZeroPhaseButterworth {
+ public:
+  /// @throws UserError unless 0 < cutoff_hz < rate_hz / 2
+  ZeroPhaseButterworth(double cutoff_hz, double rate_hz);
+
+  /// Filters x in place; S is double or a Pack of records of equal length. `work` is resized once.
+  template <class S>
+  void apply(std::span<S> x, std::vector<S>& work) const;
+
+  /// Filters every column in place.
+  void apply(RowMatrix& x) const;
+
+  double gain(double frequency_hz) const;  ///< |H|^2 [1]
+  double rate_hz() const { return rate_hz_; }
+  int padding() const { return padding_; }  ///< samples after which the slowest pole is below 1e-15
+
+ private:
+  struct Section {
+    double b0, b1, b2, a1, a2;
+  };
+  template <class S>
+  void run(std::span<S> x) const;
+
+  std::array<Section, 2> sections_;
+  double warped_cutoff_, rate_hz_;
+  int padding_;
+};
+
+/// Half g_0 .. g_K of the symmetric impulse response of a zero-phase filter, cut off where 1 % of
+/// its absolute sum is left, and scaled so that a constant passes as it is.
+std::vector<double> impulse_response(const ZeroPhaseButterworth& filter);
+
+/// Every k-th row of a signal low-passed at cutoff_hz carries all of it; k keeps two samples per
+/// period of the cut-off, so that residuals of white torque noise are about independent.
+int decimation(double dt, double cutoff_hz);
+
+}  // namespace fricid::signals

@@ -1,0 +1,66 @@
+// A recording: the log as read, and the filtered signals that all methods share.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "fricid/signals/dataset.hpp"
+#include "fricid/signals/filter.hpp"
+
+namespace fricid::signals {
+
+/// Motion of n joints over T samples: zero-phase filtered positions and their central differences.
+struct Motion {
+  RowMatrix q;  ///< (T, n) [rad]
+  RowMatrix v;  ///< (T, n) [rad/s]
+  RowMatrix a;  ///< (T, n) [rad/s^2]
+};
+
+/// Bandwidth of a filtered motion.
+enum class Band {
+  kNarrow,  ///< to the cut-off: smooth enough for accelerations
+  kWide,    ///< to `wide_band` of it, without accelerations: what drives friction
+};
+
+/// Friction is driven by a motion filtered at kWideBand times the cut-off: reversals take
+/// milliseconds, and filtered at the cut-off a sticking joint would appear to creep.
+inline constexpr double kWideBand = 5;
+
+/// Cut-off of that motion [Hz]: kWideBand times `cutoff_hz`, at most 0.4 of the sample rate.
+double wide_band(double cutoff_hz, double rate_hz);
+
+/// Travel that makes a joint forget the friction state it started with [rad or m].
+inline constexpr double kWashout = 5e-3;
+
+using UseMask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// One recording of n joints over T samples, raw and filtered.
+struct Recording {
+  Dataset log;               ///< as it was read; NaN where a value is missing
+  double dt = 0;             ///< [s]
+  Motion narrow;             ///< filtered at the cut-off: inverse dynamics
+  Motion wide;               ///< filtered at `wide_band`, without a: friction, open loops
+  RowMatrix held_tau;        ///< (T, n) held over [t_k, t_{k+1}), see `held_torque` [N m]
+  RowMatrix filtered_tau;    ///< (T, n) torque in force around t_k, filtered as `narrow` [N m]
+  RowMatrix temperature;     ///< (T, n) missing values bridged; kRoomTemperature without any [K]
+  UseMask use;               ///< (T, n) rows that may enter a fit of a joint's torque
+  Eigen::VectorXd noise_sd;  ///< (n) of log.q, from what lies above the wide band [rad]
+
+  int length() const { return static_cast<int>(held_tau.rows()); }
+  int n() const { return static_cast<int>(held_tau.cols()); }
+  const Motion& motion(Band band) const { return band == Band::kWide ? wide : narrow; }
+};
+
+/// Filters a log. The torque tau_k of a log is held over [t_k, t_{k+1}), while the central
+/// difference a_k averages the acceleration over (t_{k-1}, t_{k+1}) with a triangle; under held
+/// torque that average belongs to (tau_{k-1} + tau_k) / 2, which is therefore what `filtered_tau`
+/// holds at sample k. Missing values (NaN) are bridged by straight lines. Rows closer than
+/// 2 / cutoff_hz to an end or 1 / cutoff_hz to a missing value are marked unused, and so are those
+/// of a joint before its first kWashout of travel.
+/// @throws UserError when the log is shorter than 8 / cutoff_hz or a column has no finite value
+Recording make_recording(Dataset log, double cutoff_hz);
+
+/// Measured torque (T, n) [N m] with missing (NaN) values replaced by the last one, zero before the
+/// first.
+RowMatrix held_torque(ConstRowMatrix tau);
+
+}  // namespace fricid::signals

@@ -1,0 +1,156 @@
+#include "fricid/signals/recording.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "fricid/base/error.hpp"
+
+namespace fricid::signals {
+namespace {
+
+constexpr double kWidest = 0.4;           // of the sample rate
+constexpr int kFrequencies = 1000;        // of the sum over the band
+constexpr double kNormalMedian = 0.6745;  // median of |x|, x ~ N(0, 1)
+
+// Bridges NaN by straight lines between neighbours (held at the ends); marks them in `missing`.
+void bridge(Eigen::Ref<Eigen::VectorXd> x, std::vector<std::uint8_t>& missing) {
+  const auto size = x.size();
+  Eigen::Index last = -1;
+  for (Eigen::Index k = 0; k < size; ++k) {
+    if (std::isnan(x[k])) {
+      missing[static_cast<std::size_t>(k)] = 1;
+      continue;
+    }
+    for (Eigen::Index i = last + 1; i < k; ++i)
+      x[i] = last < 0 ? x[k]
+                      : x[last] + (x[k] - x[last]) * static_cast<double>(i - last) /
+                                      static_cast<double>(k - last);
+    last = k;
+  }
+  for (Eigen::Index i = last + 1; last >= 0 && i < size; ++i) x[i] = x[last];
+}
+
+// (q_{k+1} - q_{k-1}) / (2 dt); the end rows, never used, repeat their neighbours.
+RowMatrix central_difference(const RowMatrix& q, double dt) {
+  const Eigen::Index T = q.rows();
+  RowMatrix v(T, q.cols());
+  v.middleRows(1, T - 2) = (q.bottomRows(T - 2) - q.topRows(T - 2)) / (2 * dt);
+  v.row(0) = v.row(1);
+  v.row(T - 1) = v.row(T - 2);
+  return v;
+}
+
+// Standard deviation of white noise on each column of x (n), from what a filter took out of it.
+Eigen::VectorXd noise_above_band(const RowMatrix& x, const RowMatrix& filtered,
+                                 const ZeroPhaseButterworth& filter) {
+  // white noise leaves this share of its variance above the band; the median forgives reversals
+  double share = 0;
+  for (int i = 0; i < kFrequencies; ++i) {
+    const double above = 1 - filter.gain((i + 0.5) / kFrequencies * filter.rate_hz() / 2);
+    share += above * above / kFrequencies;
+  }
+  Eigen::VectorXd sd(x.cols());
+  std::vector<double> residual;
+  for (Eigen::Index j = 0; j < x.cols(); ++j) {
+    residual.clear();
+    for (Eigen::Index k = 0; k < x.rows(); ++k) {
+      const double e = std::abs(x(k, j) - filtered(k, j));
+      if (std::isfinite(e)) residual.push_back(e);
+    }
+    const auto middle = residual.begin() + std::ssize(residual) / 2;
+    std::nth_element(residual.begin(), middle, residual.end());
+    sd[j] = *middle / kNormalMedian / std::sqrt(share);
+  }
+  return sd;
+}
+
+}  // namespace
+
+double wide_band(double cutoff_hz, double rate_hz) {
+  return std::min(kWideBand * cutoff_hz, kWidest * rate_hz);
+}
+
+RowMatrix held_torque(ConstRowMatrix tau) {
+  RowMatrix held = tau;
+  for (Eigen::Index j = 0; j < held.cols(); ++j) {
+    double last = 0;
+    for (Eigen::Index k = 0; k < held.rows(); ++k)
+      last = held(k, j) = std::isfinite(held(k, j)) ? held(k, j) : last;
+  }
+  return held;
+}
+
+Recording make_recording(Dataset log, double cutoff_hz) {
+  const ZeroPhaseButterworth low_pass(cutoff_hz, log.rate_hz);
+  const ZeroPhaseButterworth wide(wide_band(cutoff_hz, log.rate_hz), log.rate_hz);
+  const int T = log.length(), n = log.n();
+  const double dt = log.dt();
+  if (T < 8 / (cutoff_hz * dt))
+    throw UserError("{}: {} samples are shorter than {} s, the least a {} Hz filter needs",
+                    log.name, T, 8 / cutoff_hz, cutoff_hz);
+
+  Recording out;
+  out.dt = dt;
+  for (auto* signal : {&out.narrow.q, &out.narrow.a, &out.wide.q, &out.filtered_tau})
+    signal->resize(T, n);
+  out.temperature = log.temperature;
+  if (out.temperature.size() == 0) out.temperature = RowMatrix::Constant(T, n, kRoomTemperature);
+
+  std::vector<std::uint8_t> missing(static_cast<std::size_t>(T), 0);
+  std::vector<double> work;
+  Eigen::VectorXd column(T);
+  const auto filter = [&](const RowMatrix& signal, int j, const ZeroPhaseButterworth& by,
+                          bool held) {
+    column = signal.col(j);
+    bridge(column, missing);
+    if (column.hasNaN())
+      throw UserError("{}: joint {}: no finite sample", log.name,
+                      log.joint_names[static_cast<std::size_t>(j)]);
+    // Torque in force around t_k: mean of the values held before and after it.
+    if (held)
+      for (int k = T - 1; k > 0; --k) column[k] = 0.5 * (column[k - 1] + column[k]);
+    by.apply(std::span<double>(column.data(), static_cast<std::size_t>(T)), work);
+    return column;
+  };
+  for (int j = 0; j < n; ++j) {
+    out.narrow.q.col(j) = filter(log.q, j, low_pass, false);
+    out.wide.q.col(j) = filter(log.q, j, wide, false);
+    out.filtered_tau.col(j) = filter(log.tau, j, low_pass, true);
+    column = out.temperature.col(j);
+    std::vector<std::uint8_t> ignored(static_cast<std::size_t>(T), 0);
+    bridge(column, ignored);
+    out.temperature.col(j) = column;
+  }
+
+  out.narrow.v = central_difference(out.narrow.q, dt);
+  out.wide.v = central_difference(out.wide.q, dt);
+  const RowMatrix& q = out.narrow.q;
+  RowMatrix& a = out.narrow.a;
+  a.middleRows(1, T - 2) =
+      (q.bottomRows(T - 2) - 2 * q.middleRows(1, T - 2) + q.topRows(T - 2)) / (dt * dt);
+  a.row(0) = a.row(1);
+  a.row(T - 1) = a.row(T - 2);
+
+  const int edge = static_cast<int>(std::ceil(2 / (cutoff_hz * dt)));
+  const int near = static_cast<int>(std::ceil(1 / (cutoff_hz * dt)));
+  out.use.setConstant(T, n, true);
+  const auto skip = [&](int from, int to) {
+    from = std::max(0, from);
+    out.use.middleRows(from, std::max(0, std::min(T, to) - from)).setConstant(false);
+  };
+  skip(0, edge);
+  skip(T - edge, T);
+  for (int k = 0; k < T; ++k)
+    if (missing[static_cast<std::size_t>(k)]) skip(k - near, k + near + 1);
+  for (int j = 0; j < n; ++j)
+    for (int k = 0; k < T && std::abs(q(k, j) - q(0, j)) < kWashout; ++k) out.use(k, j) = false;
+
+  out.held_tau = held_torque(log.tau);
+  out.noise_sd = noise_above_band(log.q, out.wide.q, wide);
+  out.log = std::move(log);
+  return out;
+}
+
+}  // namespace fricid::signals

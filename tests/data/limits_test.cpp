@@ -1,0 +1,165 @@
+// What files may ask for at most: refused in one line, before memory or stack run out.
+#include <gmock/gmock.h>
+#include <hdf5.h>
+
+#include <array>
+
+#include "fricid/data/contract.hpp"
+#include "fricid/data/hdf5.hpp"
+#include "fricid/data/log_reader.hpp"
+#include "fricid/scene/problem.hpp"
+#include "log_samples.hpp"
+#include "scene_folder.hpp"
+
+namespace fricid::data {
+namespace {
+
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+std::string repeated(const std::string& text, int count) {
+  std::string result;
+  for (int i = 0; i < count; ++i) result += text;
+  return result;
+}
+
+class SceneLimits : public FolderTest {
+ protected:
+  std::string error_of(const std::string& text) const {
+    return message_of([&] { scene::load_problem(write("scene.toml", text)); });
+  }
+};
+
+TEST_F(SceneLimits, DeepTables) {
+  for (const int levels : {33, 100'000})
+    for (const std::string& text :
+         {repeated("a.", levels) + "a = 1", "[" + repeated("\"a\" . ", levels) + "a]",
+          "a = " + repeated("[", levels) + repeated("]", levels),
+          "a = " + repeated("{a = ", levels) + "1" + repeated("}", levels)})
+      EXPECT_THAT(error_of("\n" + text),
+                  testing::AllOf(StartsWith("scene.toml:2: 33 levels of one key or one value"),
+                                 EndsWith("; allowed: up to 32")))
+          << text.substr(0, 40);
+}
+
+TEST_F(SceneLimits, DotsAndBracketsInTextAreNotLevels) {
+  const std::string dots = repeated(".[{", 50);
+  EXPECT_EQ(error_of("description = \"" + dots + "\\\"" + dots + "\"  # " + dots + "\n" + kScene),
+            "no error");
+  EXPECT_EQ(error_of("description = '" + dots + "'\n" + kScene), "no error");
+  EXPECT_EQ(error_of("description = \"\"\"\n" + dots + "\"" + dots + "\"\"\"\n" + kScene),
+            "no error");
+}
+
+TEST_F(SceneLimits, ManyFilesToExtend) {
+  write("empty.toml", "");
+  const auto extending = [](int count) {
+    return "extends = [" + repeated("\"empty.toml\", ", count) + "]\n" + kScene;
+  };
+  EXPECT_EQ(error_of(extending(63)), "no error");
+  EXPECT_EQ(error_of(extending(20'000)),
+            "scene.toml: 65 files read for one scene, by extends; allowed: up to 64");
+}
+
+// Every file names the next one twice: 2^25 ways to the last.
+TEST_F(SceneLimits, DiamondsOfFilesToExtend) {
+  for (int i = 0; i < 25; ++i)
+    write("s" + std::to_string(i) + ".toml",
+          fmt::format("extends = [\"s{0}.toml\", \"s{0}.toml\"]", i + 1));
+  write("s25.toml", "");
+  EXPECT_THAT(error_of(std::string("extends = \"s0.toml\"\n") + kScene),
+              HasSubstr("65 files read for one scene"));
+}
+
+TEST_F(SceneLimits, WhatCannotBeDoneIsRefusedBeforeAnyWork) {
+  EXPECT_EQ(
+      error_of(std::string(kScene) + "[identify]\ncutoff_hz = 125\n"),
+      "scene.toml:13: identify.cutoff_hz = 125 Hz; allowed: below 125 Hz, half the sample rate");
+  EXPECT_EQ(error_of(std::string(kScene) + "[evaluate]\nhorizons_s = []\n"),
+            "scene.toml:13: evaluate.horizons_s = an empty array; allowed: one horizon or more");
+  EXPECT_EQ(error_of(std::string(kScene) + "[evaluate]\ndraws = 3\n"),
+            "scene.toml:13: evaluate.draws = 3; allowed: 0 or at least 19");
+}
+
+TEST_F(SceneLimits, HorizonsAreInTheData) {
+  const scene::Scene scene =  // data can be made all the same
+      scene::load_problem(
+          write("scene.toml", std::string(kScene) + "[evaluate]\nhorizons_s = [0.1, 32]\n"))
+          .scene;
+  EXPECT_EQ(message_of([&] { scene::require_horizons(scene); }),
+            "scene.toml:13: evaluate.horizons_s = 32 s; allowed: up to 31.41 s, the length of a "
+            "recording");
+}
+
+// A file of another program with a table that says it has so many rows, none of them written.
+class Hdf5Limits : public FolderTest {
+ protected:
+  std::filesystem::path declare(std::uint64_t rows) const {
+    const std::array<hsize_t, 2> shape{rows, 2}, chunk{1024, 2};
+    const hid_t file = H5Fcreate(path("b.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t space = H5Screate_simple(2, shape.data(), nullptr);
+    const hid_t properties = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_chunk(properties, 2, chunk.data());
+    const hid_t table =
+        H5Dcreate2(file, "q", H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT);
+    H5Dclose(table);
+    H5Pclose(properties);
+    H5Sclose(space);
+    H5Fclose(file);
+    return path("b.h5");
+  }
+};
+
+TEST_F(Hdf5Limits, GiantTablesAreRefusedByTheirSize) {
+  for (const std::uint64_t rows : {std::uint64_t{1} << 40, std::uint64_t{1} << 59}) {
+    const H5Reader file(declare(rows), "");
+    EXPECT_THAT(message_of([&] { file.matrix("q"); }),
+                testing::AllOf(
+                    StartsWith(fmt::format("b.h5: table /q of {} x 2 numbers would take ", rows)),
+                    HasSubstr(" GB of memory; allowed: ")));
+  }
+}
+
+TEST_F(Hdf5Limits, ShapesAreTakenWithoutReading) {
+  const H5Reader file(declare(std::uint64_t{1} << 40), "");
+  EXPECT_EQ(file.shape("q").rows, std::int64_t{1} << 40);
+  EXPECT_EQ(file.shape("q").columns, 2);
+  EXPECT_EQ(file.shape("none").columns, 0);
+  const LogReader& reader = reader_for(path("b.h5"), "auto");
+  EXPECT_EQ(reader.name, "hdf5");
+  EXPECT_EQ(reader.names(path("b.h5"), {}), (std::vector<std::string>{"q1", "q2"}));
+}
+
+class McapLimits : public FolderTest {};
+
+TEST_F(McapLimits, ChunksAreRefusedByWhatTheySay) {
+  const auto error_of = [&](std::uint64_t size, int count) {
+    const std::string content = ByteWriter()
+                                    .number(std::uint64_t{0})
+                                    .number(std::uint64_t{0})
+                                    .number(size)
+                                    .number(std::uint32_t{0})
+                                    .text("zstd")
+                                    .number(std::uint64_t{0})
+                                    .bytes();
+    const std::string chunk = ByteWriter()
+                                  .number(std::uint8_t{6})
+                                  .number(static_cast<std::uint64_t>(content.size()))
+                                  .raw(content)
+                                  .bytes();
+    const auto contract = load_contract(write("contract.toml", mcap_sample(Recording(2)).contract));
+    const auto log = write("log.mcap", "\x89MCAP0\r\n" + repeated(chunk, count));
+    return message_of([&] { import_log(log, contract); });
+  };
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 30;
+  EXPECT_EQ(error_of(kMost + 1, 1),
+            "log.mcap: 1073741825 bytes in one chunk of an MCAP file; allowed: up to 1073741824");
+  EXPECT_EQ(
+      error_of(kMost, 17),
+      "log.mcap: 18253611008 bytes in all chunks of an MCAP file; allowed: up to 17179869184");
+  EXPECT_EQ(error_of(1, 1), "log.mcap: damaged: a chunk gives 0 of 1 bytes");
+}
+
+}  // namespace
+}  // namespace fricid::data

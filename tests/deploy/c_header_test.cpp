@@ -1,0 +1,64 @@
+// The C99 header against the engine, for everything that the tables of laws have.
+#include "fricid/deploy/c_header.hpp"
+
+#include <gtest/gtest.h>
+
+#include "fricid/base/error.hpp"
+#include "fricid/deploy/export.hpp"
+#include "law_errors.hpp"
+#include "temporary_folder.hpp"
+
+namespace fricid::deploy::test {
+namespace {
+
+// Elementary functions of the C library and of the engine differ by an ulp or two; the steps
+// contract, so that this does not grow.
+constexpr double kBar = 1e-12;
+
+void expect_equal_to_engine(const std::string& compiler, const std::string& options, double bar) {
+  const OwnFolder folder;
+  const auto models = all_models();
+  const auto errors = header_errors(models, compiler, options, folder.path());
+  for (std::size_t i = 0; i < models.size(); ++i)
+    EXPECT_LE(errors[i], bar) << models[i].name << " by " << compiler << " " << options;
+}
+
+TEST(CHeader, EveryLawAndModifierIsTheEngineWithEveryCompiler) {
+  for (const std::string& compiler : c_compilers()) expect_equal_to_engine(compiler, "", kBar);
+}
+
+TEST(CHeader, SanitizersFindNothing) {
+  expect_equal_to_engine(c_compilers().front(),
+                         "-O0 -fsanitize=undefined,float-divide-by-zero -fno-sanitize-recover=all",
+                         kBar);
+}
+
+// Decisions at a threshold (a gap that closes, a sample that is over) may fall one step apart in
+// single precision, so only the size of the error is claimed.
+TEST(CHeader, FloatCompilesAndFollows) {
+  for (const std::string& compiler : c_compilers())
+    expect_equal_to_engine(compiler, "-DFRICID_FLOAT", 0.1);
+}
+
+TEST(CHeader, SameModelSameBytes) {
+  for (const data::ModelFile& model : all_models()) EXPECT_EQ(c_header(model), c_header(model));
+}
+
+TEST(CHeader, NamesAreIdentifiers) {
+  data::ModelFile model;
+  model.name = "1-a.b";
+  model.seed = 3;
+  EXPECT_EQ(code_name(model), "m1_a_b_s3");
+}
+
+TEST(Export, UnknownFormatNamesTheKnown) {
+  try {
+    export_model(all_models()[0], "matlab");
+    FAIL() << "accepted";
+  } catch (const UserError& error) {
+    EXPECT_STREQ(error.what(), "unknown format 'matlab'; allowed: c, csv, urdf, mjcf");
+  }
+}
+
+}  // namespace
+}  // namespace fricid::deploy::test

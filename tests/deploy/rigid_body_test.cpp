@@ -1,0 +1,56 @@
+// The exported rigid body, read back by the URDF reader and by MuJoCo.
+#include <gtest/gtest.h>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/deploy/export.hpp"
+#include "fricid/sim/mujoco_arm.hpp"
+#include "source_dir.hpp"
+#include "temporary_folder.hpp"
+
+namespace fricid::deploy::test {
+namespace {
+
+data::ModelFile kr6() {
+  data::ModelFile model;
+  model.name = "lugre";
+  model.label = "LuGre";
+  model.arm.robot = dynamics::load_urdf(source_dir() / "models/kr6_r700/kr6_r700.urdf");
+  // as a fit leaves it: not the nominal one
+  model.arm.robot.pi.segment<10>(10) *= 1.1;
+  return model;
+}
+
+TEST(Urdf, ReadsBackWithTheSameParameters) {
+  const data::ModelFile model = kr6();
+  const Exported exported = export_model(model, "urdf");
+  const auto read = dynamics::parse_urdf(exported.files[0].text, exported.files[0].name);
+  ASSERT_EQ(read.n(), model.arm.robot.n());
+  const double largest = model.arm.robot.pi.cwiseAbs().maxCoeff();
+  for (int i = 0; i < 11 * read.n(); ++i)
+    EXPECT_NEAR(read.pi[i], model.arm.robot.pi[i], 1e-13 * largest)
+        << read.parameter_names()[static_cast<std::size_t>(i)];
+  for (std::size_t j = 0; j < read.joints.size(); ++j) {
+    EXPECT_LT((read.joints[j].R0 - model.arm.robot.joints[j].R0).cwiseAbs().maxCoeff(), 1e-14);
+    EXPECT_EQ(read.joints[j].p0, model.arm.robot.joints[j].p0);
+    EXPECT_EQ(read.joints[j].velocity, model.arm.robot.joints[j].velocity);
+  }
+  EXPECT_EQ(read.frames.size(), model.arm.robot.frames.size());
+}
+
+TEST(Mjcf, IsTheRobotInMujoco) {
+  const data::ModelFile model = kr6();
+  const OwnFolder folder;
+  save(export_model(model, "mjcf"), folder.path());
+  const sim::MujocoArm arm(folder.path() / "lugre_s1.xml", model.arm.robot, 1e-3);
+  EXPECT_LT(sim::dynamics_mismatch(arm, model.arm.robot), 1e-11);
+}
+
+TEST(RigidBody, InertiaThatNoBodyHasIsRefused) {
+  data::ModelFile model = kr6();
+  model.arm.robot.pi[0] = -1;
+  for (const char* format : {"urdf", "mjcf"}) EXPECT_THROW(export_model(model, format), UserError);
+}
+
+}  // namespace
+}  // namespace fricid::deploy::test

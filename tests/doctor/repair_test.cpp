@@ -1,0 +1,51 @@
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "fricid/base/error.hpp"
+#include "fricid/doctor/doctor.hpp"
+
+namespace fricid::doctor {
+namespace {
+
+data::Dataset log_with_a_gap(double seconds) {
+  constexpr int kLength = 100;
+  data::Dataset d;
+  d.name = "log";
+  d.joint_names = {"a"};
+  d.rate_hz = 100;
+  d.t = Eigen::VectorXd::LinSpaced(kLength, 0, 0.99);
+  d.t.tail(50).array() += seconds;
+  d.q = d.tau = data::RowMatrix::Random(kLength, 1);
+  return d;
+}
+
+std::vector<Finding> gap() { return {{.name = "gap", .signal = "t"}}; }
+
+TEST(Repair, FillsAGapWithMissingSamples) {
+  const std::vector<std::string> names{"gap"};
+  const data::Dataset d = repair(log_with_a_gap(0.2), gap(), names);
+  ASSERT_EQ(d.length(), 120);
+  EXPECT_TRUE(std::isfinite(d.q(49, 0)));
+  for (int k = 50; k < 70; ++k) EXPECT_TRUE(std::isnan(d.q(k, 0))) << k;
+  EXPECT_TRUE(std::isfinite(d.q(70, 0)));
+  EXPECT_NEAR(d.t[119], 1.19, 1e-12);
+}
+
+TEST(Repair, RefusesAGapThatNoLogHas) {
+  const std::vector<std::string> names{"gap"};
+  for (const double seconds : {1e6, 1e18, 1e300}) {
+    std::string said;
+    try {
+      repair(log_with_a_gap(seconds), gap(), names);
+    } catch (const UserError& error) {
+      said = error.what();
+    }
+    EXPECT_THAT(said, testing::MatchesRegex("log: [0-9]+ samples of a log after its gaps are "
+                                            "filled; allowed: up to 50000000"))
+        << seconds;
+  }
+}
+
+}  // namespace
+}  // namespace fricid::doctor

@@ -1,0 +1,122 @@
+// Friction and rigid body fitted together, the parts of the sum of laws and what held-out data
+// choose, on logs of a small arm.
+#include "fricid/estimate/torque/joint_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "arm_data.hpp"
+#include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/torque/sum_start.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+/// A small arm whose friction grows with load and ripples, and what is known before a fit.
+struct Logs {
+  Arm truth;
+  Prepared prepared;
+  MultiStepOptions windows;
+
+  Logs() {
+    truth.robot = small_arm();
+    const friction::JointSpec joint{{{"dahl", 0, {{"load", 1}, {"ripple", 1}}}}};
+    truth.friction.model = friction::RobotFriction({joint, joint, joint});
+    // Fc, sigma0, Fv, mu, n, A, phi
+    for (const double size : {1.0, 0.8, 0.5})
+      for (const double value : {6 * size, 3000 * size, 2 * size, 0.02, 100.0, 0.04, 0.7})
+        truth.friction.theta.push_back(value);
+    std::vector<data::Dataset> logs;
+    for (const std::uint64_t seed : {1, 2}) {
+      LogOptions options;
+      options.seed = seed;
+      logs.push_back(make_log(truth, options));
+    }
+    RigidBodyOptions options;
+    options.min_speed_rad_s = 0.1;
+    prepared = prepare(truth.robot, options, logs, 2);
+    windows.iterations = 20;
+  }
+};
+
+const Logs& logs() {
+  static const Logs made;
+  return made;
+}
+
+double parameter(const Arm& arm, int joint, std::string_view owner, std::string_view symbol) {
+  const int at = friction::find_parameter(arm.friction.model, joint, owner, symbol);
+  return arm.friction.theta.at(static_cast<std::size_t>(at));
+}
+
+// Load and gravity look alike: alternating fits leave mu at a fraction of its value.
+TEST(ArmTorqueFit, FindsLoadRippleAndGravityTogether) {
+  const JointFits fits(logs().prepared, logs().windows, 2);
+  const Arm start = fits.start(logs().truth.friction.model.joints()[0]);
+  const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
+  ASSERT_NE(fit.outcome, Outcome::kFailed) << fit.message;
+  for (int j = 0; j < 3; ++j) {
+    const double size = j == 0 ? 1 : j == 1 ? 0.8 : 0.5;
+    EXPECT_NEAR(parameter(fit.arm, j, "dahl", "Fc"), 6 * size, 0.05 * size) << j;
+    EXPECT_NEAR(parameter(fit.arm, j, "load", "mu"), 0.02, 2e-3) << j;
+    EXPECT_NEAR(parameter(fit.arm, j, "ripple", "n1"), 100, 0.5) << j;
+    EXPECT_NEAR(parameter(fit.arm, j, "ripple", "A1"), 0.04, 4e-3) << j;
+    EXPECT_LT(fit.sigma[j], 0.02 * size) << j;
+  }
+}
+
+TEST(ArmTorqueFit, DoesNotDependOnTheNumberOfThreads) {
+  const Arm start =
+      JointFits(logs().prepared, logs().windows, 1).start(friction::JointSpec{{{"dahl", 0, {}}}});
+  const ArmTorqueFit one =
+      JointFits(logs().prepared, logs().windows, 1).on_torque(start, JointFits::Rows::kTraining);
+  const ArmTorqueFit three =
+      JointFits(logs().prepared, logs().windows, 3).on_torque(start, JointFits::Rows::kTraining);
+  EXPECT_EQ(one.arm.friction.theta, three.arm.friction.theta);
+  EXPECT_EQ(one.arm.robot.pi, three.arm.robot.pi);
+}
+
+// What a fit holds stays, what it may move ends inside its bounds.
+TEST(ArmTorqueFit, KeepsToItsLimits) {
+  const JointFits fits(logs().prepared, logs().windows, 2);
+  const Arm start = fits.start(std::vector<friction::LvmParts>(3, {.elements = 3, .ripples = 0}));
+  const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
+  for (const Limit& limit : sum_limits(start.friction)) {
+    EXPECT_GE(fit.arm.friction.theta[limit.parameter], limit.lower * (1 - 1e-12));
+    EXPECT_LE(fit.arm.friction.theta[limit.parameter], limit.upper * (1 + 1e-12));
+  }
+}
+
+// Load and ripple are there: held-out torque says so.
+TEST(JointFits, HeldOutTorqueJudgesTheParts) {
+  const JointFits fits(logs().prepared, logs().windows, 2);
+  const Arm start = fits.start(std::vector<friction::LvmParts>(3, {.elements = 4}));
+  const Arm fitted = fits.on_torque(start, JointFits::Rows::kTraining).arm;
+  int load = 0, ripple = 0;
+  for (const PartEvidence& part : fits.judge_parts(fitted)) {
+    if (part.part == "load") load += part.on;
+    if (part.part == "ripple") ripple += part.on;
+    EXPECT_EQ(part.on, part.gain > part.error);
+  }
+  EXPECT_GE(load, 2);
+  EXPECT_EQ(ripple, 3);
+}
+
+TEST(FitModel, LvmTakesTheCandidateWithTheLeastHeldOutError) {
+  ModelOptions config;
+  config.name = config.law = "lvm";
+  config.method = Method::kJoint;
+  config.train = logs().windows;
+  const FitReport report = fit_model(logs().prepared, config, 1, 2);
+  ASSERT_TRUE(report.has_result()) << report.message;
+  const Split split = split_recordings(logs().prepared.recordings, config.train.hold_out);
+  const double taken =
+      held_out_error(report.model.arm, logs().prepared.recordings, split, config.train.judge, 2);
+  ASSERT_GE(report.candidates.size(), 6u);
+  for (const Candidate& candidate : report.candidates)
+    EXPECT_LE(taken, candidate.held_out * (1 + 1e-9)) << candidate.name;
+}
+
+}  // namespace
+}  // namespace fricid::estimate

@@ -1,0 +1,79 @@
+// The sum of laws: what of it is which law, to the last digits.
+#include "fricid/friction/sum.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace fricid::friction {
+namespace {
+
+/// The sum with the memory's parameters those of `law`, everything beside it at zero.
+Friction sum_of(const LvmParts& parts, const Friction& law) {
+  Friction out{RobotFriction({lvm_sum(parts)}), {}};
+  for (const ParameterRef& p : out.model.parameters()) {
+    const int same = find_parameter(law.model, 0, p.owner, p.symbol);
+    const bool memory = p.law == 0 && same >= 0;
+    const bool structure = p.info.role == Role::kSmoothingSpeed ||
+                           p.info.role == Role::kLoadSmoothing || p.info.role == Role::kExponent ||
+                           p.info.role == Role::kTemperature || p.info.role == Role::kWaveNumber;
+    out.theta.push_back(memory      ? law.theta[static_cast<std::size_t>(same)]
+                        : structure ? p.info.typical
+                                    : 0);
+  }
+  return out;
+}
+
+/// Largest difference of the torques along a motion with reversals, at changing load and grease.
+double largest_difference(const Friction& a, const Friction& b) {
+  std::vector<double> za(static_cast<std::size_t>(a.model.state_size()), 0.0),
+      zb(static_cast<std::size_t>(b.model.state_size()), 0.0);
+  double largest = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const double t = 0.004 * k;
+    const Input<double> in{std::sin(t), std::cos(3 * t) * std::cos(t), 30 * std::sin(2 * t),
+                           293 + 5 * t};
+    double tau_a = 0, tau_b = 0;
+    a.model.step_torque<double>(a.theta, {&in, 1}, 0.004, za, {&tau_a, 1});
+    b.model.step_torque<double>(b.theta, {&in, 1}, 0.004, zb, {&tau_b, 1});
+    largest = std::max(largest, std::abs(tau_a - tau_b));
+  }
+  return largest;
+}
+
+TEST(LvmSum, WithoutTheOtherPartsIsTheLawOfItsMemory) {
+  for (const Memory memory : {Memory::kBank, Memory::kBristle}) {
+    const LvmParts parts{.memory = memory, .elements = 4, .temperature = true, .ripples = 2};
+    const bool bank = memory == Memory::kBank;
+    Friction law{RobotFriction({JointSpec{{{bank ? "gms" : "lugre", bank ? 4 : 0, {}}}}}), {}};
+    law.theta = default_theta(law.model);
+    EXPECT_LT(largest_difference(sum_of(parts, law), law), 1e-12) << (bank ? "gms" : "lugre");
+    law.theta[0] *= 1.01;
+    Friction other = law;
+    other.theta[0] /= 1.01;
+    EXPECT_GT(largest_difference(sum_of(parts, law), other), 1e-3);
+  }
+}
+
+TEST(LvmSum, HasThePartsItIsAskedFor) {
+  const auto owners = [](const LvmParts& parts) {
+    std::string text;
+    for (const LawSpec& law : lvm_sum(parts).laws) {
+      text += law.law + ":";
+      for (const ModifierSpec& m : law.modifiers) text += m.name.substr(0, 1);
+      text += " ";
+    }
+    return text;
+  };
+  EXPECT_EQ(owners({.temperature = true}),
+            "gms:lrta viscous_power:ta coulomb_viscous:ta load_dependent: ");
+  EXPECT_EQ(owners({.memory = Memory::kBristle,
+                    .load = false,
+                    .power_flow = false,
+                    .asymmetry = false,
+                    .ripples = 0}),
+            "lugre: viscous_power: coulomb_viscous: ");
+}
+
+}  // namespace
+}  // namespace fricid::friction

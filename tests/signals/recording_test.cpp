@@ -1,0 +1,138 @@
+#include "fricid/signals/recording.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <gmock/gmock.h>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/rng.hpp"
+
+namespace fricid::signals {
+namespace {
+
+constexpr double kRate = 250, kCutoff = 10;
+constexpr double kTau = 2 * std::numbers::pi;
+
+// A one-joint log of T samples from functions of time.
+template <class Position, class Torque>
+Dataset make_log(int T, Position position, Torque torque) {
+  Dataset log;
+  log.name = "log";
+  log.joint_names = {"joint"};
+  log.rate_hz = kRate;
+  log.t = Eigen::VectorXd::LinSpaced(T, 0, (T - 1) / kRate);
+  log.q.resize(T, 1);
+  log.tau.resize(T, 1);
+  for (int k = 0; k < T; ++k) {
+    log.q(k, 0) = position(log.t[k]);
+    log.tau(k, 0) = torque(log.t[k]);
+  }
+  return log;
+}
+
+// Reference: central differences of the filtered sine, exact in the middle of the log.
+TEST(MakeRecording, DifferentiatesTheFilteredPosition) {
+  const double f = 1.5, w = kTau * f, dt = 1 / kRate;
+  const auto log = make_log(
+      2500, [&](double t) { return std::sin(w * t); }, [](double) { return 0.0; });
+  const Recording out = make_recording(log, kCutoff);
+  const double gain = ZeroPhaseButterworth(kCutoff, kRate).gain(f);
+  for (int k = 1000; k < 1500; ++k) {
+    const double t = log.t[k];
+    ASSERT_NEAR(out.narrow.v(k, 0), gain * std::cos(w * t) * std::sin(w * dt) / dt, 1e-9);
+    ASSERT_NEAR(out.narrow.a(k, 0), gain * std::sin(w * t) * 2 * (std::cos(w * dt) - 1) / (dt * dt),
+                1e-7);
+  }
+}
+
+// Reference: a unit mass under held torque. q at the samples is exact, so the second difference of
+// q must equal the torque in force around each sample: a log shifted by one sample fails here.
+TEST(MakeRecording, AlignsHeldTorqueWithTheAccelerationOfAUnitMass) {
+  const int T = 3000;
+  const double dt = 1 / kRate;
+  auto log = make_log(
+      T, [](double) { return 0.0; },
+      [](double t) { return std::sin(kTau * 3 * t) + 0.5 * std::cos(kTau * t); });
+  double q = 0, v = 0.1;
+  for (int k = 0; k < T; ++k) {
+    log.q(k, 0) = q;
+    const double a = log.tau(k, 0);
+    q += dt * v + 0.5 * dt * dt * a;
+    v += dt * a;
+  }
+  const Recording out = make_recording(log, kCutoff);
+  for (int k = 1000; k < 2000; ++k) ASSERT_NEAR(out.narrow.a(k, 0), out.filtered_tau(k, 0), 1e-8);
+}
+
+TEST(MakeRecording, BridgesMissingSamplesAndLeavesThemOut) {
+  auto log = make_log(
+      2000, [](double t) { return t; }, [](double t) { return 2 * t; });
+  for (int k = 900; k < 905; ++k) log.q(k, 0) = log.tau(k, 0) = std::nan("");
+  const Recording out = make_recording(log, kCutoff);
+  EXPECT_NEAR(out.narrow.q(902, 0), log.t[902], 1e-10);
+  EXPECT_NEAR(out.filtered_tau(902, 0), 2 * (log.t[902] - 0.5 / kRate), 1e-9);
+  EXPECT_FALSE(out.use(902, 0));
+  EXPECT_FALSE(out.use(880, 0));
+  EXPECT_TRUE(out.use(870, 0));
+  EXPECT_FALSE(out.use(0, 0));
+  EXPECT_FALSE(out.use(1999, 0));
+}
+
+// A joint that has not yet moved keeps a friction state that the log cannot know.
+TEST(MakeRecording, LeavesOutAJointUntilItHasMoved) {
+  const auto log = make_log(
+      2000, [](double t) { return t < 4 ? 1.0 : 1.0 + 0.1 * (t - 4); }, [](double) { return 0.0; });
+  const Recording out = make_recording(log, kCutoff);
+  const int moved = static_cast<int>((4 + kWashout / 0.1) * kRate);
+  EXPECT_FALSE(out.use(moved - 2, 0));
+  EXPECT_TRUE(out.use(moved + 2, 0));
+}
+
+// Five times this cut-off lies beyond the Nyquist frequency: the wide band ends at 0.4 of the rate.
+TEST(MakeRecording, FindsTheEncoderNoiseAtAHighCutoff) {
+  constexpr double kNoise = 1e-5, kHighCutoff = 30;
+  Rng rng(1, 0);
+  const Dataset log = make_log(
+      5000, [&](double t) { return 0.5 * std::sin(t) + kNoise * rng.normal(); },
+      [](double) { return 0.0; });
+  const Recording recording = make_recording(log, kHighCutoff);
+  EXPECT_NEAR(recording.noise_sd[0], kNoise, 0.1 * kNoise);
+}
+
+TEST(MakeRecording, RefusesWhatItCannotFilter) {
+  const auto zero = [](double) { return 0.0; };
+  EXPECT_THROW(make_recording(make_log(100, zero, zero), kCutoff), UserError);
+  auto empty = make_log(1000, zero, zero);
+  empty.tau.setConstant(std::nan(""));
+  EXPECT_THROW(make_recording(empty, kCutoff), UserError);
+}
+
+// One log, two bands: the wide one is the narrow one of a filter kWideBand times as wide, and the
+// log itself comes through untouched.
+TEST(MakeRecording, HoldsTheLogAndBothBandsOfItsMotion) {
+  const auto log = make_log(
+      3000, [](double t) { return std::sin(kTau * t) + 0.01 * std::sin(kTau * 12 * t); },
+      [](double t) { return std::cos(t); });
+  const Recording out = make_recording(log, kCutoff);
+  const Recording wider = make_recording(log, kWideBand * kCutoff);
+  EXPECT_EQ(out.log.q, log.q);
+  EXPECT_EQ(out.log.tau, log.tau);
+  EXPECT_EQ(out.wide.q, wider.narrow.q);
+  EXPECT_EQ(out.wide.v, wider.narrow.v);
+  EXPECT_EQ(&out.motion(Band::kWide), &out.wide);
+  EXPECT_EQ(&out.motion(Band::kNarrow), &out.narrow);
+  EXPECT_GT((out.wide.q - out.narrow.q).norm(), 0.1 * 0.01 * std::sqrt(3000.));
+}
+
+TEST(HeldTorque, RepeatsTheLastValue) {
+  const double gap = std::numeric_limits<double>::quiet_NaN();
+  RowMatrix tau(4, 2), expected(4, 2);
+  tau << gap, 1, 2, gap, gap, gap, 5, 6;
+  expected << 0, 1, 2, 1, 2, 1, 5, 6;
+  EXPECT_EQ(held_torque(tau), expected);
+}
+
+}  // namespace
+}  // namespace fricid::signals
