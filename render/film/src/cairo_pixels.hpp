@@ -1,15 +1,15 @@
 #pragma once
 
-#include <cairo.h>
-
 #include <memory>
+
+#include "cairo_library.hpp"
 
 #include "fricid/film/image.hpp"
 
 namespace fricid::film {
 
 struct SurfaceDeleter {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+  void operator()(cairo_surface_t* surface) const { cairo().surface_destroy(surface); }
 };
 using SurfacePtr = std::unique_ptr<cairo_surface_t, SurfaceDeleter>;
 

@@ -12,25 +12,26 @@
 namespace fricid::film {
 
 SurfacePtr surface_of(const Image& image) {
-  SurfacePtr surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
-  cairo_surface_flush(surface.get());
-  unsigned char* pixels = cairo_image_surface_get_data(surface.get());
-  const std::ptrdiff_t stride = cairo_image_surface_get_stride(surface.get());
+  SurfacePtr surface(cairo().image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+  cairo().surface_flush(surface.get());
+  unsigned char* pixels = cairo().image_surface_get_data(surface.get());
+  const std::ptrdiff_t stride = cairo().image_surface_get_stride(surface.get());
   for (int y = 0; y < image.height; ++y) {
     auto* to = reinterpret_cast<std::uint32_t*>(pixels + stride * y);
     const std::uint8_t* from = image.row(y);
     for (int x = 0; x < image.width; ++x, from += 3)
       to[x] = static_cast<std::uint32_t>(from[0] << 16 | from[1] << 8 | from[2]);
   }
-  cairo_surface_mark_dirty(surface.get());
+  cairo().surface_mark_dirty(surface.get());
   return surface;
 }
 
 Image image_of(cairo_surface_t& surface) {
-  cairo_surface_flush(&surface);
-  Image image(cairo_image_surface_get_width(&surface), cairo_image_surface_get_height(&surface));
-  const unsigned char* pixels = cairo_image_surface_get_data(&surface);
-  const std::ptrdiff_t stride = cairo_image_surface_get_stride(&surface);
+  cairo().surface_flush(&surface);
+  Image image(cairo().image_surface_get_width(&surface),
+              cairo().image_surface_get_height(&surface));
+  const unsigned char* pixels = cairo().image_surface_get_data(&surface);
+  const std::ptrdiff_t stride = cairo().image_surface_get_stride(&surface);
   for (int y = 0; y < image.height; ++y) {
     const auto* from = reinterpret_cast<const std::uint32_t*>(pixels + stride * y);
     std::uint8_t* to = image.row(y);
@@ -88,19 +89,19 @@ void save_png(const Image& image, const std::filesystem::path& path) {
   const SurfacePtr surface = surface_of(image);
   write_file_atomically(path, [&](const std::filesystem::path& part) {
     errno = 0;
-    const cairo_status_t status = cairo_surface_write_to_png(surface.get(), part.c_str());
+    const cairo_status_t status = cairo().surface_write_to_png(surface.get(), part.c_str());
     if (status != CAIRO_STATUS_SUCCESS)
       throw UserError("{}: cannot be written: {}", path.string(),
-                      errno != 0 ? std::strerror(errno) : cairo_status_to_string(status));
+                      errno != 0 ? std::strerror(errno) : cairo().status_to_string(status));
   });
 }
 
 Image load_png(const std::filesystem::path& path) {
-  const SurfacePtr surface(cairo_image_surface_create_from_png(path.c_str()));
-  if (const cairo_status_t status = cairo_surface_status(surface.get());
+  const SurfacePtr surface(cairo().image_surface_create_from_png(path.c_str()));
+  if (const cairo_status_t status = cairo().surface_status(surface.get());
       status != CAIRO_STATUS_SUCCESS)
-    throw UserError("{}: {}", path.string(), cairo_status_to_string(status));
-  const cairo_format_t format = cairo_image_surface_get_format(surface.get());
+    throw UserError("{}: {}", path.string(), cairo().status_to_string(status));
+  const cairo_format_t format = cairo().image_surface_get_format(surface.get());
   if (format != CAIRO_FORMAT_RGB24 && format != CAIRO_FORMAT_ARGB32)
     throw UserError("{}: found a PNG without 8-bit colours", path.string());
   return image_of(*surface);
