@@ -1,8 +1,16 @@
+# Code for a program as for a shared library (the Python module). Hidden symbols keep calls within it
+# as direct as in a program.
+function(fricid_position_independent target)
+  target_compile_options(${target} PRIVATE -fPIC)
+  set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+endfunction()
+
 # What the libraries after friction include, compiled once: the standard library, Eigen, fmt, and the
 # declarations of the parts of Eigen that base has compiled.
 function(fricid_precompile_headers)
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/headers.cpp CONTENT "")
   add_library(fricid_headers OBJECT EXCLUDE_FROM_ALL ${PROJECT_BINARY_DIR}/headers.cpp)
+  fricid_position_independent(fricid_headers)
   target_link_libraries(fricid_headers PRIVATE fricid_abi fricid_flags fricid_base Eigen3::Eigen fmt::fmt)
   target_precompile_headers(
     fricid_headers PRIVATE <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <limits> <map>
@@ -32,6 +40,7 @@ function(fricid_library name)
   target_include_directories(
     fricid_${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
                           $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  fricid_position_independent(fricid_${name})
   target_link_libraries(fricid_${name} PUBLIC fricid_abi ${arg_PUBLIC}
                                        PRIVATE $<BUILD_INTERFACE:fricid_flags> ${arg_PRIVATE})
   if(TARGET fricid_headers)
