@@ -1,4 +1,4 @@
-// The `fricid` program: options in, exit codes out.
+// Options in, exit codes out.
 #include <fcntl.h>
 
 #include <CLI/CLI.hpp>
@@ -19,10 +19,8 @@
 #include "fricid/film/options.hpp"
 #include "seeds.hpp"
 
+namespace fricid::cli {
 namespace {
-
-using namespace fricid;
-using namespace fricid::cli;
 
 enum ExitCode {
   kDone = 0,
@@ -75,7 +73,8 @@ int exit_code_once_printed(int code) {
 
 int exit_code_of(Verdict verdict) { return verdict == Verdict::kDone ? kDone : kVerdictNo; }
 
-int run_command_line(int argc, char** argv) {
+int exit_code_of_command_line(int argc, char** argv,
+                              const std::function<void(const ViewOptions&)>& view) {
   CLI::App app{"fricid: ground truth, identification and pictures for friction in robot joints"};
   app.require_subcommand(0, 1);
   app.set_help_all_flag("--help-all", "help of every command");
@@ -172,7 +171,13 @@ int run_command_line(int argc, char** argv) {
   view_command->add_option("--renderer", view_options.renderer, "of the screenshot")
       ->check(CLI::IsMember({"egl", "osmesa"}));
   add_common(*view_command, common, "fricid view run/kr6_demo");
-  view_command->callback([&] { command = [&] { return view(view_options); }; });
+  view_command->callback([&] {
+    command = [&] {
+      if (!view) throw UserError("this build has no viewer; docs/rendering.md says how to get it");
+      view(view_options);
+      return Verdict::kDone;
+    };
+  });
 
   auto* import_command =
       app.add_subcommand("import", "convert real logs to data sets (docs/your_own_log.md)");
@@ -273,7 +278,9 @@ int run_command_line(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int run_command_line(int argc, char** argv, const std::function<void(const ViewOptions&)>& view) {
   keep_standard_streams();
-  return exit_code_once_printed(run_command_line(argc, argv));
+  return exit_code_once_printed(exit_code_of_command_line(argc, argv, view));
 }
+
+}  // namespace fricid::cli

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "fricid/cli/command_line.hpp"
+
 namespace fricid::cli {
 
 struct CommonOptions {
@@ -31,13 +33,6 @@ struct RenderOptions {
   std::string renderer;           ///< empty: FRICID_GL or what is found
   std::filesystem::path still = "still.png";
   std::optional<double> at;  ///< time of the still [s]
-};
-
-struct ViewOptions {
-  std::filesystem::path target;              ///< run folder, scene or model
-  std::filesystem::path screenshot, script;  ///< empty: a window to play with
-  std::optional<double> at;                  ///< time of the screenshot [s]
-  std::string renderer;                      ///< off screen; empty: FRICID_GL or what is found
 };
 
 struct ImportOptions {
@@ -75,7 +70,6 @@ Verdict simulate(const RunOptions& options, const CommonOptions& common);
 Verdict identify(const RunOptions& options, const CommonOptions& common);
 Verdict evaluate(const RunOptions& options, const CommonOptions& common);
 Verdict render(const RenderOptions& options, const CommonOptions& common);
-Verdict view(const ViewOptions& options);
 Verdict import_logs(const ImportOptions& options, const CommonOptions& common);
 Verdict check(const CheckOptions& options, const CommonOptions& common);
 Verdict compare(const std::vector<std::filesystem::path>& folders,
