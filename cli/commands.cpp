@@ -7,10 +7,8 @@
 #include "fricid/base/files.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/data/artefact.hpp"
-#include "fricid/estimate/memory.hpp"
 #include "fricid/evaluate/compare.hpp"
 #include "fricid/evaluate/evaluate.hpp"
-#include "fricid/sim/simulation_size.hpp"
 #include "job.hpp"
 #include "seeds.hpp"
 
@@ -38,35 +36,6 @@ std::vector<workflow::FitRequest> requests_of(const scene::Problem& problem,
 
 scene::Problem problem_of(const RunOptions& options) {
   return workflow::load_problem(options.target, options.seed);
-}
-
-/// @throws UserError on a scene with nothing to fit
-void require_models(const scene::Scene& scene) {
-  if (scene.models.empty())
-    throw UserError("{}: no [[model]]; allowed: one or more to fit", scene.name);
-}
-
-/// @throws UserError on a scene with nothing to judge by
-void require_validation(const scene::Scene& scene) {
-  if (scene.simulates() && scene.excitation.validation == 0)
-    throw UserError("{}: excitation.validation = 0; allowed: 1 or more to evaluate",
-                    scene.origin.place("excitation.validation"));
-  if (!scene.simulates() && scene.data.validation.empty())
-    throw UserError("{}: data.validation is empty; allowed: one log or more to evaluate",
-                    scene.name);
-}
-
-/// Whatever of the work ahead takes too much memory is refused before the first of it.
-/// @throws UserError
-void require_memory_of_work(const scene::Problem& problem, const RunOptions& options, int jobs) {
-  if (!problem.scene.simulates()) return;
-  sim::require_memory_of_simulation(problem);
-  const sim::SimulationSize size = sim::size_of_simulation(problem);
-  const estimate::TrainingSize training{.samples = size.training * size.samples,
-                                        .longest = size.samples,
-                                        .rate_hz = problem.scene.sensors.rate_hz};
-  for (const workflow::FitRequest& fit : requests_of(problem, options))
-    estimate::require_memory_of_fit(fit.model, problem.robot, training, jobs, problem.scene.name);
 }
 
 /// Missing logs: a message, no failure, no folder.
@@ -128,11 +97,11 @@ workflow::Job open_job(scene::Problem problem, const RunOptions& options,
 
 Verdict run(const RunOptions& options, const CommonOptions& common) {
   scene::Problem problem = problem_of(options);
-  require_models(problem.scene);
-  require_validation(problem.scene);
+  workflow::require_models(problem.scene);
+  workflow::require_validation(problem.scene);
   scene::require_horizons(problem.scene);
   if (skipped(problem)) return Verdict::kDone;
-  require_memory_of_work(problem, options, common.jobs);
+  workflow::require_memory(problem, requests_of(problem, options), common.jobs);
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
   const bool sound = workflow::data_are_sound(job);
@@ -188,9 +157,9 @@ Verdict compare(const std::vector<fs::path>& folders, const fs::path& output,
 
 Verdict identify(const RunOptions& options, const CommonOptions& common) {
   scene::Problem problem = problem_of(options);
-  if (options.models.empty()) require_models(problem.scene);
+  if (options.models.empty()) workflow::require_models(problem.scene);
   if (skipped(problem)) return Verdict::kDone;
-  require_memory_of_work(problem, options, common.jobs);
+  workflow::require_memory(problem, requests_of(problem, options), common.jobs);
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
   const bool sound = workflow::data_are_sound(job);
@@ -201,7 +170,7 @@ Verdict identify(const RunOptions& options, const CommonOptions& common) {
 Verdict evaluate(const RunOptions& options, const CommonOptions& common) {
   workflow::require_run_folder(options.target);
   scene::Problem problem = problem_of(options);
-  if (options.data.empty()) require_validation(problem.scene);
+  if (options.data.empty()) workflow::require_validation(problem.scene);
   workflow::Job job = open_job(std::move(problem), options, common);
   const evaluate::Evaluation evaluation = workflow::evaluate(job, options.data);
   if (common.json)

@@ -42,16 +42,24 @@ void refuse_shared_logs(const scene::Problem& problem) {
     }
 }
 
+/// @param ran  whether the scene is that of a run folder: its arm was checked then
+scene::Problem checked_problem(scene::Scene scene, std::optional<std::uint64_t> seed, bool ran) {
+  if (seed) scene.seed = *seed;
+  scene::Problem problem = scene::resolve(std::move(scene));
+  if (!ran && problem.scene.simulates()) sim::make_arm(problem);
+  if (scene::data_available(problem, nullptr)) refuse_shared_logs(problem);
+  return problem;
+}
+
 }  // namespace
 
 scene::Problem load_problem(const fs::path& target, std::optional<std::uint64_t> seed) {
-  const bool again = is_run_folder(target);
-  scene::Scene scene = scene::load_scene(again ? RunFolder(target).scene() : target);
-  if (seed) scene.seed = *seed;
-  scene::Problem problem = scene::resolve(std::move(scene));
-  if (!again && problem.scene.simulates()) sim::make_arm(problem);
-  if (scene::data_available(problem, nullptr)) refuse_shared_logs(problem);
-  return problem;
+  const bool ran = is_run_folder(target);
+  return checked_problem(scene::load_scene(ran ? RunFolder(target).scene() : target), seed, ran);
+}
+
+scene::Problem load_problem_text(const std::string& text, std::optional<std::uint64_t> seed) {
+  return checked_problem(scene::load_scene_text(text), seed, false);
 }
 
 Job open_job(scene::Problem problem, const fs::path& path, bool fresh, int jobs,

@@ -83,7 +83,7 @@ Run::Run(fs::path path, bool fresh)
       new_(!fs::exists(folder_.path())),
       empty_(!fs::exists(folder_.manifest())),
       fresh_(fresh),
-      program_(sha256_of_file("/proc/self/exe")) {
+      program_(sha256_of_file(running_file())) {
   create(folder_.path());
   lock_ = std::make_unique<FileLock>(folder_.lock());
   manifest_ = read_manifest(folder_.manifest());

@@ -1,6 +1,8 @@
 #include "fricid/base/files.hpp"
 
+#include <dlfcn.h>
 #include <fcntl.h>
+#include <link.h>
 #include <openssl/evp.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -239,6 +241,15 @@ std::string read_recording(const fs::path& path) {
       require_memory(static_cast<double>(text.size()), path.string(), "its content");
   });
   return text;
+}
+
+fs::path running_file() {
+  Dl_info info;
+  void* map = nullptr;
+  const bool found = ::dladdr1(reinterpret_cast<const void*>(&running_file), &info, &map,
+                               RTLD_DL_LINKMAP) != 0;
+  const std::string_view name = found ? static_cast<const link_map*>(map)->l_name : "";
+  return name.empty() ? fs::path("/proc/self/exe") : fs::path(name);  // the program has no name
 }
 
 std::string sha256_of_file(const fs::path& path) {

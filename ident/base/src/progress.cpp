@@ -8,6 +8,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <utility>
 
 #include "fricid/base/names.hpp"
 
@@ -15,6 +16,12 @@ namespace fricid {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+// Set while no stage is under way, so that its readers need no lock.
+std::function<void(const Progress::Report&)>& listener() {
+  static std::function<void(const Progress::Report&)> function;
+  return function;
+}
 
 constexpr double kTerminalPeriod = 0.1, kLinePeriod = 10;  // [s]
 constexpr int kBarWidth = 24;
@@ -51,7 +58,7 @@ Progress::Progress(std::string_view stage, double total)
     : stage_(stage), total_(total), terminal_(::isatty(STDERR_FILENO) != 0), start_(Clock::now()) {}
 
 Progress::~Progress() {
-  if (shown_) show(seconds_since(start_), true);
+  if (shown_ || listener()) show(seconds_since(start_), true);
 }
 
 void Progress::advance(double amount, std::string_view figure) {
@@ -59,13 +66,15 @@ void Progress::advance(double amount, std::string_view figure) {
   done_ += amount;
   if (!figure.empty()) figure_ = figure;
   const double seconds = seconds_since(start_);
-  if (quiet || seconds - last_shown_ < (terminal_ ? kTerminalPeriod : kLinePeriod)) return;
+  const double period = terminal_ || listener() ? kTerminalPeriod : kLinePeriod;
+  if ((quiet && !listener()) || seconds - last_shown_ < period) return;
   last_shown_ = seconds;
   show(seconds, false);
 }
 
 void Progress::show(double seconds, bool last) {
   shown_ = true;
+  if (listener()) return listener()({stage_, done_, total_, seconds, figure_});
   const std::string line = progress_line(stage_, done_, total_, seconds, figure_);
   if (!terminal_) {
     std::fputs((line + '\n').c_str(), stderr);
@@ -81,6 +90,10 @@ void Progress::show(double seconds, bool last) {
 
 void Progress::set_quiet(bool value) { quiet = value; }
 
+void Progress::set_listener(std::function<void(const Report&)> function) {
+  listener() = std::move(function);
+}
+
 void install_stop_handler() {
   struct sigaction action = {};
   action.sa_handler = [](int) { stop = true; };
@@ -90,6 +103,8 @@ void install_stop_handler() {
   ::sigaction(SIGTERM, &action, nullptr);
 }
 
+void request_stop() { stop = true; }
+void forget_stop_request() { stop = false; }
 bool stop_requested() { return stop; }
 
 void throw_if_stopped() {

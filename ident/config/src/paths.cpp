@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
 
 namespace fricid::config {
 namespace {
@@ -24,12 +25,9 @@ std::string expand_variable(const std::string& name) {
 fs::path share_dir() {
   if (const char* share = std::getenv("FRICID_SHARE"); share && *share) return share;
   std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (!error) {
-    const fs::path installed = program.parent_path().parent_path() / "share" / "fricid";
-    if (fs::is_directory(installed, error)) return installed;
-  }
-  return FRICID_SOURCE_SHARE;
+  const fs::path running = fs::canonical(running_file(), error);
+  const fs::path installed = running.parent_path().parent_path() / "share" / "fricid";
+  return !error && fs::is_directory(installed, error) ? installed : FRICID_SOURCE_SHARE;
 }
 
 fs::path find_file(const std::string& name, const fs::path& folder) {

@@ -86,6 +86,13 @@ class Chain {
     files_.push_back(path);
     require_within(limits::kSceneFiles, files_.size(), files_.front().string());
     open_.push_back(std::filesystem::weakly_canonical(path));
+    toml::table merged = with_bases(std::move(table), path);
+    open_.pop_back();
+    return merged;
+  }
+
+  /// A table merged with what it extends. @param path  of its file
+  toml::table with_bases(toml::table table, const std::filesystem::path& path) {
     toml::table merged;
     if (const toml::node* extends = table.get("extends")) {
       if (const toml::array* names = extends->as_array(); names && !names->empty())
@@ -95,7 +102,6 @@ class Chain {
       table.erase("extends");
     }
     merge(merged, std::move(table));
-    open_.pop_back();
     return merged;
   }
 
@@ -138,6 +144,18 @@ toml::table parse_toml(const std::string& text, const std::string& path) {
 TomlFile load_toml(const std::filesystem::path& path) {
   TomlFile file{.path = path.string(), .table = {}, .files = {}};
   file.table = Chain(file.files).load(path);
+  return file;
+}
+
+TomlFile load_toml_text(const std::string& text, const std::string& name) {
+  TomlFile file{.path = name, .table = {}, .files = {}};
+  require_shallow(text, name);
+  try {
+    // without a path the nodes have no place
+    file.table = Chain(file.files).with_bases(toml::parse(std::string_view(text)), name);
+  } catch (const toml::parse_error& error) {
+    throw UserError("{}: not TOML: {}", name, one_line(error.description()));
+  }
   return file;
 }
 

@@ -26,10 +26,7 @@ SceneOrigin origin_of(const config::TomlFile& file) {
   return origin;
 }
 
-}  // namespace
-
-Scene load_scene(const fs::path& path) {
-  const config::TomlFile file = config::load_toml(path);
+Scene read_scene(const config::TomlFile& file) {
   Scene scene;
   scene.origin = origin_of(file);
   // The robot first: its joints are how many values the other sections need.
@@ -41,8 +38,16 @@ Scene load_scene(const fs::path& path) {
   SceneReader reader(file.table, "", file.path, scene.joints);
   scene.visit(reader);
   reader.refuse_unknown();
-  if (scene.name.empty()) scene.name = path.stem().string();
+  if (scene.name.empty()) scene.name = fs::path(file.path).stem().string();
   return scene;
+}
+
+}  // namespace
+
+Scene load_scene(const fs::path& path) { return read_scene(config::load_toml(path)); }
+
+Scene load_scene_text(const std::string& text) {
+  return read_scene(config::load_toml_text(text, "scene"));
 }
 
 std::string to_toml(const Scene& scene) {

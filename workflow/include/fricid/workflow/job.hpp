@@ -31,6 +31,9 @@ struct Job {
 scene::Problem load_problem(const std::filesystem::path& target,
                             std::optional<std::uint64_t> seed = {});
 
+/// The same of the text of a scene, see scene::load_scene_text.
+scene::Problem load_problem_text(const std::string& text, std::optional<std::uint64_t> seed = {});
+
 /// Opens or creates a run folder for a problem: the manifest names its sources, scene.toml is
 /// the scene as run.
 /// @throws UserError as Run::open, and when a source lies where the run writes
@@ -57,6 +60,15 @@ struct FitRequest {
 std::vector<FitRequest> requested_fits(const scene::Scene& scene,
                                        const std::vector<std::string>& names,
                                        const std::vector<int>& seeds);
+
+/// @throws UserError on a scene with nothing to fit
+void require_models(const scene::Scene& scene);
+/// @throws UserError on a scene with nothing to judge by
+void require_validation(const scene::Scene& scene);
+/// Whatever of the work ahead takes too much memory is refused before the first of it.
+/// @throws UserError
+void require_memory(const scene::Problem& problem, const std::vector<FitRequest>& requests,
+                    int jobs);
 
 /// Makes fits: models/, fit/. @param by_name  beside those of the scene: the evaluation counts them
 /// @return false when one failed its own health test

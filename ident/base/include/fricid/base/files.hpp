@@ -29,6 +29,10 @@ void remove_left_temporaries(const std::filesystem::path& folder);
 /// Whole content of a text file. @throws UserError if it is missing, a folder, or unreadable
 std::string read_file(const std::filesystem::path& path);
 
+/// The file that this code runs from: the program, or the shared library (the Python module) that
+/// holds it.
+std::filesystem::path running_file();
+
 /// SHA-256 of a file or a text as 64 hexadecimal digits.
 std::string sha256_of_file(const std::filesystem::path& path);
 std::string sha256_of_text(std::string_view text);

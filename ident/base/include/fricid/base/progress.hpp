@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -22,6 +23,18 @@ class Progress {
 
   /// Switches all progress output of the program off or on (option --quiet).
   static void set_quiet(bool quiet);
+
+  /// What is known of a stage at a moment.
+  struct Report {
+    std::string_view stage;
+    double done, total;
+    double seconds;           ///< since the stage began
+    std::string_view figure;  ///< a result to show; may be empty
+  };
+  /// Takes reports in place of stderr, at most ten a second of each stage and one at its end; from
+  /// any thread, one at a time for a stage. It must not throw. Empty: stderr again.
+  /// @pre no stage is under way
+  static void set_listener(std::function<void(const Report&)> listener);
 
  private:
   void show(double seconds, bool last);
@@ -45,6 +58,9 @@ struct Stopped {};
 /// Makes Ctrl-C and SIGTERM set a flag that long loops check between steps; a second signal ends
 /// the process at once. Call once, in main.
 void install_stop_handler();
+/// The same request by the process itself, and its end.
+void request_stop();
+void forget_stop_request();
 bool stop_requested();
 /// @throws Stopped after a stop was requested
 void throw_if_stopped();

@@ -7,7 +7,8 @@
 namespace fricid::config {
 
 /// Folder that holds models/ and scenes/: the environment variable FRICID_SHARE, else
-/// ../share/fricid beside the running program, else the source tree.
+/// ../share/fricid beside the program or Python module that runs, else
+/// the source tree.
 std::filesystem::path share_dir();
 
 /// Absolute path of an existing file. "$NAME/rest" starts at the environment variable NAME; a
