@@ -1,0 +1,155 @@
+"""The steps of a run, and its folder."""
+import json
+import os
+import pathlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+from . import _core
+from ._errors import UserError
+from ._scene import to_toml
+
+StrPath: TypeAlias = str | os.PathLike[str]
+SceneLike: TypeAlias = StrPath | Mapping[str, Any]
+#: Called with (stage, done, total, seconds, figure) up to ten times a second.
+ProgressCallback: TypeAlias = Callable[[str, float, float, float, str], object]
+
+
+class Run:
+    """A run folder: what a run read and wrote. Nothing is kept of the files."""
+
+    def __init__(self, folder: StrPath) -> None:
+        self.folder = pathlib.Path(folder)
+        if not (self.folder / "manifest.json").exists():
+            raise UserError(
+                f"{self.folder}: found no manifest.json; allowed: the folder of a run"
+            )
+
+    def __repr__(self) -> str:
+        return f"<fricid.Run {self.folder}>"
+
+    def __fspath__(self) -> str:
+        return str(self.folder)
+
+    def _json(self, name: str) -> dict[str, Any]:
+        result: dict[str, Any] = json.loads((self.folder / name).read_text())
+        return result
+
+    @property
+    def models(self) -> dict[str, _core.Model]:
+        """The identified models, by name and seed ("lugre_s1")."""
+        files = sorted((self.folder / "models").glob("*.json"))
+        return {file.stem: _core.Model.load(file) for file in files if file.stem != "oracle"}
+
+    @property
+    def fits(self) -> dict[str, dict[str, Any]]:
+        """The reports of the fits (docs/run_folder.md), by name and seed."""
+        files = sorted((self.folder / "fit").glob("*.json"))
+        return {file.stem: self._json(f"fit/{file.name}") for file in files}
+
+    @property
+    def evaluation(self) -> dict[str, Any]:
+        """evaluation.json."""
+        if not (self.folder / "evaluation.json").exists():
+            raise UserError(f"{self.folder}: was not evaluated; fricid.evaluate does it")
+        return self._json("evaluation.json")
+
+    @property
+    def table(self) -> list[dict[str, Any]]:
+        """One row per model: its name, and its errors at each horizon. For pandas.DataFrame."""
+        evaluation = self.evaluation
+        rows = []
+        for model in evaluation["summary"]:
+            row = {key: model[key] for key in ("name", "label", "seeds", "parameters", "friction")}
+            for horizon, mse in zip(evaluation["horizons_s"], model["q_mse_geometric_mean"]):
+                row[f"q_mse_{horizon:g}s"] = mse
+            row["doubts"] = "; ".join(model["doubts"])
+            rows.append(row)
+        return rows
+
+    @property
+    def doubts(self) -> list[str]:
+        """Why not to trust what was fitted or evaluated, one line each; empty: nothing found."""
+        found = [
+            f"{name}: {fault['joint'] + ': ' if fault['joint'] else ''}{fault['found']}; "
+            f"{fault['remedy']}"
+            for name, fit in self.fits.items()
+            for fault in fit["faults"]
+        ]
+        found += [f"{name}: {fit['message']}" for name, fit in self.fits.items()
+                  if not fit["usable"] and not fit["faults"]]
+        if (self.folder / "evaluation.json").exists():
+            evaluation = self.evaluation
+            for model in evaluation["summary"]:
+                found += [f"{model['name']}: {doubt}" for doubt in model["doubts"]]
+            found += [line for line in evaluation["meaningless"] if line]
+        return list(dict.fromkeys(found))
+
+    @property
+    def trusted(self) -> bool:
+        """Whether nothing speaks against the results: the program would end with 0, not 1."""
+        return not self.doubts
+
+
+def _source(scene: SceneLike | Run, folder: StrPath | None, seed: int | None, fresh: bool,
+            jobs: int) -> tuple[_core.Source, pathlib.Path]:
+    text: str | None = None
+    if isinstance(scene, Mapping):
+        text = to_toml(scene)
+        if folder is None:
+            raise UserError("folder is missing; allowed: the folder of the run")
+        path = pathlib.Path(folder)
+    else:
+        place = pathlib.Path(scene)
+        if folder is not None:
+            path = pathlib.Path(folder)
+        elif (place / "manifest.json").exists():
+            path = place
+        else:
+            raise UserError(f"{place}: folder is missing; allowed: the folder of the run")
+    source = pathlib.Path(scene) if text is None else text  # type: ignore[arg-type]
+    return _core.Source(source, path, seed, fresh, jobs), path
+
+
+def simulate(scene: SceneLike, folder: StrPath, *, seed: int | None = None, fresh: bool = False,
+             jobs: int = 0, progress: ProgressCallback | None = None) -> Run:
+    """Simulates the ground truth of a scene: recordings and truth, no fits.
+
+    scene: file, or dict of what a scene file says (file names start in the current folder).
+    folder: of the run; new, empty or that of an earlier run, which goes on.
+    seed: of the data, instead of the scene's. fresh: redo what is there. jobs: threads, 0: all.
+    """
+    source, path = _source(scene, folder, seed, fresh, jobs)
+    _core.simulate(source, progress)
+    return Run(path)
+
+
+def identify(scene: SceneLike | Run, folder: StrPath | None = None, *, models: Sequence[str] = (),
+             seeds: Iterable[int] = (), seed: int | None = None, fresh: bool = False,
+             jobs: int = 0, progress: ProgressCallback | None = None) -> Run:
+    """Fits models to the training data of a scene or run, which are made where they are missing.
+
+    models, seeds: of the scene, or these. A fit that is not to be trusted is no error: see
+    `Run.doubts`.
+    """
+    source, path = _source(scene, folder, seed, fresh, jobs)
+    _core.identify(source, list(models), list(seeds), progress)
+    return Run(path)
+
+
+def evaluate(run: Run | StrPath, *, data: Iterable[StrPath] = (), fresh: bool = False,
+             jobs: int = 0, progress: ProgressCallback | None = None) -> Run:
+    """Open loop of the models of a run against held-out data.
+
+    data: further recordings (HDF5), which the run never saw.
+    """
+    source, path = _source(run, None, None, fresh, jobs)
+    _core.evaluate(source, [pathlib.Path(file) for file in data], progress)
+    return Run(path)
+
+
+def draw(run: Run | StrPath, *, fresh: bool = False, jobs: int = 0,
+         progress: ProgressCallback | None = None) -> str:
+    """Plots (where gnuplot is) and report.html of a run. Returns why plots are missing, or ""."""
+    source, _ = _source(run, None, None, fresh, jobs)
+    return _core.draw(source, progress)

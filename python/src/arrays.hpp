@@ -1,0 +1,65 @@
+// Arrays of numpy as rows of samples or of a batch, in and out.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <string>
+
+#include "fricid/signals/matrix.hpp"
+
+namespace fricid::python {
+
+namespace nb = nanobind;
+
+/// What numpy makes an array of numbers from.
+struct ArrayLike {
+  nb::object value;
+};
+
+/// A read-only (n) or (N, n) array of doubles. Arrays of doubles in C order are seen as they are,
+/// others are copied.
+class Rows {
+ public:
+  /// @param name   for messages
+  /// @param width  n, the number of columns, or -1: any
+  /// @throws UserError when the shape is another or a value is not finite
+  Rows(const ArrayLike& array, const char* name, int width);
+
+  /// The same row everywhere.
+  Rows(const double value, int width);
+
+  Eigen::Index count() const { return rows_.rows(); }
+  bool is_one() const { return is_one_; }  ///< given as (n)
+  /// Row i of a batch; the only one stands for all.
+  const double* row(Eigen::Index i) const { return rows_.row(count() == 1 ? 0 : i).data(); }
+  Eigen::Map<const RowMatrix> matrix() const { return rows_; }
+
+ private:
+  nb::ndarray<const double, nb::c_contig, nb::device::cpu> array_;
+  RowMatrix own_;
+  Eigen::Map<const RowMatrix> rows_{nullptr, 0, 0};
+  bool is_one_ = true;
+};
+
+/// The same, but NaN stands for a missing value.
+RowMatrix samples(const ArrayLike& array, const char* name);
+
+/// A new array that owns the numbers; of the first row alone where `is_one`.
+nb::ndarray<nb::numpy, double> to_numpy(RowMatrix values, bool is_one = false);
+nb::ndarray<nb::numpy, double> to_numpy(const Eigen::VectorXd& values);
+
+}  // namespace fricid::python
+
+namespace nanobind::detail {
+
+template <>
+struct type_caster<fricid::python::ArrayLike> {
+  NB_TYPE_CASTER(fricid::python::ArrayLike, const_name("numpy.typing.ArrayLike"))
+  bool from_python(handle source, uint8_t /*flags*/, cleanup_list* /*cleanup*/) noexcept {
+    value.value = borrow(source);
+    return true;
+  }
+};
+
+}  // namespace nanobind::detail
