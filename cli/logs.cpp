@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "commands.hpp"
@@ -11,33 +10,17 @@
 #include "fricid/base/files.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/doctor/doctor.hpp"
-#include "fricid/dynamics/nominal.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
-#include "fricid/scene/problem.hpp"
+#include "fricid/signals/recording.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
-#include "fricid/workflow/recordings.hpp"
+#include "fricid/workflow/check.hpp"
 #include "fricid/workflow/run.hpp"
 
 namespace fricid::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The robot of a URDF, standing on the floor; nothing when none is named.
-/// @throws UserError when its joints are not those of the log
-std::optional<dynamics::RobotModel> load_robot(const fs::path& urdf,
-                                               const std::vector<std::string>& joints) {
-  if (urdf.empty()) return {};
-  dynamics::RobotModel robot = dynamics::load_urdf(urdf);
-  dynamics::require_inertia(robot, urdf.string());
-  std::vector<std::string> names;
-  for (const dynamics::Joint& joint : robot.joints) names.push_back(joint.name);
-  if (names != joints)
-    throw UserError("{}: joints {}; allowed: those of the log, {}", urdf.string(),
-                    fmt::join(names, " "), fmt::join(joints, " "));
-  return robot;
-}
 
 const dynamics::RobotModel* pointer(const std::optional<dynamics::RobotModel>& robot) {
   return robot ? &*robot : nullptr;
@@ -111,7 +94,7 @@ bool misleads(const std::vector<doctor::Finding>& findings, const std::vector<st
 
 Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const data::Contract contract = data::load_contract(options.contract);
-  const auto robot = load_robot(options.robot, contract.joint_names);
+  const auto robot = workflow::robot_of_log(options.robot, contract.joint_names);
   const std::vector<fs::path> paths = outputs_of(options);
   std::vector<data::Dataset> sets;
   std::vector<std::string> reports;
@@ -145,58 +128,16 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
 
 namespace {
 
-/// What `check` looks at.
-struct Subject {
-  std::vector<data::Dataset> sets;
-  std::optional<dynamics::RobotModel> robot;
-  estimate::RigidBodyOptions identify{};
-  sim::ExcitationOptions excitation{};
-  fs::path mjcf{};
-};
-
-/// Training and validation data of a run folder, which exist already.
-Subject load_run(const fs::path& folder) {
-  const workflow::RunFolder run(folder);
-  const scene::Problem problem = scene::load_problem(run.scene());
-  Subject subject{
-      {}, problem.robot, problem.scene.identify, problem.scene.excitation, problem.mjcf_path};
-  for (auto* name : {workflow::RunFolder::training, workflow::RunFolder::validation})
-    for (data::Dataset& set : workflow::load_recordings(run, name))
-      subject.sets.push_back(std::move(set));
-  if (subject.sets.empty())
-    throw UserError("{}: found no data; run `fricid simulate` or `fricid run` first",
-                    folder.string());
-  return subject;
+workflow::Subject subject_of(const CheckOptions& options) {
+  return workflow::is_run_folder(options.target)
+             ? workflow::subject_of_run(options.target)
+             : workflow::subject_of_log(options.target, options.contract, options.robot);
 }
 
-Subject load_subject(const CheckOptions& options) {
-  if (workflow::is_run_folder(options.target)) return load_run(options.target);
-  Subject subject;
-  const fs::path kind = options.target.extension();
-  if (options.contract.empty() && (kind == ".csv" || kind == ".txt" || kind == ".mcap"))
-    throw UserError("{}: a log needs --contract FILE; `fricid template contract` prints one",
-                    options.target.string());
-  if (options.contract.empty())
-    subject.sets.push_back(data::load_dataset(options.target));
-  else
-    subject.sets.push_back(data::read_log(options.target, data::load_contract(options.contract)));
-  subject.robot = load_robot(options.robot, subject.sets[0].joint_names);
-  return subject;
-}
-
-/// Whether the times allow a regression; if not, says so.
-bool regular(const std::vector<data::Dataset>& sets) {
-  try {
-    for (const data::Dataset& d : sets) data::check_dataset(d, d.name);
-  } catch (const UserError& error) {
-    fmt::print(stderr, "parameters: not examined: {}\n", error.what());
-    return false;
-  }
-  return true;
-}
-
-void design_next(const Subject& subject, const std::vector<signals::Recording>& recordings,
-                 const fs::path& file, int jobs) {
+void design_next(const workflow::Subject& subject, const fs::path& file, int jobs) {
+  std::vector<signals::Recording> recordings;
+  for (const data::Dataset& d : subject.sets)
+    recordings.push_back(signals::make_recording(d, subject.identify.cutoff_hz));
   sim::ExcitationOptions config = subject.excitation;
   config.train = 1;
   config.validation = 0;
@@ -235,42 +176,34 @@ void require_design_name(const CheckOptions& options) {
 
 Verdict check(const CheckOptions& options, const CommonOptions& common) {
   require_design_name(options);
-  const Subject subject = load_subject(options);
-  bool whole = true;
-  nlohmann::ordered_json result{{"format", "fricid.check/1"},
-                                {"doctor", nlohmann::ordered_json::array()}};
-  for (const data::Dataset& d : subject.sets) {
-    const auto findings = doctor::diagnose(d, pointer(subject.robot));
-    whole = whole && !damaged(findings);
-    result["doctor"].push_back(nlohmann::ordered_json::parse(doctor::to_json(findings, d)));
-    if (!common.json && !damaged(findings))
+  const workflow::Subject subject = subject_of(options);
+  if (!subject.robot && !options.design.empty())
+    throw UserError("--design: needs a robot: --robot URDF, or the folder of a run");
+  const workflow::CheckReport report = workflow::check(subject);
+  for (std::size_t i = 0; i < subject.sets.size() && !common.json; ++i) {
+    const data::Dataset& d = subject.sets[i];
+    if (!damaged(report.findings[i]))
       fmt::print("{}: {:.4g} s at {:.4g} Hz: no damage found\n", printable(d.name),
                  d.t[d.length() - 1] - d.t[0], d.rate_hz);
-    if (!common.json) print_findings(told(findings, options.verbose), d, {}, stdout);
+    print_findings(told(report.findings[i], options.verbose), d, {}, stdout);
   }
   if (!subject.robot) {
     fmt::print(stderr, "parameters: not examined: --robot names no URDF\n");
-    if (!options.design.empty())
-      throw UserError("--design: needs a robot: --robot URDF, or the folder of a run");
-  } else if (regular(subject.sets)) {
-    std::vector<signals::Recording> recordings;
-    for (const data::Dataset& d : subject.sets)
-      recordings.push_back(signals::make_recording(d, subject.identify.cutoff_hz));
-    estimate::IdentifiabilityOptions how;
-    how.rigid_body = subject.identify;
-    const auto report = estimate::examine_data(*subject.robot, recordings, how);
-    result["identifiability"] =
-        nlohmann::ordered_json::parse(estimate::to_json(report, *subject.robot));
+  } else if (!report.parameters) {
+    fmt::print(stderr, "parameters: not examined: {}\n", report.not_examined);
+  } else {
     if (!common.json) {
-      std::fputs(estimate::to_summary(report, *subject.robot).c_str(), stdout);
-      if (options.verbose) std::fputs(estimate::to_text(report, *subject.robot).c_str(), stdout);
+      std::fputs(estimate::to_summary(*report.parameters, *subject.robot).c_str(), stdout);
+      if (options.verbose)
+        std::fputs(estimate::to_text(*report.parameters, *subject.robot).c_str(), stdout);
     }
-    if (!options.design.empty()) design_next(subject, recordings, options.design, common.jobs);
+    if (!options.design.empty()) design_next(subject, options.design, common.jobs);
   }
-  if (common.json) std::printf("%s\n", result.dump(2).c_str());
+  const std::string result = workflow::to_json(report, subject);
+  if (common.json) std::fputs(result.c_str(), stdout);
   if (workflow::is_run_folder(options.target))
-    write_file_atomically(workflow::RunFolder(options.target).check(), result.dump(2) + "\n");
-  return whole ? Verdict::kDone : Verdict::kNo;
+    write_file_atomically(workflow::RunFolder(options.target).check(), result);
+  return report.whole() ? Verdict::kDone : Verdict::kNo;
 }
 
 }  // namespace fricid::cli

@@ -11,17 +11,23 @@ from . import _native
 
 _native.load()
 
-from ._core import Friction, Model
+from ._core import Estimate, Filter, Friction, Log, Model, Motion
 from ._errors import Error, Failure, UserError
-from ._run import Run, draw, evaluate, identify, simulate
+from ._run import Check, Run, check, draw, evaluate, identify, simulate
 
 __all__ = [
+    "Check",
     "Error",
+    "Estimate",
     "Failure",
+    "Filter",
     "Friction",
+    "Log",
     "Model",
+    "Motion",
     "Run",
     "UserError",
+    "check",
     "draw",
     "evaluate",
     "identify",

@@ -1,4 +1,5 @@
 """The steps of a run, and its folder."""
+import dataclasses
 import json
 import os
 import pathlib
@@ -146,6 +147,35 @@ def evaluate(run: Run | StrPath, *, data: Iterable[StrPath] = (), fresh: bool = 
     source, path = _source(run, None, None, fresh, jobs)
     _core.evaluate(source, [pathlib.Path(file) for file in data], progress)
     return Run(path)
+
+
+@dataclasses.dataclass(frozen=True)
+class Check:
+    """What a check found."""
+
+    whole: bool  #: no damage
+    report: dict[str, Any]  #: fricid.check/1
+    text: str  #: the same in words
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def check(data: Run | _core.Log | StrPath, *, robot: StrPath | None = None,
+          contract: StrPath | None = None) -> Check:
+    """Faults of data, and with a robot which parameters they identify.
+
+    data: a run, a Log, a data set (HDF5), or a log file with its contract. robot: URDF.
+    """
+    urdf = pathlib.Path(robot) if robot is not None else pathlib.Path()
+    if isinstance(data, _core.Log):
+        found = _core.check_log(data, urdf)
+    elif (pathlib.Path(data) / "manifest.json").exists():
+        found = _core.check_run(pathlib.Path(data))
+    else:
+        columns = pathlib.Path(contract) if contract is not None else pathlib.Path()
+        found = _core.check_file(pathlib.Path(data), columns, urdf)
+    return Check(found[0], json.loads(found[1]), found[2])
 
 
 def draw(run: Run | StrPath, *, fresh: bool = False, jobs: int = 0,

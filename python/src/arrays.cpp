@@ -68,6 +68,13 @@ RowMatrix samples(const ArrayLike& array, const char* name) {
                                      static_cast<Eigen::Index>(found.shape(1)));
 }
 
+RowMatrix one_sample(const ArrayLike& array, const char* name, int n) {
+  const Array found = doubles(array, name);
+  if (found.ndim() != 1 || found.shape(0) != static_cast<std::size_t>(n))
+    throw UserError("{} has the shape {}; allowed: ({})", name, shape_of(found), n);
+  return Eigen::Map<const RowMatrix>(found.data(), 1, n);
+}
+
 nb::ndarray<nb::numpy, double> to_numpy(RowMatrix values, bool is_one) {
   auto* kept = new RowMatrix(std::move(values));
   const std::size_t shape[] = {static_cast<std::size_t>(kept->rows()),

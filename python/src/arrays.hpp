@@ -42,8 +42,10 @@ class Rows {
   bool is_one_ = true;
 };
 
-/// The same, but NaN stands for a missing value.
+/// Samples (T, n), NaN where a value is missing. @throws UserError on another shape
 RowMatrix samples(const ArrayLike& array, const char* name);
+/// One sample (n) as a row, NaN where a value is missing. @throws UserError on another shape
+RowMatrix one_sample(const ArrayLike& array, const char* name, int n);
 
 /// A new array that owns the numbers; of the first row alone where `is_one`.
 nb::ndarray<nb::numpy, double> to_numpy(RowMatrix values, bool is_one = false);

@@ -109,8 +109,7 @@ class Friction {
     if (!(dt > 0)) throw UserError("dt = {} s; allowed: above 0", dt);
     const Batch motion(*this, q, v, nullptr, load, temperature);
     const auto along = [&](const Rows& rows) {
-      return RowMatrix(rows.count() == 1 ? rows.matrix().replicate(motion.count, 1)
-                                         : rows.matrix());
+      return RowMatrix(rows.matrix().replicate(rows.count() == 1 ? motion.count : 1, 1));
     };
     const Rows start = z0 ? Rows(*z0, "z0", state_size()) : Rows(0, state_size());
     if (start.count() != 1) throw UserError("z0 has {} rows; allowed: one state", start.count());
@@ -217,7 +216,7 @@ std::pair<std::vector<fs::path>, std::vector<std::string>> export_model(const Mo
 
 }  // namespace
 
-void bind_model(nb::module_& m) {
+nb::class_<Model> bind_model(nb::module_& m) {
   using nb::literals::operator""_a;
 
   nb::class_<Friction>(
@@ -247,7 +246,9 @@ void bind_model(nb::module_& m) {
           "Torque (T, n) and states (T, state_size) along a motion q, v (T, n), dt [s] apart, from "
           "z0, rest if not given.");
 
-  nb::class_<Model>(m, "Model", "An identified robot: rigid body, friction and, if fitted, noise.")
+  nb::class_<Model> model(m, "Model",
+                          "An identified robot: rigid body, friction and, if fitted, noise.");
+  model
       .def_static(
           "load",
           [](const fs::path& path) {
@@ -255,24 +256,25 @@ void bind_model(nb::module_& m) {
           },
           "path"_a, "A model file, as a run has them in models/.")
       .def(
-          "save", [](const Model& model, const fs::path& path) { save_model(*model.file, path); },
+          "save", [](const Model& self, const fs::path& path) { save_model(*self.file, path); },
           "path"_a, "The same bytes as the file it came from.")
-      .def_prop_ro("name", [](const Model& model) { return model.file->name; })
-      .def_prop_ro("label", [](const Model& model) { return model.file->label; })
-      .def_prop_ro("seed", [](const Model& model) { return model.file->seed; })
+      .def_prop_ro("name", [](const Model& self) { return self.file->name; })
+      .def_prop_ro("label", [](const Model& self) { return self.file->label; })
+      .def_prop_ro("seed", [](const Model& self) { return self.file->seed; })
       .def_prop_ro(
-          "free_parameters", [](const Model& model) { return model.file->free_parameters; },
+          "free_parameters", [](const Model& self) { return self.file->free_parameters; },
           "Number of fitted values.")
       .def_prop_ro("joint_names", &joint_names)
-      .def_prop_ro("friction", [](const Model& model) { return Friction(model.file); })
+      .def_prop_ro("friction", [](const Model& self) { return Friction(self.file); })
       .def(
           "export", &export_model, "format"_a, "folder"_a,
           "Writes the model as a format of `fricid export` (c, csv, urdf, mjcf). Returns the files "
           "and what the format cannot say.")
-      .def("__repr__", [](const Model& model) {
-        return fmt::format("<fricid.Model {} seed {}, {} joints>", model.file->name,
-                           model.file->seed, model.file->arm.robot.n());
+      .def("__repr__", [](const Model& self) {
+        return fmt::format("<fricid.Model {} seed {}, {} joints>", self.file->name,
+                           self.file->seed, self.file->arm.robot.n());
       });
+  return model;
 }
 
 }  // namespace fricid::python

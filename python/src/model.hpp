@@ -13,6 +13,6 @@ struct Model {
   std::shared_ptr<const data::ModelFile> file;
 };
 
-void bind_model(nanobind::module_& m);
+nanobind::class_<Model> bind_model(nanobind::module_& m);
 
 }  // namespace fricid::python

@@ -7,7 +7,10 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/base/progress.hpp"
+#include "check.hpp"
+#include "log.hpp"
 #include "model.hpp"
+#include "motion.hpp"
 #include "run.hpp"
 
 namespace fricid::python {
@@ -17,7 +20,7 @@ namespace nb = nanobind;
 
 /// A class of the package's errors, for as long as the process lives.
 PyObject* error_class(const char* name) {
-  return nb::module_::import_("fricid._errors").attr(name).release().ptr();
+  return nb::object(nb::module_::import_("fricid._errors").attr(name)).release().ptr();
 }
 
 /// Errors become the package's, with the sentences of the program. What is not named here is left
@@ -47,6 +50,9 @@ void translate(const std::exception_ptr& error, void* /*payload*/) {
 NB_MODULE(_core, m) {
   m.doc() = "fricid in C++; use the package fricid.";
   nanobind::register_exception_translator(&fricid::python::translate);
-  fricid::python::bind_model(m);
+  fricid::python::bind_log(m);
+  auto model = fricid::python::bind_model(m);
+  fricid::python::bind_motion(m, model);
+  fricid::python::bind_check(m);
   fricid::python::bind_run(m);
 }

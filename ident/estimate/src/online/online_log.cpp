@@ -15,18 +15,19 @@ namespace {
 constexpr double kStartSpeed = 0.05;  // sd of the first velocity [rad/s]
 constexpr double kStartPasses = 100;  // sd of the first z over sd of its noise per sample
 
-LatentNoise noise_of(const data::ModelFile& model, const data::Dataset& log) {
+LatentNoise noise_of(const data::ModelFile& model, Eigen::Index joints, double rate_hz,
+                     std::string_view where) {
   if (!model.noise)
     throw UserError("model {}: noise is missing; allowed: a model written by fricid identify",
                     model.name);
-  if (model.arm.robot.n() != log.n())
-    throw UserError("{}: {} joints, model {} has {}", log.name, log.n(), model.name,
+  if (model.arm.robot.n() != joints)
+    throw UserError("{}: {} joints, model {} has {}", where, joints, model.name,
                     model.arm.robot.n());
-  if (std::abs(model.noise->dt * log.rate_hz - 1) > 1e-6)
-    throw UserError("{}: rate {} Hz; allowed for the noise of model {}: {} Hz", log.name,
-                    log.rate_hz, model.name, 1 / model.noise->dt);
+  if (!(std::abs(model.noise->dt * rate_hz - 1) <= 1e-6))
+    throw UserError("{}: rate {} Hz; allowed for the noise of model {}: {} Hz", where, rate_hz,
+                    model.name, 1 / model.noise->dt);
   LatentNoise noise = *model.noise;
-  noise.R = noise.R.head(log.n()).eval();
+  noise.R = noise.R.head(joints).eval();
   return noise;
 }
 
@@ -46,18 +47,23 @@ void put(OnlineLog& out, int t, const OnlineEstimate& now) {
 
 }  // namespace
 
+OnlineEstimator begin_online(const data::ModelFile& model, const Eigen::VectorXd& q, double rate_hz,
+                             const OnlineOptions& options, std::string_view where) {
+  const LatentNoise noise = noise_of(model, q.size(), rate_hz, where);
+  const auto n = q.size(), nz = Eigen::Index{model.arm.friction.model.state_size()};
+  return {model.arm, noise,
+          online_start(q, Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(nz), noise, kStartSpeed,
+                       kStartPasses * noise.z.cwiseSqrt()),
+          options};
+}
+
 OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& log,
                        const OnlineOptions& options) {
-  const LatentNoise noise = noise_of(model, log);
   const int n = log.n(), nz = model.arm.friction.model.state_size(), T = log.length();
   require_memory(
       2 * memory_of_filter(options.particles, 2 * n + nz) + 8.0 * T * (2 * (3 * n + nz) + 3),
       log.name, fmt::format("the filter of {} particles", options.particles));
-  OnlineEstimator estimator(
-      model.arm, noise,
-      online_start(log.q.row(0), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(nz), noise,
-                   kStartSpeed, kStartPasses * noise.z.cwiseSqrt()),
-      options);
+  OnlineEstimator estimator = begin_online(model, log.q.row(0), log.rate_hz, options, log.name);
 
   OnlineLog out;
   out.joint_names = log.joint_names;

@@ -1,6 +1,8 @@
 // The online estimator over a whole log.
 #pragma once
 
+#include <string_view>
+
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/estimate_file.hpp"
 #include "fricid/data/model_file.hpp"
@@ -12,6 +14,12 @@ namespace fricid::estimate {
 struct OnlineLog : data::EstimateSignals {
   int lost = 0;  ///< samples that no particle explained
 };
+
+/// The filter of a model from rest at positions q (n) [rad]; latent states begin unknown.
+/// @param where  starts the message
+/// @throws UserError when the model carries no noise, or joints or rate differ
+OnlineEstimator begin_online(const data::ModelFile& model, const Eigen::VectorXd& q, double rate_hz,
+                             const OnlineOptions& options, std::string_view where);
 
 /// Runs the filter over a log, from rest at its first position; latent states begin unknown.
 /// Missing torques are held.

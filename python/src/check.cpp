@@ -1,0 +1,62 @@
+// What is wrong with data, and what they identify.
+#include "check.hpp"
+
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+
+#include <tuple>
+
+#include "fricid/workflow/check.hpp"
+#include "job.hpp"
+
+namespace fricid::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Whether the data are whole, the report as JSON, the same in words.
+using Report = std::tuple<bool, std::string, std::string>;
+
+Report report_of(const workflow::Subject& subject) {
+  const workflow::CheckReport report = workflow::check(subject);
+  std::string words;
+  for (std::size_t i = 0; i < subject.sets.size(); ++i)
+    for (const doctor::Finding& finding : report.findings[i])
+      words += subject.sets[i].name + ": " + doctor::to_text(finding, subject.sets[i]) + "\n";
+  words += report.parameters ? estimate::to_summary(*report.parameters, *subject.robot)
+                             : "parameters: not examined: " + report.not_examined + "\n";
+  return {report.whole(), workflow::to_json(report, subject), words};
+}
+
+}  // namespace
+
+void bind_check(nb::module_& m) {
+  using nb::literals::operator""_a;
+  m.def(
+      "check_run",
+      [](const fs::path& folder) {
+        return job(nb::none(), [&] { return report_of(workflow::subject_of_run(folder)); });
+      },
+      "folder"_a);
+  m.def(
+      "check_file",
+      [](const fs::path& log, const fs::path& contract, const fs::path& robot) {
+        return job(nb::none(),
+                   [&] { return report_of(workflow::subject_of_log(log, contract, robot)); });
+      },
+      "log"_a, "contract"_a, "robot"_a);
+  m.def(
+      "check_log",
+      [](const data::Dataset& log, const fs::path& robot) {
+        return job(nb::none(), [&] {
+          workflow::Subject subject;
+          subject.robot = workflow::robot_of_log(robot, log.joint_names);
+          subject.sets.push_back(log);
+          return report_of(subject);
+        });
+      },
+      "log"_a, "robot"_a);
+}
+
+}  // namespace fricid::python

@@ -1,0 +1,126 @@
+// Log: the signals of a recording, from arrays or files.
+#include "log.hpp"
+
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <utility>
+
+#include "arrays.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/data/contract.hpp"
+#include "fricid/data/log_part.hpp"
+
+namespace fricid::python {
+namespace {
+
+namespace fs = std::filesystem;
+using data::Dataset;
+using View = nb::ndarray<nb::numpy, const double>;
+
+void warn(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings)
+    if (PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0) throw nb::python_error();
+}
+
+/// @throws UserError when a signal has another shape than q
+RowMatrix of_shape(const std::optional<ArrayLike>& array, const char* name, const RowMatrix& q) {
+  if (!array) return {};
+  RowMatrix values = samples(*array, name);
+  if (values.rows() != q.rows() || values.cols() != q.cols())
+    throw UserError("{} has the shape ({}, {}); allowed: ({}, {}), as q", name, values.rows(),
+                    values.cols(), q.rows(), q.cols());
+  return values;
+}
+
+Dataset make_log(const ArrayLike& q, const ArrayLike& tau, double rate_hz,
+                 const std::optional<ArrayLike>& v, const std::optional<ArrayLike>& temperature,
+                 std::optional<std::vector<std::string>> joint_names, std::string name) {
+  Dataset d;
+  d.name = std::move(name);
+  d.source = "arrays";
+  if (!(rate_hz > 0)) throw UserError("rate_hz = {}; allowed: above 0 Hz", rate_hz);
+  d.rate_hz = rate_hz;
+  d.q = samples(q, "q");
+  d.tau = of_shape(tau, "tau", d.q);
+  d.v = of_shape(v, "v", d.q);
+  d.temperature = of_shape(temperature, "temperature", d.q);
+  d.t = Eigen::VectorXd::LinSpaced(d.q.rows(), 0, static_cast<double>(d.q.rows() - 1) / rate_hz);
+  if (joint_names && std::ssize(*joint_names) != d.n())
+    throw UserError("joint_names: {} names; allowed: {}, one per column of q", joint_names->size(),
+                    d.n());
+  for (int j = 0; j < d.n(); ++j)
+    d.joint_names.push_back(joint_names ? (*joint_names)[static_cast<std::size_t>(j)]
+                                        : fmt::format("joint_{}", j + 1));
+  warn(data::check_dataset(d, d.name));
+  return d;
+}
+
+/// A signal as it lies in the log, which lives as long as the array.
+View view(nb::handle log, const RowMatrix& signal) {
+  return {signal.data(),
+          {static_cast<std::size_t>(signal.rows()), static_cast<std::size_t>(signal.cols())},
+          log};
+}
+std::optional<View> optional_view(nb::handle log, const RowMatrix& signal) {
+  return signal.size() > 0 ? std::optional(view(log, signal)) : std::nullopt;
+}
+const Dataset& of(nb::handle log) { return nb::cast<const Dataset&>(log); }
+
+}  // namespace
+
+void bind_log(nb::module_& m) {
+  using nb::literals::operator""_a;
+  nb::class_<Dataset>(
+      m, "Log",
+      "The signals of a recording: T samples of n joints. tau is held until the next sample; "
+      "missing values are NaN.")
+      .def(
+          "__init__",
+          [](Dataset* self, const ArrayLike& q, const ArrayLike& tau, double rate_hz,
+             const std::optional<ArrayLike>& v, const std::optional<ArrayLike>& temperature,
+             std::optional<std::vector<std::string>> joint_names, std::string name) {
+            new (self) Dataset(
+                make_log(q, tau, rate_hz, v, temperature, std::move(joint_names), std::move(name)));
+          },
+          "q"_a, "tau"_a, "rate_hz"_a, nb::kw_only(), "v"_a = nb::none(),
+          "temperature"_a = nb::none(), "joint_names"_a = nb::none(), "name"_a = "log",
+          "q (T, n) [rad], tau (T, n) [N m], v (T, n) [rad/s], temperature (T, n) [K].")
+      .def_static("load", &data::load_dataset, "path"_a,
+                  "A data set (HDF5), as a run has in data/.")
+      .def_static(
+          "read",
+          [](const fs::path& path, const fs::path& contract) {
+            Dataset log = data::import_log(path, data::load_contract(contract));
+            warn(data::check_dataset(log, path.string()));
+            return log;
+          },
+          "path"_a, "contract"_a, "A log file of another program, by its contract.")
+      .def(
+          "save", [](const Dataset& log, const fs::path& path) { data::save_dataset(log, path); },
+          "path"_a, "As a data set (HDF5).")
+      .def_ro("name", &Dataset::name)
+      .def_ro("source", &Dataset::source)
+      .def_ro("joint_names", &Dataset::joint_names)
+      .def_ro("rate_hz", &Dataset::rate_hz)
+      .def_prop_ro("n", &Dataset::n, "Number of joints.")
+      .def("__len__", &Dataset::length)
+      .def_prop_ro("t",
+                   [](nb::handle log) -> View {
+                     const Eigen::VectorXd& t = of(log).t;
+                     return {t.data(), {static_cast<std::size_t>(t.size())}, log};
+                   })
+      .def_prop_ro("q", [](nb::handle log) { return view(log, of(log).q); })
+      .def_prop_ro("tau", [](nb::handle log) { return view(log, of(log).tau); })
+      .def_prop_ro("v", [](nb::handle log) { return optional_view(log, of(log).v); })
+      .def_prop_ro("temperature",
+                   [](nb::handle log) { return optional_view(log, of(log).temperature); })
+      .def("__repr__", [](const Dataset& log) {
+        return fmt::format("<fricid.Log {}: {} samples of {} joints at {:g} Hz>", log.name,
+                           log.length(), log.n(), log.rate_hz);
+      });
+}
+
+}  // namespace fricid::python

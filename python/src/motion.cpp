@@ -1,0 +1,218 @@
+// Open loops and the online filter of a model.
+#include "motion.hpp"
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+
+#include <cmath>
+#include <utility>
+
+#include "arrays.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/base/limits.hpp"
+#include "fricid/estimate/memory.hpp"
+#include "fricid/estimate/online/online_log.hpp"
+#include "fricid/estimate/options/rigid_body.hpp"
+#include "fricid/evaluate/options.hpp"
+#include "fricid/evaluate/rollout_of_log.hpp"
+#include "job.hpp"
+
+namespace fricid::python {
+namespace {
+
+using Vector = nb::ndarray<nb::numpy, double>;
+using OptionalArray = std::optional<ArrayLike>;
+
+evaluate::RolloutOptions rollout_options() {
+  evaluate::RolloutOptions options;
+  options.step.substeps = evaluate::EvaluateOptions{}.substeps;
+  options.diverged_rad = evaluate::EvaluateOptions{}.diverged_rad;
+  return options;
+}
+
+/// A time as a number of samples. @throws UserError when it is none
+int samples_in(double seconds, const data::Dataset& log, const char* name) {
+  const double count = std::round(seconds * log.rate_hz);
+  if (!(count >= 0 && count <= log.length() - 1))
+    throw UserError("{}: {} = {} s; allowed: 0 to {:.6g} s", log.name, name, seconds,
+                    (log.length() - 1) / log.rate_hz);
+  return static_cast<int>(count);
+}
+
+/// An open loop and its times.
+struct Motion {
+  double begin_s, dt;
+  evaluate::Rollout rollout;
+
+  Vector t() const {
+    return to_numpy(Eigen::VectorXd(Eigen::VectorXd::LinSpaced(
+        rollout.q.rows(), begin_s, begin_s + dt * static_cast<double>(rollout.q.rows() - 1))));
+  }
+};
+
+Motion rollout(const Model& model, const data::Dataset& log, double start_s,
+               std::optional<double> seconds, double cutoff_hz, const nb::object& progress) {
+  const int begin = samples_in(start_s, log, "start_s");
+  const int steps = seconds ? samples_in(*seconds, log, "seconds") : log.length() - 1 - begin;
+  return job(progress, [&] {
+    return Motion{
+        begin * log.dt(), log.dt(),
+        evaluate::roll_out_log(*model.file, log, cutoff_hz, begin, steps, rollout_options())};
+  });
+}
+
+/// The arm under a torque, from a state.
+Motion simulate(const Model& model, const ArrayLike& tau, double rate_hz, const ArrayLike& q,
+                const OptionalArray& v, const OptionalArray& z, const OptionalArray& temperature,
+                const nb::object& progress) {
+  const int n = model.file->arm.robot.n();
+  const int states = model.file->arm.friction.model.state_size();
+  if (!(rate_hz > 0)) throw UserError("rate_hz = {}; allowed: above 0 Hz", rate_hz);
+  const Rows torque(tau, "tau", n),
+      warmth = temperature ? Rows(*temperature, "temperature", n) : Rows(kRoomTemperature, n);
+  const Rows first_q(q, "q", n), first_v = v ? Rows(*v, "v", n) : Rows(0, n);
+  const Rows first_z = z ? Rows(*z, "z", states) : Rows(0, states);
+  const Eigen::Index T = torque.count();
+  for (const auto& [name, rows] : {std::pair{"q", &first_q}, {"v", &first_v}, {"z", &first_z}})
+    if (rows->count() != 1)
+      throw UserError("{} has {} rows; allowed: one state", name, rows->count());
+  if (warmth.count() != 1 && warmth.count() != T)
+    throw UserError("temperature has {} rows; allowed: 1 or {}, as tau has", warmth.count(), T);
+
+  evaluate::Trajectory trajectory;
+  data::Dataset& d = trajectory.data;
+  d.name = "tau";
+  d.rate_hz = rate_hz;
+  d.t = Eigen::VectorXd::LinSpaced(T + 1, 0, static_cast<double>(T) / rate_hz);
+  // torque is held over a sample: the last one up to the state after it
+  d.tau.resize(T + 1, n);
+  d.tau << torque.matrix(), torque.matrix().bottomRows(1);
+  d.temperature = warmth.matrix().row(0).replicate(T + 1, 1);
+  if (warmth.count() == T && T > 1) d.temperature.topRows(T) = warmth.matrix();
+  d.q = RowMatrix::Constant(T + 1, n, std::nan(""));  // nothing to compare with
+  trajectory.q = first_q.matrix().replicate(T + 1, 1);
+  trajectory.v = first_v.matrix().replicate(T + 1, 1);
+  const evaluate::Start start{.trajectory = 0, .begin = 0, .steps = static_cast<int>(T)};
+  const std::vector<double> z0(first_z.row(0), first_z.row(0) + states);
+  return job(progress, [&] {
+    return Motion{0, 1 / rate_hz,
+                  std::move(evaluate::roll_out(model.file->arm, {&trajectory, 1}, {&start, 1},
+                                               {&z0, 1}, rollout_options())
+                                .front())};
+  });
+}
+
+/// The online filter of a model.
+class Filter {
+ public:
+  Filter(const Model& model, const ArrayLike& q, double rate_hz, int particles, std::uint64_t seed)
+      : n_(model.file->arm.robot.n()),
+        filter_(begin(model, Rows(q, "q", n_), rate_hz, particles, seed)) {}
+
+  const estimate::OnlineEstimate& update(const ArrayLike& q, const ArrayLike& tau,
+                                         const OptionalArray& temperature) {
+    const RowMatrix y = one_sample(q, "q", n_);
+    const Rows torque(tau, "tau", n_);
+    const Rows warmth = temperature ? Rows(*temperature, "temperature", n_) : Rows(0, 0);
+    for (const auto& [name, rows] : {std::pair{"tau", &torque}, {"temperature", &warmth}})
+      if (rows->count() != 1)
+        throw UserError("{} has {} rows; allowed: one sample", name, rows->count());
+    const auto span = [](const double* data, Eigen::Index size) {
+      return std::span(data, static_cast<std::size_t>(size));
+    };
+    const nb::gil_scoped_release released;
+    return filter_.step(span(torque.row(0), n_), span(y.data(), n_),
+                        span(warmth.row(0), warmth.matrix().cols()));
+  }
+
+  const estimate::OnlineEstimate& now() const { return filter_.estimate(); }
+  void reset() { filter_.reset(); }
+
+ private:
+  static estimate::OnlineEstimator begin(const Model& model, const Rows& q, double rate_hz,
+                                         int particles, std::uint64_t seed) {
+    if (q.count() != 1) throw UserError("q has {} rows; allowed: one position", q.count());
+    if (particles < 1 || particles > 1'000'000)
+      throw UserError("particles = {}; allowed: 1 to 1000000", particles);
+    require_within(limits::kSeed, seed, "seed");
+    const int states = 2 * model.file->arm.robot.n() + model.file->arm.friction.model.state_size();
+    require_memory(2 * estimate::memory_of_filter(particles, states), "filter",
+                   fmt::format("{} particles", particles));
+    estimate::OnlineOptions options;
+    options.particles = particles;
+    options.seed = seed;
+    return estimate::begin_online(*model.file, q.matrix().row(0).transpose(), rate_hz, options,
+                                  "filter");
+  }
+  int n_;
+  estimate::OnlineEstimator filter_;
+};
+
+}  // namespace
+
+void bind_motion(nb::module_& m, nb::class_<Model>& model) {
+  using nb::literals::operator""_a;
+  using estimate::OnlineEstimate;
+
+  nb::class_<Motion>(m, "Motion", "An open loop: the motion of a model under a torque alone.")
+      .def_prop_ro("t", &Motion::t, "(T) [s]")
+      .def_prop_ro(
+          "q", [](const Motion& o) { return to_numpy(o.rollout.q); }, "(T, n) [rad]")
+      .def_prop_ro(
+          "v", [](const Motion& o) { return to_numpy(o.rollout.v); }, "(T, n) [rad/s]")
+      .def_prop_ro(
+          "tau_f", [](const Motion& o) { return to_numpy(o.rollout.tau_f); },
+          "Friction torque (T, n) [N m].")
+      .def_prop_ro(
+          "diverged", [](const Motion& o) { return o.rollout.diverged; },
+          "Left the log by more than 10 rad; it stands still from there.");
+
+  nb::class_<OnlineEstimate>(m, "Estimate",
+                             "What is known after a sample: means, and standard deviations (_sd).")
+      .def_prop_ro(
+          "q", [](const OnlineEstimate& e) { return to_numpy(e.q); }, "(n) [rad]")
+      .def_prop_ro(
+          "v", [](const OnlineEstimate& e) { return to_numpy(e.v); }, "(n) [rad/s]")
+      .def_prop_ro(
+          "z", [](const OnlineEstimate& e) { return to_numpy(e.z); }, "(state_size)")
+      .def_prop_ro(
+          "tau_f", [](const OnlineEstimate& e) { return to_numpy(e.tau_f); },
+          "Friction torque (n) [N m].")
+      .def_prop_ro("q_sd", [](const OnlineEstimate& e) { return to_numpy(e.q_sd); })
+      .def_prop_ro("v_sd", [](const OnlineEstimate& e) { return to_numpy(e.v_sd); })
+      .def_prop_ro("z_sd", [](const OnlineEstimate& e) { return to_numpy(e.z_sd); })
+      .def_prop_ro("tau_f_sd", [](const OnlineEstimate& e) { return to_numpy(e.tau_f_sd); })
+      .def_ro("log_likelihood", &OnlineEstimate::log_likelihood, "Of all samples so far [nat].")
+      .def_ro("ess", &OnlineEstimate::ess, "Effective number of particles.")
+      .def_ro("lost", &OnlineEstimate::lost,
+              "No particle explained the sample: the filter began anew.");
+
+  nb::class_<Filter>(m, "Filter", "The online filter of a model: one sample in, states out.")
+      .def("update", &Filter::update, nb::rv_policy::copy, "q"_a, "tau"_a,
+           "temperature"_a = nb::none(),
+           "Advances by one sample: tau (n) [N m] was held since the last one, q (n) [rad] is the "
+           "position now, NaN where it is missing.")
+      .def_prop_ro("estimate", &Filter::now, nb::rv_policy::copy, "What is known now.")
+      .def("reset", &Filter::reset, "Begins again, with the same random numbers.");
+
+  model
+      .def("rollout", &rollout, "log"_a, "start_s"_a = 0.0, "seconds"_a = nb::none(),
+           "cutoff_hz"_a = estimate::RigidBodyOptions{}.cutoff_hz, nb::kw_only(),
+           "progress"_a = nb::none(),
+           "Open loop under the torque of a log, as an evaluation does it: from the filtered "
+           "position and velocity at start_s, friction washed out by the motion before.")
+      .def("simulate", &simulate, "tau"_a, "rate_hz"_a, "q"_a, "v"_a = nb::none(),
+           "z"_a = nb::none(), "temperature"_a = nb::none(), nb::kw_only(),
+           "progress"_a = nb::none(),
+           "Open loop under a torque (T, n) [N m], each row held for a sample, from position q, "
+           "velocity v and friction states z (zero if not given). T + 1 samples.")
+      .def(
+          "filter",
+          [](const Model& self, const ArrayLike& q, double rate_hz, int particles,
+             std::uint64_t seed) { return new Filter(self, q, rate_hz, particles, seed); },
+          "q"_a, "rate_hz"_a, "particles"_a = estimate::OnlineOptions{}.particles,
+          "seed"_a = estimate::OnlineOptions{}.seed,
+          "The online filter, from rest at q (n) [rad]; needs a model with noise.");
+}
+
+}  // namespace fricid::python

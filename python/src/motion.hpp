@@ -1,0 +1,13 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include "model.hpp"
+
+namespace fricid::python {
+
+/// What a model does along a log: Motion of an open loop, Filter and Estimate of the online
+/// estimator, and the functions of Model that make them.
+void bind_motion(nanobind::module_& m, nanobind::class_<Model>& model);
+
+}  // namespace fricid::python

@@ -1,0 +1,51 @@
+// What `fricid check` looks at, and what it finds.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fricid/data/dataset.hpp"
+#include "fricid/doctor/finding.hpp"
+#include "fricid/dynamics/robot_model.hpp"
+#include "fricid/estimate/options/rigid_body.hpp"
+#include "fricid/estimate/rigid_body/identifiability.hpp"
+#include "fricid/sim/options.hpp"
+
+namespace fricid::workflow {
+
+struct Subject {
+  std::vector<data::Dataset> sets;
+  std::optional<dynamics::RobotModel> robot;  ///< none: parameters are not examined
+  estimate::RigidBodyOptions identify{};
+  sim::ExcitationOptions excitation{};
+  std::filesystem::path mjcf{};  ///< absolute; empty: none
+};
+
+/// Training and validation data of a run folder, which exist already. @throws UserError
+Subject subject_of_run(const std::filesystem::path& folder);
+/// A data set (HDF5), or a log by its contract. @param robot  URDF; empty: none
+/// @throws UserError
+Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::path& contract,
+                       const std::filesystem::path& robot);
+
+/// The robot of a URDF, standing on the floor; nothing when none is named.
+/// @throws UserError when its joints are not those of the log
+std::optional<dynamics::RobotModel> robot_of_log(const std::filesystem::path& urdf,
+                                                 const std::vector<std::string>& joints);
+
+struct CheckReport {
+  std::vector<std::vector<doctor::Finding>> findings;   ///< one list per data set
+  std::optional<estimate::Identifiability> parameters;  ///< none without a robot or with bad times
+  std::string not_examined;                             ///< why there are none
+
+  /// Whether no data set is damaged.
+  bool whole() const;
+};
+CheckReport check(const Subject& subject);
+
+/// Format "fricid.check/1".
+std::string to_json(const CheckReport& report, const Subject& subject);
+
+}  // namespace fricid::workflow

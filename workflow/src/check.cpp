@@ -1,0 +1,98 @@
+#include "fricid/workflow/check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "fricid/base/error.hpp"
+#include "fricid/data/contract.hpp"
+#include "fricid/doctor/doctor.hpp"
+#include "fricid/dynamics/nominal.hpp"
+#include "fricid/scene/problem.hpp"
+#include "fricid/signals/recording.hpp"
+#include "fricid/workflow/recordings.hpp"
+#include "fricid/workflow/run_folder.hpp"
+
+namespace fricid::workflow {
+
+namespace fs = std::filesystem;
+
+std::optional<dynamics::RobotModel> robot_of_log(const fs::path& urdf,
+                                                 const std::vector<std::string>& joints) {
+  if (urdf.empty()) return {};
+  dynamics::RobotModel robot = dynamics::load_urdf(urdf);
+  dynamics::require_inertia(robot, urdf.string());
+  std::vector<std::string> names;
+  for (const dynamics::Joint& joint : robot.joints) names.push_back(joint.name);
+  if (names != joints)
+    throw UserError("{}: joints {}; allowed: those of the log, {}", urdf.string(),
+                    fmt::join(names, " "), fmt::join(joints, " "));
+  return robot;
+}
+
+Subject subject_of_run(const fs::path& folder) {
+  const RunFolder run(folder);
+  const scene::Problem problem = scene::load_problem(run.scene());
+  Subject subject{
+      {}, problem.robot, problem.scene.identify, problem.scene.excitation, problem.mjcf_path};
+  for (auto* name : {RunFolder::training, RunFolder::validation})
+    for (data::Dataset& set : load_recordings(run, name)) subject.sets.push_back(std::move(set));
+  if (subject.sets.empty())
+    throw UserError("{}: found no data; run `fricid simulate` or `fricid run` first",
+                    folder.string());
+  return subject;
+}
+
+Subject subject_of_log(const fs::path& log, const fs::path& contract, const fs::path& robot) {
+  Subject subject;
+  const fs::path kind = log.extension();
+  if (contract.empty() && (kind == ".csv" || kind == ".txt" || kind == ".mcap"))
+    throw UserError("{}: a log needs --contract FILE; `fricid template contract` prints one",
+                    log.string());
+  subject.sets.push_back(contract.empty() ? data::load_dataset(log)
+                                          : data::read_log(log, data::load_contract(contract)));
+  subject.robot = robot_of_log(robot, subject.sets[0].joint_names);
+  return subject;
+}
+
+bool CheckReport::whole() const {
+  return std::ranges::none_of(findings, [](const std::vector<doctor::Finding>& of_set) {
+    return std::ranges::any_of(of_set, doctor::is_damage);
+  });
+}
+
+CheckReport check(const Subject& subject) {
+  CheckReport report;
+  const dynamics::RobotModel* robot = subject.robot ? &*subject.robot : nullptr;
+  for (const data::Dataset& d : subject.sets) report.findings.push_back(doctor::diagnose(d, robot));
+  if (robot == nullptr) {
+    report.not_examined = "no robot is named";
+    return report;
+  }
+  try {
+    for (const data::Dataset& d : subject.sets) data::check_dataset(d, d.name);
+  } catch (const UserError& error) {
+    report.not_examined = error.what();
+    return report;
+  }
+  std::vector<signals::Recording> recordings;
+  for (const data::Dataset& d : subject.sets)
+    recordings.push_back(signals::make_recording(d, subject.identify.cutoff_hz));
+  estimate::IdentifiabilityOptions how;
+  how.rigid_body = subject.identify;
+  report.parameters = estimate::examine_data(*robot, recordings, how);
+  return report;
+}
+
+std::string to_json(const CheckReport& report, const Subject& subject) {
+  using Json = nlohmann::ordered_json;
+  Json result{{"format", "fricid.check/1"}, {"doctor", Json::array()}};
+  for (std::size_t i = 0; i < subject.sets.size(); ++i)
+    result["doctor"].push_back(Json::parse(doctor::to_json(report.findings[i], subject.sets[i])));
+  if (report.parameters)
+    result["identifiability"] = Json::parse(estimate::to_json(*report.parameters, *subject.robot));
+  return result.dump(2) + "\n";
+}
+
+}  // namespace fricid::workflow
