@@ -13,7 +13,7 @@ _native.load()
 
 from ._core import Estimate, Filter, Friction, Log, Model, Motion
 from ._errors import Error, Failure, UserError
-from ._run import Check, Run, check, draw, evaluate, identify, simulate
+from ._run import Check, Run, check, draw, evaluate, identify, save_logs, simulate
 
 __all__ = [
     "Check",
@@ -31,5 +31,6 @@ __all__ = [
     "draw",
     "evaluate",
     "identify",
+    "save_logs",
     "simulate",
 ]

@@ -40,7 +40,13 @@ class Run:
     def models(self) -> dict[str, _core.Model]:
         """The identified models, by name and seed ("lugre_s1")."""
         files = sorted((self.folder / "models").glob("*.json"))
-        return {file.stem: _core.Model.load(file) for file in files if file.stem != "oracle"}
+        return {file.stem: _core.Model.load(file) for file in files}
+
+    @property
+    def logs(self) -> dict[str, _core.Log]:
+        """The recordings, by name ("train_0", "validation_0")."""
+        files = sorted((self.folder / "data").glob("*.h5"))
+        return {file.stem: _core.Log.load(file) for file in files}
 
     @property
     def fits(self) -> dict[str, dict[str, Any]]:
@@ -72,6 +78,12 @@ class Run:
     def doubts(self) -> list[str]:
         """Why not to trust what was fitted or evaluated, one line each; empty: nothing found."""
         found = [
+            f"{file.name.split('.')[0]}: {fault['name']}: {fault['consequence']}; {fault['remedy']}"
+            for file in sorted((self.folder / "data").glob("*.doctor.json"))
+            for fault in json.loads(file.read_text())["findings"]
+            if fault.get("misleads", False)
+        ]
+        found += [
             f"{name}: {fault['joint'] + ': ' if fault['joint'] else ''}{fault['found']}; "
             f"{fault['remedy']}"
             for name, fit in self.fits.items()
@@ -176,6 +188,36 @@ def check(data: Run | _core.Log | StrPath, *, robot: StrPath | None = None,
         columns = pathlib.Path(contract) if contract is not None else pathlib.Path()
         found = _core.check_file(pathlib.Path(data), columns, urdf)
     return Check(found[0], json.loads(found[1]), found[2])
+
+
+def save_logs(folder: StrPath, train: Sequence[_core.Log],
+              validation: Sequence[_core.Log]) -> dict[str, Any]:
+    """Saves logs in a folder for a scene to read, as it does the files of a robot.
+
+    Returns the section "data" of such a scene: {"robot": ..., "data": save_logs(...), "model": ...}.
+    """
+    place = pathlib.Path(folder).absolute()
+    logs = [*train, *validation]
+    if not logs:
+        raise UserError(f"{folder}: no logs; allowed: one or more to train on")
+    names = {tuple(log.joint_names) for log in logs}
+    if len(names) > 1:
+        raise UserError(f"{folder}: logs of different joints; allowed: those of one robot")
+    section: dict[str, Any] = {"contract": str(place / "contract.toml")}
+    for kind, sets in (("train", train), ("validation", validation)):
+        files = [place / f"{kind}_{i}.h5" for i in range(len(sets))]
+        for log, file in zip(sets, files):
+            log.save(file)
+        section[kind] = [str(file) for file in files]
+    signals = {"position": "q{}", "torque": "tau{}"}
+    if all(log.v is not None for log in logs):
+        signals["velocity"] = "v{}"
+    if all(log.temperature is not None for log in logs):
+        signals["temperature"] = "temperature{}"
+    contract = {"joint_names": list(names.pop()), "format": "hdf5"}
+    contract |= {signal: {"columns": [columns]} for signal, columns in signals.items()}
+    (place / "contract.toml").write_text(to_toml(contract))
+    return section
 
 
 def draw(run: Run | StrPath, *, fresh: bool = False, jobs: int = 0,
