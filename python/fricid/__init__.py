@@ -7,15 +7,16 @@
 
 Mistakes in the input are `fricid.UserError`, one line with the place and what is allowed.
 """
-from . import _native
+from ._native import SHARE, load as _load
 
-_native.load()
+_load()
 
 from ._core import Estimate, Filter, Friction, Log, Model, Motion
 from ._errors import Error, Failure, UserError
 from ._run import Check, Run, check, draw, evaluate, identify, save_logs, simulate
 
 __all__ = [
+    "SHARE",
     "Check",
     "Error",
     "Estimate",

@@ -18,7 +18,7 @@ Array doubles(const ArrayLike& array, const char* name) {
   try {
     const nb::object numpy = nb::module_::import_("numpy");
     return nb::cast<Array>(
-        numpy.attr("ascontiguousarray")(array.value, nb::arg("dtype") = numpy.attr("float64")));
+        numpy.attr("asarray")(array.value, nb::arg("dtype") = numpy.attr("float64"), nb::arg("order") = "C"));
   } catch (const nb::python_error& error) {
     throw UserError("{}: {}; allowed: an array of numbers", name,
                     nb::cast<std::string>(nb::str(error.value())));

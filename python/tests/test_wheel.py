@@ -1,0 +1,122 @@
+"""The wheel: nothing of the system beyond Python, its size, its types, and a wheel that was torn."""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+
+import pytest
+
+import fricid
+
+WHEEL = pathlib.Path(os.environ["FRICID_WHEEL"])
+PACKAGE = pathlib.Path(fricid.__file__).parent
+
+# What any Linux with Python has: the C and C++ libraries, and zlib, which Python needs itself.
+OF_ANY_LINUX = {"libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "librt.so.1", "libgcc_s.so.1", "libstdc++.so.6",
+                "libz.so.1", "ld-linux-x86-64.so.2", "linux-vdso.so.1"}
+
+
+def test_libraries_come_with_the_wheel():
+    modules = list(PACKAGE.rglob("_core*.so"))
+    assert modules
+    inside = PACKAGE.parent
+    for module in modules:
+        linked = subprocess.run(["ldd", module], capture_output=True, text=True, check=True).stdout
+        for line in linked.splitlines():
+            name, _, rest = line.strip().partition(" ")
+            path = re.search(r"=> (\S+)", line)
+            if pathlib.Path(name).name in OF_ANY_LINUX:
+                continue
+            assert path and pathlib.Path(path[1]).resolve().is_relative_to(inside.resolve()), line
+
+
+def test_tag_and_size():
+    assert re.search(r"manylinux_2_\d+_x86_64\.whl$", WHEEL.name), WHEEL.name
+    assert WHEEL.stat().st_size < 60e6
+    with zipfile.ZipFile(WHEEL) as content:
+        names = content.namelist()
+    for wanted in ("fricid/py.typed", "fricid/_core.pyi", "fricid/share/fricid/scenes/kr6_demo.toml"):
+        assert wanted in names
+    assert not [name for name in names if name.endswith((".a", ".hpp", ".cpp", ".cmake"))]
+
+
+def mypy(*arguments, cwd):
+    return subprocess.run([sys.executable, "-m", "mypy", "--strict", *map(str, arguments)], capture_output=True, text=True,
+                          cwd=cwd)
+
+
+USES = """
+import numpy as np
+import fricid
+
+run: fricid.Run = fricid.simulate({"extends": "scenes/kr6_demo.toml"}, "run", progress=lambda *report: None)
+model: fricid.Model = run.models["lugre_s1"]
+tau_f = model.friction.torque(np.zeros(6), [0.0] * 6, model.friction.rest())
+shape: tuple[int, ...] = tau_f.shape
+now: fricid.Estimate = model.filter(np.zeros(6), 250.0).update(np.zeros(6), np.zeros(6))
+motion: fricid.Motion = model.rollout(run.logs["validation_0"], seconds=1.0)
+whole: bool = fricid.check(run).whole
+"""
+
+
+def test_types(tmp_path):
+    (tmp_path / "uses.py").write_text(USES)
+    done = mypy("uses.py", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout
+    (tmp_path / "wrong.py").write_text(USES + 'model.filter(np.zeros(6), "fast")\nfricid.simulate(5, "run")\nmodel.nothing\n')
+    done = mypy("wrong.py", cwd=tmp_path)
+    assert done.stdout.count("error:") == 3, done.stdout
+
+
+def test_the_package_is_typed(tmp_path):
+    done = mypy("-p", "fricid", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout
+
+
+def import_of(copy):
+    """What `import fricid` of a copy of the package, and a run of it, end with."""
+    code = "import fricid; fricid.simulate({'extends': 'scenes/kr6_demo.toml'}, 'x/y', jobs=1)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=copy,
+                          env=os.environ | {"PYTHONPATH": str(copy)})
+    assert done.returncode == 1, done.stderr
+    return done.stderr.splitlines()[-1]
+
+
+@pytest.fixture()
+def copy(tmp_path):
+    """The installed package where it may be damaged."""
+    for folder in PACKAGE.parent.glob("fricid*"):
+        shutil.copytree(folder, tmp_path / folder.name)
+    return tmp_path
+
+
+def test_a_missing_module(copy):
+    for module in (copy / "fricid/_native").glob("_core*.so"):
+        module.unlink()
+    assert re.search(r"^ImportError: .*_core.* is missing; install fricid again$", import_of(copy))
+
+
+def test_a_torn_module(copy):
+    for module in (copy / "fricid/_native").glob("_core*.so"):
+        content = module.read_bytes()
+        module.write_bytes(content[: len(content) // 2])
+    assert re.search(r"^ImportError: .*_core.* is torn.*; install fricid again$", import_of(copy))
+
+
+def test_a_torn_library(copy):
+    library = next((copy / "fricid.libs").glob("libhdf5*"))
+    library.write_bytes(library.read_bytes()[:-5000])
+    assert re.search(r"^ImportError: .*libhdf5.* is torn.*; install fricid again$", import_of(copy))
+
+
+def test_a_torn_scene_or_robot(copy):
+    share = copy / "fricid/share/fricid"
+    urdf = share / "models/kr6_r700/kr6_r700.urdf"
+    text = urdf.read_text()
+    urdf.write_text(text[: len(text) // 2])
+    assert re.search(r"UserError: .*kr6_r700.urdf", import_of(copy))
+    (share / "scenes/kr6_full.toml").unlink()
+    assert re.search(r"UserError: .*kr6_full.toml", import_of(copy))
