@@ -24,6 +24,7 @@ endif()
 # What a consumer must compile with too: Pack and Eigen types cross the border, so one -march
 # for all; -ffp-contract=off keeps results independent of how the compiler fuses.
 add_library(fricid_abi INTERFACE)
+add_library(fricid::fricid_abi ALIAS fricid_abi)
 target_compile_features(fricid_abi INTERFACE cxx_std_20)
 target_compile_options(fricid_abi INTERFACE -march=${FRICID_ARCH} -ffp-contract=off -fno-math-errno
                                            -fno-trapping-math)

@@ -28,10 +28,23 @@ export PATH=$PWD/$tools/bin:$PATH
 cc -shared -fPIC -O1 -o "$build/libcurl.so.4" -Wl,-soname,libcurl.so.4 \
   -Wl,--version-script=python/no_curl.map python/no_curl.c
 
-raw=$build/raw
+raw=$PWD/$build/raw
 rm -rf "$raw"
-settings=()
-[ -z "${FRICID_PREFIX:-}" ] || settings+=("-Ccmake.define.fricid_ROOT=$FRICID_PREFIX" "-Cbuild-dir=$build/on_prefix")
-pip wheel -q --disable-pip-version-check --no-deps --no-build-isolation "${settings[@]}" -w "$raw" .
+compile() { # a wheel of one instruction set: compile NAME SETTING...
+  pip wheel -q --disable-pip-version-check --no-deps --no-build-isolation "-Cbuild-dir=$build/$1" "${@:2}" -w "$raw/$1" .
+}
+if [ -n "${FRICID_PREFIX:-}" ]; then
+  compile prefix "-Ccmake.define.fricid_ROOT=$FRICID_PREFIX"
+  merged=$(echo "$raw"/prefix/*.whl)
+else
+  # the module of each further instruction set joins the first
+  for instructions in x86-64-v3 x86-64-v4; do
+    compile "$instructions" "-Ccmake.define.FRICID_ARCH=$instructions"
+    wheel unpack -d "$raw/$instructions" "$raw/$instructions"/*.whl
+  done
+  cp "$raw"/x86-64-v4/fricid-*/fricid/_native/_core.* "$raw"/x86-64-v3/fricid-*/fricid/_native/
+  wheel pack -d "$raw" "$raw"/x86-64-v3/fricid-*/
+  merged=$(echo "$raw"/*.whl)
+fi
 LD_LIBRARY_PATH=$PWD/$build${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH} \
-  auditwheel repair --disable-isa-ext-check -w "$folder" "$raw"/*.whl
+  auditwheel repair --disable-isa-ext-check -w "$folder" "$merged"

@@ -1,23 +1,39 @@
-"""Finds and loads the compiled module."""
+"""Finds and loads the compiled module for this processor."""
 import csv
 import importlib.machinery
 import importlib.util
+import os
 import pathlib
 import sys
+from collections.abc import Set
 
 _PACKAGE = pathlib.Path(__file__).parent
 
 #: Folder of the robots and scenes that come with fricid: models/, scenes/.
 SHARE = _PACKAGE / "share" / "fricid"
 
+# What /proc/cpuinfo calls the instructions of a level of x86-64, beyond those of every such processor.
+_V3 = {"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe"}
+_NEEDED: dict[str, Set[str]] = {
+    "native": set(),  # compiled on this machine
+    "x86-64-v4": _V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
+    "x86-64-v3": _V3,
+}
 
-def load() -> None:
-    """Makes fricid._core importable."""
-    path = _PACKAGE / "_native" / f"_core{importlib.machinery.EXTENSION_SUFFIXES[0]}"
-    if not path.exists():
-        raise ImportError(f"{path} is missing; install fricid again")
+
+def load() -> str:
+    """Makes fricid._core importable, by the best module that the processor can run.
+
+    FRICID_INSTRUCTIONS=x86-64-v3 picks one by name. Returns the name.
+    """
+    folder = _PACKAGE / "_native"
+    modules = {name: path for name in _NEEDED for path in folder.glob(f"_core.{name}*.so")}
+    if not modules:
+        raise ImportError(f"{folder}/_core is missing; install fricid again")
     _refuse_torn_libraries()
-    loader = importlib.machinery.ExtensionFileLoader("fricid._core", str(path))
+    name = _choose(set(modules))
+    path = str(modules[name])
+    loader = importlib.machinery.ExtensionFileLoader("fricid._core", path)
     spec = importlib.util.spec_from_file_location("fricid._core", path, loader=loader)
     assert spec is not None
     module = importlib.util.module_from_spec(spec)
@@ -27,6 +43,31 @@ def load() -> None:
     except BaseException:
         del sys.modules["fricid._core"]
         raise
+    return name
+
+
+def _choose(names: Set[str]) -> str:
+    wanted = os.environ.get("FRICID_INSTRUCTIONS")
+    if wanted and wanted not in names:
+        raise ImportError(
+            f"FRICID_INSTRUCTIONS = {wanted}; allowed: {', '.join(sorted(names))}"
+        )
+    has = _instructions()
+    for name, needed in _NEEDED.items():
+        if name in names and needed <= has and wanted in (None, "", name):
+            return name
+    missing = _NEEDED[wanted or "x86-64-v3"] - has
+    raise ImportError(
+        f"this processor lacks {' '.join(sorted(missing))}; fricid is compiled for "
+        f"{', '.join(sorted(names))}"
+    )
+
+
+def _instructions() -> Set[str]:
+    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
+        if line.startswith("flags"):
+            return set(line.partition(":")[2].split())
+    return set()
 
 
 def _refuse_torn_libraries() -> None:

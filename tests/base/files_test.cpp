@@ -66,6 +66,10 @@ class Files : public TemporaryFolder {
   }
 };
 
+TEST(RunningFile, IsTheProgram) {
+  EXPECT_EQ(fs::canonical(running_file()), fs::canonical("/proc/self/exe"));
+}
+
 TEST_F(Files, WritesAndReadsBack) {
   const fs::path path = folder / "a" / "b" / "file.txt";  // parents are made
   const std::string text = std::string("line\nbinary \0 zero\n", 19) + std::string(200'000, 'x');

@@ -104,6 +104,37 @@ TEST(Progress, ThreadsMayShareOne) {
   EXPECT_EQ(GetCapturedStderr(), "");
 }
 
+TEST(Progress, TellsAListenerInsteadOfStderr) {
+  CaptureStderr();
+  std::vector<Progress::Report> reports;
+  std::string figure;
+  Progress::set_listener([&](const Progress::Report& report) {
+    reports.push_back(report);
+    figure = report.figure;
+  });
+  Progress::set_quiet(true);  // which is for stderr
+  work(10, std::chrono::milliseconds(30));
+  Progress::set_quiet(false);
+  Progress::set_listener({});
+  EXPECT_EQ(GetCapturedStderr(), "");
+  ASSERT_GE(reports.size(), 2u);
+  EXPECT_LE(reports.size(), 5u);  // ten a second, and the end
+  EXPECT_LT(reports.front().done, 10);
+  EXPECT_EQ(reports.back().done, 10);
+  EXPECT_EQ(reports.back().total, 10);
+  EXPECT_GT(reports.back().seconds, reports.front().seconds);
+  EXPECT_EQ(figure, "rmse 0.5");
+}
+
+TEST(StopRequest, IsMadeAndForgotten) {
+  request_stop();
+  EXPECT_TRUE(stop_requested());
+  EXPECT_THROW(throw_if_stopped(), Stopped);
+  forget_stop_request();
+  EXPECT_FALSE(stop_requested());
+  EXPECT_NO_THROW(throw_if_stopped());
+}
+
 /// In children: a request stays for the rest of the process.
 class Stop : public ::testing::Test {
  protected:

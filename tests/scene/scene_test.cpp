@@ -37,6 +37,28 @@ TEST_F(SceneFile, SimpleSceneHasDefaults) {
   EXPECT_THAT(e.inputs, ElementsAre(path("scene.toml"), path("arm.urdf"), path("arm.xml")));
 }
 
+/// A text without a file: what it extends has its places, its own keys have none.
+TEST_F(SceneFile, MayBeATextAlone) {
+  write("base.toml", kScene);
+  const std::string extends = fmt::format("extends = \"{}\"\n", (folder / "base.toml").string());
+  const Problem of_text = resolve(load_scene_text(extends + "sensors = {rate_hz = 500}\n"));
+  EXPECT_EQ(of_text.scene.name, "scene");
+  EXPECT_EQ(of_text.scene.sensors.rate_hz, 500);
+  EXPECT_EQ(of_text.robot.n(), 2);
+  EXPECT_THAT(of_text.inputs, ElementsAre(path("base.toml"), path("arm.urdf"), path("arm.xml")));
+
+  const auto refusal = [&](const std::string& text) {
+    return message_of([&] { resolve(load_scene_text(text)); });
+  };
+  EXPECT_THAT(refusal(extends + "sensors = {rate_hz = -2}\n"),
+              testing::StartsWith("scene: sensors.rate_hz = -2; allowed"));
+  EXPECT_THAT(refusal(extends + "seeds = 2\n"), testing::StartsWith("scene: unknown key"));
+  EXPECT_THAT(refusal("seed ="), testing::StartsWith("scene: not TOML: "));
+  EXPECT_THAT(refusal("extends = \"none.toml\""),
+              testing::StartsWith("scene: extends: none.toml is neither"));
+  EXPECT_THAT(refusal("seed = " + std::string(40, '[')), HasSubstr("levels"));
+}
+
 TEST_F(SceneFile, EveryKindOfValueIsRead) {
   const Problem e = load(R"toml(
 name = "all"
