@@ -5,16 +5,8 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 
-if(PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  find_program(FRICID_CCACHE ccache)
-  mark_as_advanced(FRICID_CCACHE)
-  if(FRICID_CCACHE)
-    # without these ccache would not look at what includes a precompiled header
-    set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
-        CCACHE_SLOPPINESS=pch_defines,time_macros ${FRICID_CCACHE})
-    set(CMAKE_C_COMPILER_LAUNCHER ${FRICID_CCACHE})
-    add_compile_options($<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fpch-preprocess>)
-  endif()
+if(PROJECT_IS_TOP_LEVEL)
+  include(FricidCcache)
 endif()
 
 if(NOT FRICID_ARCH MATCHES "^(native|x86-64-v3|x86-64-v4)$")

@@ -9,13 +9,15 @@ Mistakes in the input are `fricid.UserError`, one line with the place and what i
 """
 from ._native import SHARE, load as _load
 
-_load()
+#: The instruction set that this process uses: x86-64-v3, x86-64-v4 or native.
+INSTRUCTIONS = _load()
 
 from ._core import Estimate, Filter, Friction, Log, Model, Motion
 from ._errors import Error, Failure, UserError
 from ._run import Check, Run, check, draw, evaluate, identify, save_logs, simulate
 
 __all__ = [
+    "INSTRUCTIONS",
     "SHARE",
     "Check",
     "Error",

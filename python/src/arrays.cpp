@@ -1,5 +1,7 @@
 #include "arrays.hpp"
 
+#include <nanobind/stl/string.h>
+
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -17,8 +19,8 @@ Array doubles(const ArrayLike& array, const char* name) {
   if (nb::try_cast(array.value, found, false)) return found;
   try {
     const nb::object numpy = nb::module_::import_("numpy");
-    return nb::cast<Array>(
-        numpy.attr("asarray")(array.value, nb::arg("dtype") = numpy.attr("float64"), nb::arg("order") = "C"));
+    return nb::cast<Array>(numpy.attr("asarray")(
+        array.value, nb::arg("dtype") = numpy.attr("float64"), nb::arg("order") = "C"));
   } catch (const nb::python_error& error) {
     throw UserError("{}: {}; allowed: an array of numbers", name,
                     nb::cast<std::string>(nb::str(error.value())));
@@ -73,6 +75,15 @@ RowMatrix one_sample(const ArrayLike& array, const char* name, int n) {
   if (found.ndim() != 1 || found.shape(0) != static_cast<std::size_t>(n))
     throw UserError("{} has the shape {}; allowed: ({})", name, shape_of(found), n);
   return Eigen::Map<const RowMatrix>(found.data(), 1, n);
+}
+
+View view(nb::handle owner, const RowMatrix& signal) {
+  return {signal.data(),
+          {static_cast<std::size_t>(signal.rows()), static_cast<std::size_t>(signal.cols())},
+          owner};
+}
+View view(nb::handle owner, const Eigen::VectorXd& signal) {
+  return {signal.data(), {static_cast<std::size_t>(signal.size())}, owner};
 }
 
 nb::ndarray<nb::numpy, double> to_numpy(RowMatrix values, bool is_one) {

@@ -47,6 +47,11 @@ RowMatrix samples(const ArrayLike& array, const char* name);
 /// One sample (n) as a row, NaN where a value is missing. @throws UserError on another shape
 RowMatrix one_sample(const ArrayLike& array, const char* name, int n);
 
+/// A signal as it lies in an object of Python, read-only; the object lives as long as the array.
+using View = nb::ndarray<nb::numpy, const double>;
+View view(nb::handle owner, const RowMatrix& signal);
+View view(nb::handle owner, const Eigen::VectorXd& signal);
+
 /// A new array that owns the numbers; of the first row alone where `is_one`.
 nb::ndarray<nb::numpy, double> to_numpy(RowMatrix values, bool is_one = false);
 nb::ndarray<nb::numpy, double> to_numpy(const Eigen::VectorXd& values);

@@ -1,11 +1,14 @@
 #include "job.hpp"
 
+#include <nanobind/stl/string.h>
+
 #include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
 #include <thread>
 
+#include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/base/progress.hpp"
 
@@ -13,6 +16,9 @@ namespace fricid::python {
 namespace {
 
 constexpr std::chrono::milliseconds kSignalPeriod{50};
+
+// Whether this thread is in a function of Python that is told of progress.
+thread_local bool telling = false;
 
 /// The one job of the process.
 std::timed_mutex& turn() {
@@ -56,12 +62,14 @@ class Listening {
     Progress::set_listener([&progress, &raised](const Progress::Report& report) {
       if (progress.is_none()) return;
       const nb::gil_scoped_acquire python;
+      telling = true;
       try {
         progress(nb::str(report.stage.data(), report.stage.size()), report.done, report.total,
                  report.seconds, nb::str(report.figure.data(), report.figure.size()));
       } catch (nb::python_error& error) {
         raised.keep(std::move(error));
       }
+      telling = false;
     });
   }
   ~Listening() { Progress::set_listener({}); }
@@ -72,6 +80,7 @@ class Listening {
 }  // namespace
 
 void do_job(const nb::object& progress, const std::function<void()>& work) {
+  if (telling) throw UserError("a run cannot begin while another tells its progress; return first");
   const std::unique_lock lock = take_turn();
   forget_stop_request();
   Raised raised;

@@ -18,7 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using data::Dataset;
-using View = nb::ndarray<nb::numpy, const double>;
 
 void warn(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings)
@@ -58,12 +57,6 @@ Dataset make_log(const ArrayLike& q, const ArrayLike& tau, double rate_hz,
   return d;
 }
 
-/// A signal as it lies in the log, which lives as long as the array.
-View view(nb::handle log, const RowMatrix& signal) {
-  return {signal.data(),
-          {static_cast<std::size_t>(signal.rows()), static_cast<std::size_t>(signal.cols())},
-          log};
-}
 std::optional<View> optional_view(nb::handle log, const RowMatrix& signal) {
   return signal.size() > 0 ? std::optional(view(log, signal)) : std::nullopt;
 }
@@ -107,11 +100,7 @@ void bind_log(nb::module_& m) {
       .def_ro("rate_hz", &Dataset::rate_hz)
       .def_prop_ro("n", &Dataset::n, "Number of joints.")
       .def("__len__", &Dataset::length)
-      .def_prop_ro("t",
-                   [](nb::handle log) -> View {
-                     const Eigen::VectorXd& t = of(log).t;
-                     return {t.data(), {static_cast<std::size_t>(t.size())}, log};
-                   })
+      .def_prop_ro("t", [](nb::handle log) { return view(log, of(log).t); })
       .def_prop_ro("q", [](nb::handle log) { return view(log, of(log).q); })
       .def_prop_ro("tau", [](nb::handle log) { return view(log, of(log).tau); })
       .def_prop_ro("v", [](nb::handle log) { return optional_view(log, of(log).v); })

@@ -3,6 +3,7 @@
 
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
@@ -271,8 +272,8 @@ nb::class_<Model> bind_model(nb::module_& m) {
           "Writes the model as a format of `fricid export` (c, csv, urdf, mjcf). Returns the files "
           "and what the format cannot say.")
       .def("__repr__", [](const Model& self) {
-        return fmt::format("<fricid.Model {} seed {}, {} joints>", self.file->name,
-                           self.file->seed, self.file->arm.robot.n());
+        return fmt::format("<fricid.Model {} seed {}, {} joints>", self.file->name, self.file->seed,
+                           self.file->arm.robot.n());
       });
   return model;
 }

@@ -4,10 +4,10 @@
 #include <exception>
 #include <filesystem>
 
+#include "check.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/base/progress.hpp"
-#include "check.hpp"
 #include "log.hpp"
 #include "model.hpp"
 #include "motion.hpp"

@@ -41,14 +41,15 @@ int samples_in(double seconds, const data::Dataset& log, const char* name) {
 
 /// An open loop and its times.
 struct Motion {
-  double begin_s, dt;
   evaluate::Rollout rollout;
+  Eigen::VectorXd t;
 
-  Vector t() const {
-    return to_numpy(Eigen::VectorXd(Eigen::VectorXd::LinSpaced(
-        rollout.q.rows(), begin_s, begin_s + dt * static_cast<double>(rollout.q.rows() - 1))));
-  }
+  Motion(evaluate::Rollout a_rollout, double begin_s, double dt)
+      : rollout(std::move(a_rollout)),
+        t(Eigen::VectorXd::LinSpaced(rollout.q.rows(), begin_s,
+                                     begin_s + dt * static_cast<double>(rollout.q.rows() - 1))) {}
 };
+const Motion& of(nb::handle motion) { return nb::cast<const Motion&>(motion); }
 
 Motion rollout(const Model& model, const data::Dataset& log, double start_s,
                std::optional<double> seconds, double cutoff_hz, const nb::object& progress) {
@@ -95,10 +96,9 @@ Motion simulate(const Model& model, const ArrayLike& tau, double rate_hz, const 
   const evaluate::Start start{.trajectory = 0, .begin = 0, .steps = static_cast<int>(T)};
   const std::vector<double> z0(first_z.row(0), first_z.row(0) + states);
   return job(progress, [&] {
-    return Motion{0, 1 / rate_hz,
-                  std::move(evaluate::roll_out(model.file->arm, {&trajectory, 1}, {&start, 1},
-                                               {&z0, 1}, rollout_options())
-                                .front())};
+    std::vector<evaluate::Rollout> one = evaluate::roll_out(
+        model.file->arm, {&trajectory, 1}, {&start, 1}, {&z0, 1}, rollout_options());
+    return Motion(std::move(one.front()), 0, 1 / rate_hz);
   });
 }
 
@@ -155,13 +155,14 @@ void bind_motion(nb::module_& m, nb::class_<Model>& model) {
   using estimate::OnlineEstimate;
 
   nb::class_<Motion>(m, "Motion", "An open loop: the motion of a model under a torque alone.")
-      .def_prop_ro("t", &Motion::t, "(T) [s]")
       .def_prop_ro(
-          "q", [](const Motion& o) { return to_numpy(o.rollout.q); }, "(T, n) [rad]")
+          "t", [](nb::handle o) { return view(o, of(o).t); }, "(T) [s]")
       .def_prop_ro(
-          "v", [](const Motion& o) { return to_numpy(o.rollout.v); }, "(T, n) [rad/s]")
+          "q", [](nb::handle o) { return view(o, of(o).rollout.q); }, "(T, n) [rad]")
       .def_prop_ro(
-          "tau_f", [](const Motion& o) { return to_numpy(o.rollout.tau_f); },
+          "v", [](nb::handle o) { return view(o, of(o).rollout.v); }, "(T, n) [rad/s]")
+      .def_prop_ro(
+          "tau_f", [](nb::handle o) { return view(o, of(o).rollout.tau_f); },
           "Friction torque (T, n) [N m].")
       .def_prop_ro(
           "diverged", [](const Motion& o) { return o.rollout.diverged; },

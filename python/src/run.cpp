@@ -21,9 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a run is made from, and where: a scene file or run folder, or the text of a scene.
+/// What a run is made from, and where: the text of a scene, or a scene file or run folder.
 struct Source {
-  std::variant<fs::path, std::string> scene;
+  std::variant<std::string, fs::path> scene;
   fs::path folder;
   std::optional<std::uint64_t> seed;
   bool fresh;
@@ -104,7 +104,7 @@ void bind_run(nb::module_& m) {
   nb::class_<Source>(m, "Source", "A scene, and the folder of its run.")
       .def(
           "__init__",
-          [](Source* self, std::variant<fs::path, std::string> scene, const fs::path& folder,
+          [](Source* self, std::variant<std::string, fs::path> scene, const fs::path& folder,
              std::optional<std::uint64_t> seed, bool fresh, int jobs) {
             if (seed) require_within(limits::kSeed, *seed, "seed");
             new (self) Source{std::move(scene), folder, seed, fresh, jobs};

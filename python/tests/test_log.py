@@ -23,7 +23,7 @@ def test_a_csv_by_its_contract(log, tmp_path):
     table = np.column_stack([log.t, log.q, log.tau])
     np.savetxt(tmp_path / "log.csv", table, delimiter=",", header=header, comments="", fmt="%.17g")
     names = ", ".join(f'"{name}"' for name in log.joint_names)
-    (tmp_path / "contract.toml").write_text(f"joint_names = [{names}]\n")
+    (tmp_path / "contract.toml").write_text(f'joint_names = [{names}]\n[position]\ncolumns = ["q{{}}"]\n[torque]\ncolumns = ["tau{{}}"]\n')
     read = fricid.Log.read(tmp_path / "log.csv", tmp_path / "contract.toml")
     np.testing.assert_array_equal(read.q, log.q)
     np.testing.assert_array_equal(read.tau, log.tau)

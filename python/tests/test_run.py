@@ -145,6 +145,12 @@ def test_progress_is_reported_and_its_exception_ends_the_work(tmp_path):
     fricid.simulate(TINY, tmp_path / "other")
 
 
+def test_a_run_cannot_begin_in_the_progress_of_another(tmp_path):
+    with pytest.raises(fricid.UserError, match="a run cannot begin while another tells its progress"):
+        fricid.simulate(TINY, tmp_path / "run",
+                        progress=lambda *report: fricid.simulate(TINY, tmp_path / "inner"))
+
+
 def test_lines_of_the_work_go_to_the_logger(tmp_path, caplog):
     with caplog.at_level(logging.INFO, logger="fricid"):
         fricid.simulate(TINY, tmp_path / "run")

@@ -10,6 +10,7 @@ import zipfile
 import pytest
 
 import fricid
+from fricid import _native
 
 WHEEL = pathlib.Path(os.environ["FRICID_WHEEL"])
 PACKAGE = pathlib.Path(fricid.__file__).parent
@@ -120,3 +121,36 @@ def test_a_torn_scene_or_robot(copy):
     assert re.search(r"UserError: .*kr6_r700.urdf", import_of(copy))
     (share / "scenes/kr6_full.toml").unlink()
     assert re.search(r"UserError: .*kr6_full.toml", import_of(copy))
+
+
+V3 = _native._NEEDED["x86-64-v3"]
+V4 = _native._NEEDED["x86-64-v4"]
+BOTH = {"x86-64-v3", "x86-64-v4"}
+
+
+@pytest.mark.parametrize("names, has, wanted, chosen", [
+    (BOTH, V4, "", "x86-64-v4"),
+    (BOTH, V3 | {"avx512f"}, "", "x86-64-v3"),
+    (BOTH, V4, "x86-64-v3", "x86-64-v3"),
+    ({"native"}, set(), "", "native"),
+])
+def test_the_best_module_that_runs_is_chosen(monkeypatch, names, has, wanted, chosen):
+    monkeypatch.setattr(_native, "_instructions", lambda: set(has))
+    monkeypatch.setenv("FRICID_INSTRUCTIONS", wanted)
+    assert _native._choose(names) == chosen
+
+
+@pytest.mark.parametrize("names, has, wanted, sentence", [
+    (BOTH, V3 - {"avx2"}, "", "this processor lacks avx2; fricid is compiled for x86-64-v3, x86-64-v4"),
+    (BOTH, V3, "x86-64-v4", "this processor lacks avx512bw avx512cd avx512dq avx512f avx512vl; fricid is compiled"),
+    (BOTH, V4, "sse", "FRICID_INSTRUCTIONS = sse; allowed: x86-64-v3, x86-64-v4"),
+])
+def test_a_processor_that_runs_none_is_told(monkeypatch, names, has, wanted, sentence):
+    monkeypatch.setattr(_native, "_instructions", lambda: set(has))
+    monkeypatch.setenv("FRICID_INSTRUCTIONS", wanted)
+    with pytest.raises(ImportError, match=sentence):
+        _native._choose(names)
+
+
+def test_this_processor_is_known():
+    assert {"fma", "avx2"} <= _native._instructions()
