@@ -140,7 +140,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
     if (seen.travel < kStill) {
       add(fmt::format("moves by {:.2g} {} in all training data", seen.travel,
                       joint.type == dynamics::JointType::kRevolute ? "rad" : "m"),
-          "move it, or weld it in the URDF (type=\"fixed\") and leave it out of the contract");
+          fmt::format("move it, or hold it out: [robot] hold = [\"{}\"]", joint.name));
       continue;
     }
     if (!(report.r2[i] >= kPoor))

@@ -16,6 +16,7 @@
 #include "fricid/friction/sum.hpp"
 #include "friction_by_effort.hpp"
 #include "joint_names.hpp"
+#include "welds.hpp"
 
 namespace fricid::scene {
 namespace {
@@ -262,11 +263,15 @@ void check_consistency(const Scene& scene) {
 
 void check_contract(const Scene& scene, const fs::path& path) {
   if (path.empty()) return;
-  const data::Contract contract = data::load_contract(path);
-  if (contract.joint_names != scene.joints)
-    throw UserError("{}: data.contract has the joints {}; allowed: those of the robot, {}",
-                    scene.origin.place("data.contract"), fmt::join(contract.joint_names, ", "),
-                    fmt::join(scene.joints, ", "));
+  std::vector<std::string> moving = data::load_contract(path).joint_names;
+  std::erase_if(moving, [&](const std::string& joint) { return scene.robot.fix.contains(joint); });
+  if (moving == scene.joints) return;
+  throw UserError(
+      "{}: data.contract has the joints {}; allowed: those of the robot, {}{}",
+      scene.origin.place("data.contract"), fmt::join(moving, ", "), fmt::join(scene.joints, ", "),
+      moving.size() < scene.joints.size()
+          ? "; a joint that nobody logged stands still: robot.fix = {JOINT = POSITION}"
+          : "");
 }
 
 fs::path folder_of_scene(const Scene& scene) {
@@ -286,7 +291,16 @@ Problem resolve(Scene scene) {
   const SceneOrigin& origin = scene.origin;
   const fs::path urdf = find_and_rename(origin, scene.robot.urdf, "robot.urdf");
   const fs::path mjcf = find_and_rename(origin, scene.robot.mjcf, "robot.mjcf");
-  dynamics::RobotModel robot = dynamics::load_urdf(urdf, mount_rotation(scene.robot));
+  const fs::path contract = find_and_rename(origin, scene.data.contract, "data.contract");
+  rename_logs(scene.data.train, origin.folder("data.train"));
+  rename_logs(scene.data.validation, origin.folder("data.validation"));
+  fix_held_joints(scene, contract, folder_of_scene(scene));
+  if (!mjcf.empty() && !scene.robot.fix.empty())
+    throw UserError("{}: robot.fix beside robot.mjcf; allowed: one of them, without mjcf the "
+                    "simulator's arm is made of the URDF",
+                    origin.place("robot.fix"));
+  dynamics::RobotModel robot =
+      dynamics::load_urdf(urdf, mount_rotation(scene.robot), welds_of(scene));
   scene.joints = joint_names(robot);
   add_payload(scene, robot);
   dynamics::require_inertia(robot, urdf.string());
@@ -298,9 +312,6 @@ Problem resolve(Scene scene) {
   require_label(scene.description, "description", origin.place("description"));
   for (auto* values : {&scene.sensors.encoder_noise_rad, &scene.sensors.encoder_step_rad})
     if (values->empty()) values->assign(scene.joints.size(), 0.0);
-  const fs::path contract = find_and_rename(origin, scene.data.contract, "data.contract");
-  rename_logs(scene.data.train, origin.folder("data.train"));
-  rename_logs(scene.data.validation, origin.folder("data.validation"));
   check_contract(scene, contract);
   complete_models(scene);
   check_consistency(scene);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -68,16 +69,25 @@ struct RobotModel {
   std::vector<std::string> parameter_names() const;
 };
 
-/// Reads a URDF: a tree of revolute, continuous, prismatic and fixed joints. Links behind fixed
-/// joints are lumped into the link that carries them and kept as frames. The non-standard child
-/// element <fricid armature= acceleration= jerk=/> of a joint is read when present.
+/// Joints that are welded. Those that <mimic> one of them are welded with it.
+struct Welds {
+  std::map<std::string, double> at;  ///< position by joint [rad or m]; NaN: anywhere
+  std::string where = "fix";         ///< where they are asked for, for messages
+};
+
+/// Reads a URDF: a tree of revolute, continuous, prismatic and fixed joints. Links behind fixed or
+/// welded joints are lumped into the link that carries them and kept as frames. The non-standard
+/// child element <fricid armature= acceleration= jerk=/> of a joint is read when present.
 /// @param mount  rotation that takes base vectors to world vectors; gravity = mount' (0, 0, -9.81)
 /// @throws UserError naming file, link or joint: missing or non-positive mass, inertia that is not
-///         physical, unsupported joint type, no moving joint, file missing
+///         physical, unsupported joint type, <mimic> of a joint that moves, no moving joint, file
+///         missing, a weld of no joint or beyond its limits
 RobotModel load_urdf(const std::filesystem::path& path,
-                     const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity());
+                     const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity(),
+                     const Welds& welds = {});
 RobotModel parse_urdf(const std::string& text, const std::string& source_name,
-                      const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity());
+                      const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity(),
+                      const Welds& welds = {});
 
 /// Adds a linear torque with initial coefficient c and extends pi.
 void add_linear_torque(RobotModel& model, LinearTorque torque, double c = 0);

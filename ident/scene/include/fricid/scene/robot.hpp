@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,6 +48,8 @@ struct RobotSection {
   std::array<double, 3> payload_com{};
   std::array<double, 6> payload_inertia{};
   std::string payload_frame = "flange";
+  std::vector<std::string> hold;
+  std::map<std::string, double> fix;
   std::vector<LinearTorqueSection> torques;
 
   template <class Archive>
@@ -64,6 +67,12 @@ struct RobotSection {
             number("kg m^2", -1e4, 1e4,
                    "Ixx, Iyy, Izz, Ixy, Ixz, Iyz of the payload about its centre of mass"));
     archive("payload_frame", payload_frame, text("frame of the URDF that carries the payload"));
+    archive("hold", hold,
+            text("joints that stand still in the logs: welded where the first training log has "
+                 "them, as if `fix` said so"));
+    archive("fix", fix,
+            number("rad or m", -1e3, 1e3,
+                   "joints that are welded, and where; those that <mimic> them follow"));
     archive.sections("torque", torques,
                      "known torques linear in a parameter, e.g. a counterbalance");
   }
