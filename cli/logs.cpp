@@ -16,6 +16,7 @@
 #include "fricid/scene/problem.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
+#include "fricid/system/transmission.hpp"
 #include "fricid/workflow/recordings.hpp"
 #include "fricid/workflow/run.hpp"
 
@@ -254,8 +255,10 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
       throw UserError("--design: needs a robot: --robot URDF, or the folder of a run");
   } else if (regular(subject.sets)) {
     std::vector<signals::Recording> recordings;
+    const Transmission motors(*subject.robot);
     for (const data::Dataset& d : subject.sets)
-      recordings.push_back(signals::make_recording(d, subject.identify.cutoff_hz));
+      recordings.push_back(
+          signals::make_recording(motors.to_motors(d), subject.identify.cutoff_hz));
     estimate::IdentifiabilityOptions how;
     how.rigid_body = subject.identify;
     const auto report = estimate::examine_data(*subject.robot, recordings, how);

@@ -103,6 +103,48 @@ std::vector<double> add_torques(const Scene& scene, dynamics::RobotModel& robot)
   return prior_sd;
 }
 
+// What the contract says of coupled motors, where the scene says nothing. @throws UserError when
+// they differ
+void take_couplings(Scene& scene, const fs::path& contract_path) {
+  if (contract_path.empty()) return;
+  std::vector<CouplingSection> of_contract;
+  for (const data::Coupling& c : data::load_contract(contract_path).couplings)
+    of_contract.push_back({.joint = c.joint, .motor = c.motor, .factor = c.factor});
+  if (of_contract.empty()) return;
+  std::vector<CouplingSection>& own = scene.robot.couplings;
+  if (own.empty()) own = of_contract;
+  const auto same = [](const CouplingSection& a, const CouplingSection& b) {
+    return a.joint == b.joint && a.motor == b.motor && a.factor == b.factor;
+  };
+  if (!std::ranges::is_permutation(own, of_contract, same))
+    throw UserError("{}: robot.coupling differs from [[coupling]] of {}; allowed: the same, or none",
+                    scene.origin.place("robot.coupling"), contract_path.string());
+}
+
+void add_couplings(const Scene& scene, dynamics::RobotModel& robot) {
+  for (std::size_t i = 0; i < scene.robot.couplings.size(); ++i) {
+    const CouplingSection& c = scene.robot.couplings[i];
+    const std::string key = fmt::format("robot.coupling[{}]", i);
+    const std::string shown = fmt::format("robot.coupling[{}]", i + 1);
+    const auto index = [&](const std::string& name, const char* what) {
+      const auto found = std::ranges::find(scene.joints, name);
+      if (found == scene.joints.end())
+        throw UserError("{}: {}.{} = \"{}\"; allowed: {}",
+                        scene.origin.place(fmt::format("{}.{}", key, what)), shown, what, name,
+                        fmt::join(scene.joints, ", "));
+      return static_cast<int>(found - scene.joints.begin());
+    };
+    const int joint = index(c.joint, "joint"), motor = index(c.motor, "motor");
+    if (joint == motor)
+      throw UserError("{}: {} couples {} with itself", scene.origin.place(key), shown, c.joint);
+    robot.couplings.push_back({joint, motor, c.factor});
+    if (!dynamics::is_transmission(robot))
+      throw UserError("{}: {} leaves a joint that no motor turns alone; allowed: factors by which "
+                      "the motors turn every joint",
+                      scene.origin.place(key), shown);
+  }
+}
+
 void add_payload(const Scene& scene, dynamics::RobotModel& model) {
   const RobotSection& robot = scene.robot;
   if (robot.payload_kg == 0) return;
@@ -294,6 +336,7 @@ Problem resolve(Scene scene) {
   const fs::path contract = find_and_rename(origin, scene.data.contract, "data.contract");
   rename_logs(scene.data.train, origin.folder("data.train"));
   rename_logs(scene.data.validation, origin.folder("data.validation"));
+  take_couplings(scene, contract);
   fix_held_joints(scene, contract, folder_of_scene(scene));
   if (!mjcf.empty() && !scene.robot.fix.empty())
     throw UserError("{}: robot.fix beside robot.mjcf; allowed: one of them, without mjcf the "
@@ -303,6 +346,7 @@ Problem resolve(Scene scene) {
       dynamics::load_urdf(urdf, mount_rotation(scene.robot), welds_of(scene));
   scene.joints = joint_names(robot);
   add_payload(scene, robot);
+  add_couplings(scene, robot);
   dynamics::require_inertia(robot, urdf.string());
   scene.identify.linear_prior_sd = add_torques(scene, robot);
   if (scene.friction && scene.friction->model.joints().empty())
