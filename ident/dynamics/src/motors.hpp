@@ -32,7 +32,7 @@ struct Motors {
     const size_t n = m.size();
     for (size_t i = 0; i < n; ++i) {
       S sum(0);
-      for (size_t k = 0; k < n; ++k) sum = mul_add(ws.A_[i * n + k], m[k], sum);
+      for (size_t k = 0; k < n; ++k) sum += ws.A_[i * n + k] * m[k];
       room[i] = sum;
     }
     return room;
@@ -53,7 +53,7 @@ struct Motors {
       return;
     }
     const size_t n = tau.size();
-    for (size_t k = 0; k < n; ++k) tau[k] = mul_add(ws.A_[i * n + k], torque, tau[k]);
+    for (size_t k = 0; k < n; ++k) tau[k] += ws.A_[i * n + k] * torque;
   }
 
   /// The lower triangle of A' M A in place of that of M.
@@ -64,13 +64,13 @@ struct Motors {
     for (size_t i = 0; i < n; ++i)
       for (size_t k = 0; k < n; ++k) {
         S sum(0);
-        for (size_t j = 0; j < n; ++j) sum = mul_add(M(i, j), ws.A_[j * n + k], sum);
+        for (size_t j = 0; j < n; ++j) sum += M(i, j) * ws.A_[j * n + k];
         ws.MA_[i * n + k] = sum;
       }
     for (size_t i = 0; i < n; ++i)
       for (size_t k = 0; k <= i; ++k) {
         S sum(0);
-        for (size_t j = 0; j < n; ++j) sum = mul_add(ws.A_[j * n + i], ws.MA_[j * n + k], sum);
+        for (size_t j = 0; j < n; ++j) sum += ws.A_[j * n + i] * ws.MA_[j * n + k];
         ws.M_[i * n + k] = sum;
       }
   }
