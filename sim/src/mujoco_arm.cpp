@@ -106,16 +106,18 @@ void add_payload_body(mjSpec& spec, const mjModel& model, int link_body, const P
   }
 }
 
-// Rotors of coupled motors: the inertia of tendons whose lengths are the motor angles. What the
-// joints had of it as armature is taken from them.
+// Rotors of coupled motors: the inertia of tendons whose lengths are the motor angles, and which a
+// file may have already. What the joints had of it as armature is taken from them.
 void couple_motors(mjSpec& spec, const dynamics::RobotModel& robot) {
   const Eigen::MatrixXd C = robot.motors_of_joints();
   for (int k = 0; k < robot.n(); ++k) {
     const std::string& own = robot.joints[static_cast<std::size_t>(k)].name;
-    if ((C.row(k).array() != 0).count() == 1) continue;
+    const std::string name = "motor of " + own;
+    if ((C.row(k).array() != 0).count() == 1 || mjs_findElement(&spec, mjOBJ_TENDON, name.c_str()))
+      continue;
     mjsJoint* joint = mjs_asJoint(mjs_findElement(&spec, mjOBJ_JOINT, own.c_str()));
     mjsTendon* tendon = mjs_addTendon(&spec, nullptr);
-    mjs_setName(tendon->element, ("motor of " + own).c_str());
+    mjs_setName(tendon->element, name.c_str());
     tendon->armature = joint->armature;
     joint->armature = 0;
     for (int j = 0; j < robot.n(); ++j)

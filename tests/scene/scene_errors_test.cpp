@@ -67,6 +67,26 @@ TEST_F(BadScene, JointsThatCannotBeFixedOrHeld) {
             "simulator's arm is made of the URDF");
 }
 
+TEST_F(BadScene, MotorsThatCannotBeCoupled) {
+  const auto coupled = [&](const std::string& joint, const std::string& motor,
+                           const std::string& factor) {
+    return with("[[robot.coupling]]\njoint = \"" + joint + "\"\nmotor = \"" + motor +
+                "\"\nfactor = " + factor + "\n");
+  };
+  EXPECT_EQ(coupled("elbo", "shoulder", "1"),
+            "scene.toml:13: robot.coupling[1].joint = \"elbo\"; allowed: shoulder, elbow");
+  EXPECT_EQ(coupled("elbow", "motor", "1"),
+            "scene.toml:14: robot.coupling[1].motor = \"motor\"; allowed: shoulder, elbow");
+  EXPECT_EQ(coupled("elbow", "elbow", "1"),
+            "scene.toml:12: robot.coupling[1] couples elbow with itself");
+  EXPECT_EQ(coupled("elbow", "shoulder", "100"),
+            "scene.toml:15: robot.coupling[1].factor = 100; allowed: a number from -10 to 10");
+  EXPECT_EQ(with("[[robot.coupling]]\njoint = \"elbow\"\nmotor = \"shoulder\"\nfactor = 1\n"
+                 "[[robot.coupling]]\njoint = \"shoulder\"\nmotor = \"elbow\"\nfactor = 1\n"),
+            "scene.toml:16: robot.coupling[2] leaves a joint that no motor turns alone; allowed: "
+            "factors by which the motors turn every joint");
+}
+
 TEST_F(BadScene, LatentsThatAModelCannotHave) {
   for (const int n_z : {0, 13})
     EXPECT_EQ(
