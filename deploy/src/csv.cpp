@@ -48,6 +48,9 @@ Exported write_csv(const data::ModelFile& model) {
       "steady sliding alone, at q = 0, no load, {} K, other joints at rest: presliding, hysteresis "
       "and what depends on q, load or temperature are left out",
       kRoomTemperature));
+  if (model.arm.robot.coupled())
+    exported.losses.push_back("velocity and friction are those of the motors: " +
+                              motors_in_words(model.arm.robot));
   return exported;
 }
 

@@ -12,18 +12,23 @@ namespace fricid::deploy {
 namespace {
 
 Exported write_c(const data::ModelFile& model) {
-  return {.files = {{code_name(model) + "_friction.h", c_header(model)}}, .losses = {}};
+  Exported exported{.files = {{code_name(model) + "_friction.h", c_header(model)}}, .losses = {}};
+  if (model.arm.robot.coupled())
+    exported.losses.push_back("q, v and torques are those of the motors: " +
+                              motors_in_words(model.arm.robot));
+  return exported;
 }
 
 struct Row {
   Format format;
   Exported (*write)(const data::ModelFile&);
+  bool couples = false;  ///< says, or may leave to its user, what motors turn two joints
 };
 constexpr std::array kRows = {
-    Row{{"c", "C99 header of the friction, torque and states"}, write_c},
-    Row{{"csv", "table of steady friction torque over speed"}, write_csv},
+    Row{{"c", "C99 header of the friction, torque and states"}, write_c, true},
+    Row{{"csv", "table of steady friction torque over speed"}, write_csv, true},
     Row{{"urdf", "identified rigid body"}, write_urdf},
-    Row{{"mjcf", "identified rigid body for MuJoCo"}, write_mjcf},
+    Row{{"mjcf", "identified rigid body for MuJoCo"}, write_mjcf, true},
 };
 std::string_view name_of(const Row& row) { return row.format.name; }
 constexpr auto kFormats = [] {
@@ -50,7 +55,11 @@ void require_format(std::string_view format) {
 
 Exported export_model(const data::ModelFile& model, std::string_view format) {
   require_format(format);
-  return std::ranges::find(kRows, format, &name_of)->write(model);
+  const Row& row = *std::ranges::find(kRows, format, &name_of);
+  if (model.arm.robot.coupled() && !row.couples)
+    throw UserError("{}: {} cannot say that {}; allowed: mjcf, c, csv", model.name, format,
+                    motors_in_words(model.arm.robot));
+  return row.write(model);
 }
 
 void save(const Exported& exported, const std::filesystem::path& folder) {

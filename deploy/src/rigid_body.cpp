@@ -125,6 +125,29 @@ Xml urdf_frame(const RobotModel& robot, const dynamics::Frame& frame, const std:
       xml_attribute(parent), xml_attribute(frame.name), origin(frame.R, frame.p));
 }
 
+// Whether the angle of a motor is that of its joint.
+bool turns_alone(const RobotModel& robot, int motor) {
+  return (robot.motors_of_joints().row(motor).array() != 0).count() == 1;
+}
+
+// Rotors of the other motors: inertias of tendons whose lengths are the motor angles.
+Xml mjcf_rotors(const RobotModel& robot) {
+  Xml text;
+  const Eigen::MatrixXd C = robot.motors_of_joints();
+  for (int k = 0; k < robot.n(); ++k) {
+    if (turns_alone(robot, k)) continue;
+    text += Xml::of("<fixed name={} armature=\"{:.17g}\">\n",
+                    xml_attribute("motor of " + robot.joints[static_cast<std::size_t>(k)].name),
+                    robot.pi[robot.armature_begin() + k]);
+    for (int j = 0; j < robot.n(); ++j)
+      if (C(k, j) != 0)
+        text += Xml::of("<joint joint={} coef=\"{:.17g}\"/>\n",
+                        xml_attribute(robot.joints[static_cast<std::size_t>(j)].name), C(k, j));
+    text += Xml::of("</fixed>\n");
+  }
+  return text.empty() ? text : Xml::of("<tendon>\n{}</tendon>\n", text);
+}
+
 Xml mjcf_bodies(const data::ModelFile& model, int parent) {
   const RobotModel& robot = model.arm.robot;
   Xml text;
@@ -153,7 +176,7 @@ Xml mjcf_bodies(const data::ModelFile& model, int parent) {
         xml_attribute(joint.link), numbers(joint.p0), turn.w(), turn.x(), turn.y(), turn.z(),
         xml_attribute(joint.name),
         xml_attribute(joint.type == JointType::kRevolute ? "hinge" : "slide"), numbers(joint.axis),
-        robot.pi[robot.armature_begin() + i], stiffness);
+        turns_alone(robot, i) ? robot.pi[robot.armature_begin() + i] : 0, stiffness);
     if (limited)
       text += Xml::of(" limited=\"true\" range=\"{:.17g} {:.17g}\"", joint.lower, joint.upper);
     text += Xml::of(
@@ -166,6 +189,22 @@ Xml mjcf_bodies(const data::ModelFile& model, int parent) {
 }
 
 }  // namespace
+
+std::string motors_in_words(const RobotModel& robot) {
+  const Eigen::MatrixXd C = robot.motors_of_joints();
+  std::string words;
+  for (int k = 0; k < robot.n(); ++k) {
+    if (turns_alone(robot, k)) continue;
+    const std::string& own = robot.joints[static_cast<std::size_t>(k)].name;
+    words += fmt::format("{}the motor of {} turns by {}", words.empty() ? "" : ", ", own, own);
+    for (int j = 0; j < robot.n(); ++j)
+      if (j != k && C(k, j) != 0)
+        words += fmt::format(" {} {}{}", C(k, j) > 0 ? "+" : "-",
+                             std::abs(C(k, j)) == 1 ? "" : fmt::format("{:.6g} ", std::abs(C(k, j))),
+                             robot.joints[static_cast<std::size_t>(j)].name);
+  }
+  return words;
+}
 
 Exported write_urdf(const data::ModelFile& model) {
   const RobotModel& robot = model.arm.robot;
@@ -190,8 +229,9 @@ Exported write_mjcf(const data::ModelFile& model) {
   const RobotModel& robot = model.arm.robot;
   const Xml text = Xml::of(
       "<mujoco model={}>\n<compiler angle=\"radian\" balanceinertia=\"false\"/>\n"
-      "<option gravity=\"{}\"/>\n<worldbody>\n{}</worldbody>\n</mujoco>\n",
-      xml_attribute(robot.name), numbers(robot.gravity), mjcf_bodies(model, -1));
+      "<option gravity=\"{}\"/>\n<worldbody>\n{}</worldbody>\n{}</mujoco>\n",
+      xml_attribute(robot.name), numbers(robot.gravity), mjcf_bodies(model, -1),
+      mjcf_rotors(robot));
   return {.files = {{code_name(model) + ".xml", text.text()}},
           .losses = common_losses(robot, true)};
 }

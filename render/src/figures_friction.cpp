@@ -239,7 +239,7 @@ Figure latent(const Run& run) {
     if (!predicted || !file || file->arm.friction.model.state_size() == 0) continue;
     const auto& friction = file->arm.friction;
     add(model.label, model.look.colour, unit_of_states(friction.model), predicted->t,
-        evaluate::driven_states(friction, *predicted).leftCols(shown_states(friction.model)));
+        evaluate::driven_states(file->arm, *predicted).leftCols(shown_states(friction.model)));
   }
   return figure;
 }

@@ -10,6 +10,7 @@ namespace fricid::sim {
 Controller::Controller(const ControllerOptions& options, const dynamics::RobotModel& robot,
                        double dt)
     : robot_(robot),
+      motors_(robot),
       ws_(robot),
       law_(options.kind),
       w_(2 * std::numbers::pi * options.bandwidth_hz),
@@ -27,6 +28,22 @@ Controller::Controller(const ControllerOptions& options, const dynamics::RobotMo
 
 void Controller::torque(const Reference& reference, std::span<const double> q,
                         std::span<const double> v, std::span<double> tau) {
+  if (!motors_.coupled()) return torque_at_motors(reference, q, v, tau);
+  const auto n = std::ssize(q);
+  const Eigen::MatrixXd& C = motors_.inverse();
+  const auto at_motors = [&](std::span<const double> x) -> Eigen::VectorXd {
+    return C * Eigen::Map<const Eigen::VectorXd>(x.data(), n);
+  };
+  const Eigen::VectorXd q_m = at_motors(q), v_m = at_motors(v);
+  const Eigen::VectorXd q_ref = C * reference.q, v_ref = C * reference.v, a_ref = C * reference.a;
+  Eigen::VectorXd tau_m(n);
+  torque_at_motors({q_ref, v_ref, a_ref}, {q_m.data(), q.size()}, {v_m.data(), q.size()},
+                   {tau_m.data(), q.size()});
+  Eigen::Map<Eigen::VectorXd>(tau.data(), n) = C.transpose() * tau_m;
+}
+
+void Controller::torque_at_motors(const Reference& reference, std::span<const double> q,
+                                  std::span<const double> v, std::span<double> tau) {
   const std::size_t n = q.size();
   const std::span<const double> pi{robot_.pi.data(), static_cast<std::size_t>(robot_.pi.size())};
   dynamics::crba<double>(robot_, ws_, pi, q, M_);

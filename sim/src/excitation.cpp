@@ -18,6 +18,7 @@
 #include "fricid/dynamics/base_parameters.hpp"
 #include "fricid/sim/clearance.hpp"
 #include "fricid/sim/streams.hpp"
+#include "fricid/system/transmission.hpp"
 
 namespace fricid::sim {
 namespace {
@@ -92,6 +93,7 @@ class Judge {
  public:
   explicit Judge(const Problem& problem)
       : problem_(problem),
+        C_(Transmission(problem.robot).inverse()),
         ws_(problem.robot),
         // twice the demand, so that a search sees where it goes
         clearance_(problem.arm, 2 * (problem.config.clearance_m + kClearanceGuard) + 0.05),
@@ -99,7 +101,8 @@ class Judge {
         Y_base_(problem.robot.n(), static_cast<Eigen::Index>(problem.columns.size())) {}
 
   /// Information matrix  mean_t Y_b' W Y_b  with W = diag(1 / effort^2), and what is known already.
-  Eigen::MatrixXd information(const Motion& motion) {
+  Eigen::MatrixXd information(const Motion& at_joints) {
+    const Motion motion = at_motors(at_joints);
     const auto size = static_cast<Eigen::Index>(problem_.columns.size());
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
     for (Eigen::Index k = 0; k < motion.q.cols(); ++k) {
@@ -118,8 +121,9 @@ class Judge {
     return H;
   }
 
-  /// Largest share of the effort limit that rigid body and friction allowance take, per joint.
-  Eigen::VectorXd torque_shares(const Motion& motion) {
+  /// Largest share of the effort limit that rigid body and friction allowance take, per motor.
+  Eigen::VectorXd torque_shares(const Motion& at_joints) {
+    const Motion motion = at_motors(at_joints);
     const dynamics::RobotModel& robot = problem_.robot;
     Eigen::VectorXd shares = Eigen::VectorXd::Zero(robot.n());
     std::vector<double> tau(static_cast<std::size_t>(robot.n()));
@@ -156,7 +160,15 @@ class Judge {
     return {matrix.col(k).data(), static_cast<std::size_t>(matrix.rows())};
   }
 
+  Motion at_motors(const Motion& motion) const {
+    if (C_.size() == 0) return motion;
+    Motion m = motion;
+    for (auto* x : {&m.q, &m.v, &m.a}) *x = C_ * *x;
+    return m;
+  }
+
   const Problem& problem_;
+  Eigen::MatrixXd C_;  ///< motors of joints; empty without couplings
   dynamics::Workspace<double> ws_;
   Clearance clearance_;
   Eigen::MatrixXd Y_, Y_base_;

@@ -15,6 +15,7 @@
 #include "fricid/base/rng.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/sim/mjcf.hpp"
+#include "fricid/system/transmission.hpp"
 
 namespace fricid::sim {
 namespace {
@@ -105,6 +106,26 @@ void add_payload_body(mjSpec& spec, const mjModel& model, int link_body, const P
   }
 }
 
+// Rotors of coupled motors: the inertia of tendons whose lengths are the motor angles, and which a
+// file may have already. What the joints had of it as armature is taken from them.
+void couple_motors(mjSpec& spec, const dynamics::RobotModel& robot) {
+  const Eigen::MatrixXd C = robot.motors_of_joints();
+  for (int k = 0; k < robot.n(); ++k) {
+    const std::string& own = robot.joints[static_cast<std::size_t>(k)].name;
+    const std::string name = "motor of " + own;
+    if ((C.row(k).array() != 0).count() == 1 || mjs_findElement(&spec, mjOBJ_TENDON, name.c_str()))
+      continue;
+    mjsJoint* joint = mjs_asJoint(mjs_findElement(&spec, mjOBJ_JOINT, own.c_str()));
+    mjsTendon* tendon = mjs_addTendon(&spec, nullptr);
+    mjs_setName(tendon->element, name.c_str());
+    tendon->armature = joint->armature;
+    joint->armature = 0;
+    for (int j = 0; j < robot.n(); ++j)
+      if (C(k, j) != 0)
+        mjs_wrapJoint(tendon, robot.joints[static_cast<std::size_t>(j)].name.c_str(), C(k, j));
+  }
+}
+
 void disable_all_but_gravity(mjModel& model, double step) {
   model.opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_LIMIT |
                             mjDSBL_FRICTIONLOSS | mjDSBL_EQUALITY | mjDSBL_ACTUATION |
@@ -171,7 +192,8 @@ MujocoArm::MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotMod
     if (link < 0) throw UserError("{}: payload on a frame that does not move", file);
     add_payload_body(*spec, *model_, body(link), payload);
   }
-  if (turned || loaded) model_ = compile(*spec, mjcf);
+  if (robot.coupled()) couple_motors(*spec, robot);
+  if (turned || loaded || robot.coupled()) model_ = compile(*spec, mjcf);
   disable_all_but_gravity(*model_, step);
 
   if (const double mismatch = dynamics_mismatch(*this, robot); mismatch > kMismatchAllowed)
@@ -187,6 +209,7 @@ double dynamics_mismatch(const MujocoArm& arm, const dynamics::RobotModel& robot
   tree.linear_torques.clear();
   tree.pi.conservativeResize(tree.linear_begin());
   dynamics::Workspace<double> ws(tree);
+  const Transmission motors(robot);
 
   const auto n = static_cast<std::size_t>(arm.n());
   std::vector<double> q(n), v(n), a(n), tau(n);
@@ -204,8 +227,14 @@ double dynamics_mismatch(const MujocoArm& arm, const dynamics::RobotModel& robot
       data->qacc[arm.dof(joint)] = a[j];
     }
     mj_inverse(&arm.model(), data.get());
+    for (std::vector<double>* x : {&q, &v, &a}) {
+      Eigen::Map<RowMatrix> row(x->data(), 1, robot.n());
+      row = motors.to_motors(row);
+    }
     dynamics::rnea<double>(tree, ws, {tree.pi.data(), static_cast<std::size_t>(tree.pi.size())}, q,
                            v, a, tau);
+    Eigen::Map<RowMatrix> tau_row(tau.data(), 1, robot.n());
+    tau_row = motors.torque_to_joints(tau_row);
     for (std::size_t j = 0; j < n; ++j) {
       const double of_mujoco = data->qfrc_inverse[arm.dof(static_cast<int>(j))];
       difference = std::max(difference, std::abs(of_mujoco - tau[j]));

@@ -31,7 +31,7 @@ void copy_row(std::span<const double> values, RowMatrix& matrix, int row) {
 
 Plant::Plant(const MujocoArm& arm, const dynamics::RobotModel& robot,
              const friction::Friction& friction)
-    : arm_(arm), robot_(robot), data_(arm.make_data()), host_(friction, arm) {
+    : arm_(arm), robot_(robot), data_(arm.make_data()), host_(friction, arm, robot) {
   a_.resize(static_cast<std::size_t>(n()));
   tau_f_.resize(static_cast<std::size_t>(n()));
 }

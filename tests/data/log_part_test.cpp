@@ -55,5 +55,20 @@ TEST_F(LogPartTest, PartsOfALogHaveNoSampleInCommonAndNoneIsLost) {
             "x: 0 samples from 7 to inf s; the log has 0.9 s");
 }
 
+TEST_F(LogPartTest, WeldedJointsLeaveALogThatHasThemAtRest) {
+  Dataset d = ten_samples();
+  d.q.col(1).setConstant(0.3);
+  d.q(4, 1) = 0.31;
+  const Dataset rest = of_joints(d, {"a", "c"}, {{"b", 0.3}, {"z", 9}}, "x");
+  EXPECT_EQ(rest.joint_names, (std::vector<std::string>{"a", "c"}));
+  EXPECT_EQ(rest.q(3, 1), 32);
+  EXPECT_EQ(rest.tau(5, 1), -52);
+  EXPECT_EQ(rest.v.size(), 0);
+  d.q(7, 1) = 0.35;
+  EXPECT_EQ(message_of([&] { of_joints(d, {"a", "c"}, {{"b", 0.3}}, "x"); }),
+            "x: b is welded at 0.3 and here at 0.35; allowed: within 0.02 rad or m; use a part of "
+            "the log where it rests (\"x[FROM:TO]\"), or let it move");
+}
+
 }  // namespace
 }  // namespace fricid::data

@@ -35,6 +35,7 @@ class ModelJson : public FolderTest {
     robot.joints[1].continuous = true;
     robot.joints[1].acceleration = std::sqrt(2.0);
     robot.gravity = Eigen::Vector3d(0.1, 0.2, -9.81);
+    robot.couplings = {{.joint = 1, .motor = 0, .factor = std::sqrt(0.1)}};
 
     std::vector<friction::JointSpec> joints(2);
     for (const friction::LawInfo& row : friction::law_table())
@@ -78,6 +79,7 @@ TEST_F(ModelJson, RoundTripToTheLastBit) {
   EXPECT_TRUE(read.is_oracle);
 
   const dynamics::RobotModel &a = read.arm.robot, &b = model.arm.robot;
+  EXPECT_EQ(a.joints_of_motors(), b.joints_of_motors());
   EXPECT_EQ(a.name, b.name);
   EXPECT_TRUE(same_bits(a.pi, b.pi));
   EXPECT_TRUE(same_bits(a.gravity, b.gravity));

@@ -46,6 +46,29 @@ TEST(Mjcf, IsTheRobotInMujoco) {
   EXPECT_LT(sim::dynamics_mismatch(arm, model.arm.robot), 1e-11);
 }
 
+TEST(CoupledMotors, AreTendonsInMujocoAndWordsElsewhere) {
+  data::ModelFile model = kr6();
+  model.arm.robot.couplings = {{5, 4, -1}, {4, 3, 0.25}};
+  const OwnFolder folder;
+  save(export_model(model, "mjcf"), folder.path());
+  const sim::MujocoArm arm(folder.path() / "lugre_s1.xml", model.arm.robot, 1e-3);
+  EXPECT_LT(sim::dynamics_mismatch(arm, model.arm.robot), 1e-11);
+  // m5 = q5 - m4 / 4, m6 = q6 + m5
+  const std::string words =
+      "the motor of joint_a5 turns by joint_a5 - 0.25 joint_a4, the motor of joint_a6 turns by "
+      "joint_a6 - 0.25 joint_a4 + joint_a5";
+  try {
+    export_model(model, "urdf");
+    ADD_FAILURE() << "a URDF was written";
+  } catch (const UserError& error) {
+    EXPECT_EQ(error.what(), "lugre: urdf cannot say that " + words + "; allowed: mjcf, c, csv");
+  }
+  EXPECT_EQ(export_model(model, "csv").losses.back(),
+            "velocity and friction are those of the motors: " + words);
+  EXPECT_EQ(export_model(model, "c").losses.back(),
+            "q, v and torques are those of the motors: " + words);
+}
+
 TEST(RigidBody, InertiaThatNoBodyHasIsRefused) {
   data::ModelFile model = kr6();
   model.arm.robot.pi[0] = -1;

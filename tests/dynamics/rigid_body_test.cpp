@@ -195,6 +195,30 @@ TEST(RigidBody, MountTurnsGravity) {
   }
 }
 
+// q = A m: the torques of the links at the motors, and each rotor at its own.
+TEST(RigidBody, CoupledMotorsCarryTheLinksThroughTheirTransmission) {
+  const RobotModel coupled = all_robots().back();
+  ASSERT_TRUE(coupled.coupled());
+  MatrixXd A = MatrixXd::Identity(6, 6);
+  A(5, 4) = -1;
+  A(4, 3) = 0.2;
+  A(1, 0) = 0.5;
+  A(2, 5) = -0.3;
+  EXPECT_EQ(coupled.joints_of_motors(), A);
+  EXPECT_LE((coupled.motors_of_joints() * A - MatrixXd::Identity(6, 6)).norm(), tolerance(1e-14));
+  RobotModel links = coupled;
+  links.couplings.clear();
+  const VectorXd Ia = links.pi.segment<6>(links.armature_begin());
+  links.pi.segment<6>(links.armature_begin()).setZero();
+  Robot robot(coupled), at_joints(links);
+  for (int k = 0; k < 100; ++k) {
+    const State s = random_state(coupled, k);
+    const VectorXd expected = A.transpose() * at_joints.rnea(A * s.q, A * s.v, A * s.a) +
+                              Ia.cwiseProduct(s.a);
+    EXPECT_TRUE(close(robot.rnea(s.q, s.v, s.a), expected, 1e-13));
+  }
+}
+
 TEST(RigidBody, ArmatureAddsToTheDiagonalAlone) {
   const RobotModel model = load("kr6_r700/kr6_r700.urdf");
   VectorXd without = model.pi;

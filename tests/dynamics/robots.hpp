@@ -36,7 +36,8 @@ inline RobotModel load(const std::string& path_below_models) {
   return load_urdf(source_dir() / "models" / path_below_models);
 }
 
-/// Every robot of the tree, and the KR6 with payload, counterbalance and springs.
+/// Every robot of the tree, the KR6 with payload, counterbalance and springs, and that with a
+/// coupled wrist and further motors that turn two joints.
 inline std::vector<RobotModel> all_robots() {
   std::vector<RobotModel> robots;
   for (const char* path : {"test/pendulum.urdf", "test/planar_2r.urdf", "test/scara.urdf",
@@ -51,6 +52,9 @@ inline std::vector<RobotModel> all_robots() {
   add_linear_torque(loaded, {.name = "cos", .joint = 1, .shape = Shape::kCos, .k = 1}, -35);
   add_linear_torque(loaded, {.name = "spring", .joint = 2, .shape = Shape::kLinear}, 4);
   add_linear_torque(loaded, {.name = "offset", .joint = 4, .shape = Shape::kConstant}, 0.3);
+  robots.push_back(loaded);
+  loaded.name = "kr6 with coupled motors";
+  loaded.couplings = {{5, 4, -1}, {4, 3, 0.2}, {1, 0, 0.5}, {2, 5, -0.3}};
   robots.push_back(loaded);
   return robots;
 }

@@ -111,6 +111,98 @@ TEST(Urdf, TheBaseMayHaveAnyInertia) {
   EXPECT_EQ(message(text), "no error");
 }
 
+/// Torque of the joints that are not welded, and of the same joints where the others stand still.
+void expect_same_as_standing(const std::string& file, const Welds& welds) {
+  const RobotModel whole = load(file);
+  const RobotModel welded =
+      load_urdf(source_dir() / "models" / file, Eigen::Matrix3d::Identity(), welds);
+  ASSERT_EQ(welded.n() + std::ssize(welds.at), whole.n());
+  Workspace<double> ws(whole), ws_welded(welded);
+  Rng rng(7, 0);
+  const auto n = static_cast<std::size_t>(whole.n()), m = static_cast<std::size_t>(welded.n());
+  const auto pi = [](const RobotModel& robot) {
+    return std::span<const double>(robot.pi.data(), static_cast<std::size_t>(robot.pi.size()));
+  };
+  for (int state = 0; state < 50; ++state) {
+    std::vector<double> q(n), v(n), a(n), tau(n), some_q, some_v, some_a, tau_welded(m);
+    for (std::size_t j = 0; j < n; ++j) {
+      const auto weld = welds.at.find(whole.joints[j].name);
+      if (weld != welds.at.end()) {
+        q[j] = weld->second;
+        continue;
+      }
+      some_q.push_back(q[j] = rng.normal());
+      some_v.push_back(v[j] = rng.normal());
+      some_a.push_back(a[j] = 5 * rng.normal());
+    }
+    rnea<double>(whole, ws, pi(whole), q, v, a, tau);
+    rnea<double>(welded, ws_welded, pi(welded), some_q, some_v, some_a, tau_welded);
+    std::size_t k = 0;
+    for (std::size_t j = 0; j < n; ++j)
+      if (!welds.at.contains(whole.joints[j].name)) {
+        EXPECT_EQ(welded.joints[k].name, whole.joints[j].name);
+        EXPECT_NEAR(tau_welded[k++], tau[j], tolerance(1e-11)) << whole.joints[j].name;
+      }
+  }
+}
+
+TEST(Urdf, AWeldedJointIsOneThatStandsStill) {
+  expect_same_as_standing("kr6_r700/kr6_r700.urdf", {.at = {{"joint_a3", 0.4}}});
+  expect_same_as_standing("kr6_r700/kr6_r700.urdf", {.at = {{"joint_a2", -1.1}, {"joint_a6", 2}}});
+  expect_same_as_standing("test/branched.urdf", {.at = {{"right_slide", 0.15}, {"waist", 0.3}}});
+}
+
+/// An arm with a gripper of two fingers on slides, of which the second follows the first.
+std::string gripper() {
+  std::string text = one_joint();
+  const std::string limit = R"(<limit lower="-0.01" upper="0.04" velocity="1" effort="20"/>)";
+  std::string hand;
+  for (const std::string name : {"one", "two"})
+    hand += "<link name=\"" + name + "\">" + kInertial + "</link>\n<joint name=\"finger_" + name +
+            R"(" type="prismatic"><parent link="arm"/><child link=")" + name +
+            R"("/><axis xyz="0 1 0"/>)" + limit +
+            (name == "two" ? R"(<mimic joint="finger_one" multiplier="-0.5" offset="0.01"/>)" : "") +
+            "</joint>\n";
+  return text.insert(text.find("</robot>"), hand);
+}
+
+TEST(Urdf, WhatMimicsAWeldedJointIsWeldedWithIt) {
+  const auto read = [](const Welds& welds) {
+    return parse_urdf(gripper(), "r.urdf", Eigen::Matrix3d::Identity(), welds);
+  };
+  const RobotModel one = read({.at = {{"finger_one", 0.03}}});
+  const RobotModel both = read({.at = {{"finger_one", 0.03}, {"finger_two", -0.005}}});
+  const RobotModel apart = read({.at = {{"finger_one", 0.03}, {"finger_two", 0.02}}});
+  ASSERT_EQ(one.n(), 1);
+  EXPECT_TRUE(close(one.pi, both.pi, 1e-15));
+  EXPECT_DOUBLE_EQ(one.pi[2], 0.03 - 0.005);  // m cy of the two
+  EXPECT_DOUBLE_EQ(apart.pi[2], 0.03 + 0.02);
+}
+
+TEST(UrdfError, Welds) {
+  const auto message_of = [](const Welds& welds) -> std::string {
+    try {
+      parse_urdf(gripper(), "r.urdf", Eigen::Matrix3d::Identity(), welds);
+    } catch (const UserError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(message_of({.at = {}}),
+            "r.urdf:8: joint finger_two: <mimic> follows finger_one, which moves; each joint must "
+            "be free: weld both where they are by [robot] fix = {finger_one = POSITION}, or take "
+            "<mimic> out");
+  EXPECT_EQ(message_of({.at = {{"finger", 0.1}}, .where = "s.toml:4: robot.fix"}),
+            "s.toml:4: robot.fix: finger is no joint that moves in r.urdf; allowed: finger_one, "
+            "finger_two, turn");
+  EXPECT_EQ(message_of({.at = {{"finger_one", 20}}, .where = "s.toml:4: robot.fix"}),
+            "s.toml:4: robot.fix: finger_one = 20; allowed: -0.01 to 0.04 m, its limits in r.urdf");
+  EXPECT_EQ(message_of({.at = {{"finger_one", 0.02}, {"turn", 1.5}}}),
+            "fix: turn = 1.5; allowed: -1 to 1 rad, its limits in r.urdf");
+  EXPECT_EQ(message_of({.at = {{"finger_one", 0.02}, {"turn", 0.5}}}),
+            "r.urdf: no revolute, continuous or prismatic joint");
+}
+
 TEST(UrdfError, Inertia) {
   EXPECT_EQ(message(one_joint("")),
             "r.urdf:3: link arm: moved by joint turn but without mass; needs <inertial> with mass "
@@ -150,8 +242,8 @@ TEST(UrdfError, Joint) {
       message(one_joint(kInertial, R"(<limit lower="-1" upper="1" velocity="2" effort="-3"/>)")),
       "r.urdf:4: joint turn: limit effort = -3; must be >= 0");
   EXPECT_EQ(message(one_joint(kInertial, kLimit + R"(<mimic joint="other"/>)")),
-            "r.urdf:4: joint turn: <mimic> couples joints; each must be free: take <mimic> out, or "
-            "weld the joint by type=\"fixed\"");
+            "r.urdf:4: joint turn: <mimic> follows other, which moves; each joint must be free: "
+            "weld both where they are by [robot] fix = {other = POSITION}, or take <mimic> out");
   EXPECT_EQ(message(one_joint(kInertial, "", "fixed")),
             "r.urdf: no revolute, continuous or prismatic joint");
   EXPECT_EQ(message("<robot name=\"r\">\n<link name=\"base\"/>\n</robot>"),

@@ -187,7 +187,17 @@ class PoorRobot(ProgramTest):
         self.log("validation.csv", "validation", rest)
         done = fricid("identify", self.scene(self.urdf), "-o", self.out)
         self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertRegex(done.stderr, r"joint_a4: moves by .* in all training data; move it, or weld it")
+        self.assertRegex(done.stderr, r"joint_a4: moves by .* in all training data; move it, or .*hold = ")
+        scene = self.scene(self.urdf).read_text()
+        held = self.write("held.toml", scene.replace("[robot]", '[robot]\nhold = ["joint_a4"]'))
+        done = fricid("run", held, "-o", self.folder / "held")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        fit = load(self.folder / "held" / "fit" / "simple_s1.json")
+        self.assertEqual([joint["name"] for joint in fit["joints"]], [j for j in JOINTS if j != "joint_a4"])
+        self.assertIn('fix = {"joint_a4" = 0.25}', (self.folder / "held" / "scene.toml").read_text())
+        self.log("validation.csv", "validation")
+        self.assert_refused(fricid("run", held, "-o", self.folder / "moving"),
+                            r"validation\.csv: joint_a4 is welded at 0\.25 and here at", self.folder / "moving")
 
 
 if __name__ == "__main__":

@@ -44,6 +44,49 @@ TEST_F(BadScene, WrongRange) {
             "scene.toml:13: sensors.torque_noise = nan; allowed: a number from 0 to 1");
 }
 
+TEST_F(BadScene, JointsThatCannotBeFixedOrHeld) {
+  EXPECT_EQ(with_robot("fix = {elbow = \"bent\"}"),
+            "scene.toml:3: robot.fix.elbow = \"bent\"; allowed: {NAME = a number from -1000 to "
+            "1000 rad or m, ...}");
+  EXPECT_EQ(with_robot("fix = 0.3"),
+            "scene.toml:3: robot.fix = 0.3; allowed: {NAME = a number from -1000 to 1000 rad or m, "
+            "...}");
+  EXPECT_EQ(with_robot("fix = {elbo = 0.3}"),
+            "scene.toml:3: robot.fix: elbo is no joint that moves in arm.urdf; allowed: elbow, "
+            "shoulder");
+  EXPECT_EQ(with_robot("hold = [\"elbo\"]"),
+            "scene.toml:3: robot.hold: elbo is no joint that moves in arm.urdf; allowed: elbow, "
+            "shoulder");
+  const std::string simulated = replaced(replaced(kScene, "[1.0, 0.5]", "1"), "mjcf = \"arm.xml\"\n", "");
+  EXPECT_EQ(error_of(replaced(simulated, "[robot]", "[robot]\nhold = \"elbow\"")),
+            "scene.toml:3: robot.hold = \"elbow\" without logs; allowed: robot.fix = {elbow = "
+            "POSITION}");
+  EXPECT_EQ(error_of(replaced(replaced(kScene, "[1.0, 0.5]", "1"), "[robot]",
+                              "[robot]\nfix = {elbow = 0.5}")),
+            "scene.toml:3: robot.fix beside robot.mjcf; allowed: one of them, without mjcf the "
+            "simulator's arm is made of the URDF");
+}
+
+TEST_F(BadScene, MotorsThatCannotBeCoupled) {
+  const auto coupled = [&](const std::string& joint, const std::string& motor,
+                           const std::string& factor) {
+    return with("[[robot.coupling]]\njoint = \"" + joint + "\"\nmotor = \"" + motor +
+                "\"\nfactor = " + factor + "\n");
+  };
+  EXPECT_EQ(coupled("elbo", "shoulder", "1"),
+            "scene.toml:13: robot.coupling[1].joint = \"elbo\"; allowed: shoulder, elbow");
+  EXPECT_EQ(coupled("elbow", "motor", "1"),
+            "scene.toml:14: robot.coupling[1].motor = \"motor\"; allowed: shoulder, elbow");
+  EXPECT_EQ(coupled("elbow", "elbow", "1"),
+            "scene.toml:12: robot.coupling[1] couples elbow with itself");
+  EXPECT_EQ(coupled("elbow", "shoulder", "100"),
+            "scene.toml:15: robot.coupling[1].factor = 100; allowed: a number from -10 to 10");
+  EXPECT_EQ(with("[[robot.coupling]]\njoint = \"elbow\"\nmotor = \"shoulder\"\nfactor = 1\n"
+                 "[[robot.coupling]]\njoint = \"shoulder\"\nmotor = \"elbow\"\nfactor = 1\n"),
+            "scene.toml:16: robot.coupling[2] leaves a joint that no motor turns alone; allowed: "
+            "factors by which the motors turn every joint");
+}
+
 TEST_F(BadScene, LatentsThatAModelCannotHave) {
   for (const int n_z : {0, 13})
     EXPECT_EQ(

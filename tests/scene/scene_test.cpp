@@ -59,6 +59,70 @@ TEST_F(SceneFile, MayBeATextAlone) {
   EXPECT_THAT(refusal("seed = " + std::string(40, '[')), HasSubstr("levels"));
 }
 
+TEST_F(SceneFile, FixedJointsAreWelded) {
+  const Problem e = load(R"toml(
+[robot]
+urdf = "arm.urdf"
+fix = {elbow = 0.5}
+[friction]
+[[friction.law]]
+law = "coulomb_viscous"
+Fc = [3]
+)toml");
+  EXPECT_EQ(e.robot.n(), 1);
+  EXPECT_THAT(e.scene.joints, ElementsAre("shoulder"));
+  EXPECT_DOUBLE_EQ(e.robot.pi[0], 6);
+  EXPECT_EQ(load_problem(write("again.toml", to_toml(e.scene))).robot.pi, e.robot.pi);
+}
+
+// What is held is where the first training log has it, and the scene says so.
+TEST_F(SceneFile, HeldJointsAreWhereTheLogHasThem) {
+  write("contract.toml", R"toml(
+joint_names = ["shoulder", "elbow"]
+[position]
+columns = "q{}"
+[torque]
+columns = "tau{}"
+)toml");
+  std::string log = "t,q1,q2,tau1,tau2\n";
+  for (int k = 0; k < 20; ++k)
+    log += fmt::format("{},{},{},1,1\n", 0.004 * k, 0.1 * k, k == 3 ? 0.2 : 0.75);
+  write("log.csv", log);
+  const std::string text = R"toml(
+[robot]
+urdf = "arm.urdf"
+hold = ["elbow"]
+[data]
+contract = "contract.toml"
+train = "log.csv"
+)toml";
+  const Problem e = load(text);
+  EXPECT_THAT(e.scene.joints, ElementsAre("shoulder"));
+  EXPECT_EQ(e.scene.robot.fix.at("elbow"), 0.75);
+  const Problem again = load_problem(write("again.toml", to_toml(e.scene)));
+  EXPECT_EQ(again.robot.pi, e.robot.pi);
+  EXPECT_EQ(to_toml(again.scene), to_toml(e.scene));
+  EXPECT_EQ(message_of([&] {
+              load(replaced(text, "hold = [\"elbow\"]\n", "fix = {shoulder = 1.9}\n"),
+                   "other.toml");
+            }),
+            "no error");
+  write(
+      "short.toml",
+      "joint_names = [\"shoulder\"]\n[position]\ncolumns = \"q1\"\n[torque]\ncolumns = \"tau1\"\n");
+  EXPECT_EQ(message_of([&] { load(replaced(text, "contract.toml", "short.toml"), "other.toml"); }),
+            "other.toml:4: robot.hold = \"elbow\"; allowed: joints of the contract, shoulder; or "
+            "robot.fix = {elbow = POSITION}");
+  EXPECT_EQ(
+      message_of([&] {
+        load(replaced(replaced(text, "contract.toml", "short.toml"), "hold = [\"elbow\"]\n", ""),
+             "other.toml");
+      }),
+      "other.toml:5: data.contract has the joints shoulder; allowed: those of the robot, "
+      "shoulder, elbow; a joint that nobody logged stands still: robot.fix = {JOINT = "
+      "POSITION}");
+}
+
 TEST_F(SceneFile, EveryKindOfValueIsRead) {
   const Problem e = load(R"toml(
 name = "all"

@@ -22,7 +22,7 @@ TEST(FrictionHost, EqualsRobotFrictionToTheLastBit) {
     const MujocoArm arm = make_arm(problem);
     const auto n = static_cast<std::size_t>(arm.n());
     const MjDataPtr data = arm.make_data();
-    FrictionHost host(friction, arm);
+    FrictionHost host(friction, arm, problem.robot);
 
     std::vector<double> z(host.z().size(), 0.0), tau(n), temperature(n), tau_f(n);
     std::vector<friction::Input<double>> in(n);
@@ -55,7 +55,7 @@ TEST(FrictionHost, EqualsRobotFrictionToTheLastBit) {
 
 TEST(FrictionHost, RefusesAnotherNumberOfJoints) {
   const scene::Problem problem = resolve(scene("kr6_gms"));
-  EXPECT_THROW(FrictionHost(no_friction(5), make_arm(problem)), UserError);
+  EXPECT_THROW(FrictionHost(no_friction(5), make_arm(problem), problem.robot), UserError);
 }
 
 }  // namespace

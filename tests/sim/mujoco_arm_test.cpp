@@ -111,6 +111,24 @@ TEST(MujocoArm, TurnsTheBaseToAnyMount) {
   }
 }
 
+// Reference: the engine, whose rotors sit behind a transmission.
+TEST(MujocoArm, CarriesTheRotorsOfCoupledMotors) {
+  dynamics::RobotModel robot = dynamics::load_urdf(source("models/kr6_r700/kr6_r700.urdf"));
+  for (const std::vector<dynamics::Coupling>& couplings :
+       {std::vector<dynamics::Coupling>{{5, 4, -1}},
+        {{5, 4, -1}, {5, 3, 0.2}, {4, 3, -0.5}, {2, 1, 1}}}) {
+    robot.couplings = couplings;
+    for (const std::filesystem::path& file :
+         {source("models/kr6_r700/kr6_floor.xml"), std::filesystem::path()}) {
+      const MujocoArm arm(file, robot, 5e-4);
+      EXPECT_LT(dynamics_mismatch(arm, robot, 50), 1e-10);
+      dynamics::RobotModel apart = robot;
+      apart.couplings.clear();
+      EXPECT_GT(dynamics_mismatch(arm, apart, 50), 1e-4);
+    }
+  }
+}
+
 // Reference: the engine with the same payload.
 TEST(MujocoArm, CarriesAPayload) {
   dynamics::RobotModel robot = dynamics::load_urdf(source("models/kr6_r700/kr6_r700.urdf"));

@@ -8,6 +8,8 @@
 #include "fricid/base/error.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/sim/simulate.hpp"
+#include "fricid/system/arm.hpp"
+#include "fricid/system/transmission.hpp"
 
 namespace fricid::sim::test {
 namespace {
@@ -71,6 +73,44 @@ TEST(Plant, AgreesWithTheEngine) {
       }
       friction.model.step<double>(friction.theta, in, h, state.z);
     }
+  }
+  EXPECT_GT((trace.q.bottomRows(1) - trace.q.topRows(1)).cwiseAbs().maxCoeff(), 0.1) << "it moved";
+}
+
+// Reference: the engine at the motors, stepped by the same scheme.
+TEST(Plant, AgreesWithTheEngineWhereMotorsAreCoupled) {
+  scene::Scene coupled = scene("kr6_full");
+  coupled.robot.couplings = {{.joint = "joint_a6", .motor = "joint_a5", .factor = -1},
+                             {.joint = "joint_a3", .motor = "joint_a2", .factor = 0.4}};
+  const scene::Problem problem = resolve(std::move(coupled));
+  const dynamics::RobotModel& robot = problem.robot;
+  const Transmission motors(robot);
+  const MujocoArm arm = make_arm(problem);
+  Plant plant(arm, robot, *problem.scene.friction);
+  constexpr int kLength = 250;
+  const RowMatrix tau = swinging_torques(kLength, robot.n());
+  const RowMatrix temperature = RowMatrix::Constant(kLength, robot.n(), 293.15);
+  const Trace trace = rollout(plant, rest(plant, kHanging), tau, temperature, kDt);
+
+  const Arm engine{robot, *problem.scene.friction};
+  ArmStepper<double> stepper(engine, {steps_per_sample(kDt, problem.scene.plant.step_s), 1});
+  const State start = rest(plant, kHanging);
+  RowMatrix q = motors.to_motors(Eigen::Map<const RowMatrix>(start.q.data(), 1, robot.n()));
+  std::vector<double> v = start.v, z = start.z, tau_f(v.size());
+  const RowMatrix tau_m = motors.torque_to_motors(tau);
+  const auto n = v.size();
+  for (int k = 0; k < kLength; ++k) {
+    const auto at_joints = [&](const double* x) -> RowMatrix {
+      return motors.to_joints(Eigen::Map<const RowMatrix>(x, 1, robot.n()));
+    };
+    const std::span<const double> held(tau_m.row(k).data(), n), warm(temperature.row(k).data(), n);
+    EXPECT_LT((trace.q.row(k) - at_joints(q.data())).cwiseAbs().maxCoeff(), 1e-9) << k;
+    EXPECT_LT((trace.v.row(k) - at_joints(v.data())).cwiseAbs().maxCoeff(), 1e-8) << k;
+    stepper.friction_torque(held, warm, {q.data(), n}, v, z, tau_f);
+    const RowMatrix friction =
+        motors.torque_to_joints(Eigen::Map<const RowMatrix>(tau_f.data(), 1, robot.n()));
+    ASSERT_LT((trace.tau_f.row(k) - friction).cwiseAbs().maxCoeff(), 1e-6) << k;
+    stepper.step(held, warm, kDt, {q.data(), n}, v, z);
   }
   EXPECT_GT((trace.q.bottomRows(1) - trace.q.topRows(1)).cwiseAbs().maxCoeff(), 0.1) << "it moved";
 }

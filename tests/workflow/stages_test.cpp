@@ -86,6 +86,7 @@ class Mutation {
   static void change(std::vector<Value>& values) {
     values.emplace_back();
   }
+  static void change(std::map<std::string, double>& values) { values["x"] = 1; }
   static void change(std::vector<int>& values) {
     for (int& value : values) ++value;
   }

@@ -11,6 +11,7 @@
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/scene/problem.hpp"
 #include "fricid/signals/recording.hpp"
+#include "fricid/system/transmission.hpp"
 #include "fricid/workflow/recordings.hpp"
 #include "fricid/workflow/run_folder.hpp"
 
@@ -77,8 +78,9 @@ CheckReport check(const Subject& subject) {
     return report;
   }
   std::vector<signals::Recording> recordings;
+  const Transmission motors(*robot);
   for (const data::Dataset& d : subject.sets)
-    recordings.push_back(signals::make_recording(d, subject.identify.cutoff_hz));
+    recordings.push_back(signals::make_recording(motors.to_motors(d), subject.identify.cutoff_hz));
   estimate::IdentifiabilityOptions how;
   how.rigid_body = subject.identify;
   report.parameters = estimate::examine_data(*robot, recordings, how);

@@ -51,8 +51,10 @@ Done import_logs(const scene::Problem& part, const RunFolder& out,
   const auto import = [&](const std::vector<std::string>& logs, std::string (*name)(int)) {
     for (std::size_t i = 0; i < logs.size(); ++i) {
       const fs::path path = scene::find_log(part, logs[i]);
+      const data::Dataset part_of_log =
+          data::cut(data::import_log(path, contract), data::log_part(logs[i]), path.string());
       sets.push_back(
-          data::cut(data::import_log(path, contract), data::log_part(logs[i]), path.string()));
+          data::of_joints(part_of_log, part.scene.joints, part.scene.robot.fix, path.string()));
       for (const std::string& warning : data::check_dataset(sets.back(), path.string()))
         say(warning);
       sets.back().name = name(static_cast<int>(i));

@@ -214,6 +214,21 @@ void TomlReader::operator()(std::string_view key, std::vector<std::string>& valu
   }
 }
 
+void TomlReader::operator()(std::string_view key, std::map<std::string, double>& value,
+                            const Field& field) {
+  const toml::node* node = find(key, field);
+  if (!node) return;
+  const std::string allowed = fmt::format("{{NAME = {}, ...}}", allowed_number(field, false));
+  const toml::table* table = node->as_table();
+  if (!table) refuse(key, *node, found(*node), allowed);
+  value.clear();
+  for (auto&& [name, item] : *table) {
+    const std::optional<double> read = in_range(item, field);
+    if (!read) refuse(fmt::format("{}.{}", key, name.str()), item, found(item), allowed);
+    value[std::string(name.str())] = *read;
+  }
+}
+
 void TomlReader::read_array(std::string_view key, double* value, int size, const Field& field) {
   const toml::node* node = find(key, field);
   if (!node) return;

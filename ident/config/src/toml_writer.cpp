@@ -74,6 +74,15 @@ void TomlWriter::operator()(std::string_view key, const std::vector<std::string>
   write(key, "[" + list + "]", "", field);
 }
 
+void TomlWriter::operator()(std::string_view key, const std::map<std::string, double>& value,
+                            const Field& field) {
+  std::string list;
+  for (const auto& [name, number] : value)
+    list += fmt::format("{}{} = {}", list.empty() ? "" : ", ", toml_text(name), toml_number(number));
+  write(key, "{" + list + "}", fmt::format("{{NAME = {}, ...}}", allowed_number(field, false)),
+        field);
+}
+
 void TomlWriter::write_array(std::string_view key, const double* value, std::size_t size,
                              const Field& field) {
   std::string list;

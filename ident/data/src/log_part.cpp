@@ -26,6 +26,34 @@ LogPart log_part(const std::string& text) {
   return part;
 }
 
+Dataset of_joints(const Dataset& d, const std::vector<std::string>& joints,
+                  const std::map<std::string, double>& welds, const std::string& where) {
+  constexpr double kStill = 0.02;  // [rad or m] from where a joint is welded
+  if (d.joint_names == joints) return d;
+  std::vector<Eigen::Index> columns;
+  for (std::size_t j = 0; j < d.joint_names.size(); ++j) {
+    const std::string& name = d.joint_names[j];
+    const auto column = static_cast<Eigen::Index>(j);
+    if (std::ranges::find(joints, name) != joints.end()) {
+      columns.push_back(column);
+      continue;
+    }
+    const auto weld = welds.find(name);
+    if (weld == welds.end()) continue;
+    for (const double q : d.q.col(column))
+      if (std::abs(q - weld->second) > kStill)
+        throw UserError(
+            "{}: {} is welded at {:.4g} and here at {:.4g}; allowed: within {:g} rad or m; use a "
+            "part of the log where it rests (\"{}[FROM:TO]\"), or let it move",
+            where, name, weld->second, q, kStill, where);
+  }
+  Dataset out = d;
+  out.joint_names = joints;
+  for (RowMatrix* table : {&out.q, &out.tau, &out.v, &out.temperature})
+    if (table->rows() > 0) *table = RowMatrix((*table)(Eigen::all, columns));
+  return out;
+}
+
 Dataset cut(const Dataset& d, const LogPart& part, const std::string& where) {
   if (d.length() == 0) return d;
   // half a sample of tolerance: times are rounded

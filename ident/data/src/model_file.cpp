@@ -86,11 +86,15 @@ Json robot_json(const RobotModel& robot) {
                        {"k", torque.k},
                        {"c", robot.pi[robot.linear_begin() + static_cast<int>(i)]}});
   }
-  return {{"name", robot.name},
-          {"gravity", vector_json(robot.gravity.data(), 3)},
-          {"joints", joints},
-          {"frames", frames},
-          {"linear_torques", torques}};
+  Json json = {{"name", robot.name},
+               {"gravity", vector_json(robot.gravity.data(), 3)},
+               {"joints", joints},
+               {"frames", frames},
+               {"linear_torques", torques}};
+  for (const dynamics::Coupling& coupling : robot.couplings)
+    json["couplings"].push_back(
+        {{"joint", coupling.joint}, {"motor", coupling.motor}, {"factor", coupling.factor}});
+  return json;
 }
 
 Json parameters_json(const std::vector<ParameterInfo>& infos, const double* theta) {
@@ -306,6 +310,17 @@ RobotModel read_robot(const Node& node) {
          .k = item["k"].number()});
     robot.pi[11 * n + static_cast<int>(i)] = item["c"].number();
   }
+  if (!node.has("couplings")) return robot;
+  const Node couplings = node["couplings"];
+  for (std::size_t i = 0; i < couplings.size(); ++i) {
+    const Node item = couplings.at(i);
+    const dynamics::Coupling coupling{.joint = item["joint"].integer(0, n - 1),
+                                      .motor = item["motor"].integer(0, n - 1),
+                                      .factor = item["factor"].number()};
+    if (coupling.joint == coupling.motor) item["motor"].refuse("another joint");
+    robot.couplings.push_back(coupling);
+  }
+  if (!dynamics::is_transmission(robot)) couplings.refuse("motors that turn every joint");
   return robot;
 }
 

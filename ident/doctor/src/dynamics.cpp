@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
+#include "fricid/system/transmission.hpp"
 #include "local_fit.hpp"
 
 namespace fricid::doctor {
@@ -73,11 +75,26 @@ std::vector<int> settled_rows(const data::Dataset& d, const Motion& motion, int 
   return rows;
 }
 
-Sight see(const data::Dataset& d, const Motion& motion) {
+// Motors of a robot whose friction acts on joint j: turns per turn of the joint (0: none).
+Eigen::RowVectorXd motors_on(const dynamics::RobotModel* robot, int n, int j) {
+  return robot ? Eigen::RowVectorXd(robot->motors_of_joints().col(j).transpose())
+               : Eigen::RowVectorXd::Unit(n, j);
+}
+
+Sight see(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion) {
   Sight sight{motion.q, motion.v, motion.a, RowMatrix(motion.length(), d.n()), {}};
+  const data::Dataset motors = robot ? Transmission(*robot).to_motors(d) : d;
   for (int j = 0; j < d.n(); ++j) {
     sight.tau.col(j) = motion.torque(j, 0);
-    sight.rows.push_back(settled_rows(d, motion, j));
+    std::vector<int> rows = settled_rows(motors, motion, j);
+    const Eigen::RowVectorXd acting = motors_on(robot, d.n(), j);
+    for (int k = 0; k < d.n(); ++k) {
+      if (k == j || acting[k] == 0) continue;
+      const std::vector<int> also = settled_rows(motors, motion, k), before = std::move(rows);
+      rows.clear();
+      std::ranges::set_intersection(before, also, std::back_inserter(rows));
+    }
+    sight.rows.push_back(std::move(rows));
   }
   return sight;
 }
@@ -156,7 +173,9 @@ Explained regress(const Eigen::MatrixXd& free, const Eigen::MatrixXd& positive,
 class Judge {
  public:
   Judge(const dynamics::RobotModel* robot, int n) : robot_(robot), n_(n) {
-    if (robot_) ws_.emplace(*robot_);
+    if (!robot_) return;
+    ws_.emplace(*robot_);
+    motors_.emplace(*robot_);
   }
 
   // Positive parts of the torque are friction, with a robot also its nominal torque, friction that
@@ -164,21 +183,30 @@ class Judge {
   // gravity any sine of any joint.
   std::vector<Explained> explain(const Sight& s) {
     const RowMatrix nominal = robot_ ? torques(s) : RowMatrix();
+    const RowMatrix v = robot_ ? motors_->to_motors(s.v) : s.v;
     std::vector<Explained> all;
     for (int j = 0; j < n_; ++j) {
       const std::vector<int>& rows = s.rows[static_cast<std::size_t>(j)];
       const auto size = static_cast<Eigen::Index>(rows.size());
       Eigen::MatrixXd free = Eigen::MatrixXd::Ones(size, robot_ ? 1 : 1 + 2 * n_);
       const bool bare = robot_ && robot_->pi[robot_->armature_begin() + j] == 0;
-      Eigen::MatrixXd positive(size, robot_ ? 5 + bare : 4);
+      const Eigen::RowVectorXd acting = motors_on(robot_, n_, j);
+      const Eigen::Index of_motors = 3 * (acting.array() != 0).count();
+      Eigen::MatrixXd positive(size, 1 + of_motors + (robot_ ? 1 + bare : 0));
       Eigen::VectorXd tau(size);
       for (Eigen::Index r = 0; r < size; ++r) {
         const int k = rows[static_cast<std::size_t>(r)];
-        const double v = s.v(k, j), sign = v > 0 ? 1 : -1;
-        positive.row(r).head<4>() << (robot_ ? nominal(k, j) : s.a(k, j)), sign, v,
-            sign * std::sqrt(std::abs(v));
-        if (robot_) positive(r, 4) = sign * std::abs(nominal(k, j));
-        if (bare) positive(r, 5) = s.a(k, j);
+        positive(r, 0) = robot_ ? nominal(k, j) : s.a(k, j);
+        Eigen::Index next = 1;
+        for (int m = 0; m < n_; ++m) {
+          if (acting[m] == 0) continue;
+          const double speed = v(k, m), sign = speed > 0 ? 1 : -1;
+          positive.row(r).segment<3>(next) << acting[m] * sign, acting[m] * speed,
+              acting[m] * sign * std::sqrt(std::abs(speed));
+          next += 3;
+        }
+        if (robot_) positive(r, next++) = (v(k, j) > 0 ? 1 : -1) * std::abs(nominal(k, j));
+        if (bare) positive(r, next) = s.a(k, j);
         for (int i = 0; !robot_ && i < n_; ++i) {
           free(r, 1 + 2 * i) = std::sin(s.q(k, i));
           free(r, 2 + 2 * i) = std::cos(s.q(k, i));
@@ -196,16 +224,19 @@ class Judge {
     const auto n = static_cast<std::size_t>(n_);
     const std::span<const double> pi{robot_->pi.data(),
                                      static_cast<std::size_t>(robot_->pi.size())};
-    RowMatrix tau(s.q.rows(), n_);
-    for (Eigen::Index k = 0; k < s.q.rows(); ++k)
-      dynamics::rnea<double>(*robot_, *ws_, pi, {s.q.row(k).data(), n}, {s.v.row(k).data(), n},
-                             {s.a.row(k).data(), n}, {tau.row(k).data(), n});
-    return tau;
+    const RowMatrix q = motors_->to_motors(s.q), v = motors_->to_motors(s.v),
+                    a = motors_->to_motors(s.a);
+    RowMatrix tau(q.rows(), n_);
+    for (Eigen::Index k = 0; k < q.rows(); ++k)
+      dynamics::rnea<double>(*robot_, *ws_, pi, {q.row(k).data(), n}, {v.row(k).data(), n},
+                             {a.row(k).data(), n}, {tau.row(k).data(), n});
+    return motors_->torque_to_joints(tau);
   }
 
   const dynamics::RobotModel* robot_;
   int n_;
   std::optional<dynamics::Workspace<double>> ws_;
+  std::optional<Transmission> motors_;
 };
 
 std::vector<Hypothesis> hypotheses(bool with_robot, int n) {
@@ -342,20 +373,33 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
 // of speed and load on either side.
 Eigen::MatrixXd regressors(const dynamics::RobotModel& robot, const Sight& s, int j,
                            const std::vector<int>& columns, const std::vector<int>& rows) {
-  constexpr Eigen::Index kFriction = 7;
+  constexpr Eigen::Index kOfMotor = 4, kOfJoint = 3;
   const auto n = static_cast<std::size_t>(robot.n());
   const auto b = static_cast<Eigen::Index>(columns.size());
   dynamics::Workspace<double> ws(robot);
+  const Transmission motors(robot);
+  const RowMatrix q = motors.to_motors(s.q), v = motors.to_motors(s.v), a = motors.to_motors(s.a);
+  const Eigen::RowVectorXd acting = motors_on(&robot, robot.n(), j);
   Eigen::MatrixXd Y(robot.n(), robot.parameter_count());
-  Eigen::MatrixXd X(static_cast<Eigen::Index>(rows.size()), b + kFriction);
+  Eigen::MatrixXd X(static_cast<Eigen::Index>(rows.size()),
+                    b + kOfJoint + kOfMotor * (acting.array() != 0).count());
   for (Eigen::Index r = 0; r < X.rows(); ++r) {
     const int k = rows[static_cast<std::size_t>(r)];
-    dynamics::regressor(robot, ws, {s.q.row(k).data(), n}, {s.v.row(k).data(), n},
-                        {s.a.row(k).data(), n}, Y);
-    for (Eigen::Index c = 0; c < b; ++c) X(r, c) = Y(j, columns[static_cast<std::size_t>(c)]);
-    const double v = s.v(k, j), sign = v > 0 ? 1 : -1, load = Y.row(j) * robot.pi;
-    X.row(r).tail<kFriction>() << 1, sign, v, sign * std::sqrt(std::abs(v)), v * v * v,
-        sign * std::abs(load), load * std::abs(load);
+    dynamics::regressor(robot, ws, {q.row(k).data(), n}, {v.row(k).data(), n}, {a.row(k).data(), n},
+                        Y);
+    const Eigen::RowVectorXd at_joint = acting * Y;
+    for (Eigen::Index c = 0; c < b; ++c) X(r, c) = at_joint[columns[static_cast<std::size_t>(c)]];
+    const double load = at_joint * robot.pi;
+    X.row(r).segment<kOfJoint>(b) << 1, (v(k, j) > 0 ? 1 : -1) * std::abs(load),
+        load * std::abs(load);
+    Eigen::Index next = b + kOfJoint;
+    for (int m = 0; m < robot.n(); ++m) {
+      if (acting[m] == 0) continue;
+      const double speed = v(k, m), sign = speed > 0 ? 1 : -1;
+      X.row(r).segment<kOfMotor>(next) << sign, speed, sign * std::sqrt(std::abs(speed)),
+          speed * speed * speed;
+      next += kOfMotor;
+    }
   }
   return X;
 }
@@ -513,7 +557,7 @@ void check_dynamics(const data::Dataset& d, const dynamics::RobotModel* robot, F
   const int margin = static_cast<int>(std::ceil(kLatest / d.dt())) + 2;
   const Motion motion = local_motion(slow, kSamples, kWindow, margin);
   if (motion.length() < 20 * d.n()) return;
-  Sight sight = see(slow, motion);
+  Sight sight = see(slow, robot, motion);
   const std::size_t before = findings.size();
   undo_degrees(d, robot, motion, sight, findings);
   undo_mistakes(d, robot, motion, sight, findings);

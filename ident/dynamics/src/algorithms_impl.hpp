@@ -40,22 +40,26 @@ struct Kernels {
                    std::span<const S> q, std::span<const S> v, std::span<const S> a,
                    std::span<S> tau) {
     const size_t n = ws.links_.size();
-    B::place(ws, q);
-    B::sweep_out(model, ws, v, a);
+    const std::span<const S> joints = Motors<S>::joints_of(ws, q, ws.q_);
+    B::place(ws, joints);
+    B::sweep_out(model, ws, Motors<S>::joints_of(ws, v, ws.v_), Motors<S>::joints_of(ws, a, ws.a_));
     B::own_forces(ws, pi);
     B::template sweep_in<true, false>(ws, tau);
+    Motors<S>::to_motors(ws, tau);
     for (size_t i = 0; i < n; ++i) tau[i] = mul_add(pi[10 * n + i], a[i], tau[i]);
-    LinearTorques<S>::add(model, pi, q, tau);
+    LinearTorques<S>::add(model, ws, pi, joints, tau);
   }
 
+  /// From the mass matrix of the links to that of the motors.
   static void add_armature(Workspace<S>& ws, std::span<const S> pi) {
     const size_t n = ws.links_.size();
+    Motors<S>::to_motors(ws);
     for (size_t i = 0; i < n; ++i) ws.M_[i * n + i] += pi[10 * n + i];
   }
 
   static void crba(Workspace<S>& ws, std::span<const S> pi, std::span<const S> q, std::span<S> M) {
     const size_t n = ws.links_.size();
-    B::place(ws, q);
+    B::place(ws, Motors<S>::joints_of(ws, q, ws.q_));
     for (size_t i = 0; i < n; ++i) B::load_body(ws.links_[i], &pi[10 * i], ws.motion_[i].inertia);
     B::template sweep_in<false, true>(ws, {});
     add_armature(ws, pi);
@@ -116,12 +120,14 @@ struct Kernels {
                                std::span<const S> q, std::span<const S> v, std::span<const S> tau,
                                std::span<S> a) {
     const size_t n = ws.links_.size();
-    B::place(ws, q);
-    B::sweep_out(model, ws, v, {});
+    const std::span<const S> joints = Motors<S>::joints_of(ws, q, ws.q_);
+    B::place(ws, joints);
+    B::sweep_out(model, ws, Motors<S>::joints_of(ws, v, ws.v_), {});
     B::own_forces(ws, pi);
     B::template sweep_in<true, true>(ws, ws.bias_);
+    Motors<S>::to_motors(ws, std::span<S>(ws.bias_));
     add_armature(ws, pi);
-    LinearTorques<S>::add(model, pi, q, std::span<S>(ws.bias_));
+    LinearTorques<S>::add(model, ws, pi, joints, std::span<S>(ws.bias_));
     for (size_t i = 0; i < n; ++i) a[i] = tau[i] - ws.bias_[i];
     factorise(ws);
     solve(ws, a);
@@ -154,6 +160,7 @@ Workspace<S>::Workspace(const RobotModel& model)
     link.subtree_size = static_cast<int>(subtrees_.size()) - link.subtree;
     if (i + static_cast<size_t>(link.subtree_size) < links_.size()) branched_ = true;
   }
+  detail::Motors<S>::set_up(model, *this);
 }
 
 template <class S>

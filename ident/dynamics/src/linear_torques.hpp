@@ -5,6 +5,7 @@
 
 #include "fricid/base/math.hpp"
 #include "fricid/dynamics/workspace.hpp"
+#include "motors.hpp"
 
 namespace fricid::dynamics::detail {
 
@@ -44,12 +45,15 @@ struct LinearTorques {
     return S(0);
   }
 
-  static void add(const RobotModel& model, std::span<const S> pi, std::span<const S> q,
-                  std::span<S> tau) {
+  /// @param q    at the joints
+  /// @param tau  at the motors
+  static void add(const RobotModel& model, const Workspace<S>& ws, std::span<const S> pi,
+                  std::span<const S> q, std::span<S> tau) {
     for (size_t k = 0; k < model.linear_torques.size(); ++k) {
       const LinearTorque& torque = model.linear_torques[k];
       const size_t i = joint(torque);
-      tau[i] += pi[static_cast<size_t>(model.linear_begin()) + k] * shape(torque, q[i]);
+      Motors<S>::add(ws, i, pi[static_cast<size_t>(model.linear_begin()) + k] * shape(torque, q[i]),
+                     tau);
     }
   }
 };

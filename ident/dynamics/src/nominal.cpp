@@ -33,15 +33,19 @@ JointInertia joint_inertia(const RobotModel& robot) {
   JointInertia largest{VectorXd::Zero(robot.n()), VectorXd::Zero(robot.n())};
   Workspace<double> ws(robot);
   Rng rng(kSeed, 0);
-  std::vector<double> q(n), M(n * n);
+  const MatrixXd C = robot.motors_of_joints();
+  VectorXd q(robot.n());
+  std::vector<double> M(n * n);
   for (int pose = 0; pose < kPoses; ++pose) {
     for (std::size_t j = 0; j < n; ++j) {
       const Joint& joint = robot.joints[j];
       const double lower = joint.continuous ? -std::numbers::pi : joint.lower;
       const double upper = joint.continuous ? std::numbers::pi : joint.upper;
-      q[j] = lower + (upper - lower) * rng.uniform();
+      q[static_cast<Eigen::Index>(j)] = lower + (upper - lower) * rng.uniform();
     }
-    crba<double>(robot, ws, {robot.pi.data(), static_cast<std::size_t>(robot.pi.size())}, q, M);
+    const VectorXd motors = C * q;
+    crba<double>(robot, ws, {robot.pi.data(), static_cast<std::size_t>(robot.pi.size())},
+                 {motors.data(), n}, M);
     MatrixXd A = Eigen::Map<MatrixXd>(M.data(), robot.n(), robot.n());
     largest.held = largest.held.cwiseMax(A.diagonal());
     // free one joint after another, from the tips

@@ -7,6 +7,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/dynamics/algorithms.hpp"
+#include "motors.hpp"
 
 namespace fricid::dynamics {
 
@@ -78,10 +79,17 @@ struct OwnFrameKernels {
     return ws.own_frames_;
   }
 
-  static void regressor(const RobotModel& model, Workspace<double>& ws, std::span<const double> q,
-                        std::span<const double> v, std::span<const double> a,
-                        Eigen::Ref<Eigen::MatrixXd> Y) {
-    const auto& frames = sweep(model, ws, q, v, a, -model.gravity);
+  static std::span<const double> joints_of(Workspace<double>& ws, std::span<const double> m,
+                                           std::vector<double>& room) {
+    return Motors<double>::joints_of(ws, m, room);
+  }
+
+  static void regressor(const RobotModel& model, Workspace<double>& ws,
+                        std::span<const double> motors, std::span<const double> v,
+                        std::span<const double> a, Eigen::Ref<Eigen::MatrixXd> Y) {
+    const std::span<const double> q = joints_of(ws, motors, ws.q_);
+    const auto& frames =
+        sweep(model, ws, q, joints_of(ws, v, ws.v_), joints_of(ws, a, ws.a_), -model.gravity);
     Y.setZero();
     for (int k = 0; k < model.n(); ++k) {
       // force and moment of link k about its origin, by parameter
@@ -104,8 +112,6 @@ struct OwnFrameKernels {
         i = joint.parent;
       }
     }
-    for (int i = 0; i < model.n(); ++i)
-      Y(i, model.armature_begin() + i) = a[static_cast<size_t>(i)];
     for (size_t k = 0; k < model.linear_torques.size(); ++k) {
       const LinearTorque& torque = model.linear_torques[k];
       const double angle = q[static_cast<size_t>(torque.joint)];
@@ -115,12 +121,17 @@ struct OwnFrameKernels {
       if (torque.shape == LinearTorque::Shape::kLinear) phi = angle;
       Y(torque.joint, model.linear_begin() + static_cast<int>(k)) = phi;
     }
+    for (Eigen::Index c = 0; c < Y.cols(); ++c)
+      Motors<double>::to_motors(ws, {Y.col(c).data(), static_cast<size_t>(model.n())});
+    for (int i = 0; i < model.n(); ++i)
+      Y(i, model.armature_begin() + i) = a[static_cast<size_t>(i)];
   }
 
   static double kinetic_energy(const RobotModel& model, Workspace<double>& ws,
                                std::span<const double> pi, std::span<const double> q,
                                std::span<const double> v) {
-    const auto& frames = sweep(model, ws, q, v, {}, Vector3d::Zero());
+    const auto& frames = sweep(model, ws, joints_of(ws, q, ws.q_), joints_of(ws, v, ws.v_), {},
+                               Vector3d::Zero());
     double energy = 0;
     for (size_t i = 0; i < frames.size(); ++i) {
       const OwnFrame& link = frames[i];
@@ -129,6 +140,19 @@ struct OwnFrameKernels {
       energy += 0.5 * p[0] * link.v.squaredNorm() + link.v.dot(link.w.cross(h)) +
                 0.5 * link.w.dot(inertia_matrix(p) * link.w) +
                 0.5 * pi[10 * frames.size() + i] * v[i] * v[i];
+    }
+    return energy;
+  }
+
+  static double potential_energy(const RobotModel& model, Workspace<double>& ws,
+                                 std::span<const double> pi, std::span<const double> motors) {
+    const std::span<const double> q = joints_of(ws, motors, ws.q_);
+    double energy = 0;
+    for (int i = 0; i < model.n(); ++i) {
+      const Pose pose = frame_pose(model, Frame{.name = "", .link = i}, q);
+      const double* p = &pi[static_cast<size_t>(10 * i)];
+      const Vector3d h(p[1], p[2], p[3]);
+      energy -= model.gravity.dot(p[0] * pose.p + pose.R * h);
     }
     return energy;
   }
@@ -147,16 +171,9 @@ double kinetic_energy(const RobotModel& model, Workspace<double>& ws, std::span<
   return detail::OwnFrameKernels::kinetic_energy(model, ws, pi, q, v);
 }
 
-double potential_energy(const RobotModel& model, Workspace<double>&, std::span<const double> pi,
-                        std::span<const double> q) {
-  double energy = 0;
-  for (int i = 0; i < model.n(); ++i) {
-    const Pose pose = frame_pose(model, Frame{.name = "", .link = i}, q);
-    const double* p = &pi[static_cast<size_t>(10 * i)];
-    const Eigen::Vector3d h(p[1], p[2], p[3]);
-    energy -= model.gravity.dot(p[0] * pose.p + pose.R * h);
-  }
-  return energy;
+double potential_energy(const RobotModel& model, Workspace<double>& ws, std::span<const double> pi,
+                        std::span<const double> motors) {
+  return detail::OwnFrameKernels::potential_energy(model, ws, pi, motors);
 }
 
 Pose frame_pose(const RobotModel& model, const Frame& frame, std::span<const double> q) {

@@ -23,15 +23,39 @@ struct Pullback {
                   std::span<const S> q, std::span<const S> v, std::span<const S> a,
                   std::span<const S> lambda, const Bars& bars) {
     const size_t n = ws.links_.size();
+    for (size_t i = 0; i < n; ++i) {
+      if (!bars.a.empty()) bars.a[i] += lambda[i] * pi[10 * n + i];
+      if (!bars.pi.empty()) bars.pi[10 * n + i] += lambda[i] * a[i];
+    }
+    if (ws.A_.empty()) return pull_links(model, ws, pi, q, v, a, lambda, bars);
+
+    // through the links at the joints, then back to the motors
+    const auto room = [n](std::span<S> bar, std::vector<S>& own) {
+      std::fill(own.begin(), own.end(), S(0));
+      return bar.empty() ? bar : std::span<S>(own);
+    };
+    const Bars at_joints{room(bars.q, ws.q_bar_), room(bars.v, ws.v_bar_), room(bars.a, ws.a_bar_),
+                         bars.pi};
+    pull_links(model, ws, pi, Motors<S>::joints_of(ws, q, ws.q_),
+               Motors<S>::joints_of(ws, v, ws.v_), Motors<S>::joints_of(ws, a, ws.a_),
+               Motors<S>::joints_of(ws, lambda, ws.tau_), at_joints);
+    for (size_t i = 0; i < n; ++i) {
+      if (!bars.q.empty()) Motors<S>::add(ws, i, at_joints.q[i], bars.q);
+      if (!bars.v.empty()) Motors<S>::add(ws, i, at_joints.v[i], bars.v);
+      if (!bars.a.empty()) Motors<S>::add(ws, i, at_joints.a[i], bars.a);
+    }
+  }
+
+  /// All but the armatures, at the joints.
+  static void pull_links(const RobotModel& model, Workspace<S>& ws, std::span<const S> pi,
+                         std::span<const S> q, std::span<const S> v, std::span<const S> a,
+                         std::span<const S> lambda, const Bars& bars) {
+    const size_t n = ws.links_.size();
     Forward::place(ws, q);
     Forward::sweep_out(model, ws, v, a);
     Forward::own_forces(ws, pi);
     Forward::template sweep_in<true, false>(ws, {});
-    for (size_t i = 0; i < n; ++i) {
-      if (!bars.a.empty()) bars.a[i] += lambda[i] * pi[10 * n + i];
-      if (!bars.pi.empty()) bars.pi[10 * n + i] += lambda[i] * a[i];
-      pull_force(ws, i, lambda[i], bars);
-    }
+    for (size_t i = 0; i < n; ++i) pull_force(ws, i, lambda[i], bars);
     for (size_t i = n; i-- > 0;) pull_motion(ws, i, v[i], bars);
     for (size_t k = 0; k < model.linear_torques.size(); ++k) {
       const LinearTorque& torque = model.linear_torques[k];

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
+#include <cmath>
+
 namespace fricid::dynamics {
 
 std::vector<std::string> RobotModel::parameter_names() const {
@@ -13,6 +16,24 @@ std::vector<std::string> RobotModel::parameter_names() const {
   for (const Joint& joint : joints) names.push_back(fmt::format("{} Ia", joint.name));
   for (const LinearTorque& torque : linear_torques) names.push_back(torque.name);
   return names;
+}
+
+Eigen::MatrixXd RobotModel::joints_of_motors() const {
+  Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n(), n());
+  for (const Coupling& coupling : couplings) A(coupling.joint, coupling.motor) += coupling.factor;
+  return A;
+}
+
+Eigen::MatrixXd RobotModel::motors_of_joints() const {
+  constexpr double kRounding = 1e-14;
+  Eigen::MatrixXd C = joints_of_motors();
+  if (coupled()) C = C.partialPivLu().inverse().eval();
+  return (C.array().abs() > kRounding).select(C, 0);
+}
+
+bool is_transmission(const RobotModel& model) {
+  constexpr double kLeast = 1e-3;
+  return std::abs(model.joints_of_motors().determinant()) > kLeast;
 }
 
 void add_linear_torque(RobotModel& model, LinearTorque torque, double c) {

@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -57,7 +58,6 @@ urdf::ModelInterfaceSharedPtr parse_tree(const std::string& text, const std::str
 struct JointElement {
   int line = 0;
   int order = 0;
-  bool mimic = false;
   double armature = 0, acceleration = 0, jerk = 0;
 };
 struct Document {
@@ -111,7 +111,6 @@ Document read_document(const std::string& text, const std::string& source) {
     JointElement& joint = document.joints[e->Attribute("name")];
     joint.line = e->GetLineNum();
     joint.order = order++;
-    joint.mimic = e->FirstChildElement("mimic") != nullptr;
     const tinyxml2::XMLElement* own = e->FirstChildElement("fricid");
     if (!own) continue;
     const std::string place = document.at_joint(e->Attribute("name"));
@@ -162,7 +161,10 @@ void check_inertial(const urdf::Inertial& inertial, const std::string& place) {
 /// Walks the tree from the base, adds joints, lumps links behind fixed joints.
 class Builder {
  public:
-  Builder(const urdf::ModelInterface& tree, const Document& document) : document_(document) {
+  Builder(const urdf::ModelInterface& tree, const Document& document, const Welds& welds)
+      : document_(document), welds_(welds.at) {
+    check_welds(tree, welds.where);
+    weld_followers(tree);
     model_.name = tree.getName();
     visit(*tree.getRoot(), Frame{});
     if (model_.joints.empty())
@@ -196,6 +198,9 @@ class Builder {
       placed.R = frame.R * to_eigen(origin.rotation);
       if (joint->type == urdf::Joint::FIXED) {
         visit(**child, placed);
+      } else if (const auto weld = welds_.find(joint->name); weld != welds_.end()) {
+        move(*joint, weld->second, placed);
+        visit(**child, placed);
       } else {
         add_joint(*joint, placed);
         visit(**child, Frame{.name = "", .link = model_.n() - 1});
@@ -208,20 +213,63 @@ class Builder {
     return R * inertia_matrix(inertial) * R.transpose();
   }
 
+  static bool moves(const urdf::Joint& joint) {
+    return joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS ||
+           joint.type == urdf::Joint::PRISMATIC;
+  }
+
+  /// @throws UserError for a weld of what is no joint that moves, or beyond its limits
+  void check_welds(const urdf::ModelInterface& tree, const std::string& where) const {
+    std::vector<std::string> known;
+    for (const auto& [name, joint] : tree.joints_)
+      if (moves(*joint)) known.push_back(name);
+    for (const auto& [name, position] : welds_) {
+      if (std::ranges::find(known, name) == known.end())
+        throw UserError("{}: {} is no joint that moves in {}; allowed: {}", where, name,
+                        document_.source, fmt::join(known, ", "));
+      const urdf::Joint& joint = *tree.joints_.at(name);
+      if (joint.type == urdf::Joint::CONTINUOUS || !joint.limits) continue;
+      if (position < joint.limits->lower || position > joint.limits->upper)
+        throw UserError("{}: {} = {:g}; allowed: {:g} to {:g} {}, its limits in {}", where, name,
+                        position, joint.limits->lower, joint.limits->upper,
+                        joint.type == urdf::Joint::PRISMATIC ? "m" : "rad", document_.source);
+    }
+  }
+
+  /// Welds what follows a welded joint, or follows what follows one.
+  void weld_followers(const urdf::ModelInterface& tree) {
+    for (bool found = true; found;) {
+      found = false;
+      for (const auto& [name, joint] : tree.joints_) {
+        if (!joint->mimic || welds_.contains(name)) continue;
+        const auto leader = welds_.find(joint->mimic->joint_name);
+        if (leader == welds_.end()) continue;
+        welds_[name] = joint->mimic->multiplier * leader->second + joint->mimic->offset;
+        found = true;
+      }
+    }
+  }
+
+  /// Moves a frame along a joint to a position.
+  static void move(const urdf::Joint& joint, double position, Frame& frame) {
+    const Vector3d axis = to_eigen(joint.axis).normalized();
+    if (joint.type == urdf::Joint::PRISMATIC)
+      frame.p += frame.R * axis * position;
+    else
+      frame.R = frame.R * Eigen::AngleAxisd(position, axis).toRotationMatrix();
+  }
+
   void add_joint(const urdf::Joint& joint, const Frame& placed) {
     const std::string place = document_.at_joint(joint.name);
     const JointElement& element = document_.joints.at(joint.name);
-    const bool moves = joint.type == urdf::Joint::REVOLUTE ||
-                       joint.type == urdf::Joint::CONTINUOUS ||
-                       joint.type == urdf::Joint::PRISMATIC;
-    if (!moves)
+    if (!moves(joint))
       throw UserError("{}: type is {}; allowed: revolute, continuous, prismatic, fixed", place,
                       joint.type == urdf::Joint::PLANAR ? "planar" : "floating");
-    if (element.mimic)
+    if (joint.mimic)
       throw UserError(
-          "{}: <mimic> couples joints; each must be free: take <mimic> out, or "
-          "weld the joint by type=\"fixed\"",
-          place);
+          "{}: <mimic> follows {}, which moves; each joint must be free: weld both where they are "
+          "by [robot] fix = {{{} = POSITION}}, or take <mimic> out",
+          place, joint.mimic->joint_name, joint.mimic->joint_name);
     const Vector3d axis = to_eigen(joint.axis);
     if (!(axis.norm() > 1e-6))
       throw UserError("{}: axis = ({}, {}, {}); must have a length", place, axis.x(), axis.y(),
@@ -282,20 +330,21 @@ class Builder {
   }
 
   const Document& document_;
+  std::map<std::string, double> welds_;
   RobotModel model_;
 };
 
 }  // namespace
 
-RobotModel load_urdf(const std::filesystem::path& path, const Matrix3d& mount) {
-  return parse_urdf(read_file(path), path.string(), mount);
+RobotModel load_urdf(const std::filesystem::path& path, const Matrix3d& mount, const Welds& welds) {
+  return parse_urdf(read_file(path), path.string(), mount, welds);
 }
 
 RobotModel parse_urdf(const std::string& text, const std::string& source_name,
-                      const Matrix3d& mount) {
+                      const Matrix3d& mount, const Welds& welds) {
   const Document document = read_document(text, source_name);
   const urdf::ModelInterfaceSharedPtr tree = parse_tree(text, source_name);
-  RobotModel model = Builder(*tree, document).model();
+  RobotModel model = Builder(*tree, document, welds).model();
   model.gravity = mount.transpose() * Vector3d(0, 0, -9.81);
   return model;
 }

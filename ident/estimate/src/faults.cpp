@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include <fmt/format.h>
@@ -112,7 +113,7 @@ std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordi
         X.col(3) = X.col(4).array().sign().matrix();
         const double share = 1 - left_by(X, y) / own;
         if (share > found[static_cast<std::size_t>(j)].share)
-          found[static_cast<std::size_t>(j)] = {k, share};
+          found[static_cast<std::size_t>(j)] = {k, sign, share};
       }
   }
   return found;
@@ -140,7 +141,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
     if (seen.travel < kStill) {
       add(fmt::format("moves by {:.2g} {} in all training data", seen.travel,
                       joint.type == dynamics::JointType::kRevolute ? "rad" : "m"),
-          "move it, or weld it in the URDF (type=\"fixed\") and leave it out of the contract");
+          fmt::format("move it, or hold it out: [robot] hold = [\"{}\"]", joint.name));
       continue;
     }
     if (!(report.r2[i] >= kPoor))
@@ -157,11 +158,13 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
     if (i < report.couplings.size() && report.couplings[i].share > kCoupled &&
         report.r2[i] < kExplained) {
       const auto other = static_cast<std::size_t>(report.couplings[i].with);
+      const auto& [outer, inner] = std::minmax(i, other, std::greater());
       add(fmt::format("friction goes with the speed of {} too ({:.0f} % of what its own leaves)",
                       prepared.robot.joints[other].name, 100 * report.couplings[i].share),
-          "a coupled wrist, differential or belt, which no law of one joint has: take that torque "
-          "out "
-          "of the log, or trust the other joints alone");
+          fmt::format("a coupled wrist, differential or belt: say so, [[robot.coupling]] joint = "
+                      "\"{}\", motor = \"{}\", factor = {:g}, or trust the other joints alone",
+                      prepared.robot.joints[outer].name, prepared.robot.joints[inner].name,
+                      -report.couplings[i].sign));
     }
     if (i >= report.joints.size()) continue;
     const JointFrictionFit& fit = report.joints[i];

@@ -13,6 +13,7 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/system/driven_friction.hpp"
 #include "fricid/system/initial_state.hpp"
+#include "fricid/system/transmission.hpp"
 #include "rigid_body/regression.hpp"
 #include "support.hpp"
 
@@ -149,10 +150,11 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
                       train.front().rate_hz, train.front().name);
   }
   Prepared out;
+  const Transmission motors(robot);
   out.recordings.resize(train.size());
   parallel_for(static_cast<int>(train.size()), jobs, [&](int i) {
     const auto s = static_cast<std::size_t>(i);
-    out.recordings[s] = signals::make_recording(train[s], options.cutoff_hz);
+    out.recordings[s] = signals::make_recording(motors.to_motors(train[s]), options.cutoff_hz);
   });
   dynamics::Nominal nominal = dynamics::complete(robot);
   out.robot = with_offsets(std::move(nominal.robot));

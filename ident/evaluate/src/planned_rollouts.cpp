@@ -6,6 +6,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/evaluate/constant_friction.hpp"
 #include "fricid/system/initial_state.hpp"
+#include "fricid/system/transmission.hpp"
 
 namespace fricid::evaluate {
 namespace {
@@ -44,17 +45,19 @@ Plan make_plan(std::span<const Trajectory> trajectories, const EvaluateOptions& 
 Driven drive(const data::ModelFile& model, const dynamics::RobotModel& known,
              const Trajectory& trajectory, std::span<const Start> starts) {
   const data::Dataset& data = trajectory.data;
-  const RowMatrix tau = held_torque(data);
-  const std::vector<double> start = initial_friction_state(model.arm, data.dt(), trajectory.q,
-                                                           trajectory.v, tau, data.temperature);
-  const DrivenFriction driven = drive_friction(model.arm.friction, data.dt(), trajectory.q,
-                                               trajectory.v, tau, data.temperature, start);
+  const Transmission motors(model.arm.robot);
+  const RowMatrix q = motors.to_motors(trajectory.q), v = motors.to_motors(trajectory.v),
+                  tau = motors.torque_to_motors(held_torque(data));
+  const std::vector<double> start =
+      initial_friction_state(model.arm, data.dt(), q, v, tau, data.temperature);
+  const DrivenFriction driven =
+      drive_friction(model.arm.friction, data.dt(), q, v, tau, data.temperature, start);
   const bool from_truth = model.is_oracle && trajectory.truth && trajectory.truth->z.size() > 0;
   const RowMatrix& z = from_truth ? trajectory.truth->z : driven.z;
   if (z.cols() != driven.z.cols())
     throw UserError("{}: the true friction state has {} values, the oracle {} has {}", data.name,
                     z.cols(), model.name, driven.z.cols());
-  Driven result{driven.tau_f, {}};
+  Driven result{motors.torque_to_joints(driven.tau_f), {}};
   result.tau_f.rowwise() += constant_friction(model.arm.robot, known);
   for (const Start& at : starts)
     result.z0.emplace_back(z.row(at.begin).begin(), z.row(at.begin).end());

@@ -4,20 +4,21 @@
 #include <cmath>
 
 #include "fricid/base/error.hpp"
+#include "fricid/system/transmission.hpp"
 
 namespace fricid::evaluate {
 namespace {
 
-/// What one lane is fed and what it records.
+/// What one lane is fed and what it records, at the motors.
 struct Lane {
   RowMatrix tau, temperature;  ///< (steps + 1, n)
   Rollout rollout;
 };
 
-Lane make_lane(const Trajectory& trajectory, const Start& start) {
+Lane make_lane(const Trajectory& trajectory, const Start& start, const Transmission& motors) {
   const data::Dataset& data = trajectory.data;
   const Eigen::Index rows = start.steps + 1, n = data.n();
-  Lane lane{held_torque(data).middleRows(start.begin, rows),
+  Lane lane{motors.torque_to_motors(held_torque(data).middleRows(start.begin, rows)),
             RowMatrix::Constant(rows, n, kRoomTemperature),
             {start, false, RowMatrix(rows, n), RowMatrix(rows, n), RowMatrix(rows, n)}};
   if (data.temperature.size() > 0)
@@ -110,6 +111,7 @@ std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajec
   const double dt = trajectory_of(0).data.dt();
   const int count = static_cast<int>(starts.size());
   const auto n = static_cast<std::size_t>(arm.robot.n());
+  const Transmission motors(arm.robot);
 
   std::vector<PackD> q(n, 0.0), v(n, 0.0), tau(n, 0.0), temperature(n, kRoomTemperature), tau_f(n);
   std::vector<PackD> z(static_cast<std::size_t>(arm.friction.model.state_size()), 0.0);
@@ -118,10 +120,10 @@ std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajec
   int longest = 0;
   for (int l = 0; l < count; ++l) {
     const auto i = static_cast<std::size_t>(l);
-    lanes.push_back(make_lane(trajectory_of(l), starts[i]));
+    lanes.push_back(make_lane(trajectory_of(l), starts[i], motors));
     longest = std::max(longest, starts[i].steps);
-    load(trajectory_of(l).start_q(), starts[i].begin, l, q);
-    load(trajectory_of(l).start_v(), starts[i].begin, l, v);
+    load(motors.to_motors(trajectory_of(l).start_q().row(starts[i].begin)), 0, l, q);
+    load(motors.to_motors(trajectory_of(l).start_v().row(starts[i].begin)), 0, l, v);
     for (std::size_t s = 0; s < z.size(); ++s) set_lane(z[s], l, z0[i][s]);
   }
 
@@ -145,14 +147,20 @@ std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajec
       if (k > rollout.start.steps) continue;
       store(tau_f, l, k, rollout.tau_f);
       rollout.tau_f.row(k) -= exerted[static_cast<std::size_t>(l)];
-      if (options.constant_friction.size() > 0) rollout.tau_f.row(k) += options.constant_friction;
     }
     if (k < longest) stepper.step(tau, temperature, dt, q, v, z);
   }
 
   std::vector<Rollout> rollouts;
   for (int l = 0; l < count; ++l) {
-    rollouts.push_back(std::move(lanes[static_cast<std::size_t>(l)].rollout));
+    Rollout& made = lanes[static_cast<std::size_t>(l)].rollout;
+    if (motors.coupled()) {
+      made.q = motors.to_joints(made.q);
+      made.v = motors.to_joints(made.v);
+      made.tau_f = motors.torque_to_joints(made.tau_f);
+    }
+    if (options.constant_friction.size() > 0) made.tau_f.rowwise() += options.constant_friction;
+    rollouts.push_back(std::move(made));
     settle_divergence(rollouts.back(), trajectory_of(l), options.diverged_rad);
   }
   return rollouts;

@@ -8,6 +8,7 @@
 #include "fricid/evaluate/trajectory.hpp"
 #include "fricid/signals/block_means.hpp"
 #include "fricid/system/initial_state.hpp"
+#include "fricid/system/transmission.hpp"
 
 namespace fricid::evaluate {
 namespace {
@@ -62,16 +63,20 @@ void score_joint(TorquePrediction& prediction, const RowMatrix& measured, Eigen:
 }  // namespace
 
 TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& known,
-                                   const data::Dataset& dataset, ConstRowMatrix q, ConstRowMatrix v,
-                                   ConstRowMatrix a) {
+                                   const data::Dataset& dataset, ConstRowMatrix joint_q,
+                                   ConstRowMatrix joint_v, ConstRowMatrix joint_a) {
   const int n = arm.robot.n();
-  for (const ConstRowMatrix* motion : {&q, &v, &a})
+  for (const ConstRowMatrix* motion : {&joint_q, &joint_v, &joint_a})
     if (motion->rows() != dataset.length() || motion->cols() != n || dataset.n() != n)
       throw UserError("{}: motion is {} x {}, torque {} x {}, the model has {} joints",
                       dataset.name, motion->rows(), motion->cols(), dataset.length(), dataset.n(),
                       n);
+  const Transmission motors(arm.robot);
+  const RowMatrix q = motors.to_motors(joint_q), v = motors.to_motors(joint_v),
+                  a = motors.to_motors(joint_a);
   const std::vector<double> z0 =
-      initial_friction_state(arm, dataset.dt(), q, v, held_torque(dataset), dataset.temperature);
+      initial_friction_state(arm, dataset.dt(), q, v, motors.torque_to_motors(held_torque(dataset)),
+                             dataset.temperature);
   const RowMatrix rigid = rigid_body_torque(arm.robot, q, v, a);
   TorquePrediction prediction;
   prediction.tau = rigid;
@@ -81,9 +86,11 @@ TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& k
             .tau_f;
     prediction.tau = rigid + prediction.tau_f;
   }
+  prediction.tau = motors.torque_to_joints(prediction.tau);
+  prediction.tau_f = motors.torque_to_joints(prediction.tau_f);
   prediction.tau_f.rowwise() += constant_friction(arm.robot, known);
   const RowMatrix left = dataset.tau - prediction.tau;
-  prediction.rmse = regime_error(left, q, v, dataset.dt(), 0);
+  prediction.rmse = regime_error(left, joint_q, joint_v, dataset.dt(), 0);
   for (Eigen::Index j = 0; j < n; ++j) {
     score_joint(prediction, dataset.tau, j);
     const auto [slope, error] = drift_of(left.col(j));
@@ -93,8 +100,10 @@ TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& k
   return prediction;
 }
 
-RowMatrix driven_states(const friction::Friction& friction, const PredictionSignals& signals) {
-  return drive_friction(friction, signals.t[1] - signals.t[0], signals.q, signals.v, signals.tau,
+RowMatrix driven_states(const Arm& arm, const PredictionSignals& signals) {
+  const Transmission motors(arm.robot);
+  return drive_friction(arm.friction, signals.t[1] - signals.t[0], motors.to_motors(signals.q),
+                        motors.to_motors(signals.v), motors.torque_to_motors(signals.tau),
                         RowMatrix())
       .z;
 }

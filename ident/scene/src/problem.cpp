@@ -16,6 +16,7 @@
 #include "fricid/friction/sum.hpp"
 #include "friction_by_effort.hpp"
 #include "joint_names.hpp"
+#include "welds.hpp"
 
 namespace fricid::scene {
 namespace {
@@ -100,6 +101,48 @@ std::vector<double> add_torques(const Scene& scene, dynamics::RobotModel& robot)
     }
   }
   return prior_sd;
+}
+
+// What the contract says of coupled motors, where the scene says nothing. @throws UserError when
+// they differ
+void take_couplings(Scene& scene, const fs::path& contract_path) {
+  if (contract_path.empty()) return;
+  std::vector<CouplingSection> of_contract;
+  for (const data::Coupling& c : data::load_contract(contract_path).couplings)
+    of_contract.push_back({.joint = c.joint, .motor = c.motor, .factor = c.factor});
+  if (of_contract.empty()) return;
+  std::vector<CouplingSection>& own = scene.robot.couplings;
+  if (own.empty()) own = of_contract;
+  const auto same = [](const CouplingSection& a, const CouplingSection& b) {
+    return a.joint == b.joint && a.motor == b.motor && a.factor == b.factor;
+  };
+  if (!std::ranges::is_permutation(own, of_contract, same))
+    throw UserError("{}: robot.coupling differs from [[coupling]] of {}; allowed: the same, or none",
+                    scene.origin.place("robot.coupling"), contract_path.string());
+}
+
+void add_couplings(const Scene& scene, dynamics::RobotModel& robot) {
+  for (std::size_t i = 0; i < scene.robot.couplings.size(); ++i) {
+    const CouplingSection& c = scene.robot.couplings[i];
+    const std::string key = fmt::format("robot.coupling[{}]", i);
+    const std::string shown = fmt::format("robot.coupling[{}]", i + 1);
+    const auto index = [&](const std::string& name, const char* what) {
+      const auto found = std::ranges::find(scene.joints, name);
+      if (found == scene.joints.end())
+        throw UserError("{}: {}.{} = \"{}\"; allowed: {}",
+                        scene.origin.place(fmt::format("{}.{}", key, what)), shown, what, name,
+                        fmt::join(scene.joints, ", "));
+      return static_cast<int>(found - scene.joints.begin());
+    };
+    const int joint = index(c.joint, "joint"), motor = index(c.motor, "motor");
+    if (joint == motor)
+      throw UserError("{}: {} couples {} with itself", scene.origin.place(key), shown, c.joint);
+    robot.couplings.push_back({joint, motor, c.factor});
+    if (!dynamics::is_transmission(robot))
+      throw UserError("{}: {} leaves a joint that no motor turns alone; allowed: factors by which "
+                      "the motors turn every joint",
+                      scene.origin.place(key), shown);
+  }
 }
 
 void add_payload(const Scene& scene, dynamics::RobotModel& model) {
@@ -262,11 +305,15 @@ void check_consistency(const Scene& scene) {
 
 void check_contract(const Scene& scene, const fs::path& path) {
   if (path.empty()) return;
-  const data::Contract contract = data::load_contract(path);
-  if (contract.joint_names != scene.joints)
-    throw UserError("{}: data.contract has the joints {}; allowed: those of the robot, {}",
-                    scene.origin.place("data.contract"), fmt::join(contract.joint_names, ", "),
-                    fmt::join(scene.joints, ", "));
+  std::vector<std::string> moving = data::load_contract(path).joint_names;
+  std::erase_if(moving, [&](const std::string& joint) { return scene.robot.fix.contains(joint); });
+  if (moving == scene.joints) return;
+  throw UserError(
+      "{}: data.contract has the joints {}; allowed: those of the robot, {}{}",
+      scene.origin.place("data.contract"), fmt::join(moving, ", "), fmt::join(scene.joints, ", "),
+      moving.size() < scene.joints.size()
+          ? "; a joint that nobody logged stands still: robot.fix = {JOINT = POSITION}"
+          : "");
 }
 
 fs::path folder_of_scene(const Scene& scene) {
@@ -286,9 +333,20 @@ Problem resolve(Scene scene) {
   const SceneOrigin& origin = scene.origin;
   const fs::path urdf = find_and_rename(origin, scene.robot.urdf, "robot.urdf");
   const fs::path mjcf = find_and_rename(origin, scene.robot.mjcf, "robot.mjcf");
-  dynamics::RobotModel robot = dynamics::load_urdf(urdf, mount_rotation(scene.robot));
+  const fs::path contract = find_and_rename(origin, scene.data.contract, "data.contract");
+  rename_logs(scene.data.train, origin.folder("data.train"));
+  rename_logs(scene.data.validation, origin.folder("data.validation"));
+  take_couplings(scene, contract);
+  fix_held_joints(scene, contract, folder_of_scene(scene));
+  if (!mjcf.empty() && !scene.robot.fix.empty())
+    throw UserError("{}: robot.fix beside robot.mjcf; allowed: one of them, without mjcf the "
+                    "simulator's arm is made of the URDF",
+                    origin.place("robot.fix"));
+  dynamics::RobotModel robot =
+      dynamics::load_urdf(urdf, mount_rotation(scene.robot), welds_of(scene));
   scene.joints = joint_names(robot);
   add_payload(scene, robot);
+  add_couplings(scene, robot);
   dynamics::require_inertia(robot, urdf.string());
   scene.identify.linear_prior_sd = add_torques(scene, robot);
   if (scene.friction && scene.friction->model.joints().empty())
@@ -298,9 +356,6 @@ Problem resolve(Scene scene) {
   require_label(scene.description, "description", origin.place("description"));
   for (auto* values : {&scene.sensors.encoder_noise_rad, &scene.sensors.encoder_step_rad})
     if (values->empty()) values->assign(scene.joints.size(), 0.0);
-  const fs::path contract = find_and_rename(origin, scene.data.contract, "data.contract");
-  rename_logs(scene.data.train, origin.folder("data.train"));
-  rename_logs(scene.data.validation, origin.folder("data.validation"));
   check_contract(scene, contract);
   complete_models(scene);
   check_consistency(scene);

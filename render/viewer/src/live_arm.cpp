@@ -70,7 +70,9 @@ void LiveArm::advance(double seconds) {
 }
 
 void LiveArm::step() {
-  const dynamics::RobotModel& robot = problem_.robot;
+  // what holds the joints need not know which motors turn two
+  dynamics::RobotModel robot = problem_.robot;
+  robot.couplings.clear();
   const auto n = static_cast<std::size_t>(arm_.n());
   dynamics::Workspace<double> ws(robot);
   std::vector<double> rest(n), tau(n), M(n * n);

@@ -8,6 +8,7 @@
 #include "fricid/base/limits.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/estimate/memory.hpp"
+#include "fricid/system/transmission.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -45,6 +46,17 @@ void put(OnlineLog& out, int t, const OnlineEstimate& now) {
   out.lost += now.lost ? 1 : 0;
 }
 
+/// Errors of coupled motors count as independent.
+void to_joints(const Transmission& motors, OnlineLog& out) {
+  const Eigen::MatrixXd A = motors.A().cwiseAbs2(), C = motors.inverse().cwiseAbs2();
+  out.q = motors.to_joints(out.q);
+  out.v = motors.to_joints(out.v);
+  out.tau_f = motors.torque_to_joints(out.tau_f);
+  out.q_sd = (out.q_sd.cwiseAbs2() * A.transpose()).cwiseSqrt();
+  out.v_sd = (out.v_sd.cwiseAbs2() * A.transpose()).cwiseSqrt();
+  out.tau_f_sd = (out.tau_f_sd.cwiseAbs2() * C).cwiseSqrt();
+}
+
 }  // namespace
 
 OnlineEstimator begin_online(const data::ModelFile& model, const Eigen::VectorXd& q, double rate_hz,
@@ -57,8 +69,10 @@ OnlineEstimator begin_online(const data::ModelFile& model, const Eigen::VectorXd
           options};
 }
 
-OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& log,
+OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& at_joints,
                        const OnlineOptions& options) {
+  const Transmission motors(model.arm.robot);
+  const data::Dataset log = motors.to_motors(at_joints);
   const int n = log.n(), nz = model.arm.friction.model.state_size(), T = log.length();
   require_memory(
       2 * memory_of_filter(options.particles, 2 * n + nz) + 8.0 * T * (2 * (3 * n + nz) + 3),
@@ -91,6 +105,7 @@ OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& log,
     put(out, t + 1, estimator.step(row(tau, t), row(log.q, t + 1), temperature));
     if (t % kChunk == 0) progress.advance(kChunk, fmt::format("ESS {:.0f}", out.ess[t + 1]));
   }
+  if (motors.coupled()) to_joints(motors, out);
   return out;
 }
 

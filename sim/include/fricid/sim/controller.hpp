@@ -6,6 +6,7 @@
 
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/sim/options.hpp"
+#include "fricid/system/transmission.hpp"
 
 namespace fricid::sim {
 
@@ -23,17 +24,22 @@ struct Reference {
 ///                      tau = (1 + epsilon) g(q) + 2 zeta w D (v* - v + integral (v* - v) / Ti)
 ///
 /// g, h, M of the nominal robot; the cascade's gravity is wrong by the relative error epsilon. The
-/// torque saturates at the effort limits, and the integral stops there.
+/// torque saturates at the effort limits, and the integral stops there. Coupled motors are
+/// controlled in their own coordinates.
 class Controller {
  public:
   Controller(const ControllerOptions& options, const dynamics::RobotModel& robot, double dt);
 
-  /// Motor torque tau (n) [N m] for the coming sample.
+  /// Motor torque tau (n) [N m] for the coming sample, at the joints.
   void torque(const Reference& reference, std::span<const double> q, std::span<const double> v,
               std::span<double> tau);
 
  private:
+  void torque_at_motors(const Reference& reference, std::span<const double> q,
+                        std::span<const double> v, std::span<double> tau);
+
   const dynamics::RobotModel& robot_;
+  Transmission motors_;
   dynamics::Workspace<double> ws_;
   ControlLaw law_;
   double w_, zeta_, integral_s_, model_error_, dt_;

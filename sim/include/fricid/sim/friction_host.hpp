@@ -5,6 +5,7 @@
 
 #include "fricid/friction/robot_friction.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
+#include "fricid/system/transmission.hpp"
 
 namespace fricid::sim {
 
@@ -14,11 +15,13 @@ namespace fricid::sim {
 ///     mj_step1;  tau_f = torque(q_k, v_k, z_k);      qfrc_applied = tau - tau_f
 ///     mj_step2;  z_{k+1} = step(q_{k+1}, v_{k+1}, h, z_k)
 ///
-/// so that z moves with the new velocity, as q does in semi-implicit Euler. load = tau.
+/// so that z moves with the new velocity, as q does in semi-implicit Euler. load = tau. Friction of
+/// coupled motors is driven by their motion and load, and brought to the joints (`Transmission`).
 class FrictionHost {
  public:
   /// @throws UserError when the number of joints differs
-  FrictionHost(const friction::Friction& friction, const MujocoArm& arm);
+  FrictionHost(const friction::Friction& friction, const MujocoArm& arm,
+               const dynamics::RobotModel& robot);
 
   std::span<double> z() { return z_; }
   std::span<const double> z() const { return z_; }
@@ -38,6 +41,7 @@ class FrictionHost {
   std::vector<int> qpos_, dof_;
   std::vector<friction::Input<double>> in_;
   std::vector<double> z_, tau_f_;
+  Transmission motors_;
 };
 
 }  // namespace fricid::sim

@@ -46,7 +46,8 @@ class MujocoArm {
   /// Loads an MJCF file. Contacts, limits, actuators and all other constraints are off; the
   /// integrator is semi-implicit Euler with `step` [s]. When gravity in the base frame differs from
   /// robot.gravity, the base is turned until it agrees. Without a file the arm is made of `robot`,
-  /// payload included (`mjcf_of`).
+  /// payload included (`mjcf_of`). Armatures of a file are those of the motors: where `robot`
+  /// couples these, they become inertias of tendons whose lengths are the motor angles.
   /// @throws UserError naming the file and the joint: file not readable, joint missing, of another
   /// type
   ///         or not in `robot`, frictionloss or damping of its own, dynamics other than those of

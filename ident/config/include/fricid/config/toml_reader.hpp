@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,6 +35,8 @@ class TomlReader {
   void operator()(std::string_view key, std::vector<double>& value, const Field& field);
   void operator()(std::string_view key, std::vector<int>& value, const Field& field);
   void operator()(std::string_view key, std::vector<std::string>& value, const Field& field);
+  /// A table of numbers by name.
+  void operator()(std::string_view key, std::map<std::string, double>& value, const Field& field);
   template <std::size_t N>
   void operator()(std::string_view key, std::array<double, N>& value, const Field& field) {
     read_array(key, value.data(), static_cast<int>(N), field);

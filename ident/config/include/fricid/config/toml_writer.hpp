@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,8 @@ class TomlWriter {
   void operator()(std::string_view key, const std::vector<double>& value, const Field& field);
   void operator()(std::string_view key, const std::vector<int>& value, const Field& field);
   void operator()(std::string_view key, const std::vector<std::string>& value, const Field& field);
+  void operator()(std::string_view key, const std::map<std::string, double>& value,
+                  const Field& field);
   template <std::size_t N>
   void operator()(std::string_view key, const std::array<double, N>& value, const Field& field) {
     write_array(key, value.data(), N, field);

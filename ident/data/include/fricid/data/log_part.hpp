@@ -1,8 +1,10 @@
-// A log named in a scene: a file, or a time interval of one.
+// What a scene uses of a log: all of it, a time interval, some of its joints.
 #pragma once
 
 #include <limits>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "fricid/data/dataset.hpp"
 
@@ -20,6 +22,11 @@ struct LogPart {
 
 /// @throws UserError unless from < to, both numbers
 LogPart log_part(const std::string& text);
+
+/// The columns of some joints. The others are welded, those of `welds` at a known position.
+/// @throws UserError naming `where` when one of `welds` is elsewhere or moves
+Dataset of_joints(const Dataset& dataset, const std::vector<std::string>& joints,
+                  const std::map<std::string, double>& welds, const std::string& where);
 
 /// The samples of a part. @throws UserError naming `where` when there are fewer than two
 Dataset cut(const Dataset& dataset, const LogPart& part, const std::string& where);

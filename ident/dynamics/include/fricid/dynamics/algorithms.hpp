@@ -1,5 +1,6 @@
 // Rigid-body algorithms on any scalar S: double (one state) or Pack (one state per lane). The model
 // is const and shared; the workspace is the caller's, made once per thread; nothing here allocates.
+// With coupled motors q, v, a and tau are those of the motors (see RobotModel).
 // Explicit instantiations: double, PackD, PackF.
 #pragma once
 
@@ -58,7 +59,7 @@ struct Pose {
   Eigen::Matrix3d R;
   Eigen::Vector3d p;
 };
-/// Pose of a frame of the model in the base frame.
+/// Pose of a frame of the model in the base frame. q: at the joints
 Pose frame_pose(const RobotModel& model, const Frame& frame, std::span<const double> q);
 /// The pose of the frame called `name`. @throws UserError if unknown, with the known frames
 Pose frame_pose(const RobotModel& model, std::string_view frame, std::span<const double> q);

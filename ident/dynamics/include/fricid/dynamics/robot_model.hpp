@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -46,17 +47,33 @@ struct LinearTorque {
   double k = 1;
 };
 
+/// A motor that turns a further joint too, as in a wrist, a differential or a belt drive:
+///     q_joint = m_joint + factor m_motor,   m: motor angles in joint units, gears taken out.
+struct Coupling {
+  int joint = 0;
+  int motor = 0;
+  double factor = 0;
+};
+
 /// Rigid-body model of an arm. Inverse dynamics is linear in the standard parameters
 ///
 ///     pi = [ (m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz) of link 0 .. n-1,
 ///            armature Ia of joint 0 .. n-1,  c of linear torque 0 .. n_c-1 ]   (11 n + n_c)
 ///
 /// link inertia expressed in and taken about frame i. Units kg, kg m, kg m^2, N m.
+///
+/// Rotors turn and friction acts at the motors. Those of most arms turn one joint each; else
+///
+///     q = A m,   tau_m = A' tau_q,   A = 1 + couplings,
+///
+/// and `q, v, a, tau` of every algorithm that moves the arm are m, its derivatives and tau_m. Joint
+/// limits, poses of frames and linear torques stay at the joints.
 struct RobotModel {
   std::string name;
   std::vector<Joint> joints;
   std::vector<Frame> frames;
   std::vector<LinearTorque> linear_torques;
+  std::vector<Coupling> couplings;
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< in the base frame [m/s^2]
   Eigen::VectorXd pi;                    ///< nominal (CAD) parameters (parameter_count)
 
@@ -64,20 +81,36 @@ struct RobotModel {
   int parameter_count() const { return 11 * n() + static_cast<int>(linear_torques.size()); }
   int armature_begin() const { return 10 * n(); }
   int linear_begin() const { return 11 * n(); }
+  bool coupled() const { return !couplings.empty(); }
+  /// A and its inverse (n x n).
+  Eigen::MatrixXd joints_of_motors() const;
+  Eigen::MatrixXd motors_of_joints() const;
   /// "joint_a2 m cx" ... in the order of pi.
   std::vector<std::string> parameter_names() const;
 };
 
-/// Reads a URDF: a tree of revolute, continuous, prismatic and fixed joints. Links behind fixed
-/// joints are lumped into the link that carries them and kept as frames. The non-standard child
-/// element <fricid armature= acceleration= jerk=/> of a joint is read when present.
+/// Joints that are welded. Those that <mimic> one of them are welded with it.
+struct Welds {
+  std::map<std::string, double> at;  ///< position by joint [rad or m]; NaN: anywhere
+  std::string where = "fix";         ///< where they are asked for, for messages
+};
+
+/// Reads a URDF: a tree of revolute, continuous, prismatic and fixed joints. Links behind fixed or
+/// welded joints are lumped into the link that carries them and kept as frames. The non-standard
+/// child element <fricid armature= acceleration= jerk=/> of a joint is read when present.
 /// @param mount  rotation that takes base vectors to world vectors; gravity = mount' (0, 0, -9.81)
 /// @throws UserError naming file, link or joint: missing or non-positive mass, inertia that is not
-///         physical, unsupported joint type, no moving joint, file missing
+///         physical, unsupported joint type, <mimic> of a joint that moves, no moving joint, file
+///         missing, a weld of no joint or beyond its limits
 RobotModel load_urdf(const std::filesystem::path& path,
-                     const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity());
+                     const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity(),
+                     const Welds& welds = {});
 RobotModel parse_urdf(const std::string& text, const std::string& source_name,
-                      const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity());
+                      const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity(),
+                      const Welds& welds = {});
+
+/// Whether the motors turn every joint: A has an inverse.
+bool is_transmission(const RobotModel& model);
 
 /// Adds a linear torque with initial coefficient c and extends pi.
 void add_linear_torque(RobotModel& model, LinearTorque torque, double c = 0);

@@ -20,6 +20,7 @@ class Workspace {
   friend struct detail::Sweeps<S>;
   friend struct detail::Pullback<S>;
   friend struct detail::Kernels<S>;
+  friend struct detail::Motors<S>;
   friend struct detail::OwnFrameKernels;
 
   std::vector<detail::Link<typename detail::ConstantOf<S>::type>> links_;
@@ -32,6 +33,12 @@ class Workspace {
   std::vector<S> inverse_d_;  ///< 1 / D (n)
   std::vector<S> bias_;       ///< h (n)
   std::vector<detail::OwnFrame> own_frames_;
+
+  // of arms with coupled motors, else empty
+  std::vector<S> A_;                 ///< joints of motors (n x n)
+  std::vector<S> q_, v_, a_, tau_;   ///< at the joints (n)
+  std::vector<S> q_bar_, v_bar_, a_bar_;  ///< of pullbacks, at the joints (n)
+  std::vector<S> MA_;                ///< (n x n)
 };
 
 }  // namespace fricid::dynamics

@@ -23,7 +23,8 @@
 
 namespace fricid::estimate {
 
-/// What all fits to the same data share: filtered training data and the rigid body. `robot` is the
+/// What all fits to the same data share: filtered training data, at the motors where these are
+/// coupled (`Transmission`), and the rigid body. `robot` is the
 /// one given with what its file leaves out guessed (`dynamics::complete`, see `options.guesses`)
 /// and with a constant torque at every joint; both are identified like any other parameter.
 struct Prepared {
@@ -52,6 +53,7 @@ std::string in_words(const Fault& fault);
 /// belt has it and no law of one joint can.
 struct Coupling {
   int with = -1;     ///< the other joint; -1: none
+  double sign = 1;   ///< of the other joint's speed
   double share = 0;  ///< of what the joint's own Coulomb and viscous friction leave it explains [1]
 };
 

@@ -36,7 +36,7 @@ void settle_divergence(Rollout& rollout, const Trajectory& trajectory, double di
 
 inline constexpr double kSlow = 0.1;  ///< [rad/s]
 
-/// Torque that a disturbance e exerts on a joint of speed v [N m]: larger at rest,
+/// Torque that a disturbance e exerts on a motor of speed v [N m]: larger at rest,
 ///
 ///     e (1 + slow_gain / (1 + (v/kSlow)^2)).
 inline double disturbance_at(double v, double e, double slow_gain) {

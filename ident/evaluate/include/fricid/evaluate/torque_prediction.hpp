@@ -90,6 +90,6 @@ PredictionSignals load_prediction(const std::filesystem::path& path, int n);
 
 /// Hidden states of a friction driven by the motion and the measured torque of a prediction (T,
 /// n_z), in the units of its laws.
-RowMatrix driven_states(const friction::Friction& friction, const PredictionSignals& signals);
+RowMatrix driven_states(const Arm& arm, const PredictionSignals& signals);
 
 }  // namespace fricid::evaluate

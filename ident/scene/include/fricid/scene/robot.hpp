@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,6 +34,26 @@ struct LinearTorqueSection {
   }
 };
 
+/// [[robot.coupling]]: a motor that turns a further joint too, as in wrists, differentials and
+/// belts. With m the motor angles in joint units, q = A m with A = 1 + sum of the factors. Rotor
+/// inertia and friction are then the motors', under the names of their joints.
+struct CouplingSection {
+  std::string joint, motor;
+  double factor = 0;
+
+  /// For the template.
+  static CouplingSection example() {
+    return {.joint = "joint_a6", .motor = "joint_a5", .factor = -1};
+  }
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("joint", joint, required(text("joint that is turned too")));
+    archive("motor", motor, required(text("joint whose motor turns it")));
+    archive("factor", factor,
+            required(number("1", -10, 10, "turns of the joint per turn of the other")));
+  }
+};
+
 /// How the base is fixed.
 enum class Mount { kFloor, kCeiling, kWall, kRpy };
 constexpr std::string_view names(Mount) { return "floor ceiling wall rpy"; }
@@ -47,7 +68,10 @@ struct RobotSection {
   std::array<double, 3> payload_com{};
   std::array<double, 6> payload_inertia{};
   std::string payload_frame = "flange";
+  std::vector<std::string> hold;
+  std::map<std::string, double> fix;
   std::vector<LinearTorqueSection> torques;
+  std::vector<CouplingSection> couplings;
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -64,8 +88,16 @@ struct RobotSection {
             number("kg m^2", -1e4, 1e4,
                    "Ixx, Iyy, Izz, Ixy, Ixz, Iyz of the payload about its centre of mass"));
     archive("payload_frame", payload_frame, text("frame of the URDF that carries the payload"));
+    archive("hold", hold,
+            text("joints that stand still in the logs: welded where the first training log has "
+                 "them, as if `fix` said so"));
+    archive("fix", fix,
+            number("rad or m", -1e3, 1e3,
+                   "joints that are welded, and where; those that <mimic> them follow"));
     archive.sections("torque", torques,
                      "known torques linear in a parameter, e.g. a counterbalance");
+    archive.sections("coupling", couplings,
+                     "motors that turn two joints; friction and armatures are theirs");
   }
 };
 

@@ -194,6 +194,8 @@ template <class S>
 struct Pullback;
 template <class S>
 struct Kernels;
+template <class S>
+struct Motors;
 struct OwnFrameKernels;
 
 }  // namespace fricid::dynamics::detail

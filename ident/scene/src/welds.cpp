@@ -1,0 +1,65 @@
+#include "welds.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "fricid/base/error.hpp"
+#include "fricid/config/paths.hpp"
+#include "fricid/data/contract.hpp"
+#include "fricid/data/log_part.hpp"
+
+namespace fricid::scene {
+namespace {
+
+double median(const Eigen::VectorXd& x) {
+  std::vector<double> values;
+  for (const double value : x)
+    if (std::isfinite(value)) values.push_back(value);
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+dynamics::Welds welds_of(const Scene& scene) {
+  const std::string key = scene.robot.fix.empty() ? "robot.hold" : "robot.fix";
+  dynamics::Welds welds{scene.robot.fix, scene.origin.place(key) + ": " + key};
+  for (const std::string& joint : scene.robot.hold)
+    welds.at.emplace(joint, std::numeric_limits<double>::quiet_NaN());
+  return welds;
+}
+
+void fix_held_joints(Scene& scene, const std::filesystem::path& contract_path,
+                     const std::filesystem::path& folder) {
+  RobotSection& robot = scene.robot;
+  std::vector<std::string> open;
+  for (const std::string& joint : robot.hold)
+    if (!robot.fix.contains(joint)) open.push_back(joint);
+  if (open.empty()) return;
+  const std::string place = scene.origin.place("robot.hold");
+  if (scene.simulates() || scene.data.train.empty() || contract_path.empty())
+    throw UserError("{}: robot.hold = \"{}\" without logs; allowed: robot.fix = {{{} = POSITION}}",
+                    place, open[0], open[0]);
+  const data::Contract contract = data::load_contract(contract_path);
+  const std::string& log = scene.data.train.front();
+  const data::LogPart part = data::log_part(log);
+  const data::Dataset d =
+      data::cut(data::read_log(config::find_file(part.file, folder), contract), part, log);
+  for (const std::string& joint : open) {
+    const auto found = std::ranges::find(d.joint_names, joint);
+    if (found == d.joint_names.end())
+      throw UserError("{}: robot.hold = \"{}\"; allowed: joints of the contract, {}; or "
+                      "robot.fix = {{{} = POSITION}}",
+                      place, joint, fmt::join(d.joint_names, ", "), joint);
+    const double position = median(d.q.col(found - d.joint_names.begin()));
+    if (!std::isfinite(position))
+      throw UserError("{}: robot.hold = \"{}\": {} has no position of it", place, joint, log);
+    robot.fix[joint] = position;
+  }
+}
+
+}  // namespace fricid::scene
