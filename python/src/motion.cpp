@@ -15,6 +15,7 @@
 #include "fricid/estimate/options/rigid_body.hpp"
 #include "fricid/evaluate/options.hpp"
 #include "fricid/evaluate/rollout_of_log.hpp"
+#include "fricid/system/transmission.hpp"
 #include "job.hpp"
 
 namespace fricid::python {
@@ -138,6 +139,9 @@ class Filter {
     const int states = 2 * model.file->arm.robot.n() + model.file->arm.friction.model.state_size();
     require_memory(2 * estimate::memory_of_filter(particles, states), "filter",
                    fmt::format("{} particles", particles));
+    if (Transmission(model.file->arm.robot).coupled())
+      throw UserError("model {}: its motors are coupled; allowed: estimate() of a whole log",
+                      model.file->name);
     estimate::OnlineOptions options;
     options.particles = particles;
     options.seed = seed;
