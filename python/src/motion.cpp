@@ -56,9 +56,9 @@ Motion rollout(const Model& model, const data::Dataset& log, double start_s,
   const int begin = samples_in(start_s, log, "start_s");
   const int steps = seconds ? samples_in(*seconds, log, "seconds") : log.length() - 1 - begin;
   return job(progress, [&] {
-    return Motion{
-        begin * log.dt(), log.dt(),
-        evaluate::roll_out_log(*model.file, log, cutoff_hz, begin, steps, rollout_options())};
+    return Motion(
+        evaluate::roll_out_log(*model.file, log, cutoff_hz, begin, steps, rollout_options()),
+        begin * log.dt(), log.dt());
   });
 }
 
