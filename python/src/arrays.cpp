@@ -93,8 +93,4 @@ nb::ndarray<nb::numpy, double> to_numpy(RowMatrix values, bool is_one) {
   return {kept->data(), is_one ? 1u : 2u, is_one ? shape + 1 : shape, owner_of(kept)};
 }
 
-nb::ndarray<nb::numpy, double> to_numpy(const Eigen::VectorXd& values) {
-  return to_numpy(RowMatrix(values.transpose()), true);
-}
-
 }  // namespace fricid::python

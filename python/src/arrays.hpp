@@ -54,7 +54,6 @@ View view(nb::handle owner, const Eigen::VectorXd& signal);
 
 /// A new array that owns the numbers; of the first row alone where `is_one`.
 nb::ndarray<nb::numpy, double> to_numpy(RowMatrix values, bool is_one = false);
-nb::ndarray<nb::numpy, double> to_numpy(const Eigen::VectorXd& values);
 
 }  // namespace fricid::python
 

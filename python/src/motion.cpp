@@ -57,9 +57,9 @@ Motion rollout(const Model& model, const data::Dataset& log, double start_s,
   const int begin = samples_in(start_s, log, "start_s");
   const int steps = seconds ? samples_in(*seconds, log, "seconds") : log.length() - 1 - begin;
   return job(progress, [&] {
-    return Motion{
-        begin * log.dt(), log.dt(),
-        evaluate::roll_out_log(*model.file, log, cutoff_hz, begin, steps, rollout_options())};
+    return Motion(
+        evaluate::roll_out_log(*model.file, log, cutoff_hz, begin, steps, rollout_options()),
+        begin * log.dt(), log.dt());
   });
 }
 
@@ -152,6 +152,10 @@ class Filter {
   estimate::OnlineEstimator filter_;
 };
 
+const estimate::OnlineEstimate& known(nb::handle estimate) {
+  return nb::cast<const estimate::OnlineEstimate&>(estimate);
+}
+
 }  // namespace
 
 void bind_motion(nb::module_& m, nb::class_<Model>& model) {
@@ -175,18 +179,18 @@ void bind_motion(nb::module_& m, nb::class_<Model>& model) {
   nb::class_<OnlineEstimate>(m, "Estimate",
                              "What is known after a sample: means, and standard deviations (_sd).")
       .def_prop_ro(
-          "q", [](const OnlineEstimate& e) { return to_numpy(e.q); }, "(n) [rad]")
+          "q", [](nb::handle e) { return view(e, known(e).q); }, "(n) [rad]")
       .def_prop_ro(
-          "v", [](const OnlineEstimate& e) { return to_numpy(e.v); }, "(n) [rad/s]")
+          "v", [](nb::handle e) { return view(e, known(e).v); }, "(n) [rad/s]")
       .def_prop_ro(
-          "z", [](const OnlineEstimate& e) { return to_numpy(e.z); }, "(state_size)")
+          "z", [](nb::handle e) { return view(e, known(e).z); }, "(state_size)")
       .def_prop_ro(
-          "tau_f", [](const OnlineEstimate& e) { return to_numpy(e.tau_f); },
+          "tau_f", [](nb::handle e) { return view(e, known(e).tau_f); },
           "Friction torque (n) [N m].")
-      .def_prop_ro("q_sd", [](const OnlineEstimate& e) { return to_numpy(e.q_sd); })
-      .def_prop_ro("v_sd", [](const OnlineEstimate& e) { return to_numpy(e.v_sd); })
-      .def_prop_ro("z_sd", [](const OnlineEstimate& e) { return to_numpy(e.z_sd); })
-      .def_prop_ro("tau_f_sd", [](const OnlineEstimate& e) { return to_numpy(e.tau_f_sd); })
+      .def_prop_ro("q_sd", [](nb::handle e) { return view(e, known(e).q_sd); })
+      .def_prop_ro("v_sd", [](nb::handle e) { return view(e, known(e).v_sd); })
+      .def_prop_ro("z_sd", [](nb::handle e) { return view(e, known(e).z_sd); })
+      .def_prop_ro("tau_f_sd", [](nb::handle e) { return view(e, known(e).tau_f_sd); })
       .def_ro("log_likelihood", &OnlineEstimate::log_likelihood, "Of all samples so far [nat].")
       .def_ro("ess", &OnlineEstimate::ess, "Effective number of particles.")
       .def_ro("lost", &OnlineEstimate::lost,

@@ -191,27 +191,25 @@ def test_simulate_is_the_same_open_loop(model, log):
         model.simulate(np.full((5, 6), np.nan), 250.0, np.zeros(6))
 
 
-@pytest.fixture(scope="session")
-def noisy(run, tmp_path_factory):
-    """The model with a noise model, which only slow methods fit."""
+@pytest.fixture()
+def without_noise(run, tmp_path):
     content = json.loads((run.folder / "models/lugre_s1.json").read_text())
-    content["noise"] = {"sample_s": 1 / 250, "variance_q": [1e-12] * 6, "variance_v": [1e-8] * 6,
-                        "variance_z": [1e-12] * 6, "variance_observation": [4e-11] * 6}
-    path = tmp_path_factory.mktemp("noisy") / "noisy.json"
+    del content["noise"]
+    path = tmp_path / "without_noise.json"
     path.write_text(json.dumps(content))
-    return path
+    return fricid.Model.load(path)
 
 
-def test_filter_is_that_of_the_program(noisy, log, run, tmp_path):
+def test_filter_is_that_of_the_program(model, log, run, tmp_path):
     out = tmp_path / "estimate.h5"
     short = tmp_path / "short.h5"
     part = fricid.Log(log.q[:300], log.tau[:300], log.rate_hz, joint_names=log.joint_names)
     part.save(short)
-    done = program("estimate", noisy, short, "-o", out, "--particles", "50")
+    done = program("estimate", run.folder / "models/lugre_s1.json", short, "-o", out, "--particles", "50")
     assert done.returncode in (0, 1), done.stderr
     table = np.genfromtxt(program("info", out, "--csv").stdout.splitlines(), delimiter=",", names=True)
 
-    filter = fricid.Model.load(noisy).filter(part.q[0], part.rate_hz, particles=50)
+    filter = model.filter(part.q[0], part.rate_hz, particles=50)
     for k in range(1, len(part)):
         now = filter.update(part.q[k], part.tau[k - 1])
         assert now.tau_f[0] == table["tau_f1"][k]
@@ -224,15 +222,14 @@ def test_filter_is_that_of_the_program(noisy, log, run, tmp_path):
     np.testing.assert_array_equal(now.q, kept)  # an estimate stays as it was
 
 
-def test_filter_refuses_what_it_cannot_use(model, noisy, log):
+def test_filter_refuses_what_it_cannot_use(model, without_noise, log):
     with pytest.raises(fricid.UserError, match="noise is missing"):
-        model.filter(log.q[0], 250.0)
-    with_noise = fricid.Model.load(noisy)
+        without_noise.filter(log.q[0], 250.0)
     with pytest.raises(fricid.UserError, match="rate 100 Hz; allowed"):
-        with_noise.filter(log.q[0], 100.0)
+        model.filter(log.q[0], 100.0)
     with pytest.raises(fricid.UserError, match="particles = 0; allowed"):
-        with_noise.filter(log.q[0], 250.0, particles=0)
-    filter = with_noise.filter(log.q[0], 250.0, particles=20)
+        model.filter(log.q[0], 250.0, particles=0)
+    filter = model.filter(log.q[0], 250.0, particles=20)
     with pytest.raises(fricid.UserError, match=r"q has the shape \(5\); allowed: \(6\)"):
         filter.update(np.zeros(5), np.zeros(6))
     with pytest.raises(fricid.UserError, match=r"tau\[0\] = nan"):
