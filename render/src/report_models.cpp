@@ -178,7 +178,7 @@ std::string health(const Record& record, const FittedModel& fitted) {
     if (!value.empty()) text += fmt::format("<dt>{}</dt><dd>{}</dd>", name, value);
   };
   item("Method", html::escaped(fit.method));
-  item("Outcome", html::escaped(to_string(fit.outcome)) +
+  item("Outcome", html::escaped(name_of(fit.outcome)) +
                       (fit.usable ? "" : " <b class=\"bad\">not usable</b>"));
   item("In words", html::escaped(fit.message));
   item("Fitted values", fmt::format("{}", fit.parameters));

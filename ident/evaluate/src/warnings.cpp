@@ -26,7 +26,7 @@ void warn_of_trust(const data::FitFile& fit, const std::string& name, Warnings& 
                         "record more and faster motion, or state good nominal values"});
   if (!fit.usable && fit.faults.empty())
     warnings.push_back(
-        {name, fmt::format("the fit ended as \"{}\": {}", to_string(fit.outcome), fit.message),
+        {name, fmt::format("the fit ended as \"{}\": {}", name_of(fit.outcome), fit.message),
          "its parameters mean nothing", "read the message; record data that excite what it names"});
   else if (fit.outcome == data::Outcome::kIterationLimit)
     warnings.push_back({name, "the fit stopped at its limit of iterations",

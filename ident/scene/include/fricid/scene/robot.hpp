@@ -35,7 +35,7 @@ struct LinearTorqueSection {
 
 /// How the base is fixed.
 enum class Mount { kFloor, kCeiling, kWall, kRpy };
-constexpr std::string_view names(Mount) { return "floor ceiling wall rpy"; }
+constexpr std::string_view names(Mount) { return "floor|ceiling|wall|rpy"; }
 
 /// [robot]
 struct RobotSection {
