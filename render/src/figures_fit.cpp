@@ -9,6 +9,7 @@
 #include "figure_parts.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/data/artefact.hpp"
+#include "fricid/signals/overview.hpp"
 #include "fricid/sim/excitation_file.hpp"
 #include "fricid/workflow/recordings.hpp"
 
@@ -292,12 +293,7 @@ Figure excitation(const Run& run) {
       "(dashed).",
       recording);
   for (int j = 0; j < set->n(); ++j) {
-    Eigen::VectorXd v(set->length());
-    for (Eigen::Index k = 0; k < v.size(); ++k) {
-      const Eigen::Index a = std::max<Eigen::Index>(k - 1, 0),
-                         b = std::min<Eigen::Index>(k + 1, v.size() - 1);
-      v[k] = (set->q(b, j) - set->q(a, j)) / (set->t[b] - set->t[a]);
-    }
+    const Eigen::VectorXd v = signals::slope(set->q.col(j), set->t);
     Panel panel{.title = set->joint_names[static_cast<std::size_t>(j)],
                 .x_label = "q [rad]",
                 .y_label = "v [rad/s]"};
@@ -342,10 +338,7 @@ Figure margins(const Run& run) {
                   .mark = Mark::kPoints,
                   .marker = quantity.marker};
     for (int j = 0; j < run.n(); ++j) {
-      double least = kNaN;
-      for (const sim::TrajectoryReport& trajectory : file->trajectories)
-        for (const sim::JointMargins& joint : trajectory.joints)
-          if (joint.joint == run.joint(j)) least = std::fmin(least, joint.*quantity.margin);
+      const double least = sim::least_margin(file->trajectories, run.joint(j), quantity.margin);
       if (!std::isfinite(least)) continue;
       series.x.push_back(100 * (1 - least));
       series.y.push_back(j);

@@ -66,14 +66,13 @@ Figure presliding(const Run& run) {
     if (auto file = run.model_file(model)) shown.emplace_back(model, file->arm.friction);
   if (shown.empty()) return figure;
 
-  // The scale of the loops: the truth's, or else that of the model with the longest presliding.
-  Eigen::VectorXd length =
-      evaluate::presliding_length(run.truth ? run.truth->friction : shown[0].second);
-  if (!run.truth)
-    for (const auto& [model, friction] : shown)
-      length = length.cwiseMax(evaluate::presliding_length(friction));
-  const evaluate::PreslidingMotion motion =
-      evaluate::presliding_motion(1.5 * length.cwiseMax(1e-4));
+  // The truth sets the scale of the loops, or else the model with the longest presliding.
+  std::vector<friction::Friction> of_scale;
+  if (run.truth)
+    of_scale.push_back(run.truth->friction);
+  else
+    for (const auto& [model, friction] : shown) of_scale.push_back(friction);
+  const evaluate::PreslidingMotion motion = evaluate::presliding_motion_through(of_scale);
   figure.caption =
       "Presliding: the law of every model moved slowly from rest around an outer and an inner "
       "loop, "

@@ -4,37 +4,14 @@
 #include <fmt/format.h>
 
 #include "figure_parts.hpp"
-#include "fricid/workflow/recordings.hpp"
+#include "fricid/evaluate/averages.hpp"
+#include "fricid/evaluate/metrics.hpp"
+#include "fricid/evaluate/verdict.hpp"
 
 namespace fricid::render {
 namespace {
 
 constexpr double kSmallest = 1e-9;  // [rad] below what any encoder resolves: bottom of a log axis
-
-/// Mean over joints of |q - measured| of a rollout, per sample [rad].
-Eigen::VectorXd mean_error(const Run& run, const RowMatrix& q) {
-  Eigen::VectorXd error(q.rows());
-  for (Eigen::Index k = 0; k < q.rows(); ++k) {
-    double sum = 0;
-    for (Eigen::Index j = 0; j < q.cols(); ++j) sum += std::abs(q(k, j) - run.measured.q(k, j));
-    error[k] = std::max(sum / static_cast<double>(q.cols()), kSmallest);
-  }
-  return error;
-}
-
-/// Errors of one joint in the rollouts of a model over its seeds, trajectories and starts up to
-/// horizon h, where they are known [rad^2].
-std::vector<double> errors_of(const Run& run, const std::string& name, std::size_t h,
-                              std::size_t joint) {
-  std::vector<double> errors;
-  for (const evaluate::ModelResult& model : run.evaluation.models)
-    if (model.name == name)
-      for (const evaluate::RolloutScore& score : model.scores)
-        if (const std::vector<double>& mse = score.error.q_mse_joint[h];
-            joint < mse.size() && std::isfinite(mse[joint]))
-          errors.push_back(mse[joint]);
-  return errors;
-}
 
 }  // namespace
 
@@ -62,29 +39,19 @@ Figure tracking(const Run& run) {
 
 Figure bands(const Run& run) {
   Figure figure{.name = "bands"};
-  const std::vector<RunModel> models = run.fitted();
-  const RunModel* best = nullptr;
-  double least = INFINITY, coverage = kNaN;
-  for (const RunModel& model : models) {
-    const evaluate::Summary* summary = run.summary(model.name);
-    if (summary == nullptr || summary->band_coverage.empty() ||
-        !workflow::is_there(run.folder.band(model.name, run.trajectory)) ||
-        !(summary->q_mse_geometric_mean.back() < least))
-      continue;
-    best = &model;
-    least = summary->q_mse_geometric_mean.back();
-    coverage = summary->band_coverage.back();
-  }
+  const evaluate::Summary* summary = evaluate::best_with_band(run.evaluation);
+  const RunModel* best = summary == nullptr ? nullptr : run.model(summary->name);
   if (best == nullptr) return figure;
+  const std::optional<evaluate::BandSignals> signals = run.band(*best);
+  if (!signals) return figure;
 
   figure.caption = fmt::format(
       "Open loop of {} on {} and its 90 % band, less the measured position, which is the black "
       "line at zero: the band covers the motion where it holds that line. Over all trajectories "
       "{:.0f} % of the samples of q lie in their band.",
-      best->label, run.trajectory, 100 * coverage);
-  const evaluate::BandSignals signals = *run.band(*best);
-  const Eigen::VectorXd& t = signals.t;
-  const evaluate::Band& limits = signals.band;
+      best->label, run.trajectory, 100 * summary->band_coverage.back());
+  const Eigen::VectorXd& t = signals->t;
+  const evaluate::Band& limits = signals->band;
   for (int j = 0; j < run.n(); ++j) {
     Panel& panel = figure.panels.emplace_back();
     panel = {
@@ -112,7 +79,9 @@ Figure error_time(const Run& run) {
   Panel panel{.x_label = "t [s]", .y_label = "mean |q error| [rad]", .log_y = true, .fit_x = true};
   for (const RunModel& model : run.models) {
     if (const auto rollout = run.rollout(model))
-      panel.series.push_back(curve(model, rollout->t, mean_error(run, rollout->q)));
+      panel.series.push_back(
+          curve(model, rollout->t,
+                evaluate::mean_absolute_error(rollout->q, run.measured.q).cwiseMax(kSmallest)));
   }
   // The first samples lie decades below: they are shown from where the curves have risen.
   double least = 1;
@@ -210,21 +179,14 @@ Figure error_joint(const Run& run) {
                   .mark = Mark::kBars,
                   .marker = model.look.marker};
       for (int j = 0; j < run.n(); ++j) {
-        double sum = 0, least = INFINITY, most = 0;
-        const std::vector<double> errors =
-            errors_of(run, model.name, h, static_cast<std::size_t>(j));
-        for (const double error : errors) {
-          const double mse = std::max(error, kSmallest * kSmallest);
-          sum += std::log(mse);
-          least = std::min(least, mse);
-          most = std::max(most, mse);
-        }
-        if (errors.empty()) continue;
+        const auto errors = evaluate::joint_errors(run.evaluation, model.name,
+                                                   static_cast<std::size_t>(j), h, kSmallest);
+        if (!errors) continue;
         bars.x.push_back(
             j + 0.8 * ((static_cast<double>(m) + 0.5) / static_cast<double>(models.size()) - 0.5));
-        bars.y.push_back(std::exp(sum / static_cast<double>(errors.size()) / 2));
-        bars.low.push_back(std::sqrt(least));
-        bars.high.push_back(std::sqrt(most));
+        bars.y.push_back(errors->typical);
+        bars.low.push_back(errors->smallest);
+        bars.high.push_back(errors->largest);
       }
       if (!bars.x.empty()) panel.series.push_back(std::move(bars));
     }

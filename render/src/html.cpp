@@ -77,11 +77,4 @@ std::string table(const std::vector<std::string>& head, const std::vector<Row>& 
   return text + "</tbody></table></div>\n";
 }
 
-std::string enumeration(const std::vector<std::string>& parts) {
-  std::string text;
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    text += fmt::format("{}{}", i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ", parts[i]);
-  return text;
-}
-
 }  // namespace fricid::render::html

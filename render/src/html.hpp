@@ -35,7 +35,4 @@ struct Row {
 std::string table(const std::vector<std::string>& head, const std::vector<Row>& rows,
                   const std::string& caption = {});
 
-/// "a, b and c".
-std::string enumeration(const std::vector<std::string>& parts);
-
 }  // namespace fricid::render::html

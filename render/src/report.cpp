@@ -52,9 +52,8 @@ std::string report_of_run(const workflow::RunFolder& folder, const scene::Scene&
   const std::string name = html::escaped(record.run.evaluation.scene);
   const std::string description = html::escaped(scene.description);
   std::string body = table_section(record) + torque_section(record) + video_section(record) +
-                     figure_section(record) + model_section(record) +
-                     warning_section(warnings_of(record)) + data_section(record) +
-                     reproduce_section(record);
+                     figure_section(record) + model_section(record) + warning_section(record) +
+                     data_section(record) + reproduce_section(record);
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"

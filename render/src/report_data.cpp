@@ -1,8 +1,6 @@
-#include <algorithm>
-#include <cmath>
-
 #include <fmt/format.h>
 
+#include "fricid/signals/overview.hpp"
 #include "fricid/workflow/recordings.hpp"
 #include "html.hpp"
 #include "report_parts.hpp"
@@ -12,67 +10,10 @@ namespace {
 
 using html::Row;
 
-/// What can be said of one joint of a recording without any model.
-struct JointFacts {
-  double low = INFINITY, high = -INFINITY;  ///< of q [rad]
-  double fastest = 0;                       ///< [rad/s]
-  double torque_rms = 0, torque_peak = 0;   ///< [N m]
-  double noise = 0;                         ///< sd of q that smooth motion cannot explain [rad]
-  int reversals = 0, missing = 0;
-};
-
-/// Noise from fourth differences, whose variance is 70 times the noise's and which smooth motion
-/// hardly moves; the median keeps corners out.
-double noise_of(const Eigen::Ref<const Eigen::VectorXd>& q) {
-  constexpr double kMedianToSd = 1.4826, kGain = 70;
-  std::vector<double> differences;
-  for (Eigen::Index k = 0; k + 4 < q.size(); ++k) {
-    const double d = q[k] - 4 * q[k + 1] + 6 * q[k + 2] - 4 * q[k + 3] + q[k + 4];
-    if (std::isfinite(d)) differences.push_back(std::abs(d));
-  }
-  if (differences.empty()) return kNaN;
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  return kMedianToSd * *middle / std::sqrt(kGain);
-}
-
-JointFacts facts_of(const data::Dataset& set, int joint) {
-  JointFacts facts;
-  const Eigen::VectorXd q = set.q.col(joint), tau = set.tau.col(joint);
-  double squares = 0, direction = 0;
-  int torques = 0;
-  const double moved = 20 * noise_of(q);  // smaller turns may be noise
-  double turn = q[0];
-  for (Eigen::Index k = 0; k < q.size(); ++k) {
-    facts.missing += !std::isfinite(q[k]) || !std::isfinite(tau[k]);
-    if (std::isfinite(tau[k])) {
-      squares += tau[k] * tau[k];
-      facts.torque_peak = std::max(facts.torque_peak, std::abs(tau[k]));
-      ++torques;
-    }
-    if (!std::isfinite(q[k])) continue;
-    facts.low = std::min(facts.low, q[k]);
-    facts.high = std::max(facts.high, q[k]);
-    if (k >= 2 && std::isfinite(q[k - 2]))
-      facts.fastest = std::max(facts.fastest, std::abs(q[k] - q[k - 2]) / (2 * set.dt()));
-    // A reversal: away from the last extreme by more than the noise, against the last direction.
-    if (direction * (q[k] - turn) >= 0) turn = direction == 0 ? turn : q[k];
-    if (std::abs(q[k] - turn) > moved) {
-      const double now = q[k] > turn ? 1 : -1;
-      if (direction != 0 && now != direction) ++facts.reversals;
-      direction = now;
-      turn = q[k];
-    }
-  }
-  facts.torque_rms = torques > 0 ? std::sqrt(squares / torques) : kNaN;
-  facts.noise = noise_of(q);
-  return facts;
-}
-
 std::string joint_table(const data::Dataset& set) {
   std::vector<Row> rows;
   for (int j = 0; j < set.n(); ++j) {
-    const JointFacts facts = facts_of(set, j);
+    const signals::JointOverview facts = signals::overview(set, j);
     rows.push_back(
         {{{html::escaped(set.joint_names[static_cast<std::size_t>(j)])},
           {fmt::format("{} … {}", html::number(facts.low, 3), html::number(facts.high, 3))},

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "fricid/evaluate/verdict.hpp"
 #include "html.hpp"
 #include "report_parts.hpp"
 
@@ -123,12 +124,12 @@ std::string base_table(const std::vector<data::FittedBaseParameter>& base) {
   std::vector<Row> rows;
   for (const data::FittedBaseParameter& parameter : base) {
     const double error = parameter.standard_error;
-    const bool moved = std::abs(parameter.value - parameter.physical) > 3 * error;
     rows.push_back({{{html::escaped(parameter.name), "text"},
                      {html::number(parameter.value, 4)},
                      {html::number(error, 2)},
                      {html::number(std::abs(error / parameter.value), 2)},
-                     {html::number(parameter.physical, 4), moved ? "bad" : ""}}});
+                     {html::number(parameter.physical, 4),
+                      evaluate::is_moved_by_physics(parameter) ? "bad" : ""}}});
   }
   return "<details><summary>Base parameters of the rigid body</summary>" +
          html::table({"combination", "estimate", "standard error", "relative", "physical"}, rows,
@@ -177,7 +178,7 @@ std::string health(const Record& record, const FittedModel& fitted) {
     if (!value.empty()) text += fmt::format("<dt>{}</dt><dd>{}</dd>", name, value);
   };
   item("Method", html::escaped(fit.method));
-  item("Outcome", html::escaped(to_string(fit.outcome)) +
+  item("Outcome", html::escaped(name_of(fit.outcome)) +
                       (fit.usable ? "" : " <b class=\"bad\">not usable</b>"));
   item("In words", html::escaped(fit.message));
   item("Fitted values", fmt::format("{}", fit.parameters));

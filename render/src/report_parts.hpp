@@ -31,12 +31,6 @@ struct Record {
 Record read_record(const workflow::RunFolder& folder, const scene::Scene& scene,
                    const workflow::Manifest& manifest);
 
-/// Something a reader must know before trusting a number.
-struct Warning {
-  std::string subject;  ///< a model, a joint, a file
-  std::string found, meaning, remedy;
-};
-
 // report_summary.cpp
 /// Three sentences from the figures: the best model, how far it is from the oracle, what fails.
 std::string summary_section(const Record& record);
@@ -44,8 +38,7 @@ std::string table_section(const Record& record);
 std::string video_section(const Record& record);
 
 // report_warnings.cpp
-std::vector<Warning> warnings_of(const Record& record);
-std::string warning_section(const std::vector<Warning>& warnings);
+std::string warning_section(const Record& record);
 
 // report_figures.cpp
 std::string figure_section(const Record& record);

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "fricid/base/text.hpp"
 #include "fricid/evaluate/averages.hpp"
+#include "fricid/evaluate/verdict.hpp"
 #include "html.hpp"
 #include "report_parts.hpp"
 
@@ -15,7 +17,7 @@ using evaluate::Summary;
 using html::Row;
 
 std::string model_label(const Summary& summary) {
-  return html::escaped(summary.label.empty() ? summary.name : summary.label);
+  return html::escaped(evaluate::label_of(summary));
 }
 
 /// "15.7 s" as in a table head.
@@ -30,18 +32,21 @@ std::string duration(double seconds) {
   return std::isnan(seconds) ? "–" : html::number(seconds) + "&#8239;s";
 }
 
-std::string best_sentence(const Evaluation& evaluation, const Summary& best, std::size_t fitted) {
-  const std::vector<double>&horizons = evaluation.horizons_s, &mse = best.q_mse_geometric_mean;
+std::vector<std::string> labels_of(const std::vector<const Summary*>& summaries) {
+  std::vector<std::string> labels;
+  for (const Summary* summary : summaries) labels.push_back(model_label(*summary));
+  return labels;
+}
+
+std::string best_sentence(const Evaluation& evaluation, const Summary& best) {
+  const std::size_t fitted = evaluate::fitted_summaries(evaluation).size();
   const std::size_t trajectories = evaluation.trajectories.size();
-  std::vector<std::string> errors, others;
-  for (const std::size_t h : evaluate::quoted_horizons(horizons))
-    errors.push_back(angle(mse[h]) + " within " + horizon(horizons[h]));
-  for (std::size_t h = 0; h < horizons.size(); ++h)
-    for (const Summary* other : evaluate::fitted_summaries(evaluation))
-      if (other->doubts.empty() && other->q_mse_geometric_mean[h] < 0.95 * mse[h])
-        if (const std::string label = model_label(*other);
-            std::find(others.begin(), others.end(), label) == others.end())
-          others.push_back(label);
+  std::vector<std::string> errors;
+  for (const std::size_t h : evaluate::quoted_horizons(evaluation.horizons_s))
+    errors.push_back(angle(best.q_mse_geometric_mean[h]) + " within " +
+                     horizon(evaluation.horizons_s[h]));
+  const std::vector<std::string> others =
+      labels_of(evaluate::better_at_a_horizon(evaluation, best));
   return fmt::format(
       "Of {} model{} of <b>{}</b>, <b>{}</b> follows {} best: started at the measured state and "
       "driven by the measured motor torque alone, it is off by {} (RMS over joints, typical "
@@ -49,9 +54,9 @@ std::string best_sentence(const Evaluation& evaluation, const Summary& best, std
       fitted, fitted == 1 ? "" : "s", html::escaped(evaluation.scene), model_label(best),
       trajectories == 1 ? std::string("the held-out trajectory")
                         : fmt::format("{} held-out trajectories", trajectories),
-      html::enumeration(errors),
+      enumeration(errors),
       others.empty() ? ""
-                     : fmt::format("; at single horizons {} {} better", html::enumeration(others),
+                     : fmt::format("; at single horizons {} {} better", enumeration(others),
                                    others.size() == 1 ? "is" : "are"));
 }
 
@@ -76,52 +81,48 @@ std::string oracle_sentence(const Record& record, const Summary& best) {
   std::string text = fmt::format(
       "The true model under the same noisy torque is off by {}, so in squared error {} is {} "
       "times worse than physics allows",
-      html::enumeration(errors), model_label(best), html::enumeration(ratios));
+      enumeration(errors), model_label(best), enumeration(ratios));
   if (best.is_conventional) return text + ": headroom that no model here closes.";
   return text + fmt::format(
                     "; of the logarithmic distance between the best conventional model "
                     "and the oracle it closes {}.",
-                    html::enumeration(shares));
+                    enumeration(shares));
 }
 
 std::string failure_sentence(const Record& record, const Summary& best) {
-  const Evaluation& evaluation = record.run.evaluation;
+  std::vector<const data::FitFile*> fits;
+  for (const FittedModel& fitted : record.fits)
+    if (fitted.fit) fits.push_back(&*fitted.fit);
+  const evaluate::Failures found = evaluate::failures_of(record.run.evaluation, fits);
+
+  constexpr std::size_t kMostNamed = 4;
   std::vector<std::string> failures;
-  for (const Summary* summary : evaluate::fitted_summaries(evaluation))
-    if (summary->diverged > 0)
+  if (found.diverging.size() > kMostNamed)
+    failures.push_back(fmt::format("rollouts of {} models diverge", found.diverging.size()));
+  else
+    for (const Summary* summary : found.diverging)
       failures.push_back(fmt::format("{} diverges in {} of {} rollouts", model_label(*summary),
                                      summary->diverged, summary->rollouts));
-  if (failures.size() > 4) {
-    const std::size_t all = failures.size();
-    failures.assign({fmt::format("rollouts of {} models diverge", all)});
-  }
-  int unusable = 0, limited = 0, bounds = 0;
-  for (const FittedModel& fitted : record.fits) {
-    if (!fitted.fit) continue;
-    unusable += !fitted.fit->usable;
-    limited += fitted.fit->outcome == data::Outcome::kIterationLimit;
-    for (const data::FittedJoint& joint : fitted.fit->joints)
-      bounds += static_cast<int>(joint.at_bound.size());
-  }
-  if (unusable > 0)
-    failures.push_back(fmt::format("{} fit{} failed {} own health test", unusable,
-                                   unusable == 1 ? "" : "s", unusable == 1 ? "its" : "their"));
-  if (limited > 0)
-    failures.push_back(fmt::format("{} fit{} stopped at {} limit of iterations", limited,
-                                   limited == 1 ? "" : "s", limited == 1 ? "its" : "their"));
-  if (bounds > 0)
-    failures.push_back(
-        fmt::format("{} parameter{} ended on a bound", bounds, bounds == 1 ? "" : "s"));
-  std::vector<std::string> blind;
-  for (std::size_t h = 0; h < evaluation.horizons_s.size(); ++h)
-    if (!evaluation.meaningless[h].empty()) blind.push_back(horizon(evaluation.horizons_s[h]));
-  if (!blind.empty())
+  const auto add_fits = [&](int count, const char* verb, const char* what) {
+    if (count > 0)
+      failures.push_back(fmt::format("{} fit{} {} {} {}", count, count == 1 ? "" : "s", verb,
+                                     count == 1 ? "its" : "their", what));
+  };
+  add_fits(found.unusable_fits, "failed", "own health test");
+  add_fits(found.limited_fits, "stopped at", "limit of iterations");
+  if (found.at_bound > 0)
+    failures.push_back(fmt::format("{} parameter{} ended on a bound", found.at_bound,
+                                   found.at_bound == 1 ? "" : "s"));
+  if (const std::vector<double>& blind = found.blind_horizons; !blind.empty()) {
+    std::vector<std::string> names;
+    for (const double seconds : blind) names.push_back(horizon(seconds));
     failures.push_back(fmt::format("the horizon{} of {} cannot rank models",
-                                   blind.size() == 1 ? "" : "s", html::enumeration(blind)));
+                                   blind.size() == 1 ? "" : "s", enumeration(names)));
+  }
 
   std::string text = failures.empty()
                          ? "Nothing failed: no rollout diverged and every fit converged"
-                         : "What fails: " + html::enumeration(failures);
+                         : "What fails: " + enumeration(failures);
   if (std::isfinite(best.friction_reversal) && std::isfinite(best.friction_sliding))
     text += fmt::format(
         "; the friction torque of {} errs by {} of its RMS around reversals against {} in sliding",
@@ -144,39 +145,27 @@ std::string distrust_section(const std::vector<const Summary*>& fitted) {
 }
 
 /// Per joint, over all fits: how much of its training torque they explain, and the verdict.
-std::string joint_verdicts(const Record& record) {
+std::string joint_table(const Record& record) {
+  std::vector<evaluate::LabelledFit> fits;
+  for (const FittedModel& fitted : record.fits)
+    if (fitted.fit) fits.push_back({fitted.model.label, &*fitted.fit});
   std::vector<Row> rows;
-  for (int i = 0; i < record.run.n(); ++i) {
-    const auto j = static_cast<std::size_t>(i);
-    const std::string& name = record.run.joint(i);
-    std::vector<double> r2;
-    std::string verdict;
-    for (const FittedModel& fitted : record.fits) {
-      if (!fitted.fit) continue;
-      if (j < fitted.fit->joints.size()) r2.push_back(fitted.fit->joints[j].r2);
-      for (const data::FittedFault& fault : fitted.fit->faults)
-        if (fault.joint == name && verdict.empty())
-          verdict = fmt::format("not to be trusted ({}): {}; {}", fitted.model.label, fault.found,
-                                fault.remedy);
-    }
-    if (r2.empty() && verdict.empty()) continue;
-    const std::string style = verdict.empty() ? "" : "bad";
-    const auto [least, most] =
-        r2.empty() ? std::ranges::minmax_result<double>{kNaN, kNaN} : std::ranges::minmax(r2);
-    rows.push_back({{{html::escaped(name)},
-                     {html::number(least, 3) +
-                      (most > least ? " to " + html::number(most, 3) : std::string())},
-                     {verdict.empty() ? "passed" : html::escaped(verdict), style}}});
+  for (const evaluate::JointVerdict& joint :
+       evaluate::joint_verdicts(record.run.measured.joint_names, fits)) {
+    const data::FittedFault* fault = joint.fault;
+    rows.push_back(
+        {{{html::escaped(joint.joint)},
+          {html::number(joint.least_r2, 3) + (joint.most_r2 > joint.least_r2
+                                                  ? " to " + html::number(joint.most_r2, 3)
+                                                  : std::string())},
+          {fault == nullptr ? "passed"
+                            : html::escaped(fmt::format("not to be trusted ({}): {}; {}",
+                                                        joint.model, fault->found, fault->remedy)),
+           fault == nullptr ? "" : "bad"}}});
   }
   return rows.empty() ? std::string()
                       : html::table({"joint", "R<sup>2</sup> of the training torque", "verdict"},
                                     rows, "Every joint over all fits");
-}
-
-const RunModel* find_model(const Run& run, const std::string& name) {
-  for (const RunModel& model : run.models)
-    if (model.name == name) return &model;
-  return nullptr;
 }
 
 /// Marks the least finite number of a column among fitted models.
@@ -205,7 +194,7 @@ std::string score_table(const Record& record) {
   std::vector<Row> oracles, rows;
   std::vector<std::vector<double>> values;
   for (const Summary& summary : evaluation.summary) {
-    const RunModel* model = find_model(record.run, summary.name);
+    const RunModel* model = record.run.model(summary.name);
     if (model == nullptr) continue;
     Row row{{{dotted(*model)}}};
     const std::vector<double>& mse = summary.q_mse_geometric_mean;
@@ -268,7 +257,7 @@ std::string oracle_table(const Record& record) {
     head.emplace_back(name);
   std::vector<Row> rows;
   for (const Summary* summary : evaluate::fitted_summaries(evaluation)) {
-    const RunModel* model = find_model(record.run, summary->name);
+    const RunModel* model = record.run.model(summary->name);
     if (model == nullptr) continue;
     Row row{{{dotted(*model)}}};
     for (const double ratio : summary->ratio_to_oracle) row.cells.push_back({html::number(ratio)});
@@ -319,17 +308,14 @@ std::string dotted(const RunModel& model) {
 
 std::string summary_section(const Record& record) {
   const Evaluation& evaluation = record.run.evaluation;
-  std::vector<const Summary*> fitted = evaluate::fitted_summaries(evaluation);
+  const std::vector<const Summary*> fitted = evaluate::fitted_summaries(evaluation);
   if (fitted.empty()) return "<p class=\"abstract\">No model was fitted.</p>\n";
-  const std::string verdicts = distrust_section(fitted) + joint_verdicts(record);
-  const std::size_t all = fitted.size();
-  std::erase_if(fitted, [](const Summary* summary) { return !summary->doubts.empty(); });
-  if (fitted.empty()) return verdicts;
-  const Summary& best = **std::ranges::min_element(
-      fitted, {}, [](const Summary* summary) { return evaluate::overall(*summary); });
+  const std::string verdicts = distrust_section(fitted) + joint_table(record);
+  const Summary* best = evaluate::best_model(evaluation);
+  if (best == nullptr) return verdicts;
   return verdicts + fmt::format("<p class=\"abstract\">{} {} {}</p>\n",
-                                best_sentence(evaluation, best, all), oracle_sentence(record, best),
-                                failure_sentence(record, best));
+                                best_sentence(evaluation, *best), oracle_sentence(record, *best),
+                                failure_sentence(record, *best));
 }
 
 std::string table_section(const Record& record) {

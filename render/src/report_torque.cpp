@@ -1,60 +1,39 @@
-#include <algorithm>
-#include <cmath>
-
 #include <fmt/format.h>
 
-#include "fricid/evaluate/averages.hpp"
+#include "fricid/base/text.hpp"
+#include "fricid/evaluate/torque_summary.hpp"
 #include "html.hpp"
 #include "report_parts.hpp"
 
 namespace fricid::render {
 namespace {
 
-using evaluate::TorquePrediction;
+using evaluate::TorqueSummary;
 using html::Row;
 using Values = std::vector<double>;
 
-struct Predicted {
-  const RunModel* model;
-  bool is_static_law;  ///< a convention whose friction has no state
-  Values percent;      ///< (n) of the torque's RMS
-};
-
-std::vector<Predicted> predictions_of(const Record& record) {
-  std::vector<Predicted> found;
-  for (const RunModel& model : record.run.models) {
-    Values percent = evaluate::mean_of_torque(record.run.evaluation, model.name,
-                                              &TorquePrediction::percent_of_rms);
-    if (percent.empty()) continue;
-    bool is_static = false;
-    for (const evaluate::ModelResult& own : record.run.evaluation.models)
-      if (own.name == model.name) is_static = own.is_conventional && own.friction_states == 0;
-    found.push_back({&model, is_static, std::move(percent)});
-  }
-  return found;
+const RunModel& model_of(const Record& record, const TorqueSummary& torque) {
+  return *record.run.model(torque.model);
 }
 
 /// Which models err less than every static law, and at how many joints.
-std::string comparison(const std::vector<Predicted>& predictions) {
-  Values least;
-  std::vector<std::string> names;
-  for (const Predicted& prediction : predictions) {
-    if (!prediction.is_static_law) continue;
-    names.push_back(html::escaped(prediction.model->label));
-    least.resize(prediction.percent.size(), INFINITY);
-    for (std::size_t j = 0; j < least.size(); ++j)
-      least[j] = std::min(least[j], prediction.percent[j]);
-  }
-  std::vector<std::string> others;
-  for (const Predicted& prediction : predictions) {
-    if (prediction.is_static_law || least.empty()) continue;
-    int better = 0;
-    for (std::size_t j = 0; j < least.size(); ++j) better += prediction.percent[j] < least[j];
-    others.push_back(fmt::format("{} at {}", html::escaped(prediction.model->label), better));
-  }
+std::string comparison(const Record& record, const std::vector<TorqueSummary>& torques) {
+  const std::vector<TorqueSummary> static_laws = evaluate::static_laws(torques);
+  if (static_laws.empty()) return {};
+  const Values least = evaluate::least_percent(static_laws);
+  const auto label = [&](const TorqueSummary& torque) {
+    return html::escaped(model_of(record, torque).label);
+  };
+  std::vector<std::string> names, others;
+  for (const TorqueSummary& torque : torques)
+    if (torque.is_static_law)
+      names.push_back(label(torque));
+    else
+      others.push_back(
+          fmt::format("{} at {}", label(torque), evaluate::joints_below(torque, least)));
   if (others.empty()) return {};
   return fmt::format("<p>Closer than every law without a state ({}), of {} joints: {}.</p>\n",
-                     html::enumeration(names), least.size(), html::enumeration(others));
+                     enumeration(names), least.size(), enumeration(others));
 }
 
 std::vector<std::string> joints_head(const Run& run) {
@@ -63,17 +42,14 @@ std::vector<std::string> joints_head(const Run& run) {
   return head;
 }
 
-std::string percent_table(const Record& record, const std::vector<Predicted>& predictions) {
+std::string percent_table(const Record& record, const std::vector<TorqueSummary>& torques) {
   std::vector<Row> rows;
-  Values least(predictions.front().percent.size(), INFINITY);
-  for (const Predicted& prediction : predictions)
-    for (std::size_t j = 0; j < least.size(); ++j)
-      least[j] = std::min(least[j], prediction.percent[j]);
-  for (const Predicted& prediction : predictions) {
-    Row row{{{dotted(*prediction.model)}}};
+  const Values least = evaluate::least_percent(torques);
+  for (const TorqueSummary& torque : torques) {
+    Row row{{{dotted(model_of(record, torque))}}};
     for (std::size_t j = 0; j < least.size(); ++j)
       row.cells.push_back(
-          {html::number(prediction.percent[j]), prediction.percent[j] == least[j] ? "best" : ""});
+          {html::number(torque.percent[j]), torque.percent[j] == least[j] ? "best" : ""});
     rows.push_back(std::move(row));
   }
   return html::table(
@@ -83,31 +59,13 @@ std::string percent_table(const Record& record, const std::vector<Predicted>& pr
       "the measured torque never corrects it. Bold: the best model.");
 }
 
-/// What a regime or a correction leaves, mean over joints of the share of the whole error.
-std::string regime_table(const Record& record, const std::vector<Predicted>& predictions) {
+std::string regime_table(const Record& record, const std::vector<TorqueSummary>& torques) {
   std::vector<Row> rows;
-  for (const Predicted& prediction : predictions) {
-    Row row{{{dotted(*prediction.model)}}};
-    const auto mean = [&](auto list) {
-      return evaluate::mean_of_torque(record.run.evaluation, prediction.model->name, list);
-    };
-    const auto regime = [&](Values evaluate::RegimeError::*list) {
-      return mean(
-          [list](const TorquePrediction& torque) -> const Values& { return torque.rmse.*list; });
-    };
-    using evaluate::RegimeError;
-    const Values all = regime(&RegimeError::all);
-    for (const Values& own : {regime(&RegimeError::reversal), regime(&RegimeError::presliding),
-                              regime(&RegimeError::sliding), mean(&TorquePrediction::one_step)}) {
-      double sum = 0;
-      int count = 0;
-      for (std::size_t j = 0; j < own.size(); ++j)
-        if (const double share = own[j] / all[j] * prediction.percent[j]; std::isfinite(share)) {
-          sum += share;
-          ++count;
-        }
-      row.cells.push_back({html::number(sum / count)});
-    }
+  for (const TorqueSummary& torque : torques) {
+    Row row{{{dotted(model_of(record, torque))}}};
+    for (const double percent :
+         {torque.reversal, torque.presliding, torque.sliding, torque.one_step})
+      row.cells.push_back({html::number(percent)});
     rows.push_back(std::move(row));
   }
   return html::table({"model", "reversal", "presliding", "sliding", "one step"}, rows,
@@ -116,19 +74,14 @@ std::string regime_table(const Record& record, const std::vector<Predicted>& pre
                      "with the error of the last sample known, so what white noise leaves.");
 }
 
-std::string drift_table(const Record& record, const std::vector<Predicted>& predictions) {
-  constexpr double kCertain = 3;
+std::string drift_table(const Record& record, const std::vector<TorqueSummary>& torques) {
   std::vector<Row> rows;
-  for (const Predicted& prediction : predictions) {
-    Row row{{{dotted(*prediction.model)}}};
-    const evaluate::Evaluation& evaluation = record.run.evaluation;
-    const std::string& name = prediction.model->name;
-    const Values drift = evaluate::mean_of_torque(evaluation, name, &TorquePrediction::drift),
-                 error = evaluate::mean_of_torque(evaluation, name, &TorquePrediction::drift_error);
-    for (std::size_t j = 0; j < drift.size(); ++j)
-      row.cells.push_back(
-          {fmt::format("{} ± {}", html::number(drift[j]), html::number(error[j], 1)),
-           std::abs(drift[j]) > kCertain * error[j] ? "bad" : ""});
+  for (const TorqueSummary& torque : torques) {
+    Row row{{{dotted(model_of(record, torque))}}};
+    for (std::size_t j = 0; j < torque.drift.size(); ++j)
+      row.cells.push_back({fmt::format("{} ± {}", html::number(torque.drift[j]),
+                                       html::number(torque.drift_error[j], 1)),
+                           torque.drifts(j) ? "bad" : ""});
     rows.push_back(std::move(row));
   }
   return html::table(joints_head(record.run), rows,
@@ -163,11 +116,14 @@ std::string repeats_table(const Record& record) {
 }  // namespace
 
 std::string torque_section(const Record& record) {
-  const std::vector<Predicted> predictions = predictions_of(record);
-  if (predictions.empty()) return {};
+  std::vector<TorqueSummary> torques = evaluate::torque_summaries(record.run.evaluation);
+  std::erase_if(torques, [&](const TorqueSummary& torque) {
+    return record.run.model(torque.model) == nullptr;
+  });
+  if (torques.empty()) return {};
   std::string text = "<h2 id=\"torque\">Torque along the motion</h2>\n" +
-                     percent_table(record, predictions) + comparison(predictions);
-  std::string more = regime_table(record, predictions) + drift_table(record, predictions);
+                     percent_table(record, torques) + comparison(record, torques);
+  std::string more = regime_table(record, torques) + drift_table(record, torques);
   if (record.run.truth)
     return text + "<details><summary>By regime, and drift</summary>\n" + more + "</details>\n";
   return text + more + repeats_table(record);

@@ -41,6 +41,11 @@ std::vector<RunModel> Run::fitted() const {
   return fitted;
 }
 
+const RunModel* Run::model(const std::string& name) const {
+  const auto found = std::ranges::find(models, name, &RunModel::name);
+  return found == models.end() ? nullptr : &*found;
+}
+
 const evaluate::Summary* Run::summary(const std::string& model) const {
   const auto found = std::ranges::find(evaluation.summary, model, &evaluate::Summary::name);
   return found == evaluation.summary.end() ? nullptr : &*found;

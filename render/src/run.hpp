@@ -40,6 +40,7 @@ struct Run {
   }
   /// Models that were fitted, that is, without the oracle.
   std::vector<RunModel> fitted() const;
+  const RunModel* model(const std::string& name) const;  ///< null without one
   /// Of a model over its seeds; null without one.
   const evaluate::Summary* summary(const std::string& model) const;
 

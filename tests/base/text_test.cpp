@@ -36,6 +36,14 @@ TEST(Nearest, IsEmptyWhenNothingIsNear) {
   EXPECT_EQ(nearest("seed", {}), "");
 }
 
+TEST(Enumeration, PutsAndBeforeTheLast) {
+  using Words = std::vector<std::string>;
+  EXPECT_EQ(enumeration(Words{}), "");
+  EXPECT_EQ(enumeration(Words{"a"}), "a");
+  EXPECT_EQ(enumeration(Words{"a", "b"}), "a and b");
+  EXPECT_EQ(enumeration(Words{"a", "b", "c"}), "a, b and c");
+}
+
 TEST(Nearest, PrefersTheFirstOfEqualDistance) {
   const std::array<std::string_view, 2> known = {"sigma0", "sigma1"};
   EXPECT_EQ(nearest("sigma", known), "sigma0");

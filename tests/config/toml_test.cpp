@@ -10,7 +10,7 @@ namespace fricid::config {
 namespace {
 
 enum class Colour { kRed, kGreen };
-constexpr std::string_view names(Colour) { return "red green"; }
+constexpr std::string_view names(Colour) { return "red|green"; }
 
 struct Paint {
   Colour colour = Colour::kGreen;

@@ -21,8 +21,7 @@ using ::testing::StartsWith;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 enum class Colour { kRed, kDarkBlue };
-std::string_view to_string(Colour colour) { return colour == Colour::kRed ? "red" : "dark blue"; }
-std::vector<Colour> values_of(Colour /*any*/) { return {Colour::kRed, Colour::kDarkBlue}; }
+constexpr std::string_view names(Colour) { return "red|dark blue"; }
 
 struct Range {
   double low, high;
@@ -72,8 +71,8 @@ struct Sample {
     archive("large", large, field);
     archive("yes", yes, flag("or no"));
     archive("words", words, text("any"));
-    archive("word", word, choice("left right", "a side"));
-    archive("colour", colour, text("of two"));
+    archive("word", word, choice("left|right", "a side"));
+    archive("colour", colour, choice("of two"));
     archive("reals", reals, field);
     archive("wholes", wholes, field);
     archive("texts", texts, text("several"));
@@ -268,9 +267,9 @@ TEST_F(ArtefactTest, WholeNumbersAreWholeAndFit) {
 }
 
 TEST_F(ArtefactTest, ChoicesAreAmongTheirWords) {
-  EXPECT_EQ(said_of("/word", "up"), "b.json: word: found \"up\"; allowed: left right");
-  for (const char* wrong : {"", " ", "left right", "righ"})
-    EXPECT_THAT(said_of("/word", wrong), HasSubstr("allowed: left right")) << wrong;
+  EXPECT_EQ(said_of("/word", "up"), "b.json: word: found \"up\"; allowed: left, right");
+  for (const char* wrong : {"", " ", "left|right", "left, right", "righ"})
+    EXPECT_THAT(said_of("/word", wrong), HasSubstr("allowed: left, right")) << wrong;
   EXPECT_EQ(said_of("/colour", "blue"), "b.json: colour: found \"blue\"; allowed: red, dark blue");
 }
 

@@ -45,6 +45,22 @@ TEST(Averages, ErrorsOfAllSeedsCountAndMissingOnesDoNot) {
   EXPECT_TRUE(std::isnan(mean_error(evaluation, "nobody", &HorizonErrors::q_mse, 0)));
 }
 
+TEST(Averages, ErrorsOfAJointAreGeometric) {
+  Evaluation evaluation = two_models();
+  const auto add = [&](double mse) {
+    evaluation.models[1].scores.emplace_back().error.q_mse_joint = {{kNan, mse}};
+  };
+  for (const double mse : {1e-4, 1e-8, kNan}) add(mse);
+  const JointErrors found = *joint_errors(evaluation, "simple", 1, 0, 1e-9);
+  EXPECT_NEAR(found.typical, 1e-3, 1e-15);
+  EXPECT_NEAR(found.smallest, 1e-4, 1e-16);
+  EXPECT_NEAR(found.largest, 1e-2, 1e-14);
+  add(0);  // below what an encoder resolves
+  EXPECT_NEAR(joint_errors(evaluation, "simple", 1, 0, 1e-6)->smallest, 1e-6, 1e-18);
+  EXPECT_FALSE(joint_errors(evaluation, "simple", 0, 0, 1e-9));
+  EXPECT_FALSE(joint_errors(evaluation, "nobody", 1, 0, 1e-9));
+}
+
 TEST(Averages, TorqueIsThatOfAllRecordings) {
   Evaluation evaluation = two_models();
   for (const double percent : {10.0, 30.0})

@@ -37,6 +37,13 @@ TEST(Characteristics, DahlForgetsTheWayToTheOuterLoop) {
   EXPECT_NEAR(tau.minCoeff(), -kFc, 0.01 * kFc);
 }
 
+TEST(Characteristics, TheLongestPreslidingSetsTheMotion) {
+  friction::Friction longer = dahl_joint();
+  longer.theta[0] *= 2;
+  const PreslidingMotion motion = presliding_motion_through(std::vector{dahl_joint(), longer});
+  EXPECT_NEAR(motion.q.maxCoeff(), 1.5 * presliding_length(longer)[0], 1e-12);
+}
+
 TEST(Characteristics, TheSlowestReversalIsNotOneOfAJointThatStopsThere) {
   constexpr double kDt = 0.01;
   Eigen::VectorXd v(600);  // a fast reversal, a slow one, and one without speed behind it

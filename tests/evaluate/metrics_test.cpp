@@ -90,6 +90,11 @@ Trajectory swinging() {
 }
 
 // An error that is 1 in a window of 0.05 s on both sides of the reversals, 2 elsewhere.
+TEST(MeanAbsoluteError, IsTheMeanOverJointsOfEachSample) {
+  const RowMatrix q = matrix(2, 2, {1, -3, 0, 0.5}), reference = matrix(3, 2, {0, 0, 0, 0, 9, 9});
+  EXPECT_EQ(mean_absolute_error(q, reference), Eigen::Vector2d(2, 0.25));
+}
+
 TEST(RegimeError, ReversalIsATenthOfASecondAroundAChangeOfSign) {
   const Trajectory trajectory = swinging();
   RowMatrix tau_f = RowMatrix::Constant(250, 1, 2);

@@ -5,40 +5,6 @@
 
 namespace fricid::workflow {
 
-std::string_view to_string(Section section) {
-  switch (section) {
-    case Section::kName:
-      return "name";
-    case Section::kDescription:
-      return "description";
-    case Section::kSeed:
-      return "seed";
-    case Section::kRobot:
-      return "[robot]";
-    case Section::kFriction:
-      return "[friction]";
-    case Section::kPlant:
-      return "[plant]";
-    case Section::kController:
-      return "[controller]";
-    case Section::kExcitation:
-      return "[excitation]";
-    case Section::kSensors:
-      return "[sensors]";
-    case Section::kData:
-      return "[data]";
-    case Section::kIdentify:
-      return "[identify]";
-    case Section::kModels:
-      return "[[model]]";
-    case Section::kEvaluate:
-      return "[evaluate]";
-    case Section::kRender:
-      break;
-  }
-  return "[render]";
-}
-
 scene::Problem part_of(const scene::Problem& problem, std::span<const Section> sections) {
   const scene::Scene& scene = problem.scene;
   scene::Scene part;
@@ -112,7 +78,7 @@ void declare(Inputs& inputs, const scene::Problem& problem, std::span<const Sect
   for (const Section section : sections) {
     scene::Scene only = part_of(problem, std::span(&section, 1)).scene;
     only.joints = problem.scene.joints;  // per-joint values are by joint
-    inputs.text(fmt::format("scene {}", to_string(section)), scene::to_toml(only));
+    inputs.text(fmt::format("scene {}", name_of(section)), scene::to_toml(only));
   }
   if (std::ranges::find(sections, Section::kRobot) != sections.end())
     inputs.file("URDF", problem.urdf_path);

@@ -50,6 +50,13 @@ std::string nearest(std::string_view word, std::span<const std::string_view> kno
   return std::string(best);
 }
 
+std::string enumeration(std::span<const std::string> parts) {
+  std::string text;
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
+  return text;
+}
+
 int line_at(std::string_view text, std::size_t at) {
   const std::string_view before = text.substr(0, std::min(at, text.size()));
   return 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));

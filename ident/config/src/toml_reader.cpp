@@ -37,21 +37,12 @@ std::string joint_count(std::size_t n) { return fmt::format("{} joint{}", n, n =
 
 }  // namespace
 
-std::vector<std::string> words(std::string_view list) {
-  std::vector<std::string> result;
-  for_words(list, [&](std::string_view word) {
-    result.emplace_back(word);
-    return false;
-  });
-  return result;
-}
-
 std::string allowed_number(const Field& field, bool whole) {
   return (whole ? "a whole number" : "a number") + quantity(field);
 }
 
 std::string allowed_text(const Field& field) {
-  const std::vector<std::string> choices = words(field.choices);
+  const std::vector<std::string> choices = parts_of(field.choices);
   if (choices.empty()) return "a text";
   std::string list = choices[0];
   for (std::size_t i = 1; i < choices.size(); ++i)
@@ -147,7 +138,7 @@ void TomlReader::operator()(std::string_view key, bool& value, const Field& fiel
 void TomlReader::operator()(std::string_view key, std::string& value, const Field& field) {
   const toml::node* node = find(key, field);
   if (!node) return;
-  const std::vector<std::string> choices = words(field.choices);
+  const std::vector<std::string> choices = parts_of(field.choices);
   if (!node->is_string() ||
       (!choices.empty() &&
        std::find(choices.begin(), choices.end(), node->as_string()->get()) == choices.end()) ||

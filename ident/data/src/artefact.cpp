@@ -1,6 +1,8 @@
 #include "fricid/data/artefact.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -176,10 +178,9 @@ void JsonReader::operator()(std::string_view key, std::string& value, const Fiel
   if (!json.is_string()) refuse(key, "text");
   value = json.get<std::string>();
   if (field.choices.empty()) return;
-  const std::string allowed = fmt::format(" {} ", field.choices);
-  const bool is_word = value.find(' ') == std::string::npos;
-  if (!is_word || allowed.find(fmt::format(" {} ", value)) == std::string::npos)
-    refuse(key, field.choices);
+  const std::vector<std::string> allowed = parts_of(field.choices);
+  if (std::ranges::find(allowed, value) == allowed.end())
+    refuse(key, fmt::format("{}", fmt::join(allowed, ", ")));
 }
 
 void JsonReader::operator()(std::string_view key, std::vector<double>& value,

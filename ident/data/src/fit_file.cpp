@@ -48,25 +48,6 @@ void check_training(const FittedTraining& training, std::string_view key,
 
 }  // namespace
 
-std::string_view to_string(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kConverged:
-      return "converged";
-    case Outcome::kIterationLimit:
-      return "iteration limit";
-    case Outcome::kIllConditioned:
-      return "ill conditioned";
-    case Outcome::kFailed:
-      return "failed";
-  }
-  return "failed";
-}
-
-std::vector<Outcome> values_of(Outcome /*any*/) {
-  return {Outcome::kConverged, Outcome::kIterationLimit, Outcome::kIllConditioned,
-          Outcome::kFailed};
-}
-
 void FitFile::check(const std::string& place) const {
   require_name(Named::kModel, name, place);
   require_label(label, "label", place);

@@ -173,7 +173,7 @@ std::string FitReport::brief() const {
   for (const double value : r2) r2_mean += value / static_cast<double>(r2.size());
   return fmt::format("{} seed {}: {}{}, R2 {:.4f} on training torque, {} parameters, {:.1f} s",
                      model.name, model.seed,
-                     usable() ? "" : "NOT TO BE TRUSTED: ", to_string(outcome), r2_mean,
+                     usable() ? "" : "NOT TO BE TRUSTED: ", name_of(outcome), r2_mean,
                      model.free_parameters, seconds);
 }
 

@@ -40,6 +40,26 @@ double mean_error(const Evaluation& evaluation, const std::string& model,
   return count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
 }
 
+std::optional<JointErrors> joint_errors(const Evaluation& evaluation, const std::string& model,
+                                        std::size_t joint, std::size_t horizon, double resolution) {
+  double sum = 0, least = std::numeric_limits<double>::infinity(), most = 0;
+  int count = 0;
+  for (const ModelResult& result : evaluation.models) {
+    if (result.name != model) continue;
+    for (const RolloutScore& score : result.scores) {
+      const std::vector<double>& joints = score.error.q_mse_joint[horizon];
+      if (joint >= joints.size() || !std::isfinite(joints[joint])) continue;
+      const double mse = std::max(joints[joint], resolution * resolution);
+      sum += std::log(mse);
+      least = std::min(least, mse);
+      most = std::max(most, mse);
+      ++count;
+    }
+  }
+  if (count == 0) return std::nullopt;
+  return JointErrors{std::exp(sum / count / 2), std::sqrt(least), std::sqrt(most)};
+}
+
 double torque_left(const Evaluation& evaluation, const std::string& model) {
   std::vector<double> percent;
   for (const ModelResult& result : evaluation.models)

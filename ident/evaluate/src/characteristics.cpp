@@ -1,5 +1,6 @@
 #include "fricid/evaluate/characteristics.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -50,6 +51,18 @@ PreslidingMotion presliding_motion(const Eigen::VectorXd& amplitude) {
   const Eigen::Map<const Eigen::VectorXd> x(share.data(), std::ssize(share)),
       rate(speed.data(), std::ssize(speed));
   return {x * amplitude.transpose(), rate * amplitude.transpose(), kDt};
+}
+
+PreslidingMotion presliding_motion_through(std::span<const friction::Friction> frictions) {
+  constexpr double kBeyond = 1.5, kShortest = 1e-4;  // of the length, [rad]
+  Eigen::VectorXd amplitude =
+      Eigen::VectorXd::Constant(frictions.front().model.joint_count(), kBeyond * kShortest);
+  for (const friction::Friction& friction : frictions) {
+    const Eigen::VectorXd length = presliding_length(friction);
+    for (Eigen::Index j = 0; j < length.size(); ++j)
+      amplitude[j] = std::max(amplitude[j], kBeyond * length[j]);
+  }
+  return presliding_motion(amplitude);
 }
 
 RowMatrix presliding_loop(const friction::Friction& friction, const PreslidingMotion& motion) {

@@ -71,6 +71,16 @@ Regimes regimes_of(ConstRowMatrix q, ConstRowMatrix v, Eigen::Index j, double dt
 
 }  // namespace
 
+Eigen::VectorXd mean_absolute_error(ConstRowMatrix q, ConstRowMatrix reference) {
+  Eigen::VectorXd error(q.rows());
+  for (Eigen::Index k = 0; k < q.rows(); ++k) {
+    double sum = 0;
+    for (Eigen::Index j = 0; j < q.cols(); ++j) sum += std::abs(q(k, j) - reference(k, j));
+    error[k] = sum / static_cast<double>(q.cols());
+  }
+  return error;
+}
+
 void HorizonErrors::add(HorizonError error) {
   q_mse.push_back(error.q_mse);
   q_mae.push_back(error.q_mae);

@@ -52,13 +52,8 @@ std::string try_elsewhere(GlBackend backend) {
 
 }  // namespace
 
-std::string_view name_of(GlBackend backend) {
-  return backend == GlBackend::kOsmesa ? "osmesa" : "egl";
-}
-
 GlBackend backend_of(std::string_view name) {
-  for (const GlBackend backend : kBackends)
-    if (name_of(backend) == name) return backend;
+  if (const auto backend = value_named<GlBackend>(name)) return *backend;
   throw UserError("renderer {}: allowed: egl, osmesa", name);
 }
 

@@ -297,12 +297,6 @@ void judge_families(const dynamics::RobotModel& robot, double seconds, Identifia
 
 }  // namespace
 
-std::string_view to_string(Verdict verdict) {
-  return verdict == Verdict::kIdentified ? "identified"
-         : verdict == Verdict::kWeak     ? "weakly identified"
-                                         : "not identifiable";
-}
-
 Verdict judge(double standard_error, double size) {
   if (!(standard_error < kWeak * size)) return Verdict::kNot;
   return standard_error < kIdentified * size ? Verdict::kIdentified : Verdict::kWeak;

@@ -35,7 +35,7 @@ std::string to_json(const Identifiability& report, const dynamics::RobotModel& r
        families = Json::array();
   for (const ParameterVerdict& v : report.parameters)
     parameters.push_back({{"name", v.name},
-                          {"verdict", to_string(v.verdict)},
+                          {"verdict", name_of(v.verdict)},
                           {"value", v.value},
                           {"standard_error", v.standard_error},
                           {"percent", 100 * v.standard_error / v.size},
@@ -69,7 +69,7 @@ std::string to_text(const Identifiability& report, const dynamics::RobotModel& r
   if (!report.message.empty()) text += fmt::format("parameters: none: {}\n", report.message);
   for (const ParameterVerdict& v : report.parameters) {
     const double percent = 100 * v.standard_error / v.size;
-    text += fmt::format("parameter: {}: {} ({}{:.2g} %){}{}\n", v.name, to_string(v.verdict),
+    text += fmt::format("parameter: {}: {} ({}{:.2g} %){}{}\n", v.name, name_of(v.verdict),
                         percent > 999 ? "> " : "", std::min(percent, 999.0),
                         v.words.empty() ? "" : ": ", v.words);
   }

@@ -4,6 +4,7 @@
 #include <span>
 #include <string_view>
 
+#include "fricid/base/enum_names.hpp"
 #include "fricid/scene/problem.hpp"
 #include "fricid/workflow/inputs.hpp"
 
@@ -25,7 +26,10 @@ enum class Section {
   kEvaluate,
   kRender
 };
-std::string_view to_string(Section section);
+constexpr std::string_view names(Section) {
+  return "name|description|seed|[robot]|[friction]|[plant]|[controller]|[excitation]|[sensors]|"
+         "[data]|[identify]|[[model]]|[evaluate]|[render]";
+}
 
 /// A scene of which only these sections are as given; the others are at their defaults. Where the
 /// robot is among them, its model and its files are too.

@@ -1,7 +1,7 @@
 // Names of enum values in files and messages. An enum states them once, beside it:
 //
 //     enum class Layout { kGhosts, kSideBySide };
-//     constexpr std::string_view names(Layout) { return "ghosts side_by_side"; }
+//     constexpr std::string_view names(Layout) { return "ghosts|side_by_side"; }
 #pragma once
 
 #include <algorithm>
@@ -15,17 +15,17 @@
 
 namespace fricid {
 
-/// An enum whose `names`, separated by spaces, stand in the order of its values 0, 1, 2, ...
+/// An enum whose `names`, separated by |, stand in the order of its values 0, 1, 2, ...
 template <class E>
 concept NamedEnum = std::is_enum_v<E> && requires(E value) {
   { names(value) } -> std::same_as<std::string_view>;
 };
 
-/// Calls use(name) for every word of a list separated by single spaces, until it returns true.
+/// Calls use(part) for every part of a list separated by | until it returns true.
 template <class Use>
-constexpr void for_words(std::string_view list, Use&& use) {
+constexpr void for_parts(std::string_view list, Use&& use) {
   while (!list.empty()) {
-    const std::size_t end = std::min(list.find(' '), list.size());
+    const std::size_t end = std::min(list.find('|'), list.size());
     if (use(list.substr(0, end))) return;
     list.remove_prefix(std::min(end + 1, list.size()));
   }
@@ -36,22 +36,27 @@ template <NamedEnum E>
 constexpr std::string_view name_of(E value) {
   int left = static_cast<int>(value);
   std::string_view found;
-  for_words(names(value), [&](std::string_view name) {
+  for_parts(names(value), [&](std::string_view name) {
     if (left-- == 0) found = name;
     return !found.empty();
   });
   return found;
 }
 
+/// The parts of a list separated by |.
+inline std::vector<std::string> parts_of(std::string_view list) {
+  std::vector<std::string> parts;
+  for_parts(list, [&](std::string_view part) {
+    parts.emplace_back(part);
+    return false;
+  });
+  return parts;
+}
+
 /// Every name, in the order of the values.
 template <NamedEnum E>
 std::vector<std::string> all_names() {
-  std::vector<std::string> all;
-  for_words(names(E{}), [&](std::string_view name) {
-    all.emplace_back(name);
-    return false;
-  });
-  return all;
+  return parts_of(names(E{}));
 }
 
 /// The value of a name; none for any other text.
@@ -59,7 +64,7 @@ template <NamedEnum E>
 constexpr std::optional<E> value_named(std::string_view text) {
   int value = 0;
   std::optional<E> found;
-  for_words(names(E{}), [&](std::string_view name) {
+  for_parts(names(E{}), [&](std::string_view name) {
     if (name == text) found = static_cast<E>(value);
     ++value;
     return found.has_value();

@@ -13,7 +13,7 @@ struct Field {
   std::string_view unit{};   ///< SI; empty for texts and flags
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
-  std::string_view choices{};  ///< allowed texts, separated by spaces; empty: any
+  std::string_view choices{};  ///< allowed texts, separated by |; empty: any
   bool per_joint = false;      ///< one value per joint; a single number stands for all
   bool required = false;
 };

@@ -14,4 +14,7 @@ int edit_distance(std::string_view a, std::string_view b);
 /// case ignored; empty if more than a third of the letters would have to change.
 std::string nearest(std::string_view word, std::span<const std::string_view> known);
 
+/// "a, b and c".
+std::string enumeration(std::span<const std::string> parts);
+
 }  // namespace fricid

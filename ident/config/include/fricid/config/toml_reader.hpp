@@ -124,7 +124,4 @@ std::string allowed_text(const Field& field);
 [[noreturn]] void refuse_unknown_key(const std::string& where, const std::string& section,
                                      std::string_view key, const std::vector<std::string>& known);
 
-/// The words of a space-separated list.
-std::vector<std::string> words(std::string_view list);
-
 }  // namespace fricid::config

@@ -13,21 +13,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <vector>
 
+#include "fricid/base/enum_names.hpp"
 #include "fricid/base/field.hpp"
 
 namespace fricid::data {
 
 using Json = nlohmann::ordered_json;
-
-/// An enumeration with a name for each value: `name_of(E)`, and `kValues<E>` lists the values.
-template <class E>
-concept NamedEnum = std::is_enum_v<E> && requires(E value) {
-  { to_string(value) } -> std::convertible_to<std::string_view>;
-  { values_of(value) } -> std::convertible_to<std::vector<E>>;
-};
 
 /// The writing archive. Numbers that are not finite become null, since JSON has no NaN.
 class JsonWriter {
@@ -48,7 +41,7 @@ class JsonWriter {
   void operator()(std::string_view key, const Eigen::MatrixXd& value, const Field& field);
   template <NamedEnum E>
   void operator()(std::string_view key, E value, const Field& field) {
-    (*this)(key, std::string(to_string(value)), field);
+    (*this)(key, std::string(name_of(value)), field);
   }
   /// Intervals {low, high} as lists of two.
   template <class Interval>
@@ -111,18 +104,11 @@ class JsonReader {
   void operator()(std::string_view key, Eigen::VectorXd& value, const Field& field);
   void operator()(std::string_view key, Eigen::MatrixXd& value, const Field& field);
   template <NamedEnum E>
-  void operator()(std::string_view key, E& value, const Field& field) {
+  void operator()(std::string_view key, E& value, Field field) {
     std::string name;
+    field.choices = names(value);
     (*this)(key, name, field);
-    std::string allowed;
-    for (const E known : values_of(value)) {
-      if (to_string(known) == name) {
-        value = known;
-        return;
-      }
-      allowed += (allowed.empty() ? "" : ", ") + std::string(to_string(known));
-    }
-    refuse(key, allowed);
+    value = *value_named<E>(name);
   }
   template <class Interval>
   void pairs(std::string_view key, std::vector<Interval>& intervals, const Field& field) {

@@ -26,7 +26,7 @@ struct TimeColumn {
   template <class Archive>
   void visit(Archive& archive) {
     archive("column", column, text("header of the column"));
-    archive("unit", unit, choice("s ms us", "unit of the column"));
+    archive("unit", unit, choice("s|ms|us", "unit of the column"));
   }
 };
 
@@ -43,7 +43,7 @@ struct MotionColumns {
   void visit(Archive& archive) {
     archive("columns", columns, text(kColumnsOptional));
     archive("unit", unit,
-            choice("rad deg motor_rad motor_deg",
+            choice("rad|deg|motor_rad|motor_deg",
                    "unit (per second for a velocity), at the joint or "
                    "at the motor"));
     archive("sign", sign,
@@ -70,7 +70,7 @@ struct TorqueColumns {
   void visit(Archive& archive) {
     archive("columns", columns, text(kColumns));
     archive("kind", kind,
-            choice("joint_torque motor_torque current gear_torque gear_torque_less_friction "
+            choice("joint_torque|motor_torque|current|gear_torque|gear_torque_less_friction|"
                    "link_torque",
                    "what the numbers are, see above"));
     archive("sign", sign,
@@ -109,7 +109,7 @@ struct TemperatureColumns {
   template <class Archive>
   void visit(Archive& archive) {
     archive("columns", columns, text(kColumnsOptional));
-    archive("unit", unit, choice("K C", "unit of the columns"));
+    archive("unit", unit, choice("K|C", "unit of the columns"));
   }
 };
 
@@ -135,12 +135,12 @@ struct Contract {
     archive("joint_names", joint_names,
             required(text("joints of the robot, in the order of columns")));
     archive("format", format,
-            choice("auto csv rsi_xml rsi_csv kuka_trace ur_csv franka_csv mcap hdf5",
+            choice("auto|csv|rsi_xml|rsi_csv|kuka_trace|ur_csv|franka_csv|mcap|hdf5",
                    "of the log; with a name, columns of time and position may be left out where "
                    "the format has its own"));
     archive("topic", topic, text("of a bag with several topics of joint states"));
     archive("separator", separator,
-            choice("auto comma semicolon tab space", "between the columns of a row"));
+            choice("auto|comma|semicolon|tab|space", "between the columns of a row"));
     archive("decimal_comma", decimal_comma, flag("numbers are written 1,5 instead of 1.5"));
     archive("gear_ratio", gear_ratio,
             per_joint("1", 1e-3, 1e5, "motor turns per joint turn, for motor_* units and torques"));

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "fricid/base/enum_names.hpp"
 #include "fricid/base/field.hpp"
 
 namespace fricid::data {
@@ -21,10 +22,9 @@ enum class Outcome {
   kFailed           ///< no finite result
 };
 
-/// "converged", "iteration limit", "ill conditioned", "failed".
-std::string_view to_string(Outcome outcome);
-/// All outcomes.
-std::vector<Outcome> values_of(Outcome any);
+constexpr std::string_view names(Outcome) {
+  return "converged|iteration limit|ill conditioned|failed";
+}
 
 /// A parameter of a joint's friction as fitted.
 struct FittedParameter {
@@ -61,7 +61,7 @@ struct FittedJoint {
       return number("N m", -1e300, 1e300, meaning);
     };
     archive("joint", joint, text("name of the joint"));
-    archive("outcome", outcome, text("how the search ended"));
+    archive("outcome", outcome, choice("how the search ended"));
     archive("message", message, text("the same in words"));
     archive("offset_Nm", offset, torque("constant torque in addition to the law"));
     archive("rms_Nm", rms, torque("residual of the friction torque"));
@@ -112,7 +112,7 @@ struct FittedRigidBody {
     const auto per_joint = [](std::string_view unit, std::string_view meaning) {
       return number(unit, -1e300, 1e300, meaning);
     };
-    archive("outcome", outcome, text("how the regression ended"));
+    archive("outcome", outcome, choice("how the regression ended"));
     archive("message", message, text("the same in words"));
     archive("prior", prior, text("why nominal values entered as a prior; empty: they did not"));
     archive("condition", condition,
@@ -142,7 +142,7 @@ struct FittedTraining {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("outcome", outcome, text("how it ended"));
+    archive("outcome", outcome, choice("how it ended"));
     archive("message", message, text("the same in words"));
     archive("loss", loss, number("1", 0, 1e300, "per step"));
     archive("checked", checked,
@@ -195,7 +195,7 @@ struct FittedEm {
     const auto variance = [](std::string_view unit, std::string_view meaning) {
       return number(unit, 0, 1e300, meaning);
     };
-    archive("outcome", outcome, text("how it ended"));
+    archive("outcome", outcome, choice("how it ended"));
     archive("message", message, text("the same in words"));
     archive("held_out_q_mse_start", held_out_start,
             number("rad^2", 0, 1e300, "before the first iteration"));
@@ -291,7 +291,7 @@ struct FitFile {
     archive("label", label, text("name in tables and plots"));
     archive("seed", seed, number("", 0, 1e9, "of the fit"));
     archive("method", method, text("how it was fitted"));
-    archive("outcome", outcome, text("how it ended"));
+    archive("outcome", outcome, choice("how it ended"));
     archive("usable", usable, flag("whether the model may be trusted"));
     archive("message", message, text("the outcome in words"));
     archive.sections("faults", faults, "why not to trust it");

@@ -5,6 +5,5 @@
 namespace fricid::estimate {
 
 using data::Outcome;
-using data::to_string;
 
 }  // namespace fricid::estimate

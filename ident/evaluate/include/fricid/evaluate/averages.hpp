@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,17 @@ std::vector<const Summary*> fitted_summaries(const Evaluation& evaluation);
 /// Mean of an error over all rollouts of a model, at one horizon; NaN without a finite one.
 double mean_error(const Evaluation& evaluation, const std::string& model,
                   std::vector<double> HorizonErrors::*error, std::size_t horizon);
+
+/// Errors of one joint over the rollouts of a model.
+struct JointErrors {
+  double typical = 0;                ///< root of the geometric mean of the MSE [rad]
+  double smallest = 0, largest = 0;  ///< root of the MSE [rad]
+};
+/// Over the seeds, trajectories and starts of a model, at one horizon; none where no error is
+/// known.
+/// @param resolution  errors below it count as it [rad]
+std::optional<JointErrors> joint_errors(const Evaluation& evaluation, const std::string& model,
+                                        std::size_t joint, std::size_t horizon, double resolution);
 
 /// Mean over the recordings and seeds of a model of a list per joint (n); empty without one.
 /// @param list  of a TorquePrediction

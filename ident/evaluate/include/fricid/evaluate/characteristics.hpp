@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 
+#include <span>
+
 #include "fricid/signals/matrix.hpp"
 #include "fricid/system/driven_friction.hpp"
 
@@ -21,6 +23,11 @@ struct PreslidingMotion {
 };
 /// @param amplitude  of the outer loop, per joint (n) [rad]
 PreslidingMotion presliding_motion(const Eigen::VectorXd& amplitude);
+
+/// That motion through the presliding of several frictions: 1.5 times the longest of their lengths
+/// at each joint, at least 0.15 mrad.
+/// @pre `frictions` is not empty
+PreslidingMotion presliding_motion_through(std::span<const friction::Friction> frictions);
 
 /// Torque of a friction along that motion, from rest and without load (T, n) [N m].
 RowMatrix presliding_loop(const friction::Friction& friction, const PreslidingMotion& motion);

@@ -147,7 +147,7 @@ struct Summary {
                               "low and high end per horizon: 90 % Student t interval of "
                               "the geometric mean of q_mse"));
     archive("interval_over", interval_over,
-            choice("seeds trajectories none", "what the interval is taken over"));
+            choice("seeds|trajectories|none", "what the interval is taken over"));
     archive("ratio_to_oracle", ratio_to_oracle, per_horizon("1", "per horizon"));
     archive(
         "headroom_closed", headroom_closed,

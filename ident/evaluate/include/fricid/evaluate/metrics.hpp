@@ -47,6 +47,11 @@ struct HorizonErrors {
 /// Errors of a rollout over its first `steps` samples after the start.
 HorizonError horizon_error(const Rollout& rollout, const Trajectory& trajectory, int steps);
 
+/// Mean over joints of |q - reference| per sample (T) [rad].
+/// @param q          (T, n)
+/// @param reference  (T or more rows, n)
+Eigen::VectorXd mean_absolute_error(ConstRowMatrix q, ConstRowMatrix reference);
+
 /// Root mean square error of a torque per joint [N m] by regime of the motion:
 ///
 ///     presliding   |v| < 0.05 rad/s, or less than 5 mrad of travel since the last reversal

@@ -56,7 +56,7 @@ struct CouplingSection {
 
 /// How the base is fixed.
 enum class Mount { kFloor, kCeiling, kWall, kRpy };
-constexpr std::string_view names(Mount) { return "floor ceiling wall rpy"; }
+constexpr std::string_view names(Mount) { return "floor|ceiling|wall|rpy"; }
 
 /// [robot]
 struct RobotSection {

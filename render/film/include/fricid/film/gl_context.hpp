@@ -8,13 +8,15 @@
 #include <string_view>
 #include <vector>
 
+#include "fricid/base/enum_names.hpp"
+
 namespace fricid::film {
 
 /// kOsmesa: in memory, by the processor alone. kEgl: surfaceless EGL, on a GPU where there is one.
 enum class GlBackend { kOsmesa, kEgl };
+constexpr std::string_view names(GlBackend) { return "osmesa|egl"; }
 
-std::string_view name_of(GlBackend backend);
-/// @throws UserError on another name than osmesa and egl
+/// @throws UserError on another name
 GlBackend backend_of(std::string_view name);
 
 /// Address of a function of the current context, null when there is none.

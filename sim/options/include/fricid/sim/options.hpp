@@ -25,7 +25,7 @@ enum class ControlLaw {
   kComputedTorque,  ///< ... and the inertial torque of the wanted acceleration
   kCascade          ///< position loop, velocity loop with an integral, gravity in error
 };
-constexpr std::string_view names(ControlLaw) { return "pd_gravity computed_torque cascade"; }
+constexpr std::string_view names(ControlLaw) { return "pd_gravity|computed_torque|cascade"; }
 
 /// [controller]: not known to the estimators.
 struct ControllerOptions {
@@ -53,7 +53,7 @@ enum class Criterion {
   kCondition,  ///< its condition number
   kNone        ///< nothing: the first random draw, made feasible
 };
-constexpr std::string_view names(Criterion) { return "d_optimal condition none"; }
+constexpr std::string_view names(Criterion) { return "d_optimal|condition|none"; }
 
 /// [excitation]: Fourier series per joint.
 struct ExcitationOptions {

@@ -1,6 +1,9 @@
 // Report of the trajectory design: the file excitation.json of a run folder.
 #pragma once
 
+#include <cmath>
+#include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -70,5 +73,15 @@ struct ExcitationFile {
     archive.sections("trajectories", trajectories, "training, then validation");
   }
 };
+
+/// The least margin of a joint over all trajectories; NaN where none states it.
+inline double least_margin(std::span<const TrajectoryReport> trajectories, const std::string& joint,
+                           double JointMargins::*margin) {
+  double least = std::numeric_limits<double>::quiet_NaN();
+  for (const TrajectoryReport& trajectory : trajectories)
+    for (const JointMargins& own : trajectory.joints)
+      if (own.joint == joint) least = std::fmin(least, own.*margin);
+  return least;
+}
 
 }  // namespace fricid::sim

@@ -3,10 +3,12 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "fricid/base/enum_names.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
 
 namespace fricid::estimate {
@@ -14,7 +16,9 @@ namespace fricid::estimate {
 /// kIdentified: predicted standard error below 10 % of the size that the parameter has or that
 /// would matter (`judged_size`); kWeak: below 50 %; kNot: above.
 enum class Verdict { kIdentified, kWeak, kNot };
-std::string_view to_string(Verdict verdict);
+constexpr std::string_view names(Verdict) {
+  return "identified|weakly identified|not identifiable";
+}
 Verdict judge(double standard_error, double size);
 
 /// One unknown of the linear model: a base parameter, or Coulomb, viscous or constant friction of a

@@ -14,14 +14,14 @@ enum class Layout {
   kGhosts,     ///< models as translucent ghosts on one arm
   kSideBySide  ///< each beside the others
 };
-constexpr std::string_view names(Layout) { return "ghosts side_by_side"; }
+constexpr std::string_view names(Layout) { return "ghosts|side_by_side"; }
 
 enum class Quality {
   kDraft,
   kStandard,  ///< smooth edges
   kFinal      ///< shadows too
 };
-constexpr std::string_view names(Quality) { return "draft standard final"; }
+constexpr std::string_view names(Quality) { return "draft|standard|final"; }
 
 /// [render]: the film of a run. The plots and the report are always made.
 struct FilmOptions {

@@ -18,21 +18,21 @@ enum class EStep {
   kAdapted,   ///< fully adapted particle filter, paths by backward sampling
   kBootstrap  ///< bootstrap particle filter, paths by backward sampling
 };
-constexpr std::string_view names(EStep) { return "ekf psi adapted bootstrap"; }
+constexpr std::string_view names(EStep) { return "ekf|psi|adapted|bootstrap"; }
 
 /// How the M-step finds the parameters of robot and friction.
 enum class MStep {
   kScore,       ///< one step of Fisher scoring up the likelihood of the innovations
   kTransitions  ///< the maximum of the transition density of the smoothed paths
 };
-constexpr std::string_view names(MStep) { return "score transitions"; }
+constexpr std::string_view names(MStep) { return "score|transitions"; }
 
 /// Which iteration is kept.
 enum class Keep {
   kHeldOut,  ///< the best on the held-out part
   kLast
 };
-constexpr std::string_view names(Keep) { return "held_out last"; }
+constexpr std::string_view names(Keep) { return "held_out|last"; }
 
 /// [model.em]: expectation-maximisation.
 struct EmOptions {

@@ -22,7 +22,7 @@ enum class Method {
   kEm,            ///< expectation-maximisation
   kJoint          ///< to the torque together with the rigid body, then open-loop windows
 };
-constexpr std::string_view names(Method) { return "conventional torque multi_step em joint"; }
+constexpr std::string_view names(Method) { return "conventional|torque|multi_step|em|joint"; }
 
 /// [[model.law]]: one law of a sum.
 struct LawOptions {

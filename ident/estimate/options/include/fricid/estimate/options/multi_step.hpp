@@ -18,7 +18,7 @@ enum class Optimiser {
   kAdam,        ///< first order
   kGaussNewton  ///< stochastic Gauss-Newton steps, for up to some thousand parameters
 };
-constexpr std::string_view names(Optimiser) { return "auto adam gauss_newton"; }
+constexpr std::string_view names(Optimiser) { return "auto|adam|gauss_newton"; }
 
 /// Errors below these sizes count squared, above them linearly.
 struct ErrorScales {

@@ -1,0 +1,33 @@
+// What a reader of a run must know before trusting a number, each with its remedy.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/data/fit_file.hpp"
+#include "fricid/evaluate/evaluation.hpp"
+
+namespace fricid::evaluate {
+
+/// Sentences without a full stop, in plain text.
+struct Warning {
+  std::string subject;  ///< a model, a model's joint, a horizon or a recording
+  std::string found, meaning, remedy;
+};
+
+/// Models in doubt, rollouts that diverged, horizons that cannot rank models.
+std::vector<Warning> warnings_of(const Evaluation& evaluation);
+
+/// Faults and outcome of a fit, parameters on a bound, several minima, a regression that is poorly
+/// conditioned or uses few rows (conventional part); training that went astray (learned part).
+/// @param name    of the model, for `subject`
+/// @param joints  names (n)
+std::vector<Warning> warnings_of(const data::FitFile& fit, const std::string& name,
+                                 std::span<const std::string> joints);
+
+/// An excitation that breaks a limit of the robot.
+/// @param recording  its name
+Warning infeasible_excitation(const std::string& recording);
+
+}  // namespace fricid::evaluate

@@ -1,0 +1,139 @@
+#include "fricid/evaluate/warnings.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "fricid/base/text.hpp"
+
+namespace fricid::evaluate {
+namespace {
+
+constexpr double kPoorCondition = 100;    // of the regression's columns, scaled to unit length
+constexpr double kStartsDisagree = 1.05;  // worst start over best, in RMS
+constexpr double kFewRows = 0.5;          // share of the recording
+
+using Warnings = std::vector<Warning>;
+
+void warn_of_trust(const data::FitFile& fit, const std::string& name, Warnings& warnings) {
+  for (const data::FittedFault& fault : fit.faults)
+    warnings.push_back({name + (fault.joint.empty() ? "" : ", ") + fault.joint, fault.found,
+                        "the fit is not to be trusted", fault.remedy});
+  if (const std::string& prior = fit.rigid_body.prior; !prior.empty() && prior != "asked for")
+    warnings.push_back({name, "the robot's nominal values entered as a prior: " + prior,
+                        "the data alone do not determine the rigid body",
+                        "record more and faster motion, or state good nominal values"});
+  if (!fit.usable && fit.faults.empty())
+    warnings.push_back(
+        {name, fmt::format("the fit ended as \"{}\": {}", name_of(fit.outcome), fit.message),
+         "its parameters mean nothing", "read the message; record data that excite what it names"});
+  else if (fit.outcome == data::Outcome::kIterationLimit)
+    warnings.push_back({name, "the fit stopped at its limit of iterations",
+                        "the parameters are the best so far and may still move",
+                        "raise the number of iterations of this model in the scene"});
+}
+
+void warn_of_joints(const data::FitFile& fit, const std::string& name, Warnings& warnings) {
+  std::vector<std::string> bounds, split;
+  for (const data::FittedJoint& joint : fit.joints) {
+    if (!joint.at_bound.empty())
+      bounds.push_back(fmt::format("{} of {}", fmt::join(joint.at_bound, ", "), joint.joint));
+    if (joint.start_rms.size() > 1) {
+      const auto [least, most] = std::ranges::minmax(joint.start_rms);
+      if (most > kStartsDisagree * least)
+        split.push_back(fmt::format("{} ({:.3g} to {:.3g} N m)", joint.joint, least, most));
+    }
+  }
+  if (!bounds.empty())
+    warnings.push_back(
+        {name, "on a bound: " + enumeration(bounds),
+         "the data push these parameters further than the table of laws allows, so the law has no "
+         "use for them or cannot describe this joint",
+         "read them as \"at least\" or \"at most\"; try fewer elements or another law"});
+  if (!split.empty())
+    warnings.push_back({name, "searches from several starts ended apart: " + enumeration(split),
+                        "the objective has several minima; the best of them was kept",
+                        "raise `starts` of this model and see whether the best one stays"});
+}
+
+void warn_of_regression(const data::FittedRigidBody& rigid, const std::string& name,
+                        std::span<const std::string> joints, Warnings& warnings) {
+  if (rigid.condition > kPoorCondition)
+    warnings.push_back({name, fmt::format("condition of the regression {:.3g}", rigid.condition),
+                        "some base parameters are poorly determined; see their standard errors",
+                        "design the excitation anew, move more, or record longer"});
+  std::vector<std::string> few;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    if (j >= rigid.rows.size() || j >= rigid.rows_total.size()) break;
+    if (const double share = static_cast<double>(rigid.rows[j]) / rigid.rows_total[j];
+        share < kFewRows)
+      few.push_back(fmt::format("{:.0f} % of {}", 100 * share, joints[j]));
+  }
+  if (!few.empty())
+    warnings.push_back({name, "few rows entered the regression: " + enumeration(few),
+                        "these joints are slow or reverse often, where friction looks like inertia",
+                        "excite them faster, or lower `min_speed_rad_s`"});
+}
+
+void warn_of_learning(const data::FitFile& fit, const std::string& name, Warnings& warnings) {
+  if (fit.em)
+    for (const std::string& text : fit.em->warnings)
+      warnings.push_back({name, text, "what the E-step said while it ran",
+                          "see the filter's health among the plots"});
+  if ((fit.em && fit.em->chosen < 0) || (fit.multi_step && fit.multi_step->chosen == 0))
+    warnings.push_back({name, "training did not improve on its start",
+                        "the model is the conventional fit it began with",
+                        "lower the rate, train longer, or accept the conventional fit"});
+  for (const auto* training : {&fit.torque, &fit.multi_step})
+    if (*training && (*training)->skipped > 0)
+      warnings.push_back({name, fmt::format("{} training steps were skipped", (*training)->skipped),
+                          "their gradient was not finite", "lower the rate"});
+  if (const int returns = fit.multi_step ? fit.multi_step->returns : 0; returns > 0)
+    warnings.push_back({name,
+                        fmt::format("training lost its way and went back to its best {} time{}",
+                                    returns, returns > 1 ? "s" : ""),
+                        "after each return it goes on with 0.3 of the step length",
+                        "lower the rate if the held-out error stays high"});
+}
+
+}  // namespace
+
+std::vector<Warning> warnings_of(const Evaluation& evaluation) {
+  Warnings warnings;
+  for (const Summary& summary : evaluation.summary)
+    for (const std::string& doubt : summary.doubts)
+      warnings.push_back({summary.label, doubt, "the model is not to be trusted",
+                          "see what its fit says in this list, and docs/my_fit_is_bad.md"});
+  for (const Summary& summary : evaluation.summary)
+    if (summary.diverged > 0)
+      warnings.push_back(
+          {summary.label,
+           fmt::format("{} of {} rollouts diverged", summary.diverged, summary.rollouts),
+           "in free run the model leaves the robot; its figures are clamped",
+           "use it for one-step prediction at most, or fit it by multi-step windows"});
+  for (std::size_t h = 0; h < evaluation.horizons_s.size(); ++h)
+    if (!evaluation.meaningless[h].empty())
+      warnings.push_back(
+          {fmt::format("horizon {:.4g} s", evaluation.horizons_s[h]), evaluation.meaningless[h],
+           "this column cannot rank models",
+           "judge by another horizon; lower the sensors' noise or choose shorter ones"});
+  return warnings;
+}
+
+std::vector<Warning> warnings_of(const data::FitFile& fit, const std::string& name,
+                                 std::span<const std::string> joints) {
+  Warnings warnings;
+  warn_of_trust(fit, name, warnings);
+  warn_of_joints(fit, name, warnings);
+  warn_of_regression(fit.rigid_body, name, joints, warnings);
+  warn_of_learning(fit, name, warnings);
+  return warnings;
+}
+
+Warning infeasible_excitation(const std::string& recording) {
+  return {recording, "the excitation breaks a limit", "the robot could not run it as it is",
+          "raise `restarts`, or shrink `half_range` of [excitation]"};
+}
+
+}  // namespace fricid::evaluate
