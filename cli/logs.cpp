@@ -2,13 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/json.hpp"
+#include "fricid/data/artefact.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/dynamics/nominal.hpp"
@@ -18,11 +18,16 @@
 #include "fricid/sim/mujoco_arm.hpp"
 #include "fricid/workflow/recordings.hpp"
 #include "fricid/workflow/run.hpp"
+#include "terminal.hpp"
 
 namespace fricid::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+nlohmann::ordered_json parsed(const std::string& own_text) {
+  return parse_json<nlohmann::ordered_json>(own_text, "check");
+}
 
 /// The robot of a URDF, standing on the floor; nothing when none is named.
 /// @throws UserError when its joints are not those of the log
@@ -49,10 +54,11 @@ void print_findings(const std::vector<doctor::Finding>& findings, const data::Da
   for (const doctor::Finding& finding : findings) {
     const std::string text = doctor::to_text(finding, d);
     if (std::ranges::count(fixed, finding.name) > 0)
-      fmt::print(stream, "{}: repaired{}\n", d.name,
-                 text.substr(text.find(':'), text.find(';') - text.find(':')));
+      print(fmt::format("{}: repaired{}\n", d.name,
+                        text.substr(text.find(':'), text.find(';') - text.find(':'))),
+            stream);
     else
-      fmt::print(stream, "{}: {}\n", d.name, text);
+      print(fmt::format("{}: {}\n", d.name, text), stream);
   }
 }
 
@@ -114,7 +120,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const auto robot = load_robot(options.robot, contract.joint_names);
   const std::vector<fs::path> paths = outputs_of(options);
   std::vector<data::Dataset> sets;
-  std::vector<std::string> reports;
+  std::vector<doctor::Diagnosis> reports;
   bool sound = true;
   for (const fs::path& log : options.logs) {
     const data::Dataset read = data::read_log(log, contract);
@@ -125,20 +131,21 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
     } catch (const UserError& error) {
       throw UserError("{}: {}", log.string(), error.what());
     }
-    reports.push_back(doctor::to_json(findings, sets.back()));
+    reports.push_back(doctor::diagnosis_of(findings, sets.back()));
     const std::vector<std::string> warnings =
         judge(sets.back(), log, contract, options.fixes.empty());
     print_findings(findings, read, options.fixes, stderr);
-    for (const std::string& warning : warnings) fmt::print(stderr, "{}\n", warning);
+    for (const std::string& warning : warnings) print(warning + "\n", stderr);
   }
   const std::string_view warning = data::warning_of_kind(contract.torque.kind);
-  fmt::print(stderr, "{}: torque.kind = \"{}\": {}\n", printable(options.contract.string()),
-             contract.torque.kind,
-             warning.empty() ? "taken as motor torque times gear ratio" : warning);
+  print(fmt::format("{}: torque.kind = \"{}\": {}\n", printable(options.contract.string()),
+                    contract.torque.kind,
+                    warning.empty() ? "taken as motor torque times gear ratio" : warning),
+        stderr);
   for (std::size_t i = 0; i < sets.size(); ++i) {
     data::save_dataset(sets[i], paths[i]);
-    write_file_atomically(fs::path(paths[i]).replace_extension(".doctor.json"), reports[i]);
-    std::printf("%s\n", paths[i].c_str());
+    data::save(reports[i], fs::path(paths[i]).replace_extension(".doctor.json"));
+    print(printable(paths[i].string()) + "\n");
   }
   return sound ? Verdict::kDone : Verdict::kNo;
 }
@@ -189,7 +196,7 @@ bool regular(const std::vector<data::Dataset>& sets) {
   try {
     for (const data::Dataset& d : sets) data::check_dataset(d, d.name);
   } catch (const UserError& error) {
-    fmt::print(stderr, "parameters: not examined: {}\n", error.what());
+    print(fmt::format("parameters: not examined: {}\n", error.what()), stderr);
     return false;
   }
   return true;
@@ -208,11 +215,12 @@ void design_next(const Subject& subject, const std::vector<signals::Recording>& 
   const fs::path table = fs::path(file).replace_extension(".csv");
   write_file_atomically(table, sim::trajectory_csv(next.train[0], robot, subject.sets[0].rate_hz));
   const sim::TrajectoryReport& report = next.reports[0];
-  fmt::print(stderr,
-             "{} and {}: {:.3g} s of motion that, with what is there, raise the information on the "
-             "base parameters: log det {:.4g} at random, {:.4g} as designed\n",
-             file.string(), table.string(), next.train[0].period(), report.log_det_start,
-             report.log_det);
+  print(fmt::format(
+            "{} and {}: {:.3g} s of motion that, with what is there, raise the information on the "
+            "base parameters: log det {:.4g} at random, {:.4g} as designed\n",
+            printable(file.string()), printable(table.string()), next.train[0].period(),
+            report.log_det_start, report.log_det),
+        stderr);
 }
 
 }  // namespace
@@ -242,14 +250,14 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
   for (const data::Dataset& d : subject.sets) {
     const auto findings = doctor::diagnose(d, pointer(subject.robot));
     whole = whole && !damaged(findings);
-    result["doctor"].push_back(nlohmann::ordered_json::parse(doctor::to_json(findings, d)));
+    result["doctor"].push_back(parsed(data::to_json(doctor::diagnosis_of(findings, d))));
     if (!common.json && !damaged(findings))
-      fmt::print("{}: {:.4g} s at {:.4g} Hz: no damage found\n", printable(d.name),
-                 d.t[d.length() - 1] - d.t[0], d.rate_hz);
+      print(fmt::format("{}: {:.4g} s at {:.4g} Hz: no damage found\n", d.name,
+                        d.t[d.length() - 1] - d.t[0], d.rate_hz));
     if (!common.json) print_findings(told(findings, options.verbose), d, {}, stdout);
   }
   if (!subject.robot) {
-    fmt::print(stderr, "parameters: not examined: --robot names no URDF\n");
+    print("parameters: not examined: --robot names no URDF\n", stderr);
     if (!options.design.empty())
       throw UserError("--design: needs a robot: --robot URDF, or the folder of a run");
   } else if (regular(subject.sets)) {
@@ -259,17 +267,18 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
     estimate::IdentifiabilityOptions how;
     how.rigid_body = subject.identify;
     const auto report = estimate::examine_data(*subject.robot, recordings, how);
-    result["identifiability"] =
-        nlohmann::ordered_json::parse(estimate::to_json(report, *subject.robot));
+    result["identifiability"] = parsed(estimate::to_json(report, *subject.robot));
     if (!common.json) {
-      std::fputs(estimate::to_summary(report, *subject.robot).c_str(), stdout);
-      if (options.verbose) std::fputs(estimate::to_text(report, *subject.robot).c_str(), stdout);
+      print(estimate::to_summary(report, *subject.robot));
+      if (options.verbose) print(estimate::to_text(report, *subject.robot));
     }
     if (!options.design.empty()) design_next(subject, recordings, options.design, common.jobs);
   }
-  if (common.json) std::printf("%s\n", result.dump(2).c_str());
+  if (common.json) print_json(result);
   if (workflow::is_run_folder(options.target))
-    write_file_atomically(workflow::RunFolder(options.target).check(), result.dump(2) + "\n");
+    write_file_atomically(
+        workflow::RunFolder(options.target).check(),
+        result.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   return whole ? Verdict::kDone : Verdict::kNo;
 }
 

@@ -13,51 +13,53 @@ namespace {
 using evaluate::Evaluation;
 using evaluate::Summary;
 using html::Row;
+using html::Style;
 
-std::string model_label(const Summary& summary) {
+Html model_label(const Summary& summary) {
   return html::escaped(summary.label.empty() ? summary.name : summary.label);
 }
 
 /// "15.7 s" as in a table head.
-std::string horizon(double seconds) { return fmt::format("{:.3g}&#8239;s", seconds); }
+Html horizon(double seconds) { return Html::of("{:.3g}&#8239;s", seconds); }
 
-std::string angle(double mse) {
+Html angle(double mse) {
   const double rms = std::sqrt(mse);
-  return rms < 1 ? html::number(1e3 * rms) + "&#8239;mrad" : html::number(rms) + "&#8239;rad";
+  return rms < 1 ? Html::of("{}&#8239;mrad", html::number(1e3 * rms))
+                 : Html::of("{}&#8239;rad", html::number(rms));
 }
 
-std::string duration(double seconds) {
-  return std::isnan(seconds) ? "–" : html::number(seconds) + "&#8239;s";
+Html duration(double seconds) {
+  return std::isnan(seconds) ? Html::of("–") : Html::of("{}&#8239;s", html::number(seconds));
 }
 
-std::string best_sentence(const Evaluation& evaluation, const Summary& best, std::size_t fitted) {
+Html best_sentence(const Evaluation& evaluation, const Summary& best, std::size_t fitted) {
   const std::vector<double>&horizons = evaluation.horizons_s, &mse = best.q_mse_geometric_mean;
   const std::size_t trajectories = evaluation.trajectories.size();
-  std::vector<std::string> errors, others;
+  std::vector<Html> errors, others;
   for (const std::size_t h : evaluate::quoted_horizons(horizons))
-    errors.push_back(angle(mse[h]) + " within " + horizon(horizons[h]));
+    errors.push_back(Html::of("{} within {}", angle(mse[h]), horizon(horizons[h])));
   for (std::size_t h = 0; h < horizons.size(); ++h)
     for (const Summary* other : evaluate::fitted_summaries(evaluation))
       if (other->doubts.empty() && other->q_mse_geometric_mean[h] < 0.95 * mse[h])
-        if (const std::string label = model_label(*other);
-            std::find(others.begin(), others.end(), label) == others.end())
+        if (const Html label = model_label(*other);
+            std::ranges::find(others, label.text(), &Html::text) == others.end())
           others.push_back(label);
-  return fmt::format(
+  return Html::of(
       "Of {} model{} of <b>{}</b>, <b>{}</b> follows {} best: started at the measured state and "
       "driven by the measured motor torque alone, it is off by {} (RMS over joints, typical "
       "start){}.",
-      fitted, fitted == 1 ? "" : "s", html::escaped(evaluation.scene), model_label(best),
-      trajectories == 1 ? std::string("the held-out trajectory")
-                        : fmt::format("{} held-out trajectories", trajectories),
+      fitted, html::plural(fitted), html::escaped(evaluation.scene), model_label(best),
+      trajectories == 1 ? Html::of("the held-out trajectory")
+                        : Html::of("{} held-out trajectories", trajectories),
       html::enumeration(errors),
-      others.empty() ? ""
-                     : fmt::format("; at single horizons {} {} better", html::enumeration(others),
-                                   others.size() == 1 ? "is" : "are"));
+      others.empty() ? Html()
+                     : Html::of("; at single horizons {} {} better", html::enumeration(others),
+                                others.size() == 1 ? Html::of("is") : Html::of("are")));
 }
 
-std::string oracle_sentence(const Record& record, const Summary& best) {
+Html oracle_sentence(const Record& record, const Summary& best) {
   const Evaluation& evaluation = record.run.evaluation;
-  std::vector<std::string> errors, ratios, shares;
+  std::vector<Html> errors, ratios, shares;
   for (const std::size_t h : evaluate::quoted_horizons(evaluation.horizons_s)) {
     if (!std::isfinite(evaluation.oracle[h])) continue;
     errors.push_back(angle(evaluation.oracle[h]));
@@ -67,84 +69,85 @@ std::string oracle_sentence(const Record& record, const Summary& best) {
   }
   if (errors.empty()) {
     const double left = evaluate::torque_left(evaluation, best.name);
-    return "A log holds no truth, so how much better a model could be is not known" +
-           (std::isnan(left) ? std::string(".")
-                             : fmt::format("; along the measured motion {} leaves {} of the "
-                                           "motor torque's RMS unexplained.",
-                                           model_label(best), html::percent(left)));
+    return Html::of("A log holds no truth, so how much better a model could be is not known{}",
+                    std::isnan(left) ? Html::of(".")
+                                     : Html::of("; along the measured motion {} leaves {} of the "
+                                                "motor torque's RMS unexplained.",
+                                                model_label(best), html::percent(left)));
   }
-  std::string text = fmt::format(
+  const Html text = Html::of(
       "The true model under the same noisy torque is off by {}, so in squared error {} is {} "
       "times worse than physics allows",
       html::enumeration(errors), model_label(best), html::enumeration(ratios));
-  if (best.is_conventional) return text + ": headroom that no model here closes.";
-  return text + fmt::format(
+  if (best.is_conventional) return text + Html::of(": headroom that no model here closes.");
+  return text + Html::of(
                     "; of the logarithmic distance between the best conventional model "
                     "and the oracle it closes {}.",
                     html::enumeration(shares));
 }
 
-std::string failure_sentence(const Record& record, const Summary& best) {
+Html failure_sentence(const Record& record, const Summary& best) {
   const Evaluation& evaluation = record.run.evaluation;
-  std::vector<std::string> failures;
+  std::vector<Html> failures;
   for (const Summary* summary : evaluate::fitted_summaries(evaluation))
     if (summary->diverged > 0)
-      failures.push_back(fmt::format("{} diverges in {} of {} rollouts", model_label(*summary),
-                                     summary->diverged, summary->rollouts));
+      failures.push_back(Html::of("{} diverges in {} of {} rollouts", model_label(*summary),
+                                  summary->diverged, summary->rollouts));
   if (failures.size() > 4) {
     const std::size_t all = failures.size();
-    failures.assign({fmt::format("rollouts of {} models diverge", all)});
+    failures.assign({Html::of("rollouts of {} models diverge", all)});
   }
-  int unusable = 0, limited = 0, bounds = 0;
+  std::size_t unusable = 0, limited = 0, bounds = 0;
   for (const FittedModel& fitted : record.fits) {
     if (!fitted.fit) continue;
     unusable += !fitted.fit->usable;
     limited += fitted.fit->outcome == data::Outcome::kIterationLimit;
-    for (const data::FittedJoint& joint : fitted.fit->joints)
-      bounds += static_cast<int>(joint.at_bound.size());
+    for (const data::FittedJoint& joint : fitted.fit->joints) bounds += joint.at_bound.size();
   }
+  const auto whose = [](std::size_t fits) {
+    return fits == 1 ? Html::of("its") : Html::of("their");
+  };
   if (unusable > 0)
-    failures.push_back(fmt::format("{} fit{} failed {} own health test", unusable,
-                                   unusable == 1 ? "" : "s", unusable == 1 ? "its" : "their"));
+    failures.push_back(Html::of("{} fit{} failed {} own health test", unusable,
+                                html::plural(unusable), whose(unusable)));
   if (limited > 0)
-    failures.push_back(fmt::format("{} fit{} stopped at {} limit of iterations", limited,
-                                   limited == 1 ? "" : "s", limited == 1 ? "its" : "their"));
+    failures.push_back(Html::of("{} fit{} stopped at {} limit of iterations", limited,
+                                html::plural(limited), whose(limited)));
   if (bounds > 0)
-    failures.push_back(
-        fmt::format("{} parameter{} ended on a bound", bounds, bounds == 1 ? "" : "s"));
-  std::vector<std::string> blind;
+    failures.push_back(Html::of("{} parameter{} ended on a bound", bounds, html::plural(bounds)));
+  std::vector<Html> blind;
   for (std::size_t h = 0; h < evaluation.horizons_s.size(); ++h)
     if (!evaluation.meaningless[h].empty()) blind.push_back(horizon(evaluation.horizons_s[h]));
   if (!blind.empty())
-    failures.push_back(fmt::format("the horizon{} of {} cannot rank models",
-                                   blind.size() == 1 ? "" : "s", html::enumeration(blind)));
+    failures.push_back(Html::of("the horizon{} of {} cannot rank models",
+                                html::plural(blind.size()), html::enumeration(blind)));
 
-  std::string text = failures.empty()
-                         ? "Nothing failed: no rollout diverged and every fit converged"
-                         : "What fails: " + html::enumeration(failures);
+  Html text = failures.empty()
+                  ? Html::of("Nothing failed: no rollout diverged and every fit converged")
+                  : Html::of("What fails: {}", html::enumeration(failures));
   if (std::isfinite(best.friction_reversal) && std::isfinite(best.friction_sliding))
-    text += fmt::format(
+    text += Html::of(
         "; the friction torque of {} errs by {} of its RMS around reversals against {} in sliding",
         model_label(best), html::percent(best.friction_reversal),
         html::percent(best.friction_sliding));
-  return text + ".";
+  return text + Html::of(".");
 }
 
 /// What a reader must know before any figure: models that are not to be trusted.
-std::string distrust_section(const std::vector<const Summary*>& fitted) {
-  std::string text;
+Html distrust_section(const std::vector<const Summary*>& fitted) {
+  Html text;
   for (const Summary* summary : fitted) {
     if (summary->doubts.empty()) continue;
     const std::size_t more = summary->doubts.size() - 1;
-    text += fmt::format("<p class=\"warning\"><b>{} is not to be trusted:</b> {}{}.</p>\n",
-                        model_label(*summary), html::escaped(summary->doubts.front()),
-                        more == 0 ? "" : fmt::format("; and {} more under warnings", more));
+    text += Html::of("<p class=\"warning\"><b>{} is not to be trusted:</b> {}{}.</p>\n",
+                     model_label(*summary), html::escaped(summary->doubts.front()),
+                     more == 0 ? Html() : Html::of("; and {} more under warnings", more));
   }
   return text;
 }
 
 /// Per joint, over all fits: how much of its training torque they explain, and the verdict.
-std::string joint_verdicts(const Record& record) {
+Html joint_verdicts(const Record& record) {
   std::vector<Row> rows;
   for (int i = 0; i < record.run.n(); ++i) {
     const auto j = static_cast<std::size_t>(i);
@@ -160,17 +163,18 @@ std::string joint_verdicts(const Record& record) {
                                 fault.remedy);
     }
     if (r2.empty() && verdict.empty()) continue;
-    const std::string style = verdict.empty() ? "" : "bad";
     const auto [least, most] =
         r2.empty() ? std::ranges::minmax_result<double>{kNaN, kNaN} : std::ranges::minmax(r2);
     rows.push_back({{{html::escaped(name)},
                      {html::number(least, 3) +
-                      (most > least ? " to " + html::number(most, 3) : std::string())},
-                     {verdict.empty() ? "passed" : html::escaped(verdict), style}}});
+                      (most > least ? Html::of(" to {}", html::number(most, 3)) : Html())},
+                     {html::escaped(verdict.empty() ? "passed" : verdict),
+                      verdict.empty() ? Style::kPlain : Style::kBad}}});
   }
-  return rows.empty() ? std::string()
-                      : html::table({"joint", "R<sup>2</sup> of the training torque", "verdict"},
-                                    rows, "Every joint over all fits");
+  if (rows.empty()) return {};
+  return html::table({html::escaped("joint"), Html::of("R<sup>2</sup> of the training torque"),
+                      html::escaped("verdict")},
+                     rows, html::escaped("Every joint over all fits"));
 }
 
 const RunModel* find_model(const Run& run, const std::string& name) {
@@ -187,20 +191,20 @@ void mark_best(std::vector<Row>& rows, const std::vector<std::vector<double>>& v
     if (column < values[r].size() && std::isfinite(values[r][column]) &&
         (best == rows.size() || values[r][column] < values[best][column]))
       best = r;
-  if (best < rows.size()) rows[best].cells[cell].style = "best";
+  if (best < rows.size()) rows[best].cells[cell].style = Style::kBest;
 }
 
-std::string score_table(const Record& record) {
+Html score_table(const Record& record) {
   const Evaluation& evaluation = record.run.evaluation;
   const std::vector<double>& horizons = evaluation.horizons_s;
   const bool truth = record.run.truth.has_value();
-  std::vector<std::string> head{"model"};
+  std::vector<Html> head = html::headings({"model"});
   for (const double h : horizons) head.push_back(horizon(h));
-  if (truth) head.emplace_back("friction");
-  for (const char* name : {"diverged", "parameters", "fit"}) head.emplace_back(name);
+  if (truth) head.push_back(html::escaped("friction"));
+  for (const char* name : {"diverged", "parameters", "fit"}) head.push_back(html::escaped(name));
   const bool budgets = std::ranges::any_of(
       evaluation.summary, [](const Summary& summary) { return !summary.budget.empty(); });
-  if (budgets) head.emplace_back("budget");
+  if (budgets) head.push_back(html::escaped("budget"));
 
   std::vector<Row> oracles, rows;
   std::vector<std::vector<double>> values;
@@ -211,10 +215,10 @@ std::string score_table(const Record& record) {
     const std::vector<double>& mse = summary.q_mse_geometric_mean;
     for (const double value : mse) row.cells.push_back({html::number(value)});
     if (truth) row.cells.push_back({html::percent(summary.friction)});
-    row.cells.push_back({fmt::format("{}/{}", summary.diverged, summary.rollouts),
-                         summary.diverged > 0 ? "bad" : ""});
-    row.cells.push_back({model->is_oracle ? "" : fmt::format("{}", summary.parameters)});
-    row.cells.push_back({model->is_oracle ? ""
+    row.cells.push_back({Html::of("{}/{}", summary.diverged, summary.rollouts),
+                         summary.diverged > 0 ? Style::kBad : Style::kPlain});
+    row.cells.push_back({model->is_oracle ? Html() : Html::of("{}", summary.parameters)});
+    row.cells.push_back({model->is_oracle ? Html()
                                           : duration(evaluate::fit_seconds(
                                                 summary, workflow::fit_seconds(record.manifest)))});
     if (budgets) row.cells.push_back({html::escaped(summary.budget)});
@@ -223,10 +227,10 @@ std::string score_table(const Record& record) {
   }
   for (std::size_t h = 0; h < horizons.size(); ++h) mark_best(rows, values, h, h + 1);
 
-  const auto extra = [&](const std::string& name, const std::vector<double>& list) {
+  const auto extra = [&](std::string_view name, const std::vector<double>& list) {
     if (std::none_of(list.begin(), list.end(), [](double x) { return std::isfinite(x); }))
       return Row{};
-    Row row{{{name}}, "soft"};
+    Row row{{{html::escaped(name)}}, Style::kSoft};
     for (const double value : list) row.cells.push_back({html::number(value)});
     row.cells.resize(head.size());
     return row;
@@ -235,37 +239,41 @@ std::string score_table(const Record& record) {
   Row floor = extra("floor", evaluation.floor);
   const bool has_floor = !floor.cells.empty();
   if (has_floor) all.push_back(std::move(floor));
-  if (!rows.empty() && !all.empty()) rows.front().style = "rule";
+  if (!rows.empty() && !all.empty()) rows.front().style = Style::kRule;
   all.insert(all.end(), rows.begin(), rows.end());
   if (Row headroom = extra("headroom", evaluation.headroom); !headroom.cells.empty()) {
-    headroom.style = "soft rule";
+    headroom.style = Style::kSoftRule;
     all.push_back(headroom);
   }
+  const Html more =
+      truth ? Html::of(
+                  " Friction: error of the friction torque driven by the measured motion, share of "
+                  "its RMS; the oracle's is what filtering that motion costs. Floor: the larger of "
+                  "the oracle's error and of what halving the truth's inner step changes. "
+                  "Headroom: the best conventional model over the oracle.")
+      : has_floor
+          ? Html::of(
+                " Floor: half of what the open loop under the torque of one period of a repeating "
+                "motion differs from that under the next. Headroom: the best conventional model "
+                "over it.")
+          : Html();
   return html::table(
       head, all,
-      "<b>Table 1.</b> Mean squared error of q [rad²] in open loop, from the start of a rollout to "
-      "the horizon: geometric mean over trajectories, start times and seeds. Bold: the best fitted "
-      "model." +
-          std::string(truth ? " Friction: error of the friction torque driven by the measured "
-                              "motion, share of its RMS; the oracle's is what filtering that "
-                              "motion costs. Floor: the larger of the oracle's error and of what "
-                              "halving the truth's inner step changes. Headroom: the best "
-                              "conventional model over the oracle."
-                      : has_floor ? " Floor: half of what the open loop under the torque of one "
-                                    "period of a repeating motion differs from that under the "
-                                    "next. Headroom: the best conventional model over it."
-                                  : ""));
+      Html::of("<b>Table 1.</b> Mean squared error of q [rad²] in open loop, from the start of a "
+               "rollout to the horizon: geometric mean over trajectories, start times and seeds. "
+               "Bold: the best fitted model.{}",
+               more));
 }
 
-std::string oracle_table(const Record& record) {
+Html oracle_table(const Record& record) {
   if (!record.run.truth) return {};
   const Evaluation& evaluation = record.run.evaluation;
   const std::vector<double>& horizons = evaluation.horizons_s;
-  std::vector<std::string> head{"model"};
-  for (const double h : horizons) head.push_back("ratio<br>" + horizon(h));
-  for (const double h : horizons) head.push_back("closed<br>" + horizon(h));
-  for (const char* name : {"pre-<br>sliding", "<br>reversal", "<br>sliding"})
-    head.emplace_back(name);
+  std::vector<Html> head = html::headings({"model"});
+  for (const double h : horizons) head.push_back(Html::of("ratio<br>{}", horizon(h)));
+  for (const double h : horizons) head.push_back(Html::of("closed<br>{}", horizon(h)));
+  head.insert(head.end(),
+              {Html::of("pre-<br>sliding"), Html::of("<br>reversal"), Html::of("<br>sliding")});
   std::vector<Row> rows;
   for (const Summary* summary : evaluate::fitted_summaries(evaluation)) {
     const RunModel* model = find_model(record.run, summary->name);
@@ -273,7 +281,7 @@ std::string oracle_table(const Record& record) {
     Row row{{{dotted(*model)}}};
     for (const double ratio : summary->ratio_to_oracle) row.cells.push_back({html::number(ratio)});
     for (const double closed : summary->headroom_closed)
-      row.cells.push_back({std::isnan(closed) ? "–" : html::percent(closed)});
+      row.cells.push_back({html::percent(closed)});
     for (const double error :
          {summary->friction_presliding, summary->friction_reversal, summary->friction_sliding})
       row.cells.push_back({html::percent(error)});
@@ -281,19 +289,20 @@ std::string oracle_table(const Record& record) {
   }
   return html::table(
       head, rows,
-      "<b>Table 2.</b> Ratio of the MSE to the oracle's; share of the headroom closed, "
-      "log(best conventional / model) / log(best conventional / oracle): 0 as good as the best "
-      "conventional model, 100&#8239;% as good as physics allows; and the error of the friction "
-      "torque by regime, share of its RMS.");
+      Html::of(
+          "<b>Table 2.</b> Ratio of the MSE to the oracle's; share of the headroom closed, "
+          "log(best conventional / model) / log(best conventional / oracle): 0 as good as the best "
+          "conventional model, 100&#8239;% as good as physics allows; and the error of the "
+          "friction torque by regime, share of its RMS."));
 }
 
-std::string mean_table(const Record& record) {
+Html mean_table(const Record& record) {
   const Evaluation& evaluation = record.run.evaluation;
   const std::vector<double>& horizons = evaluation.horizons_s;
-  std::vector<std::string> head{"model"};
+  std::vector<Html> head = html::headings({"model"});
   for (const double h : horizons) {
-    head.push_back("MSE<br>" + horizon(h));
-    head.push_back("MAE<br>" + horizon(h));
+    head.push_back(Html::of("MSE<br>{}", horizon(h)));
+    head.push_back(Html::of("MAE<br>{}", horizon(h)));
   }
   std::vector<Row> rows;
   for (const RunModel& model : record.run.models) {
@@ -303,49 +312,50 @@ std::string mean_table(const Record& record) {
         row.cells.push_back({html::number(evaluate::mean_error(evaluation, model.name, error, h))});
     rows.push_back(std::move(row));
   }
-  return "<details><summary>Arithmetic means: MSE and MAE</summary>" +
-         html::table(head, rows,
-                     "<b>Table 3.</b> MSE(q) [rad²] and MAE(q) [rad], arithmetic means over the "
-                     "same rollouts: one bad rollout decides them.") +
-         "</details>\n";
+  return html::details(
+      "Arithmetic means: MSE and MAE",
+      html::table(head, rows,
+                  Html::of("<b>Table 3.</b> MSE(q) [rad²] and MAE(q) [rad], arithmetic means over "
+                           "the same rollouts: one bad rollout decides them.")));
 }
 
 }  // namespace
 
-std::string dotted(const RunModel& model) {
-  return fmt::format("<i class=\"dot{}\" style=\"background:{}\"></i>{}",
-                     model.is_oracle ? " ring" : "", model.look.colour, html::escaped(model.label));
+Html dotted(const RunModel& model) {
+  return Html::of("<i class=\"dot{}\" style=\"background:{}\"></i>{}",
+                  model.is_oracle ? Html::of(" ring") : Html(), html::escaped(model.look.colour),
+                  html::escaped(model.label));
 }
 
-std::string summary_section(const Record& record) {
+Html summary_section(const Record& record) {
   const Evaluation& evaluation = record.run.evaluation;
   std::vector<const Summary*> fitted = evaluate::fitted_summaries(evaluation);
-  if (fitted.empty()) return "<p class=\"abstract\">No model was fitted.</p>\n";
-  const std::string verdicts = distrust_section(fitted) + joint_verdicts(record);
+  if (fitted.empty()) return Html::of("<p class=\"abstract\">No model was fitted.</p>\n");
+  const Html verdicts = distrust_section(fitted) + joint_verdicts(record);
   const std::size_t all = fitted.size();
   std::erase_if(fitted, [](const Summary* summary) { return !summary->doubts.empty(); });
   if (fitted.empty()) return verdicts;
   const Summary& best = **std::ranges::min_element(
       fitted, {}, [](const Summary* summary) { return evaluate::overall(*summary); });
-  return verdicts + fmt::format("<p class=\"abstract\">{} {} {}</p>\n",
-                                best_sentence(evaluation, best, all), oracle_sentence(record, best),
-                                failure_sentence(record, best));
+  return verdicts + Html::of("<p class=\"abstract\">{} {} {}</p>\n",
+                             best_sentence(evaluation, best, all), oracle_sentence(record, best),
+                             failure_sentence(record, best));
 }
 
-std::string table_section(const Record& record) {
-  return "<h2 id=\"result\">Result</h2>\n" + score_table(record) + oracle_table(record) +
+Html table_section(const Record& record) {
+  return Html::of("<h2 id=\"result\">Result</h2>\n") + score_table(record) + oracle_table(record) +
          mean_table(record);
 }
 
-std::string video_section(const Record& record) {
+Html video_section(const Record& record) {
   const workflow::RunFolder& folder = record.run.folder;
-  std::string text;
+  Html text;
   for (const std::filesystem::path& video : folder.files_in(folder.videos(), ".mp4"))
-    text += fmt::format(
+    text += Html::of(
         "<figure><video controls preload=\"metadata\" src=\"{0}\"></video>"
         "<figcaption><a href=\"{0}\">{0}</a></figcaption></figure>\n",
         html::escaped(folder.name_of(video)));
-  return text.empty() ? text : "<h2 id=\"videos\">Videos</h2>\n" + text;
+  return text.empty() ? text : Html::of("<h2 id=\"videos\">Videos</h2>\n") + text;
 }
 
 }  // namespace fricid::render

@@ -12,6 +12,7 @@ namespace {
 
 using evaluate::TorquePrediction;
 using html::Row;
+using html::Style;
 using Values = std::vector<double>;
 
 struct Predicted {
@@ -35,9 +36,9 @@ std::vector<Predicted> predictions_of(const Record& record) {
 }
 
 /// Which models err less than every static law, and at how many joints.
-std::string comparison(const std::vector<Predicted>& predictions) {
+Html comparison(const std::vector<Predicted>& predictions) {
   Values least;
-  std::vector<std::string> names;
+  std::vector<Html> names;
   for (const Predicted& prediction : predictions) {
     if (!prediction.is_static_law) continue;
     names.push_back(html::escaped(prediction.model->label));
@@ -45,25 +46,25 @@ std::string comparison(const std::vector<Predicted>& predictions) {
     for (std::size_t j = 0; j < least.size(); ++j)
       least[j] = std::min(least[j], prediction.percent[j]);
   }
-  std::vector<std::string> others;
+  std::vector<Html> others;
   for (const Predicted& prediction : predictions) {
     if (prediction.is_static_law || least.empty()) continue;
     int better = 0;
     for (std::size_t j = 0; j < least.size(); ++j) better += prediction.percent[j] < least[j];
-    others.push_back(fmt::format("{} at {}", html::escaped(prediction.model->label), better));
+    others.push_back(Html::of("{} at {}", html::escaped(prediction.model->label), better));
   }
   if (others.empty()) return {};
-  return fmt::format("<p>Closer than every law without a state ({}), of {} joints: {}.</p>\n",
-                     html::enumeration(names), least.size(), html::enumeration(others));
+  return Html::of("<p>Closer than every law without a state ({}), of {} joints: {}.</p>\n",
+                  html::enumeration(names), least.size(), html::enumeration(others));
 }
 
-std::vector<std::string> joints_head(const Run& run) {
-  std::vector<std::string> head{"model"};
+std::vector<Html> joints_head(const Run& run) {
+  std::vector<Html> head = html::headings({"model"});
   for (int j = 0; j < run.n(); ++j) head.push_back(html::escaped(run.joint(j)));
   return head;
 }
 
-std::string percent_table(const Record& record, const std::vector<Predicted>& predictions) {
+Html percent_table(const Record& record, const std::vector<Predicted>& predictions) {
   std::vector<Row> rows;
   Values least(predictions.front().percent.size(), INFINITY);
   for (const Predicted& prediction : predictions)
@@ -72,19 +73,19 @@ std::string percent_table(const Record& record, const std::vector<Predicted>& pr
   for (const Predicted& prediction : predictions) {
     Row row{{{dotted(*prediction.model)}}};
     for (std::size_t j = 0; j < least.size(); ++j)
-      row.cells.push_back(
-          {html::number(prediction.percent[j]), prediction.percent[j] == least[j] ? "best" : ""});
+      row.cells.push_back({html::number(prediction.percent[j]),
+                           prediction.percent[j] == least[j] ? Style::kBest : Style::kPlain});
     rows.push_back(std::move(row));
   }
   return html::table(
       joints_head(record.run), rows,
-      "Error of the motor torque along the measured motion [% of its RMS], mean over "
-      "the held-out recordings. Friction runs free: the measured motion drives it, "
-      "the measured torque never corrects it. Bold: the best model.");
+      Html::of("Error of the motor torque along the measured motion [% of its RMS], mean over "
+               "the held-out recordings. Friction runs free: the measured motion drives it, "
+               "the measured torque never corrects it. Bold: the best model."));
 }
 
 /// What a regime or a correction leaves, mean over joints of the share of the whole error.
-std::string regime_table(const Record& record, const std::vector<Predicted>& predictions) {
+Html regime_table(const Record& record, const std::vector<Predicted>& predictions) {
   std::vector<Row> rows;
   for (const Predicted& prediction : predictions) {
     Row row{{{dotted(*prediction.model)}}};
@@ -110,13 +111,14 @@ std::string regime_table(const Record& record, const std::vector<Predicted>& pre
     }
     rows.push_back(std::move(row));
   }
-  return html::table({"model", "reversal", "presliding", "sliding", "one step"}, rows,
-                     "The same by regime, mean over joints [% of the torque's RMS]: within 50 ms "
-                     "of a reversal; below 0.05 rad/s or within 5 mrad of one; the rest. One step: "
-                     "with the error of the last sample known, so what white noise leaves.");
+  return html::table(
+      html::headings({"model", "reversal", "presliding", "sliding", "one step"}), rows,
+      Html::of("The same by regime, mean over joints [% of the torque's RMS]: within 50 ms "
+               "of a reversal; below 0.05 rad/s or within 5 mrad of one; the rest. One step: "
+               "with the error of the last sample known, so what white noise leaves."));
 }
 
-std::string drift_table(const Record& record, const std::vector<Predicted>& predictions) {
+Html drift_table(const Record& record, const std::vector<Predicted>& predictions) {
   constexpr double kCertain = 3;
   std::vector<Row> rows;
   for (const Predicted& prediction : predictions) {
@@ -126,20 +128,18 @@ std::string drift_table(const Record& record, const std::vector<Predicted>& pred
     const Values drift = evaluate::mean_of_torque(evaluation, name, &TorquePrediction::drift),
                  error = evaluate::mean_of_torque(evaluation, name, &TorquePrediction::drift_error);
     for (std::size_t j = 0; j < drift.size(); ++j)
-      row.cells.push_back(
-          {fmt::format("{} ± {}", html::number(drift[j]), html::number(error[j], 1)),
-           std::abs(drift[j]) > kCertain * error[j] ? "bad" : ""});
+      row.cells.push_back({Html::of("{} ± {}", html::number(drift[j]), html::number(error[j], 1)),
+                           std::abs(drift[j]) > kCertain * error[j] ? Style::kBad : Style::kPlain});
     rows.push_back(std::move(row));
   }
   return html::table(joints_head(record.run), rows,
-                     "Drift of what is left from begin to end of a recording [N m], mean over "
-                     "recordings, and its standard error; marked beyond three of them: warming up, "
-                     "or a slow motion that the "
-                     "model lacks.");
+                     Html::of("Drift of what is left from begin to end of a recording [N m], mean "
+                              "over recordings, and its standard error; marked beyond three of "
+                              "them: warming up, or a slow motion that the model lacks."));
 }
 
 /// What the recordings say of their own noise.
-std::string repeats_table(const Record& record) {
+Html repeats_table(const Record& record) {
   const evaluate::Evaluation& evaluation = record.run.evaluation;
   std::vector<Row> rows;
   for (std::size_t i = 0; i < evaluation.repeats.size(); ++i) {
@@ -150,26 +150,27 @@ std::string repeats_table(const Record& record) {
     rows.push_back(std::move(row));
   }
   if (rows.empty())
-    return "<p class=\"note\">No motion repeats in these recordings, so how much of the error is "
-           "noise is not known: record two periods.</p>\n";
-  std::vector<std::string> head = joints_head(record.run);
-  head.front() = "recording";
-  head.insert(head.begin() + 1, "period [s]");
+    return Html::of(
+        "<p class=\"note\">No motion repeats in these recordings, so how much of the error is "
+        "noise is not known: record two periods.</p>\n");
+  std::vector<Html> head = joints_head(record.run);
+  head.front() = html::escaped("recording");
+  head.insert(head.begin() + 1, html::escaped("period [s]"));
   return html::table(head, rows,
-                     "Repeatability: standard deviation of the torque of one passage of a motion "
-                     "against the next [N m]. No function of the motion can err by less.");
+                     Html::of("Repeatability: standard deviation of the torque of one passage of a "
+                              "motion against the next [N m]. No function of the motion can err "
+                              "by less."));
 }
 
 }  // namespace
 
-std::string torque_section(const Record& record) {
+Html torque_section(const Record& record) {
   const std::vector<Predicted> predictions = predictions_of(record);
   if (predictions.empty()) return {};
-  std::string text = "<h2 id=\"torque\">Torque along the motion</h2>\n" +
-                     percent_table(record, predictions) + comparison(predictions);
-  std::string more = regime_table(record, predictions) + drift_table(record, predictions);
-  if (record.run.truth)
-    return text + "<details><summary>By regime, and drift</summary>\n" + more + "</details>\n";
+  const Html text = Html::of("<h2 id=\"torque\">Torque along the motion</h2>\n") +
+                    percent_table(record, predictions) + comparison(predictions);
+  const Html more = regime_table(record, predictions) + drift_table(record, predictions);
+  if (record.run.truth) return text + html::details("By regime, and drift", Html::of("\n") + more);
   return text + more + repeats_table(record);
 }
 

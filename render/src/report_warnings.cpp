@@ -142,11 +142,11 @@ std::vector<Warning> warnings_of(const Record& record) {
   return warnings;
 }
 
-std::string warning_section(const std::vector<Warning>& warnings) {
-  std::string text = "<h2 id=\"warnings\">Warnings</h2>\n";
-  if (warnings.empty()) return text + "<p>None.</p>\n";
+Html warning_section(const std::vector<Warning>& warnings) {
+  Html text = Html::of("<h2 id=\"warnings\">Warnings</h2>\n");
+  if (warnings.empty()) return text + Html::of("<p>None.</p>\n");
   for (const Warning& warning : warnings)
-    text += fmt::format(
+    text += Html::of(
         "<div class=\"warning\"><p><b>{}</b>: {}.</p><p class=\"note\">Meaning: {}. Remedy: "
         "{}.</p></div>\n",
         html::escaped(warning.subject), html::escaped(warning.found),

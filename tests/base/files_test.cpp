@@ -82,17 +82,18 @@ TEST_F(Files, ReplacesTheOldFileAndLeavesNothingElse) {
   EXPECT_EQ(names(), std::set<std::string>{"file"});
 }
 
-TEST_F(Files, RemovesWhatKilledWritersOfTheSameFileLeft) {
-  constexpr const char* kGone = ".a.txt.2147483647.0.tmp";  // no process has this number
-  for (const std::string& name :
-       {std::string(kGone), fmt::format(".a.txt.{}.7.tmp", ::getpid()),
-        std::string(".b.txt.2147483647.0.tmp"), std::string(".a.txt.tmp")})
+TEST_F(Files, RemovesWhatKilledWritersInTheFolderLeft) {
+  const std::string ours = fmt::format(".a.txt.{}.7.fricid.tmp", ::getpid());
+  const std::set<std::string> stay{ours, ".a.txt.2147483647.0.tmp", ".a.txt.tmp",
+                                   ".a.99999999999.0.fricid.tmp"};
+  for (const std::string& name : stay) std::ofstream(folder / name) << "half";
+  // no process has this number
+  for (const char* name : {".a.txt.2147483647.0.fricid.tmp", ".b.txt.2147483647.12.fricid.tmp"})
     std::ofstream(folder / name) << "half";
   write_file_atomically(folder / "a.txt", "whole");
-  EXPECT_FALSE(std::filesystem::exists(folder / kGone));
-  EXPECT_TRUE(std::filesystem::exists(folder / fmt::format(".a.txt.{}.7.tmp", ::getpid())));
-  EXPECT_TRUE(std::filesystem::exists(folder / ".b.txt.2147483647.0.tmp"));
-  EXPECT_TRUE(std::filesystem::exists(folder / ".a.txt.tmp"));
+  std::set<std::string> expected = stay;
+  expected.insert("a.txt");
+  EXPECT_EQ(names(), expected);
 }
 
 TEST_F(Files, WritesIntoTheCurrentFolder) {
@@ -242,7 +243,7 @@ TEST_F(Files, KillingTheWriterLeavesOneWholeVersion) {
     seen.insert(found.substr(0, 1));
     for (const std::string& name : names()) {
       if (name == "file") continue;
-      EXPECT_TRUE(name.starts_with(".file.") && name.ends_with(".tmp")) << name;
+      EXPECT_TRUE(name.starts_with(".file.") && name.ends_with(".fricid.tmp")) << name;
       interrupted = true;
       fs::remove(folder / name);
     }
@@ -253,15 +254,16 @@ TEST_F(Files, KillingTheWriterLeavesOneWholeVersion) {
 
 TEST_F(Files, RemovesWhatKilledWritersLeftAndNothingElse) {
   fs::create_directories(folder / "data");
-  for (const char* name : {".a.h5.12.0.tmp", "data/.train_0.h5.4711.13.tmp", "a.h5",
-                           "data/b.12.0.tmp", "data/.hidden.tmp", "data/.lock"})
+  for (const char* name :
+       {".a.h5.12.0.fricid.tmp", "data/.train_0.h5.4711.13.fricid.tmp", "a.h5",
+        "data/b.12.0.fricid.tmp", "data/.hidden.tmp", "data/.lock"})
     std::ofstream(folder / name) << "x";
   remove_left_temporaries(folder);
   EXPECT_EQ(names(), (std::set<std::string>{"a.h5", "data"}));
   std::set<std::string> data;
   for (const auto& entry : fs::directory_iterator(folder / "data"))
     data.insert(entry.path().filename());
-  EXPECT_EQ(data, (std::set<std::string>{"b.12.0.tmp", ".hidden.tmp", ".lock"}));
+  EXPECT_EQ(data, (std::set<std::string>{"b.12.0.fricid.tmp", ".hidden.tmp", ".lock"}));
   EXPECT_NO_THROW(remove_left_temporaries(folder / "missing"));
 }
 

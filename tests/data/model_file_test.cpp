@@ -185,7 +185,7 @@ TEST_F(ModelJson, MistakesAreNamed) {
   EXPECT_THAT(changed("\"unit\": \"N m/rad\"", "\"unit\": \"N m/deg\""),
               testing::EndsWith("= \"N m/deg\"; allowed: N m/rad"));
   EXPECT_EQ(error_of(""), "bad.json: an empty file");
-  EXPECT_EQ(error_of("[]"), "bad.json:  = []; allowed: an object");
+  EXPECT_EQ(error_of("[]"), "bad.json: found a list; allowed: an object");
   EXPECT_EQ(error_of(std::string(100'000, '[')),
             "bad.json: 33 levels of lists and objects in a JSON file; allowed: up to 32");
   EXPECT_EQ(error_of("{\"format\": 1e400}"), "bad.json: not JSON: number overflow parsing '1e400'");

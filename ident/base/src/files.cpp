@@ -13,6 +13,7 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <regex>
 #include <set>
 #include <utility>
@@ -119,20 +120,25 @@ void read_pieces(const fs::path& path, Use use) {
   }
 }
 
-/// Removes what killed writers left of `path`, ".NAME.PID.COUNT.tmp" with a PID that is gone.
-void remove_left_of(const fs::path& path) {
-  const std::string begin = fmt::format(".{}.", path.filename().string());
+/// The process that writes a temporary file; nothing for the name of another file.
+std::optional<pid_t> writer_of(const fs::path& file) {
+  static const std::regex temporary(R"(\..+\.(\d+)\.\d+\.fricid\.tmp)");
+  const std::string name = file.filename().string();
+  std::smatch match;
+  pid_t writer = 0;
+  if (!name.ends_with(".fricid.tmp") || !std::regex_match(name, match, temporary) ||
+      std::from_chars(&*match[1].first, &*match[1].second, writer).ec != std::errc())
+    return std::nullopt;
+  return writer;
+}
+
+/// Removes the temporary files of a folder whose writers are gone.
+void remove_left_in(const fs::path& folder) {
   std::error_code error;  // files that cannot be listed or removed are skipped
-  for (fs::directory_iterator at(folder_of(path), error), end; !error && at != end;
-       at.increment(error)) {
-    const std::string name = at->path().filename().string();
-    pid_t writer = 0;
-    if (!name.starts_with(begin) || !is_left_temporary(at->path()) ||
-        std::from_chars(name.data() + begin.size(), name.data() + name.size(), writer).ec !=
-            std::errc())
-      continue;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    const std::optional<pid_t> writer = writer_of(at->path());
     std::error_code kept;
-    if (::kill(writer, 0) != 0 && errno == ESRCH) fs::remove(at->path(), kept);
+    if (writer && ::kill(*writer, 0) != 0 && errno == ESRCH) fs::remove(at->path(), kept);
   }
 }
 
@@ -167,7 +173,7 @@ class LockedFiles {
 fs::path temporary_beside(const fs::path& path) {
   static std::atomic<unsigned> count = 0;
   return folder_of(path) /
-         fmt::format(".{}.{}.{}.tmp", path.filename().string(), ::getpid(), count++);
+         fmt::format(".{}.{}.{}.fricid.tmp", path.filename().string(), ::getpid(), count++);
 }
 
 void write_file_atomically(const fs::path& path,
@@ -176,7 +182,7 @@ void write_file_atomically(const fs::path& path,
   const fs::path folder = folder_of(target);
   create_folder(folder);
 
-  remove_left_of(target);
+  remove_left_in(folder);
   const fs::path temporary = temporary_beside(target);
   std::error_code error;
   try {
@@ -204,10 +210,7 @@ void write_file_atomically(const fs::path& path, std::string_view text) {
   });
 }
 
-bool is_left_temporary(const fs::path& file) {
-  static const std::regex left(R"(\..+\.\d+\.\d+\.tmp)");
-  return std::regex_match(file.filename().string(), left);
-}
+bool is_left_temporary(const fs::path& file) { return writer_of(file).has_value(); }
 
 void remove_left_temporaries(const fs::path& folder) {
   std::vector<fs::path> found;

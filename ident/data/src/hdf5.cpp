@@ -3,6 +3,7 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -142,7 +143,7 @@ bool read_texts(hid_t object, const char* name, std::vector<std::string>& values
     return true;
   }
   const std::size_t length = H5Tget_size(stored);
-  if (length > limits::kHdf5AttributeValues.most) return false;
+  if (length > limits::kTextBytes.most / std::max(size, std::size_t{1})) return false;
   std::vector<char> buffer(size * length + 1, '\0');
   if (size > 0 && H5Aread(attribute, stored, buffer.data()) < 0) return false;
   for (std::size_t i = 0; i < size; ++i) {
@@ -150,6 +151,34 @@ bool read_texts(hid_t object, const char* name, std::vector<std::string>& values
     values.emplace_back(begin, std::find(begin, begin + length, '\0'));
   }
   return true;
+}
+
+// The table of a name; not ok when there is none.
+// @throws UserError on one that lies, or whose numbers lie, in another file: it could be any
+Id open_table(hid_t file, const std::string& name, const std::string& path) {
+  H5L_info_t link{};
+  if (H5Lget_info(file, name.c_str(), &link, H5P_DEFAULT) >= 0 && link.type != H5L_TYPE_HARD)
+    throw UserError("{}: /{} is a link; allowed: a table", path, name);
+  Id table(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!table.ok()) return table;
+  const Id properties(H5Dget_create_plist(table), H5Pclose);
+  if (H5Pget_layout(properties) == H5D_VIRTUAL || H5Pget_external_count(properties) > 0)
+    throw UserError("{}: the numbers of /{} are in another file; allowed: in this one", path, name);
+  return table;
+}
+
+// Bytes that the library takes to read one chunk of a table; 0 of a table without chunks.
+double bytes_of_chunk(hid_t table) {
+  const Id properties(H5Dget_create_plist(table), H5Pclose);
+  std::array<hsize_t, H5S_MAX_RANK> shape{};
+  const int rank = H5Pget_layout(properties) == H5D_CHUNKED
+                       ? H5Pget_chunk(properties, static_cast<int>(shape.size()), shape.data())
+                       : 0;
+  if (rank < 1) return 0;
+  const Id type(H5Dget_type(table), H5Tclose);
+  double bytes = static_cast<double>(H5Tget_size(type));
+  for (int i = 0; i < rank; ++i) bytes *= static_cast<double>(shape[static_cast<std::size_t>(i)]);
+  return bytes;
 }
 
 // Rows and columns of a table of numbers, as the file declares them; nothing of another table.
@@ -321,21 +350,23 @@ bool H5Reader::has(const std::string& name) const {
 
 TableShape H5Reader::shape(const std::string& name) const {
   const Session session;
-  const Id table(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const Id table = open_table(file_, name, path_);
   return table.ok() ? shape_of_numbers(table).value_or(TableShape{}) : TableShape{};
 }
 
 RowMatrix H5Reader::matrix(const std::string& name, int columns) const {
   const Session session;
   if (!has(name)) throw UserError("{}: /{} is missing", path_, name);
-  const Id table(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const Id table = open_table(file_, name, path_);
   if (!table.ok()) throw UserError("{}: /{} is not a table, or torn", path_, name);
   const std::optional<TableShape> numbers = shape_of_numbers(table);
   if (!numbers) throw UserError("{}: /{} is not a table of numbers", path_, name);
   const TableShape& found = *numbers;
   if (columns >= 0 && found.columns != columns)
     throw UserError("{}: /{} has {} columns; allowed: {}", path_, name, found.columns, columns);
-  require_memory(8.0 * static_cast<double>(found.rows) * static_cast<double>(found.columns), path_,
+  require_memory(8.0 * static_cast<double>(found.rows) * static_cast<double>(found.columns) +
+                     bytes_of_chunk(table),
+                 path_,
                  fmt::format("table /{} of {} x {} numbers", name, found.rows, found.columns));
   RowMatrix values(found.rows, found.columns);
   if (values.size() > 0 &&
@@ -348,7 +379,7 @@ Eigen::VectorXd H5Reader::vector(const std::string& name) const { return matrix(
 
 std::string H5Reader::unit(const std::string& name) const {
   const Session session;
-  const Id table(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const Id table = open_table(file_, name, path_);
   std::vector<std::string> texts;
   if (!table.ok() || !read_texts(table, "unit", texts) || texts.size() != 1)
     throw UserError("{}: attribute unit of /{} is missing", path_, name);

@@ -231,9 +231,8 @@ class Node {
     return R;
   }
   [[noreturn]] void refuse(const std::string& allowed) const {
-    std::string found = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
-    if (found.size() > 60) found = found.substr(0, 60) + "...";
-    throw UserError("{}: {} = {}; allowed: {}", file_, path_, found, allowed);
+    throw UserError("{}: {}{}; allowed: {}", file_, path_.empty() ? "found " : path_ + " = ",
+                    shown(json_), allowed);
   }
 
  private:

@@ -10,8 +10,9 @@ namespace fricid {
 /// Writes `path` atomically: a reader sees the old file or the new one, never a part of it. `write`
 /// fills a temporary file in the same folder, which is synced and renamed; then the folder is
 /// synced. Creates missing parent folders. Of a symbolic link the target is replaced. If `write`
-/// fails or throws, the old file stays and the temporary file is removed; a killed process leaves
-/// the temporary file ".NAME.PID.COUNT.tmp".
+/// fails or throws, the old file stays and the temporary file is removed. A killed process leaves
+/// the temporary file ".NAME.PID.COUNT.fricid.tmp"; the next file that is written in the folder
+/// removes it, once no process has that number.
 /// @throws UserError naming the path and the reason (no space, no permission, a folder in the way)
 /// @see Pillai et al., "All file systems are not created equal", OSDI 2014
 void write_file_atomically(const std::filesystem::path& path,
@@ -21,8 +22,7 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view t
 /// Whether a file has the name of a temporary file of `write_file_atomically`.
 bool is_left_temporary(const std::filesystem::path& file);
 
-/// Removes the temporary files ".NAME.PID.COUNT.tmp" of killed processes from a folder and its
-/// subfolders.
+/// Removes all temporary files from a folder and its subfolders.
 /// @pre no process writes there
 void remove_left_temporaries(const std::filesystem::path& folder);
 
