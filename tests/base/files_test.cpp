@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/progress.hpp"
 #include "fricid/base/rng.hpp"
 #include "temporary_folder.hpp"
 
@@ -254,9 +255,8 @@ TEST_F(Files, KillingTheWriterLeavesOneWholeVersion) {
 
 TEST_F(Files, RemovesWhatKilledWritersLeftAndNothingElse) {
   fs::create_directories(folder / "data");
-  for (const char* name :
-       {".a.h5.12.0.fricid.tmp", "data/.train_0.h5.4711.13.fricid.tmp", "a.h5",
-        "data/b.12.0.fricid.tmp", "data/.hidden.tmp", "data/.lock"})
+  for (const char* name : {".a.h5.12.0.fricid.tmp", "data/.train_0.h5.4711.13.fricid.tmp", "a.h5",
+                           "data/b.12.0.fricid.tmp", "data/.hidden.tmp", "data/.lock"})
     std::ofstream(folder / name) << "x";
   remove_left_temporaries(folder);
   EXPECT_EQ(names(), (std::set<std::string>{"a.h5", "data"}));
@@ -272,6 +272,51 @@ TEST_F(Files, ReadingWhatIsNotAReadableFile) {
               AllOf(HasSubstr((folder / "missing").string()), HasSubstr("No such file")));
   EXPECT_THAT(user_error([&] { read_file(folder); }), HasSubstr("folder"));
   EXPECT_THAT(user_error([&] { sha256_of_file(folder / "missing"); }), HasSubstr("missing"));
+}
+
+TEST_F(Files, DevicesAndPipesAreNoRegularFiles) {
+  const fs::path pipe = folder / "pipe", loop = folder / "loop";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  fs::create_symlink(loop, loop);
+  for (const fs::path& path : {pipe, fs::path("/dev/zero")})
+    EXPECT_EQ(user_error([&] { require_regular_file(path); }),
+              path.string() + ": is not a regular file");
+  EXPECT_THAT(user_error([&] { require_regular_file(folder); }), HasSubstr("is a folder"));
+  EXPECT_THAT(user_error([&] { require_regular_file(folder / "none"); }),
+              HasSubstr("No such file"));
+  EXPECT_THAT(user_error([&] { require_regular_file(loop); }), HasSubstr("symbolic links"));
+  write_file_atomically(folder / "file", "");
+  EXPECT_NO_THROW(require_regular_file(folder / "file"));
+}
+
+TEST_F(Files, APipeIsReadToItsEnd) {
+  const fs::path pipe = folder / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  std::thread writer([&] {
+    std::ofstream out(pipe);
+    out << "a" << std::flush;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    out << "b";
+  });
+  EXPECT_EQ(read_file(pipe), "ab");
+  writer.join();
+}
+
+TEST_F(Files, ARequestToStopEndsTheWaitForAPipe) {
+  const fs::path pipe = folder / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(in_child([&]() -> int {
+              install_stop_handler();
+              std::raise(SIGTERM);
+              ::alarm(20);
+              try {
+                read_file(pipe);
+              } catch (const Stopped&) {
+                return 0;
+              }
+              return 1;
+            }),
+            0);
 }
 
 /// FIPS 180-4 examples.

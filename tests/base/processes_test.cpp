@@ -27,7 +27,7 @@ pid_t start(const char* command) {
 
 TEST(Processes, ProgramsAreStartedWithTheStreamsGiven) {
   int out[2], in[2];
-  ASSERT_EQ(::pipe(out) + ::pipe(in), 0);
+  ASSERT_EQ(::pipe2(out, O_CLOEXEC) + ::pipe2(in, O_CLOEXEC), 0);
   const int id = start_program({"sh", "-c", "cat; echo \"$1\"", "sh", "an 'argument'"},
                                {.input = in[0], .output = out[1]});
   ASSERT_GT(id, 0);

@@ -194,6 +194,24 @@ TEST_F(Hdf5Limits, TablesInOtherFilesAreRefused) {
             "b.h5: the numbers of /q are in another file; allowed: in this one");
 }
 
+TEST_F(Hdf5Limits, GiantAttributesAreRefusedByTheirSize) {
+  const hid_t newest = H5Pcreate(H5P_FILE_ACCESS);
+  H5Pset_libver_bounds(newest, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+  const hid_t file = H5Fcreate(path("b.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, newest);
+  for (const auto& [name, count] :
+       {std::pair("most", hsize_t{100'000}), std::pair("more", hsize_t{100'001})}) {
+    const hid_t space = H5Screate_simple(1, &count, nullptr);
+    H5Aclose(H5Acreate2(file, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT));
+    H5Sclose(space);
+  }
+  H5Fclose(file);
+  H5Pclose(newest);
+  const H5Reader reader(path("b.h5"), "");
+  EXPECT_EQ(reader.numbers_attribute("most").size(), 100'000u);
+  EXPECT_EQ(message_of([&] { reader.numbers_attribute("more"); }),
+            "b.h5: 100001 values of an attribute of an HDF5 file; allowed: up to 100000");
+}
+
 class McapLimits : public FolderTest {};
 
 TEST_F(McapLimits, ChunksAreRefusedByWhatTheySay) {

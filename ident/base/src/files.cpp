@@ -21,6 +21,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
+#include "fricid/base/processes.hpp"
 #include "fricid/base/recording_file.hpp"
 #include "fricid/base/temporary_file.hpp"
 
@@ -99,7 +100,8 @@ class Sha256 {
                                                                    &EVP_MD_CTX_free};
 };
 
-/// Calls use(piece) for the whole content of a file. Devices may never end.
+/// Calls use(piece) for the whole content of a file. Devices may never end; a pipe that nobody
+/// writes to is waited for until Ctrl-C.
 template <class Use>
 void read_pieces(const fs::path& path, Use use) {
   std::error_code error;
@@ -108,12 +110,14 @@ void read_pieces(const fs::path& path, Use use) {
     throw UserError("{}: is a folder, a file is expected", path.string());
   if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_fifo(status))
     throw UserError("{}: is not a regular file", path.string());
-  const Descriptor file(path, O_RDONLY);
+  const bool pipe = fs::is_fifo(status);
+  const Descriptor file(path, pipe ? O_RDONLY | O_NONBLOCK : O_RDONLY);
   if (file.get() < 0) throw_system_error(path, "cannot be read");
   std::vector<char> buffer(1 << 16);
   for (;;) {
+    if (pipe) wait_until_readable(file.get());
     const ssize_t size = ::read(file.get(), buffer.data(), buffer.size());
-    if (size < 0 && errno == EINTR) continue;
+    if (size < 0 && (errno == EINTR || errno == EAGAIN)) continue;
     if (size < 0) throw_system_error(path, "cannot be read");
     if (size == 0) return;
     use(std::string_view(buffer.data(), static_cast<std::size_t>(size)));
@@ -228,6 +232,17 @@ std::string read_file(const fs::path& path) {
     require_within(limits::kTextBytes, text.size(), path.string());
   });
   return text;
+}
+
+void require_regular_file(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status))
+    throw UserError("{}: cannot be read: {}", path.string(),
+                    error ? error.message() : "No such file or directory");
+  if (fs::is_directory(status))
+    throw UserError("{}: is a folder, a file is expected", path.string());
+  if (!fs::is_regular_file(status)) throw UserError("{}: is not a regular file", path.string());
 }
 
 std::string read_recording(const fs::path& path) {

@@ -29,6 +29,10 @@ void remove_left_temporaries(const std::filesystem::path& folder);
 /// Whole content of a text file. @throws UserError if it is missing, a folder, or unreadable
 std::string read_file(const std::filesystem::path& path);
 
+/// For readers of other libraries, which would wait for ever on a pipe and read a device to no end.
+/// @throws UserError if `path` is missing, a folder, a pipe or a device
+void require_regular_file(const std::filesystem::path& path);
+
 /// SHA-256 of a file or a text as 64 hexadecimal digits.
 std::string sha256_of_file(const std::filesystem::path& path);
 std::string sha256_of_text(std::string_view text);
