@@ -55,12 +55,12 @@ std::string whole_number_up_to(const Limit& limit, const std::string& text) {
 }
 
 /// Standard streams that are closed get a file that can neither be read nor written, so that no
-/// file of ours takes their place. A reader of stdout that went away is an error of writing, not
-/// our end.
+/// file of ours takes their place. A reader of stdout that went away and a limit on the size of
+/// files are errors of writing, not our end.
 void keep_standard_streams() {
   for (const int stream : {0, 1, 2})
     if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == 0 ? O_WRONLY : O_RDONLY);
-  std::signal(SIGPIPE, SIG_IGN);
+  for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
 }
 
 /// The exit code of a command that ended with `code`, once all it printed has arrived.

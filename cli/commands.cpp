@@ -1,7 +1,6 @@
 #include "commands.hpp"
 
 #include <fmt/format.h>
-#include <cstdio>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
@@ -11,13 +10,14 @@
 #include "fricid/evaluate/evaluate.hpp"
 #include "job.hpp"
 #include "seeds.hpp"
+#include "terminal.hpp"
 
 namespace fricid::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-void say(const std::string& line) { std::fprintf(stderr, "%s\n", printable(line).c_str()); }
+void say(const std::string& line) { print(printable(line) + "\n", stderr); }
 
 fs::path folder_of(const RunOptions& options, const scene::Problem& problem) {
   if (!options.output.empty()) return options.output;
@@ -52,14 +52,15 @@ bool identify_models(workflow::Job& job, const RunOptions& options) {
   return workflow::identify(job, requests_of(job.problem, options), by_name);
 }
 
-void print_file(const fs::path& file) { std::fputs(read_file(file).c_str(), stdout); }
+void print_file(const fs::path& file) { print(read_file(file)); }
+void print_json_file(const fs::path& file) { print(visible_json(read_file(file))); }
 
 /// The tables of an evaluation.
 void print_tables(const workflow::Job& job) {
   const workflow::RunFolder& folder = job.run.folder();
   print_file(folder.table());
   if (job.problem.scene.simulates()) return;
-  std::fputs("\n", stdout);
+  print("\n");
   print_file(folder.torque_table());
 }
 
@@ -74,12 +75,11 @@ bool trusted(const evaluate::Evaluation& evaluation) {
 /// Short result of a run, and the paths of its files.
 void print_result(const workflow::Job& job, const evaluate::Evaluation& evaluation) {
   const workflow::RunFolder& folder = job.run.folder();
-  std::fputs(evaluate::short_table(evaluation, workflow::fit_seconds(job.run.manifest())).c_str(),
-             stdout);
+  print(evaluate::short_table(evaluation, workflow::fit_seconds(job.run.manifest())));
   const auto place = [](const char* what, const fs::path& path) {
-    if (fs::exists(path)) fmt::print("{:<8} {}\n", what, printable(path.string()));
+    if (fs::exists(path)) print(fmt::format("{:<8} {}\n", what, printable(path.string())));
   };
-  std::fputs("\n", stdout);
+  print("\n");
   place("report", folder.report());
   place("tables", folder.table());
   place("plots", folder.plots());
@@ -114,7 +114,7 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
     if (!missed.empty()) say(missed);
   workflow::make_report(job);
   if (common.json)
-    print_file(job.run.folder().evaluation());
+    print_json_file(job.run.folder().evaluation());
   else
     print_result(job, evaluation);
   return trusted(evaluation) && sound && healthy && evaluation.meaningful() ? Verdict::kDone
@@ -128,7 +128,7 @@ Verdict simulate(const RunOptions& options, const CommonOptions& common) {
                     options.target.string());
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
-  std::printf("%s\n", job.run.folder().path().c_str());
+  print(printable(job.run.folder().path().string()) + "\n");
   return Verdict::kDone;
 }
 
@@ -149,7 +149,7 @@ Verdict compare(const std::vector<fs::path>& folders, const fs::path& output,
   const std::string text =
       common.json ? data::to_json(comparison) : evaluate::to_markdown(comparison);
   if (output.empty())
-    std::fputs(text.c_str(), stdout);
+    print(common.json ? visible_json(text) : text);
   else
     write_file_atomically(output, text);
   return Verdict::kDone;
@@ -174,7 +174,7 @@ Verdict evaluate(const RunOptions& options, const CommonOptions& common) {
   workflow::Job job = open_job(std::move(problem), options, common);
   const evaluate::Evaluation evaluation = workflow::evaluate(job, options.data);
   if (common.json)
-    print_file(job.run.folder().evaluation());
+    print_json_file(job.run.folder().evaluation());
   else
     print_tables(job);
   return trusted(evaluation) && evaluation.meaningful() ? Verdict::kDone : Verdict::kNo;

@@ -1,12 +1,10 @@
 // fricid estimate: the online filter over a log.
-#include <cstdio>
-
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "fricid/data/signal_file.hpp"
 #include "fricid/estimate/online/online_log.hpp"
+#include "terminal.hpp"
 
 namespace fricid::cli {
 
@@ -24,10 +22,10 @@ Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common
                                    {"log_likelihood", log_likelihood},
                                    {"lost", estimated.lost},
                                    {"output", options.output.string()}};
-    std::printf("%s\n", result.dump(2).c_str());
+    print_json(result);
   } else {
-    fmt::print("{}: {} samples, log-likelihood {:.6g}, lost {} times\n", options.output.string(), T,
-               log_likelihood, estimated.lost);
+    print(fmt::format("{}: {} samples, log-likelihood {:.6g}, lost {} times\n",
+                      options.output.string(), T, log_likelihood, estimated.lost));
   }
   return estimated.lost == 0 ? Verdict::kDone : Verdict::kNo;
 }

@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "commands.hpp"
@@ -11,6 +9,7 @@
 #include "fricid/data/model_file.hpp"
 #include "fricid/deploy/export.hpp"
 #include "fricid/workflow/run_folder.hpp"
+#include "terminal.hpp"
 
 namespace fricid::cli {
 namespace {
@@ -61,13 +60,12 @@ Verdict export_models(const ExportOptions& options, const CommonOptions& common)
     nlohmann::json result = {{"files", nlohmann::json::array()}, {"losses", all.losses}};
     for (const deploy::TextFile& file : all.files)
       result["files"].push_back((options.output / file.name).string());
-    std::printf("%s\n",
-                result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+    print_json(result);
     return Verdict::kDone;
   }
   for (const deploy::TextFile& file : all.files)
-    fmt::print("{}\n", printable((options.output / file.name).string()));
-  for (const std::string& loss : all.losses) fmt::print("not in it: {}\n", printable(loss));
+    print((options.output / file.name).string() + "\n");
+  for (const std::string& loss : all.losses) print("not in it: " + loss + "\n");
   return Verdict::kDone;
 }
 

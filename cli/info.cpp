@@ -1,8 +1,6 @@
 // `fricid info`, `fricid template`, `fricid --version`.
 #include <fmt/format.h>
 
-#include <cstdio>
-
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
@@ -15,19 +13,24 @@
 #include "fricid/film/gl_context.hpp"
 #include "fricid/scene/problem.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
+#include "terminal.hpp"
 #include "version.hpp"
 
 namespace fricid::cli {
 namespace {
 
-void print(const std::string& text) { std::fputs(text.c_str(), stdout); }
-
-void print_csv(const data::H5Reader& file) {
+/// @throws UserError when the tables have no rows in common
+void print_csv(const data::H5Reader& file, const std::string& path) {
   std::vector<data::RowMatrix> tables;
   std::string header;
   for (const std::string& name : file.names()) {
-    tables.push_back(file.matrix(name));
-    const auto columns = tables.back().cols();
+    data::RowMatrix table = file.matrix(name);
+    const auto columns = table.cols();
+    if (columns == 0) continue;
+    if (!tables.empty() && table.rows() != tables[0].rows())
+      throw UserError("{}: table {} has {} rows; allowed for --csv: {}, as the first", path, name,
+                      table.rows(), tables[0].rows());
+    tables.push_back(std::move(table));
     for (Eigen::Index j = 0; j < columns; ++j)
       header += fmt::format("{}{}{}", header.empty() ? "" : ",", printable(name),
                             columns > 1 ? std::to_string(j + 1) : "");
@@ -45,20 +48,21 @@ void print_csv(const data::H5Reader& file) {
 void print_hdf5(const std::filesystem::path& path, bool csv, bool json) {
   const std::string format = data::hdf5_format(path);
   const data::H5Reader file(path, format);
-  if (csv) return print_csv(file);
+  if (csv) return print_csv(file, path.string());
   nlohmann::json tables;
   for (const std::string& name : file.names()) {
-    const data::RowMatrix table = file.matrix(name);
-    tables[name] = {{"rows", table.rows()}, {"columns", table.cols()}, {"unit", file.unit(name)}};
+    const data::TableShape shape = file.shape(name);
+    tables[name] = {{"rows", shape.rows}, {"columns", shape.columns}, {"unit", file.unit(name)}};
   }
   const nlohmann::json summary{
       {"format", format}, {"joints", file.joint_names()}, {"tables", tables}};
-  if (json) return print(summary.dump(2) + "\n");
+  if (json) return print_json(summary);
   print(fmt::format("{}: {}\njoints: {}\n", printable(path.string()), printable(format),
                     fmt::join(file.joint_names(), " ")));
   for (const auto& [name, table] : tables.items())
-    print(fmt::format("  {:<14}{:>8} x {:<4}{}\n", printable(name), table["rows"].get<int>(),
-                      table["columns"].get<int>(), printable(table["unit"].get<std::string>())));
+    print(fmt::format("  {:<14}{:>8} x {:<4}{}\n", printable(name),
+                      table["rows"].get<std::int64_t>(), table["columns"].get<std::int64_t>(),
+                      printable(table["unit"].get<std::string>())));
 }
 
 void print_model(const std::filesystem::path& path) {
@@ -67,11 +71,14 @@ void print_model(const std::filesystem::path& path) {
   print(fmt::format("{}: model {} ({}), seed {}, {} fitted values\n", printable(path.string()),
                     model.name, model.label, model.seed, model.free_parameters));
   const auto& parameters = arm.friction.model.parameters();
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    print(fmt::format("  {:<12}{:<18}{:<10}{:>12.6g} {}\n",
-                      arm.robot.joints[static_cast<std::size_t>(parameters[i].joint)].name,
-                      parameters[i].owner, parameters[i].symbol, arm.friction.theta[i],
-                      parameters[i].info.unit));
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const int joint = parameters[i].joint;
+    print(fmt::format(
+        "  {:<12}{:<18}{:<10}{:>12.6g} {}\n",
+        joint == friction::kWholeRobot ? "whole robot"
+                                       : arm.robot.joints[static_cast<std::size_t>(joint)].name,
+        parameters[i].owner, parameters[i].symbol, arm.friction.theta[i], parameters[i].info.unit));
+  }
 }
 
 }  // namespace
@@ -85,7 +92,7 @@ Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& c
         content.value("format", nlohmann::json()) == "fricid.model/1")
       print_model(file);
     else
-      print(content.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+      print_json(content);
   } else {
     print_hdf5(file, csv, common.json);
   }

@@ -8,6 +8,7 @@
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/data/artefact.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
@@ -16,6 +17,7 @@
 #include "fricid/sim/mujoco_arm.hpp"
 #include "fricid/workflow/check.hpp"
 #include "fricid/workflow/run.hpp"
+#include "terminal.hpp"
 
 namespace fricid::cli {
 namespace {
@@ -32,10 +34,11 @@ void print_findings(const std::vector<doctor::Finding>& findings, const data::Da
   for (const doctor::Finding& finding : findings) {
     const std::string text = doctor::to_text(finding, d);
     if (std::ranges::count(fixed, finding.name) > 0)
-      fmt::print(stream, "{}: repaired{}\n", d.name,
-                 text.substr(text.find(':'), text.find(';') - text.find(':')));
+      print(fmt::format("{}: repaired{}\n", d.name,
+                        text.substr(text.find(':'), text.find(';') - text.find(':'))),
+            stream);
     else
-      fmt::print(stream, "{}: {}\n", d.name, text);
+      print(fmt::format("{}: {}\n", d.name, text), stream);
   }
 }
 
@@ -97,7 +100,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const auto robot = workflow::robot_of_log(options.robot, contract.joint_names);
   const std::vector<fs::path> paths = outputs_of(options);
   std::vector<data::Dataset> sets;
-  std::vector<std::string> reports;
+  std::vector<doctor::Diagnosis> reports;
   bool sound = true;
   for (const fs::path& log : options.logs) {
     const data::Dataset read = data::read_log(log, contract);
@@ -108,20 +111,21 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
     } catch (const UserError& error) {
       throw UserError("{}: {}", log.string(), error.what());
     }
-    reports.push_back(doctor::to_json(findings, sets.back()));
+    reports.push_back(doctor::diagnosis_of(findings, sets.back()));
     const std::vector<std::string> warnings =
         judge(sets.back(), log, contract, options.fixes.empty());
     print_findings(findings, read, options.fixes, stderr);
-    for (const std::string& warning : warnings) fmt::print(stderr, "{}\n", warning);
+    for (const std::string& warning : warnings) print(warning + "\n", stderr);
   }
   const std::string_view warning = data::warning_of_kind(contract.torque.kind);
-  fmt::print(stderr, "{}: torque.kind = \"{}\": {}\n", printable(options.contract.string()),
-             contract.torque.kind,
-             warning.empty() ? "taken as motor torque times gear ratio" : warning);
+  print(fmt::format("{}: torque.kind = \"{}\": {}\n", printable(options.contract.string()),
+                    contract.torque.kind,
+                    warning.empty() ? "taken as motor torque times gear ratio" : warning),
+        stderr);
   for (std::size_t i = 0; i < sets.size(); ++i) {
     data::save_dataset(sets[i], paths[i]);
-    write_file_atomically(fs::path(paths[i]).replace_extension(".doctor.json"), reports[i]);
-    std::printf("%s\n", paths[i].c_str());
+    data::save(reports[i], fs::path(paths[i]).replace_extension(".doctor.json"));
+    print(printable(paths[i].string()) + "\n");
   }
   return sound ? Verdict::kDone : Verdict::kNo;
 }
@@ -149,11 +153,12 @@ void design_next(const workflow::Subject& subject, const fs::path& file, int job
   const fs::path table = fs::path(file).replace_extension(".csv");
   write_file_atomically(table, sim::trajectory_csv(next.train[0], robot, subject.sets[0].rate_hz));
   const sim::TrajectoryReport& report = next.reports[0];
-  fmt::print(stderr,
-             "{} and {}: {:.3g} s of motion that, with what is there, raise the information on the "
-             "base parameters: log det {:.4g} at random, {:.4g} as designed\n",
-             file.string(), table.string(), next.train[0].period(), report.log_det_start,
-             report.log_det);
+  print(fmt::format(
+            "{} and {}: {:.3g} s of motion that, with what is there, raise the information on the "
+            "base parameters: log det {:.4g} at random, {:.4g} as designed\n",
+            printable(file.string()), printable(table.string()), next.train[0].period(),
+            report.log_det_start, report.log_det),
+        stderr);
 }
 
 }  // namespace
@@ -183,24 +188,23 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
   for (std::size_t i = 0; i < subject.sets.size() && !common.json; ++i) {
     const data::Dataset& d = subject.sets[i];
     if (!damaged(report.findings[i]))
-      fmt::print("{}: {:.4g} s at {:.4g} Hz: no damage found\n", printable(d.name),
-                 d.t[d.length() - 1] - d.t[0], d.rate_hz);
+      print(fmt::format("{}: {:.4g} s at {:.4g} Hz: no damage found\n", d.name,
+                        d.t[d.length() - 1] - d.t[0], d.rate_hz));
     print_findings(told(report.findings[i], options.verbose), d, {}, stdout);
   }
   if (!subject.robot) {
-    fmt::print(stderr, "parameters: not examined: --robot names no URDF\n");
+    print("parameters: not examined: --robot names no URDF\n", stderr);
   } else if (!report.parameters) {
-    fmt::print(stderr, "parameters: not examined: {}\n", report.not_examined);
+    print(fmt::format("parameters: not examined: {}\n", report.not_examined), stderr);
   } else {
     if (!common.json) {
-      std::fputs(estimate::to_summary(*report.parameters, *subject.robot).c_str(), stdout);
-      if (options.verbose)
-        std::fputs(estimate::to_text(*report.parameters, *subject.robot).c_str(), stdout);
+      print(estimate::to_summary(*report.parameters, *subject.robot));
+      if (options.verbose) print(estimate::to_text(*report.parameters, *subject.robot));
     }
     if (!options.design.empty()) design_next(subject, options.design, common.jobs);
   }
   const std::string result = workflow::to_json(report, subject);
-  if (common.json) std::fputs(result.c_str(), stdout);
+  if (common.json) print(visible_json(result));
   if (workflow::is_run_folder(options.target))
     write_file_atomically(workflow::RunFolder(options.target).check(), result);
   return report.whole() ? Verdict::kDone : Verdict::kNo;

@@ -42,6 +42,9 @@ target_compile_options(
             $<$<CXX_COMPILER_ID:GNU>:-Wno-uninitialized>
             $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 target_link_options(fricid_sanitizers INTERFACE -fsanitize=address,undefined)
+if(FRICID_FUZZ)
+  target_compile_options(fricid_sanitizers INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 if(FRICID_SANITIZE)
   target_link_libraries(fricid_flags INTERFACE fricid_sanitizers)
   target_link_options(fricid_abi INTERFACE -fsanitize=address,undefined)

@@ -1,9 +1,13 @@
 #!/usr/bin/env bash
-# Feeds the readers of logs with damaged files (libFuzzer, address and undefined-behaviour sanitizers).
-# Usage: scripts/fuzz.sh [RUNS]        default 1000000; without clang it says so and does nothing
+# Feeds the readers of files from others with damaged ones: libFuzzer under the address and
+# undefined-behaviour sanitizers. Inputs that reached something new are kept in build/fuzz/corpus/TARGET.
+# Usage: scripts/fuzz.sh [RUNS] [TARGET...]     default 1000000 of log, scene, contract, urdf, model, artefact, hdf5
+# Without clang++ it says so and does nothing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 runs=${1:-1000000}
+shift || true
+targets=("${@:-log scene contract urdf model artefact hdf5}")
 
 clang=$(command -v clang++ || compgen -c clang++- | sort -V | tail -1 || true)
 probe='extern "C" int LLVMFuzzerTestOneInput(const unsigned char*, unsigned long) { return 0; }'
@@ -12,17 +16,22 @@ if [ -z "$clang" ] || ! echo "$probe" | "$clang" -fsanitize=fuzzer -x c++ - -o /
   exit 0
 fi
 
-out=build/fuzz
-mkdir -p $out/corpus
-flags="-std=c++20 -O1 -g -Iident/base/include -Iident/signals/include -Iident/data/include -Iident/data/src -Itests/data
-       $(pkg-config --cflags eigen3) -DFMT_HEADER_ONLY"
-sources="ident/data/src/logs/columns.cpp ident/data/src/logs/compression.cpp ident/data/src/logs/csv.cpp ident/data/src/logs/kuka_trace.cpp
-         ident/data/src/logs/mcap.cpp ident/data/src/logs/rsi.cpp ident/base/src/names.cpp ident/base/src/text.cpp
-         ident/base/src/files.cpp ident/base/src/limits.cpp"
-sanitize=address,undefined
-"$clang" $flags -Iident/friction/include -Iident/dynamics/include tests/fuzz/write_corpus.cpp \
-  -lzstd -llz4 -o $out/write_corpus
-$out/write_corpus $out/corpus
-"$clang" $flags -fsanitize=fuzzer,$sanitize -fno-sanitize-recover=all tests/fuzz/log_fuzz.cpp $sources \
-  -lcrypto -lzstd -llz4 -o $out/log_fuzz
-$out/log_fuzz -runs="$runs" -max_len=4096 -seed=1 -print_final_stats=1 -artifact_prefix=$out/ $out/corpus
+if [ ! -f build/fuzz/build.ninja ]; then
+  mujoco=$(sed -n 's/^MUJOCO_ROOT:PATH=//p' build/release/CMakeCache.txt 2>/dev/null || true)
+  [ -n "$mujoco" ] || ! [ -d build/release/_deps/mujoco ] || mujoco=$PWD/build/release/_deps/mujoco
+  cmake --preset fuzz -DCMAKE_CXX_COMPILER="$clang" -DCMAKE_C_COMPILER="${clang/++/}" -DMUJOCO_ROOT="$mujoco" >/dev/null
+fi
+cmake --build --preset fuzz | tail -1
+build/fuzz/tests/fuzz/write_corpus build/fuzz/seeds
+
+# All targets beside each other, as many as there are cores.
+fuzz_one() {
+  local target=$1 runs=$2 log=build/fuzz/$1.log
+  mkdir -p "build/fuzz/corpus/$target" "build/fuzz/found/$target"
+  nice "build/fuzz/tests/fuzz/${target}_fuzz" -runs="$runs" -max_len=8192 -seed=1 -timeout=20 -rss_limit_mb=2048 \
+    -use_value_profile=1 -print_final_stats=1 -artifact_prefix="build/fuzz/found/$target/" \
+    "build/fuzz/corpus/$target" "build/fuzz/seeds/$target" >"$log" 2>&1 || { tail -60 "$log"; echo "FAILED: $target: $log"; return 1; }
+  echo "$target: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") runs, $(sed -n 's/^stat::average_exec_per_sec: *//p' "$log") per second"
+}
+export -f fuzz_one
+printf '%s\n' ${targets[@]} | xargs -P "$(nproc)" -I{} bash -c 'fuzz_one {} '"$runs"

@@ -1,7 +1,6 @@
 #include "program.hpp"
 
 #include <fcntl.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,8 +10,6 @@
 #include "fricid/base/processes.hpp"
 #include "fricid/base/progress.hpp"
 
-extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to the user
-
 namespace fricid::render {
 
 ProgramResult run_program(const std::vector<std::string>& argv) {
@@ -20,21 +17,9 @@ ProgramResult run_program(const std::vector<std::string>& argv) {
   std::array<int, 2> errors{};
   if (pipe2(errors.data(), O_CLOEXEC) != 0) return result;
 
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, errors[1], STDERR_FILENO);
-  std::vector<char*> arguments;
-  for (const std::string& argument : argv)
-    arguments.push_back(const_cast<char*>(argument.c_str()));  // NOLINT: not written to
-  arguments.push_back(nullptr);
-  pid_t child = 0;
-  const int failure =
-      posix_spawnp(&child, argv.front().c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
+  const int child = start_program(argv, {.errors = errors[1]});
   close(errors[1]);
-  result.found = failure == 0;
+  result.found = child > 0;
 
   std::array<char, 4096> part{};
   for (ssize_t got = 0; result.found;) {

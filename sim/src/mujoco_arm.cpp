@@ -12,6 +12,8 @@
 #include <string>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/base/names.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/sim/mjcf.hpp"
@@ -32,7 +34,9 @@ void throw_error(const char* message) {
   throw std::runtime_error(std::string("MuJoCo: ") + message);
 }
 
-void print_warning(const char* message) { std::fprintf(stderr, "MuJoCo: %s\n", message); }
+void print_warning(const char* message) {
+  std::fprintf(stderr, "MuJoCo: %s\n", printable(message).c_str());
+}
 
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -41,6 +45,7 @@ std::string one_line(std::string text) {
 
 /// @param text  of the MJCF; empty: that of `file`, which else is its name in messages
 MjSpecPtr parse(const std::string& file, const std::string& text) {
+  if (text.empty()) require_regular_file(file);
   std::array<char, 1024> error{};
   const auto size = static_cast<int>(error.size());
   MjSpecPtr spec(text.empty() ? mj_parseXML(file.c_str(), nullptr, error.data(), size)

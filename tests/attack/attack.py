@@ -6,14 +6,17 @@
 Every case is fixed by SEED and its number; CASE does that one alone and keeps its folder. A case
 passes when the program
   - ends with 0, 1, 2 or 130 (3 only where stdout was full or closed),
-  - with 2 says why in one line that names a file or an option of the command and shows no control
-    characters,
+  - with 2 says why in one line that names a file or an option of the command,
+  - prints no control characters, nor any that do not show,
   - changes nothing outside of its output folder and runs nothing that a file said,
   - stays within MEMORY, and within SECONDS_EACH or ends soon after SIGTERM,
   - is quiet for the sanitizers, where it was built with them.
+Some cases run under a poor environment (few descriptors, small files, another locale, no home) or
+beside a second command in the same folder.
 Ends with 1 when a case did not; its folder is kept under FOLDER/failed.
 """
 import collections
+import concurrent.futures
 import hashlib
 import json
 import os
@@ -34,6 +37,8 @@ MEMORY = 4 << 30  # [bytes]
 LARGEST_FILE = 1 << 30  # [bytes]
 SECONDS_EACH, SECONDS_TO_STOP = 20, 15
 ALLOWED = (0, 1, 2, 130)
+SMALL_FILES, FEW_DESCRIPTORS = 20_000, 24  # [bytes], [] of a poor environment
+HIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069\ufeff]")
 SANITIZERS = ("AddressSanitizer", "LeakSanitizer", "runtime error:")
 
 OPTION_VALUES = [
@@ -69,6 +74,13 @@ OPTIONS = [
     ["estimate", "OPTION", "data.h5", "-o", "out/estimate.h5"],
     ["info", "OPTION"],
     ["view", "OPTION", "--screenshot", "out/view.png"],
+    ["export", "model.json", "OPTION", "-o", "out"],
+    ["export", "OPTION", "c", "-o", "out"],
+    ["export", "model.json", "c", "-o", "OPTION"],
+    ["render", "run", "still", "-o", "OPTION"],
+    ["compare", "run", "other", "-o", "OPTION"],
+    ["evaluate", "run", "--data", "other/data/validation_0.h5", "--data", "OPTION"],
+    ["check", "data.h5", "--robot", "OPTION"],
     ["template", "OPTION"],
     ["OPTION"],
 ]
@@ -95,7 +107,8 @@ FILES = [
         ["import", "data.h5", "--contract", "contract.toml", "-o", "out"],
         ["estimate", "model.json", "data.h5", "-o", "out/estimate.h5"]]),
     ("model.json", damage.json_file, [
-        ["info", "model.json"], ["estimate", "model.json", "data.h5", "-o", "out/estimate.h5"]]),
+        ["info", "model.json"], ["estimate", "model.json", "data.h5", "-o", "out/estimate.h5"],
+        *[["export", "model.json", format, "-o", "out"] for format in ("c", "csv", "urdf", "mjcf")]]),
     ("run/models/simple_s1.json", damage.json_file, [["evaluate", "run"], ["render", "run", "plots"]]),
     ("run/evaluation.json", damage.json_file, [
         ["render", "run", "report"], ["compare", "run"], ["render", "run", "plots"], ["check", "run"]]),
@@ -108,7 +121,17 @@ FILES = [
     ("run/data/validation_0.h5", damage.hdf5, [["evaluate", "run"], ["render", "run", "plots"]]),
     ("run/truth/validation_0.h5", damage.hdf5, [["evaluate", "run"], ["render", "run", "plots"]]),
     ("run/rollouts/simple_s1_validation_0.h5", damage.hdf5, [["render", "run", "plots", "report"]]),
+    ("run/predictions/simple_s1_validation_0.h5", damage.hdf5, [["render", "run", "plots"]]),
+    ("run/table.md", damage.text, [["evaluate", "run"]]),
+    ("run/plots/error_horizon.svg", damage.xml, [["render", "run", "report"]]),
+    ("run/plots/error_horizon.gp", damage.text, [["render", "run", "report"]]),
+    ("logs/data/train_0.doctor.json", damage.json_file, [["identify", "logs"], ["run", "logs.toml", "-o", "logs"]]),
+    ("logs/data/train_0.h5", damage.hdf5, [["identify", "logs"], ["check", "logs"]]),
+    ("logs/scene.toml", damage.toml, [["evaluate", "logs"], ["identify", "logs"]]),
 ]
+OF_RUNS = ["run", "logs"]
+BESIDE = [["evaluate", "run"], ["render", "run", "plots"], ["identify", "run"], ["render", "run", "report"],
+          ["simulate", "scene.toml", "-o", "out"], ["identify", "logs"], ["check", "run"]]
 PRINTING = [["info", "scene.toml"], ["info", "data.h5"], ["info", "model.json"], ["--version"],
             ["info", "data.h5", "--csv"], ["template", "scene"], ["--help"], ["compare", "run"],
             ["check", "data.h5"], ["simulate", "scene.toml", "-o", "out"], ["evaluate", "run"],
@@ -120,21 +143,35 @@ def damaged_file(rng, folder):
     path, by, commands = rng.choice(FILES)
     file = folder / path
     data = file.read_bytes()
-    kind = rng.randrange(20)
+    command = rng.choice(commands)
+    run, _, name = path.partition("/")
+    kind = rng.randrange(24)
     if kind == 0:
         data = None
         file.unlink()
         rng.choice([lambda: None, lambda: file.mkdir(), lambda: file.symlink_to(file.name),
-                    lambda: file.symlink_to("/dev/zero"), lambda: file.symlink_to("none")])()
+                    lambda: file.symlink_to("/dev/zero"), lambda: file.symlink_to("none"),
+                    lambda: os.mkfifo(file)])()
     elif kind < 4:
         data = damage.encoding(rng, data)
+    elif kind == 4 and name:  # a good file of another run
+        data = (folder / "other" / name).read_bytes() if (folder / "other" / name).exists() else data
+    elif kind == 5 and "/" in name:  # a folder that lies elsewhere
+        inside = file.parent
+        inside.rename(folder / "precious")
+        inside.symlink_to(folder / "precious")
+    elif kind == 6 and path in command:  # good, by another name
+        new = rng.choice(damage.NAMES)[:40].replace("/", "|").replace("\0", "|") + file.suffix
+        file = file.rename(folder / new)
+        command = [f"./{new}" if a == path else a for a in command]
+        path = new
     else:
         data = by(rng, data)
     if data is not None:
         file.write_bytes(data)
-    if path.startswith("run/") and file.exists() and rng.randrange(2):
-        vouch_for(folder / "run", path[4:])
-    return rng.choice(commands), path
+    if run in OF_RUNS and name and file.is_file() and rng.randrange(2):
+        vouch_for(folder / run, name)
+    return command, path
 
 
 def vouch_for(run, name):
@@ -163,8 +200,28 @@ def snapshot(folder, skip):
     return found
 
 
-def limits(sanitized):
+def poor_environment(rng, folder):
+    """Variables, a limit and its value; for most cases none."""
+    kind = rng.randrange(40)
+    if kind == 0:
+        return {"HOME": "/none", "XDG_CONFIG_HOME": "/none"}, None
+    if kind == 1:
+        return {"LC_ALL": "de_DE.UTF-8", "LANGUAGE": "de"}, None
+    if kind == 2:
+        return {}, (resource.RLIMIT_FSIZE, SMALL_FILES)
+    if kind == 3:
+        return {}, (resource.RLIMIT_NOFILE, FEW_DESCRIPTORS)
+    if kind == 4:
+        return {"HOME": str(folder / "scene.toml"), "TMPDIR": "/none", "TERM": "\x1b[31m"}, None
+    return {}, None
+
+
+def limits(sanitized, limit):
     def set_limits():
+        if limit and not sanitized:
+            resource.setrlimit(limit[0], (limit[1], limit[1]))
+            if limit[0] == resource.RLIMIT_FSIZE:
+                return
         if not sanitized:
             resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST_FILE, LARGEST_FILE))
@@ -172,16 +229,17 @@ def limits(sanitized):
     return set_limits
 
 
-def run(program, command, folder, stdout, sanitized):
+def run(program, command, folder, stdout, sanitized, variables, limit, errors="stderr"):
     """Runs a command to its end; gives its exit code, what it said, and whether it was stopped."""
     environment = os.environ | {
         "HOME": str(folder / "home"), "XDG_CONFIG_HOME": str(folder / "home"),
         "ASAN_OPTIONS": f"hard_rss_limit_mb={MEMORY >> 20}:detect_leaks=0",
-        "UBSAN_OPTIONS": "print_stacktrace=1"}
+        "UBSAN_OPTIONS": "print_stacktrace=1"} | variables
     argv = [os.fsencode(a).replace(b"\0", b"") for a in [program, *command]]
-    with open(folder / "stderr", "wb") as errors:
+    with open(folder / errors, "wb") as stderr:
         process = subprocess.Popen(argv, cwd=folder, stdin=subprocess.DEVNULL, stdout=stdout,
-                                   stderr=errors, env=environment, preexec_fn=limits(sanitized))
+                                   stderr=stderr, env=environment,
+                                   preexec_fn=limits(sanitized, limit))
         stopped = False
         try:
             code = process.wait(SECONDS_EACH)
@@ -194,12 +252,17 @@ def run(program, command, folder, stdout, sanitized):
                 process.kill()
                 process.wait()
                 code = "did not stop"
-    return code, (folder / "stderr").read_bytes(), stopped
+    return code, (folder / errors).read_bytes(), stopped
 
 
-def complaint(code, errors, stopped, command, path, folder, hostile_stdout):
+def complaint(code, errors, stopped, command, path, folder, hostile_stdout, poor):
     """What is wrong with how a command ended; nothing when nothing is."""
     text = errors.decode("utf-8", "replace")
+    for name in ("stdout", "stderr", "stderr2"):
+        if (folder / name).is_file():
+            with open(folder / name, "rb") as file:
+                if HIDDEN.search(file.read(1 << 22).decode("utf-8", "replace")):
+                    return f"characters on {name} that do not show"
     for sanitizer in SANITIZERS:
         if sanitizer in text:
             return sanitizer
@@ -209,10 +272,10 @@ def complaint(code, errors, stopped, command, path, folder, hostile_stdout):
         return None
     if hostile_stdout:
         return f"exit {code} with a full or closed stdout"
+    if poor and code == 3 and "fricid: " in text:
+        return None
     if code not in ALLOWED:
         return f"exit {code}"
-    if any(ord(c) < 32 and c != "\n" for c in text):
-        return "control characters on stderr"
     said = [line for line in text.splitlines() if line.startswith("fricid: ")]
     if code == 2:
         if len(said) != 1 or not text.endswith("\n") or text.splitlines()[-1] != said[0]:
@@ -220,7 +283,7 @@ def complaint(code, errors, stopped, command, path, folder, hostile_stdout):
         names = {p.name for p in folder.rglob("*")} | set(command) | {"sample", str(path)}
         names |= {a.strip("-") for a in command if a.startswith("-")}
         shown = said[0].replace("\\", "")
-        if "OPTION" not in str(path) and not any(
+        if "OPTION" not in str(path) and not poor and not any(
                 re.search(r"(?<!\w)" + re.escape(n.replace("\\", "")) + r"(?!\w)", shown)
                 for n in names if n and n not in ("home", "out", command[0])):
             return "the line names no file and no option"
@@ -234,10 +297,12 @@ def one_case(program, base, folder, seed, number, sanitized):
     folder.parent.mkdir(parents=True, exist_ok=True)
     shutil.copytree(base, folder, symlinks=True)
     (folder / "home").mkdir()
-    stdout, hostile_stdout, path = subprocess.DEVNULL, False, ""
+    stdout, hostile_stdout, path = open(folder / "stdout", "wb"), False, ""
+    variables, limit = poor_environment(rng, folder)
     kind = rng.randrange(20)
     if kind == 0:
         command, path, hostile_stdout = rng.choice(PRINTING), "stdout", True
+        variables, limit = {}, None
         if rng.randrange(2):
             stdout = open("/dev/full", "wb")
         else:
@@ -249,19 +314,28 @@ def one_case(program, base, folder, seed, number, sanitized):
         command, path = [value if a == "OPTION" else a for a in rng.choice(OPTIONS)], "OPTION"
     else:
         command, path = damaged_file(rng, folder)
-    written = {"out", "stderr"} | ({"run"} if "run" in command[1:2] else set())
+    beside = rng.choice(BESIDE) if rng.randrange(20) == 0 and not limit else None
+    written = {"out", "stdout", "stderr", "stderr2"} | ({"run", "logs"} if beside else {*command[1:2], *command[3:4]} & {"run", "logs"})
     if path == "OPTION":  # it may name the output
-        written |= {"run", pathlib.PurePath(value).parts[0] if value.strip("/") else "out"}
+        written |= {"run", "other", (pathlib.PurePath(value).parts or ["."])[0] if value.strip("/") else "out"}
         written |= {"estimate.h5", "still.png"} | {f"validation_0.h5", "log.h5"}
     before, around = snapshot(folder, written), sorted(os.listdir(folder.parent))
-    code, errors, stopped = run(program, command, folder, stdout, sanitized)
-    if stdout is not subprocess.DEVNULL:
-        stdout.close()
-    wrong = complaint(code, errors, stopped, command, path, folder, hostile_stdout)
+    with concurrent.futures.ThreadPoolExecutor() as pool:
+        second = beside and pool.submit(run, program, beside, folder, subprocess.DEVNULL, sanitized,
+                                        variables, limit, "stderr2")
+        code, errors, stopped = run(program, command, folder, stdout, sanitized, variables, limit)
+    stdout.close()
+    wrong = complaint(code, errors, stopped, command, path, folder, hostile_stdout, bool(limit))
+    if not wrong and second and second.result()[0] not in ALLOWED:
+        wrong = f"exit {second.result()[0]} of {beside} beside it"
     if not wrong and any(p.name.startswith("marker") for p in folder.rglob("*")):
         wrong = "something that a file said was run"
-    if not wrong and snapshot(folder, written) != before:
-        wrong = "files outside of the output folder changed"
+    after = snapshot(folder, written)
+    if "." in written:  # beside the inputs: what was there stays
+        after = {name: after.get(name) for name in before}
+    if not wrong and after != before:
+        wrong = "files outside of the output folder changed: " + ", ".join(sorted(
+            name for name in {*before, *after} if before.get(name) != after.get(name)))[:200]
     if not wrong and sorted(os.listdir(folder.parent)) != around:
         wrong = "files beside the case's folder"
     return command, path, code, stopped, wrong

@@ -70,6 +70,16 @@ def encoding(rng, data):
     return bytes(damaged)
 
 
+def text(rng, data):
+    """Any text: lines gone, doubled or of other words."""
+    lines = data.decode().split("\n")
+    for _ in range(rng.choice([1, 2, 5])):
+        i = rng.randrange(len(lines))
+        lines[i] = rng.choice(["", lines[i] * 2, rng.choice(NAMES), lines[i] + rng.choice(NAMES),
+                               "# " + rng.choice(NAMES)])
+    return "\n".join(lines).encode("utf-8", "replace")
+
+
 def toml(rng, data):
     lines = data.decode().split("\n")
     keys = [i for i, line in enumerate(lines) if re.match(r"\w+ = ", line)]
@@ -120,6 +130,12 @@ def places(node, path=()):
             yield from places(node[i], path + (i,))
 
 
+def value_at(root, path):
+    for step in path:
+        root = root[step]
+    return root
+
+
 class Raw(float):
     """A number that is written as it is given, however wrong."""
 
@@ -155,9 +171,27 @@ def write_json(node):
     return json.dumps(node)
 
 
+def resize_lists(rng, node, size, new):
+    """Every list of `size` entries gets `new`: lists agree in length as before."""
+    for child in (node.values() if isinstance(node, dict) else node if isinstance(node, list) else []):
+        resize_lists(rng, child, size, new)
+    if isinstance(node, list) and len(node) == size:
+        node[:] = [json.loads(write_json(rng.choice(node))) for _ in range(new)] if size else [0.5] * new
+
+
 def json_file(rng, data):
     root = json.loads(data)
     all_places = list(places(root))[1:]
+    if rng.randrange(8) == 0:
+        resize_lists(rng, root, rng.choice([1, 2, 2, 3]), rng.choice([0, 1, 2, 3, 50]))
+        return write_json(root).encode()
+    if rng.randrange(8) == 0:  # one number, everywhere
+        numbers = [p for p in all_places if isinstance(value_at(root, p), (int, float))]
+        old, new = value_at(root, rng.choice(numbers)), json_value(rng)
+        for path in numbers:
+            if value_at(root, path) == old:
+                value_at(root, path[:-1])[path[-1]] = new
+        return write_json(root).encode()
     for _ in range(rng.choice([1, 1, 1, 2, 5])):
         path = rng.choice(all_places)
         parent = root
@@ -188,13 +222,28 @@ def json_file(rng, data):
     return write_json(root).encode()
 
 
+MJCF_PARTS = [
+    '<include file="robot.xml"/>', '<include file="/dev/zero"/>', '<include file="none.xml"/>',
+    '<include file="log.csv"/>', '<asset><mesh name="m" file="none.stl"/></asset>',
+    '<asset><mesh name="m" file="/dev/zero"/></asset>', '<asset><mesh name="m" file="log.csv"/></asset>',
+    '<asset><hfield name="h" file="log.csv" size="1 1 1 1"/></asset>', '<option timestep="0"/>',
+    '<option timestep="-1" integrator="RK4"/>', '<size memory="1000G"/>', '<size njmax="2147483647"/>',
+    '<extension><plugin plugin="x"/></extension>', '<compiler meshdir="../.."/>',
+    '<equality><joint joint1="shoulder" joint2="elbow"/></equality>',
+    '<actuator><motor joint="shoulder"/></actuator>', '<sensor><jointpos joint="shoulder"/></sensor>',
+    '<worldbody><body><freejoint/><geom size="1"/></body></worldbody>',
+    '<worldbody><body><joint type="ball"/><geom size="1e300"/></body></worldbody>',
+    "<default><default><default/></default></default>", '<statistic extent="nan"/>',
+    '<visual><global offwidth="100000000"/></visual>', '<keyframe><key qpos="nan nan"/></keyframe>']
+
+
 def xml(rng, data):
     """URDF and MJCF: values of attributes, elements gone, doubled or nested."""
     text = data.decode()
     for _ in range(rng.choice([1, 1, 1, 2, 4])):
         attributes = list(re.finditer(r'(\w+)="([^"]*)"', text))
         elements = list(re.finditer(r"<(\w+)[^<>]*/>", text))
-        kind = rng.randrange(10)
+        kind = rng.randrange(11)
         if kind < 5 and attributes:
             a = rng.choice(attributes)
             numbers = a[2].split()
@@ -219,8 +268,12 @@ def xml(rng, data):
             depth = rng.choice([100, 600, 100_000])
             at = text.rindex("</")
             text = text[:at] + "<a>" * depth + "</a>" * depth + text[at:]
-        elif kind == 8:
-            names = re.findall(r'name="([^"]*)"', text)
+        elif kind == 8 and "<mujoco" in text:
+            part = rng.choice(MJCF_PARTS)
+            at = text.rindex("</") if rng.randrange(2) else text.index(">") + 1
+            text = text[:at] + part + text[at:]
+        elif kind == 9:
+            names = re.findall(r'name="([^"]*)"', text) or ["none"]
             text = text.replace(f'"{rng.choice(names)}"', f'"{rng.choice(names)}"')
         else:
             count = rng.choice([10, 2000, 60_000])
@@ -235,7 +288,7 @@ def xml(rng, data):
 def csv(rng, data):
     rows = [line.split(",") for line in data.decode().strip().split("\n")]
     for _ in range(rng.choice([1, 1, 2, 5])):
-        kind = rng.randrange(9)
+        kind = rng.randrange(11)
         row = rng.randrange(len(rows))
         column = rng.randrange(len(rows[row]))
         if kind < 3:
@@ -256,6 +309,10 @@ def csv(rng, data):
                     later[0] = repr(float(later[0]) + shift)
                 except ValueError:
                     continue
+        elif kind == 8:  # long lines, many columns
+            rows[row] = rng.choice([["x" * 10_000_000], ["1"] * 200_000, rows[row] * 50_000])
+        elif kind == 9:  # two columns of one name
+            rows[0][column] = rng.choice(rows[0])
         else:  # a column that is constant, or huge
             value = rng.choice(["0", "1e300", "nan", "-0.0", "1e-300", "1e15"])
             for later in rows[1:]:

@@ -161,4 +161,20 @@ def make(program, folder):
     (twin / "model.json").write_text('{"format": "fricid.external/1", "label": "Twin", '
                                      '"parameters": 3, "fit_seconds": 1.5}\n')
     fricid("evaluate", "run", "--quiet")
+
+    # a run of logs: the same log in two parts
+    (folder / "logs.toml").write_text(
+        SCENE.split("[friction]")[0] + '''[data]
+contract = "contract.toml"
+train = ["log.csv[0:2]"]
+validation = ["log.csv[2:]"]
+
+[identify]''' + SCENE.split("[identify]")[1])
+    fricid("run", "logs.toml", "-o", "logs", "--no-video", "--quiet")
+
+    # another robot with another number of joints: its files are of the right kind and the wrong shape
+    (folder / "pendulum.urdf").write_text((SOURCE / "models/test/pendulum.urdf").read_text())
+    (folder / "pendulum.toml").write_text(
+        SCENE.replace("robot.urdf", "pendulum.urdf").replace("rate_hz = 100", "rate_hz = 125"))
+    fricid("run", "pendulum.toml", "-o", "other", "--no-video", "--quiet")
     (folder / "done").write_text("")

@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/progress.hpp"
 #include "fricid/base/rng.hpp"
 #include "temporary_folder.hpp"
 
@@ -86,17 +87,18 @@ TEST_F(Files, ReplacesTheOldFileAndLeavesNothingElse) {
   EXPECT_EQ(names(), std::set<std::string>{"file"});
 }
 
-TEST_F(Files, RemovesWhatKilledWritersOfTheSameFileLeft) {
-  constexpr const char* kGone = ".a.txt.2147483647.0.tmp";  // no process has this number
-  for (const std::string& name :
-       {std::string(kGone), fmt::format(".a.txt.{}.7.tmp", ::getpid()),
-        std::string(".b.txt.2147483647.0.tmp"), std::string(".a.txt.tmp")})
+TEST_F(Files, RemovesWhatKilledWritersInTheFolderLeft) {
+  const std::string ours = fmt::format(".a.txt.{}.7.fricid.tmp", ::getpid());
+  const std::set<std::string> stay{ours, ".a.txt.2147483647.0.tmp", ".a.txt.tmp",
+                                   ".a.99999999999.0.fricid.tmp"};
+  for (const std::string& name : stay) std::ofstream(folder / name) << "half";
+  // no process has this number
+  for (const char* name : {".a.txt.2147483647.0.fricid.tmp", ".b.txt.2147483647.12.fricid.tmp"})
     std::ofstream(folder / name) << "half";
   write_file_atomically(folder / "a.txt", "whole");
-  EXPECT_FALSE(std::filesystem::exists(folder / kGone));
-  EXPECT_TRUE(std::filesystem::exists(folder / fmt::format(".a.txt.{}.7.tmp", ::getpid())));
-  EXPECT_TRUE(std::filesystem::exists(folder / ".b.txt.2147483647.0.tmp"));
-  EXPECT_TRUE(std::filesystem::exists(folder / ".a.txt.tmp"));
+  std::set<std::string> expected = stay;
+  expected.insert("a.txt");
+  EXPECT_EQ(names(), expected);
 }
 
 TEST_F(Files, WritesIntoTheCurrentFolder) {
@@ -246,7 +248,7 @@ TEST_F(Files, KillingTheWriterLeavesOneWholeVersion) {
     seen.insert(found.substr(0, 1));
     for (const std::string& name : names()) {
       if (name == "file") continue;
-      EXPECT_TRUE(name.starts_with(".file.") && name.ends_with(".tmp")) << name;
+      EXPECT_TRUE(name.starts_with(".file.") && name.ends_with(".fricid.tmp")) << name;
       interrupted = true;
       fs::remove(folder / name);
     }
@@ -257,15 +259,15 @@ TEST_F(Files, KillingTheWriterLeavesOneWholeVersion) {
 
 TEST_F(Files, RemovesWhatKilledWritersLeftAndNothingElse) {
   fs::create_directories(folder / "data");
-  for (const char* name : {".a.h5.12.0.tmp", "data/.train_0.h5.4711.13.tmp", "a.h5",
-                           "data/b.12.0.tmp", "data/.hidden.tmp", "data/.lock"})
+  for (const char* name : {".a.h5.12.0.fricid.tmp", "data/.train_0.h5.4711.13.fricid.tmp", "a.h5",
+                           "data/b.12.0.fricid.tmp", "data/.hidden.tmp", "data/.lock"})
     std::ofstream(folder / name) << "x";
   remove_left_temporaries(folder);
   EXPECT_EQ(names(), (std::set<std::string>{"a.h5", "data"}));
   std::set<std::string> data;
   for (const auto& entry : fs::directory_iterator(folder / "data"))
     data.insert(entry.path().filename());
-  EXPECT_EQ(data, (std::set<std::string>{"b.12.0.tmp", ".hidden.tmp", ".lock"}));
+  EXPECT_EQ(data, (std::set<std::string>{"b.12.0.fricid.tmp", ".hidden.tmp", ".lock"}));
   EXPECT_NO_THROW(remove_left_temporaries(folder / "missing"));
 }
 
@@ -274,6 +276,51 @@ TEST_F(Files, ReadingWhatIsNotAReadableFile) {
               AllOf(HasSubstr((folder / "missing").string()), HasSubstr("No such file")));
   EXPECT_THAT(user_error([&] { read_file(folder); }), HasSubstr("folder"));
   EXPECT_THAT(user_error([&] { sha256_of_file(folder / "missing"); }), HasSubstr("missing"));
+}
+
+TEST_F(Files, DevicesAndPipesAreNoRegularFiles) {
+  const fs::path pipe = folder / "pipe", loop = folder / "loop";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  fs::create_symlink(loop, loop);
+  for (const fs::path& path : {pipe, fs::path("/dev/zero")})
+    EXPECT_EQ(user_error([&] { require_regular_file(path); }),
+              path.string() + ": is not a regular file");
+  EXPECT_THAT(user_error([&] { require_regular_file(folder); }), HasSubstr("is a folder"));
+  EXPECT_THAT(user_error([&] { require_regular_file(folder / "none"); }),
+              HasSubstr("No such file"));
+  EXPECT_THAT(user_error([&] { require_regular_file(loop); }), HasSubstr("symbolic links"));
+  write_file_atomically(folder / "file", "");
+  EXPECT_NO_THROW(require_regular_file(folder / "file"));
+}
+
+TEST_F(Files, APipeIsReadToItsEnd) {
+  const fs::path pipe = folder / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  std::thread writer([&] {
+    std::ofstream out(pipe);
+    out << "a" << std::flush;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    out << "b";
+  });
+  EXPECT_EQ(read_file(pipe), "ab");
+  writer.join();
+}
+
+TEST_F(Files, ARequestToStopEndsTheWaitForAPipe) {
+  const fs::path pipe = folder / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(in_child([&]() -> int {
+              install_stop_handler();
+              std::raise(SIGTERM);
+              ::alarm(20);
+              try {
+                read_file(pipe);
+              } catch (const Stopped&) {
+                return 0;
+              }
+              return 1;
+            }),
+            0);
 }
 
 /// FIPS 180-4 examples.

@@ -1,11 +1,14 @@
 #include "fricid/base/processes.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
+#include <string>
 
 #include "fricid/base/progress.hpp"
 
@@ -20,6 +23,44 @@ pid_t start(const char* command) {
     ::_exit(127);
   }
   return id;
+}
+
+TEST(Processes, ProgramsAreStartedWithTheStreamsGiven) {
+  int out[2], in[2];
+  ASSERT_EQ(::pipe2(out, O_CLOEXEC) + ::pipe2(in, O_CLOEXEC), 0);
+  const int id = start_program({"sh", "-c", "cat; echo \"$1\"", "sh", "an 'argument'"},
+                               {.input = in[0], .output = out[1]});
+  ASSERT_GT(id, 0);
+  ::close(in[0]);
+  ::close(out[1]);
+  ASSERT_EQ(::write(in[1], "input ", 6), 6);
+  ::close(in[1]);
+  std::string said(100, '\0');
+  std::size_t size = 0;
+  for (ssize_t got; (got = ::read(out[0], said.data() + size, 100 - size)) > 0;)
+    size += static_cast<std::size_t>(got);
+  ::close(out[0]);
+  EXPECT_EQ(said.substr(0, size), "input an 'argument'\n");
+  EXPECT_EQ(wait_for_process(id), 0);
+  EXPECT_EQ(start_program({"/no/such/program"}, {}), 0);
+}
+
+// The descriptor of a pipe is open as long as the program lives.
+TEST(Processes, ProgramsEndWithTheProcessThatStartedThem) {
+  int alive[2];
+  ASSERT_EQ(::pipe2(alive, O_CLOEXEC), 0);
+  const pid_t starter = ::fork();
+  if (starter == 0) {
+    start_program({"sleep", "1000"}, {.output = alive[1]});
+    std::raise(SIGKILL);
+  }
+  ::close(alive[1]);
+  ::waitpid(starter, nullptr, 0);
+  char none = 0;
+  pollfd end{alive[0], POLLIN, 0};
+  ASSERT_EQ(::poll(&end, 1, 20'000), 1) << "the program lives on";
+  EXPECT_EQ(::read(alive[0], &none, 1), 0);
+  ::close(alive[0]);
 }
 
 TEST(Processes, GivesTheStatusOfWhatEnded) {

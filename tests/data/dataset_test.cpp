@@ -116,9 +116,9 @@ TEST_F(DatasetFile, NotADataset) {
   const auto error = [&](const std::string& name) {
     return message_of([&] { load_dataset(path(name)); });
   };
-  EXPECT_EQ(error("none.h5"), "none.h5: no such file");
+  EXPECT_EQ(error("none.h5"), "none.h5: cannot be read: No such file or directory");
   std::filesystem::create_directory(path("folder.h5"));
-  EXPECT_EQ(error("folder.h5"), "folder.h5: a folder, not an HDF5 file");
+  EXPECT_EQ(error("folder.h5"), "folder.h5: is a folder, a file is expected");
   write("empty.h5", "");
   EXPECT_EQ(error("empty.h5"), "empty.h5: an empty file");
   write("text.h5", "t,q1,tau1\n0,1,2\n");

@@ -1,8 +1,10 @@
 // What files may ask for at most: refused in one line, before memory or stack run out.
 #include <gmock/gmock.h>
 #include <hdf5.h>
+#include <sys/resource.h>
 
 #include <array>
+#include <functional>
 
 #include "fricid/data/contract.hpp"
 #include "fricid/data/hdf5.hpp"
@@ -95,17 +97,22 @@ TEST_F(SceneLimits, HorizonsAreInTheData) {
 // A file of another program with a table that says it has so many rows, none of them written.
 class Hdf5Limits : public FolderTest {
  protected:
-  std::filesystem::path declare(std::uint64_t rows) const {
-    const std::array<hsize_t, 2> shape{rows, 2}, chunk{1024, 2};
-    const hid_t file = H5Fcreate(path("b.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-    const hid_t space = H5Screate_simple(2, shape.data(), nullptr);
+  /// Adds a table q without values to a file; closes the space.
+  static void add_table(hid_t file, hid_t space, const std::function<void(hid_t)>& set) {
     const hid_t properties = H5Pcreate(H5P_DATASET_CREATE);
-    H5Pset_chunk(properties, 2, chunk.data());
+    set(properties);
     const hid_t table =
         H5Dcreate2(file, "q", H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT);
+    ASSERT_GE(table, 0);
     H5Dclose(table);
     H5Pclose(properties);
     H5Sclose(space);
+  }
+  std::filesystem::path declare(std::uint64_t rows) const {
+    const std::array<hsize_t, 2> shape{rows, 2}, chunk{1024, 2};
+    const hid_t file = H5Fcreate(path("b.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    add_table(file, H5Screate_simple(2, shape.data(), nullptr),
+              [&](hid_t properties) { H5Pset_chunk(properties, 2, chunk.data()); });
     H5Fclose(file);
     return path("b.h5");
   }
@@ -129,6 +136,80 @@ TEST_F(Hdf5Limits, ShapesAreTakenWithoutReading) {
   const LogReader& reader = reader_for(path("b.h5"), "auto");
   EXPECT_EQ(reader.name, "hdf5");
   EXPECT_EQ(reader.names(path("b.h5"), {}), (std::vector<std::string>{"q1", "q2"}));
+}
+
+// One chunk of 3.2 GB for two numbers.
+TEST_F(Hdf5Limits, GiantChunksAreRefusedByTheirSize) {
+#if defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP() << "the sanitizer takes address space of its own";
+#endif
+  const hid_t file = H5Fcreate(path("b.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  const std::array<hsize_t, 2> shape{1, 2}, most{H5S_UNLIMITED, 2}, chunk{200'000'000, 2};
+  add_table(file, H5Screate_simple(2, shape.data(), most.data()), [&](hid_t properties) {
+    H5Pset_chunk(properties, 2, chunk.data());
+    H5Pset_deflate(properties, 9);
+  });
+  H5Fclose(file);
+  rlimit before{};
+  ::getrlimit(RLIMIT_AS, &before);
+  const rlimit space{rlim_t{4} << 30, before.rlim_max};
+  ::setrlimit(RLIMIT_AS, &space);
+  const std::string said = message_of([&] { H5Reader(path("b.h5"), "").matrix("q"); });
+  ::setrlimit(RLIMIT_AS, &before);
+  EXPECT_THAT(said, StartsWith("b.h5: table /q of 1 x 2 numbers would take 3.2 GB of memory"));
+}
+
+// What a file names elsewhere could be any file of the reader.
+TEST_F(Hdf5Limits, TablesInOtherFilesAreRefused) {
+  const auto of_file = [&](const std::function<void(hid_t)>& fill) {
+    const hid_t file = H5Fcreate(path("b.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    fill(file);
+    H5Fclose(file);
+    const H5Reader reader(path("b.h5"), "");
+    EXPECT_EQ(message_of([&] { reader.shape("q"); }), message_of([&] { reader.matrix("q"); }));
+    return message_of([&] { reader.matrix("q"); });
+  };
+  const std::array<hsize_t, 2> shape{4, 2};
+  const std::string secret = write("secret", std::string(64, 'x')).string();
+  EXPECT_EQ(of_file([&](hid_t file) {
+              H5Lcreate_external(secret.c_str(), "/q", file, "q", H5P_DEFAULT, H5P_DEFAULT);
+            }),
+            "b.h5: /q is a link; allowed: a table");
+  EXPECT_EQ(
+      of_file([&](hid_t file) { H5Lcreate_soft("/other", file, "q", H5P_DEFAULT, H5P_DEFAULT); }),
+      "b.h5: /q is a link; allowed: a table");
+  EXPECT_EQ(of_file([&](hid_t file) {
+              add_table(file, H5Screate_simple(2, shape.data(), nullptr), [&](hid_t properties) {
+                H5Pset_external(properties, secret.c_str(), 0, 64);
+              });
+            }),
+            "b.h5: the numbers of /q are in another file; allowed: in this one");
+  EXPECT_EQ(of_file([&](hid_t file) {
+              const hid_t space = H5Screate_simple(2, shape.data(), nullptr);
+              add_table(file, H5Scopy(space), [&](hid_t properties) {
+                H5Pset_virtual(properties, space, secret.c_str(), "/q", space);
+              });
+              H5Sclose(space);
+            }),
+            "b.h5: the numbers of /q are in another file; allowed: in this one");
+}
+
+TEST_F(Hdf5Limits, GiantAttributesAreRefusedByTheirSize) {
+  const hid_t newest = H5Pcreate(H5P_FILE_ACCESS);
+  H5Pset_libver_bounds(newest, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+  const hid_t file = H5Fcreate(path("b.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, newest);
+  for (const auto& [name, count] :
+       {std::pair("most", hsize_t{100'000}), std::pair("more", hsize_t{100'001})}) {
+    const hid_t space = H5Screate_simple(1, &count, nullptr);
+    H5Aclose(H5Acreate2(file, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT));
+    H5Sclose(space);
+  }
+  H5Fclose(file);
+  H5Pclose(newest);
+  const H5Reader reader(path("b.h5"), "");
+  EXPECT_EQ(reader.numbers_attribute("most").size(), 100'000u);
+  EXPECT_EQ(message_of([&] { reader.numbers_attribute("more"); }),
+            "b.h5: 100001 values of an attribute of an HDF5 file; allowed: up to 100000");
 }
 
 class McapLimits : public FolderTest {};

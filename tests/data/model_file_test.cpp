@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "scene_folder.hpp"
 
@@ -187,7 +188,7 @@ TEST_F(ModelJson, MistakesAreNamed) {
   EXPECT_THAT(changed("\"unit\": \"N m/rad\"", "\"unit\": \"N m/deg\""),
               testing::EndsWith("= \"N m/deg\"; allowed: N m/rad"));
   EXPECT_EQ(error_of(""), "bad.json: an empty file");
-  EXPECT_EQ(error_of("[]"), "bad.json:  = []; allowed: an object");
+  EXPECT_EQ(error_of("[]"), "bad.json: found a list; allowed: an object");
   EXPECT_EQ(error_of(std::string(100'000, '[')),
             "bad.json: 33 levels of lists and objects in a JSON file; allowed: up to 32");
   EXPECT_EQ(error_of("{\"format\": 1e400}"), "bad.json: not JSON: number overflow parsing '1e400'");
@@ -215,13 +216,30 @@ TEST_F(ModelJson, RobotsThatNoBodyCanBeAreRefused) {
   };
   EXPECT_EQ(refused([](auto& robot) { robot.pi[0] = -1; }),
             "a.json: robot.joints[0].moves.mass = -1.0; allowed: above 0");
-  EXPECT_THAT(refused([](auto& robot) { robot.pi[4] = -1; }),
-              testing::AllOf(testing::StartsWith("a.json: robot.joints[0].moves.inertia = {"),
-                             testing::EndsWith("of a body of this mass and first moment")));
+  EXPECT_THAT(
+      refused([](auto& robot) { robot.pi[4] = -1; }),
+      testing::AllOf(testing::StartsWith("a.json: robot.joints[0].moves.inertia = an object"),
+                     testing::EndsWith("of a body of this mass and first moment")));
   EXPECT_EQ(refused([](auto& robot) { robot.pi[robot.armature_begin()] = -1; }),
             "a.json: robot.joints[0].armature = -1.0; allowed: 0 or more");
   EXPECT_EQ(refused([](auto& robot) { robot.joints[1].effort = -1; }),
             "a.json: robot.joints[1].effort = -1.0; allowed: 0 or more");
+}
+
+TEST_F(ModelJson, WhatALawRefusesIsToldWithTheFile) {
+  using Json = nlohmann::ordered_json;
+  ModelFile model = make_model();
+  model.arm.friction.model = friction::RobotFriction({{{{"lugre", 0, {{"load", 1}}}}}, {}});
+  model.arm.friction.theta = friction::default_theta(model.arm.friction.model);
+  save_model(model, path("a.json"));
+  Json json = Json::parse(read("a.json"));
+  Json& modifiers = json["friction"][0][0]["modifiers"];
+  modifiers.push_back(modifiers[0]);
+  EXPECT_EQ(error_of(json.dump()),
+            "bad.json: friction: lugre: modifier 'load' is given more than once");
+  json["robot"]["joints"] = Json(std::vector<Json>(1001));
+  EXPECT_EQ(error_of(json.dump()),
+            "bad.json: robot.joints: 1001 joints of a model; allowed: up to 1000");
 }
 
 TEST_F(ModelJson, NumbersThatJsonCannotHoldAreRefused) {

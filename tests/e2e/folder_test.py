@@ -78,6 +78,15 @@ class Imports(ProgramTest):
         again = fricid("import", made, "--contract", self.contract, "-o", ".", cwd=self.folder)
         self.assert_refused(again, r"log\.h5: its data set would go to .*log\.h5")
 
+    def test_what_a_killed_import_left_goes_with_the_next(self):
+        (self.folder / "out").mkdir()
+        left = self.write("out/.other.h5.2147483647.0.fricid.tmp", "half")  # no process has this number
+        own = self.write("out/.other.h5.12.0.tmp", "not ours")
+        done = fricid("import", self.log, "--contract", self.contract, "-o", self.folder / "out")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertFalse(left.exists())
+        self.assertTrue(own.exists())
+
     def test_a_design_replaces_no_input(self):
         for name in ("next.csv", "next"):
             done = fricid("check", self.log, "--contract", self.contract, "--design", self.folder / name)

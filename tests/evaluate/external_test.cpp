@@ -306,7 +306,7 @@ TEST_F(ExternalDescription, Missing) {
 }
 
 TEST_F(ExternalDescription, NotJson) {
-  refuse_text("{\n\"format\": 1,\n oops}", ":3: found text that is not JSON");
+  refuse_text("{\n\"format\": 1,\n oops}", ":3: not JSON, or torn: invalid literal");
   refuse_text("[]", ": found no object; allowed keys: format, label, parameters, fit_seconds");
 }
 
@@ -321,8 +321,9 @@ TEST_F(ExternalDescription, WrongValues) {
   refuse_text("{\"format\": \"fricid.external/2\"}",
               R"(:1: format = "fricid\.external/2"; allowed: "fricid\.external/1")");
   refuse_text(head + "\"label\": \"\"}", R"(:2: label = ""; allowed: a line of text)");
+  refuse_text(head + "\"label\": [\"a\"]}", ":2: label = a list; allowed: a line of text");
   refuse_text(head + "\"label\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}",
-              ": found a list or object as a value; allowed: text and numbers");
+              ": 33 levels of lists and objects in a JSON file; allowed: up to 32");
   refuse_text(head + "\"label\": \"a\", \"parameters\": -1}",
               ":2: parameters = -1; allowed: a whole number from 0 to 1e9");
   refuse_text(head + "\"label\": \"a\", \"parameters\": 1}",

@@ -1,19 +1,38 @@
-// Writes the samples of all formats as starting inputs of log_fuzz into the folder argv[1].
+// Writes starting inputs of the fuzz targets into the folders argv[1]/TARGET.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <fstream>
 #include <string>
 
+#include "blank_evaluation.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/data/artefact.hpp"
+#include "fricid/data/fit_file.hpp"
+#include "fricid/data/model_file.hpp"
+#include "fricid/scene/problem.hpp"
+#include "fricid/sim/excitation_file.hpp"
+#include "fricid/sim/truth.hpp"
+#include "fricid/workflow/manifest.hpp"
 #include "log_samples.hpp"
+#include "source_dir.hpp"
+#include "two_link_arm.hpp"
 
-int main(int argc, char** argv) {
-  if (argc != 2) return 2;
-  const std::string folder = argv[1];
-  const auto write = [&](const std::string& name, char format, const std::string& content) {
-    std::ofstream(folder + "/" + name, std::ios::binary) << format << content;
-  };
+namespace fricid {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path corpus;
+
+void write(const char* target, const std::string& name, const std::string& bytes) {
+  fs::create_directories(corpus / target);
+  std::ofstream(corpus / target / name, std::ios::binary) << bytes;
+}
+
+void write_logs() {
   int count = 0;
-  for (const fricid::data::LogSample& sample : fricid::data::log_samples(4)) {
+  for (const data::LogSample& sample : data::log_samples(4)) {
     const bool german = sample.format == "german_csv";
     const char format = sample.format == "rsi_xml"      ? 2
                         : sample.format == "kuka_trace" ? 3
@@ -21,6 +40,104 @@ int main(int argc, char** argv) {
                                                         : static_cast<char>(german ? 1 : 0);
     std::string content = sample.files[0].second;
     if (format == 3) content += sample.files[1].second;
-    write(fmt::format("{}_{}", sample.format, count++), format, content);
+    write("log", fmt::format("{}_{}", sample.format, count), format + content);
+    write("contract", fmt::format("{}_{}", sample.format, count++), sample.contract);
   }
+}
+
+void write_scenes_and_robots() {
+  for (const auto& entry : fs::recursive_directory_iterator(source_dir()))
+    if (entry.path().extension() == ".toml" &&
+        entry.path().string().find("/build/") == std::string::npos)
+      write(entry.path().stem().string().ends_with("contract") ? "contract" : "scene",
+            entry.path().filename().string(), read_file(entry.path()));
+  for (const auto& entry : fs::recursive_directory_iterator(source_dir() / "models"))
+    if (entry.path().extension() == ".urdf")
+      write("urdf", entry.path().filename().string(), read_file(entry.path()));
+  write("scene", "two_link.toml", std::string(kScene));
+  write("urdf", "two_link.urdf", kArmUrdf);
+}
+
+/// A model of two joints for each law and modifier.
+void write_models() {
+  data::ModelFile model{.name = "model", .label = "Model", .arm = {}};
+  model.arm.robot = dynamics::parse_urdf(kArmUrdf, "arm", Eigen::Matrix3d::Identity());
+  const auto save = [&](const std::string& name, friction::RobotFriction friction) {
+    model.arm.friction.theta.clear();
+    for (const friction::ParameterRef& p : friction.parameters())
+      model.arm.friction.theta.push_back(std::clamp(1.0, p.info.lower, p.info.upper));
+    model.arm.friction.model = std::move(friction);
+    const fs::path file = corpus / "model" / name;
+    fs::create_directories(file.parent_path());
+    data::save_model(model, file);
+  };
+  for (const friction::LawInfo& law : friction::law_table())
+    if (!friction::is_learned(law.name)) {
+      const friction::LawSpec spec{std::string(law.name), law.has_elements ? 2 : 0, {}};
+      save(std::string(law.name), friction::RobotFriction({{{spec}}, {{spec}}}));
+    }
+  for (const friction::LawInfo& modifier : friction::modifier_table()) {
+    const friction::LawSpec spec{"lugre", 0, {{std::string(modifier.name), 1}}};
+    save(std::string(modifier.name), friction::RobotFriction({{{spec}}, {}}));
+  }
+}
+
+void write_artefacts() {
+  evaluate::Evaluation evaluation = blank_evaluation("scene", {0.1, 1}, {"validation_0"});
+  add_model(evaluation, "oracle", true, {1e-6, 1e-5});
+  add_model(evaluation, "simple", false, {1e-4, 1e-3});
+  write("artefact", "evaluation", '\0' + data::to_json(evaluation));
+  data::FitFile fit;
+  fit.name = fit.label = "simple";
+  fit.joints.resize(2);
+  fit.multi_step.emplace();
+  fit.em.emplace();
+  fit.candidates.resize(1);
+  fit.parts.resize(1);
+  fit.faults.resize(1);
+  for (data::FittedJoint& joint : fit.joints) joint.joint = "shoulder";
+  write("artefact", "fit", '\1' + data::to_json(fit));
+  workflow::Manifest manifest;
+  manifest.sources = {{"robot.urdf", "hash"}};
+  manifest.at("identify simple_s1").outputs = {{"models/simple_s1.json", "hash"}};
+  write("artefact", "manifest", '\2' + data::to_json(manifest));
+  sim::ExcitationFile excitation;
+  excitation.trajectories.resize(1);
+  excitation.trajectories[0].joints.resize(2);
+  write("artefact", "excitation", '\3' + data::to_json(excitation));
+}
+
+/// Files of ours, behind their header.
+void write_signals() {
+  data::Dataset d{
+      .name = "log", .joint_names = {"shoulder", "elbow"}, .rate_hz = 250, .source = "fuzz"};
+  const data::Recording recording(4);
+  d.t = Eigen::VectorXd::LinSpaced(4, 0, 3 / 250.0);
+  d.q = recording.q;
+  d.v = recording.v;
+  d.tau = recording.tau;
+  const fs::path file = corpus / "log.h5";
+  data::save_dataset(d, file);
+  write("hdf5", "dataset", '\0' + read_file(file).substr(512));
+  sim::Truth truth{
+      .name = "log", .joint_names = d.joint_names, .rate_hz = 250, .trace = {}, .friction = {}};
+  truth.friction.model = friction::RobotFriction(std::vector<friction::JointSpec>(2));
+  truth.trace = sim::make_trace(4, 1 / 250.0, 2, 0);
+  sim::save_truth(truth, file);
+  write("hdf5", "truth", '\0' + read_file(file).substr(512));
+  fs::remove(file);
+  write("hdf5", "built", std::string(64, '\1'));
+}
+
+}  // namespace
+}  // namespace fricid
+
+int main(int argc, char** argv) {
+  if (argc != 2) return 2;
+  fricid::corpus = argv[1];
+  fricid::write_logs();
+  fricid::write_scenes_and_robots();
+  fricid::write_models();
+  fricid::write_artefacts();
+  fricid::write_signals();
 }

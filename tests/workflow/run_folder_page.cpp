@@ -1,6 +1,7 @@
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/estimate_file.hpp"
 #include "fricid/data/fit_file.hpp"
+#include "fricid/doctor/finding.hpp"
 #include "fricid/evaluate/bands.hpp"
 #include "fricid/evaluate/compare.hpp"
 #include "fricid/evaluate/evaluation.hpp"
@@ -73,6 +74,8 @@ std::string run_folder_page() {
   page += artefact_section<workflow::Manifest>("manifest.json", "What was done.");
   page +=
       artefact_section<sim::ExcitationFile>("excitation.json", "How the trajectories were found.");
+  page += artefact_section<doctor::Diagnosis>("data/RECORDING.doctor.json",
+                                              "Of logs: what is wrong with a recording.");
   page += artefact_section<data::FitFile>("fit/MODEL_sSEED.json", "How a model was found.");
   page += artefact_section<evaluate::Evaluation>(
       "evaluation.json", "What the evaluation found; lists per horizon follow `horizons_s`.");

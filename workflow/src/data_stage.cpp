@@ -1,6 +1,5 @@
 // The stage that makes the data: by simulation, or from logs.
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/artefact.hpp"
@@ -69,7 +68,7 @@ Done import_logs(const scene::Problem& part, const RunFolder& out,
     for (const doctor::Finding& finding : findings)
       if (doctor::is_damage(finding)) say(dataset.name + ": " + doctor::to_text(finding, dataset));
     done.files.push_back(out.diagnosis(dataset.name));
-    write_file_atomically(done.files.back(), doctor::to_json(findings, dataset));
+    data::save(doctor::diagnosis_of(findings, dataset), done.files.back());
   }
   for (const data::Dataset& dataset : sets) {
     done.files.push_back(out.recording(dataset.name));
@@ -120,15 +119,14 @@ bool data_are_sound(const Job& job) {
     for (int i = 0;; ++i) {
       const fs::path file = job.run.folder().diagnosis(name(i));
       if (!fs::exists(file)) break;
-      const auto report = nlohmann::json::parse(read_file(file));
-      for (const auto& finding : report.at("findings")) {
-        if (!finding.value("misleads", false)) continue;
+      const auto diagnosis = data::load<doctor::Diagnosis>(file);
+      for (const doctor::WrittenFinding& finding : diagnosis.findings) {
+        if (!finding.misleads) continue;
         sound = false;
-        job.say(
-            fmt::format("not to be trusted: {}: {}{}{}: {}; {}", report.value("data", ""),
-                        finding.value("name", ""), finding.at("joints").empty() ? "" : " of ",
-                        fmt::join(finding.at("joints").get<std::vector<std::string>>(), " and "),
-                        finding.value("consequence", ""), finding.value("remedy", "")));
+        job.say(fmt::format("not to be trusted: {}: {}{}{}: {}; {}", diagnosis.data, finding.name,
+                            finding.joints.empty() ? "" : " of ",
+                            fmt::join(finding.joints, " and "), finding.consequence,
+                            finding.remedy));
       }
     }
   return sound;

@@ -15,6 +15,7 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <regex>
 #include <set>
 #include <utility>
@@ -22,6 +23,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
+#include "fricid/base/processes.hpp"
 #include "fricid/base/recording_file.hpp"
 #include "fricid/base/temporary_file.hpp"
 
@@ -100,7 +102,8 @@ class Sha256 {
                                                                    &EVP_MD_CTX_free};
 };
 
-/// Calls use(piece) for the whole content of a file. Devices may never end.
+/// Calls use(piece) for the whole content of a file. Devices may never end; a pipe that nobody
+/// writes to is waited for until Ctrl-C.
 template <class Use>
 void read_pieces(const fs::path& path, Use use) {
   std::error_code error;
@@ -109,32 +112,39 @@ void read_pieces(const fs::path& path, Use use) {
     throw UserError("{}: is a folder, a file is expected", path.string());
   if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_fifo(status))
     throw UserError("{}: is not a regular file", path.string());
-  const Descriptor file(path, O_RDONLY);
+  const bool pipe = fs::is_fifo(status);
+  const Descriptor file(path, pipe ? O_RDONLY | O_NONBLOCK : O_RDONLY);
   if (file.get() < 0) throw_system_error(path, "cannot be read");
   std::vector<char> buffer(1 << 16);
   for (;;) {
+    if (pipe) wait_until_readable(file.get());
     const ssize_t size = ::read(file.get(), buffer.data(), buffer.size());
-    if (size < 0 && errno == EINTR) continue;
+    if (size < 0 && (errno == EINTR || errno == EAGAIN)) continue;
     if (size < 0) throw_system_error(path, "cannot be read");
     if (size == 0) return;
     use(std::string_view(buffer.data(), static_cast<std::size_t>(size)));
   }
 }
 
-/// Removes what killed writers left of `path`, ".NAME.PID.COUNT.tmp" with a PID that is gone.
-void remove_left_of(const fs::path& path) {
-  const std::string begin = fmt::format(".{}.", path.filename().string());
+/// The process that writes a temporary file; nothing for the name of another file.
+std::optional<pid_t> writer_of(const fs::path& file) {
+  static const std::regex temporary(R"(\..+\.(\d+)\.\d+\.fricid\.tmp)");
+  const std::string name = file.filename().string();
+  std::smatch match;
+  pid_t writer = 0;
+  if (!name.ends_with(".fricid.tmp") || !std::regex_match(name, match, temporary) ||
+      std::from_chars(&*match[1].first, &*match[1].second, writer).ec != std::errc())
+    return std::nullopt;
+  return writer;
+}
+
+/// Removes the temporary files of a folder whose writers are gone.
+void remove_left_in(const fs::path& folder) {
   std::error_code error;  // files that cannot be listed or removed are skipped
-  for (fs::directory_iterator at(folder_of(path), error), end; !error && at != end;
-       at.increment(error)) {
-    const std::string name = at->path().filename().string();
-    pid_t writer = 0;
-    if (!name.starts_with(begin) || !is_left_temporary(at->path()) ||
-        std::from_chars(name.data() + begin.size(), name.data() + name.size(), writer).ec !=
-            std::errc())
-      continue;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    const std::optional<pid_t> writer = writer_of(at->path());
     std::error_code kept;
-    if (::kill(writer, 0) != 0 && errno == ESRCH) fs::remove(at->path(), kept);
+    if (writer && ::kill(*writer, 0) != 0 && errno == ESRCH) fs::remove(at->path(), kept);
   }
 }
 
@@ -169,7 +179,7 @@ class LockedFiles {
 fs::path temporary_beside(const fs::path& path) {
   static std::atomic<unsigned> count = 0;
   return folder_of(path) /
-         fmt::format(".{}.{}.{}.tmp", path.filename().string(), ::getpid(), count++);
+         fmt::format(".{}.{}.{}.fricid.tmp", path.filename().string(), ::getpid(), count++);
 }
 
 void write_file_atomically(const fs::path& path,
@@ -178,7 +188,7 @@ void write_file_atomically(const fs::path& path,
   const fs::path folder = folder_of(target);
   create_folder(folder);
 
-  remove_left_of(target);
+  remove_left_in(folder);
   const fs::path temporary = temporary_beside(target);
   std::error_code error;
   try {
@@ -206,10 +216,7 @@ void write_file_atomically(const fs::path& path, std::string_view text) {
   });
 }
 
-bool is_left_temporary(const fs::path& file) {
-  static const std::regex left(R"(\..+\.\d+\.\d+\.tmp)");
-  return std::regex_match(file.filename().string(), left);
-}
+bool is_left_temporary(const fs::path& file) { return writer_of(file).has_value(); }
 
 void remove_left_temporaries(const fs::path& folder) {
   std::vector<fs::path> found;
@@ -227,6 +234,17 @@ std::string read_file(const fs::path& path) {
     require_within(limits::kTextBytes, text.size(), path.string());
   });
   return text;
+}
+
+void require_regular_file(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status))
+    throw UserError("{}: cannot be read: {}", path.string(),
+                    error ? error.message() : "No such file or directory");
+  if (fs::is_directory(status))
+    throw UserError("{}: is a folder, a file is expected", path.string());
+  if (!fs::is_regular_file(status)) throw UserError("{}: is not a regular file", path.string());
 }
 
 std::string read_recording(const fs::path& path) {

@@ -3,6 +3,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/base/lines.hpp"
+#include "fricid/base/names.hpp"
 
 namespace fricid {
 namespace {
@@ -35,7 +36,17 @@ Json parse_json(std::string_view text, const std::string& where) {
   }
 }
 
+template <class Json>
+std::string shown(const Json& value) {
+  if (value.is_object()) return "an object";
+  if (value.is_array()) return "a list";
+  const std::string text = printable(value.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return text.size() > 60 ? printable(std::string_view(text).substr(0, 57)) + "..." : text;
+}
+
 template nlohmann::json parse_json(std::string_view, const std::string&);
 template nlohmann::ordered_json parse_json(std::string_view, const std::string&);
+template std::string shown(const nlohmann::json&);
+template std::string shown(const nlohmann::ordered_json&);
 
 }  // namespace fricid

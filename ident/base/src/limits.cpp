@@ -13,11 +13,23 @@
 namespace fricid {
 namespace {
 
-constexpr std::array kAll{
-    limits::kTextBytes,  limits::kJsonLevels, limits::kTomlLevels,    limits::kSceneFiles,
-    limits::kLinks,      limits::kHdf5Tables, limits::kHdf5Columns,   limits::kHdf5AttributeValues,
-    limits::kChunkBytes, limits::kMcapBytes,  limits::kFilledSamples, limits::kSeed,
-    limits::kFitSeed,    limits::kFitSeeds};
+constexpr std::array kAll{limits::kTextBytes,
+                          limits::kJsonLevels,
+                          limits::kTomlLevels,
+                          limits::kSceneFiles,
+                          limits::kLinks,
+                          limits::kJoints,
+                          limits::kNameBytes,
+                          limits::kLabelBytes,
+                          limits::kHdf5Tables,
+                          limits::kHdf5Columns,
+                          limits::kHdf5AttributeValues,
+                          limits::kChunkBytes,
+                          limits::kMcapBytes,
+                          limits::kFilledSamples,
+                          limits::kSeed,
+                          limits::kFitSeed,
+                          limits::kFitSeeds};
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 

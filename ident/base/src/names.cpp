@@ -6,11 +6,11 @@
 #include <optional>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/limits.hpp"
 
 namespace fricid {
 namespace {
 
-constexpr std::size_t kLongestName = 100, kLongestLabel = 1000;  // [bytes]
 constexpr std::size_t kLongestQuote = 60;
 
 bool is_plain(char c) {
@@ -107,7 +107,9 @@ std::string shortened(std::string_view text) {
   return text.size() > kLongestQuote ? shown + "..." : shown;
 }
 
-bool is_sized(std::string_view name) { return !name.empty() && name.size() <= kLongestName; }
+bool is_sized(std::string_view name) {
+  return !name.empty() && name.size() <= limits::kNameBytes.most;
+}
 
 /// Not hidden, not an option of a program.
 bool begins_a_file(std::string_view name) {
@@ -116,8 +118,8 @@ bool begins_a_file(std::string_view name) {
 
 [[noreturn]] void refuse(Named kind, std::string_view name, std::string_view place,
                          std::string_view allowed) {
-  throw UserError("{}: name of a {} = \"{}\"; allowed: {}", place, word_of(kind), shortened(name),
-                  allowed);
+  throw UserError("{}: name of a {} = \"{}\"; allowed: 1 to {} {}", place, word_of(kind),
+                  shortened(name), limits::kNameBytes.most, allowed);
 }
 
 }  // namespace
@@ -129,26 +131,24 @@ void require_written_name(Named kind, std::string_view name, std::string_view pl
     case Named::kRobot:
       if (!is_sized(name) || name.front() == ' ' || name.back() == ' ' ||
           !is_made_of(name, " _-.()/:", true))
-        refuse(kind, name, place,
-               "1 to 100 letters, digits, space and _ - . ( ) / :, no space at the ends");
+        refuse(kind, name, place, "letters, digits, space and _ - . ( ) / :, no space at the ends");
       return;
     case Named::kScene:
       if (!is_sized(name) || !begins_a_file(name) || name.front() == '(' || name.back() == ' ' ||
           name.back() == '.' || !is_made_of(name, " _-.()", true))
         refuse(kind, name, place,
-               "1 to 100 letters, digits, space and _ - . ( ), beginning with a letter, digit or "
-               "_, not ending with a space or dot");
+               "letters, digits, space and _ - . ( ), beginning with a letter, digit or _, not "
+               "ending with a space or dot");
       return;
     case Named::kModel:
       if (!is_sized(name) || !begins_a_file(name) || !is_made_of(name, "_-.", false))
-        refuse(kind, name, place, "1 to 100 letters, digits, _ - and ., not beginning with - or .");
+        refuse(kind, name, place, "letters, digits, _ - and ., not beginning with - or .");
       return;
     case Named::kTrajectory:
       if (!is_sized(name) || !begins_a_file(name) || !all_show(name) ||
           name.find_first_of("/\\") != name.npos)
         refuse(kind, name, place,
-               "1 to 100 letters and signs that show, without / and \\, not beginning with - . or "
-               "a space");
+               "letters and signs that show, without / and \\, not beginning with - . or a space");
       return;
   }
 }
@@ -156,15 +156,14 @@ void require_written_name(Named kind, std::string_view name, std::string_view pl
 void require_name(Named kind, std::string_view name, std::string_view place) {
   require_written_name(kind, name, place);
   if (kind == Named::kModel && (name == "oracle" || name == "simulator"))
-    refuse(kind, name, place, "any other; this one stands for the truth");
+    throw UserError("{}: name of a {} = \"{}\"; allowed: any other; this one stands for the truth",
+                    place, word_of(kind), name);
 }
 
 void require_label(std::string_view label, std::string_view key, std::string_view place) {
-  if (label.size() > kLongestLabel || !all_show(label))
-    throw UserError(
-        "{}: {} = \"{}\"; allowed: up to 1000 letters of UTF-8 without control "
-        "characters",
-        place, key, shortened(label));
+  if (label.size() > limits::kLabelBytes.most || !all_show(label))
+    throw UserError("{}: {} = \"{}\"; allowed: up to {} bytes of UTF-8 without control characters",
+                    place, key, shortened(label), limits::kLabelBytes.most);
 }
 
 std::string printable(std::string_view text) {

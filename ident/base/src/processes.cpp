@@ -1,9 +1,13 @@
 #include "fricid/base/processes.hpp"
 
+#include <fcntl.h>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -29,7 +33,42 @@ void wait_until(int descriptor, short event) {
   }
 }
 
+/// In the new process: becomes the program, or tells `failure` why not.
+[[noreturn]] void become(char* const* arguments, const Streams& streams, pid_t parent,
+                         int failure) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (::getppid() != parent) ::_exit(127);
+  const int null = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  const std::array<int, 3> from{streams.input, streams.output, streams.errors};
+  for (int to = 0; to < 3; ++to) {
+    const int given = from[static_cast<std::size_t>(to)];
+    ::dup2(given < 0 ? null : given, to);
+  }
+  ::execvp(arguments[0], arguments);
+  const int reason = errno;
+  [[maybe_unused]] const ssize_t told = ::write(failure, &reason, sizeof reason);
+  ::_exit(127);
+}
+
 }  // namespace
+
+int start_program(const std::vector<std::string>& argv, const Streams& streams) {
+  std::vector<char*> arguments;
+  for (const std::string& argument : argv)
+    arguments.push_back(const_cast<char*>(argument.c_str()));  // NOLINT: not written to
+  arguments.push_back(nullptr);
+  std::array<int, 2> failure{};
+  if (::pipe2(failure.data(), O_CLOEXEC) != 0) return 0;
+  const pid_t parent = ::getpid(), child = ::fork();
+  if (child == 0) become(arguments.data(), streams, parent, failure[1]);
+  ::close(failure[1]);
+  int reason = 0;
+  const bool failed = child < 0 || ::read(failure[0], &reason, sizeof reason) > 0;
+  ::close(failure[0]);
+  if (!failed) return child;
+  if (child > 0) ::waitpid(child, nullptr, 0);
+  return 0;
+}
 
 int wait_for_process(int id) {
   std::optional<Clock::time_point> asked;

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/json.hpp"
 #include "fricid/base/names.hpp"
 
 namespace fricid::data {
@@ -49,15 +49,6 @@ bool is_int(const Json& value) {
          (value.is_number_unsigned()
               ? value.get<std::uint64_t>() <= std::numeric_limits<int>::max()
               : value.get<std::int64_t>() >= std::numeric_limits<int>::min());
-}
-
-/// What stands in a file, short enough for a message.
-std::string shown(const Json& value) {
-  if (value.is_object()) return "an object";
-  if (value.is_array()) return "a list";
-  const std::string text =
-      printable(value.dump(-1, ' ', false, nlohmann::detail::error_handler_t::replace));
-  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 
 }  // namespace
@@ -230,25 +221,8 @@ void JsonReader::operator()(std::string_view key, Eigen::MatrixXd& value, const 
   }
 }
 
-namespace {
-
-/// JSON of at most kDeepest levels: deeper ones would take the stack.
-Json parsed(const std::filesystem::path& path) {
-  constexpr int kDeepest = 32;
-  const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > kDeepest)
-      throw UserError("{}: found values nested deeper than {}", path.string(), kDeepest);
-    return true;
-  };
-  Json json = Json::parse(read_file(path), shallow, false);
-  if (json.is_discarded()) throw UserError("{}: found no JSON", path.string());
-  return json;
-}
-
-}  // namespace
-
 std::string format_of(const std::filesystem::path& path) {
-  const Json json = parsed(path);
+  const Json json = parse_json<Json>(read_file(path), path.string());
   const auto found = json.find("format");
   return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
@@ -272,7 +246,7 @@ std::string text_of(const Json& object) {
 }
 
 JsonPointer read_object(const std::filesystem::path& path, std::string_view format) {
-  JsonPointer object = owned(parsed(path));
+  JsonPointer object = owned(parse_json<Json>(read_file(path), path.string()));
   if (const auto found = object->find("format"); found == object->end() || *found != format)
     throw UserError("{}: found {}; allowed: \"format\": \"{}\"", path.string(),
                     found == object->end() ? "no format" : shown(*found), format);

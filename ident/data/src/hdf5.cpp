@@ -3,6 +3,7 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -50,7 +51,8 @@ class Id {
   }
   Id(Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
   operator hid_t() const { return id_; }
-  bool close() { return close_(std::exchange(id_, -1)) >= 0; }
+  bool close() { return close_(release()) >= 0; }
+  hid_t release() { return std::exchange(id_, -1); }
   bool ok() const { return id_ >= 0; }
 
  private:
@@ -118,21 +120,23 @@ std::vector<hsize_t> shape_of(hid_t space) {
   return shape;
 }
 
-bool of_allowed_size(hssize_t count) {
-  return count >= 0 && static_cast<std::uint64_t>(count) <= limits::kHdf5AttributeValues.most;
+// Values of an attribute. @throws UserError when they are too many
+std::size_t size_of(hid_t space, const std::string& path) {
+  const hssize_t count = std::max<hssize_t>(H5Sget_simple_extent_npoints(space), 0);
+  require_within(limits::kHdf5AttributeValues, static_cast<std::uint64_t>(count), path);
+  return static_cast<std::size_t>(count);
 }
 
-// Texts of an attribute, of variable or fixed length; nothing when it is absent, of another kind or
-// larger than limits::kHdf5AttributeValues.
-bool read_texts(hid_t object, const char* name, std::vector<std::string>& values) {
+// Texts of an attribute, of variable or fixed length; nothing when it is absent or of another kind.
+bool read_texts(hid_t object, const char* name, const std::string& path,
+                std::vector<std::string>& values) {
   if (H5Aexists(object, name) <= 0) return false;
   const Id attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
   if (!attribute.ok()) return false;
   const Id stored(H5Aget_type(attribute), H5Tclose);
   const Id space(H5Aget_space(attribute), H5Sclose);
-  const hssize_t count = H5Sget_simple_extent_npoints(space);
-  if (H5Tget_class(stored) != H5T_STRING || !of_allowed_size(count)) return false;
-  const auto size = static_cast<std::size_t>(count);
+  if (H5Tget_class(stored) != H5T_STRING) return false;
+  const std::size_t size = size_of(space, path);
   if (H5Tis_variable_str(stored) > 0) {
     const Id type(H5Tcopy(stored), H5Tclose);
     std::vector<char*> texts(size, nullptr);
@@ -142,7 +146,8 @@ bool read_texts(hid_t object, const char* name, std::vector<std::string>& values
     return true;
   }
   const std::size_t length = H5Tget_size(stored);
-  if (length > limits::kHdf5AttributeValues.most) return false;
+  require_memory(static_cast<double>(size) * static_cast<double>(length), path,
+                 fmt::format("attribute {}", name));
   std::vector<char> buffer(size * length + 1, '\0');
   if (size > 0 && H5Aread(attribute, stored, buffer.data()) < 0) return false;
   for (std::size_t i = 0; i < size; ++i) {
@@ -150,6 +155,34 @@ bool read_texts(hid_t object, const char* name, std::vector<std::string>& values
     values.emplace_back(begin, std::find(begin, begin + length, '\0'));
   }
   return true;
+}
+
+// The table of a name; not ok when there is none.
+// @throws UserError on one that lies, or whose numbers lie, in another file: it could be any
+Id open_table(hid_t file, const std::string& name, const std::string& path) {
+  H5L_info_t link{};
+  if (H5Lget_info(file, name.c_str(), &link, H5P_DEFAULT) >= 0 && link.type != H5L_TYPE_HARD)
+    throw UserError("{}: /{} is a link; allowed: a table", path, name);
+  Id table(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!table.ok()) return table;
+  const Id properties(H5Dget_create_plist(table), H5Pclose);
+  if (H5Pget_layout(properties) == H5D_VIRTUAL || H5Pget_external_count(properties) > 0)
+    throw UserError("{}: the numbers of /{} are in another file; allowed: in this one", path, name);
+  return table;
+}
+
+// Bytes that the library takes to read one chunk of a table; 0 of a table without chunks.
+double bytes_of_chunk(hid_t table) {
+  const Id properties(H5Dget_create_plist(table), H5Pclose);
+  std::array<hsize_t, H5S_MAX_RANK> shape{};
+  const int rank = H5Pget_layout(properties) == H5D_CHUNKED
+                       ? H5Pget_chunk(properties, static_cast<int>(shape.size()), shape.data())
+                       : 0;
+  if (rank < 1) return 0;
+  const Id type(H5Dget_type(table), H5Tclose);
+  double bytes = static_cast<double>(H5Tget_size(type));
+  for (int i = 0; i < rank; ++i) bytes *= static_cast<double>(shape[static_cast<std::size_t>(i)]);
+  return bytes;
 }
 
 // Rows and columns of a table of numbers, as the file declares them; nothing of another table.
@@ -166,16 +199,16 @@ std::optional<TableShape> shape_of_numbers(hid_t table) {
   return TableShape{size(shape[0]), shape.size() == 2 ? size(shape[1]) : 1};
 }
 
-bool read_numbers(hid_t object, const char* name, std::vector<double>& values) {
+bool read_numbers(hid_t object, const char* name, const std::string& path,
+                  std::vector<double>& values) {
   if (H5Aexists(object, name) <= 0) return false;
   const Id attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
   if (!attribute.ok()) return false;
   const Id stored(H5Aget_type(attribute), H5Tclose);
   const Id space(H5Aget_space(attribute), H5Sclose);
   const H5T_class_t kind = H5Tget_class(stored);
-  const hssize_t count = H5Sget_simple_extent_npoints(space);
-  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || !of_allowed_size(count)) return false;
-  values.resize(static_cast<std::size_t>(count));
+  if (kind != H5T_FLOAT && kind != H5T_INTEGER) return false;
+  values.resize(size_of(space, path));
   return values.empty() || H5Aread(attribute, H5T_NATIVE_DOUBLE, values.data()) >= 0;
 }
 
@@ -194,10 +227,8 @@ std::string make_header(const std::string& format, std::string_view rest) {
 // Opens a file after looking for the mistakes that the library reports poorly. Files with our
 // header must match their checksum; files of other programs have none.
 hid_t open_file(const fs::path& path) {
-  std::error_code error;
   const std::string name = path.string();
-  if (fs::is_directory(path, error)) throw UserError("{}: a folder, not an HDF5 file", name);
-  if (!fs::exists(path, error)) throw UserError("{}: no such file", name);
+  require_regular_file(path);
   const std::string bytes = read_recording(path);
   if (bytes.empty()) throw UserError("{}: an empty file", name);
   if (!bytes.starts_with(kHdf5Signature)) {
@@ -295,13 +326,18 @@ void write_hdf5(const fs::path& path, const std::string& format,
 H5Reader::H5Reader(const fs::path& path, const std::string& format) : path_(path.string()) {
   const Session session;
   const auto [wanted, newest] = split_format(format);
-  file_ = open_file(path);
-  if (format.empty()) return;  // any file, also one of another program
+  Id file(open_file(path), H5Fclose);
+  if (format.empty()) {  // any file, also one of another program
+    file_ = file.release();
+    return;
+  }
   std::vector<std::string> texts;
-  const bool has_format = read_texts(file_, "format", texts) && texts.size() == 1;
+  const bool has_format = read_texts(file, "format", path_, texts) && texts.size() == 1;
   const auto [kind, version] = split_format(has_format ? texts[0] : "");
-  if (kind == wanted && version >= 1 && version <= newest) return;
-  H5Fclose(file_);
+  if (kind == wanted && version >= 1 && version <= newest) {
+    file_ = file.release();
+    return;
+  }
   if (!has_format) throw UserError("{}: attribute format is missing; allowed: {}", path_, format);
   if (kind == wanted && version > newest)
     throw UserError("{}: format {} is newer than {}, which this program reads", path_, texts[0],
@@ -321,21 +357,23 @@ bool H5Reader::has(const std::string& name) const {
 
 TableShape H5Reader::shape(const std::string& name) const {
   const Session session;
-  const Id table(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const Id table = open_table(file_, name, path_);
   return table.ok() ? shape_of_numbers(table).value_or(TableShape{}) : TableShape{};
 }
 
 RowMatrix H5Reader::matrix(const std::string& name, int columns) const {
   const Session session;
   if (!has(name)) throw UserError("{}: /{} is missing", path_, name);
-  const Id table(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const Id table = open_table(file_, name, path_);
   if (!table.ok()) throw UserError("{}: /{} is not a table, or torn", path_, name);
   const std::optional<TableShape> numbers = shape_of_numbers(table);
   if (!numbers) throw UserError("{}: /{} is not a table of numbers", path_, name);
   const TableShape& found = *numbers;
   if (columns >= 0 && found.columns != columns)
     throw UserError("{}: /{} has {} columns; allowed: {}", path_, name, found.columns, columns);
-  require_memory(8.0 * static_cast<double>(found.rows) * static_cast<double>(found.columns), path_,
+  require_memory(8.0 * static_cast<double>(found.rows) * static_cast<double>(found.columns) +
+                     bytes_of_chunk(table),
+                 path_,
                  fmt::format("table /{} of {} x {} numbers", name, found.rows, found.columns));
   RowMatrix values(found.rows, found.columns);
   if (values.size() > 0 &&
@@ -348,9 +386,9 @@ Eigen::VectorXd H5Reader::vector(const std::string& name) const { return matrix(
 
 std::string H5Reader::unit(const std::string& name) const {
   const Session session;
-  const Id table(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const Id table = open_table(file_, name, path_);
   std::vector<std::string> texts;
-  if (!table.ok() || !read_texts(table, "unit", texts) || texts.size() != 1)
+  if (!table.ok() || !read_texts(table, "unit", path_, texts) || texts.size() != 1)
     throw UserError("{}: attribute unit of /{} is missing", path_, name);
   return texts[0];
 }
@@ -365,7 +403,7 @@ std::string H5Reader::text_attribute(const std::string& name) const {
 std::vector<std::string> H5Reader::texts_attribute(const std::string& name) const {
   const Session session;
   std::vector<std::string> texts;
-  if (!read_texts(file_, name.c_str(), texts))
+  if (!read_texts(file_, name.c_str(), path_, texts))
     throw UserError("{}: attribute {} is missing or not a text", path_, name);
   return texts;
 }
@@ -386,7 +424,7 @@ double H5Reader::number_attribute(const std::string& name) const {
 std::vector<double> H5Reader::numbers_attribute(const std::string& name) const {
   const Session session;
   std::vector<double> numbers;
-  if (!read_numbers(file_, name.c_str(), numbers))
+  if (!read_numbers(file_, name.c_str(), path_, numbers))
     throw UserError("{}: attribute {} is missing or not a number", path_, name);
   return numbers;
 }
@@ -410,7 +448,7 @@ std::string hdf5_format(const fs::path& path) {
   const Session session;
   const Id file(open_file(path), H5Fclose);
   std::vector<std::string> texts;
-  if (!read_texts(file, "format", texts) || texts.size() != 1)
+  if (!read_texts(file, "format", path.string(), texts) || texts.size() != 1)
     throw UserError("{}: attribute format is missing", path.string());
   return texts[0];
 }

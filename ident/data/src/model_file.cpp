@@ -7,6 +7,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/base/json.hpp"
+#include "fricid/base/limits.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/data/friction_keys.hpp"
 #include "fricid/dynamics/physical_inertia.hpp"
@@ -234,10 +235,21 @@ class Node {
       refuse("a rotation");
     return R;
   }
+  void require_within(const Limit& limit, std::uint64_t found) const {
+    fricid::require_within(limit, found, fmt::format("{}: {}", file_, path_));
+  }
+  /// What `make` gives; its UserError is told as one of this node.
+  template <class Make>
+  auto checked(Make make) const {
+    try {
+      return make();
+    } catch (const UserError& error) {
+      throw UserError("{}: {}: {}", file_, path_, error.what());
+    }
+  }
   [[noreturn]] void refuse(const std::string& allowed) const {
-    std::string found = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
-    if (found.size() > 60) found = found.substr(0, 60) + "...";
-    throw UserError("{}: {} = {}; allowed: {}", file_, path_, found, allowed);
+    throw UserError("{}: {}{}; allowed: {}", file_, path_.empty() ? "found " : path_ + " = ",
+                    shown(json_), allowed);
   }
 
  private:
@@ -256,6 +268,7 @@ RobotModel read_robot(const Node& node) {
   const Node joints = node["joints"], frames = node["frames"], torques = node["linear_torques"];
   const int n = static_cast<int>(joints.size());
   if (n < 1) joints.refuse("at least one joint");
+  joints.require_within(limits::kJoints, joints.size());
   robot.pi.setZero(11 * n + static_cast<int>(torques.size()));
   for (int i = 0; i < n; ++i) {
     const Node item = joints.at(static_cast<std::size_t>(i));
@@ -380,13 +393,13 @@ Friction read_friction(const Node& root, int n) {
     const friction::LawInfo& row = row_of(item["law"], friction::robot_law_table());
     whole = {.law = std::string(row.name), .elements = read_count(item["elements"], row, 0)};
     if (row.most_latents > 0) whole.latents = item["n_z"].integer(1, row.most_latents);
+    const friction::RobotLawSize size{n, whole.elements, whole.latents};
     read_parameters(
         item["parameters"],
-        friction::parameters_of_robot_law(
-            whole.law, {.joints = n, .elements = whole.elements, .latents = whole.latents}),
-        theta);
+        item.checked([&] { return friction::parameters_of_robot_law(whole.law, size); }), theta);
   }
-  return {.model = friction::RobotFriction(std::move(joints), std::move(whole)),
+  return {.model = node.checked(
+              [&] { return friction::RobotFriction(std::move(joints), std::move(whole)); }),
           .theta = std::move(theta)};
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "fricid/doctor/finding.hpp"
 
@@ -86,32 +86,27 @@ std::string to_text(const Finding& f, const data::Dataset& d) {
   return text;
 }
 
-std::string to_json(std::span<const Finding> findings, const data::Dataset& d) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+Diagnosis diagnosis_of(std::span<const Finding> findings, const data::Dataset& d) {
+  Diagnosis diagnosis{.data = d.name, .source = d.source, .joints = d.joint_names, .findings = {}};
   for (const Finding& f : findings) {
     const Kind& kind = kind_of(f.name);
-    nlohmann::ordered_json joints = nlohmann::ordered_json::array();
+    std::vector<std::string> joints;
     for (const int j : {f.joint, f.other})
       if (j >= 0) joints.push_back(d.joint_names[static_cast<std::size_t>(j)]);
-    list.push_back({{"name", f.name},
-                    {"severity", kind.severity == kDamage ? "damage" : "note"},
-                    {"misleads", kind.misleads},
-                    {"signal", f.signal},
-                    {"joints", joints},
-                    {"begin_s", f.begin_s},
-                    {"end_s", f.end_s},
-                    {"size", f.size},
-                    {"unit", f.unit},
-                    {"count", f.count},
-                    {"consequence", kind.consequence},
-                    {"remedy", kind.remedy}});
+    diagnosis.findings.push_back({.name = f.name,
+                                  .severity = kind.severity == kDamage ? "damage" : "note",
+                                  .misleads = kind.misleads,
+                                  .signal = f.signal,
+                                  .joints = std::move(joints),
+                                  .begin_s = f.begin_s,
+                                  .end_s = f.end_s,
+                                  .size = f.size,
+                                  .unit = f.unit,
+                                  .count = f.count,
+                                  .consequence = std::string(kind.consequence),
+                                  .remedy = std::string(kind.remedy)});
   }
-  const nlohmann::ordered_json report{{"format", "fricid.doctor/1"},
-                                      {"data", d.name},
-                                      {"source", d.source},
-                                      {"joints", d.joint_names},
-                                      {"findings", list}};
-  return report.dump(2) + "\n";
+  return diagnosis;
 }
 
 }  // namespace fricid::doctor

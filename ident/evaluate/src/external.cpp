@@ -5,11 +5,12 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "csv.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/json.hpp"
+#include "fricid/base/lines.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/data/log_reader.hpp"
 
@@ -35,39 +36,20 @@ std::string column(const char* signal, int joint, int n) {
 
 // ---- model.json
 
-int line_at(std::string_view text, std::size_t at) {
-  const std::string_view before = text.substr(0, at);
-  return 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));
-}
-
 /// "file:line" of a key; the file alone where it has no such key.
 std::string place(const std::string& file, std::string_view text, std::string_view key) {
   const std::size_t at = text.find(fmt::format("\"{}\"", key));
   return at == std::string_view::npos ? file : fmt::format("{}:{}", file, line_at(text, at));
 }
 
-Json parse_json(const std::string& file, std::string_view text) {
-  try {
-    Json root = Json::parse(text, [&](int depth, Json::parse_event_t event, Json&) {
-      using Event = Json::parse_event_t;
-      if (depth > 0 && (event == Event::array_start || event == Event::object_start))
-        throw UserError("{}: found a list or object as a value; allowed: text and numbers", file);
-      return true;
-    });
-    if (root.is_object()) return root;
-  } catch (const Json::parse_error& error) {
-    const std::size_t at = error.byte > 0 ? error.byte - 1 : 0;
-    throw UserError("{}:{}: found text that is not JSON", file, line_at(text, at));
-  }
-  throw UserError("{}: found no object; allowed keys: {}", file, fmt::join(kKeys, ", "));
-}
-
 ExternalModel read_description(const fs::path& path) {
   const std::string file = path.string(), text = read_file(path);
-  const Json root = parse_json(file, text);
+  const auto root = parse_json<Json>(text, file);
+  if (!root.is_object())
+    throw UserError("{}: found no object; allowed keys: {}", file, fmt::join(kKeys, ", "));
   const auto refuse = [&](std::string_view key, const char* allowed) {
     throw UserError("{}: {} = {}; allowed: {}", place(file, text, key), key,
-                    root.contains(key) ? root.at(std::string(key)).dump() : "nothing", allowed);
+                    root.contains(key) ? shown(root.at(std::string(key))) : "nothing", allowed);
   };
   for (const auto& [key, value] : root.items())
     if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys))

@@ -1,11 +1,12 @@
 #include "fricid/optimise/checkpoint.hpp"
 
-#include <nlohmann/json.hpp>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
+#include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/json.hpp"
 
 namespace fricid::optimise {
 namespace {
@@ -19,12 +20,14 @@ Checkpoint::Checkpoint(std::filesystem::path path, std::string key)
 
 std::optional<Record> Checkpoint::read() const {
   if (path_.empty() || !std::filesystem::exists(path_)) return {};
-  const auto root = nlohmann::json::parse(read_file(path_), nullptr, false);
-  if (root.is_discarded() || root.value("format", "") != kFormat || root.value("key", "") != key_)
-    return {};
+  const std::string text = read_file(path_);
   try {
+    const auto root = parse_json(text, path_.string());
+    if (root.at("format") != kFormat || root.at("key") != key_) return {};
     return Record{root.at("numbers"), root.at("texts")};
-  } catch (const nlohmann::json::exception&) {  // a number that was not finite
+  } catch (const UserError&) {
+    return {};
+  } catch (const nlohmann::json::exception&) {  // of other types, or a number that was not finite
     return {};
   }
 }

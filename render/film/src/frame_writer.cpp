@@ -1,7 +1,6 @@
 #include "fricid/film/frame_writer.hpp"
 
 #include <fcntl.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,8 +18,6 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/base/temporary_file.hpp"
 
-extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to the user
-
 namespace fricid::film {
 namespace {
 
@@ -30,24 +27,6 @@ constexpr std::uintmax_t kNoRoom = 64 * 1024;  // [bytes]
 /// ("tcp:x").
 std::string argument_of(const std::filesystem::path& path) {
   return "file:" + std::filesystem::absolute(path).string();
-}
-
-/// Starts a program from the PATH, without a shell, that reads `input`.
-/// @return its process id; 0 when it cannot be started
-pid_t start(std::vector<std::string> argv, int input, const std::filesystem::path& errors) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, errors.c_str(),
-                                   O_WRONLY | O_CREAT | O_TRUNC, 0666);
-  std::vector<char*> arguments;
-  for (std::string& argument : argv) arguments.push_back(argument.data());
-  arguments.push_back(nullptr);
-  pid_t child = 0;
-  const int failure =
-      posix_spawnp(&child, argv.front().c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  return failure == 0 ? child : 0;
 }
 
 /// Last line that ffmpeg wrote.
@@ -72,48 +51,51 @@ FrameWriter::FrameWriter(std::filesystem::path path, int width, int height, int 
   std::signal(SIGPIPE, SIG_IGN);  // an encoder that ended is a failed write, not our end
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw UserError("{}: cannot make a pipe", path_.string());
-  encoder_ = start({"ffmpeg",
-                    "-nostdin",
-                    "-y",
-                    "-loglevel",
-                    "error",
-                    "-f",
-                    "rawvideo",
-                    "-pix_fmt",
-                    "yuv420p",
-                    "-s",
-                    fmt::format("{}x{}", width, height),
-                    "-r",
-                    std::to_string(frames_per_second),
-                    "-i",
-                    "-",
-                    "-c:v",
-                    "libx264",
-                    "-preset",
-                    fast ? "ultrafast" : "veryfast",
-                    "-crf",
-                    fast ? "23" : "19",
-                    "-pix_fmt",
-                    "yuv420p",
-                    "-colorspace",
-                    "bt709",
-                    "-color_primaries",
-                    "bt709",
-                    "-color_trc",
-                    "bt709",
-                    "-color_range",
-                    "tv",
-                    "-movflags",
-                    "+faststart",
-                    "-f",
-                    "mp4",
-                    argument_of(part_)},
-                   ends[0], log_);
+  const int log = ::open(log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  encoder_ = start_program({"ffmpeg",
+                            "-nostdin",
+                            "-y",
+                            "-loglevel",
+                            "error",
+                            "-f",
+                            "rawvideo",
+                            "-pix_fmt",
+                            "yuv420p",
+                            "-s",
+                            fmt::format("{}x{}", width, height),
+                            "-r",
+                            std::to_string(frames_per_second),
+                            "-i",
+                            "-",
+                            "-c:v",
+                            "libx264",
+                            "-preset",
+                            fast ? "ultrafast" : "veryfast",
+                            "-crf",
+                            fast ? "23" : "19",
+                            "-pix_fmt",
+                            "yuv420p",
+                            "-colorspace",
+                            "bt709",
+                            "-color_primaries",
+                            "bt709",
+                            "-color_trc",
+                            "bt709",
+                            "-color_range",
+                            "tv",
+                            "-movflags",
+                            "+faststart",
+                            "-f",
+                            "mp4",
+                            argument_of(part_)},
+                           {.input = ends[0], .errors = log});
   ::close(ends[0]);
+  ::close(log);
   pipe_ = ends[1];
   ::fcntl(pipe_, F_SETFL, O_NONBLOCK);
   if (encoder_ == 0) {
     ::close(std::exchange(pipe_, kNone));
+    std::filesystem::remove(log_);
     throw UserError("{}: cannot start ffmpeg", path_.string());
   }
 }

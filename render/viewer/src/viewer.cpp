@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #define GLFW_INCLUDE_NONE
@@ -16,6 +15,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/json.hpp"
 #include "fricid/base/progress.hpp"
 #include "imgui_gl.hpp"
 #include "panels.hpp"
@@ -37,14 +37,26 @@ fs::path settings_file() {
   return folder / "fricid" / "viewer.json";
 }
 
+/// Settings that are damaged, or of other types, are those of a first start.
 void load_settings(Stage& stage) {
-  std::ifstream file(settings_file());
-  const auto settings = nlohmann::json::parse(file, nullptr, false);
-  if (settings.is_discarded()) return;
-  stage.view.azimuth_deg = settings.value("azimuth_deg", stage.view.azimuth_deg);
-  stage.view.elevation_deg = settings.value("elevation_deg", stage.view.elevation_deg);
-  stage.view.distance = settings.value("distance", stage.view.distance);
-  stage.speed = settings.value("speed", stage.speed);
+  const fs::path file = settings_file();
+  if (!fs::exists(file)) return;
+  try {
+    const auto settings = parse_json(read_file(file), file.string());
+    const auto read = [&](const char* key, auto& value) { value = settings.value(key, value); };
+    film::View view = stage.view;
+    double speed = stage.speed;
+    read("azimuth_deg", view.azimuth_deg);
+    read("elevation_deg", view.elevation_deg);
+    read("distance", view.distance);
+    read("speed", speed);
+    stage.view = view;
+    stage.speed = speed;
+  } catch (const UserError&) {
+    return;
+  } catch (const nlohmann::json::exception&) {
+    return;
+  }
 }
 
 void save_settings(const Stage& stage) {

@@ -156,10 +156,10 @@ const std::array kReaders{
 std::span<const LogReader> log_readers() { return kReaders; }
 
 const LogReader& reader_for(const fs::path& path, std::string_view format) {
+  require_regular_file(path);  // it is read more than once
   if (format != "auto")
     return *std::find_if(kReaders.begin(), kReaders.end(),
                          [&](const LogReader& reader) { return reader.name == format; });
-  if (fs::is_directory(path)) read_file(path);  // says so
   std::ifstream file(path, std::ios::binary);
   std::string head(kHead, '\0');
   file.read(head.data(), static_cast<std::streamsize>(head.size()));

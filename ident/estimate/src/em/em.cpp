@@ -111,6 +111,11 @@ struct State {
     archive("history", history);
     archive("warnings", warnings);
   }
+  /// Whether the iterations of a checkpoint are those of its history.
+  bool agrees() const {
+    return iteration >= 0 && std::ssize(history) == iteration && best_iteration >= -1 &&
+           best_iteration < iteration;
+  }
 
  private:
   template <class Archive>

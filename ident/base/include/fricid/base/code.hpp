@@ -23,6 +23,8 @@ class Code {
  private:
   template <class Arg>
   using Part = std::conditional_t<std::is_arithmetic_v<Arg>, Arg, std::string_view>;
+  template <class Arg>
+  using Enters = std::disjunction<std::is_arithmetic<Arg>, std::is_same<Arg, Code>>;
 
  public:
   Code() = default;
@@ -32,6 +34,7 @@ class Code {
   /// A literal with numbers and pieces of the same language as arguments; other types do not
   /// compile.
   template <class... Args>
+  requires std::conjunction_v<Enters<Args>...>
   static Code of(fmt::format_string<Part<Args>...> format, const Args&... args) {
     return Code(Vouched{fmt::format(format, Part<Args>(part_of(args))...)});
   }

@@ -10,8 +10,9 @@ namespace fricid {
 /// Writes `path` atomically: a reader sees the old file or the new one, never a part of it. `write`
 /// fills a temporary file in the same folder, which is synced and renamed; then the folder is
 /// synced. Creates missing parent folders. Of a symbolic link the target is replaced. If `write`
-/// fails or throws, the old file stays and the temporary file is removed; a killed process leaves
-/// the temporary file ".NAME.PID.COUNT.tmp".
+/// fails or throws, the old file stays and the temporary file is removed. A killed process leaves
+/// the temporary file ".NAME.PID.COUNT.fricid.tmp"; the next file that is written in the folder
+/// removes it, once no process has that number.
 /// @throws UserError naming the path and the reason (no space, no permission, a folder in the way)
 /// @see Pillai et al., "All file systems are not created equal", OSDI 2014
 void write_file_atomically(const std::filesystem::path& path,
@@ -21,8 +22,7 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view t
 /// Whether a file has the name of a temporary file of `write_file_atomically`.
 bool is_left_temporary(const std::filesystem::path& file);
 
-/// Removes the temporary files ".NAME.PID.COUNT.tmp" of killed processes from a folder and its
-/// subfolders.
+/// Removes all temporary files from a folder and its subfolders.
 /// @pre no process writes there
 void remove_left_temporaries(const std::filesystem::path& folder);
 
@@ -32,6 +32,10 @@ std::string read_file(const std::filesystem::path& path);
 /// The file that this code runs from: the program, or the shared library (the Python module) that
 /// holds it.
 std::filesystem::path running_file();
+
+/// For readers of other libraries, which would wait for ever on a pipe and read a device to no end.
+/// @throws UserError if `path` is missing, a folder, a pipe or a device
+void require_regular_file(const std::filesystem::path& path);
 
 /// SHA-256 of a file or a text as 64 hexadecimal digits.
 std::string sha256_of_file(const std::filesystem::path& path);

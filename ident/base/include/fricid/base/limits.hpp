@@ -20,6 +20,9 @@ inline constexpr Limit kJsonLevels{"levels of lists and objects in a JSON file",
 inline constexpr Limit kTomlLevels{"levels of one key or one value in a TOML file", 32};
 inline constexpr Limit kSceneFiles{"files read for one scene, by extends", 64};
 inline constexpr Limit kLinks{"links of a URDF", 1000};
+inline constexpr Limit kJoints{"joints of a model", 1000};
+inline constexpr Limit kNameBytes{"bytes of a name", 100};
+inline constexpr Limit kLabelBytes{"bytes of a label or a description", 1000};
 inline constexpr Limit kHdf5Tables{"tables of an HDF5 file", 10'000};
 inline constexpr Limit kHdf5Columns{"columns in all tables of an HDF5 file", 100'000};
 inline constexpr Limit kHdf5AttributeValues{"values of an attribute of an HDF5 file", 100'000};

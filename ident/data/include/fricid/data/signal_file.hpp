@@ -29,7 +29,7 @@ class SignalWriter {
   void stamp(std::string_view key, const Value& value, const Field& field) {
     attribute(key, value, field);
   }
-  /// An attribute that is text in the file: `write()` gives it, `read(text)` takes it.
+  /// An attribute that is text in the file: `write()` gives it, `read(text, place)` takes it.
   template <class Write, class Read>
   void text_attribute(std::string_view key, Write&& write, Read&& /*read*/, const Field& field) {
     attribute(key, std::string(write()), field);
@@ -84,7 +84,7 @@ class SignalReader {
   template <class Write, class Read>
   void text_attribute(std::string_view key, Write&& /*write*/, Read&& read,
                       const Field& /*field*/) {
-    read(file_.text_attribute(std::string(key)));
+    read(file_.text_attribute(std::string(key)), fmt::format("{}: attribute {}", path_, key));
   }
   void times(Eigen::VectorXd& t) {
     t = file_.vector("t");

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <concepts>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -54,8 +56,9 @@ class RecordWriter {
   std::string prefix_;
 };
 
-/// Reads a record back into a state. Every name that the state visits must be there.
-/// @throws std::out_of_range where one is missing
+/// Reads a record back into a state. Every name that the state visits must be there, whole numbers
+/// within their type, vectors of the size that the state has.
+/// @throws std::out_of_range where that is not so
 class RecordReader {
  public:
   explicit RecordReader(const Record& record) : record_(record) {}
@@ -63,10 +66,16 @@ class RecordReader {
   template <class T>
   requires std::integral<T> || std::floating_point<T>
   void operator()(std::string_view name, T& value) {
-    value = static_cast<T>(record_.numbers.at(prefix_ + std::string(name)).at(row_));
+    const double number = record_.numbers.at(prefix_ + std::string(name)).at(row_);
+    if constexpr (std::integral<T>)
+      if (!(number >= static_cast<double>(std::numeric_limits<T>::min()) &&
+            number < std::ldexp(1.0, std::numeric_limits<T>::digits)))
+        throw std::out_of_range(std::string(name));
+    value = static_cast<T>(number);
   }
   void operator()(std::string_view name, Eigen::VectorXd& values) {
     const std::vector<double>& list = record_.numbers.at(prefix_ + std::string(name));
+    if (std::ssize(list) != values.size()) throw std::out_of_range(std::string(name));
     values = Eigen::VectorXd::Map(list.data(), std::ssize(list));
   }
   void operator()(std::string_view name, std::vector<std::string>& texts) {
@@ -78,9 +87,9 @@ class RecordReader {
     const std::string outer = prefix_;
     std::size_t count = 0;
     operator()(std::string(name) + ".rows", count);
-    rows.assign(count, T());
+    rows.clear();
     prefix_ += std::string(name) + ".";
-    for (row_ = 0; row_ < count; ++row_) rows[row_].visit(*this);
+    for (row_ = 0; row_ < count; ++row_) rows.emplace_back().visit(*this);
     row_ = 0;
     prefix_ = outer;
   }
@@ -101,7 +110,8 @@ class Checkpoint {
   Checkpoint(std::filesystem::path path, std::string key);
 
   /// Takes over the state saved last: all that `state.visit(archive)` names. A state is left as it
-  /// is where there is no file, or one of another key or of other names.
+  /// is where there is no file, or one of another key or of other names, or one that its
+  /// `agrees()`, if it has that, denies.
   /// @return whether it was taken over
   template <class State>
   bool load(State& state) const {
@@ -114,6 +124,8 @@ class Checkpoint {
     } catch (const std::out_of_range&) {
       return false;
     }
+    if constexpr (requires { taken.agrees(); })
+      if (!taken.agrees()) return false;
     state = std::move(taken);
     return true;
   }

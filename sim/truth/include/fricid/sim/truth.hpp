@@ -17,8 +17,9 @@ namespace fricid::sim {
 /// {"joints": [{"laws": [{"law", "elements", "modifiers": [{"name", "order"}],
 ///                        "parameters": [{"owner", "symbol", "value", "unit"}]}]}]}.
 std::string friction_text(const friction::Friction& friction);
-/// @throws nlohmann::json::exception, UserError
-friction::Friction friction_of(const std::string& text);
+/// @param place  of the text, for messages
+/// @throws UserError on anything else than what `friction_text` gives
+friction::Friction friction_of(const std::string& text, const std::string& place);
 
 /// The truth of one sequence. At every sample  M(q) a + h(q, v) + tau_f = tau.
 struct Truth {
@@ -39,7 +40,9 @@ struct Truth {
     archive.attribute("rate_hz", rate_hz, number("Hz", 0, 1e6, "sample rate"));
     archive.text_attribute(
         "friction", [&] { return friction_text(friction); },
-        [&](const std::string& found) { friction = friction_of(found); },
+        [&](const std::string& found, const std::string& place) {
+          friction = friction_of(found, place);
+        },
         text("the friction that was injected, JSON"));
     archive.times(trace.t);
     archive.of_joints("q", trace.q, signal("rad", "position"));

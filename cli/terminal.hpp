@@ -1,0 +1,29 @@
+// What the program prints on stdout and stderr.
+#pragma once
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+namespace fricid::cli {
+
+/// Lines of text as a terminal may get them: each as `printable` has it (names.hpp), tabs and line
+/// ends as they are.
+std::string visible_lines(std::string_view text);
+
+/// Prints `visible_lines(text)`.
+void print(std::string_view text, std::FILE* stream = stdout);
+
+/// JSON text as a terminal may get it: where some of it does not show, all beyond ASCII is written
+/// as \uXXXX.
+/// @param text  JSON that this program wrote
+std::string visible_json(const std::string& text);
+
+/// Prints a value as JSON on stdout.
+template <class Json>
+void print_json(const Json& value) {
+  print(visible_json(value.dump(2, ' ', false, Json::error_handler_t::replace)) + "\n");
+}
+
+}  // namespace fricid::cli
