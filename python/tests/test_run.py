@@ -38,12 +38,13 @@ def test_results_are_those_of_the_program(run, run_of_program):
 def test_the_command_of_the_wheel_goes_on_from_a_run_of_the_package(run, tmp_path):
     folder = tmp_path / "tiny"
     shutil.copytree(run, folder)
-    before = (folder / "manifest.json").read_text()
+    stages = json.loads((folder / "manifest.json").read_text())["stages"]
+    assert stages
     command = pathlib.Path(sysconfig.get_path("scripts")) / "fricid"
     done = subprocess.run([command, "evaluate", folder], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "lugre" in done.stdout
-    assert (folder / "manifest.json").read_text() == before  # nothing was done again
+    assert json.loads((folder / "manifest.json").read_text())["stages"] == stages  # none was done again
     assert subprocess.run([command, "evaluate", tmp_path], capture_output=True).returncode == 2
 
 
