@@ -1,38 +1,62 @@
 // Text, numbers and tables as HTML.
 #pragma once
 
+#include <concepts>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace fricid::render::html {
+#include "fricid/base/code.hpp"
+
+namespace fricid::render {
+
+using Html = Code<struct HtmlLanguage>;
+
+namespace html {
 
 /// Text as the content of an element or of an attribute in quotes.
-std::string escaped(std::string_view text);
+Html escaped(std::string_view text);
 
 /// A number with so many significant digits: "0.12", "4667", "7.2 × 10⁻⁹" with a raised exponent;
 /// "–" for NaN.
-std::string number(double value, int digits = 2);
+Html number(double value, int digits = 2);
 
 /// 100 times the value and " %".
-std::string percent(double share, int digits = 2);
+Html percent(double share, int digits = 2);
 
-/// A cell of a table: HTML, and what it means to the style sheet ("best", "bad", "muted", ...).
+/// "s" unless `count` is 1.
+Html plural(std::integral auto count) { return count == 1 ? Html() : Html::of("s"); }
+
+/// What a cell or a row means to the style sheet.
+enum class Style { kPlain, kBest, kBad, kSoft, kText, kRule, kSoftRule };
+
+/// A cell of a table.
 struct Cell {
-  std::string text;
-  std::string style = {};
+  Html text;
+  Style style = Style::kPlain;
 };
 
-/// A row; `style` as for cells.
 struct Row {
   std::vector<Cell> cells;
-  std::string style = {};
+  Style style = Style::kPlain;
 };
 
-/// A table whose first column is a heading. It scrolls sideways inside itself where it must.
-/// @param head     HTML of the column headings
-/// @param caption  HTML; empty: none
-std::string table(const std::vector<std::string>& head, const std::vector<Row>& rows,
-                  const std::string& caption = {});
+/// Column headings from words, each escaped.
+std::vector<Html> headings(std::initializer_list<std::string_view> words);
 
-}  // namespace fricid::render::html
+/// A table whose first column is a heading. It scrolls sideways inside itself where it must.
+/// @param caption  empty: none
+Html table(const std::vector<Html>& head, const std::vector<Row>& rows, const Html& caption = {});
+
+/// "a, b and c".
+Html enumeration(const std::vector<Html>& parts);
+
+/// A part that is shown on demand; empty of an empty part.
+Html details(std::string_view summary, const Html& part);
+
+/// Links to the second-level headings of a page.
+Html navigation(const Html& page);
+
+}  // namespace html
+}  // namespace fricid::render

@@ -1,7 +1,5 @@
 #include "fricid/render/report.hpp"
 
-#include <fmt/format.h>
-
 #include "fricid/base/files.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/workflow/recordings.hpp"
@@ -14,20 +12,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string symbols_of_page(const workflow::RunFolder& folder) {
+Html symbols_of_page(const workflow::RunFolder& folder) {
   const std::vector<fs::path> plots = folder.files_in(folder.plots(), ".svg");
-  return plots.empty() ? std::string() : svg_symbols(read_svg(plots.front()));
-}
-
-std::string navigation(const std::string& body) {
-  std::string text = "<nav aria-label=\"Contents\">";
-  for (std::size_t at = 0; (at = body.find("<h2 id=\"", at)) != std::string::npos;) {
-    at += 8;
-    const std::size_t quote = body.find('"', at), close = body.find("</h2>", quote);
-    text += fmt::format("<a href=\"#{}\">{}</a> ", body.substr(at, quote - at),
-                        body.substr(quote + 2, close - quote - 2));
-  }
-  return text + "</nav>\n";
+  return plots.empty() ? Html() : svg_symbols(read_svg(plots.front()));
 }
 
 }  // namespace
@@ -49,21 +36,23 @@ Record read_record(const workflow::RunFolder& folder, const scene::Scene& scene,
 std::string report_of_run(const workflow::RunFolder& folder, const scene::Scene& scene,
                           const workflow::Manifest& manifest) {
   const Record record = read_record(folder, scene, manifest);
-  const std::string name = html::escaped(record.run.evaluation.scene);
-  const std::string description = html::escaped(scene.description);
-  std::string body = table_section(record) + torque_section(record) + video_section(record) +
-                     figure_section(record) + model_section(record) + warning_section(record) +
-                     data_section(record) + reproduce_section(record);
-  return fmt::format(
+  const Html name = html::escaped(record.run.evaluation.scene);
+  const Html description = html::escaped(scene.description);
+  const Html body = table_section(record) + torque_section(record) + video_section(record) +
+                    figure_section(record) + model_section(record) + warning_section(record) +
+                    data_section(record) + reproduce_section(record);
+  const Html page = Html::of(
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<link rel=\"icon\" href=\"data:,\">\n"
       "<title>{0} – friction identification</title>\n<style>{1}</style>\n</head>\n<body>\n"
       "{2}<header>\n<h1>{0}</h1>\n<p class=\"byline\">{3}fricid {4}, commit {5}</p>\n{6}{7}"
       "</header>\n<main>\n{8}</main>\n</body>\n</html>\n",
-      name, kReportStyle, symbols_of_page(folder), description.empty() ? "" : description + " · ",
+      name, report_style(), symbols_of_page(folder),
+      description.empty() ? Html() : Html::of("{} · ", description),
       html::escaped(manifest.version), html::escaped(manifest.commit), summary_section(record),
-      navigation(body), body);
+      html::navigation(body), body);
+  return page.text();
 }
 
 void write_report(const workflow::RunFolder& folder, const scene::Scene& scene,

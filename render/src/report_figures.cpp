@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include "fricid/base/files.hpp"
 #include "fricid/workflow/recordings.hpp"
 #include "html.hpp"
@@ -40,50 +38,50 @@ std::string caption_of(const fs::path& script) {
 
 }  // namespace
 
-std::string plot_html(const Record& record, const std::string& name) {
+Html plot_html(const Record& record, const std::string& name) {
   const workflow::RunFolder& folder = record.run.folder;
   const fs::path picture = folder.plot(name, "svg");
   if (!workflow::is_there(picture)) return {};
   const std::string caption = caption_of(folder.plot(name, "gp"));
-  std::string files;
+  Html files;
   for (const char* extension : {"pdf", "svg", "png", "gp"})
     if (const fs::path file = folder.plot(name, extension); workflow::is_there(file))
-      files +=
-          fmt::format(" <a href=\"{}\">{}</a>", html::escaped(folder.name_of(file)), extension);
-  return fmt::format(
+      files += Html::of(" <a href=\"{}\">{}</a>", html::escaped(folder.name_of(file)),
+                        html::escaped(extension));
+  return Html::of(
       "<figure id=\"plot-{0}\"><input class=\"zoom\" type=\"checkbox\" id=\"zoom-{0}\" "
       "aria-label=\"enlarge\"><div class=\"plot\"><label for=\"zoom-{0}\">{1}</label></div>"
       "<figcaption>{2} <span class=\"files\">{3}</span></figcaption></figure>\n",
       html::escaped(name), inline_svg(read_svg(picture), caption), html::escaped(caption), files);
 }
 
-std::string figure_section(const Record& record) {
+Html figure_section(const Record& record) {
   const workflow::RunFolder& folder = record.run.folder;
-  std::string text;
+  Html text;
   for (const Group& group : groups()) {
-    std::string figures;
+    Html figures;
     for (const std::string_view name : group.names) {
       if (!name.ends_with('_')) {
         figures += plot_html(record, std::string(name));
         continue;
       }
       // One joint in sight, the others on demand.
-      std::string first, others;
+      Html first, others;
       for (int j = 0; j < record.run.n(); ++j) {
-        const std::string figure = plot_html(record, std::string(name) + record.run.joint(j));
+        const Html figure = plot_html(record, std::string(name) + record.run.joint(j));
         (first.empty() ? first : others) += figure;
       }
       figures += first;
-      if (!others.empty())
-        figures += "<details><summary>The other joints</summary>\n" + others + "</details>\n";
+      if (!others.empty()) figures += html::details("The other joints", Html::of("\n") + others);
     }
     if (!figures.empty())
-      text += fmt::format("<h2 id=\"{}\">{}</h2>\n{}", group.id, group.title, figures);
+      text += Html::of("<h2 id=\"{}\">{}</h2>\n{}", html::escaped(group.id),
+                       html::escaped(group.title), figures);
   }
   if (folder.files_in(folder.plots(), ".svg").empty())
-    text +=
+    text += Html::of(
         "<p class=\"note\">This folder holds no plots; <code>fricid render</code> draws "
-        "them where gnuplot is installed.</p>\n";
+        "them where gnuplot is installed.</p>\n");
   return text;
 }
 

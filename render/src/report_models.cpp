@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "fricid/evaluate/verdict.hpp"
 #include "html.hpp"
 #include "report_parts.hpp"
@@ -12,6 +10,7 @@ namespace {
 
 using html::Cell;
 using html::Row;
+using html::Style;
 
 /// Entry of theta where a friction has this law at that joint; NaN elsewhere.
 double value_of(const friction::Friction& friction, int joint, const std::string& law,
@@ -38,17 +37,17 @@ Found found_in(const FittedModel& fitted, int joint, const std::string& law,
           std::ranges::find(at_bound, symbol) != at_bound.end()};
 }
 
-std::string interval(double lower, double upper) {
-  return fmt::format("{} … {}", html::number(lower), html::number(upper));
+Html interval(double lower, double upper) {
+  return Html::of("{} … {}", html::number(lower), html::number(upper));
 }
 
 /// Parameters of one law as it appears at the joints: rows are symbols, columns joints.
-std::string law_table(const Record& record, const FittedModel& fitted, const std::string& law,
-                      int elements) {
+Html law_table(const Record& record, const FittedModel& fitted, const std::string& law,
+               int elements) {
   const Run& run = record.run;
-  std::vector<std::string> head{"parameter"};
+  std::vector<Html> head = html::headings({"parameter"});
   for (int j = 0; j < run.n(); ++j) head.push_back(html::escaped(run.joint(j)));
-  head.emplace_back("allowed");
+  head.push_back(html::escaped("allowed"));
 
   int weights = 0;
   bool any_bound = false, any_truth = false, any_error = false;
@@ -59,47 +58,47 @@ std::string law_table(const Record& record, const FittedModel& fitted, const std
       ++weights;
       continue;
     }
-    Row row{{{fmt::format("<span title=\"{}\">{}</span> <span class=\"soft\">{}</span>",
-                          html::escaped(info.meaning), html::escaped(symbol),
-                          info.has_unit() ? html::escaped(info.unit) : "")}}};
-    Row truth{{{"<span class=\"soft\">truth</span>"}}, "soft"};
+    Row row{{{Html::of("<span title=\"{}\">{}</span> <span class=\"soft\">{}</span>",
+                       html::escaped(info.meaning), html::escaped(symbol),
+                       info.has_unit() ? html::escaped(info.unit) : Html())}}};
+    Row truth{{{Html::of("<span class=\"soft\">truth</span>")}}, Style::kSoft};
     bool has_truth = false;
     for (int j = 0; j < run.n(); ++j) {
       const Found found = found_in(fitted, j, law, symbol);
       const double injected = run.truth ? value_of(run.truth->friction, j, law, symbol) : kNaN;
       Cell cell{html::number(value_of(fitted.file->arm.friction, j, law, symbol), 3)};
       if (std::isfinite(found.standard_error)) {
-        cell.text += " ± " + html::number(found.standard_error, 1);
+        cell.text += Html::of(" ± {}", html::number(found.standard_error, 1));
         any_error = true;
       }
       if (found.at_bound) {
-        cell.text += "&#8239;†";
-        cell.style = "bad";
+        cell.text += Html::of("&#8239;†");
+        cell.style = Style::kBad;
         any_bound = true;
       }
       row.cells.push_back(cell);
       truth.cells.push_back({html::number(injected, 3)});
       has_truth |= std::isfinite(injected);
     }
-    row.cells.push_back({interval(info.lower, info.upper), "soft"});
+    row.cells.push_back({interval(info.lower, info.upper), Style::kSoft});
     truth.cells.emplace_back();
     rows.push_back(std::move(row));
     if (has_truth) rows.push_back(std::move(truth));
     any_truth |= has_truth;
   }
-  std::string caption = fmt::format("Parameters of <i>{}</i>", html::escaped(law));
-  if (elements > 0) caption += fmt::format(", {} elements", elements);
-  if (any_error) caption += "; ± standard error";
-  if (any_bound) caption += "; † ended on its bound";
-  if (any_truth) caption += "; truth: as injected";
-  std::string text = html::table(head, rows, caption + ".");
+  Html caption = Html::of("Parameters of <i>{}</i>", html::escaped(law));
+  if (elements > 0) caption += Html::of(", {} elements", elements);
+  if (any_error) caption += Html::of("; ± standard error");
+  if (any_bound) caption += Html::of("; † ended on its bound");
+  if (any_truth) caption += Html::of("; truth: as injected");
+  Html text = html::table(head, rows, Html::of("{}.", caption));
   if (weights > 0)
-    text += fmt::format(
-        "<p class=\"note\">And {} network weights per joint, in the model file.</p>\n", weights);
+    text += Html::of("<p class=\"note\">And {} network weights per joint, in the model file.</p>\n",
+                     weights);
   return text;
 }
 
-std::string friction_tables(const Record& record, const FittedModel& fitted) {
+Html friction_tables(const Record& record, const FittedModel& fitted) {
   const friction::RobotFriction& friction = fitted.file->arm.friction.model;
   std::vector<std::pair<std::string, int>> laws;
   for (const friction::JointSpec& joint : friction.joints())
@@ -107,10 +106,10 @@ std::string friction_tables(const Record& record, const FittedModel& fitted) {
       if (const std::pair entry(law.law, law.elements);
           std::ranges::find(laws, entry) == laws.end())
         laws.push_back(entry);
-  std::string text;
+  Html text;
   for (const auto& [law, elements] : laws) text += law_table(record, fitted, law, elements);
   if (friction.has_whole())
-    text += fmt::format(
+    text += Html::of(
         "<p class=\"note\">One <i>{}</i> for the whole robot, {} elements: {} weights and scales, "
         "in "
         "the model file.</p>\n",
@@ -119,35 +118,39 @@ std::string friction_tables(const Record& record, const FittedModel& fitted) {
   return text;
 }
 
-std::string base_table(const std::vector<data::FittedBaseParameter>& base) {
+Html base_table(const std::vector<data::FittedBaseParameter>& base) {
   if (base.empty()) return {};
   std::vector<Row> rows;
   for (const data::FittedBaseParameter& parameter : base) {
     const double error = parameter.standard_error;
-    rows.push_back({{{html::escaped(parameter.name), "text"},
+    rows.push_back({{{html::escaped(parameter.name), Style::kText},
                      {html::number(parameter.value, 4)},
                      {html::number(error, 2)},
                      {html::number(std::abs(error / parameter.value), 2)},
                      {html::number(parameter.physical, 4),
-                      evaluate::is_moved_by_physics(parameter) ? "bad" : ""}}});
+                      evaluate::is_moved_by_physics(parameter) ? Style::kBad : Style::kPlain}}});
   }
-  return "<details><summary>Base parameters of the rigid body</summary>" +
-         html::table({"combination", "estimate", "standard error", "relative", "physical"}, rows,
-                     "Base parameters [kg, kg m, kg m²]: what the data determine. Physical: those "
-                     "of the nearest body with positive definite inertia, which the model uses; "
-                     "marked where it lies more than three standard errors away.") +
-         "</details>\n";
+  return html::details(
+      "Base parameters of the rigid body",
+      html::table(
+          html::headings({"combination", "estimate", "standard error", "relative", "physical"}),
+          rows,
+          Html::of("Base parameters [kg, kg m, kg m²]: what the data determine. Physical: those "
+                   "of the nearest body with positive definite inertia, which the model uses; "
+                   "marked where it lies more than three standard errors away.")));
 }
 
-std::string body_table(const Record& record, const FittedModel& fitted) {
+Html body_table(const Record& record, const FittedModel& fitted) {
   const dynamics::RobotModel& robot = fitted.file->arm.robot;
   const data::FitFile fit = fitted.fit.value_or(data::FitFile());
   const data::FittedRigidBody& rigid = fit.rigid_body;
-  std::vector<std::string> head{"joint"};
+  std::vector<Html> head = html::headings({"joint"});
   for (int j = 0; j < record.run.n(); ++j) head.push_back(html::escaped(record.run.joint(j)));
-  Row mass{{{"mass [kg]"}}}, armature{{{"armature [kg m²]"}}}, rows_used{{{"rows used"}}},
-      noise{{{"residual of the regression [N m]"}}}, rms{{{"RMS of the torque residual [N m]"}}},
-      r2{{{"R²"}}};
+  const Html unknown = Html::of("–");
+  const auto titled = [](std::string_view title) { return Row{{{html::escaped(title)}}}; };
+  Row mass = titled("mass [kg]"), armature = titled("armature [kg m²]"),
+      rows_used = titled("rows used"), noise = titled("residual of the regression [N m]"),
+      rms = titled("RMS of the torque residual [N m]"), r2 = titled("R²");
   for (int j = 0; j < robot.n(); ++j) {
     const auto at = static_cast<std::size_t>(j);
     mass.cells.push_back({html::number(robot.pi[10 * j], 3)});
@@ -155,70 +158,72 @@ std::string body_table(const Record& record, const FittedModel& fitted) {
     rows_used.cells.push_back(
         {at < rigid.rows.size() && at < rigid.rows_total.size()
              ? html::percent(static_cast<double>(rigid.rows[at]) / rigid.rows_total[at])
-             : "–"});
-    noise.cells.push_back({j < rigid.sigma.size() ? html::number(rigid.sigma[j]) : "–"});
+             : unknown});
+    noise.cells.push_back({j < rigid.sigma.size() ? html::number(rigid.sigma[j]) : unknown});
     if (fit.joints.empty()) continue;
     rms.cells.push_back({html::number(fit.joints[at].residual_rms)});
     const double share = fit.joints[at].r2;
-    r2.cells.push_back({std::isnan(share) ? "–" : fmt::format("{:.4f}", share)});
+    r2.cells.push_back({std::isnan(share) ? unknown : Html::of("{:.4f}", share)});
   }
   std::vector<Row> rows{mass, armature, rows_used, noise};
   if (!fit.joints.empty()) rows.insert(rows.end(), {rms, r2});
   return html::table(head, rows,
-                     "Rigid body of the model, and how its regression went. Masses and armatures "
-                     "alone are not determined by the data; the base parameters are.") +
+                     Html::of("Rigid body of the model, and how its regression went. Masses and "
+                              "armatures alone are not determined by the data; the base "
+                              "parameters are.")) +
          base_table(rigid.base);
 }
 
-std::string health(const Record& record, const FittedModel& fitted) {
+Html health(const Record& record, const FittedModel& fitted) {
   if (!fitted.fit) return {};
   const data::FitFile& fit = *fitted.fit;
-  std::string text = "<dl>";
-  const auto item = [&](const std::string& name, const std::string& value) {
-    if (!value.empty()) text += fmt::format("<dt>{}</dt><dd>{}</dd>", name, value);
+  Html text = Html::of("<dl>");
+  const auto item = [&](std::string_view name, const Html& value) {
+    if (!value.empty()) text += Html::of("<dt>{}</dt><dd>{}</dd>", html::escaped(name), value);
   };
   item("Method", html::escaped(fit.method));
   item("Outcome", html::escaped(name_of(fit.outcome)) +
-                      (fit.usable ? "" : " <b class=\"bad\">not usable</b>"));
+                      (fit.usable ? Html() : Html::of(" <b class=\"bad\">not usable</b>")));
   item("In words", html::escaped(fit.message));
-  item("Fitted values", fmt::format("{}", fit.parameters));
+  item("Fitted values", Html::of("{}", fit.parameters));
   if (const workflow::StageRecord* stage = record.manifest.find(workflow::stage_of(fitted.id)))
-    item("Time", html::number(stage->seconds) + "&#8239;s");
+    item("Time", Html::of("{}&#8239;s", html::number(stage->seconds)));
   item("Condition of the regression", html::number(fit.rigid_body.condition));
   if (fit.em) {
     if (!fit.em->iterations.empty()) {
       const data::FittedIteration &first = fit.em->iterations.front(),
                                   &last = fit.em->iterations.back();
-      item("Log-likelihood", fmt::format("{} → {}", html::number(first.log_likelihood, 5),
-                                         html::number(last.log_likelihood, 5)));
-      item("NIS per channel",
-           html::number(last.nis) + " (1 where the noise is as large as the model says)");
+      item("Log-likelihood", Html::of("{} → {}", html::number(first.log_likelihood, 5),
+                                      html::number(last.log_likelihood, 5)));
+      item("NIS per channel", Html::of("{} (1 where the noise is as large as the model says)",
+                                       html::number(last.nis)));
     }
-    item("Held-out MSE", html::number(fit.em->held_out_start) + " rad² at the start");
+    item("Held-out MSE", Html::of("{} rad² at the start", html::number(fit.em->held_out_start)));
   }
   if (fit.torque) item("Training on the torque", html::escaped(fit.torque->message));
   if (fit.multi_step && !fit.multi_step->held_out.empty()) {
     const std::vector<double>& held_out = fit.multi_step->held_out;
     item("Held-out MSE",
-         fmt::format("{} → {} rad²", html::number(held_out.front()),
-                     html::number(held_out[static_cast<std::size_t>(fit.multi_step->chosen)])));
+         Html::of("{} → {} rad²", html::number(held_out.front()),
+                  html::number(held_out[static_cast<std::size_t>(fit.multi_step->chosen)])));
   }
-  return text + "</dl>\n";
+  return text + Html::of("</dl>\n");
 }
 
 // What held-out data chose from, and what they say of the parts of the sum of laws.
-std::string choice_tables(const data::FitFile& fit) {
-  std::string text;
+Html choice_tables(const data::FitFile& fit) {
+  Html text;
   if (!fit.candidates.empty()) {
     std::vector<Row> rows;
     for (const data::FittedCandidate& c : fit.candidates)
       rows.push_back({{{html::escaped(c.name)},
                        {html::number(c.held_out)},
                        {html::number(c.torque)},
-                       {fmt::format("{}", c.parameters)},
-                       {c.taken ? "taken" : ""}}});
-    text += html::table({"candidate", "rollouts [rad²]", "torque left", "parameters", ""}, rows,
-                        "What held-out data chose from.");
+                       {Html::of("{}", c.parameters)},
+                       {c.taken ? Html::of("taken") : Html()}}});
+    text += html::table(
+        html::headings({"candidate", "rollouts [rad²]", "torque left", "parameters", ""}), rows,
+        Html::of("What held-out data chose from."));
   }
   if (!fit.parts.empty()) {
     std::vector<Row> rows;
@@ -227,48 +232,47 @@ std::string choice_tables(const data::FitFile& fit) {
                        {html::escaped(p.part)},
                        {html::number(p.gain)},
                        {html::number(p.error)},
-                       {p.on ? "on" : "off"}}});
-    text += html::table({"joint", "part", "gain", "standard error", ""}, rows,
-                        "Parts of the sum of laws: the relative rise of the held-out mean square "
-                        "of the torque without the part; on where it exceeds its standard error.");
+                       {p.on ? Html::of("on") : Html::of("off")}}});
+    text += html::table(
+        html::headings({"joint", "part", "gain", "standard error", ""}), rows,
+        Html::of("Parts of the sum of laws: the relative rise of the held-out mean square "
+                 "of the torque without the part; on where it exceeds its standard error."));
   }
-  if (text.empty()) return text;
-  return "<details><summary>Choice of parts</summary>\n" + text + "</details>\n";
+  if (text.empty()) return {};
+  return html::details("Choice of parts", Html::of("\n") + text);
 }
 
 }  // namespace
 
-std::string model_section(const Record& record) {
+Html model_section(const Record& record) {
   if (record.fits.empty()) return {};
-  std::string text = "<h2 id=\"models\">Models</h2>\n";
+  Html text = Html::of("<h2 id=\"models\">Models</h2>\n");
   for (std::size_t i = 0; i < record.fits.size(); ++i) {
     const FittedModel& fitted = record.fits[i];
     const bool first_seed = fitted.id == fitted.model.first_fit();
-    const std::string seed =
-        fitted.model.seeds.size() > 1 ? fmt::format(", seed {}", fitted.id.seed) : std::string();
-    text +=
-        fmt::format("<section id=\"model-{0}-{1}\"><h3>{2}{3}</h3>\n",
-                    html::escaped(fitted.model.name), fitted.id.seed, dotted(fitted.model), seed);
+    const Html seed =
+        fitted.model.seeds.size() > 1 ? Html::of(", seed {}", fitted.id.seed) : Html();
+    text += Html::of("<section id=\"model-{0}-{1}\"><h3>{2}{3}</h3>\n",
+                     html::escaped(fitted.model.name), fitted.id.seed, dotted(fitted.model), seed);
     if (!fitted.file) {
-      text +=
+      text += Html::of(
           "<p class=\"note\">Known by its rollouts alone, made by another "
-          "program.</p>\n</section>\n";
+          "program.</p>\n</section>\n");
       continue;
     }
     text += health(record, fitted);
-    text += "<details><summary>Parameters</summary>\n" + friction_tables(record, fitted) +
-            body_table(record, fitted) + "</details>\n";
+    text += html::details("Parameters", Html::of("\n") + friction_tables(record, fitted) +
+                                            body_table(record, fitted));
     if (fitted.fit) text += choice_tables(*fitted.fit);
     const auto add_plot = [&](const char* kind, const char* title) {
-      const std::string plot = plot_html(record, kind + fitted.model.name);
-      if (!plot.empty())
-        text += fmt::format("<details><summary>{}</summary>\n{}</details>\n", title, plot);
+      const Html plot = plot_html(record, kind + fitted.model.name);
+      if (!plot.empty()) text += html::details(title, Html::of("\n") + plot);
     };
     if (first_seed) {
       add_plot("torque_", "Torque along the measured motion");
       add_plot("correlation_", "Correlation of the parameters");
     }
-    text += "</section>\n";
+    text += Html::of("</section>\n");
   }
   return text;
 }

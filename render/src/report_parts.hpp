@@ -7,6 +7,7 @@
 #include "fricid/scene/scene.hpp"
 #include "fricid/sim/excitation_file.hpp"
 #include "fricid/workflow/manifest.hpp"
+#include "html.hpp"
 #include "run.hpp"
 
 namespace fricid::render {
@@ -33,32 +34,32 @@ Record read_record(const workflow::RunFolder& folder, const scene::Scene& scene,
 
 // report_summary.cpp
 /// Three sentences from the figures: the best model, how far it is from the oracle, what fails.
-std::string summary_section(const Record& record);
-std::string table_section(const Record& record);
-std::string video_section(const Record& record);
+Html summary_section(const Record& record);
+Html table_section(const Record& record);
+Html video_section(const Record& record);
 
 // report_warnings.cpp
-std::string warning_section(const Record& record);
+Html warning_section(const Record& record);
 
 // report_figures.cpp
-std::string figure_section(const Record& record);
+Html figure_section(const Record& record);
 /// One plot of the folder as a numbered figure; empty when it was not drawn.
-std::string plot_html(const Record& record, const std::string& name);
+Html plot_html(const Record& record, const std::string& name);
 
 // report_torque.cpp
 /// Torque along the measured motion: joints, regimes, drift, and the recordings' own noise.
-std::string torque_section(const Record& record);
+Html torque_section(const Record& record);
 
 // report_models.cpp
-std::string model_section(const Record& record);
+Html model_section(const Record& record);
 
 // report_data.cpp
-std::string data_section(const Record& record);
-std::string reproduce_section(const Record& record);
+Html data_section(const Record& record);
+Html reproduce_section(const Record& record);
 
 /// A model's name with a dot of its colour.
-std::string dotted(const RunModel& model);
+Html dotted(const RunModel& model);
 
-extern const char* const kReportStyle;  ///< the style sheet
+Html report_style();  ///< the style sheet
 
 }  // namespace fricid::render

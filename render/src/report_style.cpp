@@ -2,7 +2,8 @@
 
 namespace fricid::render {
 
-const char* const kReportStyle = R"CSS(
+Html report_style() {
+  return Html(Vouched{R"CSS(
 :root {
   color-scheme: light dark;
   --paper: #fff; --ink: #1b1b1b; --soft: #5d6066; --rule: #c9c9c9; --grid: #dddddd;
@@ -104,6 +105,7 @@ dd { margin: 0; min-width: 0; }
   table:not(:has(tr:nth-child(40))) { break-inside: avoid; }
   th, td { padding: .1rem .3rem; }
 }
-)CSS";
+)CSS"});
+}
 
 }  // namespace fricid::render

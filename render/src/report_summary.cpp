@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include "fricid/base/text.hpp"
 #include "fricid/evaluate/averages.hpp"
 #include "fricid/evaluate/verdict.hpp"
 #include "html.hpp"
@@ -15,54 +14,53 @@ namespace {
 using evaluate::Evaluation;
 using evaluate::Summary;
 using html::Row;
+using html::Style;
 
-std::string model_label(const Summary& summary) {
-  return html::escaped(evaluate::label_of(summary));
-}
+Html model_label(const Summary& summary) { return html::escaped(evaluate::label_of(summary)); }
 
 /// "15.7 s" as in a table head.
-std::string horizon(double seconds) { return fmt::format("{:.3g}&#8239;s", seconds); }
+Html horizon(double seconds) { return Html::of("{:.3g}&#8239;s", seconds); }
 
-std::string angle(double mse) {
+Html angle(double mse) {
   const double rms = std::sqrt(mse);
-  return rms < 1 ? html::number(1e3 * rms) + "&#8239;mrad" : html::number(rms) + "&#8239;rad";
+  return rms < 1 ? Html::of("{}&#8239;mrad", html::number(1e3 * rms))
+                 : Html::of("{}&#8239;rad", html::number(rms));
 }
 
-std::string duration(double seconds) {
-  return std::isnan(seconds) ? "–" : html::number(seconds) + "&#8239;s";
+Html duration(double seconds) {
+  return std::isnan(seconds) ? Html::of("–") : Html::of("{}&#8239;s", html::number(seconds));
 }
 
-std::vector<std::string> labels_of(const std::vector<const Summary*>& summaries) {
-  std::vector<std::string> labels;
+std::vector<Html> labels_of(const std::vector<const Summary*>& summaries) {
+  std::vector<Html> labels;
   for (const Summary* summary : summaries) labels.push_back(model_label(*summary));
   return labels;
 }
 
-std::string best_sentence(const Evaluation& evaluation, const Summary& best) {
+Html best_sentence(const Evaluation& evaluation, const Summary& best) {
   const std::size_t fitted = evaluate::fitted_summaries(evaluation).size();
   const std::size_t trajectories = evaluation.trajectories.size();
-  std::vector<std::string> errors;
+  std::vector<Html> errors;
   for (const std::size_t h : evaluate::quoted_horizons(evaluation.horizons_s))
-    errors.push_back(angle(best.q_mse_geometric_mean[h]) + " within " +
-                     horizon(evaluation.horizons_s[h]));
-  const std::vector<std::string> others =
-      labels_of(evaluate::better_at_a_horizon(evaluation, best));
-  return fmt::format(
+    errors.push_back(Html::of("{} within {}", angle(best.q_mse_geometric_mean[h]),
+                              horizon(evaluation.horizons_s[h])));
+  const std::vector<Html> others = labels_of(evaluate::better_at_a_horizon(evaluation, best));
+  return Html::of(
       "Of {} model{} of <b>{}</b>, <b>{}</b> follows {} best: started at the measured state and "
       "driven by the measured motor torque alone, it is off by {} (RMS over joints, typical "
       "start){}.",
-      fitted, fitted == 1 ? "" : "s", html::escaped(evaluation.scene), model_label(best),
-      trajectories == 1 ? std::string("the held-out trajectory")
-                        : fmt::format("{} held-out trajectories", trajectories),
-      enumeration(errors),
-      others.empty() ? ""
-                     : fmt::format("; at single horizons {} {} better", enumeration(others),
-                                   others.size() == 1 ? "is" : "are"));
+      fitted, html::plural(fitted), html::escaped(evaluation.scene), model_label(best),
+      trajectories == 1 ? Html::of("the held-out trajectory")
+                        : Html::of("{} held-out trajectories", trajectories),
+      html::enumeration(errors),
+      others.empty() ? Html()
+                     : Html::of("; at single horizons {} {} better", html::enumeration(others),
+                                others.size() == 1 ? Html::of("is") : Html::of("are")));
 }
 
-std::string oracle_sentence(const Record& record, const Summary& best) {
+Html oracle_sentence(const Record& record, const Summary& best) {
   const Evaluation& evaluation = record.run.evaluation;
-  std::vector<std::string> errors, ratios, shares;
+  std::vector<Html> errors, ratios, shares;
   for (const std::size_t h : evaluate::quoted_horizons(evaluation.horizons_s)) {
     if (!std::isfinite(evaluation.oracle[h])) continue;
     errors.push_back(angle(evaluation.oracle[h]));
@@ -72,80 +70,81 @@ std::string oracle_sentence(const Record& record, const Summary& best) {
   }
   if (errors.empty()) {
     const double left = evaluate::torque_left(evaluation, best.name);
-    return "A log holds no truth, so how much better a model could be is not known" +
-           (std::isnan(left) ? std::string(".")
-                             : fmt::format("; along the measured motion {} leaves {} of the "
-                                           "motor torque's RMS unexplained.",
-                                           model_label(best), html::percent(left)));
+    return Html::of("A log holds no truth, so how much better a model could be is not known{}",
+                    std::isnan(left) ? Html::of(".")
+                                     : Html::of("; along the measured motion {} leaves {} of the "
+                                                "motor torque's RMS unexplained.",
+                                                model_label(best), html::percent(left)));
   }
-  std::string text = fmt::format(
+  const Html text = Html::of(
       "The true model under the same noisy torque is off by {}, so in squared error {} is {} "
       "times worse than physics allows",
-      enumeration(errors), model_label(best), enumeration(ratios));
-  if (best.is_conventional) return text + ": headroom that no model here closes.";
-  return text + fmt::format(
+      html::enumeration(errors), model_label(best), html::enumeration(ratios));
+  if (best.is_conventional) return text + Html::of(": headroom that no model here closes.");
+  return text + Html::of(
                     "; of the logarithmic distance between the best conventional model "
                     "and the oracle it closes {}.",
-                    enumeration(shares));
+                    html::enumeration(shares));
 }
 
-std::string failure_sentence(const Record& record, const Summary& best) {
+Html failure_sentence(const Record& record, const Summary& best) {
   std::vector<const data::FitFile*> fits;
   for (const FittedModel& fitted : record.fits)
     if (fitted.fit) fits.push_back(&*fitted.fit);
   const evaluate::Failures found = evaluate::failures_of(record.run.evaluation, fits);
 
   constexpr std::size_t kMostNamed = 4;
-  std::vector<std::string> failures;
+  std::vector<Html> failures;
   if (found.diverging.size() > kMostNamed)
-    failures.push_back(fmt::format("rollouts of {} models diverge", found.diverging.size()));
+    failures.push_back(Html::of("rollouts of {} models diverge", found.diverging.size()));
   else
     for (const Summary* summary : found.diverging)
-      failures.push_back(fmt::format("{} diverges in {} of {} rollouts", model_label(*summary),
-                                     summary->diverged, summary->rollouts));
-  const auto add_fits = [&](int count, const char* verb, const char* what) {
+      failures.push_back(Html::of("{} diverges in {} of {} rollouts", model_label(*summary),
+                                  summary->diverged, summary->rollouts));
+  const auto add_fits = [&](int count, std::string_view verb, std::string_view what) {
     if (count > 0)
-      failures.push_back(fmt::format("{} fit{} {} {} {}", count, count == 1 ? "" : "s", verb,
-                                     count == 1 ? "its" : "their", what));
+      failures.push_back(
+          Html::of("{} fit{} {} {} {}", count, html::plural(count), html::escaped(verb),
+                   count == 1 ? Html::of("its") : Html::of("their"), html::escaped(what)));
   };
   add_fits(found.unusable_fits, "failed", "own health test");
   add_fits(found.limited_fits, "stopped at", "limit of iterations");
   if (found.at_bound > 0)
-    failures.push_back(fmt::format("{} parameter{} ended on a bound", found.at_bound,
-                                   found.at_bound == 1 ? "" : "s"));
+    failures.push_back(
+        Html::of("{} parameter{} ended on a bound", found.at_bound, html::plural(found.at_bound)));
   if (const std::vector<double>& blind = found.blind_horizons; !blind.empty()) {
-    std::vector<std::string> names;
+    std::vector<Html> names;
     for (const double seconds : blind) names.push_back(horizon(seconds));
-    failures.push_back(fmt::format("the horizon{} of {} cannot rank models",
-                                   blind.size() == 1 ? "" : "s", enumeration(names)));
+    failures.push_back(Html::of("the horizon{} of {} cannot rank models",
+                                html::plural(blind.size()), html::enumeration(names)));
   }
 
-  std::string text = failures.empty()
-                         ? "Nothing failed: no rollout diverged and every fit converged"
-                         : "What fails: " + enumeration(failures);
+  Html text = failures.empty()
+                  ? Html::of("Nothing failed: no rollout diverged and every fit converged")
+                  : Html::of("What fails: {}", html::enumeration(failures));
   if (std::isfinite(best.friction_reversal) && std::isfinite(best.friction_sliding))
-    text += fmt::format(
+    text += Html::of(
         "; the friction torque of {} errs by {} of its RMS around reversals against {} in sliding",
         model_label(best), html::percent(best.friction_reversal),
         html::percent(best.friction_sliding));
-  return text + ".";
+  return text + Html::of(".");
 }
 
 /// What a reader must know before any figure: models that are not to be trusted.
-std::string distrust_section(const std::vector<const Summary*>& fitted) {
-  std::string text;
+Html distrust_section(const std::vector<const Summary*>& fitted) {
+  Html text;
   for (const Summary* summary : fitted) {
     if (summary->doubts.empty()) continue;
     const std::size_t more = summary->doubts.size() - 1;
-    text += fmt::format("<p class=\"warning\"><b>{} is not to be trusted:</b> {}{}.</p>\n",
-                        model_label(*summary), html::escaped(summary->doubts.front()),
-                        more == 0 ? "" : fmt::format("; and {} more under warnings", more));
+    text += Html::of("<p class=\"warning\"><b>{} is not to be trusted:</b> {}{}.</p>\n",
+                     model_label(*summary), html::escaped(summary->doubts.front()),
+                     more == 0 ? Html() : Html::of("; and {} more under warnings", more));
   }
   return text;
 }
 
 /// Per joint, over all fits: how much of its training torque they explain, and the verdict.
-std::string joint_table(const Record& record) {
+Html joint_table(const Record& record) {
   std::vector<evaluate::LabelledFit> fits;
   for (const FittedModel& fitted : record.fits)
     if (fitted.fit) fits.push_back({fitted.model.label, &*fitted.fit});
@@ -155,17 +154,18 @@ std::string joint_table(const Record& record) {
     const data::FittedFault* fault = joint.fault;
     rows.push_back(
         {{{html::escaped(joint.joint)},
-          {html::number(joint.least_r2, 3) + (joint.most_r2 > joint.least_r2
-                                                  ? " to " + html::number(joint.most_r2, 3)
-                                                  : std::string())},
-          {fault == nullptr ? "passed"
-                            : html::escaped(fmt::format("not to be trusted ({}): {}; {}",
+          {html::number(joint.least_r2, 3) +
+           (joint.most_r2 > joint.least_r2 ? Html::of(" to {}", html::number(joint.most_r2, 3))
+                                           : Html())},
+          {html::escaped(fault == nullptr ? "passed"
+                                          : fmt::format("not to be trusted ({}): {}; {}",
                                                         joint.model, fault->found, fault->remedy)),
-           fault == nullptr ? "" : "bad"}}});
+           fault == nullptr ? Style::kPlain : Style::kBad}}});
   }
-  return rows.empty() ? std::string()
-                      : html::table({"joint", "R<sup>2</sup> of the training torque", "verdict"},
-                                    rows, "Every joint over all fits");
+  if (rows.empty()) return {};
+  return html::table({html::escaped("joint"), Html::of("R<sup>2</sup> of the training torque"),
+                      html::escaped("verdict")},
+                     rows, html::escaped("Every joint over all fits"));
 }
 
 /// Marks the least finite number of a column among fitted models.
@@ -176,20 +176,20 @@ void mark_best(std::vector<Row>& rows, const std::vector<std::vector<double>>& v
     if (column < values[r].size() && std::isfinite(values[r][column]) &&
         (best == rows.size() || values[r][column] < values[best][column]))
       best = r;
-  if (best < rows.size()) rows[best].cells[cell].style = "best";
+  if (best < rows.size()) rows[best].cells[cell].style = Style::kBest;
 }
 
-std::string score_table(const Record& record) {
+Html score_table(const Record& record) {
   const Evaluation& evaluation = record.run.evaluation;
   const std::vector<double>& horizons = evaluation.horizons_s;
   const bool truth = record.run.truth.has_value();
-  std::vector<std::string> head{"model"};
+  std::vector<Html> head = html::headings({"model"});
   for (const double h : horizons) head.push_back(horizon(h));
-  if (truth) head.emplace_back("friction");
-  for (const char* name : {"diverged", "parameters", "fit"}) head.emplace_back(name);
+  if (truth) head.push_back(html::escaped("friction"));
+  for (const char* name : {"diverged", "parameters", "fit"}) head.push_back(html::escaped(name));
   const bool budgets = std::ranges::any_of(
       evaluation.summary, [](const Summary& summary) { return !summary.budget.empty(); });
-  if (budgets) head.emplace_back("budget");
+  if (budgets) head.push_back(html::escaped("budget"));
 
   std::vector<Row> oracles, rows;
   std::vector<std::vector<double>> values;
@@ -200,10 +200,10 @@ std::string score_table(const Record& record) {
     const std::vector<double>& mse = summary.q_mse_geometric_mean;
     for (const double value : mse) row.cells.push_back({html::number(value)});
     if (truth) row.cells.push_back({html::percent(summary.friction)});
-    row.cells.push_back({fmt::format("{}/{}", summary.diverged, summary.rollouts),
-                         summary.diverged > 0 ? "bad" : ""});
-    row.cells.push_back({model->is_oracle ? "" : fmt::format("{}", summary.parameters)});
-    row.cells.push_back({model->is_oracle ? ""
+    row.cells.push_back({Html::of("{}/{}", summary.diverged, summary.rollouts),
+                         summary.diverged > 0 ? Style::kBad : Style::kPlain});
+    row.cells.push_back({model->is_oracle ? Html() : Html::of("{}", summary.parameters)});
+    row.cells.push_back({model->is_oracle ? Html()
                                           : duration(evaluate::fit_seconds(
                                                 summary, workflow::fit_seconds(record.manifest)))});
     if (budgets) row.cells.push_back({html::escaped(summary.budget)});
@@ -212,10 +212,10 @@ std::string score_table(const Record& record) {
   }
   for (std::size_t h = 0; h < horizons.size(); ++h) mark_best(rows, values, h, h + 1);
 
-  const auto extra = [&](const std::string& name, const std::vector<double>& list) {
+  const auto extra = [&](std::string_view name, const std::vector<double>& list) {
     if (std::none_of(list.begin(), list.end(), [](double x) { return std::isfinite(x); }))
       return Row{};
-    Row row{{{name}}, "soft"};
+    Row row{{{html::escaped(name)}}, Style::kSoft};
     for (const double value : list) row.cells.push_back({html::number(value)});
     row.cells.resize(head.size());
     return row;
@@ -224,37 +224,41 @@ std::string score_table(const Record& record) {
   Row floor = extra("floor", evaluation.floor);
   const bool has_floor = !floor.cells.empty();
   if (has_floor) all.push_back(std::move(floor));
-  if (!rows.empty() && !all.empty()) rows.front().style = "rule";
+  if (!rows.empty() && !all.empty()) rows.front().style = Style::kRule;
   all.insert(all.end(), rows.begin(), rows.end());
   if (Row headroom = extra("headroom", evaluation.headroom); !headroom.cells.empty()) {
-    headroom.style = "soft rule";
+    headroom.style = Style::kSoftRule;
     all.push_back(headroom);
   }
+  const Html more =
+      truth ? Html::of(
+                  " Friction: error of the friction torque driven by the measured motion, share of "
+                  "its RMS; the oracle's is what filtering that motion costs. Floor: the larger of "
+                  "the oracle's error and of what halving the truth's inner step changes. "
+                  "Headroom: the best conventional model over the oracle.")
+      : has_floor
+          ? Html::of(
+                " Floor: half of what the open loop under the torque of one period of a repeating "
+                "motion differs from that under the next. Headroom: the best conventional model "
+                "over it.")
+          : Html();
   return html::table(
       head, all,
-      "<b>Table 1.</b> Mean squared error of q [rad²] in open loop, from the start of a rollout to "
-      "the horizon: geometric mean over trajectories, start times and seeds. Bold: the best fitted "
-      "model." +
-          std::string(truth ? " Friction: error of the friction torque driven by the measured "
-                              "motion, share of its RMS; the oracle's is what filtering that "
-                              "motion costs. Floor: the larger of the oracle's error and of what "
-                              "halving the truth's inner step changes. Headroom: the best "
-                              "conventional model over the oracle."
-                      : has_floor ? " Floor: half of what the open loop under the torque of one "
-                                    "period of a repeating motion differs from that under the "
-                                    "next. Headroom: the best conventional model over it."
-                                  : ""));
+      Html::of("<b>Table 1.</b> Mean squared error of q [rad²] in open loop, from the start of a "
+               "rollout to the horizon: geometric mean over trajectories, start times and seeds. "
+               "Bold: the best fitted model.{}",
+               more));
 }
 
-std::string oracle_table(const Record& record) {
+Html oracle_table(const Record& record) {
   if (!record.run.truth) return {};
   const Evaluation& evaluation = record.run.evaluation;
   const std::vector<double>& horizons = evaluation.horizons_s;
-  std::vector<std::string> head{"model"};
-  for (const double h : horizons) head.push_back("ratio<br>" + horizon(h));
-  for (const double h : horizons) head.push_back("closed<br>" + horizon(h));
-  for (const char* name : {"pre-<br>sliding", "<br>reversal", "<br>sliding"})
-    head.emplace_back(name);
+  std::vector<Html> head = html::headings({"model"});
+  for (const double h : horizons) head.push_back(Html::of("ratio<br>{}", horizon(h)));
+  for (const double h : horizons) head.push_back(Html::of("closed<br>{}", horizon(h)));
+  head.insert(head.end(),
+              {Html::of("pre-<br>sliding"), Html::of("<br>reversal"), Html::of("<br>sliding")});
   std::vector<Row> rows;
   for (const Summary* summary : evaluate::fitted_summaries(evaluation)) {
     const RunModel* model = record.run.model(summary->name);
@@ -262,7 +266,7 @@ std::string oracle_table(const Record& record) {
     Row row{{{dotted(*model)}}};
     for (const double ratio : summary->ratio_to_oracle) row.cells.push_back({html::number(ratio)});
     for (const double closed : summary->headroom_closed)
-      row.cells.push_back({std::isnan(closed) ? "–" : html::percent(closed)});
+      row.cells.push_back({html::percent(closed)});
     for (const double error :
          {summary->friction_presliding, summary->friction_reversal, summary->friction_sliding})
       row.cells.push_back({html::percent(error)});
@@ -270,19 +274,20 @@ std::string oracle_table(const Record& record) {
   }
   return html::table(
       head, rows,
-      "<b>Table 2.</b> Ratio of the MSE to the oracle's; share of the headroom closed, "
-      "log(best conventional / model) / log(best conventional / oracle): 0 as good as the best "
-      "conventional model, 100&#8239;% as good as physics allows; and the error of the friction "
-      "torque by regime, share of its RMS.");
+      Html::of(
+          "<b>Table 2.</b> Ratio of the MSE to the oracle's; share of the headroom closed, "
+          "log(best conventional / model) / log(best conventional / oracle): 0 as good as the best "
+          "conventional model, 100&#8239;% as good as physics allows; and the error of the "
+          "friction torque by regime, share of its RMS."));
 }
 
-std::string mean_table(const Record& record) {
+Html mean_table(const Record& record) {
   const Evaluation& evaluation = record.run.evaluation;
   const std::vector<double>& horizons = evaluation.horizons_s;
-  std::vector<std::string> head{"model"};
+  std::vector<Html> head = html::headings({"model"});
   for (const double h : horizons) {
-    head.push_back("MSE<br>" + horizon(h));
-    head.push_back("MAE<br>" + horizon(h));
+    head.push_back(Html::of("MSE<br>{}", horizon(h)));
+    head.push_back(Html::of("MAE<br>{}", horizon(h)));
   }
   std::vector<Row> rows;
   for (const RunModel& model : record.run.models) {
@@ -292,46 +297,47 @@ std::string mean_table(const Record& record) {
         row.cells.push_back({html::number(evaluate::mean_error(evaluation, model.name, error, h))});
     rows.push_back(std::move(row));
   }
-  return "<details><summary>Arithmetic means: MSE and MAE</summary>" +
-         html::table(head, rows,
-                     "<b>Table 3.</b> MSE(q) [rad²] and MAE(q) [rad], arithmetic means over the "
-                     "same rollouts: one bad rollout decides them.") +
-         "</details>\n";
+  return html::details(
+      "Arithmetic means: MSE and MAE",
+      html::table(head, rows,
+                  Html::of("<b>Table 3.</b> MSE(q) [rad²] and MAE(q) [rad], arithmetic means over "
+                           "the same rollouts: one bad rollout decides them.")));
 }
 
 }  // namespace
 
-std::string dotted(const RunModel& model) {
-  return fmt::format("<i class=\"dot{}\" style=\"background:{}\"></i>{}",
-                     model.is_oracle ? " ring" : "", model.look.colour, html::escaped(model.label));
+Html dotted(const RunModel& model) {
+  return Html::of("<i class=\"dot{}\" style=\"background:{}\"></i>{}",
+                  model.is_oracle ? Html::of(" ring") : Html(), html::escaped(model.look.colour),
+                  html::escaped(model.label));
 }
 
-std::string summary_section(const Record& record) {
+Html summary_section(const Record& record) {
   const Evaluation& evaluation = record.run.evaluation;
   const std::vector<const Summary*> fitted = evaluate::fitted_summaries(evaluation);
-  if (fitted.empty()) return "<p class=\"abstract\">No model was fitted.</p>\n";
-  const std::string verdicts = distrust_section(fitted) + joint_table(record);
+  if (fitted.empty()) return Html::of("<p class=\"abstract\">No model was fitted.</p>\n");
+  const Html verdicts = distrust_section(fitted) + joint_table(record);
   const Summary* best = evaluate::best_model(evaluation);
   if (best == nullptr) return verdicts;
-  return verdicts + fmt::format("<p class=\"abstract\">{} {} {}</p>\n",
-                                best_sentence(evaluation, *best), oracle_sentence(record, *best),
-                                failure_sentence(record, *best));
+  return verdicts + Html::of("<p class=\"abstract\">{} {} {}</p>\n",
+                             best_sentence(evaluation, *best), oracle_sentence(record, *best),
+                             failure_sentence(record, *best));
 }
 
-std::string table_section(const Record& record) {
-  return "<h2 id=\"result\">Result</h2>\n" + score_table(record) + oracle_table(record) +
+Html table_section(const Record& record) {
+  return Html::of("<h2 id=\"result\">Result</h2>\n") + score_table(record) + oracle_table(record) +
          mean_table(record);
 }
 
-std::string video_section(const Record& record) {
+Html video_section(const Record& record) {
   const workflow::RunFolder& folder = record.run.folder;
-  std::string text;
+  Html text;
   for (const std::filesystem::path& video : folder.files_in(folder.videos(), ".mp4"))
-    text += fmt::format(
+    text += Html::of(
         "<figure><video controls preload=\"metadata\" src=\"{0}\"></video>"
         "<figcaption><a href=\"{0}\">{0}</a></figcaption></figure>\n",
         html::escaped(folder.name_of(video)));
-  return text.empty() ? text : "<h2 id=\"videos\">Videos</h2>\n" + text;
+  return text.empty() ? text : Html::of("<h2 id=\"videos\">Videos</h2>\n") + text;
 }
 
 }  // namespace fricid::render

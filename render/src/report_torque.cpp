@@ -1,6 +1,3 @@
-#include <fmt/format.h>
-
-#include "fricid/base/text.hpp"
 #include "fricid/evaluate/torque_summary.hpp"
 #include "html.hpp"
 #include "report_parts.hpp"
@@ -10,6 +7,7 @@ namespace {
 
 using evaluate::TorqueSummary;
 using html::Row;
+using html::Style;
 using Values = std::vector<double>;
 
 const RunModel& model_of(const Record& record, const TorqueSummary& torque) {
@@ -17,49 +15,48 @@ const RunModel& model_of(const Record& record, const TorqueSummary& torque) {
 }
 
 /// Which models err less than every static law, and at how many joints.
-std::string comparison(const Record& record, const std::vector<TorqueSummary>& torques) {
+Html comparison(const Record& record, const std::vector<TorqueSummary>& torques) {
   const std::vector<TorqueSummary> static_laws = evaluate::static_laws(torques);
   if (static_laws.empty()) return {};
   const Values least = evaluate::least_percent(static_laws);
   const auto label = [&](const TorqueSummary& torque) {
     return html::escaped(model_of(record, torque).label);
   };
-  std::vector<std::string> names, others;
+  std::vector<Html> names, others;
   for (const TorqueSummary& torque : torques)
     if (torque.is_static_law)
       names.push_back(label(torque));
     else
-      others.push_back(
-          fmt::format("{} at {}", label(torque), evaluate::joints_below(torque, least)));
+      others.push_back(Html::of("{} at {}", label(torque), evaluate::joints_below(torque, least)));
   if (others.empty()) return {};
-  return fmt::format("<p>Closer than every law without a state ({}), of {} joints: {}.</p>\n",
-                     enumeration(names), least.size(), enumeration(others));
+  return Html::of("<p>Closer than every law without a state ({}), of {} joints: {}.</p>\n",
+                  html::enumeration(names), least.size(), html::enumeration(others));
 }
 
-std::vector<std::string> joints_head(const Run& run) {
-  std::vector<std::string> head{"model"};
+std::vector<Html> joints_head(const Run& run) {
+  std::vector<Html> head = html::headings({"model"});
   for (int j = 0; j < run.n(); ++j) head.push_back(html::escaped(run.joint(j)));
   return head;
 }
 
-std::string percent_table(const Record& record, const std::vector<TorqueSummary>& torques) {
+Html percent_table(const Record& record, const std::vector<TorqueSummary>& torques) {
   std::vector<Row> rows;
   const Values least = evaluate::least_percent(torques);
   for (const TorqueSummary& torque : torques) {
     Row row{{{dotted(model_of(record, torque))}}};
     for (std::size_t j = 0; j < least.size(); ++j)
-      row.cells.push_back(
-          {html::number(torque.percent[j]), torque.percent[j] == least[j] ? "best" : ""});
+      row.cells.push_back({html::number(torque.percent[j]),
+                           torque.percent[j] == least[j] ? Style::kBest : Style::kPlain});
     rows.push_back(std::move(row));
   }
   return html::table(
       joints_head(record.run), rows,
-      "Error of the motor torque along the measured motion [% of its RMS], mean over "
-      "the held-out recordings. Friction runs free: the measured motion drives it, "
-      "the measured torque never corrects it. Bold: the best model.");
+      Html::of("Error of the motor torque along the measured motion [% of its RMS], mean over "
+               "the held-out recordings. Friction runs free: the measured motion drives it, "
+               "the measured torque never corrects it. Bold: the best model."));
 }
 
-std::string regime_table(const Record& record, const std::vector<TorqueSummary>& torques) {
+Html regime_table(const Record& record, const std::vector<TorqueSummary>& torques) {
   std::vector<Row> rows;
   for (const TorqueSummary& torque : torques) {
     Row row{{{dotted(model_of(record, torque))}}};
@@ -68,31 +65,31 @@ std::string regime_table(const Record& record, const std::vector<TorqueSummary>&
       row.cells.push_back({html::number(percent)});
     rows.push_back(std::move(row));
   }
-  return html::table({"model", "reversal", "presliding", "sliding", "one step"}, rows,
-                     "The same by regime, mean over joints [% of the torque's RMS]: within 50 ms "
-                     "of a reversal; below 0.05 rad/s or within 5 mrad of one; the rest. One step: "
-                     "with the error of the last sample known, so what white noise leaves.");
+  return html::table(
+      html::headings({"model", "reversal", "presliding", "sliding", "one step"}), rows,
+      Html::of("The same by regime, mean over joints [% of the torque's RMS]: within 50 ms "
+               "of a reversal; below 0.05 rad/s or within 5 mrad of one; the rest. One step: "
+               "with the error of the last sample known, so what white noise leaves."));
 }
 
-std::string drift_table(const Record& record, const std::vector<TorqueSummary>& torques) {
+Html drift_table(const Record& record, const std::vector<TorqueSummary>& torques) {
   std::vector<Row> rows;
   for (const TorqueSummary& torque : torques) {
     Row row{{{dotted(model_of(record, torque))}}};
     for (std::size_t j = 0; j < torque.drift.size(); ++j)
-      row.cells.push_back({fmt::format("{} ± {}", html::number(torque.drift[j]),
-                                       html::number(torque.drift_error[j], 1)),
-                           torque.drifts(j) ? "bad" : ""});
+      row.cells.push_back({Html::of("{} ± {}", html::number(torque.drift[j]),
+                                    html::number(torque.drift_error[j], 1)),
+                           torque.drifts(j) ? Style::kBad : Style::kPlain});
     rows.push_back(std::move(row));
   }
   return html::table(joints_head(record.run), rows,
-                     "Drift of what is left from begin to end of a recording [N m], mean over "
-                     "recordings, and its standard error; marked beyond three of them: warming up, "
-                     "or a slow motion that the "
-                     "model lacks.");
+                     Html::of("Drift of what is left from begin to end of a recording [N m], mean "
+                              "over recordings, and its standard error; marked beyond three of "
+                              "them: warming up, or a slow motion that the model lacks."));
 }
 
 /// What the recordings say of their own noise.
-std::string repeats_table(const Record& record) {
+Html repeats_table(const Record& record) {
   const evaluate::Evaluation& evaluation = record.run.evaluation;
   std::vector<Row> rows;
   for (std::size_t i = 0; i < evaluation.repeats.size(); ++i) {
@@ -103,29 +100,30 @@ std::string repeats_table(const Record& record) {
     rows.push_back(std::move(row));
   }
   if (rows.empty())
-    return "<p class=\"note\">No motion repeats in these recordings, so how much of the error is "
-           "noise is not known: record two periods.</p>\n";
-  std::vector<std::string> head = joints_head(record.run);
-  head.front() = "recording";
-  head.insert(head.begin() + 1, "period [s]");
+    return Html::of(
+        "<p class=\"note\">No motion repeats in these recordings, so how much of the error is "
+        "noise is not known: record two periods.</p>\n");
+  std::vector<Html> head = joints_head(record.run);
+  head.front() = html::escaped("recording");
+  head.insert(head.begin() + 1, html::escaped("period [s]"));
   return html::table(head, rows,
-                     "Repeatability: standard deviation of the torque of one passage of a motion "
-                     "against the next [N m]. No function of the motion can err by less.");
+                     Html::of("Repeatability: standard deviation of the torque of one passage of a "
+                              "motion against the next [N m]. No function of the motion can err "
+                              "by less."));
 }
 
 }  // namespace
 
-std::string torque_section(const Record& record) {
+Html torque_section(const Record& record) {
   std::vector<TorqueSummary> torques = evaluate::torque_summaries(record.run.evaluation);
   std::erase_if(torques, [&](const TorqueSummary& torque) {
     return record.run.model(torque.model) == nullptr;
   });
   if (torques.empty()) return {};
-  std::string text = "<h2 id=\"torque\">Torque along the motion</h2>\n" +
-                     percent_table(record, torques) + comparison(record, torques);
-  std::string more = regime_table(record, torques) + drift_table(record, torques);
-  if (record.run.truth)
-    return text + "<details><summary>By regime, and drift</summary>\n" + more + "</details>\n";
+  const Html text = Html::of("<h2 id=\"torque\">Torque along the motion</h2>\n") +
+                    percent_table(record, torques) + comparison(record, torques);
+  const Html more = regime_table(record, torques) + drift_table(record, torques);
+  if (record.run.truth) return text + html::details("By regime, and drift", Html::of("\n") + more);
   return text + more + repeats_table(record);
 }
 

@@ -28,12 +28,12 @@ std::vector<evaluate::Warning> warnings_of(const Record& record) {
 
 }  // namespace
 
-std::string warning_section(const Record& record) {
+Html warning_section(const Record& record) {
   const std::vector<evaluate::Warning> warnings = warnings_of(record);
-  std::string text = "<h2 id=\"warnings\">Warnings</h2>\n";
-  if (warnings.empty()) return text + "<p>None.</p>\n";
+  Html text = Html::of("<h2 id=\"warnings\">Warnings</h2>\n");
+  if (warnings.empty()) return text + Html::of("<p>None.</p>\n");
   for (const evaluate::Warning& warning : warnings)
-    text += fmt::format(
+    text += Html::of(
         "<div class=\"warning\"><p><b>{}</b>: {}.</p><p class=\"note\">Meaning: {}. Remedy: "
         "{}.</p></div>\n",
         html::escaped(warning.subject), html::escaped(warning.found),

@@ -138,13 +138,15 @@ bool is_plain_svg(std::string_view file) {
   return true;
 }
 
-std::string read_svg(const std::filesystem::path& path) {
-  std::string file = read_file(path);
+Svg plain_svg(std::string file, const std::string& place) {
   if (!is_plain_svg(file))
     throw UserError(
-        "{}: no picture that gnuplot drew; remove it, or draw it again by `fricid render`",
-        path.string());
-  return file;
+        "{}: no picture that gnuplot drew; remove it, or draw it again by `fricid render`", place);
+  return Svg(Vouched{std::move(file)});
+}
+
+Svg read_svg(const std::filesystem::path& path) {
+  return plain_svg(read_file(path), path.string());
 }
 
 std::string relative_path(const std::string& d) {
@@ -186,7 +188,8 @@ std::string relative_path(const std::string& d) {
   return result;
 }
 
-std::string inline_svg(const std::string& file, const std::string& label) {
+Html inline_svg(const Svg& picture, std::string_view label) {
+  const std::string& file = picture.text();
   const std::string width = part_between(file, "width=\"", "\""),
                     height = part_between(file, "height=\"", "\"");
   const std::size_t body = file.find('>', file.find("<svg"));
@@ -209,16 +212,19 @@ std::string inline_svg(const std::string& file, const std::string& label) {
     before = text;
     replace_all(text, "\n\n", "\n");
   }
-  return fmt::format(
+  // what is left of a plain picture is plain
+  return Html::of(
       "<svg viewBox=\"0 0 {0} {1}\" style=\"--width:{0}px\" role=\"img\" aria-label=\"{2}\">{3}",
-      width, height, html::escaped(label), text);
+      html::escaped(width), html::escaped(height), html::escaped(label), Html(Vouched{text}));
 }
 
-std::string svg_symbols(const std::string& file) {
-  std::string symbols = part_between(file, "<defs>", "</defs>");
+Html svg_symbols(const Svg& picture) {
+  std::string symbols = part_between(picture.text(), "<defs>", "</defs>");
   remove_all(symbols, "<filter", "</filter>");
-  return "<svg width=\"0\" height=\"0\" class=\"symbols\" aria-hidden=\"true\"><defs>" + symbols +
-         "</defs></svg>\n";
+  return Html::of(
+      "<svg width=\"0\" height=\"0\" class=\"symbols\" "
+      "aria-hidden=\"true\"><defs>{}</defs></svg>\n",
+      Html(Vouched{symbols}));
 }
 
 }  // namespace fricid::render

@@ -221,16 +221,28 @@ TEST_F(Report, NeedsAnEvaluation) {
 }
 
 TEST(Html, EscapesWhatHasAMeaning) {
-  EXPECT_EQ(html::escaped("a<b> & \"c\" 'd'"), "a&lt;b&gt; &amp; &quot;c&quot; &#39;d&#39;");
+  EXPECT_EQ(html::escaped("a<b> & \"c\" 'd'").text(), "a&lt;b&gt; &amp; &quot;c&quot; &#39;d&#39;");
 }
 
+/// Whether a value may stand in a piece of HTML as it is.
+template <class Value>
+concept EntersHtml = requires(Value value) {
+  Html::of("{}", value);
+};
+static_assert(EntersHtml<Html> && EntersHtml<double> && EntersHtml<int>);
+static_assert(!EntersHtml<std::string> && !EntersHtml<std::string_view> &&
+              !EntersHtml<const char*>);
+static_assert(!EntersHtml<Svg>);
+static_assert(!std::is_convertible_v<std::string, Html> &&
+              !std::is_convertible_v<const char*, Html>);
+
 TEST(Html, NumbersHaveTheDigitsThatCount) {
-  EXPECT_EQ(html::number(0.123), "0.12");
-  EXPECT_EQ(html::number(9.96), "10.0");
-  EXPECT_EQ(html::number(4667.2), "4667");
-  EXPECT_EQ(html::number(-7.2e-9), "−7.2&#8239;×&#8239;10<sup>−9</sup>");
-  EXPECT_EQ(html::number(NAN), "–");
-  EXPECT_EQ(html::percent(0.0345), "3.5&#8239;%");
+  EXPECT_EQ(html::number(0.123).text(), "0.12");
+  EXPECT_EQ(html::number(9.96).text(), "10.0");
+  EXPECT_EQ(html::number(4667.2).text(), "4667");
+  EXPECT_EQ(html::number(-7.2e-9).text(), "−7.2&#8239;×&#8239;10<sup>−9</sup>");
+  EXPECT_EQ(html::number(NAN).text(), "–");
+  EXPECT_EQ(html::percent(0.0345).text(), "3.5&#8239;%");
 }
 
 TEST(Svg, OnlyWhatGnuplotDrawsMayEnterAPage) {
@@ -250,8 +262,10 @@ TEST(Svg, OnlyWhatGnuplotDrawsMayEnterAPage) {
 // Labels may hold what looks like an attribute.
 TEST(Svg, WordsStayWords) {
   const std::string words = "<text> d='M1,2 id=\"x\" ]]></text>";
-  EXPECT_THAT(inline_svg("<svg width=\"1\" height=\"1\">" + words + "</svg>", ""),
-              HasSubstr("<text> d=&#39;M1,2 id=&quot;x&quot; ]]&gt;</text>"));
+  EXPECT_THAT(
+      inline_svg(plain_svg("<svg width=\"1\" height=\"1\">" + words + "</svg>", "a.svg"), "")
+          .text(),
+      HasSubstr("<text> d=&#39;M1,2 id=&quot;x&quot; ]]&gt;</text>"));
 }
 
 TEST(Svg, PathsAreShortenedWithoutDrift) {
@@ -267,11 +281,12 @@ TEST(Svg, PathsAreShortenedWithoutDrift) {
 }
 
 TEST(Svg, BlackFollowsThePage) {
-  const std::string svg = inline_svg(
+  const Svg picture = plain_svg(
       "<?xml?>\n<svg width=\"10\" height=\"20\" xmlns=\"x\">\n<title>Gnuplot</title>\n"
       "<defs><path id='gpPt0'/></defs><g id=\"plot\" color=\"black\"><path stroke='black'  "
       "d='M1.00,2.00 L3.00,2.00  '/></g></svg>\n",
-      "a \"plot\"");
+      "a.svg");
+  const std::string svg = inline_svg(picture, "a \"plot\"").text();
   EXPECT_THAT(svg, HasSubstr("viewBox=\"0 0 10 20\""));
   EXPECT_THAT(svg, HasSubstr("aria-label=\"a &quot;plot&quot;\""));
   EXPECT_THAT(svg, HasSubstr("<path stroke='currentColor'  d='M1,2l2,0'/>"));
