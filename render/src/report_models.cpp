@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "fricid/evaluate/verdict.hpp"
 #include "html.hpp"
 #include "report_parts.hpp"

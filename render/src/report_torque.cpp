@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include "fricid/evaluate/torque_summary.hpp"
 #include "html.hpp"
 #include "report_parts.hpp"
