@@ -177,7 +177,10 @@ Subject load_run(const fs::path& folder) {
 }
 
 Subject load_subject(const CheckOptions& options) {
-  if (workflow::is_run_folder(options.target)) return load_run(options.target);
+  if (workflow::is_run_folder(options.target)) {
+    workflow::require_own_folder(workflow::RunFolder(options.target));
+    return load_run(options.target);
+  }
   Subject subject;
   const fs::path kind = options.target.extension();
   if (options.contract.empty() && (kind == ".csv" || kind == ".txt" || kind == ".mcap"))
