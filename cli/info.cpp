@@ -19,36 +19,10 @@
 namespace fricid::cli {
 namespace {
 
-/// @throws UserError when the tables have no rows in common
-void print_csv(const data::H5Reader& file, const std::string& path) {
-  std::vector<data::RowMatrix> tables;
-  std::string header;
-  for (const std::string& name : file.names()) {
-    data::RowMatrix table = file.matrix(name);
-    const auto columns = table.cols();
-    if (columns == 0) continue;
-    if (!tables.empty() && table.rows() != tables[0].rows())
-      throw UserError("{}: table {} has {} rows; allowed for --csv: {}, as the first", path, name,
-                      table.rows(), tables[0].rows());
-    tables.push_back(std::move(table));
-    for (Eigen::Index j = 0; j < columns; ++j)
-      header += fmt::format("{}{}{}", header.empty() ? "" : ",", printable(name),
-                            columns > 1 ? std::to_string(j + 1) : "");
-  }
-  print(header + "\n");
-  for (Eigen::Index k = 0; !tables.empty() && k < tables[0].rows(); ++k) {
-    std::string row;
-    for (const data::RowMatrix& table : tables)
-      for (Eigen::Index j = 0; j < table.cols(); ++j)
-        row += fmt::format("{}{}", row.empty() ? "" : ",", table(k, j));
-    print(row + "\n");
-  }
-}
-
 void print_hdf5(const std::filesystem::path& path, bool csv, bool json) {
   const std::string format = data::hdf5_format(path);
   const data::H5Reader file(path, format);
-  if (csv) return print_csv(file, path.string());
+  if (csv) return data::print_tables(file, [](const std::string& line) { print(line); });
   nlohmann::json tables;
   for (const std::string& name : file.names()) {
     const data::TableShape shape = file.shape(name);

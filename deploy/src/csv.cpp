@@ -2,17 +2,12 @@
 
 #include <cmath>
 
+#include "fricid/base/csv.hpp"
 #include "fricid/deploy/c_header.hpp"
 #include "writers.hpp"
 
 namespace fricid::deploy {
 namespace {
-
-std::string csv_field(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return result + '"';
-}
 
 // Speeds from 1e-4 of the fastest on, evenly on a logarithmic scale.
 std::vector<double> speeds(double fastest) {
@@ -40,7 +35,7 @@ Exported write_csv(const data::ModelFile& model) {
       in[j].v = v;
       if (friction.model.joint_count() > 0)
         friction.model.steady_torque<double>(friction.theta, in, tau_f);
-      text += fmt::format("{},{:.9g},{:.9g}\n", csv_field(joint.name), v, tau_f[j]);
+      text += fmt::format("{},{:.9g},{:.9g}\n", csv_cell(joint.name), v, tau_f[j]);
     }
   }
   Exported exported{.files = {{code_name(model) + "_friction.csv", text}}, .losses = {}};

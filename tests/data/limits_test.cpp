@@ -159,6 +159,23 @@ TEST_F(Hdf5Limits, GiantChunksAreRefusedByTheirSize) {
   EXPECT_THAT(said, StartsWith("b.h5: table /q of 1 x 2 numbers would take 3.2 GB of memory"));
 }
 
+TEST_F(Hdf5Limits, TablesOfUnlikeLengthAreNotPrintedSideBySide) {
+  const auto printed = [&](std::int64_t rows) {
+    write_hdf5(path("b.h5"), "fricid.dataset/1", [&](H5Writer& file) {
+      file.matrix("q", RowMatrix::Constant(2, 2, 0.5), "rad");
+      file.matrix("none", RowMatrix(3, 0), "rad");
+      file.vector("t, \x1b", Eigen::VectorXd::Constant(rows, 1), "s");
+    });
+    std::string text;
+    print_tables(H5Reader(path("b.h5"), ""), [&](const std::string& line) { text += line; });
+    return text;
+  };
+  EXPECT_EQ(printed(2), "q1,q2,\"t, \\x1b\"\n0.5,0.5,1\n0.5,0.5,1\n");
+  for (const std::int64_t rows : {0, 1, 3, 1000})
+    EXPECT_EQ(message_of([&] { printed(rows); }),
+              fmt::format("b.h5: table t, \\x1b has {} rows; allowed beside the first: 2", rows));
+}
+
 // What a file names elsewhere could be any file of the reader.
 TEST_F(Hdf5Limits, TablesInOtherFilesAreRefused) {
   const auto of_file = [&](const std::function<void(hid_t)>& fill) {

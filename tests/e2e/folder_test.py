@@ -42,6 +42,14 @@ class RunFolderRule(ProgramTest):
         self.assert_refused(fricid("simulate", TINY, "-o", run), r"train_0\.h5: found a symbolic link")
         self.assertEqual(precious.read_text(), "precious")
 
+    def test_what_a_check_finds_goes_through_no_link(self):
+        run = self.folder / "run"
+        self.assertEqual(fricid("simulate", TINY, "-o", run).returncode, 0)
+        precious = self.write("precious", "precious")
+        (run / "check.json").symlink_to(precious)
+        self.assert_refused(fricid("check", run), r"check\.json: found a symbolic link")
+        self.assertEqual(precious.read_text(), "precious")
+
     def test_names_lead_nowhere_else(self):
         for name in ("../../../x", "/abs", "..", ".", "a/b", "a\nb"):
             scene = self.tiny(changes={'name = "tiny"': f"name = {name!r}"

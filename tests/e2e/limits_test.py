@@ -1,5 +1,6 @@
 """What asks for too much, or for what cannot be, is refused in one line before any work; what cannot
 be printed is said."""
+import hashlib
 import os
 import pathlib
 import signal
@@ -111,6 +112,31 @@ class Scenes(Limits):
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("allowed: training data in which the arm moves", done.stderr)
 
+    def test_fewer_usable_rows_than_parameters(self):
+        for changes in ({"base_rad_s = 1.5": "base_rad_s = 2.5"},
+                        {"min_speed_rad_s = 0.02": "min_speed_rad_s = 4.0"},
+                        {"base_rad_s = 1.5": "base_rad_s = 6.0", "rate_hz = 100.0": "rate_hz = 30.0",
+                         "step_s = 0.001": "step_s = 0.0033333333333333335", "cutoff_hz = 10": "cutoff_hz = 8"}):
+            with self.subTest(changes=changes):
+                self.setUp()
+                self.scene(changes)
+                done = self.fricid("run", "scene.toml", "-o", "out", "--quiet", "--no-video")
+                self.assertIn(done.returncode, (1, 2), done.stderr)
+                if done.returncode == 1:
+                    self.assertIn("not to be trusted", done.stderr)
+
+    def test_a_log_at_rest(self):
+        rows = [line.split(",") for line in (self.folder / "log.csv").read_text().split()]
+        for column in [i for i, name in enumerate(rows[0]) if name in ("q1", "q2")]:
+            for row in rows[1:]:
+                row[column] = "0.5"
+        self.write("log.csv", "\n".join(map(",".join, rows)) + "\n")
+        done = self.fricid("run", "logs.toml", "-o", "out", "--quiet", "--no-video")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("allowed: training data in which the arm moves", done.stderr)
+        done = self.fricid("check", "log.csv", "--contract", "contract.toml", "--robot", "robot.urdf")
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+
     def test_a_scene_without_noise(self):
         self.scene({"torque_noise = 0.001": "torque_noise = 0.0",
                     "torque_step = 0.0005": "torque_step = 0.0"})
@@ -138,11 +164,76 @@ class Files(Limits):
             with self.subTest(name=name):
                 self.refuse(["info", name], name)
 
+    def test_a_model_of_the_whole_robot_is_shown(self):
+        text = (self.folder / "scene.toml").read_text()
+        begin, end = text.index("[[model]]"), text.index("[evaluate]")
+        self.write("scene.toml", text[:begin] + '''[[model]]
+name = "nn"
+elements = 2
+method = "torque"
+starts = 1
+[model.torque]
+iterations = 20
+
+''' + text[end:])
+        done = self.fricid("identify", "scene.toml", "-o", "out", "--quiet")
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+        shown = self.fricid("info", "out/models/nn_s1.json")
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        self.assertIn("whole robot", shown.stdout)
+
     def test_json_nested_deeply(self):
         self.write("deep.json", "[" * 100_000 + "]" * 100_000)
         self.refuse(["info", "deep.json"], "deep.json: 33 levels")
         self.write("large.json", '{"a": 1e400}')
         self.refuse(["info", "large.json"], "large.json: not JSON: number overflow")
+
+
+class Runs(Limits):
+    """Run folders from others: what the manifest vouches for may still be anything."""
+
+    def forge(self, name, change):
+        file = self.folder / "run" / name
+        before = file.read_bytes()
+        after = change(before)
+        self.assertNotEqual(before, after)
+        file.write_bytes(after)
+        manifest = self.folder / "run" / "manifest.json"
+        hashes = [hashlib.sha256(data).hexdigest() for data in (before, after)]
+        manifest.write_text(manifest.read_text().replace(*hashes))
+
+    def test_a_model_of_another_name(self):
+        for old, new in ((b'"name": "simple"', b'"name": "other"'), (b'"seed": 1', b'"seed": 2'),
+                         (b'"is_oracle": false', b'"is_oracle": true')):
+            with self.subTest(new=new):
+                self.setUp()
+                self.forge("models/simple_s1.json", lambda data: data.replace(old, new, 1))
+                done = self.fricid("evaluate", "run", "--quiet")
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertRegex(done.stderr, r"models/simple_s1\.json: found the model .*; allowed: simple, seed 1")
+
+    def test_what_is_printed_shows(self):
+        self.forge("table.md", lambda data: data + b"\x1b]0;title\x07\x1b[31m \xe2\x80\xae\n")
+        done = self.fricid("evaluate", "run")
+        self.assertIn("evaluate: up to date", done.stderr)
+        self.assertIn("\\x1b]0;title\\x07\\x1b[31m \\u{202e}\n", done.stdout)
+        self.forge("evaluation.json", lambda data: data.replace(b'"label": "simple"', b'"label": "simple\xc2\x9b"', 1))
+        done = self.fricid("evaluate", "run", "--json")
+        self.assertNotIn("\x9b", done.stdout + done.stderr)
+
+    def test_files_of_another_robot(self):
+        """Of the right kind and the wrong shape."""
+        for name in ("models/simple_s1.json", "fit/simple_s1.json", "evaluation.json",
+                     "data/validation_0.h5", "truth/validation_0.h5", "excitation.json",
+                     "rollouts/simple_s1_validation_0.h5", "predictions/simple_s1_validation_0.h5"):
+            other = (self.folder / "other" / name).read_bytes()
+            for command in (["evaluate", "run"], ["render", "run", "plots", "report"], ["check", "run"]):
+                with self.subTest(name=name, command=command[0]):
+                    self.setUp()
+                    self.forge(name, lambda _: other)
+                    done = self.fricid(*command, "--quiet")
+                    self.assertIn(done.returncode, (0, 1, 2), done.stderr)
+                    self.assertNotIn("unexpected", done.stderr)
 
 
 class Printing(Limits):
@@ -188,6 +279,22 @@ class Hanging(Limits):
         process.send_signal(signal.SIGTERM)
         self.assertEqual(process.wait(15), 130)
         self.assertEqual([p.name for p in (self.folder / "run").rglob(".*.tmp")], [])
+
+    def test_a_pipe_that_nobody_writes_does_not_keep_us(self):
+        os.mkfifo(self.folder / "pipe.toml")
+        process = subprocess.Popen([PROGRAM, "info", "pipe.toml"], cwd=self.folder,
+                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(process.wait(15), 130)
+
+    def test_a_limit_on_the_size_of_files(self):
+        done = subprocess.run(["bash", "-c", 'ulimit -f 8; exec "$0" simulate scene.toml -o out --quiet', PROGRAM],
+                              cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertRegex(done.stderr, r"out/.*\.h5: .*File too large")
+        self.assertEqual([p.name for p in self.folder.rglob(".*.tmp")], [])
 
     def test_plots_that_are_a_file(self):
         subprocess.run(["rm", "-r", "run/plots"], cwd=self.folder, check=True)

@@ -15,6 +15,7 @@ namespace fricid::sim::test {
 namespace {
 
 using testing::HasSubstr;
+using testing::StartsWith;
 
 bool same_bytes(const RowMatrix& x, const RowMatrix& y) {
   return x.rows() == y.rows() && x.cols() == y.cols() &&
@@ -153,6 +154,41 @@ TEST(Truth, NamesAFileThatIsNoTruth) {
   const Simulation simulation = simulate(resolve(small_scene("kr6_gms")), 2);
   data::save_dataset(simulation.train[0], file.path());
   EXPECT_THROW(load_truth(file.path()), UserError);
+}
+
+// The text is an attribute of files from others.
+TEST(Truth, FrictionIsTextAndBack) {
+  const friction::Friction before{
+      friction::RobotFriction({{{{"coulomb_viscous", 0, {{"ripple", 2}}}}}, {}}),
+      std::vector<double>(9, 0.5)};
+  const std::string text = friction_text(before);
+  EXPECT_THAT(text, StartsWith(R"({"joints":[{"laws":[{"elements":0,"law":"coulomb_viscous",)"
+                               R"("modifiers":[{"name":"ripple","order":2}],"parameters":[)"
+                               R"({"owner":"coulomb_viscous","symbol":"Fc","unit":"N m","value":)"
+                               R"(0.5},)"));
+  EXPECT_EQ(friction_text(friction_of(text, "a.h5")), text);
+
+  const auto said = [&](const std::string& from, const std::string& to) {
+    std::string changed = text;
+    const std::size_t at = changed.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    changed.replace(at, from.size(), to);
+    try {
+      friction_of(changed, "a.h5");
+    } catch (const UserError& error) {
+      return std::string(error.what());
+    }
+    return std::string("taken");
+  };
+  EXPECT_EQ(said("\"elements\":0", "\"elements\":1e300"),
+            "a.h5: joints[0].laws[0].elements: found 1e+300; allowed: a whole number");
+  EXPECT_EQ(said("\"order\":2", "\"order\":2147483647"),
+            "a.h5: ripple: order = 2147483647, allowed 1 .. 4");
+  EXPECT_THAT(said("\"law\":\"coulomb_viscous\"", "\"law\":\"none of ours\""),
+              StartsWith("a.h5: unknown friction law 'none of ours'"));
+  EXPECT_THAT(said("{", std::string(100'000, '[')), StartsWith("a.h5: 33 levels of lists"));
+  EXPECT_THAT(said("}", "]"), StartsWith("a.h5:1: not JSON, or torn"));
+  EXPECT_THAT(said("[{", "[3,{"), StartsWith("a.h5: joints: found 3"));
 }
 
 // Without armature a wrist link of 0.2 g m^2 is turned around by its friction within a step.

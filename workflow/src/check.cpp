@@ -15,6 +15,7 @@
 #include "fricid/signals/recording.hpp"
 #include "fricid/system/transmission.hpp"
 #include "fricid/workflow/recordings.hpp"
+#include "fricid/workflow/run.hpp"
 #include "fricid/workflow/run_folder.hpp"
 
 namespace fricid::workflow {
@@ -36,6 +37,7 @@ std::optional<dynamics::RobotModel> robot_of_log(const fs::path& urdf,
 
 Subject subject_of_run(const fs::path& folder) {
   const RunFolder run(folder);
+  require_own_folder(run);
   const scene::Problem problem = scene::load_problem(run.scene());
   Subject subject{
       {}, problem.robot, problem.scene.identify, problem.scene.excitation, problem.mjcf_path};

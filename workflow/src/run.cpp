@@ -23,7 +23,25 @@ std::string cpu_name() {
   return "unknown";
 }
 
-/// @throws UserError when the folder holds what no run made, or a link that leads out of it
+Manifest read_manifest(const fs::path& file) {
+  if (!fs::exists(file)) return {};
+  if (data::format_of(file) == "fricid.manifest/1")
+    throw UserError(
+        "{}: made by an earlier version of fricid (fricid.manifest/1); name another folder with -o "
+        "or remove this one",
+        file.string());
+  return data::load<Manifest>(file);
+}
+
+void create(const fs::path& path) {
+  std::error_code failure;
+  fs::create_directories(path, failure);
+  if (failure || !fs::is_directory(path))
+    throw UserError("{}: cannot make this folder: {}", path.string(), failure.message());
+}
+
+}  // namespace
+
 void require_own_folder(const RunFolder& folder) {
   const fs::path& path = folder.path();
   if (!fs::exists(path)) return;
@@ -46,25 +64,6 @@ void require_own_folder(const RunFolder& folder) {
     }
   }
 }
-
-Manifest read_manifest(const fs::path& file) {
-  if (!fs::exists(file)) return {};
-  if (data::format_of(file) == "fricid.manifest/1")
-    throw UserError(
-        "{}: made by an earlier version of fricid (fricid.manifest/1); name another folder with -o "
-        "or remove this one",
-        file.string());
-  return data::load<Manifest>(file);
-}
-
-void create(const fs::path& path) {
-  std::error_code failure;
-  fs::create_directories(path, failure);
-  if (failure || !fs::is_directory(path))
-    throw UserError("{}: cannot make this folder: {}", path.string(), failure.message());
-}
-
-}  // namespace
 
 bool is_run_folder(const fs::path& path) { return fs::exists(RunFolder(path).manifest()); }
 

@@ -12,6 +12,7 @@
 #include <optional>
 #include <utility>
 
+#include "fricid/base/csv.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/base/limits.hpp"
@@ -442,6 +443,36 @@ std::vector<std::string> H5Reader::names() const {
       },
       &names);
   return names;
+}
+
+std::string column_name(const std::string& table, std::int64_t columns, std::int64_t j) {
+  return columns == 1 ? table : table + std::to_string(j + 1);
+}
+
+void print_tables(const H5Reader& file, const std::function<void(const std::string&)>& print) {
+  std::vector<RowMatrix> tables;
+  std::string line;
+  const auto add = [&](const std::string& cell) { line += (line.empty() ? "" : ",") + cell; };
+  const auto end = [&] {
+    print(line + "\n");
+    line.clear();
+  };
+  for (const std::string& name : file.names()) {
+    RowMatrix table = file.matrix(name);
+    if (table.cols() == 0) continue;
+    if (!tables.empty() && table.rows() != tables[0].rows())
+      throw UserError("{}: table {} has {} rows; allowed beside the first: {}", file.path(), name,
+                      table.rows(), tables[0].rows());
+    for (Eigen::Index j = 0; j < table.cols(); ++j)
+      add(csv_cell(column_name(name, table.cols(), j), false));
+    tables.push_back(std::move(table));
+  }
+  end();
+  for (Eigen::Index k = 0; !tables.empty() && k < tables[0].rows(); ++k) {
+    for (const RowMatrix& table : tables)
+      for (Eigen::Index j = 0; j < table.cols(); ++j) add(fmt::format("{}", table(k, j)));
+    end();
+  }
 }
 
 std::string hdf5_format(const fs::path& path) {

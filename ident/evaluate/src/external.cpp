@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "csv.hpp"
+#include "fricid/base/csv.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/base/json.hpp"

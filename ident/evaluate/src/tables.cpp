@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "csv.hpp"
+#include "fricid/base/csv.hpp"
 #include "fricid/evaluate/averages.hpp"
 #include "fricid/evaluate/evaluate.hpp"
 #include "markdown.hpp"

@@ -30,11 +30,6 @@ bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
 }
 
-// Name of column j of a table of an HDF5 file: a vector is one column NAME, a matrix NAME1, ...
-std::string name_of_column(const std::string& table, std::int64_t columns, std::int64_t j) {
-  return columns == 1 ? table : table + std::to_string(j + 1);
-}
-
 Names hdf5_names(const fs::path& path, const LogStyle&) {
   const H5Reader file(path, "");
   Names names;
@@ -42,7 +37,7 @@ Names hdf5_names(const fs::path& path, const LogStyle&) {
     const std::int64_t columns = file.shape(table).columns;
     require_within(limits::kHdf5Columns, names.size() + static_cast<std::uint64_t>(columns),
                    path.string());
-    for (std::int64_t j = 0; j < columns; ++j) names.push_back(name_of_column(table, columns, j));
+    for (std::int64_t j = 0; j < columns; ++j) names.push_back(column_name(table, columns, j));
   }
   return names;
 }
@@ -55,7 +50,7 @@ LogTable read_hdf5(const fs::path& path, const Names& wanted, const LogStyle&) {
     const std::int64_t columns = file.shape(table).columns;
     std::optional<RowMatrix> values;  // read once a column of it is wanted
     for (std::int64_t j = 0; j < columns; ++j) {
-      const std::string name = lower_case(name_of_column(table, columns, j));
+      const std::string name = lower_case(column_name(table, columns, j));
       for (std::size_t i = 0; i < wanted.size(); ++i) {
         if (lower_case(wanted[i]) != name) continue;
         if (!values) values = file.matrix(table);

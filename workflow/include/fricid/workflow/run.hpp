@@ -83,6 +83,8 @@ class Run {
   mutable std::set<std::string> verified_;  // stages whose files were found as written
 };
 
+/// @throws UserError when the folder holds what no run made, or a link: it could lead out of it
+void require_own_folder(const RunFolder& folder);
 /// @throws UserError unless `path` is the folder of an earlier run
 void require_run_folder(const std::filesystem::path& path);
 bool is_run_folder(const std::filesystem::path& path);

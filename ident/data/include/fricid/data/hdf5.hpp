@@ -57,6 +57,7 @@ class H5Reader {
   H5Reader(const H5Reader&) = delete;
   H5Reader& operator=(const H5Reader&) = delete;
 
+  const std::string& path() const { return path_; }
   bool has(const std::string& name) const;
   /// Size of a table, without reading its values.
   TableShape shape(const std::string& name) const;
@@ -78,6 +79,13 @@ class H5Reader {
   std::string path_;
   std::int64_t file_ = -1;
 };
+
+/// Name of a column of a table: that of the table where it has one column, else NAME1, NAME2, ...
+std::string column_name(const std::string& table, std::int64_t columns, std::int64_t j);
+
+/// All tables of a file side by side as comma-separated values, handed over line by line.
+/// @throws UserError when they differ in their number of rows
+void print_tables(const H5Reader& file, const std::function<void(const std::string&)>& print);
 
 /// The format string of any HDF5 file of this project. @throws UserError as H5Reader
 std::string hdf5_format(const std::filesystem::path& path);

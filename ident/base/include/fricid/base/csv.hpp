@@ -6,7 +6,7 @@
 
 #include "fricid/base/names.hpp"
 
-namespace fricid::evaluate {
+namespace fricid {
 
 /// RFC 4180: in quotes, inner ones doubled; without line breaks or other control characters.
 /// @param always  false: only where the text has a comma, semicolon, quote or space
@@ -18,4 +18,4 @@ inline std::string csv_cell(std::string_view text, bool always = true) {
   return cell + "\"";
 }
 
-}  // namespace fricid::evaluate
+}  // namespace fricid
