@@ -27,7 +27,7 @@ tidy() { clang-tidy -p build/lint/units --quiet "$1" 2>/dev/null; }
 # inside one g++ sees it.
 together() {
   clang-tidy -p build/lint/batches --quiet --extra-arg=-Wno-shadow \
-    --header-filter='/(ident|sim|render|cli|workflow)/[^:]*\.[ch]pp$' "$@" 2>/dev/null
+    --header-filter='/(ident|sim|render|deploy|cli|workflow)/[^:]*\.[ch]pp$' "$@" 2>/dev/null
 }
 tidy_batch() {
   local units unit failed=0

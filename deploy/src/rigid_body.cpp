@@ -199,9 +199,10 @@ std::string motors_in_words(const RobotModel& robot) {
     words += fmt::format("{}the motor of {} turns by {}", words.empty() ? "" : ", ", own, own);
     for (int j = 0; j < robot.n(); ++j)
       if (j != k && C(k, j) != 0)
-        words += fmt::format(" {} {}{}", C(k, j) > 0 ? "+" : "-",
-                             std::abs(C(k, j)) == 1 ? "" : fmt::format("{:.6g} ", std::abs(C(k, j))),
-                             robot.joints[static_cast<std::size_t>(j)].name);
+        words +=
+            fmt::format(" {} {}{}", C(k, j) > 0 ? "+" : "-",
+                        std::abs(C(k, j)) == 1 ? "" : fmt::format("{:.6g} ", std::abs(C(k, j))),
+                        robot.joints[static_cast<std::size_t>(j)].name);
   }
   return words;
 }

@@ -65,7 +65,9 @@ TEST_F(LogPartTest, WeldedJointsLeaveALogThatHasThemAtRest) {
   EXPECT_EQ(rest.tau(5, 1), -52);
   EXPECT_EQ(rest.v.size(), 0);
   d.q(7, 1) = 0.35;
-  EXPECT_EQ(message_of([&] { of_joints(d, {"a", "c"}, {{"b", 0.3}}, "x"); }),
+  EXPECT_EQ(message_of([&] {
+              of_joints(d, {"a", "c"}, {{"b", 0.3}}, "x");
+            }),
             "x: b is welded at 0.3 and here at 0.35; allowed: within 0.02 rad or m; use a part of "
             "the log where it rests (\"x[FROM:TO]\"), or let it move");
 }

@@ -213,8 +213,8 @@ TEST(RigidBody, CoupledMotorsCarryTheLinksThroughTheirTransmission) {
   Robot robot(coupled), at_joints(links);
   for (int k = 0; k < 100; ++k) {
     const State s = random_state(coupled, k);
-    const VectorXd expected = A.transpose() * at_joints.rnea(A * s.q, A * s.v, A * s.a) +
-                              Ia.cwiseProduct(s.a);
+    const VectorXd expected =
+        A.transpose() * at_joints.rnea(A * s.q, A * s.v, A * s.a) + Ia.cwiseProduct(s.a);
     EXPECT_TRUE(close(robot.rnea(s.q, s.v, s.a), expected, 1e-13));
   }
 }

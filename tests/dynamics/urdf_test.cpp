@@ -158,11 +158,12 @@ std::string gripper() {
   const std::string limit = R"(<limit lower="-0.01" upper="0.04" velocity="1" effort="20"/>)";
   std::string hand;
   for (const std::string name : {"one", "two"})
-    hand += "<link name=\"" + name + "\">" + kInertial + "</link>\n<joint name=\"finger_" + name +
-            R"(" type="prismatic"><parent link="arm"/><child link=")" + name +
-            R"("/><axis xyz="0 1 0"/>)" + limit +
-            (name == "two" ? R"(<mimic joint="finger_one" multiplier="-0.5" offset="0.01"/>)" : "") +
-            "</joint>\n";
+    hand +=
+        "<link name=\"" + name + "\">" + kInertial + "</link>\n<joint name=\"finger_" + name +
+        R"(" type="prismatic"><parent link="arm"/><child link=")" + name +
+        R"("/><axis xyz="0 1 0"/>)" + limit +
+        (name == "two" ? R"(<mimic joint="finger_one" multiplier="-0.5" offset="0.01"/>)" : "") +
+        "</joint>\n";
   return text.insert(text.find("</robot>"), hand);
 }
 

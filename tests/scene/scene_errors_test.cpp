@@ -57,7 +57,8 @@ TEST_F(BadScene, JointsThatCannotBeFixedOrHeld) {
   EXPECT_EQ(with_robot("hold = [\"elbo\"]"),
             "scene.toml:3: robot.hold: elbo is no joint that moves in arm.urdf; allowed: elbow, "
             "shoulder");
-  const std::string simulated = replaced(replaced(kScene, "[1.0, 0.5]", "1"), "mjcf = \"arm.xml\"\n", "");
+  const std::string simulated =
+      replaced(replaced(kScene, "[1.0, 0.5]", "1"), "mjcf = \"arm.xml\"\n", "");
   EXPECT_EQ(error_of(replaced(simulated, "[robot]", "[robot]\nhold = \"elbow\"")),
             "scene.toml:3: robot.hold = \"elbow\" without logs; allowed: robot.fix = {elbow = "
             "POSITION}");

@@ -264,8 +264,8 @@ std::string read_recording(const fs::path& path) {
 fs::path running_file() {
   Dl_info info;
   void* map = nullptr;
-  const bool found = ::dladdr1(reinterpret_cast<const void*>(&running_file), &info, &map,
-                               RTLD_DL_LINKMAP) != 0;
+  const bool found =
+      ::dladdr1(reinterpret_cast<const void*>(&running_file), &info, &map, RTLD_DL_LINKMAP) != 0;
   const std::string_view name = found ? static_cast<const link_map*>(map)->l_name : "";
   return name.empty() ? fs::path("/proc/self/exe") : fs::path(name);  // the program has no name
 }

@@ -78,7 +78,8 @@ void TomlWriter::operator()(std::string_view key, const std::map<std::string, do
                             const Field& field) {
   std::string list;
   for (const auto& [name, number] : value)
-    list += fmt::format("{}{} = {}", list.empty() ? "" : ", ", toml_text(name), toml_number(number));
+    list +=
+        fmt::format("{}{} = {}", list.empty() ? "" : ", ", toml_text(name), toml_number(number));
   write(key, "{" + list + "}", fmt::format("{{NAME = {}, ...}}", allowed_number(field, false)),
         field);
 }

@@ -130,8 +130,8 @@ struct OwnFrameKernels {
   static double kinetic_energy(const RobotModel& model, Workspace<double>& ws,
                                std::span<const double> pi, std::span<const double> q,
                                std::span<const double> v) {
-    const auto& frames = sweep(model, ws, joints_of(ws, q, ws.q_), joints_of(ws, v, ws.v_), {},
-                               Vector3d::Zero());
+    const auto& frames =
+        sweep(model, ws, joints_of(ws, q, ws.q_), joints_of(ws, v, ws.v_), {}, Vector3d::Zero());
     double energy = 0;
     for (size_t i = 0; i < frames.size(); ++i) {
       const OwnFrame& link = frames[i];

@@ -16,11 +16,8 @@ Rollout roll_out_log(const data::ModelFile& model, const data::Dataset& log, dou
   if (log.n() != model.arm.robot.n())
     throw UserError("{}: {} joints, the model has {}", log.name, log.n(), model.arm.robot.n());
   signals::Motion motion = signals::make_recording(log, cutoff_hz).narrow;
-  const Trajectory trajectory{.data = log,
-                              .q = std::move(motion.q),
-                              .v = std::move(motion.v),
-                              .a = {},
-                              .truth = {}};
+  const Trajectory trajectory{
+      .data = log, .q = std::move(motion.q), .v = std::move(motion.v), .a = {}, .truth = {}};
   const Start start{.trajectory = 0, .begin = begin, .steps = steps};
   const std::span one(&trajectory, 1);
   const Driven driven = drive(model, model.arm.robot, trajectory, {&start, 1});

@@ -74,9 +74,8 @@ TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& k
   const Transmission motors(arm.robot);
   const RowMatrix q = motors.to_motors(joint_q), v = motors.to_motors(joint_v),
                   a = motors.to_motors(joint_a);
-  const std::vector<double> z0 =
-      initial_friction_state(arm, dataset.dt(), q, v, motors.torque_to_motors(held_torque(dataset)),
-                             dataset.temperature);
+  const std::vector<double> z0 = initial_friction_state(
+      arm, dataset.dt(), q, v, motors.torque_to_motors(held_torque(dataset)), dataset.temperature);
   const RowMatrix rigid = rigid_body_torque(arm.robot, q, v, a);
   TorquePrediction prediction;
   prediction.tau = rigid;

@@ -117,8 +117,9 @@ void take_couplings(Scene& scene, const fs::path& contract_path) {
     return a.joint == b.joint && a.motor == b.motor && a.factor == b.factor;
   };
   if (!std::ranges::is_permutation(own, of_contract, same))
-    throw UserError("{}: robot.coupling differs from [[coupling]] of {}; allowed: the same, or none",
-                    scene.origin.place("robot.coupling"), contract_path.string());
+    throw UserError(
+        "{}: robot.coupling differs from [[coupling]] of {}; allowed: the same, or none",
+        scene.origin.place("robot.coupling"), contract_path.string());
 }
 
 void add_couplings(const Scene& scene, dynamics::RobotModel& robot) {
@@ -139,9 +140,10 @@ void add_couplings(const Scene& scene, dynamics::RobotModel& robot) {
       throw UserError("{}: {} couples {} with itself", scene.origin.place(key), shown, c.joint);
     robot.couplings.push_back({joint, motor, c.factor});
     if (!dynamics::is_transmission(robot))
-      throw UserError("{}: {} leaves a joint that no motor turns alone; allowed: factors by which "
-                      "the motors turn every joint",
-                      scene.origin.place(key), shown);
+      throw UserError(
+          "{}: {} leaves a joint that no motor turns alone; allowed: factors by which "
+          "the motors turn every joint",
+          scene.origin.place(key), shown);
   }
 }
 
@@ -308,12 +310,12 @@ void check_contract(const Scene& scene, const fs::path& path) {
   std::vector<std::string> moving = data::load_contract(path).joint_names;
   std::erase_if(moving, [&](const std::string& joint) { return scene.robot.fix.contains(joint); });
   if (moving == scene.joints) return;
-  throw UserError(
-      "{}: data.contract has the joints {}; allowed: those of the robot, {}{}",
-      scene.origin.place("data.contract"), fmt::join(moving, ", "), fmt::join(scene.joints, ", "),
-      moving.size() < scene.joints.size()
-          ? "; a joint that nobody logged stands still: robot.fix = {JOINT = POSITION}"
-          : "");
+  throw UserError("{}: data.contract has the joints {}; allowed: those of the robot, {}{}",
+                  scene.origin.place("data.contract"), fmt::join(moving, ", "),
+                  fmt::join(scene.joints, ", "),
+                  moving.size() < scene.joints.size()
+                      ? "; a joint that nobody logged stands still: robot.fix = {JOINT = POSITION}"
+                      : "");
 }
 
 fs::path folder_of_scene(const Scene& scene) {
@@ -339,9 +341,10 @@ Problem resolve(Scene scene) {
   take_couplings(scene, contract);
   fix_held_joints(scene, contract, folder_of_scene(scene));
   if (!mjcf.empty() && !scene.robot.fix.empty())
-    throw UserError("{}: robot.fix beside robot.mjcf; allowed: one of them, without mjcf the "
-                    "simulator's arm is made of the URDF",
-                    origin.place("robot.fix"));
+    throw UserError(
+        "{}: robot.fix beside robot.mjcf; allowed: one of them, without mjcf the "
+        "simulator's arm is made of the URDF",
+        origin.place("robot.fix"));
   dynamics::RobotModel robot =
       dynamics::load_urdf(urdf, mount_rotation(scene.robot), welds_of(scene));
   scene.joints = joint_names(robot);

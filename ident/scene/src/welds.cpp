@@ -52,9 +52,10 @@ void fix_held_joints(Scene& scene, const std::filesystem::path& contract_path,
   for (const std::string& joint : open) {
     const auto found = std::ranges::find(d.joint_names, joint);
     if (found == d.joint_names.end())
-      throw UserError("{}: robot.hold = \"{}\"; allowed: joints of the contract, {}; or "
-                      "robot.fix = {{{} = POSITION}}",
-                      place, joint, fmt::join(d.joint_names, ", "), joint);
+      throw UserError(
+          "{}: robot.hold = \"{}\"; allowed: joints of the contract, {}; or "
+          "robot.fix = {{{} = POSITION}}",
+          place, joint, fmt::join(d.joint_names, ", "), joint);
     const double position = median(d.q.col(found - d.joint_names.begin()));
     if (!std::isfinite(position))
       throw UserError("{}: robot.hold = \"{}\": {} has no position of it", place, joint, log);

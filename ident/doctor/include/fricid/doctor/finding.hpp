@@ -64,7 +64,7 @@ struct WrittenFinding {
   template <class Archive>
   void visit(Archive& archive) {
     archive("name", name, text("kind of the finding, as for --fix"));
-    archive("severity", severity, choice("note damage", "whether a fit suffers"));
+    archive("severity", severity, choice("note|damage", "whether a fit suffers"));
     archive("misleads", misleads, flag("a fit would mean something else, not only be poorer"));
     archive("signal", signal, text("t, q, v, tau, temperature, or \"q tau\" for both"));
     archive("joints", joints, text("those concerned; empty: all"));

@@ -35,10 +35,10 @@ class Workspace {
   std::vector<detail::OwnFrame> own_frames_;
 
   // of arms with coupled motors, else empty
-  std::vector<S> A_;                 ///< joints of motors (n x n)
-  std::vector<S> q_, v_, a_, tau_;   ///< at the joints (n)
+  std::vector<S> A_;                      ///< joints of motors (n x n)
+  std::vector<S> q_, v_, a_, tau_;        ///< at the joints (n)
   std::vector<S> q_bar_, v_bar_, a_bar_;  ///< of pullbacks, at the joints (n)
-  std::vector<S> MA_;                ///< (n x n)
+  std::vector<S> MA_;                     ///< (n x n)
 };
 
 }  // namespace fricid::dynamics

@@ -20,13 +20,13 @@ class Transmission {
 
   bool coupled() const { return A_.size() > 0; }
 
-  RowMatrix to_motors(ConstRowMatrix q) const;        ///< of positions and their derivatives
-  RowMatrix to_joints(ConstRowMatrix m) const;        ///< of positions and their derivatives
+  RowMatrix to_motors(ConstRowMatrix q) const;  ///< of positions and their derivatives
+  RowMatrix to_joints(ConstRowMatrix m) const;  ///< of positions and their derivatives
   RowMatrix torque_to_motors(ConstRowMatrix tau) const;
   RowMatrix torque_to_joints(ConstRowMatrix tau_m) const;
   signals::Dataset to_motors(signals::Dataset log) const;
 
-  const Eigen::MatrixXd& A() const { return A_; }          ///< empty without couplings
+  const Eigen::MatrixXd& A() const { return A_; }        ///< empty without couplings
   const Eigen::MatrixXd& inverse() const { return C_; }  ///< empty without couplings
 
  private:
