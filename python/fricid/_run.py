@@ -156,7 +156,7 @@ def evaluate(run: Run | StrPath, *, data: Iterable[StrPath] = (), fresh: bool = 
 
     data: further recordings (HDF5), which the run never saw.
     """
-    source, path = _source(run, None, None, fresh, jobs)
+    source, path = _source(run, run, None, fresh, jobs)
     _core.evaluate(source, [pathlib.Path(file) for file in data], progress)
     return Run(path)
 
@@ -179,13 +179,13 @@ def check(data: Run | _core.Log | StrPath, *, robot: StrPath | None = None,
 
     data: a run, a Log, a data set (HDF5), or a log file with its contract. robot: URDF.
     """
-    urdf = pathlib.Path(robot) if robot is not None else pathlib.Path()
+    urdf = pathlib.Path(robot) if robot is not None else ""
     if isinstance(data, _core.Log):
         found = _core.check_log(data, urdf)
     elif (pathlib.Path(data) / "manifest.json").exists():
         found = _core.check_run(pathlib.Path(data))
     else:
-        columns = pathlib.Path(contract) if contract is not None else pathlib.Path()
+        columns = pathlib.Path(contract) if contract is not None else ""
         found = _core.check_file(pathlib.Path(data), columns, urdf)
     return Check(found[0], json.loads(found[1]), found[2])
 
@@ -214,7 +214,7 @@ def save_logs(folder: StrPath, train: Sequence[_core.Log],
         signals["velocity"] = "v{}"
     if all(log.temperature is not None for log in logs):
         signals["temperature"] = "temperature{}"
-    contract = {"joint_names": list(names.pop()), "format": "hdf5"}
+    contract: dict[str, Any] = {"joint_names": list(names.pop()), "format": "hdf5"}
     contract |= {signal: {"columns": [columns]} for signal, columns in signals.items()}
     (place / "contract.toml").write_text(to_toml(contract))
     return section
@@ -223,5 +223,5 @@ def save_logs(folder: StrPath, train: Sequence[_core.Log],
 def draw(run: Run | StrPath, *, fresh: bool = False, jobs: int = 0,
          progress: ProgressCallback | None = None) -> str:
     """Plots (where gnuplot is) and report.html of a run. Returns why plots are missing, or ""."""
-    source, _ = _source(run, None, None, fresh, jobs)
+    source, _ = _source(run, run, None, fresh, jobs)
     return _core.draw(source, progress)

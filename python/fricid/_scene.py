@@ -15,7 +15,7 @@ def to_toml(scene: Mapping[str, Any]) -> str:
 
 def _key(key: object) -> str:
     if not isinstance(key, str):
-        raise UserError(f"scene: the key {key!r} is no text; allowed: the keys of a scene file")
+        raise UserError(f"<scene>: the key {key!r} is no text; allowed: the keys of a scene file")
     return _text(key)
 
 
@@ -43,5 +43,5 @@ def _value(value: object, key: str) -> str:
     if isinstance(value, Sequence):
         return "[" + ", ".join(_value(v, f"{key}[{i}]") for i, v in enumerate(value)) + "]"
     raise UserError(
-        f"scene: {key} is of the type {type(value).__name__}; allowed: text, number, bool, list, dict"
+        f"<scene>: {key} is of the type {type(value).__name__}; allowed: text, number, bool, list, dict"
     )

@@ -51,11 +51,11 @@ TEST_F(SceneFile, MayBeATextAlone) {
     return message_of([&] { resolve(load_scene_text(text)); });
   };
   EXPECT_THAT(refusal(extends + "sensors = {rate_hz = -2}\n"),
-              testing::StartsWith("scene: sensors.rate_hz = -2; allowed"));
-  EXPECT_THAT(refusal(extends + "seeds = 2\n"), testing::StartsWith("scene: unknown key"));
-  EXPECT_THAT(refusal("seed ="), testing::StartsWith("scene: not TOML: "));
+              testing::StartsWith("<scene>: sensors.rate_hz = -2; allowed"));
+  EXPECT_THAT(refusal(extends + "seeds = 2\n"), testing::StartsWith("<scene>: unknown key"));
+  EXPECT_THAT(refusal("seed ="), testing::StartsWith("<scene>: not TOML: "));
   EXPECT_THAT(refusal("extends = \"none.toml\""),
-              testing::StartsWith("scene: extends: none.toml is neither"));
+              testing::StartsWith("<scene>: extends: none.toml is neither"));
   EXPECT_THAT(refusal("seed = " + std::string(40, '[')), HasSubstr("levels"));
 }
 

@@ -76,6 +76,13 @@ void require_shallow(std::string_view text, const std::string& path) {
   }
 }
 
+/// "file:line", the name alone of a text that no file holds, or `fallback` when none was recorded.
+std::string place(const toml::source_region& source, const std::string& fallback) {
+  if (!source.path || source.begin.line == 0) return fallback;
+  if (is_text_alone(*source.path)) return *source.path;
+  return fmt::format("{}:{}", *source.path, source.begin.line);
+}
+
 /// A scene merged with the files it extends: of these the last wins, and the scene overrides all.
 class Chain {
  public:
@@ -107,7 +114,7 @@ class Chain {
 
  private:
   toml::table load_base(const toml::node& node, const std::filesystem::path& path) {
-    const std::string where = place(node, path.string());
+    const std::string where = place(node.source(), path.string());
     if (!node.is_string())
       throw UserError("{}: extends = {}; allowed: a file name or an array of them", where,
                       found(node));
@@ -136,8 +143,7 @@ toml::table parse_toml(const std::string& text, const std::string& path) {
   try {
     return toml::parse(std::string_view(text), std::string_view(path));
   } catch (const toml::parse_error& error) {
-    throw UserError("{}:{}: not TOML: {}", path, error.source().begin.line,
-                    one_line(error.description()));
+    throw UserError("{}: not TOML: {}", place(error.source(), path), one_line(error.description()));
   }
 }
 
@@ -149,20 +155,14 @@ TomlFile load_toml(const std::filesystem::path& path) {
 
 TomlFile load_toml_text(const std::string& text, const std::string& name) {
   TomlFile file{.path = name, .table = {}, .files = {}};
-  require_shallow(text, name);
-  try {
-    // without a path the nodes have no place
-    file.table = Chain(file.files).with_bases(toml::parse(std::string_view(text)), name);
-  } catch (const toml::parse_error& error) {
-    throw UserError("{}: not TOML: {}", name, one_line(error.description()));
-  }
+  file.table = Chain(file.files).with_bases(parse_toml(text, name), name);
   return file;
 }
 
+bool is_text_alone(std::string_view path) { return path.starts_with('<'); }
+
 std::string place(const toml::node& node, const std::string& fallback) {
-  const toml::source_region& source = node.source();
-  if (!source.path || source.begin.line == 0) return fallback;
-  return fmt::format("{}:{}", *source.path, source.begin.line);
+  return place(node.source(), fallback);
 }
 
 std::string place_of_key(const TomlFile& file, std::string_view key) {

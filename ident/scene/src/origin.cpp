@@ -12,7 +12,8 @@ namespace fs = std::filesystem;
 std::string SceneOrigin::place(std::string_view key) const {
   for (std::string around(key); !around.empty();) {
     if (const auto found = keys.find(around); found != keys.end())
-      return fmt::format("{}:{}", found->second.file, found->second.line);
+      return found->second.line == 0 ? found->second.file
+                                     : fmt::format("{}:{}", found->second.file, found->second.line);
     const std::size_t dot = around.rfind('.');
     around.resize(dot == std::string::npos ? 0 : dot);
   }

@@ -16,7 +16,8 @@ SceneOrigin origin_of(const config::TomlFile& file) {
   SceneOrigin origin{.path = file.path, .files = file.files, .keys = {}};
   const auto visit = [&](const auto& self, const toml::node& node, const std::string& key) -> void {
     if (const toml::source_region& source = node.source(); source.path && source.begin.line > 0)
-      origin.keys[key] = {*source.path, source.begin.line};
+      origin.keys[key] = {*source.path,
+                          config::is_text_alone(*source.path) ? 0 : source.begin.line};
     if (const toml::table* table = node.as_table())
       for (auto&& [name, child] : *table) self(self, child, fmt::format("{}.{}", key, name.str()));
     if (const toml::array* array = node.as_array())
@@ -39,7 +40,8 @@ Scene read_scene(const config::TomlFile& file) {
   SceneReader reader(file.table, "", file.path, scene.joints);
   scene.visit(reader);
   reader.refuse_unknown();
-  if (scene.name.empty()) scene.name = fs::path(file.path).stem().string();
+  if (scene.name.empty())
+    scene.name = config::is_text_alone(file.path) ? "scene" : fs::path(file.path).stem().string();
   return scene;
 }
 
@@ -48,7 +50,7 @@ Scene read_scene(const config::TomlFile& file) {
 Scene load_scene(const fs::path& path) { return read_scene(config::load_toml(path)); }
 
 Scene load_scene_text(const std::string& text) {
-  return read_scene(config::load_toml_text(text, "scene"));
+  return read_scene(config::load_toml_text(text, "<scene>"));
 }
 
 std::string to_toml(const Scene& scene) {

@@ -24,9 +24,12 @@ toml::table parse_toml(const std::string& text, const std::string& path);
 /// comes first: tables merge, everything else replaces. @throws UserError also on a cycle
 TomlFile load_toml(const std::filesystem::path& path);
 
-/// The same of a text that no file holds: messages have `name` in place of file and line, and file
-/// names start in the current folder.
+/// The same of a text that no file holds: places have `name`, such as "<scene>", and no line, and
+/// file names start in the current folder.
 TomlFile load_toml_text(const std::string& text, const std::string& name);
+
+/// Whether the path of a place is the name of such a text: it begins with <.
+bool is_text_alone(std::string_view path);
 
 /// "file:line" of a node, or `fallback` when the parser recorded none.
 std::string place(const toml::node& node, const std::string& fallback);

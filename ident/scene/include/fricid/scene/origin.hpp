@@ -12,8 +12,8 @@ namespace fricid::scene {
 
 /// Where a key of a scene stands.
 struct Place {
-  std::string file;  ///< as the user named it
-  std::uint64_t line = 0;
+  std::string file;        ///< as the user named it
+  std::uint64_t line = 0;  ///< 0: a text that no file holds
 };
 
 /// For messages, and for the files a scene names. Empty for a scene made in code.

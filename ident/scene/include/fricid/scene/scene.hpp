@@ -83,8 +83,8 @@ struct Scene {
 /// @throws UserError "file:line: ..." on anything wrong
 Scene load_scene(const std::filesystem::path& path);
 
-/// The same of a text that no file holds: file names start in the current folder, messages have
-/// "scene" in place of file and line.
+/// The same of a text that no file holds: file names start in the current folder, places are
+/// "<scene>".
 Scene load_scene_text(const std::string& text);
 
 /// The scene as a file; loading it gives the same scene.
