@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/data/artefact.hpp"
+#include "fricid/data/check_file.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/dynamics/nominal.hpp"
@@ -114,7 +115,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const auto robot = load_robot(options.robot, contract.joint_names);
   const std::vector<fs::path> paths = outputs_of(options);
   std::vector<data::Dataset> sets;
-  std::vector<std::string> reports;
+  std::vector<data::DiagnosisFile> reports;
   bool sound = true;
   for (const fs::path& log : options.logs) {
     const data::Dataset read = data::read_log(log, contract);
@@ -125,7 +126,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
     } catch (const UserError& error) {
       throw UserError("{}: {}", log.string(), error.what());
     }
-    reports.push_back(doctor::to_json(findings, sets.back()));
+    reports.push_back(doctor::diagnosis_file(findings, sets.back()));
     const std::vector<std::string> warnings =
         judge(sets.back(), log, contract, options.fixes.empty());
     print_findings(findings, read, options.fixes, stderr);
@@ -137,7 +138,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
              warning.empty() ? "taken as motor torque times gear ratio" : warning);
   for (std::size_t i = 0; i < sets.size(); ++i) {
     data::save_dataset(sets[i], paths[i]);
-    write_file_atomically(fs::path(paths[i]).replace_extension(".doctor.json"), reports[i]);
+    data::save(reports[i], workflow::RunFolder::diagnosis_beside(paths[i]));
     std::printf("%s\n", paths[i].c_str());
   }
   return sound ? Verdict::kDone : Verdict::kNo;
@@ -237,12 +238,11 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
   require_design_name(options);
   const Subject subject = load_subject(options);
   bool whole = true;
-  nlohmann::ordered_json result{{"format", "fricid.check/1"},
-                                {"doctor", nlohmann::ordered_json::array()}};
+  data::CheckFile result;
   for (const data::Dataset& d : subject.sets) {
     const auto findings = doctor::diagnose(d, pointer(subject.robot));
     whole = whole && !damaged(findings);
-    result["doctor"].push_back(nlohmann::ordered_json::parse(doctor::to_json(findings, d)));
+    result.doctor.push_back(doctor::diagnosis_file(findings, d));
     if (!common.json && !damaged(findings))
       fmt::print("{}: {:.4g} s at {:.4g} Hz: no damage found\n", printable(d.name),
                  d.t[d.length() - 1] - d.t[0], d.rate_hz);
@@ -259,17 +259,16 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
     estimate::IdentifiabilityOptions how;
     how.rigid_body = subject.identify;
     const auto report = estimate::examine_data(*subject.robot, recordings, how);
-    result["identifiability"] =
-        nlohmann::ordered_json::parse(estimate::to_json(report, *subject.robot));
+    result.identifiability = estimate::checked(report, *subject.robot);
     if (!common.json) {
       std::fputs(estimate::to_summary(report, *subject.robot).c_str(), stdout);
       if (options.verbose) std::fputs(estimate::to_text(report, *subject.robot).c_str(), stdout);
     }
     if (!options.design.empty()) design_next(subject, recordings, options.design, common.jobs);
   }
-  if (common.json) std::printf("%s\n", result.dump(2).c_str());
+  if (common.json) std::fputs(data::to_json(result).c_str(), stdout);
   if (workflow::is_run_folder(options.target))
-    write_file_atomically(workflow::RunFolder(options.target).check(), result.dump(2) + "\n");
+    data::save(result, workflow::RunFolder(options.target).check());
   return whole ? Verdict::kDone : Verdict::kNo;
 }
 

@@ -175,7 +175,7 @@ TEST_F(RunTest, RefusesTheManifestOfAnEarlierVersionAndADamagedOne) {
   std::ofstream(place / "manifest.json") << R"({"format": "fricid.manifest/1", "stages": {}})";
   EXPECT_THAT(refusal(place), HasSubstr("made by an earlier version of fricid"));
   std::ofstream(place / "manifest.json") << "{";
-  EXPECT_THAT(refusal(place), HasSubstr("manifest.json: found no JSON"));
+  EXPECT_THAT(refusal(place), HasSubstr("manifest.json:1: not JSON, or torn"));
 }
 
 // What it says it wrote, it might remove.

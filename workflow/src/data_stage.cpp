@@ -1,11 +1,11 @@
 // The stage that makes the data: by simulation, or from logs.
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/dataset.hpp"
+#include "fricid/data/diagnosis_file.hpp"
 #include "fricid/data/log_part.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/sim/simulate.hpp"
@@ -67,7 +67,7 @@ Done import_logs(const scene::Problem& part, const RunFolder& out,
     for (const doctor::Finding& finding : findings)
       if (doctor::is_damage(finding)) say(dataset.name + ": " + doctor::to_text(finding, dataset));
     done.files.push_back(out.diagnosis(dataset.name));
-    write_file_atomically(done.files.back(), doctor::to_json(findings, dataset));
+    data::save(doctor::diagnosis_file(findings, dataset), done.files.back());
   }
   for (const data::Dataset& dataset : sets) {
     done.files.push_back(out.recording(dataset.name));
@@ -118,15 +118,14 @@ bool data_are_sound(const Job& job) {
     for (int i = 0;; ++i) {
       const fs::path file = job.run.folder().diagnosis(name(i));
       if (!fs::exists(file)) break;
-      const auto report = nlohmann::json::parse(read_file(file));
-      for (const auto& finding : report.at("findings")) {
-        if (!finding.value("misleads", false)) continue;
+      const auto report = data::load<data::DiagnosisFile>(file);
+      for (const data::DiagnosedFinding& finding : report.findings) {
+        if (!finding.misleads) continue;
         sound = false;
-        job.say(
-            fmt::format("not to be trusted: {}: {}{}{}: {}; {}", report.value("data", ""),
-                        finding.value("name", ""), finding.at("joints").empty() ? "" : " of ",
-                        fmt::join(finding.at("joints").get<std::vector<std::string>>(), " and "),
-                        finding.value("consequence", ""), finding.value("remedy", "")));
+        job.say(fmt::format("not to be trusted: {}: {}{}{}: {}; {}", report.data, finding.name,
+                            finding.joints.empty() ? "" : " of ",
+                            fmt::join(finding.joints, " and "), finding.consequence,
+                            finding.remedy));
       }
     }
   return sound;

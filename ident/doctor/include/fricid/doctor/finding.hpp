@@ -7,13 +7,11 @@
 #include <vector>
 
 #include "fricid/data/dataset.hpp"
+#include "fricid/data/diagnosis_file.hpp"
 
 namespace fricid::doctor {
 
-enum class Severity {
-  kNote,    ///< a fact worth knowing: rate, segments, warming
-  kDamage,  ///< a fit would be wrong or poor
-};
+using data::Severity;
 
 /// Kinds of findings and what to do about them; the names are those of `--fix`.
 struct Kind {
@@ -48,7 +46,7 @@ inline bool is_damage(const Finding& finding) {
 
 /// One line: "damage: swapped: q tau of joint_a4 and joint_a5, 0-31.4 s: ...".
 std::string to_text(const Finding& finding, const data::Dataset& dataset);
-/// All findings, format "fricid.doctor/1".
-std::string to_json(std::span<const Finding> findings, const data::Dataset& dataset);
+/// All findings as an artefact.
+data::DiagnosisFile diagnosis_file(std::span<const Finding> findings, const data::Dataset& dataset);
 
 }  // namespace fricid::doctor

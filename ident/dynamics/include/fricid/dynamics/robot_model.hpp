@@ -4,11 +4,13 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace fricid::dynamics {
 
 enum class JointType { kRevolute, kPrismatic };
+constexpr std::string_view names(JointType) { return "revolute|prismatic"; }
 
 /// Joint i moves link i. Frame i sits on the joint, moves with link i and equals, at q = 0, the
 /// fixed placement (R0, p0) in the frame of the parent link (or of the base).
@@ -45,6 +47,8 @@ struct LinearTorque {
   Shape shape = Shape::kConstant;
   double k = 1;
 };
+
+constexpr std::string_view names(LinearTorque::Shape) { return "1|sin(k q)|cos(k q)|q"; }
 
 /// Rigid-body model of an arm. Inverse dynamics is linear in the standard parameters
 ///

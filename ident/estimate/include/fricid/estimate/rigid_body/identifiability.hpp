@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "fricid/base/enum_names.hpp"
+#include "fricid/data/check_file.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
 
 namespace fricid::estimate {
@@ -85,8 +86,9 @@ Identifiability examine_data(const dynamics::RobotModel& robot,
 Eigen::MatrixXd base_information(const dynamics::RobotModel& robot,
                                  std::span<const signals::Recording> recordings);
 
-/// Format "fricid.check/1".
-std::string to_json(const Identifiability& report, const dynamics::RobotModel& robot);
+/// The report as a part of check.json.
+data::CheckedIdentifiability checked(const Identifiability& report,
+                                     const dynamics::RobotModel& robot);
 std::string to_text(const Identifiability& report, const dynamics::RobotModel& robot);
 /// The same in short: rigid body, friction per joint, families of laws, what to record next.
 std::string to_summary(const Identifiability& report, const dynamics::RobotModel& robot);
