@@ -29,11 +29,17 @@ fs::path folder_of(const RunOptions& options, const scene::Problem& problem) {
   return fs::path("run") / name;
 }
 
-std::vector<workflow::FitRequest> requests_of(const scene::Problem& problem,
-                                              const RunOptions& options) {
-  return workflow::requested_fits(
-      problem.scene, options.models,
-      options.seeds.empty() ? std::vector<int>() : parse_seeds(options.seeds));
+/// The fits that the options ask for.
+struct Requests {
+  std::vector<workflow::FitRequest> fits;
+  bool by_name;  ///< chosen by --model or --seeds
+};
+
+Requests requests_of(const scene::Problem& problem, const RunOptions& options) {
+  return {workflow::requested_fits(
+              problem.scene, options.models,
+              options.seeds.empty() ? std::vector<int>() : parse_seeds(options.seeds)),
+          !options.models.empty() || !options.seeds.empty()};
 }
 
 scene::Problem problem_of(const RunOptions& options) {
@@ -58,14 +64,14 @@ void require_validation(const scene::Scene& scene) {
 
 /// Whatever of the work ahead takes too much memory is refused before the first of it.
 /// @throws UserError
-void require_memory_of_work(const scene::Problem& problem, const RunOptions& options, int jobs) {
+void require_memory_of_work(const scene::Problem& problem, const Requests& requests, int jobs) {
   if (!problem.scene.simulates()) return;
   sim::require_memory_of_simulation(problem);
   const sim::SimulationSize size = sim::size_of_simulation(problem);
   const estimate::TrainingSize training{.samples = size.training * size.samples,
                                         .longest = size.samples,
                                         .rate_hz = problem.scene.sensors.rate_hz};
-  for (const workflow::FitRequest& fit : requests_of(problem, options))
+  for (const workflow::FitRequest& fit : requests.fits)
     estimate::require_memory_of_fit(fit.model, problem.robot, training, jobs, problem.scene.name);
 }
 
@@ -75,12 +81,6 @@ bool skipped(const scene::Problem& problem) {
   if (scene::data_available(problem, &why)) return false;
   say("skipped: " + why);
   return true;
-}
-
-/// Makes the fits that the options ask for.
-bool identify_models(workflow::Job& job, const RunOptions& options) {
-  const bool by_name = !options.models.empty() || !options.seeds.empty();
-  return workflow::identify(job, requests_of(job.problem, options), by_name);
 }
 
 void print_file(const fs::path& file) { std::fputs(read_file(file).c_str(), stdout); }
@@ -132,11 +132,12 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
   require_validation(problem.scene);
   scene::require_horizons(problem.scene);
   if (skipped(problem)) return Verdict::kDone;
-  require_memory_of_work(problem, options, common.jobs);
+  const Requests requests = requests_of(problem, options);
+  require_memory_of_work(problem, requests, common.jobs);
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
   const bool sound = workflow::data_are_sound(job);
-  const bool healthy = identify_models(job, options);
+  const bool healthy = workflow::identify(job, requests.fits, requests.by_name);
   const evaluate::Evaluation evaluation = workflow::evaluate(job, options.data);
   const bool videos = job.problem.scene.render.video && !options.no_video;
   for (const std::string& missed :
@@ -190,11 +191,12 @@ Verdict identify(const RunOptions& options, const CommonOptions& common) {
   scene::Problem problem = problem_of(options);
   if (options.models.empty()) require_models(problem.scene);
   if (skipped(problem)) return Verdict::kDone;
-  require_memory_of_work(problem, options, common.jobs);
+  const Requests requests = requests_of(problem, options);
+  require_memory_of_work(problem, requests, common.jobs);
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
   const bool sound = workflow::data_are_sound(job);
-  const bool healthy = identify_models(job, options);
+  const bool healthy = workflow::identify(job, requests.fits, requests.by_name);
   return sound && healthy ? Verdict::kDone : Verdict::kNo;
 }
 
