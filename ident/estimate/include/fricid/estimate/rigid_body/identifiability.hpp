@@ -1,4 +1,4 @@
-// Before any fit: what these data can tell about a robot and its friction, and what they cannot.
+// Before any fit: which parameters of a robot and its friction the data determine.
 #pragma once
 
 #include <span>
@@ -30,13 +30,13 @@ struct ParameterVerdict {
   double standard_error = 0;  ///< predicted from the regressor and the noise seen
   double size = 0;            ///< what the error is a share of
   Verdict verdict = Verdict::kNot;
-  std::string words{};  ///< why not, or with what it is confused
+  std::string words{};  ///< why not, or with what it is confused; empty: identified
 };
 
-/// A standard parameter that no data of this robot can tell alone.
+/// A standard parameter that no data of this robot determine alone.
 struct Grouping {
   std::string name;
-  std::string words;  ///< "no effect on any torque", or the combinations it hides in
+  std::string words;  ///< "no effect on any torque", or the base parameters that contain it
 };
 
 /// What the motion shows of the friction of one joint.
@@ -53,7 +53,7 @@ struct Coverage {
   double resolution = 0;         ///< smallest step of the logged position [rad]
 };
 
-/// Whether a family of friction laws can be fitted; if not, why, in words.
+/// Whether a family of friction laws can be fitted; `words` say why not, or are empty.
 struct FamilyVerdict {
   std::string family;
   bool supported = false;
@@ -61,7 +61,7 @@ struct FamilyVerdict {
 };
 
 struct Identifiability {
-  std::string message;  ///< why nothing at all can be said; empty
+  std::string message;  ///< why nothing can be said; empty: it can
   std::vector<ParameterVerdict> parameters;
   std::vector<Grouping> groupings;
   std::vector<Coverage> joints;
