@@ -27,11 +27,17 @@ fs::path folder_of(const RunOptions& options, const scene::Problem& problem) {
   return fs::path("run") / name;
 }
 
-std::vector<workflow::FitRequest> requests_of(const scene::Problem& problem,
-                                              const RunOptions& options) {
-  return workflow::requested_fits(
-      problem.scene, options.models,
-      options.seeds.empty() ? std::vector<int>() : parse_seeds(options.seeds));
+/// The fits that the options ask for.
+struct Requests {
+  std::vector<workflow::FitRequest> fits;
+  bool by_name;  ///< chosen by --model or --seeds
+};
+
+Requests requests_of(const scene::Problem& problem, const RunOptions& options) {
+  return {workflow::requested_fits(
+              problem.scene, options.models,
+              options.seeds.empty() ? std::vector<int>() : parse_seeds(options.seeds)),
+          !options.models.empty() || !options.seeds.empty()};
 }
 
 scene::Problem problem_of(const RunOptions& options) {
@@ -44,12 +50,6 @@ bool skipped(const scene::Problem& problem) {
   if (scene::data_available(problem, &why)) return false;
   say("skipped: " + why);
   return true;
-}
-
-/// Makes the fits that the options ask for.
-bool identify_models(workflow::Job& job, const RunOptions& options) {
-  const bool by_name = !options.models.empty() || !options.seeds.empty();
-  return workflow::identify(job, requests_of(job.problem, options), by_name);
 }
 
 void print_file(const fs::path& file) { print(read_file(file)); }
@@ -101,11 +101,12 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
   workflow::require_validation(problem.scene);
   scene::require_horizons(problem.scene);
   if (skipped(problem)) return Verdict::kDone;
-  workflow::require_memory(problem, requests_of(problem, options), common.jobs);
+  const Requests requests = requests_of(problem, options);
+  workflow::require_memory(problem, requests.fits, common.jobs);
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
   const bool sound = workflow::data_are_sound(job);
-  const bool healthy = identify_models(job, options);
+  const bool healthy = workflow::identify(job, requests.fits, requests.by_name);
   const evaluate::Evaluation evaluation = workflow::evaluate(job, options.data);
   const bool videos = job.problem.scene.render.video && !options.no_video;
   for (const std::string& missed :
@@ -159,11 +160,12 @@ Verdict identify(const RunOptions& options, const CommonOptions& common) {
   scene::Problem problem = problem_of(options);
   if (options.models.empty()) workflow::require_models(problem.scene);
   if (skipped(problem)) return Verdict::kDone;
-  workflow::require_memory(problem, requests_of(problem, options), common.jobs);
+  const Requests requests = requests_of(problem, options);
+  workflow::require_memory(problem, requests.fits, common.jobs);
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
   const bool sound = workflow::data_are_sound(job);
-  const bool healthy = identify_models(job, options);
+  const bool healthy = workflow::identify(job, requests.fits, requests.by_name);
   return sound && healthy ? Verdict::kDone : Verdict::kNo;
 }
 

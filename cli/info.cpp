@@ -10,6 +10,7 @@
 #include "fricid/data/contract.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/data/written_model.hpp"
 #include "fricid/film/gl_context.hpp"
 #include "fricid/scene/problem.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
@@ -63,7 +64,7 @@ Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& c
   } else if (file.extension() == ".json") {
     const auto content = parse_json(read_file(file), file.string());
     if (!common.json && content.is_object() &&
-        content.value("format", nlohmann::json()) == "fricid.model/1")
+        content.value("format", nlohmann::json()) == data::WrittenModel::kFormat)
       print_model(file);
     else
       print_json(content);

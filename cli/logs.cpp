@@ -100,7 +100,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const auto robot = workflow::robot_of_log(options.robot, contract.joint_names);
   const std::vector<fs::path> paths = outputs_of(options);
   std::vector<data::Dataset> sets;
-  std::vector<doctor::Diagnosis> reports;
+  std::vector<data::DiagnosisFile> reports;
   bool sound = true;
   for (const fs::path& log : options.logs) {
     const data::Dataset read = data::read_log(log, contract);
@@ -111,7 +111,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
     } catch (const UserError& error) {
       throw UserError("{}: {}", log.string(), error.what());
     }
-    reports.push_back(doctor::diagnosis_of(findings, sets.back()));
+    reports.push_back(doctor::diagnosis_file(findings, sets.back()));
     const std::vector<std::string> warnings =
         judge(sets.back(), log, contract, options.fixes.empty());
     print_findings(findings, read, options.fixes, stderr);
@@ -124,7 +124,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
         stderr);
   for (std::size_t i = 0; i < sets.size(); ++i) {
     data::save_dataset(sets[i], paths[i]);
-    data::save(reports[i], fs::path(paths[i]).replace_extension(".doctor.json"));
+    data::save(reports[i], workflow::RunFolder::diagnosis_beside(paths[i]));
     print(printable(paths[i].string()) + "\n");
   }
   return sound ? Verdict::kDone : Verdict::kNo;
@@ -203,10 +203,10 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
     }
     if (!options.design.empty()) design_next(subject, options.design, common.jobs);
   }
-  const std::string result = workflow::to_json(report, subject);
-  if (common.json) print(visible_json(result));
+  const data::CheckFile result = workflow::check_file(report, subject);
+  if (common.json) print(visible_json(data::to_json(result)));
   if (workflow::is_run_folder(options.target))
-    write_file_atomically(workflow::RunFolder(options.target).check(), result);
+    data::save(result, workflow::RunFolder(options.target).check());
   return report.whole() ? Verdict::kDone : Verdict::kNo;
 }
 

@@ -166,7 +166,7 @@ class Check:
     """What a check found."""
 
     whole: bool  #: no damage
-    report: dict[str, Any]  #: fricid.check/1
+    report: dict[str, Any]  #: fricid.check/2
     text: str  #: the same in words
 
     def __str__(self) -> str:

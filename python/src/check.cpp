@@ -7,6 +7,7 @@
 
 #include <tuple>
 
+#include "fricid/data/artefact.hpp"
 #include "fricid/workflow/check.hpp"
 #include "job.hpp"
 
@@ -26,7 +27,7 @@ Report report_of(const workflow::Subject& subject) {
       words += subject.sets[i].name + ": " + doctor::to_text(finding, subject.sets[i]) + "\n";
   words += report.parameters ? estimate::to_summary(*report.parameters, *subject.robot)
                              : "parameters: not examined: " + report.not_examined + "\n";
-  return {report.whole(), workflow::to_json(report, subject), words};
+  return {report.whole(), data::to_json(workflow::check_file(report, subject)), words};
 }
 
 }  // namespace

@@ -231,7 +231,7 @@ def test_logs_may_be_arrays(run, tmp_path):
 
 def test_check_of_runs_files_and_arrays(run, log, tmp_path):
     whole = fricid.check(run)
-    assert whole.whole and whole.report["format"] == "fricid.check/1"
+    assert whole.whole and whole.report["format"] == "fricid.check/2"
     assert "joint_a1" in str(whole)
     robot = SOURCE / "models/kr6_r700/kr6_r700.urdf"
     done = program("check", run.folder / "data/validation_0.h5", "--robot", robot, "--json")

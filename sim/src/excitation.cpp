@@ -4,186 +4,30 @@
 #include <nlopt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <numbers>
-#include <span>
 
-#include "fricid/base/eigen_instances.hpp"
+#include "excitation_judge.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
-#include "fricid/dynamics/algorithms.hpp"
-#include "fricid/dynamics/base_parameters.hpp"
-#include "fricid/sim/clearance.hpp"
 #include "fricid/sim/streams.hpp"
-#include "fricid/system/transmission.hpp"
 
 namespace fricid::sim {
 namespace {
 
+using Problem = ExcitationProblem;
+using Judge = ExcitationJudge;
+
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Points per period of the fastest harmonic: while searching, and for the last word.
-constexpr int kDesignDensity = 8, kCheckDensity = 80;
-// What a limit may be exceeded by between the points of the last check, as a share and in metres.
-constexpr double kShareGuard = 2e-3, kClearanceGuard = 1e-3;
 // Criterion evaluations of the optimiser; 400 gain less than 0.4 in log det.
 constexpr int kEvaluations = 120;
 // Shrinking stops here: then the box itself is not free.
 constexpr int kShrinks = 60;
 constexpr double kShrink = 0.95;
-
-/// Friction that the torque limit leaves room for, as shares of effort: at rest, and more at the
-/// velocity limit. Upper ends of what is reported for geared industrial joints (Coulomb 5-8 %,
-/// viscous 15-30 %).
-constexpr double kFrictionAtRest = 0.08, kFrictionAtSpeed = 0.3;
-
-/// Limits of one joint.
-struct Bounds {
-  double centre, half, velocity, acceleration, jerk, effort;
-};
-
-double or_infinity(double share, double limit) { return limit > 0 ? share * limit : kInfinity; }
-
-std::vector<Bounds> make_bounds(const ExcitationOptions& config,
-                                const dynamics::RobotModel& robot) {
-  std::vector<Bounds> bounds;
-  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-    const dynamics::Joint& joint = robot.joints[j];
-    const bool limited = !joint.continuous && joint.upper > joint.lower;
-    const double middle = limited ? (joint.lower + joint.upper) / 2 : 0;
-    const double half = limited ? (joint.upper - joint.lower) / 2 : std::numbers::pi;
-    Bounds b{config.centre.empty() ? middle : config.centre[j],
-             config.half_range.empty() ? 0.9 * half : config.half_range[j],
-             or_infinity(config.velocity_share, joint.velocity),
-             or_infinity(config.acceleration_share, joint.acceleration),
-             or_infinity(config.jerk_share, joint.jerk),
-             or_infinity(config.torque_share, joint.effort)};
-    if (limited && (b.centre - b.half < joint.lower || b.centre + b.half > joint.upper))
-      throw UserError("excitation: {}: box [{:.3f}, {:.3f}] rad is outside [{:.3f}, {:.3f}]",
-                      joint.name, b.centre - b.half, b.centre + b.half, joint.lower, joint.upper);
-    bounds.push_back(b);
-  }
-  return bounds;
-}
-
-/// What all trajectories of a scene share.
-struct Problem {
-  const ExcitationOptions& config;
-  const MujocoArm& arm;
-  const dynamics::RobotModel& robot;
-  std::vector<Bounds> bounds;
-  std::vector<int> columns;  ///< of the base parameters
-  TimeGrid design, check;
-  Eigen::MatrixXd known;  ///< information of earlier data, per second of this period; may be empty
-
-  Problem(const ExcitationOptions& c, const MujocoArm& m, const dynamics::RobotModel& r)
-      : config(c),
-        arm(m),
-        robot(r),
-        bounds(make_bounds(c, r)),
-        columns(dynamics::base_parameters(r).columns),
-        design(TimeGrid::over_period(c.base_rad_s, c.harmonics, kDesignDensity * c.harmonics)),
-        check(TimeGrid::over_period(c.base_rad_s, c.harmonics, kCheckDensity * c.harmonics)) {}
-};
-
-/// What a thread needs of its own to judge trajectories.
-class Judge {
- public:
-  explicit Judge(const Problem& problem)
-      : problem_(problem),
-        C_(Transmission(problem.robot).inverse()),
-        ws_(problem.robot),
-        // twice the demand, so that a search sees where it goes
-        clearance_(problem.arm, 2 * (problem.config.clearance_m + kClearanceGuard) + 0.05),
-        Y_(problem.robot.n(), problem.robot.parameter_count()),
-        Y_base_(problem.robot.n(), static_cast<Eigen::Index>(problem.columns.size())) {}
-
-  /// Information matrix  mean_t Y_b' W Y_b  with W = diag(1 / effort^2), and what is known already.
-  Eigen::MatrixXd information(const Motion& at_joints) {
-    const Motion motion = at_motors(at_joints);
-    const auto size = static_cast<Eigen::Index>(problem_.columns.size());
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
-    for (Eigen::Index k = 0; k < motion.q.cols(); ++k) {
-      dynamics::regressor(problem_.robot, ws_, column(motion.q, k), column(motion.v, k),
-                          column(motion.a, k), Y_);
-      for (Eigen::Index c = 0; c < size; ++c)
-        Y_base_.col(c) = Y_.col(problem_.columns[static_cast<std::size_t>(c)]);
-      for (Eigen::Index j = 0; j < Y_base_.rows(); ++j) {
-        const double effort = problem_.robot.joints[static_cast<std::size_t>(j)].effort;
-        if (effort > 0) Y_base_.row(j) /= effort;
-      }
-      H.selfadjointView<Eigen::Lower>().rankUpdate(Y_base_.transpose());
-    }
-    H /= static_cast<double>(motion.q.cols());
-    if (problem_.known.size() > 0) H += problem_.known;
-    return H;
-  }
-
-  /// Largest share of the effort limit that rigid body and friction allowance take, per motor.
-  Eigen::VectorXd torque_shares(const Motion& at_joints) {
-    const Motion motion = at_motors(at_joints);
-    const dynamics::RobotModel& robot = problem_.robot;
-    Eigen::VectorXd shares = Eigen::VectorXd::Zero(robot.n());
-    std::vector<double> tau(static_cast<std::size_t>(robot.n()));
-    const std::span<const double> pi{robot.pi.data(), static_cast<std::size_t>(robot.pi.size())};
-    for (Eigen::Index k = 0; k < motion.q.cols(); ++k) {
-      dynamics::rnea<double>(robot, ws_, pi, column(motion.q, k), column(motion.v, k),
-                             column(motion.a, k), tau);
-      for (Eigen::Index j = 0; j < shares.size(); ++j) {
-        const dynamics::Joint& joint = robot.joints[static_cast<std::size_t>(j)];
-        if (joint.effort <= 0) continue;
-        const double speed = joint.velocity > 0 ? std::abs(motion.v(j, k)) / joint.velocity : 0;
-        const double share = std::abs(tau[static_cast<std::size_t>(j)]) / joint.effort +
-                             kFrictionAtRest + kFrictionAtSpeed * speed;
-        shares[j] = std::max(shares[j], share);
-      }
-    }
-    return shares;
-  }
-
-  /// Closest approach on the whole motion.
-  Clearance::Pair closest(const Motion& motion, int stride = 1) {
-    Clearance::Pair best{kInfinity, -1, -1};
-    for (Eigen::Index k = 0; k < motion.q.cols(); k += stride) {
-      const Clearance::Pair pair = clearance_.closest(column(motion.q, k));
-      if (pair.distance < best.distance) best = pair;
-    }
-    return best;
-  }
-
-  const Clearance& clearance() const { return clearance_; }
-
- private:
-  static std::span<const double> column(const Eigen::MatrixXd& matrix, Eigen::Index k) {
-    return {matrix.col(k).data(), static_cast<std::size_t>(matrix.rows())};
-  }
-
-  Motion at_motors(const Motion& motion) const {
-    if (C_.size() == 0) return motion;
-    Motion m = motion;
-    for (auto* x : {&m.q, &m.v, &m.a}) *x = C_ * *x;
-    return m;
-  }
-
-  const Problem& problem_;
-  Eigen::MatrixXd C_;  ///< motors of joints; empty without couplings
-  dynamics::Workspace<double> ws_;
-  Clearance clearance_;
-  Eigen::MatrixXd Y_, Y_base_;
-};
-
-double log_det(const Eigen::MatrixXd& H) {
-  const Eigen::VectorXd d = H.selfadjointView<Eigen::Lower>().ldlt().vectorD();
-  return (d.array() > 0).all() ? d.array().log().sum() : -kInfinity;
-}
-
-double condition(const Eigen::MatrixXd& H) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(H, Eigen::EigenvaluesOnly);
-  const Eigen::VectorXd& lambda = eigen.eigenvalues();
-  return lambda[0] > 0 ? std::sqrt(lambda[lambda.size() - 1] / lambda[0]) : kInfinity;
-}
 
 double cost(Criterion criterion, const Eigen::MatrixXd& H) {
   return criterion == Criterion::kCondition ? std::log(condition(H)) : -log_det(H);
@@ -252,15 +96,6 @@ Fourier make_series(const Problem& problem, const TimeGrid& grid, const Draw& dr
   return series;
 }
 
-// How far torque and clearance limits are broken, in shares.
-double violation(const Problem& problem, Judge& judge, const Motion& motion, int stride = 1) {
-  const Eigen::VectorXd shares = judge.torque_shares(motion);
-  double sum = (shares.array() / problem.config.torque_share - (1 - kShareGuard)).max(0).sum();
-  const double wanted = problem.config.clearance_m + kClearanceGuard;
-  sum += std::max(0.0, (wanted - judge.closest(motion, stride).distance) / wanted);
-  return sum;
-}
-
 /// One search: minimises cost + penalty over the variables of all joints.
 struct Search {
   const Problem& problem;
@@ -325,38 +160,6 @@ bool make_feasible(const Problem& problem, Judge& judge, const Draw& draw, std::
     }
   }
   return false;
-}
-
-TrajectoryReport examine_on(const Problem& problem, Judge& judge, const Fourier& series,
-                            const TimeGrid& grid) {
-  TrajectoryReport report;
-  const Motion motion = grid.sample(series);
-  const Eigen::VectorXd torque = judge.torque_shares(motion);
-  const Eigen::MatrixXd H = judge.information(problem.design.sample(series));
-  report.log_det = log_det(H);
-  report.condition = condition(H);
-  const Clearance::Pair pair = judge.closest(motion);
-  report.clearance_m = pair.distance;
-  report.closest = judge.clearance().name(pair);
-  report.feasible = report.clearance_m >= problem.config.clearance_m;
-  for (Eigen::Index j = 0; j < motion.q.rows(); ++j) {
-    const Bounds& bounds = problem.bounds[static_cast<std::size_t>(j)];
-    const auto left = [j](const Eigen::MatrixXd& m, double limit) {
-      return 1 - m.row(j).cwiseAbs().maxCoeff() / limit;
-    };
-    const double reach = (motion.q.row(j).array() - bounds.centre).abs().maxCoeff();
-    const JointMargins margins{problem.robot.joints[static_cast<std::size_t>(j)].name,
-                               bounds.half - reach,
-                               left(motion.v, bounds.velocity),
-                               left(motion.a, bounds.acceleration),
-                               left(motion.jerk, bounds.jerk),
-                               1 - torque[j] / problem.config.torque_share};
-    report.joints.push_back(margins);
-    report.feasible =
-        report.feasible && std::min({margins.position_rad, margins.velocity, margins.acceleration,
-                                     margins.jerk, margins.torque}) >= 0;
-  }
-  return report;
 }
 
 Fourier design(const Problem& problem, std::uint64_t seed, int number, TrajectoryReport& report) {

@@ -6,7 +6,7 @@
 
 #include "fricid/smc/backward_sampling.hpp"
 #include "fricid/smc/particle_filter.hpp"
-#include "fricid/smc/twist.hpp"
+#include "fricid/smc/twisted_guide.hpp"
 #include "smc/friction_toy.hpp"
 #include "smc/linear_gaussian.hpp"
 

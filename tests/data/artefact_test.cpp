@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "fricid/base/files.hpp"
+#include "fricid/data/diagnosis_file.hpp"
+#include "fricid/data/fit_file.hpp"
 #include "scene_folder.hpp"
 
 namespace fricid::data {
@@ -19,6 +21,9 @@ using ::testing::Not;
 using ::testing::StartsWith;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+static_assert(name_of(Outcome::kFailed) == "failed");
+static_assert(name_of(Severity::kDamage) == "damage");
 
 enum class Colour { kRed, kDarkBlue };
 constexpr std::string_view names(Colour) { return "red|dark blue"; }
@@ -57,6 +62,14 @@ struct Sample {
   Part part;
   std::optional<Part> maybe;
   std::vector<Part> parts;
+  double sure = 1;
+  std::vector<double> sures;
+  int count = 1;
+  Eigen::Vector3d three = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d nine = Eigen::Matrix3d::Identity();
+  std::optional<int> number_or_none;
+  std::vector<std::vector<Part>> groups;
+  std::vector<std::pair<std::string, Part>> by_name;
 
   double twice() const { return 2 * real; }
   void check(const std::string& place) const {
@@ -83,6 +96,14 @@ struct Sample {
     archive.section("part", part, "one");
     archive.section("maybe", maybe, "one or none");
     archive.sections("parts", parts, "several");
+    archive("sure", sure, required(number("kg", 0, 10, "always there")));
+    archive("sures", sures, required(number("kg", 0, 10, "always there")));
+    archive("count", count, required(number("", 1, 3, "few")));
+    archive("three", three, field);
+    archive("nine", nine, field);
+    archive("number_or_none", number_or_none, field);
+    archive.lists("groups", groups, "several of several");
+    archive.named("by_name", "NAME", by_name, "several with names");
     archive.derived("twice", twice(), field);
   }
 };
@@ -116,6 +137,14 @@ Sample full() {
   sample.part = {0.3, {4}};
   sample.maybe = Part{0.7, {}};
   sample.parts = {{1, {}}, {2, {0.1}}};
+  sample.sure = 0.1;
+  sample.sures = {0, 10, 1.0 / 3};
+  sample.count = 3;
+  sample.three = {0.1, -0.0, 3};
+  sample.nine(0, 2) = 1.0 / 3;
+  sample.number_or_none = 4;
+  sample.groups = {{}, {{5, {}}, {6, {0.5}}}};
+  sample.by_name = {{"z", {7, {}}}, {"a", {8, {}}}};
   return sample;
 }
 
@@ -169,6 +198,18 @@ TEST_F(ArtefactTest, ComesBackToTheLastBit) {
   EXPECT_EQ(after.maybe->x, 0.7);
   ASSERT_EQ(after.parts.size(), 2u);
   EXPECT_EQ(after.parts[1].list, (std::vector<double>{0.1}));
+  EXPECT_EQ(after.sure, 0.1);
+  EXPECT_TRUE(same_bits(after.sures, before.sures));
+  EXPECT_EQ(after.count, 3);
+  EXPECT_EQ(after.three, before.three);
+  EXPECT_EQ(after.nine, before.nine);
+  EXPECT_EQ(after.number_or_none, 4);
+  ASSERT_EQ(after.groups.size(), 2u);
+  EXPECT_TRUE(after.groups[0].empty());
+  EXPECT_EQ(after.groups[1][1].list, (std::vector<double>{0.5}));
+  ASSERT_EQ(after.by_name.size(), 2u);  // in the order of the file
+  EXPECT_EQ(after.by_name[0].first, "z");
+  EXPECT_EQ(after.by_name[1].second.x, 8);
   // and is written the same again
   EXPECT_EQ(to_json(after), read("a.json"));
   EXPECT_EQ(to_json(before), read("a.json"));
@@ -206,6 +247,47 @@ TEST_F(ArtefactTest, APartThatIsNotThereIsLeftOut) {
   EXPECT_FALSE(loaded().maybe);
 }
 
+TEST_F(ArtefactTest, ANumberThatIsNotThereIsLeftOut) {
+  Sample sample = full();
+  sample.number_or_none.reset();
+  save(sample, file);
+  EXPECT_FALSE(json().contains("number_or_none"));
+  EXPECT_FALSE(loaded().number_or_none);
+}
+
+TEST_F(ArtefactTest, RequiredNumbersAreFiniteAndWithinTheirBounds) {
+  for (const double wrong : {kNaN, std::numeric_limits<double>::infinity()}) {
+    Sample sample = full();
+    sample.sures[1] = wrong;
+    EXPECT_EQ(message_of([&] { save(sample, path("c.json")); }),
+              fmt::format("c.json: sures: found {}; allowed: finite", wrong));
+    EXPECT_FALSE(std::filesystem::exists(path("c.json")));
+  }
+  EXPECT_EQ(said_of("/sure", nullptr), "b.json: sure: found null; allowed: a number");
+  EXPECT_EQ(said_of("/sure", -0.5), "b.json: sure: found -0.5; allowed: 0 to 10");
+  EXPECT_EQ(said_of("/sures/2", 10.5), "b.json: sures: found 10.5; allowed: 0 to 10");
+  EXPECT_THAT(said_of("/sures/2", nullptr), HasSubstr("allowed: a number"));
+  EXPECT_EQ(said_of("/count", 4), "b.json: count: found 4; allowed: 1 to 3");
+  EXPECT_EQ(said_of("/real", -1e301), "no error");  // bounds of the others are documentation
+}
+
+TEST_F(ArtefactTest, ListsOfListsAndNamedPartsSayWhereTheyAre) {
+  EXPECT_EQ(said_of("/groups/1/1/x", "long"),
+            "b.json: groups[1][1].x: found \"long\"; allowed: a number or null");
+  EXPECT_EQ(said_of("/groups/1/1", 3), "b.json: groups: found a list; allowed: lists of objects");
+  EXPECT_EQ(said_of("/groups/0", 3), "b.json: groups: found a list; allowed: lists of objects");
+  EXPECT_EQ(said_of("/by_name/a/x", "long"),
+            "b.json: by_name.a.x: found \"long\"; allowed: a number or null");
+  EXPECT_EQ(said_of("/by_name/a", 3),
+            "b.json: by_name: found an object; allowed: an object of objects");
+}
+
+TEST_F(ArtefactTest, FixedSizesAreKept) {
+  EXPECT_EQ(said_of("/three", {1, 2}), "b.json: three: found a list; allowed: 3 numbers");
+  EXPECT_EQ(said_of("/nine", {{1, 2, 3}, {4, 5, 6}}),
+            "b.json: nine: found a list; allowed: 3 rows of 3 numbers");
+}
+
 TEST_F(ArtefactTest, EmptyListsAndMatricesComeBackEmpty) {
   save(Sample(), file);
   const Sample after = loaded();
@@ -224,7 +306,7 @@ TEST_F(ArtefactTest, UnknownKeysArePassedOver) {
 TEST_F(ArtefactTest, EveryFieldMustBeThere) {
   const Json whole = json();
   for (const auto& [key, value] : whole.items()) {
-    if (key == "format" || key == "maybe" || key == "twice") continue;
+    if (key == "format" || key == "maybe" || key == "twice" || key == "number_or_none") continue;
     Json without = whole;
     without.erase(key);
     EXPECT_EQ(said_of_text(without.dump()), "b.json: found no " + key);
@@ -279,13 +361,19 @@ TEST_F(ArtefactTest, PairsAreTwoAndRowsOfOneLength) {
 }
 
 TEST_F(ArtefactTest, OtherFormatsAreRefused) {
-  EXPECT_EQ(said_of("/format", "fricid.sample/2"),
-            "b.json: found \"fricid.sample/2\"; allowed: \"format\": \"fricid.sample/1\"");
+  EXPECT_EQ(
+      said_of("/format", "fricid.sample/2"),
+      "b.json: format fricid.sample/2 is newer than fricid.sample/1, which this program reads");
+  for (const char* other :
+       {"fricid.sample/0", "fricid.sample/", "fricid.simple/2", "fricid.sample"})
+    EXPECT_EQ(said_of("/format", other),
+              fmt::format("b.json: found \"{}\"; allowed: \"format\": \"fricid.sample/1\"", other));
   EXPECT_EQ(said_of("/format", 1), "b.json: found 1; allowed: \"format\": \"fricid.sample/1\"");
   for (const char* none : {"{}", "[1]", "3", "null"})
     EXPECT_EQ(said_of_text(none),
               "b.json: found no format; allowed: \"format\": \"fricid.sample/1\"");
-  for (const char* torn : {"", "{\"format\": \"fricid.sample/1\"", "\xff\xfe", "{} {}"})
+  EXPECT_EQ(said_of_text(""), "b.json: an empty file");
+  for (const char* torn : {" ", "{\"format\": \"fricid.sample/1\"", "\xff\xfe", "{} {}"})
     EXPECT_THAT(said_of_text(torn), StartsWith("b.json:1: not JSON, or torn: "));
   EXPECT_THAT(message_of([&] { load<Sample>(path("absent.json")); }), StartsWith("absent.json: "));
 }

@@ -47,5 +47,28 @@ TEST(Repair, RefusesAGapThatNoLogHas) {
   }
 }
 
+TEST(DiagnosisFile, HoldsWhatWasFoundAndWhatToDo) {
+  data::Dataset d = log_with_a_gap(0.2);
+  d.joint_names = {"a", "b"};
+  d.source = "a test";
+  const std::vector<Finding> findings{
+      {.name = "gap", .signal = "t", .begin_s = 0.5, .end_s = 0.7, .size = 20, .unit = "samples"},
+      {.name = "swapped", .signal = "q tau", .joint = 1, .other = 0, .count = 2},
+      {.name = "rate", .signal = "t"}};
+  const data::DiagnosisFile file = diagnosis_file(findings, d);
+  EXPECT_EQ(file.data, "log");
+  EXPECT_EQ(file.source, "a test");
+  EXPECT_EQ(file.joints, d.joint_names);
+  ASSERT_EQ(file.findings.size(), 3U);
+  EXPECT_EQ(file.findings[0].severity, data::Severity::kDamage);
+  EXPECT_TRUE(file.findings[0].joints.empty());
+  EXPECT_EQ(file.findings[0].size, 20);
+  EXPECT_EQ(file.findings[0].remedy, kind_of("gap").remedy);
+  EXPECT_TRUE(file.findings[1].misleads);
+  EXPECT_EQ(file.findings[1].joints, (std::vector<std::string>{"b", "a"}));
+  EXPECT_EQ(file.findings[1].count, 2);
+  EXPECT_EQ(file.findings[2].severity, data::Severity::kNote);
+}
+
 }  // namespace
 }  // namespace fricid::doctor

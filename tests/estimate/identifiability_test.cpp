@@ -19,6 +19,8 @@ namespace {
 
 using testing::HasSubstr;
 
+static_assert(name_of(Verdict::kNot) == "not identifiable");
+
 Arm coulomb_arm() {
   Arm arm{small_arm(), {}};
   arm.friction = same_law("coulomb_viscous", {4, 2, 1e-3}, arm.robot.n());
@@ -186,6 +188,19 @@ TEST(Identifiability, NamesTheCombinationAParameterHidesIn) {
   EXPECT_THAT(words("j2 m"), HasSubstr("only within j1 Izz"));
   const std::string text = to_text(report, arm.robot);
   EXPECT_THAT(text, HasSubstr("friction: j1: up to"));
+
+  const data::CheckedIdentifiability file = checked(report, arm.robot);
+  ASSERT_EQ(file.parameters.size(), report.parameters.size());
+  const ParameterVerdict& first = report.parameters.front();
+  EXPECT_EQ(file.parameters.front().verdict, name_of(first.verdict));
+  EXPECT_DOUBLE_EQ(file.parameters.front().percent, 100 * first.standard_error / first.size);
+  ASSERT_EQ(file.joints.size(), 3U);
+  EXPECT_EQ(file.joints[0].joint, "j1");
+  EXPECT_EQ(file.joints[0].load,
+            (std::vector<double>{report.joints[0].load_low, report.joints[0].load_high}));
+  EXPECT_TRUE(file.joints[0].temperature.empty());  // not measured
+  EXPECT_EQ(file.groupings.size(), report.groupings.size());
+  EXPECT_EQ(file.families.size(), report.families.size());
 }
 
 // Oracle: cosine motion, A sin(w t): 2 reversals per period, speed A w.

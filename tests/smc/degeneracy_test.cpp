@@ -7,7 +7,7 @@
 
 #include "fricid/smc/backward_sampling.hpp"
 #include "fricid/smc/particle_filter.hpp"
-#include "fricid/smc/twist.hpp"
+#include "fricid/smc/twisted_guide.hpp"
 #include "friction_toy.hpp"
 #include "moments.hpp"
 

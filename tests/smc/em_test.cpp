@@ -1,4 +1,4 @@
-// A6, A7: scores and EM steps from smoothed states against the Kalman likelihood.
+// Scores and EM steps from smoothed states against the Kalman likelihood.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,7 +48,7 @@ LinearModel surrogate() {
   return model;
 }
 
-// A6: Fisher's identity, grad log p(y) = E[grad log p(x, y) | y].
+// Fisher's identity, grad log p(y) = E[grad log p(x, y) | y].
 TEST(Score, OfSampledPathsIsThatOfTheLikelihood) {
   constexpr int T = 40, N = 1000, M = 40, B = 100;
   LinearModel model = test::tracking_model();
@@ -102,7 +102,7 @@ double em_step(LinearModel& model, const RowMatrix& y,
   return path.log_likelihood;
 }
 
-// A7: monotone, its fixed point is the optimum, and the truth lies within 3 posterior sd.
+// Monotone, its fixed point is the optimum, and the truth lies within 3 posterior sd.
 TEST(GaussianEm, RisesToTheOptimumNearTheTruth) {
   LinearModel model = test::tracking_model();
   model.observe = Eigen::MatrixXd::Identity(2, 2);
@@ -180,7 +180,7 @@ TEST(GaussianEm, FindsRateAndStiffnessOfTheBristle) {
   EXPECT_NEAR(model.error(0, 0) / truth.error(0, 0), 1, 0.3);
 }
 
-// A6: near the fixed point the error shrinks by 1 - I_obs / I_complete per step (Dempster et al.).
+// Near the fixed point the error shrinks by 1 - I_obs / I_complete per step (Dempster et al.).
 TEST(GaussianEm, ErrorShrinksByTheShareOfMissingInformation) {
   constexpr int T = 400;
   LinearModel model = surrogate();

@@ -1,11 +1,11 @@
-// A4: smoothers against RTS, with lag-one covariances. A5: particle Gibbs keeps the posterior.
+// Smoothers against RTS, with lag-one covariances. Particle Gibbs keeps the posterior.
 #include <gtest/gtest.h>
 
 #include "fricid/smc/backward_sampling.hpp"
 #include "fricid/smc/fixed_lag.hpp"
 #include "fricid/smc/particle_filter.hpp"
 #include "fricid/smc/particle_gibbs.hpp"
-#include "fricid/smc/twist.hpp"
+#include "fricid/smc/twisted_guide.hpp"
 #include "linear_gaussian.hpp"
 #include "moments.hpp"
 
@@ -153,7 +153,7 @@ TEST(FixedLag, LiesBetweenFilterAndSmoother) {
   }
 }
 
-// A5: an exact draw of the posterior is one after some sweeps too, whatever N.
+// An exact draw of the posterior is one after some sweeps too, whatever N.
 template <class G>
 void expect_invariance(Scene& scene, G guide, int N) {
   constexpr std::uint32_t kReplications = 2000, kSweeps = 6;

@@ -9,7 +9,7 @@
 #include "fricid/smc/backward_sampling.hpp"
 #include "fricid/smc/particle_filter.hpp"
 #include "fricid/smc/particle_gibbs.hpp"
-#include "fricid/smc/twist.hpp"
+#include "fricid/smc/twisted_guide.hpp"
 #include "friction_toy.hpp"
 #include "linear_gaussian.hpp"
 #include "malloc_counter.hpp"

@@ -1,5 +1,5 @@
 // The twisted filter is exact on linear models.
-#include "fricid/smc/twist.hpp"
+#include "fricid/smc/twisted_guide.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <string>
 
@@ -16,8 +17,16 @@ inline constexpr const char* kRunFolderPage = "docs/run_folder.md";
 class FieldTable {
  public:
   template <class Value>
-  void operator()(std::string_view key, const Value& /*value*/, const Field& field) {
-    row(key, type_of<Value>(), field);
+  void operator()(std::string_view key, [[maybe_unused]] const Value& value, const Field& field) {
+    std::string_view choices = field.choices;
+    if constexpr (NamedEnum<Value>) choices = names(value);
+    std::string type = type_of<Value>(field);
+    if (!choices.empty()) type += fmt::format(": {}", fmt::join(parts_of(choices), ", "));
+    row(key, type, field);
+  }
+  template <class Value>
+  void operator()(std::string_view key, const std::optional<Value>& /*value*/, const Field& field) {
+    row(key, std::string(type_of<Value>(field)) + " or absent", field);
   }
   template <class Interval>
   void pairs(std::string_view key, const std::vector<Interval>& /*value*/, const Field& field) {
@@ -75,27 +84,44 @@ class FieldTable {
   void sections(std::string_view key, std::vector<Part>& /*parts*/, std::string_view meaning) {
     part<Part>(key, "list of objects", "[].", meaning);
   }
+  template <class Part>
+  void sections(std::string_view key, std::optional<std::vector<Part>>& /*parts*/,
+                std::string_view meaning) {
+    part<Part>(key, "list of objects or absent", "[].", meaning);
+  }
+  template <class Part>
+  void lists(std::string_view key, std::vector<std::vector<Part>>& /*lists*/,
+             std::string_view meaning) {
+    part<Part>(key, "list of lists of objects", "[][].", meaning);
+  }
+  template <class Part>
+  void named(std::string_view key, std::string_view names,
+             std::vector<std::pair<std::string, Part>>& /*parts*/, std::string_view meaning) {
+    part<Part>(key, "object of objects", fmt::format(".{}.", names), meaning);
+  }
 
   const std::string& text() const { return text_; }
 
  private:
   template <class Value>
-  static const char* type_of() {
+  static const char* type_of(const Field& field) {
     if constexpr (std::is_same_v<Value, bool>)
       return "true or false";
     else if constexpr (std::is_integral_v<Value>)
       return "whole number";
     else if constexpr (std::is_floating_point_v<Value>)
-      return "number or null";
+      return field.required ? "number" : "number or null";
     else if constexpr (std::is_same_v<Value, std::vector<std::string>>)
       return "list of texts";
     else if constexpr (std::is_same_v<Value, std::vector<int>>)
       return "list of whole numbers";
     else if constexpr (std::is_same_v<Value, std::vector<double>> ||
-                       std::is_same_v<Value, Eigen::VectorXd>)
+                       std::is_same_v<Value, Eigen::VectorXd> ||
+                       std::is_same_v<Value, Eigen::Vector3d>)
       return "list of numbers";
     else if constexpr (std::is_same_v<Value, std::vector<std::vector<double>>> ||
-                       std::is_same_v<Value, Eigen::MatrixXd>)
+                       std::is_same_v<Value, Eigen::MatrixXd> ||
+                       std::is_same_v<Value, Eigen::Matrix3d>)
       return "list of lists of numbers";
     else
       return "text";

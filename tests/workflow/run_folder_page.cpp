@@ -1,7 +1,9 @@
+#include "fricid/data/check_file.hpp"
 #include "fricid/data/dataset.hpp"
+#include "fricid/data/diagnosis_file.hpp"
 #include "fricid/data/estimate_file.hpp"
 #include "fricid/data/fit_file.hpp"
-#include "fricid/doctor/finding.hpp"
+#include "fricid/data/written_model.hpp"
 #include "fricid/evaluate/bands.hpp"
 #include "fricid/evaluate/compare.hpp"
 #include "fricid/evaluate/evaluation.hpp"
@@ -52,7 +54,7 @@ std::string run_folder_page() {
       {"", "", run.excitation(), "how the trajectories were found"},
       {"", "", run.diagnosis(recording), "of logs: what is wrong with the recording"},
       {"identify MODEL_sSEED", "[robot], [identify], the model, training recordings", run.model(id),
-       "`fricid.model/1`: the identified robot"},
+       "the identified robot"},
       {"", "", run.fit(id), "how it was found"},
       {"evaluate", "[evaluate], models, recordings, truth, external/", run.evaluation(),
        "scores of every rollout and their summary"},
@@ -74,8 +76,11 @@ std::string run_folder_page() {
   page += artefact_section<workflow::Manifest>("manifest.json", "What was done.");
   page +=
       artefact_section<sim::ExcitationFile>("excitation.json", "How the trajectories were found.");
-  page += artefact_section<doctor::Diagnosis>("data/RECORDING.doctor.json",
-                                              "Of logs: what is wrong with a recording.");
+  page += artefact_section<data::DiagnosisFile>("data/RECORDING.doctor.json",
+                                                "Of logs: what is wrong with the recording.");
+  page += artefact_section<data::WrittenModel>(
+      "models/MODEL_sSEED.json",
+      "An identified robot: all that a program needs to simulate it. Numbers have full precision.");
   page += artefact_section<data::FitFile>("fit/MODEL_sSEED.json", "How a model was found.");
   page += artefact_section<evaluate::Evaluation>(
       "evaluation.json", "What the evaluation found; lists per horizon follow `horizons_s`.");
@@ -91,6 +96,8 @@ std::string run_folder_page() {
       "estimates/MODEL_sSEED_RECORDING.h5", "What `fricid estimate` wrote: the online filter.");
   page +=
       artefact_section<evaluate::Comparison>("fricid compare --json", "Runs compared, on stdout.");
+  page += artefact_section<data::CheckFile>("check.json",
+                                            "What `fricid check` found; with `--json` on stdout.");
   return page;
 }
 

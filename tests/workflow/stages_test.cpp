@@ -15,6 +15,8 @@
 namespace fricid::workflow {
 namespace {
 
+static_assert(name_of(Section::kRender) == "[render]");
+
 namespace fs = std::filesystem;
 using Names = std::set<std::string>;
 using Declarations = std::map<std::string, std::vector<Content>>;  ///< by stage

@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "fricid/base/error.hpp"
-#include "fricid/base/json.hpp"
-#include "fricid/data/artefact.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/dynamics/nominal.hpp"
@@ -91,18 +88,13 @@ CheckReport check(const Subject& subject) {
   return report;
 }
 
-std::string to_json(const CheckReport& report, const Subject& subject) {
-  using Json = nlohmann::ordered_json;
-  const auto parsed = [](const std::string& own_text) {
-    return parse_json<Json>(own_text, "check");
-  };
-  Json result{{"format", "fricid.check/1"}, {"doctor", Json::array()}};
+data::CheckFile check_file(const CheckReport& report, const Subject& subject) {
+  data::CheckFile file;
   for (std::size_t i = 0; i < subject.sets.size(); ++i)
-    result["doctor"].push_back(
-        parsed(data::to_json(doctor::diagnosis_of(report.findings[i], subject.sets[i]))));
+    file.doctor.push_back(doctor::diagnosis_file(report.findings[i], subject.sets[i]));
   if (report.parameters)
-    result["identifiability"] = parsed(estimate::to_json(*report.parameters, *subject.robot));
-  return result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    file.identifiability = estimate::checked(*report.parameters, *subject.robot);
+  return file;
 }
 
 }  // namespace fricid::workflow

@@ -5,6 +5,7 @@
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/dataset.hpp"
+#include "fricid/data/diagnosis_file.hpp"
 #include "fricid/data/log_part.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/sim/simulate.hpp"
@@ -68,7 +69,7 @@ Done import_logs(const scene::Problem& part, const RunFolder& out,
     for (const doctor::Finding& finding : findings)
       if (doctor::is_damage(finding)) say(dataset.name + ": " + doctor::to_text(finding, dataset));
     done.files.push_back(out.diagnosis(dataset.name));
-    data::save(doctor::diagnosis_of(findings, dataset), done.files.back());
+    data::save(doctor::diagnosis_file(findings, dataset), done.files.back());
   }
   for (const data::Dataset& dataset : sets) {
     done.files.push_back(out.recording(dataset.name));
@@ -119,11 +120,11 @@ bool data_are_sound(const Job& job) {
     for (int i = 0;; ++i) {
       const fs::path file = job.run.folder().diagnosis(name(i));
       if (!fs::exists(file)) break;
-      const auto diagnosis = data::load<doctor::Diagnosis>(file);
-      for (const doctor::WrittenFinding& finding : diagnosis.findings) {
+      const auto report = data::load<data::DiagnosisFile>(file);
+      for (const data::DiagnosedFinding& finding : report.findings) {
         if (!finding.misleads) continue;
         sound = false;
-        job.say(fmt::format("not to be trusted: {}: {}{}{}: {}; {}", diagnosis.data, finding.name,
+        job.say(fmt::format("not to be trusted: {}: {}{}{}: {}; {}", report.data, finding.name,
                             finding.joints.empty() ? "" : " of ",
                             fmt::join(finding.joints, " and "), finding.consequence,
                             finding.remedy));

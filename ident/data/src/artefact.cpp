@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
@@ -53,9 +55,20 @@ bool is_int(const Json& value) {
 
 }  // namespace
 
-JsonWriter::JsonWriter(Json& object) : object_(object) {}
+std::string detail::element(const std::string& list, std::size_t i) {
+  return fmt::format("{}[{}]", list, i);
+}
 
-void JsonWriter::operator()(std::string_view key, double value, const Field& /*field*/) {
+JsonWriter::JsonWriter(Json& object, std::string where, std::string prefix)
+    : object_(object), where_(std::move(where)), prefix_(std::move(prefix)) {}
+
+void JsonWriter::require_finite(std::string_view key, double value, const Field& field) const {
+  if (field.required && !std::isfinite(value))
+    throw UserError("{}: {}{}: found {}; allowed: finite", where_, prefix_, key, value);
+}
+
+void JsonWriter::operator()(std::string_view key, double value, const Field& field) {
+  require_finite(key, value, field);
   object_[std::string(key)] = number(value);
 }
 void JsonWriter::operator()(std::string_view key, int value, const Field& /*field*/) {
@@ -72,7 +85,8 @@ void JsonWriter::operator()(std::string_view key, const std::string& value,
   object_[std::string(key)] = value;
 }
 void JsonWriter::operator()(std::string_view key, const std::vector<double>& value,
-                            const Field& /*field*/) {
+                            const Field& field) {
+  for (const double item : value) require_finite(key, item, field);
   object_[std::string(key)] = numbers(value);
 }
 void JsonWriter::operator()(std::string_view key, const std::vector<int>& value,
@@ -84,26 +98,37 @@ void JsonWriter::operator()(std::string_view key, const std::vector<std::string>
   object_[std::string(key)] = value;
 }
 void JsonWriter::operator()(std::string_view key, const std::vector<std::vector<double>>& value,
-                            const Field& /*field*/) {
+                            const Field& field) {
   Json& rows = children(key);
-  for (const std::vector<double>& row : value) rows.push_back(numbers(row));
+  for (const std::vector<double>& row : value) {
+    for (const double item : row) require_finite(key, item, field);
+    rows.push_back(numbers(row));
+  }
 }
 void JsonWriter::operator()(std::string_view key, const Eigen::VectorXd& value,
-                            const Field& /*field*/) {
-  object_[std::string(key)] = numbers(value);
+                            const Field& field) {
+  (*this)(key, std::vector<double>(value.begin(), value.end()), field);
 }
 void JsonWriter::operator()(std::string_view key, const Eigen::MatrixXd& value,
-                            const Field& /*field*/) {
-  Json& rows = children(key);
-  for (const auto& row : value.rowwise()) rows.push_back(numbers(Eigen::VectorXd(row)));
+                            const Field& field) {
+  std::vector<std::vector<double>> rows;
+  for (const auto& row : value.rowwise()) rows.emplace_back(row.begin(), row.end());
+  (*this)(key, rows, field);
 }
 
 Json& JsonWriter::child(std::string_view key) { return object_[std::string(key)] = Json::object(); }
 Json& JsonWriter::children(std::string_view key) {
   return object_[std::string(key)] = Json::array();
 }
+Json& JsonWriter::member(Json& object, const std::string& name) {
+  return object[name] = Json::object();
+}
 Json& JsonWriter::appended(Json& array) {
   array.push_back(Json::object());
+  return array.back();
+}
+Json& JsonWriter::appended_list(Json& array) {
+  array.push_back(Json::array());
   return array.back();
 }
 
@@ -128,27 +153,69 @@ const Json& JsonReader::child(std::string_view key) const {
   return value;
 }
 
-std::size_t JsonReader::size_of(std::string_view key) const {
+namespace {
+
+/// The elements of a list of objects; nothing of anything else.
+std::optional<std::vector<const Json*>> objects_of(const Json& list) {
+  if (!list.is_array()) return std::nullopt;
+  std::vector<const Json*> objects;
+  for (const Json& item : list) {
+    if (!item.is_object()) return std::nullopt;
+    objects.push_back(&item);
+  }
+  return objects;
+}
+
+}  // namespace
+
+std::vector<const Json*> JsonReader::objects(std::string_view key) const {
+  auto found = objects_of(at(key));
+  if (!found) refuse(key, "a list of objects");
+  return *std::move(found);
+}
+
+std::vector<std::vector<const Json*>> JsonReader::lists_of_objects(std::string_view key) const {
   const Json& value = at(key);
-  if (!value.is_array()) refuse(key, "a list of objects");
-  return value.size();
+  if (!value.is_array()) refuse(key, "lists of objects");
+  std::vector<std::vector<const Json*>> lists;
+  for (const Json& item : value) {
+    auto found = objects_of(item);
+    if (!found) refuse(key, "lists of objects");
+    lists.push_back(*std::move(found));
+  }
+  return lists;
 }
 
-const Json& JsonReader::element(std::string_view key, std::size_t i) const {
-  const Json& value = at(key)[i];
-  if (!value.is_object()) refuse(key, "a list of objects");
-  return value;
+std::vector<std::pair<std::string, const Json*>> JsonReader::members(std::string_view key) const {
+  std::vector<std::pair<std::string, const Json*>> found;
+  for (const auto& [name, value] : child(key).items()) {
+    if (!value.is_object()) refuse(key, "an object of objects");
+    found.emplace_back(name, &value);
+  }
+  return found;
 }
 
-void JsonReader::operator()(std::string_view key, double& value, const Field& /*field*/) {
+void JsonReader::require_bounds(std::string_view key, const Json& value, const Field& field) const {
+  if (!field.required) return;
+  if (!value.is_number()) refuse(key, "a number");
+  const double x = value.get<double>();
+  if (x >= field.lower && x <= field.upper) return;
+  const bool open = field.upper == std::numeric_limits<double>::max();
+  throw UserError("{}: {}{}: found {}; allowed: {:g} {}", where_, prefix_, key, shown(value),
+                  field.lower, open ? "or more" : fmt::format("to {:g}", field.upper));
+}
+
+void JsonReader::operator()(std::string_view key, double& value, const Field& field) {
   const Json& json = at(key);
-  if (!is_number(json)) refuse(key, kNumber);
+  if (!is_number(json)) refuse(key, field.required ? "a number" : kNumber);
+  require_bounds(key, json, field);
   value = number_of(json);
 }
 
-void JsonReader::operator()(std::string_view key, int& value, const Field& /*field*/) {
+void JsonReader::operator()(std::string_view key, int& value, const Field& field) {
   const Json& json = at(key);
   if (!is_int(json)) refuse(key, kWhole);
+  require_bounds(key, json, field);
   value = json.get<int>();
 }
 
@@ -174,10 +241,10 @@ void JsonReader::operator()(std::string_view key, std::string& value, const Fiel
     refuse(key, fmt::format("{}", fmt::join(allowed, ", ")));
 }
 
-void JsonReader::operator()(std::string_view key, std::vector<double>& value,
-                            const Field& /*field*/) {
+void JsonReader::operator()(std::string_view key, std::vector<double>& value, const Field& field) {
   const Json& json = at(key);
   if (!are_numbers(json)) refuse(key, kNumbers);
+  for (const Json& item : json) require_bounds(key, item, field);
   value = numbers_of(json);
 }
 
@@ -196,11 +263,14 @@ void JsonReader::operator()(std::string_view key, std::vector<std::string>& valu
 }
 
 void JsonReader::operator()(std::string_view key, std::vector<std::vector<double>>& value,
-                            const Field& /*field*/) {
+                            const Field& field) {
   const Json& json = at(key);
   if (!json.is_array() || !std::all_of(json.begin(), json.end(), are_numbers)) refuse(key, kMatrix);
   value.clear();
-  for (const Json& row : json) value.push_back(numbers_of(row));
+  for (const Json& row : json) {
+    for (const Json& item : row) require_bounds(key, item, field);
+    value.push_back(numbers_of(row));
+  }
 }
 
 void JsonReader::operator()(std::string_view key, Eigen::VectorXd& value, const Field& field) {
@@ -221,8 +291,25 @@ void JsonReader::operator()(std::string_view key, Eigen::MatrixXd& value, const 
   }
 }
 
+void JsonReader::operator()(std::string_view key, Eigen::Matrix3d& value, const Field& field) {
+  Eigen::MatrixXd rows;
+  (*this)(key, rows, field);
+  if (rows.rows() != 3 || rows.cols() != 3) refuse(key, "3 rows of 3 numbers");
+  value = rows;
+}
+
+namespace {
+
+Json parsed(const std::filesystem::path& path) {
+  const std::string text = read_file(path);
+  if (text.empty()) throw UserError("{}: an empty file", path.string());
+  return parse_json<Json>(text, path.string());
+}
+
+}  // namespace
+
 std::string format_of(const std::filesystem::path& path) {
-  const Json json = parse_json<Json>(read_file(path), path.string());
+  const Json json = parsed(path);
   const auto found = json.find("format");
   return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
@@ -245,8 +332,28 @@ std::string text_of(const Json& object) {
   return object.dump(1, ' ', false, nlohmann::detail::error_handler_t::replace) + "\n";
 }
 
+namespace {
+
+/// "fricid.model/2" -> "fricid.model" and 2; 0 without a version.
+std::pair<std::string_view, int> name_and_version(std::string_view format) {
+  const std::size_t slash = std::min(format.rfind('/'), format.size());
+  int version = 0;
+  if (slash < format.size())
+    std::from_chars(format.data() + slash + 1, format.data() + format.size(), version);
+  return {format.substr(0, slash), version};
+}
+
+}  // namespace
+
 JsonPointer read_object(const std::filesystem::path& path, std::string_view format) {
-  JsonPointer object = owned(parse_json<Json>(read_file(path), path.string()));
+  JsonPointer object = owned(parsed(path));
+  if (const auto found = object->find("format"); found != object->end() && found->is_string()) {
+    const auto [name, version] = name_and_version(found->get_ref<const std::string&>());
+    const auto [own, known] = name_and_version(format);
+    if (name == own && version > known)
+      throw UserError("{}: format {}/{} is newer than {}, which this program reads", path.string(),
+                      own, version, format);
+  }
   if (const auto found = object->find("format"); found == object->end() || *found != format)
     throw UserError("{}: found {}; allowed: \"format\": \"{}\"", path.string(),
                     found == object->end() ? "no format" : shown(*found), format);

@@ -1,481 +1,331 @@
 #include "fricid/data/model_file.hpp"
 
-#include <charconv>
+#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "fricid/base/error.hpp"
-#include "fricid/base/files.hpp"
-#include "fricid/base/json.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/data/artefact.hpp"
 #include "fricid/data/friction_keys.hpp"
+#include "fricid/data/written_model.hpp"
 #include "fricid/dynamics/physical_inertia.hpp"
 
 namespace fricid::data {
 namespace {
 
-using Json = nlohmann::ordered_json;
-using dynamics::Frame;
-using dynamics::Joint;
-using dynamics::JointType;
-using dynamics::LinearTorque;
 using dynamics::RobotModel;
 using friction::Friction;
 using friction::ParameterInfo;
 
-constexpr char kFormatName[] = "fricid.model";
-constexpr int kFormatVersion = 1;
-constexpr const char* kInertiaKeys[] = {"Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz"};
-constexpr const char* kShapes[] = {"1", "sin(k q)", "cos(k q)",
-                                   "q"};  // order of LinearTorque::Shape
-
 // ---- writing
 
-Json vector_json(const double* values, int size) {
-  Json array = Json::array();
-  for (int i = 0; i < size; ++i) array.push_back(values[i]);
-  return array;
-}
-
-Json matrix_json(const Eigen::Matrix3d& R) {
-  Json rows = Json::array();
-  for (int i = 0; i < 3; ++i) rows.push_back({R(i, 0), R(i, 1), R(i, 2)});
-  return rows;
-}
-
-Json link_json(const RobotModel& robot, int i) {
-  const double* pi = robot.pi.data() + 10 * i;
-  Json inertia = Json::object();
-  for (int k = 0; k < 6; ++k) inertia[kInertiaKeys[k]] = pi[4 + k];
-  return {{"mass", pi[0]}, {"first_moment", vector_json(pi + 1, 3)}, {"inertia", inertia}};
-}
-
-Json joint_json(const RobotModel& robot, int i) {
-  const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-  return {{"name", joint.name},
-          {"link", joint.link},
-          {"type", joint.type == JointType::kRevolute ? "revolute" : "prismatic"},
-          {"continuous", joint.continuous},
-          {"parent", joint.parent},
-          {"R0", matrix_json(joint.R0)},
-          {"p0", vector_json(joint.p0.data(), 3)},
-          {"axis", vector_json(joint.axis.data(), 3)},
-          {"lower", joint.lower},
-          {"upper", joint.upper},
-          {"velocity", joint.velocity},
-          {"effort", joint.effort},
-          {"acceleration", joint.acceleration},
-          {"jerk", joint.jerk},
-          {"armature", robot.pi[robot.armature_begin() + i]},
-          {"moves", link_json(robot, i)}};
-}
-
-Json robot_json(const RobotModel& robot) {
-  Json joints = Json::array(), frames = Json::array(), torques = Json::array();
-  for (int i = 0; i < robot.n(); ++i) joints.push_back(joint_json(robot, i));
-  for (const Frame& frame : robot.frames)
-    frames.push_back({{"name", frame.name},
-                      {"link", frame.link},
-                      {"R", matrix_json(frame.R)},
-                      {"p", vector_json(frame.p.data(), 3)}});
-  for (std::size_t i = 0; i < robot.linear_torques.size(); ++i) {
-    const LinearTorque& torque = robot.linear_torques[i];
-    torques.push_back({{"name", torque.name},
-                       {"joint", torque.joint},
-                       {"shape", kShapes[static_cast<int>(torque.shape)]},
-                       {"k", torque.k},
-                       {"c", robot.pi[robot.linear_begin() + static_cast<int>(i)]}});
+WrittenRobot written(const RobotModel& robot) {
+  WrittenRobot file{.name = robot.name, .gravity = robot.gravity};
+  for (int i = 0; i < robot.n(); ++i) {
+    const auto pi = robot.pi.segment<10>(10 * i);
+    file.joints.push_back(
+        {.joint = robot.joints[static_cast<std::size_t>(i)],
+         .armature = robot.pi[robot.armature_begin() + i],
+         .moves = {pi[0], pi.segment<3>(1), {pi[4], pi[5], pi[6], pi[7], pi[8], pi[9]}}});
   }
-  Json json = {{"name", robot.name},
-               {"gravity", vector_json(robot.gravity.data(), 3)},
-               {"joints", joints},
-               {"frames", frames},
-               {"linear_torques", torques}};
-  for (const dynamics::Coupling& coupling : robot.couplings)
-    json["couplings"].push_back(
-        {{"joint", coupling.joint}, {"motor", coupling.motor}, {"factor", coupling.factor}});
-  return json;
+  for (const dynamics::Frame& frame : robot.frames) file.frames.push_back({frame});
+  for (std::size_t i = 0; i < robot.linear_torques.size(); ++i)
+    file.linear_torques.push_back(
+        {robot.linear_torques[i], robot.pi[robot.linear_begin() + static_cast<Eigen::Index>(i)]});
+  for (const dynamics::Coupling& coupling : robot.couplings) {
+    if (!file.couplings) file.couplings.emplace();
+    file.couplings->push_back({coupling});
+  }
+  return file;
 }
 
-Json parameters_json(const std::vector<ParameterInfo>& infos, const double* theta) {
-  Json parameters = Json::object();
-  for (std::size_t p = 0; p < infos.size(); ++p)
-    parameters[std::string(infos[p].symbol)] = {{"value", theta[p]},
-                                                {"unit", std::string(infos[p].unit)}};
+/// The next parameters of theta under their symbols.
+WrittenParameters written(const std::vector<ParameterInfo>& infos, const double*& theta) {
+  WrittenParameters parameters;
+  for (const ParameterInfo& info : infos)
+    parameters.emplace_back(info.symbol, WrittenParameter{*theta++, std::string(info.unit)});
   return parameters;
 }
 
-// One list of laws per joint; a robot without friction has empty ones.
-Json friction_json(const Friction& friction, int n) {
-  Json joints = Json::array();
-  if (friction.model.joint_count() == 0)
-    for (int j = 0; j < n; ++j) joints.push_back(Json::array());
+/// One list of laws per joint; a robot without friction has empty ones.
+void write_friction(const Friction& friction, int n, WrittenModel& file) {
   const double* theta = friction.theta.data();
-  for (const friction::JointSpec& joint : friction.model.joints()) {
-    Json laws = Json::array();
-    for (const friction::LawSpec& law : joint.laws) {
-      const auto infos = friction::parameters_of_law(law.law, law.elements);
-      Json item = {{"law", law.law},
-                   {"elements", law.elements},
-                   {"parameters", parameters_json(infos, theta)},
-                   {"modifiers", Json::array()}};
-      theta += infos.size();
-      for (const friction::ModifierSpec& modifier : law.modifiers) {
-        const auto own = friction::parameters_of_modifier(modifier.name, modifier.order);
-        item["modifiers"].push_back({{"modifier", modifier.name},
-                                     {"order", modifier.order},
-                                     {"parameters", parameters_json(own, theta)}});
-        theta += own.size();
-      }
-      laws.push_back(item);
+  file.friction.resize(static_cast<std::size_t>(n));
+  const std::vector<friction::JointSpec>& joints = friction.model.joints();
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    for (const friction::LawSpec& law : joints[j].laws) {
+      WrittenLaw& own = file.friction[j].emplace_back();
+      own.law = law.law;
+      own.elements = law.elements;
+      own.parameters = written(friction::parameters_of_law(law.law, law.elements), theta);
+      for (const friction::ModifierSpec& modifier : law.modifiers)
+        own.modifiers.push_back(
+            {modifier.name, modifier.order,
+             written(friction::parameters_of_modifier(modifier.name, modifier.order), theta)});
     }
-    joints.push_back(laws);
-  }
-  return joints;
-}
-
-// The law of the whole robot.
-Json whole_json(const Friction& friction) {
+  if (!friction.model.has_whole()) return;
   const friction::RobotLawSpec& whole = friction.model.whole();
-  const int n = friction.model.joint_count();
-  const friction::RobotLawSize size{n, whole.elements, whole.latents};
-  Json json = {
-      {"law", whole.law},
-      {"elements", whole.elements},
-      {"parameters", parameters_json(friction::parameters_of_robot_law(whole.law, size),
-                                     friction.theta.data() + friction.model.parameter_begin(n))}};
-  if (friction::find_robot_law(whole.law).most_latents > 0) json["n_z"] = whole.latents;
-  return json;
-}
-
-Json noise_json(const LatentNoise& noise) {
-  const auto list = [](const Eigen::VectorXd& x) {
-    return vector_json(x.data(), static_cast<int>(x.size()));
-  };
-  return {{"sample_s", noise.dt},
-          {"variance_q", list(noise.q)},
-          {"variance_v", list(noise.v)},
-          {"variance_z", list(noise.z)},
-          {"variance_observation", list(noise.R)}};
-}
-
-// JSON has no infinity and no NaN.
-void refuse_non_finite(const Json& node, const std::string& where, const std::string& path) {
-  if (node.is_number_float() && !std::isfinite(node.get<double>()))
-    throw UserError("{}: {} = {}; allowed: finite", where, path, node.get<double>());
-  if (!node.is_structured()) return;
-  for (const auto& [key, value] : node.items())
-    refuse_non_finite(value, where, path.empty() ? key : path + "." + key);
+  WrittenRobotLaw& own = file.friction_of_robot.emplace();
+  own.law = whole.law;
+  own.elements = whole.elements;
+  own.parameters = written(
+      friction::parameters_of_robot_law(whole.law, {n, whole.elements, whole.latents}), theta);
+  if (friction::find_robot_law(whole.law).most_latents > 0) own.latents = whole.latents;
 }
 
 // ---- reading
 
-// A node with its path, for messages.
-class Node {
- public:
-  Node(const Json& json, const std::string& file, std::string path)
-      : json_(json), file_(file), path_(std::move(path)) {}
+/// Where something stands in a file, for messages.
+struct Place {
+  std::string file, path;
 
-  Node operator[](const std::string& key) const {
-    const std::string path = path_.empty() ? key : path_ + "." + key;
-    if (!json_.is_object()) refuse("an object");
-    const auto found = json_.find(key);
-    if (found == json_.end()) throw UserError("{}: {} is missing", file_, path);
-    return {*found, file_, path};
+  Place operator/(std::string_view key) const {
+    return {file, path.empty() ? std::string(key) : fmt::format("{}.{}", path, key)};
   }
-  Node at(std::size_t i) const { return {json_[i], file_, fmt::format("{}[{}]", path_, i)}; }
-  std::size_t size() const {
-    if (!json_.is_array()) refuse("an array");
-    return json_.size();
+  Place at(std::size_t i) const { return {file, fmt::format("{}[{}]", path, i)}; }
+
+  template <class Found>
+  [[noreturn]] void refuse(const Found& found, std::string_view allowed) const {
+    throw UserError("{}: {}: found {}; allowed: {}", file, path, found, allowed);
   }
-  bool has(const std::string& key) const { return json_.contains(key); }
-  std::size_t key_count() const { return json_.size(); }
-  double number() const {
-    if (!json_.is_number()) refuse("a number");
-    return json_.get<double>();
+  [[noreturn]] void refuse_text(const std::string& found, std::string_view allowed) const {
+    refuse(fmt::format("\"{}\"", printable(found)), allowed);
   }
-  double number(double lower, double upper) const {
-    const double value = number();
-    if (!(value >= lower && value <= upper)) refuse(fmt::format("{:g} to {:g}", lower, upper));
-    return value;
+  void require_within(const Limit& limit, std::size_t found) const {
+    fricid::require_within(limit, found, fmt::format("{}: {}", file, path));
   }
-  int integer(int lower, int upper) const {
-    if (!json_.is_number_integer()) refuse("a whole number");
-    return static_cast<int>(number(lower, upper));
-  }
-  bool flag() const {
-    if (!json_.is_boolean()) refuse("true or false");
-    return json_.get<bool>();
-  }
-  std::string text() const {
-    if (!json_.is_string()) refuse("a text");
-    return json_.get<std::string>();
-  }
-  std::string name(Named kind) const {
-    const std::string name = text();
-    require_written_name(kind, name, fmt::format("{}: {}", file_, path_));
-    return name;
-  }
-  std::string label() const {
-    const std::string label = text();
-    require_label(label, path_, file_);
-    return label;
-  }
-  Eigen::Vector3d vector() const {
-    if (size() != 3) refuse("3 numbers");
-    return {at(0).number(), at(1).number(), at(2).number()};
-  }
-  Eigen::Matrix3d rotation() const {
-    if (size() != 3) refuse("3 rows");
-    Eigen::Matrix3d R;
-    for (int i = 0; i < 3; ++i) R.row(i) = at(static_cast<std::size_t>(i)).vector();
-    // Written by hand or rounded files are refused: a rotation carries full precision.
-    if ((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-9)
-      refuse("a rotation");
-    return R;
-  }
-  void require_within(const Limit& limit, std::uint64_t found) const {
-    fricid::require_within(limit, found, fmt::format("{}: {}", file_, path_));
-  }
-  /// What `make` gives; its UserError is told as one of this node.
+  /// What `make` gives; its UserError is told as one of this place.
   template <class Make>
   auto checked(Make make) const {
     try {
       return make();
     } catch (const UserError& error) {
-      throw UserError("{}: {}: {}", file_, path_, error.what());
+      throw UserError("{}: {}: {}", file, path, error.what());
     }
   }
-  [[noreturn]] void refuse(const std::string& allowed) const {
-    throw UserError("{}: {}{}; allowed: {}", file_, path_.empty() ? "found " : path_ + " = ",
-                    shown(json_), allowed);
+  void require_range(int found, int lower, int upper) const {
+    if (found < lower || found > upper) refuse(found, fmt::format("{} to {}", lower, upper));
   }
-
- private:
-  const Json& json_;
-  const std::string& file_;
-  std::string path_;
+  void require_name(Named kind, const std::string& name) const {
+    require_written_name(kind, name, fmt::format("{}: {}", file, path));
+  }
+  /// Rotations carry full precision: those written by hand or rounded are refused.
+  void require_rotation(const Eigen::Matrix3d& R) const {
+    if ((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-9)
+      refuse("another matrix", "a rotation");
+  }
 };
 
-constexpr int kMost = 1'000'000'000;
 constexpr double kRounding = 1e-3;  // what a URDF may miss of a physical inertia, per unit of mass
 
-RobotModel read_robot(const Node& node) {
+void check_joint(const WrittenJoint& item, int i, const Place& place) {
+  const dynamics::Joint& joint = item.joint;
+  (place / "name").require_name(Named::kJoint, joint.name);
+  (place / "link").require_name(Named::kLink, joint.link);
+  (place / "parent").require_range(joint.parent, -1, i - 1);
+  (place / "R0").require_rotation(joint.R0);
+  if (std::abs(joint.axis.norm() - 1) > 1e-9)
+    (place / "axis").refuse(fmt::format("length {}", joint.axis.norm()), "a unit vector");
+}
+
+RobotModel read_robot(const WrittenRobot& file, const Place& place) {
   RobotModel robot;
-  robot.name = node["name"].name(Named::kRobot);
-  robot.gravity = node["gravity"].vector();
-  const Node joints = node["joints"], frames = node["frames"], torques = node["linear_torques"];
-  const int n = static_cast<int>(joints.size());
-  if (n < 1) joints.refuse("at least one joint");
-  joints.require_within(limits::kJoints, joints.size());
-  robot.pi.setZero(11 * n + static_cast<int>(torques.size()));
+  (place / "name").require_name(Named::kRobot, file.name);
+  robot.name = file.name;
+  robot.gravity = file.gravity;
+  const int n = static_cast<int>(file.joints.size());
+  if (n < 1) (place / "joints").refuse(n, "at least one joint");
+  (place / "joints").require_within(limits::kJoints, file.joints.size());
+  robot.pi.setZero(11 * n + static_cast<int>(file.linear_torques.size()));
   for (int i = 0; i < n; ++i) {
-    const Node item = joints.at(static_cast<std::size_t>(i));
-    Joint joint;
-    joint.name = item["name"].name(Named::kJoint);
-    joint.link = item["link"].name(Named::kLink);
-    const std::string type = item["type"].text();
-    if (type != "revolute" && type != "prismatic") item["type"].refuse("revolute or prismatic");
-    joint.type = type == "revolute" ? JointType::kRevolute : JointType::kPrismatic;
-    joint.continuous = item["continuous"].flag();
-    joint.parent = item["parent"].integer(-1, i - 1);
-    joint.R0 = item["R0"].rotation();
-    joint.p0 = item["p0"].vector();
-    joint.axis = item["axis"].vector();
-    if (std::abs(joint.axis.norm() - 1) > 1e-9) item["axis"].refuse("a unit vector");
-    joint.lower = item["lower"].number();
-    joint.upper = item["upper"].number();
-    joint.velocity = item["velocity"].number();
-    joint.effort = item["effort"].number();
-    joint.acceleration = item["acceleration"].number();
-    joint.jerk = item["jerk"].number();
-    for (const char* key : {"velocity", "effort", "acceleration", "jerk", "armature"})
-      if (item[key].number() < 0) item[key].refuse("0 or more");
-    robot.pi[robot.pi.size() - static_cast<int>(torques.size()) - n + i] =
-        item["armature"].number();
-    const Node link = item["moves"];
-    robot.pi[10 * i] = link["mass"].number();
-    robot.pi.segment<3>(10 * i + 1) = link["first_moment"].vector();
-    for (int k = 0; k < 6; ++k)
-      robot.pi[10 * i + 4 + k] = link["inertia"][kInertiaKeys[k]].number();
-    if (!(robot.pi[10 * i] > 0)) link["mass"].refuse("above 0");
+    const WrittenJoint& item = file.joints[static_cast<std::size_t>(i)];
+    const Place own = (place / "joints").at(static_cast<std::size_t>(i));
+    check_joint(item, i, own);
+    robot.joints.push_back(item.joint);
+    const auto& [mass, first_moment, inertia] = item.moves;
+    robot.pi.segment<10>(10 * i) << mass, first_moment, inertia.Ixx, inertia.Ixy, inertia.Iyy,
+        inertia.Ixz, inertia.Iyz, inertia.Izz;
+    robot.pi[10 * n + i] = item.armature;
+    if (!(mass > 0)) (own / "moves" / "mass").refuse(mass, "above 0");
     if (!dynamics::is_physical(robot.pi.segment<10>(10 * i), -kRounding))
-      link["inertia"].refuse("that of a body of this mass and first moment");
-    robot.joints.push_back(joint);
+      (own / "moves" / "inertia")
+          .refuse(fmt::format("{}", fmt::join(robot.pi.segment<6>(10 * i + 4), " ")),
+                  "that of a body of this mass and first moment");
   }
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const Node item = frames.at(i);
-    robot.frames.push_back({.name = item["name"].name(Named::kLink),
-                            .link = item["link"].integer(-1, n - 1),
-                            .R = item["R"].rotation(),
-                            .p = item["p"].vector()});
+  for (std::size_t i = 0; i < file.frames.size(); ++i) {
+    const dynamics::Frame& frame = file.frames[i].frame;
+    const Place own = (place / "frames").at(i);
+    (own / "name").require_name(Named::kLink, frame.name);
+    (own / "link").require_range(frame.link, -1, n - 1);
+    (own / "R").require_rotation(frame.R);
+    robot.frames.push_back(frame);
   }
-  for (std::size_t i = 0; i < torques.size(); ++i) {
-    const Node item = torques.at(i);
-    const std::string shape = item["shape"].text();
-    const auto known = std::find(std::begin(kShapes), std::end(kShapes), shape);
-    if (known == std::end(kShapes)) item["shape"].refuse("1, sin(k q), cos(k q) or q");
-    robot.linear_torques.push_back(
-        {.name = item["name"].label(),
-         .joint = item["joint"].integer(0, n - 1),
-         .shape = static_cast<LinearTorque::Shape>(known - std::begin(kShapes)),
-         .k = item["k"].number()});
-    robot.pi[11 * n + static_cast<int>(i)] = item["c"].number();
+  for (std::size_t i = 0; i < file.linear_torques.size(); ++i) {
+    const auto& [torque, c] = file.linear_torques[i];
+    const Place own = (place / "linear_torques").at(i);
+    require_label(torque.name, (own / "name").path, own.file);
+    (own / "joint").require_range(torque.joint, 0, n - 1);
+    robot.linear_torques.push_back(torque);
+    robot.pi[11 * n + static_cast<int>(i)] = c;
   }
-  if (!node.has("couplings")) return robot;
-  const Node couplings = node["couplings"];
-  for (std::size_t i = 0; i < couplings.size(); ++i) {
-    const Node item = couplings.at(i);
-    const dynamics::Coupling coupling{.joint = item["joint"].integer(0, n - 1),
-                                      .motor = item["motor"].integer(0, n - 1),
-                                      .factor = item["factor"].number()};
-    if (coupling.joint == coupling.motor) item["motor"].refuse("another joint");
+  if (!file.couplings) return robot;
+  for (std::size_t i = 0; i < file.couplings->size(); ++i) {
+    const dynamics::Coupling& coupling = (*file.couplings)[i].coupling;
+    const Place own = (place / "couplings").at(i);
+    (own / "joint").require_range(coupling.joint, 0, n - 1);
+    (own / "motor").require_range(coupling.motor, 0, n - 1);
+    if (coupling.joint == coupling.motor) (own / "motor").refuse(coupling.motor, "another joint");
     robot.couplings.push_back(coupling);
   }
-  if (!dynamics::is_transmission(robot)) couplings.refuse("motors that turn every joint");
+  if (!dynamics::is_transmission(robot))
+    (place / "couplings")
+        .refuse(fmt::format("{}", file.couplings->size()), "motors that turn every joint");
   return robot;
 }
 
-void read_parameters(const Node& node, const std::vector<ParameterInfo>& infos,
-                     std::vector<double>& theta) {
-  for (const ParameterInfo& info : infos) {
-    const Node parameter = node[std::string(info.symbol)];
-    if (parameter["unit"].text() != info.unit) parameter["unit"].refuse(std::string(info.unit));
-    theta.push_back(parameter["value"].number(info.lower, info.upper));
+void read_parameters(const WrittenParameters& file, const std::vector<ParameterInfo>& infos,
+                     const Place& place, std::vector<double>& theta) {
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    const ParameterInfo& info = infos[i];
+    const Place own = place / info.symbol;
+    // they stand in the order of the table, unless someone edited the file
+    const auto is_own = [&](const auto& entry) { return entry.first == info.symbol; };
+    const auto found = i < file.size() && is_own(file[i])
+                           ? file.begin() + static_cast<std::ptrdiff_t>(i)
+                           : std::ranges::find_if(file, is_own);
+    if (found == file.end()) throw UserError("{}: found no {}", own.file, own.path);
+    const auto& [value, unit] = found->second;
+    if (unit != info.unit) (own / "unit").refuse_text(unit, info.unit);
+    if (!(value >= info.lower && value <= info.upper))
+      (own / "value").refuse(value, fmt::format("{:g} to {:g}", info.lower, info.upper));
+    theta.push_back(value);
   }
-  if (node.key_count() != infos.size())
-    node.refuse(fmt::format("the {} parameters of the law", infos.size()));
+  if (file.size() != infos.size())
+    place.refuse(fmt::format("{} parameters", file.size()),
+                 fmt::format("the {} parameters of the law", infos.size()));
 }
 
-const friction::LawInfo& row_of(const Node& name, std::span<const friction::LawInfo> rows) {
-  const friction::LawInfo* row = find_row(rows, name.text());
-  if (!row) name.refuse(list_names(rows));
+const friction::LawInfo& row_of(const std::string& name, std::span<const friction::LawInfo> rows,
+                                const Place& place) {
+  const friction::LawInfo* row = find_row(rows, name);
+  if (row == nullptr) place.refuse_text(name, list_names(rows));
   return *row;
 }
 
-int read_count(const Node& count, const friction::LawInfo& row, int none) {
-  return row.has_elements ? count.integer(1, row.most_elements) : count.integer(none, none);
+/// Number of elements or terms: of rows that have none, `none`.
+void require_count(int count, const friction::LawInfo& row, int none, const Place& place) {
+  if (row.has_elements)
+    place.require_range(count, 1, row.most_elements);
+  else
+    place.require_range(count, none, none);
 }
 
-Friction read_friction(const Node& root, int n) {
-  const Node node = root["friction"];
-  if (node.size() != static_cast<std::size_t>(n))
-    node.refuse(fmt::format("one list of laws for each of {} joints", n));
-  std::vector<friction::JointSpec> joints(static_cast<std::size_t>(n));
+friction::LawSpec read_law(const WrittenLaw& file, const Place& place, std::vector<double>& theta) {
+  const friction::LawInfo& row = row_of(file.law, friction::law_table(), place / "law");
+  require_count(file.elements, row, 0, place / "elements");
+  friction::LawSpec law{.law = file.law, .elements = file.elements, .modifiers = {}};
+  read_parameters(file.parameters, friction::parameters_of_law(law.law, law.elements),
+                  place / "parameters", theta);
+  for (std::size_t m = 0; m < file.modifiers.size(); ++m) {
+    const auto& [name, order, parameters] = file.modifiers[m];
+    const Place own = (place / "modifiers").at(m);
+    require_count(order, row_of(name, friction::modifier_table(), own / "modifier"), 1,
+                  own / "order");
+    read_parameters(parameters, friction::parameters_of_modifier(name, order), own / "parameters",
+                    theta);
+    law.modifiers.push_back({.name = name, .order = order});
+  }
+  return law;
+}
+
+friction::RobotLawSpec read_robot_law(const WrittenRobotLaw& file, int n, const Place& place,
+                                      std::vector<double>& theta) {
+  const friction::LawInfo& row = row_of(file.law, friction::robot_law_table(), place / "law");
+  require_count(file.elements, row, 0, place / "elements");
+  friction::RobotLawSpec whole{.law = file.law, .elements = file.elements};
+  if (row.most_latents > 0) {
+    if (!file.latents) throw UserError("{}: found no {}", place.file, (place / "n_z").path);
+    (place / "n_z").require_range(*file.latents, 1, row.most_latents);
+    whole.latents = *file.latents;
+  }
+  const friction::RobotLawSize size{n, whole.elements, whole.latents};
+  read_parameters(file.parameters,
+                  place.checked([&] { return friction::parameters_of_robot_law(whole.law, size); }),
+                  place / "parameters", theta);
+  return whole;
+}
+
+Friction read_friction(const WrittenModel& file, int n, const Place& root) {
+  const Place place = root / "friction";
+  if (std::ssize(file.friction) != n)
+    place.refuse(fmt::format("{} lists", file.friction.size()),
+                 fmt::format("one list of laws for each of {} joints", n));
+  std::vector<friction::JointSpec> joints(file.friction.size());
   std::vector<double> theta;
-  for (std::size_t j = 0; j < joints.size(); ++j) {
-    const Node laws = node.at(j);
-    for (std::size_t i = 0; i < laws.size(); ++i) {
-      const Node item = laws.at(i);
-      const friction::LawInfo& row = row_of(item["law"], friction::law_table());
-      friction::LawSpec law{.law = std::string(row.name),
-                            .elements = read_count(item["elements"], row, 0),
-                            .modifiers = {}};
-      read_parameters(item["parameters"], friction::parameters_of_law(law.law, law.elements),
-                      theta);
-      const Node modifiers = item["modifiers"];
-      for (std::size_t m = 0; m < modifiers.size(); ++m) {
-        const Node own = modifiers.at(m);
-        const friction::LawInfo& kind = row_of(own["modifier"], friction::modifier_table());
-        friction::ModifierSpec modifier{.name = std::string(kind.name),
-                                        .order = read_count(own["order"], kind, 1)};
-        read_parameters(own["parameters"],
-                        friction::parameters_of_modifier(modifier.name, modifier.order), theta);
-        law.modifiers.push_back(modifier);
-      }
-      joints[j].laws.push_back(law);
-    }
-  }
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    for (std::size_t i = 0; i < file.friction[j].size(); ++i)
+      joints[j].laws.push_back(read_law(file.friction[j][i], place.at(j).at(i), theta));
   friction::RobotLawSpec whole;
-  if (root.has("friction_of_robot")) {
-    const Node item = root["friction_of_robot"];
-    const friction::LawInfo& row = row_of(item["law"], friction::robot_law_table());
-    whole = {.law = std::string(row.name), .elements = read_count(item["elements"], row, 0)};
-    if (row.most_latents > 0) whole.latents = item["n_z"].integer(1, row.most_latents);
-    const friction::RobotLawSize size{n, whole.elements, whole.latents};
-    read_parameters(
-        item["parameters"],
-        item.checked([&] { return friction::parameters_of_robot_law(whole.law, size); }), theta);
-  }
-  return {.model = node.checked(
+  if (file.friction_of_robot)
+    whole = read_robot_law(*file.friction_of_robot, n, root / "friction_of_robot", theta);
+  return {.model = place.checked(
               [&] { return friction::RobotFriction(std::move(joints), std::move(whole)); }),
           .theta = std::move(theta)};
 }
 
-LatentNoise read_noise(const Node& node, int n, int nz) {
-  const auto variances = [&](const char* key, std::initializer_list<int> sizes) {
-    const Node list = node[key];
-    const int size = static_cast<int>(list.size());
-    if (std::find(sizes.begin(), sizes.end(), size) == sizes.end())
-      list.refuse(fmt::format("{} numbers", fmt::join(sizes, " or ")));
-    Eigen::VectorXd values(size);
-    for (int i = 0; i < size; ++i)
-      values[i] =
-          list.at(static_cast<std::size_t>(i))
-              .number(std::numeric_limits<double>::min(), std::numeric_limits<double>::max());
-    return values;
+LatentNoise read_noise(const WrittenNoise& file, int n, int nz, const Place& place) {
+  const auto require_size = [&](const char* key, const Eigen::VectorXd& values,
+                                std::initializer_list<int> sizes) {
+    if (std::ranges::find(sizes, values.size()) == sizes.end())
+      (place / key).refuse(values.size(), fmt::format("{} numbers", fmt::join(sizes, " or ")));
   };
-  return {.dt = node["sample_s"].number(1e-9, 1e9),
-          .q = variances("variance_q", {n}),
-          .v = variances("variance_v", {n}),
-          .z = variances("variance_z", {nz}),
-          .R = variances("variance_observation", {n, 2 * n})};
-}
-
-void check_format(const Node& root, const std::string& file) {
-  const std::string format = root["format"].text();
-  const std::string allowed = fmt::format("{}/{}", kFormatName, kFormatVersion);
-  if (format == allowed) return;
-  const std::size_t slash = format.rfind('/');
-  int version = 0;
-  if (slash != std::string::npos)
-    std::from_chars(format.data() + slash + 1, format.data() + format.size(), version);
-  if (format.substr(0, slash) == kFormatName && version > kFormatVersion)
-    throw UserError("{}: format {} is newer than {}, which this program reads", file, format,
-                    allowed);
-  throw UserError("{}: format = \"{}\"; allowed: {}", file, format, allowed);
+  require_size("variance_q", file.variance_q, {n});
+  require_size("variance_v", file.variance_v, {n});
+  require_size("variance_z", file.variance_z, {nz});
+  require_size("variance_observation", file.variance_observation, {n, 2 * n});
+  return {.dt = file.sample_s,
+          .q = file.variance_q,
+          .v = file.variance_v,
+          .z = file.variance_z,
+          .R = file.variance_observation};
 }
 
 }  // namespace
 
 void save_model(const ModelFile& model, const std::filesystem::path& path) {
-  Json json = {{"format", fmt::format("{}/{}", kFormatName, kFormatVersion)},
-               {"name", model.name},
-               {"label", model.label},
-               {"seed", model.seed},
-               {"is_oracle", model.is_oracle},
-               {"free_parameters", model.free_parameters},
-               {"budget", model.budget},
-               {"robot", robot_json(model.arm.robot)},
-               {"friction", friction_json(model.arm.friction, model.arm.robot.n())}};
-  if (model.arm.friction.model.has_whole())
-    json["friction_of_robot"] = whole_json(model.arm.friction);
-  if (model.noise) json["noise"] = noise_json(*model.noise);
-  refuse_non_finite(json, path.string(), "");
-  write_file_atomically(path, json.dump(1) + "\n");
+  WrittenModel file{.name = model.name,
+                    .label = model.label,
+                    .seed = model.seed,
+                    .is_oracle = model.is_oracle,
+                    .free_parameters = model.free_parameters,
+                    .budget = model.budget,
+                    .robot = written(model.arm.robot)};
+  write_friction(model.arm.friction, model.arm.robot.n(), file);
+  if (const auto& noise = model.noise)
+    file.noise = {noise->dt, noise->q, noise->v, noise->z, noise->R};
+  save(file, path);
 }
 
 ModelFile load_model(const std::filesystem::path& path) {
-  const std::string file = path.string();
-  const std::string text = read_file(path);
-  if (text.empty()) throw UserError("{}: an empty file", file);
-  const Json json = parse_json<Json>(text, file);
-  const Node root(json, file, "");
-  check_format(root, file);
-  ModelFile model;
-  model.name = root["name"].name(Named::kModel);
-  model.label = root["label"].label();
-  model.seed = root["seed"].integer(0, kMost);
-  model.is_oracle = root["is_oracle"].flag();
-  if (!model.is_oracle) require_name(Named::kModel, model.name, file);
-  model.free_parameters = root["free_parameters"].integer(0, kMost);
-  if (root.has("budget")) model.budget = root["budget"].label();
-  model.arm.robot = read_robot(root["robot"]);
-  model.arm.friction = read_friction(root, model.arm.robot.n());
-  if (root.has("noise"))
-    model.noise =
-        read_noise(root["noise"], model.arm.robot.n(), model.arm.friction.model.state_size());
+  const auto file = load<WrittenModel>(path);
+  const Place root{path.string(), ""};
+  (root / "name").require_name(Named::kModel, file.name);
+  if (!file.is_oracle) require_name(Named::kModel, file.name, root.file);
+  require_label(file.label, "label", root.file);
+  if (file.budget) require_label(*file.budget, "budget", root.file);
+  ModelFile model{.name = file.name,
+                  .label = file.label,
+                  .seed = file.seed,
+                  .arm = {},
+                  .free_parameters = file.free_parameters,
+                  .budget = file.budget.value_or(""),
+                  .is_oracle = file.is_oracle};
+  model.arm.robot = read_robot(file.robot, root / "robot");
+  const int n = model.arm.robot.n();
+  model.arm.friction = read_friction(file, n, root);
+  if (file.noise)
+    model.noise = read_noise(*file.noise, n, model.arm.friction.model.state_size(), root / "noise");
   return model;
 }
 

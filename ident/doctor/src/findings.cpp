@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "fricid/doctor/finding.hpp"
 
@@ -76,9 +75,9 @@ const Kind& kind_of(std::string_view name) {
 std::string to_text(const Finding& f, const data::Dataset& d) {
   const Kind& kind = kind_of(f.name);
   const std::string joint = joint_of(f, d);
-  std::string text = fmt::format(
-      "{}: {}: {}{}{}, {:.6g} to {:.6g} s: {:.4g} {}", kind.severity == kDamage ? "damage" : "note",
-      f.name, f.signal, joint.empty() ? "" : " of ", joint, f.begin_s, f.end_s, f.size, f.unit);
+  std::string text =
+      fmt::format("{}: {}: {}{}{}, {:.6g} to {:.6g} s: {:.4g} {}", name_of(kind.severity), f.name,
+                  f.signal, joint.empty() ? "" : " of ", joint, f.begin_s, f.end_s, f.size, f.unit);
   while (text.ends_with(' ')) text.pop_back();
   if (f.count > 1) text += fmt::format(" ({} times)", f.count);
   if (!kind.consequence.empty()) text += fmt::format("; {}", kind.consequence);
@@ -86,27 +85,28 @@ std::string to_text(const Finding& f, const data::Dataset& d) {
   return text;
 }
 
-Diagnosis diagnosis_of(std::span<const Finding> findings, const data::Dataset& d) {
-  Diagnosis diagnosis{.data = d.name, .source = d.source, .joints = d.joint_names, .findings = {}};
+data::DiagnosisFile diagnosis_file(std::span<const Finding> findings, const data::Dataset& d) {
+  data::DiagnosisFile file{
+      .data = d.name, .source = d.source, .joints = d.joint_names, .findings = {}};
   for (const Finding& f : findings) {
     const Kind& kind = kind_of(f.name);
-    std::vector<std::string> joints;
+    data::DiagnosedFinding& own = file.findings.emplace_back();
+    own = {.name = f.name,
+           .severity = kind.severity,
+           .misleads = kind.misleads,
+           .signal = f.signal,
+           .joints = {},
+           .begin_s = f.begin_s,
+           .end_s = f.end_s,
+           .size = f.size,
+           .unit = f.unit,
+           .count = f.count,
+           .consequence = std::string(kind.consequence),
+           .remedy = std::string(kind.remedy)};
     for (const int j : {f.joint, f.other})
-      if (j >= 0) joints.push_back(d.joint_names[static_cast<std::size_t>(j)]);
-    diagnosis.findings.push_back({.name = f.name,
-                                  .severity = kind.severity == kDamage ? "damage" : "note",
-                                  .misleads = kind.misleads,
-                                  .signal = f.signal,
-                                  .joints = std::move(joints),
-                                  .begin_s = f.begin_s,
-                                  .end_s = f.end_s,
-                                  .size = f.size,
-                                  .unit = f.unit,
-                                  .count = f.count,
-                                  .consequence = std::string(kind.consequence),
-                                  .remedy = std::string(kind.remedy)});
+      if (j >= 0) own.joints.push_back(d.joint_names[static_cast<std::size_t>(j)]);
   }
-  return diagnosis;
+  return file;
 }
 
 }  // namespace fricid::doctor

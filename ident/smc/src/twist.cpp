@@ -1,6 +1,9 @@
 #include "fricid/smc/twist.hpp"
 
+#include <cmath>
+
 #include "fricid/base/eigen_instances.hpp"
+#include "fricid/smc/guides.hpp"
 
 namespace fricid::smc {
 namespace {

@@ -9,7 +9,8 @@ namespace fricid::film {
 #define FRICID_CAIRO_FUNCTIONS(F)                                                                 \
   F(arc)                                                                                          \
   F(clip)                                                                                         \
-  F(close_path) F(create) F(destroy) F(fill) F(get_source) F(image_surface_create)                \
+  F(close_path)                                                                                   \
+  F(create) F(destroy) F(fill) F(get_source) F(image_surface_create)                              \
       F(image_surface_create_from_png) F(image_surface_get_data) F(image_surface_get_format)      \
           F(image_surface_get_height) F(image_surface_get_stride) F(image_surface_get_width)      \
               F(line_to) F(move_to) F(new_sub_path) F(paint) F(pattern_set_filter) F(rectangle)   \

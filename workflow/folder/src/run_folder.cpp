@@ -8,6 +8,12 @@ namespace fricid::workflow {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+constexpr const char* kDiagnosis = ".doctor.json";
+
+}  // namespace
+
 std::string FitId::name() const { return fmt::format("{}_s{}", model, seed); }
 
 std::optional<FitId> FitId::parse(std::string_view name) {
@@ -55,7 +61,10 @@ std::string RunFolder::validation(int i) { return fmt::format("validation_{}", i
 
 fs::path RunFolder::recording(const std::string& name) const { return at("data/" + name + ".h5"); }
 fs::path RunFolder::diagnosis(const std::string& name) const {
-  return at("data/" + name + ".doctor.json");
+  return at("data/" + name + kDiagnosis);
+}
+fs::path RunFolder::diagnosis_beside(const fs::path& recording) {
+  return fs::path(recording).replace_extension(kDiagnosis);
 }
 fs::path RunFolder::truth(const std::string& name) const { return at("truth/" + name + ".h5"); }
 

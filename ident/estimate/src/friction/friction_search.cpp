@@ -22,7 +22,7 @@ constexpr double kSmallestGain =
     1e-7;  // relative decrease of the objective that counts as converged
 constexpr int kUnlimited = std::numeric_limits<int>::max();
 
-Eigen::VectorXd view(const std::vector<double>& x) {
+Eigen::VectorXd copied(const std::vector<double>& x) {
   return Eigen::VectorXd::Map(x.data(), std::ssize(x));
 }
 
@@ -219,7 +219,7 @@ SearchMinimum search(const JointFrictionData& data, const friction::RobotFrictio
         coordinates.to_theta({c.data(), theta.size()}, theta);
         return safe_mean_square(data, friction, theta);
       },
-      {view(coordinates.lower()), view(coordinates.upper())}, view(x),
+      {copied(coordinates.lower()), copied(coordinates.upper())}, copied(x),
       {kFirstStep, options.tolerance, options.evaluations});
   SearchMinimum at{{found.c.begin(), found.c.end()},
                    std::min(found.value, kBadValue),

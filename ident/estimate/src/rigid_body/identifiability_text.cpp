@@ -1,13 +1,10 @@
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include <fmt/format.h>
 
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 
 namespace fricid::estimate {
-
-using Json = nlohmann::ordered_json;
 
 namespace {
 
@@ -30,38 +27,36 @@ std::string with_error(const ParameterVerdict* v) {
 
 }  // namespace
 
-std::string to_json(const Identifiability& report, const dynamics::RobotModel& robot) {
-  Json parameters = Json::array(), groupings = Json::array(), joints = Json::array(),
-       families = Json::array();
+data::CheckedIdentifiability checked(const Identifiability& report,
+                                     const dynamics::RobotModel& robot) {
+  data::CheckedIdentifiability file;
+  file.message = report.message;
   for (const ParameterVerdict& v : report.parameters)
-    parameters.push_back({{"name", v.name},
-                          {"verdict", name_of(v.verdict)},
-                          {"value", v.value},
-                          {"standard_error", v.standard_error},
-                          {"percent", 100 * v.standard_error / v.size},
-                          {"words", v.words}});
-  for (const Grouping& g : report.groupings)
-    groupings.push_back({{"name", g.name}, {"words", g.words}});
+    file.parameters.push_back({.name = v.name,
+                               .verdict = std::string(name_of(v.verdict)),
+                               .value = v.value,
+                               .standard_error = v.standard_error,
+                               .percent = 100 * v.standard_error / v.size,
+                               .words = v.words});
+  for (const Grouping& g : report.groupings) file.groupings.push_back({g.name, g.words});
   for (std::size_t j = 0; j < report.joints.size(); ++j) {
     const Coverage& c = report.joints[j];
-    joints.push_back({{"joint", robot.joints[j].name},
-                      {"fastest_rad_s", c.fastest},
-                      {"slow_s", c.slow_s},
-                      {"reversals", c.reversals},
-                      {"presliding_excursions", c.presliding},
-                      {"samples_per_climb", c.samples_per_climb},
-                      {"load_Nm", {c.load_low, c.load_high}},
-                      {"temperature_K", c.temperature_low <= c.temperature_high
-                                            ? Json{c.temperature_low, c.temperature_high}
-                                            : Json()},
-                      {"resolution_rad", c.resolution}});
+    data::CheckedJoint& own = file.joints.emplace_back();
+    own = {.joint = robot.joints[j].name,
+           .fastest = c.fastest,
+           .slow_s = c.slow_s,
+           .reversals = c.reversals,
+           .presliding = c.presliding,
+           .samples_per_climb = c.samples_per_climb,
+           .load = {c.load_low, c.load_high},
+           .temperature = {},
+           .resolution = c.resolution};
+    if (c.temperature_low <= c.temperature_high)
+      own.temperature = {c.temperature_low, c.temperature_high};
   }
   for (const FamilyVerdict& f : report.families)
-    families.push_back({{"family", f.family}, {"supported", f.supported}, {"words", f.words}});
-  const Json out{{"format", "fricid.check/1"},  {"message", report.message},
-                 {"parameters", parameters},    {"not_alone", groupings},
-                 {"friction_coverage", joints}, {"families", families}};
-  return out.dump(2) + "\n";
+    file.families.push_back({f.family, f.supported, f.words});
+  return file;
 }
 
 std::string to_text(const Identifiability& report, const dynamics::RobotModel& robot) {

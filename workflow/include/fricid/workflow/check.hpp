@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "fricid/data/check_file.hpp"
 #include "fricid/data/dataset.hpp"
 #include "fricid/doctor/finding.hpp"
 #include "fricid/dynamics/robot_model.hpp"
@@ -45,7 +46,7 @@ struct CheckReport {
 };
 CheckReport check(const Subject& subject);
 
-/// Format "fricid.check/1".
-std::string to_json(const CheckReport& report, const Subject& subject);
+/// The report as an artefact.
+data::CheckFile check_file(const CheckReport& report, const Subject& subject);
 
 }  // namespace fricid::workflow

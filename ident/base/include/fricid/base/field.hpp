@@ -15,6 +15,7 @@ struct Field {
   double upper = std::numeric_limits<double>::infinity();
   std::string_view choices{};  ///< allowed texts, separated by |; empty: any
   bool per_joint = false;      ///< one value per joint; a single number stands for all
+  /// A key that a scene must have; a number of an artefact that is never null and keeps its bounds.
   bool required = false;
 };
 

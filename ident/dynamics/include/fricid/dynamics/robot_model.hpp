@@ -5,11 +5,13 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace fricid::dynamics {
 
 enum class JointType { kRevolute, kPrismatic };
+constexpr std::string_view names(JointType) { return "revolute|prismatic"; }
 
 /// Joint i moves link i. Frame i sits on the joint, moves with link i and equals, at q = 0, the
 /// fixed placement (R0, p0) in the frame of the parent link (or of the base).
@@ -46,6 +48,7 @@ struct LinearTorque {
   Shape shape = Shape::kConstant;
   double k = 1;
 };
+constexpr std::string_view names(LinearTorque::Shape) { return "1|sin(k q)|cos(k q)|q"; }
 
 /// A motor that turns a further joint too, as in a wrist, a differential or a belt drive:
 ///     q_joint = m_joint + factor m_motor,   m: motor angles in joint units, gears taken out.

@@ -93,7 +93,7 @@ struct FitReport {
 /// What a fit shows that one to be trusted does not: a joint whose own training torque is explained
 /// by less than half (R2, the rigid body included), friction larger than the torque that was ever
 /// needed or than the effort limit, Coulomb friction on a bound, friction coupled to another
-/// joint's speed, a joint that stood still, a regression that says nothing.
+/// joint's speed, a joint that stood still, a regression that determines nothing.
 std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report);
 
 /// Fits one friction law of the table, per joint and alone, to what the rigid body leaves of the
@@ -113,10 +113,10 @@ double smoothing_speed(std::span<const signals::Recording> recordings, double cu
 /// (`JointFits`) and goes on from there by windows; of model lvm, there are several candidates,
 /// strong conventional laws among them, and held-out rollouts choose. Every other method starts
 /// from the conventional fit of its law; learned laws start from that of dahl, their networks from
-/// random weights that hardly say anything. Laws of the whole robot start from random weights and
-/// the rigid body that the conventional fit of coulomb_viscous leaves; windows find them trained by
-/// method torque. Methods multi_step and em choose by held-out rollouts, so that they are no worse
-/// there than their start; method torque by the held-out torque.
+/// random weights so small that their torque is negligible. Laws of the whole robot start from
+/// random weights and the rigid body of the conventional fit of coulomb_viscous, and are trained by
+/// method torque before windows. Methods multi_step and em choose the iteration with the best
+/// held-out rollouts, the start included; method torque that with the least held-out torque error.
 /// @param checkpoint  where method em keeps what it has reached, and goes on from
 /// @throws as fit_conventional
 FitReport fit_model(const Prepared& prepared, const ModelOptions& options, int seed, int jobs,

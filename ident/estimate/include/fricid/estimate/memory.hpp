@@ -1,5 +1,4 @@
-// How much memory a fit or a filter will take, told before it begins. Estimates, to a factor of
-// two.
+// Estimates, to a factor of two, of the memory that a fit or a filter will take.
 #pragma once
 
 #include <string_view>
@@ -9,7 +8,7 @@
 
 namespace fricid::estimate {
 
-/// What a fit sees of its training data.
+/// Size of the training data of a fit.
 struct TrainingSize {
   double samples = 0;  ///< of all recordings
   double longest = 0;  ///< samples of the longest recording
@@ -23,7 +22,7 @@ double memory_of_filter(int particles, int states);
 double memory_of_fit(const ModelOptions& options, const dynamics::RobotModel& robot,
                      const TrainingSize& size, int jobs);
 
-/// Asked before a fit.
+/// Refuses a fit that would take too much memory, before it begins.
 /// @throws UserError naming `where` and the model when it takes too much (limits.hpp)
 void require_memory_of_fit(const ModelOptions& options, const dynamics::RobotModel& robot,
                            const TrainingSize& size, int jobs, std::string_view where);

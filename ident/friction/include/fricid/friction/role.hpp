@@ -10,13 +10,13 @@ namespace fricid::friction {
 
 /// What a parameter of a law or modifier is. Its unit is that of the role, see role_unit.
 enum class Role {
-  kNone,  ///< not said; the law suite refuses it
+  kNone,  ///< none stated; the law suite refuses it
   // torque levels
   kCoulomb,        ///< torque of slow sliding, the size of a joint's friction
   kStatic,         ///< torque at which sliding begins
   kMemoryless,     ///< Coulomb torque of a law beside its bristles
   kLevel,          ///< torque at which one element slides
-  kNetworkTorque,  ///< size of what a network says
+  kNetworkTorque,  ///< scale of a network's torque
   // torque over speed
   kViscous,
   kPowerViscous,      ///< torque at 1 rad/s of a power law

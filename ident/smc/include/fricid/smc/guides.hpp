@@ -35,7 +35,7 @@ struct LogWeight {
 ///     steps()            number of observations T
 ///     log_start()        log of int N(x; m0, P0) psi_0(x) dx
 ///     start(e, x)        x_0 from standard normal e                       [lanes: n, n]
-///     prepare(t)         readies what follows for x_t and the move to x_{t+1}
+///     prepare(t)         computes what log_weight and move need at step t
 ///     log_weight(x, F, wants_past)    of x_t with image F = f_t(x_t)      [n, n]
 ///     move(F, e, x)      x_{t+1} from the image F and standard normal e   [n, n, n]
 ///
@@ -181,7 +181,8 @@ class GaussianObservation {
   ObservationDensity<S> density_;
 };
 
-/// Gordon, Salmond & Smith (1993): moves blindly, weighs by any density of the observation.
+/// Bootstrap filter (Gordon, Salmond & Smith 1993): proposes from the transition density and weighs
+/// by any density of the observation.
 /// @tparam Density  steps(); prepare(t); log density of y_t at the lanes x: S operator()(const S*
 /// x)
 template <class S, class Density = GaussianObservation<S>>

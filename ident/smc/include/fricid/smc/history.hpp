@@ -10,7 +10,7 @@
 
 namespace fricid::smc {
 
-/// What a filter leaves behind of one step, for the smoothers. Lanes past N are not meaningful.
+/// One step of a filter as the smoothers need it. Lanes past N have no meaning.
 template <class S>
 struct Slice {
   Cloud<S> x;                       ///< particles x_t

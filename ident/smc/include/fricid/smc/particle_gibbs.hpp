@@ -14,8 +14,8 @@ namespace fricid::smc {
 
 /// Particle Gibbs with ancestor sampling (Lindsten, Jordan & Schon, JMLR 15, 2014): a Markov kernel
 /// on paths that leaves p(x_0 .. x_{T-1} | y) as it is for any N >= 2. One particle follows the
-/// given path; who led to it is drawn anew at every step by the backward kernel, so that the path
-/// is renewed also where all particles share their past.
+/// given path; its ancestor is drawn anew at every step by the backward kernel, so that the path is
+/// renewed also where all particles share one ancestor.
 template <StateSpaceModel M, Guide G>
 class ParticleGibbs {
  public:
@@ -64,7 +64,7 @@ bool ParticleGibbs<M, G>::sweep(RowMatrix& path, std::uint32_t sweep) {
     fill_uniform(seed_, stream_of(Purpose::kGibbs, sweep, step), 0, uniforms_);
     if (t + 1 == T) break;
 
-    // who led to the reference, and the parents of the others
+    // the ancestor of the reference, and those of the others
     kernel_.prepare(slice);
     kernel_.aim(row(path, t + 1));
     double ess;

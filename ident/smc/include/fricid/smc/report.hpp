@@ -20,7 +20,7 @@ struct Warning {
 struct NisFigure {
   double mean = 1;
   double half_width = 0;  ///< 3 sigma of the mean for a true model; infinite without observations
-  /// Out of its range, what it means; nothing when all is well.
+  /// The warning when the mean is out of its range; else none.
   std::optional<Warning> warning() const;
 };
 /// @param nis      (T) normalised innovation squared
@@ -46,8 +46,9 @@ struct Report {
   std::vector<double> backward_ess;  ///< (T - 1) mean over paths of the ESS of the backward weights
   int paths = 0;                     ///< smoothed paths M
   int path_roots = 0;                ///< different particles at t = 0 among them
-  double refreshed = 0;  ///< share of (path, t) whose ancestor is not the genealogical one; 1 for
-                         ///< traced paths, where it is no question
+  /// Share of (path, t) whose ancestor is not the one of the filter; 1 for traced paths, which have
+  /// no other.
+  double refreshed = 0;
 
   /// Empties it for a run of T steps and N particles; allocates only when T grows.
   void reset(int T, int N);
@@ -57,7 +58,7 @@ struct Report {
   double median_backward_ess() const;
   double nis_per_channel() const { return nis_figure(nis, present).mean; }
 
-  /// Every figure out of range, the most telling first; empty when all is well.
+  /// A warning for every figure out of its range, the most important first.
   std::vector<Warning> warnings() const;
 };
 

@@ -9,7 +9,7 @@
 
 #include "fricid/base/rng.hpp"
 #include "fricid/smc/bend.hpp"
-#include "fricid/smc/twist.hpp"
+#include "fricid/smc/twisted_guide.hpp"
 
 namespace fricid::smc {
 

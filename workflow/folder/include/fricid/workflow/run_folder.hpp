@@ -49,6 +49,8 @@ class RunFolder {
   static std::string validation(int i);  ///< name of the i-th held-out recording
   std::filesystem::path recording(const std::string& name) const;
   std::filesystem::path diagnosis(const std::string& name) const;
+  /// The diagnosis of a recording that may lie in no run folder.
+  static std::filesystem::path diagnosis_beside(const std::filesystem::path& recording);
   std::filesystem::path truth(const std::string& name) const;
   std::filesystem::path excitation() const { return at("excitation.json"); }
 

@@ -1,4 +1,4 @@
-// Stage S2: expectation-maximisation with filters and smoothers, for any friction model.
+// Expectation-maximisation with filters and smoothers, for any friction model.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace fricid::estimate {
 
-/// What one iteration saw.
+/// Figures of one iteration.
 struct EmIteration {
   double log_likelihood = 0;  ///< of the training parts, estimated [nat]
   double nis = 0;             ///< mean per channel; 1 when the noise is as large as the model says
@@ -49,9 +49,9 @@ struct EmReport {
   double seconds = 0;
 };
 
-/// Noise to start with: R from what the logs hold above their band, Q from shares of the friction
-/// torque (that of the training data where a law of the whole robot says it) and of the latent
-/// states.
+/// Noise to start with: R from the noise of the logs above the band of the motion, Q from shares of
+/// the friction torque (of the torque of the training data where a law of the whole robot gives it)
+/// and of the latent states.
 LatentNoise initial_noise(const Arm& arm, std::span<const signals::Recording> recordings,
                           const EmOptions& options);
 
@@ -77,12 +77,12 @@ Eigen::VectorXd latent_sizes(std::span<const RowMatrix> z);
 ///
 ///     Q_v = mean (v_{t+1} - f_v(x_t))^2
 ///
-/// above its floor, that of z on a falling schedule instead (left free it stays where it is), that
-/// of q as it is, R as the logs show it, or in closed form too. No variance of Q is ever 0.
-/// Returns the parameters with the smallest held-out error met, so never worse there than `start`,
-/// or those of the last iteration where the options say so.
-/// The result depends on the options alone, not on `jobs`, nor on how often it was killed and went
-/// on from `checkpoint`, saved after every iteration.
+/// not below its floor. Q_z follows a falling schedule (estimated, it would hardly move), Q_q stays
+/// at its start, R stays at the noise of the logs or is estimated in closed form too. No variance
+/// of Q is ever 0. Returns the parameters with the smallest held-out error of all iterations and
+/// the start, or those of the last iteration (EmOptions::keep). The result does not depend on
+/// `jobs`, nor on how often the run was killed and went on from `checkpoint`, which is saved after
+/// every iteration.
 /// @throws UserError on a recording shorter than a second
 /// @throws Stopped on Ctrl-C; the checkpoint stays
 EmReport fit_em(const Arm& start, std::span<const signals::Recording> recordings,

@@ -1,4 +1,4 @@
-// Stage S1: training on the torque that the rigid body leaves, along the measured motion.
+// Training on the torque that the rigid body leaves, along the measured motion.
 #pragma once
 
 #include <cstdint>

@@ -22,8 +22,8 @@ struct TorqueData {
 /// measured, only z is the model's), and differentiates the error of its torque:
 ///
 ///     f_k     = torque(theta; q_k, v_k, load_k, z_k)
-///     z_{k+1} = step(theta; q_{k+1}, (q_{k+1} - q_k)/dt, load_k, z_k)                as
-///     drive_friction loss    = mean over windows, samples, joints of  ((F[f] - target)/s)^2
+///     z_{k+1} = step(theta; q_{k+1}, (q_{k+1} - q_k)/dt, load_k, z_k)     as drive_friction
+///     loss    = mean over windows, samples, joints of  ((F[f] - target)/s)^2
 ///
 /// F is the filter of the measured torque (its impulse response; {1}: none): friction drops within
 /// milliseconds at a reversal, the measured torque only as fast as its filter. The window is driven

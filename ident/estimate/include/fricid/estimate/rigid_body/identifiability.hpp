@@ -1,4 +1,4 @@
-// Before any fit: what these data can tell about a robot and its friction, and what they cannot.
+// Before any fit: which parameters of a robot and its friction the data determine.
 #pragma once
 
 #include <span>
@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "fricid/base/enum_names.hpp"
+#include "fricid/data/check_file.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
 
 namespace fricid::estimate {
@@ -29,13 +30,13 @@ struct ParameterVerdict {
   double standard_error = 0;  ///< predicted from the regressor and the noise seen
   double size = 0;            ///< what the error is a share of
   Verdict verdict = Verdict::kNot;
-  std::string words{};  ///< why not, or with what it is confused
+  std::string words{};  ///< why not, or with what it is confused; empty: identified
 };
 
-/// A standard parameter that no data of this robot can tell alone.
+/// A standard parameter that no data of this robot determine alone.
 struct Grouping {
   std::string name;
-  std::string words;  ///< "no effect on any torque", or the combinations it hides in
+  std::string words;  ///< "no effect on any torque", or the base parameters that contain it
 };
 
 /// What the motion shows of the friction of one joint.
@@ -52,7 +53,7 @@ struct Coverage {
   double resolution = 0;         ///< smallest step of the logged position [rad]
 };
 
-/// Whether a family of friction laws can be fitted; if not, why, in words.
+/// Whether a family of friction laws can be fitted; `words` say why not, or are empty.
 struct FamilyVerdict {
   std::string family;
   bool supported = false;
@@ -60,7 +61,7 @@ struct FamilyVerdict {
 };
 
 struct Identifiability {
-  std::string message;  ///< why nothing at all can be said; empty
+  std::string message;  ///< why nothing can be said; empty: it can
   std::vector<ParameterVerdict> parameters;
   std::vector<Grouping> groupings;
   std::vector<Coverage> joints;
@@ -85,8 +86,9 @@ Identifiability examine_data(const dynamics::RobotModel& robot,
 Eigen::MatrixXd base_information(const dynamics::RobotModel& robot,
                                  std::span<const signals::Recording> recordings);
 
-/// Format "fricid.check/1".
-std::string to_json(const Identifiability& report, const dynamics::RobotModel& robot);
+/// The report as a part of check.json.
+data::CheckedIdentifiability checked(const Identifiability& report,
+                                     const dynamics::RobotModel& robot);
 std::string to_text(const Identifiability& report, const dynamics::RobotModel& robot);
 /// The same in short: rigid body, friction per joint, families of laws, what to record next.
 std::string to_summary(const Identifiability& report, const dynamics::RobotModel& robot);

@@ -48,18 +48,17 @@ using FrictionTorques = std::vector<RowMatrix>;
 
 /// Solves, over the rows with |v_j| > min_speed_rad_s now and no reversal near,
 ///
-///     tau_j = Y_j(q, v, a) pi + Fc_j F[sign v_j] + Fv_j v_j + offset_j + e_j,   e_j ~ N(0,
-///     sigma_j^2)
+///     tau_j = Y_j(q, v, a) pi + Fc_j F[sign v_j] + Fv_j v_j + offset_j + e_j
+///     e_j ~ N(0, sigma_j^2)
 ///
 /// F[.] being the filter that the torque went through. Slow rows are left out because hysteretic
 /// friction there looks like negative inertia. Rows are decimated until residuals are about white;
 /// sigma_j is estimated by iteration and weights joint j; `robust` adds Huber weights. Without a
 /// prior the base parameters are free; with one, pi ~ N(CAD, P) with P from `prior_covariance`.
 /// `pi` is then the physical parameter set closest to the estimate in the metric of its covariance,
-/// pulled weakly to the CAD values where the data say nothing (`fit_physical_inertia`).
+/// pulled weakly to the CAD values where the data do not determine it (`fit_physical_inertia`).
 /// @param shape  friction torque of a fitted law that replaces F[sign v_j], its factor (about 1) in
-/// the
-///               place of Fc_j; with hysteresis in the shape, slow rows may enter: set
+///               the place of Fc_j; with hysteresis in the shape, slow rows may enter: set
 ///               min_speed_rad_s = 0
 RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
                                       std::span<const signals::Recording> sequences,

@@ -15,8 +15,8 @@
 
 namespace fricid::estimate {
 
-/// What the torque of an arm says of its parameters: rows of all joints at the rate of the filter,
-/// with the regressor of the rigid body beside them.
+/// The torque of an arm as rows of all joints at the rate of the filter, with the regressor of the
+/// rigid body.
 class ArmTorqueData {
  public:
   /// @param begin, end  per recording, samples that count; empty: all of them
@@ -77,8 +77,9 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
                             const ArmTorqueOptions& options, int jobs);
 
 /// For each part, the fitted arm with its parameters (indices in theta) at zero and all others
-/// where the objective, taken as quadratic about the fit, is then least: exact for a part that says
-/// little, and far off only where a part says much. One linearisation serves all.
+/// where the objective, taken as quadratic about the fit, is then least. Accurate for parts with a
+/// small effect; of a part with a large one the loss is only roughly right. One linearisation
+/// serves all.
 std::vector<Arm> without_parts(const ArmTorqueData& data, const Arm& fitted,
                                const std::vector<std::vector<std::size_t>>& parts,
                                const ArmTorqueOptions& options, int jobs);

@@ -1,4 +1,4 @@
-// One of several fits of which held-out data choose, and what they say of the parts of a sum.
+// One of several fits of which held-out data choose, and the evidence for each part of a sum.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace fricid::estimate {
 
-/// An arm that may be shipped, and what the held-out part of the recordings says of it.
+/// A fitted arm and its errors on the held-out part of the recordings.
 struct Candidate {
   std::string name;  ///< "sum", "gms, windows"
   Arm arm;
@@ -17,7 +17,7 @@ struct Candidate {
   double seconds = 0;
 };
 
-/// What held-out torque says of one part of the sum in one joint.
+/// Evidence of the held-out torque for one part of the sum in one joint.
 struct PartEvidence {
   std::string part;  ///< "load", "ripple"; "bristle": lugre in the place of the bank
   int joint = 0;

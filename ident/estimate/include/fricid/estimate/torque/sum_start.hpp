@@ -1,4 +1,4 @@
-// Where the fit of the sum of laws starts, and what of it stays as it is.
+// Start values of the fit of the sum of laws, and the parameters that it holds.
 #pragma once
 
 #include <vector>
@@ -21,11 +21,11 @@ struct SumStart {
 /// the viscous torque is linear; modifiers and the load part are near zero.
 Arm start_sum(const Arm& arm, const std::vector<friction::LvmParts>& parts, const SumStart& start);
 
-/// What a fit leaves as it is, or inside narrower bounds: speeds and loads that smooth a corner and
-/// reference temperatures (constants of the host, not of the joint), Stribeck velocities (.02 to .5
-/// rad/s), the attraction of a bank (5 to 300 Fc per second: torque says nothing beyond), and what
-/// a sum has twice (Coulomb friction beside the memory, linear viscous friction outside
-/// coulomb_viscous; the square of the load beside its growth).
+/// Parameters that a fit holds, or keeps inside narrower bounds: speeds and loads that smooth a
+/// corner and reference temperatures (constants of the host, not of the joint), Stribeck velocities
+/// (.02 to .5 rad/s), the attraction of a bank (5 to 300 Fc per second: the torque does not
+/// determine it beyond), and what a sum has twice (Coulomb friction beside the memory, linear
+/// viscous friction outside coulomb_viscous; the square of the load beside its growth).
 std::vector<Limit> sum_limits(const friction::Friction& friction);
 
 }  // namespace fricid::estimate

@@ -1,4 +1,4 @@
-// Stage S3: training by back-propagation through open-loop windows.
+// Training by back-propagation through open-loop windows.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +43,7 @@ struct MultiStepReport {
 
 /// Minimises the window loss over random windows of the training part, all parameters of the arm
 /// at once, and returns the parameters with the smallest held-out error met on the way: no
-/// worse there than `start`. Where a look finds three times the best error, training goes on from
+/// worse there than `start`. Where a check finds three times the best error, training goes on from
 /// the best with 0.3 of the step length. Friction states at a window's start come from `wash_out`
 /// and are not differentiated. Training leaps as far as `step.leap`, halved until a batch's
 /// gradient is within 20 % of that at the steps of `judge`. Deterministic for a seed, whatever

@@ -1,0 +1,65 @@
+// What is wrong with a recording: the files data/NAME.doctor.json of a run folder.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fricid/base/enum_names.hpp"
+#include "fricid/base/field.hpp"
+
+namespace fricid::data {
+
+enum class Severity {
+  kNote,    ///< a fact worth knowing: rate, segments, warming
+  kDamage,  ///< a fit would be wrong or poor
+};
+constexpr std::string_view names(Severity) { return "note|damage"; }
+
+/// One thing found.
+struct DiagnosedFinding {
+  std::string name;
+  Severity severity = Severity::kNote;
+  bool misleads = false;
+  std::string signal;
+  std::vector<std::string> joints;
+  double begin_s = 0, end_s = 0, size = 0;
+  std::string unit;
+  int count = 1;
+  std::string consequence, remedy;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("name", name, text("what was found; the name that --fix takes"));
+    archive("severity", severity, choice("damage: a fit would be wrong or poor"));
+    archive("misleads", misleads, flag("a fit would mean something else, not only be poorer"));
+    archive("signal", signal, text("t, q, v, tau, temperature, or \"q tau\" for both"));
+    archive("joints", joints, text("where; two of a swap, none: all"));
+    archive("begin_s", begin_s, number("s", -1e300, 1e300, "begin of where it was seen"));
+    archive("end_s", end_s, number("s", -1e300, 1e300, "end of it"));
+    archive("size", size, number("", -1e300, 1e300, "how much, in `unit`"));
+    archive("unit", unit, text("of `size`"));
+    archive("count", count, number("", 0, 2e9, "how often"));
+    archive("consequence", consequence, text("what a fit would suffer; empty: nothing"));
+    archive("remedy", remedy, text("what to do; empty: nothing"));
+  }
+};
+
+/// The whole file.
+struct DiagnosisFile {
+  static constexpr std::string_view kFormat = "fricid.doctor/1";
+
+  std::string data, source;
+  std::vector<std::string> joints;
+  std::vector<DiagnosedFinding> findings;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("data", data, text("name of the recording"));
+    archive("source", source, text("where its samples come from"));
+    archive("joints", joints, text("names of its joints"));
+    archive.sections("findings", findings, "of the times first, then of signals and dynamics");
+  }
+};
+
+}  // namespace fricid::data

@@ -1,0 +1,299 @@
+// Columns of a log that are not what they are taken for: signs, swaps and units.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/dynamics/algorithms.hpp"
+#include "fricid/system/transmission.hpp"
+#include "sight.hpp"
+
+namespace fricid::doctor {
+namespace {
+
+using data::RowMatrix;
+
+constexpr double kDegree = std::numbers::pi / 180;
+// Log of the factor by which the unexplained variances of all joints must fall, in sum, before a
+// hypothesis is believed; a nominal model is some 20 % wrong and keeps no wrong one below it.
+constexpr double kBelief = 1.6;
+constexpr double kWorse = 0.4;  // log of the factor by which one joint may become worse
+constexpr int kMistakes = 4;    // found one after the other
+// Factors of the nominal torques that are no modelling error: of most joints alike, and of one,
+// whose light link may be anything in a file.
+constexpr double kFarOff = 8, kFarOffAlone = 30;
+
+/// A mistake that the log may contain, undone.
+struct Hypothesis {
+  std::string name;
+  bool moves = false, forces = false;  // concerns q v a, concerns tau
+  int joint = 0, other = -1;
+  double factor = 1;
+
+  Sight undone(Sight s) const {
+    if (other >= 0) {
+      if (moves) {
+        for (RowMatrix* x : {&s.q, &s.v, &s.a}) x->col(joint).swap(x->col(other));
+        std::swap(s.rows[static_cast<std::size_t>(joint)], s.rows[static_cast<std::size_t>(other)]);
+      }
+      if (forces) s.tau.col(joint).swap(s.tau.col(other));
+    } else {
+      if (moves)
+        for (RowMatrix* x : {&s.q, &s.v, &s.a}) x->col(joint) *= factor;
+      if (forces) s.tau.col(joint) *= factor;
+    }
+    return s;
+  }
+};
+
+/// How well physics explains the torque of one joint.
+struct Explained {
+  double unexplained = 1;    ///< share of the variance
+  double friction_only = 1;  ///< the same without the rigid body
+  double scale = 0;          ///< measured over nominal torque; 0: does not count
+};
+
+// Least squares of y on the free columns and on those columns of `positive` whose coefficient is
+// not negative in the best such solution.
+Explained regress(const Eigen::MatrixXd& free, const Eigen::MatrixXd& positive,
+                  const Eigen::VectorXd& y) {
+  const double variance = (y.array() - y.mean()).square().sum();
+  Explained best;
+  if (!(variance > 0)) return best;
+  const Eigen::Index f = free.cols(), p = positive.cols();
+  Eigen::MatrixXd X(y.size(), f + p);
+  X << free, positive;
+  const Eigen::MatrixXd H = X.transpose() * X;
+  const Eigen::VectorXd g = X.transpose() * y;
+  for (int mask = 0; mask < 1 << p; ++mask) {
+    std::vector<Eigen::Index> columns;
+    for (Eigen::Index c = 0; c < f + p; ++c)
+      if (c < f || (mask >> (c - f) & 1)) columns.push_back(c);
+    const auto size = static_cast<Eigen::Index>(columns.size());
+    Eigen::MatrixXd Hs(size, size);
+    Eigen::VectorXd gs(size);
+    for (Eigen::Index r = 0; r < size; ++r) {
+      gs[r] = g[columns[static_cast<std::size_t>(r)]];
+      for (Eigen::Index c = 0; c < size; ++c)
+        Hs(r, c) = H(columns[static_cast<std::size_t>(r)], columns[static_cast<std::size_t>(c)]);
+    }
+    Hs.diagonal() *= 1 + 1e-9;
+    const Eigen::VectorXd x = Hs.ldlt().solve(gs);
+    bool allowed = x.allFinite();
+    for (Eigen::Index i = f; i < size; ++i) allowed = allowed && x[i] >= 0;
+    if (!allowed) continue;
+    const double rest = y.squaredNorm() - 2 * x.dot(gs) + x.dot(Hs * x);
+    const double unexplained = std::clamp(rest / variance, 1e-9, 1.0);
+    const bool rigid = mask & 1;
+    if (!rigid) best.friction_only = std::min(best.friction_only, unexplained);
+    if (unexplained >= best.unexplained) continue;
+    best.unexplained = unexplained;
+    best.scale = rigid ? x[f] : 0;
+  }
+  return best;
+}
+
+/// Judges a sight, with a robot or without.
+class Judge {
+ public:
+  Judge(const dynamics::RobotModel* robot, int n) : robot_(robot), n_(n) {
+    if (!robot_) return;
+    ws_.emplace(*robot_);
+    motors_.emplace(*robot_);
+  }
+
+  // Positive parts of the torque are friction, with a robot also its nominal torque, friction that
+  // grows with it and the armature of a file that states none. Without a robot inertia is, and
+  // gravity any sine of any joint.
+  std::vector<Explained> explain(const Sight& s) {
+    const RowMatrix nominal = robot_ ? torques(s) : RowMatrix();
+    const RowMatrix v = robot_ ? motors_->to_motors(s.v) : s.v;
+    std::vector<Explained> all;
+    for (int j = 0; j < n_; ++j) {
+      const std::vector<int>& rows = s.rows[static_cast<std::size_t>(j)];
+      const auto size = static_cast<Eigen::Index>(rows.size());
+      Eigen::MatrixXd free = Eigen::MatrixXd::Ones(size, robot_ ? 1 : 1 + 2 * n_);
+      const bool bare = robot_ && robot_->pi[robot_->armature_begin() + j] == 0;
+      const Eigen::RowVectorXd acting = motors_on(robot_, n_, j);
+      const Eigen::Index of_motors = 3 * (acting.array() != 0).count();
+      Eigen::MatrixXd positive(size, 1 + of_motors + (robot_ ? 1 + bare : 0));
+      Eigen::VectorXd tau(size);
+      for (Eigen::Index r = 0; r < size; ++r) {
+        const int k = rows[static_cast<std::size_t>(r)];
+        positive(r, 0) = robot_ ? nominal(k, j) : s.a(k, j);
+        Eigen::Index next = 1;
+        for (int m = 0; m < n_; ++m) {
+          if (acting[m] == 0) continue;
+          const double speed = v(k, m), sign = speed > 0 ? 1 : -1;
+          positive.row(r).segment<3>(next) << acting[m] * sign, acting[m] * speed,
+              acting[m] * sign * std::sqrt(std::abs(speed));
+          next += 3;
+        }
+        if (robot_) positive(r, next++) = (v(k, j) > 0 ? 1 : -1) * std::abs(nominal(k, j));
+        if (bare) positive(r, next) = s.a(k, j);
+        for (int i = 0; !robot_ && i < n_; ++i) {
+          free(r, 1 + 2 * i) = std::sin(s.q(k, i));
+          free(r, 2 + 2 * i) = std::cos(s.q(k, i));
+        }
+        tau[r] = s.tau(k, j);
+      }
+      all.push_back(size > 3 * (free.cols() + positive.cols()) ? regress(free, positive, tau)
+                                                               : Explained{});
+    }
+    return all;
+  }
+
+ private:
+  RowMatrix torques(const Sight& s) {
+    const auto n = static_cast<std::size_t>(n_);
+    const std::span<const double> pi{robot_->pi.data(),
+                                     static_cast<std::size_t>(robot_->pi.size())};
+    const RowMatrix q = motors_->to_motors(s.q), v = motors_->to_motors(s.v),
+                    a = motors_->to_motors(s.a);
+    RowMatrix tau(q.rows(), n_);
+    for (Eigen::Index k = 0; k < q.rows(); ++k)
+      dynamics::rnea<double>(*robot_, *ws_, pi, {q.row(k).data(), n}, {v.row(k).data(), n},
+                             {a.row(k).data(), n}, {tau.row(k).data(), n});
+    return motors_->torque_to_joints(tau);
+  }
+
+  const dynamics::RobotModel* robot_;
+  int n_;
+  std::optional<dynamics::Workspace<double>> ws_;
+  std::optional<Transmission> motors_;
+};
+
+std::vector<Hypothesis> hypotheses(bool with_robot, int n) {
+  std::vector<Hypothesis> all;
+  for (int j = 0; j < n; ++j) {
+    all.push_back({"sign", false, true, j, -1, -1});
+    if (!with_robot) continue;
+    all.push_back({"sign", true, false, j, -1, -1});
+    all.push_back({"sign", true, true, j, -1, -1});
+    for (int other = j + 1; other < n; ++other) {
+      all.push_back({"swapped", true, true, j, other});
+      all.push_back({"swapped", true, false, j, other});
+      all.push_back({"swapped", false, true, j, other});
+    }
+  }
+  return all;
+}
+
+double gain(const std::vector<Explained>& before, const std::vector<Explained>& after) {
+  double sum = 0;
+  for (std::size_t j = 0; j < before.size(); ++j) {
+    const double log_ratio = std::log(before[j].unexplained / after[j].unexplained);
+    if (log_ratio < -kWorse) return -1;
+    sum += log_ratio;
+  }
+  return sum;
+}
+
+// Whether the logged velocity goes with the logged position of joint j.
+bool velocity_follows(const data::Dataset& d, const Motion& motion, int j) {
+  if (d.v.size() == 0) return false;
+  double dot = 0, square = 0;
+  for (int i = 0; i < motion.length(); ++i) {
+    const double logged = d.v(motion.samples[static_cast<std::size_t>(i)], j);
+    if (!std::isfinite(logged)) continue;
+    dot += logged * motion.v(i, j);
+    square += motion.v(i, j) * motion.v(i, j);
+  }
+  return dot > 0.5 * square;
+}
+
+Finding describe(const data::Dataset& d, const Motion& motion, const Hypothesis& h, double size,
+                 const char* unit) {
+  std::string signal = h.moves ? "q" : "";
+  if (h.moves && velocity_follows(d, motion, h.joint)) signal += " v";
+  if (h.forces) signal += h.moves ? " tau" : "tau";
+  return {.name = h.name,
+          .signal = signal,
+          .joint = h.joint,
+          .other = h.other,
+          .begin_s = d.t[0],
+          .end_s = d.t[d.length() - 1],
+          .size = size,
+          .unit = unit};
+}
+
+}  // namespace
+
+// Positions far outside the limits, or beyond two turns either way, are degrees.
+void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
+                  Sight& sight, Findings& findings) {
+  Findings found;
+  for (int j = 0; j < d.n(); ++j) {
+    const double largest = sight.q.col(j).cwiseAbs().maxCoeff();
+    double allowed = 4 * std::numbers::pi;
+    if (robot) {
+      const dynamics::Joint& joint = robot->joints[static_cast<std::size_t>(j)];
+      if (joint.type == dynamics::JointType::kPrismatic || joint.continuous) continue;
+      if (joint.upper > joint.lower)
+        allowed = 1.3 * std::max(std::abs(joint.lower), std::abs(joint.upper)) + 0.5;
+    }
+    if (largest <= allowed) continue;
+    const Hypothesis degrees{"angle_unit", true, false, j, -1, kDegree};
+    sight = degrees.undone(std::move(sight));
+    found.push_back(describe(d, motion, degrees, largest, "rad at most, as it stands"));
+  }
+  // What is in degrees for most joints is so for all: a joint that moves little gives no sign of
+  // it.
+  if (static_cast<int>(found.size()) * 2 > d.n() && d.n() > 1) {
+    for (int j = 0; j < d.n(); ++j) {
+      const bool done =
+          std::any_of(found.begin(), found.end(), [j](const Finding& f) { return f.joint == j; });
+      const bool turns = !robot || robot->joints[static_cast<std::size_t>(j)].type ==
+                                       dynamics::JointType::kRevolute;
+      if (done || !turns) continue;
+      sight = Hypothesis{"angle_unit", true, false, j, -1, kDegree}.undone(std::move(sight));
+      found.push_back(found.front());
+      found.back().joint = j;
+    }
+    std::sort(found.begin(), found.end(),
+              [](const Finding& a, const Finding& b) { return a.joint < b.joint; });
+  }
+  findings.insert(findings.end(), found.begin(), found.end());
+}
+
+void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
+                   Sight& sight, Findings& findings) {
+  Judge judge(robot, d.n());
+  const std::vector<Hypothesis> all = hypotheses(robot != nullptr, d.n());
+  std::vector<Explained> now = judge.explain(sight);
+  for (int mistake = 0; mistake < kMistakes; ++mistake) {
+    double best = kBelief;
+    const Hypothesis* believed = nullptr;
+    std::vector<Explained> then;
+    for (const Hypothesis& h : all) {
+      const std::vector<Explained> after = judge.explain(h.undone(sight));
+      const double gained = gain(now, after);
+      if (gained <= best) continue;
+      best = gained;
+      believed = &h;
+      then = after;
+    }
+    if (!believed) break;
+    sight = believed->undone(std::move(sight));
+    now = then;
+    findings.push_back(
+        describe(d, motion, *believed, std::exp(best), "times less unexplained if undone"));
+  }
+  if (!robot) return;
+  const auto tells = [](const Explained& e) {
+    return e.scale > 0 && e.unexplained <= 0.5 && e.friction_only >= 3 * e.unexplained;
+  };
+  const auto far_off = [&](const Explained& e, double factor) {
+    return tells(e) && std::max(e.scale, 1 / e.scale) >= factor;
+  };
+  const auto far = std::ranges::count_if(now, [&](const auto& e) { return far_off(e, kFarOff); });
+  const bool most = 2 * far > std::ranges::count_if(now, tells);
+  for (int j = 0; j < d.n(); ++j)
+    if (const Explained& e = now[static_cast<std::size_t>(j)];
+        far_off(e, most ? kFarOff : kFarOffAlone))
+      findings.push_back(describe(d, motion, {"torque_unit", false, true, j}, e.scale,
+                                  "times the nominal torque"));
+}
+
+}  // namespace fricid::doctor

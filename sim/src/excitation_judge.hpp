@@ -1,0 +1,71 @@
+// What a trajectory of the excitation is worth: information, and how far it keeps its limits.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fricid/dynamics/algorithms.hpp"
+#include "fricid/sim/clearance.hpp"
+#include "fricid/sim/excitation.hpp"
+
+namespace fricid::sim {
+
+/// What a limit may be exceeded by between the points of the last check, as a share and in metres.
+inline constexpr double kShareGuard = 2e-3, kClearanceGuard = 1e-3;
+
+/// Limits of one joint.
+struct Bounds {
+  double centre, half, velocity, acceleration, jerk, effort;
+};
+
+/// What all trajectories of a scene share.
+struct ExcitationProblem {
+  const ExcitationOptions& config;
+  const MujocoArm& arm;
+  const dynamics::RobotModel& robot;
+  std::vector<Bounds> bounds;
+  std::vector<int> columns;  ///< of the base parameters
+  TimeGrid design, check;
+  Eigen::MatrixXd known;  ///< information of earlier data, per second of this period; may be empty
+
+  /// @throws UserError where the box of a joint is outside its limits
+  ExcitationProblem(const ExcitationOptions& c, const MujocoArm& m, const dynamics::RobotModel& r);
+};
+
+/// What a thread needs of its own to judge trajectories.
+class ExcitationJudge {
+ public:
+  explicit ExcitationJudge(const ExcitationProblem& problem);
+
+  /// Information matrix  mean_t Y_b' W Y_b  with W = diag(1 / effort^2), and what is known already.
+  Eigen::MatrixXd information(const Motion& motion);
+  /// Largest share of the effort limit that rigid body and friction allowance take, per motor.
+  Eigen::VectorXd torque_shares(const Motion& motion);
+  /// Closest approach on the whole motion.
+  Clearance::Pair closest(const Motion& motion, int stride = 1);
+  const Clearance& clearance() const { return clearance_; }
+
+ private:
+  Motion at_motors(const Motion& motion) const;
+
+  const ExcitationProblem& problem_;
+  Eigen::MatrixXd C_;  ///< motors of joints; empty without couplings
+  dynamics::Workspace<double> ws_;
+  Clearance clearance_;
+  Eigen::MatrixXd Y_, Y_base_;
+};
+
+/// log det of an information matrix; -infinity where it is not positive definite.
+double log_det(const Eigen::MatrixXd& H);
+/// Condition of the weighted regressor whose information this is.
+double condition(const Eigen::MatrixXd& H);
+
+/// How far torque and clearance limits are broken, in shares.
+double violation(const ExcitationProblem& problem, ExcitationJudge& judge, const Motion& motion,
+                 int stride = 1);
+
+/// Margins of a trajectory on a grid, and its information.
+TrajectoryReport examine_on(const ExcitationProblem& problem, ExcitationJudge& judge,
+                            const Fourier& series, const TimeGrid& grid);
+
+}  // namespace fricid::sim
