@@ -68,6 +68,7 @@ fix = {elbow = 0.5}
 [[friction.law]]
 law = "coulomb_viscous"
 Fc = [3]
+Fv = [1]
 )toml");
   EXPECT_EQ(e.robot.n(), 1);
   EXPECT_THAT(e.scene.joints, ElementsAre("shoulder"));
