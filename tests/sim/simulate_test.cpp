@@ -188,7 +188,8 @@ TEST(Truth, FrictionIsTextAndBack) {
               StartsWith("a.h5: unknown friction law 'none of ours'"));
   EXPECT_THAT(said("{", std::string(100'000, '[')), StartsWith("a.h5: 33 levels of lists"));
   EXPECT_THAT(said("}", "]"), StartsWith("a.h5:1: not JSON, or torn"));
-  EXPECT_THAT(said("[{", "[3,{"), StartsWith("a.h5: joints: found a list; allowed: a list of objects"));
+  EXPECT_THAT(said("[{", "[3,{"),
+              StartsWith("a.h5: joints: found a list; allowed: a list of objects"));
 }
 
 // Without armature a wrist link of 0.2 g m^2 is turned around by its friction within a step.
