@@ -189,6 +189,10 @@ TEST_F(ModelJson, MistakesAreNamed) {
   EXPECT_EQ(changed("\"shape\": \"cos(k q)\"", "\"shape\": \"tan(k q)\""),
             "bad.json: robot.linear_torques[0].shape: found \"tan(k q)\"; allowed: 1, sin(k q), "
             "cos(k q), q");
+  EXPECT_EQ(changed("\"motor\": 0", "\"motor\": 1"),
+            "bad.json: robot.couplings[0].motor: found 1; allowed: another joint");
+  EXPECT_EQ(changed("\"motor\": 0", "\"motor\": 2"),
+            "bad.json: robot.couplings[0].motor: found 2; allowed: 0 to 1");
   EXPECT_THAT(changed("\"law\": \"gms\"", "\"law\": \"gm\""),
               testing::StartsWith("bad.json: friction[0][8].law: found \"gm\"; allowed: "));
   EXPECT_THAT(changed("\"sigma0\"", "\"sigma9\""),
