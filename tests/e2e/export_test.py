@@ -110,7 +110,7 @@ class Export(ProgramTest):
 
     def test_inertia_that_no_body_has(self):
         text = json.dumps(model()).replace('"mass": 2.0', '"mass": -2.0')
-        self.refuse(r"model\.json: .*mass = -2", self.model(text), "urdf")
+        self.refuse(r"model\.json: robot\.joints\[0\]\.moves\.mass: found -2; allowed: above 0", self.model(text), "urdf")
 
     def test_output_that_is_a_file(self):
         taken = self.write("taken", "")
