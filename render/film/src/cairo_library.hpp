@@ -6,7 +6,7 @@
 
 namespace fricid::film {
 
-// clang-format off: of macros it makes stairs
+// clang-format off
 #define FRICID_CAIRO_FUNCTIONS(F) \
   F(arc) F(clip) F(close_path) F(create) F(destroy) F(fill) F(get_source) \
   F(image_surface_create) F(image_surface_create_from_png) F(image_surface_get_data) \
