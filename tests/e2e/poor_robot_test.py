@@ -193,7 +193,8 @@ class PoorRobot(ProgramTest):
         done = fricid("run", held, "-o", self.folder / "held")
         self.assertEqual(done.returncode, 0, done.stderr)
         fit = load(self.folder / "held" / "fit" / "simple_s1.json")
-        self.assertEqual([joint["name"] for joint in fit["joints"]], [j for j in JOINTS if j != "joint_a4"])
+        self.assertEqual([joint["joint"] for joint in fit["joints"]],
+                             [j for j in JOINTS if j != "joint_a4"])
         self.assertIn('fix = {"joint_a4" = 0.25}', (self.folder / "held" / "scene.toml").read_text())
         self.log("validation.csv", "validation")
         self.assert_refused(fricid("run", held, "-o", self.folder / "moving"),
