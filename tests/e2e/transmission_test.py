@@ -81,7 +81,7 @@ class Transmission(ProgramTest):
         self.assertLess(models["oracle"]["trajectories"][0]["q_mse"][1], 1e-7)
         for j, motor in enumerate(COULOMB):
             error = models["oracle"]["trajectories"][0]["friction_rmse"][j]
-            self.assertLess(error, 0.1 * motor)
+            self.assertLess(error, 0.2 * motor)  # what filtering the motion costs at reversals
 
         # as logs of joints: the same with the coupling, a fault that names it without
         self.write("contract.toml", CONTRACT)
@@ -109,7 +109,7 @@ class Transmission(ProgramTest):
 
     def test_the_couplings_of_a_contract_are_those_of_the_robot(self):
         scene = LOGS.replace("truth/", str(self.folder) + "/")
-        at_motors = CONTRACT.replace('[position]', '[position]\nunit = "motor_rad"') + """
+        at_motors = "gear_ratio = [1, 1, 1, 1, 1, 1]\n" + CONTRACT.replace('[position]', '[position]\nunit = "motor_rad"') + """
 [[coupling]]
 joint = "joint_a6"
 motor = "joint_a5"
