@@ -69,6 +69,7 @@ fix = {elbow = 0.5}
 law = "coulomb_viscous"
 Fc = [3]
 Fv = [1]
+v0 = 0.01
 )toml");
   EXPECT_EQ(e.robot.n(), 1);
   EXPECT_THAT(e.scene.joints, ElementsAre("shoulder"));

@@ -318,8 +318,11 @@ void check_contract(const Scene& scene, const fs::path& path) {
                       : "");
 }
 
+/// The current folder for a scene without a file.
 fs::path folder_of_scene(const Scene& scene) {
-  return fs::absolute(scene.origin.path).parent_path().lexically_normal();
+  return fs::absolute(scene.origin.path.empty() ? "scene" : scene.origin.path)
+      .parent_path()
+      .lexically_normal();
 }
 
 // Calls with each log of a scene.
