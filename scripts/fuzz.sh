@@ -7,7 +7,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 runs=${1:-1000000}
 shift || true
-targets=("${@:-log scene contract urdf model artefact hdf5}")
+targets=("$@")
+[ $# -gt 0 ] || targets=(log scene contract urdf model artefact hdf5)
 
 clang=$(command -v clang++ || compgen -c clang++- | sort -V | tail -1 || true)
 probe='extern "C" int LLVMFuzzerTestOneInput(const unsigned char*, unsigned long) { return 0; }'
@@ -21,7 +22,7 @@ if [ ! -f build/fuzz/build.ninja ]; then
   [ -n "$mujoco" ] || ! [ -d build/release/_deps/mujoco ] || mujoco=$PWD/build/release/_deps/mujoco
   cmake --preset fuzz -DCMAKE_CXX_COMPILER="$clang" -DCMAKE_C_COMPILER="${clang/++/}" -DMUJOCO_ROOT="$mujoco" >/dev/null
 fi
-cmake --build --preset fuzz | tail -1
+cmake --build build/fuzz --target write_corpus "${targets[@]/%/_fuzz}" | tail -1
 build/fuzz/tests/fuzz/write_corpus build/fuzz/seeds
 
 # All targets beside each other, as many as there are cores.
@@ -34,4 +35,4 @@ fuzz_one() {
   echo "$target: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") runs, $(sed -n 's/^stat::average_exec_per_sec: *//p' "$log") per second"
 }
 export -f fuzz_one
-printf '%s\n' ${targets[@]} | xargs -P "$(nproc)" -I{} bash -c 'fuzz_one {} '"$runs"
+printf '%s\n' "${targets[@]}" | xargs -P "$(nproc)" -I{} bash -c 'fuzz_one {} '"$runs"

@@ -118,7 +118,7 @@ class Builder {
         values[i] = name == "t" ? 0.01 * static_cast<double>(i)
                     : bytes_.ConsumeProbability<double>() < 0.9
                         ? 0.1 * static_cast<double>(i)
-                        : pick({NAN, INFINITY, 1e300, -1e300, 1e-320});
+                        : pick<double>({NAN, INFINITY, 1e300, -1e300, 1e-320});
       H5Dwrite(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
     }
     if (table >= 0) text_attribute(table, "unit", unit);

@@ -1,4 +1,5 @@
 // libFuzzer target: a model file. A model that is read can be written, read again and simulated.
+#include "fricid/base/files.hpp"
 #include "fricid/data/model_file.hpp"
 #include "target.hpp"
 
