@@ -1,4 +1,4 @@
-// Where the networks of lvm_paper start, and which of their weights move.
+// Initial weights of the networks of lvm_paper, and which of them are trained.
 #include "fricid/friction/robot_laws/lvm_paper.hpp"
 
 #include <algorithm>
@@ -11,7 +11,8 @@ constexpr double kWay = 2e-3,
                  kLonger = 3;      // of a latent from rest to stop [rad], of every next one
 constexpr double kSharpness = 10;  // of the stops
 constexpr double kWide = 30;       // half the range of u over which a single unit is straight
-constexpr double kFinest = 0.03, kCoarse = 0.4, kStep = 0.1;  // speeds that units look at [rad/s]
+constexpr double kFinest = 0.03, kCoarse = 0.4,
+                 kStep = 0.1;  // velocity scales of the units [rad/s]
 constexpr double kLatentGain = 1.5, kSpeedGain = 0.7;
 constexpr double kSpareOutput = 1e-4;
 constexpr double kLeastRate = 0.05, kMostRate = 3;
@@ -27,13 +28,13 @@ struct Layer {
   double* end() const { return begin + rows * (columns + 1); }
 };
 
-/// What a unit sees of its joint: speed [s/rad], one of the joint's latents, bias.
+/// Input weights of a unit: speed [s/rad], one latent of its joint, bias.
 struct Look {
   double v, z, bias;
-  int latent;  // index among all, 0 where z = 0
+  int latent;  // index among all latents; 0 if z = 0
 };
 
-/// Of `count` units of a joint that has these latents.
+/// Input weights of the `count` units of a joint with these latents.
 std::vector<Look> looks(int count, const std::vector<int>& own, double v_sd) {
   std::vector<Look> units;
   const auto see_latents = [&](double sign) {

@@ -1,4 +1,4 @@
-// The data doctor: what is wrong with a log, before a fit hides it.
+// The data doctor: finds faults of a log before it is used in a fit.
 #pragma once
 
 #include <span>
@@ -17,22 +17,22 @@ namespace fricid::doctor {
 /// quantised, saturated, spike, jump, repeated rows. Between signals: a velocity that is not the
 /// derivative of the position. Against dynamics, by linear regression of the torque on the motion
 /// under every hypothesis (a sign, a swap, degrees, a delay): sign, swapped, angle_unit,
-/// torque_unit, delay. With `robot` the regressors are its nominal torques and its limits count;
-/// without it only a negative inertia and a torque that friction would push give a sign away.
+/// torque_unit, delay. With `robot` the regressors are its nominal torques and its limits are
+/// checked; without it a wrong sign shows only as negative inertia or negative friction.
 /// @return notes and damage, times first
 /// @pre d.t, d.q, d.tau have equal lengths of at least 2; d.rate_hz is the usual rate
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot = nullptr);
 
-/// The log with the findings named in `names` repaired, and told so in `source`.
+/// The log with the findings named in `names` repaired; `source` lists the repairs.
 ///
 ///     gap          rows of missing values where samples are lost
-///     duplicate    the later of two rows of one time is dropped
-///     jitter, clock_drift    times are taken as uniform
+///     duplicate    the later of two rows of equal time is dropped
+///     jitter, clock_drift    times are replaced by uniform ones
 ///     spike, repeated        the samples become missing values
-///     jump         whole turns are taken out of the position
+///     jump         whole turns are removed from the position
 ///     sign, swapped, angle_unit    applied to the signals that the finding names
-///     delay        torque is moved back in time, by straight lines between samples
-///     velocity, temperature_unit   the velocity is left out; 273.15 K are added
+///     delay        torque is moved back in time, by linear interpolation
+///     velocity, temperature_unit   the velocity is removed; 273.15 K are added
 /// @throws UserError for a name that is no kind, cannot be repaired, or was not found
 data::Dataset repair(const data::Dataset& d, std::span<const Finding> findings,
                      std::span<const std::string> names);

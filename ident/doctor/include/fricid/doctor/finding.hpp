@@ -20,7 +20,7 @@ struct Kind {
   std::string_view consequence;  ///< what a fit would suffer
   std::string_view remedy;       ///< what the user can do
   bool fixable;                  ///< `repair` can
-  bool misleads = false;         ///< a fit would mean something else, not only be poorer
+  bool misleads = false;         ///< a fit would be wrong, not only less accurate
 };
 std::span<const Kind> kinds();
 /// @pre `name` is one of them
@@ -28,7 +28,7 @@ const Kind& kind_of(std::string_view name);
 
 /// One thing found.
 struct Finding {
-  std::string name{};       ///< of its Kind
+  std::string name{};       ///< Kind::name
   std::string signal{};     ///< t, q, v, tau, temperature, or "q tau" for both
   int joint = -1;           ///< -1: all joints
   int other = -1;           ///< second joint of a swap
@@ -37,7 +37,7 @@ struct Finding {
   double size = 0;          ///< how much, in `unit`
   std::string unit{};       //
   int count = 1;            ///< how often
-  std::vector<int> rows{};  ///< samples that `repair` acts on, where it needs them
+  std::vector<int> rows{};  ///< samples that `repair` changes; empty for kinds without
 };
 
 inline bool is_damage(const Finding& finding) {

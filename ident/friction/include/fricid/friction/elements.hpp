@@ -51,8 +51,8 @@ constexpr std::string_view numbered(int i) {
   return {text, size};
 }
 
-/// Presliding length of element i of n where nothing better is known [rad]: 0.2 to 4 mrad with
-/// growing gaps, so that no two elements of a fit start equal.
+/// Default presliding length of element i of n [rad]: 0.2 to 4 mrad with growing gaps, so that no
+/// two elements of a fit start equal.
 constexpr double typical_length(int i, int n) {
   constexpr double kShortest = 2e-4, kLongest = 4e-3;
   const double share = n == 1 ? 0.5 : static_cast<double>(i) / (n - 1);

@@ -10,7 +10,7 @@
 
 namespace fricid::friction {
 
-/// What one joint tells its friction, held over a step.
+/// Inputs of the friction of one joint, held over a step.
 template <class S>
 struct Input {
   S q;            ///< joint position [rad or m]
@@ -29,8 +29,8 @@ struct ParameterInfo {
   std::string_view symbol;  ///< as in papers and files, e.g. "sigma0"
   std::string_view unit;    ///< SI, e.g. "N m/rad"; "1" if dimensionless
   Role role;                ///< what it is; its unit is that of the role
-  double lower, upper;      ///< what a scene may say and a fit may reach
-  double typical;           ///< a middle-sized joint; start of a search and default in templates
+  double lower, upper;      ///< bounds in scenes and fits
+  double typical;           ///< of a medium-sized joint; start of a search and default in templates
   Scale scale;
   std::string_view meaning;  ///< one phrase
   int element = 0;  ///< 1, 2, ... of a numbered family ("k3": 3); 0: the only one of its kind
@@ -42,7 +42,7 @@ struct ParameterInfo {
   }
 };
 
-/// What the law suite may demand of a law beyond what it demands of all.
+/// Properties that the law suite checks beyond those of every law.
 struct Claims {
   bool odd = true;          ///< tau_f(-v, -z) = -tau_f(v, z) at q = load = 0, T = 293.15 K
   bool dissipative = true;  ///< no energy gain over closed cycles of z
@@ -51,9 +51,9 @@ struct Claims {
   bool settles = true;      ///< at constant v every state ends at steady_torque
 };
 
-/// How plots show a law.
+/// Colour and marker of a law in plots.
 struct PlotLook {
-  std::string_view colour;  ///< "#rrggbb", one of its own
+  std::string_view colour;  ///< "#rrggbb", unique to the law
   int marker;               ///< point type of gnuplot
 };
 
@@ -61,10 +61,10 @@ struct PlotLook {
 struct RobotLawSize {
   int joints = 1;
   int elements = 1;  ///< width of its networks
-  int latents = 2;   ///< states of a law whose number of states is free
+  int latents = 2;   ///< number of states, for laws where it can be chosen
 };
 
-/// Which inputs beside v a law or modifier looks at.
+/// Which inputs beside v a law or modifier uses.
 struct Reads {
   bool q = false, load = false, temperature = false;
 };
@@ -85,11 +85,10 @@ struct Reads {
 //     static constexpr std::string_view kSource;    paper
 //     static constexpr PlotLook kLook;              colour and marker in plots
 //     static constexpr Claims kClaims;  static constexpr Reads kReads;
-//     static constexpr int kMostElements;           made from 1 .. this many; 0: made from {}
-//     int state_size() const;
-//     std::span<const ParameterInfo> parameters() const;
-//     S    torque(const S* theta, const Input<S>& in, const S* z) const;
-//     void step(const S* theta, const Input<S>& in, double dt, S* z) const;
+//     static constexpr int kMostElements;           constructed from 1 .. this; 0: without
+//     arguments int state_size() const; std::span<const ParameterInfo> parameters() const; S
+//     torque(const S* theta, const Input<S>& in, const S* z) const; void step(const S* theta, const
+//     Input<S>& in, double dt, S* z) const;
 //     // vector-Jacobian products, hand-written; all *_bar are accumulated into
 //     void torque_pullback(const S* theta, const Input<S>& in, const S* z, S tau_bar,
 //                          S* theta_bar, Input<S>& in_bar, S* z_bar) const;
@@ -97,17 +96,17 @@ struct Reads {
 //                        const S* z_next_bar, S* theta_bar, Input<S>& in_bar, S* z_bar) const;
 //     S    steady_torque(const S* theta, const Input<S>& in) const;   limit of torque at constant v
 //
-// where it has states,
+// if it has states,
 //
 //     static constexpr std::string_view kStateUnit;
 //     void state_bound(const double* theta, double fastest, double* bound) const;
 //                                                   largest |z_i| reached from 0 at |v| <= fastest
 //
-// and, where networks are part of it,
+// if it contains networks,
 //
-//     void initialise(double* theta, Rng& rng) const;   writes the weights and nothing else
+//     void initialise(double* theta, Rng& rng) const;   writes the weights only
 //
-// and, where step and torque share work at one velocity,
+// and, if step and torque share work at one velocity,
 //
 //     S step_torque(const S* theta, const Input<S>& in, double dt, S* z) const;
 //                                                       step, then torque, to the last bit

@@ -26,9 +26,10 @@ struct Sloped {
   S value, slope;
 };
 
-/// activate(x) with its derivative; for Mish one exponential and one division give both:
-/// with e = exp x and n = e (e + 2),  mish = x n/(n + 2),  mish' = n/(n + 2) + 4 x e (e + 1)/(n +
-/// 2)^2.
+/// activate(x) with its derivative. Mish takes one exponential and one division for both:
+/// with e = exp x and n = e (e + 2),
+///
+///     mish = x n/(n + 2),   mish' = n/(n + 2) + 4 x e (e + 1)/(n + 2)^2.
 template <Activation activation, class S>
 Sloped<S> activate_with_slope(const S& x) {
   if constexpr (activation == Activation::kMish) {
@@ -110,7 +111,7 @@ void dense_pullback(int inputs, int outputs, const S* layer, const S* X, const S
                                      layer_bar + r * inputs, b_bar + r, X_bar);
 }
 
-/// A size of a network that its constructor is given.
+/// Template argument for a size that is given to the constructor.
 inline constexpr int kAtRunTime = 0;
 
 /// A network with kHidden layers of `width` units,
@@ -132,7 +133,7 @@ class Mlp {
   constexpr int width() const { return width_; }
   constexpr int weight_count() const { return hidden_begin(kHidden) + (width_ + 1) * outputs(); }
 
-  /// What `pullback` needs of a forward pass: units and the slopes of their activations.
+  /// Intermediate values that `pullback` needs: units and the slopes of their activations.
   template <int kColumns, class S>
   struct Tape {
     S unit[kHidden][kMostWidth * kColumns];
@@ -152,7 +153,7 @@ class Mlp {
     dense<kColumns>(width_, outputs(), weights + hidden_begin(kHidden), last, y);
   }
 
-  /// The same, with the tape written.
+  /// The same, recording the tape.
   template <int kColumns, class S>
   [[gnu::noinline]] void forward(const S* weights, const S* x, S* y,
                                  Tape<kColumns, S>& tape) const {
@@ -196,7 +197,7 @@ class Mlp {
     dense_pullback<kColumns>(inputs(), width_, weights, x, bar, weights_bar, x_bar);
   }
 
-  /// Starts the weights: W ~ N(0, 1/inputs of the layer), the last layer times `output_scale`,
+  /// Random initial weights: W ~ N(0, 1/inputs of the layer), the last layer times `output_scale`,
   /// b = 0. Draws weight_count() - biases numbers.
   void initialise(double* weights, Rng& rng, double output_scale) const {
     for (int l = 0; l <= kHidden; ++l) {

@@ -1,4 +1,4 @@
-// What the networks of a learned law see of the motion and the load.
+// Inputs of the networks of a learned law, from velocity and load.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@ namespace fricid::friction {
 ///
 ///     v/v_ref,   tanh(v/v1),   tanh(v/v2),   |load|/load_ref
 ///
-/// The two saturated ones tell presliding, the Stribeck range and sliding apart. Scales are
-/// parameters of the law, kSize of them in a row in theta.
+/// The two saturated ones distinguish presliding, the Stribeck range and sliding. The scales are
+/// kSize consecutive parameters of the law.
 template <class S>
 struct NetInputs {
   enum Index { kVRef, kV1, kV2, kLoadRef, kSize };

@@ -8,13 +8,13 @@
 
 namespace fricid::friction {
 
-/// kLayers recurrent layers of `width` units above one another and a linear output,
+/// kLayers stacked recurrent layers of `width` units and a linear output,
 ///
-///     g_l = activation(W_l u_l + U_l h_l + b_l),   u_1 = x,   u_{l+1} = g_l,   y = W g_kLayers +
-///     b,
+///     g_l = activation(W_l u_l + U_l h_l + b_l),   u_1 = x,   u_{l+1} = g_l,
+///     y   = W g_kLayers + b,
 ///
-/// where h is what the layers remember and g what they would remember next (kLayers x width, row
-/// by row). Weights (weight_count) are the layers in order, each (W U) row by row, then b.
+/// where h is the memory of the layers and g their next memory (kLayers x width, row by row).
+/// Weights (weight_count) are the layers in order, each (W U) row by row, then b.
 template <Activation activation, int kLayers, int kMostWidth, int kMostInputs>
 class RecurrentNet {
  public:
@@ -31,7 +31,7 @@ class RecurrentNet {
   static constexpr int kMostRow =
       (kMostInputs > kMostWidth ? kMostInputs : kMostWidth) + kMostWidth;
 
-  /// What `remember_pullback` needs of a forward pass.
+  /// Intermediate values that `remember_pullback` needs.
   template <class S>
   struct Tape {
     S input[kLayers][kMostRow];  // (u_l, h_l)
@@ -72,7 +72,8 @@ class RecurrentNet {
                       g_bar + (kLayers - 1) * width_);
   }
 
-  /// Vector-Jacobian product of `remember`: adds to weights_bar, x_bar and h_bar. g_bar is used up.
+  /// Vector-Jacobian product of `remember`: adds to weights_bar, x_bar and h_bar. g_bar is
+  /// overwritten.
   template <class S>
   [[gnu::noinline]] void remember_pullback(const S* weights, const Tape<S>& tape, S* g_bar,
                                            S* weights_bar, S* x_bar, S* h_bar) const {
@@ -90,8 +91,8 @@ class RecurrentNet {
     }
   }
 
-  /// Starts the weights: those on u_l ~ N(0, 1/inputs of the layer), those on h_l ~ N(0, 1/(3
-  /// width)), so that a memory fades, the output's times `output_scale`, b = 0.
+  /// Random initial weights: W_l ~ N(0, 1/inputs of the layer), U_l ~ N(0, 1/(3 width)), so that
+  /// memory fades, the output's W times `output_scale`, b = 0.
   void initialise(double* weights, Rng& rng, double output_scale) const {
     for (int l = 0; l < kLayers; ++l) {
       double* at = weights + layer_begin(l);

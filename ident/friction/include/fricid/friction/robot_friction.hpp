@@ -22,7 +22,7 @@ struct ModifierSpec {
 /// once. Backlash acts on the motion, the others on the torque, so its place among them is free.
 struct LawSpec {
   std::string law;
-  int elements = 0;  ///< where LawInfo::has_elements: their number or a network's width; else 0
+  int elements = 0;  ///< number of elements or network width if LawInfo::has_elements; else 0
   std::vector<ModifierSpec> modifiers;
 };
 
@@ -31,17 +31,18 @@ struct JointSpec {
   std::vector<LawSpec> laws;
 };
 
-/// A law of the whole robot by name; none where the name is empty.
+/// A law of the whole robot by name; empty name: none.
 struct RobotLawSpec {
   std::string law;
-  int elements = 0;                      ///< width of its networks
-  int latents = RobotLawSize{}.latents;  ///< where LawInfo::most_latents > 0; else of no meaning
+  int elements = 0;  ///< width of its networks
+  int latents =
+      RobotLawSize{}.latents;  ///< number of states if LawInfo::most_latents > 0; else unused
 };
 
-/// ParameterRef::joint of what belongs to the law of the whole robot.
+/// ParameterRef::joint of the parameters of the law of the whole robot.
 inline constexpr int kWholeRobot = -1;
 
-/// Where one entry of theta belongs.
+/// Meaning of one entry of theta.
 struct ParameterRef {
   int joint;           ///< index of the joint, or kWholeRobot
   int law;             ///< index of the law within the joint
@@ -50,7 +51,7 @@ struct ParameterRef {
   ParameterInfo info;
 };
 
-/// Sizes of the signals of every joint, see SignalScales. All (n).
+/// Scales of the signals of every joint, see SignalScales. All (n).
 struct SignalSizes {
   std::vector<double> q_mean, q_sd, v_sd, tau_sd;  ///< [rad] [rad] [rad/s] [N m]
 };
@@ -91,8 +92,8 @@ class RobotFriction {
   void step_torque(std::span<const S> theta, std::span<const Input<S>> in, double dt,
                    std::span<S> z, std::span<S> tau_f) const;
 
-  /// tau_f (n) that `torque` tends to when v, load and temperature stay as they are [N m];
-  /// hysteretic laws give 0 at v = 0. Needs no state: what a plot of friction against speed shows.
+  /// Limit of `torque` (n) at constant v, load and temperature [N m], from any state: the curve of
+  /// friction against speed. Hysteretic laws give 0 at v = 0.
   template <class S>
   void steady_torque(std::span<const S> theta, std::span<const Input<S>> in,
                      std::span<S> tau_f) const;
@@ -157,15 +158,15 @@ struct Friction {
 /// Typical value of every parameter: theta of a middle-sized robot, the start of a search.
 std::vector<double> default_theta(const RobotFriction& model);
 
-/// Linear friction of a joint that seeds a search.
+/// Coulomb and viscous friction of a joint, from which a search starts.
 struct FrictionGuess {
   double Fc = 1;  ///< Coulomb torque [N m]
   double Fv = 1;  ///< viscous coefficient [N m s/rad]
 };
 
-/// First guess of every parameter by its role: typical values, torques and what is a torque per
-/// something scaled by guess.Fc over the typical Coulomb torque, viscous coefficients guess.Fv,
-/// within bounds.
+/// First guess of every parameter by its role, within bounds: typical values, of which torques and
+/// torques per unit of something are scaled by guess.Fc over the typical Coulomb torque; viscous
+/// coefficients are guess.Fv.
 std::vector<double> start_from(const RobotFriction& model, const FrictionGuess& guess);
 
 /// Index in theta of the first parameter of a joint with that role; -1 without one.
@@ -176,28 +177,28 @@ int find_parameter(const RobotFriction& model, int joint, Role role);
 int find_parameter(const RobotFriction& model, int joint, std::string_view owner,
                    std::string_view symbol);
 
-/// Writes starting values of all network weights into theta, which keeps the rest: the weights of
-/// law l of joint j are drawn from (seed, j and l), so other joints do not matter; those of the law
-/// of the whole robot from (seed, n), and may depend on its scales, which are set before. Without
-/// networks nothing changes. An untrained network hardly changes the torque.
+/// Writes random initial values of all network weights into theta and leaves the rest: the weights
+/// of law l of joint j are drawn from (seed, j, l), independent of other joints; those of the law
+/// of the whole robot from (seed, n), and may depend on its scales, which must be set before. An
+/// untrained network hardly changes the torque.
 void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta);
 
-/// Writes the scales of a law of the whole robot into theta, within their bounds; nothing without
-/// one.
+/// Writes the scales of the law of the whole robot, if there is one, into theta, within their
+/// bounds.
 void set_signal_sizes(const RobotFriction& model, const SignalSizes& sizes,
                       std::span<double> theta);
 
-/// Step length of every parameter in training by gradients that starts at theta, relative to what
-/// moves all alike; 0 where a law of the whole robot holds a weight.
+/// Relative step length of every parameter in gradient training that starts at theta: 1, but a law
+/// of the whole robot may scale those of its weights, or hold a weight by 0.
 std::vector<double> training_rates(const RobotFriction& model, std::span<const double> theta);
 
 /// How many parameters a fit may move: all that are not Scale::kFixed.
 int free_parameter_count(const RobotFriction& model);
 
-/// Whether a law of either table holds a network, whose weights want random starting values.
+/// Whether a law of either table contains a network, whose weights need random initial values.
 bool is_learned(std::string_view law);
 
-/// Whether a law is one of the whole robot.
+/// Whether the law is one of the whole robot.
 bool is_robot_law(std::string_view law);
 
 /// Throws UserError when a parameter is outside its bounds; `where` starts the message.
@@ -213,13 +214,13 @@ struct LawInfo {
   bool has_elements;  ///< a run-time number of elements or width (laws) or terms (modifiers)
   Claims claims;
   int most_elements;            ///< largest such number; 0 where has_elements is false
-  std::string_view state_unit;  ///< of its states; empty where it has none
-  PlotLook look;                ///< of laws; modifiers have none
-  int most_latents = 0;         ///< of laws of the whole robot whose number of states is free
+  std::string_view state_unit;  ///< of its states; empty: no states
+  PlotLook look;                ///< of laws; unused for modifiers
+  int most_latents = 0;         ///< largest number of states where it can be chosen; else 0
 };
 std::span<const LawInfo> law_table();
 std::span<const LawInfo> modifier_table();
-std::span<const LawInfo> robot_law_table();  ///< of the whole robot; they claim nothing
+std::span<const LawInfo> robot_law_table();  ///< of the whole robot; without claims
 
 /// Row of a law of the whole robot. @throws UserError when unknown
 const LawInfo& find_robot_law(std::string_view name);

@@ -21,10 +21,10 @@ using RobotLaws = std::tuple<  //
     Rnn,                       //
     LvmPaper>;
 
-/// A law of a whole robot is what a law of a joint is (law.hpp), but made from its sizes, and with
-/// `in` (n), tau_f (n) and their adjoints in the place of single ones. Torques are added to tau_f.
-/// The first parameters are those of SignalScales. A law whose number of states is free has
-/// kMostLatents; one that holds some of its weights in training,
+/// A law of a whole robot has the members of a law of a joint (law.hpp), but is constructed from
+/// its sizes and takes `in` (n), tau_f (n) and their adjoints. Torques are added to tau_f. The
+/// first parameters are those of SignalScales. A law whose number of states can be chosen has
+/// kMostLatents; one whose weights train at different rates has
 ///
 ///     void training_rates(const double* theta, double* rate) const;   writes those of the weights
 template <class Law>

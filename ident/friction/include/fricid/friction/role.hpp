@@ -1,4 +1,4 @@
-// What a parameter is: starting values, bounds, reports and plots go by its role, never by its
+// The role of a parameter: starting values, bounds, reports and plots depend on it, never on the
 // symbol or unit.
 #pragma once
 
@@ -8,13 +8,14 @@
 
 namespace fricid::friction {
 
-/// What a parameter of a law or modifier is. Its unit is that of the role, see role_unit.
+/// Physical meaning of a parameter of a law or modifier. Its unit is that of the role, see
+/// role_unit.
 enum class Role {
   kNone,  ///< none stated; the law suite refuses it
   // torque levels
   kCoulomb,        ///< torque of slow sliding, the size of a joint's friction
   kStatic,         ///< torque at which sliding begins
-  kMemoryless,     ///< Coulomb torque of a law beside its bristles
+  kMemoryless,     ///< Coulomb torque of a law in parallel with its bristles
   kLevel,          ///< torque at which one element slides
   kNetworkTorque,  ///< scale of a network's torque
   // torque over speed
@@ -83,8 +84,8 @@ constexpr std::string_view role_unit(Role role) {
   return detail::kRoleUnits[static_cast<std::size_t>(role)];
 }
 
-/// Whether a parameter of the role grows with the size of a joint: a torque, or a torque per
-/// something.
+/// Whether a parameter of the role grows with the size of a joint: a torque, or a torque per unit
+/// of something.
 constexpr bool is_torque(Role role) { return role_unit(role).starts_with("N m"); }
 
 }  // namespace fricid::friction

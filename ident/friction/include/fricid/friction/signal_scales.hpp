@@ -1,4 +1,4 @@
-// Scales of what networks of the whole robot see and say: constants of the training data.
+// Input and output scales of networks of the whole robot: constants of the training data.
 #pragma once
 
 #include <vector>
@@ -12,8 +12,8 @@ namespace fricid::friction {
 inline constexpr int kMostJoints = 8;
 
 /// The first parameters of a law of the whole robot, all of them fixed: per joint the mean and the
-/// standard deviation of position, and the root mean square of velocity and friction torque. Its
-/// networks see and say numbers of order one,
+/// standard deviation of position, and the root mean square of velocity and friction torque.
+/// Inputs x and outputs y of its networks are of order one,
 ///
 ///     x = ((q - q_mean)/q_sd, v/v_sd)   (2 n),      tau_f = tau_sd y   (n).
 class SignalScales {
@@ -37,7 +37,7 @@ class SignalScales {
     }
   }
 
-  /// Vector-Jacobian product of `see`, which has given x.
+  /// Vector-Jacobian product of `see`; x is its result.
   template <class S>
   void see_pullback(const S* theta, const S* x, const S* x_bar, S* theta_bar,
                     Input<S>* in_bar) const {

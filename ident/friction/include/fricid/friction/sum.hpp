@@ -1,4 +1,4 @@
-// Sums of laws that have a name of their own.
+// Sums of laws with a name.
 #pragma once
 
 #include <string_view>
@@ -10,18 +10,18 @@ namespace fricid::friction {
 /// Name of the model that contains the laws, see `lvm_sum`.
 inline constexpr std::string_view kLvm = "lvm";
 
-/// What the memory of a joint is.
+/// The hysteretic part of the sum.
 enum class Memory {
   kBank,    ///< gms: springs that slip one after the other
   kBristle  ///< lugre: one bristle that yields smoothly
 };
 
-/// Which parts `lvm_sum` has.
+/// Parts of `lvm_sum`.
 struct LvmParts {
   Memory memory = Memory::kBank;
   int elements = 8;          ///< of the bank
-  bool temperature = false;  ///< where it is measured
-  bool load = true;          ///< of the level of the memory
+  bool temperature = false;  ///< of the memory and viscous torque
+  bool load = true;          ///< modifier of the memory
   bool power_flow = true;    ///< load, differently when motoring and when back-driving
   bool asymmetry = true;
   int ripples = 1;  ///< waves over the joint angle, of the memory
@@ -37,10 +37,10 @@ struct LvmParts {
 ///     viscous torque  viscous_power and coulomb_viscous, each {temperature, asymmetry}
 ///     load part       load_dependent
 ///
-/// Only the memory has Coulomb friction, only coulomb_viscous linear viscous friction; what the
-/// others have of it is to be kept at its least. Maxwell slip is the bank with Fs = Fc, Coulomb
-/// friction its limit of short springs, and a GMS or LuGre law is what is left without the other
-/// parts. No networks: every parameter has a name and a unit.
+/// Only the memory is to have Coulomb friction and only coulomb_viscous linear viscous friction:
+/// the caller keeps these parameters of the other laws at their lower bounds. Maxwell slip is the
+/// bank with Fs = Fc, Coulomb friction its limit of short springs; GMS and LuGre remain without the
+/// other parts. No networks: every parameter has a name and a unit.
 JointSpec lvm_sum(const LvmParts& parts);
 
 }  // namespace fricid::friction

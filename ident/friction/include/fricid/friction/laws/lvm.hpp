@@ -23,16 +23,16 @@ namespace fricid::friction {
 ///     ds_i/dt = (v - rho_i |v| s_i) / Delta_i,   rho_i = exp(3 tanh(r_i/3))
 ///
 /// (n0, n1) come from one network y(x), two hidden layers of `elements` Mish units, made odd and
-/// even by a second look at the mirrored input x~ (all of x negated but |load|):
+/// even by evaluating it at the mirrored input x~ too (all of x negated but |load|):
 ///
 ///     n0 = y_0(x) - y_0(x~),   n1 = y_1(x) + y_1(x~),   so that   tau(-v, -s) = -tau(v, s).
 ///
-/// r_i is a network of its own, one hidden layer of kRateWidth Mish units, that sees the sliding
-/// direction as positive: (|v|/v_ref, tanh(|v|/v1), tanh(|v|/v2), sgn(v) s_i, |load|/load_ref).
+/// r_i is a network of its own, one hidden layer of kRateWidth Mish units, with inputs in the
+/// direction of sliding: (|v|/v_ref, tanh(|v|/v1), tanh(|v|/v2), sgn(v) s_i, |load|/load_ref).
 ///
 /// While the joint slides every latent falls towards sgn(v)/rho_i, |s_i| <= e^3; at v = 0 it keeps
 /// its value. `step` holds rho_i over the step and is exact in the rest, so two half steps equal
-/// one only where rho_i does not depend on s_i. Nothing keeps a network from giving energy back.
+/// one only where rho_i does not depend on s_i. The networks are not dissipative by construction.
 /// With all weights zero the law is L Dahl bristles of level K_i and length Delta_i with Coulomb
 /// and viscous friction. State: s_i (L).
 template <int kLatents>
@@ -74,7 +74,7 @@ class BasicLvm {
   static constexpr int K(int i) { return kBristles + 2 * i; }
   static constexpr int delta(int i) { return kBristles + 2 * i + 1; }
 
-  /// Starts the weights; outputs are small, so that the bristles are what the law starts as.
+  /// Random initial weights with small outputs, so that the law starts as its bristles.
   void initialise(double* theta, Rng& rng) const {
     constexpr double kOutputScale = 0.01;
     net_.initialise(theta + kCommon, rng, kOutputScale);
@@ -180,8 +180,8 @@ class BasicLvm {
     in_bar.v += speed_bar * sign(in.v);
   }
 
-  /// Torque where all latents stand still, rho_i sgn(v) s_i = 1, found by halving e^-3 .. e^3;
-  /// there is always such a point, and where there are several the state decides which one sliding
+  /// Torque at an equilibrium of all latents, rho_i sgn(v) s_i = 1, found by bisection of
+  /// e^-3 .. e^3. There is at least one; with several, the state decides which one sliding
   /// reaches. v = 0 returns 0.
   template <class S>
   S steady_torque(const S* theta, const Input<S>& in) const {
@@ -241,7 +241,7 @@ class BasicLvm {
     x[4] = features.load;
   }
 
-  template <class S>  // rho from what the network says
+  template <class S>  // rho from the network's output
   static S rate(const S& r) {
     return exp(S(kLogRateLimit) * tanh(r / S(kLogRateLimit)));
   }

@@ -13,13 +13,13 @@
 
 namespace fricid::friction {
 
-/// Friction without memory, its shape a network:
+/// Friction without memory as Coulomb and viscous friction plus a network:
 ///
-///     tau = Fc (tanh(v/v0) + n(x)) + Fv v,   x = (v/v_ref, tanh(v/v1), tanh(v/v2),
-///     |load|/load_ref) n(x) = y(x) - y(x~),   x~ = x with all negated but |load|
+///     tau = Fc (tanh(v/v0) + n(x)) + Fv v,   n(x) = y(x) - y(x~)
+///     x   = (v/v_ref, tanh(v/v1), tanh(v/v2), |load|/load_ref),   x~: all negated but |load|
 ///
-/// y has two hidden layers of `elements` Mish units; n is odd in v by construction. Nothing keeps
-/// it from giving energy back. No state.
+/// y has two hidden layers of `elements` Mish units; n is odd in v by construction, but not
+/// dissipative. No state.
 class Neural {
  public:
   enum Index { kFc, kV0, kFv, kScales, kCommon = kScales + NetInputs<double>::kSize };
@@ -42,8 +42,8 @@ class Neural {
     return std::span(kTable).first(static_cast<std::size_t>(kCommon + net_.weight_count()));
   }
 
-  /// Starts the weights; the output is small, so that Coulomb and viscous friction are what the law
-  /// starts as.
+  /// Random initial weights with a small output, so that the law starts as Coulomb and viscous
+  /// friction.
   void initialise(double* theta, Rng& rng) const {
     constexpr double kOutputScale = 0.01;
     net_.initialise(theta + kCommon, rng, kOutputScale);

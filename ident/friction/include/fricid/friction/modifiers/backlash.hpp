@@ -24,10 +24,10 @@ namespace fricid::friction {
 /// law reaches tau_0 = 0 is found by one secant, so a law enters the gap with a stored torque of
 /// second order in dt. In the one step in which contact is made or lost, the law sees the mean of
 /// its velocity, which is exact for laws that do not depend on rate; there the composition is not a
-/// semigroup. No energy is made: in the gap tau_0 resists, and out of it the law keeps its own
-/// account.
+/// semigroup. The gap creates no energy: in it tau_0 resists the motion, outside it the law acts
+/// alone.
 ///
-/// A law without state stores nothing: it is in contact or silent. State: g (1) [rad].
+/// A law without state has tau_0 = 0: full torque in contact, none in the gap. State: g (1) [rad].
 class Backlash {
  public:
   enum Index { kB, kSize };

@@ -14,9 +14,9 @@ namespace fricid::friction {
 ///
 ///     tau' = tau + Fv (exp(-beta (T - T0)) - 1) v
 ///
-/// Grease thins by some percent per kelvin, Coulomb friction by less than one: `temperature` alone,
-/// one factor for the whole law, cannot be both. Warmer than T0 it takes torque away; where that is
-/// more than the law has, friction would drive.
+/// Viscous friction falls by some percent per kelvin, Coulomb friction by less than one:
+/// `temperature` alone, one factor for the whole law, cannot represent both. Above T0 the modifier
+/// reduces the torque; if it takes more than the law has, friction drives the joint.
 class Viscosity {
  public:
   enum Index { kFv, kBeta, kT0, kSize };

@@ -11,13 +11,13 @@
 
 namespace fricid::friction {
 
-/// The latent-variable model as published: one network says the friction torque of the whole robot,
-/// another the rate of its latent states, both from everything there is,
+/// The latent-variable model as published: one network gives the friction torque of the whole
+/// robot, another the rates of its latent states, both from all positions, velocities and latents,
 ///
 ///     x = ((q - q_mean)/q_sd, v/v_sd, z),    tau_f = tau_sd o y(x),    dz/dt = 300/s eta(x).
 ///
-/// y has two hidden layers of `elements` Mish units, eta one. `step` is an explicit Euler step, and
-/// holds |z_i| <= kMost, since nothing in eta keeps z from running away. State: z (latents).
+/// y has two hidden layers of `elements` Mish units, eta one. `step` is an explicit Euler step that
+/// clamps |z_i| to kMost, since eta alone does not bound z. State: z (latents).
 ///
 /// The networks start where they can be trained. Latent i follows the speed of joint j = i mod n
 /// between two stops, which takes four units,
@@ -59,11 +59,11 @@ class LvmPaper {
     return table;
   }
 
-  /// Starts the weights, after the scales.
+  /// Writes the initial weights; the scales must be set before.
   void initialise(double* theta, Rng& rng) const;
 
-  /// The size of the weight within bounds, 1 where it starts at zero; 0 for weights between joints
-  /// and on positions.
+  /// Rate of every weight: its size at the start within bounds, 1 if it starts at zero; 0 for
+  /// weights between joints and on positions.
   void training_rates(const double* theta, double* rate) const;
 
   template <class S>
@@ -114,7 +114,7 @@ class LvmPaper {
     see_pullback(theta, x, x_bar, theta_bar, in_bar, z_bar);
   }
 
-  /// Torque at z = 0: sliding on, z need not settle anywhere.
+  /// Torque at z = 0: z need not converge at constant v.
   template <class S>
   void add_steady_torque(const S* theta, const Input<S>* in, S* tau_f) const {
     const S z[kMostLatents] = {};
@@ -149,8 +149,8 @@ class LvmPaper {
     const int n = scales_.joints();
     return input < n ? -1 : input < 2 * n ? input - n : joint_of(input - 2 * n);
   }
-  /// How the units of eta are shared out: first those that see u, two per joint that has latents,
-  /// or one where room is short; then two per latent that stop it; the rest is spare.
+  /// Use of the units of eta: first those of u, two per joint that has latents, or one if there
+  /// are too few; then two per latent for its stops; the rest is spare.
   struct RateUnits {
     int joints, per_joint, stopped;
   };

@@ -15,8 +15,8 @@ namespace fricid::friction {
 ///
 ///     tau_f = tau_sd o y(x),   x = ((q - q_mean)/q_sd, v/v_sd)
 ///
-/// y has two hidden layers of `elements` ReLU units. Nothing makes it odd in v, or dissipative, or
-/// says what it does where no data have been. No state.
+/// y has two hidden layers of `elements` ReLU units. It is neither odd in v nor dissipative by
+/// construction, and arbitrary outside the range of the training data. No state.
 class Nn {
  public:
   static constexpr std::string_view kName = "nn";
@@ -40,7 +40,7 @@ class Nn {
     return table;
   }
 
-  /// Starts the weights; the output is small, so that the law starts as next to no friction.
+  /// Random initial weights with a small output, so that friction starts near zero.
   void initialise(double* theta, Rng& rng) const {
     constexpr double kOutputScale = 0.01;
     net_.initialise(theta + scales_.size(), rng, kOutputScale);

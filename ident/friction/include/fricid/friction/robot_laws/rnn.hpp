@@ -11,19 +11,18 @@
 
 namespace fricid::friction {
 
-/// One recurrent network for the friction of the whole robot: three layers of `elements` ReLU units
-/// that remember themselves, and a linear output,
+/// One recurrent network for the friction of the whole robot: three recurrent layers of `elements`
+/// ReLU units and a linear output,
 ///
-///     tau_f = tau_sd o y(g(x, h)),    h <- g(x, h) once per sample,    x = ((q - q_mean)/q_sd,
-///     v/v_sd).
+///     tau_f = tau_sd o y(g(x, h)),    h <- g(x, h) once per sample,
+///     x     = ((q - q_mean)/q_sd, v/v_sd).
 ///
-/// A recurrent network knows no time, only samples: its memory h moves when the steps since the
-/// last move make up one `sample`, at the motion then, however finely the host steps; a step longer
-/// than a sample moves it once. The torque is no such stair: it shows the network the motion of the
-/// moment beside h, since friction held for a sample would let a light joint chatter. In the host's
-/// scheme, where z moves with the new motion before the torque is asked for, this makes the torque
-/// at a sample the second look at its motion. State: h (3 x elements), then the share of a sample
-/// that has passed.
+/// The network is discrete in time: however finely the host steps, its memory h is updated when the
+/// steps since the last update add up to one `sample`, with the motion at that time; a step longer
+/// than a sample updates it once. The torque is evaluated at the present motion and h, not held
+/// over the sample, since held friction would make a light joint chatter. In the host's scheme z is
+/// updated with the new motion before the torque is read, so at a sample the network has the same
+/// motion twice, in h and in x. State: h (3 x elements), then the elapsed share of a sample.
 class Rnn {
  public:
   static constexpr std::string_view kName = "rnn";
@@ -51,7 +50,7 @@ class Rnn {
     return table;
   }
 
-  /// Starts the weights; the output is small, so that the law starts as next to no friction.
+  /// Random initial weights with a small output, so that friction starts near zero.
   void initialise(double* theta, Rng& rng) const {
     constexpr double kOutputScale = 0.01;
     net_.initialise(theta + net_begin(), rng, kOutputScale);
@@ -102,7 +101,7 @@ class Rnn {
     const int size = net_.memory_size();
     const S now = z[size] + S(dt) / theta[sample()];
     const auto moves = now > S(1 - kSlack);
-    // a rest that is rounded to 0 depends on nothing
+    // a remainder rounded to 0 has no derivative
     const S now_bar =
         select(moves, select(rest(now, moves) == S(0), S(0), z_next_bar[size]), z_next_bar[size]);
     z_bar[size] += now_bar;
@@ -146,7 +145,7 @@ class Rnn {
   constexpr int sample() const { return scales_.size(); }
   constexpr int net_begin() const { return sample() + 1; }
 
-  /// Share of a sample that has passed after a step, rounding and whole further samples taken off.
+  /// Elapsed share of a sample after a step, without whole further samples and rounding.
   template <class S, class Mask>
   static S rest(const S& now, const Mask& moves) {
     const S over = now - S(1);
