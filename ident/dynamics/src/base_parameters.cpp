@@ -72,13 +72,13 @@ BaseParameters base_parameters(const RobotModel& model) {
   }
   W *= scale.cwiseInverse().asDiagonal();
 
-  // rank and its clearness
+  // rank and the gap that decides it
   const Eigen::ColPivHouseholderQR<MatrixXd> pivoted(W);
   const VectorXd pivots = pivoted.matrixR().diagonal().cwiseAbs();
   const auto b = (pivots.array() > kIndependent * pivots(0)).count();
   base.gap = b < p ? pivots(b - 1) / std::max(pivots(b), 1e-300) : pivots(b - 1) / 1e-300;
 
-  // in the order of pi, so that outer links are grouped onto inner ones: keep what adds a direction
+  // in the order of pi, so that outer links are grouped onto inner ones: keep independent columns
   MatrixXd basis(W.rows(), b);
   for (int k = 0; k < p && std::ssize(base.columns) < b; ++k) {
     VectorXd residual = W.col(k);

@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 
 constexpr double kRiseTime = 0.03;        // [s]
 constexpr double kShareOfLinks = 1. / 3;  // of the links' inertia, where there are no limits
-constexpr double kNothing = 1e-9;         // of the robot's largest inertia
+constexpr double kNothing = 1e-9;         // of the robot's largest inertia; below it counts as zero
 constexpr double kDensity = 2000;         // of a link, hollows included [kg/m^3]
 constexpr double kStrictly = 1e-6;        // least eigenvalue of a pseudo-inertia over the mass
 constexpr int kPoses = 20;

@@ -54,7 +54,7 @@ urdf::ModelInterfaceSharedPtr parse_tree(const std::string& text, const std::str
   return tree;
 }
 
-/// What urdfdom does not report: line numbers, the order in the file, the <fricid> element.
+/// Information that urdfdom does not give: line numbers, order in the file, the <fricid> element.
 struct JointElement {
   int line = 0;
   int order = 0;
@@ -179,7 +179,7 @@ class Builder {
   void visit(const urdf::Link& link, Frame frame) {
     frame.name = link.name;
     model_.frames.push_back(frame);
-    if (link.inertial && frame.link >= 0) {  // what never moves may have any
+    if (link.inertial && frame.link >= 0) {  // inertia of the base is not used
       check_inertial(*link.inertial, document_.at_link(link.name));
       add_payload(model_, frame, link.inertial->mass, to_eigen(link.inertial->origin.position),
                   inertia_about_com(*link.inertial));
@@ -218,7 +218,7 @@ class Builder {
            joint.type == urdf::Joint::PRISMATIC;
   }
 
-  /// @throws UserError for a weld of what is no joint that moves, or beyond its limits
+  /// @throws UserError for a weld of an unknown or fixed joint, or beyond its limits
   void check_welds(const urdf::ModelInterface& tree, const std::string& where) const {
     std::vector<std::string> known;
     for (const auto& [name, joint] : tree.joints_)
@@ -236,7 +236,7 @@ class Builder {
     }
   }
 
-  /// Welds what follows a welded joint, or follows what follows one.
+  /// Welds joints that mimic a welded joint, directly or through others.
   void weld_followers(const urdf::ModelInterface& tree) {
     for (bool found = true; found;) {
       found = false;

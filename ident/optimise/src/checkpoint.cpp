@@ -40,7 +40,7 @@ void Checkpoint::write(const Record& record) const {
 
 void Checkpoint::remove() const {
   if (path_.empty()) return;
-  std::error_code kept;  // what others have put there stays
+  std::error_code kept;  // a folder with other files stays
   std::filesystem::remove(path_, kept);
   std::filesystem::remove(path_.parent_path(), kept);
 }

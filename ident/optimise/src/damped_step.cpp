@@ -11,7 +11,7 @@
 namespace fricid::optimise {
 namespace {
 
-/// Takes coordinate i out of the step.
+/// Excludes coordinate i from the step.
 void hold(Eigen::Index i, Eigen::MatrixXd& H, Eigen::VectorXd& g) {
   H.row(i).setZero();
   H.col(i).setZero();

@@ -10,7 +10,8 @@
 namespace fricid::signals {
 namespace {
 
-constexpr double kForgotten = 1e-15;  // share of a start-up transient left after the padding
+constexpr double kForgotten =
+    1e-15;  // share of a start-up transient that remains after the padding
 
 }  // namespace
 

@@ -42,10 +42,10 @@ RowMatrix central_difference(const RowMatrix& q, double dt) {
   return v;
 }
 
-// Standard deviation of white noise on each column of x (n), from what a filter took out of it.
+// Standard deviation of white noise on each column of x (n), from the part that a filter removed.
 Eigen::VectorXd noise_above_band(const RowMatrix& x, const RowMatrix& filtered,
                                  const ZeroPhaseButterworth& filter) {
-  // white noise leaves this share of its variance above the band; the median forgives reversals
+  // white noise has this share of its variance above the band; the median is robust to reversals
   double share = 0;
   for (int i = 0; i < kFrequencies; ++i) {
     const double above = 1 - filter.gain((i + 0.5) / kFrequencies * filter.rate_hz() / 2);

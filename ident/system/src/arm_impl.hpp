@@ -84,7 +84,7 @@ void ArmStepper<S>::drift_position(double h, std::span<S> q, std::span<const S> 
   }
 }
 
-/// The first part of a leap: in_ and tau_f_ where the kick finds them, z and q moved there.
+/// The first drift of a leap: moves q and z, and sets in_ and tau_f_ for the kick.
 template <class S>
 void ArmStepper<S>::approach(double before, std::span<S> q, std::span<const S> v, std::span<S> z) {
   const friction::RobotFriction& friction = arm_.friction.model;

@@ -3,7 +3,7 @@
 namespace fricid {
 namespace {
 
-/// x B', a zero of B taking nothing from a missing value.
+/// x B', with 0 * NaN = 0 for zeros of B.
 RowMatrix times_transposed(ConstRowMatrix x, const Eigen::MatrixXd& B) {
   if (B.size() == 0 || x.size() == 0) return x;
   RowMatrix out = RowMatrix::Zero(x.rows(), x.cols());

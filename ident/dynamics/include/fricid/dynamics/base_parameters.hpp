@@ -11,6 +11,7 @@ namespace fricid::dynamics {
 /// Base parameters: the identifiable combinations of the standard parameters (Gautier 1991),
 ///     Y(q, v, a) pi = Y(q, v, a)[:, columns] pi_b,    pi_b = K pi.
 /// Found by column-pivoted QR of regressors at random states within the limits (fixed seed).
+/// b base parameters of p standard ones.
 struct BaseParameters {
   std::vector<int> columns;         ///< chosen independent columns of Y, ascending (b)
   Eigen::MatrixXd K;                ///< (b x p); K[:, columns] = I

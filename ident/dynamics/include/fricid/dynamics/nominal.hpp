@@ -1,4 +1,5 @@
-// What a robot's file leaves out, refused or guessed: usual rotor inertias, joints without inertia.
+// Inertias that a robot's file leaves out: typical rotor inertias are guessed, a joint without any
+// inertia is refused.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,24 +10,24 @@
 
 namespace fricid::dynamics {
 
-/// Usual armature of each joint (n) [kg m^2]: the inertia that the effort limit accelerates to the
-/// velocity limit in 0.03 s. Small and large industrial arms agree with this within a factor of 4.
-/// Without limits, a third of the largest inertia of the links about the joint.
+/// Typical armature of each joint (n) [kg m^2]: the inertia that the effort limit accelerates to
+/// the velocity limit in 0.03 s. Small and large industrial arms agree with this within a factor
+/// of 4. Without limits, a third of the largest inertia of the links about the joint.
 Eigen::VectorXd usual_armature(const RobotModel& robot);
 
 /// @throws UserError naming `source`, link and joint if a joint has no inertia in any pose, the
 /// other joints being free: the mass matrix is singular
 void require_inertia(const RobotModel& robot, const std::string& source);
 
-/// Joints by what was guessed of them.
+/// Joints with guessed parameters.
 struct Guesses {
   std::vector<int> armature;  ///< `usual_armature`
-  std::vector<int> inertia;   ///< of the moved link: that of a ball of its mass
+  std::vector<int> inertia;   ///< of the moved link: a ball of its mass
 
   bool empty() const { return armature.empty() && inertia.empty(); }
 };
 
-/// A robot whose inertia can be the start and the mean of an estimation.
+/// A robot with inertias that can serve as starting values and as the mean of a prior.
 struct Nominal {
   RobotModel robot;
   Guesses guesses;

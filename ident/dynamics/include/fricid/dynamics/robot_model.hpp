@@ -25,10 +25,10 @@ struct Joint {
   Eigen::Vector3d p0 = Eigen::Vector3d::Zero();
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector in frame i
   double lower = 0, upper = 0;                      ///< position limits [rad or m]
-  double velocity = 0;                              ///< limit [rad/s or m/s]; 0: none given
-  double effort = 0;                                ///< limit [N m or N]; 0: none given
-  double acceleration = 0;                          ///< limit [rad/s^2]; 0: none given
-  double jerk = 0;                                  ///< limit [rad/s^3]; 0: none given
+  double velocity = 0;                              ///< limit [rad/s or m/s]; 0: unknown
+  double effort = 0;                                ///< limit [N m or N]; 0: unknown
+  double acceleration = 0;                          ///< limit [rad/s^2]; 0: unknown
+  double jerk = 0;                                  ///< limit [rad/s^3]; 0: unknown
 };
 
 /// A frame fixed to link `link` (-1: base) with pose (R, p) in the link's frame.
@@ -65,12 +65,12 @@ struct Coupling {
 ///
 /// link inertia expressed in and taken about frame i. Units kg, kg m, kg m^2, N m.
 ///
-/// Rotors turn and friction acts at the motors. Those of most arms turn one joint each; else
+/// Armature and friction act at the motors. On most arms each motor turns one joint; else
 ///
 ///     q = A m,   tau_m = A' tau_q,   A = 1 + couplings,
 ///
-/// and `q, v, a, tau` of every algorithm that moves the arm are m, its derivatives and tau_m. Joint
-/// limits, poses of frames and linear torques stay at the joints.
+/// and `q, v, a, tau` of every dynamics algorithm are m, its derivatives and tau_m. Joint limits,
+/// poses of frames and linear torques refer to the joints.
 struct RobotModel {
   std::string name;
   std::vector<Joint> joints;
@@ -92,10 +92,10 @@ struct RobotModel {
   std::vector<std::string> parameter_names() const;
 };
 
-/// Joints that are welded. Those that <mimic> one of them are welded with it.
+/// Joints to be fixed at a position. Joints that <mimic> one of them are fixed with it.
 struct Welds {
-  std::map<std::string, double> at;  ///< position by joint [rad or m]; NaN: anywhere
-  std::string where = "fix";         ///< where they are asked for, for messages
+  std::map<std::string, double> at;  ///< position by joint [rad or m]; NaN: any
+  std::string where = "fix";         ///< key that asks for them, for messages
 };
 
 /// Reads a URDF: a tree of revolute, continuous, prismatic and fixed joints. Links behind fixed or
@@ -104,7 +104,7 @@ struct Welds {
 /// @param mount  rotation that takes base vectors to world vectors; gravity = mount' (0, 0, -9.81)
 /// @throws UserError naming file, link or joint: missing or non-positive mass, inertia that is not
 ///         physical, unsupported joint type, <mimic> of a joint that moves, no moving joint, file
-///         missing, a weld of no joint or beyond its limits
+///         missing, a weld of an unknown joint or beyond its limits
 RobotModel load_urdf(const std::filesystem::path& path,
                      const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity(),
                      const Welds& welds = {});

@@ -23,7 +23,7 @@ class Adam {
   bool step(const Eigen::VectorXd& gradient, double rate, const Eigen::VectorXd& rates,
             const Box& box, Eigen::VectorXd& x);
 
-  /// What a step depends on besides its arguments, for checkpoints.
+  /// State of the optimiser, for checkpoints.
   template <class Archive>
   void visit(Archive& archive) {
     archive("adam.m", m_);

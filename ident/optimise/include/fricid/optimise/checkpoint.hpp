@@ -1,4 +1,4 @@
-// State of an unfinished search as a file: the same command continues from it.
+// State of an unfinished search as a file, from which the same command continues.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,8 +24,8 @@ struct Record {
   bool operator==(const Record&) const = default;
 };
 
-/// Writes what `visit(archive)` of a state names into a record: numbers, vectors, texts, and lists
-/// of structs with a `visit` of their own, a column "list.field" for each field.
+/// Writes the fields that `visit(archive)` of a state names into a record: numbers, vectors, texts,
+/// and lists of structs with a `visit` of their own, a column "list.field" for each field.
 class RecordWriter {
  public:
   explicit RecordWriter(Record& record) : record_(record) {}
@@ -56,9 +56,9 @@ class RecordWriter {
   std::string prefix_;
 };
 
-/// Reads a record back into a state. Every name that the state visits must be there, whole numbers
-/// within their type, vectors of the size that the state has.
-/// @throws std::out_of_range where that is not so
+/// Reads a record back into a state.
+/// @throws std::out_of_range when a visited name is missing, a whole number does not fit its type,
+///         or a vector differs in size from that of the state
 class RecordReader {
  public:
   explicit RecordReader(const Record& record) : record_(record) {}
@@ -100,19 +100,18 @@ class RecordReader {
   std::size_t row_ = 0;
 };
 
-/// Keeps the state of one search in a file, or nowhere. Numbers are restored to the last bit, so a
-/// continued search gives the same bytes as an uninterrupted one.
+/// Saves the state of one search in a file, if it has one. Numbers are restored to the last bit, so
+/// a continued search gives the same bytes as an uninterrupted one.
 class Checkpoint {
  public:
-  /// Nowhere: loads nothing, saves nothing.
+  /// Without a file: loads and saves nothing.
   Checkpoint() = default;
-  /// @param key  of everything that the search depends on: another search's state is not taken
+  /// @param key  hash of everything that the search depends on; a state with another key is ignored
   Checkpoint(std::filesystem::path path, std::string key);
 
-  /// Takes over the state saved last: all that `state.visit(archive)` names. A state is left as it
-  /// is where there is no file, or one of another key or of other names, or one that its
-  /// `agrees()`, if it has that, denies.
-  /// @return whether it was taken over
+  /// Restores the fields that `state.visit(archive)` names. The state is unchanged if there is no
+  /// file, if its key or names differ, or if the restored state has `agrees()` and it is false.
+  /// @return whether the state was restored
   template <class State>
   bool load(State& state) const {
     const std::optional<Record> record = read();
@@ -140,7 +139,7 @@ class Checkpoint {
     write(record);
   }
 
-  /// To be called when the search is done: removes the file, and its folder when that is empty.
+  /// Removes the file, and its folder if that is empty. To be called when the search is done.
   void remove() const;
 
  private:

@@ -1,4 +1,4 @@
-// Stochastic descent; held-out data choose the result.
+// Stochastic gradient descent with the result chosen on held-out data.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,9 +15,9 @@ namespace fricid::optimise {
 struct DescentOptions {
   int iterations = 1000;
   double rate = 1;  ///< first step length, see `step_length`
-  int checks = 10;  ///< how often the held-out error is looked at, evenly over the iterations
-  /// If a check finds `lost` times the best held-out error, the descent returns to the best point,
-  /// with steps `shorter` times as long; infinite: never.
+  int checks = 10;  ///< evaluations of the held-out error, evenly spread over the iterations
+  /// If the held-out error exceeds `lost` times the best one, the descent returns to the best point
+  /// and multiplies its step length by `shorter`; infinite: never.
   double lost = std::numeric_limits<double>::infinity();
   double shorter = 0.3;
 };
@@ -28,12 +28,12 @@ double step_length(int iteration, int iterations);
 
 /// History of a descent.
 struct DescentHistory {
-  std::vector<double> loss;      ///< per iteration, of its batch
-  std::vector<int> checked;      ///< iterations after which the held-out error was taken, 0 first
+  std::vector<double> loss;      ///< of each iteration's batch
+  std::vector<int> checked;      ///< iterations after which held-out error was evaluated; first 0
   std::vector<double> held_out;  ///< one per entry of `checked`
   int best = 0;                  ///< index of the chosen entry
   int skipped = 0;               ///< iterations without a finite gradient
-  int returns = 0;               ///< how often it went back to the best
+  int returns = 0;               ///< returns to the best point, see DescentOptions::lost
 
   double best_held_out() const { return held_out[static_cast<std::size_t>(best)]; }
   int best_iteration() const { return checked[static_cast<std::size_t>(best)]; }
@@ -47,14 +47,14 @@ concept DescentPoint = std::copyable<P> &&
   point.move_to(c);
 };
 
-/// What is minimised, and by which steps:
+/// Objective and update rule:
 ///
-///     begin(point)         a first step is taken from here: forget what steps have learned
-///     prepare(k, point)    before iteration k: bring up to date what is not differentiated
+///     begin(point)         before the first step from a point: reset the optimiser's state
+///     prepare(k, point)    before iteration k: update quantities that are not differentiated
 ///     loss(point, g)       loss of the next random batch and its gradient with respect to c
-///     step(point, g, r)    c after a step of length r, or c itself where g is not finite
-///     held_out(point)      error on data that no batch holds
-///     describe(l, h)       a loss and a held-out error for the progress line
+///     step(point, g, r)    c after a step of length r and true; c and false if g is not finite
+///     held_out(point)      error on held-out data
+///     describe(l, h)       text of loss l and held-out error h for the progress line
 template <class D, class P>
 concept DescentProblem = requires(D problem, const P point, int iteration, Eigen::VectorXd& g,
                                   double x) {
@@ -66,8 +66,8 @@ concept DescentProblem = requires(D problem, const P point, int iteration, Eigen
   { problem.describe(x, x) } -> std::convertible_to<std::string>;
 };
 
-/// Descends from `point`, which ends as the one with the smallest held-out error met: no worse
-/// there than it was. The same for a problem that is the same, whatever the threads.
+/// Descends from `point` and leaves in it the checked point of smallest held-out error, the start
+/// included. The result does not depend on the number of threads.
 /// @throws Stopped on Ctrl-C
 template <DescentPoint Point, DescentProblem<Point> Problem>
 DescentHistory descend(Problem& problem, Point& point, const DescentOptions& options,
@@ -83,7 +83,7 @@ DescentHistory descend(Problem& problem, Point& point, const DescentOptions& opt
     }
   };
   look(0);
-  point.move_to(point.c());  // projects onto what the coordinates can represent
+  point.move_to(point.c());  // projects onto the range of the coordinates
   problem.begin(point);
   double share = 1;
   Eigen::VectorXd gradient;

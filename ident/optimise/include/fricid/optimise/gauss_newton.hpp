@@ -1,4 +1,4 @@
-// Gauss-Newton steps on coordinates of order one, the matrix learned from samples.
+// Gauss-Newton steps on coordinates of order one, with the matrix estimated from samples.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@ namespace fricid::optimise {
 /// of squares r' W r / 2 with Jacobian J = dr/dx, a sample s = J' W^1/2 e with independent random
 /// signs e costs one reverse sweep, and E[s s'] = J' W J is the Gauss-Newton matrix:
 ///
-///     F = mean of s s' that forgets by kMemory at every refresh
+///     F = running mean of s s', weighted by kMemory against the new ones at every refresh
 ///     m = b m + (1 - b) g                                     g the gradient of a batch
 ///     x = clamp(x - clip(r (F + lambda diag F + mu I)^-1 m'))   m' = m / (1 - b^k)
 ///
@@ -26,8 +26,8 @@ class GaussNewton {
  public:
   explicit GaussNewton(Eigen::Index size);
 
-  /// Takes finite samples (size x count) into F and factorises it anew, on up to `jobs` threads;
-  /// the result does not depend on their number.
+  /// Updates F with the finite ones of the samples (size x count) and factorises it, on up to
+  /// `jobs` threads; the result does not depend on their number.
   void refresh(const Eigen::Ref<const Eigen::MatrixXf>& samples, int jobs);
 
   /// One step of relative length `rate` on x; a gradient that is not finite is skipped.

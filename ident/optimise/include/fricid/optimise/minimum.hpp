@@ -7,8 +7,8 @@ namespace fricid::optimise {
 
 struct Minimum {
   Eigen::VectorXd c;
-  double value = 0;        ///< of the objective at c
-  bool converged = false;  ///< its stopping rule was met; false: evaluations ran out
+  double value = 0;        ///< objective at c
+  bool converged = false;  ///< the stopping rule was met; false: out of evaluations
   int values = 0;          ///< number of evaluations of the objective
 };
 

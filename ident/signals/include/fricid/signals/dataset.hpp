@@ -37,7 +37,7 @@ struct Dataset {
   int n() const { return static_cast<int>(q.cols()); }
   double dt() const { return 1.0 / rate_hz; }
 
-  /// All but the name, which is the file's.
+  /// All fields but the name, which is that of the file.
   template <class Archive>
   void visit(Archive& archive) {
     archive.joints(joint_names);

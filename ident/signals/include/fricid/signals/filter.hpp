@@ -15,8 +15,8 @@ namespace fricid::signals {
 ///
 ///     |H(f)|^2 = 1 / (1 + (tan(pi f / rate) / tan(pi cutoff / rate))^8).
 ///
-/// The record is continued on both sides by its odd reflection, long enough for the slowest pole to
-/// forget, and every section starts in the steady state of the first value: constants and straight
+/// The record is extended on both sides by its odd reflection, long enough for the slowest pole to
+/// decay, and every section starts in the steady state of the first value: constants and straight
 /// lines pass unchanged to round-off.
 class ZeroPhaseButterworth {
  public:
@@ -46,12 +46,12 @@ class ZeroPhaseButterworth {
   int padding_;
 };
 
-/// Half g_0 .. g_K of the symmetric impulse response of a zero-phase filter, cut off where 1 % of
-/// its absolute sum is left, and scaled so that a constant passes as it is.
+/// Half g_0 .. g_K of the symmetric impulse response of a zero-phase filter, truncated where 1 % of
+/// its absolute sum is left, and scaled to unit gain for constants.
 std::vector<double> impulse_response(const ZeroPhaseButterworth& filter);
 
-/// Every k-th row of a signal low-passed at cutoff_hz carries all of it; k keeps two samples per
-/// period of the cut-off, so that residuals of white torque noise are about independent.
+/// Decimation factor k of a signal low-passed at cutoff_hz: two samples per period of the cut-off,
+/// which lose nothing and leave residuals of white torque noise about uncorrelated.
 int decimation(double dt, double cutoff_hz);
 
 }  // namespace fricid::signals

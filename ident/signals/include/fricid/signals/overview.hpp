@@ -1,4 +1,4 @@
-// What a log shows of each joint without any model and without a filter.
+// Range, speed, torque and noise of each joint of a log, without any model or filter.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,8 +20,8 @@ struct JointOverview {
 JointOverview overview(const Dataset& log, int joint);
 
 /// Standard deviation of white noise on a smooth signal, from the median size of its fourth
-/// differences: their variance is 70 times the noise's, smooth motion hardly moves them, and the
-/// median leaves corners out. NaN without five finite samples in a row.
+/// differences: their variance is 70 times that of the noise, smooth motion hardly affects them,
+/// and the median is robust to corners. NaN without five consecutive finite samples.
 double noise_of_differences(const Eigen::VectorXd& x);
 
 /// Slope of x over time between the neighbours of each sample, one-sided at the ends (T).

@@ -1,4 +1,4 @@
-// A recording: the log as read, and the filtered signals that all methods share.
+// A recording: the log as read, and the filtered signals used by all methods.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@ struct Motion {
 /// Bandwidth of a filtered motion.
 enum class Band {
   kNarrow,  ///< to the cut-off: smooth enough for accelerations
-  kWide,    ///< to `wide_band` of it, without accelerations: what drives friction
+  kWide,    ///< to `wide_band` of it, without accelerations: drives friction
 };
 
 /// Friction is driven by a motion filtered at kWideBand times the cut-off: reversals take
@@ -28,7 +28,7 @@ inline constexpr double kWideBand = 5;
 /// Cut-off of that motion [Hz]: kWideBand times `cutoff_hz`, at most 0.4 of the sample rate.
 double wide_band(double cutoff_hz, double rate_hz);
 
-/// Travel that makes a joint forget the friction state it started with [rad or m].
+/// Travel after which the friction state no longer depends on its initial value [rad or m].
 inline constexpr double kWashout = 5e-3;
 
 using UseMask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -43,7 +43,7 @@ struct Recording {
   RowMatrix filtered_tau;    ///< (T, n) torque in force around t_k, filtered as `narrow` [N m]
   RowMatrix temperature;     ///< (T, n) missing values bridged; kRoomTemperature without any [K]
   UseMask use;               ///< (T, n) rows that may enter a fit of a joint's torque
-  Eigen::VectorXd noise_sd;  ///< (n) of log.q, from what lies above the wide band [rad]
+  Eigen::VectorXd noise_sd;  ///< (n) noise of log.q, from its part above the wide band [rad]
 
   int length() const { return static_cast<int>(held_tau.rows()); }
   int n() const { return static_cast<int>(held_tau.cols()); }

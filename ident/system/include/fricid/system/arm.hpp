@@ -1,4 +1,4 @@
-// Robot and friction as one discrete-time system, stepped by evaluation, training and filters.
+// Robot and friction as one discrete-time system, used by evaluation, training and filters.
 #pragma once
 
 #include <span>

@@ -14,8 +14,8 @@ struct DrivenFriction {
   RowMatrix z;      ///< (T, state_size), at the samples
 };
 
-/// Friction along a measured motion; the measured torque never corrects the state. The mean
-/// velocity is held over each sample, as the step of a law assumes:
+/// Friction along a measured motion, in open loop: the measured torque never corrects the state.
+/// The mean velocity is held over each sample, as the step of a law assumes:
 ///
 ///     tau_f,k = torque(theta; q_k, v_k, load_k, temperature_k, z_k)
 ///     z_{k+1} = step(theta; q_{k+1}, (q_{k+1} - q_k) / dt, load_k, temperature_k, dt, z_k).

@@ -17,7 +17,7 @@ namespace fricid {
 ///   torque fell from the sliding torque to `tau_f`; without moving back if the sliding torque is
 ///   smaller than `tau_f`.
 ///
-/// The state of a law of the whole robot starts at zero, whatever the torque.
+/// The state of a law of the whole robot starts at zero.
 ///
 /// @param in     motion, load and temperature at that moment (n)
 /// @param tau_f  friction torque (n) [N m]

@@ -6,12 +6,13 @@
 namespace fricid {
 
 /// Change of q per change of v by a torque disturbance held over a sample [s]. An ArmStepper of m
-/// substeps, whatever its leap, moves q after v, hence further than the dt/2 of continuous time:
+/// substeps, at any leap, moves q with the new v, hence further than the dt/2 of continuous time:
 ///
 ///     c = dt/2 (1 + 1/m).
 double position_per_velocity(double dt, int substeps);
 
-/// Variances per sample of length dt. What disturbs the torque for a sample moves q and v together:
+/// Variances per sample of length dt. A torque disturbance held over a sample moves q and v
+/// together:
 ///
 ///     w_v ~ N(0, v),   w_q = c w_v + N(0, q),   w_z ~ N(0, z),   e ~ N(0, R),
 ///
@@ -24,7 +25,7 @@ struct LatentNoise {
   Eigen::VectorXd R;  ///< (n) of the encoders [rad^2], or (2 n) if velocity is observed too, of
                       ///< which the last n in [rad^2/s^2]
 
-  /// Covariance of [w_q, w_v, w_z] for steps of so many substeps, (2 n + n_z) square.
+  /// Covariance of [w_q, w_v, w_z] for samples of `substeps` steps, (2 n + n_z) square.
   Eigen::MatrixXd Q(int substeps) const;
 };
 

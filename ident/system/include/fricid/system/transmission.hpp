@@ -1,4 +1,5 @@
-// Between the joints of an arm, where logs and scores are, and its motors, where the engine is.
+// Conversion between joint coordinates, used by logs and scores, and motor coordinates, used by the
+// dynamics.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +13,8 @@ namespace fricid {
 ///
 ///     q = A m,   tau_m = A' tau_q.
 ///
-/// Without coupled motors they stay as they are, to the last bit. A missing value (NaN) makes only
-/// those missing that depend on it.
+/// Without coupled motors they stay unchanged, to the last bit. A missing value (NaN) propagates
+/// only to values that depend on it.
 class Transmission {
  public:
   explicit Transmission(const dynamics::RobotModel& robot);

@@ -1,5 +1,5 @@
-// What a Workspace is made of: small vectors of any scalar, the geometry of a chain in internal
-// frames, and what the sweeps store per link.
+// Parts of a Workspace: small vectors of any scalar, the geometry of a chain in internal frames,
+// and the quantities that the sweeps store per link.
 #pragma once
 
 #include <Eigen/Core>
@@ -160,7 +160,7 @@ struct Wrench {
   Vec3<S> f, n;
 };
 
-/// What the sweeps store per link, in its internal frame.
+/// Quantities of the sweeps per link, in its internal frame.
 template <class S>
 struct Motion {
   S c, s;              ///< cos, sin of the joint's turn
