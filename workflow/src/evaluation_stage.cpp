@@ -22,7 +22,7 @@ using enum Section;
 
 constexpr Section kEvaluated[] = {kName, kRobot, kFriction, kPlant, kIdentify, kEvaluate};
 
-/// What the work of the stage gets: the part of the scene that it declared, and which fits.
+/// Input of the stage's work: the declared part of the scene, and the fits to evaluate.
 struct Task {
   scene::Problem problem;
   std::vector<FitRequest> fits;
@@ -30,10 +30,10 @@ struct Task {
   int jobs;
 };
 
-/// Held-out recordings with their truth, where there is one.
+/// Held-out recordings with their truth, if known.
 struct HeldOut {
   std::vector<evaluate::Trajectory> trajectories;
-  std::vector<sim::Truth> truths;  ///< as many as trajectories, or none
+  std::vector<sim::Truth> truths;  ///< one per trajectory, or empty
 };
 
 void add_recording(HeldOut& held_out, const fs::path& data_file, const fs::path& truth_file,
@@ -129,7 +129,7 @@ data::ModelFile oracle_model(const scene::Problem& problem) {
   return model;
 }
 
-/// @throws UserError when a file is another model's, or claims to be the truth
+/// @throws UserError when a file is that of another model, or is named as the truth
 data::ModelFile load_fitted(const RunFolder& folder, const FitId& id) {
   data::ModelFile model = data::load_model(folder.model(id));
   if (model.is_oracle || model.name != id.model || model.seed != id.seed)
@@ -139,7 +139,7 @@ data::ModelFile load_fitted(const RunFolder& folder, const FitId& id) {
   return model;
 }
 
-/// What a fit found wrong with itself, one line each.
+/// Faults that a fit found in itself, one line each.
 std::vector<std::string> faults_of(const RunFolder& folder, const FitId& id) {
   const auto fit = data::load<data::FitFile>(folder.fit(id));
   std::vector<std::string> lines;
@@ -150,8 +150,8 @@ std::vector<std::string> faults_of(const RunFolder& folder, const FitId& id) {
   return lines;
 }
 
-/// Folders of external/, sorted by name. @throws UserError when something else is there, or a name
-/// is taken or cannot be one
+/// Folders of external/, sorted by name. @throws UserError on anything else, and on a name that is
+/// taken or not allowed
 std::vector<fs::path> external_folders(const RunFolder& run, const std::vector<FitRequest>& fits) {
   std::vector<fs::path> folders;
   if (!fs::exists(run.external())) return folders;
@@ -168,7 +168,7 @@ std::vector<fs::path> external_folders(const RunFolder& run, const std::vector<F
   return folders;
 }
 
-/// Whether a fit is a convention to beat: no network, and fitted as is the custom.
+/// Whether a fit is conventional: a law without networks, fitted by a conventional method.
 bool is_conventional(const FitRequest& fit, const data::ModelFile& model) {
   if (fit.model.method != estimate::Method::kConventional || model.arm.friction.model.has_whole())
     return false;
@@ -213,7 +213,7 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   const evaluate::EvaluateOptions& options = task.problem.scene.evaluate;
   const auto starts =
       evaluate::plan_starts(held_out.trajectories, options.horizons_s, options.starts);
-  // first of all: what other programs roll out for external/ comes from it
+  // first, since other programs make the rollouts in external/ from it
   write_file_atomically(out.starts(), evaluate::starts_csv(held_out.trajectories, starts));
 
   evaluate::Contest contest;

@@ -15,11 +15,11 @@ namespace {
 
 using enum Section;
 
-// A fit sees the URDF alone; what the MJCF changes, the data show.
+// Fits use the URDF only; a change of the MJCF reaches them through the simulated data.
 constexpr Section kFitted[] = {kRobot, kIdentify, kModels};
 constexpr std::string_view kStage = "identify ", kTraining = "data/train_";
 
-/// What the fits of one job share.
+/// Shared by the fits of one job.
 using Shared = std::shared_ptr<std::optional<estimate::Prepared>>;
 
 Stage make_stage(const Job& job, const FitRequest& request, const Shared& shared) {

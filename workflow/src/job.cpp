@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// @throws UserError when an input lies where the run writes: it might be overwritten
+/// @throws UserError when an input is in the folders that the run writes: it might be overwritten
 void refuse_sources_inside(const scene::Problem& problem, const RunFolder& folder) {
   const fs::path inside = fs::weakly_canonical(folder.path());
   const fs::path own_scene = fs::weakly_canonical(folder.scene());
@@ -25,8 +25,7 @@ void refuse_sources_inside(const scene::Problem& problem, const RunFolder& folde
   }
 }
 
-/// What a model has seen says nothing of how good it is.
-/// @throws UserError when a log to judge by has samples in common with one to learn from
+/// @throws UserError when a validation log has samples in common with a training log
 void refuse_shared_logs(const scene::Problem& problem) {
   const scene::DataSection& logs = problem.scene.data;
   for (const std::string& train : logs.train)
@@ -42,7 +41,8 @@ void refuse_shared_logs(const scene::Problem& problem) {
     }
 }
 
-/// @param ran  whether the scene is that of a run folder: its arm was checked then
+/// @param ran  whether the scene is that of a run folder, whose arm was compared with the URDF
+/// before
 scene::Problem checked_problem(scene::Scene scene, std::optional<std::uint64_t> seed, bool ran) {
   if (seed) scene.seed = *seed;
   scene::Problem problem = scene::resolve(std::move(scene));

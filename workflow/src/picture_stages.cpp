@@ -1,4 +1,4 @@
-// The stages that draw: plots, videos, the report. They read the files of the run alone.
+// The stages that draw: plots, videos, the report. They read only files of the run.
 #include <fmt/format.h>
 #include <algorithm>
 #include <cstdio>
@@ -24,7 +24,7 @@ constexpr Section kReported[] = {kName,     kDescription, kSeed,       kRobot,  
                                  kPlant,    kController,  kExcitation, kSensors, kData,
                                  kIdentify, kModels,      kEvaluate,   kRender};
 
-/// Declares what data, fits and evaluation left.
+/// Declares the outputs of data, fits and evaluation.
 void declare_results(Inputs& inputs, const Job& job) {
   inputs.outputs_of(job.run.results_of("data"));
   for (const FitRequest& fit : fits_of(job).counted)
@@ -49,8 +49,8 @@ Done write_figures(const RunFolder& visible, const RunFolder& out) {
   return done;
 }
 
-/// Does a stage that the job can do without.
-/// @return why it could not be done
+/// Does an optional stage.
+/// @return why it could not be done; empty if it was
 std::string attempt(Job& job, const std::string& name, const std::function<Stage()>& make) {
   try {
     if (!job.run.perform(make())) job.say(name + ": up to date");
@@ -90,10 +90,10 @@ Stage report_stage(const Job& job) {
   Stage stage{"report", Inputs(job.run.folder()), {}};
   declare(stage.inputs, job.problem, kReported);
   declare_results(stage.inputs, job);
-  // as they are: plots are made to be restyled by hand
+  // not only those recorded: plots may be restyled by hand
   stage.inputs.files_below(job.run.folder().plots());
   stage.inputs.files_below(job.run.folder().videos());
-  // it shows what the manifest says of the program and of every other stage
+  // the report shows the manifest's program and all other stages
   Manifest shown = job.run.manifest();
   std::erase_if(shown.stages, [](const StageRecord& record) { return record.name == "report"; });
   stage.inputs.text("manifest", data::to_json(shown));

@@ -1,4 +1,4 @@
-// What is refused before any work of a run.
+// Checks before any work of a run.
 #include "fricid/base/error.hpp"
 #include "fricid/estimate/memory.hpp"
 #include "fricid/sim/simulation_size.hpp"

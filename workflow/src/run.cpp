@@ -57,7 +57,7 @@ void require_own_folder(const RunFolder& folder) {
             path.string(), entry.path().filename().string());
   for (auto entry = fs::recursive_directory_iterator(path); entry != fs::end(entry); ++entry) {
     if (entry->path() == folder.external()) {
-      entry.disable_recursion_pending();  // only read
+      entry.disable_recursion_pending();  // read only, never written
     } else if (entry->is_symlink()) {
       throw UserError("{}: found a symbolic link; allowed: files and folders of a run",
                       entry->path().string());
@@ -96,7 +96,7 @@ Run::Run(fs::path path, bool fresh)
 Run::~Run() {
   const bool moved = !lock_;
   if (moved || !empty_ || !manifest_.stages.empty()) return;
-  std::error_code kept;  // what is not ours stays, and the folder with it
+  std::error_code kept;  // a folder with foreign files stays
   for (const fs::path& file : {folder_.manifest(), folder_.scene(), folder_.lock()})
     fs::remove(file, kept);
   if (new_) fs::remove(folder_.path(), kept);

@@ -57,7 +57,7 @@ scene::Problem part_of(const scene::Problem& problem, std::span<const Section> s
         break;
     }
   if (has_robot) part.joints = scene.joints;
-  if (!has_robot) part.identify.linear_prior_sd.clear();  // said in [robot]
+  if (!has_robot) part.identify.linear_prior_sd.clear();  // given in [robot]
   return {.scene = std::move(part),
           .robot = has_robot ? problem.robot : dynamics::RobotModel(),
           .urdf_path = has_robot ? problem.urdf_path : std::filesystem::path(),

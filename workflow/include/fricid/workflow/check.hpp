@@ -1,4 +1,4 @@
-// What `fricid check` looks at, and what it finds.
+// Input and result of `fricid check`.
 #pragma once
 
 #include <filesystem>
@@ -24,22 +24,23 @@ struct Subject {
   std::filesystem::path mjcf{};  ///< absolute; empty: none
 };
 
-/// Training and validation data of a run folder, which exist already. @throws UserError
+/// The existing training and validation data of a run folder. @throws UserError
 Subject subject_of_run(const std::filesystem::path& folder);
 /// A data set (HDF5), or a log by its contract. @param robot  URDF; empty: none
 /// @throws UserError
 Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::path& contract,
                        const std::filesystem::path& robot);
 
-/// The robot of a URDF, standing on the floor; nothing when none is named.
+/// The robot of a URDF, mounted on the floor; nothing for an empty path.
 /// @throws UserError when its joints are not those of the log
 std::optional<dynamics::RobotModel> robot_of_log(const std::filesystem::path& urdf,
                                                  const std::vector<std::string>& joints);
 
 struct CheckReport {
-  std::vector<std::vector<doctor::Finding>> findings;   ///< one list per data set
-  std::optional<estimate::Identifiability> parameters;  ///< none without a robot or with bad times
-  std::string not_examined;                             ///< why there are none
+  std::vector<std::vector<doctor::Finding>> findings;  ///< one list per data set
+  std::optional<estimate::Identifiability>
+      parameters;            ///< empty without a robot or with faulty times
+  std::string not_examined;  ///< why `parameters` is empty; else empty
 
   /// Whether no data set is damaged.
   bool whole() const;

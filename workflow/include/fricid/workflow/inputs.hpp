@@ -11,8 +11,8 @@
 
 namespace fricid::workflow {
 
-/// The declaration of a stage: everything its result depends on, by name and content. What makes a
-/// stage run again is derived from it, and the stage sees no other file of the run folder.
+/// The declaration of a stage: everything its result depends on, by name and content. A stage runs
+/// again when its declaration changes, and sees only the declared files of the run folder.
 class Inputs {
  public:
   explicit Inputs(const RunFolder& folder) : folder_(folder) {}
@@ -21,9 +21,9 @@ class Inputs {
   void text(const std::string& name, std::string_view value);
   /// A file outside of the run folder. @throws UserError when it cannot be read
   void file(const std::string& name, const std::filesystem::path& path);
-  /// All files of a folder of the run and below, by content; none where it is not there.
+  /// All files below a folder of the run, by content; none if it does not exist.
   void files_below(const std::filesystem::path& folder);
-  /// The files that another stage wrote, or those of them whose names begin so.
+  /// The files that another stage wrote and whose names begin with `begin`.
   void outputs_of(const StageRecord& stage, std::string_view begin = {});
 
   /// Sorted by name. @throws std::logic_error when two have one name
@@ -42,7 +42,7 @@ class Inputs {
 /// SHA-256 of a declaration, as 64 digits.
 std::string key_of(const std::vector<Content>& inputs);
 
-/// Names of the inputs that differ: other content, new, or gone.
+/// Names of the inputs that differ: changed, added or removed.
 std::vector<std::string> differences(const std::vector<Content>& before,
                                      const std::vector<Content>& now);
 

@@ -18,15 +18,15 @@ namespace fricid::workflow {
 /// A scene and its run folder.
 struct Job {
   scene::Problem problem;
-  std::string mjcf;  ///< what MuJoCo makes of the MJCF, included files and meshes; empty: none
+  std::string mjcf;  ///< sim::compiled_mjcf of the scene's MJCF; empty: none
   Run run;
   int jobs;                                     ///< threads; 0: one per core
   std::function<void(const std::string&)> say;  ///< takes one line for the user
 };
 
-/// The problem of a scene file or of a run folder, checked as far as it can be without doing any of
-/// its work: the simulated arm must be that of the URDF.
-/// @param seed  of the data, instead of the scene's
+/// The problem of a scene file or of a run folder, validated before any work: the simulated arm
+/// must be that of the URDF.
+/// @param seed  replaces the scene's seed
 /// @throws UserError
 scene::Problem load_problem(const std::filesystem::path& target,
                             std::optional<std::uint64_t> seed = {});
@@ -36,14 +36,14 @@ scene::Problem load_problem_text(const std::string& text, std::optional<std::uin
 
 /// Opens or creates a run folder for a problem: the manifest names its sources, scene.toml is
 /// the scene as run.
-/// @throws UserError as Run::open, and when a source lies where the run writes
+/// @throws UserError as Run::open, and when a source is a file that the run would write
 Job open_job(scene::Problem problem, const std::filesystem::path& folder, bool fresh, int jobs,
              std::function<void(const std::string&)> say);
 
-/// Simulates or imports the data: data/, truth/, excitation.json. Nothing when they stand.
+/// Simulates or imports the data unless they are up to date: data/, truth/, excitation.json.
 void make_data(Job& job);
 
-/// Reports faults of the logs of a run that make any fit to them meaningless.
+/// Reports faults of the logs of a run that would make any fit wrong (doctor::Kind::misleads).
 /// @return false if there is one
 bool data_are_sound(const Job& job);
 
@@ -55,29 +55,30 @@ struct FitRequest {
   FitId id() const { return {model.name, seed}; }
 };
 
-/// Fits of the scene's models, or of those named, which may also be laws of the table; with the
-/// scene's seeds, or these.
+/// The fits to make.
+/// @param names  models of the scene or laws of the table; empty: all models of the scene
+/// @param seeds  empty: those of the scene
 std::vector<FitRequest> requested_fits(const scene::Scene& scene,
                                        const std::vector<std::string>& names,
                                        const std::vector<int>& seeds);
 
-/// @throws UserError on a scene with nothing to fit
+/// @throws UserError on a scene without models
 void require_models(const scene::Scene& scene);
-/// @throws UserError on a scene with nothing to judge by
+/// @throws UserError on a scene without validation data
 void require_validation(const scene::Scene& scene);
-/// Whatever of the work ahead takes too much memory is refused before the first of it.
-/// @throws UserError
+/// @throws UserError when a part of the work would take too much memory
 void require_memory(const scene::Problem& problem, const std::vector<FitRequest>& requests,
                     int jobs);
 
-/// Makes fits: models/, fit/. @param by_name  beside those of the scene: the evaluation counts them
-/// @return false when one failed its own health test
+/// Makes fits: models/, fit/.
+/// @param by_name  include them in the evaluation, even if the scene does not name them
+/// @return false when a fit failed its own checks
 bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name);
 
 /// The fits of a run folder.
 struct Fits {
-  /// Those of the scene's models and seeds and those asked for by name, where they were made from
-  /// the scene, the robot and the data as they are now: in the order of the scene, then by name.
+  /// Those of the scene's models and seeds and those requested by name, if they were made from the
+  /// present scene, robot and data: in the order of the scene, then by name.
   std::vector<FitRequest> counted;
   struct LeftOut {
     std::string id;   ///< "lugre_s1"
@@ -88,18 +89,18 @@ struct Fits {
 Fits fits_of(const Job& job);
 
 /// Evaluates the fits on held-out data: rollouts/, predictions/, bands/, the tables,
-/// evaluation.json; rows also of the models in external/.
-/// @param further_data  data sets beside those of the run
+/// evaluation.json. Includes the models in external/.
+/// @param further_data  data sets in addition to those of the run
 evaluate::Evaluation evaluate(Job& job, const std::vector<std::filesystem::path>& further_data);
 
 /// Makes plots/ and video/. Plots and videos that cannot be made (no gnuplot, no renderer, disk
 /// full) are left out.
 /// @return the reason in one line; empty if all were made
 std::string draw_plots(Job& job);
-/// @param shown  the problem with the [render] to film by
+/// @param shown  the problem with the section [render] to use
 std::string make_videos(Job& job, const scene::Problem& shown, const std::string& renderer);
 
-/// report.html, from what is there. @throws UserError when it cannot be written
+/// report.html from the existing files. @throws UserError when it cannot be written
 void make_report(Job& job);
 
 // The single stages: their declared inputs and their work.

@@ -1,4 +1,4 @@
-// Parts of a scene, so that a stage sees no more of it than it declares.
+// Sections of a scene, so that a stage sees only those that it declares.
 #pragma once
 
 #include <span>
@@ -31,14 +31,14 @@ constexpr std::string_view names(Section) {
          "[data]|[identify]|[[model]]|[evaluate]|[render]";
 }
 
-/// A scene of which only these sections are as given; the others are at their defaults. Where the
-/// robot is among them, its model and its files are too.
+/// The problem with only these sections of its scene, the others at their defaults. The robot's
+/// model and files are kept if Section::kRobot is among them.
 scene::Problem part_of(const scene::Problem& problem, std::span<const Section> sections);
 
-/// The same problem with another scene; its robot and its files stay.
+/// The same problem and robot with another scene.
 scene::Problem with_scene(const scene::Problem& problem, scene::Scene scene);
 
-/// Declares sections of a scene, with the robot the content of its URDF. @throws UserError
+/// Declares sections of a scene; [robot] includes the content of the URDF. @throws UserError
 void declare(Inputs& inputs, const scene::Problem& problem, std::span<const Section> sections);
 
 }  // namespace fricid::workflow

@@ -60,18 +60,18 @@ struct Machine {
 struct Manifest {
   static constexpr std::string_view kFormat = "fricid.manifest/2";
 
-  std::string version, commit;  ///< of the program that wrote it last
+  std::string version, commit;  ///< of the program that last wrote the manifest
   Machine machine;
   std::string scene;  ///< name
   std::uint64_t seed = 0;
-  std::vector<Content> sources;             ///< files that the scene names, by their whole path
-  std::vector<std::string> fitted_by_name;  ///< fits that `fricid identify` was asked for
+  std::vector<Content> sources;             ///< files that the scene names, by absolute path
+  std::vector<std::string> fitted_by_name;  ///< fits requested from `fricid identify` by name
   std::vector<StageRecord> stages;          ///< in the order in which they were first done
 
   const StageRecord* find(std::string_view stage) const;  ///< null: was not run
   StageRecord& at(const std::string& stage);              ///< created if missing
 
-  /// @throws UserError when an output lies outside of the run folder, or a text does not show
+  /// @throws UserError when an output lies outside of the run folder, or a text is not printable
   void check(const std::string& place) const;
 
   template <class Archive>

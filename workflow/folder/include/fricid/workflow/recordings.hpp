@@ -1,4 +1,4 @@
-// Reading of the files of a run folder that exist and that the stage may see.
+// Reads files of a run folder if they exist and are visible to the stage.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 
 namespace fricid::workflow {
 
-/// Whether a path of a run folder leads to a file.
+/// Whether a path of a run folder is that of an existing, visible file.
 bool is_there(const std::filesystem::path& file);
 
 /// The result of load(file); empty if the file does not exist.

@@ -1,4 +1,4 @@
-// Paths of the files of a run. No other code knows their names.
+// Paths of the files of a run, the only place where their names are defined.
 #pragma once
 
 #include <filesystem>
@@ -23,11 +23,11 @@ struct FitId {
   bool operator==(const FitId&) const = default;
 };
 
-/// A run folder as a value: paths of the files that a run has or may have. It makes nothing. A
-/// recording is called "train_0", "validation_0", ...
+/// A run folder as a value: paths of the files that a run may have. Creates nothing. A recording is
+/// called "train_0", "validation_0", ...
 ///
-/// A stage gets it restricted to the files that it declared: for the other data, fits and results
-/// the path is empty, as if they were not there. Pictures are listed by `files_in`.
+/// A stage gets it restricted to the files that it declared: paths of other data, fits and results
+/// are empty, as if they did not exist. Pictures are listed by `files_in`.
 class RunFolder {
  public:
   explicit RunFolder(std::filesystem::path path) : path_(std::move(path)) {}
@@ -35,9 +35,9 @@ class RunFolder {
   const std::filesystem::path& path() const { return path_; }
   /// A file of the folder as the manifest names it: relative, with slashes.
   std::string name_of(const std::filesystem::path& file) const;
-  /// The same folder, of which only these files are there, and none that was not before.
+  /// The same folder with only these of its visible files visible.
   RunFolder restricted_to(std::set<std::string> names) const;
-  /// Files right in a folder of the run that have an extension (".svg"), sorted by name.
+  /// Files with an extension (".svg") in a folder of the run, not below it, sorted by name.
   std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder,
                                               std::string_view extension) const;
 
@@ -49,7 +49,7 @@ class RunFolder {
   static std::string validation(int i);  ///< name of the i-th held-out recording
   std::filesystem::path recording(const std::string& name) const;
   std::filesystem::path diagnosis(const std::string& name) const;
-  /// The diagnosis of a recording that may lie in no run folder.
+  /// The diagnosis of a recording, which need not be in a run folder.
   static std::filesystem::path diagnosis_beside(const std::filesystem::path& recording);
   std::filesystem::path truth(const std::string& name) const;
   std::filesystem::path excitation() const { return at("excitation.json"); }
@@ -70,7 +70,7 @@ class RunFolder {
   std::filesystem::path estimate(const FitId& id, const std::string& recording) const;
   std::filesystem::path estimates() const { return path_ / "estimates"; }
   std::filesystem::path band(const std::string& model, const std::string& recording) const;
-  /// Rollouts that other programs made, one folder per model.
+  /// Rollouts of other programs, one folder per model.
   std::filesystem::path external() const { return path_ / "external"; }
 
   std::filesystem::path plots() const { return path_ / "plots"; }
