@@ -6,8 +6,8 @@
 namespace fricid::sim {
 namespace {
 
-// Whether two bodies cannot move against each other, or one carries the other's joint. The room,
-// welded to the world, carries nothing.
+// Whether two bodies cannot move against each other, or one carries the other's joint. Bodies
+// welded to the world count as carrying none.
 bool neighbours(const mjModel& model, int body1, int body2) {
   const int weld1 = model.body_weldid[body1], weld2 = model.body_weldid[body2];
   if (weld1 == weld2) return true;

@@ -25,7 +25,7 @@ using Judge = ExcitationJudge;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Criterion evaluations of the optimiser; 400 gain less than 0.4 in log det.
 constexpr int kEvaluations = 120;
-// Shrinking stops here: then the box itself is not free.
+// Most shrinking steps; if limits are still violated, the box centre itself is not feasible.
 constexpr int kShrinks = 60;
 constexpr double kShrink = 0.95;
 
@@ -33,8 +33,8 @@ double cost(Criterion criterion, const Eigen::MatrixXd& H) {
   return criterion == Criterion::kCondition ? std::log(condition(H)) : -log_det(H);
 }
 
-/// Per joint: share of the amplitude that its limits allow, place of the centre in the room that
-/// this leaves, and angle of the mix of two random series.
+/// Per joint: share of the amplitude that its limits allow, place of the centre in the remaining
+/// range, and mixing angle of two random series.
 constexpr int kVariables = 3;
 
 /// Two random series at rest at both ends; a point of the search turns them into a trajectory.
@@ -106,7 +106,7 @@ struct Search {
   double operator()(const double* x) {
     ++evaluations;
     const Motion motion = problem.design.sample(make_series(problem, problem.design, draw, x));
-    // a broken limit costs more than any gain of the criterion
+    // a violated limit costs more than any gain of the criterion
     constexpr double kPenalty = 100;
     return cost(problem.config.criterion, judge.information(motion)) +
            kPenalty * violation(problem, judge, motion, 2);
@@ -150,7 +150,7 @@ bool make_feasible(const Problem& problem, Judge& judge, const Draw& draw, std::
                    Fourier& series) {
   for (int shrink = 0; shrink < kShrinks; ++shrink) {
     series = make_series(problem, problem.check, draw, x.data());
-    // the coarse grid first: most failures show there
+    // the coarse grid first, since it shows most violations
     if (violation(problem, judge, problem.design.sample(series)) == 0 &&
         violation(problem, judge, problem.check.sample(series)) == 0)
       return true;
@@ -234,7 +234,7 @@ Excitation design_excitation(const ExcitationOptions& config, const MujocoArm& a
     const bool training = i < config.train;
     report.name =
         fmt::format("{}_{}", training ? "train" : "validation", training ? i : i - config.train);
-    // train and validation number their streams apart, so that adding one leaves the others alone
+    // separate streams for train and validation, so that adding a trajectory changes no other
     const int number = training ? i : (1 << 16) + i - config.train;
     series[static_cast<std::size_t>(i)] = design(problem, seed, number, report);
     progress.advance(1);

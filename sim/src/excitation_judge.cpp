@@ -16,12 +16,11 @@ namespace fricid::sim {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Points per period of the fastest harmonic: while searching, and for the last word.
+// Points per period of the fastest harmonic: in the search, and in the final check.
 constexpr int kDesignDensity = 8, kCheckDensity = 80;
 
-/// Friction that the torque limit leaves room for, as shares of effort: at rest, and more at the
-/// velocity limit. Upper ends of what is reported for geared industrial joints (Coulomb 5-8 %,
-/// viscous 15-30 %).
+/// Allowance for friction as shares of effort: Coulomb, and viscous at the velocity limit. Upper
+/// ends of values reported for geared industrial joints (Coulomb 5-8 %, viscous 15-30 %).
 constexpr double kFrictionAtRest = 0.08, kFrictionAtSpeed = 0.3;
 
 double or_infinity(double share, double limit) { return limit > 0 ? share * limit : kInfinity; }
@@ -68,7 +67,7 @@ ExcitationJudge::ExcitationJudge(const ExcitationProblem& problem)
     : problem_(problem),
       C_(Transmission(problem.robot).inverse()),
       ws_(problem.robot),
-      // twice the demand, so that a search sees where it goes
+      // range of twice the required clearance, so that the search has a slope
       clearance_(problem.arm, 2 * (problem.config.clearance_m + kClearanceGuard) + 0.05),
       Y_(problem.robot.n(), problem.robot.parameter_count()),
       Y_base_(problem.robot.n(), static_cast<Eigen::Index>(problem.columns.size())) {}

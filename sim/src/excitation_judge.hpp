@@ -1,4 +1,4 @@
-// What a trajectory of the excitation is worth: information, and how far it keeps its limits.
+// Information of an excitation trajectory, and its margins to the limits.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace fricid::sim {
 
-/// What a limit may be exceeded by between the points of the last check, as a share and in metres.
+/// Tolerated excess of a limit between the points of the final check, as a share and in metres.
 inline constexpr double kShareGuard = 2e-3, kClearanceGuard = 1e-3;
 
 /// Limits of one joint.
@@ -18,7 +18,7 @@ struct Bounds {
   double centre, half, velocity, acceleration, jerk, effort;
 };
 
-/// What all trajectories of a scene share.
+/// Data shared by all trajectories of a scene.
 struct ExcitationProblem {
   const ExcitationOptions& config;
   const MujocoArm& arm;
@@ -26,18 +26,18 @@ struct ExcitationProblem {
   std::vector<Bounds> bounds;
   std::vector<int> columns;  ///< of the base parameters
   TimeGrid design, check;
-  Eigen::MatrixXd known;  ///< information of earlier data, per second of this period; may be empty
+  Eigen::MatrixXd known;  ///< information of earlier data / this period; empty: none
 
   /// @throws UserError where the box of a joint is outside its limits
   ExcitationProblem(const ExcitationOptions& c, const MujocoArm& m, const dynamics::RobotModel& r);
 };
 
-/// What a thread needs of its own to judge trajectories.
+/// Workspace of one thread to judge trajectories.
 class ExcitationJudge {
  public:
   explicit ExcitationJudge(const ExcitationProblem& problem);
 
-  /// Information matrix  mean_t Y_b' W Y_b  with W = diag(1 / effort^2), and what is known already.
+  /// Information matrix  mean_t Y_b' W Y_b + known,  W = diag(1 / effort^2).
   Eigen::MatrixXd information(const Motion& motion);
   /// Largest share of the effort limit that rigid body and friction allowance take, per motor.
   Eigen::VectorXd torque_shares(const Motion& motion);
@@ -57,10 +57,10 @@ class ExcitationJudge {
 
 /// log det of an information matrix; -infinity where it is not positive definite.
 double log_det(const Eigen::MatrixXd& H);
-/// Condition of the weighted regressor whose information this is.
+/// Condition number of the weighted regressor, from its information.
 double condition(const Eigen::MatrixXd& H);
 
-/// How far torque and clearance limits are broken, in shares.
+/// Violation of torque and clearance limits, as shares.
 double violation(const ExcitationProblem& problem, ExcitationJudge& judge, const Motion& motion,
                  int stride = 1);
 

@@ -25,7 +25,7 @@ Xml inertial(const dynamics::RobotModel& robot, int i) {
       m, numbers(c), I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2));
 }
 
-// A capsule from the joint to where the link goes on, or to its centre of mass.
+// A capsule from the joint to the next joint of the link, or to its centre of mass.
 Xml shape(const Eigen::Vector3d& end) {
   constexpr double kThickness = 0.12, kThinnest = 0.015;  // share of the length, [m]
   const double length = end.norm();

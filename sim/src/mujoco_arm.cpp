@@ -22,7 +22,7 @@
 namespace fricid::sim {
 namespace {
 
-// MuJoCo and the engine agree to rounding; a wrong number in a model file is far above this.
+// MuJoCo and the engine agree to rounding; a wrong number in a model file differs by far more.
 constexpr double kMismatchAllowed = 1e-8;
 
 struct MjSpecDeleter {
@@ -43,7 +43,7 @@ std::string one_line(std::string text) {
   return text;
 }
 
-/// @param text  of the MJCF; empty: that of `file`, which else is its name in messages
+/// @param text  the MJCF; empty: that of `file`, which is its name in messages
 MjSpecPtr parse(const std::string& file, const std::string& text) {
   if (text.empty()) require_regular_file(file);
   std::array<char, 1024> error{};
@@ -111,8 +111,8 @@ void add_payload_body(mjSpec& spec, const mjModel& model, int link_body, const P
   }
 }
 
-// Rotors of coupled motors: the inertia of tendons whose lengths are the motor angles, and which a
-// file may have already. What the joints had of it as armature is taken from them.
+// Rotors of coupled motors: the armature of their joints becomes the inertia of tendons whose
+// lengths are the motor angles. A file may have such tendons already.
 void couple_motors(mjSpec& spec, const dynamics::RobotModel& robot) {
   const Eigen::MatrixXd C = robot.motors_of_joints();
   for (int k = 0; k < robot.n(); ++k) {
@@ -189,7 +189,7 @@ MujocoArm::MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotMod
   if (model_->nv != n())
     throw UserError("{}: {} degrees of freedom, {} has {}", file, model_->nv, robot.name, n());
 
-  // bring in what the scene adds, then compile once more
+  // add payload, mount and rotors of the scene, then compile again
   const bool turned = turn_base(*spec, *model_, bodies_.front(), robot.gravity);
   const bool loaded = payload.mass > 0 && !made;  // `robot` carries it already
   if (loaded) {

@@ -19,7 +19,7 @@
 namespace fricid::sim {
 namespace {
 
-// Long enough for the controller to settle and for every bristle to forget where it began.
+// Long enough for the controller to settle and for bristles to lose their initial state.
 constexpr double kRunIn = 2.0;
 
 // A sequence to simulate: one period of a series.
@@ -85,8 +85,8 @@ void check_finite(const Trace& trace, const std::string& name) {
     throw std::runtime_error(fmt::format("{}: the simulated arm diverged", name));
 }
 
-// A friction that turns a light joint around within a step makes it chatter: then neither the
-// motion nor the friction torque is that of the law.
+// Friction that reverses a light joint within a step makes it chatter: then neither the motion nor
+// the friction torque is that of the law.
 void check_chatter(const scene::Problem& problem, const Trace& trace, const Fourier& series,
                    const std::string& name) {
   constexpr double kVisible = 2e-3;          // [rad/s]
@@ -131,8 +131,8 @@ SimulationSize size_of_simulation(const scene::Problem& problem) {
   size.training = static_cast<double>(scene.excitation.train) * scene.excitation.repeats;
   size.recordings = size.training + scene.excitation.validation;
   size.samples = 2 * std::numbers::pi / scene.excitation.base_rad_s * scene.sensors.rate_hz;
-  // per sample: the truth's t, q, v, a, tau, tau_f, temperature and z; the log's t, q, v, tau and
-  // temperature; the motion asked for
+  // values per sample: the truth's t, q, v, a, tau, tau_f, temperature and z; the log's t, q, v,
+  // tau and temperature; the desired motion
   const int numbers =
       2 + 13 * problem.robot.n() + (scene.friction ? scene.friction->model.state_size() : 0);
   size.bytes = sizeof(double) * size.recordings * size.samples * numbers;

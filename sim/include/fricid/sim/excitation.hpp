@@ -26,10 +26,9 @@ struct Excitation {
 ///
 /// Every trajectory has its own random stream, so train and validation differ and results do not
 /// depend on `jobs`.
-/// @param known  integral of Y_b' W Y_b dt of data at hand [s], which the trajectories complement;
-/// may
-///               be empty
-/// @throws UserError when no trajectory keeps all limits, naming the one that is broken
+/// @param known  integral of Y_b' W Y_b dt of existing data [s], which the trajectories are to
+///               complement; empty: none
+/// @throws UserError when no trajectory keeps all limits, naming the violated one
 Excitation design_excitation(const ExcitationOptions& config, const MujocoArm& arm,
                              const dynamics::RobotModel& robot, std::uint64_t seed, int jobs,
                              const Eigen::MatrixXd& known = {});

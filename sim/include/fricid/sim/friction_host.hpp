@@ -9,14 +9,14 @@
 
 namespace fricid::sim {
 
-/// Hosts the friction of all joints inside MuJoCo: the code of friction::RobotFriction and no
-/// other. Owns the friction state. Around one physics step of length h
+/// Applies the friction of all joints in MuJoCo, computed by friction::RobotFriction. Owns the
+/// friction state. Around one physics step of length h
 ///
 ///     mj_step1;  tau_f = torque(q_k, v_k, z_k);      qfrc_applied = tau - tau_f
 ///     mj_step2;  z_{k+1} = step(q_{k+1}, v_{k+1}, h, z_k)
 ///
 /// so that z moves with the new velocity, as q does in semi-implicit Euler. load = tau. Friction of
-/// coupled motors is driven by their motion and load, and brought to the joints (`Transmission`).
+/// coupled motors is computed in motor coordinates and converted to the joints (`Transmission`).
 class FrictionHost {
  public:
   /// @throws UserError when the number of joints differs

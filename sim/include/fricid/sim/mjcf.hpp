@@ -1,4 +1,4 @@
-// A robot for the simulator from the engine's own: for robots that have only a URDF.
+// MJCF made from a RobotModel, for robots that have only a URDF.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 namespace fricid::sim {
 
 /// MJCF text of a robot: the same tree, inertias, axes and armature, gravity along world -z, one
-/// plain capsule per link to look at. Nothing collides. Linear torques of the robot are left out.
+/// capsule per link as its shape. Nothing collides. Linear torques of the robot are left out.
 /// @pre the inertias are physical, as `load_urdf` demands
 std::string mjcf_of(const dynamics::RobotModel& robot);
 

@@ -1,4 +1,4 @@
-// MuJoCo as the physics of the ground truth: one arm, without contacts, limits or joint losses.
+// The rigid body of the ground truth in MuJoCo, without contacts, limits or joint friction.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -27,8 +27,8 @@ using MjDataPtr = std::unique_ptr<mjData, MjDataDeleter>;
 /// @throws UserError when the library that was loaded is not the one whose header was compiled
 void initialise_mujoco();
 
-/// What MuJoCo makes of an MJCF file, as bytes that are equal when everything that the file says,
-/// includes or refers to (meshes, textures) is. @throws UserError when it cannot be compiled
+/// The MJCF file compiled by MuJoCo, as bytes that are equal if the file and everything it includes
+/// or refers to (meshes, textures) are. @throws UserError when it cannot be compiled
 std::string compiled_mjcf(const std::filesystem::path& mjcf);
 
 /// A rigid payload: mass [kg], centre of mass [m] in `frame`, inertia about it [kg m^2].
@@ -49,9 +49,8 @@ class MujocoArm {
   /// payload included (`mjcf_of`). Armatures of a file are those of the motors: where `robot`
   /// couples these, they become inertias of tendons whose lengths are the motor angles.
   /// @throws UserError naming the file and the joint: file not readable, joint missing, of another
-  /// type
-  ///         or not in `robot`, frictionloss or damping of its own, dynamics other than those of
-  ///         `robot`
+  ///         type or not in `robot`, joint with frictionloss or damping, dynamics that differ from
+  ///         those of `robot`
   MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotModel& robot, double step,
             const Payload& payload = {});
 

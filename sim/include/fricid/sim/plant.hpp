@@ -29,8 +29,8 @@ class Plant {
   void set_state(const State& state);
   State state() const;
 
-  /// Holds tau (n) [N m] and temperature (n) [K] for `steps` physics steps. Keeps acceleration and
-  /// friction torque of the start for `a` and `tau_f`.
+  /// Holds tau (n) [N m] and temperature (n) [K] for `steps` physics steps. Stores acceleration and
+  /// friction torque at the first of them for `a` and `tau_f`.
   void hold(std::span<const double> tau, std::span<const double> temperature, int steps);
 
   std::span<const double> a() const { return a_; }  ///< [rad/s^2] at the start of the last hold
@@ -46,13 +46,13 @@ class Plant {
   std::vector<double> a_, tau_f_;
 };
 
-/// Open loop of the truth: from `initial` under the held torques tau (T, n), one row per dt.
+/// Open loop of the true arm: from `initial` under the held torques tau (T, n), one row per dt.
 /// @param temperature (T, n) [K]
 /// @throws UserError when dt is no multiple of the physics step
 Trace rollout(Plant& plant, const State& initial, const RowMatrix& tau,
               const RowMatrix& temperature, double dt);
 
-/// Writes sample k of a trace: `state` at t_k and what the plant's last hold found there.
+/// Writes sample k of a trace: `state` at t_k, and the plant's `a` and `tau_f` of its last hold.
 void record(const Plant& plant, const State& state, std::span<const double> tau,
             std::span<const double> temperature, int k, Trace& trace);
 

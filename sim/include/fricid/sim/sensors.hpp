@@ -11,11 +11,11 @@ namespace fricid::sim {
 /// Sensor model: the log of a trace. Per sample and joint
 ///
 ///     q_meas   = round_to(encoder_step, q + N(0, encoder_noise^2))
-///     tau_meas = round_to(torque_step, tau delayed + N(0, torque_noise^2))     shares of the
-///     effort limit v_meas   = v + N(0, 2 (encoder_noise / dt)^2) optional
+///     tau_meas = round_to(torque_step, tau delayed + N(0, torque_noise^2))
+///     v_meas   = v + N(0, 2 (encoder_noise / dt)^2)                          if [sensors] velocity
 ///
-/// and a dropped sample repeats the last one that arrived. Every purpose, joint and sequence has a
-/// random stream of its own.
+/// with torque noise and step as shares of the effort limit. A dropped sample repeats the last one
+/// that arrived. Every purpose, joint and sequence has a random stream of its own.
 /// @param sequence  number of the recording within the run, unique over train and validation
 data::Dataset measure(const Trace& trace, const SensorOptions& config,
                       const dynamics::RobotModel& robot, std::uint64_t seed, int sequence);

@@ -24,14 +24,15 @@ MujocoArm make_arm(const scene::Problem& problem);
 MujocoArm make_arm(const scene::Problem& problem, double step);
 
 /// Designs the excitation and simulates every sequence, each on a plant of its own: `train` x
-/// `repeats` periods to train on, `validation` to judge by. The arm enters each period from the end
-/// of the one before, so that a log starts in a natural state. Equal bytes for any number of jobs.
+/// `repeats` training periods and `validation` held-out ones. The arm enters each period from the
+/// end of the one before, so that a log starts with a settled friction state. Equal bytes for any
+/// number of jobs.
 /// @throws UserError on a scene without friction, or as above; std::runtime_error when the arm
 /// diverges
 Simulation simulate(const scene::Problem& problem, int jobs);
 
-/// Open loop of the truth for a data set: from the true state at `start`, under the measured, held
-/// torque of the data set: what physics and sensors allow at best.
+/// Open loop of the true arm for a data set (the oracle): from the true state at `start`, under the
+/// measured, held torque.
 /// @param length  samples; row 0 is the state at `start`
 Trace oracle_rollout(const scene::Problem& problem, const MujocoArm& arm, const Truth& truth,
                      const data::Dataset& dataset, int start, int length);

@@ -4,15 +4,16 @@
 
 namespace fricid::sim {
 
-/// Sizes of what `simulate` makes of a scene.
+/// Size of the data that `simulate` makes of a scene.
 struct SimulationSize {
-  double recordings = 0, training = 0;  ///< all of them; those to train on
-  double samples = 0;                   ///< of each
-  double bytes = 0;                     ///< that all of them take at once
+  double recordings = 0, training = 0;  ///< number in all; of those for training
+  double samples = 0;                   ///< per recording
+  double bytes = 0;                     ///< memory for all of them at once
 };
 SimulationSize size_of_simulation(const scene::Problem& problem);
 
-/// Asked before a simulation. @throws UserError naming the scene when that is too much (limits.hpp)
+/// To be called before a simulation. @throws UserError naming the scene when it needs too much
+/// memory (limits.hpp)
 void require_memory_of_simulation(const scene::Problem& problem);
 
 }  // namespace fricid::sim

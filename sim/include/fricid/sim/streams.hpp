@@ -6,7 +6,7 @@
 
 namespace fricid::sim {
 
-/// What random numbers of the simulator are for; each has streams of its own.
+/// Purposes of random numbers in the simulator; each has streams of its own.
 enum class Purpose : std::uint64_t { kExcitation = 1, kEncoder, kTorque, kVelocity, kDrop };
 
 /// Stream for one purpose, one sequence (or trajectory) and one joint (or restart), so that no

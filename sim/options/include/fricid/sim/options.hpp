@@ -19,11 +19,11 @@ struct PlantOptions {
   }
 };
 
-/// How the simulated arm is held on its trajectory.
+/// Controller of the simulated arm, see sim::Controller.
 enum class ControlLaw {
   kPdGravity,       ///< stiffness, damping and gravity
-  kComputedTorque,  ///< ... and the inertial torque of the wanted acceleration
-  kCascade          ///< position loop, velocity loop with an integral, gravity in error
+  kComputedTorque,  ///< ... and the inertial torque of the desired acceleration
+  kCascade          ///< position loop, velocity loop with integral, imperfect gravity model
 };
 constexpr std::string_view names(ControlLaw) { return "pd_gravity|computed_torque|cascade"; }
 
@@ -51,7 +51,7 @@ struct ControllerOptions {
 enum class Criterion {
   kDOptimal,   ///< - log det of the information of the base parameters
   kCondition,  ///< its condition number
-  kNone        ///< nothing: the first random draw, made feasible
+  kNone        ///< no optimisation: the first random draw, scaled to the limits
 };
 constexpr std::string_view names(Criterion) { return "d_optimal|condition|none"; }
 

@@ -11,7 +11,7 @@
 
 namespace fricid::sim {
 
-/// Margin to each limit over the whole trajectory; 1 for a limit that the robot does not state.
+/// Margin to each limit over the whole trajectory; 1 for a limit that the robot does not have.
 /// Shares: 1 - largest value / allowed value.
 struct JointMargins {
   std::string joint;
@@ -40,10 +40,10 @@ struct TrajectoryReport {
   bool feasible = false;
   int evaluations = 0;       ///< of the criterion
   double log_det_start = 0;  ///< log det of the information matrix, best random start
-  double log_det = 0;        ///< the same, as kept
+  double log_det = 0;        ///< the same of the final trajectory
   double condition = 0;      ///< of the base regressor, rows weighted by 1 / effort
   double clearance_m = 0;    ///< smallest distance on the trajectory
-  std::string closest;       ///< the two bodies that come that near
+  std::string closest;       ///< the two closest bodies
   std::vector<JointMargins> joints;
 
   template <class Archive>
@@ -74,7 +74,7 @@ struct ExcitationFile {
   }
 };
 
-/// The least margin of a joint over all trajectories; NaN where none states it.
+/// The least margin of a joint over all trajectories; NaN without trajectories of the joint.
 inline double least_margin(std::span<const TrajectoryReport> trajectories, const std::string& joint,
                            double JointMargins::*margin) {
   double least = std::numeric_limits<double>::quiet_NaN();

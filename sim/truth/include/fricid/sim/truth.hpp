@@ -18,7 +18,7 @@ namespace fricid::sim {
 ///                        "parameters": [{"owner", "symbol", "value", "unit"}]}]}]}.
 std::string friction_text(const friction::Friction& friction);
 /// @param place  of the text, for messages
-/// @throws UserError on anything else than what `friction_text` gives
+/// @throws UserError on text that is not of the form that `friction_text` writes
 friction::Friction friction_of(const std::string& text, const std::string& place);
 
 /// The truth of one sequence. At every sample  M(q) a + h(q, v) + tau_f = tau.
@@ -33,7 +33,7 @@ struct Truth {
 
   double dt() const { return 1 / rate_hz; }
 
-  /// All but the name, which is the file's.
+  /// All fields but the name, which is that of the file.
   template <class Archive>
   void visit(Archive& archive) {
     archive.joints(joint_names);
@@ -57,7 +57,7 @@ struct Truth {
 
 /// HDF5. Written atomically.
 void save_truth(const Truth& truth, const std::filesystem::path& path);
-/// @throws UserError naming the file when it is missing, a folder, torn or of another format
+/// @throws UserError naming the file when it is missing, a folder, truncated or of another format
 Truth load_truth(const std::filesystem::path& path);
 
 }  // namespace fricid::sim
