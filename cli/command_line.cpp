@@ -39,12 +39,12 @@ void add_common(CLI::App& command, CommonOptions& common, const std::string& exa
   command.footer("Example:\n  " + example);
 }
 
-/// One line, whatever text of files and of the command line is in it.
+/// The text as one printable line.
 void print_error(std::string_view message) {
   std::fprintf(stderr, "fricid: %s\n", printable(message).c_str());
 }
 
-/// Digits only: CLI11 would take -1 for 2^64 - 1 and 07 for an octal number.
+/// Digits only: CLI11 would read -1 as 2^64 - 1 and 07 as an octal number.
 std::string whole_number_up_to(const Limit& limit, const std::string& text) {
   std::uint64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -54,16 +54,16 @@ std::string whole_number_up_to(const Limit& limit, const std::string& text) {
   return fmt::format("\"{}\"; allowed: a whole number from 0 to {}", text, limit.most);
 }
 
-/// Standard streams that are closed get a file that can neither be read nor written, so that no
-/// file of ours takes their place. A reader of stdout that went away and a limit on the size of
-/// files are errors of writing, not our end.
+/// Opens closed standard streams on a file that can neither be read nor written, so that no file
+/// opened later takes their descriptor. A closed pipe on stdout and the limit on file sizes become
+/// write errors instead of killing the program.
 void keep_standard_streams() {
   for (const int stream : {0, 1, 2})
     if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == 0 ? O_WRONLY : O_RDONLY);
   for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
 }
 
-/// The exit code of a command that ended with `code`, once all it printed has arrived.
+/// Flushes stdout. Returns `code`, or that of a failure to write.
 int exit_code_once_printed(int code) {
   std::cout.flush();
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;

@@ -44,7 +44,7 @@ scene::Problem problem_of(const RunOptions& options) {
   return workflow::load_problem(options.target, options.seed);
 }
 
-/// Missing logs: a message, no failure, no folder.
+/// Missing logs: prints a message; not a failure, and no folder is made.
 bool skipped(const scene::Problem& problem) {
   std::string why;
   if (scene::data_available(problem, &why)) return false;
@@ -64,7 +64,7 @@ void print_tables(const workflow::Job& job) {
   print_file(folder.torque_table());
 }
 
-/// Says on the terminal what is not to be trusted. @return whether all is
+/// Prints what must not be trusted. @return whether all may be trusted
 bool trusted(const evaluate::Evaluation& evaluation) {
   for (const evaluate::Summary& summary : evaluation.summary)
     for (const std::string& doubt : summary.doubts)

@@ -17,18 +17,19 @@ struct CommonOptions {
 };
 
 struct RunOptions {
-  std::filesystem::path target;             ///< scene file or run folder
-  std::filesystem::path output;             ///< empty: run/NAME
-  std::vector<std::string> models;          ///< empty: all of the scene
-  std::string seeds;                        ///< empty: those of the scene
-  std::optional<std::uint64_t> seed;        ///< of the scene itself, its data included
+  std::filesystem::path target;     ///< scene file or run folder
+  std::filesystem::path output;     ///< empty: run/NAME
+  std::vector<std::string> models;  ///< empty: all of the scene
+  std::string seeds;                ///< empty: those of the scene
+  std::optional<std::uint64_t>
+      seed;  ///< replaces that of the scene and its data; empty: the scene's
   std::vector<std::filesystem::path> data;  ///< further data sets to evaluate on; may be empty
   bool no_video = false;
 };
 
 struct RenderOptions {
   std::filesystem::path target;   ///< run folder
-  std::vector<std::string> what;  ///< of plots, video, report, still; empty: all but still
+  std::vector<std::string> what;  ///< of plots, video, report, still; empty: all except still
   std::string quality, layout;    ///< empty: those of the scene
   std::string renderer;           ///< empty: FRICID_GL or what is found
   std::filesystem::path still = "still.png";
@@ -38,15 +39,15 @@ struct RenderOptions {
 struct ImportOptions {
   std::vector<std::filesystem::path> logs;
   std::filesystem::path contract, output = ".";
-  std::filesystem::path robot;     ///< URDF, for what the doctor can tell by dynamics
+  std::filesystem::path robot;     ///< URDF, for checks by dynamics; empty: none
   std::vector<std::string> fixes;  ///< findings to repair
 };
 
 struct CheckOptions {
   std::filesystem::path target;           ///< run folder, data set (HDF5) or log
-  std::filesystem::path contract, robot;  ///< of a log
-  std::filesystem::path design;           ///< where to write what to record next; empty: nowhere
-  bool verbose = false;                   ///< every parameter, family and note
+  std::filesystem::path contract, robot;  ///< of a log; empty: none
+  std::filesystem::path design;           ///< file of a trajectory to record next; empty: none
+  bool verbose = false;                   ///< print every parameter, family and note
 };
 
 struct EstimateOptions {
@@ -61,8 +62,8 @@ struct ExportOptions {
   std::filesystem::path output;  ///< folder
 };
 
-/// Verdict of a command that did its work. kNo: a fit failed its own health test, or a horizon of
-/// the evaluation cannot rank models. Logs without a truth have no such horizon.
+/// Verdict of a command that finished. kNo: a fit failed its own checks, or a horizon of the
+/// evaluation cannot rank models; for logs without truth the latter is not checked.
 enum class Verdict { kDone, kNo };
 
 Verdict run(const RunOptions& options, const CommonOptions& common);

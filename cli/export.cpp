@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A model file, or those of a run folder but for the truth's.
+// A model file, or those of a run folder without the truth's.
 std::vector<data::ModelFile> models_of(const fs::path& target) {
   if (!fs::is_directory(target)) return {data::load_model(target)};
   const workflow::RunFolder run(target);
@@ -36,7 +36,7 @@ std::vector<data::ModelFile> models_of(const fs::path& target) {
 Verdict export_models(const ExportOptions& options, const CommonOptions& common) {
   deploy::Exported all;
   std::set<std::string> names;
-  // all is made before anything is written
+  // make all exports before writing the first
   deploy::require_format(options.format);
   for (const data::ModelFile& model : models_of(options.target)) {
     deploy::Exported one = deploy::export_model(model, options.format);

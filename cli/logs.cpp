@@ -1,4 +1,4 @@
-// fricid import and fricid check: real logs, and what is wrong with data.
+// fricid import and fricid check: real logs, and faults of data.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ const dynamics::RobotModel* pointer(const std::optional<dynamics::RobotModel>& r
   return robot ? &*robot : nullptr;
 }
 
-/// @param fixed  names of findings that are repaired: these are told so, without a remedy
+/// @param fixed  names of repaired findings, which are marked so and get no remedy
 void print_findings(const std::vector<doctor::Finding>& findings, const data::Dataset& d,
                     const std::vector<std::string>& fixed, std::FILE* stream) {
   for (const doctor::Finding& finding : findings) {
@@ -42,14 +42,13 @@ void print_findings(const std::vector<doctor::Finding>& findings, const data::Da
   }
 }
 
-/// Damage, and notes too where all is asked for.
+/// Damage; notes too if `all`.
 std::vector<doctor::Finding> told(std::vector<doctor::Finding> findings, bool all) {
   if (!all) std::erase_if(findings, [](const doctor::Finding& f) { return !doctor::is_damage(f); });
   return findings;
 }
 
-/// Refuses in one line, with its place in the file, what cannot be used.
-/// @return warnings
+/// @return warnings @throws UserError with the place in the file on data that cannot be used
 std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
                                const data::Contract& contract, bool as_it_was) {
   try {
@@ -57,7 +56,7 @@ std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
   } catch (const UserError&) {
     if (!as_it_was) throw;
     try {
-      data::import_log(log, contract);  // which names the place in the file
+      data::import_log(log, contract);  // throws with the place in the file
     } catch (const UserError& error) {
       throw UserError("{}; `fricid check` says what --fix can mend", error.what());
     }
@@ -65,7 +64,7 @@ std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
   }
 }
 
-/// Where the data sets of logs go. @throws UserError when two go to one file, or one to an input
+/// Output files of the logs. @throws UserError when two are the same file, or one is an input
 std::vector<fs::path> outputs_of(const ImportOptions& options) {
   std::vector<fs::path> paths, taken;
   for (const fs::path& input : options.logs) taken.push_back(fs::weakly_canonical(input));
@@ -86,7 +85,7 @@ bool damaged(const std::vector<doctor::Finding>& findings) {
   return std::any_of(findings.begin(), findings.end(), doctor::is_damage);
 }
 
-/// Whether a fit to the log would mean something else, after the repairs.
+/// Whether a fit to the repaired log would be wrong.
 bool misleads(const std::vector<doctor::Finding>& findings, const std::vector<std::string>& fixed) {
   return std::any_of(findings.begin(), findings.end(), [&](const doctor::Finding& f) {
     return doctor::kind_of(f.name).misleads && std::ranges::count(fixed, f.name) == 0;

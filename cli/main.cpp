@@ -1,4 +1,4 @@
-// The `fricid` program: the command line and, where it is built, the viewer.
+// The `fricid` program: the command line and, if built, the viewer.
 #include "fricid/cli/command_line.hpp"
 #ifdef FRICID_HAS_VIEWER
 #include "fricid/viewer/viewer.hpp"

@@ -12,7 +12,7 @@
 namespace fricid::cli {
 namespace {
 
-/// Takes the digits at the front of `text` away; nothing when there are none, or too many.
+/// Removes a number from the front of `text`; empty when there is none, or it is too large.
 std::optional<int> take_number(std::string_view& text) {
   std::uint64_t value = 0;
   if (text.empty() || text.front() < '0' || text.front() > '9') return std::nullopt;

@@ -8,15 +8,14 @@
 
 namespace fricid::cli {
 
-/// Lines of text as a terminal may get them: each as `printable` has it (names.hpp), tabs and line
-/// ends as they are.
+/// Lines of text safe for a terminal: each made `printable` (names.hpp), tabs and line ends kept.
 std::string visible_lines(std::string_view text);
 
 /// Prints `visible_lines(text)`.
 void print(std::string_view text, std::FILE* stream = stdout);
 
-/// JSON text as a terminal may get it: where some of it does not show, all beyond ASCII is written
-/// as \uXXXX.
+/// JSON text safe for a terminal: if some of it is not printable, everything beyond ASCII is
+/// written as \uXXXX.
 /// @param text  JSON that this program wrote
 std::string visible_json(const std::string& text);
 

@@ -9,7 +9,7 @@
 namespace fricid::deploy {
 namespace {
 
-constexpr std::size_t kLongest = 72;  // of an expression that stays within another
+constexpr std::size_t kLongest = 72;  // characters of an expression that is inlined
 
 bool is_truth(Op op) { return op >= Op::kLess && op <= Op::kNot; }
 
@@ -107,7 +107,7 @@ const char* infix_of(Op op) {
   }
 }
 
-// The outer parentheses of an expression that stands alone.
+// An expression without its outer parentheses.
 std::string bare(const std::string& text) {
   if (text.empty() || text.front() != '(' || text.back() != ')') return text;
   int depth = 0;
@@ -215,7 +215,7 @@ class Writer {
         return fmt::format("(-{})", text(node.a));
       case Op::kNot:
         return fmt::format("(!{})", text(node.a));
-      case Op::kEqual:  // without the warning that compilers have for ==
+      case Op::kEqual:  // avoids the compiler warning for ==
         return fmt::format("({0} <= {1} && {0} >= {1})", text(node.a), text(node.b));
       case Op::kSelect:
         return fmt::format("({} ? {} : {})", text(node.a), text(node.b), text(node.c));

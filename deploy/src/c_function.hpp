@@ -9,21 +9,21 @@
 
 namespace fricid::deploy {
 
-/// How the leaves of a graph are called in C.
+/// Names of the leaves of a graph in C.
 struct LeafNames {
   std::string prefix;                   ///< of the macros and helpers of the header
-  std::vector<std::string> parameters;  ///< of theta, for the comments and local names
+  std::vector<std::string> parameters;  ///< symbols of theta, for comments and local names
   bool whole_robot = false;             ///< inputs are arrays over the joints
 };
 
-/// The body of a function and what it asks of its surroundings.
+/// The body of a function and what it uses.
 struct CBody {
   std::string statements;                   ///< locals, one a line
   std::vector<std::string> outputs;         ///< expressions
   std::set<Op> helpers;                     ///< operations that are helper functions
   std::set<Field> fields;                   ///< inputs that are read
   bool parameters = false, states = false;  ///< whether theta, z are read
-  bool loops = false;                       ///< over an `int i`
+  bool loops = false;                       ///< needs a loop variable `int i`
 };
 
 CBody write_body(const Graph& graph, const std::vector<int>& outputs, const LeafNames& names);

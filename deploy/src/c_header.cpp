@@ -27,7 +27,7 @@ std::string call(const Parts& parts, const Shape& shape, int joint, bool step,
   return fmt::format("{}_{}({}", shape.name, step ? "step" : "torque", list);
 }
 
-// "(void)q;" for what this model does not read.
+// "(void)q;" for inputs that this model does not read.
 std::string unread(bool step, const std::vector<const Shape*>& shapes) {
   std::string text;
   const auto bodies = [&](auto predicate) {

@@ -86,7 +86,7 @@ std::string formal(const CBody& body, bool z_always, bool whole, const std::stri
 
 std::string loop_variable(const CBody& body) { return body.loops ? "  int i;\n" : ""; }
 
-// What is the same at every state is said without names.
+// The parameter list of a C function: void if it is empty.
 std::string none_if_empty(const std::string& text) { return text.empty() ? "void" : text; }
 
 std::string table(const std::string& name, const std::vector<double>& values,

@@ -27,7 +27,7 @@ struct Shape {
   bool has_step() const { return model.state_size() > 0; }
 };
 
-/// The model's friction as shapes and who has which.
+/// The model's friction as shapes, and the shape of each joint.
 struct Parts {
   std::string prefix;
   const friction::Friction& friction;
@@ -51,7 +51,7 @@ struct Parts {
 /// @param prefix  of every name of the header
 Parts parts_of(const data::ModelFile& model, std::string prefix);
 
-/// Formal or actual arguments: what a body reads of p, the inputs and z.
+/// Formal or actual arguments of a body: p, inputs and z, as far as it reads them.
 template <class Named>
 std::string arguments(const CBody& body, bool z_always, Named named) {
   std::string text;

@@ -6,10 +6,10 @@
 
 namespace fricid::deploy {
 
-/// A comment of one line that nothing in the text can end.
+/// A one-line comment; the text is escaped so that it cannot end it.
 std::string c_comment(std::string_view text);
 
-/// A string literal with every byte as it is: what is not a plain character of ASCII in octal.
+/// A string literal of the text's bytes, with octal escapes for all but printable ASCII.
 std::string c_string(std::string_view text);
 
 }  // namespace fricid::deploy

@@ -22,7 +22,7 @@ Exported write_c(const data::ModelFile& model) {
 struct Row {
   Format format;
   Exported (*write)(const data::ModelFile&);
-  bool couples = false;  ///< says, or may leave to its user, what motors turn two joints
+  bool couples = false;  ///< can represent coupled motors, or leaves them to its user
 };
 constexpr std::array kRows = {
     Row{{"c", "C99 header of the friction, torque and states"}, write_c, true},

@@ -57,7 +57,7 @@ double fold(Op op, double a, double b) {
   }
 }
 
-// The step stands for a number that is not known yet, so nothing may be computed with it alone.
+// The step is a placeholder, so a plain double must not be computed from it.
 void refuse_step(const Symbol& a) {
   if (a.is(kStep)) throw std::logic_error("a law computes with dt alone");
 }

@@ -1,7 +1,6 @@
-// A scalar that writes down what is computed with it. The laws are templates on their scalar: with
-// this one they leave a graph of operations in the place of a number, from which code in other
-// languages is written. So a law is said once, and what leaves the program is what the program
-// runs.
+// A scalar that records the operations done with it. The laws are templates on their scalar: with
+// this one they yield a graph of operations, from which code in other languages is written, so
+// exported code is made from the same source as the program's own.
 #pragma once
 
 #include <cstdint>
@@ -64,7 +63,7 @@ struct Layer {
   std::vector<int> x;  ///< nodes (inputs x columns), row-major
 };
 
-/// Operations in an order in which each comes after what it needs; equal ones are one.
+/// Operations in topological order, without duplicates.
 class Graph {
  public:
   const std::vector<Node>& nodes() const { return nodes_; }
@@ -80,11 +79,11 @@ class Graph {
   std::map<std::tuple<Op, int, int, int, std::uint64_t>, int> known_;
 };
 
-/// What stands for the step where a law takes dt as a plain number: laws turn it into their scalar
-/// before they compute with it, and then it is Op::kDt.
+/// Placeholder for the step dt, which laws take as a plain number: they convert it to their scalar
+/// before computing with it, which gives Op::kDt.
 inline constexpr double kStep = 0x1.3c0ffee1badc5p-7;
 
-/// A number of a graph, or a constant of none yet.
+/// A number of a graph, or a constant that belongs to no graph yet.
 class Symbol {
  public:
   Symbol() = default;
@@ -95,7 +94,7 @@ class Symbol {
   bool is(double value) const { return is_constant() && value_ == value; }
   double value() const { return value_; }
   Graph* graph() const { return graph_; }
-  /// Its node in `graph`, where a constant is written down.
+  /// Its node in `graph`; a constant is added to it.
   int in(Graph& graph) const;
 
   friend Symbol operator+(const Symbol& a, const Symbol& b);
@@ -114,7 +113,7 @@ class Symbol {
   double value_ = 0;
 };
 
-/// A truth of a graph, or a known one.
+/// A truth value of a graph, or a known one.
 class Truth {
  public:
   Truth() = default;
@@ -143,7 +142,7 @@ inline Truth operator>(const Symbol& a, const Symbol& b) { return b < a; }
 inline Truth operator>=(const Symbol& a, const Symbol& b) { return b <= a; }
 inline Truth operator!=(const Symbol& a, const Symbol& b) { return !(a == b); }
 
-/// Both ways of a branch are written down.
+/// Both sides of a branch are recorded.
 inline bool any(const Truth& truth) { return !truth.is_constant() || truth.value(); }
 
 Symbol select(const Truth& condition, const Symbol& a, const Symbol& b);
@@ -172,11 +171,11 @@ struct SymbolSinCos {
 };
 SymbolSinCos sincos(const Symbol& a);
 
-/// A layer of a network whose weights are parameters of `graph` in a row.
+/// A layer of a network whose weights are consecutive parameters of `graph`.
 void write_layer(int columns, int inputs, int outputs, const Symbol* layer, const Symbol* X,
                  Symbol* Y);
 
-/// What friction/mlp.hpp finds for this scalar.
+/// The overload of friction/mlp.hpp for this scalar.
 template <int kColumns>
 void dense(int inputs, int outputs, const Symbol* layer, const Symbol* X, Symbol* Y) {
   write_layer(kColumns, inputs, outputs, layer, X, Y);

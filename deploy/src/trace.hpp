@@ -8,7 +8,7 @@
 
 namespace fricid::deploy {
 
-/// What a friction computes: outputs are nodes of the graph.
+/// Graph of a friction; outputs are its nodes.
 struct Traced {
   Graph torque;
   std::vector<int> tau_f;  ///< (n)
@@ -16,7 +16,7 @@ struct Traced {
   std::vector<int> z_next;  ///< (state_size)
 };
 
-/// torque and step of a friction of n joints on symbols: whatever its laws and modifiers are.
+/// Torque and step of a friction of n joints as graphs, for all laws and modifiers.
 Traced trace(const friction::RobotFriction& friction);
 
 }  // namespace fricid::deploy

@@ -13,7 +13,7 @@ namespace {
 
 using Array = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 
-/// @throws UserError when numpy makes no numbers of it
+/// @throws UserError when numpy cannot convert it to numbers
 Array doubles(const ArrayLike& array, const char* name) {
   Array found;
   if (nb::try_cast(array.value, found, false)) return found;

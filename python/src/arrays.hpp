@@ -12,13 +12,12 @@ namespace fricid::python {
 
 namespace nb = nanobind;
 
-/// What numpy makes an array of numbers from.
+/// Anything that numpy converts to an array of numbers.
 struct ArrayLike {
   nb::object value;
 };
 
-/// A read-only (n) or (N, n) array of doubles. Arrays of doubles in C order are seen as they are,
-/// others are copied.
+/// A read-only (n) or (N, n) array of doubles. Arrays of doubles in C order are not copied.
 class Rows {
  public:
   /// @param name   for messages
@@ -26,12 +25,12 @@ class Rows {
   /// @throws UserError when the shape is another or a value is not finite
   Rows(const ArrayLike& array, const char* name, int width);
 
-  /// The same row everywhere.
+  /// One row for the whole batch.
   Rows(const double value, int width);
 
   Eigen::Index count() const { return rows_.rows(); }
   bool is_one() const { return is_one_; }  ///< given as (n)
-  /// Row i of a batch; the only one stands for all.
+  /// Row i of a batch; the single row if `is_one`.
   const double* row(Eigen::Index i) const { return rows_.row(count() == 1 ? 0 : i).data(); }
   Eigen::Map<const RowMatrix> matrix() const { return rows_; }
 
@@ -47,7 +46,7 @@ RowMatrix samples(const ArrayLike& array, const char* name);
 /// One sample (n) as a row, NaN where a value is missing. @throws UserError on another shape
 RowMatrix one_sample(const ArrayLike& array, const char* name, int n);
 
-/// A signal as it lies in an object of Python, read-only; the object lives as long as the array.
+/// A read-only view of a signal in a Python object, which it keeps alive.
 using View = nb::ndarray<nb::numpy, const double>;
 View view(nb::handle owner, const RowMatrix& signal);
 View view(nb::handle owner, const Eigen::VectorXd& signal);

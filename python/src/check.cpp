@@ -1,4 +1,4 @@
-// What is wrong with data, and what they identify.
+// Faults of data, and the parameters that they identify.
 #include "check.hpp"
 
 #include <nanobind/stl/filesystem.h>
@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether the data are whole, the report as JSON, the same in words.
+/// Whether the data are undamaged, the report as JSON, the report as text.
 using Report = std::tuple<bool, std::string, std::string>;
 
 Report report_of(const workflow::Subject& subject) {

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kSignalPeriod{50};
 
-// Whether this thread is in a function of Python that is told of progress.
+// Whether this thread is in a Python progress callback.
 thread_local bool telling = false;
 
 /// The one job of the process.
@@ -26,7 +26,7 @@ std::timed_mutex& turn() {
   return mutex;
 }
 
-/// Waits for its turn as long as no signal comes. @throws nb::python_error of a signal
+/// Waits for its turn. @throws nb::python_error when a signal arrives
 std::unique_lock<std::timed_mutex> take_turn() {
   std::unique_lock lock(turn(), std::defer_lock);
   for (;;) {
@@ -40,7 +40,7 @@ std::unique_lock<std::timed_mutex> take_turn() {
   }
 }
 
-/// What Python raised during a job, the first of it.
+/// The first exception that Python raised during a job.
 class Raised {
  public:
   void keep(nb::python_error&& error) {
@@ -52,10 +52,10 @@ class Raised {
   }
 
  private:
-  std::optional<nb::python_error> error_;  // behind the interpreter's lock
+  std::optional<nb::python_error> error_;  // guarded by the interpreter's lock
 };
 
-/// Reports of progress to a function of Python, for as long as it lives.
+/// Reports progress to a Python function during its lifetime.
 class Listening {
  public:
   Listening(const nb::object& progress, Raised& raised) {
@@ -120,7 +120,7 @@ void say(const std::string& line) {
   try {
     nb::module_::import_("logging").attr("getLogger")("fricid").attr("info")("%s", printable(line));
   } catch (const nb::python_error&) {
-    // a handler of the user's that fails is no fault of the work
+    // a failing logging handler must not stop the work
   }
 }
 

@@ -1,4 +1,4 @@
-// Long work on a thread of its own, so that Python hears signals meanwhile.
+// Long work on a thread of its own, so that Python can handle signals meanwhile.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -12,9 +12,9 @@ namespace fricid::python {
 
 namespace nb = nanobind;
 
-/// Does `work` without the interpreter's lock, one such job at a time in a process: progress and
-/// the request to stop are the process's. Exceptions pass; Ctrl-C, and an exception of `progress`,
-/// stop the work at its next step and are raised then.
+/// Does `work` without the interpreter's lock, one such job at a time per process, since progress
+/// and the stop request are global. Exceptions are passed on; Ctrl-C, and an exception of
+/// `progress`, stop the work at its next step and are raised then.
 /// @param progress  None, or called with (stage, done, total, seconds, figure) as the work goes on
 void do_job(const nb::object& progress, const std::function<void()>& work);
 
@@ -26,7 +26,7 @@ auto job(const nb::object& progress, Work work) {
   return std::move(*result);
 }
 
-/// A line that the work says, to the logger "fricid" of Python. From any thread.
+/// Sends a message of the work to Python's logger "fricid". From any thread.
 void say(const std::string& line);
 
 }  // namespace fricid::python

@@ -24,7 +24,7 @@ using OptionalArray = std::optional<ArrayLike>;
 
 constexpr Eigen::Index kLanes = PackD::kLanes;
 
-/// Friction of a model, with what Python asks of it on batches: rows are independent states.
+/// Friction of a model on batches: rows are independent states.
 class Friction {
  public:
   explicit Friction(std::shared_ptr<const data::ModelFile> file) : file_(std::move(file)) {
@@ -133,7 +133,7 @@ class Friction {
     std::vector<PackD> z, tau_f;
   };
 
-  /// Arrays of one call: each has one row for all, or as many as the batch.
+  /// Arrays of one call: each has one row, or as many as the batch.
   struct Batch {
     Rows q, v, z, load, temperature;
     Eigen::Index count = 1;
@@ -204,7 +204,7 @@ std::vector<std::string> joint_names(const Model& model) {
   return names;
 }
 
-/// @return the files, and what the format cannot say
+/// @return the files, and what the format leaves out
 std::pair<std::vector<fs::path>, std::vector<std::string>> export_model(const Model& model,
                                                                         const std::string& format,
                                                                         const fs::path& folder) {

@@ -23,8 +23,8 @@ PyObject* error_class(const char* name) {
   return nb::object(nb::module_::import_("fricid._errors").attr(name)).release().ptr();
 }
 
-/// Errors become the package's, with the sentences of the program. What is not named here is left
-/// to nanobind.
+/// Errors become exceptions of the package with the program's messages; other types are left to
+/// nanobind.
 void translate(const std::exception_ptr& error, void* /*payload*/) {
   static PyObject* const user_error = error_class("UserError");
   static PyObject* const failure = error_class("Failure");

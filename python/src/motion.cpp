@@ -31,7 +31,7 @@ evaluate::RolloutOptions rollout_options() {
   return options;
 }
 
-/// A time as a number of samples. @throws UserError when it is none
+/// A time as a number of samples. @throws UserError when it is not a whole number
 int samples_in(double seconds, const data::Dataset& log, const char* name) {
   const double count = std::round(seconds * log.rate_hz);
   if (!(count >= 0 && count <= log.length() - 1))
@@ -91,7 +91,7 @@ Motion simulate(const Model& model, const ArrayLike& tau, double rate_hz, const 
   d.tau << torque.matrix(), torque.matrix().bottomRows(1);
   d.temperature = warmth.matrix().row(0).replicate(T + 1, 1);
   if (warmth.count() == T && T > 1) d.temperature.topRows(T) = warmth.matrix();
-  d.q = RowMatrix::Constant(T + 1, n, std::nan(""));  // nothing to compare with
+  d.q = RowMatrix::Constant(T + 1, n, std::nan(""));  // no measured position
   trajectory.q = first_q.matrix().replicate(T + 1, 1);
   trajectory.v = first_v.matrix().replicate(T + 1, 1);
   const evaluate::Start start{.trajectory = 0, .begin = 0, .steps = static_cast<int>(T)};

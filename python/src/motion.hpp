@@ -6,8 +6,8 @@
 
 namespace fricid::python {
 
-/// What a model does along a log: Motion of an open loop, Filter and Estimate of the online
-/// estimator, and the functions of Model that make them.
+/// A model along a log: Motion of an open loop, Filter and Estimate of the online estimator, and
+/// the functions of Model that make them.
 void bind_motion(nanobind::module_& m, nanobind::class_<Model>& model);
 
 }  // namespace fricid::python

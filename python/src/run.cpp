@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a run is made from, and where: the text of a scene, or a scene file or run folder.
+/// Input of a run and its folder: the text of a scene, or a scene file or run folder.
 struct Source {
   std::variant<std::string, fs::path> scene;
   fs::path folder;
@@ -39,7 +39,7 @@ struct Source {
   }
 };
 
-/// @throws UserError naming the log that is not there
+/// @throws UserError naming a missing log
 void require_data(const scene::Problem& problem) {
   std::string why;
   if (!scene::data_available(problem, &why)) throw UserError("{}", why);

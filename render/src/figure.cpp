@@ -39,7 +39,7 @@ std::array<Picture, 3> pictures_of(const Figure& figure) {
         std::string_view("IEND\xae\x42\x60\x82")}}};
 }
 
-/// The line of gnuplot's complaint that says what was wrong.
+/// The line of gnuplot's output that states the error.
 std::string first_complaint(const std::string& errors) {
   const std::size_t at = errors.find("line ");
   const std::string tail = at == std::string::npos ? errors : errors.substr(at);

@@ -1,4 +1,4 @@
-// The figures of a run by what they show. Each is empty of panels where its files are absent.
+// The figures of a run by subject. A figure without its files has no panels.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ Figure error_horizon(const Run& run);
 Figure error_joint(const Run& run);
 Figure bands(const Run& run);
 
-// figures_friction.cpp: what the laws do
+// figures_friction.cpp: friction torque and states
 Figure friction_loop(const Run& run, int joint);
 Figure presliding(const Run& run);
 Figure reversal(const Run& run);
@@ -24,7 +24,7 @@ Figure latent(const Run& run);
 Figure torque(const Run& run, const RunModel& model);
 Figure torque_drift(const Run& run);
 
-// figures_fit.cpp: how the models were found
+// figures_fit.cpp: quality of the fits
 Figure parameters(const Run& run);
 Figure training(const Run& run);
 Figure filter_health(const Run& run);

@@ -104,7 +104,7 @@ int columns_of(const Figure& figure) {
   return std::clamp(static_cast<int>(figure.panels.size()), 1, figure.columns);
 }
 
-/// Whether the named places of a panel's horizontal axis have room side by side.
+/// Whether the labels of a panel's horizontal axis fit side by side.
 bool names_fit(const Figure& figure, const Panel& panel) {
   std::size_t letters = 0;
   for (const auto& [place, name] : panel.x_tics) letters += name.size() + 1;
@@ -112,7 +112,7 @@ bool names_fit(const Figure& figure, const Panel& panel) {
          figure.width_cm / columns_of(figure) - figure.left_cm - kRightCm;
 }
 
-/// Room below a panel, also for names that stand upright.
+/// Room below a panel, including upright labels.
 double bottom_cm(const Figure& figure) {
   double room = kBottomCm;
   for (const Panel& panel : figure.panels)
@@ -130,7 +130,7 @@ Layout layout_of(const Figure& figure) {
           legend};
 }
 
-/// One axis as shares of what its data span.
+/// One axis, in shares of the range of its data.
 class Axis {
  public:
   Axis(const Panel& panel, std::vector<double> Series::*values, bool log, Range range) : log_(log) {
@@ -143,9 +143,9 @@ class Axis {
     if (std::isfinite(range.low)) low_ = place(range.low);
     if (std::isfinite(range.high)) high_ = place(range.high);
   }
-  /// Length of what the data span; 0 when there are none.
+  /// Length of the data's range; 0 without data.
   double span() const { return high_ > low_ ? high_ - low_ : 0; }
-  /// Where the data begin and end. @pre the axis is not logarithmic
+  /// Range of the data. @pre the axis is not logarithmic
   Range range() const { return {low_, high_}; }
   double share(double value) const {
     return high_ > low_ ? (place(value) - low_) / (high_ - low_) : place(value) - low_;
@@ -165,7 +165,7 @@ double tic_step(double span) {
 
 Script number(double value) { return Script::of("{:.6g}", value); }
 
-/// The points of a line that show, with an empty line where it breaks.
+/// The points of a simplified line, with an empty line where it breaks.
 Script line_data(const Series& series, const Axis& x_axis, const Axis& y_axis) {
   Script text;
   std::vector<double> x, y;
@@ -222,11 +222,10 @@ Script data_blocks(const Figure& figure) {
   return text;
 }
 
-/// What goes between the items of a list, before each but the first.
+/// Separator before each item of a list but the first.
 Script separator(bool first, const Script& between) { return first ? Script() : between; }
 
-/// @param span  of the data, for tics at a distance that leaves room for their numbers; 0:
-/// gnuplot's
+/// @param span  range of the data, for tics with room for their numbers; 0: gnuplot's tics
 Script axis_text(char name, bool log, Range range,
                  const std::vector<std::pair<double, std::string>>& tics, double span,
                  bool upright = true) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::ptrdiff_t kMostInASmallPanel = 7;
 
-/// Panels that many models share are larger.
+/// Panels with many models are larger.
 void give_room(Figure& figure) {
   const auto labels = [](const Panel& panel) {
     return std::count_if(panel.series.begin(), panel.series.end(),

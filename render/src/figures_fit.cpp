@@ -17,7 +17,8 @@ namespace fricid::render {
 namespace {
 
 constexpr double kTwoSd = 2;
-constexpr double kRelated = 0.5, kConfused = 0.9;  // correlations worth a sign, and a bold one
+constexpr double kRelated = 0.5,
+                 kConfused = 0.9;  // |correlation| shown by a sign, and by a bold one
 
 Series counted(const RunModel& model, std::vector<double> y, double first = 0) {
   Series series{.label = model.label,
@@ -35,8 +36,8 @@ std::vector<double> per_iteration(const data::FittedEm& em, double data::FittedI
   return values;
 }
 
-/// Whether a parameter of a law is plotted: those of its elements and weights are too many, where a
-/// step is smoothed is no friction.
+/// Whether a parameter of a law is plotted: not those of elements and weights, which are too many,
+/// nor smoothing speeds, which are numerical.
 bool is_shown(const friction::ParameterRef& parameter, const friction::RobotFriction& friction) {
   using enum friction::Role;
   if (parameter.joint == friction::kWholeRobot) return false;
@@ -47,8 +48,8 @@ bool is_shown(const friction::ParameterRef& parameter, const friction::RobotFric
          info.role != kSaturationSpeed;
 }
 
-/// A curve of more samples than a panel can show, as the median of each bin over the band from the
-/// least to the largest; a shorter one as it is.
+/// A curve of more samples than a panel can show as the median of each bin, with a band from its
+/// least to its largest value; a shorter one unchanged.
 std::vector<Series> binned(const Series& curve) {
   constexpr std::size_t kBins = 200;
   const std::size_t size = curve.x.size() / kBins;

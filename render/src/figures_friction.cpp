@@ -12,7 +12,7 @@
 namespace fricid::render {
 namespace {
 
-constexpr double kWindow = 5;        // [s] of what is shown in time
+constexpr double kWindow = 5;        // [s] shown of time series
 constexpr double kNormal90 = 1.645;  // half width of a 90 % band in standard deviations
 
 /// The part of a curve between two times, counted from `zero`.
@@ -66,7 +66,7 @@ Figure presliding(const Run& run) {
     if (auto file = run.model_file(model)) shown.emplace_back(model, file->arm.friction);
   if (shown.empty()) return figure;
 
-  // The truth sets the scale of the loops, or else the model with the longest presliding.
+  // The loops are scaled by the truth, or else by the model with the longest presliding.
   std::vector<friction::Friction> of_scale;
   if (run.truth)
     of_scale.push_back(run.truth->friction);

@@ -11,7 +11,7 @@
 namespace fricid::render {
 namespace {
 
-constexpr double kSmallest = 1e-9;  // [rad] below what any encoder resolves: bottom of a log axis
+constexpr double kSmallest = 1e-9;  // [rad] bottom of a log axis, below the resolution of encoders
 
 }  // namespace
 
@@ -83,7 +83,7 @@ Figure error_time(const Run& run) {
           curve(model, rollout->t,
                 evaluate::mean_absolute_error(rollout->q, run.measured.q).cwiseMax(kSmallest)));
   }
-  // The first samples lie decades below: they are shown from where the curves have risen.
+  // The first samples lie decades below: the axis begins after the initial rise.
   double least = 1;
   for (const Series& series : panel.series)
     for (std::size_t i = series.y.size() / 100; i < series.y.size(); ++i)
@@ -160,7 +160,7 @@ Figure error_joint(const Run& run) {
   std::vector<std::pair<double, std::string>> joints;
   for (int j = 0; j < run.n(); ++j) joints.emplace_back(j, run.joint(j));
 
-  // One second, where friction decides, and the longest horizon.
+  // One second, where friction dominates, and the longest horizon.
   std::vector<std::size_t> shown;
   for (std::size_t h = 0; h < horizons.size(); ++h)
     if (horizons[h] == 1 || h + 1 == horizons.size()) shown.push_back(h);

@@ -13,9 +13,9 @@ bool is_plain(char c) {
          c == '_' || c == '-' || c == '.' || c == ' ';
 }
 
-/// "..." with every byte that is not plain as \ooo: nothing is left that gnuplot could read as an
-/// end, a `program`, a @macro or an escape. It reads more than three digits after a \, so one that
-/// follows is escaped too.
+/// "..." with every byte but plain characters as \ooo, so that gnuplot finds no end of the string,
+/// `program`, @macro or escape in it. gnuplot reads more than three digits after a \, so a digit
+/// that follows is escaped too.
 std::string in_octal(std::string_view text) {
   std::string result = "\"";
   bool after_escape = false;
@@ -30,8 +30,8 @@ std::string in_octal(std::string_view text) {
 
 }  // namespace
 
-// '...' is read letter by letter but for the apostrophe: '' for it is misread beside the ends of a
-// string (gnuplot 5.4). The svg terminal leaves > as it is, and ]]> may not stand in XML.
+// '...' is read literally but for the apostrophe: '' for it is misread beside the ends of a string
+// (gnuplot 5.4). The svg terminal does not escape >, and XML does not allow ]]>.
 Script string_of(std::string_view text) {
   std::string shown = printable(text);
   for (std::size_t at = 0; (at = shown.find("]]>", at)) != shown.npos;)

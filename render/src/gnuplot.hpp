@@ -10,7 +10,7 @@ namespace fricid::render::gnuplot {
 
 using Script = Code<struct GnuplotLanguage>;
 
-/// A string that gnuplot takes letter by letter; characters that do not show are escaped.
+/// A string that gnuplot takes literally; unprintable characters are escaped.
 Script string_of(std::string_view text);
 
 /// The same for the name of a tic, which gnuplot takes for a format of numbers.

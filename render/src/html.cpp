@@ -61,7 +61,7 @@ Html number(double value, int digits) {
   const double magnitude = std::abs(value);
   const Html sign = value < 0 ? Html::of("−") : Html();
   if (magnitude >= 0.001 && magnitude < 1e5) {
-    // The digits that count, and no more than the integer part needs.
+    // The significant digits, at least those of the integer part.
     const int before = static_cast<int>(std::floor(std::log10(magnitude))) + 1;
     return Html::of("{}{:.{}f}", sign, magnitude, std::max(0, digits - before));
   }

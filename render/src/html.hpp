@@ -28,7 +28,7 @@ Html percent(double share, int digits = 2);
 /// "s" unless `count` is 1.
 Html plural(std::integral auto count) { return count == 1 ? Html() : Html::of("s"); }
 
-/// What a cell or a row means to the style sheet.
+/// Class of a cell or row in the style sheet.
 enum class Style { kPlain, kBest, kBad, kSoft, kText, kRule, kSoftRule };
 
 /// A cell of a table.
@@ -45,14 +45,14 @@ struct Row {
 /// Column headings from words, each escaped.
 std::vector<Html> headings(std::initializer_list<std::string_view> words);
 
-/// A table whose first column is a heading. It scrolls sideways inside itself where it must.
+/// A table whose first column is a heading; scrolls sideways if too wide.
 /// @param caption  empty: none
 Html table(const std::vector<Html>& head, const std::vector<Row>& rows, const Html& caption = {});
 
 /// "a, b and c".
 Html enumeration(const std::vector<Html>& parts);
 
-/// A part that is shown on demand; empty of an empty part.
+/// A collapsible part; empty if its content is.
 Html details(std::string_view summary, const Html& part);
 
 /// Links to the second-level headings of a page.

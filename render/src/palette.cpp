@@ -17,7 +17,7 @@ namespace {
 
 constexpr friction::PlotLook kOracle{"#000000", 7}, kExternal{"#E7298A", 2}, kUnknown{"#708090", 3};
 
-/// The look that a law's row in the tables states, or that of what has no row.
+/// The look of a law's table row, or that of the oracle, external or unknown models.
 friction::PlotLook plain_look(std::string_view law) {
   for (const auto table : {friction::law_table(), friction::robot_law_table()})
     for (const friction::LawInfo& row : table)

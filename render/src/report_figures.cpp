@@ -9,7 +9,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A heading and the names of its plots; one that ends in "_" stands for all that begin so.
+/// A heading and the names of its plots; a name that ends in "_" means all that begin with it.
 struct Group {
   const char *id, *title;
   std::vector<const char*> names;
@@ -30,7 +30,7 @@ const std::vector<Group>& groups() {
   return kGroups;
 }
 
-/// The caption that the script of a plot carries in its first line.
+/// The caption in the first line of a plot's script.
 std::string caption_of(const fs::path& script) {
   const std::string text = workflow::if_there(script, read_file).value_or("");
   return text.starts_with("# ") ? text.substr(2, text.find('\n') - 2) : std::string();
@@ -65,7 +65,7 @@ Html figure_section(const Record& record) {
         figures += plot_html(record, std::string(name));
         continue;
       }
-      // One joint in sight, the others on demand.
+      // The first joint is open, the others collapsed.
       Html first, others;
       for (int j = 0; j < record.run.n(); ++j) {
         const Html figure = plot_html(record, std::string(name) + record.run.joint(j));

@@ -12,14 +12,14 @@ using html::Cell;
 using html::Row;
 using html::Style;
 
-/// Entry of theta where a friction has this law at that joint; NaN elsewhere.
+/// Value of a parameter if the friction has this law at that joint; else NaN.
 double value_of(const friction::Friction& friction, int joint, const std::string& law,
                 const std::string& symbol) {
   const int i = friction::find_parameter(friction.model, joint, law, symbol);
   return i < 0 ? kNaN : friction.theta[static_cast<std::size_t>(i)];
 }
 
-/// What the fit says of a parameter of that joint's law.
+/// The fit's record of a parameter of that joint's law.
 struct Found {
   double standard_error = kNaN;
   bool at_bound = false;
@@ -210,7 +210,7 @@ Html health(const Record& record, const FittedModel& fitted) {
   return text + Html::of("</dl>\n");
 }
 
-// What held-out data chose from, and what they say of the parts of the sum of laws.
+// The candidates that held-out data chose from, and the effect of each part of the sum of laws.
 Html choice_tables(const data::FitFile& fit) {
   Html text;
   if (!fit.candidates.empty()) {

@@ -17,15 +17,15 @@ struct FittedModel {
   RunModel model;
   workflow::FitId id;
   std::optional<data::FitFile> fit;
-  std::optional<data::ModelFile> file;  ///< none of rollouts alone
+  std::optional<data::ModelFile> file;  ///< empty for external models
 };
 
-/// What the report is made from.
+/// Input of the report.
 struct Record {
   Run run;
   scene::Scene scene;
   workflow::Manifest manifest;
-  std::vector<sim::TrajectoryReport> trajectories;  ///< how they were excited; empty for logs
+  std::vector<sim::TrajectoryReport> trajectories;  ///< excitation design; empty for logs
   std::vector<FittedModel> fits;                    ///< models in order, seeds in order
 };
 
@@ -33,7 +33,7 @@ Record read_record(const workflow::RunFolder& folder, const scene::Scene& scene,
                    const workflow::Manifest& manifest);
 
 // report_summary.cpp
-/// Three sentences from the figures: the best model, how far it is from the oracle, what fails.
+/// Three sentences: the best model, its distance from the oracle, failures.
 Html summary_section(const Record& record);
 Html table_section(const Record& record);
 Html video_section(const Record& record);
@@ -43,11 +43,11 @@ Html warning_section(const Record& record);
 
 // report_figures.cpp
 Html figure_section(const Record& record);
-/// One plot of the folder as a numbered figure; empty when it was not drawn.
+/// One plot of the folder as a numbered figure; empty if it does not exist.
 Html plot_html(const Record& record, const std::string& name);
 
 // report_torque.cpp
-/// Torque along the measured motion: joints, regimes, drift, and the recordings' own noise.
+/// Torque along the measured motion: joints, regimes, drift, and the noise of the recordings.
 Html torque_section(const Record& record);
 
 // report_models.cpp
@@ -57,7 +57,7 @@ Html model_section(const Record& record);
 Html data_section(const Record& record);
 Html reproduce_section(const Record& record);
 
-/// A model's name with a dot of its colour.
+/// A model's name with a dot in its colour.
 Html dotted(const RunModel& model);
 
 Html report_style();  ///< the style sheet

@@ -130,7 +130,7 @@ Html failure_sentence(const Record& record, const Summary& best) {
   return text + Html::of(".");
 }
 
-/// What a reader must know before any figure: models that are not to be trusted.
+/// Models that must not be trusted, shown before any figure.
 Html distrust_section(const std::vector<const Summary*>& fitted) {
   Html text;
   for (const Summary* summary : fitted) {
@@ -143,7 +143,7 @@ Html distrust_section(const std::vector<const Summary*>& fitted) {
   return text;
 }
 
-/// Per joint, over all fits: how much of its training torque they explain, and the verdict.
+/// Per joint, over all fits: R2 of the training torque, and the verdict.
 Html joint_table(const Record& record) {
   std::vector<evaluate::LabelledFit> fits;
   for (const FittedModel& fitted : record.fits)

@@ -14,7 +14,7 @@ const RunModel& model_of(const Record& record, const TorqueSummary& torque) {
   return *record.run.model(torque.model);
 }
 
-/// Which models err less than every static law, and at how many joints.
+/// Models with a smaller error than every static law, with the number of joints.
 Html comparison(const Record& record, const std::vector<TorqueSummary>& torques) {
   const std::vector<TorqueSummary> static_laws = evaluate::static_laws(torques);
   if (static_laws.empty()) return {};
@@ -88,7 +88,7 @@ Html drift_table(const Record& record, const std::vector<TorqueSummary>& torques
                               "them: warming up, or a slow motion that the model lacks."));
 }
 
-/// What the recordings say of their own noise.
+/// Noise of the recordings, from their repetitions.
 Html repeats_table(const Record& record) {
   const evaluate::Evaluation& evaluation = record.run.evaluation;
   std::vector<Row> rows;

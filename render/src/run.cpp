@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 using workflow::if_there;
 
-/// Signals of a file along the trajectory, which has no more samples than its recording.
+/// Signals of a file along the trajectory; at most as many samples as its recording.
 template <class Signals>
 std::optional<Signals> along(const Run& run, const fs::path& file,
                              Signals (*load)(const fs::path&, int)) {
@@ -25,7 +25,7 @@ std::optional<Signals> along(const Run& run, const fs::path& file,
   return signals;
 }
 
-/// What a file says of each joint is of as many as the recording has.
+/// Requires that a file has as many joints as the recording.
 void require_joints(const Run& run, const fs::path& file, std::ptrdiff_t found) {
   if (found != run.n())
     throw UserError("{}: found {} joints; allowed: {}, as {} has", file.string(), found, run.n(),

@@ -1,4 +1,4 @@
-// What the figures of a run share.
+// Data shared by the figures of a run.
 #pragma once
 
 #include <limits>
@@ -41,26 +41,26 @@ struct Run {
   /// Models that were fitted, that is, without the oracle.
   std::vector<RunModel> fitted() const;
   const RunModel* model(const std::string& name) const;  ///< null without one
-  /// Of a model over its seeds; null without one.
+  /// Summary of a model over its seeds; null without one.
   const evaluate::Summary* summary(const std::string& model) const;
 
-  // Files of a model, first seed, on the trajectory; nothing where they are not there.
-  // @throws UserError when one is broken or longer than the trajectory
+  // Files of a model's first seed on the trajectory; empty if the file does not exist.
+  // @throws UserError when a file is damaged or longer than the trajectory
   std::optional<evaluate::RolloutSignals> rollout(const RunModel& model) const;
   std::optional<evaluate::PredictionSignals> prediction(const RunModel& model) const;
   std::optional<data::EstimateSignals> estimate(const RunModel& model) const;
   std::optional<evaluate::BandSignals> band(const RunModel& model) const;
   std::optional<data::ModelFile> model_file(const RunModel& model) const;
   std::optional<data::FitFile> fit(const RunModel& model) const;
-  // Those of any seed.
+  // The same of any seed.
   std::optional<data::ModelFile> model_file(const workflow::FitId& id) const;
   std::optional<data::FitFile> fit(const workflow::FitId& id) const;
 };
 
-/// @throws UserError when the folder holds no evaluation.json, or what is there is broken
+/// @throws UserError when evaluation.json is missing, or a file is damaged
 Run read_run(const workflow::RunFolder& folder);
 
-/// What a fit says of entry i of theta; null where it says nothing.
+/// The fit's record of entry i of theta; null without one.
 const data::FittedParameter* fitted_parameter(const data::FitFile& fit,
                                               const friction::RobotFriction& friction, int i);
 

@@ -25,7 +25,7 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
   text = std::move(result);
 }
 
-/// Takes out every part from `from` to the next `to`, both included.
+/// Removes every part from `from` to the next `to`, both included.
 void remove_all(std::string& text, const std::string& from, const std::string& to) {
   std::string result;
   std::size_t begin = 0;
@@ -107,7 +107,7 @@ bool is_plain_tag(std::string_view tag) {
   return lower.find("javascript") == lower.npos;
 }
 
-/// The text between tags with its quotes and > escaped: what follows looks for attributes by them.
+/// The text between tags with its quotes and > escaped, which delimit attributes below.
 std::string with_escaped_words(std::string_view text) {
   std::string result;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -212,7 +212,7 @@ Html inline_svg(const Svg& picture, std::string_view label) {
     before = text;
     replace_all(text, "\n\n", "\n");
   }
-  // what is left of a plain picture is plain
+  // parts of a plain picture are plain
   return Html::of(
       "<svg viewBox=\"0 0 {0} {1}\" style=\"--width:{0}px\" role=\"img\" aria-label=\"{2}\">{3}",
       html::escaped(width), html::escaped(height), html::escaped(label), Html(Vouched{text}));

@@ -12,8 +12,8 @@ namespace fricid::render {
 /// A picture that is_plain_svg.
 using Svg = Code<struct SvgLanguage>;
 
-/// Whether a file holds only what gnuplot draws: no scripts, no handlers of events, no links to
-/// elsewhere. Anything may lie in a run folder; only this may become part of a page.
+/// Whether a file holds only elements that gnuplot writes: no scripts, event handlers or external
+/// links. Files of a run folder are not trusted; only plain pictures become part of a page.
 bool is_plain_svg(std::string_view file);
 
 /// @throws UserError naming `place` where `file` is not plain
@@ -23,7 +23,7 @@ Svg read_svg(const std::filesystem::path& path);
 /// The picture as an <svg> element that follows the page: black becomes the colour of the text,
 /// fonts are the page's, grid lines have class "gridline". Coordinates are rounded to 0.1 px and
 /// written as differences, which halves the size; symbols are left to `svg_symbols`.
-/// @param label  what the picture shows, for those who do not see it
+/// @param label  accessible description of the picture
 Html inline_svg(const Svg& picture, std::string_view label);
 
 /// The symbols that inlined pictures share: once per page.

@@ -27,7 +27,7 @@ Eigen::Vector3d eye_of(const View& view) {
                                                        std::sin(elevation));
 }
 
-/// What a camera sees, without end in depth.
+/// View cone of a camera, unlimited in depth.
 struct Sight {
   Eigen::Vector3d eye, forward, right, up;
   double across, upright;  ///< half angles [rad]
@@ -61,7 +61,7 @@ bool is_plain_mesh(const mjvGeom& geom) {
          geom.objtype == mjOBJ_GEOM && geom.dataid >= 0;
 }
 
-/// Gives moving links one colour. What is translucent casts no shadow.
+/// Gives moving links one colour. Translucent links cast no shadow.
 void tint(std::span<mjvGeom> links, const Paint& paint) {
   for (mjvGeom& geom : links) {
     if (geom.category != mjCAT_DYNAMIC) continue;
@@ -74,8 +74,8 @@ void tint(std::span<mjvGeom> links, const Paint& paint) {
   }
 }
 
-/// By how much a ghost shrinks about the eye. It looks the same but comes nearer by kGhostLead at
-/// the view's target, so that an arm with nearly the same surface does not show through in patches.
+/// Scale of a ghost about the eye. It looks the same but is nearer by kGhostLead at the view's
+/// target, so that an arm with nearly the same surface does not show through in patches.
 float ghost_scale(const View& view) {
   return static_cast<float>(1 - std::min(kGhostLead / view.distance, 0.2));
 }
@@ -92,7 +92,7 @@ void bring_forward(std::span<mjvGeom> links, const View& view) {
   }
 }
 
-/// Whether something that stands still mirrors what moves.
+/// Whether a static geom mirrors moving ones.
 bool has_mirror(const mjModel& model) {
   return std::any_of(model.mat_reflectance, model.mat_reflectance + model.nmat,
                      [](float reflectance) { return reflectance > 0; });
@@ -156,7 +156,7 @@ std::vector<Eigen::Vector3d> ArmPainter::joints(std::span<const double> q) {
 }
 
 double ArmPainter::hidden_share(const View& view, std::span<const Eigen::Vector3d> points) const {
-  // simple shapes that stand still; the links are no obstacle
+  // static simple shapes; links do not count as obstacles
   std::vector<int> obstacles;
   for (int g = 0; g < model_->ngeom; ++g)
     if (model_->body_weldid[model_->geom_bodyid[g]] == 0 && model_->geom_type[g] != mjGEOM_MESH &&
@@ -233,7 +233,7 @@ void ArmPainter::set_scene(const View& view, double aspect, std::span<const Pain
 
   meshes.clear();
   pose(arms.front().q);
-  mjv_updateCamera(model_.get(), data_.get(), &camera, &scene);  // the headlight sits there
+  mjv_updateCamera(model_.get(), data_.get(), &camera, &scene);  // sets the headlight
   mjv_updateScene(model_.get(), data_.get(), &gl_->option, &gl_->nobody, &camera, categories,
                   &scene);
   for (mjvGeom& geom : std::span(scene.geoms, static_cast<std::size_t>(scene.ngeom)))
@@ -273,7 +273,7 @@ Image ArmPainter::paint(const View& view, int width, int height, std::span<const
   const double aspect = static_cast<double>(width) / height;
   open_buffer(width, height);
 
-  // onto the backdrop where the overlay draws all that moves
+  // onto the backdrop if the overlay draws everything that moves
   std::vector<mjvGeom> meshes;
   const bool kept = backdrop_ == Backdrop{view, width, height};
   if (kept) set_scene(view, aspect, arms, mjCAT_DYNAMIC, true, meshes);

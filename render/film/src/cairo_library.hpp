@@ -1,5 +1,5 @@
-// The functions of cairo that pictures are drawn with. The library is opened at run time: what
-// draws nothing does not need it.
+// The functions of cairo that pictures are drawn with. The library is opened at run time, so that
+// it is needed only for drawing.
 #pragma once
 
 #include <cairo.h>

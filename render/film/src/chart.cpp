@@ -99,7 +99,7 @@ void Chart::draw_axes(Canvas& canvas) const {
 
 void Chart::draw_curve(Canvas& canvas, std::span<const double> x, std::span<const double> y,
                        const LineStyle& style) const {
-  // in pixels, so that what no eye can see need not be drawn; a NaN breaks the line
+  // in pixels, to skip invisible detail; a NaN breaks the line
   std::vector<double> px, py;
   std::vector<Point> points;
   for (std::size_t i = 0; i <= x.size(); ++i) {

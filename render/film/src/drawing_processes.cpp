@@ -19,9 +19,9 @@
 namespace fricid::film {
 namespace {
 
-constexpr int kMostProcesses = 8;  // a final picture takes 0.2 GB of each
+constexpr int kMostProcesses = 8;  // each takes 0.2 GB for a final picture
 
-/// What goes before a picture, or before the letters that say why there is none.
+/// Header of a picture, or of the message why there is none.
 struct Header {
   std::uint64_t size;
   bool is_picture;
@@ -67,7 +67,7 @@ void draw_all(int pipe, int first, int stride, int count, const std::function<Dr
     const Header header{reason.size(), false};
     if (send(pipe, &header, sizeof header)) send(pipe, reason.data(), reason.size());
   } catch (const Stopped&) {
-    // whoever reads was stopped too
+    // the reader was stopped too
   }
 }
 
@@ -79,7 +79,7 @@ int processes_for(int count, int jobs) {
 }  // namespace
 
 DrawingProcesses::DrawingProcesses(int count, int jobs, const std::function<Draw()>& open)
-    : DrawingProcesses() {  // from here on the destructor ends what was started
+    : DrawingProcesses() {  // from here on the destructor ends started processes
   const int stride = processes_for(count, jobs);
   if (stride == 1 || gl_was_used()) {
     draw_here_ = open();
@@ -92,7 +92,7 @@ DrawingProcesses::DrawingProcesses(int count, int jobs, const std::function<Draw
     if (id == 0) {
       close(ends[0]);
       for (const Process& before : processes_) close(before.pipe);
-      setenv("LP_NUM_THREADS", "0", 0);  // llvmpipe's own threads would only wait for each other
+      setenv("LP_NUM_THREADS", "0", 0);  // llvmpipe's own threads would only compete
       draw_all(ends[1], first, stride, count, open);
       _exit(0);
     }

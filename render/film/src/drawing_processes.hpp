@@ -1,5 +1,5 @@
-// Pictures drawn by several processes. A GL context serves one thread, and much of what software
-// rendering does for a picture is done by that thread alone.
+// Pictures drawn by several processes, since a GL context serves one thread, and software rendering
+// does much of its work on that thread.
 #pragma once
 
 #include <sys/types.h>
@@ -12,11 +12,11 @@ namespace fricid::film {
 
 using PictureBytes = std::vector<std::uint8_t>;
 
-/// Draws picture k, in whatever form its reader wants.
+/// Draws picture k, encoded for its reader.
 using Draw = std::function<PictureBytes(int)>;
 
 /// Pictures 0, 1, ... in order; each process draws every n-th of them, some ahead of `next`.
-/// Drivers do not survive a fork: where this process has used GL, it draws all by itself.
+/// GL drivers do not survive a fork: if this process has used GL, it draws all pictures itself.
 class DrawingProcesses {
  public:
   /// @param jobs  processes; <= 0: one per core
@@ -37,7 +37,7 @@ class DrawingProcesses {
     int pipe;
   };
   std::vector<Process> processes_;
-  Draw draw_here_;  ///< empty where processes draw
+  Draw draw_here_;  ///< empty if processes draw
   int next_ = 0;
 };
 

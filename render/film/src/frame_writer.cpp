@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::uintmax_t kNoRoom = 64 * 1024;  // [bytes]
 
-/// A file as an argument of ffmpeg, which takes other names for options ("-x") or protocols
+/// A file as an argument of ffmpeg, so that it is not taken for an option ("-x") or protocol
 /// ("tcp:x").
 std::string argument_of(const std::filesystem::path& path) {
   return "file:" + std::filesystem::absolute(path).string();
@@ -48,7 +48,7 @@ FrameWriter::FrameWriter(std::filesystem::path path, int width, int height, int 
   std::filesystem::create_directories(path_.parent_path());
   part_ = temporary_beside(path_);
   log_ = temporary_beside(path_);
-  std::signal(SIGPIPE, SIG_IGN);  // an encoder that ended is a failed write, not our end
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe becomes a write error
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw UserError("{}: cannot make a pipe", path_.string());
   const int log = ::open(log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
@@ -136,7 +136,7 @@ void FrameWriter::fail(int status) const {
   std::string reason = last_line(log_);
   if (reason.empty() && WIFSIGNALED(status))
     reason = fmt::format("it was killed by signal {}", WTERMSIG(status));
-  std::error_code ignored;  // a full disk has no room for ffmpeg's words either
+  std::error_code ignored;  // on a full disk ffmpeg's log is lost too
   if (reason.empty() && std::filesystem::space(path_.parent_path(), ignored).available < kNoRoom)
     reason = "no space left on the disk";
   throw UserError("{}: ffmpeg gave up{}{}", path_.string(), reason.empty() ? "" : ": ", reason);

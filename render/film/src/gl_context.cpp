@@ -18,13 +18,13 @@ namespace {
 constexpr std::array kBackends{GlBackend::kEgl, GlBackend::kOsmesa};
 constexpr unsigned kGlRenderer = 0x1F01;
 constexpr std::array kSoftware{"llvmpipe", "softpipe", "Software Rasterizer"};
-constexpr unsigned kPatience = 20;  // [s] for a driver that hangs
+constexpr unsigned kPatience = 20;  // [s] timeout of a driver that hangs
 
 /// libmujoco looks its functions up once: the first context of the process decides.
 std::atomic<std::optional<GlBackend>> bound;
 static_assert(std::atomic<std::optional<GlBackend>>::is_always_lock_free);
 
-/// What a process of its own says about a backend, so that this one stays free to choose.
+/// Result of trying a backend in a process of its own, which leaves this one free to choose.
 std::string try_elsewhere(GlBackend backend) {
   std::array<int, 2> ends{};
   if (pipe(ends.data()) != 0) return "not tried";

@@ -26,7 +26,7 @@ enum : unsigned {
 
 constexpr int kCells = 40;  // of a plane, in each direction
 
-/// Whether all light comes from so far away that it is the same all over a plane.
+/// Whether all lights are so far away that a plane is evenly lit.
 bool lit_from_far(const mjModel& model) {
   return std::all_of(model.light_type, model.light_type + model.nlight,
                      [](int type) { return type == mjLIGHT_DIRECTIONAL; });

@@ -1,5 +1,5 @@
-// What MuJoCo's renderer does at more cost than it must, done by OpenGL itself: it is felt where a
-// processor draws.
+// Parts of MuJoCo's renderer done with fewer OpenGL operations, which saves time in software
+// rendering.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -15,14 +15,14 @@ namespace fricid::film {
 /// Draws into the frame buffer, with the camera and the lights, that mjr_render left.
 class GlOverlay {
  public:
-  /// @throws UserError naming a function that this OpenGL has not
+  /// @throws UserError naming a function that this OpenGL lacks
   explicit GlOverlay(const GlLookup& function);
   ~GlOverlay();
   GlOverlay(const GlOverlay&) = delete;
   GlOverlay& operator=(const GlOverlay&) = delete;
 
   /// Gives each infinite plane fewer cells than mjr's 200 x 200, fine below the camera and coarse
-  /// far away. Light from far away changes so little over a cell that it looks the same.
+  /// far away, which looks the same under distant light.
   void coarsen_planes(const mjModel& model, const mjrContext& context) const;
 
   /// Draws meshes in their order, each once; mjr draws translucent ones twice.

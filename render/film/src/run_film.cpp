@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kModelsShown = 3;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// A rollout with all that a film shows: other programs may leave tau_f out.
+/// A rollout with all signals of a film; those of other programs may lack tau_f.
 std::optional<evaluate::RolloutSignals> whole_rollout(const std::filesystem::path& file, int n) {
   auto rollout = workflow::if_there(
       file, [n](const std::filesystem::path& path) { return evaluate::load_rollout(path, n); });
@@ -35,7 +35,7 @@ std::vector<double> mse_of(const evaluate::Evaluation& evaluation, const std::st
   return row == evaluation.summary.end() ? std::vector<double>() : row->q_mse_geometric_mean;
 }
 
-/// The best of all at the last horizon, the first of the scene, then the next best.
+/// The best model at the last horizon, the first of the scene, then the next best.
 std::vector<std::string> telling_models(std::vector<FilmRow> rows,
                                         const std::vector<std::string>& names) {
   std::vector<std::size_t> order;
@@ -115,7 +115,7 @@ RunFilm read_film(const workflow::RunFolder& folder, const scene::Problem& probl
     film.tau_f = std::move(truth->trace.tau_f);
   }
 
-  // the table has all models, the film those chosen whose rollout is there
+  // the table has all models, the film the chosen ones that have a rollout
   std::vector<std::optional<evaluate::RolloutSignals>> rollouts;
   std::vector<std::string> names;
   std::vector<FilmRow> candidates;

@@ -16,7 +16,7 @@ SharedLibrary::SharedLibrary(std::string name, const std::string& package)
 SharedLibrary::~SharedLibrary() { dlclose(handle_); }
 
 void SharedLibrary::publish() const {
-  // stays open: whoever found its functions may keep them
+  // stays open, since its functions may still be in use
   dlopen(name_.c_str(), RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD);
 }
 

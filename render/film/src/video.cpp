@@ -70,7 +70,7 @@ std::vector<fs::path> write_video(const RunFolder& folder, const std::string& na
   return {file};
 }
 
-/// What a process draws with.
+/// Drawing resources of a process.
 struct Studio {
   std::unique_ptr<GlContext> context;
   ArmPainter painter;

@@ -180,7 +180,7 @@ void ImguiGl::draw(const ImDrawData& data) {
   const int width = static_cast<int>(data.DisplaySize.x * data.FramebufferScale.x);
   const int height = static_cast<int>(data.DisplaySize.y * data.FramebufferScale.y);
 
-  // the state that MuJoCo's renderer leaves is not ours; it gets it back
+  // saves the state of MuJoCo's renderer, to be restored
   gl_->BindFramebuffer(kFramebuffer, 0);  // first: its draw buffer is part of the state
   gl_->PushAttrib(kAllAttributes);
   gl_->PushClientAttrib(kAllClientAttributes);

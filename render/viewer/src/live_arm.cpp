@@ -70,7 +70,7 @@ void LiveArm::advance(double seconds) {
 }
 
 void LiveArm::step() {
-  // what holds the joints need not know which motors turn two
+  // the holding controller ignores coupled motors
   dynamics::RobotModel robot = problem_.robot;
   robot.couplings.clear();
   const auto n = static_cast<std::size_t>(arm_.n());

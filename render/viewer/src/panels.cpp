@@ -103,7 +103,7 @@ void draw_parameters(Stage& stage) {
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const friction::ParameterRef& parameter = parameters[i];
     if (parameter.joint != stage.joint) continue;
-    // four times the typical value is as far as a hand needs to go
+    // sliders end at four times the typical value
     const double low = std::max(parameter.info.lower, -4 * std::abs(parameter.info.typical));
     const double high =
         std::min(parameter.info.upper,

@@ -6,7 +6,7 @@
 
 namespace fricid::viewer {
 
-/// What the user asked for in this frame that only the window can do.
+/// Requests of the user in this frame that the window must handle.
 struct Wishes {
   bool still = false;  ///< save the picture
   bool scene = false;  ///< save the scene with the friction as it is
@@ -16,7 +16,7 @@ struct Wishes {
 ImVec2 picture_size(float width, float height);
 
 /// All panels around the picture of the arm: transport, models, friction parameters, plots. Changes
-/// `stage` as the user says.
+/// `stage` by the user's input.
 Wishes draw_panels(Stage& stage, ImTextureID picture, float width, float height);
 
 }  // namespace fricid::viewer

@@ -26,7 +26,7 @@ int joint_of(const Stage& stage, const std::string& name) {
   return static_cast<int>(found - joints.begin());
 }
 
-/// Index in theta of a parameter of the shown joint.
+/// Index in theta of a parameter of the selected joint.
 int parameter_of(const Stage& stage, const std::string& symbol) {
   const friction::RobotFriction& model = stage.live->friction().model;
   if (const int i = friction::find_parameter(model, stage.joint, "", symbol); i >= 0) return i;

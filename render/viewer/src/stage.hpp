@@ -16,15 +16,14 @@ namespace fricid::viewer {
 
 inline constexpr const char* kLiveColour = "#0072B2";
 
-/// The cloud of the shown joint and what it belongs to.
+/// The cloud of the selected joint, and the friction and age that it belongs to.
 struct ShownCloud {
   std::string label, colour;
   double age;  ///< [s]
   LatentCloud cloud;
 };
 
-/// State of the viewer. Knows no window and no ImGui: the panels and a script
-/// do the same things to it.
+/// State of the viewer, independent of window and ImGui: panels and scripts use the same functions.
 struct Stage {
   explicit Stage(scene::Problem of_scene) : problem(std::move(of_scene)) {}
 
@@ -43,12 +42,12 @@ struct Stage {
   film::View view;
 
   int row() const { return film->row(t); }
-  /// Moves replay or simulation by so much real time.
+  /// Advances replay or simulation by a real time.
   void advance(double seconds);
   void seek(double seconds);
   void reset();
-  /// Of the live friction, or of the first visible model that keeps a state at the shown joint,
-  /// along its open loop; none where there is no such model.
+  /// Cloud of the live friction, or of the first visible model with states at the selected joint
+  /// along its open loop; empty without such a model.
   std::optional<ShownCloud> cloud();
 
   static constexpr int kCopies = 200;
@@ -70,10 +69,10 @@ struct Stage {
 /// @throws UserError as `view`
 Stage make_stage(const std::filesystem::path& target);
 
-/// What a command asks of the window.
+/// Request of a command to the window.
 struct Asked {
   std::filesystem::path shot{};  ///< a picture of it, into this file
-  double race = 0;               ///< frames as fast as they go, for so long [s]
+  double race = 0;               ///< draw frames as fast as possible for this time [s]
 };
 
 /// One command of a script:

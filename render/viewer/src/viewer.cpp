@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 constexpr double kTrailPast = 1.5;  // [s]
 constexpr double kLiveShot = 5;     // time of a screenshot of the live arm [s]
 
-/// What the user left the window with; apart from any run.
+/// Settings of the window, kept for the next session.
 fs::path settings_file() {
   const char* config = std::getenv("XDG_CONFIG_HOME");
   const char* home = std::getenv("HOME");
@@ -37,7 +37,7 @@ fs::path settings_file() {
   return folder / "fricid" / "viewer.json";
 }
 
-/// Settings that are damaged, or of other types, are those of a first start.
+/// Damaged settings are replaced by the defaults.
 void load_settings(Stage& stage) {
   const fs::path file = settings_file();
   if (!fs::exists(file)) return;
@@ -67,7 +67,7 @@ void save_settings(const Stage& stage) {
   try {
     write_file_atomically(settings_file(), settings.dump(2) + "\n");
   } catch (const UserError&) {
-    // a home that cannot be written costs the settings, not the session
+    // settings are lost if the home folder cannot be written
   }
 }
 
@@ -101,7 +101,7 @@ film::Image paint(const Stage& stage, film::ArmPainter& painter, int width, int 
   return painter.paint(stage.view, width, height, arms, trails);
 }
 
-/// ImGui's context, its look, and what draws it.
+/// ImGui's context, style and renderer.
 class Gui {
  public:
   explicit Gui(const film::GlLookup& function) {
@@ -120,7 +120,7 @@ class Gui {
   Gui(const Gui&) = delete;
   Gui& operator=(const Gui&) = delete;
 
-  /// One frame into the window's buffer.
+  /// Draws one frame into the window's buffer.
   Wishes frame(Stage& stage, film::ArmPainter& painter) {
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     const ImVec2 picture = picture_size(size.x, size.y);
@@ -157,7 +157,7 @@ std::vector<std::string> commands_of(const Stage& stage, const ViewerOptions& op
   return commands;
 }
 
-/// Plays for some seconds, frame after frame, and prints how many there were in each.
+/// Plays for some seconds at full speed and prints the frames per second.
 void race(Stage& stage, double seconds, const std::function<void()>& frame) {
   using Clock = std::chrono::steady_clock;
   const auto seconds_since = [](Clock::time_point begin) {
@@ -179,7 +179,7 @@ void race(Stage& stage, double seconds, const std::function<void()>& frame) {
   stage.playing = was_playing;
 }
 
-/// Obeys the commands, each followed by one frame.
+/// Executes the commands, each followed by one frame.
 void run_script(Stage& stage, film::ArmPainter& painter, Gui& gui,
                 const std::vector<std::string>& commands, const std::function<void()>& before_frame,
                 const std::function<void()>& after_frame) {
@@ -211,11 +211,11 @@ void view_offscreen(Stage& stage, const ViewerOptions& options) {
       stage, painter, gui, commands_of(stage, options), [] {}, [] {});
 }
 
-/// GLFW from beginning to end, with one window whose context is current.
+/// GLFW for the lifetime of one window, whose context is current.
 class Window {
  public:
   Window(const std::string& title, int width, int height) {
-    // libmujoco looks for GL among what is open to all
+    // libmujoco looks GL up among globally visible symbols
     if (!dlopen("libGL.so.1", RTLD_NOW | RTLD_GLOBAL))
       throw UserError("libGL.so.1 is missing; install libgl1 libgl1-mesa-dri");
     if (!glfwInit()) throw UserError("found no display; --screenshot FILE works without one");

@@ -10,13 +10,13 @@ namespace fricid::cli {
 
 struct ViewOptions {
   std::filesystem::path target;              ///< run folder, scene or model
-  std::filesystem::path screenshot, script;  ///< empty: a window to play with
+  std::filesystem::path screenshot, script;  ///< both empty: interactive window
   std::optional<double> at;                  ///< time of the screenshot [s]
   std::string renderer;                      ///< off screen; empty: FRICID_GL or what is found
 };
 
-/// Does what a command line says: results to stdout, messages to stderr. Takes over Ctrl-C.
-/// @param view  opens the viewer; empty where it is not built
+/// Runs a command line: results to stdout, messages to stderr. Handles Ctrl-C.
+/// @param view  opens the viewer; empty if it is not built
 /// @return the exit code
 int run_command_line(int argc, char** argv, const std::function<void(const ViewOptions&)>& view);
 

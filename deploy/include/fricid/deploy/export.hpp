@@ -11,13 +11,13 @@
 
 namespace fricid::deploy {
 
-/// A file by its name in the folder of an export.
+/// A file of an export, named relative to its folder.
 struct TextFile {
   std::string name;
   std::string text;
 };
 
-/// What an export is: its files, and one sentence for each thing that the format cannot say.
+/// An export: its files, and one sentence for each property of the model that the format lacks.
 struct Exported {
   std::vector<TextFile> files;
   std::vector<std::string> losses;
@@ -35,13 +35,14 @@ std::span<const Format> formats();
 /// Their names: "c, csv, ...".
 std::string format_list();
 
-/// @throws UserError when the format is unknown, naming those that are
+/// @throws UserError when the format is unknown, naming the known ones
 void require_format(std::string_view format);
 
-/// @throws UserError when the format is unknown, naming those that are, or cannot say the model
+/// @throws UserError when the format is unknown, naming the known ones, or cannot represent the
+/// model
 Exported export_model(const data::ModelFile& model, std::string_view format);
 
-/// Writes the files into a folder, which is made; each is there whole or not at all.
+/// Writes the files into a folder, which is created; each file atomically.
 /// @throws UserError when a file cannot be written
 void save(const Exported& exported, const std::filesystem::path& folder);
 

@@ -39,8 +39,9 @@ struct Panel {
   bool log_x = false, log_y = false;
   std::vector<Series> series{};
   Range x_range = kFromData, y_range = kFromData;
-  bool fit_x = false;  ///< without a range, the axis ends where the data do; else at a tic
-  std::vector<std::pair<double, std::string>> x_tics{}, y_tics{};  ///< named places; empty: numbers
+  bool fit_x = false;  ///< without a range: the axis ends at the data; false: at a tic
+  std::vector<std::pair<double, std::string>> x_tics{},
+      y_tics{};  ///< position and label; empty: numbers
 };
 
 /// A grid of panels with one legend above them.
@@ -55,15 +56,15 @@ struct Figure {
 
 inline constexpr double kColumnCm = 8.8;  ///< width of one column of a journal page
 
-/// The gnuplot script with its data, made to be restyled. Lines are thinned to what can be seen:
-/// a point stays when it lies more than 0.06 % of the panel off the line through its neighbours
+/// The gnuplot script with its data, made to be restyled. Lines are thinned to visible detail: a
+/// point is kept when it lies more than 0.06 % of the panel off the line through its neighbours
 /// (Ramer 1972; Douglas & Peucker 1973).
 std::string script_of(const Figure& figure);
 
-/// Writes NAME.gp and by it NAME.pdf, .svg and .png beside it.
+/// Writes NAME.gp and runs gnuplot on it, which makes NAME.pdf, .svg and .png beside it.
 /// @return these files
 /// @throws UserError when gnuplot is missing, refuses the script, was killed, or could not write
-///         all of a picture; NAME.gp is there all the same. Stopped after Ctrl-C
+///         all of a picture; NAME.gp is written all the same. Stopped after Ctrl-C
 std::vector<std::filesystem::path> write_figure(const Figure& figure,
                                                 const std::filesystem::path& folder);
 

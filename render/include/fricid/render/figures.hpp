@@ -7,8 +7,7 @@
 
 namespace fricid::render {
 
-/// The figures of a run folder, made from its files alone, first seed and first held-out
-/// trajectory:
+/// The figures of a run folder, made from its files only. First seed and first held-out trajectory:
 ///
 ///     error_horizon      geometric mean of MSE(q) against horizon, with oracle, floor, intervals
 ///     error_time         mean absolute position error of the open loops against time
@@ -19,12 +18,12 @@ namespace fricid::render {
 ///     reversal           friction torque around each joint's slowest reversal
 ///     friction_time, friction_error     against time, with bands of the online filter
 ///     latent             hidden states
-///     parameters, training, filter_health, residual_spectrum    how the models were found
+///     parameters, training, filter_health, residual_spectrum    quality of the fits
 ///     excitation, margins               what the training motion covers
 ///     torque_MODEL       measured and predicted motor torque and their difference, per joint
 ///
 /// A figure whose files are absent (no truth, no rollout) is left out.
-/// @throws UserError when the folder holds no evaluation.json, or what is there is broken
+/// @throws UserError when evaluation.json is missing, or a file is damaged
 std::vector<Figure> figures_of_run(const workflow::RunFolder& folder);
 
 }  // namespace fricid::render

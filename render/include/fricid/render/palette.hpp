@@ -1,4 +1,4 @@
-// Who appears in the pictures of a run, and how each looks: the same in figures, video and report.
+// The models of a run and their colours, dashes and markers, the same in figures, video and report.
 #pragma once
 
 #include <string>
@@ -17,8 +17,8 @@ struct Look {
   int marker = 7;                  ///< gnuplot point type
 };
 
-/// The look of a law's `again`-th model (0 for the first): the law's hue, then paler and darker,
-/// each with another dash.
+/// The look of the `again`-th model of a law (0 for the first): the law's hue, then paler and
+/// darker, each with another dash.
 Look look_of_law(const std::string& law, int again = 0);
 
 /// Colour of the truth and of measurements.
@@ -33,13 +33,13 @@ struct RunModel {
   bool is_oracle = false;
   Look look;
 
-  /// The fit that stands for the model in figures.
+  /// The fit that represents the model in figures.
   workflow::FitId first_fit() const { return {name, seeds.front()}; }
 };
 
 /// The models of a run in the order of its evaluation, the engine's oracle first; the simulator's
 /// oracle, equal to it, is left out.
-/// @throws UserError when a model file is broken
+/// @throws UserError when a model file is damaged
 std::vector<RunModel> models_of_run(const evaluate::Evaluation& evaluation,
                                     const workflow::RunFolder& run);
 

@@ -12,12 +12,12 @@ namespace fricid::render {
 
 /// The run folder as one HTML page without scripts that needs no network: summary, tables, videos,
 /// plots (SVG inside the page), every model with its parameters, warnings and their remedies, data,
-/// scene, how to reproduce. Made from these alone; what is not there (truth, videos, plots) is left
-/// out. Videos and files of plots are linked relative to the folder.
-/// @param folder    files that are not shown are as if they were not there
+/// scene, how to reproduce. Made from the arguments only; missing files (truth, videos, plots) are
+/// left out. Videos and files of plots are linked relative to the folder.
+/// @param folder    invisible files count as missing
 /// @param scene     as run
-/// @param manifest  what was done; its stages are shown, so the report's own must not be among them
-/// @throws UserError when the folder holds no evaluation.json, or what is there is broken
+/// @param manifest  without the report's own stage, since its stages are shown
+/// @throws UserError when evaluation.json is missing, or a file is damaged
 std::string report_of_run(const workflow::RunFolder& folder, const scene::Scene& scene,
                           const workflow::Manifest& manifest);
 

@@ -1,4 +1,4 @@
-// Fewer points, same picture.
+// Simplification of polylines.
 #pragma once
 
 #include <span>
@@ -6,10 +6,10 @@
 
 namespace fricid::render {
 
-/// Indices of the points of a polyline that must stay so that no dropped point is farther than
-/// `tolerance` from the line that replaces it; first and last stay. Recursive splitting at the
-/// farthest point (Ramer, CGIP 1(3), 1972; Douglas & Peucker 1973).
-/// @param x, y  finite, of equal length, in units of the picture
+/// Indices of the points of a polyline to keep so that no dropped point is farther than `tolerance`
+/// from the simplified line; first and last are kept. Recursive splitting at the farthest point
+/// (Ramer, CGIP 1(3), 1972; Douglas & Peucker 1973).
+/// @param x, y  finite, of equal length, in the same unit as `tolerance`
 std::vector<std::size_t> simplified(std::span<const double> x, std::span<const double> y,
                                     double tolerance);
 

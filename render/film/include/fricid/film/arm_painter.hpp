@@ -25,7 +25,7 @@ struct View {
   bool operator==(const View&) const = default;
 };
 
-/// One arm in a picture. Without a tint it has the colours of its model, and brings its
+/// One arm in a picture. Without a tint it is drawn in the colours of its model, with its
 /// surroundings; with one, only the moving links are drawn, all in that colour.
 struct PaintedArm {
   std::span<const double> q;  ///< (n) [rad]
@@ -39,7 +39,7 @@ struct Trail {
   double width = 2.5;  ///< [pixels]
 };
 
-/// What a picture costs: draft is quick, standard has smooth edges, final has shadows too.
+/// Quality of a picture: draft is fast, standard has smooth edges, final has shadows too.
 struct PaintQuality {
   int samples = 0;        ///< per pixel, for smooth edges
   int shadow_pixels = 0;  ///< side of the shadow map; 0: no shadows
@@ -48,31 +48,31 @@ struct PaintQuality {
   static PaintQuality final() { return {4, 2048}; }
 };
 
-/// Owns a copy of the model, the scene and what the GPU holds of them. Use it on the thread of its
-/// GL context, which must outlive it.
+/// Owns a copy of the model, the scene and their GPU resources. Use it on the thread of its GL
+/// context, which must outlive it.
 class ArmPainter {
  public:
   /// @param tip  site of the MJCF whose path is followed; when there is none, the last link
   /// @param width, height  largest picture expected; a larger one costs a new buffer
-  /// @param function  finds the calls of the current GL context
+  /// @param function  looks up functions of the current GL context
   ArmPainter(const sim::MujocoArm& arm, const std::string& tip, int width, int height,
              PaintQuality quality, const GlLookup& function);
   ~ArmPainter();
 
-  /// The first arm brings floor, base and light. Translucent arms lie over what is opaque, each
-  /// over those before it; so do the trails, over the arms. @pre `arms` is not empty
+  /// Floor, base and light are those of the first arm. Translucent arms are drawn over opaque ones,
+  /// each over those before it, and the trails over the arms. @pre `arms` is not empty
   Image paint(const View& view, int width, int height, std::span<const PaintedArm> arms,
               std::span<const Trail> trails = {});
 
-  /// Draws what stands still once, for all pictures of this view and size that follow; one is kept
-  /// at a time. Pictures use it where all arms have a tint. Does nothing where it is kept already,
-  /// and where arms show on what stands still: by their shadows or a mirror.
+  /// Draws the static surroundings once, for all following pictures of this view and size; one
+  /// backdrop is kept at a time. It is used when all arms have a tint. Does nothing if the backdrop
+  /// exists already, or if arms affect it by shadows or a mirror.
   void keep_backdrop(const View& view, int width, int height);
 
-  /// Where the tip is in the world [m].
+  /// Position of the tip in the world [m].
   Eigen::Vector3d tip(std::span<const double> q);
 
-  /// Where the base, all joints and the tip are (n + 2) [m].
+  /// Positions of the base, all joints and the tip (n + 2) [m].
   std::vector<Eigen::Vector3d> joints(std::span<const double> q);
 
   /// Share of `points` that simple shapes of the surroundings hide from a camera.
@@ -82,9 +82,9 @@ class ArmPainter {
   double field_of_view() const;
 
  private:
-  struct Gl;  // what lives in the context
+  struct Gl;  // resources of the context
 
-  /// A picture of what stands still.
+  /// A picture of the static surroundings.
   struct Backdrop {
     View view;
     int width, height;
@@ -92,15 +92,15 @@ class ArmPainter {
   };
 
   void pose(std::span<const double> q);
-  /// Turns to the buffer of the pictures, which holds two of this size where backdrops are kept.
+  /// Binds the buffer of the pictures, which holds two of this size if backdrops are kept.
   void open_buffer(int width, int height);
   /// Sets the scene: the geoms of the first arm that are in `categories`, then the moving links of
   /// the others.
   /// @param meshes  meshes of one colour that the overlay draws: all, or the translucent ones
   void set_scene(const View& view, double aspect, std::span<const PaintedArm> arms, int categories,
                  bool all_meshes, std::vector<mjvGeom>& meshes);
-  /// Takes out of the scene, from `first` on, what is neither in the picture nor casts a shadow
-  /// into it.
+  /// Removes from the scene, from `first` on, geoms that are neither in the picture nor cast a
+  /// shadow into it.
   void drop_unseen(int first, const View& view, double aspect);
   /// Moves meshes from the scene, from `first` on, to `meshes`, from far to near.
   void take_meshes(int first, const View& view, bool all, std::vector<mjvGeom>& meshes);

@@ -50,7 +50,7 @@ class Canvas {
   double text_width(const std::string& text, const TextStyle& style) const;
   /// Draws an image into a box; pixel by pixel when the box has its size in pixels.
   void picture(const Image& image, const Box& box);
-  /// What is drawn next stays inside the box, until `unclip`.
+  /// Clips drawing to the box, until `unclip`.
   void clip(const Box& box);
   void unclip();
 

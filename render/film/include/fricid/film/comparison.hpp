@@ -16,10 +16,10 @@ inline constexpr int kFilmWidth = 1280, kFilmHeight = 720, kFilmRate = 30;
 /// Frames of the film's motion, kFilmRate per second.
 int frames_of(const RunFilm& film);
 
-/// Draws single frames of the film, in any order. Above: the arm of the truth with those of the
-/// models, as translucent ghosts and once more enlarged at the flange, or each in a picture of its
-/// own. Below: friction torque of one joint against time, distance of the tips from the truth, and
-/// friction torque against velocity. Keeps references to `film` and `painter`.
+/// Draws single frames of the film, in any order. Top: the true arm with those of the models, as
+/// translucent ghosts and enlarged at the flange, or each in a picture of its own. Bottom: friction
+/// torque of one joint against time, distance of the tips from the truth, and friction torque
+/// against velocity. Keeps references to `film` and `painter`.
 class Comparison {
  public:
   /// @param painter  for pictures of kFilmWidth x kFilmHeight

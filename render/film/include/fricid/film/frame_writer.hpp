@@ -19,14 +19,14 @@ class FrameWriter {
   /// @param fast  quicker and larger, for drafts
   /// @throws UserError when ffmpeg cannot be started
   FrameWriter(std::filesystem::path path, int width, int height, int frames_per_second, bool fast);
-  /// Without `finish` nothing stays.
+  /// Without `finish` the file is removed.
   ~FrameWriter();
   FrameWriter(const FrameWriter&) = delete;
   FrameWriter& operator=(const FrameWriter&) = delete;
 
   /// @param yuv420  a frame as yuv420_of makes it
-  /// @throws UserError with ffmpeg's own words when it ended early (disk full, killed);
-  ///         Stopped when that was asked for
+  /// @throws UserError with ffmpeg's message when it ended early (disk full, killed); Stopped on
+  ///         Ctrl-C
   void write(std::span<const std::uint8_t> yuv420);
   /// @throws UserError as `write`
   void finish();

@@ -1,4 +1,4 @@
-// What the callers of OpenGL share: its functions are found at run time, its header is not needed.
+// OpenGL functions found at run time, without its header.
 #pragma once
 
 #include <type_traits>
@@ -13,7 +13,7 @@ inline constexpr unsigned kSrcAlpha = 0x0302, kOneMinusSrcAlpha = 0x0303, kFront
                           kLighting = 0x0B50, kBlend = 0x0BE2, kScissorTest = 0x0C11;
 
 /// Sets a pointer to the function of that name.
-/// @throws UserError naming a function that this OpenGL has not
+/// @throws UserError naming a function that this OpenGL lacks
 template <class Call>
 void find_call(const GlLookup& function, Call*& call, const char* name) {
   static_assert(std::is_function_v<Call>);

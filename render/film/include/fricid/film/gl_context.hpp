@@ -1,5 +1,5 @@
-// OpenGL without a window. Nothing of GL is linked: the library that makes the context is opened at
-// run time, because libmujoco takes its GL functions from whichever one the process holds.
+// OpenGL without a window. GL is not linked: the library that makes the context is opened at run
+// time, because libmujoco uses the GL functions of the one loaded in the process.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace fricid::film {
 
-/// kOsmesa: in memory, by the processor alone. kEgl: surfaceless EGL, on a GPU where there is one.
+/// kOsmesa: in memory, on the CPU. kEgl: surfaceless EGL, on a GPU if there is one.
 enum class GlBackend { kOsmesa, kEgl };
 constexpr std::string_view names(GlBackend) { return "osmesa|egl"; }
 
@@ -22,9 +22,9 @@ GlBackend backend_of(std::string_view name);
 /// Address of a function of the current context, null when there is none.
 using GlLookup = std::function<void*(const char*)>;
 
-/// What draws in the current context: "llvmpipe (LLVM 15.0.6, 256 bits)".
+/// Renderer of the current context: "llvmpipe (LLVM 15.0.6, 256 bits)".
 std::string renderer_of(const GlLookup& function);
-/// Whether that is the processor, by Mesa's software, and no GPU.
+/// Whether that is Mesa's software renderer on the CPU.
 bool draws_by_processor(const GlLookup& function);
 
 /// A current OpenGL context (compatibility profile, as mjr needs) of the thread that made it.

@@ -24,8 +24,8 @@ struct Image {
   }
 };
 
-/// Planes Y, Cb and Cr one after the other, 4:2:0 and 8-bit, BT.709 in its limited range, as videos
-/// want it; a colour stands for 2 x 2 pixels. @pre width and height are even
+/// Planes Y, Cb and Cr one after the other, 4:2:0 and 8-bit, BT.709 in limited range, for videos;
+/// one colour sample per 2 x 2 pixels. @pre width and height are even
 std::vector<std::uint8_t> yuv420_of(const Image& image);
 
 /// PNG files. Written atomically. @throws UserError naming the path

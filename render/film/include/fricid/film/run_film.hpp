@@ -18,10 +18,10 @@ struct FilmModel {
   RowMatrix q;                   ///< (T, n) [rad]
   RowMatrix v;                   ///< (T, n) [rad/s]
   RowMatrix tau_f;               ///< (T, n) [N m]
-  std::filesystem::path file{};  ///< of the model; may lead nowhere
+  std::filesystem::path file{};  ///< of the model; may not exist
 };
 
-/// A line of the final table.
+/// A row of the final table.
 struct FilmRow {
   std::string label, colour;
   std::vector<double> mse;  ///< q_mse_geometric_mean per horizon [rad^2]; NaN: none
@@ -29,7 +29,7 @@ struct FilmRow {
   bool shown = false;  ///< it is one of the film's models
 };
 
-/// What a film of a run shows, read from the run folder's files alone: the first held-out
+/// Content of the film of a run, read from the run folder's files only: the first held-out
 /// trajectory, the first seed of each model.
 struct RunFilm {
   std::string scene, description, friction;  ///< friction: the injected friction in words
@@ -51,13 +51,13 @@ struct RunFilm {
 };
 
 /// @throws UserError when the folder holds no evaluation, or no rollout of a model of
-///         problem.scene.render.models, or what is there is broken
+///         problem.scene.render.models, or a file is damaged
 RunFilm read_film(const workflow::RunFolder& folder, const scene::Problem& problem);
 
 /// "maxwell_slip, 10 elements, with load and ripple; viscous_power".
 std::string describe(const friction::Friction& friction);
 
-/// Joint whose friction torque the models miss most, relative to its size; 0 without truth.
+/// Joint with the largest friction torque error relative to its size; 0 without truth.
 int most_telling_joint(const RunFilm& film);
 
 }  // namespace fricid::film

@@ -12,7 +12,7 @@ namespace fricid::film {
 
 /// Options of drawing that are not in the scene.
 struct DrawingOptions {
-  std::string renderer{};  ///< egl, osmesa; empty: FRICID_GL, else what is found
+  std::string renderer{};  ///< egl, osmesa; empty: FRICID_GL, else the first that works
   double orbit_s = 8;      ///< [s] of video/orbit.mp4
   int jobs = 0;            ///< processes that draw; 0: one per core, 8 at most
 };
@@ -24,8 +24,8 @@ struct DrawingOptions {
 ///
 /// Without the ffmpeg program the frames go to video/comparison/00001.png ..., orbit likewise, and
 /// one line on stderr says so.
-/// @param visible  what they may show
-/// @param out      where they go
+/// @param visible  the files that they may show
+/// @param out      the folder to write to
 /// @return the files written
 /// @throws UserError when nothing can be drawn (no GL, no MJCF), or, after the other video is made,
 ///         when one could not be written; Stopped

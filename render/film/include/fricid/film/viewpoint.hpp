@@ -23,8 +23,8 @@ FilmPaths paths_of(const RunFilm& film, ArmPainter& painter);
 View view_of(std::span<const Eigen::Vector3d> points, double azimuth_deg, double elevation_deg,
              double field_of_view, double aspect);
 
-/// The azimuth (in steps of 15 degrees, a little from above) from which the tips' errors look
-/// largest and the surroundings hide least; the view holds the whole motion.
+/// The view of the whole motion from the azimuth (in steps of 15 degrees, slightly above) at which
+/// the tips' errors appear largest and the surroundings hide least.
 View telling_view(const FilmPaths& paths, const ArmPainter& painter, double aspect);
 
 }  // namespace fricid::film

@@ -9,8 +9,8 @@
 
 namespace fricid::viewer {
 
-/// What one does to one joint by hand; a controller holds the others. On the pushed joint the motor
-/// carries gravity and adds
+/// A torque applied to one joint by the user; a controller holds the others. The motor of the
+/// pushed joint compensates gravity and adds
 ///
 ///     tau = torque + amplitude sin(2 pi frequency t).
 struct Push {
@@ -20,37 +20,38 @@ struct Push {
   double frequency_hz = 1;  ///< [Hz]
 };
 
-/// One moment of a live arm.
+/// One sample of a live arm.
 struct Moment {
   double t;                              ///< [s]
   std::vector<double> q, v, tau, tau_f;  ///< (n)
   std::vector<double> z;                 ///< (state_size) of the friction
 };
 
-/// The true arm, simulated while one watches. Parameters of its friction may change at any time;
-/// state and time stay.
+/// The true arm, simulated in real time. Parameters of its friction may change at any time; state
+/// and time are kept.
 class LiveArm {
  public:
-  /// @param friction  what is injected; the scene's, or that of an identified model
+  /// @param friction  the injected friction: the scene's, or that of an identified model
   /// Keeps references to `arm` and `problem`.
   LiveArm(const sim::MujocoArm& arm, const scene::Problem& problem, friction::Friction friction);
 
-  /// At rest in the middle of the scene's position box, friction relaxed, t = 0; who moves the arm
-  /// stays.
+  /// Restarts at rest in the middle of the scene's position box with relaxed friction, t = 0; swing
+  /// or push are kept.
   void reset();
-  /// Simulates the samples that fit into `seconds`, at most `kMostPerCall`; the rest waits.
+  /// Simulates the samples that fit into `seconds`, at most `kMostPerCall`; the remainder is
+  /// carried over.
   void advance(double seconds);
   /// One sample.
   void step();
 
-  Push push;  ///< while nothing swings
+  Push push;  ///< active while the arm does not swing
 
   /// Whether the controller moves all joints in a slow wave about the middle of the position box,
   ///
   ///     q_j = middle_j + amplitude_j sin(2 pi f t - lag j),
   ///
-  /// of at most 0.3 of the box and of the velocity limits. It comes and goes over a second; a joint
-  /// that was pushed elsewhere glides back.
+  /// of at most 0.3 of the box and of the velocity limits. It fades in and out over a second; a
+  /// displaced joint returns smoothly.
   bool swings = false;
 
   double time() const { return t_; }
@@ -72,10 +73,10 @@ class LiveArm {
   int steps_;
   std::unique_ptr<sim::Plant> plant_;
   std::vector<double> middle_, amplitude_;  // [rad or m]
-  std::vector<double> away_;                // of a held joint from where it belongs [rad or m]
+  std::vector<double> away_;                // offset of a held joint from its reference [rad or m]
   sim::State state_;
   double t_ = 0, owed_ = 0;
-  double swing_share_ = 0;  // 0: none, 1: all of it
+  double swing_share_ = 0;  // amplitude of the swing, 0 to 1
   std::deque<Moment> history_;
 };
 

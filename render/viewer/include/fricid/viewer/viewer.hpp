@@ -8,7 +8,7 @@
 namespace fricid::viewer {
 
 /// kReplay: the open loops of a run folder, with scrubbing. kLive: the true arm under the scene's
-/// friction, or that of an identified model, simulated while one watches.
+/// friction, or that of an identified model, simulated in real time.
 enum class Mode { kReplay, kLive };
 
 struct ViewerOptions {

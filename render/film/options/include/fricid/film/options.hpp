@@ -11,8 +11,8 @@
 namespace fricid::film {
 
 enum class Layout {
-  kGhosts,     ///< models as translucent ghosts on one arm
-  kSideBySide  ///< each beside the others
+  kGhosts,     ///< models as translucent arms over the true one
+  kSideBySide  ///< each arm in a picture of its own
 };
 constexpr std::string_view names(Layout) { return "ghosts|side_by_side"; }
 
