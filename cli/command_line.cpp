@@ -35,7 +35,7 @@ void add_common(CLI::App& command, CommonOptions& common, const std::string& exa
   command.add_option("--jobs", common.jobs, "threads; 0: all cores")->check(CLI::Range(0, 4096));
   command.add_flag("--quiet", common.quiet, "no progress on stderr");
   command.add_flag("--json", common.json, "result on stdout as JSON");
-  command.add_flag("--fresh", common.fresh, "redo what is already there");
+  command.add_flag("--fresh", common.fresh, "repeat all stages, up to date or not");
   command.footer("Example:\n  " + example);
 }
 
@@ -102,9 +102,9 @@ int exit_code_of_command_line(int argc, char** argv,
   const auto is_seed = [](const std::string& text) {
     return whole_number_up_to(limits::kSeed, text);
   };
-  run_command->add_option("--seed", run_options.seed, "of the data, instead of the scene's")
+  run_command->add_option("--seed", run_options.seed, "seed of the data; default: scene")
       ->check(is_seed);
-  run_command->add_flag("--no-video", run_options.no_video, "leave the videos out");
+  run_command->add_flag("--no-video", run_options.no_video, "make no videos");
   add_common(*run_command, common, "fricid run scenes/kr6_demo.toml -o run/kr6_demo");
   run_command->callback([&] { command = [&] { return run(run_options, common); }; });
 
@@ -112,7 +112,7 @@ int exit_code_of_command_line(int argc, char** argv,
       app.add_subcommand("simulate", "ground truth only: data sets and truth files");
   simulate_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
   simulate_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
-  simulate_command->add_option("--seed", run_options.seed, "of the data, instead of the scene's")
+  simulate_command->add_option("--seed", run_options.seed, "seed of the data; default: scene")
       ->check(is_seed);
   add_common(*simulate_command, common, "fricid simulate scenes/kr6_lugre.toml");
   simulate_command->callback([&] { command = [&] { return simulate(run_options, common); }; });
@@ -122,16 +122,16 @@ int exit_code_of_command_line(int argc, char** argv,
       ->required();
   identify_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
   identify_command->add_option("--model", run_options.models, "only these models (repeatable)");
-  identify_command->add_option("--seeds", run_options.seeds, "e.g. 1-5 or 1,3")
+  identify_command->add_option("--seeds", run_options.seeds, "of the fits, e.g. 1-5 or 1,3")
       ->each([](const std::string& text) { parse_seeds(text); });
   add_common(*identify_command, common, "fricid identify run/kr6_demo --model lugre --seeds 1-5");
   identify_command->callback([&] { command = [&] { return identify(run_options, common); }; });
 
   auto* evaluate_command = app.add_subcommand(
-      "evaluate", "open loop against held-out data; also of what lies in DIR/external");
+      "evaluate", "open loops against held-out data, models in DIR/external included");
   evaluate_command->add_option("DIR", run_options.target, "run folder")->required();
   evaluate_command->add_option("--data", run_options.data,
-                               "further data sets (HDF5), also unseen ones");
+                               "further data sets (HDF5) to evaluate on");
   add_common(*evaluate_command, common,
              "fricid evaluate run/kr6_demo --data other/validation_0.h5");
   evaluate_command->callback([&] { command = [&] { return evaluate(run_options, common); }; });
@@ -146,9 +146,10 @@ int exit_code_of_command_line(int argc, char** argv,
       ->check(CLI::IsMember(all_names<film::Quality>()));
   render_command->add_option("--layout", render_options.layout, "of the video; default: scene")
       ->check(CLI::IsMember(all_names<film::Layout>()));
-  render_command->add_option("--renderer", render_options.renderer, "default: what is found")
+  render_command->add_option("--renderer", render_options.renderer, "default: the first that works")
       ->check(CLI::IsMember({"egl", "osmesa"}));
-  render_command->add_option("-o,--output", render_options.still, "of the still; still.png");
+  render_command->add_option("-o,--output", render_options.still,
+                             "file of the still; default still.png");
   render_command->add_option("--at", render_options.at, "time of the still [s]; default: middle");
   add_common(*render_command, common, "fricid render run/kr6_demo video --quality final");
   render_command->callback([&] { command = [&] { return render(render_options, common); }; });
@@ -203,7 +204,7 @@ int exit_code_of_command_line(int argc, char** argv,
   check_command->add_option("--robot", check_options.robot, "URDF of the robot of a log");
   check_command->add_option(
       "--design", check_options.design,
-      "write a trajectory (TOML, and CSV beside it) that adds what is missing");
+      "write a trajectory (TOML, and CSV beside it) to identify more parameters");
   check_command->add_flag("--verbose", check_options.verbose,
                           "every parameter, joint and note, beside the verdict");
   add_common(*check_command, common, "fricid check log.csv --contract contract.toml");

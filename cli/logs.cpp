@@ -58,7 +58,7 @@ std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
     try {
       data::import_log(log, contract);  // throws with the place in the file
     } catch (const UserError& error) {
-      throw UserError("{}; `fricid check` says what --fix can mend", error.what());
+      throw UserError("{}; `fricid check` lists what --fix can repair", error.what());
     }
     throw;
   }

@@ -57,7 +57,7 @@ Exported export_model(const data::ModelFile& model, std::string_view format) {
   require_format(format);
   const Row& row = *std::ranges::find(kRows, format, &name_of);
   if (model.arm.robot.coupled() && !row.couples)
-    throw UserError("{}: {} cannot say that {}; allowed: mjcf, c, csv", model.name, format,
+    throw UserError("{}: {} cannot represent that {}; allowed: mjcf, c, csv", model.name, format,
                     motors_in_words(model.arm.robot));
   return row.write(model);
 }

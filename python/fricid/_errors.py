@@ -1,8 +1,8 @@
-"""Errors, with the sentences of the program."""
+"""Errors, with the messages of the program."""
 
 
 class Error(Exception):
-    """What fricid raises."""
+    """Base class of the errors of fricid."""
 
     __module__ = "fricid"
 

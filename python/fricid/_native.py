@@ -71,7 +71,7 @@ def _instructions() -> Set[str]:
 
 
 def _refuse_torn_libraries() -> None:
-    """A shared library that lost its end would not fail to load, but end the process."""
+    """A truncated shared library would crash the process instead of failing to load."""
     root = _PACKAGE.parent
     for record in root.glob("fricid-*.dist-info/RECORD"):
         for name, _, size in csv.reader(record.read_text().splitlines()):

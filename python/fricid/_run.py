@@ -17,7 +17,7 @@ ProgressCallback: TypeAlias = Callable[[str, float, float, float, str], object]
 
 
 class Run:
-    """A run folder: what a run read and wrote. Nothing is kept of the files."""
+    """A run folder: inputs and results of a run. Files are read at every access."""
 
     def __init__(self, folder: StrPath) -> None:
         self.folder = pathlib.Path(folder)
@@ -63,7 +63,7 @@ class Run:
 
     @property
     def table(self) -> list[dict[str, Any]]:
-        """One row per model: its name, and its errors at each horizon. For pandas.DataFrame."""
+        """One row per model: name and errors at each horizon, e.g. for pandas.DataFrame."""
         evaluation = self.evaluation
         rows = []
         for model in evaluation["summary"]:
@@ -76,7 +76,7 @@ class Run:
 
     @property
     def doubts(self) -> list[str]:
-        """Why not to trust what was fitted or evaluated, one line each; empty: nothing found."""
+        """Why not to trust the fits or the evaluation, one line each; empty: no reason found."""
         found = [
             f"{file.name.split('.')[0]}: {fault['name']}: {fault['consequence']}; {fault['remedy']}"
             for file in sorted((self.folder / "data").glob("*.doctor.json"))
@@ -100,7 +100,7 @@ class Run:
 
     @property
     def trusted(self) -> bool:
-        """Whether nothing speaks against the results: the program would end with 0, not 1."""
+        """Whether the results may be trusted: the program would end with 0, not 1."""
         return not self.doubts
 
 
@@ -130,7 +130,7 @@ def simulate(scene: SceneLike, folder: StrPath, *, seed: int | None = None, fres
 
     scene: file, or dict of what a scene file says (file names start in the current folder).
     folder: of the run; new, empty or that of an earlier run, which goes on.
-    seed: of the data, instead of the scene's. fresh: redo what is there. jobs: threads, 0: all.
+    seed: of the data; None: the scene's. fresh: repeat all stages. jobs: threads, 0: all cores.
     """
     source, path = _source(scene, folder, seed, fresh, jobs)
     _core.simulate(source, progress)
@@ -163,7 +163,7 @@ def evaluate(run: Run | StrPath, *, data: Iterable[StrPath] = (), fresh: bool = 
 
 @dataclasses.dataclass(frozen=True)
 class Check:
-    """What a check found."""
+    """Result of a check."""
 
     whole: bool  #: no damage
     report: dict[str, Any]  #: fricid.check/2
@@ -222,6 +222,6 @@ def save_logs(folder: StrPath, train: Sequence[_core.Log],
 
 def draw(run: Run | StrPath, *, fresh: bool = False, jobs: int = 0,
          progress: ProgressCallback | None = None) -> str:
-    """Plots (where gnuplot is) and report.html of a run. Returns why plots are missing, or ""."""
+    """Makes plots (needs gnuplot) and report.html. Returns why plots are missing, or ""."""
     source, _ = _source(run, run, None, fresh, jobs)
     return _core.draw(source, progress)

@@ -80,7 +80,8 @@ class Listening {
 }  // namespace
 
 void do_job(const nb::object& progress, const std::function<void()>& work) {
-  if (telling) throw UserError("a run cannot begin while another tells its progress; return first");
+  if (telling)
+    throw UserError("a run cannot start in the progress callback of another; return from it first");
   const std::unique_lock lock = take_turn();
   forget_stop_request();
   Raised raised;

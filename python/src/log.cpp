@@ -82,7 +82,7 @@ void bind_log(nb::module_& m) {
           "temperature"_a = nb::none(), "joint_names"_a = nb::none(), "name"_a = "log",
           "q (T, n) [rad], tau (T, n) [N m], v (T, n) [rad/s], temperature (T, n) [K].")
       .def_static("load", &data::load_dataset, "path"_a,
-                  "A data set (HDF5), as a run has in data/.")
+                  "A data set (HDF5), such as those in data/ of a run.")
       .def_static(
           "read",
           [](const fs::path& path, const fs::path& contract) {
@@ -90,10 +90,10 @@ void bind_log(nb::module_& m) {
             warn(data::check_dataset(log, path.string()));
             return log;
           },
-          "path"_a, "contract"_a, "A log file of another program, by its contract.")
+          "path"_a, "contract"_a, "A log of another program, read by its contract.")
       .def(
           "save", [](const Dataset& log, const fs::path& path) { data::save_dataset(log, path); },
-          "path"_a, "As a data set (HDF5).")
+          "path"_a, "Writes a data set (HDF5).")
       .def_ro("name", &Dataset::name)
       .def_ro("source", &Dataset::source)
       .def_ro("joint_names", &Dataset::joint_names)

@@ -222,8 +222,8 @@ nb::class_<Model> bind_model(nb::module_& m) {
 
   nb::class_<Friction>(
       m, "Friction",
-      "Friction of a robot: a torque for every joint, and states z with memory.\n\n"
-      "Arrays are (n) or (N, n), joints or states along the last axis; (n) counts "
+      "Friction of a robot: a torque for every joint, and internal states z.\n\n"
+      "Arrays are (n) or (N, n), joints or states along the last axis; (n) is used "
       "for every row. load is the torque through the gear [N m], zero if not "
       "given; temperature [K] is room temperature if not given.")
       .def_prop_ro("n", &Friction::n, "Number of joints.")
@@ -237,10 +237,9 @@ nb::class_<Model> bind_model(nb::module_& m) {
            "temperature"_a = nb::none(),
            "Friction torque [N m] at positions q [rad], velocities v [rad/s] and states z.")
       .def("step", &Friction::step, "q"_a, "v"_a, "z"_a, "dt"_a, "load"_a = nb::none(),
-           "temperature"_a = nb::none(), "The states after dt [s] with all else held.")
+           "temperature"_a = nb::none(), "The states after dt [s] with the inputs held.")
       .def("steady_torque", &Friction::steady_torque, "q"_a, "v"_a, "load"_a = nb::none(),
-           "temperature"_a = nb::none(),
-           "The torque [N m] that `torque` tends to while all is held; 0 at v = 0.")
+           "temperature"_a = nb::none(), "Limit of `torque` [N m] at constant inputs; 0 at v = 0.")
       .def(
           "drive", &Friction::drive, "q"_a, "v"_a, "dt"_a, "load"_a = nb::none(),
           "temperature"_a = nb::none(), "z0"_a = nb::none(),
@@ -255,10 +254,10 @@ nb::class_<Model> bind_model(nb::module_& m) {
           [](const fs::path& path) {
             return Model{std::make_shared<const data::ModelFile>(data::load_model(path))};
           },
-          "path"_a, "A model file, as a run has them in models/.")
+          "path"_a, "A model file, such as those in models/ of a run.")
       .def(
           "save", [](const Model& self, const fs::path& path) { save_model(*self.file, path); },
-          "path"_a, "The same bytes as the file it came from.")
+          "path"_a, "Writes the model, with the same bytes as the file it was loaded from.")
       .def_prop_ro("name", [](const Model& self) { return self.file->name; })
       .def_prop_ro("label", [](const Model& self) { return self.file->label; })
       .def_prop_ro("seed", [](const Model& self) { return self.file->seed; })
@@ -270,7 +269,7 @@ nb::class_<Model> bind_model(nb::module_& m) {
       .def(
           "export", &export_model, "format"_a, "folder"_a,
           "Writes the model as a format of `fricid export` (c, csv, urdf, mjcf). Returns the files "
-          "and what the format cannot say.")
+          "and what the format leaves out.")
       .def("__repr__", [](const Model& self) {
         return fmt::format("<fricid.Model {} seed {}, {} joints>", self.file->name, self.file->seed,
                            self.file->arm.robot.n());

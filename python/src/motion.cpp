@@ -162,7 +162,7 @@ void bind_motion(nb::module_& m, nb::class_<Model>& model) {
   using nb::literals::operator""_a;
   using estimate::OnlineEstimate;
 
-  nb::class_<Motion>(m, "Motion", "An open loop: the motion of a model under a torque alone.")
+  nb::class_<Motion>(m, "Motion", "An open loop: the motion of a model driven by a torque.")
       .def_prop_ro(
           "t", [](nb::handle o) { return view(o, of(o).t); }, "(T) [s]")
       .def_prop_ro(
@@ -174,10 +174,10 @@ void bind_motion(nb::module_& m, nb::class_<Model>& model) {
           "Friction torque (T, n) [N m].")
       .def_prop_ro(
           "diverged", [](const Motion& o) { return o.rollout.diverged; },
-          "Left the log by more than 10 rad; it stands still from there.");
+          "Departed from the log by more than 10 rad; constant from there.");
 
   nb::class_<OnlineEstimate>(m, "Estimate",
-                             "What is known after a sample: means, and standard deviations (_sd).")
+                             "Estimate after a sample: means, and standard deviations (_sd).")
       .def_prop_ro(
           "q", [](nb::handle e) { return view(e, known(e).q); }, "(n) [rad]")
       .def_prop_ro(
@@ -194,15 +194,15 @@ void bind_motion(nb::module_& m, nb::class_<Model>& model) {
       .def_ro("log_likelihood", &OnlineEstimate::log_likelihood, "Of all samples so far [nat].")
       .def_ro("ess", &OnlineEstimate::ess, "Effective number of particles.")
       .def_ro("lost", &OnlineEstimate::lost,
-              "No particle explained the sample: the filter began anew.");
+              "No particle explained the sample: the filter was reinitialised.");
 
   nb::class_<Filter>(m, "Filter", "The online filter of a model: one sample in, states out.")
       .def("update", &Filter::update, nb::rv_policy::copy, "q"_a, "tau"_a,
            "temperature"_a = nb::none(),
            "Advances by one sample: tau (n) [N m] was held since the last one, q (n) [rad] is the "
-           "position now, NaN where it is missing.")
-      .def_prop_ro("estimate", &Filter::now, nb::rv_policy::copy, "What is known now.")
-      .def("reset", &Filter::reset, "Begins again, with the same random numbers.");
+           "present position, NaN if missing.")
+      .def_prop_ro("estimate", &Filter::now, nb::rv_policy::copy, "The present estimate.")
+      .def("reset", &Filter::reset, "Restarts with the same random numbers.");
 
   model
       .def("rollout", &rollout, "log"_a, "start_s"_a = 0.0, "seconds"_a = nb::none(),

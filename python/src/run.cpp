@@ -123,7 +123,7 @@ void bind_run(nb::module_& m) {
         const nb::gil_scoped_release released;
         return cli::run_command_line(static_cast<int>(arguments.size()), words.data(), {});
       },
-      "arguments"_a, "The program `fricid`; takes over Ctrl-C. Returns its exit code.");
+      "arguments"_a, "The program `fricid`; handles Ctrl-C. Returns its exit code.");
 }
 
 }  // namespace fricid::python

@@ -147,7 +147,7 @@ def test_progress_is_reported_and_its_exception_ends_the_work(tmp_path):
 
 
 def test_a_run_cannot_begin_in_the_progress_of_another(tmp_path):
-    with pytest.raises(fricid.UserError, match="a run cannot begin while another tells its progress"):
+    with pytest.raises(fricid.UserError, match="a run cannot start in the progress callback of another"):
         fricid.simulate(TINY, tmp_path / "run",
                         progress=lambda *report: fricid.simulate(TINY, tmp_path / "inner"))
 

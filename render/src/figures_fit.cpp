@@ -156,7 +156,7 @@ Figure parameters(const Run& run) {
   figure.caption =
       "Friction parameters that several laws share, or of which the truth is known, joint by "
       "joint; bars: two standard errors. Grey rings: as injected, where the truth has the same "
-      "law. A parameter of one law is no parameter of another, even under the same name.";
+      "law. Parameters of different laws differ in meaning, even under the same name.";
   std::vector<std::pair<double, std::string>> joints;
   for (int j = 0; j < run.n(); ++j) joints.emplace_back(j, run.joint(j));
 
@@ -245,8 +245,8 @@ Figure correlation(const Run& run, const RunModel& model) {
   Figure figure{.name = file_stem("correlation_" + model.name), .left_cm = 2.1};
   figure.caption = fmt::format(
       "{}: correlation of the errors of its fitted parameters, joint by joint: white 0, vermilion "
-      "1, blue -1; with its sign from 0.5 on, in bold from 0.9 on, where the data determine a "
-      "combination better than its parts.",
+      "1, blue -1; with its sign from 0.5 on, in bold from 0.9 on: the data determine a "
+      "combination of the two better than each.",
       model.label);
   const auto fit = run.fit(model);
   if (!fit) return figure;

@@ -174,8 +174,8 @@ Figure friction_error(const Run& run) {
   if (!run.truth) return figure;
   figure.caption = fmt::format(
       "Error of the friction torque in the first {:.0f} s of {}: models driven by the measured "
-      "motion against the injected friction. Hidden states start at zero and first find their "
-      "place.",
+      "motion against the injected friction. Hidden states start at zero, which causes the first "
+      "errors.",
       kWindow, run.trajectory);
   for (int j = 0; j < run.n(); ++j) {
     Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "error [N m]", .fit_x = true};

@@ -37,9 +37,9 @@ Figure torque(const Run& run, const RunModel& model) {
 Figure residual_spectrum(const Run& run) {
   Figure figure{.name = "residual_spectrum"};
   figure.caption = fmt::format(
-      "Spectrum of the torque that each model leaves along the measured motion of {} (Welch, Hann "
-      "windows of {} samples). Flat is noise; a rise towards low frequencies is friction or "
-      "inertia that the model does not have. Black: the measured torque.",
+      "Spectrum of each model's torque residual along the measured motion of {} (Welch, Hann "
+      "windows of {} samples). Flat: noise; a rise towards low frequencies: friction or inertia "
+      "that the model lacks. Black: the measured torque.",
       run.trajectory, kSegment);
   for (int j = 0; j < run.n(); ++j)
     figure.panels.push_back(
@@ -76,13 +76,13 @@ Figure residual_spectrum(const Run& run) {
 Figure torque_drift(const Run& run) {
   Figure figure{.name = "torque_drift"};
   figure.caption = fmt::format(
-      "What each model leaves of the motor torque along the measured motion of {}, mean over "
-      "twentieths of the recording: a level is a missing offset, a slope is drift (warming up).",
+      "Torque residual of each model along the measured motion of {}, mean over twentieths of the "
+      "recording: a level is a missing offset, a slope is drift (warming up).",
       run.trajectory);
   for (int j = 0; j < run.n(); ++j)
     figure.panels.push_back({.title = run.joint(j),
                              .x_label = "t [s]",
-                             .y_label = "mean torque left [N m]",
+                             .y_label = "mean residual [N m]",
                              .fit_x = true});
   bool any = false;
   for (const RunModel& model : run.fitted()) {

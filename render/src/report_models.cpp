@@ -167,10 +167,11 @@ Html body_table(const Record& record, const FittedModel& fitted) {
   }
   std::vector<Row> rows{mass, armature, rows_used, noise};
   if (!fit.joints.empty()) rows.insert(rows.end(), {rms, r2});
-  return html::table(head, rows,
-                     Html::of("Rigid body of the model, and how its regression went. Masses and "
-                              "armatures alone are not determined by the data; the base "
-                              "parameters are.")) +
+  return html::table(
+             head, rows,
+             Html::of("Rigid body of the model, and statistics of its regression. Masses and "
+                      "armatures alone are not determined by the data; the base "
+                      "parameters are.")) +
          base_table(rigid.base);
 }
 
@@ -195,8 +196,8 @@ Html health(const Record& record, const FittedModel& fitted) {
                                   &last = fit.em->iterations.back();
       item("Log-likelihood", Html::of("{} → {}", html::number(first.log_likelihood, 5),
                                       html::number(last.log_likelihood, 5)));
-      item("NIS per channel", Html::of("{} (1 where the noise is as large as the model says)",
-                                       html::number(last.nis)));
+      item("NIS per channel",
+           Html::of("{} (1: innovations as large as the model's noise)", html::number(last.nis)));
     }
     item("Held-out MSE", Html::of("{} rad² at the start", html::number(fit.em->held_out_start)));
   }
@@ -222,8 +223,8 @@ Html choice_tables(const data::FitFile& fit) {
                        {Html::of("{}", c.parameters)},
                        {c.taken ? Html::of("taken") : Html()}}});
     text += html::table(
-        html::headings({"candidate", "rollouts [rad²]", "torque left", "parameters", ""}), rows,
-        Html::of("What held-out data chose from."));
+        html::headings({"candidate", "rollouts [rad²]", "torque residual", "parameters", ""}), rows,
+        Html::of("Candidates, of which held-out data chose one."));
   }
   if (!fit.parts.empty()) {
     std::vector<Row> rows;
@@ -255,9 +256,8 @@ Html model_section(const Record& record) {
     text += Html::of("<section id=\"model-{0}-{1}\"><h3>{2}{3}</h3>\n",
                      html::escaped(fitted.model.name), fitted.id.seed, dotted(fitted.model), seed);
     if (!fitted.file) {
-      text += Html::of(
-          "<p class=\"note\">Known by its rollouts alone, made by another "
-          "program.</p>\n</section>\n");
+      text +=
+          Html::of("<p class=\"note\">Only rollouts, made by another program.</p>\n</section>\n");
       continue;
     }
     text += health(record, fitted);

@@ -70,17 +70,17 @@ Html oracle_sentence(const Record& record, const Summary& best) {
   }
   if (errors.empty()) {
     const double left = evaluate::torque_left(evaluation, best.name);
-    return Html::of("A log holds no truth, so how much better a model could be is not known{}",
+    return Html::of("A log holds no truth, so the smallest possible error is unknown{}",
                     std::isnan(left) ? Html::of(".")
                                      : Html::of("; along the measured motion {} leaves {} of the "
                                                 "motor torque's RMS unexplained.",
                                                 model_label(best), html::percent(left)));
   }
   const Html text = Html::of(
-      "The true model under the same noisy torque is off by {}, so in squared error {} is {} "
-      "times worse than physics allows",
+      "The true model under the same noisy torque is off by {}, so the squared error of {} is {} "
+      "times the smallest possible one",
       html::enumeration(errors), model_label(best), html::enumeration(ratios));
-  if (best.is_conventional) return text + Html::of(": headroom that no model here closes.");
+  if (best.is_conventional) return text + Html::of(": no model here closes this headroom.");
   return text + Html::of(
                     "; of the logarithmic distance between the best conventional model "
                     "and the oracle it closes {}.",
@@ -107,7 +107,7 @@ Html failure_sentence(const Record& record, const Summary& best) {
           Html::of("{} fit{} {} {} {}", count, html::plural(count), html::escaped(verb),
                    count == 1 ? Html::of("its") : Html::of("their"), html::escaped(what)));
   };
-  add_fits(found.unusable_fits, "failed", "own health test");
+  add_fits(found.unusable_fits, "failed", "own checks");
   add_fits(found.limited_fits, "stopped at", "limit of iterations");
   if (found.at_bound > 0)
     failures.push_back(
@@ -233,14 +233,14 @@ Html score_table(const Record& record) {
   const Html more =
       truth ? Html::of(
                   " Friction: error of the friction torque driven by the measured motion, share of "
-                  "its RMS; the oracle's is what filtering that motion costs. Floor: the larger of "
-                  "the oracle's error and of what halving the truth's inner step changes. "
+                  "its RMS; that of the oracle comes from the motion filter. Floor: the larger of "
+                  "the oracle's error and the change from halving the truth's physics step. "
                   "Headroom: the best conventional model over the oracle.")
       : has_floor
           ? Html::of(
-                " Floor: half of what the open loop under the torque of one period of a repeating "
-                "motion differs from that under the next. Headroom: the best conventional model "
-                "over it.")
+                " Floor: half the MSE between open loops under the torques of two successive "
+                "periods of a repeating motion. Headroom: the best conventional model over the "
+                "floor.")
           : Html();
   return html::table(
       head, all,
@@ -277,7 +277,7 @@ Html oracle_table(const Record& record) {
       Html::of(
           "<b>Table 2.</b> Ratio of the MSE to the oracle's; share of the headroom closed, "
           "log(best conventional / model) / log(best conventional / oracle): 0 as good as the best "
-          "conventional model, 100&#8239;% as good as physics allows; and the error of the "
+          "conventional model, 100&#8239;% as good as the oracle; and the error of the "
           "friction torque by regime, share of its RMS."));
 }
 
@@ -301,7 +301,7 @@ Html mean_table(const Record& record) {
       "Arithmetic means: MSE and MAE",
       html::table(head, rows,
                   Html::of("<b>Table 3.</b> MSE(q) [rad²] and MAE(q) [rad], arithmetic means over "
-                           "the same rollouts: one bad rollout decides them.")));
+                           "the same rollouts, dominated by the worst of them.")));
 }
 
 }  // namespace

@@ -52,8 +52,8 @@ Html percent_table(const Record& record, const std::vector<TorqueSummary>& torqu
   return html::table(
       joints_head(record.run), rows,
       Html::of("Error of the motor torque along the measured motion [% of its RMS], mean over "
-               "the held-out recordings. Friction runs free: the measured motion drives it, "
-               "the measured torque never corrects it. Bold: the best model."));
+               "the held-out recordings. Friction is in open loop: driven by the measured "
+               "motion, the measured torque never corrects it. Bold: the best model."));
 }
 
 Html regime_table(const Record& record, const std::vector<TorqueSummary>& torques) {
@@ -68,8 +68,8 @@ Html regime_table(const Record& record, const std::vector<TorqueSummary>& torque
   return html::table(
       html::headings({"model", "reversal", "presliding", "sliding", "one step"}), rows,
       Html::of("The same by regime, mean over joints [% of the torque's RMS]: within 50 ms "
-               "of a reversal; below 0.05 rad/s or within 5 mrad of one; the rest. One step: "
-               "with the error of the last sample known, so what white noise leaves."));
+               "of a reversal; below 0.05 rad/s or within 5 mrad of one; the rest. One step: the "
+               "error less its lag-one autocorrelation times that of the last sample."));
 }
 
 Html drift_table(const Record& record, const std::vector<TorqueSummary>& torques) {
@@ -83,9 +83,9 @@ Html drift_table(const Record& record, const std::vector<TorqueSummary>& torques
     rows.push_back(std::move(row));
   }
   return html::table(joints_head(record.run), rows,
-                     Html::of("Drift of what is left from begin to end of a recording [N m], mean "
+                     Html::of("Drift of the residual from start to end of a recording [N m], mean "
                               "over recordings, and its standard error; marked beyond three of "
-                              "them: warming up, or a slow motion that the model lacks."));
+                              "them: warming up, or a slow effect that the model lacks."));
 }
 
 /// Noise of the recordings, from their repetitions.
@@ -101,8 +101,8 @@ Html repeats_table(const Record& record) {
   }
   if (rows.empty())
     return Html::of(
-        "<p class=\"note\">No motion repeats in these recordings, so how much of the error is "
-        "noise is not known: record two periods.</p>\n");
+        "<p class=\"note\">No motion repeats in these recordings, so the noise part of the error "
+        "is unknown: record two periods.</p>\n");
   std::vector<Html> head = joints_head(record.run);
   head.front() = html::escaped("recording");
   head.insert(head.begin() + 1, html::escaped("period [s]"));

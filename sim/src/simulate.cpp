@@ -102,7 +102,7 @@ void check_chatter(const scene::Problem& problem, const Trace& trace, const Four
     }
     if (turns / seconds < std::max(kMost, kTimes * designed)) continue;
     throw UserError(
-        "{}: {}: the simulated {} chatters: it turns around {:.0f} times a second under friction "
+        "{}: {}: the simulated {} chatters: it reverses {:.0f} times a second under friction "
         "of "
         "{:.3g} N m with an armature of {:.2g} kg m^2; give it a larger one in the URDF ({:.2g} is "
         "usual for its limits), or shorten plant.step_s = {} s",
@@ -120,7 +120,7 @@ MujocoArm make_arm(const scene::Problem& problem) {
 
 MujocoArm make_arm(const scene::Problem& problem, double step) {
   if (problem.mjcf_path.empty() && !problem.scene.simulates())
-    throw UserError("{}: [robot] mjcf is missing: what the robot of the logs looks like",
+    throw UserError("{}: [robot] mjcf is missing; pictures of a logged robot need its shape",
                     problem.scene.name);
   return MujocoArm(problem.mjcf_path, problem.robot, step, payload_of(problem));
 }

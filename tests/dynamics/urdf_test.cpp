@@ -194,7 +194,7 @@ TEST(UrdfError, Welds) {
             "be free: weld both where they are by [robot] fix = {finger_one = POSITION}, or take "
             "<mimic> out");
   EXPECT_EQ(message_of({.at = {{"finger", 0.1}}, .where = "s.toml:4: robot.fix"}),
-            "s.toml:4: robot.fix: finger is no joint that moves in r.urdf; allowed: finger_one, "
+            "s.toml:4: robot.fix: finger is not a moving joint of r.urdf; allowed: finger_one, "
             "finger_two, turn");
   EXPECT_EQ(message_of({.at = {{"finger_one", 20}}, .where = "s.toml:4: robot.fix"}),
             "s.toml:4: robot.fix: finger_one = 20; allowed: -0.01 to 0.04 m, its limits in r.urdf");
@@ -233,7 +233,7 @@ TEST(UrdfError, Joint) {
             "r.urdf:4: joint turn: type is floating; allowed: revolute, continuous, prismatic, "
             "fixed");
   EXPECT_EQ(message(one_joint(kInertial, kLimit, "revolute", R"(<axis xyz="0 0 0"/>)")),
-            "r.urdf:4: joint turn: axis = (0, 0, 0); must have a length");
+            "r.urdf:4: joint turn: axis = (0, 0, 0); must not be zero");
   EXPECT_EQ(message(one_joint(kInertial, R"(<limit velocity="1" effort="1"/>)")),
             "r.urdf:4: joint turn: limits lower = 0, upper = 0; lower must be below upper");
   EXPECT_EQ(
@@ -244,7 +244,7 @@ TEST(UrdfError, Joint) {
       "r.urdf:4: joint turn: limit effort = -3; must be >= 0");
   EXPECT_EQ(message(one_joint(kInertial, kLimit + R"(<mimic joint="other"/>)")),
             "r.urdf:4: joint turn: <mimic> follows other, which moves; each joint must be free: "
-            "weld both where they are by [robot] fix = {other = POSITION}, or take <mimic> out");
+            "fix both at a position by [robot] fix = {other = POSITION}, or remove <mimic>");
   EXPECT_EQ(message(one_joint(kInertial, "", "fixed")),
             "r.urdf: no revolute, continuous or prismatic joint");
   EXPECT_EQ(message("<robot name=\"r\">\n<link name=\"base\"/>\n</robot>"),

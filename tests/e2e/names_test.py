@@ -106,7 +106,7 @@ class HostileRun(ProgramTest):
         evaluation.write_text(evaluation.read_text().replace("lugre", "other"))
         for what in ("plots", "video", "report"):
             self.assert_refused(fricid("render", run, what, cwd=self.folder),
-                                r"evaluation\.json: not as the stage evaluate wrote it")
+                                r"evaluation\.json: changed since the stage evaluate wrote it")
 
     def test_names_in_an_evaluation_are_refused(self):
         for text in ("a\nsystem('touch marker')\n#", "../../x", "\x1b[1m", "-x", "a/b"):

@@ -119,7 +119,7 @@ class PoorRobot(ProgramTest):
             self.assertGreater(joints[j]["r2"], 0.97, JOINTS[j])
         self.assertEqual(done.returncode, 1, done.stderr)
         for joint, other in (("joint_a5", "joint_a6"), ("joint_a6", "joint_a5")):
-            self.assertRegex(done.stderr, rf"simple_s1: {joint}: friction goes with the speed of {other} too .*; "
+            self.assertRegex(done.stderr, rf"simple_s1: {joint}: friction depends on the speed of {other} too .*; "
                                           r"a coupled wrist")
         self.assertEqual({fault["joint"] for fault in self.fit()["faults"]}, {"joint_a5", "joint_a6"})
 

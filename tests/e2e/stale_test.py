@@ -74,7 +74,7 @@ class Stale(ProgramTest):
         self.run_scene(scene)
         urdf = self.folder / "kr6" / "kr6_r700.urdf"
         urdf.write_text(urdf.read_text() + "<!-- -->\n")
-        self.assert_refused(fricid("evaluate", self.folder / "run"), r"data are damaged, or not those")
+        self.assert_refused(fricid("evaluate", self.folder / "run"), r"data are damaged, or made from another scene")
         again = self.run_scene(scene)
         for stage in ("data", "identify simple_s1", "evaluate"):
             self.assertNotIn(f"{stage}: up to date", again)
@@ -105,7 +105,7 @@ class Stale(ProgramTest):
         data = self.folder / "run" / "data" / "validation_0.h5"
         whole = data.read_bytes()
         data.write_bytes(whole[:-200])
-        self.assert_refused(fricid("evaluate", self.folder / "run"), r"data are damaged, or not those")
+        self.assert_refused(fricid("evaluate", self.folder / "run"), r"data are damaged, or made from another scene")
         self.run_scene(scene)
         self.assertEqual(data.read_bytes(), whole)
 

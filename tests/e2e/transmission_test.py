@@ -95,14 +95,14 @@ class Transmission(ProgramTest):
         self.assertEqual(done.returncode, 1, done.stderr)
         for joint, other in (("joint_a5", "joint_a6"), ("joint_a6", "joint_a5")):
             self.assertRegex(
-                done.stderr, rf'simple_s1: {joint}: friction goes with the speed of {other} too .*'
+                done.stderr, rf'simple_s1: {joint}: friction depends on the speed of {other} too .*'
                              r'\[\[robot\.coupling\]\] joint = "joint_a6", motor = "joint_a5", factor = -1')
 
         # models carry the coupling into what is made of them
         model = coupled / "models" / "simple_s1.json"
         self.assertEqual(load(model)["robot"]["couplings"], [{"joint": 5, "motor": 4, "factor": -1.0}])
         self.assert_refused(fricid("export", model, "urdf", "-o", self.folder / "urdf"),
-                            "urdf cannot say that the motor of joint_a6 turns by joint_a6 \\+ joint_a5",
+                            "urdf cannot represent that the motor of joint_a6 turns by joint_a6 \\+ joint_a5",
                             self.folder / "urdf")
         done = fricid("estimate", model, truth / "data" / "validation_0.h5", "-o", self.folder / "along.h5")
         self.assertIn(done.returncode, (0, 2), done.stderr)

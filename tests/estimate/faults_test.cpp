@@ -141,7 +141,7 @@ TEST(Faults, AJointThatRestsIsNamedWithTheWayToHoldItOut) {
   EXPECT_FALSE(report.usable());
   const std::string text = text_of(report.faults);
   EXPECT_THAT(text, HasSubstr("j3: moves by 0 rad in all training data"));
-  EXPECT_THAT(text, HasSubstr("hold it out: [robot] hold = [\"j3\"]"));
+  EXPECT_THAT(text, HasSubstr("exclude it: [robot] hold = [\"j3\"]"));
 }
 
 TEST(Faults, TorqueThatNothingExplainsIsNotTrusted) {

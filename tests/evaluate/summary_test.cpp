@@ -118,7 +118,7 @@ TEST(Verdict, AStepThatMattersMakesAHorizonMeaningless) {
       report_of({result("oracle", {1e-8}), result("simple", {9e-6})}, 10, 1e-6);
   EXPECT_DOUBLE_EQ(report.floor[0], 1e-6);
   EXPECT_NEAR(report.headroom[0], 900, 1e-9);
-  EXPECT_THAT(report.meaningless[0], ::testing::HasSubstr("halving the truth's inner step"));
+  EXPECT_THAT(report.meaningless[0], ::testing::HasSubstr("halving the truth's physics step"));
 }
 
 TEST(Verdict, WithoutAnOracleThereIsNone) {

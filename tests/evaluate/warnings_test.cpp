@@ -73,9 +73,10 @@ TEST(Warnings, BoundsAndSeveralMinimaAreListedByJoint) {
   fit.joints[1].at_bound = {"Fv"};
   fit.joints[0].start_rms = {1, 1.04};
   fit.joints[1].start_rms = {2, 1, 1.06};
-  EXPECT_THAT(found_in(fit),
-              ElementsAre("on a bound: Fc, vs of a1 and Fv of a2",
-                          "searches from several starts ended apart: a2 (1 to 2 N m)"));
+  EXPECT_THAT(
+      found_in(fit),
+      ElementsAre("on a bound: Fc, vs of a1 and Fv of a2",
+                  "searches from several starts ended at different errors: a2 (1 to 2 N m)"));
 }
 
 TEST(Warnings, APoorRegressionIsOne) {
@@ -93,7 +94,7 @@ TEST(Warnings, TrainingThatWentAstray) {
   fit.multi_step->returns = 2;
   EXPECT_THAT(found_in(fit),
               ElementsAre("7 training steps were skipped",
-                          "training lost its way and went back to its best 2 times"));
+                          "training diverged and returned to its best point 2 times"));
   fit = good_fit();
   fit.multi_step.emplace().chosen = 0;
   EXPECT_THAT(found_in(fit), ElementsAre("training did not improve on its start"));

@@ -34,8 +34,8 @@ TEST_F(Report, NamesTheBestModelAndItsDistanceFromTheOracle) {
   EXPECT_THAT(page, HasSubstr("it is off by 2.6&#8239;mrad within 1&#8239;s"));
   EXPECT_THAT(page,
               HasSubstr("The true model under the same noisy torque is off by 1.0&#8239;mrad"));
-  EXPECT_THAT(page, HasSubstr("simple is 7.0 times worse than physics allows: headroom that no "
-                              "model here closes."));
+  EXPECT_THAT(page, HasSubstr("the squared error of simple is 7.0 times the smallest possible one: "
+                              "no model here closes this headroom."));
 }
 
 TEST_F(Report, SaysWhatAFitMayTry) {
@@ -210,7 +210,7 @@ TEST_F(Report, SaysOfRolloutsAloneThatTheyAre) {
   const std::size_t section = page.find("<section id=\"model-tool-1\">");
   ASSERT_NE(section, std::string::npos);
   EXPECT_THAT(page.substr(section, page.find("</section>", section) - section),
-              AllOf(HasSubstr("a tool"), HasSubstr("Known by its rollouts alone"),
+              AllOf(HasSubstr("a tool"), HasSubstr("Only rollouts, made by another program"),
                     Not(HasSubstr("Parameters"))));
 }
 

@@ -52,10 +52,10 @@ TEST_F(BadScene, JointsThatCannotBeFixedOrHeld) {
             "scene.toml:3: robot.fix = 0.3; allowed: {NAME = a number from -1000 to 1000 rad or m, "
             "...}");
   EXPECT_EQ(with_robot("fix = {elbo = 0.3}"),
-            "scene.toml:3: robot.fix: elbo is no joint that moves in arm.urdf; allowed: elbow, "
+            "scene.toml:3: robot.fix: elbo is not a moving joint of arm.urdf; allowed: elbow, "
             "shoulder");
   EXPECT_EQ(with_robot("hold = [\"elbo\"]"),
-            "scene.toml:3: robot.hold: elbo is no joint that moves in arm.urdf; allowed: elbow, "
+            "scene.toml:3: robot.hold: elbo is not a moving joint of arm.urdf; allowed: elbow, "
             "shoulder");
   const std::string simulated =
       replaced(replaced(kScene, "[1.0, 0.5]", "1"), "mjcf = \"arm.xml\"\n", "");

@@ -205,7 +205,7 @@ TEST(Simulate, ATruthThatChattersIsRefusedWithItsRemedy) {
   } catch (const UserError& error) {
     message = error.what();
   }
-  EXPECT_THAT(message, HasSubstr("chatters: it turns around"));
+  EXPECT_THAT(message, HasSubstr("chatters: it reverses"));
   EXPECT_THAT(message, HasSubstr("joint_a"));
   EXPECT_THAT(message, HasSubstr("plant.step_s = 0.0005 s"));
 }

@@ -84,7 +84,7 @@ HeldOut load_held_out(const Task& task, const RunFolder& folder) {
     throw UserError("{}: found no validation data to evaluate on",
                     (folder.path() / "data").string());
   if (!held_out.truths.empty() && held_out.truths.size() != held_out.trajectories.size())
-    throw UserError("--data: found recordings with and without truth; evaluate them apart");
+    throw UserError("--data: found recordings with and without truth; evaluate them separately");
   require_horizons(task, held_out);
   return held_out;
 }
@@ -275,8 +275,8 @@ evaluate::Evaluation evaluate(Job& job, const std::vector<fs::path>& further_dat
   const bool logs = scene::data_available(job.problem, nullptr);
   if (!job.run.intact("data") || (logs && !job.run.stands(data_stage(job))))
     throw UserError(
-        "{}: the data are damaged, or not those of the scene, robot and logs as they are now; "
-        "`fricid run {}` makes them again",
+        "{}: the data are damaged, or made from another scene, robot or logs; `fricid run {}` "
+        "makes them again",
         (job.run.folder().path() / "data").string(), job.run.folder().path().string());
   const Fits fits = fits_of(job);
   for (const Fits::LeftOut& fit : fits.left_out)

@@ -136,7 +136,7 @@ const StageRecord& Run::results_of(const std::string& stage) const {
   if (verified_.contains(stage)) return *record;
   for (const Content& output : record->outputs)
     if (!is_as_written(output))
-      throw UserError("{}: not as the stage {} wrote it; `fricid run {}` makes it again",
+      throw UserError("{}: changed since the stage {} wrote it; `fricid run {}` makes it again",
                       (folder_.path() / output.name).string(), stage, folder);
   verified_.insert(stage);
   return *record;

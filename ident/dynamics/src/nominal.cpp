@@ -79,9 +79,9 @@ void require_inertia(const RobotModel& robot, const std::string& source) {
     if (inertia.free[j] > kNothing * inertia.held.maxCoeff()) continue;
     const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
     throw UserError(
-        "{}: joint {} has no armature and what it moves, link {}, no inertia about its axis: any "
-        "torque would accelerate it without end; give the joint <fricid armature=\"{:.2g}\"/> "
-        "(kg m^2, usual for its limits) or the link its inertia",
+        "{}: joint {} has no armature and its link {} has no inertia about its axis: any torque "
+        "would accelerate it infinitely; give the joint <fricid armature=\"{:.2g}\"/> (kg m^2, "
+        "typical for its limits) or the link its inertia",
         source, joint.name, joint.link, usual_armature(robot)[j]);
   }
 }

@@ -225,7 +225,7 @@ class Builder {
       if (moves(*joint)) known.push_back(name);
     for (const auto& [name, position] : welds_) {
       if (std::ranges::find(known, name) == known.end())
-        throw UserError("{}: {} is no joint that moves in {}; allowed: {}", where, name,
+        throw UserError("{}: {} is not a moving joint of {}; allowed: {}", where, name,
                         document_.source, fmt::join(known, ", "));
       const urdf::Joint& joint = *tree.joints_.at(name);
       if (joint.type == urdf::Joint::CONTINUOUS || !joint.limits) continue;
@@ -267,12 +267,12 @@ class Builder {
                       joint.type == urdf::Joint::PLANAR ? "planar" : "floating");
     if (joint.mimic)
       throw UserError(
-          "{}: <mimic> follows {}, which moves; each joint must be free: weld both where they are "
-          "by [robot] fix = {{{} = POSITION}}, or take <mimic> out",
+          "{}: <mimic> follows {}, which moves; each joint must be free: fix both at a position "
+          "by [robot] fix = {{{} = POSITION}}, or remove <mimic>",
           place, joint.mimic->joint_name, joint.mimic->joint_name);
     const Vector3d axis = to_eigen(joint.axis);
     if (!(axis.norm() > 1e-6))
-      throw UserError("{}: axis = ({}, {}, {}); must have a length", place, axis.x(), axis.y(),
+      throw UserError("{}: axis = ({}, {}, {}); must not be zero", place, axis.x(), axis.y(),
                       axis.z());
 
     Joint added;

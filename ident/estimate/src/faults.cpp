@@ -19,7 +19,7 @@ constexpr double kApart = 0.02;      // [s] between samples that are looked at
 constexpr double kSignificant = 4;   // standard errors
 constexpr double kStill = 5e-3;      // [rad or m] of travel within which friction settles
 
-/// What the training data show of one joint.
+/// Motion and torque of one joint in the training data.
 struct Seen {
   double travel = 0;        // [rad or m]
   double torque_range = 0;  // [N m]
@@ -49,8 +49,8 @@ double level_of(const friction::RobotFriction& model, int joint, const std::vect
   return level;
 }
 
-/// A level of friction that ended on its upper bound, "Fc = 1e+04 N m"; empty: none did. At zero
-/// there is none, which may be so.
+/// A level of friction that ended on its upper bound, "Fc = 1e+04 N m"; empty: none. A level of
+/// zero at the lower bound is plausible.
 std::string level_at_bound(const friction::RobotFriction& model, int joint,
                            const JointFrictionFit& fit) {
   using enum friction::Role;
@@ -73,7 +73,7 @@ std::string more_data(const Prepared& prepared) {
              : "record more and faster motion (`fricid check --design`)";
 }
 
-/// Least mean square of y that the columns of X leave.
+/// Residual sum of squares of y regressed on the columns of X.
 double left_by(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
   Eigen::MatrixXd H = X.transpose() * X;
   H.diagonal() *= 1 + 1e-9;
@@ -141,14 +141,14 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
     if (seen.travel < kStill) {
       add(fmt::format("moves by {:.2g} {} in all training data", seen.travel,
                       joint.type == dynamics::JointType::kRevolute ? "rad" : "m"),
-          fmt::format("move it, or hold it out: [robot] hold = [\"{}\"]", joint.name));
+          fmt::format("move it, or exclude it: [robot] hold = [\"{}\"]", joint.name));
       continue;
     }
     if (!(report.r2[i] >= kPoor))
       add(fmt::format("R2 {:.3g} on its own training torque", report.r2[i]),
           fmt::format(
               "{}look for a wrong sign, unit or delay (`fricid check`), a load or coupling "
-              "that the robot's file lacks; {}",
+              "missing in the robot's file; {}",
               std::ranges::count(prepared.options.guesses.armature, j) > 0
                   ? fmt::format("state its armature in the URDF (<fricid armature=\"{:.2g}\"/>"
                                 " was guessed); ",
@@ -159,12 +159,13 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
         report.r2[i] < kExplained) {
       const auto other = static_cast<std::size_t>(report.couplings[i].with);
       const auto& [outer, inner] = std::minmax(i, other, std::greater());
-      add(fmt::format("friction goes with the speed of {} too ({:.0f} % of what its own leaves)",
+      add(fmt::format("friction depends on the speed of {} too ({:.0f} % of the residual)",
                       prepared.robot.joints[other].name, 100 * report.couplings[i].share),
-          fmt::format("a coupled wrist, differential or belt: say so, [[robot.coupling]] joint = "
-                      "\"{}\", motor = \"{}\", factor = {:g}, or trust the other joints alone",
-                      prepared.robot.joints[outer].name, prepared.robot.joints[inner].name,
-                      -report.couplings[i].sign));
+          fmt::format(
+              "a coupled wrist, differential or belt: declare it, [[robot.coupling]] joint = "
+              "\"{}\", motor = \"{}\", factor = {:g}, or use only the other joints",
+              prepared.robot.joints[outer].name, prepared.robot.joints[inner].name,
+              -report.couplings[i].sign));
     }
     if (i >= report.joints.size()) continue;
     const JointFrictionFit& fit = report.joints[i];

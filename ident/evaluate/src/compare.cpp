@@ -150,7 +150,7 @@ std::string to_markdown(const Comparison& comparison) {
       "Mean squared error of q [rad²]: geometric mean over the runs of a scene, each of them the "
       "geometric mean over its trajectories, start times and seeds, with a 90 % Student t interval "
       "over the runs. Against convention: model over the best conventional model of the same run. "
-      "Headroom closed: 0 as good as the best conventional model, 1 as good as physics allows.\n");
+      "Headroom closed: 0 as good as the best conventional model, 1 as good as the oracle.\n");
   for (const ComparedScene& scene : comparison.scenes)
     text += Markdown::of("\n{}", markdown(scene));
   return text.text();

@@ -89,14 +89,14 @@ std::vector<std::vector<TorquePrediction>> predict_all(const Contest& contest, i
   return predictions;
 }
 
-/// What the torque along held-out motion says against a model.
+/// Adds doubts from the torque along held-out motion.
 void add_doubts(const Contest& contest, ModelResult& result) {
   for (std::size_t i = 0; i < result.torque.size(); ++i) {
     const data::Dataset& recording = contest.trajectories[i].data;
     for (std::size_t j = 0; j < result.torque[i].r2.size(); ++j)
       if (const double r2 = result.torque[i].r2[j]; r2 < 0)
         result.doubts.push_back(
-            fmt::format("{}: R2 {:.2g} of the torque of {}: its mean tells more than the model",
+            fmt::format("{}: R2 {:.2g} of the torque of {}: worse than predicting its mean",
                         recording.name, r2, recording.joint_names[j]));
   }
 }

@@ -114,13 +114,13 @@ double larger(double a, double b) { return std::isnan(b) || a > b ? a : b; }
 std::string why_meaningless(const Evaluation& report, std::size_t h, double min_headroom) {
   const double above_floor = report.best_conventional[h] / report.floor[h];
   if (std::isnan(above_floor) || above_floor >= min_headroom) return {};
-  const char* decided = report.halving[h] == report.floor[h] ? "halving the truth's inner step"
+  const char* decided = report.halving[h] == report.floor[h] ? "halving the truth's physics step"
                         : report.repeat[h] == report.floor[h]
-                            ? "what the torque of one period and of the next make of it"
+                            ? "difference between successive periods"
                             : "oracle";
   return fmt::format(
       "{:.3g} s: the best conventional model's MSE {:.2g} rad^2 is {:.2g} x the floor {:.2g} ({}), "
-      "{:.3g} x is asked",
+      "at least {:.3g} x is needed",
       report.horizons_s[h], report.best_conventional[h], above_floor, report.floor[h], decided,
       min_headroom);
 }

@@ -124,7 +124,7 @@ Markdown friction_table(const Evaluation& report) {
 
 Markdown doubts(const Evaluation& report) {
   if (report.trusted()) return {};
-  Markdown text = Markdown::of("\nNot to be trusted, and no best of anything:\n\n");
+  Markdown text = Markdown::of("\nNot to be trusted, and excluded from the best models:\n\n");
   for (const Summary& summary : report.summary)
     for (const std::string& doubt : summary.doubts)
       text += Markdown::of("- {}: {}\n", escaped(summary.label), escaped(doubt));
@@ -153,8 +153,7 @@ std::string to_markdown(const Evaluation& report) {
   if (has_oracle) {
     text += Markdown::of(
         "\nThe oracle is the true model under the same noisy torque; the floor is the larger of "
-        "its "
-        "error and of what halving the truth's inner step changes; headroom is the best "
+        "its error and the change from halving the truth's physics step; headroom is the best "
         "conventional model over the oracle.\n\n");
     text += floor_table(report);
     text += Markdown::of(

@@ -49,7 +49,7 @@ Markdown repeats_table(const Evaluation& report, const std::vector<std::string>&
           repeats.tau_sd, digits);
   if (rows.size() == 1)
     return Markdown::of(
-        "No motion repeats in these recordings, so the noise part of the error is not known.\n");
+        "No motion repeats in these recordings, so the noise part of the error is unknown.\n");
   return Markdown::of(
              "Where the motion repeats: standard deviation of the torque between one passage and "
              "the next. No function of the motion can have a smaller error.\n\n") +
@@ -62,7 +62,7 @@ std::string to_torque_markdown(const Evaluation& report, std::span<const Traject
   const std::vector<std::string>& joints = trajectories.front().data.joint_names;
   Markdown text = Markdown::of(
       "# {}: motor torque along the measured motion of held-out data\n\n"
-      "Friction runs free: the measured motion drives it, the measured torque never corrects "
+      "Friction is in open loop: driven by the measured motion, the measured torque never corrects "
       "it.\n\n",
       escaped(report.scene));
   const auto table = [&](const Markdown& title, Markdown (*format)(double), const auto& values) {
@@ -86,8 +86,8 @@ std::string to_torque_markdown(const Evaluation& report, std::span<const Traject
         [](const TorquePrediction& p) { return p.rmse.presliding; });
   table(Markdown::of("sliding"), digits, [](const TorquePrediction& p) { return p.rmse.sliding; });
   text += Markdown::of(
-      "One-step-ahead error, with the error of the last sample known and its lag-one "
-      "autocorrelation. Far below the RMSE: correlated residuals.\n\n");
+      "One-step-ahead error: the error less its lag-one autocorrelation times that of the last "
+      "sample. Far below the RMSE: correlated residuals.\n\n");
   table(Markdown::of("one step [N m]"), digits,
         [](const TorquePrediction& p) { return p.one_step; });
   text += Markdown::of(

@@ -27,10 +27,11 @@ void warn_of_trust(const data::FitFile& fit, const std::string& name, Warnings& 
   if (!fit.usable && fit.faults.empty())
     warnings.push_back(
         {name, fmt::format("the fit ended as \"{}\": {}", name_of(fit.outcome), fit.message),
-         "its parameters mean nothing", "read the message; record data that excite what it names"});
+         "its parameters are meaningless",
+         "read the message; record data that excite what it names"});
   else if (fit.outcome == data::Outcome::kIterationLimit)
     warnings.push_back({name, "the fit stopped at its limit of iterations",
-                        "the parameters are the best so far and may still move",
+                        "the parameters are the best so far and may still change",
                         "raise the number of iterations of this model in the scene"});
 }
 
@@ -48,13 +49,14 @@ void warn_of_joints(const data::FitFile& fit, const std::string& name, Warnings&
   if (!bounds.empty())
     warnings.push_back(
         {name, "on a bound: " + enumeration(bounds),
-         "the data push these parameters further than the table of laws allows, so the law has no "
-         "use for them or cannot describe this joint",
+         "the data push these parameters further than the table of laws allows, so the law does "
+         "not need them or cannot describe this joint",
          "read them as \"at least\" or \"at most\"; try fewer elements or another law"});
   if (!split.empty())
-    warnings.push_back({name, "searches from several starts ended apart: " + enumeration(split),
-                        "the objective has several minima; the best of them was kept",
-                        "raise `starts` of this model and see whether the best one stays"});
+    warnings.push_back(
+        {name, "searches from several starts ended at different errors: " + enumeration(split),
+         "the objective has several minima; the best of them was kept",
+         "raise `starts` of this model and see whether the best one changes"});
 }
 
 void warn_of_regression(const data::FittedRigidBody& rigid, const std::string& name,
@@ -79,8 +81,8 @@ void warn_of_regression(const data::FittedRigidBody& rigid, const std::string& n
 void warn_of_learning(const data::FitFile& fit, const std::string& name, Warnings& warnings) {
   if (fit.em)
     for (const std::string& text : fit.em->warnings)
-      warnings.push_back({name, text, "what the E-step said while it ran",
-                          "see the filter's health among the plots"});
+      warnings.push_back(
+          {name, text, "a warning of the E-step", "see the filter's health among the plots"});
   if ((fit.em && fit.em->chosen < 0) || (fit.multi_step && fit.multi_step->chosen == 0))
     warnings.push_back({name, "training did not improve on its start",
                         "the model is the conventional fit it began with",
@@ -91,9 +93,9 @@ void warn_of_learning(const data::FitFile& fit, const std::string& name, Warning
                           "their gradient was not finite", "lower the rate"});
   if (const int returns = fit.multi_step ? fit.multi_step->returns : 0; returns > 0)
     warnings.push_back({name,
-                        fmt::format("training lost its way and went back to its best {} time{}",
+                        fmt::format("training diverged and returned to its best point {} time{}",
                                     returns, returns > 1 ? "s" : ""),
-                        "after each return it goes on with 0.3 of the step length",
+                        "after each return it continues with 0.3 of the step length",
                         "lower the rate if the held-out error stays high"});
 }
 
@@ -104,20 +106,20 @@ std::vector<Warning> warnings_of(const Evaluation& evaluation) {
   for (const Summary& summary : evaluation.summary)
     for (const std::string& doubt : summary.doubts)
       warnings.push_back({summary.label, doubt, "the model is not to be trusted",
-                          "see what its fit says in this list, and docs/my_fit_is_bad.md"});
+                          "see the warnings of its fit, and docs/my_fit_is_bad.md"});
   for (const Summary& summary : evaluation.summary)
     if (summary.diverged > 0)
       warnings.push_back(
           {summary.label,
            fmt::format("{} of {} rollouts diverged", summary.diverged, summary.rollouts),
-           "in free run the model leaves the robot; its figures are clamped",
-           "use it for one-step prediction at most, or fit it by multi-step windows"});
+           "in open loop the model departs from the robot; its errors are clamped",
+           "use it for one-step prediction at most, or fit it by open-loop windows"});
   for (std::size_t h = 0; h < evaluation.horizons_s.size(); ++h)
     if (!evaluation.meaningless[h].empty())
       warnings.push_back(
           {fmt::format("horizon {:.4g} s", evaluation.horizons_s[h]), evaluation.meaningless[h],
            "this column cannot rank models",
-           "judge by another horizon; lower the sensors' noise or choose shorter ones"});
+           "judge by another horizon; lower the sensors' noise or choose a shorter one"});
   return warnings;
 }
 
@@ -132,7 +134,7 @@ std::vector<Warning> warnings_of(const data::FitFile& fit, const std::string& na
 }
 
 Warning infeasible_excitation(const std::string& recording) {
-  return {recording, "the excitation breaks a limit", "the robot could not run it as it is",
+  return {recording, "the excitation violates a limit", "the robot could not run it as it is",
           "raise `restarts`, or shrink `half_range` of [excitation]"};
 }
 

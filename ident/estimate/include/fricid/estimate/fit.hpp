@@ -49,12 +49,12 @@ struct Fault {
 /// "joint_a2: R2 -249 on its own training torque; record more ...".
 std::string in_words(const Fault& fault);
 
-/// Friction in the sum or difference of two joints' speeds, as a wrist with a differential or a
-/// belt has it and no law of one joint can.
+/// Friction that depends on the sum or difference of two joints' speeds, as in a wrist with a
+/// differential or a belt, which no law of one joint can represent.
 struct Coupling {
   int with = -1;     ///< the other joint; -1: none
   double sign = 1;   ///< of the other joint's speed
-  double share = 0;  ///< of what the joint's own Coulomb and viscous friction leave it explains [1]
+  double share = 0;  ///< of the residual of the joint's own Coulomb and viscous friction [1]
 };
 
 /// The strongest coupling of every joint (n): least squares of `target` on sign and speed of the

@@ -52,7 +52,7 @@ struct ComparedModel {
     archive.pairs("against_convention_90", against_convention_90,
                   value("1", "per horizon, Student t over the runs"));
     archive("headroom_closed", headroom_closed,
-            value("1", "per horizon: 0 as good as the convention, 1 as physics allows"));
+            value("1", "per horizon: 0 as good as the best conventional model, 1 as the oracle"));
   }
 };
 

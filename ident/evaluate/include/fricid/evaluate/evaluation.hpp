@@ -88,8 +88,8 @@ struct ModelResult {
 struct Summary {
   std::string name, label;
   bool is_oracle = false, is_conventional = false;
-  /// Why not to trust it, one line each: fits that failed their own test, joints whose held-out
-  /// torque its own mean tells better. Such a model is no best of anything.
+  /// Why not to trust it, one line each: fits that failed their own checks, joints whose held-out
+  /// torque it predicts worse than its mean. Such a model counts as no best model.
   std::vector<std::string> doubts;
   int seeds = 0;
   int parameters = 0;
@@ -104,8 +104,9 @@ struct Summary {
   std::vector<Interval> interval_90;
   std::string interval_over;  ///< "seeds", "trajectories" or "none"
   std::vector<double> ratio_to_oracle;
-  /// log(best conventional / model) / log(best conventional / oracle): 0 as good as the convention,
-  /// 1 as good as physics allows. NaN without an oracle or where the headroom is not above 1.
+  /// log(best conventional / model) / log(best conventional / oracle): 0 as good as the best
+  /// conventional model, 1 as good as the oracle. NaN without an oracle or if the headroom is not
+  /// above 1.
   std::vector<double> headroom_closed;
   /// Friction torque RMSE as a share of the true RMS, mean over joints, trajectories and seeds:
   /// driven by the measured motion, whole recordings. NaN without truth.
@@ -131,7 +132,7 @@ struct Summary {
     archive("is_oracle", is_oracle, flag("the true model"));
     archive("is_conventional", is_conventional, flag("one of the conventional models"));
     archive("doubts", doubts,
-            text("why not to trust it, one line each; such a model is no best of anything"));
+            text("why not to trust it, one line each; such a model counts as no best model"));
     archive("seeds", seeds, number("", 0, 1e9, "number of fits"));
     archive("parameters", parameters, number("", 0, 1e9, "number of fitted values"));
     archive("stated_fit_seconds", stated_fit_seconds,
@@ -149,9 +150,9 @@ struct Summary {
     archive("interval_over", interval_over,
             choice("seeds|trajectories|none", "what the interval is taken over"));
     archive("ratio_to_oracle", ratio_to_oracle, per_horizon("1", "per horizon"));
-    archive(
-        "headroom_closed", headroom_closed,
-        number("1", -1e300, 1, "per horizon: 0 as good as the convention, 1 as physics allows"));
+    archive("headroom_closed", headroom_closed,
+            number("1", -1e300, 1,
+                   "per horizon: 0 as good as the best conventional model, 1 as the oracle"));
     archive("diverged", diverged, number("", 0, 1e9, "number of diverged rollouts"));
     archive("rollouts", rollouts, number("", 0, 1e9, "in all"));
     archive("friction", friction,

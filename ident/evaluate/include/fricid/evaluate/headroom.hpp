@@ -6,15 +6,15 @@
 
 namespace fricid::evaluate {
 
-/// The errors between which models are judged at one horizon, mean squares of q [rad^2].
+/// The reference errors of one horizon, mean squares of q [rad^2].
 struct Headroom {
   double convention;     ///< of the best conventional model
-  double best_possible;  ///< of the oracle, or the floor where there is none
+  double best_possible;  ///< of the oracle, or the floor without one
 
   double ratio() const { return convention / best_possible; }
 
   /// log(convention / error) / log(convention / best possible): 0 as good as the convention, 1 as
-  /// good as physics allows. NaN where the convention is no worse than the best possible.
+  /// good as the best possible. NaN if the convention is no worse than the best possible.
   double closed(double error) const {
     if (!(convention > best_possible)) return std::numeric_limits<double>::quiet_NaN();
     return std::log(convention / error) / std::log(convention / best_possible);
