@@ -20,13 +20,13 @@ namespace {
 
 constexpr const char* kHead = R"(# The run folder
 
-What `fricid run` leaves. A folder is one that a run made (it has `manifest.json`), an empty or a new
-one; anything else is refused. Every file is written under a temporary name, synced and renamed, so a
-reader sees the old file or the new one. A stage is done again when something that it read has changed;
-`manifest.json` says what each one read, by name and SHA-256. The clock is read for the manifest alone:
-all other files of two equal runs have the same bytes, but for the report, which shows the manifest.
+The files that `fricid run` writes. A run folder is new, empty, or that of an earlier run (it has
+`manifest.json`); anything else is refused. Every file is written under a temporary name, synced and
+renamed, so a reader sees the old file or the new one. A stage runs again when one of its inputs has
+changed; `manifest.json` lists the inputs of each by name and SHA-256. Only the manifest holds times: all
+other files of two equal runs have the same bytes, except the report, which shows the manifest.
 
-This page is written by the program's own structs: build the target `run_folder_docs` to make it anew.
+This page is generated from the program's structs: build the target `run_folder_docs` to renew it.
 
 | stage | reads | file | holds |
 |---|---|---|---|
@@ -47,57 +47,57 @@ std::string run_folder_page() {
   const std::string recording = "RECORDING";
   const std::vector<Row> rows{
       {"", "", run.scene(), "the scene as run: every default filled in"},
-      {"", "", run.manifest(), "what was done, from what, how long it took"},
+      {"", "", run.manifest(), "stages, their inputs and outputs, and durations"},
       {"data", "scene, URDF, MJCF; or logs and their contract", run.recording(recording),
-       "samples: what a real log would have"},
-      {"", "", run.truth(recording), "what was injected"},
-      {"", "", run.excitation(), "how the trajectories were found"},
-      {"", "", run.diagnosis(recording), "of logs: what is wrong with the recording"},
+       "signals of a log, also when simulated"},
+      {"", "", run.truth(recording), "true motion and injected friction"},
+      {"", "", run.excitation(), "design of the trajectories"},
+      {"", "", run.diagnosis(recording), "of logs: faults of the recording"},
       {"identify MODEL_sSEED", "[robot], [identify], the model, training recordings", run.model(id),
        "the identified robot"},
-      {"", "", run.fit(id), "how it was found"},
+      {"", "", run.fit(id), "report of the fit"},
       {"evaluate", "[evaluate], models, recordings, truth, external/", run.evaluation(),
        "scores of every rollout and their summary"},
       {"", "", run.table(), "the tables of the evaluation"},
       {"", "", run.torque_table(), "motor torque along the measured motion"},
       {"", "", run.table_csv(), "one line per rollout and horizon"},
-      {"", "", run.starts(), "what an external model has to roll out"},
+      {"", "", run.starts(), "rollouts that an external model has to make"},
       {"", "", run.rollout(id, recording), "its motion in open loop"},
       {"", "", run.prediction(id, recording),
        "motor torque that it predicts along the measured motion"},
       {"", "", run.band("MODEL", recording), "90 % band of its open loop"},
-      {"plots", "results", run.plot("NAME", "pdf"), "and .svg, .png, and .gp to draw it anew"},
+      {"plots", "results", run.plot("NAME", "pdf"), "and .svg, .png, and .gp, the gnuplot script"},
       {"video", "results, [render]", run.video("NAME"), "H.264"},
       {"report", "all of these", run.report(), "one page for a browser"}};
   std::string page = kHead;
   for (const Row& row : rows)
     page += fmt::format("| {} | {} | `{}` | {} |\n", row.stage, row.reads, run.name_of(row.file),
                         row.holds);
-  page += artefact_section<workflow::Manifest>("manifest.json", "What was done.");
-  page +=
-      artefact_section<sim::ExcitationFile>("excitation.json", "How the trajectories were found.");
+  page += artefact_section<workflow::Manifest>("manifest.json", "The stages of the run.");
+  page += artefact_section<sim::ExcitationFile>("excitation.json", "Design of the trajectories.");
   page += artefact_section<data::DiagnosisFile>("data/RECORDING.doctor.json",
-                                                "Of logs: what is wrong with the recording.");
+                                                "Of logs: faults of the recording.");
   page += artefact_section<data::WrittenModel>(
       "models/MODEL_sSEED.json",
-      "An identified robot: all that a program needs to simulate it. Numbers have full precision.");
-  page += artefact_section<data::FitFile>("fit/MODEL_sSEED.json", "How a model was found.");
+      "An identified robot: everything needed to simulate it. Numbers have full precision.");
+  page += artefact_section<data::FitFile>("fit/MODEL_sSEED.json", "Report of a fit.");
   page += artefact_section<evaluate::Evaluation>(
-      "evaluation.json", "What the evaluation found; lists per horizon follow `horizons_s`.");
-  page += signals_section<data::Dataset>("data/RECORDING.h5", "What a real log would have.");
-  page += signals_section<sim::Truth>("truth/RECORDING.h5", "What was injected.");
+      "evaluation.json", "Scores of all models; lists per horizon follow `horizons_s`.");
+  page +=
+      signals_section<data::Dataset>("data/RECORDING.h5", "Signals of a log, also when simulated.");
+  page += signals_section<sim::Truth>("truth/RECORDING.h5", "True motion and injected friction.");
   page += signals_section<evaluate::RolloutSignals>("rollouts/MODEL_sSEED_RECORDING.h5",
                                                     "Motion of a model in open loop.");
   page += signals_section<evaluate::PredictionSignals>("predictions/MODEL_sSEED_RECORDING.h5",
                                                        "Motor torque along the measured motion.");
   page += signals_section<evaluate::BandSignals>("bands/MODEL_RECORDING.h5",
-                                                 "Where 90 % of a model's open loops lie.");
-  page += signals_section<data::EstimateSignals>(
-      "estimates/MODEL_sSEED_RECORDING.h5", "What `fricid estimate` wrote: the online filter.");
-  page +=
-      artefact_section<evaluate::Comparison>("fricid compare --json", "Runs compared, on stdout.");
+                                                 "90 % band of a model's open loop.");
+  page += signals_section<data::EstimateSignals>("estimates/MODEL_sSEED_RECORDING.h5",
+                                                 "Result of `fricid estimate`, the online filter.");
+  page += artefact_section<evaluate::Comparison>("fricid compare --json",
+                                                 "Comparison of runs, on stdout.");
   page += artefact_section<data::CheckFile>("check.json",
-                                            "What `fricid check` found; with `--json` on stdout.");
+                                            "Result of `fricid check`; with `--json` on stdout.");
   return page;
 }
 

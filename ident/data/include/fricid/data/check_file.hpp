@@ -22,11 +22,14 @@ struct CheckedParameter {
   void visit(Archive& archive) {
     archive("name", name, text("base parameter, or Coulomb, viscous or constant friction"));
     archive("verdict", verdict, text("whether the data determine it"));
-    archive("value", value, number("", -1e300, 1e300, "of the linear regression"));
-    archive("standard_error", standard_error, number("", 0, 1e300, "predicted"));
+    archive("value", value, number("", -1e300, 1e300, "estimate by linear regression"));
+    archive("standard_error", standard_error, number("", 0, 1e300, "predicted standard error"));
     archive("percent", percent,
-            number("%", 0, 1e300, "the same of the size that the parameter has or would matter"));
-    archive("words", words, text("why not, or what it is confused with; empty: determined"));
+            number("%", 0, 1e300,
+                   "standard error over the size of the parameter, or over the size at which it "
+                   "would matter"));
+    archive("words", words,
+            text("why it is not determined, or what it is confused with; empty: determined"));
   }
 };
 
@@ -37,7 +40,8 @@ struct CheckedGrouping {
   template <class Archive>
   void visit(Archive& archive) {
     archive("name", name, text("of the standard parameter"));
-    archive("words", words, text("the combinations that hold it, or that no torque shows it"));
+    archive("words", words,
+            text("the combinations that contain it, or that it does not affect the torque"));
   }
 };
 
@@ -58,10 +62,11 @@ struct CheckedJoint {
     archive("joint", joint, text("name of the joint"));
     archive("fastest_rad_s", fastest, size("rad/s", "largest speed"));
     archive("slow_s", slow_s, size("s", "time moving below the Stribeck speed"));
-    archive("reversals", reversals, size("", "after a travel that makes friction settle"));
-    archive("presliding_excursions", presliding, size("", "turns back before that travel"));
+    archive("reversals", reversals,
+            size("", "reversals after enough travel for friction to settle"));
+    archive("presliding_excursions", presliding, size("", "reversals before that travel"));
     archive("samples_per_climb", samples_per_climb,
-            size("", "within that travel after a reversal, median"));
+            size("", "samples within that travel after a reversal, median"));
     archive("load_Nm", load, number("N m", -1e300, 1e300, "least and largest torque"));
     archive("temperature_K", temperature, size("K", "least and largest; empty: not measured"));
     archive("resolution_rad", resolution, size("rad", "smallest step of the logged position"));
@@ -78,7 +83,7 @@ struct CheckedFamily {
   void visit(Archive& archive) {
     archive("family", family, text("name of a law or modifier"));
     archive("supported", supported, flag("the data allow to fit it"));
-    archive("words", words, text("what is lacking; empty: nothing"));
+    archive("words", words, text("what the data lack; empty: nothing"));
   }
 };
 
@@ -92,10 +97,11 @@ struct CheckedIdentifiability {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("message", message, text("why nothing can be said; empty: it can"));
+    archive("message", message, text("why there is no result; empty: there is one"));
     archive.sections("parameters", parameters, "base parameters and linear friction");
     archive.sections("not_alone", groupings, "standard parameters that no data determine alone");
-    archive.sections("friction_coverage", joints, "what the motion shows of friction, per joint");
+    archive.sections("friction_coverage", joints,
+                     "friction regimes covered by the motion, per joint");
     archive.sections("families", families, "friction laws and modifiers");
   }
 };
@@ -110,8 +116,9 @@ struct CheckFile {
   template <class Archive>
   void visit(Archive& archive) {
     archive.sections("doctor", doctor, "what is wrong with each recording");
-    archive.section("identifiability", identifiability,
-                    "what they tell; absent: no robot was named, or their times are damaged");
+    archive.section(
+        "identifiability", identifiability,
+        "identifiability of the parameters; absent: no robot was given, or the times are damaged");
   }
 };
 

@@ -32,15 +32,15 @@ struct DiagnosedFinding {
   void visit(Archive& archive) {
     archive("name", name, text("what was found; the name that --fix takes"));
     archive("severity", severity, choice("damage: a fit would be wrong or poor"));
-    archive("misleads", misleads, flag("a fit would mean something else, not only be poorer"));
+    archive("misleads", misleads, flag("a fit would be wrong, not only less accurate"));
     archive("signal", signal, text("t, q, v, tau, temperature, or \"q tau\" for both"));
-    archive("joints", joints, text("where; two of a swap, none: all"));
-    archive("begin_s", begin_s, number("s", -1e300, 1e300, "begin of where it was seen"));
-    archive("end_s", end_s, number("s", -1e300, 1e300, "end of it"));
+    archive("joints", joints, text("joints concerned, two for a swap; empty: all"));
+    archive("begin_s", begin_s, number("s", -1e300, 1e300, "start of the time span"));
+    archive("end_s", end_s, number("s", -1e300, 1e300, "end of the time span"));
     archive("size", size, number("", -1e300, 1e300, "how much, in `unit`"));
     archive("unit", unit, text("of `size`"));
-    archive("count", count, number("", 0, 2e9, "how often"));
-    archive("consequence", consequence, text("what a fit would suffer; empty: nothing"));
+    archive("count", count, number("", 0, 2e9, "number of occurrences"));
+    archive("consequence", consequence, text("effect on a fit; empty: none"));
     archive("remedy", remedy, text("what to do; empty: nothing"));
   }
 };
@@ -58,7 +58,8 @@ struct DiagnosisFile {
     archive("data", data, text("name of the recording"));
     archive("source", source, text("where its samples come from"));
     archive("joints", joints, text("names of its joints"));
-    archive.sections("findings", findings, "of the times first, then of signals and dynamics");
+    archive.sections("findings", findings,
+                     "those of the times first, then of signals and dynamics");
   }
 };
 

@@ -27,8 +27,8 @@ struct EstimateSignals {
   template <class Archive>
   void visit(Archive& archive) {
     archive.joints(joint_names);
-    archive.stamp("model", model, text("whose filter it is"));
-    archive.stamp("log", log, text("along which it ran"));
+    archive.stamp("model", model, text("name of the model"));
+    archive.stamp("log", log, text("name of the log"));
     archive.times(t);
     archive.of_joints("q", q, signal("rad", "position, mean"));
     archive.of_joints("v", v, signal("rad/s", "velocity, mean"));

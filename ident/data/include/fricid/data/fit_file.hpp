@@ -38,8 +38,8 @@ struct FittedParameter {
     archive("value", value, number("", -1e300, 1e300, "in the unit of the law's table"));
     archive("standard_error", standard_error,
             number("", 0, 1e300,
-                   "of Coulomb and viscous friction beside the rigid body, of the rest with "
-                   "it known; null: not known"));
+                   "Coulomb and viscous: estimated together with the rigid body; others: with "
+                   "the rigid body given; null: unknown"));
   }
 };
 
@@ -144,20 +144,18 @@ struct FittedTraining {
   void visit(Archive& archive) {
     archive("outcome", outcome, choice("how it ended"));
     archive("message", message, text("the same in words"));
-    archive("loss", loss, number("1", 0, 1e300, "per step"));
+    archive("loss", loss, number("1", 0, 1e300, "loss per step"));
     archive("checked", checked,
             number("", 0, 1e9, "steps after which the held-out error was evaluated"));
-    archive(
-        "held_out", held_out,
-        number(
-            "", 0, 1e300,
-            "error on the held-out part, one per entry of `checked`: MSE of q [rad^2] of windows, "
-            "share of the friction torque left of torque training"));
+    archive("held_out", held_out,
+            number("", 0, 1e300,
+                   "error on the held-out part, one per entry of `checked`: MSE of q [rad^2] of "
+                   "windows, residual share of the friction torque of torque training"));
     archive("chosen", chosen,
             number("", 0, 1e9, "index in `checked` of the parameters that were kept"));
     archive("skipped", skipped, number("", 0, 1e9, "steps without a finite gradient"));
     archive("returns", returns, number("", 0, 1e9, "number of returns to the best parameters"));
-    archive("leap", leap, number("", 0, 1e9, "engine steps that one step stands for"));
+    archive("leap", leap, number("", 0, 1e9, "engine steps per integration step of the training"));
   }
 };
 
@@ -172,9 +170,12 @@ struct FittedIteration {
     };
     archive("log_likelihood", log_likelihood, value("nat", "of the training parts"));
     archive("nis", nis, value("1", "normalised innovation squared per channel"));
-    archive("least_roots", least_roots, value("1", "least share of distinct roots of the paths"));
-    archive("least_backward_ess", least_backward_ess,
-            value("", "least median over the recordings; 0 where it does not apply"));
+    archive("least_roots", least_roots,
+            value("1", "smallest share of distinct ancestors of the smoothed paths"));
+    archive(
+        "least_backward_ess", least_backward_ess,
+        value("",
+              "smallest median over the recordings of the ESS of backward sampling; 0: not used"));
     archive("objective", objective, value("nat", "mean negative log transition density"));
     archive("held_out_q_mse", held_out, value("rad^2", "after the iteration"));
   }
@@ -231,13 +232,13 @@ struct FittedCandidate {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("name", name, text("what was fitted, and how"));
+    archive("name", name, text("model and method"));
     archive("held_out_q_mse", held_out,
             number("rad^2", 0, 1e300, "of held-out rollouts, geometric mean"));
     archive("held_out_torque", torque,
-            number("1", 0, 1e300, "share of the torque's variance left, held-out rows"));
-    archive("parameters", parameters, number("", 0, 1e9, "free ones of the friction"));
-    archive("taken", taken, flag("whether it is the model"));
+            number("1", 0, 1e300, "residual share of the torque's variance, held-out rows"));
+    archive("parameters", parameters, number("", 0, 1e9, "free parameters of the friction"));
+    archive("taken", taken, flag("whether it was chosen"));
   }
 };
 
@@ -256,8 +257,9 @@ struct FittedPart {
     archive(
         "gain", gain,
         number("1", -1e300, 1e300, "relative rise of the held-out mean square without the part"));
-    archive("gain_se", error, number("1", 0, 1e300, "its standard error, by seconds"));
-    archive("on", on, flag("whether the model has it"));
+    archive("gain_se", error,
+            number("1", 0, 1e300, "standard error of gain, from blocks of a second"));
+    archive("on", on, flag("whether the model includes it"));
   }
 };
 
@@ -302,12 +304,12 @@ struct FitFile {
     archive("parameters", parameters, number("", 0, 1e9, "number of fitted values"));
     archive.section("rigid_body", rigid_body, "the regression of the rigid body");
     archive.sections("joints", joints, "friction joint by joint");
-    archive.section("torque", torque, "training on the torque that the rigid body leaves");
+    archive.section("torque", torque, "training on the torque residual of the rigid body");
     archive.section("multi_step", multi_step, "training on open-loop windows");
     archive.section("em", em, "expectation-maximisation");
     archive.sections("candidates", candidates,
-                     "of method joint: what held-out rollouts chose from");
-    archive.sections("parts", parts, "of model lvm: what held-out torque says of its parts");
+                     "of method joint: fits of which held-out rollouts chose one");
+    archive.sections("parts", parts, "of model lvm: effect of its parts on the held-out torque");
   }
 };
 

@@ -163,7 +163,7 @@ struct WrittenModifier {
   template <class Archive>
   void visit(Archive& archive) {
     archive("modifier", modifier, text("name of the modifier"));
-    archive("order", order, whole(0, 1e9, "number of terms where there are several; else 1"));
+    archive("order", order, whole(0, 1e9, "number of terms; 1 for modifiers with one"));
     archive.named("parameters", "SYMBOL", parameters, "every parameter of the modifier");
   }
 };
@@ -213,7 +213,7 @@ struct WrittenNoise {
     archive("variance_v", variance_v, variance("rad^2/s^2", "of the transition, per joint"));
     archive("variance_z", variance_z, variance("", "of the transition, per friction state"));
     archive("variance_observation", variance_observation,
-            variance("rad^2", "of q per joint, then of v where it is measured"));
+            variance("rad^2", "of q per joint, then of v if it is measured"));
   }
 };
 

@@ -58,11 +58,11 @@ struct BandSignals {
   template <class Archive>
   void visit(Archive& archive) {
     archive.joints(joint_names);
-    archive.stamp("model", model, text("whose open loop it is, all seeds together"));
-    archive.stamp("trajectory", trajectory, text("whose torque drove it"));
+    archive.stamp("model", model, text("name of the model, all seeds together"));
+    archive.stamp("trajectory", trajectory, text("recording whose torque drove it"));
     archive.times(t);
     archive.of_joints("q_low", band.low, signal("rad", "lower end of the 90 % band of q"));
-    archive.of_joints("q_high", band.high, signal("rad", "upper end"));
+    archive.of_joints("q_high", band.high, signal("rad", "upper end of the 90 % band of q"));
   }
 };
 void save_band(const Band& band, const data::Dataset& dataset, const std::string& model,

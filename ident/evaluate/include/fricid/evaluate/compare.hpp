@@ -37,11 +37,11 @@ struct ComparedModel {
     archive("label", label, text("name in tables"));
     archive("is_oracle", is_oracle, flag("the true model"));
     archive("is_conventional", is_conventional, flag("one of the conventional models"));
-    archive("runs", runs, number("", 1, 1e9, "in which the model was fitted"));
+    archive("runs", runs, number("", 1, 1e9, "number of runs with the model"));
     archive("diverged", diverged, number("", 0, 1e9, "number of diverged rollouts"));
-    archive("rollouts", rollouts, number("", 0, 1e9, "in all"));
+    archive("rollouts", rollouts, number("", 0, 1e9, "number of rollouts"));
     archive("parameters", parameters, number("", 0, 1e9, "number of fitted values"));
-    archive("fit_seconds", fit_seconds, value("s", "mean over the runs; null: not known"));
+    archive("fit_seconds", fit_seconds, value("s", "mean over the runs; null: unknown"));
     archive("friction", friction,
             value("1", "error of the friction torque, mean over the runs; null without truth"));
     archive("q_mse_geometric_mean", q_mse, value("rad^2", "per horizon, over the runs"));

@@ -33,7 +33,7 @@ struct RolloutScore {
     archive("trajectory", trajectory, text("index of the trajectory, from 0"));
     archive("name", name, text("name of the trajectory"));
     archive("start_s", start_s, number("s", 0, 1e9, "where the rollout starts"));
-    archive("diverged", diverged, flag("left the allowed position error"));
+    archive("diverged", diverged, flag("position error beyond evaluate.diverged_rad"));
     error.visit(archive);
     friction.visit(archive, "friction_rmse");
     friction_rollout.visit(archive, "friction_rmse_rollout");
@@ -65,11 +65,11 @@ struct ModelResult {
   void visit(Archive& archive) {
     archive("name", name, text("name of its files"));
     archive("label", label, text("name in tables and plots"));
-    archive("seed", seed, number("", 0, 1e9, "of its fit"));
+    archive("seed", seed, number("", 0, 1e9, "seed of the fit"));
     archive("parameters", parameters, number("", 0, 1e9, "number of fitted values"));
-    archive(
-        "stated_fit_seconds", stated_fit_seconds,
-        number("s", 0, 1e12, "of an external model, as its maker says; null: see the manifest"));
+    archive("stated_fit_seconds", stated_fit_seconds,
+            number("s", 0, 1e12,
+                   "duration of the fit as stated by an external model; null: see the manifest"));
     archive("budget", budget, text("training budget; empty: none"));
     archive("is_oracle", is_oracle, flag("the true model"));
     archive("is_conventional", is_conventional, flag("one of the conventional models"));
@@ -80,7 +80,7 @@ struct ModelResult {
     archive.sections("torque", torque,
                      "motor torque along the measured motion, one per trajectory");
     archive.section("torque_error", torque_error,
-                    "random torque that makes its open loop err as much as it does");
+                    "random torque disturbance that accounts for the size of its open-loop error");
   }
 };
 
@@ -136,7 +136,7 @@ struct Summary {
     archive("seeds", seeds, number("", 0, 1e9, "number of fits"));
     archive("parameters", parameters, number("", 0, 1e9, "number of fitted values"));
     archive("stated_fit_seconds", stated_fit_seconds,
-            number("s", 0, 1e12, "of an external model, as its maker says; else null"));
+            number("s", 0, 1e12, "duration of the fit as stated by an external model; else null"));
     archive("budget", budget, text("training budget of the first seed; empty: none"));
     archive("q_mse_geometric_mean", q_mse_geometric_mean,
             per_horizon("rad^2", "per horizon, over rollouts and seeds"));
@@ -148,13 +148,13 @@ struct Summary {
                               "low and high end per horizon: 90 % Student t interval of "
                               "the geometric mean of q_mse"));
     archive("interval_over", interval_over,
-            choice("seeds|trajectories|none", "what the interval is taken over"));
+            choice("seeds|trajectories|none", "what the interval is computed over"));
     archive("ratio_to_oracle", ratio_to_oracle, per_horizon("1", "per horizon"));
     archive("headroom_closed", headroom_closed,
             number("1", -1e300, 1,
                    "per horizon: 0 as good as the best conventional model, 1 as the oracle"));
     archive("diverged", diverged, number("", 0, 1e9, "number of diverged rollouts"));
-    archive("rollouts", rollouts, number("", 0, 1e9, "in all"));
+    archive("rollouts", rollouts, number("", 0, 1e9, "number of rollouts"));
     archive("friction", friction,
             per_horizon("1",
                         "RMSE of the friction torque as a share of its RMS, driven by the "
@@ -235,9 +235,9 @@ struct Evaluation {
     archive("best_conventional", best_conventional,
             mse("per horizon, smallest geometric mean of q_mse of the conventional models"));
     archive.derived("meaningful", meaningful(), flag("every horizon can rank models"));
-    archive.derived("trusted", trusted(), flag("no model is in doubt"));
+    archive.derived("trusted", trusted(), flag("no model has doubts"));
     archive("meaningless", meaningless,
-            text("per horizon, why its ranking is no more than noise; empty: it is more"));
+            text("per horizon, why it cannot rank models; empty: it can"));
   }
 };
 

@@ -74,10 +74,10 @@ struct RolloutSignals {
   template <class Archive>
   void visit(Archive& archive) {
     archive.joints(joint_names);
-    archive.stamp("model", model, text("what was rolled out"));
-    archive.stamp("seed", seed, number("", 0, 1e9, "of its fit"));
-    archive.stamp("trajectory", trajectory, text("whose torque drove it"));
-    archive.stamp("diverged", diverged, number("", 0, 1, "1: it did, and stands still from there"));
+    archive.stamp("model", model, text("name of the model"));
+    archive.stamp("seed", seed, number("", 0, 1e9, "seed of the fit"));
+    archive.stamp("trajectory", trajectory, text("recording whose torque drove it"));
+    archive.stamp("diverged", diverged, number("", 0, 1, "1: diverged, constant from there"));
     archive.times(t);
     archive.of_joints("q", q, signal("rad", "position"));
     archive.of_joints("v", v, signal("rad/s", "velocity"));

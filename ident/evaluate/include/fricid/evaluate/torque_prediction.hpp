@@ -36,9 +36,10 @@ struct TorquePrediction {
       return number(unit, -1e300, 1e300, meaning);
     };
     rmse.visit(archive, "rmse");
-    archive(
-        "one_step", one_step,
-        field("N m", "per joint, RMSE one step ahead, with the error of the last sample known"));
+    archive("one_step", one_step,
+            field("N m",
+                  "per joint, RMSE one step ahead: of the error less its lag-one autocorrelation "
+                  "times the last one"));
     archive("percent_of_rms", percent_of_rms,
             field("%", "per joint, rmse over the RMS of the measured torque"));
     archive("r2", r2, field("1", "per joint, share of the measured torque's variance explained"));
@@ -78,7 +79,7 @@ struct PredictionSignals {
     archive.of_joints("v", v, signal("rad/s", "velocity that drove the model"));
     archive.of_joints("tau", tau, signal("N m", "motor torque as measured"));
     archive.of_joints("tau_predicted", tau_predicted, signal("N m", "motor torque as predicted"));
-    archive.of_joints("tau_f", tau_f, signal("N m", "friction torque in it"));
+    archive.of_joints("tau_f", tau_f, signal("N m", "friction torque in tau_predicted"));
   }
 };
 /// @param q, v  zero-phase filtered motion (T, n)

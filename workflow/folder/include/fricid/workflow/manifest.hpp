@@ -39,9 +39,9 @@ struct StageRecord {
   template <class Archive>
   void visit(Archive& archive) {
     archive("name", name, text("name of the stage"));
-    archive("program", program, text("SHA-256 of the program that did it"));
-    archive("seconds", seconds, number("s", 0, 1e12, "wall clock"));
-    archive.sections("inputs", inputs, "all that it read");
+    archive("program", program, text("SHA-256 of the program that ran it"));
+    archive("seconds", seconds, number("s", 0, 1e12, "wall-clock time"));
+    archive.sections("inputs", inputs, "everything that it read");
     archive.sections("outputs", outputs, "all files that it wrote");
   }
 };
@@ -53,7 +53,7 @@ struct Machine {
   template <class Archive>
   void visit(Archive& archive) {
     archive("cpu", cpu, text("model of the processor"));
-    archive("cores", cores, number("", 0, 1e6, "threads that run at once"));
+    archive("cores", cores, number("", 0, 1e6, "number of hardware threads"));
   }
 };
 
@@ -76,14 +76,14 @@ struct Manifest {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("version", version, text("of fricid"));
-    archive("commit", commit, text("of fricid"));
+    archive("version", version, text("version of fricid"));
+    archive("commit", commit, text("commit of fricid"));
     archive.section("machine", machine, "where it ran last");
     archive("scene", scene, text("name of the scene"));
-    archive("seed", seed, number("", 0, 9e15, "of the scene"));
+    archive("seed", seed, number("", 0, 9e15, "seed of the scene"));
     archive.sections("sources", sources, "files that the scene names");
     archive("fitted_by_name", fitted_by_name,
-            text("fits beside those of the scene, asked for by name"));
+            text("fits requested by name, in addition to those of the scene"));
     archive.sections("stages", stages, "stages that were run");
   }
 };
