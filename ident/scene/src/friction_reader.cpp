@@ -207,7 +207,7 @@ Friction read_friction(const toml::table& table, const std::string& where,
                        const std::vector<std::string>& joint_names) {
   std::string load = "motor_torque";
   TomlReader fields(table, "friction", where, joint_names);
-  fields("load", load, choice("motor_torque", "torque that load-dependent laws see"));
+  fields("load", load, choice("motor_torque", "load of load-dependent laws"));
   fields.allow("law");
   fields.refuse_unknown();
 

@@ -28,7 +28,7 @@ class SceneWriter : public config::TomlWriter {
                std::string_view meaning) {
     if (commented()) {
       const std::string around = open("[", key, "]", meaning);
-      append("# torque that load-dependent laws see; motor_torque\nload = \"motor_torque\"\n");
+      append("# load of load-dependent laws; motor_torque\nload = \"motor_torque\"\n");
       append(friction_template());
       close(around);
     } else if (friction) {

@@ -78,7 +78,7 @@ struct RobotSection {
     archive("urdf", urdf,
             required(text("the engine's robot; beside the scene or in the share folder")));
     archive("mjcf", mjcf, text("the simulator's robot; empty for logs"));
-    archive("mount", mount, choice("how the base is fixed"));
+    archive("mount", mount, choice("orientation of the base"));
     archive("mount_rpy", mount_rpy,
             number("rad", -6.2832, 6.2832, "roll, pitch, yaw of the base when mount = \"rpy\""));
     archive("payload_kg", payload_kg, number("kg", 0, 2000, "rigid payload"));
@@ -89,15 +89,15 @@ struct RobotSection {
                    "Ixx, Iyy, Izz, Ixy, Ixz, Iyz of the payload about its centre of mass"));
     archive("payload_frame", payload_frame, text("frame of the URDF that carries the payload"));
     archive("hold", hold,
-            text("joints that stand still in the logs: welded where the first training log has "
-                 "them, as if `fix` said so"));
+            text("joints that stand still in the logs: fixed at their position in the first "
+                 "training log"));
     archive("fix", fix,
             number("rad or m", -1e3, 1e3,
-                   "joints that are welded, and where; those that <mimic> them follow"));
+                   "joints fixed at a position; those that <mimic> them follow"));
     archive.sections("torque", torques,
                      "known torques linear in a parameter, e.g. a counterbalance");
     archive.sections("coupling", couplings,
-                     "motors that turn two joints; friction and armatures are theirs");
+                     "motors that turn two joints; friction and armature act at the motors");
   }
 };
 

@@ -29,8 +29,8 @@ struct DataSection {
   template <class Archive>
   void visit(Archive& archive) {
     archive("contract", contract, text("column contract (fricid template contract)"));
-    archive("train", train, text("log files to learn from; may start with $VARIABLE/"));
-    archive("validation", validation, text("log files to judge by; may start with $VARIABLE/"));
+    archive("train", train, text("training logs; may start with $VARIABLE/"));
+    archive("validation", validation, text("validation logs; may start with $VARIABLE/"));
   }
 };
 

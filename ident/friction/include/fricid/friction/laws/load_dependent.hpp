@@ -122,8 +122,7 @@ class LoadDependent {
        "quadratic load coefficient, back-driving"},
       {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
       {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.01, Scale::kLog, "smoothing speed"},
-      {"l0", "N m", Role::kLoadSmoothing, 1e-4, 100, 0.1, Scale::kLog,
-       "width of the smooth foot of |load|"},
+      {"l0", "N m", Role::kLoadSmoothing, 1e-4, 100, 0.1, Scale::kLog, "smoothing width of |load|"},
   }};
 };
 

@@ -51,9 +51,9 @@ class Temperature {
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
       {"beta", "1/K", Role::kTemperatureCoefficient, -0.01, 0.1, 0.02, Scale::kLinear,
-       "relative fall per kelvin"},
+       "relative decrease per kelvin"},
       {"T0", "K", Role::kTemperature, 250, 400, 313.15, Scale::kLinear,
-       "temperature at which the law holds as it is"},
+       "reference temperature of the law"},
   }};
 };
 

@@ -58,11 +58,11 @@ class Viscosity {
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
       {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear,
-       "viscous coefficient that warms, at T0"},
+       "temperature-dependent viscous coefficient, at T0"},
       {"beta", "1/K", Role::kTemperatureCoefficient, -0.01, 0.1, 0.02, Scale::kLinear,
-       "relative fall per kelvin"},
+       "relative decrease per kelvin"},
       {"T0", "K", Role::kTemperature, 250, 400, 313.15, Scale::kLinear,
-       "temperature at which the law holds as it is"},
+       "reference temperature of the law"},
   }};
 };
 

@@ -41,10 +41,10 @@ struct FilmOptions {
     archive("quality", quality, choice("standard has smooth edges, final shadows too"));
     archive("models", models,
             text("names of the models shown; []: the best, the first of the scene, the next best"));
-    archive("joint", joint, text("whose friction is shown; empty: the one the models miss most"));
-    archive(
-        "camera_deg", camera_deg,
-        number("deg", -360, 360, "azimuth and elevation; []: from where the error is seen best"));
+    archive("joint", joint,
+            text("joint whose friction is shown; empty: the one with the largest model error"));
+    archive("camera_deg", camera_deg,
+            number("deg", -360, 360, "azimuth and elevation; []: where the error appears largest"));
     archive("card_s", card_s, number("s", 0, 60, "opening and closing card, each; 0: none"));
   }
 };

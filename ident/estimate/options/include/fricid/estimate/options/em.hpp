@@ -65,26 +65,29 @@ struct EmOptions {
   void visit(Archive& archive) {
     archive("e_step", e_step, choice("how paths are smoothed"));
     archive("m_step", m_step,
-            choice("climb the likelihood, or the transition density, as networks always do"));
+            choice("maximise the likelihood, or the transition density (always for networks)"));
     archive("iterations", iterations, number("", 0, 1e5, "E- and M-steps"));
-    archive("particles", particles, number("", 1, 1e6, "of the particle filters"));
+    archive("particles", particles, number("", 1, 1e6, "number of particles"));
     archive("paths", paths, number("", 1, 1000, "smoothed paths per recording"));
     archive("m_steps", m_steps, number("", 0, 1e6, "steps of Adam per iteration"));
     archive("batch", batch, number("", 1, 1e7, "transitions per step of Adam"));
     archive("rate", rate, number("1", 1e-6, 1, "first step length of Adam"));
     archive("torque_noise", torque_noise,
-            number("1", 1e-6, 10, "first noise of the torque, share of the friction torque"));
-    archive("torque_floor", torque_floor, number("1", 1e-9, 10, "least such noise"));
+            number("1", 1e-6, 10, "initial torque noise, share of the friction torque"));
+    archive("torque_floor", torque_floor,
+            number("1", 1e-9, 10, "smallest torque noise, share of the friction torque"));
+    archive("z_noise_first", z_noise_first,
+            number("1", 1e-9, 10,
+                   "initial noise of the latent states per sample, share of their size"));
     archive(
-        "z_noise_first", z_noise_first,
-        number("1", 1e-9, 10, "first noise of the latent states per sample, share of their size"));
-    archive("z_noise_last", z_noise_last, number("1", 1e-9, 10, "last such noise"));
+        "z_noise_last", z_noise_last,
+        number("1", 1e-9, 10, "final noise of the latent states per sample, share of their size"));
     archive("free_observation_noise", free_observation_noise,
-            flag("estimate the encoder noise too, once the latent states are quiet"));
+            flag("estimate the encoder noise too, once the noise of the latent states is final"));
     archive("rigid_body", rigid_body, flag("fit the rigid body together with the friction"));
     archive("hold_out", hold_out,
-            number("1", 0.05, 0.5, "last share of every recording, kept for choosing"));
-    archive("keep", keep, choice("which iteration: the best on held-out rollouts, or the last"));
+            number("1", 0.05, 0.5, "last share of every recording, held out to choose the result"));
+    archive("keep", keep, choice("iteration to keep: the best on held-out rollouts, or the last"));
   }
 };
 

@@ -67,10 +67,11 @@ struct ModelOptions {
     if constexpr (requires { archive.refuse_unknown(); }) take_defaults_of_law();  // where read
     archive(
         "method", method,
-        choice("how it is fitted: to the torque that the rigid body leaves, by a search or by "
-               "gradients, or from there on by open-loop windows or by expectation-maximisation; "
-               "joint: to the torque together with the rigid body, then by windows; empty: "
-               "multi_step for learned laws, joint for sums, else conventional"));
+        choice("conventional, torque: fitted to the torque residual of the rigid body, by a search "
+               "or by gradients; multi_step, em: from there by open-loop windows or "
+               "expectation-maximisation; joint: to the torque together with the rigid body, then "
+               "by windows; empty: multi_step for learned laws, joint for sums, else "
+               "conventional"));
     archive(
         "elements", elements,
         number("", 1, 64, "elements of laws that have several; width of the nets of learned ones"));

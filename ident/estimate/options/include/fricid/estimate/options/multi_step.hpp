@@ -60,7 +60,7 @@ struct MultiStepOptions {
             number("1", 0, 1, "first step length; 0: 0.008 of adam, 1 of gauss_newton"));
     archive("rigid_body", rigid_body, flag("train the rigid body together with the friction"));
     archive("hold_out", hold_out,
-            number("1", 0.05, 0.5, "last share of every recording, kept for choosing"));
+            number("1", 0.05, 0.5, "last share of every recording, held out to choose the result"));
   }
 };
 

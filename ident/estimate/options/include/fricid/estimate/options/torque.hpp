@@ -24,8 +24,9 @@ struct TorqueOptions {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("window_s", window_s,
-            number("s", 0, 100, "over which the friction state is differentiated; 0: one sample"));
+    archive(
+        "window_s", window_s,
+        number("s", 0, 100, "length of backpropagation through the friction state; 0: one sample"));
     archive("batch", batch, number("", 1, 1e6, "windows per step"));
     archive("iterations", iterations, number("", 0, 1e7, "steps of Adam"));
     archive("rate", rate, number("1", 1e-6, 1, "first step length of Adam"));
@@ -33,7 +34,7 @@ struct TorqueOptions {
             flag("pass the model's torque through the filter of the measured one; else motion and "
                  "torque are compared as filtered at cutoff_hz"));
     archive("hold_out", hold_out,
-            number("1", 0.05, 0.5, "last share of every recording, kept for choosing"));
+            number("1", 0.05, 0.5, "last share of every recording, held out to choose the result"));
   }
 };
 
