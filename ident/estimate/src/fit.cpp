@@ -26,7 +26,7 @@ constexpr double kSmoothing = 0.01;    // [rad/s]
 constexpr double kNoisySpeed = 3;      // standard deviations
 
 // The robot that is fitted: a constant torque at every joint that has none takes up sensor offsets
-// and what friction differs between the directions, which no odd law can hold.
+// and friction that differs between the directions, which no odd law can represent.
 dynamics::RobotModel with_offsets(dynamics::RobotModel robot) {
   using dynamics::LinearTorque;
   for (int j = 0; j < robot.n(); ++j) {

@@ -61,8 +61,8 @@ Arm learned_start(const Arm& start, const friction::LawSpec& law, std::uint64_t 
   return arm;
 }
 
-/// Fits what of a learned law is physical (levels and lengths of its bristles, Coulomb and viscous
-/// torque) to the torque that the rigid body leaves, its networks as they are.
+/// Fits the physical parameters of a learned law (levels and lengths of its bristles, Coulomb and
+/// viscous torque) to the torque that the rigid body leaves, its networks as they are.
 void fit_backbone(Arm& arm, const Prepared& prepared, double cutoff_hz, int seed, int jobs) {
   const friction::JointSpec& spec = arm.friction.model.joints().front();
   const friction::RobotFriction one({spec});

@@ -1,4 +1,4 @@
-// What the trainings by gradients share.
+// Shared by the methods of gradient training.
 #pragma once
 
 #include <Eigen/Core>

@@ -68,7 +68,7 @@ std::vector<RowMatrix> wash_out(const Arm& arm, std::span<const signals::Recordi
   std::vector<std::vector<double>> z0(recordings.size());
   std::vector<Piece> pieces;
   const double dt = recordings.front().dt;
-  // a law of the whole robot need not forget where it began: each recording in one piece
+  // a law of the whole robot may keep its initial state: each recording in one piece
   int length = std::max(1, static_cast<int>(std::lround(kPiece / dt)));
   if (arm.friction.model.has_whole())
     for (const signals::Recording& r : recordings) length = std::max(length, r.length());

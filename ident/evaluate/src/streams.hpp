@@ -5,7 +5,7 @@
 
 namespace fricid::evaluate {
 
-/// What random numbers of an evaluation are for; each has streams of its own.
+/// Purposes of random numbers of an evaluation; each has streams of its own.
 enum class Purpose : std::uint64_t { kFit = 1, kBand };
 
 /// Stream of one purpose, one recording or start and one draw, so that no result depends on the

@@ -103,7 +103,7 @@ std::vector<double> add_torques(const Scene& scene, dynamics::RobotModel& robot)
   return prior_sd;
 }
 
-// What the contract says of coupled motors, where the scene says nothing. @throws UserError when
+// Coupled motors of the contract, if the scene has none. @throws UserError when
 // they differ
 void take_couplings(Scene& scene, const fs::path& contract_path) {
   if (contract_path.empty()) return;

@@ -95,7 +95,7 @@ EStepResult smooth(LatentFrictionModel& model, const signals::Recording& recordi
     const auto run = [&] {
       path = {};
       smc::TwistedGuide<PackD> guide(model, twist);
-      // twisted particles know what comes: their innovations say little
+      // twisted particles use future observations, so their innovations are no test of the noise
       run_particles(model, guide, y, smc::Backward::kTrace, options, out, false);
     };
     const std::size_t said = out.warnings.size();

@@ -54,7 +54,7 @@ Sizes sizes_of(const Arm& arm, std::span<const signals::Recording> recordings, i
       sizes.mobility += r.dt * mobility(arm.robot, r, k);
   }
   sizes.friction = (sizes.friction / rows).cwiseSqrt();
-  // networks of the whole robot start without torque, but know its size
+  // networks of the whole robot start without torque, but have its scale
   for (std::size_t p = 0; p < arm.friction.theta.size(); ++p) {
     const friction::ParameterInfo& info = arm.friction.model.parameters()[p].info;
     if (info.role == friction::Role::kTorqueScale) {
@@ -80,7 +80,7 @@ LatentNoise noise_of(const Sizes& sizes, std::span<const signals::Recording> rec
   return noise;
 }
 
-/// What one iteration leaves to the next.
+/// State carried from one iteration to the next.
 struct State {
   ArmPoint point, best_point;
   optimise::Adam adam;
@@ -126,7 +126,7 @@ struct State {
   }
 };
 
-/// Mean square of what the paths leave of the positions, per joint.
+/// Mean square residual of the positions from the paths, per joint.
 Eigen::VectorXd observation_noise(std::span<const Paths> paths,
                                   std::span<const signals::Recording> recordings) {
   const int n = recordings.front().n();

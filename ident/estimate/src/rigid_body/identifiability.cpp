@@ -214,7 +214,7 @@ constexpr Demand kWarming{"5 K of warming or more", [](const Coverage& c) {
                             return c.temperature_high - c.temperature_low >= 5;
                           }};
 
-// What the roles of a law's parameters demand of the data.
+// Requirements on the data by the roles of a law's parameters.
 struct Demands {
   std::vector<const Demand*> of_joints;
   bool learns = false;  // networks want a length of data too

@@ -97,7 +97,7 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
 
   std::string table = fmt::format("\n{:<20} {:>8} {:>9} {:>20} {:>20}\n", "joint", "rad/s",
                                   "reversals", "Coulomb N m", "viscous N m s/rad");
-  std::vector<std::string> lacking;  // joints whose friction is not told
+  std::vector<std::string> lacking;  // joints whose friction is not identified
   for (std::size_t j = 0; j < report.joints.size(); ++j) {
     const std::string& joint = robot.joints[j].name;
     const ParameterVerdict *coulomb = find(report, joint + " Coulomb friction"),

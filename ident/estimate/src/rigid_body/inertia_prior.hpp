@@ -1,4 +1,4 @@
-// What is known of a robot's parameters before the data.
+// Prior of a robot's parameters.
 #pragma once
 
 #include "fricid/estimate/rigid_body/least_squares.hpp"

@@ -13,7 +13,7 @@ constexpr double kShareOfSpeed = 0.15, kFastRows = 0.05;  // of a slow joint's o
 
 int friction_column(int p, int n, int kind, int j) { return p + kind * n + j; }
 
-// Filtered sign of the velocity of joint j: what Coulomb friction of 1 N m looks like after the
+// Filtered sign of the velocity of joint j: Coulomb friction of 1 N m after the
 // filter.
 Eigen::VectorXd filtered_sign(const signals::Recording& sequence, int j, double cutoff_hz) {
   Eigen::VectorXd s = sequence.wide.v.col(j).array().sign();

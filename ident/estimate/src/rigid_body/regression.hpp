@@ -20,7 +20,7 @@ struct Regression {
 Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
                  const RigidBodyOptions& options, const FrictionTorques* shape, RigidBodyFit& fit);
 
-/// What the rigid body pi leaves of the torque of every sequence, for friction to explain.
+/// Torque residual of the rigid body pi in every sequence, the target of friction fits.
 FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
                                 std::span<const signals::Recording> sequences, int jobs);
 

@@ -1,5 +1,5 @@
-// What `fricid check` found: what is wrong with recordings, and what they tell about the robot and
-// its friction. The file check.json of a run folder, and `fricid check --json`.
+// Result of `fricid check`: faults of recordings, and identifiability of the robot and its
+// friction. The file check.json of a run folder, and `fricid check --json`.
 #pragma once
 
 #include <optional>
@@ -45,7 +45,7 @@ struct CheckedGrouping {
   }
 };
 
-/// What the motion shows of the friction of one joint.
+/// Friction regimes that the motion of one joint covers.
 struct CheckedJoint {
   std::string joint;
   double fastest = 0, slow_s = 0;
@@ -87,7 +87,7 @@ struct CheckedFamily {
   }
 };
 
-/// What the data tell about a robot and its friction.
+/// Identifiability of a robot and its friction from the data.
 struct CheckedIdentifiability {
   std::string message;
   std::vector<CheckedParameter> parameters;

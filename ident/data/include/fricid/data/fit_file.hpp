@@ -211,7 +211,7 @@ struct FittedEm {
   }
 };
 
-/// Something that a fit to be trusted does not have.
+/// A reason not to trust a fit.
 struct FittedFault {
   std::string joint, found, remedy;
 
@@ -242,7 +242,7 @@ struct FittedCandidate {
   }
 };
 
-/// What held-out torque says of one part of the sum of laws in one joint.
+/// Effect of one part of the sum of laws on the held-out torque of one joint.
 struct FittedPart {
   std::string joint, part;
   double gain = 0, error = 0;

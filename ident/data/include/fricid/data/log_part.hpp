@@ -1,4 +1,4 @@
-// What a scene uses of a log: all of it, a time interval, some of its joints.
+// The part of a log that a scene uses: all of it, a time interval, some of its joints.
 #pragma once
 
 #include <limits>

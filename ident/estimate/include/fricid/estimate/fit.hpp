@@ -23,15 +23,15 @@
 
 namespace fricid::estimate {
 
-/// What all fits to the same data share: filtered training data, at the motors where these are
-/// coupled (`Transmission`), and the rigid body. `robot` is the
-/// one given with what its file leaves out guessed (`dynamics::complete`, see `options.guesses`)
-/// and with a constant torque at every joint; both are identified like any other parameter.
+/// Data shared by all fits to the same recordings: filtered training data, in motor coordinates if
+/// motors are coupled (`Transmission`), and the rigid body. `robot` is the given one with guesses
+/// of missing parameters (`dynamics::complete`, see `options.guesses`) and a constant torque at
+/// every joint; both are identified like any other parameter.
 struct Prepared {
   dynamics::RobotModel robot;
   std::vector<signals::Recording> recordings;
   RigidBodyFit rigid_body;
-  RigidBodyOptions options;  ///< that it was identified with
+  RigidBodyOptions options;  ///< of the rigid-body fit
 };
 
 /// Filters the training data and identifies the rigid body with linear friction.
@@ -90,34 +90,34 @@ struct FitReport {
   std::string brief() const;  ///< one line for the terminal
 };
 
-/// What a fit shows that one to be trusted does not: a joint whose own training torque is explained
-/// by less than half (R2, the rigid body included), friction larger than the torque that was ever
-/// needed or than the effort limit, Coulomb friction on a bound, friction coupled to another
-/// joint's speed, a joint that stood still, a regression that determines nothing.
+/// Reasons not to trust a fit: a joint with R2 below one half on its training torque (rigid body
+/// included), friction larger than the range of the torque or than the effort limit, Coulomb
+/// friction on a bound, friction coupled to another joint's speed, a joint that did not move, an
+/// ill-conditioned regression.
 std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report);
 
-/// Fits one friction law of the table, per joint and alone, to what the rigid body leaves of the
-/// torque, over all rows; then re-estimates the rigid body over all rows with that friction
-/// removed, and the friction once more (`passes`). Coulomb and viscous friction alone is linear: it
-/// is that of the regression beside the rigid body, with its standard errors, and turns over within
-/// `smoothing_speed`. Joints run in parallel; the result does not depend on `jobs`.
+/// Fits one friction law of the table, joint by joint, to the torque residual of the rigid body
+/// over all rows; then re-estimates the rigid body over all rows with that friction removed, and
+/// the friction once more (`passes`). Coulomb and viscous friction alone is linear: it is that of
+/// the regression with the rigid body, with its standard errors, smoothed over `smoothing_speed`.
+/// Joints run in parallel; the result does not depend on `jobs`.
 /// @throws UserError on a model name that is not a law; Stopped on Ctrl-C
 FitReport fit_conventional(const Prepared& prepared, const ModelOptions& options, int seed,
                            int jobs);
 
-/// Speed over which a step of friction is smoothed: 0.01 rad/s, or three standard deviations of the
-/// noise of the velocity that drives friction where that is more.
+/// Smoothing speed of Coulomb friction: 0.01 rad/s, or three standard deviations of the noise of
+/// the velocity that drives friction if that is more.
 double smoothing_speed(std::span<const signals::Recording> recordings, double cutoff_hz, int joint);
 
 /// Fits one model by its method. Method joint fits friction and rigid body to the torque at once
-/// (`JointFits`) and goes on from there by windows; of model lvm, there are several candidates,
+/// (`JointFits`) and continues from there by windows; of model lvm, there are several candidates,
 /// strong conventional laws among them, and held-out rollouts choose. Every other method starts
 /// from the conventional fit of its law; learned laws start from that of dahl, their networks from
 /// random weights so small that their torque is negligible. Laws of the whole robot start from
 /// random weights and the rigid body of the conventional fit of coulomb_viscous, and are trained by
 /// method torque before windows. Methods multi_step and em choose the iteration with the best
 /// held-out rollouts, the start included; method torque that with the least held-out torque error.
-/// @param checkpoint  where method em keeps what it has reached, and goes on from
+/// @param checkpoint  of method em, which saves its state there and continues from it
 /// @throws as fit_conventional
 FitReport fit_model(const Prepared& prepared, const ModelOptions& options, int seed, int jobs,
                     const optimise::Checkpoint& checkpoint = {});
@@ -129,7 +129,7 @@ std::vector<double> torque_rms(std::span<const signals::Recording> recordings);
 /// m], filtered at cutoff_hz like the `filtered_tau` of `measured`.
 RowMatrix predict_torque(const Arm& arm, const signals::Recording& measured, double cutoff_hz);
 
-/// What of a fit goes into its file: no clock reading, so that equal fits have equal bytes.
+/// The file of a fit, without durations, so that equal fits have equal bytes.
 data::FitFile fit_file(const FitReport& report);
 
 }  // namespace fricid::estimate

@@ -23,28 +23,28 @@ struct Contest {
   std::vector<data::ModelFile> models;
   /// The robot before identification: constant torques that a model adds to it count as friction.
   dynamics::RobotModel robot;
-  std::vector<std::string> unconventional;  ///< names of models that are not a convention to beat
-  /// Per model, or empty: what its fit found wrong with itself, one line each.
+  std::vector<std::string> unconventional;  ///< names of models that are not conventional
+  /// Per model, or empty: faults of its fit, one line each.
   std::vector<std::vector<std::string>> faults;
   /// Rollouts by the simulator with the true model from the true state under the measured torque,
-  /// at the truth's inner step and at half of it; one per planned start, in that order, or empty
+  /// at the truth's physics step and at half of it; one per planned start, in that order, or empty
   /// (real logs). The former are the first row of the report, "simulator".
   std::vector<Rollout> simulator_oracle, simulator_halved;
-  /// The last rows of the report. None is a convention to beat: they change no other row's figures.
+  /// The last rows of the report. None counts as conventional, so they change no other row.
   std::vector<ExternalModel> externals;
 };
 
 /// Rolls every model out from every planned start and scores it: every model begins at the same
-/// position and velocity (true ones where there is a truth, else filtered ones), its friction state
+/// position and velocity (true ones if known, else filtered ones), its friction state
 /// washed out by the measured motion before; only an oracle begins with the true friction state.
 ///
 /// The report is the same to the last bit for any `jobs`.
 /// @throws UserError naming the model or trajectory whose sizes do not agree
 Evaluation evaluate(const Contest& contest, const EvaluateOptions& options, int jobs);
 
-/// Shares and ratios from scored models: what `evaluate` ends with. `report.models`, `horizons_s`,
-/// `halving` and `integration` are given; the summary and the rest of the per-horizon values are
-/// filled.
+/// Shares and ratios from scored models, the last step of `evaluate`. `report.models`,
+/// `horizons_s`, `halving` and `integration` are given; the summary and the rest of the per-horizon
+/// values are filled.
 void summarise(Evaluation& report, double min_headroom,
                std::span<const std::vector<double>> friction_rms);
 

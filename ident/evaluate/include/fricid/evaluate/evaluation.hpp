@@ -55,7 +55,7 @@ struct ModelResult {
   std::vector<std::string> doubts;  ///< of this seed, as in Summary
   int friction_states = 0;
   std::vector<RolloutScore> scores;
-  /// Found on its training recordings; absent for oracles and where there are none.
+  /// Estimated on the training recordings; absent for oracles and without recordings.
   std::optional<TorqueError> torque_error;
   std::vector<TorquePrediction> torque;  ///< one per trajectory; none for oracles
 

@@ -19,9 +19,10 @@ struct ExternalModel {
   std::vector<Rollout> rollouts;  ///< one per planned start, in that order, not yet settled
 };
 
-/// What a model has to roll out, as comma-separated values with one line per start: `rollout`, the
-/// name of the file to write; `trajectory`; `begin`, its sample to start from, at `t` [s]; `rows`
-/// to write, that sample included; and the state to start from, q1 .. qn [rad], v1 .. vn [rad/s].
+/// The rollouts that a model has to make, as comma-separated values with one line per start:
+/// `rollout`, the name of the file to write; `trajectory`; `begin`, its sample to start from, at
+/// `t` [s]; `rows` to write, that sample included; and the state to start from, q1 .. qn [rad], v1
+/// .. vn [rad/s].
 std::string starts_csv(std::span<const Trajectory> trajectories, std::span<const Start> starts);
 
 /// Reads a folder: model.json, format "fricid.external/1", with label, parameters (number of fitted

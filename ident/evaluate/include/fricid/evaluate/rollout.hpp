@@ -19,7 +19,7 @@ struct Rollout {
   bool diverged = false;
   RowMatrix q;      ///< (steps + 1, n) [rad]
   RowMatrix v;      ///< (steps + 1, n) [rad/s]
-  RowMatrix tau_f;  ///< (steps + 1, n) [N m], or empty where it is not known
+  RowMatrix tau_f;  ///< (steps + 1, n) [N m]; empty: unknown
 };
 
 struct RolloutOptions {
@@ -30,7 +30,7 @@ struct RolloutOptions {
 };
 
 /// Flags a rollout whose state is no longer finite or whose position error exceeds `diverged_rad`
-/// at any joint. From that sample on the arm stands still (v = 0, tau_f = 0) at its last position,
+/// at any joint. From that sample on the arm is held (v = 0, tau_f = 0) at its last position,
 /// clamped to the scored position +- diverged_rad: its figures stay finite.
 void settle_divergence(Rollout& rollout, const Trajectory& trajectory, double diverged_rad);
 
@@ -65,11 +65,11 @@ struct RolloutSignals {
   std::vector<std::string> joint_names;  ///< (n)
   std::string model, trajectory;         ///< names
   double seed = 1;                       ///< of the model's fit
-  double diverged = 0;                   ///< 1: it did, and stands still from there
+  double diverged = 0;                   ///< 1: diverged, constant from there
   Eigen::VectorXd t;                     ///< (T) [s]
   RowMatrix q;                           ///< (T, n) [rad]
   RowMatrix v;                           ///< (T, n) [rad/s]
-  RowMatrix tau_f;                       ///< (T, n) [N m], or empty where it is not known
+  RowMatrix tau_f;                       ///< (T, n) [N m]; empty: unknown
 
   template <class Archive>
   void visit(Archive& archive) {

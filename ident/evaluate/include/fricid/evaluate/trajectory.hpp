@@ -21,7 +21,7 @@ struct Reference {
 };
 
 /// A held-out recording. A model sees `data.tau` (held), `data.temperature` and the filtered motion
-/// up to its start; it is scored against `truth`, or against the measurement where there is none.
+/// up to its start; it is scored against `truth`, or against the measurement without one.
 struct Trajectory {
   data::Dataset data;
   RowMatrix q;  ///< (T, n) zero-phase filtered position [rad]

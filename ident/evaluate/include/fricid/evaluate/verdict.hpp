@@ -1,4 +1,4 @@
-// The verdict on a run: the best model, what failed, and how far each joint is to be trusted.
+// The verdict on a run: the best model, failures, and the trust in each joint.
 #pragma once
 
 #include <span>
@@ -26,13 +26,13 @@ std::vector<const Summary*> better_at_a_horizon(const Evaluation& evaluation, co
 /// The fitted model with a band and the least error at the longest horizon; null without one.
 const Summary* best_with_band(const Evaluation& evaluation);
 
-/// What failed in a run.
+/// Failures of a run.
 struct Failures {
   std::vector<const Summary*> diverging;  ///< fitted models with rollouts that diverged
   int unusable_fits = 0;
   int limited_fits = 0;                ///< stopped at the limit of iterations
   int at_bound = 0;                    ///< parameters of all fits that ended on a bound
-  std::vector<double> blind_horizons;  ///< those that cannot rank models [s]
+  std::vector<double> blind_horizons;  ///< horizons that cannot rank models [s]
 };
 Failures failures_of(const Evaluation& evaluation, std::span<const data::FitFile* const> fits);
 
@@ -45,12 +45,12 @@ struct LabelledFit {
 /// One joint over all fits.
 struct JointVerdict {
   std::string joint;
-  double least_r2, most_r2;  ///< of the training torque [1]; NaN where no fit says
+  double least_r2, most_r2;  ///< of the training torque [1]; NaN: not in any fit
   /// The first fault that a fit names at the joint, and the label of its model; null: passed.
   const data::FittedFault* fault = nullptr;
   std::string model;
 };
-/// Joints of which no fit says anything are left out. The faults stay where the fits hold them.
+/// Joints that are in no fit are left out. Keeps pointers to the faults in `fits`.
 /// @param joints  names (n)
 std::vector<JointVerdict> joint_verdicts(std::span<const std::string> joints,
                                          std::span<const LabelledFit> fits);

@@ -1,4 +1,4 @@
-// What a reader of a run must know before trusting a number, each with its remedy.
+// Warnings about the results of a run, each with its remedy.
 #pragma once
 
 #include <span>

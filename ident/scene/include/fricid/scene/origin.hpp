@@ -10,7 +10,7 @@
 
 namespace fricid::scene {
 
-/// Where a key of a scene stands.
+/// Place of a key of a scene.
 struct Place {
   std::string file;        ///< as the user named it
   std::uint64_t line = 0;  ///< 0: a text that no file holds

@@ -12,9 +12,8 @@ namespace fricid::scene {
 
 /// A scene that can be run.
 struct Problem {
-  /// With every default filled in (laws, methods, friction by effort, per-joint values, what
-  /// [[robot.torque]] knows of the coefficients) and files named so that a copy of the scene in
-  /// another folder finds them.
+  /// With every default filled in (laws, methods, friction by effort, per-joint values, priors of
+  /// [[robot.torque]]) and files named so that a copy of the scene in another folder finds them.
   const Scene scene;
   dynamics::RobotModel robot;  ///< from the URDF with mount, payload and linear torques
   /// Absolute; empty when not named.
@@ -23,7 +22,7 @@ struct Problem {
 };
 
 /// Finds the files of a scene beside the file that names them, then in the share folder, builds
-/// its robot and checks what it says. Depends on the scene and the content of those files alone.
+/// its robot and checks its values. Depends only on the scene and the content of those files.
 /// Log files need not exist: see `data_available`.
 /// @throws UserError "file:line: ..." on anything wrong
 Problem resolve(Scene scene);

@@ -1,4 +1,4 @@
-// What a linearisation of f_t leaves over in log psi_t, as a quadratic with or without a kink.
+// The error of a linearisation of f_t in log psi_t, as a quadratic with or without a kink.
 #pragma once
 
 #include <Eigen/Core>

@@ -11,7 +11,7 @@
 
 namespace fricid::smc {
 
-/// What the Gaussian filter and smoother find about x_0 .. x_{T-1}; made once, filled many times.
+/// Results of the Gaussian filter and smoother for x_0 .. x_{T-1}; made once, filled many times.
 ///
 ///     predicted  N(m_t, P_t)  of x_t given y_0 .. y_{t-1}
 ///     filtered                of x_t given y_0 .. y_t

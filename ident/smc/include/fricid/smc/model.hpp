@@ -1,4 +1,4 @@
-// What the filters and smoothers ask of a state-space model.
+// Concept of a state-space model for the filters and smoothers.
 #pragma once
 
 #include <Eigen/Core>

@@ -95,7 +95,7 @@ class ParticleFilter {
   void move_from(int t, std::span<const int> ancestors, Slice<S>* slice = nullptr);
   /// Puts a particle at x (n).
   void place(int particle, std::span<const double> x);
-  /// Where the filter stands before weigh(t), to go on from here later: to the last bit, whatever
+  /// State of the filter before weigh(t), from which it continues later: to the last bit, whatever
   /// was run in between. Saving into a state saved before does not allocate.
   void save(FilterState<S>& state) const;
   void restore(const FilterState<S>& state);

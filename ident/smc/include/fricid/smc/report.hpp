@@ -1,4 +1,4 @@
-// What a filter and a smoother say about how well they did.
+// Health figures of a filter and a smoother.
 #pragma once
 
 #include <optional>

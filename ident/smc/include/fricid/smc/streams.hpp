@@ -4,7 +4,7 @@
 
 namespace fricid::smc {
 
-/// What random numbers are drawn for; streams of different purposes are independent.
+/// Purposes of random numbers; streams of different purposes are independent.
 enum class Purpose : std::uint64_t { kFilter, kBackward, kGaussianPath, kGibbs };
 
 /// Number of the random stream of one purpose, sequence and step: draws depend on nothing else, so

@@ -24,9 +24,9 @@ struct EStepOptions {
 struct EStepResult {
   Paths paths;
   double log_likelihood = 0;  ///< [nat]; the linearised model's for kEkf, an estimate otherwise
-  double nis = 0;             ///< mean per channel: 1 when the noise is as large as the model says
+  double nis = 0;             ///< mean per channel: 1 if the noise is as large as the model's
   double roots = 1;           ///< distinct roots per particle; 1 for kEkf
-  double backward_ess = 0;    ///< median, 0 where it does not apply
+  double backward_ess = 0;    ///< median; 0: not used
   bool failed = true;         ///< no paths: weights vanished or the filter became infinite
   std::vector<std::string> warnings;
 };

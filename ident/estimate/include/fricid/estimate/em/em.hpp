@@ -19,10 +19,10 @@ namespace fricid::estimate {
 
 /// Figures of one iteration.
 struct EmIteration {
-  double log_likelihood = 0;  ///< of the training parts, estimated [nat]
-  double nis = 0;             ///< mean per channel; 1 when the noise is as large as the model says
-  double least_roots = 0;     ///< least share of distinct roots over the recordings; 1 for EKF
-  double least_backward_ess = 0;  ///< least median over the recordings; 0 where it does not apply
+  double log_likelihood = 0;      ///< of the training parts, estimated [nat]
+  double nis = 0;                 ///< mean per channel; 1 if the noise is as large as the model's
+  double least_roots = 0;         ///< least share of distinct roots over the recordings; 1 for EKF
+  double least_backward_ess = 0;  ///< least median over the recordings; 0: not used
   double objective = 0;  ///< mean of minus the log transition density after the M-step [nat]
   double held_out = 0;   ///< [rad^2] after the iteration
 

@@ -14,8 +14,8 @@ namespace fricid::estimate {
 ///     log p(y) = -1/2 sum ( e_t' S_t^-1 e_t + log det 2 pi S_t ),     e_t = y_t - C m_{t|t-1}
 ///     score = sum E_t' S_t^-1 e_t,   information = sum E_t' S_t^-1 E_t,   E_t = C dm_{t|t-1}/dp
 ///
-/// with gains and S_t held: what they gain from p is of mean zero at the truth, because innovations
-/// do not know the past.
+/// with gains and S_t held: their dependence on p has zero mean at the truth, because innovations
+/// are independent of the past.
 /// @see Ljung, System Identification, 1999, ch. 7
 struct InnovationScore {
   double log_likelihood = 0;    ///< [nat]

@@ -1,4 +1,4 @@
-// A robot with friction and noise as a state-space model: what the filters of smc run on.
+// A robot with friction and noise as a state-space model for the filters of smc.
 #pragma once
 
 #include <Eigen/Core>

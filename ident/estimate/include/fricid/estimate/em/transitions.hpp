@@ -1,4 +1,4 @@
-// The transition density of smoothed paths and its gradient: what the M-step maximises.
+// The transition density of smoothed paths, the objective of the M-step, and its gradient.
 #pragma once
 
 #include <Eigen/Core>

@@ -18,7 +18,7 @@ struct OnlineOptions {
   std::uint64_t seed = 1;
 };
 
-/// What is known after a sample: means, and standard deviations such that
+/// Estimate after a sample: means, and standard deviations such that
 ///
 ///     mean - 1.645 sd .. mean + 1.645 sd
 ///
@@ -41,7 +41,7 @@ smc::Gaussian online_start(const Eigen::VectorXd& q, const Eigen::VectorXd& v,
 /// made.
 class OnlineEstimator {
  public:
-  /// A copy of everything that decides what comes next.
+  /// A copy of the filter's complete state.
   struct State;
 
   /// @throws UserError when sizes do not agree
@@ -59,11 +59,11 @@ class OnlineEstimator {
 
   const OnlineEstimate& estimate() const;
 
-  /// Begins again from the start given, with the same random numbers.
+  /// Restarts from the given start with the same random numbers.
   void reset();
 
-  /// Saves the filter, and goes on from a saved one to the last bit. Saving into a state saved
-  /// before does not allocate.
+  /// Saves the filter, and restores it to the last bit. Saving into a state saved before does not
+  /// allocate.
   void save(State& state) const;
   void restore(const State& state);
 

@@ -10,7 +10,7 @@
 
 namespace fricid::estimate {
 
-/// What the filter knew at each of the T samples; see OnlineEstimate.
+/// Estimates after each of the T samples, see OnlineEstimate.
 struct OnlineLog : data::EstimateSignals {
   int lost = 0;  ///< samples that no particle explained
 };

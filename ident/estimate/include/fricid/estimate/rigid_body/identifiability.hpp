@@ -28,9 +28,9 @@ struct ParameterVerdict {
   std::string name{};         ///< "joint_a2 m cx + 0.3 joint_a3 m"
   double value = 0;           ///< estimate of the linear regression
   double standard_error = 0;  ///< predicted from the regressor and the noise seen
-  double size = 0;            ///< what the error is a share of
+  double size = 0;            ///< reference of the error, see `judged_size`
   Verdict verdict = Verdict::kNot;
-  std::string words{};  ///< why not, or with what it is confused; empty: identified
+  std::string words{};  ///< why not identified, or what it is confused with; empty: identified
 };
 
 /// A standard parameter that no data of this robot determine alone.
@@ -39,12 +39,12 @@ struct Grouping {
   std::string words;  ///< "no effect on any torque", or the base parameters that contain it
 };
 
-/// What the motion shows of the friction of one joint.
+/// Friction regimes that the motion of one joint covers.
 struct Coverage {
   double fastest = 0;            ///< [rad/s]
   double slow_s = 0;             ///< time moving below `stribeck_speed` [s]
-  int reversals = 0;             ///< after a travel that makes friction settle
-  int presliding = 0;            ///< turns back before that travel
+  int reversals = 0;             ///< reversals after enough travel for friction to settle
+  int presliding = 0;            ///< reversals before that travel
   double samples_per_climb = 0;  ///< samples within that travel after a reversal, median
   double load_low = 0;           ///< torque range [N m]
   double load_high = 0;          //
@@ -61,7 +61,7 @@ struct FamilyVerdict {
 };
 
 struct Identifiability {
-  std::string message;  ///< why nothing can be said; empty: it can
+  std::string message;  ///< why there is no result; empty: there is one
   std::vector<ParameterVerdict> parameters;
   std::vector<Grouping> groupings;
   std::vector<Coverage> joints;
@@ -75,14 +75,14 @@ struct IdentifiabilityOptions {
 };
 
 /// Regresses the torque on rigid body and linear friction as `rigid_body_least_squares` does,
-/// without a prior, and reads off the standard errors, s_i = sqrt((X' W X)^-1_ii); coverage and
+/// without a prior, and takes the standard errors, s_i = sqrt((X' W X)^-1_ii); coverage and
 /// families from the motion.
 Identifiability examine_data(const dynamics::RobotModel& robot,
                              std::span<const signals::Recording> recordings,
                              const IdentifiabilityOptions& options);
 
-/// integral of Y_b' W Y_b dt over the recordings, W = diag(1 / effort^2): what a further trajectory
-/// adds to. Base columns of `base_parameters`.
+/// integral of Y_b' W Y_b dt over the recordings, W = diag(1 / effort^2), to which a further
+/// trajectory adds. Base columns of `base_parameters`.
 Eigen::MatrixXd base_information(const dynamics::RobotModel& robot,
                                  std::span<const signals::Recording> recordings);
 

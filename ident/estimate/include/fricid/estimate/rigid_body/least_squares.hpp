@@ -26,9 +26,9 @@ struct RigidBodyFit {
   Eigen::VectorXd base;                 ///< (b) least-squares base parameters
   Eigen::VectorXd base_se;              ///< (b) their standard errors
   Eigen::VectorXd base_physical;        ///< (b) base parameters of `pi`
-  /// (b) what an error is judged against: the value, or what would make 2 % of a joint's torque
+  /// (b) reference of an error: the value, or the one that would make 2 % of a joint's torque
   Eigen::VectorXd base_size;
-  Eigen::VectorXd friction_size;  ///< (3 n) what would make 2 % of the torque: Fc, Fv, offset
+  Eigen::VectorXd friction_size;  ///< (3 n) Fc, Fv, offset that would make 2 % of the torque
   double condition = 0;           ///< of the weighted observation matrix, columns of unit length
 
   std::vector<int> rows,

@@ -1,4 +1,4 @@
-// What a scene says of expectation-maximisation.
+// Options of expectation-maximisation, as in a scene.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,7 @@ constexpr std::string_view names(Keep) { return "held_out|last"; }
 /// [model.em]: expectation-maximisation.
 struct EmOptions {
   EStep e_step = EStep::kEkf;
-  MStep m_step = MStep::kScore;  ///< where there are thousands of parameters, kTransitions
+  MStep m_step = MStep::kScore;  ///< kTransitions for thousands of parameters
   int iterations = 10;
   int particles = 200;
   int paths = 4;

@@ -1,4 +1,4 @@
-// What a scene says of one model to fit.
+// Options of one model to fit, as in a scene.
 #pragma once
 
 #include <optional>
@@ -88,7 +88,7 @@ struct ModelOptions {
   }
 
  private:
-  /// Defaults of the keys below `law` that are its own.
+  /// Sets the law's own defaults of the keys below `law`.
   void take_defaults_of_law() {
     if ((law.empty() ? name : law) != "lvm_paper") return;
     elements = 32;

@@ -1,4 +1,4 @@
-// What a scene says of training on open-loop windows.
+// Options of training on open-loop windows, as in a scene.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What a scene says of the rigid-body fit.
+// Options of the rigid-body fit, as in a scene.
 #pragma once
 
 #include <vector>
@@ -45,7 +45,7 @@ struct RigidBodyOptions {
   /// Without `prior.use` too, where the data alone do not determine the base parameters: condition
   /// above 1e4, or fewer rows than unknowns.
   bool prior_where_needed = true;
-  dynamics::Guesses guesses;  ///< what of the robot is a guess: its width is three times itself
+  dynamics::Guesses guesses;  ///< guessed parameters, with a prior width of three times their value
   /// (n_c or fewer) standard deviation of the coefficient of each linear torque about its given
   /// value [N m]; infinite or missing: free.
   std::vector<double> linear_prior_sd;

@@ -1,4 +1,4 @@
-// What a scene says of training on the torque that the rigid body leaves.
+// Options of training on the torque residual of the rigid body, as in a scene.
 #pragma once
 
 #include <cstdint>
