@@ -24,7 +24,7 @@ Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common
                                    {"output", options.output.string()}};
     print_json(result);
   } else {
-    print(fmt::format("{}: {} samples, log-likelihood {:.6g}, lost {} times\n",
+    print(fmt::format("{}: {} samples, log-likelihood {:.6g}, reinitialised {} times\n",
                       options.output.string(), T, log_likelihood, estimated.lost));
   }
   return estimated.lost == 0 ? Verdict::kDone : Verdict::kNo;

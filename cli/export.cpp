@@ -65,7 +65,7 @@ Verdict export_models(const ExportOptions& options, const CommonOptions& common)
   }
   for (const deploy::TextFile& file : all.files)
     print((options.output / file.name).string() + "\n");
-  for (const std::string& loss : all.losses) print("not in it: " + loss + "\n");
+  for (const std::string& loss : all.losses) print("note: " + loss + "\n");
   return Verdict::kDone;
 }
 

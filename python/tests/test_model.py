@@ -154,7 +154,7 @@ def test_export_is_that_of_the_program(run, model, tmp_path):
         files, losses = model.export(format, tmp_path / "python" / format)
         done = program("export", run.folder / "models/lugre_s1.json", format, "-o", tmp_path / "program" / format)
         assert done.returncode == 0
-        assert [f"not in it: {loss}" for loss in losses] == [x for x in done.stdout.splitlines() if x.startswith("not")]
+        assert [f"note: {loss}" for loss in losses] == [x for x in done.stdout.splitlines() if x.startswith("note: ")]
         for file in files:
             assert file.read_bytes() == (tmp_path / "program" / format / file.name).read_bytes()
     with pytest.raises(fricid.UserError, match="unknown format 'word'; allowed: c, csv"):

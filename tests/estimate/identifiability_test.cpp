@@ -137,8 +137,8 @@ TEST(Identifiability, FamiliesFollowFromTheRolesOfTheLaws) {
     };
     EXPECT_THAT(found, HasSubstr("speeds up to")) << law.name;
     const bool presliding = has(friction::Role::kStiffness) || has(friction::Role::kWeight);
-    EXPECT_EQ(found.find("while friction climbs") != std::string::npos, presliding) << law.name;
-    EXPECT_EQ(found.find("wanted") != std::string::npos, has(friction::Role::kWeight)) << law.name;
+    EXPECT_EQ(found.find("in presliding after") != std::string::npos, presliding) << law.name;
+    EXPECT_EQ(found.find("needed") != std::string::npos, has(friction::Role::kWeight)) << law.name;
   }
   EXPECT_THAT(words["temperature"], HasSubstr("warming"));
   EXPECT_EQ(words["temperature"], words["viscosity"]);

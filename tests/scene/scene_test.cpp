@@ -121,7 +121,7 @@ train = "log.csv"
              "other.toml");
       }),
       "other.toml:5: data.contract has the joints shoulder; allowed: those of the robot, "
-      "shoulder, elbow; a joint that nobody logged stands still: robot.fix = {JOINT = "
+      "shoulder, elbow; fix a joint that is not logged: robot.fix = {JOINT = "
       "POSITION}");
 }
 

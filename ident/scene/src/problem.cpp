@@ -314,7 +314,7 @@ void check_contract(const Scene& scene, const fs::path& path) {
                   scene.origin.place("data.contract"), fmt::join(moving, ", "),
                   fmt::join(scene.joints, ", "),
                   moving.size() < scene.joints.size()
-                      ? "; a joint that nobody logged stands still: robot.fix = {JOINT = POSITION}"
+                      ? "; fix a joint that is not logged: robot.fix = {JOINT = POSITION}"
                       : "");
 }
 

@@ -59,7 +59,7 @@ std::optional<Warning> NisFigure::warning() const {
   const bool large = mean > 1;
   return Warning{fmt::format("NIS per channel {:.3g}, a true model gives {:.3g} to {:.3g}", mean,
                              1 - half_width, 1 + half_width),
-                 large ? "the data depart from the predictions by more than Q and R admit"
+                 large ? "the data depart from the predictions by more than Q and R allow"
                        : "the data follow the predictions more closely than Q and R expect",
                  large ? "raise Q or improve the model; never lower Q from here" : "lower Q or R"};
 }
@@ -68,18 +68,18 @@ std::vector<Warning> Report::warnings() const {
   std::vector<Warning> list;
   if (failed) {
     list.push_back({fmt::format("no particle explains observation {}", steps),
-                    "every weight vanished or one is not a number; nothing after it is known",
+                    "every weight vanished or one is not a number; there are no estimates after it",
                     "raise Q, check the observation for outliers, bound the states"});
     return list;
   }
   if (auto warning = nis_figure(nis, present).warning()) list.push_back(std::move(*warning));
   if (particles < kFewParticles)
     list.push_back({fmt::format("{} particles", particles),
-                    "means, bands and likelihood rest on so few samples, however well they lie",
+                    "means, bands and likelihood rest on too few samples",
                     "use more particles: 100 to 200 for an arm"});
   if (distinct_roots < 0.1 * particles) {
     list.push_back({fmt::format("distinct roots {} of {}", distinct_roots, particles),
-                    "all particles descend from few: their histories are no smoothed sample",
+                    "all particles descend from few: their histories are not smoothed paths",
                     "smooth backwards, use the twisted filter, or raise Q"});
   }
   if (!backward_ess.empty() && median_backward_ess() < 3) {
@@ -95,7 +95,7 @@ std::vector<Warning> Report::warnings() const {
   }
   if (paths > 0 && path_roots < 0.1 * std::min(paths, particles)) {
     list.push_back({fmt::format("distinct roots {} of {} paths", path_roots, paths),
-                    "the paths agree near the start: their spread there means nothing",
+                    "the paths coincide near the start: their spread there is meaningless",
                     "as for a low backward ESS"});
   }
   if (min_ess() < 2) {

@@ -106,8 +106,8 @@ EStepResult smooth(LatentFrictionModel& model, const signals::Recording& recordi
       smc::make_twist(model, y, path, twist);
       out.warnings.resize(said);
       out.warnings.emplace_back(
-          "psi: failed with the bends of its look-ahead, went on without; the model is far from "
-          "the data, or too bent for one joint at a time");
+          "psi: the bent twist failed, the plain one was used; the model is far from the data, or "
+          "strongly nonlinear in several joints at once");
       run();
     }
     out.nis = nis.mean;

@@ -52,16 +52,16 @@ Eigen::MatrixXd whitened(const Regression& data, const Unknowns& unknowns,
   return X;
 }
 
-// "with these data hardly told from A, B": the most correlated others.
+// "strongly correlated with A, B in these data": the most correlated others.
 std::string confusion(Eigen::Index i, const Eigen::MatrixXd& covariance, const Unknowns& unknowns) {
   std::vector<std::pair<double, Eigen::Index>> others;
   for (Eigen::Index k = 0; k < covariance.cols(); ++k) {
     const double r = std::abs(covariance(i, k)) / std::sqrt(covariance(i, i) * covariance(k, k));
     if (k != i && r > kConfused) others.emplace_back(r, k);
   }
-  if (others.empty()) return "these data hardly move the torque by it";
+  if (others.empty()) return "its effect on the torque is too small in these data";
   std::sort(others.rbegin(), others.rend());
-  std::string words = "with these data only together with ";
+  std::string words = "in these data strongly correlated with ";
   for (std::size_t o = 0; o < std::min<std::size_t>(3, others.size()); ++o)
     words += (o ? ", " : "") + unknowns.names[static_cast<std::size_t>(others[o].second)];
   return words;
@@ -201,11 +201,11 @@ constexpr Demand kSlow{"half a second below the Stribeck speed",
                        [](const Coverage& c) { return c.slow_s >= 0.5; }};
 constexpr Demand kManyTurns{"4 reversals or more",
                             [](const Coverage& c) { return c.reversals + c.presliding >= 4; }};
-constexpr Demand kClimbs{"3 samples or more while friction climbs after a reversal",
+constexpr Demand kClimbs{"3 samples or more in presliding after a reversal",
                          [](const Coverage& c) { return c.samples_per_climb >= 3; }};
 constexpr Demand kFine{"positions in steps of 0.1 mrad or less",
                        [](const Coverage& c) { return c.resolution <= 1e-4; }};
-constexpr Demand kLoads{"torques of both signs, or over a range", [](const Coverage& c) {
+constexpr Demand kLoads{"torques of both signs, or over a wide range", [](const Coverage& c) {
                           const double largest =
                               std::max(std::abs(c.load_low), std::abs(c.load_high));
                           return c.load_high - c.load_low >= 0.5 * largest;
@@ -217,7 +217,7 @@ constexpr Demand kWarming{"5 K of warming or more", [](const Coverage& c) {
 // Requirements on the data by the roles of a law's parameters.
 struct Demands {
   std::vector<const Demand*> of_joints;
-  bool learns = false;  // networks want a length of data too
+  bool learns = false;  // networks also need a length of data
 };
 
 bool operator==(const Demands& a, const Demands& b) {
@@ -288,7 +288,7 @@ void judge_families(const dynamics::RobotModel& robot, double seconds, Identifia
                                    demand->words, joints);
     }
     if (demands.learns && seconds < kLearning)
-      verdict.words += fmt::format("{}{:.0f} s of data, {:.0f} s or more wanted",
+      verdict.words += fmt::format("{}{:.0f} s of data, {:.0f} s or more needed",
                                    verdict.words.empty() ? "" : "; ", seconds, kLearning);
     verdict.supported = verdict.words.empty();
     report.families.push_back(verdict);

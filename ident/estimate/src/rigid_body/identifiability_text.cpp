@@ -18,9 +18,9 @@ bool is_friction(const ParameterVerdict& v) {
   return v.name.ends_with(" friction") || v.name.ends_with(" constant torque");
 }
 
-/// "4.02 +- 0.03", "4 +- 1 weak", "not shown".
+/// "4.02 +- 0.03", "4 +- 1 weak", "not identified".
 std::string with_error(const ParameterVerdict* v) {
-  if (!v || v->verdict == Verdict::kNot) return "not shown";
+  if (!v || v->verdict == Verdict::kNot) return "not identified";
   return fmt::format("{:.3g} +- {:.1g}{}", v->value, v->standard_error,
                      v->verdict == Verdict::kWeak ? " weak" : "");
 }
@@ -72,7 +72,7 @@ std::string to_text(const Identifiability& report, const dynamics::RobotModel& r
     const Coverage& c = report.joints[j];
     text += fmt::format(
         "friction: {}: up to {:.3g} rad/s, {:.3g} s below the Stribeck speed, {} reversals, {} "
-        "excursions before sliding, {:.0f} samples per climb, {:.4g} to {:.4g} N m{}\n",
+        "presliding excursions, {:.0f} samples per presliding, {:.4g} to {:.4g} N m{}\n",
         robot.joints[j].name, c.fastest, c.slow_s, c.reversals, c.presliding, c.samples_per_climb,
         c.load_low, c.load_high,
         c.temperature_low <= c.temperature_high
@@ -80,8 +80,9 @@ std::string to_text(const Identifiability& report, const dynamics::RobotModel& r
             : ", no temperature");
   }
   for (const FamilyVerdict& f : report.families)
-    text += fmt::format("family: {}: {}{}{}\n", f.family, f.supported ? "supported" : "not",
-                        f.words.empty() ? "" : ": ", f.words);
+    text +=
+        fmt::format("family: {}: {}{}{}\n", f.family, f.supported ? "supported" : "not supported",
+                    f.words.empty() ? "" : ": ", f.words);
   return text;
 }
 
@@ -116,10 +117,10 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
 
   std::string text = fmt::format(
       "rigid body: {} of {} base parameters identified, {} weakly, {} not{}\n", all - weak - lost,
-      all, weak, lost, lost > 0 ? "; nominal values must carry them" : "");
+      all, weak, lost, lost > 0 ? "; these need nominal values" : "");
   text += lacking.empty()
-              ? "friction: Coulomb and viscous told on every joint\n"
-              : fmt::format("friction: not told well on {}\n", fmt::join(lacking, ", "));
+              ? "friction: Coulomb and viscous identified on every joint\n"
+              : fmt::format("friction: poorly identified on {}\n", fmt::join(lacking, ", "));
   text += fmt::format(
       "laws: {}{}\n", supported.empty() ? "none" : fmt::format("{}", fmt::join(supported, ", ")),
       not_supported.empty()
@@ -127,7 +128,7 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
           : fmt::format("; not {} (--verbose says why)", fmt::join(not_supported, ", ")));
   text += weak + lost == 0 && lacking.empty()
               ? "next: nothing is missing for rigid body, Coulomb and viscous friction\n"
-              : fmt::format("next: record what --design next.toml writes{}\n",
+              : fmt::format("next: record the trajectory of --design next.toml{}\n",
                             lacking.empty() ? ""
                                             : fmt::format(", faster and longer on {}",
                                                           fmt::join(lacking, ", ")));

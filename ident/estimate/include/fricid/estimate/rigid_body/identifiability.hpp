@@ -71,7 +71,7 @@ struct Identifiability {
 struct IdentifiabilityOptions {
   RigidBodyOptions rigid_body;
   double stribeck_speed = 0.05;  ///< [rad/s]
-  double presliding = 2e-3;      ///< travel within which friction climbs [rad]
+  double presliding = 2e-3;      ///< travel of presliding after a reversal [rad]
 };
 
 /// Regresses the torque on rigid body and linear friction as `rigid_body_least_squares` does,
