@@ -1,4 +1,4 @@
-// Import of real logs: a contract says what each column is and what the torque means; nothing is
+// Import of real logs: a contract defines the columns and the meaning of the torque; nothing is
 // guessed. The formats are those of `log_reader.hpp`.
 #pragma once
 
@@ -47,16 +47,15 @@ struct MotionColumns {
                    "unit (per second for a velocity), at the joint or "
                    "at the motor"));
     archive("sign", sign,
-            per_joint("1", -1, 1, "+1 or -1: sign of the column along the joint axis"));
-    archive("scale", scale,
-            per_joint("1", 1e-12, 1e12, "of raw numbers that a logger left unscaled"));
-    archive(
-        "offset_rad", offset_rad,
-        per_joint("rad", -12.6, 12.6, "added at the joint after sign and gear (position only)"));
+            per_joint("1", -1, 1, "+1 or -1: sign of the column along the joint axis; []: +1"));
+    archive("scale", scale, per_joint("1", 1e-12, 1e12, "factor of the raw values; []: 1"));
+    archive("offset_rad", offset_rad,
+            per_joint("rad", -12.6, 12.6,
+                      "added at the joint after sign and gear (position only); []: 0"));
   }
 };
 
-/// [torque]: what `tau` means. Values at the joint are taken as they are, motor_torque is
+/// [torque]: meaning of `tau`. Values at the joint are taken as they are, motor_torque is
 /// multiplied by gear_ratio, current by torque_constant and gear_ratio.
 struct TorqueColumns {
   std::vector<std::string> columns;
@@ -72,14 +71,13 @@ struct TorqueColumns {
     archive("kind", kind,
             choice("joint_torque|motor_torque|current|gear_torque|gear_torque_less_friction|"
                    "link_torque",
-                   "what the numbers are, see above"));
+                   "meaning of the torque, see above"));
     archive("sign", sign,
-            per_joint("1", -1, 1, "+1 or -1: sign of the column along the joint axis"));
-    archive("scale", scale,
-            per_joint("1", 1e-12, 1e12, "of raw numbers that a logger left unscaled"));
+            per_joint("1", -1, 1, "+1 or -1: sign of the column along the joint axis; []: +1"));
+    archive("scale", scale, per_joint("1", 1e-12, 1e12, "factor of the raw values; []: 1"));
     archive("percent_of", percent_of,
             per_joint("N m or A", 1e-6, 1e6,
-                      "the columns are % of this much (rated torque, largest current); []: not"));
+                      "value of 100 % (rated torque, largest current); []: columns are not in %"));
     archive("torque_constant", torque_constant,
             per_joint("N m/A", 0, 1e4, "motor torque per ampere (current only)"));
   }
@@ -136,17 +134,17 @@ struct Contract {
             required(text("joints of the robot, in the order of columns")));
     archive("format", format,
             choice("auto|csv|rsi_xml|rsi_csv|kuka_trace|ur_csv|franka_csv|mcap|hdf5",
-                   "of the log; with a name, columns of time and position may be left out where "
-                   "the format has its own"));
-    archive("topic", topic, text("of a bag with several topics of joint states"));
+                   "format of the log; unless auto, columns of time and position may be left out "
+                   "if the format has its own"));
+    archive("topic", topic, text("topic of the joint states in a bag; empty: the only one"));
     archive("separator", separator,
-            choice("auto|comma|semicolon|tab|space", "between the columns of a row"));
+            choice("auto|comma|semicolon|tab|space", "separator of the columns"));
     archive("decimal_comma", decimal_comma, flag("numbers are written 1,5 instead of 1.5"));
     archive("gear_ratio", gear_ratio,
             per_joint("1", 1e-3, 1e5, "motor turns per joint turn, for motor_* units and torques"));
     archive.section("time", time, "sample times");
     archive.section("position", position, "joint positions");
-    archive.section("torque", torque, "what moves the joints");
+    archive.section("torque", torque, "torques of the joints");
     archive.section("velocity", velocity, "measured velocities, if the log has them");
     archive.section("temperature", temperature, "temperatures of the gears, if the log has them");
     archive.sections("coupling", couplings, "motors that move two joints (motor_* units only)");
@@ -159,7 +157,7 @@ Contract load_contract(const std::filesystem::path& path);
 /// A commented contract with every key, its unit, range and default.
 std::string contract_template();
 
-/// What a fit to torque of this kind cannot identify, in one line; empty if there is nothing.
+/// Limits of a fit to torque of this kind, in one line; empty: none.
 std::string_view warning_of_kind(std::string_view kind);
 
 /// Reads a log without checking its times: they may have gaps, repeat or jitter, which the doctor
