@@ -9,8 +9,8 @@
 
 namespace fricid::friction {
 
-/// The viscous friction that a law has at T0 becomes thinner as the grease warms, whatever the rest
-/// of the law does:
+/// Temperature dependence of the viscous part of a law, whose coefficient at T0 is Fv; the rest of
+/// the law is unchanged:
 ///
 ///     tau' = tau + Fv (exp(-beta (T - T0)) - 1) v
 ///
