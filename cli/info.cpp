@@ -14,8 +14,8 @@
 #include "fricid/film/gl_context.hpp"
 #include "fricid/scene/problem.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
+#include "fricid/workflow/version.hpp"
 #include "terminal.hpp"
-#include "version.hpp"
 
 namespace fricid::cli {
 namespace {
@@ -92,8 +92,8 @@ void print_version() {
 #else
   constexpr std::string_view simd = "SSE2";
 #endif
-  print(fmt::format("fricid {} ({})\nMuJoCo {}\nSIMD {}, {} doubles per pack\n", kFricidVersion,
-                    kFricidCommit, mj_versionString(), simd, PackD::kLanes));
+  print(fmt::format("fricid {} ({})\nMuJoCo {}\nSIMD {}, {} doubles per pack\n", kVersion,
+                    kCommit, mj_versionString(), simd, PackD::kLanes));
   for (const std::string& line : film::describe_gl_backends()) print("renderer " + line + "\n");
 }
 

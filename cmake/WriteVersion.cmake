@@ -1,4 +1,4 @@
-# Writes OUTPUT with the version and the commit; touches it only when they changed.
+# Writes OUTPUT, the source of the version and the commit; touches it only when they changed.
 find_package(Git QUIET)
 set(commit unknown)
 if(GIT_FOUND)
@@ -10,7 +10,8 @@ if(GIT_FOUND)
   endif()
 endif()
 file(CONFIGURE OUTPUT ${OUTPUT} CONTENT [[
-#pragma once
-inline constexpr char kFricidVersion[] = "@VERSION@";
-inline constexpr char kFricidCommit[] = "@commit@";
+#include "fricid/workflow/version.hpp"
+
+const char* const fricid::kVersion = "@VERSION@";
+const char* const fricid::kCommit = "@commit@";
 ]] @ONLY)

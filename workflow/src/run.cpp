@@ -9,7 +9,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/data/artefact.hpp"
-#include "version.hpp"
+#include "fricid/workflow/version.hpp"
 
 namespace fricid::workflow {
 namespace {
@@ -88,8 +88,8 @@ Run::Run(fs::path path, bool fresh)
   manifest_ = read_manifest(folder_.manifest());
   remove_left_temporaries(folder_.path());
   if (fresh_) fs::remove_all(folder_.checkpoints());
-  manifest_.version = kFricidVersion;
-  manifest_.commit = kFricidCommit;
+  manifest_.version = kVersion;
+  manifest_.commit = kCommit;
   manifest_.machine = {cpu_name(), static_cast<int>(std::thread::hardware_concurrency())};
 }
 

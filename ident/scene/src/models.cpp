@@ -1,0 +1,115 @@
+#include "models.hpp"
+
+#include <algorithm>
+#include <span>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
+#include "fricid/friction/sum.hpp"
+
+namespace fricid::scene {
+namespace {
+
+using estimate::Method;
+
+void check_modifiers(const Scene& scene, const std::vector<std::string>& given,
+                     const std::string& key, const std::string& shown) {
+  std::vector<std::string_view> known;
+  for (const friction::LawInfo& row : friction::modifier_table()) known.push_back(row.name);
+  for (const std::string& modifier : given) {
+    if (std::ranges::find(known, modifier) == known.end())
+      throw UserError("{}: {}.modifiers = \"{}\"; allowed: {}",
+                      scene.origin.place(key + ".modifiers"), shown, modifier,
+                      fmt::join(known, ", "));
+    if (std::ranges::count(given, modifier) > 1)
+      throw UserError("{}: {}.modifiers names \"{}\" twice", scene.origin.place(key + ".modifiers"),
+                      shown, modifier);
+  }
+}
+
+// A sum of laws stands where a law would.
+void check_sum(const Scene& scene, const estimate::ModelOptions& model, const std::string& key,
+               const std::string& shown) {
+  if (!model.modifiers.empty())
+    throw UserError("{}: {}.modifiers beside a sum of laws; allowed: modifiers of each law",
+                    scene.origin.place(key + ".modifiers"), shown);
+  for (std::size_t l = 0; l < model.laws.size(); ++l) {
+    const std::string at = fmt::format("{}.law[{}]", key, l);
+    const estimate::LawOptions& law = model.laws[l];
+    std::vector<std::string_view> allowed;
+    for (const friction::LawInfo& row : friction::law_table())
+      if (!friction::is_learned(row.name)) allowed.push_back(row.name);
+    if (std::ranges::find(allowed, law.law) == allowed.end())
+      throw UserError("{}: {}.law[{}].law = \"{}\"; allowed: {}", scene.origin.place(at + ".law"),
+                      shown, l + 1, law.law, fmt::join(allowed, ", "));
+    check_modifiers(scene, law.modifiers, at, fmt::format("{}.law[{}]", shown, l + 1));
+  }
+}
+
+// The law of a model and the method that suits it.
+void complete_law(const Scene& scene, estimate::ModelOptions& model,
+                  std::span<const std::string_view> laws, const std::string& key,
+                  const std::string& shown) {
+  const std::string said = model.law.empty() ? "name" : "law";
+  if (model.law.empty()) model.law = model.name == "simple" ? "coulomb_viscous" : model.name;
+  if (std::ranges::find(laws, model.law) == laws.end())
+    throw UserError("{}: {}.{} = \"{}\"; allowed: {}", scene.origin.place(key + "." + said), shown,
+                    said, model.law, fmt::join(laws, ", "));
+  if (model.law == friction::kLvm) {
+    const estimate::ModelOptions defaults;
+    for (const auto& [decided, given] :
+         {std::pair{"elements", model.elements != defaults.elements},
+          std::pair{"modifiers", model.modifiers != defaults.modifiers}})
+      if (given)
+        throw UserError("{}: {}.{} is given; allowed for lvm, whose parts the data decide: none",
+                        scene.origin.place(fmt::format("{}.{}", key, decided)), shown, decided);
+    if (model.method.value_or(Method::kJoint) != Method::kJoint)
+      throw UserError("{}: {}.method = \"{}\"; allowed for lvm: joint",
+                      scene.origin.place(key + ".method"), shown, name_of(*model.method));
+    model.method = Method::kJoint;
+    return;
+  }
+  if (!model.modifiers.empty() && friction::is_robot_law(model.law))
+    throw UserError("{}: {}.modifiers = \"{}\"; allowed for {}, a law of the whole robot: none",
+                    scene.origin.place(key + ".modifiers"), shown, model.modifiers[0], model.law);
+  check_modifiers(scene, model.modifiers, key, shown);
+  const bool learned = friction::is_learned(model.law);
+  if (!model.method) model.method = learned ? Method::kMultiStep : Method::kConventional;
+  if (learned && (model.method == Method::kConventional || model.method == Method::kJoint))
+    throw UserError("{}: {}.method = \"{}\"; allowed for {}: torque, multi_step, em",
+                    scene.origin.place(key + ".method"), shown, name_of(*model.method), model.law);
+}
+
+}  // namespace
+
+void complete_models(Scene& scene) {
+  std::vector<std::string_view> laws{friction::kLvm};
+  for (const friction::LawInfo& row : friction::law_table()) laws.push_back(row.name);
+  for (const friction::LawInfo& row : friction::robot_law_table()) laws.push_back(row.name);
+  for (std::size_t i = 0; i < scene.models.size(); ++i) {
+    estimate::ModelOptions& model = scene.models[i];
+    const std::string key = fmt::format("model[{}]", i), shown = fmt::format("model[{}]", i + 1);
+    require_name(Named::kModel, model.name, scene.origin.place(key + ".name"));
+    require_label(model.label, shown + ".label", scene.origin.place(key + ".label"));
+    for (std::size_t other = 0; other < i; ++other)
+      if (scene.models[other].name == model.name)
+        throw UserError("{}: {}.name = \"{}\" is used twice", scene.origin.place(key + ".name"),
+                        shown, model.name);
+    if (model.label.empty()) model.label = model.name;
+    if (!model.laws.empty()) {
+      check_sum(scene, model, key, shown);
+      model.method = model.method.value_or(Method::kJoint);
+    } else {
+      complete_law(scene, model, laws, key, shown);
+    }
+    if (model.n_z != estimate::ModelOptions{}.n_z &&
+        !(model.laws.empty() && friction::is_robot_law(model.law) &&
+          friction::find_robot_law(model.law).most_latents > 0))
+      throw UserError("{}: {}.n_z = {}; allowed for {}: none", scene.origin.place(key + ".n_z"),
+                      shown, model.n_z, model.laws.empty() ? model.law : "a sum of laws");
+    std::sort(model.seeds.begin(), model.seeds.end());
+    model.seeds.erase(std::unique(model.seeds.begin(), model.seeds.end()), model.seeds.end());
+  }
+}
+
+}  // namespace fricid::scene

@@ -1,0 +1,140 @@
+#include "robot_parts.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <charconv>
+#include <limits>
+#include <optional>
+
+#include "fricid/base/error.hpp"
+#include "fricid/data/contract.hpp"
+
+namespace fricid::scene {
+namespace {
+
+using dynamics::LinearTorque;
+
+// 1, q, sin(q), cos(2 q), sin(3*q)
+std::optional<LinearTorque> parse_term(std::string term) {
+  std::erase_if(term, [](char c) { return c == ' ' || c == '*'; });
+  LinearTorque torque;
+  if (term == "1") return torque;
+  if (term == "q") {
+    torque.shape = LinearTorque::Shape::kLinear;
+    return torque;
+  }
+  const bool sine = term.starts_with("sin("), cosine = term.starts_with("cos(");
+  if ((!sine && !cosine) || !term.ends_with("q)")) return std::nullopt;
+  torque.shape = sine ? LinearTorque::Shape::kSin : LinearTorque::Shape::kCos;
+  const std::string_view factor = std::string_view(term).substr(4, term.size() - 6);
+  if (factor.empty()) return torque;
+  int k = 0;
+  const auto [end, error] = std::from_chars(factor.data(), factor.data() + factor.size(), k);
+  if (error != std::errc() || end != factor.data() + factor.size() || k < 1) return std::nullopt;
+  torque.k = k;
+  return torque;
+}
+
+}  // namespace
+
+std::vector<double> add_torques(const Scene& scene, dynamics::RobotModel& robot) {
+  std::vector<double> prior_sd;
+  const std::vector<std::string>& joints = scene.joints;
+  for (std::size_t i = 0; i < scene.robot.torques.size(); ++i) {
+    const LinearTorqueSection& config = scene.robot.torques[i];
+    const std::string key = fmt::format("robot.torque[{}]", i);
+    const std::string shown = fmt::format("robot.torque[{}]", i + 1);
+    const auto joint = std::find(joints.begin(), joints.end(), config.joint);
+    if (joint == joints.end())
+      throw UserError("{}: {}.joint = \"{}\"; allowed: {}", scene.origin.place(key + ".joint"),
+                      shown, config.joint, fmt::join(joints, ", "));
+    if (!config.prior_sd.empty() && config.prior_sd.size() != config.terms.size())
+      throw UserError("{}: {}.prior_sd = an array of {}; allowed: [] or {} numbers, one per term",
+                      scene.origin.place(key + ".prior_sd"), shown, config.prior_sd.size(),
+                      config.terms.size());
+    for (std::size_t k = 0; k < config.terms.size(); ++k) {
+      std::optional<LinearTorque> torque = parse_term(config.terms[k]);
+      if (!torque)
+        throw UserError("{}: {}.terms[{}] = \"{}\"; allowed: 1, q, sin(q), cos(q), sin(2 q), ...",
+                        scene.origin.place(key + ".terms"), shown, k + 1, config.terms[k]);
+      torque->joint = static_cast<int>(joint - joints.begin());
+      torque->name = fmt::format("{} {}", config.joint, config.terms[k]);
+      dynamics::add_linear_torque(robot, *torque);
+      prior_sd.push_back(config.prior_sd.empty() ? std::numeric_limits<double>::infinity()
+                                                 : config.prior_sd[k]);
+    }
+  }
+  return prior_sd;
+}
+
+void take_couplings(Scene& scene, const fs::path& contract_path) {
+  if (contract_path.empty()) return;
+  std::vector<CouplingSection> of_contract;
+  for (const data::Coupling& c : data::load_contract(contract_path).couplings)
+    of_contract.push_back({.joint = c.joint, .motor = c.motor, .factor = c.factor});
+  if (of_contract.empty()) return;
+  std::vector<CouplingSection>& own = scene.robot.couplings;
+  if (own.empty()) own = of_contract;
+  const auto same = [](const CouplingSection& a, const CouplingSection& b) {
+    return a.joint == b.joint && a.motor == b.motor && a.factor == b.factor;
+  };
+  if (!std::ranges::is_permutation(own, of_contract, same))
+    throw UserError(
+        "{}: robot.coupling differs from [[coupling]] of {}; allowed: the same, or none",
+        scene.origin.place("robot.coupling"), contract_path.string());
+}
+
+void add_couplings(const Scene& scene, dynamics::RobotModel& robot) {
+  for (std::size_t i = 0; i < scene.robot.couplings.size(); ++i) {
+    const CouplingSection& c = scene.robot.couplings[i];
+    const std::string key = fmt::format("robot.coupling[{}]", i);
+    const std::string shown = fmt::format("robot.coupling[{}]", i + 1);
+    const auto index = [&](const std::string& name, const char* what) {
+      const auto found = std::ranges::find(scene.joints, name);
+      if (found == scene.joints.end())
+        throw UserError("{}: {}.{} = \"{}\"; allowed: {}",
+                        scene.origin.place(fmt::format("{}.{}", key, what)), shown, what, name,
+                        fmt::join(scene.joints, ", "));
+      return static_cast<int>(found - scene.joints.begin());
+    };
+    const int joint = index(c.joint, "joint"), motor = index(c.motor, "motor");
+    if (joint == motor)
+      throw UserError("{}: {} couples {} with itself", scene.origin.place(key), shown, c.joint);
+    robot.couplings.push_back({joint, motor, c.factor});
+    if (!dynamics::is_transmission(robot))
+      throw UserError(
+          "{}: {} leaves a joint that no motor turns alone; allowed: factors by which "
+          "the motors turn every joint",
+          scene.origin.place(key), shown);
+  }
+}
+
+void add_payload(const Scene& scene, dynamics::RobotModel& model) {
+  const RobotSection& robot = scene.robot;
+  if (robot.payload_kg == 0) return;
+  const auto& frames = model.frames;
+  const auto frame = std::find_if(frames.begin(), frames.end(), [&](const dynamics::Frame& f) {
+    return f.name == robot.payload_frame;
+  });
+  if (frame == frames.end()) {
+    std::vector<std::string> names;
+    for (const dynamics::Frame& f : frames) names.push_back(f.name);
+    throw UserError("{}: robot.payload_frame = \"{}\"; allowed: {}",
+                    scene.origin.place("robot.payload_frame"), robot.payload_frame,
+                    fmt::join(names, ", "));
+  }
+  const auto& [xx, yy, zz, xy, xz, yz] = robot.payload_inertia;
+  const Eigen::Matrix3d inertia{{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}};
+  // The sum with the link must stay a body: about its own centre Ixx + Iyy >= Izz, and so on.
+  const Eigen::Vector3d moments =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia, Eigen::EigenvaluesOnly).eigenvalues();
+  if (moments[0] < 0 || moments[0] + moments[1] < moments[2])
+    throw UserError(
+        "{}: robot.payload_inertia has principal moments {:g}, {:g}, {:g} kg m^2; allowed: none "
+        "negative, the largest at most the sum of the others",
+        scene.origin.place("robot.payload_inertia"), moments[0], moments[1], moments[2]);
+  dynamics::add_payload(model, *frame, robot.payload_kg,
+                        Eigen::Map<const Eigen::Vector3d>(robot.payload_com.data()), inertia);
+}
+
+}  // namespace fricid::scene
