@@ -92,8 +92,8 @@ void print_version() {
 #else
   constexpr std::string_view simd = "SSE2";
 #endif
-  print(fmt::format("fricid {} ({})\nMuJoCo {}\nSIMD {}, {} doubles per pack\n", kVersion,
-                    kCommit, mj_versionString(), simd, PackD::kLanes));
+  print(fmt::format("fricid {} ({})\nMuJoCo {}\nSIMD {}, {} doubles per pack\n", kVersion, kCommit,
+                    mj_versionString(), simd, PackD::kLanes));
   for (const std::string& line : film::describe_gl_backends()) print("renderer " + line + "\n");
 }
 
