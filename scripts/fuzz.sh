@@ -25,13 +25,14 @@ fi
 cmake --build build/fuzz --target write_corpus "${targets[@]/%/_fuzz}" | tail -1
 build/fuzz/tests/fuzz/write_corpus build/fuzz/seeds
 
-# All targets beside each other, as many as there are cores.
+# All targets beside each other, as many as there are cores. A target works in a folder of its own: its paths are whole.
 fuzz_one() {
-  local target=$1 runs=$2 log=build/fuzz/$1.log
-  mkdir -p "build/fuzz/corpus/$target" "build/fuzz/found/$target"
-  nice "build/fuzz/tests/fuzz/${target}_fuzz" -runs="$runs" -max_len=8192 -seed=1 -timeout=20 -rss_limit_mb=2048 \
-    -use_value_profile=1 -print_final_stats=1 -artifact_prefix="build/fuzz/found/$target/" \
-    "build/fuzz/corpus/$target" "build/fuzz/seeds/$target" >"$log" 2>&1 || { tail -60 "$log"; echo "FAILED: $target: $log"; return 1; }
+  local target=$1 runs=$2 fuzz=$PWD/build/fuzz
+  local log=$fuzz/$target.log
+  mkdir -p "$fuzz/corpus/$target" "$fuzz/found/$target"
+  LSAN_OPTIONS=suppressions=$PWD/cmake/leaks_of_others.txt nice "$fuzz/tests/fuzz/${target}_fuzz" -runs="$runs" -max_len=8192 -seed=1 -timeout=20 -rss_limit_mb=2048 \
+    -use_value_profile=1 -print_final_stats=1 -artifact_prefix="$fuzz/found/$target/" \
+    "$fuzz/corpus/$target" "$fuzz/seeds/$target" >"$log" 2>&1 || { tail -60 "$log"; echo "FAILED: $target: $log"; return 1; }
   echo "$target: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") runs, $(sed -n 's/^stat::average_exec_per_sec: *//p' "$log") per second"
 }
 export -f fuzz_one

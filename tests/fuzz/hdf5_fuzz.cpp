@@ -320,7 +320,8 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
   static const bool beside = [] {
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     fuzz::write("contract.toml",
-                "joint_names = [\"shoulder\", \"elbow\"]\n[torque]\ncolumns = \"tau{}\"\n");
+                "joint_names = [\"shoulder\", \"elbow\"]\n[position]\ncolumns = \"q{}\"\n"
+                "[torque]\ncolumns = \"tau{}\"\n");
     return true;
   }();
   (void)beside;

@@ -177,6 +177,12 @@ TEST_F(BadScene, ExtendsInACircle) {
   write("a.toml", "extends = \"scene.toml\"\n");
   EXPECT_EQ(error_of("extends = \"a.toml\"\n"),
             "a.toml:1: extends = \"scene.toml\" leads back to a scene that extends it");
+  EXPECT_EQ(error_of("extends = \"/dev/zero\"\n"),
+            "scene.toml:1: extends: /dev/zero: is not a regular file");
+  EXPECT_EQ(error_of("extends = \"/\"\n"),
+            "scene.toml:1: extends: /: is a folder, a file is expected");
+  EXPECT_EQ(error_of("[robot]\nurdf = \"/dev/zero\"\n"),
+            "scene.toml:2: robot.urdf: /dev/zero: is not a regular file");
   EXPECT_EQ(error_of("extends = 3\n"),
             "scene.toml:1: extends = 3; allowed: a file name or an array of them");
 }

@@ -122,6 +122,7 @@ class Chain {
     std::filesystem::path base;
     try {
       base = std::filesystem::weakly_canonical(find_file(name, path.parent_path()));
+      require_regular_file(base);
     } catch (const UserError& error) {
       throw UserError("{}: extends: {}", where, error.what());
     }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
 #include "fricid/config/paths.hpp"
 
 namespace fricid::scene {
@@ -27,7 +28,9 @@ fs::path SceneOrigin::folder(std::string_view key) const {
 
 fs::path SceneOrigin::find(const std::string& name, std::string_view key) const {
   try {
-    return config::find_file(name, folder(key));
+    const fs::path file = config::find_file(name, folder(key));
+    require_regular_file(file);
+    return file;
   } catch (const UserError& error) {
     throw UserError("{}: {}: {}", place(key), key, error.what());
   }

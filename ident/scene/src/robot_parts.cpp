@@ -67,7 +67,7 @@ std::vector<double> add_torques(const Scene& scene, dynamics::RobotModel& robot)
   return prior_sd;
 }
 
-void take_couplings(Scene& scene, const fs::path& contract_path) {
+void take_couplings(Scene& scene, const std::filesystem::path& contract_path) {
   if (contract_path.empty()) return;
   std::vector<CouplingSection> of_contract;
   for (const data::Coupling& c : data::load_contract(contract_path).couplings)
