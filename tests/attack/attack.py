@@ -310,7 +310,7 @@ def one_case(program, base, folder, seed, number, sanitized):
             os.close(read)
             stdout = os.fdopen(write, "wb")
     elif kind < 5:
-        value = rng.choice(damage.NUMBERS + damage.NAMES[:30] + OPTION_VALUES)
+        value = rng.choice(damage.NUMBERS + damage.NAMES[:30] + OPTION_VALUES).replace("\0", "")
         command, path = [value if a == "OPTION" else a for a in rng.choice(OPTIONS)], "OPTION"
     else:
         command, path = damaged_file(rng, folder)
@@ -336,6 +336,9 @@ def one_case(program, base, folder, seed, number, sanitized):
     if not wrong and after != before:
         wrong = "files outside of the output folder changed: " + ", ".join(sorted(
             name for name in {*before, *after} if before.get(name) != after.get(name)))[:200]
+    named = folder.parent / "abs"  # by an option alone
+    if path == "OPTION" and str(named) in command and named.is_dir():
+        shutil.rmtree(named)
     if not wrong and sorted(os.listdir(folder.parent)) != around:
         wrong = "files beside the case's folder"
     return command, path, code, stopped, wrong

@@ -191,8 +191,8 @@ TEST(UrdfError, Welds) {
   };
   EXPECT_EQ(message_of({.at = {}}),
             "r.urdf:8: joint finger_two: <mimic> follows finger_one, which moves; each joint must "
-            "be free: weld both where they are by [robot] fix = {finger_one = POSITION}, or take "
-            "<mimic> out");
+            "be free: fix both at a position by [robot] fix = {finger_one = POSITION}, or remove "
+            "<mimic>");
   EXPECT_EQ(message_of({.at = {{"finger", 0.1}}, .where = "s.toml:4: robot.fix"}),
             "s.toml:4: robot.fix: finger is not a moving joint of r.urdf; allowed: finger_one, "
             "finger_two, turn");

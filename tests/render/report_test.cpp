@@ -139,7 +139,7 @@ TEST_F(Report, WarnsOfTrainingThatWentAstray) {
   });
   const std::string page = this->page();
   EXPECT_THAT(page, HasSubstr("7 training steps were skipped"));
-  EXPECT_THAT(page, HasSubstr("went back to its best 1 time."));
+  EXPECT_THAT(page, HasSubstr("returned to its best point 1 time."));
   EXPECT_THAT(page, Not(HasSubstr("did not improve on its start")));
 }
 

@@ -13,7 +13,7 @@ namespace fricid::scene {
 /// @return prior standard deviation of each coefficient [N m]; infinite: no prior
 std::vector<double> add_torques(const Scene& scene, dynamics::RobotModel& robot);
 
-/// Takes over the coupled motors of the contract where the scene names none. @throws UserError when
+/// Takes the coupled motors of the contract if the scene has none. @throws UserError when
 /// both name some and they differ
 void take_couplings(Scene& scene, const std::filesystem::path& contract_path);
 
