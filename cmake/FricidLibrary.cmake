@@ -108,5 +108,7 @@ function(fricid_test name)
   target_link_libraries(${name} PRIVATE fricid_source_dir ${arg_DEPENDS})
   fricid_test_flags(${name})
   target_precompile_headers(${name} REUSE_FROM fricid_test_headers)
+  # Four files as one unit: half the time, since they include and instantiate the same.
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT})
 endfunction()

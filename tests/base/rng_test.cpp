@@ -17,7 +17,7 @@
 namespace fricid {
 namespace {
 
-using Words = std::array<std::uint32_t, 4>;
+using PhiloxWords = std::array<std::uint32_t, 4>;
 using ::testing::ElementsAre;
 
 constexpr int kDraws = 1'000'000;
@@ -28,15 +28,15 @@ constexpr std::uint64_t kSeed = 20240613;
 TEST(Philox, KnownAnswers) {
   const std::uint32_t ones = 0xFFFFFFFF;
   EXPECT_EQ(philox4x32({0, 0, 0, 0}, {0, 0}),
-            (Words{0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8}));
+            (PhiloxWords{0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8}));
   EXPECT_EQ(philox4x32({ones, ones, ones, ones}, {ones, ones}),
-            (Words{0x408F276D, 0x41C83B0E, 0xA20BC7C6, 0x6D5451FD}));
+            (PhiloxWords{0x408F276D, 0x41C83B0E, 0xA20BC7C6, 0x6D5451FD}));
   EXPECT_EQ(philox4x32({0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344}, {0xA4093822, 0x299F31D0}),
-            (Words{0xD16CFE09, 0x94FDCCEB, 0x5001E420, 0x24126EA1}));
+            (PhiloxWords{0xD16CFE09, 0x94FDCCEB, 0x5001E420, 0x24126EA1}));
   EXPECT_EQ(philox4x32({0, 0, 0, 0}, {0, 0}, 7),
-            (Words{0x5F6FB709, 0x0D893F64, 0x4F121F81, 0x4F730A48}));
+            (PhiloxWords{0x5F6FB709, 0x0D893F64, 0x4F121F81, 0x4F730A48}));
   EXPECT_EQ(philox4x32({ones, ones, ones, ones}, {ones, ones}, 7),
-            (Words{0x5207DDC2, 0x45165E59, 0x4D8EE751, 0x8C52F662}));
+            (PhiloxWords{0x5207DDC2, 0x45165E59, 0x4D8EE751, 0x8C52F662}));
 }
 
 /// The draws of one stream, computed from Philox with 40 digits.

@@ -11,6 +11,7 @@
 #include "fricid/base/files.hpp"
 #include "fricid/data/diagnosis_file.hpp"
 #include "fricid/data/fit_file.hpp"
+#include "nan.hpp"
 #include "scene_folder.hpp"
 
 namespace fricid::data {
@@ -19,8 +20,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 static_assert(name_of(Outcome::kFailed) == "failed");
 static_assert(name_of(Severity::kDamage) == "damage");
@@ -133,7 +132,7 @@ Sample full() {
   sample.vector = Eigen::VectorXd::Map(kHard.data(), std::ssize(kHard));
   sample.matrix = Eigen::MatrixXd::Constant(2, 3, 0.1);
   sample.matrix(1, 0) = 1.0 / 3;
-  sample.ranges = {{-1, 2}, {kNaN, kNaN}};
+  sample.ranges = {{-1, 2}, {kNan, kNan}};
   sample.part = {0.3, {4}};
   sample.maybe = Part{0.7, {}};
   sample.parts = {{1, {}}, {2, {0.1}}};
@@ -223,10 +222,10 @@ TEST_F(ArtefactTest, NamesItsFormatFirst) {
 
 TEST_F(ArtefactTest, WhatIsNotFiniteIsNullAndComesBackAsNaN) {
   Sample sample = full();
-  sample.real = kNaN;
+  sample.real = kNan;
   sample.reals = {INFINITY, 1, -INFINITY};
-  sample.vector = Eigen::VectorXd::Constant(1, kNaN);
-  sample.matrix(0, 1) = kNaN;
+  sample.vector = Eigen::VectorXd::Constant(1, kNan);
+  sample.matrix(0, 1) = kNan;
   save(sample, file);
   EXPECT_TRUE(json().at("real").is_null());
   EXPECT_EQ(json().at("reals"), Json::parse("[null, 1.0, null]"));
@@ -256,7 +255,7 @@ TEST_F(ArtefactTest, ANumberThatIsNotThereIsLeftOut) {
 }
 
 TEST_F(ArtefactTest, RequiredNumbersAreFiniteAndWithinTheirBounds) {
-  for (const double wrong : {kNaN, std::numeric_limits<double>::infinity()}) {
+  for (const double wrong : {kNan, std::numeric_limits<double>::infinity()}) {
     Sample sample = full();
     sample.sures[1] = wrong;
     EXPECT_EQ(message_of([&] { save(sample, path("c.json")); }),

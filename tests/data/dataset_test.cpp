@@ -8,12 +8,12 @@
 #include <numbers>
 #include <span>
 
+#include "nan.hpp"
 #include "scene_folder.hpp"
 
 namespace fricid::data {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Dataset make_dataset(int length = 50) {
@@ -47,7 +47,7 @@ TEST_F(DatasetFile, RoundTripToTheLastBit) {
     if (rich) {
       d.v = d.q * 3;
       d.temperature = RowMatrix::Constant(50, 2, 293.15);
-      d.q(7, 1) = kNaN;
+      d.q(7, 1) = kNan;
     }
     save_dataset(d, path("new/train_0.h5"));
     const Dataset read = load_dataset(path("new/train_0.h5"));
@@ -212,7 +212,7 @@ TEST(CheckDataset, Times) {
   EXPECT_EQ(error_of(d),
             "log.h5: sample 10: jitter in time: 0.0041 s after the sample before; allowed: 0.004 s "
             "within 1 %");
-  d.t[10] = kNaN;
+  d.t[10] = kNan;
   EXPECT_EQ(error_of(d), "log.h5: sample 10: t = nan; allowed: a finite time");
   d = make_dataset();
   d.t[10] += 0.9 * 0.01 * 0.004;
@@ -238,10 +238,10 @@ TEST(CheckDataset, Shapes) {
 
 TEST(CheckDataset, MissingValuesAreMarkedByNaN) {
   Dataset d = make_dataset();
-  d.q(0, 0) = kNaN;
-  d.tau(3, 1) = kNaN;
+  d.q(0, 0) = kNan;
+  d.tau(3, 1) = kNan;
   EXPECT_EQ(error_of(d), "no error");
-  d.tau.col(1).setConstant(kNaN);
+  d.tau.col(1).setConstant(kNan);
   EXPECT_EQ(error_of(d), "log.h5: tau of elbow has no value at all");
   d.q(0, 0) = -kInfinity;
   EXPECT_EQ(error_of(d),

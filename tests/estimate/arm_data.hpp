@@ -52,6 +52,13 @@ inline friction::Friction same_law(const std::string& law, const std::vector<dou
   return out;
 }
 
+/// The small arm with Coulomb and viscous friction. @param v0  smoothing speed [rad/s]
+inline Arm coulomb_arm(double v0 = 1e-3) {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("coulomb_viscous", {4, 2, v0}, arm.robot.n());
+  return arm;
+}
+
 struct LogOptions {
   double seconds = 12;
   int substeps = 40;         ///< of the truth per 4 ms sample

@@ -21,7 +21,7 @@ constexpr double kEncoderNoise = 4e-6;  // [rad]
 constexpr double kTorqueNoise = 0.02;   // [N m]
 
 /// A noisy recording of the true arm.
-signals::Recording record(const Arm& truth, std::uint64_t seed, int T) {
+signals::Recording noisy_record(const Arm& truth, std::uint64_t seed, int T) {
   const auto made = fricid::test::record(truth, fricid::test::HangingMotion(seed), T, {8, 1});
   signals::Recording out =
       fricid::test::unfiltered("recording", fricid::test::kSamplePeriod, made.q, made.v, made.tau);
@@ -42,7 +42,7 @@ class Em : public ::testing::Test {
   Em() {
     for (std::size_t p = 0; p < truth.friction.theta.size(); p += 3)
       truth.friction.theta[p + 1] = truth.friction.theta[p] / 2e-3;
-    recordings = {record(truth, 1, 1200), record(truth, 2, 1200)};
+    recordings = {noisy_record(truth, 1, 1200), noisy_record(truth, 2, 1200)};
     start = truth;
     Rng rng(8, 0);
     for (double& x : start.friction.theta) x *= rng.uniform() < 0.5 ? 0.7 : 1.3;
@@ -86,7 +86,7 @@ TEST_F(Em, RecoversFrictionFromSmoothedPathsAlone) {
 // position equation holds the M-steps to the old acceleration.
 TEST_F(Em, FindsFrictionByTransitionsWhereTheNoiseIsLarge) {
   truth.friction = fricid::test::kr6_friction("coulomb_viscous");
-  recordings = {record(truth, 1, 1200), record(truth, 2, 1200)};
+  recordings = {noisy_record(truth, 1, 1200), noisy_record(truth, 2, 1200)};
   start = truth;
   for (std::size_t p = 0; p < start.friction.theta.size(); ++p)
     if (is_torque(start.friction.model.parameters()[p].info.role)) start.friction.theta[p] *= 0.05;
@@ -115,7 +115,7 @@ TEST_F(Em, AdaptedParticlesLookBackAtMoreThanThree) {
 }
 
 TEST_F(Em, RefusesARecordingShorterThanASecond) {
-  recordings = {record(truth, 1, 249)};
+  recordings = {noisy_record(truth, 1, 249)};
   EXPECT_THROW(fit_em(start, recordings, options, "dahl", 2), UserError);
 }
 

@@ -13,22 +13,16 @@ namespace {
 
 using testing::HasSubstr;
 
-ModelOptions model(const std::string& name) {
+ModelOptions model_of_one_start(const std::string& name) {
   ModelOptions config;
   config.name = name;
   config.starts = 1;
   return config;
 }
 
-Arm coulomb_arm() {
-  Arm arm{small_arm(), {}};
-  arm.friction = same_law("coulomb_viscous", {4, 2, 5e-3}, arm.robot.n());
-  return arm;
-}
-
 FitReport fit(const dynamics::RobotModel& robot, const std::vector<data::Dataset>& logs,
               const std::string& law = "simple") {
-  return fit_conventional(prepare(robot, {}, logs, 2), model(law), 1, 2);
+  return fit_conventional(prepare(robot, {}, logs, 2), model_of_one_start(law), 1, 2);
 }
 
 std::string text_of(const std::vector<Fault>& faults) {
@@ -51,7 +45,7 @@ dynamics::RobotModel as_published(dynamics::RobotModel robot) {
 // Reference: the injected truth. An armature held at the zero of the file would leave most of the
 // torque to friction.
 TEST(Faults, WhatTheUrdfLeavesOutIsIdentified) {
-  const Arm arm = coulomb_arm();
+  const Arm arm = coulomb_arm(5e-3);
   LogOptions options;
   options.torque_noise = 0.2;
   const FitReport report = fit(as_published(arm.robot), {make_log(arm, options)});
@@ -120,7 +114,7 @@ TEST(Faults, SimpleIsPlainLeastSquares) {
 }
 
 TEST(Faults, CoarsePositionsSmoothSimpleFurther) {
-  const Arm arm = coulomb_arm();
+  const Arm arm = coulomb_arm(5e-3);
   LogOptions options;
   options.encoder_noise = 2e-4;
   const std::vector<data::Dataset> logs{make_log(arm, options)};
@@ -134,7 +128,7 @@ TEST(Faults, CoarsePositionsSmoothSimpleFurther) {
 }
 
 TEST(Faults, AJointThatRestsIsNamedWithTheWayToHoldItOut) {
-  const Arm arm = coulomb_arm();
+  const Arm arm = coulomb_arm(5e-3);
   data::Dataset log = make_log(arm, {});
   log.q.col(2).setConstant(0.25);
   const FitReport report = fit(arm.robot, {log});
@@ -145,7 +139,7 @@ TEST(Faults, AJointThatRestsIsNamedWithTheWayToHoldItOut) {
 }
 
 TEST(Faults, TorqueThatNothingExplainsIsNotTrusted) {
-  const Arm arm = coulomb_arm();
+  const Arm arm = coulomb_arm(5e-3);
   data::Dataset log = make_log(arm, {});
   Rng rng(1, 0);
   for (double& value : log.tau.col(1)) value = 20 * rng.normal();
@@ -160,9 +154,9 @@ TEST(Faults, TorqueThatNothingExplainsIsNotTrusted) {
 }
 
 TEST(Faults, FrictionAboveEveryTorqueIsNotTrusted) {
-  const Arm arm = coulomb_arm();
+  const Arm arm = coulomb_arm(5e-3);
   const Prepared prepared = prepare(arm.robot, {}, std::vector{make_log(arm, {})}, 2);
-  FitReport report = fit_conventional(prepared, model("dahl"), 1, 2);
+  FitReport report = fit_conventional(prepared, model_of_one_start("dahl"), 1, 2);
   ASSERT_TRUE(report.usable()) << text_of(report.faults);
   report.joints[0].theta[0] = 1e4;
   const std::vector<Fault> faults = faults_of(prepared, report);
@@ -172,9 +166,9 @@ TEST(Faults, FrictionAboveEveryTorqueIsNotTrusted) {
 }
 
 TEST(Faults, CoulombFrictionOnItsBoundIsNotTrusted) {
-  const Arm arm = coulomb_arm();
+  const Arm arm = coulomb_arm(5e-3);
   const Prepared prepared = prepare(arm.robot, {}, std::vector{make_log(arm, {})}, 2);
-  FitReport report = fit_conventional(prepared, model("dahl"), 1, 2);
+  FitReport report = fit_conventional(prepared, model_of_one_start("dahl"), 1, 2);
   report.joints[1].at_bound = {"Fc"};
   const std::vector<Fault> faults = faults_of(prepared, report);
   ASSERT_EQ(faults.size(), 1u);
@@ -185,7 +179,7 @@ TEST(Faults, CoulombFrictionOnItsBoundIsNotTrusted) {
 
 // Too short for the base parameters: nominal values carry them, and the fit says so.
 TEST(Faults, AShortLogTakesTheNominalValues) {
-  const Arm arm = coulomb_arm();
+  const Arm arm = coulomb_arm(5e-3);
   LogOptions options;
   options.seconds = 2.4;
   options.torque_noise = 0.2;

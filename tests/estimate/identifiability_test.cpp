@@ -21,12 +21,6 @@ using testing::HasSubstr;
 
 static_assert(name_of(Verdict::kNot) == "not identifiable");
 
-Arm coulomb_arm() {
-  Arm arm{small_arm(), {}};
-  arm.friction = same_law("coulomb_viscous", {4, 2, 1e-3}, arm.robot.n());
-  return arm;
-}
-
 data::Dataset noisy(data::Dataset log, double torque_sd, double encoder_sd, std::uint64_t seed) {
   Rng rng(seed, 7);
   for (Eigen::Index k = 0; k < log.q.rows(); ++k)

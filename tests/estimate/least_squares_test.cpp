@@ -16,12 +16,6 @@ namespace {
 constexpr double kCutoff = 10;
 
 // Coulomb friction of 4 N m, viscous 2 N m s/rad, switching within 1 mrad/s.
-Arm coulomb_arm() {
-  Arm arm{small_arm(), {}};
-  arm.friction = same_law("coulomb_viscous", {4, 2, 1e-3}, arm.robot.n());
-  return arm;
-}
-
 std::vector<data::Dataset> clean_logs(const Arm& arm, LogOptions options, int count) {
   std::vector<data::Dataset> logs(static_cast<std::size_t>(count));
   parallel_for(count, 2, [&](int i) {

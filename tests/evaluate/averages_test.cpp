@@ -5,11 +5,10 @@
 #include <cmath>
 
 #include "blank_evaluation.hpp"
+#include "nan.hpp"
 
 namespace fricid::evaluate {
 namespace {
-
-const double kNan = std::numeric_limits<double>::quiet_NaN();
 
 Evaluation two_models() {
   Evaluation evaluation = blank_evaluation("arm", {1, 0}, {"validation_0"});

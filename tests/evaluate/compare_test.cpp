@@ -3,14 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "fricid/base/error.hpp"
+#include "nan.hpp"
 
 namespace fricid::evaluate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 Summary summary(const char* who, bool is_oracle, bool conventional, double error) {
   Summary row;

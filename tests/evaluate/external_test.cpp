@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "contest.hpp"
@@ -14,6 +13,7 @@
 #include "fricid/base/files.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/hdf5.hpp"
+#include "nan.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::test {
@@ -28,8 +28,6 @@ using evaluate::Start;
 using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// A folder for a model of another program over the small contest, its files to be spoilt.
 class External : public TemporaryFolder {

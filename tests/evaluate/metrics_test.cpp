@@ -1,15 +1,13 @@
 #include "fricid/evaluate/metrics.hpp"
+#include "nan.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace fricid::evaluate {
 namespace {
-
-const double kNan = std::numeric_limits<double>::quiet_NaN();
 
 RowMatrix matrix(Eigen::Index rows, Eigen::Index cols, std::initializer_list<double> values) {
   RowMatrix m(rows, cols);

@@ -1,15 +1,13 @@
 #include "fricid/evaluate/statistics.hpp"
+#include "nan.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 namespace fricid::evaluate {
 namespace {
-
-const double kNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Statistics, MeansAndMedianByHand) {
   const std::vector<double> values{1, 100, kNan, 10};

@@ -2,14 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "fricid/evaluate/evaluate.hpp"
+#include "nan.hpp"
 
 namespace fricid::evaluate {
 namespace {
-
-const double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// A result with one horizon whose rollouts have the given errors, one trajectory each.
 ModelResult result(const std::string& name, std::vector<double> q_mse, int seed = 1) {

@@ -6,13 +6,12 @@
 #include <cmath>
 
 #include "blank_evaluation.hpp"
+#include "nan.hpp"
 
 namespace fricid::evaluate {
 namespace {
 
 using ::testing::ElementsAre;
-
-const double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Errors at 1 s and 10 s: the mean logarithm is least for gms, at 1 s lugre is better.
 Evaluation three_models() {

@@ -12,8 +12,8 @@
 namespace fricid::signals {
 namespace {
 
-constexpr double kRate = 250, kCutoff = 10;
-constexpr double kTau = 2 * std::numbers::pi;
+constexpr double kLogRate = 250, kLowPass = 10;
+constexpr double kTurn = 2 * std::numbers::pi;
 
 // A one-joint log of T samples from functions of time.
 template <class Position, class Torque>
@@ -21,8 +21,8 @@ Dataset make_log(int T, Position position, Torque torque) {
   Dataset log;
   log.name = "log";
   log.joint_names = {"joint"};
-  log.rate_hz = kRate;
-  log.t = Eigen::VectorXd::LinSpaced(T, 0, (T - 1) / kRate);
+  log.rate_hz = kLogRate;
+  log.t = Eigen::VectorXd::LinSpaced(T, 0, (T - 1) / kLogRate);
   log.q.resize(T, 1);
   log.tau.resize(T, 1);
   for (int k = 0; k < T; ++k) {
@@ -34,11 +34,11 @@ Dataset make_log(int T, Position position, Torque torque) {
 
 // Reference: central differences of the filtered sine, exact in the middle of the log.
 TEST(MakeRecording, DifferentiatesTheFilteredPosition) {
-  const double f = 1.5, w = kTau * f, dt = 1 / kRate;
+  const double f = 1.5, w = kTurn * f, dt = 1 / kLogRate;
   const auto log = make_log(
       2500, [&](double t) { return std::sin(w * t); }, [](double) { return 0.0; });
-  const Recording out = make_recording(log, kCutoff);
-  const double gain = ZeroPhaseButterworth(kCutoff, kRate).gain(f);
+  const Recording out = make_recording(log, kLowPass);
+  const double gain = ZeroPhaseButterworth(kLowPass, kLogRate).gain(f);
   for (int k = 1000; k < 1500; ++k) {
     const double t = log.t[k];
     ASSERT_NEAR(out.narrow.v(k, 0), gain * std::cos(w * t) * std::sin(w * dt) / dt, 1e-9);
@@ -51,10 +51,10 @@ TEST(MakeRecording, DifferentiatesTheFilteredPosition) {
 // q must equal the torque in force around each sample: a log shifted by one sample fails here.
 TEST(MakeRecording, AlignsHeldTorqueWithTheAccelerationOfAUnitMass) {
   const int T = 3000;
-  const double dt = 1 / kRate;
+  const double dt = 1 / kLogRate;
   auto log = make_log(
       T, [](double) { return 0.0; },
-      [](double t) { return std::sin(kTau * 3 * t) + 0.5 * std::cos(kTau * t); });
+      [](double t) { return std::sin(kTurn * 3 * t) + 0.5 * std::cos(kTurn * t); });
   double q = 0, v = 0.1;
   for (int k = 0; k < T; ++k) {
     log.q(k, 0) = q;
@@ -62,7 +62,7 @@ TEST(MakeRecording, AlignsHeldTorqueWithTheAccelerationOfAUnitMass) {
     q += dt * v + 0.5 * dt * dt * a;
     v += dt * a;
   }
-  const Recording out = make_recording(log, kCutoff);
+  const Recording out = make_recording(log, kLowPass);
   for (int k = 1000; k < 2000; ++k) ASSERT_NEAR(out.narrow.a(k, 0), out.filtered_tau(k, 0), 1e-8);
 }
 
@@ -70,9 +70,9 @@ TEST(MakeRecording, BridgesMissingSamplesAndLeavesThemOut) {
   auto log = make_log(
       2000, [](double t) { return t; }, [](double t) { return 2 * t; });
   for (int k = 900; k < 905; ++k) log.q(k, 0) = log.tau(k, 0) = std::nan("");
-  const Recording out = make_recording(log, kCutoff);
+  const Recording out = make_recording(log, kLowPass);
   EXPECT_NEAR(out.narrow.q(902, 0), log.t[902], 1e-10);
-  EXPECT_NEAR(out.filtered_tau(902, 0), 2 * (log.t[902] - 0.5 / kRate), 1e-9);
+  EXPECT_NEAR(out.filtered_tau(902, 0), 2 * (log.t[902] - 0.5 / kLogRate), 1e-9);
   EXPECT_FALSE(out.use(902, 0));
   EXPECT_FALSE(out.use(880, 0));
   EXPECT_TRUE(out.use(870, 0));
@@ -84,8 +84,8 @@ TEST(MakeRecording, BridgesMissingSamplesAndLeavesThemOut) {
 TEST(MakeRecording, LeavesOutAJointUntilItHasMoved) {
   const auto log = make_log(
       2000, [](double t) { return t < 4 ? 1.0 : 1.0 + 0.1 * (t - 4); }, [](double) { return 0.0; });
-  const Recording out = make_recording(log, kCutoff);
-  const int moved = static_cast<int>((4 + kWashout / 0.1) * kRate);
+  const Recording out = make_recording(log, kLowPass);
+  const int moved = static_cast<int>((4 + kWashout / 0.1) * kLogRate);
   EXPECT_FALSE(out.use(moved - 2, 0));
   EXPECT_TRUE(out.use(moved + 2, 0));
 }
@@ -103,20 +103,20 @@ TEST(MakeRecording, FindsTheEncoderNoiseAtAHighCutoff) {
 
 TEST(MakeRecording, RefusesWhatItCannotFilter) {
   const auto zero = [](double) { return 0.0; };
-  EXPECT_THROW(make_recording(make_log(100, zero, zero), kCutoff), UserError);
+  EXPECT_THROW(make_recording(make_log(100, zero, zero), kLowPass), UserError);
   auto empty = make_log(1000, zero, zero);
   empty.tau.setConstant(std::nan(""));
-  EXPECT_THROW(make_recording(empty, kCutoff), UserError);
+  EXPECT_THROW(make_recording(empty, kLowPass), UserError);
 }
 
 // One log, two bands: the wide one is the narrow one of a filter kWideBand times as wide, and the
 // log itself comes through untouched.
 TEST(MakeRecording, HoldsTheLogAndBothBandsOfItsMotion) {
   const auto log = make_log(
-      3000, [](double t) { return std::sin(kTau * t) + 0.01 * std::sin(kTau * 12 * t); },
+      3000, [](double t) { return std::sin(kTurn * t) + 0.01 * std::sin(kTurn * 12 * t); },
       [](double t) { return std::cos(t); });
-  const Recording out = make_recording(log, kCutoff);
-  const Recording wider = make_recording(log, kWideBand * kCutoff);
+  const Recording out = make_recording(log, kLowPass);
+  const Recording wider = make_recording(log, kWideBand * kLowPass);
   EXPECT_EQ(out.log.q, log.q);
   EXPECT_EQ(out.log.tau, log.tau);
   EXPECT_EQ(out.wide.q, wider.narrow.q);

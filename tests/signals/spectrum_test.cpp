@@ -11,12 +11,12 @@ namespace {
 
 TEST(Welch, IntegratesToTheVariance) {
   // Reference: a sine of amplitude A has variance A^2 / 2, all of it at its frequency.
-  constexpr double kRate = 250, kAmplitude = 3, kFrequency = 20;
+  constexpr double kSampleRate = 250, kAmplitude = 3, kFrequency = 20;
   Eigen::VectorXd x(5000);
   for (int k = 0; k < x.size(); ++k)
-    x[k] = 7 + kAmplitude * std::sin(2 * M_PI * kFrequency * k / kRate);
-  const Spectrum spectrum = welch(x, kRate, 500);
-  const double bin = kRate / 500;
+    x[k] = 7 + kAmplitude * std::sin(2 * M_PI * kFrequency * k / kSampleRate);
+  const Spectrum spectrum = welch(x, kSampleRate, 500);
+  const double bin = kSampleRate / 500;
   double variance = 0;
   Eigen::Index peak = 0;
   for (Eigen::Index k = 0; k < spectrum.density.size(); ++k) {

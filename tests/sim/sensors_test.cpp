@@ -11,7 +11,7 @@
 namespace fricid::sim::test {
 namespace {
 
-constexpr int kLength = 20000, kJoints = 2;
+constexpr int kSamples = 20000, kJoints = 2;
 
 dynamics::RobotModel robot() {
   dynamics::RobotModel model;
@@ -23,8 +23,8 @@ dynamics::RobotModel robot() {
 
 // A trace of smooth motion.
 Trace smooth_trace() {
-  Trace trace = make_trace(kLength, 0.004, kJoints, 0);
-  for (int k = 0; k < kLength; ++k) {
+  Trace trace = make_trace(kSamples, 0.004, kJoints, 0);
+  for (int k = 0; k < kSamples; ++k) {
     for (int j = 0; j < kJoints; ++j) {
       trace.q(k, j) = std::sin(0.01 * k + j);
       trace.v(k, j) = 2.5 * std::cos(0.01 * k + j);
@@ -79,7 +79,7 @@ TEST(Sensors, NoiseHasTheStatedSpreadAndNoCorrelation) {
   const auto correlation = [](const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
     return x.dot(y) / (x.norm() * y.norm());
   };
-  const double limit = 4.5 / std::sqrt(static_cast<double>(kLength));
+  const double limit = 4.5 / std::sqrt(static_cast<double>(kSamples));
   EXPECT_LT(std::abs(correlation(q.col(0), q.col(1))), limit);
   EXPECT_LT(std::abs(correlation(q.col(0), tau.col(0))), limit);
   EXPECT_LT(std::abs(correlation(q.col(0), v.col(0))), limit);
@@ -109,7 +109,7 @@ TEST(Sensors, DelayTheTorque) {
   SensorOptions config = perfect();
   config.torque_delay_samples = 3;
   const data::Dataset dataset = measure(trace, config, robot(), 1, 0);
-  EXPECT_EQ(dataset.tau.bottomRows(kLength - 3), trace.tau.topRows(kLength - 3));
+  EXPECT_EQ(dataset.tau.bottomRows(kSamples - 3), trace.tau.topRows(kSamples - 3));
   EXPECT_EQ(dataset.q, trace.q);
 }
 
@@ -119,13 +119,13 @@ TEST(Sensors, DropTheStatedShareAndRepeat) {
   config.dropped = 0.1;
   const data::Dataset dataset = measure(trace, config, robot(), 1, 0);
   int dropped = 0;
-  for (int k = 1; k < kLength; ++k) {
+  for (int k = 1; k < kSamples; ++k) {
     if (dataset.q.row(k) == trace.q.row(k)) continue;
     ++dropped;
     EXPECT_EQ(dataset.q.row(k), dataset.q.row(k - 1));
     EXPECT_EQ(dataset.tau.row(k), dataset.tau.row(k - 1));
   }
-  EXPECT_NEAR(dropped, 0.1 * kLength, 4.5 * std::sqrt(0.09 * kLength));
+  EXPECT_NEAR(dropped, 0.1 * kSamples, 4.5 * std::sqrt(0.09 * kSamples));
 }
 
 // Closed form of the warm-up.

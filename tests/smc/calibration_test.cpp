@@ -14,7 +14,7 @@ namespace fricid::smc {
 namespace {
 
 constexpr int kDraws = 63, kQuantities = 5;
-constexpr int kSteps = 25, kParticles = 15, kBurnIn = 20, kThin = 3;
+constexpr int kTrialSteps = 25, kTrialParticles = 15, kBurnIn = 20, kThin = 3;
 constexpr double kShape = 6;  // of the inverse gamma priors of the variances
 
 /// Gamma(shape >= 1, 1) by Marsaglia & Tsang (2000).
@@ -49,9 +49,9 @@ test::FrictionToy toy_with(double q, double v, double z, double y) {
 test::FrictionToy draw_noise(const test::FrictionToy& toy, const RowMatrix& x, const RowMatrix& y,
                              Rng& rng) {
   double squares[4] = {};
-  for (int t = 0; t < kSteps; ++t) {
+  for (int t = 0; t < kTrialSteps; ++t) {
     squares[3] += std::pow(y(t, 0) - x(t, 0), 2);
-    if (t + 1 == kSteps) break;
+    if (t + 1 == kTrialSteps) break;
     std::array<double, 3> f = {x(t, 0), x(t, 1), x(t, 2)};
     toy.transition(t, std::span<double>(f));
     for (int i = 0; i < 3; ++i) {
@@ -59,15 +59,16 @@ test::FrictionToy draw_noise(const test::FrictionToy& toy, const RowMatrix& x, c
     }
   }
   const Typical typical;
-  const double q = variance_draw(rng, typical.q, squares[0], kSteps - 1);
-  const double v = variance_draw(rng, typical.v, squares[1], kSteps - 1);
-  const double z = variance_draw(rng, typical.z, squares[2], kSteps - 1);
-  return toy_with(q, v, z, variance_draw(rng, typical.y, squares[3], kSteps));
+  const double q = variance_draw(rng, typical.q, squares[0], kTrialSteps - 1);
+  const double v = variance_draw(rng, typical.v, squares[1], kTrialSteps - 1);
+  const double z = variance_draw(rng, typical.z, squares[2], kTrialSteps - 1);
+  return toy_with(q, v, z, variance_draw(rng, typical.y, squares[3], kTrialSteps));
 }
 
 /// What is ranked: three variances, the velocity in the middle and the bristle at the end.
 std::array<double, kQuantities> quantities(const test::FrictionToy& toy, const RowMatrix& x) {
-  return {toy.noise(1, 1), toy.noise(2, 2), toy.error(0, 0), x(kSteps / 2, 1), x(kSteps - 1, 2)};
+  return {toy.noise(1, 1), toy.noise(2, 2), toy.error(0, 0), x(kTrialSteps / 2, 1),
+          x(kTrialSteps - 1, 2)};
 }
 
 /// Ranks of the truth among kDraws posterior draws.
@@ -76,13 +77,13 @@ std::array<int, kQuantities> ranks(std::uint64_t replication) {
   const Typical typical;
   test::FrictionToy toy = toy_with(variance_draw(rng, typical.q), variance_draw(rng, typical.v),
                                    variance_draw(rng, typical.z), variance_draw(rng, typical.y));
-  auto [path, y] = test::simulate_toy(toy, kSteps, replication);
+  auto [path, y] = test::simulate_toy(toy, kTrialSteps, replication);
   const auto truth = quantities(toy, path);
 
   // from the truth, which is a draw of the posterior: burn-in only has to forget it
   std::array<int, kQuantities> rank{};
   FilterOptions options;
-  options.particles = kParticles;
+  options.particles = kTrialParticles;
   options.seed = 100 + replication;
   for (std::uint32_t sweep = 0; sweep < kBurnIn + kThin * kDraws; ++sweep) {
     AdaptedGuide<PackD> guide(toy, y);

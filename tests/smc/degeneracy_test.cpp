@@ -54,12 +54,14 @@ Runs repeat(test::FrictionToy& toy, G guide, int B, const RowMatrix* y = nullptr
   return runs;
 }
 
-struct Scene {
+struct DegenerateScene {
   test::FrictionToy toy;
   RowMatrix y;
   GaussianPath path;
   Twist twist;
-  explicit Scene(double sd_v) : toy(sd_v), y(test::simulate_toy(toy, kSteps, 3).y) { smooth(); }
+  explicit DegenerateScene(double sd_v) : toy(sd_v), y(test::simulate_toy(toy, kSteps, 3).y) {
+    smooth();
+  }
   void smooth() {
     gaussian_smoother(toy, y, path);
     make_twist(toy, y, path, twist);
@@ -69,7 +71,7 @@ struct Scene {
 class Sweep : public testing::TestWithParam<double> {};
 
 TEST_P(Sweep, TwistedFilterIsExactEnoughAndWarningsFireWhenDue) {
-  Scene scene(GetParam());
+  DegenerateScene scene(GetParam());
   const Runs twisted = repeat(scene.toy, TwistedGuide<PackD>(scene.toy, scene.twist), 10);
   EXPECT_LT(twisted.spread(), 0.1);
   for (const Report& r : twisted.reports) {
@@ -94,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(NoiseOfVelocity, Sweep,
 // The ends of the sweep: the bootstrap filter has one past for each future at either.
 TEST(Degeneracy, BootstrapAtTheEndsOfTheSweepSetsTheAlarms) {
   for (const double sd_v : {3e-2, 1e-6}) {
-    Scene scene(sd_v);
+    DegenerateScene scene(sd_v);
     const Runs runs = repeat(scene.toy, BootstrapGuide<PackD>(scene.toy, scene.y), 3, &scene.y);
     for (const Report& r : runs.reports) {
       EXPECT_TRUE(warns(r, "backward ESS")) << r.median_backward_ess();
@@ -104,7 +106,7 @@ TEST(Degeneracy, BootstrapAtTheEndsOfTheSweepSetsTheAlarms) {
 }
 
 TEST(Degeneracy, AdaptedBeatsBootstrap) {
-  Scene scene(1e-2);
+  DegenerateScene scene(1e-2);
   const Runs bootstrap = repeat(scene.toy, BootstrapGuide<PackD>(scene.toy, scene.y), 20);
   const Runs adapted = repeat(scene.toy, AdaptedGuide<PackD>(scene.toy, scene.y), 20);
   EXPECT_GT(bootstrap.spread(), 3 * adapted.spread());
@@ -113,7 +115,7 @@ TEST(Degeneracy, AdaptedBeatsBootstrap) {
 // Claim: log Z is where a log-normal estimate has it, mean + var / 2.
 TEST(Degeneracy, TwistedAndAdaptedAgreeOnTheLikelihood) {
   constexpr int kRuns = 200;
-  Scene scene(3e-3);
+  DegenerateScene scene(3e-3);
   const Runs twisted = repeat(scene.toy, TwistedGuide<PackD>(scene.toy, scene.twist), 10);
   const Runs adapted = repeat(scene.toy, AdaptedGuide<PackD>(scene.toy, scene.y), kRuns);
   const double variance = adapted.spread() * adapted.spread();
@@ -123,7 +125,7 @@ TEST(Degeneracy, TwistedAndAdaptedAgreeOnTheLikelihood) {
 }
 
 TEST(Degeneracy, WrongStiffnessWithTinyNoiseSetsTheAlarms) {
-  Scene scene(1e-3);
+  DegenerateScene scene(1e-3);
   scene.toy.stiffness *= 1.5;
   scene.toy.set_noise(1e-6, 1e-4, 1e-6);
   scene.smooth();
