@@ -392,13 +392,35 @@ def mcap(rng, data):
         chunk += struct.pack("<Q", rng.choice([len(stored), 1 << 50])) + stored
         record = b"\x06" + struct.pack("<Q", len(chunk)) + chunk
         return data[:8] + record * rng.choice([1, 3, 40]) + data[8:]
+    return with_numbers(rng, data, 8)
+
+
+def db3(rng, data):
+    """Header, schema, cells and pages of an SQLite file, of which all fields are big-endian."""
+    kind = rng.randrange(4)
+    if kind == 0:
+        return encoding(rng, data)
+    if kind == 1:  # pages in other places
+        size = 4096
+        pages = [data[at:at + size] for at in range(0, len(data), size)]
+        pages[rng.randrange(1, len(pages))] = rng.choice(pages)
+        return b"".join(pages)
+    if kind == 2:  # one word of the schema
+        words = [b"messages", b"topics", b"data", b"TABLE", b"INTEGER", b"BLOB", b"KEY"]
+        word, other = rng.choice(words), rng.choice(words)
+        return data.replace(word, (other + b" " * 8)[:len(word)], rng.choice([1, 2]))
+    return with_numbers(rng, data, 16, ">")
+
+
+def with_numbers(rng, data, begin, order="<"):
+    """A few numbers written over what is there from `begin` on."""
     damaged = bytearray(data)
     for _ in range(rng.choice([1, 1, 3])):
-        at = rng.randrange(8, len(damaged) - 8)
-        form, most = rng.choice([("<I", 1 << 32), ("<Q", 1 << 64), ("<H", 1 << 16), ("<d", None)])
+        at = rng.randrange(begin, len(damaged) - 8)
+        form, most = rng.choice([("I", 1 << 32), ("Q", 1 << 64), ("H", 1 << 16), ("d", None)])
         value = (rng.choice([float("nan"), float("inf"), 1e300, -1e9]) if most is None else
                  rng.choice([0, 1, most - 1, most >> 1, rng.randrange(most)]))
-        struct.pack_into(form, damaged, at, value)
+        struct.pack_into(order + form, damaged, at, value)
     return bytes(damaged)
 
 

@@ -1,6 +1,8 @@
 """The good files that are damaged: made once by the program itself, small enough to be quick."""
+import contextlib
 import pathlib
 import shutil
+import sqlite3
 import struct
 import subprocess
 
@@ -86,6 +88,30 @@ def cdr_text(body, text):
     body += b"\0" * (-len(body) % 4) + struct.pack("<I", len(text) + 1) + text.encode() + b"\0"
 
 
+def joint_state(joints, t, position, effort):
+    """sensor_msgs/msg/JointState as little-endian CDR."""
+    body = bytearray(struct.pack("<iI", int(t), round(t % 1 * 1e9)))
+    cdr_text(body, "")
+    body += b"\0" * (-len(body) % 4) + struct.pack("<I", len(joints))
+    for joint in joints:
+        cdr_text(body, joint)
+    for values in (position, [], effort):
+        body += b"\0" * (-len(body) % 4) + struct.pack("<I", len(values))
+        if values:
+            body += b"\0" * (-len(body) % 8) + struct.pack(f"<{len(values)}d", *values)
+    return b"\0\1\0\0" + bytes(body)
+
+
+def bag_of(path, joints, rows):
+    """Joint states of (t, positions, efforts) as a ROS 2 bag of the storage sqlite3."""
+    with contextlib.closing(sqlite3.connect(path)) as bag, bag:
+        bag.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
+        bag.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
+        bag.execute("INSERT INTO topics VALUES (1, '/joint_states', 'sensor_msgs/msg/JointState', 'cdr')")
+        for k, row in enumerate(rows):
+            bag.execute("INSERT INTO messages VALUES (?, 1, ?, ?)", (k + 1, k, joint_state(joints, *row)))
+
+
 def mcap_of(joints, rows):
     """Joint states of (t, positions, efforts) in an MCAP file without chunks."""
     def record(opcode, content):
@@ -96,18 +122,8 @@ def mcap_of(joints, rows):
                   text32("ros2msg") + text32(""))
     out += record(0x04, struct.pack("<HH", 1, 1) + text32("/joint_states") + text32("cdr") +
                   struct.pack("<I", 0))
-    for k, (t, position, effort) in enumerate(rows):
-        body = bytearray(struct.pack("<iI", int(t), round(t % 1 * 1e9)))
-        cdr_text(body, "")
-        body += b"\0" * (-len(body) % 4) + struct.pack("<I", len(joints))
-        for joint in joints:
-            cdr_text(body, joint)
-        for values in (position, [], effort):
-            body += b"\0" * (-len(body) % 4) + struct.pack("<I", len(values))
-            if values:
-                body += b"\0" * (-len(body) % 8) + struct.pack(f"<{len(values)}d", *values)
-        message = struct.pack("<HIQQ", 1, k, 0, 0) + b"\0\1\0\0" + bytes(body)
-        out += record(0x05, message)
+    for k, row in enumerate(rows):
+        out += record(0x05, struct.pack("<HIQQ", 1, k, 0, 0) + joint_state(joints, *row))
     return out + record(0x02, struct.pack("<QQI", 0, 0, 0)) + b"\x89MCAP0\r\n"
 
 
@@ -153,8 +169,9 @@ def make(program, folder):
     names = str(joints).replace("'", '"')
     (folder / "contract.toml").write_text(CONTRACT.format(joints=names))
     (folder / "mcap.toml").write_text(MCAP_CONTRACT.format(joints=names))
-    (folder / "log.mcap").write_bytes(mcap_of(joints, [
-        (float(row[column["t"]]), group(row, "q"), group(row, "tau")) for row in table[1:]]))
+    rows = [(float(row[column["t"]]), group(row, "q"), group(row, "tau")) for row in table[1:]]
+    (folder / "log.mcap").write_bytes(mcap_of(joints, rows))
+    bag_of(folder / "log.db3", joints, rows)
     twin = folder / "run/external/twin"
     twin.mkdir(parents=True)
     shutil.copy(folder / "run/rollouts/simple_s1_validation_0.h5", twin / "validation_0_0.h5")

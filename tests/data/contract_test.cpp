@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "fricid/data/log_reader.hpp"
 #include "scene_folder.hpp"
 #include "source_dir.hpp"
 
@@ -194,6 +195,64 @@ TEST_F(Import, Columns) {
   EXPECT_EQ(log_error(replaced(kLog, "note", "q1")), "log.csv:1: column \"q1\" appears twice");
 }
 
+TEST_F(Import, RowsAboveTheHeaderAreSkipped) {
+  const std::string above = "Robot;KR 6, \"R700\"\n\n# operator\nt\n", five = above + "a,b,c\n";
+  const auto skipping = [](int rows) {
+    return fmt::format("skip_rows = {}\n", rows) + std::string(kContract);
+  };
+  const Dataset expected = import(kLog);
+  const Dataset d = import(five + kLog, skipping(5));
+  EXPECT_EQ(d.q, expected.q);
+  EXPECT_EQ(d.tau, expected.tau);
+  EXPECT_EQ(log_error(five + replaced(kLog, "0.21", "O.21"), skipping(5)),
+            "log.csv:8: q2 = \"O.21\"; allowed: a number");
+  EXPECT_EQ(log_error(five + kLog),
+            "log.csv:1: no column \"t\"; found: Robot, KR 6, \"R700\"; line 6 has all columns: "
+            "skip_rows = 5 in the contract");
+  EXPECT_THAT(log_error(five + kLog, skipping(4)),
+              testing::EndsWith("; line 6 has all columns: skip_rows = 5 in the contract"));
+  EXPECT_THAT(log_error(kLog, skipping(1)),
+              testing::EndsWith("; line 1 has all columns: skip_rows = 0 in the contract"));
+  EXPECT_EQ(log_error(kLog, skipping(9)), "log.csv: no header after skip_rows = 9 lines");
+  EXPECT_EQ(contract_error(skipping(-1)),
+            "contract.toml:1: skip_rows = -1; allowed: a whole number from 0 to 10000");
+}
+
+TEST_F(Import, SkippedRowsNeedAHeader) {
+  EXPECT_EQ(log_error("<Rob Type=\"KUKA\"></Rob>", "skip_rows = 2\n" + std::string(kContract)),
+            "log.csv: KUKA RSI packets (XML): skip_rows = 2 in the contract; allowed: 0, there is "
+            "no header");
+}
+
+// A recording of a Universal Robots arm is known by its header, wherever that stands.
+TEST_F(Import, FormatsAreKnownBelowSkippedRows) {
+  const auto log = write("log.csv", "made by a recorder\ntimestamp actual_q_0 actual_current_0\n");
+  EXPECT_EQ(reader_for(log, "auto", 1).name, "ur_csv");
+  EXPECT_EQ(reader_for(log, "auto").name, "csv");
+}
+
+TEST_F(Import, TimesOfAnotherUnitAreNamed) {
+  const auto at = [](double factor) {
+    std::string log = "t,q1,q2,tau1,tau2\n";
+    for (int k = 0; k < 4; ++k) log += fmt::format("{:.9g},0,0,0,0\n", 7 + 4 * k * factor);
+    return log;
+  };
+  const auto in = [](const char* unit) {
+    return std::string(kContract) + "[time]\nunit = \"" + unit + "\"\n";
+  };
+  const std::pair<double, const char*> units[]{{1e-3, "s"}, {1, "ms"}, {1e3, "us"}, {1e6, "ns"}};
+  for (const auto& [factor, unit] : units) {
+    EXPECT_EQ(import(at(factor), in(unit)).rate_hz, 250) << unit;
+    for (const auto& [other, said] : units) {
+      if (said == std::string(unit)) continue;
+      EXPECT_THAT(log_error(at(factor), in(said)),
+                  testing::EndsWith(fmt::format(
+                      "; if t is in {0}, say [time] unit = \"{0}\" in the contract", unit)))
+          << unit << " said to be in " << said;
+    }
+  }
+}
+
 TEST_F(Import, Files) {
   EXPECT_EQ(log_error(""), "log.csv: an empty file");
   EXPECT_EQ(log_error("\n\n# nothing\n"), "log.csv: an empty file");
@@ -272,6 +331,20 @@ TEST(KukaLog, Imports) {
   EXPECT_EQ(d.tau(0, 0), 538.9044);
   EXPECT_EQ(d.v.rows(), 2501);
   EXPECT_TRUE(check_dataset(d, "trajA").empty());
+}
+
+// A ROS 2 bag of a real arm, from the same folder.
+TEST(Ur10Bag, Imports) {
+  const char* logs = std::getenv("FRICID_REALLOGS");
+  if (!logs) GTEST_SKIP() << "FRICID_REALLOGS is not set";
+  Contract contract = load_contract(source_dir() / "tests/data/ur10_contract.toml");
+  const Dataset d = read_log(
+      std::filesystem::path(logs) / "ur10_unisa_2025/ur10_exciting_trajectory.db3", contract);
+  EXPECT_EQ(d.length(), 3441);
+  EXPECT_EQ(d.n(), 6);
+  EXPECT_NEAR(d.rate_hz, 125, 0.5);
+  EXPECT_EQ(d.v.rows(), 3441);
+  EXPECT_TRUE(check_dataset(d, "ur10").empty());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lz4frame.h>
+#include <sqlite3.h>
 #include <zstd.h>
 
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -219,6 +221,21 @@ inline std::string compressed(const std::string& text, const std::string& how) {
   return stored;
 }
 
+/// sensor_msgs/msg/JointState of sample k, as CDR. Drivers do not promise the order of joints.
+inline std::string joint_state_message(const Recording& r, int k) {
+  ByteWriter cdr;
+  const long long nanosec = 999'000'000LL + 4'000'000LL * k;
+  cdr.number(static_cast<std::int32_t>(1'700'000'000 + nanosec / 1'000'000'000))
+      .number(static_cast<std::uint32_t>(nanosec % 1'000'000'000))
+      .text("", true)
+      .align(4)
+      .number(std::uint32_t{2});
+  for (const char* name : {"elbow", "shoulder"}) cdr.align(4).text(name, true);
+  for (const RowMatrix* x : {&r.q, &r.v, &r.tau})
+    cdr.align(4).number(std::uint32_t{2}).align(8).number((*x)(k, 1)).number((*x)(k, 0));
+  return std::string("\0\1\0\0", 4) + cdr.bytes();
+}
+
 inline LogSample mcap_sample(const Recording& r, const std::string& compression = "") {
   const auto record = [](int opcode, const std::string& content) {
     return ByteWriter()
@@ -229,24 +246,12 @@ inline LogSample mcap_sample(const Recording& r, const std::string& compression 
   };
   std::string messages;
   for (int k = 0; k < r.length(); ++k) {
-    ByteWriter cdr;
-    const long long nanosec = 999'000'000LL + 4'000'000LL * k;
-    cdr.number(static_cast<std::int32_t>(1'700'000'000 + nanosec / 1'000'000'000))
-        .number(static_cast<std::uint32_t>(nanosec % 1'000'000'000))
-        .text("", true)
-        .align(4)
-        .number(std::uint32_t{2});
-    // drivers do not promise the order of joints
-    for (const char* name : {"elbow", "shoulder"}) cdr.align(4).text(name, true);
-    for (const RowMatrix* x : {&r.q, &r.v, &r.tau})
-      cdr.align(4).number(std::uint32_t{2}).align(8).number((*x)(k, 1)).number((*x)(k, 0));
-    const std::string data = std::string("\0\1\0\0", 4) + cdr.bytes();
     messages += record(0x05, ByteWriter()
                                  .number(std::uint16_t{7})
                                  .number(static_cast<std::uint32_t>(k))
                                  .number(std::uint64_t{0})
                                  .number(std::uint64_t{0})
-                                 .raw(data)
+                                 .raw(joint_state_message(r, k))
                                  .bytes());
   }
   const std::string schema = record(0x03, ByteWriter()
@@ -281,12 +286,76 @@ inline LogSample mcap_sample(const Recording& r, const std::string& compression 
           std::string(kJoints) + "format = \"mcap\"\n[torque]\ncolumns = \"effort.{name}\"\n"};
 }
 
+/// An SQLite database in memory, which can be had as the bytes of a file.
+class Database {
+ public:
+  Database() {
+    sqlite3_open(":memory:", &db_);
+    run("PRAGMA page_size = 512");
+  }
+  ~Database() { sqlite3_close(db_); }
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+
+  Database& run(const std::string& sql) {
+    char* error = nullptr;
+    sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, &error);
+    if (error) throw std::runtime_error(sql + ": " + error);
+    return *this;
+  }
+  std::string bytes() {
+    sqlite3_int64 size = 0;
+    unsigned char* copy = sqlite3_serialize(db_, "main", &size, 0);
+    std::string all(reinterpret_cast<const char*>(copy), static_cast<std::size_t>(size));
+    sqlite3_free(copy);
+    return all;
+  }
+
+ private:
+  sqlite3* db_ = nullptr;
+};
+
+/// Text of an SQL literal for bytes.
+inline std::string blob_literal(const std::string& bytes) {
+  std::string hex;
+  for (const char c : bytes) hex += fmt::format("{:02x}", static_cast<unsigned char>(c));
+  return "x'" + hex + "'";
+}
+
+/// The tables of a ROS 2 bag, with camera images beside the joint states.
+inline void write_bag(Database& bag, const Recording& r) {
+  bag.run(
+         "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,"
+         " serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL)")
+      .run(
+          "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL,"
+          " timestamp INTEGER NOT NULL, data BLOB NOT NULL)")
+      .run("CREATE INDEX timestamp_idx ON messages (timestamp ASC)")
+      .run("INSERT INTO topics VALUES (1, '/image', 'sensor_msgs/msg/Image', 'cdr', '')")
+      .run(
+          "INSERT INTO topics VALUES (2, '/joint_states', 'sensor_msgs/msg/JointState', 'cdr', "
+          "'')");
+  for (int k = 0; k < r.length(); ++k)
+    bag.run(fmt::format(
+        "INSERT INTO messages (topic_id, timestamp, data) VALUES (1, {0}, x'00'),"
+        " (2, {0}, {1})",
+        1'700'000'000'999'000'000LL + 4'000'000LL * k, blob_literal(joint_state_message(r, k))));
+}
+
+inline LogSample db3_sample(const Recording& r) {
+  Database bag;
+  write_bag(bag, r);
+  return {"db3",
+          {{"log.db3", bag.bytes()}},
+          std::string(kJoints) + "format = \"db3\"\n[torque]\ncolumns = \"effort.{name}\"\n"};
+}
+
 /// Every format that is written by hand; HDF5 has a writer of its own.
 inline std::vector<LogSample> log_samples(int length) {
   const Recording r(length);
-  return {csv_sample(r),          german_csv_sample(r), rsi_xml_sample(r),    rsi_csv_sample(r),
-          kuka_trace_sample(r),   ur_csv_sample(r),     franka_csv_sample(r), mcap_sample(r),
-          mcap_sample(r, "zstd"), mcap_sample(r, "lz4")};
+  return {csv_sample(r),          german_csv_sample(r),  rsi_xml_sample(r),    rsi_csv_sample(r),
+          kuka_trace_sample(r),   ur_csv_sample(r),      franka_csv_sample(r), mcap_sample(r),
+          mcap_sample(r, "zstd"), mcap_sample(r, "lz4"), db3_sample(r)};
 }
 
 }  // namespace fricid::data

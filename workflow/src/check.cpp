@@ -49,7 +49,7 @@ Subject subject_of_run(const fs::path& folder) {
 Subject subject_of_log(const fs::path& log, const fs::path& contract, const fs::path& robot) {
   Subject subject;
   const fs::path kind = log.extension();
-  if (contract.empty() && (kind == ".csv" || kind == ".txt" || kind == ".mcap"))
+  if (contract.empty() && (kind == ".csv" || kind == ".txt" || kind == ".mcap" || kind == ".db3"))
     throw UserError("{}: a log needs --contract FILE; `fricid template contract` prints one",
                     log.string());
   subject.sets.push_back(contract.empty() ? data::load_dataset(log)

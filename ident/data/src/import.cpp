@@ -38,7 +38,25 @@ bool counts_at_motor(std::string_view kind) { return kind == "motor_torque" || k
 
 namespace {
 
-constexpr double kSlowest = 1;  // [Hz]; no motion of a robot is seen that slowly
+// Rates at which the motion of a robot is logged [Hz]: beyond them the unit of the times is wrong.
+constexpr double kSlowest = 1, kFastest = 1e5;
+
+double per_second(std::string_view unit) {
+  return unit == "s" ? 1 : unit == "ms" ? 1e3 : unit == "us" ? 1e6 : 1e9;
+}
+
+void require_plausible_rate(double rate_hz, const TimeColumn& time, const std::string& where) {
+  if (rate_hz > kSlowest && rate_hz <= kFastest) return;
+  constexpr double kUsual = 1e4;  // [Hz]
+  std::string remedy;
+  for (const char* unit : {"s", "ms", "us", "ns"})
+    if (const double rate = rate_hz * per_second(unit) / per_second(time.unit);
+        remedy.empty() && rate > kSlowest && rate <= kUsual)
+      remedy = fmt::format("; if {} is in {}, say [time] unit = \"{}\" in the contract",
+                           time.column, unit, unit);
+  throw UserError("{}: samples {:.4g} s apart; allowed: more than 1e-05 s, less than 1 s{}", where,
+                  1 / rate_hz, remedy);
+}
 
 double radians(std::string_view unit) {
   return unit.ends_with("deg") ? std::numbers::pi / 180 : 1.0;
@@ -168,8 +186,9 @@ class Columns {
 
 Dataset read(const std::filesystem::path& path, const Contract& given, std::vector<int>& lines) {
   const std::string file = path.string();
-  const LogReader& reader = reader_for(path, given.format);
-  const LogStyle style{separator_of(given.separator), given.decimal_comma, given.topic};
+  const LogReader& reader = reader_for(path, given.format, given.skip_rows);
+  const LogStyle style{separator_of(given.separator), given.decimal_comma, given.topic,
+                       given.skip_rows};
   const Names names = reader.names(path, style);
   const Contract contract = completed(given, reader, names, file);
   const int n = contract.n();
@@ -188,20 +207,14 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
   d.source = "import " + path.filename().string();
   if (contract.torque.kind != "joint_torque") d.source += ", tau from " + contract.torque.kind;
   Columns columns(table, wanted, file);
-  const double second = contract.time.unit == "s" ? 1 : contract.time.unit == "ms" ? 1e3 : 1e6;
+  const double second = per_second(contract.time.unit);
   d.t = Eigen::Map<const Eigen::VectorXd>(table.columns[0].data(), length);
   d.t = ((d.t.array() - d.t[0]) / second).eval();
   for (int k = 0; k < length; ++k)
     if (!std::isfinite(d.t[k]))
       throw UserError("{}: t = {}; allowed: a finite time", columns.place_of(k), d.t[k]);
   d.rate_hz = rate_of(d.t);
-  if (contract.time.unit != "us" && d.rate_hz <= kSlowest)
-    throw UserError(
-        "{}: samples {:.4g} s apart; allowed: less than 1 s; if {} is in {}, say [time] unit = "
-        "\"{}\" in the contract",
-        columns.place_of(1), 1 / d.rate_hz, contract.time.column,
-        contract.time.unit == "s" ? "milliseconds" : "microseconds",
-        contract.time.unit == "s" ? "ms" : "us");
+  require_plausible_rate(d.rate_hz, contract.time, columns.place_of(1));
   const auto zero = [](std::size_t) { return 0.0; };
   columns.take(
       1, [](std::size_t) { return 1.0; }, zero);

@@ -1,6 +1,7 @@
 #include "csv.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <string_view>
 
 #include "columns.hpp"
@@ -57,6 +58,13 @@ class Lines {
     }
     return false;
   }
+  /// Passes over lines, whatever they hold.
+  void skip(int count) {
+    for (; count > 0 && !rest_.empty(); --count) {
+      ++number_;
+      rest_.remove_prefix(std::min(rest_.find('\n'), rest_.size() - 1) + 1);
+    }
+  }
   int number() const { return number_; }
   std::string where() const { return fmt::format("{}:{}", file_, number_); }
 
@@ -66,11 +74,8 @@ class Lines {
   int number_ = 0;
 };
 
-std::vector<std::string> read_header(Lines& lines, char& separator, std::string_view prefix,
-                                     const std::string& file) {
-  std::string_view line;
-  if (!lines.next(line)) throw UserError("{}: an empty file", file);
-  if (separator == '\0') separator = find_separator(line);
+std::vector<std::string> names_of_header(std::string_view line, char separator,
+                                         std::string_view prefix) {
   std::vector<std::string_view> cells;
   split(line, separator, cells);
   std::vector<std::string> names;
@@ -81,23 +86,73 @@ std::vector<std::string> read_header(Lines& lines, char& separator, std::string_
   return names;
 }
 
+std::vector<std::string> read_header(Lines& lines, const LogStyle& style, char& separator,
+                                     std::string_view prefix, const std::string& file) {
+  std::string_view line;
+  lines.skip(style.skip_rows);
+  if (!lines.next(line))
+    throw UserError("{}: {}", file,
+                    style.skip_rows == 0
+                        ? "an empty file"
+                        : fmt::format("no header after skip_rows = {} lines", style.skip_rows));
+  separator = style.separator == '\0' ? find_separator(line) : style.separator;
+  return names_of_header(line, separator, prefix);
+}
+
+// The line among the first that names all wanted columns; 0: none.
+int find_header(std::string_view text, const std::string& file,
+                const std::vector<std::string>& wanted, const LogStyle& style,
+                std::string_view prefix) {
+  constexpr int kFarthest = 200;
+  Lines lines(text, file);
+  std::string_view line;
+  while (lines.next(line) && lines.number() <= kFarthest) {
+    const char separator = style.separator == '\0' ? find_separator(line) : style.separator;
+    const std::vector<std::string> names = names_of_header(line, separator, prefix);
+    if (std::ranges::all_of(wanted, [&](const std::string& name) {
+          return std::ranges::any_of(names, [&](const std::string& known) {
+            return lower_case(known) == lower_case(name);
+          });
+        }))
+      return lines.number();
+  }
+  return 0;
+}
+
+// Places of the wanted columns; where another line is the header the message says so.
+std::vector<std::size_t> pick(const std::vector<std::string>& names,
+                              const std::vector<std::string>& wanted, const std::string& where,
+                              int here, const std::function<int()>& header) {
+  std::vector<std::size_t> picked;
+  try {
+    for (const std::string& name : wanted) picked.push_back(find_column(names, name, where));
+  } catch (const UserError& error) {
+    const int line = header();
+    if (line == 0 || line == here) throw;
+    throw UserError("{}; line {} has all columns: skip_rows = {} in the contract", error.what(),
+                    line, line - 1);
+  }
+  return picked;
+}
+
 }  // namespace
 
 std::vector<std::string> csv_names(std::string_view text, const std::string& file,
                                    const LogStyle& style, std::string_view prefix) {
   Lines lines(text, file);
-  char separator = style.separator;
-  return read_header(lines, separator, prefix, file);
+  char separator = '\0';
+  return read_header(lines, style, separator, prefix, file);
 }
 
 LogTable parse_csv(std::string_view text, const std::string& file,
                    const std::vector<std::string>& wanted, const LogStyle& style,
                    std::string_view prefix) {
   Lines lines(text, file);
-  char separator = style.separator;
-  const std::vector<std::string> names = read_header(lines, separator, prefix, file);
-  std::vector<std::size_t> picked;
-  for (const std::string& name : wanted) picked.push_back(find_column(names, name, lines.where()));
+  char separator = '\0';
+  const std::vector<std::string> names = read_header(lines, style, separator, prefix, file);
+  const std::vector<std::size_t> picked = pick(names, wanted, lines.where(), lines.number(), [&] {
+    return find_header(text, file, wanted, style, prefix);
+  });
 
   LogTable table;
   table.columns.resize(picked.size());

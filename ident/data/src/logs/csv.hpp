@@ -1,4 +1,5 @@
-// Text with one header line, then rows of the same length.
+// Text with one header line, then rows of the same length. What lies above the header is skipped by
+// count (`LogStyle::skip_rows`).
 #pragma once
 
 #include <string>
@@ -15,8 +16,9 @@ std::vector<std::string> csv_names(std::string_view text, const std::string& fil
                                    const LogStyle& style, std::string_view prefix = {});
 
 /// Lines that are blank or start with # are skipped; only the wanted cells need be numbers.
-/// @throws UserError "file:line: ..." for an empty file, a missing column, a row of another length,
-///         a cell that is no number
+/// @throws UserError "file:line: ..." for an empty file, a missing column (with the line that has
+/// it,
+///         where it is another one), a row of another length, a cell that is no number
 LogTable parse_csv(std::string_view text, const std::string& file,
                    const std::vector<std::string>& wanted, const LogStyle& style,
                    std::string_view prefix = {});

@@ -1,13 +1,8 @@
-// MCAP files with ROS 2 joint states (https://mcap.dev/spec, sensor_msgs/msg/JointState as CDR).
+// MCAP files with ROS 2 joint states (https://mcap.dev/spec, `joint_state.hpp`).
 //
 // A file is the magic, then records: opcode (1 byte), length (8), content; those of a chunk lie
 // inside it. Read are channels (id, topic), schemas (id, name) and messages (channel id, times,
-// data); of messages only joint states:
-//
-//     stamp.sec i32, stamp.nanosec u32, frame_id, name[], position[], velocity[], effort[]
-//
-// Columns are stamp [s, from the first message on], position.NAME, velocity.NAME and effort.NAME
-// with the joints' names. Chunks must not be compressed.
+// data); of messages only joint states. Chunks may be compressed (`compression.hpp`).
 #pragma once
 
 #include <string>

@@ -13,6 +13,7 @@
 #include "fricid/data/log_reader.hpp"
 #include "kuka_trace.hpp"
 #include "mcap.hpp"
+#include "ros_bag.hpp"
 #include "rsi.hpp"
 
 namespace fricid::data {
@@ -25,6 +26,11 @@ constexpr std::size_t kHead = 16384;  // bytes that tell a format
 
 std::string first_line(std::string_view head) {
   return lower_case(head.substr(0, std::min(head.find('\n'), head.size())));
+}
+std::string_view without_lines(std::string_view head, int count) {
+  for (; count > 0 && !head.empty(); --count)
+    head.remove_prefix(std::min(head.find('\n'), head.size() - 1) + 1);
+  return head;
 }
 bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
@@ -95,6 +101,12 @@ const std::array kReaders{
               [](const fs::path& path, const Names& wanted, const LogStyle& style) {
                 return parse_mcap(read_recording(path), path.string(), wanted, style);
               }},
+    LogReader{"db3",
+              "ROS 2 bag (SQLite) with joint states",
+              {.time = "stamp", .position = "position.{name}", .velocity = "velocity.{name}"},
+              [](std::string_view head) { return head.starts_with("SQLite format 3"); },
+              bag_names,
+              read_bag},
     LogReader{"hdf5",
               "HDF5 tables",
               {.time = "t", .position = "q{}"},
@@ -123,13 +135,14 @@ const std::array kReaders{
               }},
     LogReader{"rsi_csv", "KUKA RSI as text columns", kRsi,
               [](std::string_view head) { return contains(first_line(head), "aipos.a1"); },
-              names_in_rsi_csv, read_rsi_csv},
+              names_in_rsi_csv, read_rsi_csv, true},
     LogReader{"ur_csv",
               "Universal Robots RTDE recording",
               {.time = "timestamp", .position = "actual_q_{0}", .velocity = "actual_qd_{0}"},
               [](std::string_view head) { return contains(first_line(head), "actual_q_0"); },
               names_in_csv,
-              read_csv},
+              read_csv,
+              true},
     LogReader{"franka_csv",
               "libfranka log",
               {.time = "time|duration",
@@ -141,26 +154,37 @@ const std::array kReaders{
                        contains(first_line(head), "dq[0]");
               },
               names_in_csv,
-              read_csv},
-    LogReader{
-        "csv", "text columns", {}, [](std::string_view) { return true; }, names_in_csv, read_csv},
+              read_csv,
+              true},
+    LogReader{"csv",
+              "text columns",
+              {},
+              [](std::string_view) { return true; },
+              names_in_csv,
+              read_csv,
+              true},
 };
 
 }  // namespace
 
 std::span<const LogReader> log_readers() { return kReaders; }
 
-const LogReader& reader_for(const fs::path& path, std::string_view format) {
+const LogReader& reader_for(const fs::path& path, std::string_view format, int skip_rows) {
   require_regular_file(path);  // it is read more than once
-  if (format != "auto")
-    return *std::find_if(kReaders.begin(), kReaders.end(),
-                         [&](const LogReader& reader) { return reader.name == format; });
   std::ifstream file(path, std::ios::binary);
   std::string head(kHead, '\0');
   file.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file.gcount())));
-  return *std::find_if(kReaders.begin(), kReaders.end(),
-                       [&](const LogReader& reader) { return reader.recognises(head); });
+  const auto reader_of = [&](std::string_view content) -> const LogReader& {
+    return *std::ranges::find_if(kReaders, [&](const LogReader& reader) {
+      return format == "auto" ? reader.recognises(content) : reader.name == format;
+    });
+  };
+  if (skip_rows == 0) return reader_of(head);
+  if (const LogReader& whole = reader_of(head); !whole.has_header)
+    throw UserError("{}: {}: skip_rows = {} in the contract; allowed: 0, there is no header",
+                    path.string(), whole.meaning, skip_rows);
+  return reader_of(without_lines(head, skip_rows));
 }
 
 }  // namespace fricid::data

@@ -28,6 +28,7 @@ inline constexpr Limit kHdf5Columns{"columns in all tables of an HDF5 file", 100
 inline constexpr Limit kHdf5AttributeValues{"values of an attribute of an HDF5 file", 100'000};
 inline constexpr Limit kChunkBytes{"bytes in one chunk of an MCAP file", 1'073'741'824};
 inline constexpr Limit kMcapBytes{"bytes in all chunks of an MCAP file", 17'179'869'184};
+inline constexpr Limit kBagMessageBytes{"bytes in one message of a bag (.db3)", 16'777'216};
 inline constexpr Limit kFilledSamples{"samples of a log after its gaps are filled", 50'000'000};
 inline constexpr Limit kSeed{"the seed of a scene or a filter", 9'000'000'000'000'000};
 inline constexpr Limit kFitSeed{"the seed of a fit", 1'000'000'000};

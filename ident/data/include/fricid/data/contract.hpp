@@ -26,7 +26,7 @@ struct TimeColumn {
   template <class Archive>
   void visit(Archive& archive) {
     archive("column", column, text("header of the column"));
-    archive("unit", unit, choice("s|ms|us", "unit of the column"));
+    archive("unit", unit, choice("s|ms|us|ns", "unit of the column"));
   }
 };
 
@@ -118,6 +118,7 @@ struct Contract {
   std::string topic;
   std::string separator = "auto";
   bool decimal_comma = false;
+  int skip_rows = 0;
   std::vector<double> gear_ratio;
   TimeColumn time;
   MotionColumns position;
@@ -133,13 +134,15 @@ struct Contract {
     archive("joint_names", joint_names,
             required(text("joints of the robot, in the order of columns")));
     archive("format", format,
-            choice("auto|csv|rsi_xml|rsi_csv|kuka_trace|ur_csv|franka_csv|mcap|hdf5",
+            choice("auto|csv|rsi_xml|rsi_csv|kuka_trace|ur_csv|franka_csv|mcap|db3|hdf5",
                    "format of the log; unless auto, columns of time and position may be left out "
                    "if the format has its own"));
     archive("topic", topic, text("topic of the joint states in a bag; empty: the only one"));
     archive("separator", separator,
             choice("auto|comma|semicolon|tab|space", "separator of the columns"));
     archive("decimal_comma", decimal_comma, flag("numbers are written 1,5 instead of 1.5"));
+    archive("skip_rows", skip_rows,
+            number("1", 0, 10'000, "lines above the header of a text file, whatever they hold"));
     archive("gear_ratio", gear_ratio,
             per_joint("1", 1e-3, 1e5, "motor turns per joint turn, for motor_* units and torques"));
     archive.section("time", time, "sample times");

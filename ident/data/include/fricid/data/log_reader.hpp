@@ -21,6 +21,7 @@ struct LogStyle {
   char separator = '\0';       ///< '\0': found in the header
   bool decimal_comma = false;  ///< 1,5 instead of 1.5
   std::string topic{};         ///< of a bag; empty: its only topic of joint states
+  int skip_rows = 0;           ///< lines above the header, whatever they hold
 };
 
 /// Default columns of a format. In names {} stands for 1, 2, ..., {0} for 0, 1, ..., {name} for the
@@ -47,13 +48,16 @@ struct LogReader {
   /// @throws UserError "file:line: ..." on anything torn
   LogTable (*read)(const std::filesystem::path& path, const std::vector<std::string>& wanted,
                    const LogStyle& style);
+  bool has_header = false;  ///< a line of text that names the columns, which rows may precede
 };
 
 /// Every format; the first that recognises a file reads it. csv is the last and takes all.
 std::span<const LogReader> log_readers();
 
-/// @param format  name of a reader, or "auto"
-/// @throws UserError when the file cannot be read
-const LogReader& reader_for(const std::filesystem::path& path, std::string_view format);
+/// @param format     name of a reader, or "auto"
+/// @param skip_rows  lines above the header
+/// @throws UserError when the file cannot be read, or is of a format without a header to skip to
+const LogReader& reader_for(const std::filesystem::path& path, std::string_view format,
+                            int skip_rows = 0);
 
 }  // namespace fricid::data
