@@ -9,12 +9,6 @@ namespace {
 
 using Eigen::Matrix4d;
 
-/// The linear map back from a pseudo-inertia.
-Vector10 inertia_from_pseudo(const Matrix4d& J) {
-  return Vector10{{J(3, 3), J(0, 3), J(1, 3), J(2, 3), J(1, 1) + J(2, 2), -J(0, 1),
-                   J(0, 0) + J(2, 2), -J(0, 2), -J(1, 2), J(0, 0) + J(1, 1)}};
-}
-
 /// U of the pseudo-inertia U U', eq. (24) of Rucker & Wensing.
 Matrix4d upper_factor(const Vector10& eta) {
   const double e1 = std::exp(eta(1)), e2 = std::exp(eta(2)), e3 = std::exp(eta(3));
@@ -65,6 +59,21 @@ Matrix4d pseudo_inertia(const Vector10& pi) {
       -pi(7), -pi(8), half_trace - pi(9), pi(3),   //
       pi(1), pi(2), pi(3), pi(0);
   return J;
+}
+
+Vector10 inertia_from_pseudo(const Matrix4d& J) {
+  return Vector10{{J(3, 3), J(0, 3), J(1, 3), J(2, 3), J(1, 1) + J(2, 2), -J(0, 1),
+                   J(0, 0) + J(2, 2), -J(0, 2), -J(1, 2), J(0, 0) + J(1, 1)}};
+}
+
+Eigen::Matrix<double, 10, 10> inertia_in_frame(const Eigen::Matrix3d& R, const Eigen::Vector3d& p) {
+  Matrix4d into = Matrix4d::Identity();
+  into.topLeftCorner<3, 3>() = R.transpose();
+  into.topRightCorner<3, 1>() = -R.transpose() * p;
+  Eigen::Matrix<double, 10, 10> T;
+  for (int a = 0; a < 10; ++a)
+    T.col(a) = inertia_from_pseudo(into * pseudo_inertia(Vector10::Unit(a)) * into.transpose());
+  return T;
 }
 
 bool is_physical(const Vector10& pi, double tolerance) {

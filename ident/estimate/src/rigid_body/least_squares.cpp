@@ -12,13 +12,11 @@
 #include "rigid_body/inertia_prior.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/regression.hpp"
+#include "rigid_body/reweight.hpp"
 
 namespace fricid::estimate {
 namespace {
 
-constexpr int kReweightings = 12;
-constexpr double kHuber = 2.5;           // residuals beyond this many sigma weigh less
-constexpr double kSmallestSigma = 1e-9;  // share of the torque's rms: noise-free data stay solvable
 constexpr double kWorstCondition = 1e4;  // above it the base parameters are called ill conditioned
 
 // Columns of `full` listed in `columns`.
@@ -48,65 +46,6 @@ Eigen::VectorXd sizes_that_matter(const Regression& data, int n) {
     sizes[c] = share > 0 ? kShare / share : 0;
   }
   return sizes;
-}
-
-struct Weighted {
-  Eigen::VectorXd x;      // solution
-  Eigen::MatrixXd H;      // information X' W X (+ prior)
-  Eigen::VectorXd sigma;  // per joint
-};
-
-// Iteratively reweighted least squares with one sigma per joint and optional Huber weights.
-Weighted reweight(const Eigen::MatrixXd& X, const Regression& data, int n, bool robust,
-                  const Eigen::MatrixXd& prior_information, const Eigen::VectorXd& prior_mean) {
-  const Eigen::Index N = X.rows();
-  const double floor =
-      kSmallestSigma * std::max(1e-300, std::sqrt(data.tau.squaredNorm() / static_cast<double>(N)));
-  Weighted out;
-  out.sigma = Eigen::VectorXd::Zero(n);
-  Eigen::VectorXd count = Eigen::VectorXd::Zero(n);
-  for (Eigen::Index r = 0; r < N; ++r) {
-    const int j = data.joint[static_cast<std::size_t>(r)];
-    count[j] += 1;
-    out.sigma[j] += data.tau[r] * data.tau[r];
-  }
-  out.sigma = (out.sigma.array() / count.array().max(1)).sqrt().max(floor);
-
-  Eigen::VectorXd robust_weight = Eigen::VectorXd::Ones(N);
-  for (int iteration = 0; iteration < kReweightings; ++iteration) {
-    Eigen::VectorXd w(N);
-    for (Eigen::Index r = 0; r < N; ++r) {
-      const double s = out.sigma[data.joint[static_cast<std::size_t>(r)]];
-      w[r] = robust_weight[r] / (s * s);
-    }
-    const Eigen::MatrixXd H_data = X.transpose() * w.asDiagonal() * X;
-    out.H = H_data + prior_information;
-    const Eigen::VectorXd g =
-        X.transpose() * w.cwiseProduct(data.tau) + prior_information * prior_mean;
-    const Eigen::VectorXd scale = out.H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::LDLT<Eigen::MatrixXd> factor(
-        Eigen::MatrixXd(scale.asDiagonal() * out.H * scale.asDiagonal()));
-    out.x = scale.asDiagonal() * factor.solve(Eigen::VectorXd(scale.asDiagonal() * g));
-
-    // Residual spread per joint, corrected for the parameters that the data determine.
-    const Eigen::VectorXd e = data.tau - X * out.x;
-    const double determined =
-        factor.solve(Eigen::MatrixXd(scale.asDiagonal() * H_data * scale.asDiagonal())).trace();
-    const double spent = std::clamp(determined / static_cast<double>(N), 0.0, 0.9);
-    Eigen::VectorXd sum = Eigen::VectorXd::Zero(n), share = Eigen::VectorXd::Zero(n);
-    for (Eigen::Index r = 0; r < N; ++r) {
-      const int j = data.joint[static_cast<std::size_t>(r)];
-      sum[j] += robust_weight[r] * e[r] * e[r];
-      share[j] += robust_weight[r];
-    }
-    out.sigma = (sum.array() / (share.array().max(1e-9) * (1 - spent))).sqrt().max(floor).matrix();
-    if (robust)
-      for (Eigen::Index r = 0; r < N; ++r) {
-        const double size = std::abs(e[r]) / out.sigma[data.joint[static_cast<std::size_t>(r)]];
-        robust_weight[r] = size <= kHuber ? 1 : kHuber / size;
-      }
-  }
-  return out;
 }
 
 }  // namespace
@@ -165,8 +104,8 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, const Regression& data,
     prior_mean.head(p) = robot.pi;
   }
 
-  const Weighted solved =
-      reweight(pick(data.rows, columns), data, n, options.robust, prior_information, prior_mean);
+  const Weighted solved = reweight(pick(data.rows, columns), data.tau, data.joint, n,
+                                   options.robust, prior_information, prior_mean);
   const Eigen::MatrixXd covariance = invert(solved.H, &fit.condition);
   fit.sigma = solved.sigma;
 

@@ -21,9 +21,10 @@ constexpr double kArmijo = 0.1;
 // positive.
 struct Cone {
   int n;
+  bool rotors;                            // an armature behind each link
   std::array<Eigen::Matrix4d, 10> basis;  // d pseudo_inertia / d pi
 
-  explicit Cone(int joints) : n(joints) {
+  Cone(int links, bool with_rotors) : n(links), rotors(with_rotors) {
     for (int a = 0; a < 10; ++a)
       basis[static_cast<std::size_t>(a)] = dynamics::pseudo_inertia(dynamics::Vector10::Unit(a));
   }
@@ -33,7 +34,7 @@ struct Cone {
     double sum = 0;
     for (int i = 0; i < n; ++i) {
       const Eigen::LLT<Eigen::Matrix4d> llt(dynamics::pseudo_inertia(pi.segment<10>(10 * i)));
-      const double armature = pi[10 * n + i];
+      const double armature = rotors ? pi[10 * n + i] : 1;
       if (llt.info() != Eigen::Success || !(armature > 0))
         return std::numeric_limits<double>::infinity();
       sum -= 2 * llt.matrixLLT().diagonal().array().log().sum() + std::log(armature);
@@ -53,27 +54,24 @@ struct Cone {
       for (int a = 0; a < 10; ++a) {
         const Eigen::Matrix4d f =
             inverse * basis[static_cast<std::size_t>(a)] * inverse.transpose();
-        F.col(10 * i + a).segment<16>(17 * i) = f.reshaped();
+        F.col(10 * i + a).segment<16>(rows_of_link() * i) = f.reshaped();
       }
-      r.segment<16>(17 * i) = Eigen::Matrix4d::Identity().reshaped();
+      r.segment<16>(rows_of_link() * i) = Eigen::Matrix4d::Identity().reshaped();
+      if (!rotors) continue;
       F(17 * i + 16, 10 * n + i) = 1 / pi[10 * n + i];
       r[17 * i + 16] = 1;
     }
   }
+  int rows_of_link() const { return rotors ? 17 : 16; }
+  int rows() const { return rows_of_link() * n; }
 };
 
-}  // namespace
-
-Eigen::VectorXd fit_physical_inertia(const dynamics::RobotModel& robot, const Eigen::MatrixXd& G,
-                                     const Eigen::VectorXd& d, const Eigen::VectorXd& start) {
-  const int n = robot.n();
-  const Cone cone(n);
-  const Eigen::Index m = G.rows(), p = start.size();
-  Eigen::VectorXd pi = start;
-  for (int i = 0; i < n; ++i) pi[10 * n + i] = std::max(pi[10 * n + i], kSmallestArmature);
-
-  Eigen::MatrixXd stacked(m + 17 * n, p);
-  Eigen::VectorXd right(m + 17 * n);
+// Minimises 1/2 |G pi - d|^2 within the cone, from a start inside.
+Eigen::VectorXd fit_within(const Cone& cone, const Eigen::MatrixXd& G, const Eigen::VectorXd& d,
+                           Eigen::VectorXd pi) {
+  const Eigen::Index m = G.rows(), p = pi.size();
+  Eigen::MatrixXd stacked(m + cone.rows(), p);
+  Eigen::VectorXd right(m + cone.rows());
   for (double mu = kFirstBarrier; mu > kLastBarrier; mu *= kBarrierStep) {
     const auto cost = [&](const Eigen::VectorXd& x) {
       return 0.5 * (G * x - d).squaredNorm() + mu * cone.barrier(x);
@@ -83,9 +81,9 @@ Eigen::VectorXd fit_physical_inertia(const dynamics::RobotModel& robot, const Ei
       // Newton step as a least-squares problem, columns of unit length.
       stacked.topRows(m) = G;
       right.head(m) = d - G * pi;
-      cone.roots(pi, stacked.bottomRows(17 * n), right.tail(17 * n));
-      stacked.bottomRows(17 * n) *= std::sqrt(mu);
-      right.tail(17 * n) *= std::sqrt(mu);
+      cone.roots(pi, stacked.bottomRows(cone.rows()), right.tail(cone.rows()));
+      stacked.bottomRows(cone.rows()) *= std::sqrt(mu);
+      right.tail(cone.rows()) *= std::sqrt(mu);
       const Eigen::VectorXd size = stacked.colwise().norm().transpose().cwiseMax(1e-300);
       const Eigen::VectorXd step = Eigen::MatrixXd(stacked * size.cwiseInverse().asDiagonal())
                                        .colPivHouseholderQr()
@@ -106,6 +104,21 @@ Eigen::VectorXd fit_physical_inertia(const dynamics::RobotModel& robot, const Ei
     }
   }
   return pi;
+}
+
+}  // namespace
+
+Eigen::VectorXd fit_physical_inertia(const dynamics::RobotModel& robot, const Eigen::MatrixXd& G,
+                                     const Eigen::VectorXd& d, const Eigen::VectorXd& start) {
+  Eigen::VectorXd pi = start;
+  auto armatures = pi.segment(robot.armature_begin(), robot.n());
+  armatures = armatures.cwiseMax(kSmallestArmature).eval();
+  return fit_within(Cone(robot.n(), true), G, d, pi);
+}
+
+dynamics::Vector10 fit_physical_body(const Eigen::MatrixXd& G, const Eigen::VectorXd& d,
+                                     const dynamics::Vector10& start) {
+  return fit_within(Cone(1, false), G, d, start);
 }
 
 }  // namespace fricid::estimate

@@ -20,6 +20,13 @@ Vector10 log_cholesky_from_inertia(const Vector10& pi);
 /// 4 x 4 pseudo-inertia [Sigma, h; h', m] with Sigma = tr(I)/2 1 - I.
 Eigen::Matrix4d pseudo_inertia(const Vector10& pi);
 
+/// The linear map back from a pseudo-inertia.
+Vector10 inertia_from_pseudo(const Eigen::Matrix4d& J);
+
+/// T with  pi_F = T pi: the same body in the axes and about the origin of a frame F whose pose in
+/// the axes of pi is (R, p).
+Eigen::Matrix<double, 10, 10> inertia_in_frame(const Eigen::Matrix3d& R, const Eigen::Vector3d& p);
+
 /// True when a body with density >= 0 can have these parameters (smallest eigenvalue > tolerance *
 /// m).
 bool is_physical(const Vector10& pi, double tolerance = 0);

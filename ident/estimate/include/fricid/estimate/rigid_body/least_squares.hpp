@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "fricid/dynamics/physical_inertia.hpp"
 #include "fricid/dynamics/robot_model.hpp"
 #include "fricid/estimate/options/rigid_body.hpp"
 #include "fricid/estimate/report.hpp"
@@ -81,6 +82,10 @@ Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot, const PriorO
 /// @param start  physical parameters (p), e.g. the CAD values; a zero armature is raised
 Eigen::VectorXd fit_physical_inertia(const dynamics::RobotModel& robot, const Eigen::MatrixXd& G,
                                      const Eigen::VectorXd& d, const Eigen::VectorXd& start);
+
+/// The same for one body. @param G  (m x 10)
+dynamics::Vector10 fit_physical_body(const Eigen::MatrixXd& G, const Eigen::VectorXd& d,
+                                     const dynamics::Vector10& start);
 
 /// Inverse-dynamics torque  Y(q, v, a) pi  of every sample (T, n).
 RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,

@@ -1,0 +1,157 @@
+#include "fricid/estimate/rigid_body/payload.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/dynamics/nominal.hpp"
+#include "fricid/dynamics/physical_inertia.hpp"
+#include "fricid/estimate/rigid_body/least_squares.hpp"
+#include "rigid_body/inertia_prior.hpp"
+#include "rigid_body/information.hpp"
+#include "rigid_body/regression.hpp"
+#include "rigid_body/reweight.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+using dynamics::Vector10;
+
+constexpr int kLoad = 10;  // parameters of a body
+
+// A load so wide that it only decides what the data leave open: a ton, a metre away.
+Vector10 widest() { return Vector10{{1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3}}; }
+
+/// Unknowns: arm (p), friction without (3 n), friction with (3 n), load (10).
+struct Columns {
+  int p, n;
+  int friction(bool with) const { return p + (with ? 3 * n : 0); }
+  int load() const { return p + 6 * n; }
+  int size() const { return load() + kLoad; }
+};
+
+// Both regressions as one; joints of the loaded logs are groups n, n + 1, ...
+Regression joined(const Columns& at, int link, const Regression& without, const Regression& with) {
+  const Eigen::Index first = without.tau.size(), second = with.tau.size();
+  Regression all;
+  all.rows.setZero(first + second, at.size());
+  all.rows.topLeftCorner(first, at.p) = without.rows.leftCols(at.p);
+  all.rows.bottomLeftCorner(second, at.p) = with.rows.leftCols(at.p);
+  all.rows.block(0, at.friction(false), first, 3 * at.n) = without.rows.rightCols(3 * at.n);
+  all.rows.block(first, at.friction(true), second, 3 * at.n) = with.rows.rightCols(3 * at.n);
+  all.rows.bottomRightCorner(second, kLoad) = with.rows.middleCols(kLoad * link, kLoad);
+  all.tau.resize(first + second);
+  all.tau << without.tau, with.tau;
+  all.joint = without.joint;
+  for (const int j : with.joint) all.joint.push_back(at.n + j);
+  return all;
+}
+
+// Precision (square, as many as unknowns) that holds what the data leave open.
+Eigen::MatrixXd wide_precision(const Columns& at, const dynamics::Nominal& nominal) {
+  Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(at.size(), at.size());
+  const Eigen::MatrixXd pull = weak_pull(nominal.robot, nominal.guesses);
+  precision.topLeftCorner(at.p, at.p) = pull.transpose() * pull;
+  precision.diagonal().head(at.load()).array() += 1e-12;  // linear torques and friction not excited
+  precision.diagonal().tail(kLoad) = widest().cwiseAbs2().cwiseInverse();
+  return precision;
+}
+
+// d (m, c, I about the centre of mass) / d (m, m c, I about the origin), by columns of the latter.
+Eigen::Matrix<double, 10, 10> body_jacobian(const Vector10& pi) {
+  const double m = pi[0];
+  const Eigen::Vector3d h = pi.segment<3>(1), c = h / m;
+  const auto steiner = [](const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
+    return Eigen::Matrix3d(x.dot(y) * Eigen::Matrix3d::Identity() -
+                           0.5 * (x * y.transpose() + y * x.transpose()));
+  };
+  Eigen::Matrix<double, 10, 10> J = Eigen::Matrix<double, 10, 10>::Identity();
+  const auto set_inertia = [&](int column, const Eigen::Matrix3d& dI) {
+    J.col(column).tail<6>() << dI(0, 0), dI(0, 1), dI(1, 1), dI(0, 2), dI(1, 2), dI(2, 2);
+  };
+  J.col(0).segment<3>(1) = -c / m;
+  set_inertia(0, steiner(c, c));
+  for (int k = 0; k < 3; ++k) {
+    J.col(1 + k).segment<3>(1) = Eigen::Vector3d::Unit(k) / m;
+    set_inertia(1 + k, -2 * steiner(c, Eigen::Vector3d::Unit(k)));
+  }
+  return J;
+}
+
+Eigen::Matrix3d symmetric(const Eigen::Matrix<double, 6, 1>& I) {
+  Eigen::Matrix3d M;
+  M << I[0], I[1], I[3], I[1], I[2], I[4], I[3], I[4], I[5];
+  return M;
+}
+
+// A ball to begin with: of the estimated mass, where that is one.
+Vector10 ball(double mass) {
+  constexpr double kRadius = 0.1, kLightest = 1e-3;
+  const double m = std::max(mass, kLightest), I = 0.4 * m * kRadius * kRadius;
+  return Vector10{{m, 0, 0, 0, I, 0, I, 0, 0, I}};
+}
+
+}  // namespace
+
+PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynamics::Frame& frame,
+                                 std::span<const signals::Recording> without,
+                                 std::span<const signals::Recording> with,
+                                 const RigidBodyOptions& options) {
+  if (frame.link < 0)
+    throw UserError("frame {}: does not move; allowed: one that a joint carries", frame.name);
+  const dynamics::Nominal nominal = dynamics::complete(robot);
+  const Columns at{robot.parameter_count(), robot.n()};
+  PayloadFit fit;
+  RigidBodyFit counts, loaded;
+  const Regression first = stack(robot, without, options, nullptr, counts);
+  const Regression second = stack(robot, with, options, nullptr, loaded);
+  for (int j = 0; j < at.n; ++j)
+    fit.equations.push_back(counts.equations[static_cast<std::size_t>(j)] +
+                            loaded.equations[static_cast<std::size_t>(j)]);
+  if (std::min(first.tau.size(), second.tau.size()) <= kLoad + 3 * at.n) {
+    fit.message =
+        fmt::format("{} and {} rows of sliding joints", first.tau.size(), second.tau.size());
+    return fit;
+  }
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(at.size());
+  mean.head(at.p) = nominal.robot.pi;
+  const Regression data = joined(at, frame.link, first, second);
+  const Weighted solved = reweight(data.rows, data.tau, data.joint, 2 * at.n, options.robust,
+                                   wide_precision(at, nominal), mean);
+  fit.sigma = solved.sigma;
+
+  // in the frame: free, then the nearest body
+  const Eigen::Matrix<double, 10, 10> T = dynamics::inertia_in_frame(frame.R, frame.p);
+  const Eigen::MatrixXd covariance =
+      T * invert(solved.H, nullptr).bottomRightCorner<kLoad, kLoad>() * T.transpose();
+  fit.free = T * solved.x.tail<kLoad>();
+  fit.standard_error = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::MatrixXd root = inverse_root(covariance);
+  fit.pi = fit_physical_body(root, root * fit.free, ball(fit.free[0]));
+  fit.size << fit.pi[0], Eigen::Vector3d::Constant(fit.pi.segment<3>(1).norm()),
+      Eigen::Matrix<double, 6, 1>::Constant((fit.pi[4] + fit.pi[6] + fit.pi[9]) / 3);
+
+  const Eigen::Matrix<double, 10, 10> J = body_jacobian(fit.pi);
+  const Vector10 error = (J * covariance * J.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+  fit.body = dynamics::body_of(fit.pi);
+  fit.body_error = {error[0], error.segment<3>(1), symmetric(error.tail<6>())};
+
+  const bool finite = fit.pi.allFinite() && fit.standard_error.allFinite();
+  constexpr double kDetermined = 0.5;  // of the size
+  const auto lost = (fit.standard_error.array() > kDetermined * fit.size.array()).count();
+  fit.outcome = !finite    ? Outcome::kFailed
+                : lost > 0 ? Outcome::kIllConditioned
+                           : Outcome::kConverged;
+  fit.message = !finite    ? "no finite solution"
+                : lost > 0 ? fmt::format(
+                                 "{} of 10 parameters have a standard error above half of "
+                                 "their size: turn the load about more axes",
+                                 lost)
+                           : fmt::format("{} equations", data.tau.size());
+  return fit;
+}
+
+}  // namespace fricid::estimate

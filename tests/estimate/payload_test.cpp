@@ -1,0 +1,121 @@
+// A load from logs without and with it. Reference: the load that the simulator put on the flange.
+#include "fricid/estimate/rigid_body/payload.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+#include "fricid/base/error.hpp"
+#include "fricid/dynamics/physical_inertia.hpp"
+#include "fricid/scene/problem.hpp"
+#include "fricid/sim/simulate.hpp"
+#include "source_dir.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+using dynamics::Vector10;
+
+struct Load {
+  double kg;
+  std::array<double, 3> com;
+  std::array<double, 6> inertia;  ///< xx yy zz xy xz yz about the centre of mass
+};
+
+struct Logs {
+  dynamics::RobotModel robot;  ///< as its file has it
+  signals::Recording recording;
+};
+
+/// 31 s of the KR 6 with LuGre friction.
+Logs simulate(const Load& load, std::uint64_t seed) {
+  scene::Scene s = scene::load_scene(source_dir() / "scenes/kr6_lugre.toml");
+  s.seed = seed;
+  s.excitation.train = s.excitation.repeats = 1;
+  s.excitation.validation = 0;
+  s.excitation.criterion = sim::Criterion::kNone;
+  s.excitation.harmonics = 10;
+  s.sensors.rate_hz = 500;
+  s.robot.payload_kg = load.kg;
+  s.robot.payload_com = load.com;
+  s.robot.payload_inertia = load.inertia;
+  const scene::Problem problem = scene::resolve(std::move(s));
+  return {problem.robot, signals::make_recording(sim::simulate(problem, 1).train[0],
+                                                 problem.scene.identify.cutoff_hz)};
+}
+
+/// (m, m c, I about the origin of the flange).
+Vector10 parameters(const Load& load) {
+  dynamics::RobotModel nothing;
+  nothing.joints.resize(1);
+  nothing.pi = Eigen::VectorXd::Zero(nothing.parameter_count());
+  const auto& [xx, yy, zz, xy, xz, yz] = load.inertia;
+  Eigen::Matrix3d I;
+  I << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  dynamics::add_payload(nothing, {.name = "flange", .link = 0}, load.kg,
+                        Eigen::Vector3d(load.com.data()), I);
+  return nothing.pi.head<10>();
+}
+
+const dynamics::Frame& flange(const dynamics::RobotModel& robot) {
+  return *std::ranges::find(robot.frames, std::string("flange"), &dynamics::Frame::name);
+}
+
+constexpr Load kNone{0, {}, {}};
+constexpr Load kGripper{5, {0.02, -0.04, 0.11}, {0.05, 0.06, 0.03, 0.004, -0.006, 0.005}};
+
+TEST(Payload, IsFoundWithinTwoPercent) {
+  Logs bare = simulate(kNone, 1), loaded = simulate(kGripper, 2);
+  // Every mass of the arm is 15 % off in its file.
+  bare.robot.pi.head(bare.robot.armature_begin()) *= 1.15;
+  const PayloadFit fit = payload_least_squares(bare.robot, flange(bare.robot), {&bare.recording, 1},
+                                               {&loaded.recording, 1}, {});
+  ASSERT_EQ(fit.outcome, Outcome::kConverged) << fit.message;
+  const Vector10 truth = parameters(kGripper);
+  const char* names[]{"m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz"};
+  for (int i = 0; i < 10; ++i) {
+    SCOPED_TRACE(fmt::format("{}: {} for {}, size {}, standard error {}", names[i], fit.pi[i],
+                             truth[i], fit.size[i], fit.standard_error[i]));
+    EXPECT_NEAR(fit.pi[i], truth[i], 0.02 * fit.size[i]);
+    EXPECT_LT(fit.standard_error[i], 0.02 * fit.size[i]);
+    EXPECT_NEAR(fit.free[i], truth[i], 5 * fit.standard_error[i]);
+  }
+  EXPECT_NEAR(fit.body.m, kGripper.kg, 0.02 * kGripper.kg);
+  for (int k = 0; k < 3; ++k)
+    EXPECT_NEAR(fit.body.c[k], kGripper.com[static_cast<std::size_t>(k)], 2e-3);
+  EXPECT_TRUE(dynamics::is_physical(fit.pi));
+}
+
+// A small weight has hardly any inertia about itself: free estimates of it are those of no body.
+TEST(Payload, IsABody) {
+  const Load weight{1, {0, 0, 0.05}, {1e-4, 1e-4, 1e-4, 0, 0, 0}};
+  const Logs bare = simulate(kNone, 3), loaded = simulate(weight, 4);
+  const PayloadFit fit = payload_least_squares(bare.robot, flange(bare.robot), {&bare.recording, 1},
+                                               {&loaded.recording, 1}, {});
+  EXPECT_FALSE(dynamics::is_physical(fit.free));
+  EXPECT_TRUE(dynamics::is_physical(fit.pi));
+  EXPECT_NEAR(fit.body.m, 1, 0.02);
+  EXPECT_NEAR(fit.body.c[2], 0.05, 0.01);
+}
+
+TEST(Payload, TwoLogsOfTheSameArmHaveNone) {
+  const Logs one = simulate(kNone, 5), other = simulate(kNone, 6);
+  const PayloadFit fit = payload_least_squares(one.robot, flange(one.robot), {&one.recording, 1},
+                                               {&other.recording, 1}, {});
+  for (int i = 0; i < 10; ++i) EXPECT_LT(std::abs(fit.free[i]), 5 * fit.standard_error[i]) << i;
+  EXPECT_LT(fit.body.m, 0.05);
+}
+
+TEST(Payload, NeedsAFrameThatMoves) {
+  const dynamics::RobotModel robot =
+      dynamics::load_urdf(source_dir() / "models/kr6_r700/kr6_r700.urdf");
+  try {
+    payload_least_squares(robot, {.name = "base_link", .link = -1}, {}, {}, {});
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_STREQ(error.what(), "frame base_link: does not move; allowed: one that a joint carries");
+  }
+}
+
+}  // namespace
+}  // namespace fricid::estimate
