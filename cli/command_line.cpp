@@ -39,6 +39,18 @@ void add_common(CLI::App& command, CommonOptions& common, const std::string& exa
   command.footer("Example:\n  " + example);
 }
 
+/// How the robot of a log stands.
+void add_mount(CLI::App& command, scene::Mount& mount) {
+  command
+      .add_option_function<std::string>(
+          "--mount",
+          [&mount](const std::string& name) {
+            mount = value_named<scene::Mount>(name).value_or(scene::Mount::kFloor);
+          },
+          "of the robot: floor, ceiling or wall; default floor")
+      ->check(CLI::IsMember({"floor", "ceiling", "wall"}));
+}
+
 /// The text as one printable line.
 void print_error(std::string_view message) {
   std::fprintf(stderr, "fricid: %s\n", printable(message).c_str());
@@ -187,8 +199,9 @@ int exit_code_of_command_line(int argc, char** argv,
       ->required();
   import_command->add_option("-o,--output", import_options.output,
                              "folder for the data sets; default .");
-  import_command->add_option("--robot", import_options.robot,
+  import_command->add_option("--robot", import_options.robot.urdf,
                              "URDF: joints are then checked against its dynamics too");
+  add_mount(*import_command, import_options.robot.mount);
   import_command
       ->add_option("--fix", import_options.fixes,
                    "findings to repair, by name: gap,delay,... (docs/your_own_log.md)")
@@ -201,7 +214,8 @@ int exit_code_of_command_line(int argc, char** argv,
   check_command->add_option("DIR|LOG", check_options.target, "run folder, data set (HDF5), or log")
       ->required();
   check_command->add_option("--contract", check_options.contract, "of a log (TOML)");
-  check_command->add_option("--robot", check_options.robot, "URDF of the robot of a log");
+  check_command->add_option("--robot", check_options.robot.urdf, "URDF of the robot of a log");
+  add_mount(*check_command, check_options.robot.mount);
   check_command->add_option(
       "--design", check_options.design,
       "write a trajectory (TOML, and CSV beside it) to identify more parameters");

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fricid/cli/command_line.hpp"
+#include "fricid/workflow/check.hpp"
 
 namespace fricid::cli {
 
@@ -39,15 +40,16 @@ struct RenderOptions {
 struct ImportOptions {
   std::vector<std::filesystem::path> logs;
   std::filesystem::path contract, output = ".";
-  std::filesystem::path robot;     ///< URDF, for checks by dynamics; empty: none
+  workflow::RobotOfLog robot;      ///< for checks by dynamics
   std::vector<std::string> fixes;  ///< findings to repair
 };
 
 struct CheckOptions {
-  std::filesystem::path target;           ///< run folder, data set (HDF5) or log
-  std::filesystem::path contract, robot;  ///< of a log; empty: none
-  std::filesystem::path design;           ///< file of a trajectory to record next; empty: none
-  bool verbose = false;                   ///< print every parameter, family and note
+  std::filesystem::path target;    ///< run folder, data set (HDF5) or log
+  std::filesystem::path contract;  ///< of a log; empty: none
+  workflow::RobotOfLog robot;      ///< of a log
+  std::filesystem::path design;    ///< file of a trajectory to record next; empty: none
+  bool verbose = false;            ///< print every parameter, family and note
 };
 
 struct EstimateOptions {

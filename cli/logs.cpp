@@ -169,7 +169,7 @@ void require_design_name(const CheckOptions& options) {
     throw UserError(
         "--design {}: allowed: a name that ends in .toml; the samples go to .csv beside",
         options.design.string());
-  for (const fs::path& input : {options.target, options.contract, options.robot})
+  for (const fs::path& input : {options.target, options.contract, options.robot.urdf})
     for (const char* extension : {".toml", ".csv"})
       if (!input.empty() &&
           fs::weakly_canonical(fs::path(options.design).replace_extension(extension)) ==

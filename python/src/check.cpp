@@ -44,7 +44,7 @@ void bind_check(nb::module_& m) {
       "check_file",
       [](const fs::path& log, const fs::path& contract, const fs::path& robot) {
         return job(nb::none(),
-                   [&] { return report_of(workflow::subject_of_log(log, contract, robot)); });
+                   [&] { return report_of(workflow::subject_of_log(log, contract, {robot})); });
       },
       "log"_a, "contract"_a, "robot"_a);
   m.def(
@@ -52,7 +52,7 @@ void bind_check(nb::module_& m) {
       [](const data::Dataset& log, const fs::path& robot) {
         return job(nb::none(), [&] {
           workflow::Subject subject;
-          subject.robot = workflow::robot_of_log(robot, log.joint_names);
+          subject.robot = workflow::robot_of_log({robot}, log.joint_names);
           subject.sets.push_back(log);
           return report_of(subject);
         });

@@ -19,10 +19,13 @@ namespace fricid::workflow {
 
 namespace fs = std::filesystem;
 
-std::optional<dynamics::RobotModel> robot_of_log(const fs::path& urdf,
+std::optional<dynamics::RobotModel> robot_of_log(const RobotOfLog& of_log,
                                                  const std::vector<std::string>& joints) {
+  const fs::path& urdf = of_log.urdf;
   if (urdf.empty()) return {};
-  dynamics::RobotModel robot = dynamics::load_urdf(urdf);
+  scene::RobotSection section;
+  section.mount = of_log.mount;
+  dynamics::RobotModel robot = dynamics::load_urdf(urdf, scene::mount_rotation(section));
   dynamics::require_inertia(robot, urdf.string());
   std::vector<std::string> names;
   for (const dynamics::Joint& joint : robot.joints) names.push_back(joint.name);
@@ -46,7 +49,7 @@ Subject subject_of_run(const fs::path& folder) {
   return subject;
 }
 
-Subject subject_of_log(const fs::path& log, const fs::path& contract, const fs::path& robot) {
+Subject subject_of_log(const fs::path& log, const fs::path& contract, const RobotOfLog& robot) {
   Subject subject;
   const fs::path kind = log.extension();
   if (contract.empty() && (kind == ".csv" || kind == ".txt" || kind == ".mcap" || kind == ".db3"))

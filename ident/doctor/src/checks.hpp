@@ -21,7 +21,7 @@ void check_signals(const data::Dataset& d, Findings& findings);
 void find_segments(const data::Dataset& d, Findings& findings);
 /// velocity. @pre uniform times
 void check_velocity(const data::Dataset& d, Findings& findings);
-/// sign, swapped, angle_unit, torque_unit, delay, delay_unknown. @pre uniform times
+/// mount, sign, swapped, angle_unit, torque_unit, delay, delay_unknown. @pre uniform times
 void check_dynamics(const data::Dataset& d, const dynamics::RobotModel* robot, Findings& findings);
 
 }  // namespace fricid::doctor

@@ -52,27 +52,71 @@ Eigen::MatrixXd regressors(const dynamics::RobotModel& robot, const Sight& s, in
   return X;
 }
 
-/// What the regressions leave of the torque of each joint, moved back by each delay on a grid.
+constexpr int kFolds = 10;  // stretches of the log, each left out in turn
+
+/// Squares that regressions leave of the torque of each joint, moved back by each delay on a grid.
 struct DelayCurves {
-  static constexpr int kBlocks = 10;  // of the log, for the error of the delay
-  double first, step;                 // of the grid [samples]
-  // per joint: sum of squares, (delays, blocks of rows)
-  std::vector<Eigen::ArrayXXd> rest;
+  double first, step;  // of the grid [samples]
+  /// Per joint (delays, stretches): of regressions on the whole log, and on the other stretches.
+  std::vector<Eigen::ArrayXXd> fitted, held_out;
 
-  int size() const { return static_cast<int>(rest.front().rows()); }
+  int joints() const { return static_cast<int>(fitted.size()); }
+  int size() const { return static_cast<int>(fitted.front().rows()); }
   double delay_of(double i) const { return first + step * i; }
-
-  // Sum over the joints of the log of what is left, without one block; -1: with all.
-  Eigen::ArrayXd pooled(int without) const {
-    Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(size());
-    for (const Eigen::ArrayXXd& joint : rest) {
-      Eigen::ArrayXd total = joint.rowwise().sum();
-      if (without >= 0) total -= joint.col(without);
-      sum += total.log();
-    }
-    return sum;
-  }
 };
+
+// Mean over the joints of the log of what is left, without one stretch; -1: of all.
+Eigen::ArrayXd pooled(const std::vector<Eigen::ArrayXXd>& curves, int without) {
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(curves.front().rows());
+  for (const Eigen::ArrayXXd& joint : curves) {
+    Eigen::ArrayXd total = joint.rowwise().sum();
+    if (without >= 0) total -= joint.col(without);
+    sum += total.log();
+  }
+  return sum / static_cast<double>(curves.size());
+}
+
+// Standard error of a number that is computed without one stretch at a time, by the jackknife.
+template <class Number>
+double jackknife(const Number& without) {
+  double sum = 0, squares = 0;
+  for (int fold = 0; fold < kFolds; ++fold) {
+    const double x = without(fold);
+    sum += x;
+    squares += x * x;
+  }
+  const double mean = sum / kFolds;
+  return std::sqrt((kFolds - 1) * std::max(0.0, squares / kFolds - mean * mean));
+}
+
+// Adds what regressions of T (rows, delays) on X leave.
+void add_joint(Eigen::MatrixXd X, const Eigen::MatrixXd& T, DelayCurves& curves) {
+  constexpr double kRidge = 1e-6;  // of columns of unit length: what the rest of a log leaves open
+  const Eigen::VectorXd size = X.colwise().norm().transpose().cwiseMax(1e-300);
+  X = (X * size.cwiseInverse().asDiagonal()).eval();
+  Eigen::MatrixXd H = X.transpose() * X;
+  H.diagonal().array() += kRidge;
+  const Eigen::MatrixXd G = X.transpose() * T;
+  const Eigen::MatrixXd of_all = H.ldlt().solve(G);
+  Eigen::ArrayXXd fitted(T.cols(), kFolds), held_out(T.cols(), kFolds);
+  for (int fold = 0; fold < kFolds; ++fold) {
+    const Eigen::Index begin = X.rows() * fold / kFolds,
+                       count = X.rows() * (fold + 1) / kFolds - begin;
+    const Eigen::MatrixXd Xf = X.middleRows(begin, count), Tf = T.middleRows(begin, count);
+    const Eigen::MatrixXd others = H - Xf.transpose() * Xf;
+    const Eigen::MatrixXd of_others = others.ldlt().solve(Eigen::MatrixXd(G - Xf.transpose() * Tf));
+    const auto squares = [&](const Eigen::MatrixXd& x) {
+      const Eigen::MatrixXd left = Tf - Xf * x;
+      return Eigen::ArrayXd(
+          (left.colwise().squaredNorm() + 1e-12 * Tf.colwise().squaredNorm()).transpose().array());
+    };
+    fitted.col(fold) = squares(of_all);
+    held_out.col(fold) = squares(of_others);
+  }
+  if (!fitted.allFinite() || !held_out.allFinite() || !(fitted.rowwise().sum() > 0).all()) return;
+  curves.fitted.push_back(fitted);
+  curves.held_out.push_back(held_out);
+}
 
 /// Lowest point of a curve over a grid, by a parabola through it and its neighbours.
 /// @return in steps of the grid; nothing at an end of it
@@ -88,24 +132,18 @@ DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& rob
                          const Motion& motion, const Sight& sight) {
   constexpr double kStep = 0.002, kFinest = 0.5;  // [s], [samples]
   const std::vector<int> columns = dynamics::base_parameters(robot).columns;
-  DelayCurves curves{kEarliest / d.dt(), std::max(kStep / d.dt(), kFinest), {}};
+  DelayCurves curves{kEarliest / d.dt(), std::max(kStep / d.dt(), kFinest), {}, {}};
   const int steps = static_cast<int>((kLatest - kEarliest) / d.dt() / curves.step) + 1;
   for (int j = 0; j < d.n(); ++j) {
     const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
     const Eigen::MatrixXd X = regressors(robot, sight, j, columns, rows);
     if (X.rows() < 3 * X.cols()) continue;
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(X);
-    const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(X.rows(), qr.rank());
-    Eigen::ArrayXXd rest = Eigen::ArrayXXd::Zero(steps, DelayCurves::kBlocks);
-    Eigen::VectorXd tau(X.rows());
+    Eigen::MatrixXd T(X.rows(), steps);
     for (int i = 0; i < steps; ++i) {
       const Eigen::VectorXd all = motion.torque(j, curves.delay_of(i));
-      for (Eigen::Index r = 0; r < X.rows(); ++r) tau[r] = all[rows[static_cast<std::size_t>(r)]];
-      const Eigen::VectorXd left = tau - Q * (Q.transpose() * tau);
-      for (Eigen::Index r = 0; r < X.rows(); ++r)
-        rest(i, r * DelayCurves::kBlocks / X.rows()) += left[r] * left[r] + 1e-12 * tau[r] * tau[r];
+      for (Eigen::Index r = 0; r < X.rows(); ++r) T(r, i) = all[rows[static_cast<std::size_t>(r)]];
     }
-    if (rest.allFinite() && (rest.rowwise().sum() > 0).all()) curves.rest.push_back(rest);
+    add_joint(X, T, curves);
   }
   return curves;
 }
@@ -116,47 +154,48 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
                  const Sight& sight, Findings& findings) {
   // A torque held from t_k on lags by 0, one measured at t_k seems to lag by half a sample.
   constexpr double kNone = 0.5;
-  constexpr double kSmallest = 0.5;  // [samples] beyond that: worth a word
-  constexpr double kCertain = 3;     // standard errors
-  constexpr double kEarly = 0.01;    // [s] by which the torque of an elastic gear may lead
-  constexpr double kClear = 0.035;   // log of the factor of the residuals' variance
+  // beyond that, worth a word: in samples, and in seconds by which friction shifts the estimate
+  constexpr double kSmallest = 0.5, kFriction = 0.002;
+  constexpr double kCertain = 3;    // standard errors
+  constexpr double kBetter = 1;     // standard errors of what held-out stretches gain
+  constexpr double kEarly = 0.01;   // [s] by which the torque of an elastic gear may lead
+  constexpr double kClear = 0.035;  // log of the factor of the residuals' variance
   const DelayCurves curves = delay_curves(d, robot, motion, sight);
-  if (curves.rest.empty()) return;
-  const Eigen::ArrayXd pooled = curves.pooled(-1);
-  double undelayed = std::numeric_limits<double>::infinity();
+  if (curves.joints() == 0) return;
+  const Eigen::ArrayXd judged = pooled(curves.held_out, -1);
+  Eigen::Index least_left = 0, undelayed = -1;
+  judged.minCoeff(&least_left);
   for (int i = 0; i < curves.size(); ++i)
-    if (std::abs(curves.delay_of(i) - kNone / 2) <= std::max(kNone / 2, curves.step / 2))
-      undelayed = std::min(undelayed, pooled[i]);
-  const double clear = (undelayed - pooled.minCoeff()) / static_cast<double>(curves.rest.size());
-  if (clear < kClear) return;
+    if (std::abs(curves.delay_of(i) - kNone / 2) <= std::max(kNone / 2, curves.step / 2) &&
+        (undelayed < 0 || judged[i] < judged[undelayed]))
+      undelayed = i;
+  const double gain = judged[undelayed] - judged[least_left];
+  const double gain_error = jackknife([&](int fold) {
+    const Eigen::ArrayXd without = pooled(curves.held_out, fold);
+    return without[undelayed] - without[least_left];
+  });
+  if (gain < std::max(kClear, kBetter * gain_error)) return;
 
   Finding finding{.name = "delay",
                   .signal = "tau",
                   .begin_s = d.t[0],
                   .end_s = d.t[d.length() - 1],
                   .unit = "samples"};
-  const std::optional<double> best = lowest(pooled);
+  const Eigen::ArrayXd left = pooled(curves.fitted, -1);
+  const std::optional<double> best = lowest(left);
   if (!best) {
     finding.name = "delay_unknown";
-    finding.size = 1e3 * (pooled[0] < pooled[pooled.size() - 1] ? kEarliest : kLatest);
+    finding.size = 1e3 * (left[0] < left[left.size() - 1] ? kEarliest : kLatest);
     finding.unit = "ms, the end of the search";
     findings.push_back(finding);
     return;
   }
-  // error by the jackknife over blocks of time
-  double sum = 0, squares = 0;
-  for (int block = 0; block < DelayCurves::kBlocks; ++block) {
-    const double without = lowest(curves.pooled(block)).value_or(*best + curves.size());
-    sum += without - *best;
-    squares += (without - *best) * (without - *best);
-  }
-  const double mean = sum / DelayCurves::kBlocks;
-  const double error =
-      curves.step * std::sqrt((DelayCurves::kBlocks - 1) *
-                              std::max(0.0, squares / DelayCurves::kBlocks - mean * mean));
+  const double error = curves.step * jackknife([&](int fold) {
+                         return lowest(pooled(curves.fitted, fold)).value_or(*best + curves.size());
+                       });
   finding.size = curves.delay_of(*best);
   const double beyond = finding.size - std::clamp(finding.size, 0.0, kNone);
-  const double least = beyond < 0 ? std::max(kSmallest, kEarly / d.dt()) : kSmallest;
+  const double least = std::max(kSmallest, (beyond < 0 ? kEarly : kFriction) / d.dt());
   if (std::abs(beyond) < std::max(least, kCertain * error)) return;
   finding.unit = fmt::format("samples, {:.3g} ms, standard error {:.2g} ms",
                              1e3 * d.dt() * finding.size, 1e3 * d.dt() * error);

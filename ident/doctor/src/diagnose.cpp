@@ -1,9 +1,40 @@
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "checks.hpp"
 #include "fricid/doctor/doctor.hpp"
 
 namespace fricid::doctor {
+namespace {
+
+// Single samples that are missing, and two or three together, taken from straight lines: without
+// them a log of stale packets has no window that is whole.
+void bridge(data::RowMatrix& x) {
+  constexpr Eigen::Index kMost = 3;
+  for (Eigen::Index j = 0; j < x.cols(); ++j)
+    for (Eigen::Index k = 1; k < x.rows(); ++k) {
+      if (std::isfinite(x(k, j)) || !std::isfinite(x(k - 1, j))) continue;
+      Eigen::Index next = k;
+      while (next < x.rows() && !std::isfinite(x(next, j))) ++next;
+      if (next < x.rows() && next - k <= kMost) {
+        const double before = x(k - 1, j);
+        const double slope = (x(next, j) - before) / static_cast<double>(next - k + 1);
+        for (Eigen::Index i = k; i < next; ++i)
+          x(i, j) = before + slope * static_cast<double>(i - k + 1);
+      }
+      k = next;
+    }
+}
+
+// What is no measurement takes no part in a regression.
+void leave_out(data::RowMatrix& x, const Finding& f, const Eigen::VectorXd& t) {
+  for (Eigen::Index k = 0; k < x.rows(); ++k)
+    if (t[k] >= f.begin_s && t[k] <= f.end_s)
+      x(k, f.joint) = std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace
 
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot) {
   Findings findings;
@@ -18,7 +49,11 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
     if (std::any_of(findings.begin(), findings.end(),
                     [&](const Finding& f) { return f.name == name; }))
       mended.emplace_back(name);
-  const data::Dataset even = mended.empty() ? d : repair(d, findings, mended);
+  data::Dataset even = mended.empty() ? d : repair(d, findings, mended);
+  for (data::RowMatrix* x : {&even.q, &even.tau, &even.v}) bridge(*x);
+  for (const Finding& f : findings)
+    if (f.name == "stuck" && f.signal != "v")
+      leave_out(f.signal == "q" ? even.q : even.tau, f, even.t);
   const std::size_t before = findings.size();
   check_dynamics(even, robot, findings);
   std::vector<std::string> misnamed;

@@ -42,6 +42,8 @@ constexpr std::array kKinds{
          "unit = \"deg\" in the contract, or --fix angle_unit", true, true},
     Kind{"torque_unit", kDamage, "all masses and friction are scaled",
          "correct kind, gear_ratio or scale of [torque] in the contract", false, true},
+    Kind{"mount", kDamage, "gravity is the wrong way round: signs and masses seem wrong",
+         "mount of [robot] in the scene; --mount of import and check", false, true},
     Kind{"sign", kDamage, "friction would drive the joint; inertia would be negative",
          "sign in the contract, or --fix sign", true, true},
     Kind{"swapped", kDamage, "two joints are identified as each other",

@@ -1,4 +1,6 @@
 // Columns of a log that are not what they are taken for: signs, swaps and units.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -18,8 +20,9 @@ constexpr double kDegree = std::numbers::pi / 180;
 // Log of the factor by which the unexplained variances of all joints must fall, in sum, before a
 // hypothesis is believed; a nominal model is some 20 % wrong and keeps no wrong one below it.
 constexpr double kBelief = 1.6;
-constexpr double kWorse = 0.4;  // log of the factor by which one joint may become worse
-constexpr int kMistakes = 4;    // found one after the other
+constexpr double kUnderstood = 0.3;  // mean share unexplained where another mount is believed
+constexpr double kWorse = 0.4;       // log of the factor by which one joint may become worse
+constexpr int kMistakes = 4;         // found one after the other
 // Factors of the nominal torques that are no modelling error: of most joints alike, and of one,
 // whose light link may be anything in a file.
 constexpr double kFarOff = 8, kFarOffAlone = 30;
@@ -257,29 +260,103 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
   findings.insert(findings.end(), found.begin(), found.end());
 }
 
-void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
-                   Sight& sight, Findings& findings) {
+namespace {
+
+/// The mistakes believed in, one after the other, under one direction of gravity.
+struct Account {
+  Sight sight;  ///< with the mistakes undone
+  std::vector<Explained> explained;
+  Findings mistakes;
+
+  double unexplained() const {
+    double sum = 0;
+    for (const Explained& e : explained) sum += e.unexplained;
+    return sum / static_cast<double>(explained.size());
+  }
+  /// Log of what is left unexplained, a mistake counting as much as it must gain.
+  double cost() const {
+    double sum = kBelief * static_cast<double>(mistakes.size());
+    for (const Explained& e : explained) sum += std::log(e.unexplained);
+    return sum;
+  }
+};
+
+Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
+                    const Sight& sight) {
   Judge judge(robot, d.n());
   const std::vector<Hypothesis> all = hypotheses(robot != nullptr, d.n());
-  std::vector<Explained> now = judge.explain(sight);
+  Account account{sight, judge.explain(sight), {}};
   for (int mistake = 0; mistake < kMistakes; ++mistake) {
     double best = kBelief;
     const Hypothesis* believed = nullptr;
     std::vector<Explained> then;
     for (const Hypothesis& h : all) {
-      const std::vector<Explained> after = judge.explain(h.undone(sight));
-      const double gained = gain(now, after);
+      const std::vector<Explained> after = judge.explain(h.undone(account.sight));
+      const double gained = gain(account.explained, after);
       if (gained <= best) continue;
       best = gained;
       believed = &h;
       then = after;
     }
     if (!believed) break;
-    sight = believed->undone(std::move(sight));
-    now = then;
-    findings.push_back(
+    account.sight = believed->undone(std::move(account.sight));
+    account.explained = then;
+    account.mistakes.push_back(
         describe(d, motion, *believed, std::exp(best), "times less unexplained if undone"));
   }
+  return account;
+}
+
+/// The robot on its head or on a side, whichever explains most of the torque as it stands; nothing
+/// where that is the mount as it is stated.
+std::optional<dynamics::RobotModel> better_mount(const dynamics::RobotModel& robot,
+                                                 const Sight& sight) {
+  const Eigen::Vector3d g = robot.gravity;
+  std::vector<Eigen::Vector3d> gravities{g, -g};
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d side = g.cross(Eigen::Vector3d::Unit(axis));
+    if (side.norm() < 0.5 * g.norm()) continue;
+    gravities.emplace_back(side.normalized() * g.norm());
+    gravities.emplace_back(-gravities.back());
+  }
+  const auto unexplained = [&](const Eigen::Vector3d& gravity) {
+    dynamics::RobotModel turned = robot;
+    turned.gravity = gravity;
+    double sum = 0;
+    for (const Explained& e : Judge(&turned, robot.n()).explain(sight))
+      sum += std::log(e.unexplained);
+    return sum;
+  };
+  const auto best = std::ranges::min_element(gravities, {}, unexplained);
+  if (best == gravities.begin()) return {};
+  dynamics::RobotModel turned = robot;
+  turned.gravity = *best;
+  return turned;
+}
+
+}  // namespace
+
+void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
+                   Sight& sight, Findings& findings) {
+  Account best = account_for(d, robot, motion, sight);
+  std::optional<Finding> mount;
+  if (const auto turned = robot ? better_mount(*robot, sight) : std::nullopt) {
+    Account other = account_for(d, &*turned, motion, sight);
+    const double gained = best.cost() - other.cost();
+    if (gained > kBelief && other.unexplained() < kUnderstood) {
+      best = std::move(other);
+      const Eigen::Vector3d up = -turned->gravity.normalized();
+      mount = describe(d, motion, {"mount", false, true}, std::exp(gained), "");
+      mount->joint = -1;
+      mount->unit =
+          fmt::format("times less unexplained where ({:.2g} {:.2g} {:.2g}) of the base is up",
+                      up[0], up[1], up[2]);
+    }
+  }
+  if (mount) findings.push_back(*mount);
+  sight = std::move(best.sight);
+  const std::vector<Explained>& now = best.explained;
+  findings.insert(findings.end(), best.mistakes.begin(), best.mistakes.end());
   if (!robot) return;
   const auto tells = [](const Explained& e) {
     return e.scale > 0 && e.unexplained <= 0.5 && e.friction_only >= 3 * e.unexplained;

@@ -30,11 +30,13 @@ Sight see(const data::Dataset& d, const dynamics::RobotModel* robot, const Motio
 /// Appends angle_unit where positions are in degrees, and takes them for radians in `sight`.
 void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
                   Sight& sight, Findings& findings);
-/// Appends sign and swapped, one after the other, each undone in `sight`; then torque_unit.
+/// Appends mount, where another direction of gravity explains far more; sign and swapped, one after
+/// the other, each undone in `sight`; then torque_unit.
 void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
                    Sight& sight, Findings& findings);
 /// Appends delay or delay_unknown: the delay of the torque at which regressions on rigid body and
-/// friction of all joints explain most.
+/// friction of all joints explain most. It is reported where it also betters what regressions explain
+/// of stretches that they were not fitted to, by more than the standard error of that.
 void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, const Motion& motion,
                  const Sight& sight, Findings& findings);
 

@@ -106,15 +106,20 @@ bool joint_moves(const Channel& c, int first, int last) {
   return high - low > kLeap * q.range();
 }
 
-// Whether a position that stays at one value over [first, last] was cut off there: it leaps when it
-// comes back, or ended at full speed. A joint that comes to rest slows down and starts gently.
-bool is_cut_off(const Channel& c, int first, int last) {
-  if (last + 1 < c.length()) return std::abs(c[last + 1] - c[last]) > kLeap * c.range();
+// Whether a position that stays at one value over [first, last] got there at full speed. A joint
+// that comes to rest slows down.
+bool ends_fast(const Channel& c, int first, int last) {
   if (first <= kApproach + kFinish) return false;
   const auto speed = [&](int from, int to) { return std::abs(c[to] - c[from]) / (to - from); };
   const double finish = speed(first - kFinish, first);
   const double approach = speed(first - kFinish - kApproach, first - kFinish);
   return finish > kStillFast * approach && finish * (last - first) > kLeap * c.range();
+}
+
+// Whether it was cut off there: it leaps when it comes back, or ended at full speed.
+bool is_cut_off(const Channel& c, int first, int last) {
+  if (last + 1 < c.length()) return std::abs(c[last + 1] - c[last]) > kLeap * c.range();
+  return ends_fast(c, first, last);
 }
 
 // The longest run of one value that is no measurement: noise never stands still, unless the joint
@@ -142,33 +147,43 @@ bool check_still(const Channel& c, Findings& findings) {
   return true;
 }
 
-// Many samples at the very extreme and few just below: an amplifier or a number at its end. A run
-// that ends in a leap is a channel that stuck there.
+// Many samples at the very extreme and few just below: an amplifier or a number at its end. A
+// single run that ends in a leap is a channel that stuck there; a joint that rests keeps its
+// torque.
 void check_saturation(const Channel& c, Findings& findings) {
   const double width = 0.01 * c.range();
+  const bool is_position = c.signal == std::string_view("q");
   for (const double sign : {1.0, -1.0}) {
     const double extreme = sign > 0 ? c.high : c.low;
-    int at = 0, near = 0, first = -1, last = 0, run = 0, longest = 0;
+    const auto is_top = [&](int k) { return sign * (extreme - c[k]) <= 1e-9 * c.range(); };
+    int at = 0, near = 0, first = -1, last = 0, longest = 0, plateaus = 0;
+    bool leaps = false;
     for (int k = 0; k < c.length(); ++k) {
-      const double below = sign * (extreme - c[k]);
-      const bool top = below <= 1e-9 * c.range();
-      if (!top && run > kPlateau && below > kLeap * c.range()) {
-        at = 0;
-        break;
+      if (!is_top(k)) {
+        if (sign * (extreme - c[k]) < width) ++near;
+        continue;
       }
-      run = top ? run + 1 : 0;
-      longest = std::max(longest, run);
-      if (top) {
-        ++at;
+      int end = k;  // of the run
+      while (end + 1 < c.length() && is_top(end + 1)) ++end;
+      const int run = end - k + 1;
+      const bool rests =
+          run * c.d.dt() > kStuck && !(is_position ? ends_fast(c, k, end) : joint_moves(c, k, end));
+      if (run > kPlateau) {
+        ++plateaus;
+        leaps =
+            leaps || (end + 1 < c.length() && sign * (extreme - c[end + 1]) > kLeap * c.range());
+      }
+      if (!rests) {
+        at += run;
+        longest = std::max(longest, run);
         if (first < 0) first = k;
-        last = k;
-      } else if (below < width) {
-        ++near;
+        last = end;
       }
+      k = end;
     }
-    if (longest < kPlateau || at < kCrowding * near) continue;
+    if (longest < kPlateau || at < kCrowding * near || (leaps && plateaus == 1)) continue;
     Finding finding = c.finding("saturated", first, last, extreme, "");
-    finding.unit = c.signal == std::string_view("q") ? "rad" : "N m";
+    finding.unit = is_position ? "rad" : "N m";
     finding.count = at;
     findings.push_back(finding);
   }
@@ -179,7 +194,7 @@ void check_spikes(const Channel& c, Findings& findings) {
   std::vector<double> bends;
   for (int k = 1; k + 1 < c.length(); ++k) {
     const double bend = std::abs(c[k] - (c[k - 1] + c[k + 1]) / 2);
-    if (std::isfinite(bend)) bends.push_back(bend);
+    if (bend > 0) bends.push_back(bend);  // not where a limit holds the signal
   }
   const double sigma = std::max(1.48 * median(bends), 1e-6 * c.range());
   Finding spike = c.finding("spike", 0, 0, 0, c.signal == std::string_view("q") ? "rad" : "N m");

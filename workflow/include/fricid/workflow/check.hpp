@@ -12,6 +12,7 @@
 #include "fricid/dynamics/robot_model.hpp"
 #include "fricid/estimate/options/rigid_body.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
+#include "fricid/scene/robot.hpp"
 #include "fricid/sim/options.hpp"
 
 namespace fricid::workflow {
@@ -26,14 +27,17 @@ struct Subject {
 
 /// The existing training and validation data of a run folder. @throws UserError
 Subject subject_of_run(const std::filesystem::path& folder);
-/// A data set (HDF5), or a log by its contract. @param robot  URDF; empty: none
-/// @throws UserError
+/// The robot of a log.
+struct RobotOfLog {
+  std::filesystem::path urdf;  ///< empty: none
+  scene::Mount mount = scene::Mount::kFloor;
+};
+/// A data set (HDF5), or a log by its contract. @throws UserError
 Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::path& contract,
-                       const std::filesystem::path& robot);
+                       const RobotOfLog& robot);
 
-/// The robot of a URDF, mounted on the floor; nothing for an empty path.
-/// @throws UserError when its joints are not those of the log
-std::optional<dynamics::RobotModel> robot_of_log(const std::filesystem::path& urdf,
+/// Nothing for an empty path. @throws UserError when its joints are not those of the log
+std::optional<dynamics::RobotModel> robot_of_log(const RobotOfLog& robot,
                                                  const std::vector<std::string>& joints);
 
 struct CheckReport {

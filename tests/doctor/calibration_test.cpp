@@ -1,0 +1,62 @@
+// A small version of the table of docs/doctor.md: damage put into three logs at random.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "doctor/injected.hpp"
+
+namespace fricid::doctor {
+namespace {
+
+constexpr int kEvery = 4;  // of 1 kHz
+
+TEST(DoctorCalibration, FindsDamageOfEveryKindAndNoneWhereThereIsNone) {
+  int damaged = 0, found = 0, others = 0;
+  for (const int arm : {1, 6, 13}) {
+    const CleanLog clean = simulate_log(arm);
+    for (std::size_t kind = 0; kind < injections().size(); ++kind) {
+      const Injection& injection = injections()[kind];
+      SCOPED_TRACE(clean.what + ": " + injection.what);
+      data::Dataset d = decimated(clean.data, kEvery);
+      dynamics::RobotModel robot = clean.robot;
+      Rng rng(29, 100 * static_cast<std::uint64_t>(arm) + kind);
+      Injected truth = injection.apply(d, robot, rng);
+      if (truth.name == "delay") truth.samples += 0.5 * (1 - 1. / kEvery);
+      const Judged judged = judge(d, robot, truth);
+      if (injection.harmless) {
+        EXPECT_EQ(judged.said, "");
+        continue;
+      }
+      ++damaged;
+      found += judged.found;
+      others += judged.others > 0;
+      if (!judged.found || judged.others > 0)
+        fmt::print("{}: {}:\n{}", clean.what, injection.what, judged.said);
+      if (truth.name == "delay" && judged.found) {
+        EXPECT_LT(std::abs(judged.delay_error), 0.75);
+      }
+    }
+  }
+  EXPECT_EQ(damaged, 3 * 26);
+  EXPECT_GE(found, 74);  // 95 %
+  EXPECT_LE(others, 4);
+}
+
+// A robot that is said to stand while it hangs: gravity then hides a turned torque of joint_a2.
+TEST(DoctorCalibration, AWrongMountHidesNoSign) {
+  const CleanLog hanging = simulate_log(9);
+  data::Dataset d = decimated(hanging.data, kEvery);
+  dynamics::RobotModel standing = hanging.robot;
+  standing.gravity *= -1;
+  EXPECT_TRUE(judge(d, standing, {"mount"}).found);
+  EXPECT_EQ(judge(d, standing, {"mount"}).others, 0);
+  d.tau.col(1) *= -1;
+  EXPECT_TRUE(judge(d, standing, {"mount"}).found);
+  EXPECT_TRUE(judge(d, standing, {"sign", 1}).found);
+  EXPECT_TRUE(judge(d, hanging.robot, {"sign", 1}).found);
+  EXPECT_EQ(judge(d, hanging.robot, {"sign", 1}).others, 0);
+}
+
+}  // namespace
+}  // namespace fricid::doctor
