@@ -57,6 +57,7 @@ ArmCoordinates::ArmCoordinates(const Arm& arm, const CoordinateOptions& options)
                 : limit;
     add({p, false, info.scale == friction::Scale::kLog, size}, value, lowest, highest,
         rates[static_cast<std::size_t>(p)]);
+    friction_.push_back(static_cast<std::size_t>(p));
   }
   const dynamics::RobotModel& robot = arm.robot;
   const int n = robot.n();

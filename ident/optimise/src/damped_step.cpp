@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include "fricid/base/progress.hpp"
 
 namespace fricid::optimise {
@@ -30,7 +28,7 @@ Eigen::VectorXd step_from(const Quadratic& here, const Box& box, const DampingOp
     else
       H(i, i) = H(i, i) * (1 + lambda) + options.ridge;
   }
-  const Eigen::VectorXd step = -H.ldlt().solve(g);
+  const Eigen::VectorXd step = -solve_arrow(H, g, here.blocks);
   return box.clamp(c + step.cwiseMax(-options.longest).cwiseMin(options.longest));
 }
 

@@ -10,6 +10,7 @@
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/dynamics/algorithms.hpp"
+#include "fricid/friction/tangent.hpp"
 #include "fricid/optimise/damped_step.hpp"
 #include "friction/friction_search.hpp"
 #include "friction/ripple_search.hpp"
@@ -57,13 +58,18 @@ Eigen::VectorXd friction_rows(const ArmTorqueData::Joint& joint, const friction:
 }
 
 /// d F[f] / d theta_p at the rows that count, for the parameters `wanted` of one joint, by forward
-/// differences of `step` each, one parameter per lane.
+/// differences, one parameter per lane. @param slope  dtheta_p/dc: size of a change
 Eigen::MatrixXd friction_jacobian(const ArmTorqueData::Joint& joint,
                                   const friction::RobotFriction& one, std::span<const double> theta,
                                   const std::vector<std::size_t>& wanted,
-                                  const std::vector<double>& step) {
+                                  const Eigen::VectorXd& slope) {
   constexpr std::size_t kColumns = kLanes - 1;  // lane 0 holds theta itself
-  Eigen::MatrixXd J(joint.tau.size(), static_cast<Eigen::Index>(wanted.size()));
+  Eigen::MatrixXd J(joint.tau.size(), std::ssize(wanted));
+  std::vector<double> step;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const double h = kDifference * slope[static_cast<Eigen::Index>(i)];
+    step.push_back(theta[wanted[i]] + h < one.parameters()[wanted[i]].info.upper ? h : -h);
+  }
   std::vector<PackD> lanes, out, work;
   for (std::size_t first = 0; first < wanted.size(); first += kColumns) {
     const std::size_t count = std::min(kColumns, wanted.size() - first);
@@ -123,67 +129,56 @@ class Problem {
   optimise::Quadratic linearise(const Eigen::VectorXd& c, double known) {
     point_.move_to(c);
     const Arm& arm = point_.arm();
-    const Eigen::Index p = arm.robot.pi.size(),
-                       m = static_cast<Eigen::Index>(arm.friction.theta.size());
+    const ArmCoordinates& coordinates = point_.coordinates();
+    const Eigen::Index p = arm.robot.pi.size(), all = coordinates.size(),
+                       of_friction = std::ssize(coordinates.friction()), rest = all - of_friction;
+    const Eigen::MatrixXd by_c = point_.jacobian();
+    const Eigen::MatrixXd G = by_c.topRightCorner(p, rest);  // dpi / d(the rest)
     struct Part {
-      Eigen::MatrixXd tt, pt;
-      Eigen::VectorXd t, p;
-      std::vector<std::size_t> wanted;
+      optimise::Block block;
+      Eigen::MatrixXd D, B;
+      Eigen::VectorXd g, g_pi;
       double square = 0;
     };
     std::vector<Part> parts(models_.size());
-    const Eigen::MatrixXd J = point_.jacobian();
     parallel_for(data_.n(), jobs_, [&](int j) {
       const auto i = static_cast<std::size_t>(j);
-      const JointModel& model = models_[i];
       const ArmTorqueData::Joint& joint = data_.joint(j);
       Part& part = parts[i];
-      std::vector<double> step;
-      for (std::size_t k = 0; k < model.size; ++k) {
-        const auto row = p + static_cast<Eigen::Index>(model.begin + k);
-        const double slope = J.row(row).cwiseAbs().maxCoeff();
-        if (slope == 0) continue;
-        part.wanted.push_back(k);
-        const double theta = arm.friction.theta[model.begin + k], h = kDifference * slope;
-        step.push_back(theta + h < model.one.parameters()[k].info.upper ? h : -h);
-      }
-      const std::span<const double> theta =
-          std::span(arm.friction.theta).subspan(model.begin, model.size);
-      const Eigen::MatrixXd Jt = friction_jacobian(joint, model.one, theta, part.wanted, step);
-      const Eigen::VectorXd e = data_.residual(arm, j);
+      part.block = block_of(models_[i]);
       const double w = 1 / (sigma_[j] * sigma_[j]);
-      part.tt = w * Jt.transpose() * Jt;
-      part.pt = w * joint.Y.transpose() * Jt;
-      part.t = w * Jt.transpose() * e;
-      part.p = w * joint.Y.transpose() * e;
+      // columns by coordinate: of theta_p, times dtheta_p/dc
+      JointFrictionData::Linear at = friction_rows_and_slopes(joint, models_[i], part.block, by_c);
+      const Eigen::VectorXd e = joint.Y * arm.robot.pi + at.f - joint.tau;
+      part.D.noalias() = w * at.J.transpose() * at.J;
+      part.B.noalias() = w * (joint.Y.transpose() * at.J);
+      part.g.noalias() = w * at.J.transpose() * e;
+      part.g_pi.noalias() = w * joint.Y.transpose() * e;
       part.square = w * e.squaredNorm();
     });
 
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(p + m, p + m);
-    Eigen::VectorXd g = Eigen::VectorXd::Zero(p + m);
+    Eigen::MatrixXd R = precision_;
     const Eigen::VectorXd d = arm.robot.pi - centre_;
-    H.topLeftCorner(p, p) = precision_;
-    g.head(p) = precision_ * d;
-    double value = d.dot(precision_ * d);
+    Eigen::VectorXd g_pi = precision_ * d;
+    optimise::Quadratic out{d.dot(g_pi), Eigen::VectorXd(all), Eigen::MatrixXd::Zero(all, all), {}};
     for (int j = 0; j < data_.n(); ++j) {
-      const auto i = static_cast<std::size_t>(j);
-      const Part& part = parts[i];
-      H.topLeftCorner(p, p) += data_.joint(j).YY / (sigma_[j] * sigma_[j]);
-      g.head(p) += part.p;
-      value += part.square;
-      for (std::size_t a = 0; a < part.wanted.size(); ++a) {
-        const auto at = p + static_cast<Eigen::Index>(models_[i].begin + part.wanted[a]);
-        const auto column = static_cast<Eigen::Index>(a);
-        g[at] += part.t[column];
-        H.block(0, at, p, 1) = part.pt.col(column);
-        H.block(at, 0, 1, p) = part.pt.col(column).transpose();
-        for (std::size_t b = 0; b < part.wanted.size(); ++b)
-          H(at, p + static_cast<Eigen::Index>(models_[i].begin + part.wanted[b])) =
-              part.tt(column, static_cast<Eigen::Index>(b));
-      }
+      const Part& part = parts[static_cast<std::size_t>(j)];
+      const auto [begin, size] = part.block;
+      R += data_.joint(j).YY / (sigma_[j] * sigma_[j]);
+      g_pi += part.g_pi;
+      out.value += part.square;
+      out.blocks.push_back(part.block);
+      out.g.segment(begin, size) = part.g;
+      out.H.block(begin, begin, size, size) = part.D;
+      out.H.block(of_friction, begin, rest, size).noalias() = G.transpose() * part.B;
+      out.H.block(begin, of_friction, size, rest) =
+          out.H.block(of_friction, begin, rest, size).transpose();
     }
+    out.g.tail(rest).noalias() = G.transpose() * g_pi;
+    out.H.bottomRightCorner(rest, rest).noalias() = G.transpose() * R * G;
     // the objective is value + 2 g'dx + dx'H dx; its quadratic is half of that
-    return {std::isnan(known) ? value : known, J.transpose() * g, J.transpose() * H * J};
+    if (!std::isnan(known)) out.value = known;
+    return out;
   }
 
  private:
@@ -192,6 +187,39 @@ class Problem {
     if (options.rigid_body.prior.use) return prior_precision(robot, options.rigid_body);
     const Eigen::MatrixXd pull = weak_pull(robot, options.rigid_body.guesses);
     return pull.transpose() * pull;
+  }
+
+  /// Coordinates of one joint's friction.
+  optimise::Block block_of(const JointModel& model) const {
+    const std::vector<std::size_t>& theta = point_.coordinates().friction();
+    const auto first = std::ranges::lower_bound(theta, model.begin);
+    const auto last = std::ranges::lower_bound(theta, model.begin + model.size);
+    return {first - theta.begin(), last - first};
+  }
+
+  /// F[f] and its derivatives by the coordinates of a joint's friction.
+  JointFrictionData::Linear friction_rows_and_slopes(const ArmTorqueData::Joint& joint,
+                                                     const JointModel& model,
+                                                     const optimise::Block& block,
+                                                     const Eigen::MatrixXd& by_c) const {
+    const Arm& arm = point_.arm();
+    const std::span<const double> theta =
+        std::span(arm.friction.theta).subspan(model.begin, model.size);
+    std::vector<std::size_t> wanted;
+    Eigen::VectorXd slope(block.size);
+    for (Eigen::Index k = 0; k < block.size; ++k) {
+      const std::size_t p =
+          point_.coordinates().friction()[static_cast<std::size_t>(block.begin + k)];
+      wanted.push_back(p - model.begin);
+      slope[k] = by_c(arm.robot.pi.size() + static_cast<Eigen::Index>(p), block.begin + k);
+    }
+    JointFrictionData::Linear at =
+        friction::Tangent::is_known(model.one)
+            ? joint.friction.linearise(model.one, theta, wanted, joint.row)
+            : JointFrictionData::Linear{friction_rows(joint, model.one, theta),
+                                        friction_jacobian(joint, model.one, theta, wanted, slope)};
+    at.J *= slope.asDiagonal();
+    return at;
   }
 
   const ArmTorqueData& data_;
@@ -220,7 +248,7 @@ Eigen::VectorXd with_zeros(const optimise::Quadratic& at, const Eigen::VectorXd&
     H(i, i) = 1;
     g[i] = zero[static_cast<std::size_t>(i)] ? c[i] : 0;
   }
-  return c - H.ldlt().solve(g).cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
+  return c - optimise::solve_arrow(H, g, at.blocks).cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
 }
 
 }  // namespace

@@ -37,6 +37,8 @@ class ArmCoordinates {
   const Eigen::VectorXd& start() const { return start_; }
   const Eigen::VectorXd& rate() const { return rate_; }  ///< step length of each coordinate [1]
   const optimise::Box& box() const { return box_; }
+  /// Index in theta of each coordinate of friction. They come first, in the order of theta.
+  const std::vector<std::size_t>& friction() const { return friction_; }
 
   /// Parameters at c.
   void apply(const Eigen::VectorXd& c, Arm& arm) const;
@@ -56,6 +58,7 @@ class ArmCoordinates {
     double scale;
   };
   std::vector<Scalar> scalars_;  // coordinates 0 .. scalars_.size() - 1; then ten per link
+  std::vector<std::size_t> friction_;
   int links_ = 0;
   Eigen::VectorXd start_, rate_;
   optimise::Box box_;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <functional>
 
+#include "fricid/optimise/arrow.hpp"
 #include "fricid/optimise/box.hpp"
 #include "fricid/optimise/minimum.hpp"
 
@@ -16,6 +17,7 @@ struct Quadratic {
   double value = 0;
   Eigen::VectorXd g;
   Eigen::MatrixXd H;
+  std::vector<Block> blocks{};  ///< of H, see `solve_arrow`; none: it is full
 };
 
 struct DampingOptions {

@@ -65,6 +65,18 @@ class JointFrictionData {
   void residual(const friction::RobotFriction& friction, std::span<const PackD> theta, int sequence,
                 std::vector<PackD>& out, std::vector<PackD>& work) const;
 
+  /// F[f] and its derivatives at chosen samples.
+  struct Linear {
+    Eigen::VectorXd f;  ///< (rows) [N m]
+    Eigen::MatrixXd J;  ///< (rows x wanted) dF[f] / dtheta_p
+  };
+  /// At the samples row[s] of every sequence, by sensitivities carried forward with the state.
+  /// @param wanted  indices in theta
+  /// @pre friction::Tangent::is_known(friction)
+  Linear linearise(const friction::RobotFriction& friction, std::span<const double> theta,
+                   std::span<const std::size_t> wanted,
+                   std::span<const std::vector<int>> row) const;
+
   /// The ripple that explains most of what F[f] leaves: by linear regression (amplitudes enter
   /// linearly as long as they are small) at the orders that a correlation of f with what is left
   /// finds promising. F is symmetric, so <e, F[f sin nq]> = <F[e], f sin nq>; the size of

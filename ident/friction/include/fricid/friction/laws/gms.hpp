@@ -120,6 +120,58 @@ class Gms {
                             theta_bar[kFc], theta_bar[kFs], theta_bar[kVs], in_bar.v);
   }
 
+  /// dF_i/dtheta has six entries per element: k_i, alpha_i with sum alpha held, C, Fc, Fs, vs. That
+  /// by sum alpha follows, since only ratios count.
+  constexpr int tangent_size() const { return kTangents * n_; }
+
+  template <class S>
+  void step_tangent(const S* theta, const Input<S>& in, double dt, const S* F, S* T) const {
+    const Held<S> h = held(theta, in.v, dt);
+    // ds/d(Fc, Fs, vs) and the fall by s and by C
+    const S r = in.v / theta[kVs];
+    const S by_Fc = S(1) - h.s.e, by_Fs = h.s.e;
+    const S by_vs = (theta[kFs] - theta[kFc]) * h.s.e * S(2) * r * r / theta[kVs];
+    const S fall_by_C = (S(1) - h.fall) * S(dt) / h.s.value;
+    const S fall_by_s = -fall_by_C * theta[kC] / h.s.value;
+    const S cap_by_s = S(1) / h.alpha_sum;
+    for (int i = 0; i < n_; ++i, T += kTangents) {
+      const S c = theta[alpha(i)] * h.cap_per_alpha;
+      const S u = h.direction * F[i];
+      const auto slips = u >= c;
+      const auto keeps = h.stuck | (u + theta[k(i)] * h.travel < c);
+      // F' = keep F + d (by_cap c + by_fall fall + by_k k) to first order
+      const S keep = select(keeps, S(1), select(slips, S(1) - h.fall, S(0)));
+      const S by_cap = select(keeps, S(0), select(slips, h.direction * h.fall, h.direction));
+      const S by_fall = select(keeps | !slips, S(0), h.direction * (c - u));
+      const S by_k = select(keeps & !h.stuck, h.direction * h.travel, S(0));
+      const S by_s = by_cap * theta[alpha(i)] * cap_by_s + by_fall * fall_by_s;
+      T[0] = keep * T[0] + by_k;
+      T[1] = keep * T[1] + by_cap * h.cap_per_alpha;
+      T[2] = keep * T[2] + by_fall * fall_by_C;
+      T[3] = keep * T[3] + by_s * by_Fc;
+      T[4] = keep * T[4] + by_s * by_Fs;
+      T[5] = keep * T[5] + by_s * by_vs;
+    }
+  }
+
+  template <class S>
+  void add_tangent(const S* theta, const S* F_bar, const S* T, S* theta_bar) const {
+    S alpha_sum = S(0), moved = S(0);
+    for (int i = 0; i < n_; ++i, T += kTangents) {
+      const S own = F_bar[i] * T[1];
+      theta_bar[k(i)] += F_bar[i] * T[0];
+      theta_bar[alpha(i)] += own;
+      alpha_sum += theta[alpha(i)];
+      moved += theta[alpha(i)] * own;
+      theta_bar[kC] += F_bar[i] * T[2];
+      theta_bar[kFc] += F_bar[i] * T[3];
+      theta_bar[kFs] += F_bar[i] * T[4];
+      theta_bar[kVs] += F_bar[i] * T[5];
+    }
+    const S by_sum = moved / alpha_sum;
+    for (int i = 0; i < n_; ++i) theta_bar[alpha(i)] -= by_sum;
+  }
+
   /// v = 0 returns 0.
   template <class S>
   S steady_torque(const S* theta, const Input<S>& in) const {
@@ -135,6 +187,8 @@ class Gms {
   }
 
  private:
+  static constexpr int kTangents = 6;  // per element
+
   // what all elements share during a step
   template <class S>
   struct Held {
