@@ -28,6 +28,18 @@ TEST(LogCholesky, RoundTrip) {
   }
 }
 
+// A fit that thins a link to a disc ends where the pseudo-inertia is singular to rounding.
+TEST(LogCholesky, RoundTripOfBodiesWithoutThickness) {
+  for (std::uint64_t k = 0; k < 300; ++k) {
+    Vector10 eta = random_eta(k, 1);
+    eta(1 + static_cast<int>(k % 3)) = -25;
+    if (k % 2 == 0) eta(1 + static_cast<int>((k + 1) % 3)) = -40;
+    const Vector10 pi = inertia_from_log_cholesky(eta);
+    const Vector10 again = inertia_from_log_cholesky(log_cholesky_from_inertia(pi));
+    EXPECT_LT((again - pi).norm(), 1e-7 * pi.norm()) << k;
+  }
+}
+
 TEST(LogCholesky, MassAndCentreAreReadOff) {
   // alpha scales all: m = e^(2 alpha); t is the centre of mass
   Vector10 eta = Vector10::Zero();

@@ -103,6 +103,24 @@ TEST(JointFits, HeldOutTorqueJudgesTheParts) {
   EXPECT_EQ(ripple, 3);
 }
 
+// From an arm whose friction is off, windows and torque together find back.
+TEST(JointFits, WindowsBetterAnArmThatIsOff) {
+  const JointFits fits(logs().prepared, logs().windows, 2);
+  const Arm start = fits.start(logs().truth.friction.model.joints()[0]);
+  Arm off = fits.on_torque(start, JointFits::Rows::kTraining).arm;
+  for (const int j : {0, 2})
+    off.friction.theta[static_cast<std::size_t>(
+        friction::find_parameter(off.friction.model, j, "dahl", "Fc"))] *= 1.03;
+  const Candidate before = fits.judged("off", off, 0), after = fits.on_windows(before, "test");
+  EXPECT_LT(after.held_out, 0.1 * before.held_out);
+  EXPECT_LT(after.torque, before.torque);
+
+  const JointFits one(logs().prepared, logs().windows, 1);
+  const Candidate again = one.on_windows(before, "test");
+  EXPECT_EQ(again.arm.friction.theta, after.arm.friction.theta);
+  EXPECT_EQ(again.arm.robot.pi, after.arm.robot.pi);
+}
+
 TEST(FitModel, LvmTakesTheCandidateWithTheLeastHeldOutError) {
   ModelOptions config;
   config.name = config.law = "lvm";

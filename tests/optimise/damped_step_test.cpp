@@ -119,6 +119,21 @@ TEST(DampedStep, MovesNoCoordinateFurtherThanItMay) {
   EXPECT_NEAR(c[1], 29.7, 1e-12);
 }
 
+TEST(DampedStep, ShortensAStepAsAWholeWhereItKeepsItsDirection) {
+  const Bowl bowl;
+  DampingOptions options;
+  options.keep_direction = true;
+  const Eigen::VectorXd start = Eigen::Vector2d(-30, 10);
+  Eigen::VectorXd c = start;
+  double lambda = 1e-14, value = 0;
+  damped_step(
+      bowl.at(c), wide(2), options, [&](const Eigen::VectorXd& x) { return bowl.value(x); }, lambda,
+      c, value);
+  const Eigen::VectorXd step = c - start, wanted = bowl.wanted - start;
+  EXPECT_NEAR(step.cwiseAbs().maxCoeff(), options.longest, 1e-12);
+  EXPECT_NEAR(step[0] * wanted[1] - step[1] * wanted[0], 0, 1e-9);
+}
+
 // The gradient lies: no step lowers the objective. Everything stays, only lambda has risen.
 TEST(DampedStep, StaysWhereNoStepHelps) {
   const Bowl bowl;

@@ -1,7 +1,7 @@
 #include "fricid/dynamics/physical_inertia.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 namespace fricid::dynamics {
@@ -18,6 +18,19 @@ Matrix4d upper_factor(const Vector10& eta) {
       0, 0, e3, eta(9),             //
       0, 0, 0, 1;
   return std::exp(eta(0)) * U;
+}
+
+/// U upper with J = U U'. A fit may end where J is singular to rounding: pivots are kept at a share
+/// of the diagonal that changes J by no more than rounding does.
+Matrix4d upper_factor_of(const Matrix4d& J) {
+  constexpr double kLeastPivot = 1e-14;
+  Matrix4d U = Matrix4d::Zero();
+  for (int j = 3; j >= 0; --j) {
+    const double pivot = J(j, j) - U.row(j).squaredNorm();
+    U(j, j) = std::sqrt(std::max(pivot, kLeastPivot * std::max(J(j, j), J.trace())));
+    for (int i = 0; i < j; ++i) U(i, j) = (J(i, j) - U.row(i).dot(U.row(j))) / U(j, j);
+  }
+  return U;
 }
 
 }  // namespace
@@ -41,10 +54,7 @@ Vector10 inertia_from_log_cholesky(const Vector10& eta, Eigen::Matrix<double, 10
 }
 
 Vector10 log_cholesky_from_inertia(const Vector10& pi) {
-  // J = U U' with U upper: the ordinary factor of J with rows and columns reversed
-  const Matrix4d reversed = pseudo_inertia(pi).reverse();
-  const Matrix4d L = reversed.llt().matrixL();
-  const Matrix4d U = L.reverse();
+  const Matrix4d U = upper_factor_of(pseudo_inertia(pi));
   const double scale = U(3, 3);
   return Vector10{{std::log(scale), std::log(U(0, 0) / scale), std::log(U(1, 1) / scale),
                    std::log(U(2, 2) / scale), U(0, 1) / scale, U(1, 2) / scale, U(0, 2) / scale,

@@ -4,10 +4,16 @@
 #include <cmath>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/error.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
+namespace {
+
+constexpr double kResolved = 0.5;  // [rad] phase per step of a spring that steps resolve
+
+}  // namespace
 
 std::vector<Window> draw_windows(std::span<const signals::Recording> recordings, const Split& split,
                                  int steps, int count, double from_rest, Rng& rng) {
@@ -37,6 +43,24 @@ Eigen::VectorXd mobility(const dynamics::RobotModel& robot, const signals::Recor
   dynamics::crba<double>(robot, ws, view(robot.pi), {recording.wide.q.row(row).data(), n},
                          {M.data(), n * n});
   return M.inverse().diagonal();
+}
+
+std::vector<double> resolved_stiffness(const Arm& arm, const signals::Recording& recording,
+                                       double dt) {
+  const Eigen::ArrayXd k = std::pow(kResolved / dt, 2) / mobility(arm.robot, recording, 0).array();
+  return {k.begin(), k.end()};
+}
+
+void require_room_for_windows(std::span<const signals::Recording> recordings, const Split& split,
+                              int steps, double window_s) {
+  for (std::size_t i = 0; i < recordings.size(); ++i)
+    if (split.train_end[i] < 2 * steps)
+      throw UserError("{}: {} samples are too few for windows of {} s", recordings[i].log.name,
+                      recordings[i].length(), window_s);
+}
+
+int window_steps(std::span<const signals::Recording> recordings, const MultiStepOptions& options) {
+  return static_cast<int>(std::lround(options.window_s / recordings.front().dt));
 }
 
 }  // namespace fricid::estimate

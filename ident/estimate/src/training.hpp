@@ -20,4 +20,17 @@ std::vector<Window> draw_windows(std::span<const signals::Recording> recordings,
 Eigen::VectorXd mobility(const dynamics::RobotModel& robot, const signals::Recording& recording,
                          int row);
 
+/// (n) stiffness that steps of dt resolve [N m/rad]: sqrt(k/m) dt = 0.5, m = 1/(M^-1)_jj the
+/// inertia that joint j shows while the others are free, at the first sample. Gradients through a
+/// stiffer spring are those of its chatter.
+std::vector<double> resolved_stiffness(const Arm& arm, const signals::Recording& recording,
+                                       double dt);
+
+/// @throws UserError when the training part of a recording is shorter than two windows
+void require_room_for_windows(std::span<const signals::Recording> recordings, const Split& split,
+                              int steps, double window_s);
+
+/// Samples of a window.
+int window_steps(std::span<const signals::Recording> recordings, const MultiStepOptions& options);
+
 }  // namespace fricid::estimate

@@ -29,7 +29,11 @@ Eigen::VectorXd step_from(const Quadratic& here, const Box& box, const DampingOp
       H(i, i) = H(i, i) * (1 + lambda) + options.ridge;
   }
   const Eigen::VectorXd step = -solve_arrow(H, g, here.blocks);
-  return box.clamp(c + step.cwiseMax(-options.longest).cwiseMin(options.longest));
+  if (!options.keep_direction)
+    return box.clamp(c + step.cwiseMax(-options.longest).cwiseMin(options.longest));
+  const double longest = step.cwiseAbs().maxCoeff();
+  const double share = longest > options.longest ? options.longest / longest : 1;
+  return box.clamp(c + share * step);
 }
 
 }  // namespace

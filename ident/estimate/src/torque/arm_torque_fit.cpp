@@ -22,8 +22,12 @@ namespace fricid::estimate {
 namespace {
 
 constexpr int kLanes = kLaneCount<PackD>;
-constexpr double kDifference = 1e-5;     // of the Jacobian, in coordinates
-constexpr double kLongestStep = 0.4;     // of one iteration in any coordinate
+constexpr double kDifference = 1e-5;  // of the Jacobian, in coordinates
+constexpr double kLongestStep = 1;    // of one iteration in any coordinate
+// Pull to where a step starts. Half of the squares counts data: a coordinate moves by its own size
+// for a gain of one datum. Without it a step wanders along what the data leave open, above all
+// where a link's pseudo-inertia is nearly singular and its coordinates hardly act.
+constexpr double kRidge = 1;
 constexpr double kLinearDamping = 1e-6;  // of the linear step of `without_parts`
 constexpr double kSmallestSigma = 1e-9;  // share of the torque: noise-free data stay solvable
 
@@ -253,6 +257,15 @@ Eigen::VectorXd with_zeros(const optimise::Quadratic& at, const Eigen::VectorXd&
 
 }  // namespace
 
+TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
+                       const ArmTorqueOptions& options, int jobs) {
+  const ArmCoordinates coordinates(fitted, options.coordinates);
+  ArmPoint point(coordinates, fitted);
+  point.move_to(point.c());
+  Problem problem(data, point, options, jobs);
+  return {point.c(), problem.linearise(point.c(), std::numeric_limits<double>::quiet_NaN())};
+}
+
 std::vector<Arm> without_parts(const ArmTorqueData& data, const Arm& fitted,
                                const std::vector<std::vector<std::size_t>>& parts,
                                const ArmTorqueOptions& options, int jobs) {
@@ -370,7 +383,8 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
         [&](const Eigen::VectorXd& c) { return problem.value(c); }, coordinates.box(),
         {point.c(), std::numeric_limits<double>::quiet_NaN()},
         {.damping = {.longest = kLongestStep,
-                     .ridge = 1e-9,
+                     .keep_direction = true,
+                     .ridge = kRidge,
                      .attempts = 8,
                      .lessen = 10,
                      .least = 1e-9,

@@ -19,9 +19,6 @@ namespace {
 constexpr std::pair<const char*, int> kRivals[] = {
     {"coulomb_viscous", 0}, {"dahl", 0}, {"lugre", 0}, {"gms", 4}};
 constexpr double kNear = 3;  // times the best held-out error: windows may turn the order round
-// Beside the default, a careful way to train on windows: short steps at the engine's own steps.
-constexpr double kCarefulRate = 0.3;
-constexpr int kCarefulLeap = 1;
 
 bool better(const Candidate& a, const Candidate& b) { return a.held_out < b.held_out; }
 
@@ -114,9 +111,7 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   const std::size_t fitted = found.size();
   if (fits.has_room_for_windows()) {
     for (std::size_t i = 0; i < fitted && found[i].held_out < kNear * found[0].held_out; ++i)
-      found.push_back(fits.on_windows(found[i], report.model.label, 0, 0));
-    found.push_back(fits.on_windows(found[0], report.model.label, kCarefulRate, kCarefulLeap));
-    found.back().name += " (careful)";
+      found.push_back(fits.on_windows(found[i], report.model.label));
   }
 
   const auto best = std::ranges::min_element(found, better);

@@ -196,14 +196,12 @@ Arm carried_over(const Arm& from, Arm to) {
   return to;
 }
 
-Candidate JointFits::on_windows(const Candidate& start, std::string_view label, double rate,
-                                int leap) const {
+Candidate JointFits::on_windows(const Candidate& start, std::string_view label) const {
   MultiStepOptions options = windows_;
   options.limits = sum_limits(start.arm.friction);
-  if (rate > 0) options.rate = rate;
-  if (leap > 0) options.step.leap = leap;
   const MultiStepReport trained =
-      train_multi_step(start.arm, prepared_.recordings, options, label, jobs_);
+      refine_on_windows(start.arm, torque_pull(all_, start.arm, torque_options(start.arm), jobs_),
+                        prepared_.recordings, options, label, jobs_);
   return judged(start.name + ", windows", trained.arm, trained.seconds);
 }
 

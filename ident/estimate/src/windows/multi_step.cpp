@@ -26,7 +26,6 @@ constexpr double kShortRollout = 1;     // [s]
 constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
 constexpr int kRefresh = 20;            // batches whose curvature is taken in at once
 constexpr double kLost = 3;             // times the best held-out error: back to the best
-constexpr double kResolved = 0.5;       // [rad] phase per step of a spring that steps resolve
 constexpr int kMostCoordinates = 8000;  // of Gauss-Newton steps: 256 MB per matrix
 
 /// Loss and gradient of a batch of windows, packs of them in parallel, summed in their order.
@@ -141,15 +140,6 @@ std::vector<double> mean_squares(const Arm& arm, std::span<const signals::Record
   return squares;
 }
 
-/// (n) stiffness that steps of dt resolve [N m/rad]: sqrt(k/m) dt = kResolved, m = 1/(M^-1)_jj the
-/// inertia that joint j shows while the others are free, at the first sample. Gradients through a
-/// stiffer spring are those of its chatter.
-std::vector<double> resolved_stiffness(const Arm& arm, const signals::Recording& recording,
-                                       double dt) {
-  const Eigen::ArrayXd k = std::pow(kResolved / dt, 2) / mobility(arm.robot, recording, 0).array();
-  return {k.begin(), k.end()};
-}
-
 /// What of the options follows from the others.
 struct Steps {
   bool second_order;
@@ -167,11 +157,6 @@ Steps steps_of(const MultiStepOptions& options, int size, std::string_view label
         label, size, kMostCoordinates);
   return {second_order, options.iterations > 0 ? options.iterations : (second_order ? 1000 : 2400),
           options.rate > 0 ? options.rate : (second_order ? 1 : 8e-3)};
-}
-
-/// Samples of a window.
-int window_steps(std::span<const signals::Recording> recordings, const MultiStepOptions& options) {
-  return static_cast<int>(std::lround(options.window_s / recordings.front().dt));
 }
 
 /// What a descent on windows needs, see optimise::descend.
@@ -319,10 +304,7 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const signals::Reco
   const auto begin = std::chrono::steady_clock::now();
   const int steps = window_steps(recordings, options);
   const Split split = split_recordings(recordings, options.hold_out);
-  for (std::size_t i = 0; i < recordings.size(); ++i)
-    if (split.train_end[i] < 2 * steps)
-      throw UserError("{}: {} samples are too few for windows of {} s", recordings[i].log.name,
-                      recordings[i].length(), options.window_s);
+  require_room_for_windows(recordings, split, steps, options.window_s);
 
   CoordinateOptions bounded{.rigid_body = options.rigid_body, .torque_scale = options.torque_scale};
   bounded.stiffest =

@@ -22,11 +22,13 @@ struct Quadratic {
 
 struct DampingOptions {
   double longest = 0.3;  ///< largest step in any coordinate
-  double ridge = 0;      ///< mu: penalty on the length of the step
-  int attempts = 5;      ///< at most
-  double first = 1e-3;   ///< lambda of a new search
-  double lessen = 5;     ///< lambda is divided by it after a step that lowers the objective ...
-  double raise = 10;     ///< ... and multiplied by it after one that does not
+  /// Of a step that is too long: true: shortened as a whole; false: cut coordinate by coordinate.
+  bool keep_direction = false;
+  double ridge = 0;     ///< mu: penalty on the length of the step
+  int attempts = 5;     ///< at most
+  double first = 1e-3;  ///< lambda of a new search
+  double lessen = 5;    ///< lambda is divided by it after a step that lowers the objective ...
+  double raise = 10;    ///< ... and multiplied by it after one that does not
   double least = 1e-9, most = 1e6;  ///< bounds of lambda; at `most` no further step is tried
   /// True: coordinates at a bound that the step would cross, or without effect, are held.
   /// False: they take part and the step is clamped.
@@ -45,8 +47,8 @@ using Objective = std::function<double(const Eigen::VectorXd& c)>;
 ///
 ///     s = -(H + lambda diag H + mu I)^-1 g
 ///
-/// limited to `longest` per coordinate and clamped to the box; lambda is raised until the objective
-/// falls below here.value.
+/// limited to `longest` per coordinate (see keep_direction) and clamped to the box; lambda is
+/// raised until the objective falls below here.value.
 /// @param here    model about c
 /// @param lambda  carried from step to step
 /// @param c       moved, unless no step lowered the objective

@@ -10,6 +10,7 @@
 #include "fricid/estimate/friction/friction_fit.hpp"
 #include "fricid/estimate/options/rigid_body.hpp"
 #include "fricid/estimate/report.hpp"
+#include "fricid/estimate/windows/window_refinement.hpp"
 #include "fricid/signals/recording.hpp"
 #include "fricid/system/arm.hpp"
 
@@ -75,6 +76,10 @@ struct ArmTorqueFit {
 /// @throws Stopped on Ctrl-C
 ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
                             const ArmTorqueOptions& options, int jobs);
+
+/// What the torque says of a fitted arm.
+TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
+                       const ArmTorqueOptions& options, int jobs);
 
 /// For each part, the fitted arm with its parameters (indices in theta) at zero and all others
 /// where the objective, taken as quadratic about the fit, is then least. Accurate for parts with a

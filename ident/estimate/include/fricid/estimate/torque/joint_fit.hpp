@@ -31,8 +31,8 @@ class JointFits {
 
   /// Fitted to the torque. @param find_ripples  false: the start has them
   ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true) const;
-  /// Trained on open-loop windows of the training part from there.
-  Candidate on_windows(const Candidate& start, std::string_view label, double rate, int leap) const;
+  /// Refined on open-loop windows of the training part from there.
+  Candidate on_windows(const Candidate& start, std::string_view label) const;
   Candidate judged(std::string name, const Arm& arm, double seconds) const;
 
   /// Gain of `with` over `without` on the held-out torque of joint j; on where it exceeds its

@@ -1,0 +1,266 @@
+#include "fricid/estimate/windows/window_refinement.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/parallel.hpp"
+#include "fricid/base/progress.hpp"
+#include "fricid/estimate/coordinates.hpp"
+#include "fricid/estimate/wash_out.hpp"
+#include "support.hpp"
+#include "training.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr int kWindows = 512;
+constexpr int kTasks = 8;  // each with a workspace of its own
+constexpr int kIterations = 12;
+constexpr double kKeep = 0.5;           // of the curvature, from step to step
+constexpr double kSmallestGain = 5e-3;  // share of the loss; steps that lower it less are the last
+constexpr double kFirstDamping = 1e-3;
+constexpr double kLeastLoss = 1e-12;    // noise-free data stay solvable
+constexpr double kBadValue = 1e30;      // of an arm that falls
+constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
+constexpr int kTrial = 32;              // windows that it is measured on
+constexpr float kOutlier = 10;          // times the median length, of a sample of the curvature
+const optimise::DampingOptions kDamping{.longest = 0.3,
+                                        .keep_direction = true,
+                                        .ridge = 1,
+                                        .attempts = 5,
+                                        .lessen = 10,
+                                        .least = 1e-9,
+                                        .most = 1e8,
+                                        .hold_at_bounds = true};
+
+/// Loss, gradient and sampled curvature of windows, some packs of them to a task, added in their
+/// order.
+class WindowSet {
+ public:
+  WindowSet(const Arm& arm, std::span<const signals::Recording> recordings, StepOptions step,
+            int steps, ErrorScales scales, std::vector<Window> windows, int jobs)
+      : windows_(std::move(windows)), jobs_(jobs) {
+    const int packs = (static_cast<int>(windows_.size()) + kLanes - 1) / kLanes;
+    for (int t = 0; t < std::min(kTasks, packs); ++t)
+      rollouts_.emplace_back(arm, recordings, step, steps, scales);
+    packs_ = packs;
+  }
+
+  /// Mean loss.
+  double loss(const Arm& arm, std::span<const RowMatrix> z) {
+    std::vector<double> sums(static_cast<std::size_t>(packs_));
+    each_pack(arm, [&](WindowRollout<PackF>& rollout, int p) {
+      sums[static_cast<std::size_t>(p)] = rollout.loss(of_pack(p), z);
+    });
+    double sum = 0;
+    for (const double s : sums) sum += s;
+    return sum / static_cast<double>(windows_.size());
+  }
+
+  struct Linear {
+    double loss = 0;
+    Eigen::VectorXd gradient;
+    Eigen::MatrixXf samples;  // of the curvature, one column per window
+  };
+  /// At a point. @param call  0, 1, ..: of random signs
+  Linear linearise(const ArmPoint& point, std::span<const RowMatrix> z, std::uint64_t seed,
+                   int call) {
+    const auto packs = static_cast<std::size_t>(packs_);
+    const Arm& arm = point.arm();
+    std::vector<double> sums(packs);
+    std::vector<Eigen::VectorXd> gradients(packs);
+    Linear out;
+    out.samples.resize(point.c().size(), std::ssize(windows_));
+    each_pack(arm, [&](WindowRollout<PackF>& rollout, int p) {
+      const auto i = static_cast<std::size_t>(p);
+      const std::span<const Window> windows = of_pack(p);
+      Eigen::VectorXd pi = Eigen::VectorXd::Zero(arm.robot.pi.size()),
+                      theta = Eigen::VectorXd::Zero(std::ssize(arm.friction.theta));
+      sums[i] = rollout.loss(windows, z);
+      rollout.add_gradient(view(pi), view(theta));
+      point.pull_back(pi, theta, gradients[i]);
+      Rng rng(seed, kSigns + static_cast<std::uint64_t>(call * packs_ + p));
+      Eigen::MatrixXd pi_bar(pi.size(), std::ssize(windows)),
+          theta_bar(theta.size(), std::ssize(windows));
+      rollout.curvature_samples(rng, pi_bar, theta_bar);
+      Eigen::VectorXd column;
+      for (Eigen::Index k = 0; k < pi_bar.cols(); ++k) {
+        point.pull_back(pi_bar.col(k), theta_bar.col(k), column);
+        auto sample = out.samples.col(p * kLanes + k);
+        sample = column.cast<float>();
+        if (!sample.allFinite()) sample.setZero();
+      }
+    });
+    out.gradient = Eigen::VectorXd::Zero(point.c().size());
+    for (std::size_t i = 0; i < packs; ++i) {
+      out.loss += sums[i];
+      out.gradient += gradients[i];
+    }
+    out.loss /= static_cast<double>(windows_.size());
+    out.gradient /= static_cast<double>(windows_.size());
+    return out;
+  }
+
+ private:
+  static constexpr int kLanes = WindowRollout<PackF>::lanes();
+  static constexpr std::uint64_t kSigns = 1 << 20;  // stream
+
+  std::span<const Window> of_pack(int p) const {
+    const auto first = static_cast<std::size_t>(p * kLanes);
+    return std::span(windows_).subspan(first,
+                                       std::min<std::size_t>(kLanes, windows_.size() - first));
+  }
+  template <class Body>
+  void each_pack(const Arm& arm, Body body) {
+    const int tasks = static_cast<int>(rollouts_.size());
+    parallel_for(tasks, jobs_, [&](int t) {
+      WindowRollout<PackF>& rollout = rollouts_[static_cast<std::size_t>(t)];
+      rollout.set_parameters(view(arm.robot.pi), arm.friction.theta);
+      for (int p = t; p < packs_; p += tasks) body(rollout, p);
+    });
+  }
+
+  std::vector<Window> windows_;
+  int jobs_, packs_ = 0;
+  std::vector<WindowRollout<PackF>> rollouts_;
+};
+
+/// Sum of the squares of samples, outliers shortened to ten times the median.
+Eigen::MatrixXf curvature_of(const Eigen::MatrixXf& samples) {
+  const Eigen::VectorXf length = samples.colwise().stableNorm().transpose();
+  Eigen::VectorXf sorted = length;
+  const auto middle = sorted.begin() + sorted.size() / 2;
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const float longest = kOutlier * *middle;
+  const Eigen::VectorXf weight =
+      (length.array() > longest).select(longest / length.array(), 1.F).matrix() /
+      std::sqrt(static_cast<float>(samples.cols()));
+  const Eigen::MatrixXf weighed = samples * weight.asDiagonal();
+  Eigen::MatrixXf F = Eigen::MatrixXf::Zero(samples.rows(), samples.rows());
+  F.selfadjointView<Eigen::Lower>().rankUpdate(weighed);
+  F.triangularView<Eigen::StrictlyUpper>() = F.transpose();
+  return F;
+}
+
+/// Steps with the longest leap whose gradient on some of the windows is that of the judge's.
+StepOptions longest_leap(const ArmPoint& point, std::span<const signals::Recording> recordings,
+                         std::span<const RowMatrix> z, const std::vector<Window>& windows,
+                         int steps, const MultiStepOptions& options, int jobs) {
+  const auto gradient = [&](StepOptions how) {
+    return WindowSet(point.arm(), recordings, how, steps, options.scales,
+                     {windows.end() - kTrial, windows.end()}, jobs)
+        .linearise(point, z, options.seed, 0)
+        .gradient;
+  };
+  const Eigen::VectorXd wanted = gradient(options.judge);
+  StepOptions step = options.step;
+  for (; step.leap > 1; step.leap /= 2)
+    if ((gradient(step) - wanted).norm() < kLeapTolerance * wanted.norm()) break;
+  return step;
+}
+
+}  // namespace
+
+MultiStepReport refine_on_windows(const Arm& start, const TorquePull& torque,
+                                  std::span<const signals::Recording> recordings,
+                                  const MultiStepOptions& options, std::string_view label,
+                                  int jobs) {
+  const auto begin = std::chrono::steady_clock::now();
+  const int steps = window_steps(recordings, options);
+  const Split split = split_recordings(recordings, options.hold_out);
+  require_room_for_windows(recordings, split, steps, options.window_s);
+  CoordinateOptions bounded{.rigid_body = options.rigid_body, .torque_scale = options.torque_scale};
+  bounded.stiffest =
+      resolved_stiffness(start, recordings.front(),
+                         recordings.front().dt * options.judge.leap / options.judge.substeps);
+  bounded.limits = options.limits;
+  const ArmCoordinates coordinates(start, bounded);
+  ArmPoint point(coordinates, start);
+  const int iterations = options.iterations > 0 ? options.iterations : kIterations;
+
+  MultiStepReport report;
+  optimise::DescentHistory& history = report.history;
+  ArmPoint best = point;
+  const auto look = [&](int iteration) {
+    history.checked.push_back(iteration);
+    history.held_out.push_back(held_out_error(point.arm(), recordings, split, options.judge, jobs));
+    if (history.held_out.back() < history.best_held_out()) {
+      history.best = static_cast<int>(history.held_out.size()) - 1;
+      best = point;
+    }
+  };
+  look(0);
+  point.move_to(point.c());  // projects onto what the coordinates can represent
+
+  Rng rng(options.seed, 0);
+  const std::vector<Window> windows =
+      draw_windows(recordings, split, steps, kWindows, options.from_rest, rng);
+  std::vector<RowMatrix> z = wash_out(point.arm(), recordings, jobs);
+  const StepOptions step = longest_leap(point, recordings, z, windows, steps, options, jobs);
+  report.leap = step.leap;
+  WindowSet set(point.arm(), recordings, step, steps, options.scales, windows, jobs);
+
+  const auto pull = [&](const Eigen::VectorXd& c) {
+    const Eigen::VectorXd s = c - torque.c;
+    return s.dot(torque.about.g + 0.5 * (torque.about.H * s));
+  };
+  double samples = 0;
+  for (const int end : split.train_end) samples += end;
+  const double numbers = samples / steps * start.robot.n();
+  Progress progress(fmt::format("train {}", label), iterations);
+  Eigen::MatrixXf F;
+  double mass = 0, weight = 0, lambda = kFirstDamping, last = 0;
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    throw_if_stopped();
+    if (iteration > 0) z = wash_out(point.arm(), recordings, jobs);
+    const WindowSet::Linear at = set.linearise(point, z, options.seed, iteration);
+    history.loss.push_back(at.loss);
+    if (!at.gradient.allFinite()) break;
+    if (iteration == 0) {
+      weight = numbers / std::max(at.loss, kLeastLoss);
+      F = Eigen::MatrixXf::Zero(at.samples.rows(), at.samples.rows());
+    }
+    F = static_cast<float>(kKeep) * F + curvature_of(at.samples);
+    mass = kKeep * mass + 1;
+    const Eigen::VectorXd s = point.c() - torque.c;
+    const optimise::Quadratic here{weight * at.loss + pull(point.c()),
+                                   weight * at.gradient + torque.about.g + torque.about.H * s,
+                                   weight / mass * F.cast<double>() + torque.about.H};
+    const bool converged = iteration > 0 && last - here.value < kSmallestGain * weight * at.loss;
+    last = here.value;
+    Eigen::VectorXd c = point.c();
+    double value = here.value;
+    const auto objective = [&](const Eigen::VectorXd& trial) {
+      ArmPoint there = point;
+      there.move_to(trial);
+      const double found = weight * set.loss(there.arm(), z) + pull(trial);
+      return std::isfinite(found) ? found : kBadValue;
+    };
+    if (converged ||
+        !optimise::damped_step(here, coordinates.box(), kDamping, objective, lambda, c, value)
+             .lowered) {
+      report.outcome = Outcome::kConverged;
+      break;
+    }
+    point.move_to(c);
+    look(iteration + 1);
+    progress.advance(
+        1, fmt::format("loss {:.3g}, held out {:.2e} rad2", at.loss, history.held_out.back()));
+  }
+  report.arm = best.arm();
+  if (!std::isfinite(history.best_held_out()))
+    report.outcome = Outcome::kFailed;
+  else if (report.outcome != Outcome::kConverged)
+    report.outcome = Outcome::kIterationLimit;
+  report.message = fmt::format("held-out error {:.2e} rad2 after {} of {} steps, {:.2e} before",
+                               history.best_held_out(), history.best_iteration(),
+                               history.loss.size(), history.held_out.front());
+  report.seconds = seconds_since(begin);
+  return report;
+}
+
+}  // namespace fricid::estimate
