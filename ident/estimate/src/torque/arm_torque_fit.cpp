@@ -28,6 +28,7 @@ constexpr double kLongestStep = 1;    // of one iteration in any coordinate
 // for a gain of one datum. Without it a step wanders along what the data leave open, above all
 // where a link's pseudo-inertia is nearly singular and its coordinates hardly act.
 constexpr double kRidge = 1;
+constexpr double kFirstGain = 1e-2;      // smallest gain of a pass that another follows
 constexpr double kLinearDamping = 1e-6;  // of the linear step of `without_parts`
 constexpr double kSmallestSigma = 1e-9;  // share of the torque: noise-free data stay solvable
 
@@ -391,7 +392,7 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
                      .most = 1e8,
                      .hold_at_bounds = true},
          .iterations = options.iterations,
-         .smallest_gain = options.smallest_gain});
+         .smallest_gain = pass + 1 < passes ? kFirstGain : options.smallest_gain});
     point.move_to(found.c);
     fit.arm = point.arm();
     fit.objective.push_back(found.value);
