@@ -100,6 +100,7 @@ int exit_code_of_command_line(int argc, char** argv,
   ImportOptions import_options;
   EstimateOptions estimate_options;
   CheckOptions check_options;
+  PayloadOptions payload_options;
   ExportOptions export_options;
   std::string file, topic;
   std::vector<std::filesystem::path> folders;
@@ -223,6 +224,27 @@ int exit_code_of_command_line(int argc, char** argv,
                           "every parameter, joint and note, beside the verdict");
   add_common(*check_command, common, "fricid check log.csv --contract contract.toml");
   check_command->callback([&] { command = [&] { return check(check_options, common); }; });
+
+  auto* payload_command = app.add_subcommand(
+      "payload",
+      "identify a load: its mass, centre of mass and inertia, from logs without and with it");
+  payload_command
+      ->add_option("WITHOUT", payload_options.without,
+                   "run folder, data set (HDF5), or log without the load")
+      ->required();
+  payload_command->add_option("WITH", payload_options.with, "data set (HDF5), or log with the load")
+      ->required();
+  payload_command->add_option("--contract", payload_options.contract, "of both logs (TOML)");
+  payload_command->add_option("--robot", payload_options.robot.urdf,
+                              "URDF of the robot without the load");
+  add_mount(*payload_command, payload_options.robot.mount);
+  payload_command->add_option("--frame", payload_options.frame,
+                              "that carries the load; default flange or tool0");
+  payload_command->add_option("-o,--output", payload_options.output, "JSON file; default none");
+  add_common(*payload_command, common,
+             "fricid payload without.csv with.csv --contract contract.toml --robot arm.urdf");
+  payload_command->callback(
+      [&] { command = [&] { return find_payload(payload_options, common); }; });
 
   auto* estimate_command = app.add_subcommand(
       "estimate", "estimate states and friction along a log with the online filter");

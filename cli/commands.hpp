@@ -52,6 +52,15 @@ struct CheckOptions {
   bool verbose = false;            ///< print every parameter, family and note
 };
 
+struct PayloadOptions {
+  std::filesystem::path without;   ///< run folder, data set (HDF5) or log
+  std::filesystem::path with;      ///< data set (HDF5) or log
+  std::filesystem::path contract;  ///< of both logs; empty: none
+  workflow::RobotOfLog robot;      ///< of the logs, without the load
+  std::string frame;               ///< that carries the load; empty: flange or tool0
+  std::filesystem::path output;    ///< JSON; empty: none
+};
+
 struct EstimateOptions {
   std::filesystem::path model, log, output = "estimate.h5";
   int particles = 200;
@@ -75,6 +84,7 @@ Verdict evaluate(const RunOptions& options, const CommonOptions& common);
 Verdict render(const RenderOptions& options, const CommonOptions& common);
 Verdict import_logs(const ImportOptions& options, const CommonOptions& common);
 Verdict check(const CheckOptions& options, const CommonOptions& common);
+Verdict find_payload(const PayloadOptions& options, const CommonOptions& common);
 Verdict compare(const std::vector<std::filesystem::path>& folders,
                 const std::filesystem::path& output, const CommonOptions& common);
 Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common);

@@ -35,8 +35,8 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
 void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
                    Sight& sight, Findings& findings);
 /// Appends delay or delay_unknown: the delay of the torque at which regressions on rigid body and
-/// friction of all joints explain most. It is reported where it also betters what regressions explain
-/// of stretches that they were not fitted to, by more than the standard error of that.
+/// friction of all joints explain most. It is reported where it also betters what regressions
+/// explain of stretches that they were not fitted to, by more than the standard error of that.
 void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, const Motion& motion,
                  const Sight& sight, Findings& findings);
 
