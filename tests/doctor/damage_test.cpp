@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "doctor/injected.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/doctor/doctor.hpp"
@@ -87,15 +88,6 @@ void keep_rows(Dataset& d, const std::function<int(int)>& copies) {
     for (Eigen::Index i = 0; i < length; ++i)
       chosen.row(i) = table->row(rows[static_cast<std::size_t>(i)]);
     *table = chosen;
-  }
-}
-
-void delay_torque(Dataset& d, double samples) {
-  const RowMatrix old = d.tau;
-  for (int k = 0; k < d.length(); ++k) {
-    const double at = std::max(0.0, k - samples);
-    const int i = std::min(static_cast<int>(at), d.length() - 2);
-    d.tau.row(k) = (1 - (at - i)) * old.row(i) + (at - i) * old.row(i + 1);
   }
 }
 

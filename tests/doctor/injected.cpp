@@ -42,15 +42,6 @@ void keep_rows(Dataset& d, const std::vector<int>& rows) {
     if (table->size() > 0) *table = RowMatrix((*table)(rows, Eigen::all));
 }
 
-void delay_torque(Dataset& d, double samples) {
-  const RowMatrix old = d.tau;
-  for (int k = 0; k < d.length(); ++k) {
-    const double at = std::max(0.0, k - samples);
-    const int i = std::min(static_cast<int>(at), d.length() - 2);
-    d.tau.row(k) = (1 - (at - i)) * old.row(i) + (at - i) * old.row(i + 1);
-  }
-}
-
 // A row of joint j after which it travels far within a second, at more than its usual speed.
 int row_in_motion(const Dataset& d, int j, Rng& rng) {
   const int second = static_cast<int>(d.rate_hz);
@@ -315,6 +306,15 @@ torque_step = 0.0005
 }
 
 }  // namespace
+
+void delay_torque(Dataset& d, double samples) {
+  const RowMatrix old = d.tau;
+  for (int k = 0; k < d.length(); ++k) {
+    const double at = std::max(0.0, k - samples);
+    const int i = std::min(static_cast<int>(at), d.length() - 2);
+    d.tau.row(k) = (1 - (at - i)) * old.row(i) + (at - i) * old.row(i + 1);
+  }
+}
 
 const std::vector<Injection>& injections() {
   static const std::vector<Injection> all = make_injections();

@@ -40,6 +40,8 @@ struct CleanLog {
 /// Log number `i`: every arm moves slowly for 21 s and fast for 6.3 s.
 int number_of_clean_logs();
 CleanLog simulate_log(int i);
+/// Delays the torque by a number of samples; between samples it is linear.
+void delay_torque(data::Dataset& d, double samples);
 /// Every so many-th sample.
 data::Dataset decimated(const data::Dataset& log, int every);
 
