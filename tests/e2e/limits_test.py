@@ -69,7 +69,7 @@ class Options(Limits):
                  "--particles 1000000 --quiet", PROGRAM], cwd=self.folder, capture_output=True, text=True)
             if "AddressSanitizer" in done.stderr:
                 self.skipTest("the sanitizer takes address space of its own")
-            if "fricid: " in done.stderr:
+            if done.stderr.startswith("fricid: "):
                 break
         self.assert_refused(done, "the filter of 1000000 particles would take .* GB of memory; "
                                   "allowed: .* GB, half of what is free")
@@ -229,10 +229,11 @@ class Runs(Limits):
     def test_files_of_another_robot(self):
         """Of the right kind and the wrong shape."""
         for name in ("models/simple_s1.json", "fit/simple_s1.json", "evaluation.json",
-                     "data/validation_0.h5", "truth/validation_0.h5", "excitation.json",
+                     "data/train_0.h5", "data/validation_0.h5", "truth/validation_0.h5", "excitation.json",
                      "rollouts/simple_s1_validation_0.h5", "predictions/simple_s1_validation_0.h5"):
             other = (self.folder / "other" / name).read_bytes()
-            for command in (["evaluate", "run"], ["render", "run", "plots", "report"], ["check", "run"]):
+            for command in (["evaluate", "run"], ["identify", "run"], ["render", "run", "plots", "report"],
+                            ["check", "run"]):
                 with self.subTest(name=name, command=command[0]):
                     self.setUp()
                     self.forge(name, lambda _: other)

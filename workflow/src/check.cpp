@@ -42,7 +42,8 @@ Subject subject_of_run(const fs::path& folder) {
   Subject subject{
       {}, problem.robot, problem.scene.identify, problem.scene.excitation, problem.mjcf_path};
   for (auto* name : {RunFolder::training, RunFolder::validation})
-    for (data::Dataset& set : load_recordings(run, name)) subject.sets.push_back(std::move(set));
+    for (data::Dataset& set : load_recordings(run, name, problem.scene.joints))
+      subject.sets.push_back(std::move(set));
   if (subject.sets.empty())
     throw UserError("{}: found no data; run `fricid simulate` or `fricid run` first",
                     folder.string());

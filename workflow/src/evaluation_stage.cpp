@@ -110,7 +110,8 @@ std::vector<evaluate::Rollout> simulator_rollouts(const Task& task, const HeldOu
 /// The recordings that the models were fitted to, driven by the motion that fits see.
 std::vector<evaluate::Trajectory> load_training(const Task& task, const RunFolder& folder) {
   std::vector<evaluate::Trajectory> training;
-  for (data::Dataset& dataset : load_recordings(folder, RunFolder::training)) {
+  for (data::Dataset& dataset :
+       load_recordings(folder, RunFolder::training, task.problem.scene.joints)) {
     evaluate::Trajectory& recording = training.emplace_back();
     recording.data = std::move(dataset);
     signals::Motion motion =

@@ -1,15 +1,23 @@
 #include "fricid/workflow/recordings.hpp"
 
+#include "fricid/base/error.hpp"
+
 namespace fricid::workflow {
 
 bool is_there(const std::filesystem::path& file) {
   return !file.empty() && std::filesystem::exists(file);
 }
 
-std::vector<data::Dataset> load_recordings(const RunFolder& folder, std::string (*name)(int)) {
+std::vector<data::Dataset> load_recordings(const RunFolder& folder, std::string (*name)(int),
+                                           const std::vector<std::string>& joints) {
   std::vector<data::Dataset> sets;
-  for (int i = 0; is_there(folder.recording(name(i))); ++i)
-    sets.push_back(data::load_dataset(folder.recording(name(i))));
+  for (int i = 0; is_there(folder.recording(name(i))); ++i) {
+    const std::filesystem::path file = folder.recording(name(i));
+    const data::Dataset& set = sets.emplace_back(data::load_dataset(file));
+    if (!joints.empty() && set.joint_names != joints)
+      throw UserError("{}: found the joints {}; allowed: those of the robot, {}", file.string(),
+                      fmt::join(set.joint_names, ", "), fmt::join(joints, ", "));
+  }
   return sets;
 }
 

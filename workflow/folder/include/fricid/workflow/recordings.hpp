@@ -24,6 +24,9 @@ auto if_there(const std::filesystem::path& file, Load load)
 }
 
 /// The recordings of a run folder in order: RunFolder::training or ::validation.
-std::vector<data::Dataset> load_recordings(const RunFolder& folder, std::string (*name)(int));
+/// @param joints  that every recording must have; empty: any
+/// @throws UserError for a recording of other joints
+std::vector<data::Dataset> load_recordings(const RunFolder& folder, std::string (*name)(int),
+                                           const std::vector<std::string>& joints = {});
 
 }  // namespace fricid::workflow
