@@ -18,6 +18,9 @@ namespace {
 // Conventional laws that the sum has to beat.
 constexpr std::pair<const char*, int> kRivals[] = {
     {"coulomb_viscous", 0}, {"dahl", 0}, {"lugre", 0}, {"gms", 4}};
+constexpr double kPartsGain = 1e-3;  // smallest gain of a step where fits are only compared
+constexpr double kRoughGain = 1e-2;  // .. where a law may be lost anyway:
+constexpr double kLost = 10;         // times the held-out torque error of the sum
 constexpr double kNear = 3;  // times the best held-out error: windows may turn the order round
 
 bool better(const Candidate& a, const Candidate& b) { return a.held_out < b.held_out; }
@@ -39,10 +42,14 @@ Candidate fit_sum(const JointFits& fits, std::vector<PartEvidence>& evidence) {
   const auto n = static_cast<std::size_t>(fits.n());
   std::vector<friction::LvmParts> parts(n);
   for (friction::LvmParts& of_joint : parts) of_joint.temperature = fits.has_temperature();
-  const Arm bank = fits.on_torque(fits.start(parts), kTraining).arm;
+  const auto weighed = [&](const Arm& start, bool find_ripples) {
+    return fits.on_torque(start, kTraining, find_ripples, kPartsGain).arm;
+  };
+  const Arm bank = weighed(fits.start(parts), true);
   std::vector<friction::LvmParts> bristles = parts;
   for (friction::LvmParts& of_joint : bristles) of_joint.memory = Memory::kBristle;
-  const Arm bristle = fits.on_torque(fits.start(bristles), kTraining).arm;
+  const Arm bristle =
+      weighed(with_stribeck_curves(bank, carried_over(bank, fits.start(bristles))), false);
 
   for (std::size_t j = 0; j < n; ++j) {
     evidence.push_back(fits.compare(bristle, bank, static_cast<int>(j), "bristle"));
@@ -51,9 +58,7 @@ Candidate fit_sum(const JointFits& fits, std::vector<PartEvidence>& evidence) {
   const auto of_bristles = std::ranges::count(parts, Memory::kBristle, &friction::LvmParts::memory);
   Arm fitted = of_bristles > 0 ? bristle : bank;
   if (of_bristles > 0 && of_bristles < std::ssize(parts))
-    fitted = fits.on_torque(carried_over(bristle, carried_over(bank, fits.start(parts))), kTraining,
-                            false)
-                 .arm;
+    fitted = weighed(carried_over(bristle, carried_over(bank, fits.start(parts))), false);
   for (const PartEvidence& of_part : fits.judge_parts(fitted)) {
     evidence.push_back(of_part);
     set(parts[static_cast<std::size_t>(of_part.joint)], of_part);
@@ -72,9 +77,12 @@ std::vector<Candidate> of_sum(const JointFits& fits, std::vector<PartEvidence>& 
   };
   add(fit_sum(fits, evidence));
   for (const auto& [law, elements] : kRivals) {
-    const ArmTorqueFit fit = fits.on_torque(fits.start(friction::JointSpec{{{law, elements, {}}}}),
-                                            JointFits::Rows::kAll);
-    add(fits.judged(law, fit.arm, fit.seconds));
+    const auto begin = std::chrono::steady_clock::now();
+    const Arm start = fits.start(friction::JointSpec{{{law, elements, {}}}});
+    Arm arm = fits.on_torque(start, JointFits::Rows::kAll, false, kRoughGain).arm;
+    if (fits.held_out_torque(arm) < kLost * found[0].torque)
+      arm = fits.on_torque(arm, JointFits::Rows::kAll, false).arm;
+    add(fits.judged(law, arm, seconds_since(begin)));
   }
   return found;
 }

@@ -110,14 +110,20 @@ Arm JointFits::start(const friction::JointSpec& spec) const {
   return arm;
 }
 
-Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) const {
-  Candidate out{.name = std::move(name), .arm = arm, .seconds = seconds};
-  out.held_out = held_out_error(arm, prepared_.recordings, split_, windows_.judge, jobs_);
+double JointFits::held_out_torque(const Arm& arm) const {
+  double sum = 0;
   for (int j = 0; j < n(); ++j) {
     const Eigen::VectorXd& tau = held_out_.joint(j).tau;
     const double size = (tau.array() - tau.mean()).square().sum();
-    out.torque += held_out_.residual(arm, j).squaredNorm() / std::max(size, 1e-300) / n();
+    sum += held_out_.residual(arm, j).squaredNorm() / std::max(size, 1e-300) / n();
   }
+  return sum;
+}
+
+Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) const {
+  Candidate out{.name = std::move(name), .arm = arm, .seconds = seconds};
+  out.held_out = held_out_error(arm, prepared_.recordings, split_, windows_.judge, jobs_);
+  out.torque = held_out_torque(arm);
   out.parameters = friction::free_parameter_count(arm.friction.model) -
                    static_cast<int>(sum_limits(arm.friction).size());
   return out;
@@ -133,9 +139,11 @@ ArmTorqueOptions JointFits::torque_options(const Arm& arm) const {
   return options;
 }
 
-ArmTorqueFit JointFits::on_torque(const Arm& start, Rows rows, bool find_ripples) const {
+ArmTorqueFit JointFits::on_torque(const Arm& start, Rows rows, bool find_ripples,
+                                  double smallest_gain) const {
   ArmTorqueOptions options = torque_options(start);
   options.find_ripples = find_ripples;
+  options.smallest_gain = smallest_gain;
   return fit_arm_torque(rows == Rows::kAll ? all_ : training_, start, options, jobs_);
 }
 
@@ -182,6 +190,19 @@ std::vector<PartEvidence> JointFits::judge_parts(const Arm& fitted) const {
     for (int j = 0; j < n(); ++j)
       evidence.push_back(compare(fitted, without[i], j, present[i]->name));
   return evidence;
+}
+
+Arm with_stribeck_curves(const Arm& from, Arm to) {
+  using enum friction::Role;
+  for (int j = 0; j < to.robot.n(); ++j)
+    for (const friction::Role role : {kCoulomb, kStatic, kStribeckVelocity}) {
+      const int given = find_parameter(from.friction.model, j, role),
+                wanted = find_parameter(to.friction.model, j, role);
+      if (given >= 0 && wanted >= 0)
+        to.friction.theta[static_cast<std::size_t>(wanted)] =
+            from.friction.theta[static_cast<std::size_t>(given)];
+    }
+  return to;
 }
 
 Arm carried_over(const Arm& from, Arm to) {

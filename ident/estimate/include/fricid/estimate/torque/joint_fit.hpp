@@ -29,10 +29,13 @@ class JointFits {
   /// The same with `lvm_sum(parts[j])` in joint j.
   Arm start(const std::vector<friction::LvmParts>& parts) const;
 
-  /// Fitted to the torque. @param find_ripples  false: the start has them
-  ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true) const;
+  /// Fitted to the torque. @param find_ripples  false: one pass, the start has them
+  ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true,
+                         double smallest_gain = ArmTorqueOptions{}.smallest_gain) const;
   /// Refined on open-loop windows of the training part from there.
   Candidate on_windows(const Candidate& start, std::string_view label) const;
+  /// Mean over joints of residual / torque variance, held-out rows [1].
+  double held_out_torque(const Arm& arm) const;
   Candidate judged(std::string name, const Arm& arm, double seconds) const;
 
   /// Gain of `with` over `without` on the held-out torque of joint j; on where it exceeds its
@@ -59,6 +62,9 @@ class JointFits {
   double temperature_ = 0;
   bool has_temperature_ = false;
 };
+
+/// `to` with the Stribeck curve of each joint's first law that `from` has there, whatever the laws.
+Arm with_stribeck_curves(const Arm& from, Arm to);
 
 /// `to` with the parameters of friction that `from` has too, by joint, law and name; and its rigid
 /// body.
