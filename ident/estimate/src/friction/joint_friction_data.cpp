@@ -238,7 +238,7 @@ JointFrictionData::Linear JointFrictionData::linearise(
   const std::size_t columns = wanted.size() + 1, chunks = (columns + kColumns - 1) / kColumns;
   std::vector<std::vector<std::vector<Columns>>> x(row.size());
   for (std::size_t s = 0; s < row.size(); ++s)
-    x[s].assign(chunks, std::vector<Columns>(static_cast<std::size_t>(lengths_[s])));
+    x[s].assign(chunks, std::vector<Columns>(groups_[s / kLanes].at.size()));
 
   const std::vector<PackD> parameters(theta.begin(), theta.end());
   std::vector<PackD> z(static_cast<std::size_t>(friction.state_size())), z_bar(z.size()),
@@ -259,7 +259,6 @@ JointFrictionData::Linear JointFrictionData::linearise(
                                       {&in_bar, 1}, z_bar);
       tangent.add(parameters, z_bar, by_theta);
       for (std::size_t s = g * kLanes; s < std::min(row.size(), (g + 1) * kLanes); ++s) {
-        if (k >= static_cast<std::size_t>(lengths_[s])) continue;
         const int lane = static_cast<int>(s % kLanes);
         const auto put = [&](std::size_t column, double value) {
           x[s][column / kColumns][k].x[column % kColumns / kLanes].set(

@@ -47,7 +47,7 @@ class ArmTorqueData {
 
 struct ArmTorqueOptions {
   int iterations = 20;          ///< of Levenberg-Marquardt, before and after ripples are looked for
-  double smallest_gain = 1e-5;  ///< a step that lowers the objective by a smaller share is the
+  double smallest_gain = 2e-4;  ///< a step that lowers the objective by a smaller share is the
                                 ///< last; before ripples are looked for, 1 %
   bool find_ripples = true;     ///< false: one pass from the ripples that the start has
   RigidBodyOptions rigid_body;
