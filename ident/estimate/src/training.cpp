@@ -11,7 +11,8 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kResolved = 0.5;  // [rad] phase per step of a spring that steps resolve
+constexpr double kResolved = 0.5;       // [rad] phase per step of a spring that steps resolve
+constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
 
 }  // namespace
 
@@ -49,6 +50,15 @@ std::vector<double> resolved_stiffness(const Arm& arm, const signals::Recording&
                                        double dt) {
   const Eigen::ArrayXd k = std::pow(kResolved / dt, 2) / mobility(arm.robot, recording, 0).array();
   return {k.begin(), k.end()};
+}
+
+StepOptions longest_leap(const MultiStepOptions& options,
+                         const std::function<Eigen::VectorXd(StepOptions)>& gradient) {
+  const Eigen::VectorXd wanted = gradient(options.judge);
+  StepOptions step = options.step;
+  for (; step.leap > 1; step.leap /= 2)
+    if ((gradient(step) - wanted).norm() < kLeapTolerance * wanted.norm()) break;
+  return step;
 }
 
 void require_room_for_windows(std::span<const signals::Recording> recordings, const Split& split,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,11 @@ Eigen::VectorXd mobility(const dynamics::RobotModel& robot, const signals::Recor
 /// stiffer spring are those of its chatter.
 std::vector<double> resolved_stiffness(const Arm& arm, const signals::Recording& recording,
                                        double dt);
+
+/// The steps of training with the longest leap whose gradient is within 20 % of that at the steps
+/// of the judge: stiff friction makes long leaps chatter, and gradients through chatter explode.
+StepOptions longest_leap(const MultiStepOptions& options,
+                         const std::function<Eigen::VectorXd(StepOptions)>& gradient);
 
 /// @throws UserError when the training part of a recording is shorter than two windows
 void require_room_for_windows(std::span<const signals::Recording> recordings, const Split& split,

@@ -28,17 +28,6 @@ void for_panels(Eigen::Index begin, Eigen::Index size, int jobs, Body body) {
   });
 }
 
-/// Weight of every sample in the sum of squares: outliers count as if they were kOutlier times as
-/// long as the median sample. A single diverging rollout would dominate the matrix.
-Eigen::VectorXf sample_weights(const Eigen::Ref<const Eigen::MatrixXf>& samples) {
-  const Eigen::VectorXf length = samples.colwise().stableNorm().transpose();
-  Eigen::VectorXf sorted = length;
-  const auto middle = sorted.begin() + sorted.size() / 2;
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const float longest = kOutlier * *middle;
-  return (length.array() > longest).select((longest / length.array()).square(), 1.F).matrix();
-}
-
 /// Replaces the lower triangle of A by its Cholesky factor, panel by panel.
 /// @return false where A is not positive definite
 bool factorise(Eigen::MatrixXf& A, int jobs) {
@@ -61,6 +50,15 @@ bool factorise(Eigen::MatrixXf& A, int jobs) {
 }
 
 }  // namespace
+
+Eigen::VectorXf sample_weights(const Eigen::Ref<const Eigen::MatrixXf>& samples) {
+  const Eigen::VectorXf length = samples.colwise().stableNorm().transpose();
+  Eigen::VectorXf sorted = length;
+  const auto middle = sorted.begin() + sorted.size() / 2;
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const float longest = kOutlier * *middle;
+  return (length.array() > longest).select((longest / length.array()).square(), 1.F).matrix();
+}
 
 GaussNewton::GaussNewton(Eigen::Index size)
     : F_(Eigen::MatrixXf::Zero(size, size)),

@@ -23,7 +23,6 @@ namespace fricid::estimate {
 namespace {
 
 constexpr double kShortRollout = 1;     // [s]
-constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
 constexpr int kRefresh = 20;            // batches whose curvature is taken in at once
 constexpr double kLost = 3;             // times the best held-out error: back to the best
 constexpr int kMostCoordinates = 8000;  // of Gauss-Newton steps: 256 MB per matrix
@@ -235,18 +234,14 @@ class WindowProblem {
   /// Steps with the longest leap whose gradient is that of the judge's: stiff friction makes long
   /// leaps chatter, and gradients through chatter explode.
   StepOptions longest_leap(const ArmPoint& point) const {
-    StepOptions step = options_.step;
     Rng trial(options_.seed, 1);
     const auto windows = draw(trial);
-    Eigen::VectorXd wanted, found;
-    Batch fine(point.arm(), recordings_, options_.judge, steps_, options_);
-    run(fine, point, windows, wanted);
-    for (; step.leap > 1; step.leap /= 2) {
-      Batch coarse(point.arm(), recordings_, step, steps_, options_);
-      run(coarse, point, windows, found);
-      if ((found - wanted).norm() < kLeapTolerance * wanted.norm()) break;
-    }
-    return step;
+    return estimate::longest_leap(options_, [&](StepOptions how) {
+      Eigen::VectorXd gradient;
+      Batch batch(point.arm(), recordings_, how, steps_, options_);
+      run(batch, point, windows, gradient);
+      return gradient;
+    });
   }
 
   std::span<const signals::Recording> recordings_;

@@ -11,6 +11,8 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/estimate/coordinates.hpp"
 #include "fricid/estimate/wash_out.hpp"
+#include "fricid/optimise/gauss_newton.hpp"
+#include "friction/friction_search.hpp"
 #include "support.hpp"
 #include "training.hpp"
 
@@ -23,11 +25,8 @@ constexpr int kIterations = 12;
 constexpr double kKeep = 0.5;           // of the curvature, from step to step
 constexpr double kSmallestGain = 5e-3;  // share of the loss; steps that lower it less are the last
 constexpr double kFirstDamping = 1e-3;
-constexpr double kLeastLoss = 1e-12;    // noise-free data stay solvable
-constexpr double kBadValue = 1e30;      // of an arm that falls
-constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
-constexpr int kTrial = 32;              // windows that it is measured on
-constexpr float kOutlier = 10;          // times the median length, of a sample of the curvature
+constexpr double kLeastLoss = 1e-12;  // noise-free data stay solvable
+constexpr int kTrial = 32;            // windows on which leaps are compared
 const optimise::DampingOptions kDamping{.longest = 0.3,
                                         .keep_direction = true,
                                         .ridge = 1,
@@ -129,38 +128,15 @@ class WindowSet {
   std::vector<WindowRollout<PackF>> rollouts_;
 };
 
-/// Sum of the squares of samples, outliers shortened to ten times the median.
+/// Mean of the squares of samples.
 Eigen::MatrixXf curvature_of(const Eigen::MatrixXf& samples) {
-  const Eigen::VectorXf length = samples.colwise().stableNorm().transpose();
-  Eigen::VectorXf sorted = length;
-  const auto middle = sorted.begin() + sorted.size() / 2;
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const float longest = kOutlier * *middle;
   const Eigen::VectorXf weight =
-      (length.array() > longest).select(longest / length.array(), 1.F).matrix() /
-      std::sqrt(static_cast<float>(samples.cols()));
-  const Eigen::MatrixXf weighed = samples * weight.asDiagonal();
+      optimise::sample_weights(samples) / static_cast<float>(samples.cols());
+  const Eigen::MatrixXf weighed = samples * weight.cwiseSqrt().asDiagonal();
   Eigen::MatrixXf F = Eigen::MatrixXf::Zero(samples.rows(), samples.rows());
   F.selfadjointView<Eigen::Lower>().rankUpdate(weighed);
   F.triangularView<Eigen::StrictlyUpper>() = F.transpose();
   return F;
-}
-
-/// Steps with the longest leap whose gradient on some of the windows is that of the judge's.
-StepOptions longest_leap(const ArmPoint& point, std::span<const signals::Recording> recordings,
-                         std::span<const RowMatrix> z, const std::vector<Window>& windows,
-                         int steps, const MultiStepOptions& options, int jobs) {
-  const auto gradient = [&](StepOptions how) {
-    return WindowSet(point.arm(), recordings, how, steps, options.scales,
-                     {windows.end() - kTrial, windows.end()}, jobs)
-        .linearise(point, z, options.seed, 0)
-        .gradient;
-  };
-  const Eigen::VectorXd wanted = gradient(options.judge);
-  StepOptions step = options.step;
-  for (; step.leap > 1; step.leap /= 2)
-    if ((gradient(step) - wanted).norm() < kLeapTolerance * wanted.norm()) break;
-  return step;
 }
 
 }  // namespace
@@ -200,7 +176,12 @@ MultiStepReport refine_on_windows(const Arm& start, const TorquePull& torque,
   const std::vector<Window> windows =
       draw_windows(recordings, split, steps, kWindows, options.from_rest, rng);
   std::vector<RowMatrix> z = wash_out(point.arm(), recordings, jobs);
-  const StepOptions step = longest_leap(point, recordings, z, windows, steps, options, jobs);
+  const StepOptions step = longest_leap(options, [&](StepOptions how) {
+    return WindowSet(point.arm(), recordings, how, steps, options.scales,
+                     {windows.end() - kTrial, windows.end()}, jobs)
+        .linearise(point, z, options.seed, 0)
+        .gradient;
+  });
   report.leap = step.leap;
   WindowSet set(point.arm(), recordings, step, steps, options.scales, windows, jobs);
 

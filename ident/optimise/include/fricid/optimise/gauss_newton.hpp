@@ -7,6 +7,10 @@
 
 namespace fricid::optimise {
 
+/// Weight of the square of every sample (a column): outliers count as if they were ten times as
+/// long as the median sample. A single diverging rollout would dominate the matrix.
+Eigen::VectorXf sample_weights(const Eigen::Ref<const Eigen::MatrixXf>& samples);
+
 /// Stochastic Gauss-Newton with Levenberg's damping, momentum and a box. For a loss that is a mean
 /// of squares r' W r / 2 with Jacobian J = dr/dx, a sample s = J' W^1/2 e with independent random
 /// signs e costs one reverse sweep, and E[s s'] = J' W J is the Gauss-Newton matrix:
