@@ -44,16 +44,16 @@ Logs simulate(const Load& load, std::uint64_t seed) {
                                                  problem.scene.identify.cutoff_hz)};
 }
 
-/// (m, m c, I about the origin of the flange).
-Vector10 parameters(const Load& load) {
+/// (m, m c, I about the origin) in the axes of the link that carries the frame.
+Vector10 parameters(const Load& load,
+                    const dynamics::Frame& frame = {.name = "flange", .link = 0}) {
   dynamics::RobotModel nothing;
   nothing.joints.resize(1);
   nothing.pi = Eigen::VectorXd::Zero(nothing.parameter_count());
   const auto& [xx, yy, zz, xy, xz, yz] = load.inertia;
   Eigen::Matrix3d I;
   I << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  dynamics::add_payload(nothing, {.name = "flange", .link = 0}, load.kg,
-                        Eigen::Vector3d(load.com.data()), I);
+  dynamics::add_payload(nothing, frame, load.kg, Eigen::Vector3d(load.com.data()), I);
   return nothing.pi.head<10>();
 }
 
@@ -104,6 +104,15 @@ TEST(Payload, TwoLogsOfTheSameArmHaveNone) {
                                                {&other.recording, 1}, {});
   for (int i = 0; i < 10; ++i) EXPECT_LT(std::abs(fit.free[i]), 5 * fit.standard_error[i]) << i;
   EXPECT_LT(fit.body.m, 0.05);
+}
+
+// Oracle: the other way round, from a frame to its link.
+TEST(Payload, IsToldInTheAxesOfItsFrame) {
+  const Eigen::Matrix3d R = Eigen::Quaterniond(0.5, -0.1, 0.7, 0.2).normalized().toRotationMatrix();
+  const Eigen::Vector3d p(0.1, -0.3, 0.2);
+  const Vector10 in_link = parameters(kGripper, {.name = "tool", .link = 0, .R = R, .p = p});
+  const Vector10 in_frame = dynamics::inertia_in_frame(R, p) * in_link;
+  EXPECT_LT((in_frame - parameters(kGripper)).norm(), 1e-12);
 }
 
 TEST(Payload, NeedsAFrameThatMoves) {

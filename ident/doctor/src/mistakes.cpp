@@ -346,11 +346,11 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
     if (gained > kBelief && other.unexplained() < kUnderstood) {
       best = std::move(other);
       const Eigen::Vector3d up = -turned->gravity.normalized();
-      mount = describe(d, motion, {"mount", false, true}, std::exp(gained), "");
+      mount = describe(d, motion, {"mount", false, true}, std::exp(gained / d.n()), "");
       mount->joint = -1;
-      mount->unit =
-          fmt::format("times less unexplained where ({:.2g} {:.2g} {:.2g}) of the base is up",
-                      up[0], up[1], up[2]);
+      mount->unit = fmt::format(
+          "times less of each joint unexplained where ({:.2g} {:.2g} {:.2g}) of the base is up",
+          up[0], up[1], up[2]);
     }
   }
   if (mount) findings.push_back(*mount);

@@ -11,7 +11,8 @@ namespace fricid::workflow {
 
 /// The load that the arm of `without` carries in the recordings `with`.
 /// @param frame  that carries it; empty: flange or tool0, whichever the robot has
-/// @throws UserError without a robot, for a frame that it has not or that does not move, for logs of
+/// @throws UserError without a robot, for a frame that it has not or that does not move, for logs
+/// of
 ///         other joints or with uneven times
 data::PayloadFile find_payload(const Subject& without, const std::vector<data::Dataset>& with,
                                const std::string& frame);
