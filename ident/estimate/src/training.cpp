@@ -14,6 +14,15 @@ namespace {
 constexpr double kResolved = 0.5;       // [rad] phase per step of a spring that steps resolve
 constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may change
 
+/// (n) stiffness that steps of dt resolve [N m/rad]: sqrt(k/m) dt = 0.5, m = 1/(M^-1)_jj the
+/// inertia that joint j shows while the others are free, at the first sample. Gradients through a
+/// stiffer spring are those of its chatter.
+std::vector<double> resolved_stiffness(const Arm& arm, const signals::Recording& recording,
+                                       double dt) {
+  const Eigen::ArrayXd k = std::pow(kResolved / dt, 2) / mobility(arm.robot, recording, 0).array();
+  return {k.begin(), k.end()};
+}
+
 }  // namespace
 
 std::vector<Window> draw_windows(std::span<const signals::Recording> recordings, const Split& split,
@@ -46,12 +55,6 @@ Eigen::VectorXd mobility(const dynamics::RobotModel& robot, const signals::Recor
   return M.inverse().diagonal();
 }
 
-std::vector<double> resolved_stiffness(const Arm& arm, const signals::Recording& recording,
-                                       double dt) {
-  const Eigen::ArrayXd k = std::pow(kResolved / dt, 2) / mobility(arm.robot, recording, 0).array();
-  return {k.begin(), k.end()};
-}
-
 StepOptions longest_leap(const MultiStepOptions& options,
                          const std::function<Eigen::VectorXd(StepOptions)>& gradient) {
   const Eigen::VectorXd wanted = gradient(options.judge);
@@ -61,16 +64,21 @@ StepOptions longest_leap(const MultiStepOptions& options,
   return step;
 }
 
-void require_room_for_windows(std::span<const signals::Recording> recordings, const Split& split,
-                              int steps, double window_s) {
+WindowSetup set_up_windows(const Arm& start, std::span<const signals::Recording> recordings,
+                           const MultiStepOptions& options) {
+  const double dt = recordings.front().dt;
+  WindowSetup setup{
+      .steps = static_cast<int>(std::lround(options.window_s / dt)),
+      .split = split_recordings(recordings, options.hold_out),
+      .coordinates = {.rigid_body = options.rigid_body, .torque_scale = options.torque_scale}};
   for (std::size_t i = 0; i < recordings.size(); ++i)
-    if (split.train_end[i] < 2 * steps)
+    if (setup.split.train_end[i] < 2 * setup.steps)
       throw UserError("{}: {} samples are too few for windows of {} s", recordings[i].log.name,
-                      recordings[i].length(), window_s);
-}
-
-int window_steps(std::span<const signals::Recording> recordings, const MultiStepOptions& options) {
-  return static_cast<int>(std::lround(options.window_s / recordings.front().dt));
+                      recordings[i].length(), options.window_s);
+  setup.coordinates.stiffest = resolved_stiffness(start, recordings.front(),
+                                                  dt * options.judge.leap / options.judge.substeps);
+  setup.coordinates.limits = options.limits;
+  return setup;
 }
 
 }  // namespace fricid::estimate

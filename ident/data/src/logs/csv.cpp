@@ -60,10 +60,8 @@ class Lines {
   }
   /// Passes over lines, whatever they hold.
   void skip(int count) {
-    for (; count > 0 && !rest_.empty(); --count) {
-      ++number_;
-      rest_.remove_prefix(std::min(rest_.find('\n'), rest_.size() - 1) + 1);
-    }
+    rest_ = without_lines(rest_, count);
+    number_ += count;
   }
   int number() const { return number_; }
   std::string where() const { return fmt::format("{}:{}", file_, number_); }
@@ -136,6 +134,12 @@ std::vector<std::size_t> pick(const std::vector<std::string>& names,
 }
 
 }  // namespace
+
+std::string_view without_lines(std::string_view text, int count) {
+  for (; count > 0 && !text.empty(); --count)
+    text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  return text;
+}
 
 std::vector<std::string> csv_names(std::string_view text, const std::string& file,
                                    const LogStyle& style, std::string_view prefix) {

@@ -10,6 +10,9 @@
 
 namespace fricid::data {
 
+/// The text behind its first `count` lines, whatever they hold.
+std::string_view without_lines(std::string_view text, int count);
+
 /// @param prefix  cut off from headers that begin with it
 /// @throws UserError "file:line: ..." for an empty file
 std::vector<std::string> csv_names(std::string_view text, const std::string& file,

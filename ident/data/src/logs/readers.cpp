@@ -27,11 +27,6 @@ constexpr std::size_t kHead = 16384;  // bytes that tell a format
 std::string first_line(std::string_view head) {
   return lower_case(head.substr(0, std::min(head.find('\n'), head.size())));
 }
-std::string_view without_lines(std::string_view head, int count) {
-  for (; count > 0 && !head.empty(); --count)
-    head.remove_prefix(std::min(head.find('\n'), head.size() - 1) + 1);
-  return head;
-}
 bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
 }

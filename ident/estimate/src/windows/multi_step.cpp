@@ -162,13 +162,14 @@ Steps steps_of(const MultiStepOptions& options, int size, std::string_view label
 class WindowProblem {
  public:
   WindowProblem(const ArmPoint& start, std::span<const signals::Recording> recordings,
-                const MultiStepOptions& options, bool second_order, int jobs)
+                const MultiStepOptions& options, const WindowSetup& setup, bool second_order,
+                int jobs)
       : recordings_(recordings),
         options_(options),
         second_order_(second_order),
         jobs_(jobs),
-        steps_(window_steps(recordings, options)),
-        split_(split_recordings(recordings, options.hold_out)),
+        steps_(setup.steps),
+        split_(setup.split),
         rng_(options.seed, 0),
         z_(wash_out(start.arm(), recordings, jobs)),
         step_(longest_leap(start)),
@@ -297,20 +298,12 @@ MultiStepReport train_multi_step(const Arm& start, std::span<const signals::Reco
                                  const MultiStepOptions& options, std::string_view label,
                                  int jobs) {
   const auto begin = std::chrono::steady_clock::now();
-  const int steps = window_steps(recordings, options);
-  const Split split = split_recordings(recordings, options.hold_out);
-  require_room_for_windows(recordings, split, steps, options.window_s);
-
-  CoordinateOptions bounded{.rigid_body = options.rigid_body, .torque_scale = options.torque_scale};
-  bounded.stiffest =
-      resolved_stiffness(start, recordings.front(),
-                         recordings.front().dt * options.judge.leap / options.judge.substeps);
-  bounded.limits = options.limits;
-  const ArmCoordinates coordinates(start, bounded);
+  const WindowSetup setup = set_up_windows(start, recordings, options);
+  const ArmCoordinates coordinates(start, setup.coordinates);
   const Steps kind = steps_of(options, coordinates.size(), label);
   ArmPoint point(coordinates, start), first = point;
   first.move_to(first.c());
-  WindowProblem problem(first, recordings, options, kind.second_order, jobs);
+  WindowProblem problem(first, recordings, options, setup, kind.second_order, jobs);
 
   MultiStepReport report;
   report.leap = problem.leap();

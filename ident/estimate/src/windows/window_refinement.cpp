@@ -146,15 +146,10 @@ MultiStepReport refine_on_windows(const Arm& start, const TorquePull& torque,
                                   const MultiStepOptions& options, std::string_view label,
                                   int jobs) {
   const auto begin = std::chrono::steady_clock::now();
-  const int steps = window_steps(recordings, options);
-  const Split split = split_recordings(recordings, options.hold_out);
-  require_room_for_windows(recordings, split, steps, options.window_s);
-  CoordinateOptions bounded{.rigid_body = options.rigid_body, .torque_scale = options.torque_scale};
-  bounded.stiffest =
-      resolved_stiffness(start, recordings.front(),
-                         recordings.front().dt * options.judge.leap / options.judge.substeps);
-  bounded.limits = options.limits;
-  const ArmCoordinates coordinates(start, bounded);
+  const WindowSetup setup = set_up_windows(start, recordings, options);
+  const int steps = setup.steps;
+  const Split& split = setup.split;
+  const ArmCoordinates coordinates(start, setup.coordinates);
   ArmPoint point(coordinates, start);
   const int iterations = options.iterations > 0 ? options.iterations : kIterations;
 
