@@ -44,9 +44,11 @@ void add_mount(CLI::App& command, scene::Mount& mount) {
   command
       .add_option_function<std::string>(
           "--mount",
-          [&mount](const std::string& name) { mount = *value_named<scene::Mount>(name); },
+          [&mount](const std::string& name) {
+            mount = value_named<scene::Mount>(name).value_or(scene::Mount::kFloor);
+          },
           "of the robot: floor, ceiling or wall; default floor")
-      ->check(CLI::IsMember(all_names<scene::Mount>()));
+      ->check(CLI::IsMember({"floor", "ceiling", "wall"}));
 }
 
 /// The text as one printable line.
