@@ -8,6 +8,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <stdexcept>
 #include <string>
 
 #include "fricid/base/progress.hpp"
@@ -66,6 +67,22 @@ TEST(Processes, ProgramsEndWithTheProcessThatStartedThem) {
 TEST(Processes, GivesTheStatusOfWhatEnded) {
   EXPECT_EQ(WEXITSTATUS(wait_for_process(start("exit 3"))), 3);
   EXPECT_EQ(WTERMSIG(wait_for_process(start("kill -9 $$"))), 9);
+}
+
+TEST(Processes, WorkOfAChildLeavesUsAsWeWere) {
+  int changed = 0;
+  EXPECT_EQ(try_in_child([&] { changed = 1; }, 10), Trial::kEnded);
+  EXPECT_EQ(try_in_child([] { throw std::runtime_error("refused"); }, 10), Trial::kEnded);
+  EXPECT_EQ(try_in_child([] { std::raise(SIGSEGV); }, 10), Trial::kCrashed);
+  EXPECT_EQ(try_in_child([] { std::abort(); }, 10), Trial::kCrashed);
+  EXPECT_EQ(try_in_child(
+                [] {
+                  for (volatile bool on = true; on;) {
+                  }
+                },
+                1),
+            Trial::kTooLong);
+  EXPECT_EQ(changed, 0);
 }
 
 /// For a child, since a request to stop cannot be taken back: how `command` ended after one.

@@ -6,6 +6,7 @@
 #include <array>
 #include <functional>
 
+#include "fricid/base/files.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/log_reader.hpp"
@@ -227,6 +228,29 @@ TEST_F(Hdf5Limits, GiantAttributesAreRefusedByTheirSize) {
   EXPECT_EQ(reader.numbers_attribute("most").size(), 100'000u);
   EXPECT_EQ(message_of([&] { reader.numbers_attribute("more"); }),
             "b.h5: 100001 values of an attribute of an HDF5 file; allowed: up to 100000");
+}
+
+// A text of variable length lies in a heap of the file, under a size that the library of Debian 12
+// believes.
+TEST_F(Hdf5Limits, AFileOnWhichTheLibraryCrashesIsRefused) {
+  const hid_t file = H5Fcreate(path("b.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  const hid_t type = H5Tcopy(H5T_C_S1), space = H5Screate(H5S_SCALAR);
+  H5Tset_size(type, H5T_VARIABLE);
+  const hid_t unit = H5Acreate2(file, "unit", type, space, H5P_DEFAULT, H5P_DEFAULT);
+  const char* text = "rad";
+  H5Awrite(unit, type, &text);
+  for (const auto close : {H5Aclose(unit), H5Sclose(space), H5Tclose(type), H5Fclose(file)})
+    ASSERT_GE(close, 0);
+  EXPECT_EQ(H5Reader(path("b.h5"), "").text_attribute("unit"), "rad");
+
+  std::string bytes = read_file(path("b.h5"));
+  const std::size_t heap = bytes.find("GCOL");
+  ASSERT_NE(heap, std::string::npos);
+  bytes.replace(heap + 24, 8, std::string("\xff\xff\xff\xff\xff\xff\xff\x27"));
+  write("b.h5", bytes);
+  EXPECT_THAT(message_of([&] { H5Reader(path("b.h5"), "").text_attribute("unit"); }),
+              testing::AnyOf("b.h5: damaged: the HDF5 library crashes on it",
+                             "b.h5: attribute unit is missing or not a text"));
 }
 
 class McapLimits : public FolderTest {};

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -33,11 +34,16 @@ void wait_until(int descriptor, short event) {
   }
 }
 
+/// In the new process: ends with the thread that started it.
+void die_with(pid_t parent) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (::getppid() != parent) ::_exit(127);
+}
+
 /// In the new process: becomes the program, or tells `failure` why not.
 [[noreturn]] void become(char* const* arguments, const Streams& streams, pid_t parent,
                          int failure) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) ::_exit(127);
+  die_with(parent);
   const int null = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   const std::array<int, 3> from{streams.input, streams.output, streams.errors};
   for (int to = 0; to < 3; ++to) {
@@ -84,6 +90,35 @@ int wait_for_process(int id) {
     std::this_thread::sleep_for(look);
     look = std::min(2 * look, std::chrono::milliseconds(kLook));
   }
+}
+
+Trial try_in_child(const std::function<void()>& work, int most_s) {
+  const pid_t parent = ::getpid(), child = ::fork();
+  if (child == 0) {
+    die_with(parent);
+    const int null = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+    ::dup2(null, STDOUT_FILENO);
+    ::dup2(null, STDERR_FILENO);
+    const auto most = static_cast<rlim_t>(most_s);
+    const rlimit time{most, most + 1}, no_core{0, 0};
+    ::setrlimit(RLIMIT_CPU, &time);
+    ::setrlimit(RLIMIT_CORE, &no_core);
+    for (const int signal : {SIGXCPU, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
+      ::signal(signal, SIG_DFL);
+    try {
+      work();
+    } catch (const std::exception&) {
+      ::_exit(0);
+    }
+    ::_exit(0);
+  }
+  if (child < 0) return Trial::kEnded;
+  const int status = wait_for_process(child);
+  throw_if_stopped();
+  if (status == 0) return Trial::kEnded;
+  const bool late =
+      WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
+  return late ? Trial::kTooLong : Trial::kCrashed;
 }
 
 void wait_until_readable(int descriptor) { wait_until(descriptor, POLLIN); }

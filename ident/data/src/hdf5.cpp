@@ -14,6 +14,7 @@
 #include "fricid/base/names.hpp"
 #include "fricid/base/recording_file.hpp"
 #include "hdf5_library.hpp"
+#include "hdf5_trial.hpp"
 
 namespace fricid::data {
 namespace {
@@ -49,6 +50,7 @@ hid_t open_file(const fs::path& path) {
         0)
       throw UserError("{}: torn: its checksum does not match", name);
   }
+  try_to_read(name);
   const hid_t file = H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   if (file < 0) throw UserError("{}: not an HDF5 file, or torn", name);
   return file;
@@ -180,10 +182,7 @@ RowMatrix H5Reader::matrix(const std::string& name, int columns) const {
   const TableShape& found = *numbers;
   if (columns >= 0 && found.columns != columns)
     throw UserError("{}: /{} has {} columns; allowed: {}", path_, name, found.columns, columns);
-  require_memory(8.0 * static_cast<double>(found.rows) * static_cast<double>(found.columns) +
-                     bytes_of_chunk(table),
-                 path_,
-                 fmt::format("table /{} of {} x {} numbers", name, found.rows, found.columns));
+  require_memory_for(table, found, name, path_);
   RowMatrix values(found.rows, found.columns);
   if (values.size() > 0 &&
       H5Dread(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)

@@ -172,4 +172,11 @@ std::optional<TableShape> shape_of_numbers(hid_t table) {
   return TableShape{size(shape[0]), shape.size() == 2 ? size(shape[1]) : 1};
 }
 
+void require_memory_for(hid_t table, const TableShape& shape, const std::string& name,
+                        const std::string& path) {
+  const double numbers = static_cast<double>(shape.rows) * static_cast<double>(shape.columns);
+  require_memory(8 * numbers + bytes_of_chunk(table), path,
+                 fmt::format("table /{} of {} x {} numbers", name, shape.rows, shape.columns));
+}
+
 }  // namespace fricid::data::hdf5

@@ -74,4 +74,8 @@ double bytes_of_chunk(hid_t table);
 /// Rows and columns of a table of numbers, as the file declares them; nothing of another table.
 std::optional<TableShape> shape_of_numbers(hid_t table);
 
+/// @throws UserError when reading all numbers of a table would take too much memory
+void require_memory_for(hid_t table, const TableShape& shape, const std::string& name,
+                        const std::string& path);
+
 }  // namespace fricid::data::hdf5
