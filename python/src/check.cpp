@@ -7,6 +7,8 @@
 
 #include <tuple>
 
+#include "fricid/base/enum_names.hpp"
+#include "fricid/base/error.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/workflow/check.hpp"
 #include "job.hpp"
@@ -30,6 +32,14 @@ Report report_of(const workflow::Subject& subject) {
   return {report.whole(), data::to_json(workflow::check_file(report, subject)), words};
 }
 
+/// @throws UserError for a mount that has no name, or that needs angles of a scene
+workflow::RobotOfLog robot_at(const fs::path& urdf, const std::string& mount) {
+  const auto found = value_named<scene::Mount>(mount);
+  if (!found || *found == scene::Mount::kRpy)
+    throw UserError("mount {}: allowed: floor, ceiling, wall", mount);
+  return {urdf, *found};
+}
+
 }  // namespace
 
 void bind_check(nb::module_& m) {
@@ -42,22 +52,24 @@ void bind_check(nb::module_& m) {
       "folder"_a);
   m.def(
       "check_file",
-      [](const fs::path& log, const fs::path& contract, const fs::path& robot) {
-        return job(nb::none(),
-                   [&] { return report_of(workflow::subject_of_log(log, contract, {robot})); });
+      [](const fs::path& log, const fs::path& contract, const fs::path& robot,
+         const std::string& mount) {
+        return job(nb::none(), [&] {
+          return report_of(workflow::subject_of_log(log, contract, robot_at(robot, mount)));
+        });
       },
-      "log"_a, "contract"_a, "robot"_a);
+      "log"_a, "contract"_a, "robot"_a, "mount"_a);
   m.def(
       "check_log",
-      [](const data::Dataset& log, const fs::path& robot) {
+      [](const data::Dataset& log, const fs::path& robot, const std::string& mount) {
         return job(nb::none(), [&] {
           workflow::Subject subject;
-          subject.robot = workflow::robot_of_log({robot}, log.joint_names);
+          subject.robot = workflow::robot_of_log(robot_at(robot, mount), log.joint_names);
           subject.sets.push_back(log);
           return report_of(subject);
         });
       },
-      "log"_a, "robot"_a);
+      "log"_a, "robot"_a, "mount"_a);
 }
 
 }  // namespace fricid::python

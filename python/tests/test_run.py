@@ -237,6 +237,11 @@ def test_check_of_runs_files_and_arrays(run, log, tmp_path):
     done = program("check", run.folder / "data/validation_0.h5", "--robot", robot, "--json")
     assert fricid.check(run.folder / "data/validation_0.h5", robot=robot).report == json.loads(done.stdout)
 
+    hanging = fricid.check(log, robot=robot, mount="ceiling")
+    assert not hanging.whole and "mount" in hanging.text
+    with pytest.raises(fricid.UserError, match="mount floating: allowed: floor, ceiling, wall"):
+        fricid.check(log, robot=robot, mount="floating")
+
     swapped = np.array(log.q)
     swapped[:, [1, 2]] = swapped[:, [2, 1]]
     damaged = fricid.check(fricid.Log(swapped, log.tau, log.rate_hz, joint_names=log.joint_names), robot=robot)
