@@ -200,7 +200,7 @@ void JsonReader::require_bounds(std::string_view key, const Json& value, const F
   if (!value.is_number()) refuse(key, "a number");
   const double x = value.get<double>();
   if (x >= field.lower && x <= field.upper) return;
-  const bool open = field.upper == std::numeric_limits<double>::max();
+  const bool open = field.upper >= kUnbounded;
   throw UserError("{}: {}{}: found {}; allowed: {:g} {}", where_, prefix_, key, shown(value),
                   field.lower, open ? "or more" : fmt::format("to {:g}", field.upper));
 }

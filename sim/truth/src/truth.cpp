@@ -33,7 +33,7 @@ struct ParameterText {
     archive("owner", owner, text("law or modifier"));
     archive("symbol", symbol, text("of the owner's table"));
     archive("unit", unit, text("of the value"));
-    archive("value", value, number("", -1e300, 1e300, "of the parameter"));
+    archive("value", value, any_number("", "of the parameter"));
   }
 };
 

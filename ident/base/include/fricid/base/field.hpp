@@ -23,6 +23,17 @@ constexpr Field number(std::string_view unit, double lower, double upper,
                        std::string_view meaning) {
   return {.meaning = meaning, .unit = unit, .lower = lower, .upper = upper};
 }
+/// A bound that is none: far from the overflow of a few sums and products.
+inline constexpr double kUnbounded = 1e300;
+constexpr Field any_number(std::string_view unit, std::string_view meaning) {
+  return number(unit, -kUnbounded, kUnbounded, meaning);
+}
+constexpr Field not_negative(std::string_view unit, std::string_view meaning) {
+  return number(unit, 0, kUnbounded, meaning);
+}
+constexpr Field at_most_one(std::string_view unit, std::string_view meaning) {
+  return number(unit, -kUnbounded, 1, meaning);
+}
 constexpr Field per_joint(std::string_view unit, double lower, double upper,
                           std::string_view meaning) {
   return {.meaning = meaning, .unit = unit, .lower = lower, .upper = upper, .per_joint = true};

@@ -22,12 +22,13 @@ struct CheckedParameter {
   void visit(Archive& archive) {
     archive("name", name, text("base parameter, or Coulomb, viscous or constant friction"));
     archive("verdict", verdict, text("whether the data determine it"));
-    archive("value", value, number("", -1e300, 1e300, "estimate by linear regression"));
-    archive("standard_error", standard_error, number("", 0, 1e300, "predicted standard error"));
-    archive("percent", percent,
-            number("%", 0, 1e300,
-                   "standard error over the size of the parameter, or over the size at which it "
-                   "would matter"));
+    archive("value", value, any_number("", "estimate by linear regression"));
+    archive("standard_error", standard_error, not_negative("", "predicted standard error"));
+    archive(
+        "percent", percent,
+        not_negative("%",
+                     "standard error over the size of the parameter, or over the size at which it "
+                     "would matter"));
     archive("words", words,
             text("why it is not determined, or what it is confused with; empty: determined"));
   }
@@ -57,7 +58,7 @@ struct CheckedJoint {
   template <class Archive>
   void visit(Archive& archive) {
     const auto size = [](std::string_view unit, std::string_view meaning) {
-      return number(unit, 0, 1e300, meaning);
+      return not_negative(unit, meaning);
     };
     archive("joint", joint, text("name of the joint"));
     archive("fastest_rad_s", fastest, size("rad/s", "largest speed"));
@@ -67,7 +68,7 @@ struct CheckedJoint {
     archive("presliding_excursions", presliding, size("", "reversals before that travel"));
     archive("samples_per_climb", samples_per_climb,
             size("", "samples within that travel after a reversal, median"));
-    archive("load_Nm", load, number("N m", -1e300, 1e300, "least and largest torque"));
+    archive("load_Nm", load, any_number("N m", "least and largest torque"));
     archive("temperature_K", temperature, size("K", "least and largest; empty: not measured"));
     archive("resolution_rad", resolution, size("rad", "smallest step of the logged position"));
   }

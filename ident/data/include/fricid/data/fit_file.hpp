@@ -35,11 +35,12 @@ struct FittedParameter {
   template <class Archive>
   void visit(Archive& archive) {
     archive("symbol", symbol, text("of the law's table"));
-    archive("value", value, number("", -1e300, 1e300, "in the unit of the law's table"));
-    archive("standard_error", standard_error,
-            number("", 0, 1e300,
-                   "Coulomb and viscous: estimated together with the rigid body; others: with "
-                   "the rigid body given; null: unknown"));
+    archive("value", value, any_number("", "in the unit of the law's table"));
+    archive(
+        "standard_error", standard_error,
+        not_negative("",
+                     "Coulomb and viscous: estimated together with the rigid body; others: with "
+                     "the rigid body given; null: unknown"));
   }
 };
 
@@ -57,17 +58,15 @@ struct FittedJoint {
 
   template <class Archive>
   void visit(Archive& archive) {
-    const auto torque = [](std::string_view meaning) {
-      return number("N m", -1e300, 1e300, meaning);
-    };
+    const auto torque = [](std::string_view meaning) { return any_number("N m", meaning); };
     archive("joint", joint, text("name of the joint"));
     archive("outcome", outcome, choice("how the search ended"));
     archive("message", message, text("the same in words"));
     archive("offset_Nm", offset, torque("constant torque in addition to the law"));
     archive("rms_Nm", rms, torque("residual of the friction torque"));
-    archive("explained", explained, number("1", -1e300, 1, "1 - residual / target mean square"));
+    archive("explained", explained, at_most_one("1", "1 - residual / target mean square"));
     archive("residual_rms_Nm", residual_rms, torque("residual of the motor torque"));
-    archive("r2", r2, number("1", -1e300, 1, "share of the motor torque's variance explained"));
+    archive("r2", r2, at_most_one("1", "share of the motor torque's variance explained"));
     archive("start_rms_Nm", start_rms, torque("residual at the end of each start of the search"));
     archive("at_bound", at_bound, text("symbols of parameters that ended on a bound"));
     archive("evaluations", evaluations, number("", 0, 1e9, "of the objective"));
@@ -86,7 +85,7 @@ struct FittedBaseParameter {
   template <class Archive>
   void visit(Archive& archive) {
     const auto inertial = [](std::string_view meaning) {
-      return number("kg, kg m, kg m^2", -1e300, 1e300, meaning);
+      return any_number("kg, kg m, kg m^2", meaning);
     };
     archive("name", name, text("combination of standard parameters"));
     archive("value", value, inertial("least squares"));
@@ -110,13 +109,13 @@ struct FittedRigidBody {
   template <class Archive>
   void visit(Archive& archive) {
     const auto per_joint = [](std::string_view unit, std::string_view meaning) {
-      return number(unit, -1e300, 1e300, meaning);
+      return any_number(unit, meaning);
     };
     archive("outcome", outcome, choice("how the regression ended"));
     archive("message", message, text("the same in words"));
     archive("prior", prior, text("why nominal values entered as a prior; empty: they did not"));
     archive("condition", condition,
-            number("1", 0, 1e300, "of the weighted regressor, columns of unit length"));
+            not_negative("1", "of the weighted regressor, columns of unit length"));
     archive("rows_used", rows, number("", 0, 1e9, "per joint, samples"));
     archive("rows_total", rows_total, number("", 0, 1e9, "per joint, samples"));
     archive("equations", equations, number("", 0, 1e9, "per joint, after decimation"));
@@ -144,13 +143,14 @@ struct FittedTraining {
   void visit(Archive& archive) {
     archive("outcome", outcome, choice("how it ended"));
     archive("message", message, text("the same in words"));
-    archive("loss", loss, number("1", 0, 1e300, "loss per step"));
+    archive("loss", loss, not_negative("1", "loss per step"));
     archive("checked", checked,
             number("", 0, 1e9, "steps after which the held-out error was evaluated"));
-    archive("held_out", held_out,
-            number("", 0, 1e300,
-                   "error on the held-out part, one per entry of `checked`: MSE of q [rad^2] of "
-                   "windows, residual share of the friction torque of torque training"));
+    archive(
+        "held_out", held_out,
+        not_negative("",
+                     "error on the held-out part, one per entry of `checked`: MSE of q [rad^2] of "
+                     "windows, residual share of the friction torque of torque training"));
     archive("chosen", chosen,
             number("", 0, 1e9, "index in `checked` of the parameters that were kept"));
     archive("skipped", skipped, number("", 0, 1e9, "steps without a finite gradient"));
@@ -166,7 +166,7 @@ struct FittedIteration {
   template <class Archive>
   void visit(Archive& archive) {
     const auto value = [](std::string_view unit, std::string_view meaning) {
-      return number(unit, -1e300, 1e300, meaning);
+      return any_number(unit, meaning);
     };
     archive("log_likelihood", log_likelihood, value("nat", "of the training parts"));
     archive("nis", nis, value("1", "normalised innovation squared per channel"));
@@ -194,12 +194,12 @@ struct FittedEm {
   template <class Archive>
   void visit(Archive& archive) {
     const auto variance = [](std::string_view unit, std::string_view meaning) {
-      return number(unit, 0, 1e300, meaning);
+      return not_negative(unit, meaning);
     };
     archive("outcome", outcome, choice("how it ended"));
     archive("message", message, text("the same in words"));
     archive("held_out_q_mse_start", held_out_start,
-            number("rad^2", 0, 1e300, "before the first iteration"));
+            not_negative("rad^2", "before the first iteration"));
     archive.sections("iterations", iterations, "E- and M-steps");
     archive("chosen", chosen,
             number("", -1, 1e9, "index of the iteration that was kept; -1: the start"));
@@ -234,9 +234,9 @@ struct FittedCandidate {
   void visit(Archive& archive) {
     archive("name", name, text("model and method"));
     archive("held_out_q_mse", held_out,
-            number("rad^2", 0, 1e300, "of held-out rollouts, geometric mean"));
+            not_negative("rad^2", "of held-out rollouts, geometric mean"));
     archive("held_out_torque", torque,
-            number("1", 0, 1e300, "residual share of the torque's variance, held-out rows"));
+            not_negative("1", "residual share of the torque's variance, held-out rows"));
     archive("parameters", parameters, number("", 0, 1e9, "free parameters of the friction"));
     archive("taken", taken, flag("whether it was chosen"));
   }
@@ -254,11 +254,9 @@ struct FittedPart {
     archive("part", part,
             text("load, power_flow, asymmetry, ripple, temperature; bristle: lugre instead of the "
                  "bank"));
-    archive(
-        "gain", gain,
-        number("1", -1e300, 1e300, "relative rise of the held-out mean square without the part"));
-    archive("gain_se", error,
-            number("1", 0, 1e300, "standard error of gain, from blocks of a second"));
+    archive("gain", gain,
+            any_number("1", "relative rise of the held-out mean square without the part"));
+    archive("gain_se", error, not_negative("1", "standard error of gain, from blocks of a second"));
     archive("on", on, flag("whether the model includes it"));
   }
 };
@@ -298,9 +296,9 @@ struct FitFile {
     archive("message", message, text("the outcome in words"));
     archive.sections("faults", faults, "why not to trust it");
     archive("objective", objective,
-            number("1", 0, 1e300,
-                   "per pass, mean over joints of residual / torque mean "
-                   "square"));
+            not_negative("1",
+                         "per pass, mean over joints of residual / torque mean "
+                         "square"));
     archive("parameters", parameters, number("", 0, 1e9, "number of fitted values"));
     archive.section("rigid_body", rigid_body, "the regression of the rigid body");
     archive.sections("joints", joints, "friction joint by joint");

@@ -24,10 +24,10 @@ struct PayloadFile {
   template <class Archive>
   void visit(Archive& archive) {
     const auto any = [](std::string_view unit, std::string_view meaning) {
-      return number(unit, -1e300, 1e300, meaning);
+      return any_number(unit, meaning);
     };
     const auto error = [](std::string_view unit, std::string_view meaning) {
-      return number(unit, 0, 1e300, meaning);
+      return not_negative(unit, meaning);
     };
     archive("without", without, text("names of the logs without the load"));
     archive("with", with, text("names of the logs with the load"));

@@ -18,11 +18,7 @@ namespace fricid::data {
 
 /// A number that is always there.
 constexpr Field finite(std::string_view unit, std::string_view meaning) {
-  return required(number(unit, std::numeric_limits<double>::lowest(),
-                         std::numeric_limits<double>::max(), meaning));
-}
-constexpr Field not_negative(std::string_view unit, std::string_view meaning) {
-  return required(number(unit, 0, std::numeric_limits<double>::max(), meaning));
+  return required(any_number(unit, meaning));
 }
 constexpr Field whole(double lower, double upper, std::string_view meaning) {
   return required(number("", lower, upper, meaning));
@@ -74,11 +70,13 @@ struct WrittenJoint {
     archive("axis", joint.axis, finite("1", "unit vector in the joint frame"));
     archive("lower", joint.lower, finite("rad", "position limit"));
     archive("upper", joint.upper, finite("rad", "position limit"));
-    archive("velocity", joint.velocity, not_negative("rad/s", "limit; 0: none"));
-    archive("effort", joint.effort, not_negative("N m", "limit; 0: none"));
-    archive("acceleration", joint.acceleration, not_negative("rad/s^2", "limit; 0: none"));
-    archive("jerk", joint.jerk, not_negative("rad/s^3", "limit; 0: none"));
-    archive("armature", armature, not_negative("kg m^2", "inertia of the rotor at the joint"));
+    archive("velocity", joint.velocity, required(not_negative("rad/s", "limit; 0: none")));
+    archive("effort", joint.effort, required(not_negative("N m", "limit; 0: none")));
+    archive("acceleration", joint.acceleration,
+            required(not_negative("rad/s^2", "limit; 0: none")));
+    archive("jerk", joint.jerk, required(not_negative("rad/s^3", "limit; 0: none")));
+    archive("armature", armature,
+            required(not_negative("kg m^2", "inertia of the rotor at the joint")));
     archive.section("moves", moves, "the link, in the joint frame");
   }
 };

@@ -31,7 +31,7 @@ struct ComparedModel {
   template <class Archive>
   void visit(Archive& archive) {
     constexpr auto value = [](std::string_view unit, std::string_view meaning) {
-      return number(unit, -1e300, 1e300, meaning);
+      return any_number(unit, meaning);
     };
     archive("name", name, text("of the model"));
     archive("label", label, text("name in tables"));
@@ -69,7 +69,7 @@ struct ComparedScene {
     archive("scene", scene, text("name of the scene"));
     archive("runs", runs, number("", 1, 1e9, "number of runs"));
     archive("horizons_s", horizons_s, number("s", 0, 1e9, "lengths of the rollouts"));
-    archive("headroom", headroom, number("1", 0, 1e300, "per horizon, of the means over the runs"));
+    archive("headroom", headroom, not_negative("1", "per horizon, of the means over the runs"));
     archive.sections("models", models, "every model that one of the runs has");
   }
 };

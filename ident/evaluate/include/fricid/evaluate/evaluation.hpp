@@ -125,7 +125,7 @@ struct Summary {
   template <class Archive>
   void visit(Archive& archive) {
     constexpr auto per_horizon = [](std::string_view unit, std::string_view meaning) {
-      return number(unit, 0, 1e300, meaning);
+      return not_negative(unit, meaning);
     };
     archive("name", name, text("of the model"));
     archive("label", label, text("name in tables and plots"));
@@ -150,9 +150,9 @@ struct Summary {
     archive("interval_over", interval_over,
             choice("seeds|trajectories|none", "what the interval is computed over"));
     archive("ratio_to_oracle", ratio_to_oracle, per_horizon("1", "per horizon"));
-    archive("headroom_closed", headroom_closed,
-            number("1", -1e300, 1,
-                   "per horizon: 0 as good as the best conventional model, 1 as the oracle"));
+    archive(
+        "headroom_closed", headroom_closed,
+        at_most_one("1", "per horizon: 0 as good as the best conventional model, 1 as the oracle"));
     archive("diverged", diverged, number("", 0, 1e9, "number of diverged rollouts"));
     archive("rollouts", rollouts, number("", 0, 1e9, "number of rollouts"));
     archive("friction", friction,
@@ -209,9 +209,7 @@ struct Evaluation {
 
   template <class Archive>
   void visit(Archive& archive) {
-    constexpr auto mse = [](std::string_view meaning) {
-      return number("rad^2", 0, 1e300, meaning);
-    };
+    constexpr auto mse = [](std::string_view meaning) { return not_negative("rad^2", meaning); };
     archive("scene", scene, text("name of the scene"));
     archive("horizons_s", horizons_s,
             number("s", 0, 1e9, "lengths of the rollouts; full length in seconds"));
@@ -220,9 +218,8 @@ struct Evaluation {
                      "repeatability of every recording whose motion is periodic");
     archive.sections("models", models, "every model and seed, oracles first");
     archive.sections("summary", summary, "every model over its seeds, in the same order");
-    archive(
-        "headroom", headroom,
-        number("1", 0, 1e300, "per horizon, best conventional / oracle, or without one / floor"));
+    archive("headroom", headroom,
+            not_negative("1", "per horizon, best conventional / oracle, or without one / floor"));
     archive("oracle", oracle, mse("per horizon, geometric mean of q_mse of the oracle"));
     archive("halving", halving,
             mse("per horizon, between the truth and the truth at half its step"));

@@ -31,7 +31,7 @@ struct HorizonErrors {
   template <class Archive>
   void visit(Archive& archive) {
     const auto field = [](std::string_view unit, std::string_view meaning) {
-      return number(unit, 0, 1e300, meaning);
+      return not_negative(unit, meaning);
     };
     archive("q_mse", q_mse, field("rad^2", "per horizon, mean over joints and samples"));
     archive("q_mae", q_mae, field("rad", "per horizon, mean absolute error"));
@@ -65,7 +65,7 @@ struct RegimeError {
   /// @param key  of `all`; the others' are followed by _presliding, _reversal, _sliding
   template <class Archive>
   void visit(Archive& archive, const std::string& key) {
-    const Field field = number("N m", 0, 1e300, "per joint; empty: not known");
+    const Field field = not_negative("N m", "per joint; empty: not known");
     archive(key, all, field);
     archive(key + "_presliding", presliding, field);
     archive(key + "_reversal", reversal, field);

@@ -19,9 +19,8 @@ struct Repeats {
   template <class Archive>
   void visit(Archive& archive) {
     archive("period_s", period_s, number("s", 0, 300, "0: the motion does not repeat"));
-    archive("q_sd", q_sd, number("rad", 0, 1e300, "per joint, standard deviation of one passage"));
-    archive("tau_sd", tau_sd,
-            number("N m", 0, 1e300, "per joint, standard deviation of one passage"));
+    archive("q_sd", q_sd, not_negative("rad", "per joint, standard deviation of one passage"));
+    archive("tau_sd", tau_sd, not_negative("N m", "per joint, standard deviation of one passage"));
   }
 };
 

@@ -25,7 +25,7 @@ struct TorqueError {
   template <class Archive>
   void visit(Archive& archive) {
     archive("time_s", time, number("s", 0, 1e3, "correlation time"));
-    archive("sd", sd, number("N m", 0, 1e300, "per joint, standard deviation in motion"));
+    archive("sd", sd, not_negative("N m", "per joint, standard deviation in motion"));
     archive("slow_gain", slow_gain, number("1", 0, 1e3, "factor on sd at rest"));
   }
 };

@@ -33,7 +33,7 @@ struct TorquePrediction {
   template <class Archive>
   void visit(Archive& archive) {
     const auto field = [](std::string_view unit, std::string_view meaning) {
-      return number(unit, -1e300, 1e300, meaning);
+      return any_number(unit, meaning);
     };
     rmse.visit(archive, "rmse");
     archive("one_step", one_step,

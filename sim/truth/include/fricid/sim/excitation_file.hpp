@@ -23,10 +23,10 @@ struct JointMargins {
 
   template <class Archive>
   void visit(Archive& archive) {
-    const auto share = [](std::string_view meaning) { return number("1", -1e300, 1, meaning); };
+    const auto share = [](std::string_view meaning) { return at_most_one("1", meaning); };
     archive("joint", joint, text("name of the joint"));
     archive("position_rad", position_rad,
-            number("rad", -1e300, 1e300, "distance to the nearer border of the position box"));
+            any_number("rad", "distance to the nearer border of the position box"));
     archive("velocity", velocity, share("1 - largest speed / limit"));
     archive("acceleration", acceleration, share("1 - largest acceleration / limit"));
     archive("jerk", jerk, share("1 - largest jerk / limit"));
@@ -50,16 +50,14 @@ struct TrajectoryReport {
   void visit(Archive& archive) {
     archive("name", name, text("name of the recording"));
     archive("feasible", feasible, flag("keeps all limits"));
-    archive("condition", condition,
-            number("1", 0, 1e300,
-                   "condition number of the base regressor, rows weighted by 1 / effort"));
+    archive(
+        "condition", condition,
+        not_negative("1", "condition number of the base regressor, rows weighted by 1 / effort"));
     archive("log_det_start", log_det_start,
-            number("1", -1e300, 1e300, "log det of the information, best random start"));
-    archive("log_det", log_det,
-            number("1", -1e300, 1e300, "log det of the information, final trajectory"));
+            any_number("1", "log det of the information, best random start"));
+    archive("log_det", log_det, any_number("1", "log det of the information, final trajectory"));
     archive("evaluations", evaluations, number("", 0, 1e9, "evaluations of the criterion"));
-    archive("clearance_m", clearance_m,
-            number("m", -1e300, 1e300, "smallest distance on the trajectory"));
+    archive("clearance_m", clearance_m, any_number("m", "smallest distance on the trajectory"));
     archive("closest", closest, text("the two closest bodies"));
     archive.sections("margins", joints, "margins to the limits, joint by joint");
   }
