@@ -12,9 +12,6 @@
 #include "fricid/data/contract.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
-#include "fricid/signals/recording.hpp"
-#include "fricid/sim/excitation.hpp"
-#include "fricid/sim/mujoco_arm.hpp"
 #include "fricid/workflow/check.hpp"
 #include "fricid/workflow/run.hpp"
 #include "terminal.hpp"
@@ -28,12 +25,12 @@ const dynamics::RobotModel* pointer(const std::optional<dynamics::RobotModel>& r
   return robot ? &*robot : nullptr;
 }
 
-/// @param fixed  names of repaired findings, which are marked so and get no remedy
+/// @param fixed  kinds that were repaired, which are marked so and get no remedy
 void print_findings(const std::vector<doctor::Finding>& findings, const data::Dataset& d,
-                    const std::vector<std::string>& fixed, std::FILE* stream) {
+                    const std::vector<doctor::FindingKind>& fixed, std::FILE* stream) {
   for (const doctor::Finding& finding : findings) {
     const std::string text = doctor::to_text(finding, d);
-    if (std::ranges::count(fixed, finding.name) > 0)
+    if (std::ranges::count(fixed, finding.kind) > 0)
       print(fmt::format("{}: repaired{}\n", d.name,
                         text.substr(text.find(':'), text.find(';') - text.find(':'))),
             stream);
@@ -86,15 +83,17 @@ bool damaged(const std::vector<doctor::Finding>& findings) {
 }
 
 /// Whether a fit to the repaired log would be wrong.
-bool misleads(const std::vector<doctor::Finding>& findings, const std::vector<std::string>& fixed) {
+bool misleads(const std::vector<doctor::Finding>& findings,
+              const std::vector<doctor::FindingKind>& fixed) {
   return std::any_of(findings.begin(), findings.end(), [&](const doctor::Finding& f) {
-    return doctor::kind_of(f.name).misleads && std::ranges::count(fixed, f.name) == 0;
+    return doctor::info_of(f.kind).misleads && std::ranges::count(fixed, f.kind) == 0;
   });
 }
 
 }  // namespace
 
 Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
+  const std::vector<doctor::FindingKind> fixes = doctor::fixes_of(options.fixes);
   const data::Contract contract = data::load_contract(options.contract);
   const auto robot = workflow::robot_of_log(options.robot, contract.joint_names);
   const std::vector<fs::path> paths = outputs_of(options);
@@ -104,16 +103,15 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   for (const fs::path& log : options.logs) {
     const data::Dataset read = data::read_log(log, contract);
     const auto findings = doctor::diagnose(read, pointer(robot));
-    sound = sound && !misleads(findings, options.fixes);
+    sound = sound && !misleads(findings, fixes);
     try {
-      sets.push_back(doctor::repair(read, findings, options.fixes));
+      sets.push_back(doctor::repair(read, findings, fixes));
     } catch (const UserError& error) {
       throw UserError("{}: {}", log.string(), error.what());
     }
     reports.push_back(doctor::diagnosis_file(findings, sets.back()));
-    const std::vector<std::string> warnings =
-        judge(sets.back(), log, contract, options.fixes.empty());
-    print_findings(findings, read, options.fixes, stderr);
+    const std::vector<std::string> warnings = judge(sets.back(), log, contract, fixes.empty());
+    print_findings(findings, read, fixes, stderr);
     for (const std::string& warning : warnings) print(warning + "\n", stderr);
   }
   const std::string_view warning = data::warning_of_kind(contract.torque.kind);
@@ -137,26 +135,15 @@ workflow::Subject subject_of(const CheckOptions& options) {
              : workflow::subject_of_log(options.target, options.contract, options.robot);
 }
 
-void design_next(const workflow::Subject& subject, const fs::path& file, int jobs) {
-  std::vector<signals::Recording> recordings;
-  for (const data::Dataset& d : subject.sets)
-    recordings.push_back(signals::make_recording(d, subject.identify.cutoff_hz));
-  sim::ExcitationOptions config = subject.excitation;
-  config.train = 1;
-  config.validation = 0;
-  const dynamics::RobotModel& robot = *subject.robot;
-  const sim::MujocoArm arm(subject.mjcf, robot, 1e-3);
-  const sim::Excitation next = sim::design_excitation(
-      config, arm, robot, 1, jobs, estimate::base_information(robot, recordings));
-  write_file_atomically(file, sim::trajectory_toml(next.train[0], robot));
+void save_next_motion(const workflow::NextMotion& next, const fs::path& file) {
   const fs::path table = fs::path(file).replace_extension(".csv");
-  write_file_atomically(table, sim::trajectory_csv(next.train[0], robot, subject.sets[0].rate_hz));
-  const sim::TrajectoryReport& report = next.reports[0];
+  write_file_atomically(file, next.toml);
+  write_file_atomically(table, next.csv);
   print(fmt::format(
             "{} and {}: {:.3g} s of motion that, with what is there, raise the information on the "
             "base parameters: log det {:.4g} at random, {:.4g} as designed\n",
-            printable(file.string()), printable(table.string()), next.train[0].period(),
-            report.log_det_start, report.log_det),
+            printable(file.string()), printable(table.string()), next.period_s, next.log_det_start,
+            next.log_det),
         stderr);
 }
 
@@ -200,7 +187,8 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
       print(estimate::to_summary(*report.parameters, *subject.robot));
       if (options.verbose) print(estimate::to_text(*report.parameters, *subject.robot));
     }
-    if (!options.design.empty()) design_next(subject, options.design, common.jobs);
+    if (!options.design.empty())
+      save_next_motion(workflow::design_next(subject, common.jobs), options.design);
   }
   const data::CheckFile result = workflow::check_file(report, subject);
   if (common.json) print(visible_json(data::to_json(result)));

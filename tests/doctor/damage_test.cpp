@@ -204,8 +204,8 @@ TEST(Doctor, FindsInjectedDamageByNameAndPlaceAndNothingElse) {
       bool found = false;
       for (const Finding& f : findings) {
         if (!is_damage(f)) continue;
-        EXPECT_EQ(f.name, damage.name) << to_text(f, log);
-        found = found || (f.name == damage.name && f.signal == damage.signal &&
+        EXPECT_EQ(name_of(f.kind), damage.name) << to_text(f, log);
+        found = found || (name_of(f.kind) == damage.name && f.signal == damage.signal &&
                           f.joint == damage.joint && f.other == damage.other);
       }
       EXPECT_TRUE(found) << text_of(findings, log);
@@ -232,7 +232,7 @@ const Log& fast_log() {
 std::vector<Finding> of_kind(const std::vector<Finding>& findings, const std::string& name) {
   std::vector<Finding> found;
   for (const Finding& f : findings)
-    if (f.name == name) found.push_back(f);
+    if (name_of(f.kind) == name) found.push_back(f);
   return found;
 }
 

@@ -356,11 +356,11 @@ Judged judge(const Dataset& damaged, const RobotModel& robot, const Injected& tr
   for (const Finding& f : diagnose(damaged, &robot)) {
     if (!is_damage(f)) continue;
     judged.said += to_text(f, damaged) + "\n";
-    if (f.name != truth.name) {
+    if (name_of(f.kind) != truth.name) {
       ++judged.others;
     } else if (truth.joint < 0 || f.joint == truth.joint || f.other == truth.joint) {
       judged.found = true;
-      judged.delay_error = f.name == "delay" ? f.size - truth.samples : 0;
+      judged.delay_error = f.kind == FindingKind::kDelay ? f.size - truth.samples : 0;
     }
   }
   return judged;

@@ -20,11 +20,11 @@ data::Dataset log_with_a_gap(double seconds) {
   return d;
 }
 
-std::vector<Finding> gap() { return {{.name = "gap", .signal = "t"}}; }
+std::vector<Finding> gap() { return {{.kind = FindingKind::kGap, .signal = "t"}}; }
 
 TEST(Repair, FillsAGapWithMissingSamples) {
-  const std::vector<std::string> names{"gap"};
-  const data::Dataset d = repair(log_with_a_gap(0.2), gap(), names);
+  const std::vector<FindingKind> kinds{FindingKind::kGap};
+  const data::Dataset d = repair(log_with_a_gap(0.2), gap(), kinds);
   ASSERT_EQ(d.length(), 120);
   EXPECT_TRUE(std::isfinite(d.q(49, 0)));
   for (int k = 50; k < 70; ++k) EXPECT_TRUE(std::isnan(d.q(k, 0))) << k;
@@ -33,11 +33,11 @@ TEST(Repair, FillsAGapWithMissingSamples) {
 }
 
 TEST(Repair, RefusesAGapThatNoLogHas) {
-  const std::vector<std::string> names{"gap"};
+  const std::vector<FindingKind> kinds{FindingKind::kGap};
   for (const double seconds : {1e6, 1e18, 1e300}) {
     std::string said;
     try {
-      repair(log_with_a_gap(seconds), gap(), names);
+      repair(log_with_a_gap(seconds), gap(), kinds);
     } catch (const UserError& error) {
       said = error.what();
     }
@@ -52,9 +52,14 @@ TEST(DiagnosisFile, HoldsWhatWasFoundAndWhatToDo) {
   d.joint_names = {"a", "b"};
   d.source = "a test";
   const std::vector<Finding> findings{
-      {.name = "gap", .signal = "t", .begin_s = 0.5, .end_s = 0.7, .size = 20, .unit = "samples"},
-      {.name = "swapped", .signal = "q tau", .joint = 1, .other = 0, .count = 2},
-      {.name = "rate", .signal = "t"}};
+      {.kind = FindingKind::kGap,
+       .signal = "t",
+       .begin_s = 0.5,
+       .end_s = 0.7,
+       .size = 20,
+       .unit = "samples"},
+      {.kind = FindingKind::kSwapped, .signal = "q tau", .joint = 1, .other = 0, .count = 2},
+      {.kind = FindingKind::kRate, .signal = "t"}};
   const data::DiagnosisFile file = diagnosis_file(findings, d);
   EXPECT_EQ(file.data, "log");
   EXPECT_EQ(file.source, "a test");
@@ -63,7 +68,7 @@ TEST(DiagnosisFile, HoldsWhatWasFoundAndWhatToDo) {
   EXPECT_EQ(file.findings[0].severity, data::Severity::kDamage);
   EXPECT_TRUE(file.findings[0].joints.empty());
   EXPECT_EQ(file.findings[0].size, 20);
-  EXPECT_EQ(file.findings[0].remedy, kind_of("gap").remedy);
+  EXPECT_EQ(file.findings[0].remedy, info_of(FindingKind::kGap).remedy);
   EXPECT_TRUE(file.findings[1].misleads);
   EXPECT_EQ(file.findings[1].joints, (std::vector<std::string>{"b", "a"}));
   EXPECT_EQ(file.findings[1].count, 2);

@@ -9,7 +9,8 @@
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/scene/problem.hpp"
-#include "fricid/signals/recording.hpp"
+#include "fricid/sim/excitation.hpp"
+#include "fricid/sim/mujoco_arm.hpp"
 #include "fricid/system/transmission.hpp"
 #include "fricid/workflow/recordings.hpp"
 #include "fricid/workflow/run.hpp"
@@ -68,6 +69,21 @@ bool CheckReport::whole() const {
   });
 }
 
+std::vector<signals::Recording> recordings_of(const std::vector<data::Dataset>& sets,
+                                              const Subject& subject) {
+  std::vector<signals::Recording> recordings;
+  const Transmission motors(*subject.robot);
+  for (const data::Dataset& d : sets) {
+    data::check_dataset(d, d.name);
+    if (d.joint_names != subject.sets.front().joint_names)
+      throw UserError("{}: joints {}; allowed: those of {}, {}", d.name,
+                      fmt::join(d.joint_names, " "), subject.sets.front().name,
+                      fmt::join(subject.sets.front().joint_names, " "));
+    recordings.push_back(signals::make_recording(motors.to_motors(d), subject.identify.cutoff_hz));
+  }
+  return recordings;
+}
+
 CheckReport check(const Subject& subject) {
   CheckReport report;
   const dynamics::RobotModel* robot = subject.robot ? &*subject.robot : nullptr;
@@ -76,20 +92,33 @@ CheckReport check(const Subject& subject) {
     report.not_examined = "no robot is named";
     return report;
   }
+  std::vector<signals::Recording> recordings;
   try {
-    for (const data::Dataset& d : subject.sets) data::check_dataset(d, d.name);
+    recordings = recordings_of(subject.sets, subject);
   } catch (const UserError& error) {
     report.not_examined = error.what();
     return report;
   }
-  std::vector<signals::Recording> recordings;
-  const Transmission motors(*robot);
-  for (const data::Dataset& d : subject.sets)
-    recordings.push_back(signals::make_recording(motors.to_motors(d), subject.identify.cutoff_hz));
   estimate::IdentifiabilityOptions how;
   how.rigid_body = subject.identify;
   report.parameters = estimate::examine_data(*robot, recordings, how);
   return report;
+}
+
+NextMotion design_next(const Subject& subject, int jobs) {
+  sim::ExcitationOptions one = subject.excitation;
+  one.train = 1;
+  one.validation = 0;
+  const dynamics::RobotModel& robot = *subject.robot;
+  const sim::MujocoArm arm(subject.mjcf, robot, 1e-3);
+  const sim::Excitation next = sim::design_excitation(
+      one, arm, robot, 1, jobs,
+      estimate::base_information(robot, recordings_of(subject.sets, subject)));
+  return {.toml = sim::trajectory_toml(next.train[0], robot),
+          .csv = sim::trajectory_csv(next.train[0], robot, subject.sets[0].rate_hz),
+          .period_s = next.train[0].period(),
+          .log_det_start = next.reports[0].log_det_start,
+          .log_det = next.reports[0].log_det};
 }
 
 data::CheckFile check_file(const CheckReport& report, const Subject& subject) {

@@ -124,8 +124,8 @@ bool data_are_sound(const Job& job) {
       for (const data::DiagnosedFinding& finding : report.findings) {
         if (!finding.misleads) continue;
         sound = false;
-        job.say(fmt::format("not to be trusted: {}: {}{}{}: {}; {}", report.data, finding.name,
-                            finding.joints.empty() ? "" : " of ",
+        job.say(fmt::format("not to be trusted: {}: {}{}{}: {}; {}", report.data,
+                            name_of(finding.kind), finding.joints.empty() ? "" : " of ",
                             fmt::join(finding.joints, " and "), finding.consequence,
                             finding.remedy));
       }

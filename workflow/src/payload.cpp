@@ -6,8 +6,6 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/estimate/rigid_body/payload.hpp"
-#include "fricid/signals/recording.hpp"
-#include "fricid/system/transmission.hpp"
 
 namespace fricid::workflow {
 namespace {
@@ -24,21 +22,6 @@ const dynamics::Frame& frame_of(const dynamics::RobotModel& robot, const std::st
     if (frame.link >= 0) known.push_back(frame.name);
   throw UserError("--frame {}: no frame of {}; allowed: {}", fmt::join(names, " or "), robot.name,
                   fmt::join(known, " "));
-}
-
-std::vector<signals::Recording> recordings_of(const std::vector<data::Dataset>& sets,
-                                              const Subject& subject) {
-  std::vector<signals::Recording> recordings;
-  const Transmission motors(*subject.robot);
-  for (const data::Dataset& d : sets) {
-    data::check_dataset(d, d.name);
-    if (d.joint_names != subject.sets.front().joint_names)
-      throw UserError("{}: joints {}; allowed: those of {}, {}", d.name,
-                      fmt::join(d.joint_names, " "), subject.sets.front().name,
-                      fmt::join(subject.sets.front().joint_names, " "));
-    recordings.push_back(signals::make_recording(motors.to_motors(d), subject.identify.cutoff_hz));
-  }
-  return recordings;
 }
 
 std::vector<std::string> names_of(const std::vector<data::Dataset>& sets) {

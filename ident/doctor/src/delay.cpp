@@ -176,7 +176,7 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   });
   if (gain < std::max(kClear, kBetter * gain_error)) return;
 
-  Finding finding{.name = "delay",
+  Finding finding{.kind = FindingKind::kDelay,
                   .signal = "tau",
                   .begin_s = d.t[0],
                   .end_s = d.t[d.length() - 1],
@@ -184,7 +184,7 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   const Eigen::ArrayXd left = pooled(curves.fitted, -1);
   const std::optional<double> best = lowest(left);
   if (!best) {
-    finding.name = "delay_unknown";
+    finding.kind = FindingKind::kDelayUnknown;
     finding.size = 1e3 * (left[0] < left[left.size() - 1] ? kEarliest : kLatest);
     finding.unit = "ms, the end of the search";
     findings.push_back(finding);

@@ -43,24 +43,25 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
   find_segments(d, findings);
 
   // The rest needs even times: what was found so far is mended for it, single wrong samples too.
-  std::vector<std::string> mended;
-  for (const char* name :
-       {"jitter", "clock_drift", "duplicate", "gap", "spike", "repeated", "jump"})
-    if (std::any_of(findings.begin(), findings.end(),
-                    [&](const Finding& f) { return f.name == name; }))
-      mended.emplace_back(name);
+  std::vector<FindingKind> mended;
+  for (const FindingKind kind :
+       {FindingKind::kJitter, FindingKind::kClockDrift, FindingKind::kDuplicate, FindingKind::kGap,
+        FindingKind::kSpike, FindingKind::kRepeated, FindingKind::kJump})
+    if (std::ranges::count(findings, kind, &Finding::kind) > 0) mended.push_back(kind);
   data::Dataset even = mended.empty() ? d : repair(d, findings, mended);
   for (data::RowMatrix* x : {&even.q, &even.tau, &even.v}) bridge(*x);
   for (const Finding& f : findings)
-    if (f.name == "stuck" && f.signal != "v")
+    if (f.kind == FindingKind::kStuck && f.signal != "v")
       leave_out(f.signal == "q" ? even.q : even.tau, f, even.t);
   const std::size_t before = findings.size();
   check_dynamics(even, robot, findings);
-  std::vector<std::string> misnamed;
-  for (std::size_t i = before; i < findings.size(); ++i)
-    if (kind_of(findings[i].name).fixable && findings[i].name != "delay" &&
-        std::find(misnamed.begin(), misnamed.end(), findings[i].name) == misnamed.end())
-      misnamed.push_back(findings[i].name);
+  std::vector<FindingKind> misnamed;
+  for (std::size_t i = before; i < findings.size(); ++i) {
+    const FindingKind kind = findings[i].kind;
+    if (info_of(kind).fixable && kind != FindingKind::kDelay &&
+        std::ranges::count(misnamed, kind) == 0)
+      misnamed.push_back(kind);
+  }
   check_velocity(misnamed.empty() ? even : repair(even, findings, misnamed), findings);
   return findings;
 }

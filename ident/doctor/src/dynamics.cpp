@@ -18,7 +18,7 @@ void check_velocity(const data::Dataset& d, Findings& findings) {
   const Motion motion = local_motion(d, kSamples, kWindow, 0);
   for (int j = 0; j < d.n(); ++j) {
     const bool stuck = std::any_of(findings.begin(), findings.end(), [j](const Finding& f) {
-      return f.name == "stuck" && f.joint == j;
+      return f.kind == FindingKind::kStuck && f.joint == j;
     });
     if (stuck) continue;
     double dot = 0, slope = 0, logged = 0;
@@ -34,7 +34,7 @@ void check_velocity(const data::Dataset& d, Findings& findings) {
     const double factor = dot / slope;
     const double rest = logged > 0 ? 1 - dot * factor / logged : 1;
     if (std::abs(factor - 1) < kFactor && rest < kRest) continue;
-    findings.push_back({.name = "velocity",
+    findings.push_back({.kind = FindingKind::kVelocity,
                         .signal = "v",
                         .joint = j,
                         .begin_s = d.t[0],

@@ -11,53 +11,71 @@ namespace {
 constexpr Severity kNote = Severity::kNote, kDamage = Severity::kDamage;
 
 constexpr std::array kKinds{
-    Kind{"rate", kNote, "", "", false},
-    Kind{"gap", kDamage, "motion is differentiated across lost samples",
-         "log without losses, or --fix gap: missing samples are left out of fits", true},
-    Kind{"duplicate", kDamage, "two samples of one time: velocity is infinite there",
-         "--fix duplicate drops the later one", true},
-    Kind{"jitter", kDamage, "velocity and acceleration are noisy",
-         "log the controller's own time stamps; if samples are taken evenly, --fix jitter", true},
-    Kind{"clock_drift", kDamage, "speed and inertia are scaled by the clock's error",
-         "log the controller's own clock; if samples are taken evenly, --fix clock_drift", true},
-    Kind{"missing", kDamage, "these samples take no part in a fit", "log them", false},
-    Kind{"quantised", kDamage,
-         "friction before sliding is hidden between the steps, acceleration is noise",
-         "log more digits (KUKA RSI: raise Precision of the ETHERNET object)", false},
-    Kind{"stuck", kDamage, "the signal is no measurement there", "log this channel again", false,
-         true},
-    Kind{"still", kDamage, "of this joint neither friction nor inertia can be identified",
-         "move it, or weld it in the URDF: type=\"fixed\"", false},
-    Kind{"saturated", kDamage, "what lies beyond the limit is lost; large torques look small",
-         "move more slowly, or widen the range of the logged channel", false},
-    Kind{"spike", kDamage, "single wrong samples weigh much in a fit",
-         "--fix spike makes them missing", true},
-    Kind{"jump", kDamage, "an infinite velocity, another pose afterwards",
-         "--fix jump takes whole turns out; else log again", true, true},
-    Kind{"repeated", kDamage, "stale packets: the motion seems to stop and leap",
-         "log in step with the controller, or --fix repeated makes them missing", true},
-    Kind{"velocity", kDamage, "the logged velocity contradicts the position",
-         "correct unit, sign or gear in the contract, or --fix velocity leaves it out", true},
-    Kind{"angle_unit", kDamage, "a position in degrees is 57 times too large",
-         "unit = \"deg\" in the contract, or --fix angle_unit", true, true},
-    Kind{"torque_unit", kDamage, "all masses and friction are scaled",
-         "correct kind, gear_ratio or scale of [torque] in the contract", false, true},
-    Kind{"mount", kDamage, "gravity is the wrong way round: signs and masses seem wrong",
-         "mount of [robot] in the scene; --mount of import and check", false, true},
-    Kind{"sign", kDamage, "friction would drive the joint; inertia would be negative",
-         "sign in the contract, or --fix sign", true, true},
-    Kind{"swapped", kDamage, "two joints are identified as each other",
-         "order of columns in the contract, or --fix swapped", true, true},
-    Kind{"delay", kDamage, "friction and inertia leak into each other",
-         "log both in the same cycle, or --fix delay moves the torque back", true, true},
-    Kind{"delay_unknown", kDamage, "friction and inertia leak into each other",
-         "log motion and torque by one clock, and move fast enough that a delay shows", false,
-         true},
-    Kind{"temperature_unit", kDamage, "temperature laws need kelvin",
-         "unit = \"C\" in the contract, or --fix temperature_unit", true, true},
-    Kind{"temperature_trend", kNote, "friction drifts while the gears warm up", "", false},
-    Kind{"segments", kNote, "", "", false},
+    KindInfo{FindingKind::kRate, kNote, "", "", false},
+    KindInfo{FindingKind::kGap, kDamage, "motion is differentiated across lost samples",
+             "log without losses, or --fix gap: missing samples are left out of fits", true},
+    KindInfo{FindingKind::kDuplicate, kDamage,
+             "two samples of one time: velocity is infinite there",
+             "--fix duplicate drops the later one", true},
+    KindInfo{FindingKind::kJitter, kDamage, "velocity and acceleration are noisy",
+             "log the controller's own time stamps; if samples are taken evenly, --fix jitter",
+             true},
+    KindInfo{FindingKind::kClockDrift, kDamage, "speed and inertia are scaled by the clock's error",
+             "log the controller's own clock; if samples are taken evenly, --fix clock_drift",
+             true},
+    KindInfo{FindingKind::kMissing, kDamage, "these samples take no part in a fit", "log them",
+             false},
+    KindInfo{FindingKind::kQuantised, kDamage,
+             "friction before sliding is hidden between the steps, acceleration is noise",
+             "log more digits (KUKA RSI: raise Precision of the ETHERNET object)", false},
+    KindInfo{FindingKind::kStuck, kDamage, "the signal is no measurement there",
+             "log this channel again", false, true},
+    KindInfo{FindingKind::kStill, kDamage,
+             "of this joint neither friction nor inertia can be identified",
+             "move it, or weld it in the URDF: type=\"fixed\"", false},
+    KindInfo{FindingKind::kSaturated, kDamage,
+             "what lies beyond the limit is lost; large torques look small",
+             "move more slowly, or widen the range of the logged channel", false},
+    KindInfo{FindingKind::kSpike, kDamage, "single wrong samples weigh much in a fit",
+             "--fix spike makes them missing", true},
+    KindInfo{FindingKind::kJump, kDamage, "an infinite velocity, another pose afterwards",
+             "--fix jump takes whole turns out; else log again", true, true},
+    KindInfo{FindingKind::kRepeated, kDamage, "stale packets: the motion seems to stop and leap",
+             "log in step with the controller, or --fix repeated makes them missing", true},
+    KindInfo{FindingKind::kVelocity, kDamage, "the logged velocity contradicts the position",
+             "correct unit, sign or gear in the contract, or --fix velocity leaves it out", true},
+    KindInfo{FindingKind::kAngleUnit, kDamage, "a position in degrees is 57 times too large",
+             "unit = \"deg\" in the contract, or --fix angle_unit", true, true},
+    KindInfo{FindingKind::kTorqueUnit, kDamage, "all masses and friction are scaled",
+             "correct kind, gear_ratio or scale of [torque] in the contract", false, true},
+    KindInfo{FindingKind::kMount, kDamage,
+             "gravity is the wrong way round: signs and masses seem wrong",
+             "mount of [robot] in the scene; --mount of import and check", false, true},
+    KindInfo{FindingKind::kSign, kDamage,
+             "friction would drive the joint; inertia would be negative",
+             "sign in the contract, or --fix sign", true, true},
+    KindInfo{FindingKind::kSwapped, kDamage, "two joints are identified as each other",
+             "order of columns in the contract, or --fix swapped", true, true},
+    KindInfo{FindingKind::kDelay, kDamage, "friction and inertia leak into each other",
+             "log both in the same cycle, or --fix delay moves the torque back", true, true},
+    KindInfo{FindingKind::kDelayUnknown, kDamage, "friction and inertia leak into each other",
+             "log motion and torque by one clock, and move fast enough that a delay shows", false,
+             true},
+    KindInfo{FindingKind::kTemperatureUnit, kDamage, "temperature laws need kelvin",
+             "unit = \"C\" in the contract, or --fix temperature_unit", true, true},
+    KindInfo{FindingKind::kTemperatureTrend, kNote, "friction drifts while the gears warm up", "",
+             false},
+    KindInfo{FindingKind::kSegments, kNote, "", "", false},
 };
+
+static_assert(
+    [] {
+      for (std::size_t i = 0; i < kKinds.size(); ++i)
+        if (static_cast<std::size_t>(kKinds[i].kind) != i) return false;
+      return name_of(kKinds.back().kind) == "segments" &&
+             name_of(static_cast<FindingKind>(kKinds.size())).empty();
+    }(),
+    "one row for each kind, in the order of the enum");
 
 std::string joint_of(const Finding& f, const data::Dataset& d) {
   if (f.joint < 0) return "";
@@ -68,18 +86,14 @@ std::string joint_of(const Finding& f, const data::Dataset& d) {
 
 }  // namespace
 
-std::span<const Kind> kinds() { return kKinds; }
-
-const Kind& kind_of(std::string_view name) {
-  return *std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& k) { return k.name == name; });
-}
+const KindInfo& info_of(FindingKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 
 std::string to_text(const Finding& f, const data::Dataset& d) {
-  const Kind& kind = kind_of(f.name);
+  const KindInfo& kind = info_of(f.kind);
   const std::string joint = joint_of(f, d);
-  std::string text =
-      fmt::format("{}: {}: {}{}{}, {:.6g} to {:.6g} s: {:.4g} {}", name_of(kind.severity), f.name,
-                  f.signal, joint.empty() ? "" : " of ", joint, f.begin_s, f.end_s, f.size, f.unit);
+  std::string text = fmt::format(
+      "{}: {}: {}{}{}, {:.6g} to {:.6g} s: {:.4g} {}", name_of(kind.severity), name_of(f.kind),
+      f.signal, joint.empty() ? "" : " of ", joint, f.begin_s, f.end_s, f.size, f.unit);
   while (text.ends_with(' ')) text.pop_back();
   if (f.count > 1) text += fmt::format(" ({} times)", f.count);
   if (!kind.consequence.empty()) text += fmt::format("; {}", kind.consequence);
@@ -91,9 +105,9 @@ data::DiagnosisFile diagnosis_file(std::span<const Finding> findings, const data
   data::DiagnosisFile file{
       .data = d.name, .source = d.source, .joints = d.joint_names, .findings = {}};
   for (const Finding& f : findings) {
-    const Kind& kind = kind_of(f.name);
+    const KindInfo& kind = info_of(f.kind);
     data::DiagnosedFinding& own = file.findings.emplace_back();
-    own = {.name = f.name,
+    own = {.kind = f.kind,
            .severity = kind.severity,
            .misleads = kind.misleads,
            .signal = f.signal,

@@ -29,7 +29,7 @@ constexpr double kFarOff = 8, kFarOffAlone = 30;
 
 /// A mistake that the log may contain, undone.
 struct Hypothesis {
-  std::string name;
+  FindingKind kind;
   bool moves = false, forces = false;  // concerns q v a, concerns tau
   int joint = 0, other = -1;
   double factor = 1;
@@ -170,14 +170,14 @@ class Judge {
 std::vector<Hypothesis> hypotheses(bool with_robot, int n) {
   std::vector<Hypothesis> all;
   for (int j = 0; j < n; ++j) {
-    all.push_back({"sign", false, true, j, -1, -1});
+    all.push_back({FindingKind::kSign, false, true, j, -1, -1});
     if (!with_robot) continue;
-    all.push_back({"sign", true, false, j, -1, -1});
-    all.push_back({"sign", true, true, j, -1, -1});
+    all.push_back({FindingKind::kSign, true, false, j, -1, -1});
+    all.push_back({FindingKind::kSign, true, true, j, -1, -1});
     for (int other = j + 1; other < n; ++other) {
-      all.push_back({"swapped", true, true, j, other});
-      all.push_back({"swapped", true, false, j, other});
-      all.push_back({"swapped", false, true, j, other});
+      all.push_back({FindingKind::kSwapped, true, true, j, other});
+      all.push_back({FindingKind::kSwapped, true, false, j, other});
+      all.push_back({FindingKind::kSwapped, false, true, j, other});
     }
   }
   return all;
@@ -211,7 +211,7 @@ Finding describe(const data::Dataset& d, const Motion& motion, const Hypothesis&
   std::string signal = h.moves ? "q" : "";
   if (h.moves && velocity_follows(d, motion, h.joint)) signal += " v";
   if (h.forces) signal += h.moves ? " tau" : "tau";
-  return {.name = h.name,
+  return {.kind = h.kind,
           .signal = signal,
           .joint = h.joint,
           .other = h.other,
@@ -237,7 +237,7 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
         allowed = 1.3 * std::max(std::abs(joint.lower), std::abs(joint.upper)) + 0.5;
     }
     if (largest <= allowed) continue;
-    const Hypothesis degrees{"angle_unit", true, false, j, -1, kDegree};
+    const Hypothesis degrees{FindingKind::kAngleUnit, true, false, j, -1, kDegree};
     sight = degrees.undone(std::move(sight));
     found.push_back(describe(d, motion, degrees, largest, "rad at most, as it stands"));
   }
@@ -250,7 +250,8 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
       const bool turns = !robot || robot->joints[static_cast<std::size_t>(j)].type ==
                                        dynamics::JointType::kRevolute;
       if (done || !turns) continue;
-      sight = Hypothesis{"angle_unit", true, false, j, -1, kDegree}.undone(std::move(sight));
+      sight =
+          Hypothesis{FindingKind::kAngleUnit, true, false, j, -1, kDegree}.undone(std::move(sight));
       found.push_back(found.front());
       found.back().joint = j;
     }
@@ -261,6 +262,13 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
 }
 
 namespace {
+
+/// Log of the shares of all joints' variances that stay unexplained, in sum.
+double log_unexplained(const std::vector<Explained>& explained) {
+  double sum = 0;
+  for (const Explained& e : explained) sum += std::log(e.unexplained);
+  return sum;
+}
 
 /// The mistakes believed in, one after the other, under one direction of gravity.
 struct Account {
@@ -275,9 +283,7 @@ struct Account {
   }
   /// Log of what is left unexplained, a mistake counting as much as it must gain.
   double cost() const {
-    double sum = kBelief * static_cast<double>(mistakes.size());
-    for (const Explained& e : explained) sum += std::log(e.unexplained);
-    return sum;
+    return kBelief * static_cast<double>(mistakes.size()) + log_unexplained(explained);
   }
 };
 
@@ -322,10 +328,7 @@ std::optional<dynamics::RobotModel> better_mount(const dynamics::RobotModel& rob
   const auto unexplained = [&](const Eigen::Vector3d& gravity) {
     dynamics::RobotModel turned = robot;
     turned.gravity = gravity;
-    double sum = 0;
-    for (const Explained& e : Judge(&turned, robot.n()).explain(sight))
-      sum += std::log(e.unexplained);
-    return sum;
+    return log_unexplained(Judge(&turned, robot.n()).explain(sight));
   };
   const auto best = std::ranges::min_element(gravities, {}, unexplained);
   if (best == gravities.begin()) return {};
@@ -346,7 +349,7 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
     if (gained > kBelief && other.unexplained() < kUnderstood) {
       best = std::move(other);
       const Eigen::Vector3d up = -turned->gravity.normalized();
-      mount = describe(d, motion, {"mount", false, true}, std::exp(gained / d.n()), "");
+      mount = describe(d, motion, {FindingKind::kMount, false, true}, std::exp(gained / d.n()), "");
       mount->joint = -1;
       mount->unit = fmt::format(
           "times less of each joint unexplained where ({:.2g} {:.2g} {:.2g}) of the base is up",
@@ -369,7 +372,7 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
   for (int j = 0; j < d.n(); ++j)
     if (const Explained& e = now[static_cast<std::size_t>(j)];
         far_off(e, most ? kFarOff : kFarOffAlone))
-      findings.push_back(describe(d, motion, {"torque_unit", false, true, j}, e.scale,
+      findings.push_back(describe(d, motion, {FindingKind::kTorqueUnit, false, true, j}, e.scale,
                                   "times the nominal torque"));
 }
 

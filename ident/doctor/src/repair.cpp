@@ -115,27 +115,27 @@ void scale(Dataset& d, const Finding& f, double factor) {
 }
 
 void apply(Dataset& d, const Finding& f) {
-  if (f.name == "gap") return fill_gaps(d);
-  if (f.name == "duplicate") return drop_duplicates(d);
-  if (f.name == "jitter" || f.name == "clock_drift") return make_uniform(d);
-  if (f.name == "delay") return advance_torque(d, f.size);
-  if (f.name == "velocity") return d.v.resize(0, 0);
-  if (f.name == "sign") return scale(d, f, -1);
-  if (f.name == "angle_unit") return scale(d, f, std::numbers::pi / 180);
-  if (f.name == "temperature_unit") {
+  if (f.kind == FindingKind::kGap) return fill_gaps(d);
+  if (f.kind == FindingKind::kDuplicate) return drop_duplicates(d);
+  if (f.kind == FindingKind::kJitter || f.kind == FindingKind::kClockDrift) return make_uniform(d);
+  if (f.kind == FindingKind::kDelay) return advance_torque(d, f.size);
+  if (f.kind == FindingKind::kVelocity) return d.v.resize(0, 0);
+  if (f.kind == FindingKind::kSign) return scale(d, f, -1);
+  if (f.kind == FindingKind::kAngleUnit) return scale(d, f, std::numbers::pi / 180);
+  if (f.kind == FindingKind::kTemperatureUnit) {
     d.temperature.col(f.joint).array() += 273.15;
-  } else if (f.name == "swapped") {
+  } else if (f.kind == FindingKind::kSwapped) {
     if (names_signal(f, "q")) {
       d.q.col(f.joint).swap(d.q.col(f.other));
       if (d.v.size() > 0 && names_signal(f, "v")) d.v.col(f.joint).swap(d.v.col(f.other));
     }
     if (names_signal(f, "tau")) d.tau.col(f.joint).swap(d.tau.col(f.other));
-  } else if (f.name == "jump") {
+  } else if (f.kind == FindingKind::kJump) {
     const double turns = 2 * std::numbers::pi * std::round(f.size / (2 * std::numbers::pi));
     d.q.col(f.joint).tail(d.length() - f.rows[0]).array() -= turns;
-  } else if (f.name == "spike") {
+  } else if (f.kind == FindingKind::kSpike) {
     for (const int k : f.rows) (names_signal(f, "q") ? d.q : d.tau)(k, f.joint) = kMissing;
-  } else if (f.name == "repeated") {
+  } else if (f.kind == FindingKind::kRepeated) {
     for (const int k : f.rows)
       for (RowMatrix* table : tables(d)) table->row(k).setConstant(kMissing);
   }
@@ -143,44 +143,55 @@ void apply(Dataset& d, const Finding& f) {
 
 // Repairs of given rows come first, then those that change the rows, then those that need even
 // times.
-int order_of(std::string_view name) {
-  if (name == "duplicate") return 2;
-  if (name == "gap") return 3;
-  return name == "jitter" || name == "clock_drift" || name == "delay" ? 4 : 1;
-}
-
-void check_name(const std::string& name, std::span<const Finding> findings) {
-  std::vector<std::string_view> fixable;
-  for (const Kind& kind : kinds())
-    if (kind.fixable) fixable.push_back(kind.name);
-  if (std::find(fixable.begin(), fixable.end(), name) == fixable.end())
-    throw UserError("--fix {}: allowed: {}", name, fmt::join(fixable, " "));
-  if (std::none_of(findings.begin(), findings.end(),
-                   [&](const Finding& f) { return f.name == name; }))
-    throw UserError("--fix {}: nothing of that name was found", name);
+int order_of(FindingKind kind) {
+  switch (kind) {
+    case FindingKind::kDuplicate:
+      return 2;
+    case FindingKind::kGap:
+      return 3;
+    case FindingKind::kJitter:
+    case FindingKind::kClockDrift:
+    case FindingKind::kDelay:
+      return 4;
+    default:
+      return 1;
+  }
 }
 
 }  // namespace
 
+std::vector<FindingKind> fixes_of(std::span<const std::string> names) {
+  std::vector<std::string> fixable;
+  for (const std::string& name : all_names<FindingKind>())
+    if (info_of(*value_named<FindingKind>(name)).fixable) fixable.push_back(name);
+  std::vector<FindingKind> kinds;
+  for (const std::string& name : names) {
+    if (std::ranges::count(fixable, name) == 0)
+      throw UserError("--fix {}: allowed: {}", name, fmt::join(fixable, " "));
+    kinds.push_back(*value_named<FindingKind>(name));
+  }
+  return kinds;
+}
+
 Dataset repair(const Dataset& d, std::span<const Finding> findings,
-               std::span<const std::string> names) {
-  for (const std::string& name : names) check_name(name, findings);
+               std::span<const FindingKind> kinds) {
+  for (const FindingKind kind : kinds)
+    if (std::ranges::count(findings, kind, &Finding::kind) == 0)
+      throw UserError("--fix {}: nothing of that name was found", name_of(kind));
   std::vector<const Finding*> chosen;
   for (const Finding& f : findings)
-    if (std::find(names.begin(), names.end(), f.name) != names.end()) chosen.push_back(&f);
-  std::stable_sort(chosen.begin(), chosen.end(), [](const Finding* a, const Finding* b) {
-    return order_of(a->name) < order_of(b->name);
-  });
+    if (std::ranges::count(kinds, f.kind) > 0) chosen.push_back(&f);
+  std::ranges::stable_sort(chosen, {}, [](const Finding* f) { return order_of(f->kind); });
 
   Dataset repaired = d;
-  std::string_view last;  // findings of one kind that are mended by one sweep
+  std::optional<FindingKind> last;  // findings of one kind that are mended by one sweep
   for (const Finding* f : chosen) {
-    const bool sweeps = f->name == "gap" || f->name == "velocity";
-    if (sweeps && f->name == last) continue;
+    const bool sweeps = f->kind == FindingKind::kGap || f->kind == FindingKind::kVelocity;
+    if (sweeps && f->kind == last) continue;
     apply(repaired, *f);
-    last = f->name;
+    last = f->kind;
   }
-  for (const std::string& name : names) repaired.source += "; fixed " + name;
+  for (const FindingKind kind : kinds) repaired.source += fmt::format("; fixed {}", name_of(kind));
   return repaired;
 }
 

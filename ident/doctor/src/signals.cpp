@@ -46,8 +46,8 @@ struct Channel {
   int length() const { return static_cast<int>(x.rows()); }
   double range() const { return high - low; }
 
-  Finding finding(const char* name, int first, int last, double size, const char* unit) const {
-    return {.name = name,
+  Finding finding(FindingKind kind, int first, int last, double size, const char* unit) const {
+    return {.kind = kind,
             .signal = signal,
             .joint = joint,
             .begin_s = d.t[first],
@@ -58,7 +58,7 @@ struct Channel {
 };
 
 void check_missing(const Channel& c, Findings& findings) {
-  Finding missing = c.finding("missing", 0, 0, 0, "samples");
+  Finding missing = c.finding(FindingKind::kMissing, 0, 0, 0, "samples");
   for (int k = 0; k < c.length(); ++k) {
     if (std::isfinite(c[k])) continue;
     if (missing.size++ == 0) missing.begin_s = c.d.t[k];
@@ -90,7 +90,7 @@ double quantisation_step(const Channel& c) {
 bool check_quantisation(const Channel& c, double coarse, const char* unit, Findings& findings) {
   const double step = quantisation_step(c);
   if (step <= coarse) return false;
-  findings.push_back(c.finding("quantised", 0, c.length() - 1, step, unit));
+  findings.push_back(c.finding(FindingKind::kQuantised, 0, c.length() - 1, step, unit));
   return true;
 }
 
@@ -137,13 +137,14 @@ void check_stuck(const Channel& c, double shortest_s, Findings& findings) {
     end = k;
   }
   if (best > 0 && best * c.d.dt() >= shortest_s)
-    findings.push_back(c.finding("stuck", begin, end, c.d.t[end] - c.d.t[begin], "s"));
+    findings.push_back(c.finding(FindingKind::kStuck, begin, end, c.d.t[end] - c.d.t[begin], "s"));
 }
 
 // A joint whose whole travel is less than friction needs to settle.
 bool check_still(const Channel& c, Findings& findings) {
   if (c.range() > kStill) return false;
-  findings.push_back(c.finding("still", 0, c.length() - 1, std::max(0.0, c.range()), "rad"));
+  findings.push_back(
+      c.finding(FindingKind::kStill, 0, c.length() - 1, std::max(0.0, c.range()), "rad"));
   return true;
 }
 
@@ -182,7 +183,7 @@ void check_saturation(const Channel& c, Findings& findings) {
       k = end;
     }
     if (longest < kPlateau || at < kCrowding * near || (leaps && plateaus == 1)) continue;
-    Finding finding = c.finding("saturated", first, last, extreme, "");
+    Finding finding = c.finding(FindingKind::kSaturated, first, last, extreme, "");
     finding.unit = is_position ? "rad" : "N m";
     finding.count = at;
     findings.push_back(finding);
@@ -197,7 +198,8 @@ void check_spikes(const Channel& c, Findings& findings) {
     if (bend > 0) bends.push_back(bend);  // not where a limit holds the signal
   }
   const double sigma = std::max(1.48 * median(bends), 1e-6 * c.range());
-  Finding spike = c.finding("spike", 0, 0, 0, c.signal == std::string_view("q") ? "rad" : "N m");
+  Finding spike =
+      c.finding(FindingKind::kSpike, 0, 0, 0, c.signal == std::string_view("q") ? "rad" : "N m");
   spike.count = 0;
   for (int k = 2; k + 2 < c.length(); ++k) {
     const double bend = std::abs(c[k] - (c[k - 1] + c[k + 1]) / 2);
@@ -227,7 +229,7 @@ void check_jumps(const Channel& c, Findings& findings) {
     if (std::abs(c[k + 1] - c[k - 1]) < 0.5 * std::abs(step)) continue;  // a spike
     if (k > 1 && std::abs(c[k] - c[k - 2]) < 0.5 * std::abs(step)) continue;
     if (c.d.t[k] - c.d.t[k - 1] > 1.5 * c.d.dt()) continue;  // a gap
-    Finding jump = c.finding("jump", k - 1, k, step, "rad");
+    Finding jump = c.finding(FindingKind::kJump, k - 1, k, step, "rad");
     jump.rows = {k};
     findings.push_back(jump);
   }
@@ -235,7 +237,8 @@ void check_jumps(const Channel& c, Findings& findings) {
 
 // Rows that repeat the one before in every signal although a joint moves.
 void check_repeats(const data::Dataset& d, Findings& findings) {
-  Finding repeated{.name = "repeated", .signal = "q tau", .unit = "% of rows", .count = 0};
+  Finding repeated{
+      .kind = FindingKind::kRepeated, .signal = "q tau", .unit = "% of rows", .count = 0};
   for (int k = 2; k < d.length(); ++k) {
     if (d.q.row(k) != d.q.row(k - 1) || d.tau.row(k) != d.tau.row(k - 1)) continue;
     const bool moves = ((d.q.row(k - 1) - d.q.row(k - 2)).array().abs() > 0).count() * 2 > d.n();
@@ -250,15 +253,16 @@ void check_repeats(const data::Dataset& d, Findings& findings) {
 
 void check_temperature(const Channel& c, Findings& findings) {
   if (c.high < kColdest) {
-    findings.push_back(c.finding("temperature_unit", 0, c.length() - 1, c.high, "K"));
+    findings.push_back(c.finding(FindingKind::kTemperatureUnit, 0, c.length() - 1, c.high, "K"));
   } else if (c.range() > kWarming) {
-    findings.push_back(c.finding("temperature_trend", 0, c.length() - 1, c.range(), "K"));
+    findings.push_back(
+        c.finding(FindingKind::kTemperatureTrend, 0, c.length() - 1, c.range(), "K"));
   }
 }
 
-bool found(const Findings& findings, std::string_view name, const Channel& c) {
+bool found(const Findings& findings, FindingKind kind, const Channel& c) {
   return std::any_of(findings.begin(), findings.end(), [&](const Finding& f) {
-    return f.name == name && f.joint == c.joint && f.signal == c.signal;
+    return f.kind == kind && f.joint == c.joint && f.signal == c.signal;
   });
 }
 
@@ -271,7 +275,7 @@ void check_signals(const data::Dataset& d, Findings& findings) {
     const bool coarse = check_quantisation(q, kCoarsePosition, "rad", findings);
     const bool still = check_still(q, findings);
     if (!still) check_stuck(q, coarse ? 4 * kStuck : kStuck, findings);
-    if (!still && !found(findings, "stuck", q)) {
+    if (!still && !found(findings, FindingKind::kStuck, q)) {
       check_saturation(q, findings);
       check_spikes(q, findings);
       check_jumps(q, findings);
@@ -281,7 +285,7 @@ void check_signals(const data::Dataset& d, Findings& findings) {
       check_saturation(tau, findings);
       check_spikes(tau, findings);
     }
-    if (!found(findings, "saturated", tau))
+    if (!found(findings, FindingKind::kSaturated, tau))
       check_stuck(tau, steps ? 10 * kStuck : kStuck, findings);
     if (d.v.size() > 0) {
       const Channel v(d, d.v, "v", j);
@@ -306,7 +310,7 @@ void find_segments(const data::Dataset& d, Findings& findings) {
       if (travel > kSlow * width * d.dt()) ++moving;
     }
     if (windows == 0) continue;
-    findings.push_back({.name = "segments",
+    findings.push_back({.kind = FindingKind::kSegments,
                         .signal = "q",
                         .joint = j,
                         .begin_s = d.t[0],

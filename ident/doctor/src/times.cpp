@@ -45,7 +45,7 @@ void check_regularity(const data::Dataset& d, double period, Findings& findings)
   const double spread = std::sqrt(squares / static_cast<double>(count));
   const double begin = d.t[0], end = d.t[d.length() - 1];
   if (spread > kJitter * period)
-    findings.push_back({.name = "jitter",
+    findings.push_back({.kind = FindingKind::kJitter,
                         .signal = "t",
                         .begin_s = begin,
                         .end_s = end,
@@ -55,7 +55,7 @@ void check_regularity(const data::Dataset& d, double period, Findings& findings)
   const double drift = (*high - *low) / period;
   const double error = 2 * spread / static_cast<double>(blocks[0].size()) / period;
   if (drift > kDrift && drift > kCertain * error)
-    findings.push_back({.name = "clock_drift",
+    findings.push_back({.kind = FindingKind::kClockDrift,
                         .signal = "t",
                         .begin_s = begin,
                         .end_s = end,
@@ -76,14 +76,14 @@ void check_clock(const data::Dataset& d, Findings& findings) {
   std::vector<double> periods;
   for (int k = 1; k < d.length(); ++k) periods.push_back(d.t[k] - d.t[k - 1]);
   const double period = median(periods);
-  findings.push_back({.name = "rate",
+  findings.push_back({.kind = FindingKind::kRate,
                       .signal = "t",
                       .begin_s = d.t[0],
                       .end_s = d.t[d.length() - 1],
                       .size = d.rate_hz,
                       .unit = "Hz"});
 
-  Finding repeats{.name = "duplicate", .signal = "t", .unit = "rows", .count = 0};
+  Finding repeats{.kind = FindingKind::kDuplicate, .signal = "t", .unit = "rows", .count = 0};
   Findings gaps;
   for (int k = 1; k < d.length(); ++k) {
     const double dt = d.t[k] - d.t[k - 1];
@@ -93,7 +93,7 @@ void check_clock(const data::Dataset& d, Findings& findings) {
       repeats.size = repeats.count;
       repeats.rows.push_back(k);
     } else if (dt > kGap * period) {
-      gaps.push_back({.name = "gap",
+      gaps.push_back({.kind = FindingKind::kGap,
                       .signal = "t",
                       .begin_s = d.t[k - 1],
                       .end_s = d.t[k],

@@ -1,4 +1,4 @@
-// Input and result of `fricid check`.
+// Input and result of `fricid check`, and the motion to record next.
 #pragma once
 
 #include <filesystem>
@@ -13,6 +13,7 @@
 #include "fricid/estimate/options/rigid_body.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 #include "fricid/scene/robot.hpp"
+#include "fricid/signals/recording.hpp"
 #include "fricid/sim/options.hpp"
 
 namespace fricid::workflow {
@@ -40,6 +41,12 @@ Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::
 std::optional<dynamics::RobotModel> robot_of_log(const RobotOfLog& robot,
                                                  const std::vector<std::string>& joints);
 
+/// Data sets as regressions take them: in motor coordinates, smoothed.
+/// @pre subject.robot @throws UserError on data that cannot be used, or of other joints than those
+/// of the subject
+std::vector<signals::Recording> recordings_of(const std::vector<data::Dataset>& sets,
+                                              const Subject& subject);
+
 struct CheckReport {
   std::vector<std::vector<doctor::Finding>> findings;  ///< one list per data set
   std::optional<estimate::Identifiability>
@@ -50,6 +57,16 @@ struct CheckReport {
   bool whole() const;
 };
 CheckReport check(const Subject& subject);
+
+/// A motion to record next, as a file and as samples.
+struct NextMotion {
+  std::string toml, csv;
+  double period_s = 0;
+  double log_det_start = 0, log_det = 0;  ///< of the information, best random start and as designed
+};
+/// The motion that, with the data of the subject, tells most about the base parameters.
+/// @pre subject.robot @throws UserError
+NextMotion design_next(const Subject& subject, int jobs);
 
 /// The report as an artefact.
 data::CheckFile check_file(const CheckReport& report, const Subject& subject);

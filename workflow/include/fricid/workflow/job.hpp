@@ -43,7 +43,7 @@ Job open_job(scene::Problem problem, const std::filesystem::path& folder, bool f
 /// Simulates or imports the data unless they are up to date: data/, truth/, excitation.json.
 void make_data(Job& job);
 
-/// Reports faults of the logs of a run that would make any fit wrong (doctor::Kind::misleads).
+/// Reports faults of the logs of a run that would make any fit wrong (doctor::KindInfo::misleads).
 /// @return false if there is one
 bool data_are_sound(const Job& job);
 

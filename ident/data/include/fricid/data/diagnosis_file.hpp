@@ -16,9 +16,42 @@ enum class Severity {
 };
 constexpr std::string_view names(Severity) { return "note|damage"; }
 
+/// What can be wrong with a recording, and facts about it; the names are those of `--fix`.
+enum class FindingKind {
+  kRate,
+  kGap,
+  kDuplicate,
+  kJitter,
+  kClockDrift,
+  kMissing,
+  kQuantised,
+  kStuck,
+  kStill,
+  kSaturated,
+  kSpike,
+  kJump,
+  kRepeated,
+  kVelocity,
+  kAngleUnit,
+  kTorqueUnit,
+  kMount,
+  kSign,
+  kSwapped,
+  kDelay,
+  kDelayUnknown,
+  kTemperatureUnit,
+  kTemperatureTrend,
+  kSegments
+};
+constexpr std::string_view names(FindingKind) {
+  return "rate|gap|duplicate|jitter|clock_drift|missing|quantised|stuck|still|saturated|spike|jump|"
+         "repeated|velocity|angle_unit|torque_unit|mount|sign|swapped|delay|delay_unknown|"
+         "temperature_unit|temperature_trend|segments";
+}
+
 /// One thing found.
 struct DiagnosedFinding {
-  std::string name;
+  FindingKind kind = FindingKind::kRate;
   Severity severity = Severity::kNote;
   bool misleads = false;
   std::string signal;
@@ -30,14 +63,14 @@ struct DiagnosedFinding {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("name", name, text("what was found; the name that --fix takes"));
+    archive("name", kind, choice("what was found; the name that --fix takes"));
     archive("severity", severity, choice("damage: a fit would be wrong or poor"));
     archive("misleads", misleads, flag("a fit would be wrong, not only less accurate"));
     archive("signal", signal, text("t, q, v, tau, temperature, or \"q tau\" for both"));
     archive("joints", joints, text("joints concerned, two for a swap; empty: all"));
-    archive("begin_s", begin_s, number("s", -1e300, 1e300, "start of the time span"));
-    archive("end_s", end_s, number("s", -1e300, 1e300, "end of the time span"));
-    archive("size", size, number("", -1e300, 1e300, "how much, in `unit`"));
+    archive("begin_s", begin_s, any_number("s", "start of the time span"));
+    archive("end_s", end_s, any_number("s", "end of the time span"));
+    archive("size", size, any_number("", "how much, in `unit`"));
     archive("unit", unit, text("of `size`"));
     archive("count", count, number("", 0, 2e9, "number of occurrences"));
     archive("consequence", consequence, text("effect on a fit; empty: none"));

@@ -23,7 +23,10 @@ namespace fricid::doctor {
 /// @pre d.t, d.q, d.tau have equal lengths of at least 2; d.rate_hz is the usual rate
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot = nullptr);
 
-/// The log with the findings named in `names` repaired; `source` lists the repairs.
+/// The kinds of these names. @throws UserError for one that is none or cannot be repaired
+std::vector<FindingKind> fixes_of(std::span<const std::string> names);
+
+/// The log with the findings of some kinds repaired; `source` lists the repairs.
 ///
 ///     gap          rows of missing values where samples are lost
 ///     duplicate    the later of two rows of equal time is dropped
@@ -33,8 +36,9 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
 ///     sign, swapped, angle_unit    applied to the signals that the finding names
 ///     delay        torque is moved back in time, by linear interpolation
 ///     velocity, temperature_unit   the velocity is removed; 273.15 K are added
-/// @throws UserError for a name that is no kind, cannot be repaired, or was not found
+/// @throws UserError for a kind that was not found
+/// @pre the kinds can be repaired
 data::Dataset repair(const data::Dataset& d, std::span<const Finding> findings,
-                     std::span<const std::string> names);
+                     std::span<const FindingKind> kinds);
 
 }  // namespace fricid::doctor

@@ -11,24 +11,23 @@
 
 namespace fricid::doctor {
 
+using data::FindingKind;
 using data::Severity;
 
-/// Kinds of findings and what to do about them; the names are those of `--fix`.
-struct Kind {
-  std::string_view name;         ///< "gap"
+/// What a kind of finding means and what to do about it.
+struct KindInfo {
+  FindingKind kind;
   Severity severity;             //
   std::string_view consequence;  ///< what a fit would suffer
   std::string_view remedy;       ///< what the user can do
   bool fixable;                  ///< `repair` can
   bool misleads = false;         ///< a fit would be wrong, not only less accurate
 };
-std::span<const Kind> kinds();
-/// @pre `name` is one of them
-const Kind& kind_of(std::string_view name);
+const KindInfo& info_of(FindingKind kind);
 
 /// One thing found.
 struct Finding {
-  std::string name{};       ///< Kind::name
+  FindingKind kind = FindingKind::kRate;
   std::string signal{};     ///< t, q, v, tau, temperature, or "q tau" for both
   int joint = -1;           ///< -1: all joints
   int other = -1;           ///< second joint of a swap
@@ -41,7 +40,7 @@ struct Finding {
 };
 
 inline bool is_damage(const Finding& finding) {
-  return kind_of(finding.name).severity == Severity::kDamage;
+  return info_of(finding.kind).severity == Severity::kDamage;
 }
 
 /// One line: "damage: swapped: q tau of joint_a4 and joint_a5, 0-31.4 s: ...".
