@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -166,7 +167,7 @@ class Builder {
     check_welds(tree, welds.where);
     weld_followers(tree);
     model_.name = tree.getName();
-    visit(*tree.getRoot(), Frame{});
+    walk(*tree.getRoot());
     if (model_.joints.empty())
       throw UserError("{}: no revolute, continuous or prismatic joint", document_.source);
     check_moving();
@@ -175,8 +176,37 @@ class Builder {
   RobotModel model() && { return std::move(model_); }
 
  private:
-  /// @param frame  where the link sits in the moving link (or base) that carries it
-  void visit(const urdf::Link& link, Frame frame) {
+  /// A link to visit, behind a joint (null: the base) of a link at `parent`.
+  struct Visit {
+    const urdf::Link* link;
+    const urdf::Joint* joint;
+    Frame parent;  ///< in the moving link (or base) that carries it
+  };
+
+  /// Depth first, the joints of a link in the order of the file. Without recursion: a chain may be
+  /// as long as the stack is deep.
+  void walk(const urdf::Link& base) {
+    std::vector<Visit> next{{&base, nullptr, Frame{}}};
+    while (!next.empty()) {
+      const Visit visit = next.back();
+      next.pop_back();
+      const Frame frame = enter(visit);
+      auto joints = visit.link->child_joints;
+      std::ranges::sort(joints, std::greater<>(), [this](const auto& joint) {
+        return document_.joints.at(joint->name).order;
+      });
+      for (const auto& joint : joints) {
+        const auto child = std::ranges::find(visit.link->child_links, joint->child_link_name,
+                                             [](const auto& link) { return link->name; });
+        next.push_back({child->get(), joint.get(), frame});
+      }
+    }
+  }
+
+  /// Adds the joint, the frame and the inertia of a link. @return the frame
+  Frame enter(const Visit& visit) {
+    Frame frame = visit.joint == nullptr ? Frame{} : behind(*visit.joint, visit.parent);
+    const urdf::Link& link = *visit.link;
     frame.name = link.name;
     model_.frames.push_back(frame);
     if (link.inertial && frame.link >= 0) {  // inertia of the base is not used
@@ -184,28 +214,22 @@ class Builder {
       add_payload(model_, frame, link.inertial->mass, to_eigen(link.inertial->origin.position),
                   inertia_about_com(*link.inertial));
     }
-    auto joints = link.child_joints;
-    std::sort(joints.begin(), joints.end(), [this](const auto& a, const auto& b) {
-      return document_.joints.at(a->name).order < document_.joints.at(b->name).order;
-    });
-    for (const auto& joint : joints) {
-      const auto child = std::find_if(
-          link.child_links.begin(), link.child_links.end(),
-          [&joint](const auto& candidate) { return candidate->name == joint->child_link_name; });
-      Frame placed = frame;
-      const urdf::Pose& origin = joint->parent_to_joint_origin_transform;
-      placed.p = frame.R * to_eigen(origin.position) + frame.p;
-      placed.R = frame.R * to_eigen(origin.rotation);
-      if (joint->type == urdf::Joint::FIXED) {
-        visit(**child, placed);
-      } else if (const auto weld = welds_.find(joint->name); weld != welds_.end()) {
-        move(*joint, weld->second, placed);
-        visit(**child, placed);
-      } else {
-        add_joint(*joint, placed);
-        visit(**child, Frame{.name = "", .link = model_.n() - 1});
-      }
+    return frame;
+  }
+
+  /// The frame behind a joint, which is added if it moves.
+  Frame behind(const urdf::Joint& joint, const Frame& parent) {
+    Frame placed = parent;
+    const urdf::Pose& origin = joint.parent_to_joint_origin_transform;
+    placed.p = parent.R * to_eigen(origin.position) + parent.p;
+    placed.R = parent.R * to_eigen(origin.rotation);
+    if (joint.type == urdf::Joint::FIXED) return placed;
+    if (const auto weld = welds_.find(joint.name); weld != welds_.end()) {
+      move(joint, weld->second, placed);
+      return placed;
     }
+    add_joint(joint, placed);
+    return {.name = "", .link = model_.n() - 1};
   }
 
   static Matrix3d inertia_about_com(const urdf::Inertial& inertial) {
