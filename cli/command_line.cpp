@@ -101,6 +101,7 @@ int exit_code_of_command_line(int argc, char** argv,
   EstimateOptions estimate_options;
   CheckOptions check_options;
   PayloadOptions payload_options;
+  ContactOptions contact_options;
   ExportOptions export_options;
   std::string file, topic;
   std::vector<std::filesystem::path> folders;
@@ -261,6 +262,27 @@ int exit_code_of_command_line(int argc, char** argv,
              "run/kr6_demo/data/validation_0.h5 -o estimate.h5");
   estimate_command->callback(
       [&] { command = [&] { return estimate_log(estimate_options, common); }; });
+
+  auto* contact_command = app.add_subcommand(
+      "contact", "find the external torque along a log with a momentum observer");
+  contact_command->add_option("MODEL", contact_options.model, "identified model (JSON)")
+      ->required();
+  contact_command->add_option("LOG", contact_options.log, "data set (HDF5)")->required();
+  contact_command->add_option("-o,--output", contact_options.output,
+                              "HDF5 file; default contact.h5");
+  contact_command
+      ->add_option("--bandwidth", contact_options.bandwidth_hz, "of the observer [Hz]; default 10")
+      ->check(CLI::Range(0.1, 1000.0));
+  contact_command
+      ->add_option("--particles", contact_options.particles,
+                   "that filter the states of friction; default 0: they follow the motion")
+      ->check(CLI::Range(0, 1'000'000));
+  contact_command->add_option("--seed", contact_options.seed, "of the particles")->check(is_seed);
+  add_common(*contact_command, common,
+             "fricid contact run/kr6_demo/models/lvm_s1.json "
+             "run/kr6_demo/data/validation_0.h5 -o contact.h5");
+  contact_command->callback(
+      [&] { command = [&] { return find_contact(contact_options, common); }; });
 
   auto* export_command =
       app.add_subcommand("export", "models for simulators and controllers (docs/use_it.md)");

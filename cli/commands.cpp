@@ -76,6 +76,14 @@ bool trusted(const evaluate::Evaluation& evaluation) {
 void print_result(const workflow::Job& job, const evaluate::Evaluation& evaluation) {
   const workflow::RunFolder& folder = job.run.folder();
   print(evaluate::short_table(evaluation, workflow::fit_seconds(job.run.manifest())));
+  const scene::Scene& scene = job.problem.scene;
+  for (const auto& [made, table] :
+       {std::pair(scene.compensation.wanted(), folder.compensation_table()),
+        std::pair(scene.contact.wanted(), folder.contact_table())})
+    if (made) {
+      print("\n");
+      print_file(table);
+    }
   const auto place = [](const char* what, const fs::path& path) {
     if (fs::exists(path)) print(fmt::format("{:<8} {}\n", what, printable(path.string())));
   };
@@ -108,6 +116,8 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
   const bool sound = workflow::data_are_sound(job);
   const bool healthy = workflow::identify(job, requests.fits, requests.by_name);
   const evaluate::Evaluation evaluation = workflow::evaluate(job, options.data);
+  workflow::compensate(job);
+  workflow::feel_contacts(job);
   const bool videos = job.problem.scene.render.video && !options.no_video;
   for (const std::string& missed :
        {workflow::draw_plots(job),

@@ -67,6 +67,13 @@ struct EstimateOptions {
   std::uint64_t seed = 1;
 };
 
+struct ContactOptions {
+  std::filesystem::path model, log, output = "contact.h5";
+  double bandwidth_hz = 10;  ///< of the observer
+  int particles = 0;         ///< that filter the states of friction; 0: they follow the motion
+  std::uint64_t seed = 1;
+};
+
 struct ExportOptions {
   std::filesystem::path target;  ///< model file, or run folder: all its models
   std::string format;
@@ -88,6 +95,7 @@ Verdict find_payload(const PayloadOptions& options, const CommonOptions& common)
 Verdict compare(const std::vector<std::filesystem::path>& folders,
                 const std::filesystem::path& output, const CommonOptions& common);
 Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common);
+Verdict find_contact(const ContactOptions& options, const CommonOptions& common);
 Verdict export_models(const ExportOptions& options, const CommonOptions& common);
 Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& common);
 Verdict print_template(const std::string& topic);

@@ -33,4 +33,10 @@ Figure excitation(const Run& run);
 Figure margins(const Run& run);
 Figure correlation(const Run& run, const RunModel& model);
 
+// figures_loops.cpp: closed loops
+Figure compensation(const Run& run);
+Figure compensation_time(const Run& run);
+Figure contact(const Run& run);
+Figure contact_threshold(const Run& run);
+
 }  // namespace fricid::render

@@ -32,7 +32,8 @@ std::vector<Figure> figures_of_run(const workflow::RunFolder& folder) {
   for (int j = 0; j < run.n(); ++j) figures.push_back(friction_loop(run, j));
   for (const auto& figure :
        {presliding, reversal, friction_time, friction_error, latent, parameters, training,
-        filter_health, residual_spectrum, torque_drift, excitation, margins})
+        filter_health, residual_spectrum, torque_drift, excitation, margins, compensation,
+        compensation_time, contact, contact_threshold})
     figures.push_back(figure(run));
   for (const RunModel& model : run.fitted()) {
     figures.push_back(torque(run, model));

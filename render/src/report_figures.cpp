@@ -26,7 +26,10 @@ const std::vector<Group>& groups() {
       {"identification",
        "Identification",
        {"parameters", "training", "filter_health", "residual_spectrum", "torque_drift"}},
-      {"excitation", "Excitation", {"excitation", "margins"}}};
+      {"excitation", "Excitation", {"excitation", "margins"}},
+      {"closed-loop",
+       "Closed loop",
+       {"compensation", "compensation_time", "contact", "contact_threshold"}}};
   return kGroups;
 }
 

@@ -50,6 +50,12 @@ Html plot_html(const Record& record, const std::string& name);
 /// Torque along the measured motion: joints, regimes, drift, and the noise of the recordings.
 Html torque_section(const Record& record);
 
+// report_loops.cpp
+/// Closed loops with the models' friction fed forward; empty without them.
+Html compensation_section(const Record& record);
+/// External torques of pushes; empty without them.
+Html contact_section(const Record& record);
+
 // report_models.cpp
 Html model_section(const Record& record);
 

@@ -11,6 +11,8 @@
 #include "fricid/data/fit_file.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/evaluate/bands.hpp"
+#include "fricid/evaluate/compensation.hpp"
+#include "fricid/evaluate/contact.hpp"
 #include "fricid/evaluate/evaluation.hpp"
 #include "fricid/evaluate/rollout.hpp"
 #include "fricid/evaluate/torque_prediction.hpp"
@@ -33,6 +35,8 @@ struct Run {
   std::string trajectory;
   data::Dataset measured;
   std::optional<sim::Truth> truth;  ///< of the trajectory
+  std::optional<evaluate::CompensationFile> compensation;
+  std::optional<evaluate::ContactFile> contact;
 
   int n() const { return measured.n(); }
   const std::string& joint(int j) const {
@@ -59,6 +63,9 @@ struct Run {
 
 /// @throws UserError when evaluation.json is missing, or a file is damaged
 Run read_run(const workflow::RunFolder& folder);
+
+/// The look of what a closed loop feeds forward: of a model, the truth or nothing.
+Look look_of_loop(const Run& run, const std::string& model);
 
 /// The fit's record of entry i of theta; null without one.
 const data::FittedParameter* fitted_parameter(const data::FitFile& fit,

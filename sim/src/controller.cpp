@@ -22,6 +22,7 @@ Controller::Controller(const ControllerOptions& options, const dynamics::RobotMo
   zero_.assign(n, 0.0);
   integral_.assign(n, 0.0);
   a_.resize(n);
+  feedback_.assign(n, 0.0);
   bias_.resize(n);
   M_.resize(n * n);
 }
@@ -40,6 +41,8 @@ void Controller::torque(const Reference& reference, std::span<const double> q,
   torque_at_motors({q_ref, v_ref, a_ref}, {q_m.data(), q.size()}, {v_m.data(), q.size()},
                    {tau_m.data(), q.size()});
   Eigen::Map<Eigen::VectorXd>(tau.data(), n) = C.transpose() * tau_m;
+  Eigen::Map<Eigen::VectorXd> feedback(feedback_.data(), n);
+  feedback = (C.transpose() * feedback).eval();
 }
 
 void Controller::torque_at_motors(const Reference& reference, std::span<const double> q,
@@ -50,7 +53,7 @@ void Controller::torque_at_motors(const Reference& reference, std::span<const do
   const std::span<const double> velocity = law_ == ControlLaw::kComputedTorque ? v : zero_;
   dynamics::rnea<double>(robot_, ws_, pi, q, velocity, zero_, bias_);
 
-  // desired acceleration per joint
+  // acceleration against the errors, per joint
   for (std::size_t j = 0; j < n; ++j) {
     const auto i = static_cast<Eigen::Index>(j);
     const double e = reference.q[i] - q[j], e_dot = reference.v[i] - v[j];
@@ -58,17 +61,20 @@ void Controller::torque_at_motors(const Reference& reference, std::span<const do
       a_[j] = 2 * zeta_ * w_ * (w_ / (2 * zeta_) * e + e_dot + integral_[j] / integral_s_);
     else
       a_[j] = w_ * w_ * e + 2 * zeta_ * w_ * e_dot;
-    if (law_ == ControlLaw::kComputedTorque) a_[j] += reference.a[i];
   }
 
   for (std::size_t j = 0; j < n; ++j) {
     double inertial = 0;
+    feedback_[j] = 0;
     if (law_ == ControlLaw::kComputedTorque)
-      for (std::size_t i = 0; i < n; ++i) inertial += M_[j * n + i] * a_[i];
+      for (std::size_t i = 0; i < n; ++i) {
+        feedback_[j] += M_[j * n + i] * a_[i];
+        inertial += M_[j * n + i] * reference.a[static_cast<Eigen::Index>(i)];
+      }
     else
-      inertial = M_[j * n + j] * a_[j];
+      feedback_[j] = M_[j * n + j] * a_[j];
     const double gain = law_ == ControlLaw::kCascade ? 1 + model_error_ : 1;
-    const double wanted = gain * bias_[j] + inertial;
+    const double wanted = gain * bias_[j] + inertial + feedback_[j];
     const double effort = robot_.joints[j].effort;
     const double limit = effort > 0 ? effort : std::numeric_limits<double>::infinity();
     tau[j] = std::clamp(wanted, -limit, limit);

@@ -43,6 +43,7 @@ void Plant::set_state(const State& state) {
     data_->qvel[arm_.dof(j)] = state.v[static_cast<std::size_t>(j)];
   }
   std::copy(state.z.begin(), state.z.end(), host_.z().begin());
+  pushed_ = -1;
 }
 
 State Plant::state() const {
@@ -80,6 +81,23 @@ void Plant::hold(std::span<const double> tau, std::span<const double> temperatur
     if (s == 0)
       for (int j = 0; j < n(); ++j) a_[static_cast<std::size_t>(j)] = data_->qacc[arm_.dof(j)];
   }
+}
+
+void Plant::push(int joint, const Eigen::Vector3d& force) {
+  if (pushed_ >= 0) std::fill_n(data_->xfrc_applied + 6 * pushed_, 6, 0.0);
+  pushed_ = arm_.body(joint);
+  std::copy(force.begin(), force.end(), data_->xfrc_applied + 6 * pushed_);
+}
+
+Eigen::VectorXd Plant::pushed_torque() const {
+  Eigen::VectorXd tau = Eigen::VectorXd::Zero(n());
+  if (pushed_ < 0) return tau;
+  const auto columns = static_cast<Eigen::Index>(arm_.model().nv);
+  RowMatrix jacobian(3, columns);
+  mj_jacBodyCom(&arm_.model(), data_.get(), jacobian.data(), nullptr, pushed_);
+  const Eigen::Map<const Eigen::Vector3d> force(data_->xfrc_applied + 6 * pushed_);
+  for (int j = 0; j < n(); ++j) tau[j] = jacobian.col(arm_.dof(j)).dot(force);
+  return tau;
 }
 
 int steps_per_sample(double dt, double physics_step) {

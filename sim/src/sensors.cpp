@@ -29,6 +29,26 @@ void drop_samples(data::Dataset& dataset, double share, Rng rng) {
 
 }  // namespace
 
+double encoder_reading(const SensorOptions& config, int joint, double q, Rng& noise) {
+  return round_to(at_or_zero(config.encoder_step_rad, joint),
+                  q + at_or_zero(config.encoder_noise_rad, joint) * noise.normal());
+}
+
+RowMatrix measured_torque(const RowMatrix& tau, const SensorOptions& config,
+                          const dynamics::RobotModel& robot, std::uint64_t seed, int sequence) {
+  RowMatrix measured(tau.rows(), tau.cols());
+  for (int j = 0; j < robot.n(); ++j) {
+    const double effort = robot.joints[static_cast<std::size_t>(j)].effort;
+    Rng noise = make_rng(seed, Purpose::kTorque, sequence, j);
+    for (Eigen::Index k = 0; k < tau.rows(); ++k) {
+      const Eigen::Index delayed = std::max<Eigen::Index>(0, k - config.torque_delay_samples);
+      measured(k, j) = round_to(config.torque_step * effort,
+                                tau(delayed, j) + config.torque_noise * effort * noise.normal());
+    }
+  }
+  return measured;
+}
+
 double temperature_at(const SensorOptions& config, double time) {
   return config.temperature_start_K -
          config.temperature_rise_K * std::expm1(-time / config.temperature_time_s);
@@ -43,23 +63,16 @@ data::Dataset measure(const Trace& trace, const SensorOptions& config,
   dataset.rate_hz = config.rate_hz;
   dataset.t = trace.t;
   dataset.q.resize(T, n);
-  dataset.tau.resize(T, n);
+  dataset.tau = measured_torque(trace.tau, config, robot, seed, sequence);
   if (config.velocity) dataset.v.resize(T, n);
   if (config.temperature) dataset.temperature = trace.temperature;
 
   for (int j = 0; j < n; ++j) {
-    const double effort = robot.joints[static_cast<std::size_t>(j)].effort;
     const double encoder_noise = at_or_zero(config.encoder_noise_rad, j);
-    const double encoder_step = at_or_zero(config.encoder_step_rad, j);
     Rng encoder = make_rng(seed, Purpose::kEncoder, sequence, j);
-    Rng torque = make_rng(seed, Purpose::kTorque, sequence, j);
     Rng velocity = make_rng(seed, Purpose::kVelocity, sequence, j);
     for (int k = 0; k < T; ++k) {
-      const int delayed = std::max(0, k - config.torque_delay_samples);
-      dataset.q(k, j) = round_to(encoder_step, trace.q(k, j) + encoder_noise * encoder.normal());
-      dataset.tau(k, j) =
-          round_to(config.torque_step * effort,
-                   trace.tau(delayed, j) + config.torque_noise * effort * torque.normal());
+      dataset.q(k, j) = encoder_reading(config, j, trace.q(k, j), encoder);
       if (config.velocity)
         dataset.v(k, j) =
             trace.v(k, j) + std::numbers::sqrt2 * encoder_noise / dt * velocity.normal();

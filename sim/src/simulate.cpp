@@ -15,12 +15,10 @@
 #include "fricid/sim/controller.hpp"
 #include "fricid/sim/sensors.hpp"
 #include "fricid/sim/simulation_size.hpp"
+#include "run_in.hpp"
 
 namespace fricid::sim {
 namespace {
-
-// Long enough for the controller to settle and for bristles to lose their initial state.
-constexpr double kRunIn = 2.0;
 
 // A sequence to simulate: one period of a series.
 struct Task {

@@ -13,6 +13,7 @@ using testing::HasSubstr;
 static_assert(name_of(Mount::kRpy) == "rpy");
 static_assert(name_of(sim::ControlLaw::kCascade) == "cascade");
 static_assert(name_of(sim::Criterion::kNone) == "none");
+static_assert(name_of(sim::Drive::kMeasured) == "measured");
 static_assert(name_of(estimate::Method::kEm) == "em");
 static_assert(name_of(estimate::Optimiser::kGaussNewton) == "gauss_newton");
 static_assert(name_of(estimate::EStep::kBootstrap) == "bootstrap");
@@ -50,6 +51,8 @@ TEST_F(SceneOptions, EnumsAreReadAndWrittenByName) {
                                      [](const Scene& s) { return s.controller.kind; });
   expect_every_name<sim::Criterion>("[excitation]\n", "criterion",
                                     [](const Scene& s) { return s.excitation.criterion; });
+  expect_every_name<sim::Drive>("[compensation]\n", "drive",
+                                [](const Scene& s) { return s.compensation.drive; });
   expect_every_name<film::Layout>("[render]\n", "layout",
                                   [](const Scene& s) { return s.render.layout; });
   expect_every_name<film::Quality>("[render]\n", "quality",

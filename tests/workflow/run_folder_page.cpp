@@ -1,11 +1,15 @@
 #include "fricid/data/check_file.hpp"
+#include "fricid/data/contact_file.hpp"
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/diagnosis_file.hpp"
 #include "fricid/data/estimate_file.hpp"
 #include "fricid/data/fit_file.hpp"
+#include "fricid/data/loop_file.hpp"
 #include "fricid/data/written_model.hpp"
 #include "fricid/evaluate/bands.hpp"
 #include "fricid/evaluate/compare.hpp"
+#include "fricid/evaluate/compensation.hpp"
+#include "fricid/evaluate/contact.hpp"
 #include "fricid/evaluate/evaluation.hpp"
 #include "fricid/evaluate/rollout.hpp"
 #include "fricid/evaluate/torque_prediction.hpp"
@@ -66,6 +70,15 @@ std::string run_folder_page() {
       {"", "", run.prediction(id, recording),
        "motor torque that it predicts along the measured motion"},
       {"", "", run.band("MODEL", recording), "90 % band of its open loop"},
+      {"compensate", "[compensation], models, the scene's truth", run.compensation(),
+       "errors of closed loops with the models' friction fed forward"},
+      {"", "", run.compensation_table(), "the same as tables"},
+      {"", "", run.loop("MODEL", 0, 0), "signals of a loop, by index of path and controller"},
+      {"contact", "[contact], models, the scene's truth", run.contact(),
+       "errors, thresholds and delays of external torques"},
+      {"", "", run.contact_table(), "the same as a table"},
+      {"", "", run.pushed_loop(), "the first motion under pushes"},
+      {"", "", run.external_torque("MODEL"), "the external torque found during it"},
       {"plots", "results", run.plot("NAME", "pdf"), "and .svg, .png, and .gp, the gnuplot script"},
       {"video", "results, [render]", run.video("NAME"), "H.264"},
       {"report", "all of these", run.report(), "one page for a browser"}};
@@ -83,6 +96,10 @@ std::string run_folder_page() {
   page += artefact_section<data::FitFile>("fit/MODEL_sSEED.json", "Report of a fit.");
   page += artefact_section<evaluate::Evaluation>(
       "evaluation.json", "Scores of all models; lists per horizon follow `horizons_s`.");
+  page += artefact_section<evaluate::CompensationFile>(
+      "compensation.json", "Closed loops with the models' friction fed forward.");
+  page += artefact_section<evaluate::ContactFile>(
+      "contact.json", "External torque of pushes, found with the models' friction.");
   page +=
       signals_section<data::Dataset>("data/RECORDING.h5", "Signals of a log, also when simulated.");
   page += signals_section<sim::Truth>("truth/RECORDING.h5", "True motion and injected friction.");
@@ -94,6 +111,10 @@ std::string run_folder_page() {
                                                  "90 % band of a model's open loop.");
   page += signals_section<data::EstimateSignals>("estimates/MODEL_sSEED_RECORDING.h5",
                                                  "Result of `fricid estimate`, the online filter.");
+  page += signals_section<data::LoopSignals>("loops/MODEL_pathP_controllerC.h5",
+                                             "The simulated arm under control.");
+  page += signals_section<data::ContactSignals>(
+      "contact/MODEL.h5", "External torque along a log; result of `fricid contact` too.");
   page += artefact_section<evaluate::Comparison>("fricid compare --json",
                                                  "Comparison of runs, on stdout.");
   page += artefact_section<data::CheckFile>("check.json",

@@ -105,14 +105,20 @@ class Mutation {
 class Stages : public TemporaryFolder {
  protected:
   Stages() {
-    job.emplace(
-        open_job(load_problem(tiny()), folder / "run", false, 1, [](const std::string&) {}));
+    const scene::Problem problem = load_problem(tiny());
+    scene::Scene scene = problem.scene;
+    scene.compensation.gains = {1};
+    scene.contact.hours = 1;
+    job.emplace(open_job(with_scene(problem, std::move(scene)), folder / "run", false, 1,
+                         [](const std::string&) {}));
     const RunFolder& run = job->run.folder();
     record("data", {run.recording("train_0"), run.recording("validation_0"), run.truth("train_0"),
                     run.truth("validation_0"), run.excitation()});
     for (const FitRequest& fit : fits())
       record(fit_stage(*job, fit).name, {run.model(fit.id()), run.fit(fit.id())});
     record("evaluate", {run.evaluation(), run.table(), run.rollout({"lugre", 1}, "validation_0")});
+    record("compensate", {run.compensation(), run.compensation_table(), run.loop("lugre", 0, 0)});
+    record("contact", {run.contact(), run.contact_table(), run.external_torque("lugre")});
     record("plots", {run.plot("tracking", "svg")});
     record("video", {run.video("comparison")});
     record("report", {run.report()});
@@ -132,6 +138,8 @@ class Stages : public TemporaryFolder {
     std::vector<Stage> stages{data_stage(*job)};
     for (const FitRequest& fit : fits()) stages.push_back(fit_stage(*job, fit));
     stages.push_back(evaluation_stage(*job, {}));
+    stages.push_back(compensation_stage(*job));
+    stages.push_back(contact_stage(*job));
     stages.push_back(plots_stage(*job));
     stages.push_back(film_stage(*job, job->problem, ""));
     stages.push_back(report_stage(*job));
@@ -167,6 +175,8 @@ class Stages : public TemporaryFolder {
       return stages;
     }
     if (name == "evaluate") return {evaluation_stage(*job, {})};
+    if (name == "compensate") return {compensation_stage(*job)};
+    if (name == "contact") return {contact_stage(*job)};
     return {};
   }
 
@@ -185,21 +195,24 @@ class Stages : public TemporaryFolder {
 /// because their files change.
 Names readers_of(const std::string& section) {
   static const std::map<std::string, Names> kReaders{
-      {"name", {"data", "evaluate", "video", "report"}},
+      {"name", {"data", "evaluate", "compensate", "contact", "video", "report"}},
       {"description", {"video", "report"}},
-      {"seed", {"data", "report"}},
+      {"seed", {"data", "compensate", "contact", "report"}},
       {"robot",
-       {"data", "identify simple_s1", "identify lugre_s1", "evaluate", "plots", "video", "report"}},
-      {"friction", {"data", "evaluate", "video", "report"}},
-      {"plant", {"data", "evaluate", "report"}},
-      {"controller", {"data", "report"}},
-      {"excitation", {"data", "report"}},
-      {"sensors", {"data", "report"}},
+       {"data", "identify simple_s1", "identify lugre_s1", "evaluate", "compensate", "contact",
+        "plots", "video", "report"}},
+      {"friction", {"data", "evaluate", "compensate", "contact", "video", "report"}},
+      {"plant", {"data", "evaluate", "compensate", "contact", "report"}},
+      {"controller", {"data", "compensate", "contact", "report"}},
+      {"excitation", {"data", "compensate", "contact", "report"}},
+      {"sensors", {"data", "compensate", "contact", "report"}},
       {"data", {"report"}},  // of a simulated scene
       {"identify", {"identify simple_s1", "identify lugre_s1", "evaluate", "report"}},
       {"model 0", {"identify simple_s1", "report"}},
       {"model 1", {"identify lugre_s1", "report"}},
       {"evaluate", {"evaluate", "report"}},
+      {"compensation", {"compensate", "report"}},
+      {"contact", {"contact", "report"}},
       {"render", {"video", "report"}}};
   const auto found = kReaders.find(section);
   return found == kReaders.end() ? Names{"nobody knows " + section} : found->second;
@@ -219,7 +232,7 @@ TEST_F(Stages, RunAgainForTheirSectionsOfTheSceneAndNoOthers) {
     if (mutation.key().empty()) break;
     Names expected = readers_of(mutation.key());
     if (expected.contains("identify simple_s1") || expected.contains("identify lugre_s1"))
-      expected.insert({"evaluate", "plots", "video", "report"});
+      expected.insert({"evaluate", "compensate", "contact", "plots", "video", "report"});
     Names found = changed(before, declarations());
     if (mutation.key().starts_with("model")) {
       // under another name or seed it is another fit
@@ -236,16 +249,23 @@ TEST_F(Stages, RunAgainForTheirSectionsOfTheSceneAndNoOthers) {
 TEST_F(Stages, RunAgainForTheFilesOfOthers) {
   const std::map<std::string, Names> readers{
       {"data/train_0.h5",
-       {"identify simple_s1", "identify lugre_s1", "evaluate", "plots", "video", "report"}},
+       {"identify simple_s1", "identify lugre_s1", "evaluate", "compensate", "contact", "plots",
+        "video", "report"}},
       {"data/validation_0.h5", {"evaluate", "plots", "video", "report"}},
       {"truth/train_0.h5", {"evaluate", "plots", "video", "report"}},
       {"truth/validation_0.h5", {"evaluate", "plots", "video", "report"}},
       {"excitation.json", {"evaluate", "plots", "video", "report"}},
-      {"models/lugre_s1.json", {"evaluate", "plots", "video", "report"}},
+      {"models/lugre_s1.json", {"evaluate", "compensate", "contact", "plots", "video", "report"}},
       {"fit/lugre_s1.json", {"evaluate", "plots", "video", "report"}},
       {"evaluation.json", {"plots", "video", "report"}},
       {"table.md", {"plots", "video", "report"}},
       {"rollouts/lugre_s1_validation_0.h5", {"plots", "video", "report"}},
+      {"compensation.json", {"plots", "video", "report"}},
+      {"compensation.md", {"plots", "video", "report"}},
+      {"loops/lugre_path0_controller0.h5", {"plots", "video", "report"}},
+      {"contact.json", {"plots", "video", "report"}},
+      {"contact.md", {"plots", "video", "report"}},
+      {"contact/lugre.h5", {"plots", "video", "report"}},
       {"plots/tracking.svg", {"report"}},
       {"video/comparison.mp4", {"report"}}};
   const Declarations before = declarations();
@@ -266,7 +286,7 @@ TEST_F(Stages, RunAgainForTheFilesOfOthers) {
       write_file_atomically(job->run.folder().path() / output.name, text);
       job->run.describe([&](Manifest& changed) { changed = manifest; });
     }
-  EXPECT_EQ(outputs, 12);
+  EXPECT_EQ(outputs, 18);
 }
 
 // A part of a scene holds what was named and nothing else.

@@ -52,6 +52,12 @@ scene::Problem part_of(const scene::Problem& problem, std::span<const Section> s
       case Section::kEvaluate:
         part.evaluate = scene.evaluate;
         break;
+      case Section::kCompensation:
+        part.compensation = scene.compensation;
+        break;
+      case Section::kContact:
+        part.contact = scene.contact;
+        break;
       case Section::kRender:
         part.render = scene.render;
         break;

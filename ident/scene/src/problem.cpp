@@ -47,7 +47,39 @@ void rename_logs(std::vector<std::string>& logs, const fs::path& folder) {
   }
 }
 
+/// Closed loops are simulated, and need paths, forces and names that differ from theirs.
+void check_loops(const Scene& scene) {
+  const sim::CompensationOptions& loops = scene.compensation;
+  const auto require =
+      [&](bool wanted, const std::string& key,
+          std::initializer_list<std::pair<std::string, const std::vector<double>*>> lists) {
+        if (!wanted) return;
+        if (!scene.simulates())
+          throw UserError("{}: {} without [friction]; allowed: a scene that simulates",
+                          scene.origin.place(key), key);
+        for (const auto& [name, values] : lists)
+          if (values->empty())
+            throw UserError("{}: {} = an empty array; allowed: one or more",
+                            scene.origin.place(name), name);
+      };
+  require(
+      loops.wanted(), "compensation.gains",
+      {{"compensation.bandwidths_hz", &loops.bandwidths_hz}, {"compensation.sizes", &loops.sizes}});
+  require(scene.contact.wanted(), "contact.hours", {{"contact.forces_N", &scene.contact.forces_N}});
+  constexpr double kFastestBase = 1.5;  // [rad/s] observers need a while to begin
+  if (scene.contact.wanted() && scene.excitation.base_rad_s > kFastestBase)
+    throw UserError("{}: excitation.base_rad_s = {:g}; allowed beside contact.hours: up to {:g}",
+                    scene.origin.place("excitation.base_rad_s"), scene.excitation.base_rad_s,
+                    kFastestBase);
+  if (!loops.wanted() && !scene.contact.wanted()) return;
+  for (std::size_t i = 0; i < scene.models.size(); ++i)
+    if (const std::string& name = scene.models[i].name; name == "none" || name == "truth")
+      throw UserError("{}: model[{}].name = \"{}\"; allowed in closed loops: another",
+                      scene.origin.place(fmt::format("model[{}].name", i)), i + 1, name);
+}
+
 void check_consistency(const Scene& scene) {
+  check_loops(scene);
   if (!scene.simulates() && scene.data.train.empty())
     throw UserError("{}: neither friction to inject nor logs; allowed: [friction] or data.train",
                     scene.origin.place(""));

@@ -17,6 +17,35 @@ void check_shape(ConstRowMatrix matrix, Eigen::Index rows, Eigen::Index cols, co
 
 }  // namespace
 
+FrictionFollower::FrictionFollower(const friction::Friction& friction, double dt,
+                                   std::span<const double> z0)
+    : friction_(friction), dt_(dt) {
+  const auto n = static_cast<std::size_t>(friction.model.joint_count());
+  in_.resize(n);
+  tau_f_.resize(n);
+  z_.assign(static_cast<std::size_t>(friction.model.state_size()), 0.0);
+  if (!z0.empty() && z0.size() != z_.size())
+    throw UserError("friction driven by motion: z0 has {} values, expected {}", z0.size(),
+                    z_.size());
+  std::copy(z0.begin(), z0.end(), z_.begin());
+}
+
+std::span<const double> FrictionFollower::follow(std::span<const double> q,
+                                                 std::span<const double> v,
+                                                 std::span<const double> load,
+                                                 std::span<const double> temperature) {
+  // load and temperature are those of the sample before
+  for (std::size_t j = 0; j < in_.size(); ++j) {
+    in_[j].v = (q[j] - in_[j].q) / dt_;
+    in_[j].q = q[j];
+  }
+  if (begun_) friction_.model.step<double>(friction_.theta, in_, dt_, z_);
+  begun_ = true;
+  for (std::size_t j = 0; j < in_.size(); ++j) in_[j] = {q[j], v[j], load[j], temperature[j]};
+  friction_.model.torque<double>(friction_.theta, in_, z_, tau_f_);
+  return tau_f_;
+}
+
 DrivenFriction drive_friction(const friction::Friction& friction, double dt, ConstRowMatrix q,
                               ConstRowMatrix v, ConstRowMatrix load, ConstRowMatrix temperature,
                               std::span<const double> z0) {
@@ -26,28 +55,19 @@ DrivenFriction drive_friction(const friction::Friction& friction, double dt, Con
   check_shape(v, T, n, "v");
   check_shape(load, T, n, "load");
   if (temperature.size() > 0) check_shape(temperature, T, n, "temperature");
-  if (!z0.empty() && std::ssize(z0) != nz)
-    throw UserError("friction driven by motion: z0 has {} values, expected {}", z0.size(), nz);
 
   DrivenFriction out{RowMatrix::Zero(T, n), RowMatrix::Zero(T, nz)};
-  std::vector<double> z(static_cast<std::size_t>(nz), 0.0);
-  std::copy(z0.begin(), z0.end(), z.begin());
-  std::vector<friction::Input<double>> in(static_cast<std::size_t>(n));
+  FrictionFollower follower(friction, dt, z0);
+  const std::vector<double> room(static_cast<std::size_t>(n), kRoomTemperature);
+  const auto row = [n](const ConstRowMatrix& x, Eigen::Index k) {
+    return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
+  };
   for (Eigen::Index k = 0; k < T; ++k) {
-    for (Eigen::Index j = 0; j < n; ++j)
-      in[static_cast<std::size_t>(j)] = {
-          q(k, j), v(k, j), load(k, j),
-          temperature.size() > 0 ? temperature(k, j) : kRoomTemperature};
-    model.torque<double>(friction.theta, in, z,
-                         {out.tau_f.row(k).data(), static_cast<std::size_t>(n)});
-    std::copy(z.begin(), z.end(), out.z.row(k).data());
-    if (k + 1 == T) break;
-    for (Eigen::Index j = 0; j < n; ++j) {
-      auto& joint = in[static_cast<std::size_t>(j)];
-      joint.q = q(k + 1, j);
-      joint.v = (q(k + 1, j) - q(k, j)) / dt;
-    }
-    model.step<double>(friction.theta, in, dt, z);
+    const std::span<const double> tau_f =
+        follower.follow(row(q, k), row(v, k), row(load, k),
+                        temperature.size() > 0 ? row(temperature, k) : std::span(room));
+    std::copy(tau_f.begin(), tau_f.end(), out.tau_f.row(k).data());
+    std::copy(follower.z().begin(), follower.z().end(), out.z.row(k).data());
   }
   return out;
 }

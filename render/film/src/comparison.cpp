@@ -13,9 +13,11 @@ namespace {
 constexpr double kHeader = 44, kStripsTop = 470;
 constexpr int kMainWidth = 860;  // of the picture with all arms; the enlarged one has the rest
 constexpr double kGap = 4;
+constexpr double kInset = 230;             // side of an enlarged picture in another
 constexpr double kPast = 4;                // [s] that the friction strips show
 constexpr double kTrailPast = 1.5;         // [s] of path behind each tip
 constexpr double kLeastZoom = 0.15;        // [m] half height, so that a flange is recognised
+constexpr double kLeastInset = 0.04;       // [m] the same where millimetres matter
 constexpr double kTipMargin = 0.06;        // [m] around the joints' paths
 constexpr double kPortraitTurn = 35;       // [deg] from the view of the film
 constexpr float kGhost = 0.65f;            // opacity
@@ -58,7 +60,7 @@ int frames_of(const RunFilm& film) {
 Comparison::Comparison(const RunFilm& film, const scene::Problem& problem, ArmPainter& painter)
     : film_(film),
       painter_(painter),
-      side_by_side_(problem.scene.render.layout == Layout::kSideBySide),
+      side_by_side_(film.layout == Layout::kSideBySide),
       paths_(paths_of(film, painter)),
       joint_(most_telling_joint(film)) {
   if (const std::string& wanted = problem.scene.render.joint; !wanted.empty()) {
@@ -104,7 +106,8 @@ Comparison::Comparison(const RunFilm& film, const scene::Problem& problem, ArmPa
   for (std::size_t m = 0; m < film.models.size(); ++m)
     model_errors.insert(model_errors.end(), errors_mm_[m].begin(), errors_mm_[m].end());
   std::sort(model_errors.begin(), model_errors.end());
-  zoom_ = std::max(kLeastZoom, 1.3e-3 * model_errors[model_errors.size() * 9 / 10]);
+  zoom_ = std::max(film.enlarged_flange ? kLeastInset : kLeastZoom,
+                   1.3e-3 * model_errors[model_errors.size() * 9 / 10]);
 
   // ranges of the strips
   std::vector<double> torques, speeds;
@@ -167,13 +170,22 @@ void Comparison::draw_ghosts(Canvas& canvas, int row) {
   painter_.keep_backdrop(view_, kMainWidth, static_cast<int>(height));
   picture(view_, {0, kHeader, kMainWidth, height});
 
-  // the flange enlarged, seen in the same direction
   const Box zoomed{kMainWidth + kGap, kHeader, kFilmWidth - kMainWidth - kGap, height};
+  picture(close_view(row), zoomed);
+  draw_scale(canvas, zoomed);
+  canvas.fill({zoomed.x + 10, kHeader + 10, 150, 26}, kVeil, 6);
+  canvas.text({zoomed.x + 20, kHeader + 28}, "flange, enlarged", {.size = 13, .paint = kInk});
+  draw_legend(canvas, row);
+}
+
+View Comparison::close_view(int row) const {
   View close = view_;
   close.target = paths_.truth[static_cast<std::size_t>(row)];
   close.distance = zoom_ / std::tan(painter_.field_of_view() / 2);
-  picture(close, zoomed);
+  return close;
+}
 
+void Comparison::draw_scale(Canvas& canvas, const Box& zoomed) const {
   const double length_mm = 2e3 * zoom_ / 4;
   double bar_mm = std::pow(10, std::floor(std::log10(length_mm)));
   for (const double factor : {5.0, 2.0})
@@ -181,16 +193,13 @@ void Comparison::draw_ghosts(Canvas& canvas, int row) {
       bar_mm *= factor;
       break;
     }
-  const double bar = bar_mm * 1e-3 / (2 * zoom_) * height;
-  const double right = kFilmWidth - 16, below = kStripsTop - 18;
+  const double bar = bar_mm * 1e-3 / (2 * zoom_) * zoomed.height;
+  const double right = zoomed.x + zoomed.width - 16, below = zoomed.y + zoomed.height - 18;
   canvas.fill({right - bar - 12, below - 26, bar + 24, 38}, kVeil, 6);
   canvas.line(std::vector<Point>{{right - bar, below}, {right, below}},
               {.width = 3, .paint = kInk});
   canvas.text({right - bar / 2, below - 8}, fmt::format("{:g} mm", bar_mm),
               {.size = 13, .paint = kInk, .align = Align::kCentre});
-  canvas.fill({zoomed.x + 10, kHeader + 10, 150, 26}, kVeil, 6);
-  canvas.text({zoomed.x + 20, kHeader + 28}, "flange, enlarged", {.size = 13, .paint = kInk});
-  draw_legend(canvas, row);
 }
 
 void Comparison::draw_legend(Canvas& canvas, int row) const {
@@ -211,7 +220,7 @@ void Comparison::draw_legend(Canvas& canvas, int row) const {
     canvas.text({kLeft + 42, y}, label, {.size = 14, .paint = kInk, .bold = true});
     return y;
   };
-  line(0, kTruth, film_.has_truth() ? "truth" : "measured");
+  line(0, kTruth, film_.words.base);
   for (std::size_t m = 0; m < film_.models.size(); ++m) {
     const double y = line(m + 1, paint_of(film_.models[m].colour), film_.models[m].label);
     double squares = 0;
@@ -236,6 +245,15 @@ void Comparison::draw_side_by_side(Canvas& canvas, int row) {
     canvas.picture(painter_.paint(view_, static_cast<int>(box.width), static_cast<int>(box.height),
                                   arms, both),
                    box);
+    if (film_.enlarged_flange) {
+      const Box inset{box.x + box.width - kInset - 10, box.y + box.height - kInset - 10, kInset,
+                      kInset};
+      canvas.fill({inset.x - 2, inset.y - 2, kInset + 4, kInset + 4}, kInk);
+      canvas.picture(painter_.paint(close_view(row), static_cast<int>(kInset),
+                                    static_cast<int>(kInset), arms, both),
+                     inset);
+      draw_scale(canvas, inset);
+    }
     canvas.fill({box.x + 10, kHeader + 10, width - 20, 32}, kVeil, 6);
     canvas.fill({box.x + 20, kHeader + 19, 22, 13}, paint_of(model.colour), 3);
     canvas.text({box.x + 52, kHeader + 31}, model.label, {.size = 15, .paint = kInk, .bold = true});
@@ -248,8 +266,7 @@ void Comparison::draw_header(Canvas& canvas, int row) const {
   const TextStyle title{.size = 19, .paint = kInk, .bold = true};
   canvas.fill({0, 0, kFilmWidth, kHeader}, {1, 1, 1, 1});
   canvas.text({16, 29}, film_.scene, title);
-  canvas.text({16 + canvas.text_width(film_.scene, title) + 14, 29},
-              fmt::format("open loop on {}: the recorded torques, no correction", film_.trajectory),
+  canvas.text({16 + canvas.text_width(film_.scene, title) + 14, 29}, film_.words.motion,
               {.size = 15, .paint = kFaint});
   canvas.text({kFilmWidth - 16, 29},
               fmt::format("t = {:5.2f} s of {:.1f} s", film_.t[row], film_.t[film_.t.size() - 1]),
@@ -269,7 +286,7 @@ void Comparison::draw_strips(Canvas& canvas, int row) const {
     return style;
   };
 
-  const Chart torque({0, top, 470, height}, "friction torque, " + joint,
+  const Chart torque({0, top, 470, height}, film_.words.torque + ", " + joint,
                      {first_s, first_s + kPast, false, "t [s]"},
                      {torque_range_.first, torque_range_.second, false, "N m"});
   torque.draw_axes(canvas);
@@ -279,10 +296,7 @@ void Comparison::draw_strips(Canvas& canvas, int row) const {
   for (const FilmModel& model : film_.models)
     torque.draw_curve(canvas, t, picked(model.tau_f.col(joint_), recent), style_of(model));
 
-  const Chart error({470, top, 460, height},
-                    film_.oracle.q.size() > 0
-                        ? "distance of the tip from the truth (dashed: oracle)"
-                        : "distance of the tip from what was measured",
+  const Chart error({470, top, 460, height}, film_.words.error,
                     {0, film_.t[film_.t.size() - 1], false, "t [s]"},
                     {error_range_.first, error_range_.second, true, "mm"});
   error.draw_axes(canvas);

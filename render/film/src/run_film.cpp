@@ -9,6 +9,9 @@
 #include "fricid/base/error.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/dataset.hpp"
+#include "fricid/data/loop_file.hpp"
+#include "fricid/data/signal_file.hpp"
+#include "fricid/evaluate/compensation.hpp"
 #include "fricid/evaluate/evaluation.hpp"
 #include "fricid/evaluate/rollout.hpp"
 #include "fricid/evaluate/trajectory.hpp"
@@ -20,6 +23,7 @@ namespace fricid::film {
 namespace {
 
 constexpr std::size_t kModelsShown = 3;
+constexpr const char* kBareColour = "#D55E00";  // vermilion: an arm without compensation
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// A rollout with all signals of a film; those of other programs may lack tau_f.
@@ -98,6 +102,9 @@ RunFilm read_film(const workflow::RunFolder& folder, const scene::Problem& probl
   film.description = problem.scene.description;
   if (problem.scene.friction) film.friction = describe(*problem.scene.friction);
   film.trajectory = evaluation.trajectories.front();
+  film.layout = problem.scene.render.layout;
+  film.words.motion =
+      fmt::format("open loop on {}: the recorded torques, no correction", film.trajectory);
   film.horizons = evaluation.horizons_s;
   const data::Dataset measured = data::load_dataset(folder.recording(film.trajectory));
   film.joint_names = measured.joint_names;
@@ -157,12 +164,78 @@ RunFilm read_film(const workflow::RunFolder& folder, const scene::Problem& probl
     else
       film.models.push_back(std::move(rolled));
   }
+  film.words.base = film.has_truth() ? "truth" : "measured";
+  film.words.error = film.oracle.q.size() > 0
+                         ? "distance of the tip from the truth (dashed: oracle)"
+                         : "distance of the tip from what was measured";
   film.t = film.t.head(rows).eval();
   for (RowMatrix* values :
        {&film.q, &film.v, &film.tau_f, &film.tau, &film.temperature, &film.oracle.q})
     keep_rows(*values, rows);
   for (FilmModel& model : film.models)
     for (RowMatrix* values : {&model.q, &model.v, &model.tau_f}) keep_rows(*values, rows);
+  return film;
+}
+
+std::optional<RunFilm> read_compensation_film(const workflow::RunFolder& folder,
+                                              const scene::Problem& problem) {
+  const auto file =
+      workflow::if_there(folder.compensation(), data::load<evaluate::CompensationFile>);
+  if (!file || file->loops.empty()) return {};
+  const evaluate::LoopScore& first = file->loops.front();
+  const auto signals_of = [&](const std::string& model) {
+    return workflow::if_there(folder.loop(model, first.path, first.controller),
+                              [](const std::filesystem::path& path) {
+                                return data::load_signals<data::LoopSignals>(path);
+                              });
+  };
+
+  // the model that errs least at reversals
+  const evaluate::LoopScore* best = nullptr;
+  for (const evaluate::LoopScore& loop : file->loops) {
+    if (loop.model == evaluate::kNoModel || loop.model == evaluate::kTruthModel || loop.diverged ||
+        loop.path != first.path || loop.controller != first.controller)
+      continue;
+    if (best == nullptr || (loop.gain == best->gain &&
+                            evaluate::rms(loop.reversal_rad) < evaluate::rms(best->reversal_rad)))
+      best = &loop;
+  }
+  if (best == nullptr) return {};
+  auto bare = signals_of(evaluate::kNoModel), fed = signals_of(best->model),
+       truth = signals_of(evaluate::kTruthModel);
+  if (!bare || !fed || !truth) return {};
+
+  const auto look = [&](const std::string& model) {
+    const auto evaluation = data::load<evaluate::Evaluation>(folder.evaluation());
+    const auto models = render::models_of_run(evaluation, folder);
+    const auto found = std::ranges::find(models, model, &render::RunModel::name);
+    return found == models.end() ? render::Look() : found->look;
+  };
+  RunFilm film;
+  film.scene = problem.scene.name;
+  film.description = problem.scene.description;
+  film.trajectory = "compensation";
+  film.layout = Layout::kSideBySide;
+  film.enlarged_flange = true;
+  film.words = {.motion = fmt::format("friction fed forward to a controller of {:g} Hz, up to "
+                                      "{:.2g} rad/s",
+                                      first.bandwidth_hz, first.peak_rad_s),
+                .base = "desired",
+                .torque = "fed forward, and true friction",
+                .error = "distance of the tip from the desired"};
+  film.joint_names = bare->joint_names;
+  const Eigen::Index rows = std::min({bare->t.size(), fed->t.size(), truth->t.size()});
+  film.t = truth->t.head(rows).array() - truth->t[0];
+  film.q = truth->q_desired.topRows(rows);
+  film.v = truth->v_desired.topRows(rows);
+  film.tau_f = truth->tau_f.topRows(rows);
+  const auto add = [&](const std::string& label, const std::string& colour,
+                       const data::LoopSignals& loop) {
+    film.models.push_back({label, label, colour, loop.q.topRows(rows), loop.v_desired.topRows(rows),
+                           loop.tau_forward.topRows(rows)});
+  };
+  add("nothing fed forward", kBareColour, *bare);
+  add(best->label + " fed forward", look(best->model).colour, *fed);
   return film;
 }
 

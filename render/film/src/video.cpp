@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "contact_film.hpp"
 #include "drawing_processes.hpp"
 #include "fricid/base/attempts.hpp"
 #include "fricid/base/error.hpp"
@@ -106,15 +107,27 @@ struct ComparisonStudio {
 
 std::vector<fs::path> make_comparison(const RunFolder& folder, const RunFilm& film,
                                       const sim::MujocoArm& arm, const scene::Problem& problem,
-                                      const DrawingOptions& options) {
-  const int card = static_cast<int>(std::lround(problem.scene.render.card_s * kFilmRate));
+                                      const DrawingOptions& options, const std::string& name,
+                                      double card_s) {
+  const int card = static_cast<int>(std::lround(card_s * kFilmRate));
   const int motion = frames_of(film);
-  return write_video(
-      folder, "comparison", motion + 2 * card, problem.scene.render, options.jobs, [&] {
-        const auto studio =
-            std::make_shared<ComparisonStudio>(film, arm, problem, options.renderer, card);
-        return [studio, motion](int k) { return studio->frame(k, motion); };
-      });
+  return write_video(folder, name, motion + 2 * card, problem.scene.render, options.jobs, [&] {
+    const auto studio =
+        std::make_shared<ComparisonStudio>(film, arm, problem, options.renderer, card);
+    return [studio, motion](int k) { return studio->frame(k, motion); };
+  });
+}
+
+/// Pushes, and what observers make of them.
+std::vector<fs::path> make_contact_film(const RunFolder& folder, const ContactFilm& film,
+                                        const sim::MujocoArm& arm, const scene::Problem& problem,
+                                        const DrawingOptions& options) {
+  return write_video(folder, "contact", frames_of(film), problem.scene.render, options.jobs, [&] {
+    const auto studio =
+        std::make_shared<Studio>(arm, problem, quality_of(problem.scene.render), options.renderer);
+    const auto frames = std::make_shared<ContactFrames>(film, studio->painter);
+    return [studio, frames](int k) { return frames->frame(k); };
+  });
 }
 
 /// The arm moves on while the camera turns once.
@@ -151,11 +164,22 @@ std::vector<fs::path> render_video(const RunFolder& visible, const RunFolder& ou
   const sim::MujocoArm arm = sim::make_arm(problem);
   std::vector<fs::path> files;
   Attempts attempts;
-  for (auto* make : {make_comparison, make_orbit})
-    attempts.try_to([&] {
-      const auto made = make(out, film, arm, problem, options);
-      files.insert(files.end(), made.begin(), made.end());
-    });
+  const auto add = [&](const std::vector<fs::path>& made) {
+    files.insert(files.end(), made.begin(), made.end());
+  };
+  attempts.try_to([&] {
+    add(make_comparison(out, film, arm, problem, options, "comparison",
+                        problem.scene.render.card_s));
+  });
+  attempts.try_to([&] { add(make_orbit(out, film, arm, problem, options)); });
+  attempts.try_to([&] {
+    if (const auto loops = read_compensation_film(visible, problem))
+      add(make_comparison(out, *loops, arm, problem, options, "compensation", 0));
+  });
+  attempts.try_to([&] {
+    if (const auto pushes = read_contact_film(visible, problem))
+      add(make_contact_film(out, *pushes, arm, problem, options));
+  });
   attempts.finish();
   return files;
 }

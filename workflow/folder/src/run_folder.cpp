@@ -87,6 +87,14 @@ fs::path RunFolder::band(const std::string& model, const std::string& recording)
   return at(fmt::format("bands/{}_{}.h5", model, recording));
 }
 
+fs::path RunFolder::loop(const std::string& model, int path, int controller) const {
+  return at(fmt::format("loops/{}_path{}_controller{}.h5", model, path, controller));
+}
+
+fs::path RunFolder::external_torque(const std::string& model) const {
+  return at(fmt::format("contact/{}.h5", model));
+}
+
 fs::path RunFolder::plot(const std::string& name, const std::string& extension) const {
   return plots() / (name + "." + extension);
 }

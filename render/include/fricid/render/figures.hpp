@@ -20,6 +20,8 @@ namespace fricid::render {
 ///     latent             hidden states
 ///     parameters, training, filter_health, residual_spectrum    quality of the fits
 ///     excitation, margins               what the training motion covers
+///     compensation, compensation_time   closed loops with the models' friction fed forward
+///     contact, contact_threshold        external torque under pushes, and what is noticed
 ///     torque_MODEL       measured and predicted motor torque and their difference, per joint
 ///
 /// A figure whose files are absent (no truth, no rollout) is left out.

@@ -34,6 +34,10 @@ class Controller {
   void torque(const Reference& reference, std::span<const double> q, std::span<const double> v,
               std::span<double> tau);
 
+  /// The part of the last torque that the errors e, e' and their integral caused, before saturation
+  /// (n) [N m].
+  std::span<const double> feedback() const { return feedback_; }
+
  private:
   void torque_at_motors(const Reference& reference, std::span<const double> q,
                         std::span<const double> v, std::span<double> tau);
@@ -43,7 +47,7 @@ class Controller {
   dynamics::Workspace<double> ws_;
   ControlLaw law_;
   double w_, zeta_, integral_s_, model_error_, dt_;
-  std::vector<double> zero_, a_, M_, bias_, integral_;
+  std::vector<double> zero_, a_, M_, bias_, integral_, feedback_;
 };
 
 }  // namespace fricid::sim

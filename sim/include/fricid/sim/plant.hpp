@@ -33,6 +33,12 @@ class Plant {
   /// friction torque at the first of them for `a` and `tau_f`.
   void hold(std::span<const double> tau, std::span<const double> temperature, int steps);
 
+  /// Exerts a force [N], in the world, at the centre of mass of the link that a joint moves, until
+  /// the next call.
+  void push(int joint, const Eigen::Vector3d& force);
+  /// Joint torques of the present force (n) [N m].
+  Eigen::VectorXd pushed_torque() const;
+
   std::span<const double> a() const { return a_; }  ///< [rad/s^2] at the start of the last hold
   std::span<const double> tau_f() const { return tau_f_; }  ///< [N m] at the start of the last hold
 
@@ -43,6 +49,7 @@ class Plant {
   const dynamics::RobotModel& robot_;
   MjDataPtr data_;
   FrictionHost host_;
+  int pushed_ = -1;  ///< body; -1: none yet
   std::vector<double> a_, tau_f_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "fricid/base/rng.hpp"
 #include "fricid/data/dataset.hpp"
 #include "fricid/sim/options.hpp"
 #include "fricid/sim/plant.hpp"
@@ -19,6 +20,13 @@ namespace fricid::sim {
 /// @param sequence  number of the recording within the run, unique over train and validation
 data::Dataset measure(const Trace& trace, const SensorOptions& config,
                       const dynamics::RobotModel& robot, std::uint64_t seed, int sequence);
+
+/// q_meas of a joint, with the next number of `noise`.
+double encoder_reading(const SensorOptions& config, int joint, double q, Rng& noise);
+
+/// tau_meas of the motor torques tau (T, n).
+RowMatrix measured_torque(const RowMatrix& tau, const SensorOptions& config,
+                          const dynamics::RobotModel& robot, std::uint64_t seed, int sequence);
 
 /// Exponential warm-up over the whole campaign [K]: start + rise (1 - exp(-time / time constant)).
 double temperature_at(const SensorOptions& config, double time);

@@ -7,7 +7,7 @@
 namespace fricid::sim {
 
 /// Purposes of random numbers in the simulator; each has streams of its own.
-enum class Purpose : std::uint64_t { kExcitation = 1, kEncoder, kTorque, kVelocity, kDrop };
+enum class Purpose : std::uint64_t { kExcitation = 1, kEncoder, kTorque, kVelocity, kDrop, kPush };
 
 /// Stream for one purpose, one sequence (or trajectory) and one joint (or restart), so that no
 /// result depends on the order of work.

@@ -93,6 +93,16 @@ Fits fits_of(const Job& job);
 /// @param further_data  data sets in addition to those of the run
 evaluate::Evaluation evaluate(Job& job, const std::vector<std::filesystem::path>& further_data);
 
+/// Simulates the arm with the friction of the fits fed forward, if the scene asks for it: loops/,
+/// compensation.json, compensation.md.
+/// @return whether it does
+bool compensate(Job& job);
+
+/// Simulates pushes and hours without any, and scores what observers with the friction of the fits
+/// make of them, if the scene asks for it: contact.json, contact.md, contact/.
+/// @return whether it does
+bool feel_contacts(Job& job);
+
 /// Makes plots/ and video/. Plots and videos that cannot be made (no gnuplot, no renderer, disk
 /// full) are left out.
 /// @return the reason in one line; empty if all were made
@@ -107,6 +117,8 @@ void make_report(Job& job);
 Stage data_stage(const Job& job);
 Stage fit_stage(const Job& job, const FitRequest& request);
 Stage evaluation_stage(const Job& job, const std::vector<std::filesystem::path>& further_data);
+Stage compensation_stage(const Job& job);
+Stage contact_stage(const Job& job);
 Stage plots_stage(const Job& job);
 Stage film_stage(const Job& job, const scene::Problem& shown, const std::string& renderer);
 Stage report_stage(const Job& job);

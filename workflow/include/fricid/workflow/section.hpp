@@ -24,11 +24,13 @@ enum class Section {
   kIdentify,
   kModels,
   kEvaluate,
+  kCompensation,
+  kContact,
   kRender
 };
 constexpr std::string_view names(Section) {
   return "name|description|seed|[robot]|[friction]|[plant]|[controller]|[excitation]|[sensors]|"
-         "[data]|[identify]|[[model]]|[evaluate]|[render]";
+         "[data]|[identify]|[[model]]|[evaluate]|[compensation]|[contact]|[render]";
 }
 
 /// The problem with only these sections of its scene, the others at their defaults. The robot's

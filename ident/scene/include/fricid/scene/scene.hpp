@@ -50,6 +50,8 @@ struct Scene {
   estimate::RigidBodyOptions identify;
   std::vector<estimate::ModelOptions> models;
   evaluate::EvaluateOptions evaluate;
+  sim::CompensationOptions compensation;
+  sim::ContactOptions contact;
   film::FilmOptions render;
 
   std::vector<std::string> joints;  ///< (n) of the robot, in the order of per-joint values
@@ -73,6 +75,8 @@ struct Scene {
     archive.section("identify", identify, "least squares on the rigid body, common to all models");
     archive.sections("model", models, "models to fit");
     archive.section("evaluate", evaluate, "open loop on held-out data");
+    archive.section("compensation", compensation, "friction fed forward to the simulated arm");
+    archive.section("contact", contact, "pushes on the simulated arm, and who feels them");
     archive.section("render", render, "the film of the run");
   }
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "fricid/friction/robot_friction.hpp"
 #include "fricid/signals/matrix.hpp"
@@ -12,6 +13,29 @@ namespace fricid {
 struct DrivenFriction {
   RowMatrix tau_f;  ///< (T, n) [N m], at the samples
   RowMatrix z;      ///< (T, state_size), at the samples
+};
+
+/// Friction that follows a motion sample by sample, its state never corrected by a torque. Keeps a
+/// reference to the friction; does not allocate after it was made.
+class FrictionFollower {
+ public:
+  /// @param z0  state at the first sample (state_size); empty: zero
+  FrictionFollower(const friction::Friction& friction, double dt, std::span<const double> z0 = {});
+
+  /// Moves the state to the next sample, the mean velocity held in between, and gives the torque
+  /// there (n) [N m], valid until the next call; see drive_friction. The first call only gives it.
+  /// @param q, v, load, temperature  at that sample (n) [rad], [rad/s], [N m], [K]
+  std::span<const double> follow(std::span<const double> q, std::span<const double> v,
+                                 std::span<const double> load, std::span<const double> temperature);
+
+  std::span<const double> z() const { return z_; }
+
+ private:
+  const friction::Friction& friction_;
+  double dt_;
+  bool begun_ = false;
+  std::vector<friction::Input<double>> in_;
+  std::vector<double> z_, tau_f_;
 };
 
 /// Friction along a measured motion, in open loop: the measured torque never corrects the state.

@@ -40,6 +40,9 @@ class Comparison {
   std::vector<PaintedArm> arms(int row) const;
   void draw_ghosts(Canvas& canvas, int row);
   void draw_side_by_side(Canvas& canvas, int row);
+  /// The flange enlarged, seen in the same direction.
+  View close_view(int row) const;
+  void draw_scale(Canvas& canvas, const Box& zoomed) const;
   void draw_strips(Canvas& canvas, int row) const;
   void draw_header(Canvas& canvas, int row) const;
   void draw_legend(Canvas& canvas, int row) const;

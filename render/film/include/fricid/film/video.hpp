@@ -20,9 +20,12 @@ struct DrawingOptions {
 /// Makes the videos of a run, H.264 in MP4, 1280 x 720 at 30 frames per second:
 ///
 ///     video/comparison.mp4   truth and models, between two cards of render.card_s seconds
+///     video/compensation.mp4 the arm in closed loop without and with friction fed forward, if the
+///                            run has such loops
+///     video/contact.mp4      pushes and what observers make of them, likewise
 ///     video/orbit.mp4        the arm in the middle of its motion, seen from all around
 ///
-/// Without the ffmpeg program the frames go to video/comparison/00001.png ..., orbit likewise, and
+/// Without the ffmpeg program the frames go to video/comparison/00001.png ..., others likewise, and
 /// one line on stderr says so.
 /// @param visible  the files that they may show
 /// @param out      the folder to write to

@@ -141,4 +141,67 @@ struct SensorOptions {
   }
 };
 
+/// Motion that drives the friction which is fed forward.
+enum class Drive { kReference, kMeasured };
+constexpr std::string_view names(Drive) { return "reference|measured"; }
+
+/// [compensation]: the simulated arm under its controller, with the friction of each model fed
+/// forward.
+struct CompensationOptions {
+  std::vector<double> gains;
+  Drive drive = Drive::kReference;
+  std::vector<double> bandwidths_hz{2, 8};
+  std::vector<double> sizes{0.1, 1};
+  double rest_s = 3;
+
+  bool wanted() const { return !gains.empty(); }
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("gains", gains,
+            number("1", 0, 10, "factors on the friction that is fed forward; []: no closed loop"));
+    archive("drive", drive, choice("motion that drives the states of the friction"));
+    archive("bandwidths_hz", bandwidths_hz,
+            number("Hz", 0.01, 1000, "of the controller, in place of its own"));
+    archive("sizes", sizes,
+            number("1", 1e-3, 1,
+                   "of the paths: a random motion within the limits, scaled about its centre; a "
+                   "small one is slow"));
+    archive("rest_s", rest_s,
+            number("s", 1, 1000, "standstill after a path, in which limit cycles are looked for"));
+  }
+};
+
+/// [contact]: pushes on the simulated arm, found by an observer with the friction of each model.
+struct ContactOptions {
+  double hours = 0;
+  std::vector<double> forces_N{20, 50};
+  int pushes = 60;
+  double push_s = 0.25;
+  double size = 1;
+  double bandwidth_hz = 10;
+  int particles = 0;
+
+  bool wanted() const { return hours > 0; }
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("hours", hours,
+            number("h", 0, 1000,
+                   "of motion without contact, for the threshold of one false alarm per hour; 0: "
+                   "no contact is simulated"));
+    archive("forces_N", forces_N, number("N", 1e-3, 1e5, "of the pushes"));
+    archive("pushes", pushes, number("", 1, 1e5, "number of pushes of each force"));
+    archive("push_s", push_s, number("s", 0.01, 10, "length of a push"));
+    archive("size", size,
+            number("1", 1e-3, 1,
+                   "of the paths: random motions within the limits, scaled about their centre"));
+    archive("bandwidth_hz", bandwidth_hz, number("Hz", 0.1, 1000, "of the momentum observer"));
+    archive(
+        "particles", particles,
+        number("", 0, 1e6,
+               "also by the observer with friction states that so many particles filter; 0: no"));
+  }
+};
+
 }  // namespace fricid::sim

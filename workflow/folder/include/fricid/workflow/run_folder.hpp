@@ -73,6 +73,18 @@ class RunFolder {
   /// Rollouts of other programs, one folder per model.
   std::filesystem::path external() const { return path_ / "external"; }
 
+  std::filesystem::path compensation() const { return at("compensation.json"); }
+  std::filesystem::path compensation_table() const { return at("compensation.md"); }
+  /// A closed loop with the friction of a model fed forward, by index of its path and controller.
+  std::filesystem::path loop(const std::string& model, int path, int controller) const;
+
+  std::filesystem::path contact() const { return at("contact.json"); }
+  std::filesystem::path contact_table() const { return at("contact.md"); }
+  /// External torque that an observer with a model's friction saw during the first pushes, and the
+  /// motion under them.
+  std::filesystem::path external_torque(const std::string& model) const;
+  std::filesystem::path pushed_loop() const { return at("contact/pushes.h5"); }
+
   std::filesystem::path plots() const { return path_ / "plots"; }
   std::filesystem::path plot(const std::string& name, const std::string& extension) const;
   std::filesystem::path videos() const { return path_ / "video"; }

@@ -1,0 +1,26 @@
+// External torque over a whole log.
+#pragma once
+
+#include <cstdint>
+
+#include "fricid/data/contact_file.hpp"
+#include "fricid/data/dataset.hpp"
+#include "fricid/data/model_file.hpp"
+
+namespace fricid::estimate {
+
+struct ObserverOptions {
+  double bandwidth_hz = 10;
+  /// 0: friction follows the measured motion in open loop; else so many particles (OnlineEstimator)
+  /// estimate its states.
+  int particles = 0;
+  std::uint64_t seed = 1;
+};
+
+/// The momentum observer of a model over a log, from its first sample; at the joints. Missing
+/// positions and torques are held.
+/// @throws UserError when the joints differ, or particles have no noise model; Stopped on Ctrl-C
+data::ContactSignals observe_log(const data::ModelFile& model, const data::Dataset& log,
+                                 const ObserverOptions& options);
+
+}  // namespace fricid::estimate

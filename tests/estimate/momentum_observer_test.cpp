@@ -1,0 +1,86 @@
+// External torque of arms whose truth is known: the engine adds a torque that the log does not say.
+#include "fricid/estimate/contact/momentum_observer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "fricid/base/error.hpp"
+#include "fricid/estimate/contact/contact_log.hpp"
+#include "kr6_truth.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+using fricid::test::hanging_kr6;
+using fricid::test::HangingMotion;
+using fricid::test::kr6_friction;
+using fricid::test::kSamplePeriod;
+
+constexpr double kBandwidth = 10;  // [Hz]
+
+/// What the observer of `model` finds when `truth` moves and `external` (n) acts from sample
+/// `from`.
+RowMatrix observed(const Arm& truth, const Arm& model, const Eigen::RowVectorXd& external, int from,
+                   int T = 1500) {
+  const test::Recording recording = test::record(truth, HangingMotion(3), T, {8});
+  data::ModelFile file{.name = "model", .label = "model", .arm = model};
+  data::Dataset log;
+  log.joint_names = {"a1", "a2", "a3", "a4", "a5", "a6"};
+  log.rate_hz = 1 / kSamplePeriod;
+  log.t = Eigen::VectorXd::LinSpaced(T, 0, (T - 1) * kSamplePeriod);
+  log.q = recording.q;
+  log.tau = recording.tau;
+  // the motor gives less than what moves the arm: the rest comes from outside
+  log.tau.bottomRows(T - from).rowwise() -= external;
+  return observe_log(file, log, {.bandwidth_hz = kBandwidth}).tau_ext;
+}
+
+const Eigen::RowVectorXd kNothing = Eigen::RowVectorXd::Zero(6),
+                         kPush = (Eigen::RowVectorXd(6) << 8, -12, 5, 2, -1, 0.5).finished();
+
+TEST(MomentumObserver, SeesNothingWhereNothingIs) {
+  for (const char* law : {"lugre", "gms", "maxwell_slip"}) {
+    const Arm arm{hanging_kr6(), kr6_friction(law)};
+    const RowMatrix found = observed(arm, arm, kNothing, 0);
+    EXPECT_LT(found.bottomRows(1000).cwiseAbs().maxCoeff(), 0.25) << law;
+  }
+}
+
+// r is the torque behind a low-pass and one sample of delay, whatever the arm does.
+TEST(MomentumObserver, IsALowPassOfTheExternalTorque) {
+  const Arm arm{hanging_kr6(), kr6_friction("gms")};
+  constexpr int kFrom = 700;
+  const RowMatrix change = observed(arm, arm, kPush, kFrom) - observed(arm, arm, kNothing, kFrom);
+  EXPECT_EQ(change.topRows(kFrom).cwiseAbs().maxCoeff(), 0);
+  // the first step of the low-pass sees half of it, since momentum is that of the middle of samples
+  const double kept = std::exp(-2 * std::numbers::pi * kBandwidth * kSamplePeriod);
+  for (const int samples : {0, 1, 5, 10, 60}) {
+    const double share = 1 - std::pow(kept, samples) * (1 + kept) / 2;
+    for (int j = 0; j < 6; ++j)
+      EXPECT_NEAR(change(kFrom + 1 + samples, j) / kPush[j], share, 1e-9)
+          << "joint " << j << " after " << samples;
+  }
+}
+
+// Wrong friction is a contact that is not there.
+TEST(MomentumObserver, TakesWrongFrictionForContact) {
+  const Arm truth{hanging_kr6(), kr6_friction("maxwell_slip")},
+      model{hanging_kr6(), kr6_friction("coulomb_viscous")};
+  EXPECT_GT(observed(truth, model, kNothing, 0).bottomRows(1000).cwiseAbs().maxCoeff(), 3);
+}
+
+TEST(MomentumObserver, RefusesALogOfOtherJoints) {
+  data::ModelFile model{
+      .name = "model", .label = "model", .arm = {hanging_kr6(), kr6_friction("gms")}};
+  data::Dataset log;
+  log.name = "short";
+  log.q = log.tau = RowMatrix::Zero(3, 2);
+  log.joint_names = {"a", "b"};
+  log.t = Eigen::Vector3d(0, 1, 2);
+  EXPECT_THROW(observe_log(model, log, {}), UserError);
+}
+
+}  // namespace
+}  // namespace fricid::estimate
