@@ -70,7 +70,7 @@ void Plant::physics_step(std::span<const double> tau, std::span<const double> te
         coefficient * shape(torque, data_->qpos[arm_.qpos(torque.joint)]);
   }
   mj_step2(&arm_.model(), data_.get());
-  host_.step(*data_, arm_.step());
+  host_.step(*data_, tau, temperature, arm_.step());
 }
 
 void Plant::hold(std::span<const double> tau, std::span<const double> temperature, int steps) {

@@ -47,7 +47,7 @@ TEST(FrictionHost, EqualsRobotFrictionToTheLastBit) {
         in[j].v = data->qvel[arm.dof(joint)] += h * rng.normal();
       }
       friction.model.step<double>(friction.theta, in, h, z);
-      host.step(*data, h);
+      host.step(*data, tau, temperature, h);
       ASSERT_EQ(std::memcmp(host.z().data(), z.data(), z.size() * sizeof(double)), 0);
     }
   }

@@ -300,16 +300,15 @@ void JsonReader::operator()(std::string_view key, Eigen::Matrix3d& value, const 
 
 namespace {
 
-Json parsed(const std::filesystem::path& path) {
-  const std::string text = read_file(path);
-  if (text.empty()) throw UserError("{}: an empty file", path.string());
-  return parse_json<Json>(text, path.string());
+Json parsed(std::string_view text, const std::string& where) {
+  if (text.empty()) throw UserError("{}: an empty file", where);
+  return parse_json<Json>(text, where);
 }
 
 }  // namespace
 
 std::string format_of(const std::filesystem::path& path) {
-  const Json json = parsed(path);
+  const Json json = parsed(read_file(path), path.string());
   const auto found = json.find("format");
   return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
@@ -345,17 +344,17 @@ std::pair<std::string_view, int> name_and_version(std::string_view format) {
 
 }  // namespace
 
-JsonPointer read_object(const std::filesystem::path& path, std::string_view format) {
-  JsonPointer object = owned(parsed(path));
+JsonPointer read_object(std::string_view text, const std::string& where, std::string_view format) {
+  JsonPointer object = owned(parsed(text, where));
   if (const auto found = object->find("format"); found != object->end() && found->is_string()) {
     const auto [name, version] = name_and_version(found->get_ref<const std::string&>());
     const auto [own, known] = name_and_version(format);
     if (name == own && version > known)
-      throw UserError("{}: format {}/{} is newer than {}, which this program reads", path.string(),
-                      own, version, format);
+      throw UserError("{}: format {}/{} is newer than {}, which this program reads", where, own,
+                      version, format);
   }
   if (const auto found = object->find("format"); found == object->end() || *found != format)
-    throw UserError("{}: found {}; allowed: \"format\": \"{}\"", path.string(),
+    throw UserError("{}: found {}; allowed: \"format\": \"{}\"", where,
                     found == object->end() ? "no format" : shown(*found), format);
   return object;
 }

@@ -293,7 +293,9 @@ LatentNoise read_noise(const WrittenNoise& file, int n, int nz, const Place& pla
 
 }  // namespace
 
-void save_model(const ModelFile& model, const std::filesystem::path& path) {
+namespace {
+
+WrittenModel written(const ModelFile& model) {
   WrittenModel file{.name = model.name,
                     .label = model.label,
                     .seed = model.seed,
@@ -304,12 +306,24 @@ void save_model(const ModelFile& model, const std::filesystem::path& path) {
   write_friction(model.arm.friction, model.arm.robot.n(), file);
   if (const auto& noise = model.noise)
     file.noise = {noise->dt, noise->q, noise->v, noise->z, noise->R};
-  save(file, path);
+  return file;
 }
 
+}  // namespace
+
+void save_model(const ModelFile& model, const std::filesystem::path& path) {
+  save(written(model), path);
+}
+
+std::string model_text(const ModelFile& model) { return to_json(written(model)); }
+
 ModelFile load_model(const std::filesystem::path& path) {
-  const auto file = load<WrittenModel>(path);
-  const Place root{path.string(), ""};
+  return parse_model(read_file(path), path.string());
+}
+
+ModelFile parse_model(std::string_view text, const std::string& where) {
+  const auto file = parse<WrittenModel>(text, where);
+  const Place root{where, ""};
   (root / "name").require_name(Named::kModel, file.name);
   if (!file.is_oracle) require_name(Named::kModel, file.name, root.file);
   require_label(file.label, "label", root.file);

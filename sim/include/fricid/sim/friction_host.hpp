@@ -22,6 +22,11 @@ class FrictionHost {
   /// @throws UserError when the number of joints differs
   FrictionHost(const friction::Friction& friction, const MujocoArm& arm,
                const dynamics::RobotModel& robot);
+  /// @param qpos, dof  addresses of the joints of `robot` in qpos and qvel (n)
+  FrictionHost(const friction::Friction& friction, const dynamics::RobotModel& robot,
+               std::vector<int> qpos, std::vector<int> dof);
+
+  const std::vector<int>& dof() const { return dof_; }
 
   std::span<double> z() { return z_; }
   std::span<const double> z() const { return z_; }
@@ -31,11 +36,14 @@ class FrictionHost {
   std::span<const double> torque(const mjData& data, std::span<const double> tau,
                                  std::span<const double> temperature);
 
-  /// Moves z by h [s] with the state of `data` after the physics step and the inputs of `torque`.
-  void step(const mjData& data, double h);
+  /// Moves z by h [s] with the state of `data` after the physics step, tau and temperature as held
+  /// in it.
+  void step(const mjData& data, std::span<const double> tau, std::span<const double> temperature,
+            double h);
 
  private:
-  void read_motion(const mjData& data);
+  void read(const mjData& data, std::span<const double> tau, std::span<const double> temperature);
+  void convert_to_motors(std::span<const double> tau);
 
   friction::Friction friction_;
   std::vector<int> qpos_, dof_;

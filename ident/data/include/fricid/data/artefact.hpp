@@ -18,6 +18,7 @@
 
 #include "fricid/base/enum_names.hpp"
 #include "fricid/base/field.hpp"
+#include "fricid/base/files.hpp"
 
 namespace fricid::data {
 
@@ -263,8 +264,8 @@ concept Artefact = requires {
 namespace detail {
 std::unique_ptr<Json, void (*)(Json*)> new_object(std::string_view format);
 std::string text_of(const Json& object);
-/// @throws UserError naming the file when it is missing, no JSON, or of another format
-std::unique_ptr<Json, void (*)(Json*)> read_object(const std::filesystem::path& path,
+/// @throws UserError naming `where` when the text is no JSON or of another format
+std::unique_ptr<Json, void (*)(Json*)> read_object(std::string_view text, const std::string& where,
                                                    std::string_view format);
 void write_object(const std::filesystem::path& path, const Json& object);
 }  // namespace detail
@@ -290,16 +291,24 @@ void save(const T& artefact, const std::filesystem::path& path) {
   detail::write_object(path, *object);
 }
 
-/// Reads an artefact, then calls its `check(place)`, if it has one, to see that its parts agree.
-/// @throws UserError naming the file and the field when it is missing, damaged or of another format
+/// Reads an artefact from the text of its file, then calls its `check(place)`, if it has one, to
+/// see that its parts agree.
+/// @param where  the file, for messages
+/// @throws UserError naming the file and the field when it is damaged or of another format
+template <Artefact T>
+T parse(std::string_view text, const std::string& where) {
+  const auto object = detail::read_object(text, where, T::kFormat);
+  T artefact;
+  JsonReader reader(*object, where);
+  artefact.visit(reader);
+  if constexpr (requires { artefact.check(where); }) artefact.check(where);
+  return artefact;
+}
+
+/// @throws UserError naming the file, also when it is missing
 template <Artefact T>
 T load(const std::filesystem::path& path) {
-  const auto object = detail::read_object(path, T::kFormat);
-  T artefact;
-  JsonReader reader(*object, path.string());
-  artefact.visit(reader);
-  if constexpr (requires { artefact.check(path.string()); }) artefact.check(path.string());
-  return artefact;
+  return parse<T>(read_file(path), path.string());
 }
 
 }  // namespace fricid::data

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "fricid/system/arm.hpp"
 #include "fricid/system/noise.hpp"
@@ -26,5 +27,11 @@ struct ModelFile {
 void save_model(const ModelFile& model, const std::filesystem::path& path);
 /// @throws UserError naming the file and the key when something is missing or out of bounds
 ModelFile load_model(const std::filesystem::path& path);
+
+/// The text of a model file.
+std::string model_text(const ModelFile& model);
+/// @param where  the file, for messages
+/// @throws UserError as load_model does
+ModelFile parse_model(std::string_view text, const std::string& where);
 
 }  // namespace fricid::data
