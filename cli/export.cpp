@@ -2,10 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/config/paths.hpp"
+#include "fricid/data/dataset.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/deploy/export.hpp"
 #include "fricid/workflow/run_folder.hpp"
@@ -31,6 +34,17 @@ std::vector<data::ModelFile> models_of(const fs::path& target) {
   return models;
 }
 
+// The first held-out recording of the run that a target is, or that a model lies in.
+std::optional<data::Dataset> held_out(const fs::path& target) {
+  const bool in_run = target.parent_path().filename() == "models";
+  if (!fs::is_directory(target) && !in_run) return {};
+  const workflow::RunFolder run(fs::is_directory(target) ? target
+                                                         : target.parent_path().parent_path());
+  const fs::path recording = run.recording(workflow::RunFolder::validation(0));
+  if (!fs::exists(recording)) return {};
+  return data::load_dataset(recording);
+}
+
 }  // namespace
 
 Verdict export_models(const ExportOptions& options, const CommonOptions& common) {
@@ -38,8 +52,11 @@ Verdict export_models(const ExportOptions& options, const CommonOptions& common)
   std::set<std::string> names;
   // make all exports before writing the first
   deploy::require_format(options.format);
+  const std::optional<data::Dataset> log = held_out(options.target);
   for (const data::ModelFile& model : models_of(options.target)) {
-    deploy::Exported one = deploy::export_model(model, options.format);
+    std::optional<deploy::Motion> motion;
+    if (log && log->n() == model.arm.robot.n()) motion = deploy::motion_of(*log, model.arm.robot);
+    deploy::Exported one = deploy::export_model(model, options.format, motion ? &*motion : nullptr);
     for (deploy::TextFile& file : one.files) {
       if (!names.insert(file.name).second)
         throw UserError(
@@ -66,6 +83,8 @@ Verdict export_models(const ExportOptions& options, const CommonOptions& common)
   for (const deploy::TextFile& file : all.files)
     print((options.output / file.name).string() + "\n");
   for (const std::string& loss : all.losses) print("note: " + loss + "\n");
+  if (options.format == "plugin")
+    print("note: load " + config::mujoco_plugin().string() + " before the model\n");
   return Verdict::kDone;
 }
 

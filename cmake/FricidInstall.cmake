@@ -6,6 +6,7 @@ get_property(include_dirs GLOBAL PROPERTY FRICID_INCLUDE_DIRS)
 set_target_properties(fricid PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
 
 install(TARGETS fricid fricid_abi ${libraries} EXPORT fricidTargets)
+install(TARGETS fricid_mujoco LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/fricid)
 foreach(dir IN LISTS include_dirs)
   install(DIRECTORY ${dir}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 endforeach()

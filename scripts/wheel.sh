@@ -23,6 +23,7 @@ if ! cmp -s python/build_tools.txt "$tools/installed.txt"; then
 fi
 export PATH=$PWD/$tools/bin:$PATH
 
+# The MuJoCo plugin must find the libmujoco that its process has, under its own name.
 # HDF5 of Debian is linked to libcurl for files in the cloud, which are never read here: a library of that name
 # that refuses takes the place of libcurl and its thirty libraries.
 cc -shared -fPIC -O1 -o "$build/libcurl.so.4" -Wl,-soname,libcurl.so.4 \
@@ -47,4 +48,4 @@ else
   merged=$(echo "$raw"/*.whl)
 fi
 LD_LIBRARY_PATH=$PWD/$build${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH} \
-  auditwheel repair --disable-isa-ext-check -w "$folder" "$merged"
+  auditwheel repair --disable-isa-ext-check --exclude 'libmujoco.so.*' -w "$folder" "$merged"

@@ -19,16 +19,28 @@ Exported write_c(const data::ModelFile& model) {
   return exported;
 }
 
+// A writer that measures nothing.
+template <Exported (*write)(const data::ModelFile&)>
+Exported exact(const data::ModelFile& model, const Motion* /*held_out*/) {
+  return write(model);
+}
+
 struct Row {
   Format format;
-  Exported (*write)(const data::ModelFile&);
+  Exported (*write)(const data::ModelFile&, const Motion*);
   bool couples = false;  ///< can represent coupled motors, or leaves them to its user
 };
 constexpr std::array kRows = {
-    Row{{"c", "C99 header of the friction, torque and states"}, write_c, true},
-    Row{{"csv", "table of steady friction torque over speed"}, write_csv, true},
-    Row{{"urdf", "identified rigid body"}, write_urdf},
-    Row{{"mjcf", "identified rigid body for MuJoCo"}, write_mjcf, true},
+    Row{{"c", "C99 header of the friction, torque and states"}, exact<write_c>, true},
+    Row{{"csv", "table of steady friction torque over speed"}, exact<write_csv>, true},
+    Row{{"urdf", "identified rigid body"}, exact<write_urdf>},
+    Row{{"mjcf", "identified rigid body for MuJoCo"}, exact<write_mjcf>, true},
+    Row{{"mjcf_friction", "rigid body and friction as elements of MJCF"},
+        write_mjcf_friction,
+        true},
+    Row{{"plugin", "rigid body and friction for the MuJoCo plugin"}, exact<write_plugin>, true},
+    Row{{"fmu", "friction as an FMU, FMI 3.0 co-simulation"}, exact<write_fmu>, true},
+    Row{{"onnx", "friction as ONNX, its state an input and an output"}, exact<write_onnx>, true},
 };
 std::string_view name_of(const Row& row) { return row.format.name; }
 constexpr auto kFormats = [] {
@@ -37,15 +49,21 @@ constexpr auto kFormats = [] {
   return formats;
 }();
 
+// Names of the formats with a property: "c, csv, ...".
+template <class Property>
+std::string list_of(Property has) {
+  std::string list;
+  for (const Row& row : kRows)
+    if (has(row)) list += fmt::format("{}{}", list.empty() ? "" : ", ", row.format.name);
+  return list;
+}
+
 }  // namespace
 
 std::span<const Format> formats() { return kFormats; }
 
 std::string format_list() {
-  std::string list;
-  for (const Row& row : kRows)
-    list += fmt::format("{}{}", list.empty() ? "" : ", ", row.format.name);
-  return list;
+  return list_of([](const Row&) { return true; });
 }
 
 void require_format(std::string_view format) {
@@ -53,13 +71,15 @@ void require_format(std::string_view format) {
     throw UserError("unknown format '{}'; allowed: {}", format, format_list());
 }
 
-Exported export_model(const data::ModelFile& model, std::string_view format) {
+Exported export_model(const data::ModelFile& model, std::string_view format,
+                      const Motion* held_out) {
   require_format(format);
   const Row& row = *std::ranges::find(kRows, format, &name_of);
   if (model.arm.robot.coupled() && !row.couples)
-    throw UserError("{}: {} cannot represent that {}; allowed: mjcf, c, csv", model.name, format,
-                    motors_in_words(model.arm.robot));
-  return row.write(model);
+    throw UserError("{}: {} cannot represent that {}; allowed: {}", model.name, format,
+                    motors_in_words(model.arm.robot),
+                    list_of([](const Row& r) { return r.couples; }));
+  return row.write(model, held_out);
 }
 
 void save(const Exported& exported, const std::filesystem::path& folder) {

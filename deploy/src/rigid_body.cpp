@@ -9,6 +9,7 @@
 #include "fricid/base/xml.hpp"
 #include "fricid/deploy/c_header.hpp"
 #include "fricid/dynamics/body.hpp"
+#include "mjcf.hpp"
 #include "writers.hpp"
 
 namespace fricid::deploy {
@@ -42,16 +43,7 @@ Eigen::Vector3d roll_pitch_yaw(const Eigen::Matrix3d& R) {
   return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
 }
 
-std::vector<std::string> common_losses(const RobotModel& robot, bool springs_said) {
-  std::vector<std::string> losses{"friction is left out"};
-  for (int i = 0; i < static_cast<int>(robot.linear_torques.size()); ++i) {
-    const LinearTorque& torque = robot.linear_torques[static_cast<std::size_t>(i)];
-    if (springs_said && torque.shape == LinearTorque::Shape::kLinear) continue;
-    losses.push_back(fmt::format("the torque {} ({:.6g} N m) is left out", torque.name,
-                                 robot.pi[robot.linear_begin() + i]));
-  }
-  return losses;
-}
+constexpr const char* kFrictionLeftOut = "friction is left out";
 
 bool is_link(const RobotModel& robot, const std::string& name) {
   return std::ranges::any_of(robot.joints, [&](const Joint& j) { return j.link == name; });
@@ -125,30 +117,23 @@ Xml urdf_frame(const RobotModel& robot, const dynamics::Frame& frame, const std:
       xml_attribute(parent), xml_attribute(frame.name), origin(frame.R, frame.p));
 }
 
-// Whether the angle of a motor is that of its joint.
-bool turns_alone(const RobotModel& robot, int motor) {
-  return (robot.motors_of_joints().row(motor).array() != 0).count() == 1;
+// The attributes of a joint or motor, if there are any.
+Xml attributes_of(const std::vector<Xml>& attributes, int i) {
+  return attributes.empty() ? Xml() : attributes[static_cast<std::size_t>(i)];
 }
 
-// Rotors of the other motors: inertias of tendons whose lengths are the motor angles.
-Xml mjcf_rotors(const RobotModel& robot) {
+// Rotors of motors that do not turn alone: inertias of tendons whose lengths are the motor angles.
+Xml mjcf_rotors(const RobotModel& robot, const MjcfExtras& extras) {
   Xml text;
-  const Eigen::MatrixXd C = robot.motors_of_joints();
-  for (int k = 0; k < robot.n(); ++k) {
-    if (turns_alone(robot, k)) continue;
-    text += Xml::of("<fixed name={} armature=\"{:.17g}\">\n",
-                    xml_attribute("motor of " + robot.joints[static_cast<std::size_t>(k)].name),
-                    robot.pi[robot.armature_begin() + k]);
-    for (int j = 0; j < robot.n(); ++j)
-      if (C(k, j) != 0)
-        text += Xml::of("<joint joint={} coef=\"{:.17g}\"/>\n",
-                        xml_attribute(robot.joints[static_cast<std::size_t>(j)].name), C(k, j));
-    text += Xml::of("</fixed>\n");
-  }
-  return text.empty() ? text : Xml::of("<tendon>\n{}</tendon>\n", text);
+  for (int k = 0; k < robot.n(); ++k)
+    if (!turns_alone(robot, k))
+      text += Xml::of("<fixed name={} armature=\"{:.17g}\"{}>\n{}</fixed>\n",
+                      xml_attribute(motor_name(robot, k)), robot.pi[robot.armature_begin() + k],
+                      attributes_of(extras.motor_attributes, k), motor_angle(robot, k));
+  return text;
 }
 
-Xml mjcf_bodies(const data::ModelFile& model, int parent) {
+Xml mjcf_bodies(const data::ModelFile& model, const MjcfExtras& extras, int parent) {
   const RobotModel& robot = model.arm.robot;
   Xml text;
   for (const dynamics::Frame& frame : robot.frames) {
@@ -179,16 +164,35 @@ Xml mjcf_bodies(const data::ModelFile& model, int parent) {
         turns_alone(robot, i) ? robot.pi[robot.armature_begin() + i] : 0, stiffness);
     if (limited)
       text += Xml::of(" limited=\"true\" range=\"{:.17g} {:.17g}\"", joint.lower, joint.upper);
+    text += attributes_of(turns_alone(robot, i) ? extras.motor_attributes : std::vector<Xml>{}, i);
     text += Xml::of(
         "/>\n<inertial mass=\"{:.17g}\" pos=\"{}\" fullinertia=\"{:.17g} {:.17g} {:.17g} {:.17g} "
         "{:.17g} {:.17g}\"/>\n{}</body>\n",
         b.m, numbers(b.c), b.I(0, 0), b.I(1, 1), b.I(2, 2), b.I(0, 1), b.I(0, 2), b.I(1, 2),
-        mjcf_bodies(model, i));
+        mjcf_bodies(model, extras, i));
   }
   return text;
 }
 
 }  // namespace
+
+bool turns_alone(const RobotModel& robot, int motor) {
+  return (robot.motors_of_joints().row(motor).array() != 0).count() == 1;
+}
+
+std::string motor_name(const RobotModel& robot, int motor) {
+  return "motor of " + robot.joints[static_cast<std::size_t>(motor)].name;
+}
+
+Xml motor_angle(const RobotModel& robot, int motor) {
+  const Eigen::MatrixXd C = robot.motors_of_joints();
+  Xml text;
+  for (int j = 0; j < robot.n(); ++j)
+    if (C(motor, j) != 0)
+      text += Xml::of("<joint joint={} coef=\"{:.17g}\"/>\n",
+                      xml_attribute(robot.joints[static_cast<std::size_t>(j)].name), C(motor, j));
+  return text;
+}
 
 std::string motors_in_words(const RobotModel& robot) {
   const Eigen::MatrixXd C = robot.motors_of_joints();
@@ -216,7 +220,8 @@ Exported write_urdf(const data::ModelFile& model) {
   for (const dynamics::Frame& frame : further_frames(robot)) text += urdf_frame(robot, frame, base);
   text += Xml::of("</robot>\n");
   Exported exported{.files = {{code_name(model) + ".urdf", text.text()}},
-                    .losses = common_losses(robot, false)};
+                    .losses = torques_left_out(robot, false)};
+  exported.losses.emplace_back(kFrictionLeftOut);
   const Eigen::Vector3d g = robot.gravity;
   if (std::abs(g[0]) + std::abs(g[1]) > 1e-9 || g[2] > 0)
     exported.losses.push_back(
@@ -226,15 +231,34 @@ Exported write_urdf(const data::ModelFile& model) {
   return exported;
 }
 
-Exported write_mjcf(const data::ModelFile& model) {
+std::string mjcf_text(const data::ModelFile& model, const MjcfExtras& extras) {
   const RobotModel& robot = model.arm.robot;
-  const Xml text = Xml::of(
-      "<mujoco model={}>\n<compiler angle=\"radian\" balanceinertia=\"false\"/>\n"
-      "<option gravity=\"{}\"/>\n<worldbody>\n{}</worldbody>\n{}</mujoco>\n",
-      xml_attribute(robot.name), numbers(robot.gravity), mjcf_bodies(model, -1),
-      mjcf_rotors(robot));
-  return {.files = {{code_name(model) + ".xml", text.text()}},
-          .losses = common_losses(robot, true)};
+  const Xml tendons = mjcf_rotors(robot, extras) + extras.tendons;
+  return Xml::of(
+             "{}<mujoco model={}>\n<compiler angle=\"radian\" balanceinertia=\"false\"/>\n"
+             "<option gravity=\"{}\"/>\n<worldbody>\n{}</worldbody>\n{}{}</mujoco>\n",
+             extras.head, xml_attribute(robot.name), numbers(robot.gravity),
+             mjcf_bodies(model, extras, -1),
+             tendons.empty() ? tendons : Xml::of("<tendon>\n{}</tendon>\n", tendons), extras.rest)
+      .text();
+}
+
+std::vector<std::string> torques_left_out(const RobotModel& robot, bool springs_said) {
+  std::vector<std::string> losses;
+  for (int i = 0; i < static_cast<int>(robot.linear_torques.size()); ++i) {
+    const LinearTorque& torque = robot.linear_torques[static_cast<std::size_t>(i)];
+    if (springs_said && torque.shape == LinearTorque::Shape::kLinear) continue;
+    losses.push_back(fmt::format("the torque {} ({:.6g} N m) is left out", torque.name,
+                                 robot.pi[robot.linear_begin() + i]));
+  }
+  return losses;
+}
+
+Exported write_mjcf(const data::ModelFile& model) {
+  Exported exported{.files = {{code_name(model) + ".xml", mjcf_text(model, {})}},
+                    .losses = torques_left_out(model.arm.robot, true)};
+  exported.losses.emplace_back(kFrictionLeftOut);
+  return exported;
 }
 
 }  // namespace fricid::deploy

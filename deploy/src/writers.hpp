@@ -14,6 +14,21 @@ Exported write_urdf(const data::ModelFile& model);
 /// NAME.xml: the rigid body as MJCF. @throws UserError when an inertia is not physical
 Exported write_mjcf(const data::ModelFile& model);
 
+/// NAME_extension.xml: the instance of the MuJoCo plugin, to be included in an MJCF; NAME.xml: the
+/// rigid body with it. @throws UserError when an inertia is not physical
+Exported write_plugin(const data::ModelFile& model);
+
+/// NAME.xml: the rigid body with friction as fixed tendons, dcmotors, frictionloss and damping.
+/// Where these differ from the law, the error along a motion is a loss and a comment of the file.
+/// @throws UserError for a law of the whole robot, or when an inertia is not physical
+Exported write_mjcf_friction(const data::ModelFile& model, const Motion* held_out);
+
+/// NAME.fmu: the header as an FMU, compiled if there is a C compiler.
+Exported write_fmu(const data::ModelFile& model);
+
+/// NAME_friction.onnx: torque and next state as a function of inputs and state, for a batch.
+Exported write_onnx(const data::ModelFile& model);
+
 /// "the motor of joint_a6 turns by joint_a6 + joint_a5": motors that turn by more than one joint.
 std::string motors_in_words(const dynamics::RobotModel& robot);
 

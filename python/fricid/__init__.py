@@ -7,7 +7,7 @@
 
 Mistakes in the input are `fricid.UserError`, one line with the place and what is allowed.
 """
-from ._native import SHARE, load as _load
+from ._native import MUJOCO_PLUGIN, SHARE, load as _load
 
 #: The instruction set that this process uses: x86-64-v3, x86-64-v4 or native.
 INSTRUCTIONS = _load()
@@ -18,6 +18,7 @@ from ._run import Check, Run, check, draw, evaluate, identify, save_logs, simula
 
 __all__ = [
     "INSTRUCTIONS",
+    "MUJOCO_PLUGIN",
     "SHARE",
     "Check",
     "Error",

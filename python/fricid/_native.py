@@ -12,6 +12,9 @@ _PACKAGE = pathlib.Path(__file__).parent
 #: Folder of the robots and scenes that come with fricid: models/, scenes/.
 SHARE = _PACKAGE / "share" / "fricid"
 
+#: The engine plugin for MuJoCo, for mujoco.mj_loadPluginLibrary (docs/use_it.md).
+MUJOCO_PLUGIN = _PACKAGE / "_native" / "libfricid_mujoco.so"
+
 # What /proc/cpuinfo calls the instructions of a level of x86-64, beyond those of every such processor.
 _V3 = {"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe"}
 _NEEDED: dict[str, Set[str]] = {

@@ -29,7 +29,8 @@ def test_page(page, tmp_path, monkeypatch):
     """The blocks of a page in turn, as one program."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
-    blocks = blocks_of(page)
+    # exports in other programs: tests/deploy/tools_test.py
+    blocks = [block for block in blocks_of(page) if "# export:" not in block]
     assert blocks
     exec(compile("\n".join(blocks), page, "exec"), {"__name__": "__main__"})
     assert any(tmp_path.iterdir())

@@ -56,7 +56,9 @@ TEST(Export, UnknownFormatNamesTheKnown) {
     export_model(all_models()[0], "matlab");
     FAIL() << "accepted";
   } catch (const UserError& error) {
-    EXPECT_STREQ(error.what(), "unknown format 'matlab'; allowed: c, csv, urdf, mjcf");
+    EXPECT_STREQ(error.what(),
+                 "unknown format 'matlab'; allowed: c, csv, urdf, mjcf, "
+                 "mjcf_friction, plugin, fmu, onnx");
   }
 }
 

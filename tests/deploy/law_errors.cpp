@@ -10,7 +10,6 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "fricid/base/files.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/deploy/c_header.hpp"
 
@@ -19,7 +18,7 @@ namespace {
 
 constexpr int kJoints = 2, kSteps = 6000;
 constexpr double kDt = 1e-3;  // [s]
-using Motion = std::vector<friction::Input<double>>;
+using Inputs = std::vector<friction::Input<double>>;
 
 data::ModelFile model_of(std::string name, friction::RobotFriction friction, Rng& rng) {
   data::ModelFile model;
@@ -49,26 +48,8 @@ friction::RobotFriction joints_with(const friction::JointSpec& joint) {
   return friction::RobotFriction(std::vector<friction::JointSpec>(kJoints, joint));
 }
 
-// Reversals from presliding to fast sliding, a rest at v = 0, and load and heat.
-Motion motion() {
-  Motion motion;
-  std::vector<double> q(kJoints, 0.1);
-  for (int k = 0; k < kSteps; ++k)
-    for (int j = 0; j < kJoints; ++j) {
-      const double t = k * kDt, size = std::pow(10, -3 + 4.0 * k / kSteps);
-      const bool rests = k % 1000 >= 900;
-      const double v =
-          rests ? 0
-                : size * (std::sin(9 * t + j) + 0.7 * std::sin(31 * t) + 0.2 * std::cos(77 * t));
-      q[static_cast<std::size_t>(j)] += kDt * v;
-      motion.push_back(
-          {q[static_cast<std::size_t>(j)], v, 20 * std::sin(5 * t + j), 293.15 + 20 * std::sin(t)});
-    }
-  return motion;
-}
-
 // tau_f at each instant, before the step, sample by sample.
-std::vector<double> engine_torques(const data::ModelFile& model, const Motion& motion) {
+std::vector<double> engine_torques(const data::ModelFile& model, const Inputs& motion) {
   const friction::Friction& friction = model.arm.friction;
   std::vector<double> z(static_cast<std::size_t>(friction.model.state_size())), tau(kJoints), all;
   for (std::size_t k = 0; k < kSteps; ++k) {
@@ -114,14 +95,37 @@ void run(const std::string& command, const std::filesystem::path& log) {
   throw std::runtime_error(command + "\n" + said.str());
 }
 
-template <class T>
-void write_binary(const std::filesystem::path& path, const std::vector<T>& values) {
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(values.data()),
-             static_cast<std::streamsize>(values.size() * sizeof(T)));
+}  // namespace
+
+Inputs motion() {
+  Inputs motion;
+  std::vector<double> q(kJoints, 0.1);
+  for (int k = 0; k < kSteps; ++k)
+    for (int j = 0; j < kJoints; ++j) {
+      const double t = k * kDt, size = std::pow(10, -3 + 4.0 * k / kSteps);
+      const bool rests = k % 1000 >= 900;
+      const double v =
+          rests ? 0
+                : size * (std::sin(9 * t + j) + 0.7 * std::sin(31 * t) + 0.2 * std::cos(77 * t));
+      q[static_cast<std::size_t>(j)] += kDt * v;
+      motion.push_back(
+          {q[static_cast<std::size_t>(j)], v, 20 * std::sin(5 * t + j), 293.15 + 20 * std::sin(t)});
+    }
+  return motion;
 }
 
-}  // namespace
+std::vector<double> torques_after_steps(const data::ModelFile& model) {
+  const friction::Friction& friction = model.arm.friction;
+  const Inputs inputs = motion();
+  std::vector<double> z(static_cast<std::size_t>(friction.model.state_size())), tau(kJoints), all;
+  for (std::size_t k = 0; k < kSteps; ++k) {
+    const std::span in = std::span(inputs).subspan(k * kJoints, kJoints);
+    friction.model.step<double>(friction.theta, in, kDt, z);
+    friction.model.torque<double>(friction.theta, in, z, tau);
+    all.insert(all.end(), tau.begin(), tau.end());
+  }
+  return all;
+}
 
 std::vector<data::ModelFile> all_models() {
   Rng rng(3, 1);
@@ -151,6 +155,32 @@ std::vector<data::ModelFile> all_models() {
   return models;
 }
 
+std::vector<data::ModelFile> all_robots() {
+  std::vector<data::ModelFile> models = all_models();
+  for (data::ModelFile& model : models) {
+    dynamics::RobotModel& robot = model.arm.robot;
+    robot.name = "two flywheels";
+    robot.gravity.setZero();
+    robot.pi = Eigen::VectorXd::Zero(11 * robot.n());
+    for (int j = 0; j < robot.n(); ++j) {
+      dynamics::Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+      joint.name = fmt::format("joint {}", j + 1);
+      joint.link = fmt::format("link {}", j + 1);
+      joint.continuous = true;
+      joint.axis = Eigen::Vector3d::UnitZ();
+      joint.parent = j - 1;
+      robot.pi.segment<10>(10 * j) << 1, 0, 0, 0, 0.1, 0, 0.1, 0, 0, 0.1;
+    }
+  }
+  return models;
+}
+
+data::ModelFile robot_with(const std::string& name) {
+  for (const data::ModelFile& model : all_robots())
+    if (model.name == name) return model;
+  throw std::runtime_error("no model " + name);
+}
+
 std::vector<std::string> c_compilers() {
   std::vector<std::string> compilers;
   std::stringstream list(FRICID_C_COMPILERS);
@@ -162,9 +192,9 @@ std::vector<double> header_errors(const std::vector<data::ModelFile>& models,
                                   const std::string& compiler, const std::string& options,
                                   const std::filesystem::path& folder) {
   for (const data::ModelFile& model : models)
-    write_file_atomically(folder / (code_name(model) + "_friction.h"), c_header(model));
-  write_file_atomically(folder / "main.c", main_program(models));
-  const Motion inputs = motion();
+    write_binary(folder / (code_name(model) + "_friction.h"), c_header(model));
+  write_binary(folder / "main.c", main_program(models));
+  const Inputs inputs = motion();
   write_binary(folder / "motion", inputs);
   run(fmt::format("\"{0}\" -std=c99 -O1 -Wall -Wextra -Wpedantic -Wconversion -Werror {1} "
                   "\"{2}/main.c\" -o \"{2}/main\" -lm",

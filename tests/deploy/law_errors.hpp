@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,30 @@ namespace fricid::deploy::test {
 /// of laws, and each law of the whole robot, parameters drawn within their bounds.
 std::vector<data::ModelFile> all_models();
 
+/// The same, with a flywheel at each joint and names that a model file may have.
+std::vector<data::ModelFile> all_robots();
+
+/// One of all_robots() by its name.
+data::ModelFile robot_with(const std::string& name);
+
 /// C compilers of this machine.
 std::vector<std::string> c_compilers();
+
+/// Position, velocity, load and temperature of the joints at 6000 instants 1 ms apart, joint by
+/// joint: reversals from presliding to fast sliding, rests, load and heat.
+std::vector<friction::Input<double>> motion();
+
+/// The engine's torque along `motion`, after each step (steps x joints) [N m].
+std::vector<double> torques_after_steps(const data::ModelFile& model);
+
+/// The values as they are in memory. Not synced to the disk, unlike the program's own files.
+template <class Values>
+void write_binary(const std::filesystem::path& path, const Values& values) {
+  std::filesystem::create_directories(path.parent_path());
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(values.data()),
+             static_cast<std::streamsize>(values.size() * sizeof(values[0])));
+}
 
 /// Compiles the headers of the models with a main program, warnings as errors, and runs it along a
 /// motion with reversals, rests and fast sliding: the error of the torque of each model as a share

@@ -61,8 +61,8 @@ TEST(CoupledMotors, AreTendonsInMujocoAndWordsElsewhere) {
     export_model(model, "urdf");
     ADD_FAILURE() << "a URDF was written";
   } catch (const UserError& error) {
-    EXPECT_EQ(error.what(),
-              "lugre: urdf cannot represent that " + words + "; allowed: mjcf, c, csv");
+    EXPECT_EQ(error.what(), "lugre: urdf cannot represent that " + words +
+                                "; allowed: c, csv, mjcf, mjcf_friction, plugin, fmu, onnx");
   }
   EXPECT_EQ(export_model(model, "csv").losses.back(),
             "velocity and friction are those of the motors: " + words);

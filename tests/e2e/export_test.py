@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import unittest
@@ -9,7 +10,8 @@ import unittest
 from fricid_program import ProgramTest, fricid
 
 FORMATS = {"c": "simple_s1_friction.h", "csv": "simple_s1_friction.csv", "urdf": "simple_s1.urdf",
-           "mjcf": "simple_s1.xml"}
+           "mjcf": "simple_s1.xml", "mjcf_friction": "simple_s1.xml", "fmu": "simple_s1.fmu",
+           "onnx": "simple_s1_friction.onnx"}
 
 
 def parameter(value, unit):
@@ -58,6 +60,15 @@ class Export(ProgramTest):
                 (out / name).unlink()
             self.assertEqual(*texts)
 
+    def test_plugin_is_named(self):
+        out = self.folder / "out"
+        done = fricid("export", self.model(), "plugin", "-o", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(sorted(p.name for p in out.iterdir()),
+                         ["simple_s1.xml", "simple_s1_extension.xml"])
+        library = re.search("note: load (.*) before the model", done.stdout)[1]
+        self.assertTrue(pathlib.Path(library).exists(), library)
+
     def test_json_names_files_and_losses(self):
         done = fricid("export", self.model(), "urdf", "-o", self.folder / "out", "--json")
         result = json.loads(done.stdout)
@@ -90,7 +101,7 @@ class Export(ProgramTest):
         self.assertAlmostEqual(float(said.split()[-1]), 5 + 2.5 * 0.5, places=3)
 
     def test_unknown_format(self):
-        self.refuse(r"matlab.*c, csv, urdf, mjcf", self.model(), "matlab")
+        self.refuse(r"matlab.*c, csv, urdf, mjcf, mjcf_friction, plugin, fmu, onnx", self.model(), "matlab")
 
     def test_missing_model(self):
         self.refuse(r"none\.json", self.folder / "none.json")

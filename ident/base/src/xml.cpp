@@ -16,4 +16,13 @@ Xml xml_attribute(std::string_view text) {
   return Xml(Vouched{result + "\""});
 }
 
+Xml xml_comment(std::string_view text) {
+  std::string result;
+  for (const char c : printable(text)) {
+    if (c == '-' && result.ends_with('-')) result += ' ';
+    result += c;
+  }
+  return Xml(Vouched{"<!-- " + result + " -->"});
+}
+
 }  // namespace fricid

@@ -30,6 +30,15 @@ fs::path share_dir() {
   return !error && fs::is_directory(installed, error) ? installed : FRICID_SOURCE_SHARE;
 }
 
+fs::path mujoco_plugin() {
+  const fs::path name = "libfricid_mujoco.so";
+  std::error_code error;
+  const fs::path running = fs::canonical(running_file(), error).parent_path();
+  for (const fs::path& folder : {running, running.parent_path() / FRICID_LIBDIR / "fricid"})
+    if (!error && fs::exists(folder / name, error)) return folder / name;
+  return fs::path(FRICID_PLUGIN_FOLDER) / name;
+}
+
 fs::path find_file(const std::string& name, const fs::path& folder) {
   if (name.empty()) throw UserError("an empty file name");
   const fs::path path = expand_variable(name);

@@ -8,14 +8,27 @@
 #include <vector>
 
 #include "fricid/data/model_file.hpp"
+#include "fricid/signals/dataset.hpp"
 
 namespace fricid::deploy {
 
 /// A file of an export, named relative to its folder.
 struct TextFile {
   std::string name;
-  std::string text;
+  std::string text;  ///< or bytes
 };
+
+/// A motion along which the error of an approximation is measured.
+struct Motion {
+  std::string name;                     ///< for messages
+  double dt = 0;                        ///< [s]
+  RowMatrix q, v, load;                 ///< (T, n) of the motors [rad], [rad/s], [N m]
+  RowMatrix temperature = RowMatrix();  ///< (T, n) [K], or empty for room temperature
+};
+
+/// The motion of a log up to its first missing value, in coordinates of the motors of `robot`.
+/// Velocities that were not measured are central differences.
+Motion motion_of(const signals::Dataset& log, const dynamics::RobotModel& robot);
 
 /// An export: its files, and one sentence for each property of the model that the format lacks.
 struct Exported {
@@ -38,9 +51,11 @@ std::string format_list();
 /// @throws UserError when the format is unknown, naming the known ones
 void require_format(std::string_view format);
 
+/// @param held_out  where an approximation is measured; null: reversals, rests and sliding
 /// @throws UserError when the format is unknown, naming the known ones, or cannot represent the
 /// model
-Exported export_model(const data::ModelFile& model, std::string_view format);
+Exported export_model(const data::ModelFile& model, std::string_view format,
+                      const Motion* held_out = nullptr);
 
 /// Writes the files into a folder, which is created; each file atomically.
 /// @throws UserError when a file cannot be written

@@ -11,6 +11,9 @@ namespace fricid::config {
 /// the source tree.
 std::filesystem::path share_dir();
 
+/// The engine plugin for MuJoCo: beside the Python module, installed, or in the build tree.
+std::filesystem::path mujoco_plugin();
+
 /// Absolute path of an existing file. "$NAME/rest" starts at the environment variable NAME; a
 /// relative name is searched in `folder`, then in the share folder.
 /// @throws UserError if the variable is not set or the file is not found

@@ -1,0 +1,281 @@
+// The MuJoCo plugin against the engine.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <thread>
+
+#include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
+#include "fricid/base/xml.hpp"
+#include "fricid/scene/problem.hpp"
+#include "fricid/sim/plant.hpp"
+#include "fricid/sim/simulate.hpp"
+#include "in_mujoco.hpp"
+#include "law_errors.hpp"
+#include "source_dir.hpp"
+
+namespace fricid::deploy::test {
+namespace {
+
+void load_plugin() {
+  sim::initialise_mujoco();
+  [[maybe_unused]] static const bool loaded = (mj_loadPluginLibrary(FRICID_PLUGIN), true);
+}
+
+sim::MjModelPtr with_plugin(const Exported& exported) {
+  load_plugin();
+  return in_mujoco(exported);
+}
+sim::MjModelPtr with_plugin(const data::ModelFile& model) {
+  return with_plugin(export_model(model, "plugin"));
+}
+
+sim::MjDataPtr data_of(const mjModel& m) { return sim::MjDataPtr(mj_makeData(&m)); }
+
+void apply(const mjModel& m, mjData& d, int k) {
+  for (int j = 0; j < m.nv; ++j)
+    d.qfrc_applied[j] = 9 * std::sin(0.012 * k + j) * (1 + std::sin(0.0007 * k));
+}
+
+/// The engine, driven by the motion that MuJoCo makes: call `compare` after each mj_step.
+class Shadow {
+ public:
+  Shadow(const data::ModelFile& model, const mjModel& m, const mjData& d)
+      : friction_(model.arm.friction), m_(m), z_(d.plugin_state, d.plugin_state + state_size()) {
+    in_.resize(static_cast<std::size_t>(m.nv));
+    tau_f_.resize(in_.size());
+    load_.assign(d.qfrc_applied, d.qfrc_applied + m.nv);
+    motion_from(d);
+  }
+
+  /// Largest difference of the friction torque [N m] in the step before. The load of the torque is
+  /// `load`, that of the step what `d` has.
+  double compare(const mjData& d, std::span<const double> load) {
+    set_load(load);
+    friction_.model.torque<double>(friction_.theta, in_, z_, tau_f_);
+    double worst = 0;
+    for (int j = 0; j < m_.nv; ++j)
+      worst = std::max(worst, std::abs(d.qfrc_passive[j] + tau_f_[static_cast<std::size_t>(j)]));
+    motion_from(d);
+    for (int j = 0; j < m_.nv; ++j)
+      in_[static_cast<std::size_t>(j)].load = d.qfrc_applied[j] + d.qfrc_actuator[j];
+    friction_.model.step<double>(friction_.theta, in_, m_.opt.timestep, z_);
+    return worst;
+  }
+  double compare(const mjData& d) {
+    return compare(d, {d.qfrc_applied, static_cast<std::size_t>(m_.nv)});
+  }
+
+ private:
+  std::size_t state_size() const { return static_cast<std::size_t>(friction_.model.state_size()); }
+  void set_load(std::span<const double> load) {
+    for (std::size_t j = 0; j < in_.size(); ++j) in_[j].load = load[j];
+  }
+  void motion_from(const mjData& d) {
+    for (std::size_t j = 0; j < in_.size(); ++j)
+      in_[j] = {d.qpos[j], d.qvel[j], 0, kRoomTemperature};
+  }
+
+  const friction::Friction& friction_;
+  const mjModel& m_;
+  std::vector<double> z_, tau_f_, load_;
+  std::vector<friction::Input<double>> in_;
+};
+
+// The steps contract, so 1e-9 N m is the rounding of torques of 1e1 to 1e3 N m.
+TEST(MujocoPlugin, EveryLawAndModifierIsTheEngine) {
+  for (const data::ModelFile& model : all_robots()) {
+    SCOPED_TRACE(model.name);
+    const sim::MjModelPtr m = with_plugin(model);
+    m->opt.timestep = 5e-4;
+    const sim::MjDataPtr d = data_of(*m);
+    Shadow engine(model, *m, *d);
+    double worst = 0, largest = 0;
+    int k = 0;
+    // networks with random weights may drive the robot
+    for (; k < 4000 && std::abs(d->qvel[0]) + std::abs(d->qvel[1]) < 50; ++k) {
+      apply(*m, *d, k);
+      mj_step(m.get(), d.get());
+      worst = std::max(worst, engine.compare(*d));
+      largest = std::max(largest, std::abs(d->qfrc_passive[0]));
+    }
+    EXPECT_LE(worst, 1e-9);
+    EXPECT_TRUE(k == 4000 || (model.arm.friction.model.has_whole() && k > 50)) << k;
+    EXPECT_TRUE(largest > 1e-3 || model.name == "none") << largest;
+  }
+}
+
+/// The true arm of a scene as a model, and its held-out motion.
+struct HeldOut {
+  data::ModelFile model;
+  sim::Truth truth;
+  double physics_step;
+};
+HeldOut held_out(const char* name) {
+  scene::Scene scene = scene::load_scene(source_dir() / "scenes" / (std::string(name) + ".toml"));
+  scene.excitation.train = 1;
+  scene.excitation.repeats = 1;
+  scene.excitation.validation = 1;
+  scene.excitation.criterion = sim::Criterion::kNone;
+  const scene::Problem problem = scene::resolve(std::move(scene));
+  HeldOut result;
+  result.model.name = result.model.label = name;
+  result.model.arm = {problem.robot, *problem.scene.friction};
+  result.truth = sim::simulate(problem, 1).validation_truth.front();
+  result.physics_step = problem.scene.plant.step_s;
+  return result;
+}
+
+TEST(MujocoPlugin, FollowsTenSecondsOfHeldOutMotion) {
+  for (const char* name : {"kr6_demo", "kr6_stickslip"}) {
+    SCOPED_TRACE(name);
+    const HeldOut held = held_out(name);
+    const sim::Trace& trace = held.truth.trace;
+    const double dt = held.truth.dt();
+    const sim::MjModelPtr m = with_plugin(held.model);
+    m->opt.timestep = held.physics_step;
+    m->opt.disableflags |= mjDSBL_CONSTRAINT;
+    const sim::MjDataPtr d = data_of(*m);
+    const sim::State start = trace.state(0);
+    std::ranges::copy(start.q, d->qpos);
+    std::ranges::copy(start.v, d->qvel);
+    std::ranges::copy(start.z, d->plugin_state);
+    Shadow engine(held.model, *m, *d);
+    const int per_sample = sim::steps_per_sample(dt, held.physics_step);
+    const int length = std::min(trace.length(), static_cast<int>(10 / dt));
+    ASSERT_GE(length * dt, 5);
+    double worst = 0, apart = 0;
+    for (int k = 0; k < length; ++k) {
+      for (int j = 0; j < m->nv; ++j) {
+        if (k * dt < 1) apart = std::max(apart, std::abs(d->qpos[j] - trace.q(k, j)));
+        d->qfrc_applied[j] = trace.tau(k, j);
+      }
+      for (int s = 0; s < per_sample; ++s) {
+        mj_step(m.get(), d.get());
+        worst = std::max(worst, engine.compare(*d));
+      }
+    }
+    EXPECT_LE(worst, 1e-9);
+    EXPECT_LE(apart, 1e-6) << "the plant of the scene, in the first second";
+  }
+}
+
+void run(const mjModel& m, mjData& d, int from, int to) {
+  for (int k = from; k < to; ++k) {
+    apply(m, d, k);
+    mj_step(&m, &d);
+  }
+}
+
+std::vector<double> state_of(const mjModel& m, const mjData& d) {
+  std::vector<double> state(static_cast<std::size_t>(mj_stateSize(&m, mjSTATE_INTEGRATION)));
+  mj_getState(&m, &d, state.data(), mjSTATE_INTEGRATION);
+  return state;
+}
+
+TEST(MujocoPlugin, StateSurvivesGetStateCopyAndReset) {
+  for (const char* name : {"gms", "load_on_gms"}) {
+    const sim::MjModelPtr m = with_plugin(robot_with(name));
+    const sim::MjDataPtr d = data_of(*m);
+    const std::vector<double> rest = state_of(*m, *d);
+    run(*m, *d, 0, 500);
+    const std::vector<double> middle = state_of(*m, *d);
+    EXPECT_TRUE(std::any_of(d->plugin_state, d->plugin_state + m->npluginstate,
+                            [](double z) { return z != 0; }));
+    const sim::MjDataPtr copy(mj_copyData(nullptr, m.get(), d.get()));
+    run(*m, *d, 500, 700);
+    const std::vector<double> end = state_of(*m, *d);
+
+    run(*m, *copy, 500, 700);
+    EXPECT_EQ(state_of(*m, *copy), end) << name << ", mj_copyData";
+    mj_setState(m.get(), d.get(), middle.data(), mjSTATE_INTEGRATION);
+    run(*m, *d, 500, 700);
+    EXPECT_EQ(state_of(*m, *d), end) << name << ", mj_setState";
+    mj_resetData(m.get(), d.get());
+    EXPECT_EQ(state_of(*m, *d), rest) << name << ", mj_resetData";
+    run(*m, *d, 0, 500);
+    EXPECT_EQ(state_of(*m, *d), middle) << name << ", again";
+  }
+}
+
+TEST(MujocoPlugin, ThreadsGiveTheSameBytes) {
+  const sim::MjModelPtr m = with_plugin(robot_with("sum"));
+  std::array<std::vector<double>, 4> ends;
+  std::vector<std::thread> threads;
+  for (std::vector<double>& end : ends)
+    threads.emplace_back([&] {
+      const sim::MjDataPtr d = data_of(*m);
+      run(*m, *d, 0, 1000);
+      end = state_of(*m, *d);
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (const std::vector<double>& end : ends) EXPECT_EQ(end, ends[0]);
+}
+
+// What an actuator does is known after the passive forces of a step, so its share of the load is
+// that of the step before.
+TEST(MujocoPlugin, LoadIsAppliedForceAndTheActuatorsOfTheLastStep) {
+  const data::ModelFile model = robot_with("load_on_gms");
+  Exported exported = export_model(model, "plugin");
+  std::string& text = exported.files[1].text;
+  text.insert(text.rfind("</mujoco>"), "<actuator><motor joint=\"joint 1\"/></actuator>");
+  const sim::MjModelPtr m = with_plugin(exported);
+  const sim::MjDataPtr d = data_of(*m);
+  Shadow engine(model, *m, *d);
+  std::vector<double> load(2, 0.0);
+  for (int k = 0; k < 500; ++k) {
+    d->ctrl[0] = 20 * std::sin(0.01 * k);
+    d->qfrc_applied[0] = 3;
+    load[0] = 3 + d->qfrc_actuator[0];
+    mj_step(m.get(), d.get());
+    ASSERT_LE(engine.compare(*d, load), 1e-9) << k;
+  }
+}
+
+TEST(MujocoPlugin, SaysInOneLineWhatIsWrong) {
+  load_plugin();
+  const auto refusal = [](const std::string& config, const std::string& joint) {
+    const std::string text =
+        "<mujoco><extension><plugin plugin=\"fricid.friction\"><instance name=\"f\">" + config +
+        "</instance></plugin></extension><worldbody><body><joint name=\"" + joint +
+        "\"/><geom size=\"1\"/></body></worldbody></mujoco>";
+    const OwnFolder folder;
+    write_file_atomically(folder.path() / "m.xml", text);
+    std::array<char, 1000> error{};
+    try {
+      const sim::MjModelPtr m(mj_loadXML((folder.path() / "m.xml").c_str(), nullptr, error.data(),
+                                         static_cast<int>(error.size())));
+      if (m) data_of(*m);
+    } catch (const std::exception& thrown) {
+      return std::string(thrown.what());
+    }
+    return std::string(error.data());
+  };
+  const auto config = [](const std::string& key, const std::string& value) {
+    return Xml::of("<config key={} value={}/>", xml_attribute(key), xml_attribute(value)).text();
+  };
+  std::string content = data::model_text(robot_with("gms"));
+  std::erase(content, '\n');
+  const auto replaced = [&](const std::string& old, const std::string& by) {
+    std::string text = content;
+    const std::size_t at = text.find(old);
+    return at == std::string::npos ? text : text.replace(at, old.size(), by);
+  };
+  const auto expect = [](const std::string& said, const std::string& part) {
+    EXPECT_NE(said.find(part), std::string::npos) << said;
+  };
+  expect(refusal("", "a"), "found none of the attributes model and content; allowed: one");
+  expect(refusal(config("model", "/none.json"), "a"), "/none.json");
+  expect(refusal(config("content", replaced("model/1", "model/2")), "a"), "is newer than");
+  expect(refusal(config("content", "{"), "a"), "not JSON");
+  expect(refusal(config("content", content), "a"), "the MJCF has no joint joint 1");
+  expect(refusal(config("content", content) + config("prefix", "left "), "joint 1"),
+         "the MJCF has no joint left joint 1");
+  expect(refusal(config("content", content) + config("temperature", "hot"), "joint 1"),
+         "temperature: found hot; allowed: above 0 [K]");
+}
+
+}  // namespace
+}  // namespace fricid::deploy::test

@@ -1,0 +1,270 @@
+"""The exports in MuJoCo, FMPy and onnxruntime, against the engine: tools_test.py SAMPLES [--table].
+
+SAMPLES is written by write_export_samples. --table prints the errors instead of testing them.
+"""
+import json
+import os
+import pathlib
+import re
+import sys
+import tempfile
+import threading
+import unittest
+
+import fmpy
+import fmpy.fmi3
+import fmpy.validation
+import mujoco
+import numpy as np
+import onnxruntime
+
+SAMPLES = pathlib.Path(sys.argv[1])
+SOURCE = pathlib.Path(os.environ["FRICID_SOURCE_DIR"])
+LAWS = json.loads((SAMPLES / "laws.json").read_text())
+MOTION = np.fromfile(SAMPLES / "motion").reshape(-1, 2, 4)
+DT = 1e-3
+FMU_BAR, ONNX_BAR = 1e-12, 1e-5
+# In single precision a gap may close one sample later.
+ONNX_GAP_BAR = 2e-2
+
+mujoco.mj_loadPluginLibrary(os.environ["FRICID_PLUGIN"])
+
+
+def code_name(law):
+    return re.sub(r"\W", "_", law["name"]) + "_s1"
+
+
+def engine(law):
+    return np.fromfile(SAMPLES / f"{law['name']}.tau").reshape(-1, 2)
+
+
+def share(tau, law):
+    """Largest error as a share of the largest torque."""
+    expected = engine(law)[:len(tau)]
+    return float(np.abs(tau - expected).max() / max(np.abs(expected).max(), 1e-300))
+
+
+class Fmu:
+    """An FMU, ready to step."""
+
+    def __init__(self, path):
+        self.description = fmpy.read_model_description(str(path))
+        self.folder = tempfile.TemporaryDirectory()
+        fmpy.extract(str(path), self.folder.name)
+        self.slave = fmpy.fmi3.FMU3Slave(
+            guid=self.description.instantiationToken, unzipDirectory=self.folder.name,
+            modelIdentifier=self.description.coSimulation.modelIdentifier, instanceName="friction")
+        self.slave.instantiate()
+        self.slave.enterInitializationMode()
+        self.slave.exitInitializationMode()
+        self.references = {v.name: v.valueReference for v in self.description.modelVariables}
+
+    def of_joints(self, law, field):
+        return [self.references[f"{joint}.{field}"] for joint in law["joints"]]
+
+    def close(self):
+        self.slave.terminate()
+        self.slave.freeInstance()
+        self.folder.cleanup()
+
+
+def fmu_torques(law, motion=MOTION):
+    fmu = Fmu(SAMPLES / "fmu" / f"{code_name(law)}.fmu")
+    inputs = [r for field in ("q", "v", "load", "temperature") for r in fmu.of_joints(law, field)]
+    outputs = fmu.of_joints(law, "tau_f")
+    tau = np.empty((len(motion), 2))
+    for k, instant in enumerate(motion):
+        fmu.slave.setFloat64(inputs, instant.T.ravel().tolist())
+        fmu.slave.doStep(k * DT, DT)
+        tau[k] = fmu.slave.getFloat64(outputs)
+    fmu.close()
+    return tau
+
+
+class Onnx:
+    def __init__(self, law):
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = 1
+        self.session = onnxruntime.InferenceSession(
+            SAMPLES / "onnx" / f"{code_name(law)}_friction.onnx", options)
+        self.states = law["states"]
+
+    def __call__(self, instants, z, dt=DT):
+        """tau_f and z_next of a batch: instants (batch, joints, 4), z (batch, states)."""
+        feed = {name: instants[:, :, i].astype(np.float32)
+                for i, name in enumerate(("q", "v", "load", "temperature"))}
+        feed["dt"] = np.array([dt], np.float32)
+        if self.states:
+            feed["z"] = z
+        result = self.session.run(None, feed)
+        return result if self.states else (result[0], z)
+
+
+def onnx_torques(law, motion=MOTION):
+    friction = Onnx(law)
+    z = np.zeros((1, law["states"]), np.float32)
+    tau = np.empty((len(motion), 2))
+    for k, instant in enumerate(motion):
+        tau[k], z = friction(instant[None], z)
+    return tau
+
+
+def plugin_model(law):
+    return mujoco.MjModel.from_xml_path(str(SAMPLES / "plugin" / f"{code_name(law)}.xml"))
+
+
+def moved(model, data, steps):
+    for k in range(steps):
+        data.qfrc_applied[:] = 9 * np.sin(0.012 * data.time / model.opt.timestep + np.arange(2))
+        mujoco.mj_step(model, data)
+    state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION))
+    mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+    return state
+
+
+class Fmpy(unittest.TestCase):
+    def test_every_law(self):
+        for law in LAWS:
+            with self.subTest(law["name"]):
+                path = SAMPLES / "fmu" / f"{code_name(law)}.fmu"
+                self.assertEqual(fmpy.validation.validate_fmu(str(path)), [])
+                self.assertLessEqual(share(fmu_torques(law), law), FMU_BAR)
+
+    def test_simulated_by_fmpy(self):
+        law = next(law for law in LAWS if law["name"] == "gms")
+        path = SAMPLES / "fmu" / f"{code_name(law)}.fmu"
+        joint = law["joints"][0]
+        signals = np.array([(k * DT, 0.1 * np.sin(k * DT)) for k in range(1000)],
+                           dtype=[("time", float), (f"{joint}.v", float)])
+        result = fmpy.simulate_fmu(str(path), stop_time=0.5, output_interval=DT, input=signals,
+                                   output=[f"{joint}.tau_f"])
+        self.assertGreater(abs(result[f"{joint}.tau_f"][-1]), 1)
+
+    def test_state_is_kept_and_serialised(self):
+        law = next(law for law in LAWS if law["name"] == "sum")
+        fmu = Fmu(SAMPLES / "fmu" / f"{code_name(law)}.fmu")
+        inputs, outputs = fmu.of_joints(law, "v"), fmu.of_joints(law, "tau_f")
+
+        def run():
+            fmu.slave.setFloat64(inputs, [0.3, -0.2])
+            for k in range(50):
+                fmu.slave.doStep(k * DT, DT)
+            return fmu.slave.getFloat64(outputs)
+
+        run()
+        state = fmu.slave.getFMUState()
+        saved = fmu.slave.serializeFMUState(state)
+        after = run()
+        fmu.slave.setFMUState(fmu.slave.deserializeFMUState(saved))
+        self.assertEqual(run(), after)
+        fmu.slave.reset()
+        self.assertNotEqual(run(), after)
+        fmu.close()
+
+
+class Onnxruntime(unittest.TestCase):
+    def test_every_law(self):
+        for law in LAWS:
+            with self.subTest(law["name"]):
+                bar = ONNX_GAP_BAR if law["has_gap"] else ONNX_BAR
+                self.assertLessEqual(share(onnx_torques(law), law), bar)
+
+    def test_batch_is_its_rows(self):
+        for law in LAWS:
+            with self.subTest(law["name"]):
+                friction = Onnx(law)
+                z = np.zeros((5, law["states"]), np.float32)
+                rows = [z[:1]] * 5
+                for k in range(0, 500, 100):
+                    instants = MOTION[k:k + 5000:1000]
+                    tau, z = friction(instants, z)
+                    for i in range(5):
+                        one, rows[i] = friction(instants[i:i + 1], rows[i])
+                        np.testing.assert_allclose(tau[i], one[0], rtol=2e-6, atol=1e-6)
+
+    def test_no_step_keeps_the_state(self):
+        for law in LAWS:
+            friction = Onnx(law)
+            z = np.full((1, law["states"]), 1e-3, np.float32)
+            np.testing.assert_array_equal(friction(MOTION[700:701], z, dt=0)[1], z)
+
+
+class Mujoco(unittest.TestCase):
+    def test_every_law_loads_and_moves(self):
+        for law in LAWS:
+            with self.subTest(law["name"]):
+                model = plugin_model(law)
+                self.assertTrue(np.isfinite(moved(model, mujoco.MjData(model), 200)).all())
+
+    def test_threads_and_reset(self):
+        model = plugin_model(next(law for law in LAWS if law["name"] == "sum"))
+        ends = [None] * 4
+
+        def run(i):
+            ends[i] = moved(model, mujoco.MjData(model), 500)
+
+        threads = [threading.Thread(target=run, args=(i,)) for i in range(4)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+        data = mujoco.MjData(model)
+        moved(model, data, 50)
+        mujoco.mj_resetData(model, data)
+        for end in ends:
+            np.testing.assert_array_equal(end, moved(model, data, 500))
+            mujoco.mj_resetData(model, data)
+
+    def test_wrong_joint_is_a_sentence(self):
+        text = (SAMPLES / "plugin" / "gms_s1.xml").read_text().replace("joint 2", "elbow")
+        wrong = SAMPLES / "plugin" / "wrong.xml"
+        wrong.write_text(text)
+        with self.assertRaisesRegex(Exception, "the MJCF has no joint joint 2"):
+            mujoco.MjData(mujoco.MjModel.from_xml_path(str(wrong)))
+
+
+class Documents(unittest.TestCase):
+    def test_snippets_of_use_it(self):
+        """The blocks ```python of docs/use_it.md that load exports, on exports of a sample."""
+        page = (SOURCE / "docs/use_it.md").read_text()
+        blocks = [block for block in re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)
+                  if "# export:" in block]
+        self.assertEqual(len(blocks), 3)
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        for format in ("fmu", "onnx", "plugin"):
+            for path in (SAMPLES / format).glob("lugre_s1*"):
+                text = path.read_bytes()
+                name = path.name.replace("lugre_s1", "lvm_s1")
+                if path.suffix == ".xml":
+                    text = text.replace(b"lugre_s1", b"lvm_s1")
+                (pathlib.Path(folder.name) / name).write_bytes(text)
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(folder.name)
+        for block in blocks:
+            exec(compile(block, "use_it.md", "exec"), {"__name__": "__main__"})
+
+
+def print_table():
+    """Largest error along the motion as a share of the largest torque; mjcf_friction: RMS."""
+    columns = {"c": lambda law: law["c"], "c, float": lambda law: law["c_float"],
+               "fmu": lambda law: share(fmu_torques(law), law),
+               "onnx, float": lambda law: share(onnx_torques(law), law)}
+    print("| law or modifier | parameters | states |", " | ".join(columns), "| mjcf_friction |")
+    print("|---" * (len(columns) + 4) + "|")
+    for law in LAWS:
+        said = law["mjcf_friction"]
+        if isinstance(said, list):
+            shares = [float(a) / float(b) for loss in said
+                      for a, b in re.findall(r"([\d.e+-]+) N m RMS from the law's ([\d.e+-]+) N m", loss)]
+            said = f"{max(shares):.1e}" if shares else "the law"
+        else:
+            said = "refused"
+        errors = " | ".join(f"{error(law):.1e}" for error in columns.values())
+        print(f"| {law['name']} | {law['parameters']} | {law['states']} | {errors} | {said} |",
+              flush=True)
+
+
+if __name__ == "__main__":
+    if "--table" in sys.argv:
+        print_table()
+    else:
+        unittest.main(argv=sys.argv[:1])
