@@ -291,6 +291,8 @@ int exit_code_of_command_line(int argc, char** argv,
   export_command->add_option("FORMAT", export_options.format, deploy::format_list())->required();
   export_command->add_option("-o,--output", export_options.output, "folder for the files")
       ->required();
+  export_command->add_option("--mjcf", export_options.mjcf,
+                             "plugin: MJCF that includes the extension, to be checked");
   add_common(*export_command, common,
              "fricid export run/kr6_demo/models/lugre_s1.json c -o controller");
   export_command->callback(

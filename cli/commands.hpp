@@ -78,6 +78,7 @@ struct ExportOptions {
   std::filesystem::path target;  ///< model file, or run folder: all its models
   std::string format;
   std::filesystem::path output;  ///< folder
+  std::filesystem::path mjcf;    ///< to be extended by the plugin; empty: the robot of the model
 };
 
 /// Verdict of a command that finished. kNo: a fit failed its own checks, or a horizon of the

@@ -11,6 +11,7 @@
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/deploy/export.hpp"
+#include "fricid/sim/mjcf.hpp"
 #include "fricid/workflow/run_folder.hpp"
 #include "terminal.hpp"
 
@@ -52,11 +53,16 @@ Verdict export_models(const ExportOptions& options, const CommonOptions& common)
   std::set<std::string> names;
   // make all exports before writing the first
   deploy::require_format(options.format);
+  const bool extends = !options.mjcf.empty();
+  if (extends && options.format != "plugin")
+    throw UserError("--mjcf: found with {}; allowed: with plugin", options.format);
   const std::optional<data::Dataset> log = held_out(options.target);
   for (const data::ModelFile& model : models_of(options.target)) {
     std::optional<deploy::Motion> motion;
+    if (extends) sim::require_joints(options.mjcf, model.arm.robot);
     if (log && log->n() == model.arm.robot.n()) motion = deploy::motion_of(*log, model.arm.robot);
     deploy::Exported one = deploy::export_model(model, options.format, motion ? &*motion : nullptr);
+    if (extends) one.files.pop_back();  // the rigid body
     for (deploy::TextFile& file : one.files) {
       if (!names.insert(file.name).second)
         throw UserError(
@@ -83,6 +89,9 @@ Verdict export_models(const ExportOptions& options, const CommonOptions& common)
   for (const deploy::TextFile& file : all.files)
     print((options.output / file.name).string() + "\n");
   for (const std::string& loss : all.losses) print("note: " + loss + "\n");
+  if (extends)
+    for (const deploy::TextFile& file : all.files)
+      print("note: add <include file=\"" + file.name + "\"/> to " + options.mjcf.string() + "\n");
   if (options.format == "plugin")
     print("note: load " + config::mujoco_plugin().string() + " before the model\n");
   return Verdict::kDone;

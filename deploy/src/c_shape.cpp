@@ -1,6 +1,7 @@
 #include "c_shape.hpp"
 
 #include "c_text.hpp"
+#include "fricid/friction/same_structure.hpp"
 
 namespace fricid::deploy {
 namespace {
@@ -8,15 +9,6 @@ namespace {
 using friction::JointSpec;
 using friction::LawSpec;
 using friction::RobotFriction;
-
-bool same(const JointSpec& a, const JointSpec& b) {
-  return std::ranges::equal(a.laws, b.laws, [](const LawSpec& x, const LawSpec& y) {
-    return x.law == y.law && x.elements == y.elements &&
-           std::ranges::equal(x.modifiers, y.modifiers, [](const auto& m, const auto& n) {
-             return m.name == n.name && m.order == n.order;
-           });
-  });
-}
 
 std::vector<std::string> local_names(const RobotFriction& model) {
   std::vector<std::string> names;
@@ -129,7 +121,8 @@ Parts parts_of(const data::ModelFile& model, std::string prefix) {
   for (std::size_t j = 0; j < robot.joints().size(); ++j) {
     const JointSpec& spec = robot.joints()[j];
     if (spec.laws.empty()) continue;
-    auto found = std::ranges::find_if(known, [&](const JointSpec& k) { return same(k, spec); });
+    auto found =
+        std::ranges::find_if(known, [&](const JointSpec& k) { return same_structure(k, spec); });
     if (found == known.end()) {
       known.push_back(spec);
       parts.shapes.push_back(make_shape(fmt::format("{}_law{}", parts.prefix, known.size()),

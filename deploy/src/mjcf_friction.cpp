@@ -98,14 +98,15 @@ void add_prandtl_ishlinskii(const JointLaw& law, Native& native) {
 
 RobotFriction alone(const LawSpec& spec) { return RobotFriction({JointSpec{{spec}}}); }
 
-// Level and damping that are closest to the steady curve, at speeds up to the fastest.
+// Level and damping that are closest to the steady curve, at speeds up to the fastest, of which the
+// slow are more.
 void fit_steady(const JointLaw& law, double& level, double& damping) {
   constexpr int kSpeeds = 40;
   const RobotFriction friction = alone(law.spec);
   double n = 0, sum_v = 0, sum_vv = 0, sum_t = 0, sum_tv = 0, tau = 0;
   for (int i = 1; i <= kSpeeds; ++i)
     for (const double direction : {-1.0, 1.0}) {
-      const double v = law.fastest * i / kSpeeds;
+      const double v = law.fastest * std::pow(static_cast<double>(i) / kSpeeds, 2);
       const std::vector<friction::Input<double>> in{{0, direction * v, 0, kRoomTemperature}};
       friction.steady_torque<double>(law.theta, in, {&tau, 1});
       n += 1, sum_v += v, sum_vv += v * v, sum_t += direction * tau, sum_tv += direction * tau * v;

@@ -39,7 +39,8 @@ def test_tag_and_size():
     assert WHEEL.stat().st_size < 60e6
     with zipfile.ZipFile(WHEEL) as content:
         names = content.namelist()
-    for wanted in ("fricid/py.typed", "fricid/_core.pyi", "fricid/share/fricid/scenes/kr6_demo.toml"):
+    for wanted in ("fricid/py.typed", "fricid/_core.pyi", "fricid/share/fricid/scenes/kr6_demo.toml",
+                   "fricid/_native/libfricid_mujoco.so"):
         assert wanted in names
     assert not [name for name in names if name.endswith((".a", ".hpp", ".cpp", ".cmake"))]
 

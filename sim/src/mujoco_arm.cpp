@@ -60,6 +60,26 @@ MjModelPtr compile(mjSpec& spec, const std::filesystem::path& mjcf) {
   return model;
 }
 
+// The joints of the robot in a model, by name.
+std::vector<int> matched_joints(const mjModel& model, const std::string& file,
+                                const dynamics::RobotModel& robot) {
+  std::vector<int> ids;
+  for (const dynamics::Joint& joint : robot.joints) {
+    const int id = mj_name2id(&model, mjOBJ_JOINT, joint.name.c_str());
+    if (id < 0) throw UserError("{}: joint {} of {} is missing", file, joint.name, robot.name);
+    const int type = model.jnt_type[id];
+    if (type != (joint.type == dynamics::JointType::kRevolute ? mjJNT_HINGE : mjJNT_SLIDE))
+      throw UserError("{}: joint {} has another type than in {}", file, joint.name, robot.name);
+    const int dof = model.jnt_dofadr[id];
+    if (model.dof_frictionloss[dof] != 0 || model.dof_damping[dof] != 0)
+      throw UserError(
+          "{}: joint {} has frictionloss {} and damping {}, allowed 0: friction is added to it",
+          file, joint.name, model.dof_frictionloss[dof], model.dof_damping[dof]);
+    ids.push_back(id);
+  }
+  return ids;
+}
+
 Eigen::Matrix3d orientation_of(const mjModel& model, int body) {
   const MjDataPtr data(mj_makeData(&model));
   mj_kinematics(&model, data.get());
@@ -161,6 +181,12 @@ std::string compiled_mjcf(const std::filesystem::path& mjcf) {
   return bytes;
 }
 
+void require_joints(const std::filesystem::path& mjcf, const dynamics::RobotModel& robot) {
+  initialise_mujoco();
+  const MjModelPtr model = compile(*parse(mjcf.string(), ""), mjcf);
+  matched_joints(*model, mjcf.string(), robot);
+}
+
 MujocoArm::MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotModel& robot,
                      double step, const Payload& payload) {
   initialise_mujoco();
@@ -170,19 +196,8 @@ MujocoArm::MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotMod
   model_ = compile(*spec, mjcf);
 
   // match the joints by name, both ways
-  for (const dynamics::Joint& joint : robot.joints) {
-    const int id = mj_name2id(model_.get(), mjOBJ_JOINT, joint.name.c_str());
-    if (id < 0) throw UserError("{}: joint {} of {} is missing", file, joint.name, robot.name);
-    const int type = model_->jnt_type[id];
-    if (type != (joint.type == dynamics::JointType::kRevolute ? mjJNT_HINGE : mjJNT_SLIDE))
-      throw UserError("{}: joint {} has another type than in {}", file, joint.name, robot.name);
-    const int dof = model_->jnt_dofadr[id];
-    if (model_->dof_frictionloss[dof] != 0 || model_->dof_damping[dof] != 0)
-      throw UserError(
-          "{}: joint {} has frictionloss {} and damping {}, allowed 0: friction comes from "
-          "the scene",
-          file, joint.name, model_->dof_frictionloss[dof], model_->dof_damping[dof]);
-    dofs_.push_back(dof);
+  for (const int id : matched_joints(*model_, file, robot)) {
+    dofs_.push_back(model_->jnt_dofadr[id]);
     qpos_.push_back(model_->jnt_qposadr[id]);
     bodies_.push_back(model_->jnt_bodyid[id]);
   }

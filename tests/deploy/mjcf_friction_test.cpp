@@ -114,6 +114,21 @@ TEST(MjcfFriction, ErrorIsMeasuredAlongTheGivenMotion) {
   EXPECT_EQ(export_model(model, "mjcf_friction").losses.size(), 2);
 }
 
+TEST(MotionOf, ALogEndsAtItsFirstGapAndHasVelocities) {
+  signals::Dataset log;
+  log.name = "validation_0";
+  log.rate_hz = 100;
+  log.q = log.tau = RowMatrix::Zero(6, 2);
+  for (int k = 0; k < 6; ++k) log.q.row(k) << 0.1 * k, 0.2 * k;
+  log.tau(5, 1) = std::nan("");
+  const deploy::Motion motion = motion_of(log, robot_with("gms").arm.robot);
+  EXPECT_EQ(motion.name, "validation_0");
+  ASSERT_EQ(motion.q.rows(), 5);
+  EXPECT_NEAR(motion.v(2, 0), 10, 1e-12);
+  EXPECT_NEAR(motion.v(2, 1), 20, 1e-12);
+  EXPECT_EQ(motion.temperature.size(), 0);
+}
+
 // Friction of coupled motors acts at the motors: tendons of their angles.
 TEST(MjcfFriction, CoupledMotorsHaveTheirFriction) {
   data::ModelFile model = robot_with("maxwell_slip");

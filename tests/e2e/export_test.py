@@ -69,6 +69,29 @@ class Export(ProgramTest):
         library = re.search("note: load (.*) before the model", done.stdout)[1]
         self.assertTrue(pathlib.Path(library).exists(), library)
 
+    def mjcf(self, joint="joint 1", attributes=""):
+        return self.write("robot.xml", f"""<mujoco><worldbody><body><joint name="{joint}" {attributes}/>
+            <geom size="1"/></body></worldbody></mujoco>""")
+
+    def test_plugin_for_an_mjcf(self):
+        out = self.folder / "out"
+        done = fricid("export", self.model(), "plugin", "--mjcf", self.mjcf(), "-o", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([p.name for p in out.iterdir()], ["simple_s1_extension.xml"])
+        self.assertIn('add <include file="simple_s1_extension.xml"/> to', done.stdout)
+
+    def test_mjcf_of_another_robot(self):
+        out = self.folder / "out"
+        for made, pattern in ((dict(joint="elbow"), r"robot\.xml: joint joint 1 of one is missing"),
+                              (dict(attributes='damping="1"'), r"robot\.xml: joint joint 1 has .*damping 1"),
+                              (dict(attributes='type="slide"'), r"robot\.xml: joint joint 1 has another type")):
+            done = fricid("export", self.model(), "plugin", "--mjcf", self.mjcf(**made), "-o", out)
+            self.assert_refused(done, pattern, out)
+        done = fricid("export", self.model(), "plugin", "--mjcf", self.folder / "none.xml", "-o", out)
+        self.assert_refused(done, r"none\.xml", out)
+        done = fricid("export", self.model(), "c", "--mjcf", self.mjcf(), "-o", out)
+        self.assert_refused(done, r"--mjcf: found with c; allowed: with plugin", out)
+
     def test_json_names_files_and_losses(self):
         done = fricid("export", self.model(), "urdf", "-o", self.folder / "out", "--json")
         result = json.loads(done.stdout)

@@ -42,12 +42,23 @@ class FrictionHost {
             double h);
 
  private:
+  /// Joints whose friction has one structure, evaluated together, each in a lane.
+  struct Lanes {
+    friction::RobotFriction one;  // of one joint
+    std::vector<int> joints;      // of the first lanes; the others repeat the last
+    std::vector<PackD> theta, z;
+    friction::Input<PackD> in;
+  };
+
+  void make_lanes();
   void read(const mjData& data, std::span<const double> tau, std::span<const double> temperature);
+  void gather(Lanes& lanes) const;
   void convert_to_motors(std::span<const double> tau);
 
   friction::Friction friction_;
   std::vector<int> qpos_, dof_;
   std::vector<friction::Input<double>> in_;
+  std::vector<Lanes> lanes_;  // of all joints with friction; none with a law of the whole robot
   std::vector<double> z_, tau_f_;
   Transmission motors_;
 };
