@@ -349,10 +349,10 @@ Exported write_mjcf_friction(const data::ModelFile& model, const Motion* held_ou
     const RowMatrix error = said - law;
     for (int j = 0; j < robot.n(); ++j)
       if (rms(error, j) > 1e-9 * rms(law, j))
-        exported.losses.push_back(
-            fmt::format("friction of {}: {:.3g} N m RMS from the law's {:.3g} N m RMS, along {}",
-                        robot.joints[static_cast<std::size_t>(j)].name, rms(error, j), rms(law, j),
-                        motion.name));
+        exported.losses.push_back(fmt::format(
+            "{}, friction of {}: {:.3g} N m RMS from the law's {:.3g} N m RMS, along {}",
+            code_name(model), robot.joints[static_cast<std::size_t>(j)].name, rms(error, j),
+            rms(law, j), motion.name));
   }
   for (const std::string& loss : exported.losses) extras.head += xml_comment(loss) + Xml::of("\n");
   exported.files.push_back({code_name(model) + ".xml", mjcf_text(model, extras)});

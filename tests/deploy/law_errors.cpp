@@ -17,7 +17,6 @@ namespace fricid::deploy::test {
 namespace {
 
 constexpr int kJoints = 2, kSteps = 6000;
-constexpr double kDt = 1e-3;  // [s]
 using Inputs = std::vector<friction::Input<double>>;
 
 data::ModelFile model_of(std::string name, friction::RobotFriction friction, Rng& rng) {
@@ -114,13 +113,14 @@ Inputs motion() {
   return motion;
 }
 
-std::vector<double> torques_after_steps(const data::ModelFile& model) {
+std::vector<double> torques_after_steps(const data::ModelFile& model, const Inputs& motion,
+                                        double dt) {
   const friction::Friction& friction = model.arm.friction;
-  const Inputs inputs = motion();
-  std::vector<double> z(static_cast<std::size_t>(friction.model.state_size())), tau(kJoints), all;
-  for (std::size_t k = 0; k < kSteps; ++k) {
-    const std::span in = std::span(inputs).subspan(k * kJoints, kJoints);
-    friction.model.step<double>(friction.theta, in, kDt, z);
+  const auto n = static_cast<std::size_t>(friction.model.joint_count());
+  std::vector<double> z(static_cast<std::size_t>(friction.model.state_size())), tau(n), all;
+  for (std::size_t k = 0; k < motion.size() / n; ++k) {
+    const std::span in = std::span(motion).subspan(k * n, n);
+    friction.model.step<double>(friction.theta, in, dt, z);
     friction.model.torque<double>(friction.theta, in, z, tau);
     all.insert(all.end(), tau.begin(), tau.end());
   }

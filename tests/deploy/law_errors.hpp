@@ -28,8 +28,13 @@ std::vector<std::string> c_compilers();
 /// joint: reversals from presliding to fast sliding, rests, load and heat.
 std::vector<friction::Input<double>> motion();
 
-/// The engine's torque along `motion`, after each step (steps x joints) [N m].
-std::vector<double> torques_after_steps(const data::ModelFile& model);
+/// Time between the instants of `motion` [s].
+inline constexpr double kDt = 1e-3;
+
+/// The engine's torque along a motion, after each step of dt (steps x joints) [N m].
+std::vector<double> torques_after_steps(const data::ModelFile& model,
+                                        const std::vector<friction::Input<double>>& motion,
+                                        double dt);
 
 /// The values as they are in memory. Not synced to the disk, unlike the program's own files.
 template <class Values>

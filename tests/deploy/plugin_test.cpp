@@ -9,12 +9,10 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/base/xml.hpp"
-#include "fricid/scene/problem.hpp"
 #include "fricid/sim/plant.hpp"
-#include "fricid/sim/simulate.hpp"
+#include "held_out.hpp"
 #include "in_mujoco.hpp"
 #include "law_errors.hpp"
-#include "source_dir.hpp"
 
 namespace fricid::deploy::test {
 namespace {
@@ -105,27 +103,6 @@ TEST(MujocoPlugin, EveryLawAndModifierIsTheEngine) {
     EXPECT_TRUE(k == 4000 || (model.arm.friction.model.has_whole() && k > 50)) << k;
     EXPECT_TRUE(largest > 1e-3 || model.name == "none") << largest;
   }
-}
-
-/// The true arm of a scene as a model, and its held-out motion.
-struct HeldOut {
-  data::ModelFile model;
-  sim::Truth truth;
-  double physics_step;
-};
-HeldOut held_out(const char* name) {
-  scene::Scene scene = scene::load_scene(source_dir() / "scenes" / (std::string(name) + ".toml"));
-  scene.excitation.train = 1;
-  scene.excitation.repeats = 1;
-  scene.excitation.validation = 1;
-  scene.excitation.criterion = sim::Criterion::kNone;
-  const scene::Problem problem = scene::resolve(std::move(scene));
-  HeldOut result;
-  result.model.name = result.model.label = name;
-  result.model.arm = {problem.robot, *problem.scene.friction};
-  result.truth = sim::simulate(problem, 1).validation_truth.front();
-  result.physics_step = problem.scene.plant.step_s;
-  return result;
 }
 
 TEST(MujocoPlugin, FollowsTenSecondsOfHeldOutMotion) {

@@ -3,8 +3,9 @@
 //
 //     write_export_samples FOLDER
 //
-// motion: (steps, joints, 4) q, v, load, temperature; NAME.tau: (steps, joints) the torque after
-// each step; both doubles. laws.json: the errors of the headers, and the losses of mjcf_friction.
+// and the same for the truth of two scenes along their held-out motion. NAME.motion: (steps,
+// joints, 4) q, v, load, temperature; NAME.tau: (steps, joints) the torque after each step; both
+// doubles. laws.json: dt, the errors of the headers, and the losses of mjcf_friction.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,20 +16,55 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/deploy/export.hpp"
+#include "held_out.hpp"
 #include "law_errors.hpp"
 
 namespace {
 
-bool has_gap(const fricid::data::ModelFile& model) {
+using namespace fricid;
+using namespace fricid::deploy::test;
+
+bool has_gap(const data::ModelFile& model) {
   const auto& parameters = model.arm.friction.model.parameters();
   return std::ranges::any_of(parameters, [](const auto& p) { return p.owner == "backlash"; });
+}
+
+using Inputs = std::vector<friction::Input<double>>;
+
+Inputs inputs_of(const sim::Trace& trace) {
+  Inputs inputs;
+  for (Eigen::Index k = 0; k < trace.q.rows(); ++k)
+    for (Eigen::Index j = 0; j < trace.q.cols(); ++j)
+      inputs.push_back({trace.q(k, j), trace.v(k, j), trace.tau(k, j), trace.temperature(k, j)});
+  return inputs;
+}
+
+/// Writes the exports of a model, its motion and its torques. Returns its entry of laws.json.
+nlohmann::ordered_json written(const data::ModelFile& model, const Inputs& motion, double dt,
+                               const std::filesystem::path& folder) {
+  nlohmann::ordered_json law{{"name", model.name},
+                             {"parameters", model.arm.friction.model.parameter_count()},
+                             {"states", model.arm.friction.model.state_size()},
+                             {"has_gap", has_gap(model)},
+                             {"dt", dt},
+                             {"joints", nlohmann::ordered_json::array()}};
+  for (const dynamics::Joint& joint : model.arm.robot.joints) law["joints"].push_back(joint.name);
+  for (const char* format : {"fmu", "onnx", "plugin", "mjcf_friction"}) try {
+      const deploy::Exported exported = deploy::export_model(model, format);
+      for (const deploy::TextFile& file : exported.files)
+        write_binary(folder / format / file.name, file.text);
+      law[format] = exported.losses;
+    } catch (const UserError& error) {
+      law[format] = error.what();
+    }
+  write_binary(folder / (model.name + ".motion"), motion);
+  write_binary(folder / (model.name + ".tau"), torques_after_steps(model, motion, dt));
+  return law;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  using namespace fricid;
-  using namespace fricid::deploy::test;
   if (argc != 2) {
     std::cerr << "write_export_samples FOLDER\n";
     return 2;
@@ -38,28 +74,15 @@ int main(int argc, char** argv) {
   const std::string compiler = c_compilers().front();
   const auto as_double = header_errors(models, compiler, "", folder / "c");
   const auto as_float = header_errors(models, compiler, "-DFRICID_FLOAT", folder / "c");
-  write_binary(folder / "motion", motion());
   nlohmann::ordered_json laws;
   for (std::size_t i = 0; i < models.size(); ++i) {
-    const data::ModelFile& model = models[i];
-    nlohmann::ordered_json law{{"name", model.name},
-                               {"parameters", model.arm.friction.model.parameter_count()},
-                               {"states", model.arm.friction.model.state_size()},
-                               {"has_gap", has_gap(model)},
-                               {"joints", nlohmann::ordered_json::array()},
-                               {"c", as_double[i]},
-                               {"c_float", as_float[i]}};
-    for (const dynamics::Joint& joint : model.arm.robot.joints) law["joints"].push_back(joint.name);
-    for (const char* format : {"fmu", "onnx", "plugin", "mjcf_friction"}) try {
-        const deploy::Exported exported = deploy::export_model(model, format);
-        for (const deploy::TextFile& file : exported.files)
-          write_binary(folder / format / file.name, file.text);
-        law[format] = exported.losses;
-      } catch (const UserError& error) {
-        law[format] = error.what();
-      }
-    write_binary(folder / (model.name + ".tau"), torques_after_steps(model));
-    laws.push_back(law);
+    laws.push_back(written(models[i], motion(), kDt, folder));
+    laws.back()["c"] = as_double[i];
+    laws.back()["c_float"] = as_float[i];
+  }
+  for (const char* name : {"kr6_demo", "kr6_stickslip"}) {
+    const HeldOut held = held_out(name);
+    laws.push_back(written(held.model, inputs_of(held.truth.trace), held.truth.dt(), folder));
   }
   write_binary(folder / "laws.json", laws.dump(1));
 }
