@@ -103,7 +103,7 @@ int exit_code_of_command_line(int argc, char** argv,
   PayloadOptions payload_options;
   ContactOptions contact_options;
   ExportOptions export_options;
-  std::string file, topic;
+  std::string file, topic, against;
   std::vector<std::filesystem::path> folders;
   std::filesystem::path output;
   bool csv = false;
@@ -171,9 +171,11 @@ int exit_code_of_command_line(int argc, char** argv,
   auto* compare_command = app.add_subcommand(
       "compare", "join the evaluations of many runs, with intervals over the runs");
   compare_command->add_option("DIR", folders, "run folders")->required();
+  compare_command->add_option("--against", against, "model whose errors the others are divided by");
   compare_command->add_option("-o,--output", output, "file for the table; default stdout");
   add_common(*compare_command, common, "fricid compare run/kr6_gms_1 run/kr6_gms_2");
-  compare_command->callback([&] { command = [&] { return compare(folders, output, common); }; });
+  compare_command->callback(
+      [&] { command = [&] { return compare(folders, against, output, common); }; });
 
   auto* view_command =
       app.add_subcommand("view", "replay a run, or move the live arm with adjustable friction");

@@ -143,8 +143,8 @@ Verdict simulate(const RunOptions& options, const CommonOptions& common) {
   return Verdict::kDone;
 }
 
-Verdict compare(const std::vector<fs::path>& folders, const fs::path& output,
-                const CommonOptions& common) {
+Verdict compare(const std::vector<fs::path>& folders, const std::string& against,
+                const fs::path& output, const CommonOptions& common) {
   std::vector<evaluate::ComparedRun> runs;
   for (const fs::path& path : folders) {
     const workflow::RunFolder folder(path);
@@ -156,7 +156,7 @@ Verdict compare(const std::vector<fs::path>& folders, const fs::path& output,
       runs.back().fit_seconds =
           workflow::fit_seconds(data::load<workflow::Manifest>(folder.manifest()));
   }
-  const evaluate::Comparison comparison = evaluate::compare_runs(runs);
+  const evaluate::Comparison comparison = evaluate::compare_runs(runs, against);
   const std::string text =
       common.json ? data::to_json(comparison) : evaluate::to_markdown(comparison);
   if (output.empty())

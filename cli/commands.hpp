@@ -93,7 +93,7 @@ Verdict render(const RenderOptions& options, const CommonOptions& common);
 Verdict import_logs(const ImportOptions& options, const CommonOptions& common);
 Verdict check(const CheckOptions& options, const CommonOptions& common);
 Verdict find_payload(const PayloadOptions& options, const CommonOptions& common);
-Verdict compare(const std::vector<std::filesystem::path>& folders,
+Verdict compare(const std::vector<std::filesystem::path>& folders, const std::string& against,
                 const std::filesystem::path& output, const CommonOptions& common);
 Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common);
 Verdict find_contact(const ContactOptions& options, const CommonOptions& common);

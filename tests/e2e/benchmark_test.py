@@ -19,7 +19,7 @@ class Benchmark(ProgramTest):
             return subprocess.run(
                 [SOURCE / "scripts/benchmark.sh", "--cores", "2", "--directory", self.folder,
                  "--config", f"truths={scene.stem}", "seeds=1-2", f"scenes={scene.parent}",
-                 f"out={out}"],
+                 f"out={out}", "against=lugre"],
                 capture_output=True, text=True,
                 env={**os.environ, "XDG_CACHE_HOME": str(self.folder / "cache"),
                      "FRICID_BENCHMARK_TOOLS":
@@ -29,9 +29,11 @@ class Benchmark(ProgramTest):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         table = (out / "table.md").read_text()
         self.assertIn("2 runs", table)
+        self.assertIn("against lugre", table)
         cells = [load(out / f"{scene.stem}_{seed}" / "evaluation.json") for seed in (1, 2)]
         self.assertNotEqual(cells[0]["summary"][-1], cells[1]["summary"][-1])
-        joined = fricid("compare", *(out / f"{scene.stem}_{seed}" for seed in (1, 2)))
+        joined = fricid("compare", *(out / f"{scene.stem}_{seed}" for seed in (1, 2)),
+                        "--against", "lugre")
         self.assertEqual(joined.stdout, table)
 
         again = snakemake()

@@ -80,6 +80,25 @@ TEST(Compare, TableNamesEveryScene) {
   EXPECT_NE(text.find("| lvm "), std::string::npos);
 }
 
+// Errors over those of a named model of the same run; scenes without it have no such table.
+TEST(Compare, AgainstAModel) {
+  const std::vector<ComparedRun> runs{run("s", 1e-6, 1e-3, 1e-5), run("s", 4e-6, 4e-3, 8e-5),
+                                      run("t", 1, 2, 1.5)};
+  std::vector<ComparedRun> some = runs;
+  some[2].evaluation.summary.pop_back();
+  const Comparison comparison = compare_runs(some, "lvm");
+  EXPECT_EQ(comparison.scenes[0].against, "lvm");
+  EXPECT_EQ(comparison.scenes[1].against, "");
+  EXPECT_NEAR(comparison.scenes[0].models[1].against_named[0], std::sqrt(100.0 * 50), 1e-9);
+  EXPECT_EQ(comparison.scenes[0].models[2].against_named[0], 1);
+  EXPECT_TRUE(std::isnan(comparison.scenes[1].models[1].against_named[0]));
+  const std::string text = to_markdown(comparison);
+  EXPECT_NE(text.find("| against lvm "), std::string::npos);
+  EXPECT_EQ(text.find("| against lvm ", text.find("## t")), std::string::npos);
+  EXPECT_EQ(to_markdown(compare_runs(some)).find("against lvm"), std::string::npos);
+  EXPECT_THROW(compare_runs(runs, "lmv"), UserError);
+}
+
 TEST(Compare, RefusesOtherHorizons) {
   const std::vector<ComparedRun> mixed{run("s", 1e-6, 1e-3, 1e-5, 1),
                                        run("s", 1e-6, 1e-3, 1e-5, 10)};

@@ -106,6 +106,33 @@ TEST_F(SceneOptions, AModelMayBeASumOfLaws) {
             std::string::npos);
 }
 
+// What the data allow is seen by a model of the injected laws, none of whose values it knows.
+TEST_F(SceneOptions, AModelMayHaveTheInjectedLaws) {
+  const std::string model = "[[model]]\nname = \"known\"\nlaw = \"injected\"\n";
+  const std::string laws =
+      "[[friction.law]]\nlaw = \"maxwell_slip\"\nelements = 2\n"
+      "K = {elements = [1, 2], joints = 1000}\nW = {elements = [1, 2], joints = 1}\n"
+      "asymmetry = {a = [0.1, 0.2]}\n"
+      "[[friction.law]]\nlaw = \"viscous_power\"\nc = 2\np = 0.7\nv0 = 0.01\n";
+  const auto scene = [&](const std::string& friction) {
+    return resolve(load_scene(write(
+        "scene.toml", "[robot]\nurdf = \"arm.urdf\"\nmjcf = \"arm.xml\"\n" + friction + model)));
+  };
+  const estimate::ModelOptions known = scene(laws).scene.models[0];
+  EXPECT_EQ(known.method, estimate::Method::kJoint);
+  ASSERT_EQ(known.laws.size(), 2u);
+  EXPECT_EQ(known.laws[0].law, "maxwell_slip");
+  EXPECT_EQ(known.laws[0].elements, 2);
+  EXPECT_EQ(known.laws[0].modifiers, std::vector<std::string>{"asymmetry"});
+  EXPECT_EQ(known.laws[1].law, "viscous_power");
+
+  const std::string of_one =
+      replaced(laws, "law = \"viscous_power\"", "law = \"viscous_power\"\njoints = [\"shoulder\"]");
+  EXPECT_THAT(
+      message_of([&] { scene(of_one); }),
+      HasSubstr("model[1].law = \"injected\"; allowed: where [friction] has the same laws"));
+}
+
 // A scene made in code is one like any other; its messages have no file to name.
 TEST_F(SceneOptions, AScenesOriginMayBeEmpty) {
   Scene scene;

@@ -21,11 +21,11 @@ const Summary* summary_of(const ComparedRun& run, const std::string& name) {
 }
 
 ComparedModel compare_model(const std::string& name, std::span<const ComparedRun> runs,
-                            std::size_t horizons) {
+                            std::size_t horizons, const std::string& against) {
   ComparedModel model;
   model.name = name;
   std::vector<double> seconds_spent, friction;
-  std::vector<std::vector<double>> errors(horizons), ratios(horizons);
+  std::vector<std::vector<double>> errors(horizons), ratios(horizons), to_named(horizons);
   for (const ComparedRun& run : runs) {
     const Summary* summary = summary_of(run, name);
     if (summary == nullptr) continue;
@@ -39,9 +39,11 @@ ComparedModel compare_model(const std::string& name, std::span<const ComparedRun
     seconds_spent.push_back(fit_seconds(*summary, run.fit_seconds));
     friction.push_back(summary->friction);
     const std::vector<double>& q_mse = summary->q_mse_geometric_mean;
+    const Summary* named = summary_of(run, against);
     for (std::size_t h = 0; h < horizons; ++h) {
       errors[h].push_back(q_mse[h]);
       ratios[h].push_back(q_mse[h] / run.evaluation.best_conventional[h]);
+      if (named != nullptr) to_named[h].push_back(q_mse[h] / named->q_mse_geometric_mean[h]);
     }
   }
   model.fit_seconds = mean(seconds_spent);
@@ -51,6 +53,8 @@ ComparedModel compare_model(const std::string& name, std::span<const ComparedRun
     model.interval_90.push_back(interval_90(errors[h]));
     model.against_convention.push_back(geometric_mean(ratios[h]));
     model.against_convention_90.push_back(interval_90(ratios[h]));
+    model.against_named.push_back(geometric_mean(to_named[h]));
+    model.against_named_90.push_back(interval_90(to_named[h]));
   }
   return model;
 }
@@ -63,7 +67,8 @@ double mean_over(std::span<const ComparedRun> runs, const Value& value) {
   return geometric_mean(values);
 }
 
-ComparedScene compare_scene(const std::string& name, std::span<const ComparedRun> runs) {
+ComparedScene compare_scene(const std::string& name, std::span<const ComparedRun> runs,
+                            const std::string& against) {
   ComparedScene scene;
   scene.scene = name;
   scene.runs = static_cast<int>(runs.size());
@@ -78,8 +83,9 @@ ComparedScene compare_scene(const std::string& name, std::span<const ComparedRun
       if (std::ranges::find(models, summary.name) == models.end()) models.push_back(summary.name);
   }
   const std::size_t horizons = scene.horizons_s.size();
+  if (std::ranges::count(models, against) > 0) scene.against = against;
   for (const std::string& model : models)
-    scene.models.push_back(compare_model(model, runs, horizons));
+    scene.models.push_back(compare_model(model, runs, horizons, scene.against));
 
   for (std::size_t h = 0; h < horizons; ++h) {
     const Headroom headroom{
@@ -97,6 +103,8 @@ ComparedScene compare_scene(const std::string& name, std::span<const ComparedRun
 Markdown markdown(const ComparedScene& scene) {
   std::vector<Cells> errors{horizon_titles(Markdown::of("model"), scene.horizons_s)},
       ratios{horizon_titles(Markdown::of("against convention"), scene.horizons_s)},
+      to_named{
+          horizon_titles(Markdown::of("against {}", escaped(scene.against)), scene.horizons_s)},
       closed{horizon_titles(Markdown::of("headroom closed"), scene.horizons_s)};
   for (const Markdown& title :
        {Markdown::of("friction %"), Markdown::of("diverged"), Markdown::of("parameters"),
@@ -109,9 +117,11 @@ Markdown markdown(const ComparedScene& scene) {
   for (const ComparedModel& model : scene.models) {
     Cells& error = errors.emplace_back(Cells{escaped(model.label)});
     Cells& ratio = ratios.emplace_back(Cells{escaped(model.label)});
+    Cells& of_named = to_named.emplace_back(Cells{escaped(model.label)});
     for (std::size_t h = 0; h < scene.horizons_s.size(); ++h) {
       error.push_back(with_interval(model.q_mse[h], model.interval_90[h]));
       ratio.push_back(with_interval(model.against_convention[h], model.against_convention_90[h]));
+      of_named.push_back(with_interval(model.against_named[h], model.against_named_90[h]));
     }
     error.push_back(percent(model.friction));
     error.push_back(Markdown::of("{}/{}", model.diverged, model.rollouts));
@@ -123,14 +133,17 @@ Markdown markdown(const ComparedScene& scene) {
   Cells& headroom = errors.emplace_back(Cells{Markdown::of("*headroom*")});
   append(headroom, scene.headroom, digits);
   headroom.resize(errors[0].size());
-  return Markdown::of("## {}: {} run{}\n\n{}\n{}\n{}", escaped(scene.scene), scene.runs,
-                      scene.runs == 1 ? Markdown() : Markdown::of("s"), markdown_table(errors),
-                      markdown_table(ratios), markdown_table(closed));
+  return Markdown::of(
+      "## {}: {} run{}\n\n{}\n{}\n{}{}", escaped(scene.scene), scene.runs,
+      scene.runs == 1 ? Markdown() : Markdown::of("s"), markdown_table(errors),
+      markdown_table(ratios),
+      scene.against.empty() ? Markdown() : Markdown::of("{}\n", markdown_table(to_named)),
+      markdown_table(closed));
 }
 
 }  // namespace
 
-Comparison compare_runs(std::span<const ComparedRun> runs) {
+Comparison compare_runs(std::span<const ComparedRun> runs, const std::string& against) {
   std::vector<std::string> order;
   std::map<std::string, std::vector<ComparedRun>> by_scene;
   for (const ComparedRun& run : runs) {
@@ -140,7 +153,10 @@ Comparison compare_runs(std::span<const ComparedRun> runs) {
   }
   Comparison comparison;
   for (const std::string& name : order)
-    comparison.scenes.push_back(compare_scene(name, by_scene.at(name)));
+    comparison.scenes.push_back(compare_scene(name, by_scene.at(name), against));
+  if (std::ranges::all_of(comparison.scenes,
+                          [&](const ComparedScene& scene) { return scene.against != against; }))
+    throw UserError("no model \"{}\"; allowed: one of the runs", against);
   return comparison;
 }
 
@@ -149,7 +165,8 @@ std::string to_markdown(const Comparison& comparison) {
       "# Runs compared\n\n"
       "Mean squared error of q [rad²]: geometric mean over the runs of a scene, each of them the "
       "geometric mean over its trajectories, start times and seeds, with a 90 % Student t interval "
-      "over the runs. Against convention: model over the best conventional model of the same run. "
+      "over the runs. Against convention, or against a model: over the best conventional model, or "
+      "that model, of the same run. "
       "Headroom closed: 0 as good as the best conventional model, 1 as good as the oracle.\n");
   for (const ComparedScene& scene : comparison.scenes)
     text += Markdown::of("\n{}", markdown(scene));

@@ -12,6 +12,8 @@ namespace {
 
 using estimate::Method;
 
+constexpr std::string_view kInjected = "injected";  // as model.law: the laws of [friction]
+
 void check_modifiers(const Scene& scene, const std::vector<std::string>& given,
                      const std::string& key, const std::string& shown) {
   std::vector<std::string_view> known;
@@ -44,6 +46,44 @@ void check_sum(const Scene& scene, const estimate::ModelOptions& model, const st
                       shown, l + 1, law.law, fmt::join(allowed, ", "));
     check_modifiers(scene, law.modifiers, at, fmt::format("{}.law[{}]", shown, l + 1));
   }
+}
+
+bool same_laws(const friction::JointSpec& a, const friction::JointSpec& b) {
+  const auto same_modifier = [](const friction::ModifierSpec& x, const friction::ModifierSpec& y) {
+    return x.name == y.name && x.order == y.order;
+  };
+  return std::ranges::equal(a.laws, b.laws,
+                            [&](const friction::LawSpec& x, const friction::LawSpec& y) {
+                              return x.law == y.law && x.elements == y.elements &&
+                                     std::ranges::equal(x.modifiers, y.modifiers, same_modifier);
+                            });
+}
+
+// The sum of the laws that the simulator injects: their form, none of their values.
+void take_injected_laws(const Scene& scene, estimate::ModelOptions& model, const std::string& key,
+                        const std::string& shown) {
+  const auto require = [&](bool holds) {
+    if (!holds)
+      throw UserError(
+          "{}: {}.law = \"{}\"; allowed: where [friction] has the same laws without networks in "
+          "every joint, ripples of one wave",
+          scene.origin.place(key + ".law"), shown, kInjected);
+  };
+  require(scene.simulates());
+  const std::vector<friction::JointSpec>& joints = scene.friction->model.joints();
+  for (const friction::JointSpec& joint : joints) require(same_laws(joint, joints.front()));
+  for (const friction::LawSpec& law : joints.front().laws) {
+    estimate::LawOptions& taken = model.laws.emplace_back();
+    require(!friction::is_learned(law.law));
+    taken.law = law.law;
+    if (law.elements > 0) taken.elements = law.elements;
+    for (const friction::ModifierSpec& modifier : law.modifiers) {
+      require(modifier.order == 1);
+      taken.modifiers.push_back(modifier.name);
+    }
+  }
+  require(!model.laws.empty());
+  model.law.clear();
 }
 
 // The law of a model and the method that suits it.
@@ -83,7 +123,7 @@ void complete_law(const Scene& scene, estimate::ModelOptions& model,
 }  // namespace
 
 void complete_models(Scene& scene) {
-  std::vector<std::string_view> laws{friction::kLvm};
+  std::vector<std::string_view> laws{friction::kLvm, kInjected};
   for (const friction::LawInfo& row : friction::law_table()) laws.push_back(row.name);
   for (const friction::LawInfo& row : friction::robot_law_table()) laws.push_back(row.name);
   for (std::size_t i = 0; i < scene.models.size(); ++i) {
@@ -96,6 +136,7 @@ void complete_models(Scene& scene) {
         throw UserError("{}: {}.name = \"{}\" is used twice", scene.origin.place(key + ".name"),
                         shown, model.name);
     if (model.label.empty()) model.label = model.name;
+    if (model.law == kInjected) take_injected_laws(scene, model, key, shown);
     if (!model.laws.empty()) {
       check_sum(scene, model, key, shown);
       model.method = model.method.value_or(Method::kJoint);

@@ -75,7 +75,7 @@ bool JointFits::has_room_for_windows() const {
 
 int JointFits::n() const { return prepared_.robot.n(); }
 
-Arm JointFits::start(const std::vector<friction::LvmParts>& parts) const {
+Arm JointFits::start(std::vector<friction::JointSpec> joints) const {
   Arm arm;
   arm.robot = prepared_.robot;
   arm.robot.pi = prepared_.rigid_body.pi;
@@ -85,29 +85,17 @@ Arm JointFits::start(const std::vector<friction::LvmParts>& parts) const {
     start.joints.push_back({std::max(prepared_.rigid_body.Fc[j], kLeastFriction * torque),
                             std::max(prepared_.rigid_body.Fv[j], 0.0)});
   }
-  return start_sum(arm, parts, start);
+  return start_sum(arm, std::move(joints), start);
 }
 
 Arm JointFits::start(const friction::JointSpec& spec) const {
-  Arm arm;
-  arm.robot = prepared_.robot;
-  arm.robot.pi = prepared_.rigid_body.pi;
-  const friction::RobotFriction one({spec});
-  arm.friction.model = friction::RobotFriction(
-      std::vector<friction::JointSpec>(static_cast<std::size_t>(n()), spec));
-  for (int j = 0; j < n(); ++j) {
-    const double torque = windows_.torque_scale[static_cast<std::size_t>(j)];
-    std::vector<double> theta =
-        friction::start_from(one, {std::max(prepared_.rigid_body.Fc[j], kLeastFriction * torque),
-                                   std::max(prepared_.rigid_body.Fv[j], 0.0)});
-    for (std::size_t p = 0; p < theta.size(); ++p) {
-      const friction::Role role = one.parameters()[p].info.role;
-      if (role == friction::Role::kTemperature) theta[p] = temperature_;
-      if (role == friction::Role::kAsymmetry || role == friction::Role::kAmplitude) theta[p] = 0;
-    }
-    arm.friction.theta.insert(arm.friction.theta.end(), theta.begin(), theta.end());
-  }
-  return arm;
+  return start(std::vector<friction::JointSpec>(static_cast<std::size_t>(n()), spec));
+}
+
+Arm JointFits::start(const std::vector<friction::LvmParts>& parts) const {
+  std::vector<friction::JointSpec> joints;
+  for (const friction::LvmParts& of_joint : parts) joints.push_back(friction::lvm_sum(of_joint));
+  return start(std::move(joints));
 }
 
 double JointFits::held_out_torque(const Arm& arm) const {

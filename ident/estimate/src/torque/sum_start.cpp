@@ -21,35 +21,69 @@ constexpr double kLoadShare = 0.02;      // of the friction that load is taken t
 constexpr double kPowerFlow = 0.002;     // mu at first
 constexpr double kBristleLength = 1e-3;  // [rad]
 
-double start_value(const friction::ParameterRef& p, const friction::LvmParts& parts,
-                   const friction::FrictionGuess& guess, double load, double temperature) {
-  const bool of_memory = p.law == 0;
+/// Of one joint: the laws that hold what several could, -1: none.
+struct Holders {
+  int coulomb = -1, viscous = -1;
+};
+
+std::vector<Holders> holders_of(const friction::RobotFriction& model) {
+  std::vector<Holders> of(static_cast<std::size_t>(model.joint_count()));
+  const auto first = [&](int& holder, const friction::ParameterRef& p, bool holds) {
+    if (holder < 0 && holds) holder = p.law;
+  };
+  for (const auto& [coulomb, viscous] :
+       {std::pair{Role::kStiffness, "coulomb_viscous"}, std::pair{Role::kCoulomb, ""}})
+    for (const friction::ParameterRef& p : model.parameters()) {
+      if (p.joint == friction::kWholeRobot) continue;
+      Holders& joint = of[static_cast<std::size_t>(p.joint)];
+      const auto& laws = model.joints()[static_cast<std::size_t>(p.joint)].laws;
+      const std::string& law = laws[static_cast<std::size_t>(p.law)].law;
+      first(joint.coulomb, p, p.info.role == coulomb);
+      first(joint.viscous, p,
+            p.info.role == Role::kViscous && p.owner == law && (!*viscous || law == viscous));
+    }
+  return of;
+}
+
+/// Number of parameters of a role in the law of `p`.
+int count_beside(const friction::RobotFriction& model, const friction::ParameterRef& p, Role role,
+                 bool in_law) {
+  return static_cast<int>(std::ranges::count_if(model.parameters(), [&](const auto& other) {
+    return other.joint == p.joint && (!in_law || other.law == p.law) && other.info.role == role;
+  }));
+}
+
+double start_value(const friction::RobotFriction& model, const friction::ParameterRef& p,
+                   const Holders& holders, const friction::FrictionGuess& guess, double load,
+                   double temperature) {
+  const auto in_law = [&](Role role) { return count_beside(model, p, role, true); };
   switch (p.info.role) {
     case Role::kCoulomb:
-      return of_memory ? guess.Fc : p.info.lower;
+      return p.law == holders.coulomb ? guess.Fc : p.info.lower;
     case Role::kStatic:
       return kStatic * guess.Fc;
+    case Role::kLevel:
+      return guess.Fc / in_law(Role::kLevel);
     case Role::kStribeckVelocity:
       return kStribeckSpeed;
     case Role::kAttraction:
       return kAttraction * guess.Fc;
     case Role::kViscous:
-      return p.owner == "coulomb_viscous" ? 0.5 * guess.Fv : 0;
+      if (p.law != holders.viscous) return 0;
+      return count_beside(model, p, Role::kPowerViscous, false) > 0 ? 0.5 * guess.Fv : guess.Fv;
     case Role::kPowerViscous:
-      return 0.5 * guess.Fv;
+      return holders.viscous < 0 ? guess.Fv : 0.5 * guess.Fv;
     case Role::kExponent:
       return 0.6;
     case Role::kDamping:
       return 0;
     case Role::kShare:
-      return 1.0 / parts.elements;
+      return 1.0 / in_law(Role::kShare);
     case Role::kStiffness: {
-      if (parts.memory == friction::Memory::kBristle) return guess.Fc / kBristleLength;
-      const double at = parts.elements == 1
-                            ? 0.5
-                            : static_cast<double>(p.info.element - 1) / (parts.elements - 1);
-      const double length = kShortest * std::pow(kLongest / kShortest, at);
-      return kStatic * guess.Fc / parts.elements / length;
+      const int springs = in_law(Role::kStiffness);
+      if (springs == 1) return guess.Fc / kBristleLength;
+      const double at = static_cast<double>(p.info.element - 1) / (springs - 1);
+      return kStatic * guess.Fc / springs / (kShortest * std::pow(kLongest / kShortest, at));
     }
     case Role::kSmoothingSpeed:
       return p.owner == "load_dependent" ? kLoadCorner : kCorner;
@@ -72,16 +106,16 @@ double start_value(const friction::ParameterRef& p, const friction::LvmParts& pa
 
 }  // namespace
 
-Arm start_sum(const Arm& arm, const std::vector<friction::LvmParts>& parts, const SumStart& start) {
-  std::vector<friction::JointSpec> joints;
-  for (const friction::LvmParts& of_joint : parts) joints.push_back(friction::lvm_sum(of_joint));
+Arm start_sum(const Arm& arm, std::vector<friction::JointSpec> joints, const SumStart& start) {
   Arm out = arm;
   out.friction.model = friction::RobotFriction(std::move(joints));
   out.friction.theta.clear();
+  const std::vector<Holders> holders = holders_of(out.friction.model);
   for (const friction::ParameterRef& p : out.friction.model.parameters()) {
     const auto j = static_cast<std::size_t>(p.joint);
     out.friction.theta.push_back(
-        std::clamp(start_value(p, parts[j], start.joints[j], start.load[j], start.temperature),
+        std::clamp(start_value(out.friction.model, p, holders[j], start.joints[j], start.load[j],
+                               start.temperature),
                    p.info.lower, p.info.upper));
   }
   return out;
@@ -89,27 +123,25 @@ Arm start_sum(const Arm& arm, const std::vector<friction::LvmParts>& parts, cons
 
 std::vector<Limit> sum_limits(const friction::Friction& friction) {
   const friction::RobotFriction& model = friction.model;
+  const std::vector<Holders> holders = holders_of(model);
   std::vector<Limit> limits;
   for (std::size_t i = 0; i < model.parameters().size(); ++i) {
     const friction::ParameterRef& p = model.parameters()[i];
     if (p.joint == friction::kWholeRobot) continue;
-    const auto& laws = model.joints()[static_cast<std::size_t>(p.joint)].laws;
-    const bool sum = laws.size() > 1;
-    const bool beside = sum && p.law > 0;
-    const bool linear_beside =
-        sum && std::ranges::count(laws, "coulomb_viscous", &friction::LawSpec::law) > 0;
+    const Holders& joint = holders[static_cast<std::size_t>(p.joint)];
     const double value = friction.theta[i];
     const bool held =
         p.info.role == Role::kSmoothingSpeed || p.info.role == Role::kLoadSmoothing ||
-        p.info.role == Role::kTemperature || (p.info.role == Role::kCoulomb && beside) ||
-        (p.info.role == Role::kViscous && linear_beside && p.owner != "coulomb_viscous") ||
-        (p.info.role == Role::kLoadGrowth && p.owner == "load_dependent" && beside);
+        p.info.role == Role::kTemperature ||
+        (p.info.role == Role::kCoulomb && p.law != joint.coulomb) ||
+        (p.info.role == Role::kViscous && p.law != joint.viscous) ||
+        (p.info.role == Role::kLoadGrowth && p.owner == "load_dependent" && p.law != joint.coulomb);
     if (held) limits.push_back({i, value, value});
     if (p.info.role == Role::kStribeckVelocity)
       limits.push_back({i, std::min(kSlowest, value), std::max(kFastest, value)});
     if (p.info.role == Role::kAttraction) {
       const double Fc = friction.theta[static_cast<std::size_t>(
-          friction::find_parameter(model, p.joint, Role::kCoulomb))];
+          friction::find_parameter(model, p.joint, p.owner, "Fc"))];
       limits.push_back({i, std::min(value, kSlowReturn * Fc), std::max(value, kFastReturn * Fc)});
     }
   }

@@ -25,6 +25,9 @@ struct ComparedModel {
   /// interval; differences between the runs cancel in the ratio.
   std::vector<double> against_convention;
   std::vector<Interval> against_convention_90;
+  /// The same ratio to the model that the caller names; NaN in a scene without it.
+  std::vector<double> against_named;
+  std::vector<Interval> against_named_90;
   /// See Headroom, of the geometric means over the runs.
   std::vector<double> headroom_closed;
 
@@ -51,6 +54,10 @@ struct ComparedModel {
             value("1", "per horizon, over the best conventional model of the same run"));
     archive.pairs("against_convention_90", against_convention_90,
                   value("1", "per horizon, Student t over the runs"));
+    archive("against_named", against_named,
+            value("1", "per horizon, over the model `against` of the same run"));
+    archive.pairs("against_named_90", against_named_90,
+                  value("1", "per horizon, Student t over the runs"));
     archive("headroom_closed", headroom_closed,
             value("1", "per horizon: 0 as good as the best conventional model, 1 as the oracle"));
   }
@@ -62,6 +69,7 @@ struct ComparedScene {
   int runs = 0;
   std::vector<double> horizons_s;
   std::vector<double> headroom;  ///< see Headroom, of the geometric means over the runs
+  std::string against;           ///< name of the model of `against_named`; empty: none
   std::vector<ComparedModel> models;
 
   template <class Archive>
@@ -70,6 +78,7 @@ struct ComparedScene {
     archive("runs", runs, number("", 1, 1e9, "number of runs"));
     archive("horizons_s", horizons_s, number("s", 0, 1e9, "lengths of the rollouts"));
     archive("headroom", headroom, not_negative("1", "per horizon, of the means over the runs"));
+    archive("against", against, text("model that the others are compared with; empty: none"));
     archive.sections("models", models, "every model that one of the runs has");
   }
 };
@@ -93,8 +102,10 @@ struct ComparedRun {
 };
 
 /// Groups runs by scene. A model counts in the runs that have it.
-/// @throws UserError when runs of one scene differ in their horizons
-Comparison compare_runs(std::span<const ComparedRun> runs);
+/// @param against  name of a model, to whose errors those of every model are put in a ratio in the
+///                 scenes that have it; empty: none
+/// @throws UserError when runs of one scene differ in their horizons, or none has that model
+Comparison compare_runs(std::span<const ComparedRun> runs, const std::string& against = {});
 
 std::string to_markdown(const Comparison& comparison);
 

@@ -23,8 +23,10 @@ class JointFits {
 
   JointFits(const Prepared& prepared, const MultiStepOptions& windows, int jobs);
 
-  /// The robot of least squares with the friction `spec` in every joint, at the start that the
-  /// linear friction suggests.
+  /// The robot of least squares with friction at the start that the linear friction suggests
+  /// (`start_sum`).
+  Arm start(std::vector<friction::JointSpec> joints) const;
+  /// The same with `spec` in every joint.
   Arm start(const friction::JointSpec& spec) const;
   /// The same with `lvm_sum(parts[j])` in joint j.
   Arm start(const std::vector<friction::LvmParts>& parts) const;

@@ -16,16 +16,18 @@ struct SumStart {
   double temperature = 0;                       ///< mean of the training data [K]
 };
 
-/// `arm` with the friction `lvm_sum(parts[j])` in joint j: the memory holds the Coulomb friction
-/// with hardly a Stribeck effect, a bank in equal shares on lengths from 0.15 to 8 mrad; half of
-/// the viscous torque is linear; modifiers and the load part are near zero.
-Arm start_sum(const Arm& arm, const std::vector<friction::LvmParts>& parts, const SumStart& start);
+/// `arm` with the friction `joints`. One law of a joint, the first with springs or else the first
+/// with Coulomb friction, holds the Coulomb friction with hardly a Stribeck effect, several springs
+/// in equal shares on lengths from 0.15 to 8 mrad, one on 1 mrad; one law, coulomb_viscous if it is
+/// there, holds the linear viscous friction, half of it where a power law has the other half. What
+/// other laws have of either, modifiers and load parts are near zero.
+Arm start_sum(const Arm& arm, std::vector<friction::JointSpec> joints, const SumStart& start);
 
 /// Parameters that a fit holds, or keeps inside narrower bounds: speeds and loads that smooth a
 /// corner and reference temperatures (constants of the host, not of the joint), Stribeck velocities
 /// (.02 to .5 rad/s), the attraction of a bank (5 to 300 Fc per second: the torque does not
-/// determine it beyond), and what a sum has twice (Coulomb friction beside the memory, linear
-/// viscous friction outside coulomb_viscous; the square of the load beside its growth).
+/// determine it beyond), and what a sum has twice (Coulomb and linear viscous friction outside the
+/// laws that hold them, see `start_sum`; the square of the load beside its growth).
 std::vector<Limit> sum_limits(const friction::Friction& friction);
 
 }  // namespace fricid::estimate

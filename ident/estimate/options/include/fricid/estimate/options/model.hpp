@@ -62,8 +62,9 @@ struct ModelOptions {
     archive.text_unless_tables(
         "law", law,
         text("friction law fitted to every joint, or law of the whole robot, or lvm: the sum that "
-             "contains the laws; empty: the name (simple: coulomb_viscous); or [[model.law]] "
-             "tables of law, elements and modifiers: their sum"));
+             "contains the laws, or injected: the sum of the laws of [friction], but none of their "
+             "values; empty: the name (simple: coulomb_viscous); or [[model.law]] tables of law, "
+             "elements and modifiers: their sum"));
     if constexpr (requires { archive.refuse_unknown(); }) take_defaults_of_law();  // where read
     archive(
         "method", method,
