@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "arm_data.hpp"
@@ -121,19 +122,24 @@ TEST(JointFits, WindowsBetterAnArmThatIsOff) {
   EXPECT_EQ(again.arm.robot.pi, after.arm.robot.pi);
 }
 
-TEST(FitModel, LvmTakesTheCandidateWithTheLeastHeldOutError) {
+// Held-out rollouts and torque choose one of all, which the fits to folds start from.
+TEST(FitModel, LvmTakesTheCandidateThatHeldOutDataChoose) {
   ModelOptions config;
   config.name = config.law = "lvm";
   config.method = Method::kJoint;
   config.train = logs().windows;
   const FitReport report = fit_model(logs().prepared, config, 1, 2);
   ASSERT_TRUE(report.has_result()) << report.message;
+  ASSERT_GE(report.candidates.size(), 7u);
+  const Candidate& taken = report.candidates[choose(report.candidates)];
+  EXPECT_TRUE(taken.taken);
+  EXPECT_EQ(std::ranges::count(report.candidates, true, &Candidate::taken), 1);
+  EXPECT_EQ(report.model.arm.friction.theta, taken.arm.friction.theta);
   const Split split = split_recordings(logs().prepared.recordings, config.train.hold_out);
-  const double taken =
-      held_out_error(report.model.arm, logs().prepared.recordings, split, config.train.judge, 2);
-  ASSERT_GE(report.candidates.size(), 6u);
-  for (const Candidate& candidate : report.candidates)
-    EXPECT_LE(taken, candidate.held_out * (1 + 1e-9)) << candidate.name;
+  EXPECT_EQ(taken.held_out,
+            held_out_error(taken.arm, logs().prepared.recordings, split, config.train.judge, 2));
+  ASSERT_EQ(report.without.size(), 2u);
+  EXPECT_NE(report.without[0].arm.friction.theta, report.without[1].arm.friction.theta);
 }
 
 }  // namespace

@@ -158,7 +158,7 @@ TEST(OpenLoopBands, CoverDataWithATorqueErrorFoundInOtherData) {
     const auto training = disturbed_wheels(model.arm, truth, 60, 400, 100);
     const auto held_out = disturbed_wheels(model.arm, truth, 60, 400, 500);
     const TorqueError found =
-        fit_torque_error(model, model.arm.robot, training, wheel_options(39), 2);
+        fit_torque_error(model, model.arm.robot, training, {}, wheel_options(39), 2);
     EXPECT_EQ(found.time, time);
     EXPECT_NEAR(found.sd[0] / 0.02, 1, 0.2);
     const evaluate::Member member{&model, found};
@@ -194,7 +194,7 @@ TEST(OpenLoopBands, DependOnNoThreadsAndDifferBetweenRecordings) {
 TEST(FitTorqueError, DependsOnNoThreads) {
   const evaluate::Contest contest = small_contest(150);
   const auto found = [&](int jobs) {
-    return fit_torque_error(contest.models.back(), contest.robot, contest.trajectories,
+    return fit_torque_error(contest.models.back(), contest.robot, contest.trajectories, {},
                             wheel_options(19), jobs);
   };
   const TorqueError once = found(1), again = found(3);

@@ -222,9 +222,9 @@ TEST_F(BadScene, Models) {
       "not beginning with - or .");
   EXPECT_THAT(
       with("[[model]]\nname = \"lugree\"\n"),
-      testing::StartsWith("scene.toml:13: model[1].name = \"lugree\"; allowed: lvm, none, "));
+      testing::StartsWith("scene.toml:13: model[1].name = \"lugree\"; allowed: lvm, injected, none, "));
   EXPECT_THAT(with("[[model]]\nname = \"a\"\nlaw = \"b\"\n"),
-              testing::StartsWith("scene.toml:14: model[1].law = \"b\"; allowed: lvm, none, "));
+              testing::StartsWith("scene.toml:14: model[1].law = \"b\"; allowed: lvm, injected, none, "));
 }
 
 TEST_F(BadScene, Torques) {

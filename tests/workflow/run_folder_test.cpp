@@ -130,5 +130,21 @@ TEST_F(RunFolderTest, RecordingsAreLoadedInTheirOrder) {
             1u);
 }
 
+TEST(FirstSeconds, CutTheRecordingInWhichTheyEnd) {
+  data::Dataset set;
+  set.rate_hz = 100;
+  set.t = Eigen::VectorXd::LinSpaced(100, 0, 0.99);
+  set.q = set.tau = data::RowMatrix::Constant(100, 1, 0.5);
+  const std::vector<data::Dataset> all(3, set);
+  EXPECT_EQ(first_seconds(all, 0).size(), 3u);
+  const auto some = first_seconds(all, 1.5);
+  ASSERT_EQ(some.size(), 2u);
+  EXPECT_EQ(some[0].length(), 100);
+  EXPECT_EQ(some[1].length(), 50);
+  EXPECT_EQ(some[1].q.rows(), 50);
+  EXPECT_EQ(first_seconds(all, 1).size(), 1u);
+  EXPECT_EQ(first_seconds(all, 10).size(), 3u);
+}
+
 }  // namespace
 }  // namespace fricid::workflow

@@ -111,7 +111,8 @@ std::vector<evaluate::Rollout> simulator_rollouts(const Task& task, const HeldOu
 std::vector<evaluate::Trajectory> load_training(const Task& task, const RunFolder& folder) {
   std::vector<evaluate::Trajectory> training;
   for (data::Dataset& dataset :
-       load_recordings(folder, RunFolder::training, task.problem.scene.joints)) {
+       first_seconds(load_recordings(folder, RunFolder::training, task.problem.scene.joints),
+                     task.problem.scene.identify.first_s)) {
     evaluate::Trajectory& recording = training.emplace_back();
     recording.data = std::move(dataset);
     signals::Motion motion =
@@ -120,6 +121,33 @@ std::vector<evaluate::Trajectory> load_training(const Task& task, const RunFolde
     recording.v = std::move(motion.v);
   }
   return training;
+}
+
+/// Parts of the training recordings, each with an arm that was not fitted to it.
+std::vector<evaluate::LeftOut> left_out_of(const RunFolder& folder, const FitId& id,
+                                           const data::ModelFile& model,
+                                           std::span<const evaluate::Trajectory> training) {
+  std::vector<evaluate::LeftOut> parts;
+  const std::string place = folder.fit(id).string();
+  for (const data::FittedWithout& fit : data::load<data::FitFile>(folder.fit(id)).without) {
+    const auto of = std::ranges::find(training, fit.recording,
+                                      [](const auto& recording) { return recording.data.name; });
+    const std::size_t parameters = model.arm.friction.theta.size();
+    if (of == training.end() || fit.begin >= fit.end || fit.end > of->data.length() ||
+        fit.pi.size() != model.arm.robot.pi.size() ||
+        fit.theta.size() != static_cast<Eigen::Index>(parameters))
+      throw UserError(
+          "{}: found a fit without samples {} to {} of {} with {} + {} parameters, "
+          "expected a part of a training recording and {} + {}",
+          place, fit.begin, fit.end, fit.recording, fit.pi.size(), fit.theta.size(),
+          model.arm.robot.pi.size(), parameters);
+    evaluate::LeftOut& part = parts.emplace_back();
+    part.recording = evaluate::part_of(*of, fit.begin, fit.end);
+    part.arm = model.arm;
+    part.arm.robot.pi = fit.pi;
+    part.arm.friction.theta.assign(fit.theta.begin(), fit.theta.end());
+  }
+  return parts;
 }
 
 data::ModelFile oracle_model(const scene::Problem& problem) {
@@ -225,6 +253,8 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   for (const FitRequest& fit : task.fits) {
     contest.models.push_back(load_fitted(visible, fit.id()));
     contest.faults.push_back(faults_of(visible, fit.id()));
+    contest.left_out.push_back(
+        left_out_of(visible, fit.id(), contest.models.back(), contest.training));
     if (!is_conventional(fit, contest.models.back()))
       contest.unconventional.push_back(fit.model.name);
   }
@@ -234,6 +264,7 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   if (!held_out.truths.empty()) {
     contest.models.insert(contest.models.begin(), oracle_model(task.problem));
     contest.faults.insert(contest.faults.begin(), std::vector<std::string>());
+    contest.left_out.emplace(contest.left_out.begin());
     contest.simulator_oracle = simulator_rollouts(task, held_out, starts, 1.0);
     contest.simulator_halved = simulator_rollouts(task, held_out, starts, 0.5);
   }

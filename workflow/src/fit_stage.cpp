@@ -34,9 +34,11 @@ Stage make_stage(const Job& job, const FitRequest& request, const Shared& shared
   stage.work = [=, part = part_of(problem, kFitted), out = job.run.folder(), jobs = job.jobs,
                 say = job.say](const RunFolder& visible) {
     if (!*shared)
-      *shared =
-          estimate::prepare(part.robot, part.scene.identify,
-                            load_recordings(visible, RunFolder::training, part.scene.joints), jobs);
+      *shared = estimate::prepare(
+          part.robot, part.scene.identify,
+          first_seconds(load_recordings(visible, RunFolder::training, part.scene.joints),
+                        part.scene.identify.first_s),
+          jobs);
     const FitId id = request.id();
     const estimate::FitReport report =
         estimate::fit_model(**shared, part.scene.models.front(), request.seed, jobs,

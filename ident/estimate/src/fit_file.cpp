@@ -1,6 +1,7 @@
 #include "fricid/estimate/fit.hpp"
 
-#include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 
@@ -117,19 +118,23 @@ data::FitFile fit_file(const FitReport& report) {
                      .multi_step = {},
                      .em = {},
                      .candidates = {},
-                     .parts = {}};
+                     .parts = {},
+                     .without = {}};
   for (const Fault& fault : report.faults)
     file.faults.push_back({fault.joint, fault.found, fault.remedy});
   for (std::size_t j = 0; j < report.joints.size(); ++j) file.joints.push_back(joint_of(report, j));
   if (report.torque) file.torque = training_of(*report.torque);
   if (report.multi_step) file.multi_step = training_of(*report.multi_step);
   if (report.em) file.em = em_of(*report.em);
-  const auto best = std::ranges::min_element(report.candidates, {}, &Candidate::held_out);
-  for (auto c = report.candidates.begin(); c != report.candidates.end(); ++c)
-    file.candidates.push_back({c->name, c->held_out, c->torque, c->parameters, c == best});
+  for (const Candidate& c : report.candidates)
+    file.candidates.push_back({c.name, c.held_out, c.torque, c.parameters, c.taken});
   for (const PartEvidence& p : report.parts)
     file.parts.push_back({report.model.arm.robot.joints[static_cast<std::size_t>(p.joint)].name,
                           p.part, p.gain, p.error, p.on});
+  for (const FitWithout& fit : report.without)
+    file.without.push_back(
+        {fit.recording, fit.left_out.begin, fit.left_out.end, fit.arm.robot.pi,
+         Eigen::VectorXd::Map(fit.arm.friction.theta.data(), std::ssize(fit.arm.friction.theta))});
   return file;
 }
 

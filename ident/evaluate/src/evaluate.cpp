@@ -195,10 +195,14 @@ void add_bands(const Contest& contest, const EvaluateOptions& options, int jobs,
   if (contest.training.empty() || options.draws == 0) return;
   for (Summary& summary : report.summary) {
     std::vector<Member> members;
-    for (const data::ModelFile& model : contest.models)
-      if (!model.is_oracle && model.name == summary.name)
-        members.push_back(
-            {&model, fit_torque_error(model, contest.robot, contest.training, options, jobs)});
+    for (std::size_t m = 0; m < contest.models.size(); ++m) {
+      const data::ModelFile& model = contest.models[m];
+      if (model.is_oracle || model.name != summary.name) continue;
+      const std::span<const LeftOut> left_out =
+          m < contest.left_out.size() ? contest.left_out[m] : std::span<const LeftOut>();
+      members.push_back({&model, fit_torque_error(model, contest.robot, contest.training, left_out,
+                                                  options, jobs)});
+    }
     if (members.empty()) continue;
     for (ModelResult& result : report.models)
       for (const Member& member : members)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
@@ -33,6 +34,9 @@ std::vector<double> torque_rms(std::span<const Trajectory> recordings) {
   return rms;
 }
 
+/// Values of several rollouts each, [joint][horizon, as in Table].
+using Samples = std::vector<std::vector<std::vector<double>>>;
+
 /// Values per joint, [joint][horizons from the first sample, then those of later starts]. NaN where
 /// there is no such rollout.
 using Table = std::vector<std::vector<double>>;
@@ -56,37 +60,42 @@ double sum_of_squares(const Table& table) {
   return sum;
 }
 
-/// Open loops of one model on its recordings, with and without a torque error.
+/// Open loops of one arm on recordings, with and without a torque error.
 class OpenLoops {
  public:
-  OpenLoops(const data::ModelFile& model, const dynamics::RobotModel& known,
-            std::span<const Trajectory> recordings, const EvaluateOptions& options, int jobs)
-      : model_(model),
+  /// @param first_stream  of the starts
+  OpenLoops(data::ModelFile model, const dynamics::RobotModel& known,
+            std::span<const Trajectory> recordings, const EvaluateOptions& options,
+            std::size_t first_stream, int jobs)
+      : model_(std::move(model)),
         recordings_(recordings),
         options_(options),
+        first_stream_(first_stream),
         jobs_(jobs),
         plan_(make_plan(recordings, options)) {
     for (std::size_t i = 0; i < recordings.size(); ++i)
-      driven_.push_back(drive(model, known, recordings[i], plan_.by_trajectory[i]));
+      driven_.push_back(drive(model_, known, recordings[i], plan_.by_trajectory[i]));
     undisturbed_ = roll_out({}, 0);
   }
 
+  std::size_t starts() const { return plan_.starts.size(); }
+
   /// m [rad^2].
-  Table errors() const {
-    return mean_squares([&](std::size_t i, int steps) {
+  Samples errors() const {
+    return squares_of([&](std::size_t i, int steps) {
       return horizon_error(undisturbed_[i], recording_of(i), steps).q_mse_joint;
     });
   }
 
   /// S [rad^2].
-  Table spread(const TorqueError& error) const {
+  Samples spread(const TorqueError& error) const {
     std::vector<RowMatrix> disturbance;
     for (std::size_t i = 0; i < plan_.starts.size(); ++i)
       disturbance.push_back(draw_torque_error(
           error, recording_of(i).data.dt(), plan_.starts[i].steps + 1,
-          static_cast<std::uint64_t>(model_.seed), stream_of(Purpose::kFit, i, 0)));
+          static_cast<std::uint64_t>(model_.seed), stream_of(Purpose::kFit, first_stream_ + i, 0)));
     const std::vector<Rollout> disturbed = roll_out(disturbance, error.slow_gain);
-    return mean_squares([&](std::size_t i, int steps) {
+    return squares_of([&](std::size_t i, int steps) {
       std::vector<double> squares(static_cast<std::size_t>(model_.arm.robot.n()));
       for (Eigen::Index k = 0; k <= steps; ++k)
         for (std::size_t j = 0; j < squares.size(); ++j) {
@@ -117,33 +126,52 @@ class OpenLoops {
     return rollouts;
   }
 
-  /// Mean over the starts that reach a horizon of squares(start, steps) (n).
+  /// Of the starts that reach a horizon, squares(start, steps) (n).
   template <class Squares>
-  Table mean_squares(const Squares& squares) const {
-    Table table(static_cast<std::size_t>(model_.arm.robot.n()));
+  Samples squares_of(const Squares& squares) const {
+    Samples table(static_cast<std::size_t>(model_.arm.robot.n()));
     for (const bool from_first : {true, false})
       for (const double h : options_.horizons_s) {
-        Table of_joint(table.size());
+        for (auto& of_joint : table) of_joint.emplace_back();
         for (std::size_t i = 0; i < plan_.starts.size(); ++i) {
           const data::Dataset& data = recording_of(i).data;
           const int steps = horizon_steps(h, data.dt(), data.length());
           if ((plan_.starts[i].begin == 0) != from_first || steps > plan_.starts[i].steps) continue;
           const std::vector<double> of_start = squares(i, steps);
-          for (std::size_t j = 0; j < table.size(); ++j) of_joint[j].push_back(of_start[j]);
+          for (std::size_t j = 0; j < table.size(); ++j) table[j].back().push_back(of_start[j]);
         }
-        for (std::size_t j = 0; j < table.size(); ++j) table[j].push_back(mean(of_joint[j]));
       }
     return table;
   }
 
-  const data::ModelFile& model_;
+  data::ModelFile model_;
   std::span<const Trajectory> recordings_;
   const EvaluateOptions& options_;
+  std::size_t first_stream_;
   int jobs_;
   Plan plan_;
   std::vector<Driven> driven_;
   std::vector<Rollout> undisturbed_;
 };
+
+/// Means over the rollouts of all `loops`.
+template <class Part>
+Table means(std::span<const OpenLoops> loops, const Part& part) {
+  Samples all;
+  for (const OpenLoops& one : loops) {
+    const Samples own = part(one);
+    all.resize(own.size());
+    for (std::size_t j = 0; j < own.size(); ++j) {
+      all[j].resize(own[j].size());
+      for (std::size_t h = 0; h < own[j].size(); ++h)
+        all[j][h].insert(all[j][h].end(), own[j][h].begin(), own[j][h].end());
+    }
+  }
+  Table table(all.size());
+  for (std::size_t j = 0; j < all.size(); ++j)
+    for (const std::vector<double>& values : all[j]) table[j].push_back(mean(values));
+  return table;
+}
 
 }  // namespace
 
@@ -158,12 +186,25 @@ RowMatrix draw_torque_error(const TorqueError& error, double dt, int rows, std::
 }
 
 TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::RobotModel& known,
-                             std::span<const Trajectory> training, const EvaluateOptions& options,
+                             std::span<const Trajectory> training,
+                             std::span<const LeftOut> left_out, const EvaluateOptions& options,
                              int jobs) {
-  const OpenLoops loops(model, known, training, options, jobs);
+  std::vector<OpenLoops> loops;
+  if (left_out.empty()) loops.emplace_back(model, known, training, options, 0, jobs);
+  std::size_t starts = 0;
+  for (const LeftOut& part : left_out) {
+    data::ModelFile other = model;
+    other.arm = part.arm;
+    loops.emplace_back(std::move(other), known, std::span(&part.recording, 1), options, starts,
+                       jobs);
+    starts += loops.back().starts();
+  }
   const double dt = training.front().data.dt();
   const std::vector<double> rms = torque_rms(training);
-  const Table wanted = loops.errors();
+  const Table wanted = means(loops, [](const OpenLoops& one) { return one.errors(); });
+  const auto spread = [&](const TorqueError& of) {
+    return means(loops, [&](const OpenLoops& one) { return one.spread(of); });
+  };
   TorqueError error{0, rms, kSlowGain}, best;
   for (double& sd : error.sd) sd *= kFirstShare;
   double least = std::numeric_limits<double>::infinity();
@@ -174,7 +215,7 @@ TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::Robot
     error.time = time;
     Table left;
     for (int i = 0;; ++i) {
-      left = log_ratio(wanted, loops.spread(error));
+      left = log_ratio(wanted, spread(error));
       if (i == (time == kTimes[0] ? kFirst : kFurther)) break;
       for (std::size_t j = 0; j < rms.size(); ++j) {
         const double step = mean(left[j]);

@@ -5,6 +5,22 @@
 
 namespace fricid::evaluate {
 
+Trajectory part_of(const Trajectory& whole, int begin, int end) {
+  const auto rows = [&](const RowMatrix& x) -> RowMatrix {
+    return x.rows() == 0 ? x : RowMatrix(x.middleRows(begin, end - begin));
+  };
+  Trajectory part;
+  part.data = whole.data;
+  part.data.t = whole.data.t.segment(begin, end - begin);
+  for (RowMatrix data::Dataset::*signal :
+       {&data::Dataset::q, &data::Dataset::tau, &data::Dataset::v, &data::Dataset::temperature})
+    part.data.*signal = rows(whole.data.*signal);
+  part.q = rows(whole.q);
+  part.v = rows(whole.v);
+  part.a = rows(whole.a);
+  return part;
+}
+
 RowMatrix held_torque(const data::Dataset& dataset) {
   RowMatrix tau = dataset.tau;
   for (Eigen::Index j = 0; j < tau.cols(); ++j) {

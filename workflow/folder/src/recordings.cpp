@@ -1,6 +1,7 @@
 #include "fricid/workflow/recordings.hpp"
 
 #include "fricid/base/error.hpp"
+#include "fricid/data/log_part.hpp"
 
 namespace fricid::workflow {
 
@@ -19,6 +20,18 @@ std::vector<data::Dataset> load_recordings(const RunFolder& folder, std::string 
                       fmt::join(set.joint_names, ", "), fmt::join(joints, ", "));
   }
   return sets;
+}
+
+std::vector<data::Dataset> first_seconds(std::vector<data::Dataset> recordings, double seconds) {
+  if (seconds == 0) return recordings;
+  std::vector<data::Dataset> first;
+  for (data::Dataset& recording : recordings) {
+    const double length = recording.length() * recording.dt();
+    if (seconds < 2 * recording.dt() && !first.empty()) break;
+    first.push_back(data::cut(recording, {"", 0, seconds}, recording.name));
+    seconds -= length;
+  }
+  return first;
 }
 
 }  // namespace fricid::workflow

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -17,13 +18,11 @@ namespace {
 
 // Conventional laws that the sum has to beat.
 constexpr std::pair<const char*, int> kRivals[] = {
-    {"coulomb_viscous", 0}, {"dahl", 0}, {"lugre", 0}, {"gms", 4}};
+    {"coulomb_viscous", 0}, {"stribeck", 0}, {"dahl", 0}, {"lugre", 0}, {"gms", 4}};
 constexpr double kPartsGain = 1e-3;  // smallest gain of a step where fits are only compared
 constexpr double kRoughGain = 1e-2;  // .. where a law may be lost anyway:
 constexpr double kLost = 10;         // times the held-out torque error of the sum
-constexpr double kNear = 3;  // times the best held-out error: windows may turn the order round
-
-bool better(const Candidate& a, const Candidate& b) { return a.held_out < b.held_out; }
+constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
 
 void set(friction::LvmParts& parts, const PartEvidence& evidence) {
   if (evidence.part == "load") parts.load = evidence.on;
@@ -67,9 +66,19 @@ Candidate fit_sum(const JointFits& fits, std::vector<PartEvidence>& evidence) {
   return fits.judged("sum", chosen, seconds_since(begin));
 }
 
-/// Candidates for the model that contains the laws, fitted to the torque.
-std::vector<Candidate> of_sum(const JointFits& fits, std::vector<PartEvidence>& evidence,
-                              Progress& progress) {
+/// The arm of the method conventional, if it has a result.
+std::optional<Arm> conventional(const Prepared& prepared, const char* law, int seed, int jobs) {
+  ModelOptions config;
+  config.name = config.law = law;
+  const FitReport report = fit_conventional(prepared, config, seed, jobs);
+  if (!report.has_result()) return std::nullopt;
+  return report.model.arm;
+}
+
+/// Candidates for the model that contains the laws: the sum, and conventional laws, fitted like it
+/// and, where that comes near, by the method conventional too.
+std::vector<Candidate> of_sum(const Prepared& prepared, const JointFits& fits, int seed,
+                              std::vector<PartEvidence>& evidence, Progress& progress) {
   std::vector<Candidate> found;
   const auto add = [&](Candidate candidate) {
     progress.advance(1, fmt::format("{} {:.2e} rad2", candidate.name, candidate.held_out));
@@ -83,6 +92,14 @@ std::vector<Candidate> of_sum(const JointFits& fits, std::vector<PartEvidence>& 
     if (fits.held_out_torque(arm) < kLost * found[0].torque)
       arm = fits.on_torque(arm, JointFits::Rows::kAll, false).arm;
     add(fits.judged(law, arm, seconds_since(begin)));
+  }
+  const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
+  for (std::size_t i = 0; i < std::size(kRivals); ++i) {
+    if (found[i + 1].held_out > near) continue;
+    const auto begin = std::chrono::steady_clock::now();
+    const char* law = kRivals[i].first;
+    if (const std::optional<Arm> arm = conventional(prepared, law, seed, fits.jobs()))
+      add(fits.judged(fmt::format("{}, conventional", law), *arm, seconds_since(begin)));
   }
   return found;
 }
@@ -103,26 +120,25 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   MultiStepOptions windows = config.train;
   windows.seed = static_cast<std::uint64_t>(seed);
   const JointFits fits(prepared, windows, jobs);
-  std::vector<Candidate>& found = report.candidates;
   const bool sum = config.laws.empty() && config.law == friction::kLvm;
   Progress progress(fmt::format("fit {}", report.model.label),
-                    sum ? 2 + static_cast<int>(std::size(kRivals)) : 1);
+                    sum ? 2 + 2 * static_cast<int>(std::size(kRivals)) : 1);
+  std::vector<Candidate>& found = report.candidates;
   if (sum) {
-    found = of_sum(fits, report.parts, progress);
+    found = of_sum(prepared, fits, seed, report.parts, progress);
   } else {
     const ArmTorqueFit fit =
         fits.on_torque(fits.start(joint_spec_of(config)), JointFits::Rows::kAll);
     found.push_back(fits.judged("torque", fit.arm, fit.seconds));
     progress.advance(1);
   }
-  std::stable_sort(found.begin(), found.end(), better);
-  const std::size_t fitted = found.size();
   if (fits.has_room_for_windows()) {
-    for (std::size_t i = 0; i < fitted && found[i].held_out < kNear * found[0].held_out; ++i)
-      found.push_back(fits.on_windows(found[i], report.model.label));
+    const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
+    for (std::size_t i = 0, fitted = found.size(); i < fitted; ++i)
+      if (found[i].held_out <= near) found.push_back(fits.on_windows(found[i], report.model.label));
   }
-
-  const auto best = std::ranges::min_element(found, better);
+  const auto best = found.begin() + static_cast<std::ptrdiff_t>(choose(found));
+  best->taken = true;
   report.model.arm = best->arm;
   report.model.budget = fmt::format("{} candidates", found.size());
   report.model.free_parameters =
@@ -132,6 +148,11 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   report.message = fmt::format("{} of {} candidates, held-out error {:.2e} rad2", best->name,
                                found.size(), best->held_out);
   if (!finite) return report;
+  const std::vector<Arm> folds = fits.cross_fit(best->arm);
+  for (std::size_t f = 0; f < folds.size(); ++f)
+    for (std::size_t i = 0; i < prepared.recordings.size(); ++i)
+      if (const auto stretch = fits.folds()[f].left_out_of(static_cast<int>(i)))
+        report.without.push_back({prepared.recordings[i].log.name, *stretch, folds[f]});
   report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   score_torque(prepared, prepared.options.cutoff_hz, jobs, report);
   report.faults = faults_of(prepared, report);

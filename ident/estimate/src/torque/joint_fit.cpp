@@ -55,8 +55,8 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
       all_(prepared.robot, prepared.recordings, prepared.options.cutoff_hz),
       training_(prepared.robot, prepared.recordings, prepared.options.cutoff_hz, {},
                 split_.train_end),
-      held_out_(prepared.robot, prepared.recordings, prepared.options.cutoff_hz,
-                split_.test_begin) {
+      held_out_(prepared.robot, prepared.recordings, prepared.options.cutoff_hz, split_.test_begin),
+      folds_(folds_of(prepared.recordings)) {
   windows_.torque_scale = torque_rms(prepared.recordings);
   double sum = 0, square = 0, count = 0;
   for (const signals::Recording& r : prepared.recordings) {
@@ -109,8 +109,13 @@ double JointFits::held_out_torque(const Arm& arm) const {
 }
 
 Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) const {
-  Candidate out{.name = std::move(name), .arm = arm, .seconds = seconds};
-  out.held_out = held_out_error(arm, prepared_.recordings, split_, windows_.judge, jobs_);
+  Candidate out;
+  out.name = std::move(name);
+  out.arm = arm;
+  out.seconds = seconds;
+  out.rollouts = rollout_errors(arm, prepared_.recordings,
+                                held_out_part(prepared_.recordings, split_), windows_.judge, jobs_);
+  out.held_out = std::exp(out.rollouts.mean());
   out.torque = held_out_torque(arm);
   out.parameters = friction::free_parameter_count(arm.friction.model) -
                    static_cast<int>(sum_limits(arm.friction).size());
@@ -133,6 +138,18 @@ ArmTorqueFit JointFits::on_torque(const Arm& start, Rows rows, bool find_ripples
   options.find_ripples = find_ripples;
   options.smallest_gain = smallest_gain;
   return fit_arm_torque(rows == Rows::kAll ? all_ : training_, start, options, jobs_);
+}
+
+std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
+  ArmTorqueOptions options = torque_options(fitted);
+  options.find_ripples = false;
+  std::vector<Arm> arms;
+  for (const Fold& fold : folds_) {
+    const std::vector<signals::Recording> rest = without(fold, prepared_.recordings);
+    const ArmTorqueData data(prepared_.robot, rest, prepared_.options.cutoff_hz);
+    arms.push_back(fit_arm_torque(data, fitted, options, jobs_).arm);
+  }
+  return arms;
 }
 
 PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,

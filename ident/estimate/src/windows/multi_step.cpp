@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -271,27 +272,46 @@ Split split_recordings(std::span<const signals::Recording> recordings, double ho
   return split;
 }
 
-double held_out_error(const Arm& arm, std::span<const signals::Recording> recordings,
-                      const Split& split, StepOptions step, int jobs) {
+double RolloutErrors::mean() const {
+  const auto mean_of = [](const std::vector<double>& x) {
+    return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+  };
+  return seconds.empty() ? mean_of(whole) : 0.5 * (mean_of(seconds) + mean_of(whole));
+}
+
+RolloutErrors rollout_errors(const Arm& arm, std::span<const signals::Recording> recordings,
+                             std::span<const Stretch> stretches, StepOptions step, int jobs) {
   const auto z = wash_out(arm, recordings, jobs);
   const int second = static_cast<int>(std::lround(kShortRollout / recordings.front().dt));
   int shortest = recordings.front().length();
   std::vector<Window> tiles, whole;
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    const int end = recordings[i].length() - 1;
-    shortest = std::min(shortest, end - split.test_begin[i]);
-    whole.push_back({static_cast<int>(i), split.test_begin[i]});
-    for (int at = split.test_begin[i]; at + second <= end; at += second)
-      tiles.push_back({static_cast<int>(i), at});
+  for (const Stretch& part : stretches) {
+    const int last = part.end - 1;
+    shortest = std::min(shortest, last - part.begin);
+    whole.push_back({part.recording, part.begin});
+    for (int at = part.begin; at + second <= last; at += second)
+      tiles.push_back({part.recording, at});
   }
-  const auto mean_log = [&](std::span<const Window> windows, int steps) {
-    double sum = 0;
-    for (const double square : mean_squares(arm, recordings, z, windows, steps, step, jobs))
-      sum += std::log(std::clamp(square, 1e-300, kFallenSquare));
-    return sum / static_cast<double>(windows.size());
+  const auto logs = [&](std::span<const Window> windows, int steps) {
+    std::vector<double> out = mean_squares(arm, recordings, z, windows, steps, step, jobs);
+    for (double& square : out) square = std::log(std::clamp(square, 1e-300, kFallenSquare));
+    return out;
   };
-  if (tiles.empty()) return std::exp(mean_log(whole, shortest));
-  return std::exp(0.5 * (mean_log(tiles, second) + mean_log(whole, shortest)));
+  return {tiles.empty() ? std::vector<double>() : logs(tiles, second), logs(whole, shortest)};
+}
+
+std::vector<Stretch> held_out_part(std::span<const signals::Recording> recordings,
+                                   const Split& split) {
+  std::vector<Stretch> stretches;
+  for (std::size_t i = 0; i < recordings.size(); ++i)
+    stretches.push_back({static_cast<int>(i), split.test_begin[i], recordings[i].length()});
+  return stretches;
+}
+
+double held_out_error(const Arm& arm, std::span<const signals::Recording> recordings,
+                      const Split& split, StepOptions step, int jobs) {
+  return std::exp(
+      rollout_errors(arm, recordings, held_out_part(recordings, split), step, jobs).mean());
 }
 
 MultiStepReport train_multi_step(const Arm& start, std::span<const signals::Recording> recordings,

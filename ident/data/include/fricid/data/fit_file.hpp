@@ -223,7 +223,7 @@ struct FittedFault {
   }
 };
 
-/// One of several fits of which held-out rollouts choose.
+/// One of several fits of which held-out data chose.
 struct FittedCandidate {
   std::string name;
   double held_out = 0, torque = 0;
@@ -261,6 +261,23 @@ struct FittedPart {
   }
 };
 
+/// The same laws fitted without samples [begin, end) of a recording, and others of its fold.
+struct FittedWithout {
+  std::string recording;
+  int begin = 0, end = 0;
+  Eigen::VectorXd pi, theta;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    const auto value = number("", -1e300, 1e300, "of the model, in its order");
+    archive("recording", recording, text("name of the training recording"));
+    archive("begin", begin, number("", 0, 1e9, "first sample left out"));
+    archive("end", end, number("", 0, 1e9, "sample behind the last one left out"));
+    archive("rigid_body", pi, value);
+    archive("friction", theta, value);
+  }
+};
+
 /// The whole file.
 struct FitFile {
   static constexpr std::string_view kFormat = "fricid.fit/2";
@@ -281,6 +298,7 @@ struct FitFile {
   std::optional<FittedEm> em;                ///< of method em
   std::vector<FittedCandidate> candidates;   ///< of method joint
   std::vector<FittedPart> parts;             ///< of model lvm
+  std::vector<FittedWithout> without;        ///< of method joint
 
   /// @throws UserError naming `place` when lists do not agree in length
   void check(const std::string& place) const;
@@ -305,9 +323,10 @@ struct FitFile {
     archive.section("torque", torque, "training on the torque residual of the rigid body");
     archive.section("multi_step", multi_step, "training on open-loop windows");
     archive.section("em", em, "expectation-maximisation");
-    archive.sections("candidates", candidates,
-                     "of method joint: fits of which held-out rollouts chose one");
+    archive.sections("candidates", candidates, "of method joint: fits of which one was chosen");
     archive.sections("parts", parts, "of model lvm: effect of its parts on the held-out torque");
+    archive.sections("without", without,
+                     "of method joint: fits that left recordings out in turn, for its bands");
   }
 };
 

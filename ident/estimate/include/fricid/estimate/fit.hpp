@@ -63,6 +63,13 @@ struct Coupling {
 std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordings,
                                      const FrictionTorques& target);
 
+/// The laws of a model fitted without a stretch of a recording.
+struct FitWithout {
+  std::string recording;  ///< name
+  Stretch left_out;
+  Arm arm;
+};
+
 /// How one model was fitted. `model` is usable whenever `usable()`, and best so far otherwise.
 struct FitReport {
   Outcome outcome = Outcome::kFailed;
@@ -82,6 +89,7 @@ struct FitReport {
   std::optional<EmReport> em;                 ///< of method em
   std::vector<Candidate> candidates;          ///< of method joint; the best was taken
   std::vector<PartEvidence> parts;            ///< of model lvm
+  std::vector<FitWithout> without;            ///< of method joint
 
   bool has_result() const {
     return outcome == Outcome::kConverged || outcome == Outcome::kIterationLimit;

@@ -10,6 +10,7 @@
 #include "fricid/evaluate/evaluation.hpp"
 #include "fricid/evaluate/external.hpp"
 #include "fricid/evaluate/options.hpp"
+#include "fricid/evaluate/torque_error.hpp"
 
 namespace fricid::evaluate {
 
@@ -19,6 +20,9 @@ struct Contest {
   std::vector<Trajectory> trajectories;
   /// Training recordings, from which the torque errors are estimated; empty: no bands.
   std::vector<Trajectory> training;
+  /// Per model, or empty: recordings that fits of it left out in turn, from which its torque error
+  /// is estimated in their place.
+  std::vector<std::vector<LeftOut>> left_out;
   /// Models to roll out. Those with is_oracle start from the true friction state.
   std::vector<data::ModelFile> models;
   /// The robot before identification: constant torques that a model adds to it count as friction.

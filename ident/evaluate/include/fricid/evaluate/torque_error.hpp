@@ -35,11 +35,19 @@ struct TorqueError {
 RowMatrix draw_torque_error(const TorqueError& error, double dt, int rows, std::uint64_t seed,
                             std::uint64_t stream);
 
-/// The torque error of a model, from its open loop on the recordings that it was fitted to. With
+/// A recording, or part of one, and an arm that was not fitted to it.
+struct LeftOut {
+  Trajectory recording;
+  Arm arm;
+};
+
+/// The torque error of a model, from open loops on motion that it was not fitted to. With
 ///
-///     m_jh  mean square error of q_j over the first h seconds of its rollouts,
+///     m_jh  mean square error of q_j over the first h seconds of rollouts,
 ///     S_jh  mean square of what a torque error moves q_j by in the same rollouts,
 ///
+/// of fits that left the recordings out in turn (`left_out`) or, without any, of the model on the
+/// recordings that it was fitted to (`training`),
 /// over the starts and horizons of `options`, rollouts from the first sample apart from later ones
 /// (h runs over both), the standard deviations make the geometric means of m_jh and S_jh over h
 /// equal, joint by joint, by a fixed-point iteration
@@ -52,7 +60,8 @@ RowMatrix draw_torque_error(const TorqueError& error, double dt, int rows, std::
 /// @param known  the robot before identification, see constant_friction
 /// @return sd between 1e-6 and 1 of the rms torque; the same for any `jobs`
 TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::RobotModel& known,
-                             std::span<const Trajectory> training, const EvaluateOptions& options,
+                             std::span<const Trajectory> training,
+                             std::span<const LeftOut> left_out, const EvaluateOptions& options,
                              int jobs);
 inline constexpr double kSlowGain = 3;
 inline constexpr double kTimes[] = {0, 0.03, 0.1, 0.3, 1};  // [s]

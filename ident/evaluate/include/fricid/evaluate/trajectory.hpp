@@ -35,6 +35,9 @@ struct Trajectory {
   const RowMatrix& start_v() const { return truth ? truth->v : v; }
 };
 
+/// Samples [begin, end) of a trajectory, without its truth.
+Trajectory part_of(const Trajectory& whole, int begin, int end);
+
 /// Measured torque (T, n) [N m] with missing (NaN) values replaced by the last one, zero before the
 /// first.
 RowMatrix held_torque(const data::Dataset& dataset);

@@ -29,4 +29,8 @@ auto if_there(const std::filesystem::path& file, Load load)
 std::vector<data::Dataset> load_recordings(const RunFolder& folder, std::string (*name)(int),
                                            const std::vector<std::string>& joints = {});
 
+/// The first `seconds` of recordings one after the other; 0: all of them.
+/// @throws UserError naming the recordings when so little is left that it has no two samples
+std::vector<data::Dataset> first_seconds(std::vector<data::Dataset> recordings, double seconds);
+
 }  // namespace fricid::workflow

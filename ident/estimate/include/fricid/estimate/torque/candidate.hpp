@@ -1,8 +1,11 @@
 // One of several fits of which held-out data choose, and the evidence for each part of a sum.
 #pragma once
 
+#include <span>
 #include <string>
+#include <vector>
 
+#include "fricid/estimate/windows/multi_step.hpp"
 #include "fricid/system/arm.hpp"
 
 namespace fricid::estimate {
@@ -11,11 +14,25 @@ namespace fricid::estimate {
 struct Candidate {
   std::string name;  ///< "sum", "gms, windows"
   Arm arm;
-  double held_out = 0;  ///< `held_out_error` [rad^2]
-  double torque = 0;    ///< mean over joints of residual / torque variance, held-out rows [1]
-  int parameters = 0;   ///< free ones of the friction
+  RolloutErrors rollouts;  ///< on the held-out part
+  double held_out = 0;     ///< their geometric mean, `held_out_error` [rad^2]
+  double torque = 0;       ///< mean over joints of residual / torque variance, held-out rows [1]
+  int parameters = 0;      ///< free ones of the friction
   double seconds = 0;
+  bool taken = false;
 };
+
+/// Mean difference a - b of the logarithms of rollout errors on the same stretches, weighed as in
+/// `RolloutErrors::mean`, and its standard error, rollouts counting as independent; infinite where
+/// there is one of a kind and no other to tell how much they vary.
+struct Difference {
+  double mean = 0, error = 0;
+};
+Difference between(const RolloutErrors& a, const RolloutErrors& b);
+
+/// Of the candidates whose held-out rollouts are no worse than the best by more than a standard
+/// error, the one with the least held-out torque error. @return index
+std::size_t choose(std::span<const Candidate> candidates);
 
 /// Evidence of the held-out torque for one part of the sum in one joint.
 struct PartEvidence {

@@ -8,6 +8,7 @@
 
 #include "fricid/estimate/torque/arm_torque_fit.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
+#include "fricid/estimate/torque/folds.hpp"
 #include "fricid/estimate/windows/multi_step.hpp"
 #include "fricid/friction/sum.hpp"
 
@@ -36,6 +37,10 @@ class JointFits {
                          double smallest_gain = ArmTorqueOptions{}.smallest_gain) const;
   /// Refined on open-loop windows of the training part from there.
   Candidate on_windows(const Candidate& start, std::string_view label) const;
+  /// One arm per fold, fitted to the torque of what it does not leave out, from `fitted`.
+  std::vector<Arm> cross_fit(const Arm& fitted) const;
+  const std::vector<Fold>& folds() const { return folds_; }
+
   /// Mean over joints of residual / torque variance, held-out rows [1].
   double held_out_torque(const Arm& arm) const;
   Candidate judged(std::string name, const Arm& arm, double seconds) const;
@@ -61,6 +66,7 @@ class JointFits {
   int jobs_;
   Split split_;
   ArmTorqueData all_, training_, held_out_;
+  std::vector<Fold> folds_;
   double temperature_ = 0;
   bool has_temperature_ = false;
 };

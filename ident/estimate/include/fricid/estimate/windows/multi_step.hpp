@@ -25,12 +25,32 @@ struct Split {
 };
 Split split_recordings(std::span<const signals::Recording> recordings, double hold_out);
 
-/// Open-loop error on the held-out part: geometric mean of the mean square error of q [rad^2] over
-/// rollouts of one second that tile it and one over all of it per recording, each kind with half
-/// the weight; fallen rollouts count as `kFallenSquare`. Steps as `evaluate` does.
+/// Samples [begin, end) of a recording.
+struct Stretch {
+  int recording = 0, begin = 0, end = 0;
+};
+
+/// The held-out part of each recording.
+std::vector<Stretch> held_out_part(std::span<const signals::Recording> recordings,
+                                   const Split& split);
+
+/// log of the mean square error of q [log rad^2] of open-loop rollouts; fallen ones count as
+/// `kFallenSquare`.
+struct RolloutErrors {
+  std::vector<double> seconds;  ///< of one second, which tile the stretches
+  std::vector<double> whole;    ///< one per stretch, as long as the shortest of them
+
+  /// Mean, each kind with half the weight; of the long ones alone if none is a second long.
+  double mean() const;
+};
+/// Rollouts on stretches, steps as `evaluate` does.
+RolloutErrors rollout_errors(const Arm& arm, std::span<const signals::Recording> recordings,
+                             std::span<const Stretch> stretches, StepOptions step, int jobs);
+inline constexpr double kFallenSquare = 1;  // [rad^2]
+
+/// Open-loop error on the held-out part: geometric mean [rad^2] of `rollout_errors` there.
 double held_out_error(const Arm& arm, std::span<const signals::Recording> recordings,
                       const Split& split, StepOptions step, int jobs);
-inline constexpr double kFallenSquare = 1;  // [rad^2]
 
 struct MultiStepReport {
   Outcome outcome = Outcome::kFailed;

@@ -28,8 +28,9 @@ struct PriorOptions {
   }
 };
 
-/// [identify]: the least-squares stage, common to all models.
+/// [identify]: the least-squares stage and its data, common to all models.
 struct RigidBodyOptions {
+  double first_s = 0;
   double cutoff_hz = 10;
   double min_speed_rad_s = 0.2;
   PriorOptions prior;
@@ -52,6 +53,9 @@ struct RigidBodyOptions {
 
   template <class Archive>
   void visit(Archive& archive) {
+    archive("first_s", first_s,
+            number("s", 0, 1e9,
+                   "length of training data that is used, from the first recording on; 0: all"));
     archive("cutoff_hz", cutoff_hz,
             number("Hz", 0.01, 1e4, "cut-off of the zero-phase low pass (Butterworth, order 4)"));
     archive("min_speed_rad_s", min_speed_rad_s,

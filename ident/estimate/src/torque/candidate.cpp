@@ -1,0 +1,44 @@
+#include "fricid/estimate/torque/candidate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
+
+namespace fricid::estimate {
+
+Difference between(const RolloutErrors& a, const RolloutErrors& b) {
+  Difference out;
+  double variance = 0, weight = 0,
+         last = std::numeric_limits<double>::infinity();  // last: variance of one rollout
+  for (const auto list : {&RolloutErrors::seconds, &RolloutErrors::whole}) {
+    std::vector<double> d(std::min((a.*list).size(), (b.*list).size()));
+    if (d.empty()) continue;
+    std::ranges::transform(a.*list, b.*list, d.begin(), std::minus());
+    const auto count = static_cast<double>(d.size());
+    const double mean = std::accumulate(d.begin(), d.end(), 0.0) / count;
+    double square = 0;
+    for (const double x : d) square += (x - mean) * (x - mean);
+    // a single long rollout is taken to vary like one of a second, itself unknown of a single one
+    if (d.size() > 1) last = square / (count - 1);
+    variance += last / count;
+    out.mean += mean;
+    weight += 1;
+  }
+  out.mean /= weight;
+  out.error = std::sqrt(variance) / weight;
+  return out;
+}
+
+std::size_t choose(std::span<const Candidate> candidates) {
+  const auto best = std::ranges::min_element(candidates, {}, &Candidate::held_out);
+  auto taken = static_cast<std::size_t>(best - candidates.begin());
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Difference worse = between(candidates[i].rollouts, best->rollouts);
+    if (worse.mean <= worse.error && candidates[i].torque < candidates[taken].torque) taken = i;
+  }
+  return taken;
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,63 @@
+#include "fricid/estimate/torque/folds.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fricid::estimate {
+namespace {
+
+constexpr int kMostFolds = 4;  // of several recordings
+constexpr int kFifths = 5;     // of a single one
+
+/// Cuts samples [begin, end) into equal stretches.
+void add_stretches(const signals::Recording& recording, int index, int begin, int end,
+                   std::vector<Stretch>& out) {
+  const int longest = static_cast<int>(std::lround(kLongestStretch / recording.dt));
+  const int length = end - begin, parts = std::max(1, length / longest);
+  for (int i = 0; i < parts; ++i)
+    out.push_back({index, begin + i * length / parts, begin + (i + 1) * length / parts});
+}
+
+}  // namespace
+
+std::vector<Fold> folds_of(std::span<const signals::Recording> recordings) {
+  const int n = static_cast<int>(recordings.size());
+  std::vector<Fold> folds(static_cast<std::size_t>(n == 1 ? kFifths : std::min(n, kMostFolds)));
+  if (n == 1) {
+    const int length = recordings[0].length();
+    for (int k = 0; k < kFifths; ++k)
+      add_stretches(recordings[0], 0, k * length / kFifths, (k + 1) * length / kFifths,
+                    folds[static_cast<std::size_t>(k)].left_out);
+    return folds;
+  }
+  for (int i = 0; i < n; ++i) {
+    const signals::Recording& recording = recordings[static_cast<std::size_t>(i)];
+    add_stretches(recording, i, 0, recording.length(),
+                  folds[static_cast<std::size_t>(i) % folds.size()].left_out);
+  }
+  return folds;
+}
+
+std::vector<signals::Recording> without(const Fold& fold,
+                                        std::span<const signals::Recording> recordings) {
+  std::vector<signals::Recording> rest(recordings.begin(), recordings.end());
+  for (int i = 0; i < std::ssize(rest); ++i)
+    if (const std::optional<Stretch> out = fold.left_out_of(i))
+      rest[static_cast<std::size_t>(i)]
+          .use.middleRows(out->begin, out->end - out->begin)
+          .setConstant(false);
+  return rest;
+}
+
+std::optional<Stretch> Fold::left_out_of(int recording) const {
+  std::optional<Stretch> all;
+  for (const Stretch& part : left_out) {
+    if (part.recording != recording) continue;
+    if (!all) all = part;
+    all->begin = std::min(all->begin, part.begin);
+    all->end = std::max(all->end, part.end);
+  }
+  return all;
+}
+
+}  // namespace fricid::estimate

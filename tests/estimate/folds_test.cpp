@@ -1,0 +1,78 @@
+// What fits leave out in turn, and which of them held-out data choose.
+#include "fricid/estimate/torque/folds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "fricid/estimate/torque/candidate.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+std::vector<signals::Recording> recordings_of(const std::vector<int>& lengths) {
+  std::vector<signals::Recording> made(lengths.size());
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    made[i].dt = 0.1;
+    made[i].held_tau.setZero(lengths[i], 1);
+    made[i].use.setConstant(lengths[i], 1, true);
+  }
+  return made;
+}
+
+// Every sample is left out once, and no fold fits what it leaves out.
+TEST(Folds, LeaveOutEverySampleOnce) {
+  for (const std::size_t count : {1u, 2u, 3u, 6u}) {
+    const auto recordings = recordings_of(std::vector<int>(count, 253));
+    const std::vector<Fold> folds = folds_of(recordings);
+    EXPECT_EQ(folds.size(), count == 1 ? 5 : std::min<std::size_t>(count, 4));
+    Eigen::Index used = 0;
+    for (const Fold& fold : folds) {
+      Eigen::Index left_out = 0;
+      for (std::size_t i = 0; i < count; ++i)
+        if (const auto out = fold.left_out_of(static_cast<int>(i)))
+          left_out += out->end - out->begin;
+      Eigen::Index fitted = 0;
+      for (const signals::Recording& rest : without(fold, recordings)) fitted += rest.use.count();
+      EXPECT_EQ(fitted + left_out, 253 * std::ssize(recordings));
+      used += fitted;
+    }
+    EXPECT_EQ(used, 253 * std::ssize(recordings) * (std::ssize(folds) - 1));
+  }
+  const auto two = recordings_of({250, 90});
+  const std::vector<Fold> of_two = folds_of(two);
+  for (const Stretch& stretch : of_two[0].left_out)
+    EXPECT_EQ(stretch.end - stretch.begin, 125);  // 25 s in stretches of at least 10 s
+}
+
+Candidate candidate(std::vector<double> seconds, double whole, double torque) {
+  Candidate made;
+  made.rollouts = {std::move(seconds), {whole, whole}};
+  made.held_out = std::exp(made.rollouts.mean());
+  made.torque = torque;
+  return made;
+}
+
+// Rollouts that differ by more than their standard error decide, else the torque does.
+TEST(Choose, TheTorqueDecidesBetweenRolloutsThatAreAlike) {
+  const Candidate best = candidate({-9, -11, -10, -10}, -8, 2);
+  const Candidate alike = candidate({-8.5, -11.5, -9, -10.5}, -8, 1);
+  const Candidate worse = candidate({-8, -10, -9, -9}, -7, 0.5);
+  EXPECT_NEAR(between(alike.rollouts, best.rollouts).mean, 0.0625, 1e-12);
+  EXPECT_NEAR(between(alike.rollouts, best.rollouts).error, 0.1875, 1e-12);
+  EXPECT_EQ(between(worse.rollouts, best.rollouts).error, 0);
+  EXPECT_EQ(choose(std::vector{worse, best, alike}), 2u);
+  EXPECT_EQ(choose(std::vector{worse, best}), 1u);
+}
+
+// One rollout has no standard error: the torque decides.
+TEST(Choose, TheTorqueDecidesWhereThereIsOneRollout) {
+  Candidate best = candidate({-10}, -8, 2), other = candidate({-7}, -7, 1);
+  for (Candidate* one : {&best, &other}) one->rollouts.whole.pop_back();
+  EXPECT_EQ(choose(std::vector{best, other}), 1u);
+}
+
+}  // namespace
+}  // namespace fricid::estimate
