@@ -237,8 +237,9 @@ def test_check_of_runs_files_and_arrays(run, log, tmp_path):
     done = program("check", run.folder / "data/validation_0.h5", "--robot", robot, "--json")
     assert fricid.check(run.folder / "data/validation_0.h5", robot=robot).report == json.loads(done.stdout)
 
-    hanging = fricid.check(log, robot=robot, mount="ceiling")
-    assert not hanging.whole and "mount" in hanging.text
+    standing, hanging = (fricid.check(log, robot=robot, mount=mount) for mount in ("floor", "ceiling"))
+    assert hanging.whole  # as the tiny arm does
+    assert not standing.whole and "damage: mount" in standing.text
     with pytest.raises(fricid.UserError, match="mount floating: allowed: floor, ceiling, wall"):
         fricid.check(log, robot=robot, mount="floating")
 

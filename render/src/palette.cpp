@@ -15,14 +15,15 @@
 namespace fricid::render {
 namespace {
 
-constexpr friction::PlotLook kOracle{"#000000", 7}, kExternal{"#E7298A", 2}, kUnknown{"#708090", 3};
+constexpr friction::PlotLook kOracle{"#000000", 7}, kExternal{"#E7298A", 2}, kSum{"#332288", 15},
+    kUnknown{"#708090", 3};
 
-/// The look of a law's table row, or that of the oracle, external or unknown models.
+/// The look of a law's table row, or that of the oracle, sums of laws, external or unknown models.
 friction::PlotLook plain_look(std::string_view law) {
   for (const auto table : {friction::law_table(), friction::robot_law_table()})
     for (const friction::LawInfo& row : table)
       if (row.name == law) return row.look;
-  return law == "oracle" ? kOracle : law == "external" ? kExternal : kUnknown;
+  return law == "oracle" ? kOracle : law == "external" ? kExternal : law == "sum" ? kSum : kUnknown;
 }
 
 /// "#rrggbb" moved by `share` towards white (positive) or black (negative).
@@ -37,12 +38,15 @@ std::string shaded(std::string_view colour, double share) {
   return result;
 }
 
-/// Law of the whole robot or of the first joint; "external" without a model file, empty where there
-/// is no friction.
+/// Law of the whole robot or of the first joint; "sum" where a joint has several, "external"
+/// without a model file, empty where there is no friction.
 std::string law_of(const std::optional<data::ModelFile>& file) {
   if (!file) return "external";
   const friction::RobotFriction& friction = file->arm.friction.model;
   if (friction.has_whole()) return friction.whole().law;
+  if (std::ranges::any_of(friction.joints(),
+                          [](const auto& joint) { return joint.laws.size() > 1; }))
+    return "sum";
   if (friction.joint_count() == 0 || friction.joints().front().laws.empty()) return {};
   return friction.joints().front().laws.front().law;
 }

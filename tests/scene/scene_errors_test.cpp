@@ -220,11 +220,12 @@ TEST_F(BadScene, Models) {
       with("[[model]]\nname = \"../x\"\n"),
       "scene.toml:13: name of a model = \"../x\"; allowed: 1 to 100 letters, digits, _ - and ., "
       "not beginning with - or .");
+  EXPECT_THAT(with("[[model]]\nname = \"lugree\"\n"),
+              testing::StartsWith(
+                  "scene.toml:13: model[1].name = \"lugree\"; allowed: lvm, injected, none, "));
   EXPECT_THAT(
-      with("[[model]]\nname = \"lugree\"\n"),
-      testing::StartsWith("scene.toml:13: model[1].name = \"lugree\"; allowed: lvm, injected, none, "));
-  EXPECT_THAT(with("[[model]]\nname = \"a\"\nlaw = \"b\"\n"),
-              testing::StartsWith("scene.toml:14: model[1].law = \"b\"; allowed: lvm, injected, none, "));
+      with("[[model]]\nname = \"a\"\nlaw = \"b\"\n"),
+      testing::StartsWith("scene.toml:14: model[1].law = \"b\"; allowed: lvm, injected, none, "));
 }
 
 TEST_F(BadScene, Torques) {

@@ -269,7 +269,7 @@ struct FittedWithout {
 
   template <class Archive>
   void visit(Archive& archive) {
-    const auto value = number("", -1e300, 1e300, "of the model, in its order");
+    const auto value = any_number("", "of the model, in its order");
     archive("recording", recording, text("name of the training recording"));
     archive("begin", begin, number("", 0, 1e9, "first sample left out"));
     archive("end", end, number("", 0, 1e9, "sample behind the last one left out"));
