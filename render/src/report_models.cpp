@@ -221,10 +221,14 @@ Html choice_tables(const data::FitFile& fit) {
                        {html::number(c.held_out)},
                        {html::number(c.torque)},
                        {Html::of("{}", c.parameters)},
-                       {c.taken ? Html::of("taken") : Html()}}});
+                       {c.taken      ? Html::of("taken")
+                        : c.eligible ? Html::of("eligible")
+                                     : Html()}}});
     text += html::table(
         html::headings({"candidate", "rollouts [rad²]", "torque residual", "parameters", ""}), rows,
-        Html::of("Candidates, of which held-out data chose one."));
+        Html::of(
+            "Candidates. Eligible: held-out rollouts within a standard error of the best; taken: "
+            "the least torque residual of these."));
   }
   if (!fit.parts.empty()) {
     std::vector<Row> rows;

@@ -63,8 +63,9 @@ class Learning(ProgramTest):
             tables.append((fit["candidates"], fit["parts"]))
             taken = [c for c in fit["candidates"] if c["taken"]]
             self.assertEqual(len(taken), 1)
-            self.assertEqual(taken[0]["held_out_q_mse"],
-                             min(c["held_out_q_mse"] for c in fit["candidates"]))
+            eligible = [c for c in fit["candidates"] if c["eligible"]]
+            self.assertIn(min(fit["candidates"], key=lambda c: c["held_out_q_mse"]), eligible)
+            self.assertEqual(taken[0], min(eligible, key=lambda c: c["held_out_torque"]))
             self.assertTrue({"sum", "lugre", "gms"} <= {c["name"] for c in fit["candidates"]})
             for part in fit["parts"]:
                 self.assertEqual(part["on"], part["gain"] > part["gain_se"], part)

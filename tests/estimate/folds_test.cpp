@@ -72,6 +72,8 @@ TEST(Choose, TheTorqueDecidesWhereThereIsOneRollout) {
   Candidate best = candidate({-10}, -8, 2), other = candidate({-7}, -7, 1);
   for (Candidate* one : {&best, &other}) one->rollouts.whole.pop_back();
   EXPECT_EQ(choose(std::vector{best, other}), 1u);
+  other.held_out = std::numeric_limits<double>::infinity();  // it fell
+  EXPECT_EQ(choose(std::vector{best, other}), 0u);
 }
 
 }  // namespace

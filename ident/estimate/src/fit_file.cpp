@@ -126,8 +126,11 @@ data::FitFile fit_file(const FitReport& report) {
   if (report.torque) file.torque = training_of(*report.torque);
   if (report.multi_step) file.multi_step = training_of(*report.multi_step);
   if (report.em) file.em = em_of(*report.em);
-  for (const Candidate& c : report.candidates)
-    file.candidates.push_back({c.name, c.held_out, c.torque, c.parameters, c.taken});
+  const std::vector<bool> from = eligible(report.candidates);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const Candidate& c = report.candidates[i];
+    file.candidates.push_back({c.name, c.held_out, c.torque, c.parameters, from[i], c.taken});
+  }
   for (const PartEvidence& p : report.parts)
     file.parts.push_back({report.model.arm.robot.joints[static_cast<std::size_t>(p.joint)].name,
                           p.part, p.gain, p.error, p.on});

@@ -31,13 +31,22 @@ Difference between(const RolloutErrors& a, const RolloutErrors& b) {
   return out;
 }
 
+std::vector<bool> eligible(std::span<const Candidate> candidates) {
+  const auto best = std::ranges::min_element(candidates, {}, &Candidate::held_out);
+  std::vector<bool> all;
+  for (const Candidate& candidate : candidates) {
+    const Difference worse = between(candidate.rollouts, best->rollouts);
+    all.push_back(std::isfinite(candidate.held_out) && worse.mean <= worse.error);
+  }
+  return all;
+}
+
 std::size_t choose(std::span<const Candidate> candidates) {
   const auto best = std::ranges::min_element(candidates, {}, &Candidate::held_out);
   auto taken = static_cast<std::size_t>(best - candidates.begin());
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const Difference worse = between(candidates[i].rollouts, best->rollouts);
-    if (worse.mean <= worse.error && candidates[i].torque < candidates[taken].torque) taken = i;
-  }
+  const std::vector<bool> from = eligible(candidates);
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (from[i] && candidates[i].torque < candidates[taken].torque) taken = i;
   return taken;
 }
 

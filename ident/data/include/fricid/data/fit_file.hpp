@@ -228,7 +228,7 @@ struct FittedCandidate {
   std::string name;
   double held_out = 0, torque = 0;
   int parameters = 0;
-  bool taken = false;
+  bool eligible = false, taken = false;
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -238,7 +238,10 @@ struct FittedCandidate {
     archive("held_out_torque", torque,
             not_negative("1", "residual share of the torque's variance, held-out rows"));
     archive("parameters", parameters, number("", 0, 1e9, "free parameters of the friction"));
-    archive("taken", taken, flag("whether it was chosen"));
+    archive("eligible", eligible,
+            flag("whether its rollouts are within a standard error of the best"));
+    archive("taken", taken,
+            flag("whether it was chosen: the least torque error of the eligible ones"));
   }
 };
 

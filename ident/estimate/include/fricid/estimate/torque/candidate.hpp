@@ -30,8 +30,11 @@ struct Difference {
 };
 Difference between(const RolloutErrors& a, const RolloutErrors& b);
 
-/// Of the candidates whose held-out rollouts are no worse than the best by more than a standard
-/// error, the one with the least held-out torque error. @return index
+/// Which candidates' held-out rollouts came to their end and are no worse than the best by more
+/// than a standard error.
+std::vector<bool> eligible(std::span<const Candidate> candidates);
+/// Of those the one with the least held-out torque error; the best where there is none. @return
+/// index
 std::size_t choose(std::span<const Candidate> candidates);
 
 /// Evidence of the held-out torque for one part of the sum in one joint.
