@@ -92,7 +92,7 @@ int state_size(const data::ModelFile& model) {
 }
 
 Instance* instance_of(const mjData* d, int instance) {
-  return reinterpret_cast<Instance*>(d->plugin_data[instance]);
+  return reinterpret_cast<Instance*>(d->plugin_data[instance]);  // NOLINT: MuJoCo keeps a number
 }
 
 // Calls f; what it throws becomes an error of MuJoCo. That may jump, so nothing is left to destroy.

@@ -120,7 +120,7 @@ Fourier random_path(const scene::Problem& problem, const MujocoArm& arm, int num
 std::vector<Push> random_pushes(const scene::Problem& problem, int number, int count, int begin,
                                 int end, double force_N, double push_s) {
   const int samples = static_cast<int>(std::lround(push_s * problem.scene.sensors.rate_hz));
-  const int part = (end - begin) / count, n = problem.robot.n();
+  const int part = (end - begin) / count, n = problem.robot.n(), outer = n - n / 2;
   Rng rng = make_rng(problem.scene.seed, Purpose::kPush, number, 0);
   std::vector<Push> pushes;
   for (int i = 0; i < count; ++i) {
@@ -129,7 +129,7 @@ std::vector<Push> random_pushes(const scene::Problem& problem, int number, int c
     const double free = std::max(0, part - 2 * samples);
     push.begin = begin + i * part + samples / 2 + static_cast<int>(free * rng.uniform());
     push.end = push.begin + samples;
-    push.joint = n / 2 + static_cast<int>((n - n / 2) * rng.uniform());
+    push.joint = n / 2 + static_cast<int>(outer * rng.uniform());
     push.force = Eigen::Vector3d(rng.normal(), rng.normal(), rng.normal()).normalized() * force_N;
     pushes.push_back(push);
   }
