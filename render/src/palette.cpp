@@ -15,7 +15,7 @@
 namespace fricid::render {
 namespace {
 
-constexpr friction::PlotLook kOracle{"#000000", 7}, kExternal{"#E7298A", 2}, kSum{"#332288", 15},
+constexpr friction::PlotLook kOracle{"#000000", 7}, kExternal{"#E7298A", 2}, kSum{"#2A6FDB", 15},
     kUnknown{"#708090", 3};
 
 /// The look of a law's table row, or that of the oracle, sums of laws, external or unknown models.
