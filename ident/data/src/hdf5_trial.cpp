@@ -13,7 +13,7 @@
 namespace fricid::data::hdf5 {
 namespace {
 
-constexpr int kPatience = 60;        // [s] of processor time, for files that hold much or mislead
+constexpr int kPatience = 5;         // [s] of processor time; the rest of a long file is not tried
 constexpr hsize_t kSlice = 1 << 20;  // numbers read at a time
 
 void read_attributes(hid_t object, const std::string& path) {
