@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <sstream>
 
 #include "fmu_source.hpp"
 #include "fricid/base/files.hpp"
@@ -122,10 +121,7 @@ std::optional<std::string> compiled(const std::string& name, const std::string& 
        "-Wl,--build-id=none", "-o", library.string(), (folder.path() / "fmu.c").string(), "-lm"},
       {});
   if (id == 0 || wait_for_process(id) != 0) return {};
-  std::ifstream file(library, std::ios::binary);
-  std::stringstream bytes;
-  bytes << file.rdbuf();
-  return bytes.str();
+  return read_file(library);
 }
 
 }  // namespace

@@ -72,6 +72,9 @@ TEST(Choose, TheTorqueDecidesWhereThereIsOneRollout) {
   Candidate best = candidate({-10}, -8, 2), other = candidate({-7}, -7, 1);
   for (Candidate* one : {&best, &other}) one->rollouts.whole.pop_back();
   EXPECT_EQ(choose(std::vector{best, other}), 1u);
+  Candidate fell = candidate({0}, -7, 1);  // log kFallenSquare
+  fell.rollouts.whole.pop_back();
+  EXPECT_EQ(choose(std::vector{best, fell}), 0u);
   other.held_out = std::numeric_limits<double>::infinity();  // it fell
   EXPECT_EQ(choose(std::vector{best, other}), 0u);
 }

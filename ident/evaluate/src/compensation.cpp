@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "fricid/evaluate/reversals.hpp"
+#include "fricid/evaluate/statistics.hpp"
 #include "markdown.hpp"
 
 namespace fricid::evaluate {
@@ -140,15 +141,13 @@ LoopScore score_loop(const data::LoopSignals& loop, double path_s) {
 
 double reversal_ratio(const CompensationFile& file, std::string_view model, double gain,
                       std::string_view other) {
-  double sum = 0;
-  int count = 0;
+  std::vector<double> ratios;
   for (const Condition& at : conditions(file)) {
     const LoopScore *own = find(file, model, gain, at), *base = find(file, other, gain, at);
     if (own == nullptr || base == nullptr || own->diverged || base->diverged) continue;
-    sum += std::log(rms(own->reversal_rad) / rms(base->reversal_rad));
-    ++count;
+    ratios.push_back(rms(own->reversal_rad) / rms(base->reversal_rad));
   }
-  return count > 0 ? std::exp(sum / count) : std::numeric_limits<double>::quiet_NaN();
+  return geometric_mean(ratios);
 }
 
 std::string to_markdown(const CompensationFile& file) {

@@ -6,6 +6,7 @@
 
 #include "fricid/evaluate/compensation.hpp"
 #include "fricid/evaluate/reversals.hpp"
+#include "fricid/evaluate/statistics.hpp"
 #include "markdown.hpp"
 
 namespace fricid::evaluate {
@@ -113,11 +114,7 @@ PushScore score_pushes(double force_N, std::vector<double> delays) {
   return score;
 }
 
-double mean_threshold(const ContactScore& score) {
-  double sum = 0;
-  for (const double threshold : score.threshold_Nm) sum += std::log(threshold);
-  return std::exp(sum / static_cast<double>(score.threshold_Nm.size()));
-}
+double mean_threshold(const ContactScore& score) { return geometric_mean(score.threshold_Nm); }
 
 std::string to_markdown(const ContactFile& file) {
   if (file.models.empty()) return {};

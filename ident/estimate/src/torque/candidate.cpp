@@ -31,12 +31,23 @@ Difference between(const RolloutErrors& a, const RolloutErrors& b) {
   return out;
 }
 
+namespace {
+
+std::ptrdiff_t fallen(const RolloutErrors& errors) {
+  const double least = std::log(kFallenSquare);
+  const auto falls = [least](double error) { return error >= least; };
+  return std::ranges::count_if(errors.seconds, falls) + std::ranges::count_if(errors.whole, falls);
+}
+
+}  // namespace
+
 std::vector<bool> eligible(std::span<const Candidate> candidates) {
   const auto best = std::ranges::min_element(candidates, {}, &Candidate::held_out);
   std::vector<bool> all;
   for (const Candidate& candidate : candidates) {
     const Difference worse = between(candidate.rollouts, best->rollouts);
-    all.push_back(std::isfinite(candidate.held_out) && worse.mean <= worse.error);
+    all.push_back(fallen(candidate.rollouts) <= fallen(best->rollouts) &&
+                  std::isfinite(candidate.held_out) && worse.mean <= worse.error);
   }
   return all;
 }

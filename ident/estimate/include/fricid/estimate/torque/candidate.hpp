@@ -30,8 +30,8 @@ struct Difference {
 };
 Difference between(const RolloutErrors& a, const RolloutErrors& b);
 
-/// Which candidates' held-out rollouts came to their end and are no worse than the best by more
-/// than a standard error.
+/// Which candidates' held-out rollouts fell no more often than those of the best, and are no worse
+/// by more than a standard error.
 std::vector<bool> eligible(std::span<const Candidate> candidates);
 /// Of those the one with the least held-out torque error; the best where there is none. @return
 /// index
