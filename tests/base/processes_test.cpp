@@ -6,8 +6,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <cstdlib>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -69,20 +71,50 @@ TEST(Processes, GivesTheStatusOfWhatEnded) {
   EXPECT_EQ(WTERMSIG(wait_for_process(start("kill -9 $$"))), 9);
 }
 
+/// Work that does what a text says, and how often it was done in this process and its copies.
+struct Work {
+  int done = 0;
+
+  void operator()(const std::string& text) {
+    ++done;
+    if (text == "throw") throw std::runtime_error("refused");
+    if (text == "crash") std::raise(SIGSEGV);
+    if (text == "abort" || (text == "abort the second time" && done > 1)) std::abort();
+    for (volatile bool on = text == "go on for ever"; on;) {
+    }
+  }
+};
+
 TEST(Processes, WorkOfAChildLeavesUsAsWeWere) {
-  int changed = 0;
-  EXPECT_EQ(try_in_child([&] { changed = 1; }, 10), Trial::kEnded);
-  EXPECT_EQ(try_in_child([] { throw std::runtime_error("refused"); }, 10), Trial::kEnded);
-  EXPECT_EQ(try_in_child([] { std::raise(SIGSEGV); }, 10), Trial::kCrashed);
-  EXPECT_EQ(try_in_child([] { std::abort(); }, 10), Trial::kCrashed);
-  EXPECT_EQ(try_in_child(
-                [] {
-                  for (volatile bool on = true; on;) {
-                  }
-                },
-                1),
-            Trial::kTooLong);
-  EXPECT_EQ(changed, 0);
+  Work work;
+  TrialProcess trial(std::ref(work), 1);
+  EXPECT_EQ(trial("nothing"), Trial::kEnded);
+  EXPECT_EQ(trial("throw"), Trial::kEnded);
+  EXPECT_EQ(trial("crash"), Trial::kCrashed);
+  EXPECT_EQ(trial("nothing"), Trial::kEnded);
+  EXPECT_EQ(trial("abort"), Trial::kCrashed);
+  EXPECT_EQ(trial("go on for ever"), Trial::kTooLong);
+  EXPECT_EQ(trial("nothing"), Trial::kEnded);
+  EXPECT_EQ(work.done, 0);
+}
+
+TEST(Processes, AChildIsNotBlamedForItsEarlierWork) {
+  Work work;
+  TrialProcess trial(std::ref(work), 1);
+  EXPECT_EQ(trial("nothing"), Trial::kEnded);
+  EXPECT_EQ(trial("abort the second time"), Trial::kEnded);
+}
+
+TEST(Processes, AChildHoldsNothingOfOurs) {
+  std::array<int, 2> pipe{};
+  ASSERT_EQ(::pipe(pipe.data()), 0);
+  Work work;
+  TrialProcess trial(std::ref(work), 1);
+  ASSERT_EQ(trial("nothing"), Trial::kEnded);
+  ::close(pipe[1]);
+  pollfd end{pipe[0], POLLIN, 0};
+  EXPECT_EQ(::poll(&end, 1, 5000), 1) << "the child keeps the pipe open";
+  ::close(pipe[0]);
 }
 
 /// For a child, since a request to stop cannot be taken back: how `command` ended after one.

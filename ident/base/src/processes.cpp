@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,9 +12,12 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <climits>
 #include <csignal>
+#include <ctime>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "fricid/base/progress.hpp"
 
@@ -92,32 +96,92 @@ int wait_for_process(int id) {
   }
 }
 
-Trial try_in_child(const std::function<void()>& work, int most_s) {
-  const pid_t parent = ::getpid(), child = ::fork();
-  if (child == 0) {
-    die_with(parent);
-    const int null = ::open("/dev/null", O_RDWR | O_CLOEXEC);
-    ::dup2(null, STDOUT_FILENO);
-    ::dup2(null, STDERR_FILENO);
-    const auto most = static_cast<rlim_t>(most_s);
-    const rlimit time{most, most + 1}, no_core{0, 0};
-    ::setrlimit(RLIMIT_CPU, &time);
-    ::setrlimit(RLIMIT_CORE, &no_core);
-    for (const int signal : {SIGXCPU, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
-      ::signal(signal, SIG_DFL);
-    try {
-      work();
-    } catch (const std::exception&) {
-      ::_exit(0);
-    }
-    ::_exit(0);
+TrialProcess::TrialProcess(std::function<void(const std::string&)> work, int most_s)
+    : work_(std::move(work)), most_s_(most_s) {}
+
+TrialProcess::~TrialProcess() { end(); }
+
+Trial TrialProcess::operator()(const std::string& text) {
+  // A process forked from the owner must not listen to the owner's child.
+  const bool used = child_ > 0 && owner_ == ::getpid();
+  if (!used && !start()) return Trial::kEnded;
+  const Trial trial = ask(text);
+  if (trial != Trial::kCrashed || !used) return trial;
+  return start() ? ask(text) : Trial::kEnded;
+}
+
+bool TrialProcess::start() {
+  end();
+  std::array<int, 2> ends{};
+  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) return false;
+  const pid_t child = ::fork();
+  if (child == 0) serve(ends[1]);
+  ::close(ends[1]);
+  if (child < 0) {
+    ::close(ends[0]);
+    return false;
   }
-  if (child < 0) return Trial::kEnded;
-  const int status = wait_for_process(child);
-  throw_if_stopped();
-  if (status == 0) return Trial::kEnded;
-  const bool late =
-      WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
+  child_ = child;
+  owner_ = ::getpid();
+  messages_ = ends[0];
+  return true;
+}
+
+// The child ends when nobody holds the other end of its socket.
+void TrialProcess::end() {
+  if (messages_ >= 0) ::close(messages_);
+  if (child_ > 0 && owner_ == ::getpid()) {
+    ::kill(child_, SIGKILL);
+    ::waitpid(child_, nullptr, 0);
+  }
+  messages_ = -1;
+  child_ = 0;
+}
+
+void TrialProcess::serve(int messages) {
+  const int null = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  for (const int to : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(null, to);
+  // locks and pipes of the parent are not kept
+  constexpr int kMessages = STDERR_FILENO + 1;
+  ::dup2(messages, kMessages);
+  ::close_range(kMessages + 1, ~0U, 0);
+  for (const int signal : {SIGXCPU, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
+    ::signal(signal, SIG_DFL);
+  for (const int signal : {SIGINT, SIGTERM}) ::signal(signal, SIG_IGN);  // the parent ends us
+  const rlimit no_core{0, 0};
+  ::setrlimit(RLIMIT_CORE, &no_core);
+  std::string text(PATH_MAX, '\0');
+  for (;;) {
+    const ssize_t size = ::recv(kMessages, text.data(), text.size(), 0);
+    if (size <= 0) ::_exit(0);
+    timespec spent{};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
+    const auto most = static_cast<rlim_t>(spent.tv_sec + 1 + most_s_);
+    const rlimit time{most, RLIM_INFINITY};
+    ::setrlimit(RLIMIT_CPU, &time);
+    try {
+      work_(text.substr(0, static_cast<std::size_t>(size)));
+    } catch (const std::exception&) {  // refused: what this trial is not about
+    }
+    const char done = 0;
+    if (::send(kMessages, &done, sizeof done, MSG_NOSIGNAL) < 0) ::_exit(0);
+  }
+}
+
+Trial TrialProcess::ask(const std::string& text) {
+  char done = 0;
+  if (::send(messages_, text.data(), text.size(), MSG_NOSIGNAL) >= 0) {
+    try {
+      wait_until_readable(messages_);
+    } catch (...) {
+      end();  // its answer would be taken for the next one's
+      throw;
+    }
+    if (::recv(messages_, &done, sizeof done, 0) > 0) return Trial::kEnded;
+  }
+  int status = 0;
+  ::waitpid(std::exchange(child_, 0), &status, 0);
+  const bool late = WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU;
   return late ? Trial::kTooLong : Trial::kCrashed;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <filesystem>
 #include <vector>
 
 #include "fricid/base/error.hpp"
@@ -84,7 +85,8 @@ void read_all(const std::string& path) {
 }  // namespace
 
 void try_to_read(const std::string& path) {
-  if (try_in_child([&] { read_all(path); }, kPatience) == Trial::kCrashed)
+  static TrialProcess read(read_all, kPatience);  // one for the program, under the Session's lock
+  if (read(std::filesystem::absolute(path).string()) == Trial::kCrashed)
     throw UserError("{}: damaged: the HDF5 library crashes on it", path);
 }
 

@@ -22,14 +22,39 @@ int start_program(const std::vector<std::string>& argv, const Streams& streams);
 /// @return its status, as waitpid gives it
 int wait_for_process(int id);
 
-/// How work in a child process ended: it returned or threw, it crashed, or it took too long.
+/// How a piece of work in a child process ended: it returned or threw, it crashed, or it took too
+/// long.
 enum class Trial { kEnded, kCrashed, kTooLong };
 
-/// Does `work` in a child process that prints nothing: the code of a library that crashes on some
-/// files. The child's memory is a copy, so nothing that it changes is seen here.
-/// @param most_s  processor time [s] after which the child is killed
-/// @return kEnded also when no child can be made
-Trial try_in_child(const std::function<void()>& work, int most_s);
+/// Does work in a child process that prints nothing: the code of a library that crashes on some
+/// files. The child's memory is a copy, so nothing that it changes is seen here. It is started by
+/// the first piece of work and serves those that follow until one ends it, so that a piece costs
+/// two messages rather than a process. What crashed it is tried again in a new one unless it was
+/// new: an earlier piece may have damaged its memory.
+class TrialProcess {
+ public:
+  /// @param work    what the child does with each text that it is given
+  /// @param most_s  processor time [s] of one piece, after which the child is killed
+  TrialProcess(std::function<void(const std::string&)> work, int most_s);
+  ~TrialProcess();
+  TrialProcess(const TrialProcess&) = delete;
+  TrialProcess& operator=(const TrialProcess&) = delete;
+
+  /// One thread at a time.
+  /// @return kEnded also when no child can be made
+  /// @throws Stopped on Ctrl-C or SIGTERM
+  Trial operator()(const std::string& text);
+
+ private:
+  bool start();
+  void end();
+  [[noreturn]] void serve(int messages);
+  Trial ask(const std::string& text);
+
+  std::function<void(const std::string&)> work_;
+  int most_s_;
+  int child_ = 0, owner_ = 0, messages_ = -1;
+};
 
 /// Waits until a descriptor can be read, or be written, or has come to its end.
 /// @throws Stopped on Ctrl-C or SIGTERM
