@@ -87,30 +87,30 @@ struct Work {
 
 TEST(Processes, WorkOfAChildLeavesUsAsWeWere) {
   Work work;
-  TrialProcess trial(std::ref(work), 1);
-  EXPECT_EQ(trial("nothing"), Trial::kEnded);
-  EXPECT_EQ(trial("throw"), Trial::kEnded);
-  EXPECT_EQ(trial("crash"), Trial::kCrashed);
-  EXPECT_EQ(trial("nothing"), Trial::kEnded);
-  EXPECT_EQ(trial("abort"), Trial::kCrashed);
-  EXPECT_EQ(trial("go on for ever"), Trial::kTooLong);
-  EXPECT_EQ(trial("nothing"), Trial::kEnded);
+  TrialProcess trial(std::ref(work));
+  EXPECT_EQ(trial("nothing", 1), Trial::kEnded);
+  EXPECT_EQ(trial("throw", 1), Trial::kEnded);
+  EXPECT_EQ(trial("crash", 1), Trial::kCrashed);
+  EXPECT_EQ(trial("nothing", 1), Trial::kEnded);
+  EXPECT_EQ(trial("abort", 1), Trial::kCrashed);
+  EXPECT_EQ(trial("go on for ever", 1), Trial::kTooLong);
+  EXPECT_EQ(trial("nothing", 1), Trial::kEnded);
   EXPECT_EQ(work.done, 0);
 }
 
 TEST(Processes, AChildIsNotBlamedForItsEarlierWork) {
   Work work;
-  TrialProcess trial(std::ref(work), 1);
-  EXPECT_EQ(trial("nothing"), Trial::kEnded);
-  EXPECT_EQ(trial("abort the second time"), Trial::kEnded);
+  TrialProcess trial(std::ref(work));
+  EXPECT_EQ(trial("nothing", 1), Trial::kEnded);
+  EXPECT_EQ(trial("abort the second time", 1), Trial::kEnded);
 }
 
 TEST(Processes, AChildHoldsNothingOfOurs) {
   std::array<int, 2> pipe{};
   ASSERT_EQ(::pipe(pipe.data()), 0);
   Work work;
-  TrialProcess trial(std::ref(work), 1);
-  ASSERT_EQ(trial("nothing"), Trial::kEnded);
+  TrialProcess trial(std::ref(work));
+  ASSERT_EQ(trial("nothing", 1), Trial::kEnded);
   ::close(pipe[1]);
   pollfd end{pipe[0], POLLIN, 0};
   EXPECT_EQ(::poll(&end, 1, 5000), 1) << "the child keeps the pipe open";

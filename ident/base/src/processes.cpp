@@ -5,6 +5,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +15,7 @@
 #include <chrono>
 #include <climits>
 #include <csignal>
+#include <cstring>
 #include <ctime>
 #include <optional>
 #include <thread>
@@ -96,18 +98,17 @@ int wait_for_process(int id) {
   }
 }
 
-TrialProcess::TrialProcess(std::function<void(const std::string&)> work, int most_s)
-    : work_(std::move(work)), most_s_(most_s) {}
+TrialProcess::TrialProcess(std::function<void(const std::string&)> work) : work_(std::move(work)) {}
 
 TrialProcess::~TrialProcess() { end(); }
 
-Trial TrialProcess::operator()(const std::string& text) {
+Trial TrialProcess::operator()(const std::string& text, int most_s) {
   // A process forked from the owner must not listen to the owner's child.
   const bool used = child_ > 0 && owner_ == ::getpid();
   if (!used && !start()) return Trial::kEnded;
-  const Trial trial = ask(text);
+  const Trial trial = ask(text, most_s);
   if (trial != Trial::kCrashed || !used) return trial;
-  return start() ? ask(text) : Trial::kEnded;
+  return start() ? ask(text, most_s) : Trial::kEnded;
 }
 
 bool TrialProcess::start() {
@@ -150,13 +151,16 @@ void TrialProcess::serve(int messages) {
   for (const int signal : {SIGINT, SIGTERM}) ::signal(signal, SIG_IGN);  // the parent ends us
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
+  int most_s = 0;
   std::string text(PATH_MAX, '\0');
+  std::array<iovec, 2> parts{{{&most_s, sizeof most_s}, {text.data(), text.size()}}};
   for (;;) {
-    const ssize_t size = ::recv(kMessages, text.data(), text.size(), 0);
-    if (size <= 0) ::_exit(0);
+    const ssize_t size = ::readv(kMessages, parts.data(), static_cast<int>(parts.size())) -
+                         static_cast<ssize_t>(sizeof most_s);
+    if (size < 0) ::_exit(0);
     timespec spent{};
     ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
-    const auto most = static_cast<rlim_t>(spent.tv_sec + 1 + most_s_);
+    const auto most = static_cast<rlim_t>(spent.tv_sec + 1 + most_s);
     const rlimit time{most, RLIM_INFINITY};
     ::setrlimit(RLIMIT_CPU, &time);
     try {
@@ -168,9 +172,12 @@ void TrialProcess::serve(int messages) {
   }
 }
 
-Trial TrialProcess::ask(const std::string& text) {
+Trial TrialProcess::ask(const std::string& text, int most_s) {
   char done = 0;
-  if (::send(messages_, text.data(), text.size(), MSG_NOSIGNAL) >= 0) {
+  std::string message(sizeof most_s, '\0');
+  std::memcpy(message.data(), &most_s, sizeof most_s);
+  message += text;
+  if (::send(messages_, message.data(), message.size(), MSG_NOSIGNAL) >= 0) {
     try {
       wait_until_readable(messages_);
     } catch (...) {

@@ -14,7 +14,9 @@
 namespace fricid::data::hdf5 {
 namespace {
 
-constexpr int kPatience = 5;         // [s] of processor time; the rest of a long file is not tried
+// Processor time that the library may take [s], and for each so many bytes one more.
+constexpr int kPatience = 1;
+constexpr std::uintmax_t kSlowest = 4'000'000;
 constexpr hsize_t kSlice = 1 << 20;  // numbers read at a time
 
 void read_attributes(hid_t object, const std::string& path) {
@@ -85,9 +87,16 @@ void read_all(const std::string& path) {
 }  // namespace
 
 void try_to_read(const std::string& path) {
-  static TrialProcess read(read_all, kPatience);  // one for the program, under the Session's lock
-  if (read(std::filesystem::absolute(path).string()) == Trial::kCrashed)
-    throw UserError("{}: damaged: the HDF5 library crashes on it", path);
+  static TrialProcess trial(read_all);  // one for the program, under the Session's lock
+  const auto most_s = kPatience + static_cast<int>(std::filesystem::file_size(path) / kSlowest);
+  switch (trial(std::filesystem::absolute(path).string(), most_s)) {
+    case Trial::kCrashed:
+      throw UserError("{}: damaged: the HDF5 library crashes on it", path);
+    case Trial::kTooLong:
+      throw UserError("{}: damaged: the HDF5 library reads it for more than {} s", path, most_s);
+    case Trial::kEnded:
+      break;
+  }
 }
 
 }  // namespace fricid::data::hdf5

@@ -33,26 +33,25 @@ enum class Trial { kEnded, kCrashed, kTooLong };
 /// new: an earlier piece may have damaged its memory.
 class TrialProcess {
  public:
-  /// @param work    what the child does with each text that it is given
-  /// @param most_s  processor time [s] of one piece, after which the child is killed
-  TrialProcess(std::function<void(const std::string&)> work, int most_s);
+  /// @param work  what the child does with each text that it is given
+  explicit TrialProcess(std::function<void(const std::string&)> work);
   ~TrialProcess();
   TrialProcess(const TrialProcess&) = delete;
   TrialProcess& operator=(const TrialProcess&) = delete;
 
   /// One thread at a time.
+  /// @param most_s  processor time [s], up to one more, after which the child is killed
   /// @return kEnded also when no child can be made
   /// @throws Stopped on Ctrl-C or SIGTERM
-  Trial operator()(const std::string& text);
+  Trial operator()(const std::string& text, int most_s);
 
  private:
   bool start();
   void end();
   [[noreturn]] void serve(int messages);
-  Trial ask(const std::string& text);
+  Trial ask(const std::string& text, int most_s);
 
   std::function<void(const std::string&)> work_;
-  int most_s_;
   int child_ = 0, owner_ = 0, messages_ = -1;
 };
 
