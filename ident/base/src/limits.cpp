@@ -33,6 +33,7 @@ constexpr std::array kAll{limits::kTextBytes,
                           limits::kFitSeeds};
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+constexpr double kSmall = 1e6;  // [bytes] a task may take without a look at the free memory
 
 /// Bytes behind "KEY:" of a file in /proc that counts in kB; unbounded if the key is missing.
 double kilobytes_of(const char* file, const std::string& key) {
@@ -81,6 +82,7 @@ double memory_budget() {
 }
 
 void require_memory(double bytes, std::string_view where, std::string_view what) {
+  if (bytes <= kSmall) return;
   if (const double budget = memory_budget(); !(bytes <= budget))
     throw UserError(
         "{}: {} would take {:.3g} GB of memory; allowed: {:.3g} GB, half of what is free", where,
