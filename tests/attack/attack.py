@@ -256,6 +256,13 @@ def run(program, command, folder, stdout, sanitized, variables, limit, errors="s
     return code, (folder / errors).read_bytes(), stopped
 
 
+def as_shown(text):
+    """A text as the program prints it, escapes without their backslash: "a<newline>b" -> "anb"."""
+    for sign, letter in ("\n", "n"), ("\t", "t"), ("\r", "r"):
+        text = text.replace(sign, letter)
+    return re.sub("[\x00-\x1f\x7f]", lambda sign: f"x{ord(sign[0]):02x}", text).replace("\\", "")
+
+
 def complaint(code, errors, stopped, command, path, folder, hostile_stdout, poor):
     """What is wrong with how a command ended; nothing when nothing is."""
     text = errors.decode("utf-8", "replace")
@@ -283,9 +290,9 @@ def complaint(code, errors, stopped, command, path, folder, hostile_stdout, poor
             return "not one line that says why"
         names = {p.name for p in folder.rglob("*")} | set(command) | {"sample", str(path)}
         names |= {a.strip("-") for a in command if a.startswith("-")}
-        shown = said[0].replace("\\", "")
+        shown = as_shown(said[0])
         if "OPTION" not in str(path) and not poor and not any(
-                re.search(r"(?<!\w)" + re.escape(n.replace("\\", "")) + r"(?!\w)", shown)
+                re.search(r"(?<!\w)" + re.escape(as_shown(n)) + r"(?!\w)", shown)
                 for n in names if n and n not in ("home", "out", command[0])):
             return "the line names no file and no option"
     return None

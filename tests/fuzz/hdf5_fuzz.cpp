@@ -1,6 +1,6 @@
-// libFuzzer target: every reader of HDF5 files. The first byte chooses the reader, and between a
-// file of the bytes that follow, under a checksum that fits, and one that the library writes as
-// they say: names, types, shapes, layouts and links of any kind.
+// libFuzzer target: every reader of HDF5 files. The last byte chooses the reader. The bytes are a
+// file under a checksum that fits, if the first is 0; else the library writes one as they say:
+// names, types, shapes, layouts and links of any kind.
 #include <fuzzer/FuzzedDataProvider.h>
 #include <hdf5.h>
 
@@ -330,12 +330,12 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
   }();
   (void)beside;
   if (size == 0) return 0;
-  if (data[0] % 4 == 0) {
+  if (data[0] == 0) {
     write_sealed(fuzz::text_of(data + 1, size - 1));
   } else {
     FuzzedDataProvider bytes(data + 1, size - 1);
     Builder(bytes).fill();
   }
-  read_as(data[0] / 4);
+  read_as(data[size - 1]);
   return 0;
 }

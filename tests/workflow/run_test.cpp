@@ -187,6 +187,17 @@ TEST_F(RunTest, RefusesAManifestWhoseOutputsLieOutside) {
   }
 }
 
+TEST_F(RunTest, RefusesAManifestThatNamesAStageOrAnOutputTwice) {
+  const Content model{"models/a_s1.json", std::string(64, '0')};
+  Manifest of_one, of_two, of_stages;
+  of_one.at("identify a_s1").outputs = {model, model};
+  of_two.at("identify a_s1").outputs = of_two.at("identify a_s2").outputs = {model};
+  of_stages.at("data");
+  of_stages.stages.push_back(of_stages.stages.front());
+  for (const Manifest& manifest : {of_one, of_two, of_stages})
+    EXPECT_THROW(manifest.check("manifest.json"), UserError);
+}
+
 TEST(Inputs, TwoOfOneNameAreAMistakeOfTheProgram) {
   Inputs inputs{RunFolder("run")};
   inputs.text("a", "1");

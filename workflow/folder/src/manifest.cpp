@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "fricid/base/error.hpp"
@@ -41,12 +43,19 @@ void Manifest::check(const std::string& place) const {
   for (const std::string* text : {&version, &commit, &machine.cpu, &scene})
     require_visible(*text, "a text", place);
   for (const std::string& fit : fitted_by_name) require_visible(fit, "fitted_by_name", place);
+  std::set<std::string_view> names, files;
   for (const StageRecord& stage : stages) {
     require_visible(stage.name, "name of a stage", place);
-    for (const Content& output : stage.outputs)
+    if (!names.insert(stage.name).second)
+      throw UserError("{}: stage {} is there twice; allowed: once", place, stage.name);
+    for (const Content& output : stage.outputs) {
       if (!is_inside(output.name))
         throw UserError("{}: output {}; allowed: a file below the run folder", place,
                         printable(output.name));
+      if (!files.insert(output.name).second)
+        throw UserError("{}: output {} is there twice; allowed: once", place,
+                        printable(output.name));
+    }
   }
 }
 

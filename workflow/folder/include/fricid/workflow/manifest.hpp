@@ -71,7 +71,8 @@ struct Manifest {
   const StageRecord* find(std::string_view stage) const;  ///< null: was not run
   StageRecord& at(const std::string& stage);              ///< created if missing
 
-  /// @throws UserError when an output lies outside of the run folder, or a text is not printable
+  /// @throws UserError when an output lies outside of the run folder, a stage or an output is there
+  /// twice, or a text is not printable
   void check(const std::string& place) const;
 
   template <class Archive>
