@@ -26,37 +26,50 @@ struct Holders {
   int coulomb = -1, viscous = -1;
 };
 
+/// Parameters of a role that stand beside `p`.
+int count_in_joint(const friction::RobotFriction& model, const friction::ParameterRef& p,
+                   Role role) {
+  return static_cast<int>(std::ranges::count_if(model.parameters(), [&](const auto& other) {
+    return other.joint == p.joint && other.info.role == role;
+  }));
+}
+int count_in_law(const friction::RobotFriction& model, const friction::ParameterRef& p, Role role) {
+  return static_cast<int>(std::ranges::count_if(model.parameters(), [&](const auto& other) {
+    return other.joint == p.joint && other.law == p.law && other.owner == p.owner &&
+           other.info.role == role;
+  }));
+}
+
+/// Growth with the load is of the law of the load itself, or of a law that a modifier scales.
+bool is_of_load_law(const friction::RobotFriction& model, const friction::ParameterRef& p) {
+  return count_in_law(model, p, Role::kLoadCoefficient) > 0;
+}
+
+/// Coulomb friction is held by the law with springs, viscous friction by one without memory.
 std::vector<Holders> holders_of(const friction::RobotFriction& model) {
   std::vector<Holders> of(static_cast<std::size_t>(model.joint_count()));
   const auto first = [&](int& holder, const friction::ParameterRef& p, bool holds) {
     if (holder < 0 && holds) holder = p.law;
   };
-  for (const auto& [coulomb, viscous] :
-       {std::pair{Role::kStiffness, "coulomb_viscous"}, std::pair{Role::kCoulomb, ""}})
+  for (const bool preferred : {true, false})
     for (const friction::ParameterRef& p : model.parameters()) {
       if (p.joint == friction::kWholeRobot) continue;
       Holders& joint = of[static_cast<std::size_t>(p.joint)];
-      const auto& laws = model.joints()[static_cast<std::size_t>(p.joint)].laws;
-      const std::string& law = laws[static_cast<std::size_t>(p.law)].law;
-      first(joint.coulomb, p, p.info.role == coulomb);
+      const auto& law = model.joints()[static_cast<std::size_t>(p.joint)]
+                            .laws[static_cast<std::size_t>(p.law)]
+                            .law;
+      const bool memoryless = count_in_law(model, p, Role::kSmoothingSpeed) > 0;
+      first(joint.coulomb, p, p.info.role == (preferred ? Role::kStiffness : Role::kCoulomb));
       first(joint.viscous, p,
-            p.info.role == Role::kViscous && p.owner == law && (!*viscous || law == viscous));
+            p.info.role == Role::kViscous && p.owner == law && (memoryless || !preferred));
     }
   return of;
-}
-
-/// Number of parameters of a role in the law of `p`.
-int count_beside(const friction::RobotFriction& model, const friction::ParameterRef& p, Role role,
-                 bool in_law) {
-  return static_cast<int>(std::ranges::count_if(model.parameters(), [&](const auto& other) {
-    return other.joint == p.joint && (!in_law || other.law == p.law) && other.info.role == role;
-  }));
 }
 
 double start_value(const friction::RobotFriction& model, const friction::ParameterRef& p,
                    const Holders& holders, const friction::FrictionGuess& guess, double load,
                    double temperature) {
-  const auto in_law = [&](Role role) { return count_beside(model, p, role, true); };
+  const auto in_law = [&](Role role) { return count_in_law(model, p, role); };
   switch (p.info.role) {
     case Role::kCoulomb:
       return p.law == holders.coulomb ? guess.Fc : p.info.lower;
@@ -70,7 +83,7 @@ double start_value(const friction::RobotFriction& model, const friction::Paramet
       return kAttraction * guess.Fc;
     case Role::kViscous:
       if (p.law != holders.viscous) return 0;
-      return count_beside(model, p, Role::kPowerViscous, false) > 0 ? 0.5 * guess.Fv : guess.Fv;
+      return count_in_joint(model, p, Role::kPowerViscous) > 0 ? 0.5 * guess.Fv : guess.Fv;
     case Role::kPowerViscous:
       return holders.viscous < 0 ? guess.Fv : 0.5 * guess.Fv;
     case Role::kExponent:
@@ -86,13 +99,13 @@ double start_value(const friction::RobotFriction& model, const friction::Paramet
       return kStatic * guess.Fc / springs / (kShortest * std::pow(kLongest / kShortest, at));
     }
     case Role::kSmoothingSpeed:
-      return p.owner == "load_dependent" ? kLoadCorner : kCorner;
+      return is_of_load_law(model, p) ? kLoadCorner : kCorner;
     case Role::kLoadSmoothing:
       return kLoadFoot;
     case Role::kLoadCoefficient:
       return kPowerFlow;
     case Role::kLoadGrowth:
-      return p.owner == "load" ? kLoadShare / std::max(load, 1e-3) : 0;
+      return is_of_load_law(model, p) ? 0 : kLoadShare / std::max(load, 1e-3);
     case Role::kTemperature:
       return temperature;
     case Role::kTemperatureCoefficient:
@@ -135,13 +148,17 @@ std::vector<Limit> sum_limits(const friction::Friction& friction) {
         p.info.role == Role::kTemperature ||
         (p.info.role == Role::kCoulomb && p.law != joint.coulomb) ||
         (p.info.role == Role::kViscous && p.law != joint.viscous) ||
-        (p.info.role == Role::kLoadGrowth && p.owner == "load_dependent" && p.law != joint.coulomb);
+        (p.info.role == Role::kLoadGrowth && is_of_load_law(model, p) && p.law != joint.coulomb);
     if (held) limits.push_back({i, value, value});
     if (p.info.role == Role::kStribeckVelocity)
       limits.push_back({i, std::min(kSlowest, value), std::max(kFastest, value)});
     if (p.info.role == Role::kAttraction) {
-      const double Fc = friction.theta[static_cast<std::size_t>(
-          friction::find_parameter(model, p.joint, p.owner, "Fc"))];
+      const auto coulomb = std::ranges::find_if(model.parameters(), [&](const auto& other) {
+        return other.joint == p.joint && other.law == p.law && other.info.role == Role::kCoulomb;
+      });
+      const double Fc =
+          friction
+              .theta[static_cast<std::size_t>(std::distance(model.parameters().begin(), coulomb))];
       limits.push_back({i, std::min(value, kSlowReturn * Fc), std::max(value, kFastReturn * Fc)});
     }
   }
