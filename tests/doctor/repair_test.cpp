@@ -37,12 +37,15 @@ TEST(Repair, RefusesAGapThatNoLogHas) {
   for (const double seconds : {1e6, 1e18, 1e300}) {
     std::string said;
     try {
-      repair(log_with_a_gap(seconds), gap(), kinds);
+      data::Dataset log = log_with_a_gap(seconds);
+      log.source = "import log.csv";
+      repair(log, gap(), kinds);
     } catch (const UserError& error) {
       said = error.what();
     }
-    EXPECT_THAT(said, testing::MatchesRegex("log: [0-9]+ samples of a log after its gaps are "
-                                            "filled; allowed: up to 50000000"))
+    EXPECT_THAT(
+        said, testing::MatchesRegex("log \\(import log\\.csv\\): [0-9]+ samples of a log after its "
+                                    "gaps are filled; allowed: up to 50000000"))
         << seconds;
   }
 }

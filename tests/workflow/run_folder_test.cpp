@@ -85,11 +85,11 @@ TEST_F(RunFolderTest, RestrictedItShowsNothingElse) {
         restricted.table_csv(), restricted.torque_table(), restricted.starts(),
         restricted.rollout(fit, "validation_0"), restricted.prediction(fit, "validation_0"),
         restricted.estimate(fit, "validation_0"), restricted.band("lugre", "validation_0")})
-    EXPECT_TRUE(hidden.empty()) << hidden;
+    EXPECT_THAT(hidden.string(), testing::HasSubstr("(not in manifest.json)"));
   // what is hidden stays so
   const RunFolder further = restricted.restricted_to({"scene.toml", "evaluation.json"});
-  EXPECT_TRUE(further.scene().empty());
-  EXPECT_TRUE(further.model(fit).empty());
+  EXPECT_EQ(further.scene(), run.path() / "(not in manifest.json)/scene.toml");
+  EXPECT_FALSE(is_there(further.model(fit)));
   EXPECT_EQ(further.evaluation(), run.evaluation());
   EXPECT_EQ(run.scene(), folder / "scene.toml");  // the folder itself is unchanged
 }

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "fricid/base/error.hpp"
+#include "fricid/data/artefact.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::workflow {
@@ -105,8 +106,8 @@ TEST_F(RunTest, AStageSeesNoFileThatItDidNotDeclare) {
   };
   run.perform(reader);
   EXPECT_EQ(seen, place / "data/train_0.h5");
-  EXPECT_EQ(hidden, fs::path());
-  EXPECT_EQ(table, fs::path());
+  EXPECT_EQ(hidden, place / "(not in manifest.json)/data/validation_0.h5");
+  EXPECT_EQ(table, place / "(not in manifest.json)/table.md");
 }
 
 TEST_F(RunTest, TheManifestSaysWhatAStageReadAndWrote) {
@@ -187,11 +188,28 @@ TEST_F(RunTest, RefusesAManifestWhoseOutputsLieOutside) {
   }
 }
 
+TEST_F(RunTest, DoesAgainWhatAnAlteredRecordSaysWasDone) {
+  {
+    workflow::Run run = workflow::Run::open(place, false);
+    run.perform(copying(run, "one"));
+  }
+  const auto done_again_with = [&](auto change) {
+    auto manifest = data::load<Manifest>(place / "manifest.json");
+    change(manifest.stages.front());
+    data::save(manifest, place / "manifest.json");
+    workflow::Run run = workflow::Run::open(place, false);
+    return run.perform(copying(run, "one"));
+  };
+  EXPECT_FALSE(done_again_with([](StageRecord&) {}));
+  EXPECT_TRUE(done_again_with([](StageRecord& record) { record.outputs.clear(); }));
+  EXPECT_TRUE(done_again_with([](StageRecord& record) { record.seal.reset(); }));
+}
+
 TEST_F(RunTest, RefusesAManifestThatNamesAStageOrAnOutputTwice) {
   const Content model{"models/a_s1.json", std::string(64, '0')};
   Manifest of_one, of_two, of_stages;
   of_one.at("identify a_s1").outputs = {model, model};
-  of_two.at("identify a_s1").outputs = of_two.at("identify a_s2").outputs = {model};
+  for (const char* stage : {"identify a_s1", "identify a_s2"}) of_two.at(stage).outputs = {model};
   of_stages.at("data");
   of_stages.stages.push_back(of_stages.stages.front());
   for (const Manifest& manifest : {of_one, of_two, of_stages})

@@ -30,7 +30,11 @@ Manifest read_manifest(const fs::path& file) {
         "{}: made by an earlier version of fricid (fricid.manifest/1); name another folder with -o "
         "or remove this one",
         file.string());
-  return data::load<Manifest>(file);
+  Manifest manifest = data::load<Manifest>(file);
+  // what an altered record says was done is done again
+  std::erase_if(manifest.stages,
+                [](const StageRecord& record) { return record.seal != seal_of(record); });
+  return manifest;
 }
 
 void create(const fs::path& path) {
@@ -157,8 +161,10 @@ bool Run::perform(const Stage& stage) {
   const StageRecord* before = manifest_.find(stage.name);
   if (!fresh_ && before != nullptr && before->program == program_ && stands(stage)) return false;
 
-  StageRecord record{
-      .name = stage.name, .program = program_, .inputs = stage.inputs.contents(), .outputs = {}};
+  StageRecord record;
+  record.name = stage.name;
+  record.program = program_;
+  record.inputs = stage.inputs.contents();
   const auto begin = std::chrono::steady_clock::now();
   const Done done = stage.work(stage.inputs.visible());
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
@@ -184,6 +190,10 @@ void Run::remove_outputs(const std::vector<Content>& before,
   }
 }
 
-void Run::save() const { data::save(manifest_, folder_.manifest()); }
+void Run::save() const {
+  Manifest sealed = manifest_;
+  for (StageRecord& record : sealed.stages) record.seal = seal_of(record);
+  data::save(sealed, folder_.manifest());
+}
 
 }  // namespace fricid::workflow

@@ -71,10 +71,11 @@ void fill_gaps(Dataset& d) {
   double samples = 1;
   for (int k = 1; k < d.length(); ++k)
     samples += std::max(1.0, std::round((d.t[k] - d.t[k - 1]) * d.rate_hz));
+  const std::string where = d.source.empty() ? d.name : fmt::format("{} ({})", d.name, d.source);
   require_within(limits::kFilledSamples, static_cast<std::uint64_t>(std::clamp(samples, 0.0, 1e18)),
-                 d.name);
+                 where);
   require_memory(8 * samples * static_cast<double>(2 * tables(d).size() * d.joint_names.size()),
-                 d.name, "the log with its gaps filled");
+                 where, "the log with its gaps filled");
   std::vector<int> rows{0};
   for (int k = 1; k < d.length(); ++k) {
     const auto periods = std::lround((d.t[k] - d.t[k - 1]) * d.rate_hz);

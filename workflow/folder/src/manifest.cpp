@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
 #include "fricid/base/names.hpp"
 
 namespace fricid::workflow {
@@ -35,8 +36,18 @@ const StageRecord* Manifest::find(std::string_view stage) const {
 StageRecord& Manifest::at(const std::string& stage) {
   if (const StageRecord* found = find(stage))
     return stages[static_cast<std::size_t>(found - stages.data())];
-  stages.push_back({.name = stage, .program = {}, .inputs = {}, .outputs = {}});
+  stages.emplace_back().name = stage;
   return stages.back();
+}
+
+std::string seal_of(const StageRecord& record) {
+  std::string text = fmt::format("{}\n{}\n", record.name, record.program);
+  for (const auto* contents : {&record.inputs, &record.outputs}) {
+    text += fmt::format("{}\n", contents->size());
+    for (const Content& content : *contents)
+      text += fmt::format("{} {}\n", content.sha256, content.name);
+  }
+  return sha256_of_text(text);
 }
 
 void Manifest::check(const std::string& place) const {

@@ -35,6 +35,8 @@ struct StageRecord {
   std::vector<Content> inputs;   ///< all that it read, sorted by name
   std::vector<Content> outputs;  ///< all files that it wrote, sorted by name
   double seconds = 0;            ///< wall clock
+  /// seal_of(record) when it was written; another one: altered since, and not to be believed.
+  std::optional<std::string> seal;
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -43,8 +45,12 @@ struct StageRecord {
     archive("seconds", seconds, number("s", 0, 1e12, "wall-clock time"));
     archive.sections("inputs", inputs, "everything that it read");
     archive.sections("outputs", outputs, "all files that it wrote");
+    archive("seal", seal, text("SHA-256 of name, program, inputs and outputs"));
   }
 };
+
+/// SHA-256 of what a record says was done.
+std::string seal_of(const StageRecord& record);
 
 struct Machine {
   std::string cpu;
