@@ -27,9 +27,9 @@ struct Logs {
   signals::Recording recording;
 };
 
-/// 31 s of the KR 6 with LuGre friction.
-Logs simulate(const Load& load, std::uint64_t seed) {
-  scene::Scene s = scene::load_scene(source_dir() / "scenes/kr6_lugre.toml");
+/// 31 s of the KR 6 with the friction of a scene.
+Logs simulate(const Load& load, std::uint64_t seed, const char* scene = "kr6_lugre") {
+  scene::Scene s = scene::load_scene(source_dir() / fmt::format("scenes/{}.toml", scene));
   s.seed = seed;
   s.excitation.train = s.excitation.repeats = 1;
   s.excitation.validation = 0;
@@ -84,6 +84,20 @@ TEST(Payload, IsFoundWithinTwoPercent) {
   for (int k = 0; k < 3; ++k)
     EXPECT_NEAR(fit.body.c[k], kGripper.com[static_cast<std::size_t>(k)], 2e-3);
   EXPECT_TRUE(dynamics::is_physical(fit.pi));
+}
+
+// Friction that grows with the torque of the motor is in part in phase with gravity: as Coulomb
+// friction alone it moves the centre of mass by a centimetre.
+TEST(Payload, IsFoundUnderFrictionThatGrowsWithTheLoad) {
+  const Load load{2.5, {0.02, -0.01, 0.08}, {0.012, 0.014, 0.008, 0.001, 0, -0.001}};
+  for (const char* scene : {"kr6_load", "kr6_full"}) {
+    const Logs bare = simulate(kNone, 1, scene), loaded = simulate(load, 2, scene);
+    const PayloadFit fit = payload_least_squares(bare.robot, flange(bare.robot),
+                                                 {&bare.recording, 1}, {&loaded.recording, 1}, {});
+    EXPECT_NEAR(fit.body.m, load.kg, 0.02 * load.kg) << scene;
+    for (int k = 0; k < 3; ++k)
+      EXPECT_NEAR(fit.body.c[k], load.com[static_cast<std::size_t>(k)], 2e-3) << scene << ' ' << k;
+  }
 }
 
 // A small weight has hardly any inertia about itself: free estimates of it are those of no body.

@@ -20,16 +20,20 @@ namespace {
 
 using dynamics::Vector10;
 
-constexpr int kLoad = 10;  // parameters of a body
+constexpr int kLoad = 10;   // parameters of a body
+constexpr int kPasses = 3;  // of the regression
 
 // A load so wide that it only decides what the data leave open: a ton, a metre away.
 Vector10 widest() { return Vector10{{1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3}}; }
 
-/// Unknowns: arm (p), friction without (3 n), friction with (3 n), load (10).
+/// Unknowns: arm (p), friction without (3 n), friction with (3 n), the bend of its viscous curve
+/// (n), its growth with the torque (n), load (10).
 struct Columns {
   int p, n;
   int friction(bool with) const { return p + (with ? 3 * n : 0); }
-  int load() const { return p + 6 * n; }
+  int bend() const { return p + 6 * n; }
+  int growth() const { return bend() + n; }
+  int load() const { return growth() + n; }
   int size() const { return load() + kLoad; }
 };
 
@@ -48,6 +52,19 @@ Regression joined(const Columns& at, int link, const Regression& without, const 
   all.joint = without.joint;
   for (const int j : with.joint) all.joint.push_back(at.n + j);
   return all;
+}
+
+// What friction has in common in both logs: a viscous curve that is no line, and growth of the
+// Coulomb friction with the torque of the motor.
+// @param tau  (N) that torque
+void set_curves(const Columns& at, const Eigen::VectorXd& tau, Regression& all) {
+  for (Eigen::Index r = 0; r < tau.size(); ++r) {
+    const int group = all.joint[static_cast<std::size_t>(r)], j = group % at.n;
+    const int friction = at.friction(group >= at.n) + j;
+    const double coulomb = all.rows(r, friction), v = all.rows(r, friction + at.n);
+    all.rows(r, at.bend() + j) = std::copysign(std::sqrt(std::abs(v)), v);
+    all.rows(r, at.growth() + j) = std::abs(tau[r]) * coulomb;
+  }
 }
 
 // Precision (square, as many as unknowns) that holds what the data leave open.
@@ -118,9 +135,15 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   }
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(at.size());
   mean.head(at.p) = nominal.robot.pi;
-  const Regression data = joined(at, frame.link, first, second);
-  const Weighted solved = reweight(data.rows, data.tau, data.joint, 2 * at.n, options.robust,
-                                   wide_precision(at, nominal), mean);
+  Regression data = joined(at, frame.link, first, second);
+  set_curves(at, data.tau, data);
+  Weighted solved;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    // noise of the measured torque in a regressor would be a bias
+    if (pass > 0) set_curves(at, data.rows * solved.x, data);
+    solved = reweight(data.rows, data.tau, data.joint, 2 * at.n, options.robust,
+                      wide_precision(at, nominal), mean);
+  }
   fit.sigma = solved.sigma;
 
   // in the frame: free, then the nearest body

@@ -40,9 +40,14 @@ struct PayloadFit {
 ///     tau = Y(q, v, a) pi + Y_L(q, v, a) phi + friction'    with it
 ///
 /// for phi, the ten parameters of the load beside the link L that carries it (Khalil, Gautier &
-/// Lemoine, ICRA 2007). The arm is the same in both; its friction is not, since it grows with load
-/// and temperature. What of the arm neither log shows stays near the nominal values, and phi does
-/// not depend on it. `pi` of the result is the body nearest to phi in the metric of its covariance.
+/// Lemoine, ICRA 2007). The arm is the same in both. Friction is Coulomb, viscous and an offset in
+/// either, since temperature changes it, and in both the same
+///
+///     b sqrt(|v|) sgn(v) + mu |tau| sgn(v)
+///
+/// per joint, tau the motor torque by the fit of the pass before: what grows with the load. What of
+/// the arm neither log shows stays near the nominal values, and phi does not depend on it. `pi` of
+/// the result is the body nearest to phi in the metric of its covariance.
 /// @param frame  that carries the load; not of the base
 /// @throws UserError when the frame does not move
 PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynamics::Frame& frame,
