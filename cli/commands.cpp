@@ -8,6 +8,7 @@
 #include "fricid/data/artefact.hpp"
 #include "fricid/evaluate/compare.hpp"
 #include "fricid/evaluate/evaluate.hpp"
+#include "fricid/workflow/payload.hpp"
 #include "job.hpp"
 #include "seeds.hpp"
 #include "terminal.hpp"
@@ -77,6 +78,8 @@ void print_result(const workflow::Job& job, const evaluate::Evaluation& evaluati
   const workflow::RunFolder& folder = job.run.folder();
   print(evaluate::short_table(evaluation, workflow::fit_seconds(job.run.manifest())));
   const scene::Scene& scene = job.problem.scene;
+  if (scene.payload.wanted())
+    print("\n" + workflow::to_text(data::load<data::PayloadFile>(folder.payload())));
   for (const auto& [made, table] :
        {std::pair(scene.compensation.wanted(), folder.compensation_table()),
         std::pair(scene.contact.wanted(), folder.contact_table())})
@@ -114,8 +117,9 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
   workflow::Job job = open_job(std::move(problem), options, common);
   workflow::make_data(job);
   const bool sound = workflow::data_are_sound(job);
-  const bool healthy = workflow::identify(job, requests.fits, requests.by_name);
+  bool healthy = workflow::identify(job, requests.fits, requests.by_name);
   const evaluate::Evaluation evaluation = workflow::evaluate(job, options.data);
+  healthy = workflow::find_load(job) && healthy;
   workflow::compensate(job);
   workflow::feel_contacts(job);
   const bool videos = job.problem.scene.render.video && !options.no_video;

@@ -38,10 +38,10 @@ std::string report_of_run(const workflow::RunFolder& folder, const scene::Scene&
   const Record record = read_record(folder, scene, manifest);
   const Html name = html::escaped(record.run.evaluation.scene);
   const Html description = html::escaped(scene.description);
-  const Html body = table_section(record) + torque_section(record) + compensation_section(record) +
-                    contact_section(record) + video_section(record) + figure_section(record) +
-                    model_section(record) + warning_section(record) + data_section(record) +
-                    reproduce_section(record);
+  const Html body = table_section(record) + torque_section(record) + payload_section(record) +
+                    compensation_section(record) + contact_section(record) + video_section(record) +
+                    figure_section(record) + model_section(record) + warning_section(record) +
+                    data_section(record) + reproduce_section(record);
   const Html page = Html::of(
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"

@@ -50,6 +50,10 @@ Html plot_html(const Record& record, const std::string& name);
 /// Torque along the measured motion: joints, regimes, drift, and the noise of the recordings.
 Html torque_section(const Record& record);
 
+// report_payload.cpp
+/// An unknown load; empty without one.
+Html payload_section(const Record& record);
+
 // report_loops.cpp
 /// Closed loops with the models' friction fed forward; empty without them.
 Html compensation_section(const Record& record);

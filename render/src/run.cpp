@@ -83,13 +83,15 @@ std::optional<data::FitFile> Run::fit(const workflow::FitId& id) const {
 }
 
 Run read_run(const workflow::RunFolder& folder) {
-  Run run{folder, data::load<evaluate::Evaluation>(folder.evaluation()), {}, {}, {}, {}, {}, {}};
+  Run run{folder, data::load<evaluate::Evaluation>(folder.evaluation()), {}, {}, {}, {}, {}, {},
+          {}};
   run.models = models_of_run(run.evaluation, folder);
   run.trajectory = run.evaluation.trajectories.front();
   run.measured = data::load_dataset(folder.recording(run.trajectory));
   run.truth = if_there(folder.truth(run.trajectory), sim::load_truth);
   if (run.truth)
     require_joints(run, folder.truth(run.trajectory), std::ssize(run.truth->joint_names));
+  run.payload = if_there(folder.payload(), data::load<data::PayloadFile>);
   run.compensation = if_there(folder.compensation(), data::load<evaluate::CompensationFile>);
   run.contact = if_there(folder.contact(), data::load<evaluate::ContactFile>);
   return run;

@@ -10,6 +10,7 @@
 #include "fricid/data/estimate_file.hpp"
 #include "fricid/data/fit_file.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/data/payload_file.hpp"
 #include "fricid/evaluate/bands.hpp"
 #include "fricid/evaluate/compensation.hpp"
 #include "fricid/evaluate/contact.hpp"
@@ -35,6 +36,7 @@ struct Run {
   std::string trajectory;
   data::Dataset measured;
   std::optional<sim::Truth> truth;  ///< of the trajectory
+  std::optional<data::PayloadFile> payload;
   std::optional<evaluate::CompensationFile> compensation;
   std::optional<evaluate::ContactFile> contact;
 

@@ -6,6 +6,35 @@ from fricid_program import ProgramTest, fricid, load
 
 TINY = pathlib.Path(__file__).with_name("tiny.toml")
 LOAD = "payload_kg = 2\npayload_com = [0.01, -0.02, 0.09]\npayload_inertia = [0.02, 0.02, 0.01, 0, 0, 0]\n"
+SECTION = """
+[payload]
+mass_kg = 2
+com = [0.01, -0.02, 0.09]
+inertia = [0.02, 0.02, 0.01, 0, 0, 0]
+"""
+JOINTS = [f"joint_a{i}" for i in range(1, 7)]
+LOG_CONTRACT = f"""
+joint_names = {JOINTS}
+[time]
+column = "t"
+[position]
+columns = "q{{}}"
+[torque]
+columns = "tau{{}}"
+"""
+LOGS = """
+[robot]
+urdf = "models/kr6_r700/kr6_r700.urdf"
+mount = "ceiling"
+[data]
+contract = "contract.toml"
+train = ["bare/log.csv"]
+validation = ["bare/held_out.csv"]
+[[model]]
+name = "simple"
+[payload]
+logs = ["loaded/log.csv"]
+"""
 
 
 class Payload(ProgramTest):
@@ -30,6 +59,42 @@ class Payload(ProgramTest):
         # what it prints are keys of a scene
         scene = self.write("next.toml", f'extends = "{TINY}"\n' + done.stdout)
         self.assertEqual(fricid("info", scene).returncode, 0)
+
+    def test_a_scene_finds_the_load_that_it_simulates(self):
+        scene = self.write("run.toml", f'extends = "{TINY}"\n[[model]]\nname = "simple"\n' + SECTION)
+        folder = self.folder / "run"
+        done = fricid("run", scene, "-o", folder, "--no-video")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = load(folder / "payload.json")
+        self.assertEqual(found["with"], ["loaded_0"])
+        self.assertAlmostEqual(found["mass_kg"], 2, delta=0.04)
+        self.assertIn(f"payload_kg = {found['mass_kg']:.5g}", done.stdout)
+        self.assertIn('id="payload"', (folder / "report.html").read_text())
+        again = fricid("run", scene, "-o", folder, "--no-video")
+        self.assertIn("payload: up to date", again.stderr)
+
+    def test_a_scene_finds_the_load_of_its_logs(self):
+        bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, LOAD)
+        for run, recording, log in (bare, "train_0", "log"), (bare, "validation_0", "held_out"), (loaded, "train_0", "log"):
+            (run / f"{log}.csv").write_text(fricid("info", run / f"data/{recording}.h5", "--csv").stdout)
+        self.write("contract.toml", LOG_CONTRACT)
+        scene = self.write("logs.toml", LOGS)
+        folder = self.folder / "run"
+        done = fricid("run", scene, "-o", folder, "--no-video")
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+        found = load(folder / "payload.json")
+        self.assertAlmostEqual(found["mass_kg"], 2, delta=0.04)
+        for value, truth in zip(found["com_m"], [0.01, -0.02, 0.09], strict=True):
+            self.assertAlmostEqual(value, truth, delta=0.004)
+
+    def test_mistakes_in_a_scene(self):
+        for text, why in (
+                (SECTION.replace("mass_kg = 2", 'logs = ["a.csv"]'), r"payload\.logs beside \[friction\]; allowed"),
+                (SECTION + 'frame = "gripper"\n', r'payload\.frame = "gripper"; allowed: .*flange'),
+                (SECTION.replace("0.02, 0.02, 0.01", "0.02, 0.02, 0.1"), r"payload\.inertia has principal moments"),
+                ("[robot]\npayload_kg = 1\n" + SECTION, r"payload\.mass_kg beside robot\.payload_kg; allowed")):
+            scene = self.write("run.toml", f'extends = "{TINY}"\n' + text)
+            self.assert_refused(fricid("run", scene, "-o", self.folder / "run"), r"run\.toml:\d+: " + why)
 
     def test_mistakes(self):
         bare = self.simulate("bare", 3)

@@ -5,6 +5,7 @@
 #include "fricid/data/estimate_file.hpp"
 #include "fricid/data/fit_file.hpp"
 #include "fricid/data/loop_file.hpp"
+#include "fricid/data/payload_file.hpp"
 #include "fricid/data/written_model.hpp"
 #include "fricid/evaluate/bands.hpp"
 #include "fricid/evaluate/compare.hpp"
@@ -70,6 +71,9 @@ std::string run_folder_page() {
       {"", "", run.prediction(id, recording),
        "motor torque that it predicts along the measured motion"},
       {"", "", run.band("MODEL", recording), "90 % band of its open loop"},
+      {"payload", "[identify], [payload], training recordings, what makes the data", run.payload(),
+       "the load that the recordings with it show"},
+      {"", "", run.recording(workflow::RunFolder::loaded(0)), "recordings with the load"},
       {"compensate", "[compensation], models, the scene's truth", run.compensation(),
        "errors of closed loops with the models' friction fed forward"},
       {"", "", run.compensation_table(), "the same as tables"},
@@ -96,6 +100,7 @@ std::string run_folder_page() {
   page += artefact_section<data::FitFile>("fit/MODEL_sSEED.json", "Report of a fit.");
   page += artefact_section<evaluate::Evaluation>(
       "evaluation.json", "Scores of all models; lists per horizon follow `horizons_s`.");
+  page += artefact_section<data::PayloadFile>("payload.json", "A load; of `fricid payload` too.");
   page += artefact_section<evaluate::CompensationFile>(
       "compensation.json", "Closed loops with the models' friction fed forward.");
   page += artefact_section<evaluate::ContactFile>(

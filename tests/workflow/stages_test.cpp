@@ -107,6 +107,7 @@ class Stages : public TemporaryFolder {
   Stages() {
     const scene::Problem problem = load_problem(tiny());
     scene::Scene scene = problem.scene;
+    scene.payload.mass_kg = 1;
     scene.compensation.gains = {1};
     scene.contact.hours = 1;
     job.emplace(open_job(with_scene(problem, std::move(scene)), folder / "run", false, 1,
@@ -117,6 +118,7 @@ class Stages : public TemporaryFolder {
     for (const FitRequest& fit : fits())
       record(fit_stage(*job, fit).name, {run.model(fit.id()), run.fit(fit.id())});
     record("evaluate", {run.evaluation(), run.table(), run.rollout({"lugre", 1}, "validation_0")});
+    record("payload", {run.recording("loaded_0"), run.payload()});
     record("compensate", {run.compensation(), run.compensation_table(), run.loop("lugre", 0, 0)});
     record("contact", {run.contact(), run.contact_table(), run.external_torque("lugre")});
     record("plots", {run.plot("tracking", "svg")});
@@ -138,6 +140,7 @@ class Stages : public TemporaryFolder {
     std::vector<Stage> stages{data_stage(*job)};
     for (const FitRequest& fit : fits()) stages.push_back(fit_stage(*job, fit));
     stages.push_back(evaluation_stage(*job, {}));
+    stages.push_back(payload_stage(*job));
     stages.push_back(compensation_stage(*job));
     stages.push_back(contact_stage(*job));
     stages.push_back(plots_stage(*job));
@@ -175,6 +178,7 @@ class Stages : public TemporaryFolder {
       return stages;
     }
     if (name == "evaluate") return {evaluation_stage(*job, {})};
+    if (name == "payload") return {payload_stage(*job)};
     if (name == "compensate") return {compensation_stage(*job)};
     if (name == "contact") return {contact_stage(*job)};
     return {};
@@ -195,22 +199,23 @@ class Stages : public TemporaryFolder {
 /// because their files change.
 Names readers_of(const std::string& section) {
   static const std::map<std::string, Names> kReaders{
-      {"name", {"data", "evaluate", "compensate", "contact", "video", "report"}},
+      {"name", {"data", "evaluate", "payload", "compensate", "contact", "video", "report"}},
       {"description", {"video", "report"}},
-      {"seed", {"data", "compensate", "contact", "report"}},
+      {"seed", {"data", "payload", "compensate", "contact", "report"}},
       {"robot",
-       {"data", "identify simple_s1", "identify lugre_s1", "evaluate", "compensate", "contact",
-        "plots", "video", "report"}},
-      {"friction", {"data", "evaluate", "compensate", "contact", "video", "report"}},
-      {"plant", {"data", "evaluate", "compensate", "contact", "report"}},
-      {"controller", {"data", "compensate", "contact", "report"}},
-      {"excitation", {"data", "compensate", "contact", "report"}},
-      {"sensors", {"data", "compensate", "contact", "report"}},
+       {"data", "identify simple_s1", "identify lugre_s1", "evaluate", "payload", "compensate",
+        "contact", "plots", "video", "report"}},
+      {"friction", {"data", "evaluate", "payload", "compensate", "contact", "video", "report"}},
+      {"plant", {"data", "evaluate", "payload", "compensate", "contact", "report"}},
+      {"controller", {"data", "payload", "compensate", "contact", "report"}},
+      {"excitation", {"data", "payload", "compensate", "contact", "report"}},
+      {"sensors", {"data", "payload", "compensate", "contact", "report"}},
       {"data", {"report"}},  // of a simulated scene
-      {"identify", {"identify simple_s1", "identify lugre_s1", "evaluate", "report"}},
+      {"identify", {"identify simple_s1", "identify lugre_s1", "evaluate", "payload", "report"}},
       {"model 0", {"identify simple_s1", "report"}},
       {"model 1", {"identify lugre_s1", "report"}},
       {"evaluate", {"evaluate", "report"}},
+      {"payload", {"payload", "report"}},
       {"compensation", {"compensate", "report"}},
       {"contact", {"contact", "report"}},
       {"render", {"video", "report"}}};
@@ -249,8 +254,10 @@ TEST_F(Stages, RunAgainForTheirSectionsOfTheSceneAndNoOthers) {
 TEST_F(Stages, RunAgainForTheFilesOfOthers) {
   const std::map<std::string, Names> readers{
       {"data/train_0.h5",
-       {"identify simple_s1", "identify lugre_s1", "evaluate", "compensate", "contact", "plots",
-        "video", "report"}},
+       {"identify simple_s1", "identify lugre_s1", "evaluate", "payload", "compensate", "contact",
+        "plots", "video", "report"}},
+      {"data/loaded_0.h5", {"plots", "video", "report"}},
+      {"payload.json", {"plots", "video", "report"}},
       {"data/validation_0.h5", {"evaluate", "plots", "video", "report"}},
       {"truth/train_0.h5", {"evaluate", "plots", "video", "report"}},
       {"truth/validation_0.h5", {"evaluate", "plots", "video", "report"}},
@@ -286,7 +293,7 @@ TEST_F(Stages, RunAgainForTheFilesOfOthers) {
       write_file_atomically(job->run.folder().path() / output.name, text);
       job->run.describe([&](Manifest& changed) { changed = manifest; });
     }
-  EXPECT_EQ(outputs, 18);
+  EXPECT_EQ(outputs, 20);
 }
 
 // A part of a scene holds what was named and nothing else.

@@ -1,16 +1,14 @@
 // The stage that makes the data: by simulation, or from logs.
 #include <fmt/format.h>
 
-#include "fricid/base/error.hpp"
 #include "fricid/data/artefact.hpp"
-#include "fricid/data/contract.hpp"
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/diagnosis_file.hpp"
-#include "fricid/data/log_part.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/sim/simulate.hpp"
 #include "fricid/workflow/job.hpp"
 #include "fricid/workflow/section.hpp"
+#include "log_import.hpp"
 
 namespace fricid::workflow {
 namespace {
@@ -41,27 +39,13 @@ Done simulate(const scene::Problem& part, const RunFolder& out, int jobs) {
   return done;
 }
 
-/// Name of a log among the inputs: two logs may have one name in different folders.
-std::string log_input(const std::string& recording) { return fmt::format("log of {}", recording); }
-
-Done import_logs(const scene::Problem& part, const RunFolder& out,
-                 const std::function<void(const std::string&)>& say) {
-  const auto contract = data::load_contract(part.contract_path);
-  std::vector<data::Dataset> sets;
-  const auto import = [&](const std::vector<std::string>& logs, std::string (*name)(int)) {
-    for (std::size_t i = 0; i < logs.size(); ++i) {
-      const fs::path path = scene::find_log(part, logs[i]);
-      const data::Dataset part_of_log =
-          data::cut(data::import_log(path, contract), data::log_part(logs[i]), path.string());
-      sets.push_back(
-          data::of_joints(part_of_log, part.scene.joints, part.scene.robot.fix, path.string()));
-      for (const std::string& warning : data::check_dataset(sets.back(), path.string()))
-        say(warning);
-      sets.back().name = name(static_cast<int>(i));
-    }
-  };
-  import(part.scene.data.train, RunFolder::training);
-  import(part.scene.data.validation, RunFolder::validation);
+Done import(const scene::Problem& part, const RunFolder& out,
+            const std::function<void(const std::string&)>& say) {
+  std::vector<data::Dataset> sets =
+      import_logs(part, part.scene.data.train, RunFolder::training, say);
+  for (data::Dataset& held_out :
+       import_logs(part, part.scene.data.validation, RunFolder::validation, say))
+    sets.push_back(std::move(held_out));
 
   Done done;
   for (const data::Dataset& dataset : sets) {
@@ -79,16 +63,6 @@ Done import_logs(const scene::Problem& part, const RunFolder& out,
   return done;
 }
 
-void declare_logs(Inputs& inputs, const scene::Problem& problem) {
-  inputs.file("contract", problem.contract_path);
-  const auto add = [&](const std::vector<std::string>& logs, std::string (*name)(int)) {
-    for (std::size_t i = 0; i < logs.size(); ++i)
-      inputs.file(log_input(name(static_cast<int>(i))), scene::find_log(problem, logs[i]));
-  };
-  add(problem.scene.data.train, RunFolder::training);
-  add(problem.scene.data.validation, RunFolder::validation);
-}
-
 }  // namespace
 
 Stage data_stage(const Job& job) {
@@ -103,9 +77,12 @@ Stage data_stage(const Job& job) {
     };
   } else {
     declare(stage.inputs, job.problem, kImported);
-    declare_logs(stage.inputs, job.problem);
+    stage.inputs.file("contract", job.problem.contract_path);
+    declare_logs(stage.inputs, job.problem, job.problem.scene.data.train, RunFolder::training);
+    declare_logs(stage.inputs, job.problem, job.problem.scene.data.validation,
+                 RunFolder::validation);
     stage.work = [part = part_of(job.problem, kImported), out = job.run.folder(),
-                  say = job.say](const RunFolder&) { return import_logs(part, out, say); };
+                  say = job.say](const RunFolder&) { return import(part, out, say); };
   }
   return stage;
 }

@@ -20,9 +20,10 @@ using enum Section;
 
 constexpr Section kDrawn[] = {kRobot};
 constexpr Section kFilmed[] = {kName, kDescription, kRobot, kFriction, kRender};
-constexpr Section kReported[] = {kName,       kDescription,  kSeed,    kRobot, kFriction, kPlant,
-                                 kController, kExcitation,   kSensors, kData,  kIdentify, kModels,
-                                 kEvaluate,   kCompensation, kContact, kRender};
+constexpr Section kReported[] = {kName,     kDescription, kSeed,       kRobot,   kFriction,
+                                 kPlant,    kController,  kExcitation, kSensors, kData,
+                                 kIdentify, kModels,      kEvaluate,   kPayload, kCompensation,
+                                 kContact,  kRender};
 
 /// Declares the outputs of data, fits, evaluation and closed loops.
 void declare_results(Inputs& inputs, const Job& job) {
@@ -30,6 +31,8 @@ void declare_results(Inputs& inputs, const Job& job) {
   for (const FitRequest& fit : fits_of(job).counted)
     inputs.outputs_of(job.run.results_of(fit_stage(job, fit).name));
   inputs.outputs_of(job.run.results_of("evaluate"));
+  if (job.problem.scene.payload.wanted())
+    inputs.outputs_of(job.run.results_of(payload_stage(job).name));
   if (job.problem.scene.compensation.wanted())
     inputs.outputs_of(job.run.results_of(compensation_stage(job).name));
   if (job.problem.scene.contact.wanted())

@@ -8,7 +8,7 @@ namespace fricid::workflow {
 scene::Problem part_of(const scene::Problem& problem, std::span<const Section> sections) {
   const scene::Scene& scene = problem.scene;
   scene::Scene part;
-  bool has_robot = false, has_data = false;
+  bool has_robot = false, has_logs = false;
   for (const Section section : sections) switch (section) {
       case Section::kName:
         part.name = scene.name;
@@ -40,8 +40,7 @@ scene::Problem part_of(const scene::Problem& problem, std::span<const Section> s
         break;
       case Section::kData:
         part.data = scene.data;
-        part.origin = scene.origin;  // relative names of logs start there
-        has_data = true;
+        has_logs = true;
         break;
       case Section::kIdentify:
         part.identify = scene.identify;
@@ -51,6 +50,10 @@ scene::Problem part_of(const scene::Problem& problem, std::span<const Section> s
         break;
       case Section::kEvaluate:
         part.evaluate = scene.evaluate;
+        break;
+      case Section::kPayload:
+        part.payload = scene.payload;
+        has_logs = true;
         break;
       case Section::kCompensation:
         part.compensation = scene.compensation;
@@ -63,12 +66,13 @@ scene::Problem part_of(const scene::Problem& problem, std::span<const Section> s
         break;
     }
   if (has_robot) part.joints = scene.joints;
+  if (has_logs) part.origin = scene.origin;               // relative names of logs start there
   if (!has_robot) part.identify.linear_prior_sd.clear();  // given in [robot]
   return {.scene = std::move(part),
           .robot = has_robot ? problem.robot : dynamics::RobotModel(),
           .urdf_path = has_robot ? problem.urdf_path : std::filesystem::path(),
           .mjcf_path = has_robot ? problem.mjcf_path : std::filesystem::path(),
-          .contract_path = has_data ? problem.contract_path : std::filesystem::path()};
+          .contract_path = has_logs ? problem.contract_path : std::filesystem::path()};
 }
 
 scene::Problem with_scene(const scene::Problem& problem, scene::Scene scene) {

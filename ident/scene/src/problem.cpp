@@ -123,6 +123,22 @@ void check_contract(const Scene& scene, const fs::path& path) {
                       : "");
 }
 
+/// A load is found by two kinds of recordings of one arm, which must tell it.
+void check_payload(const Scene& scene, dynamics::RobotModel robot) {
+  const PayloadSection& load = scene.payload;
+  if (!load.wanted()) return;
+  const auto refuse = [&](const std::string& key, const char* found, const char* allowed) {
+    throw UserError("{}: {} {}; allowed: {}", scene.origin.place(key), key, found, allowed);
+  };
+  if (!load.logs.empty() && scene.simulates())
+    refuse("payload.logs", "beside [friction]", "payload.mass_kg, the load to simulate");
+  if (load.mass_kg > 0 && !scene.simulates())
+    refuse("payload.mass_kg", "without [friction]", "payload.logs");
+  if (load.mass_kg > 0 && scene.robot.payload_kg > 0)
+    refuse("payload.mass_kg", "beside robot.payload_kg", "one of them");
+  add_unknown_load(scene, robot);
+}
+
 /// The current folder for a scene without a file.
 fs::path folder_of_scene(const Scene& scene) {
   return fs::absolute(scene.origin.path.empty() ? "scene" : scene.origin.path)
@@ -133,7 +149,7 @@ fs::path folder_of_scene(const Scene& scene) {
 // Calls with each log of a scene.
 template <class Use>
 void for_logs(const Scene& scene, Use&& use) {
-  for (const auto* logs : {&scene.data.train, &scene.data.validation})
+  for (const auto* logs : {&scene.data.train, &scene.data.validation, &scene.payload.logs})
     for (const std::string& log : *logs) use(log);
 }
 
@@ -146,6 +162,7 @@ Problem resolve(Scene scene) {
   const fs::path contract = find_and_rename(origin, scene.data.contract, "data.contract");
   rename_logs(scene.data.train, origin.folder("data.train"));
   rename_logs(scene.data.validation, origin.folder("data.validation"));
+  rename_logs(scene.payload.logs, origin.folder("payload.logs"));
   take_couplings(scene, contract);
   fix_held_joints(scene, contract, folder_of_scene(scene));
   if (!mjcf.empty() && !scene.robot.fix.empty())
@@ -170,6 +187,7 @@ Problem resolve(Scene scene) {
   check_contract(scene, contract);
   complete_models(scene);
   check_consistency(scene);
+  check_payload(scene, robot);
 
   std::vector<fs::path> inputs = origin.files;
   for (const fs::path& path : {urdf, mjcf, contract})
@@ -187,6 +205,24 @@ Problem resolve(Scene scene) {
           .mjcf_path = mjcf,
           .contract_path = contract,
           .inputs = std::move(inputs)};
+}
+
+Problem with_load(const Problem& problem) {
+  Scene scene = problem.scene;
+  scene.robot.payload_frame = scene.payload.frame;
+  scene.robot.payload_kg = scene.payload.mass_kg;
+  scene.robot.payload_com = scene.payload.com;
+  scene.robot.payload_inertia = scene.payload.inertia;
+  scene.excitation.validation = 0;
+  ++scene.seed;
+  dynamics::RobotModel robot = problem.robot;
+  add_unknown_load(scene, robot);
+  return {.scene = std::move(scene),
+          .robot = std::move(robot),
+          .urdf_path = problem.urdf_path,
+          .mjcf_path = problem.mjcf_path,
+          .contract_path = problem.contract_path,
+          .inputs = problem.inputs};
 }
 
 void require_horizons(const Scene& scene) {

@@ -109,32 +109,56 @@ void add_couplings(const Scene& scene, dynamics::RobotModel& robot) {
   }
 }
 
-void add_payload(const Scene& scene, dynamics::RobotModel& model) {
-  const RobotSection& robot = scene.robot;
-  if (robot.payload_kg == 0) return;
-  const auto& frames = model.frames;
-  const auto frame = std::find_if(frames.begin(), frames.end(), [&](const dynamics::Frame& f) {
-    return f.name == robot.payload_frame;
-  });
-  if (frame == frames.end()) {
+namespace {
+
+/// A load as two sections of a scene name it.
+struct Load {
+  std::string_view keys;  ///< that its keys begin with
+  const std::string& frame;
+  double mass;
+  const std::array<double, 3>& com;
+  const std::array<double, 6>& inertia;
+};
+
+void add_load(const Scene& scene, const Load& load, dynamics::RobotModel& model) {
+  const auto frame = std::ranges::find(model.frames, load.frame, &dynamics::Frame::name);
+  if (frame == model.frames.end()) {
     std::vector<std::string> names;
-    for (const dynamics::Frame& f : frames) names.push_back(f.name);
-    throw UserError("{}: robot.payload_frame = \"{}\"; allowed: {}",
-                    scene.origin.place("robot.payload_frame"), robot.payload_frame,
+    for (const dynamics::Frame& f : model.frames) names.push_back(f.name);
+    const std::string key = fmt::format("{}frame", load.keys);
+    throw UserError("{}: {} = \"{}\"; allowed: {}", scene.origin.place(key), key, load.frame,
                     fmt::join(names, ", "));
   }
-  const auto& [xx, yy, zz, xy, xz, yz] = robot.payload_inertia;
+  const auto& [xx, yy, zz, xy, xz, yz] = load.inertia;
   const Eigen::Matrix3d inertia{{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}};
   // The sum with the link must stay a body: about its own centre Ixx + Iyy >= Izz, and so on.
   const Eigen::Vector3d moments =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia, Eigen::EigenvaluesOnly).eigenvalues();
-  if (moments[0] < 0 || moments[0] + moments[1] < moments[2])
+  if (moments[0] < 0 || moments[0] + moments[1] < moments[2]) {
+    const std::string key = fmt::format("{}inertia", load.keys);
     throw UserError(
-        "{}: robot.payload_inertia has principal moments {:g}, {:g}, {:g} kg m^2; allowed: none "
-        "negative, the largest at most the sum of the others",
-        scene.origin.place("robot.payload_inertia"), moments[0], moments[1], moments[2]);
-  dynamics::add_payload(model, *frame, robot.payload_kg,
-                        Eigen::Map<const Eigen::Vector3d>(robot.payload_com.data()), inertia);
+        "{}: {} has principal moments {:g}, {:g}, {:g} kg m^2; allowed: none negative, the largest "
+        "at most the sum of the others",
+        scene.origin.place(key), key, moments[0], moments[1], moments[2]);
+  }
+  dynamics::add_payload(model, *frame, load.mass,
+                        Eigen::Map<const Eigen::Vector3d>(load.com.data()), inertia);
+}
+
+}  // namespace
+
+void add_payload(const Scene& scene, dynamics::RobotModel& model) {
+  const RobotSection& robot = scene.robot;
+  if (robot.payload_kg > 0)
+    add_load(scene,
+             {"robot.payload_", robot.payload_frame, robot.payload_kg, robot.payload_com,
+              robot.payload_inertia},
+             model);
+}
+
+void add_unknown_load(const Scene& scene, dynamics::RobotModel& model) {
+  const PayloadSection& load = scene.payload;
+  add_load(scene, {"payload.", load.frame, load.mass_kg, load.com, load.inertia}, model);
 }
 
 }  // namespace fricid::scene

@@ -23,4 +23,7 @@ void add_couplings(const Scene& scene, dynamics::RobotModel& robot);
 /// Adds robot.payload_kg to the link of robot.payload_frame.
 void add_payload(const Scene& scene, dynamics::RobotModel& model);
 
+/// Adds the load of [payload], which has no mass where it is in logs.
+void add_unknown_load(const Scene& scene, dynamics::RobotModel& model);
+
 }  // namespace fricid::scene

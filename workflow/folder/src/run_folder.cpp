@@ -11,6 +11,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kDiagnosis = ".doctor.json";
+constexpr const char* kHidden = "(not in manifest.json)";  // a folder that never is
 
 }  // namespace
 
@@ -42,7 +43,7 @@ RunFolder RunFolder::restricted_to(std::set<std::string> names) const {
 }
 
 fs::path RunFolder::at(const std::string& name) const {
-  return visible_ == nullptr || visible_->contains(name) ? path_ / name : fs::path();
+  return visible_ == nullptr || visible_->contains(name) ? path_ / name : path_ / kHidden / name;
 }
 
 std::vector<fs::path> RunFolder::files_in(const fs::path& folder,
@@ -58,6 +59,7 @@ std::vector<fs::path> RunFolder::files_in(const fs::path& folder,
 
 std::string RunFolder::training(int i) { return fmt::format("train_{}", i); }
 std::string RunFolder::validation(int i) { return fmt::format("validation_{}", i); }
+std::string RunFolder::loaded(int i) { return fmt::format("loaded_{}", i); }
 
 fs::path RunFolder::recording(const std::string& name) const { return at("data/" + name + ".h5"); }
 fs::path RunFolder::diagnosis(const std::string& name) const {

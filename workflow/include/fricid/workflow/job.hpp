@@ -93,6 +93,11 @@ Fits fits_of(const Job& job);
 /// @param further_data  data sets in addition to those of the run
 evaluate::Evaluation evaluate(Job& job, const std::vector<std::filesystem::path>& further_data);
 
+/// Finds the load of [payload] from the training recordings and those with it, if the scene asks
+/// for it: payload.json, data/loaded_0.h5, ...
+/// @return false when what was found is not to be trusted
+bool find_load(Job& job);
+
 /// Simulates the arm with the friction of the fits fed forward, if the scene asks for it: loops/,
 /// compensation.json, compensation.md.
 /// @return whether it does
@@ -117,6 +122,7 @@ void make_report(Job& job);
 Stage data_stage(const Job& job);
 Stage fit_stage(const Job& job, const FitRequest& request);
 Stage evaluation_stage(const Job& job, const std::vector<std::filesystem::path>& further_data);
+Stage payload_stage(const Job& job);
 Stage compensation_stage(const Job& job);
 Stage contact_stage(const Job& job);
 Stage plots_stage(const Job& job);

@@ -24,13 +24,14 @@ enum class Section {
   kIdentify,
   kModels,
   kEvaluate,
+  kPayload,
   kCompensation,
   kContact,
   kRender
 };
 constexpr std::string_view names(Section) {
   return "name|description|seed|[robot]|[friction]|[plant]|[controller]|[excitation]|[sensors]|"
-         "[data]|[identify]|[[model]]|[evaluate]|[compensation]|[contact]|[render]";
+         "[data]|[identify]|[[model]]|[evaluate]|[payload]|[compensation]|[contact]|[render]";
 }
 
 /// The problem with only these sections of its scene, the others at their defaults. The robot's

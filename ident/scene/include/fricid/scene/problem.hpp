@@ -30,6 +30,10 @@ Problem resolve(Scene scene);
 /// The problem of a scene file. @throws UserError
 inline Problem load_problem(const std::filesystem::path& path) { return resolve(load_scene(path)); }
 
+/// The problem with the load of [payload] on the arm, known: its simulation gives the recordings
+/// with the load, of motion and noise of their own (the next seed), none of them held out.
+Problem with_load(const Problem& problem);
+
 /// Checks that the data of a scene with [friction] are long enough for its horizons.
 /// @throws UserError "file:line: ..." when a horizon is longer than a simulated recording
 void require_horizons(const Scene& scene);

@@ -16,6 +16,7 @@
 #include "fricid/film/options.hpp"
 #include "fricid/friction/robot_friction.hpp"
 #include "fricid/scene/origin.hpp"
+#include "fricid/scene/payload.hpp"
 #include "fricid/scene/robot.hpp"
 #include "fricid/sim/options.hpp"
 
@@ -50,6 +51,7 @@ struct Scene {
   estimate::RigidBodyOptions identify;
   std::vector<estimate::ModelOptions> models;
   evaluate::EvaluateOptions evaluate;
+  PayloadSection payload;
   sim::CompensationOptions compensation;
   sim::ContactOptions contact;
   film::FilmOptions render;
@@ -75,6 +77,7 @@ struct Scene {
     archive.section("identify", identify, "least squares on the rigid body, common to all models");
     archive.sections("model", models, "models to fit");
     archive.section("evaluate", evaluate, "open loop on held-out data");
+    archive.section("payload", payload, "a load to find from recordings with it");
     archive.section("compensation", compensation, "friction fed forward to the simulated arm");
     archive.section("contact", contact, "pushes on the simulated arm, and who feels them");
     archive.section("render", render, "the film of the run");

@@ -27,7 +27,7 @@ struct FitId {
 /// called "train_0", "validation_0", ...
 ///
 /// A stage gets it restricted to the files that it declared: paths of other data, fits and results
-/// are empty, as if they did not exist. Pictures are listed by `files_in`.
+/// are such that no file is there, and say why. Pictures are listed by `files_in`.
 class RunFolder {
  public:
   explicit RunFolder(std::filesystem::path path) : path_(std::move(path)) {}
@@ -47,6 +47,7 @@ class RunFolder {
 
   static std::string training(int i);    ///< name of the i-th training recording
   static std::string validation(int i);  ///< name of the i-th held-out recording
+  static std::string loaded(int i);      ///< name of the i-th recording with an unknown load
   std::filesystem::path recording(const std::string& name) const;
   std::filesystem::path diagnosis(const std::string& name) const;
   /// The diagnosis of a recording, which need not be in a run folder.
@@ -72,6 +73,8 @@ class RunFolder {
   std::filesystem::path band(const std::string& model, const std::string& recording) const;
   /// Rollouts of other programs, one folder per model.
   std::filesystem::path external() const { return path_ / "external"; }
+
+  std::filesystem::path payload() const { return at("payload.json"); }
 
   std::filesystem::path compensation() const { return at("compensation.json"); }
   std::filesystem::path compensation_table() const { return at("compensation.md"); }
