@@ -9,7 +9,9 @@
 namespace fricid::film {
 
 SharedLibrary::SharedLibrary(std::string name, const std::string& package)
-    : name_(std::move(name)), handle_(dlopen(name_.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+    // stays in memory: what the library keeps until the end is its own
+    : name_(std::move(name)),
+      handle_(dlopen(name_.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE)) {
   if (!handle_) throw UserError("{} is missing; install {}", name_, package);
 }
 
