@@ -2,19 +2,15 @@
 #include <fmt/format.h>
 
 #include "commands.hpp"
-#include "fricid/base/error.hpp"
 #include "fricid/data/signal_file.hpp"
 #include "fricid/estimate/contact/contact_log.hpp"
+#include "outputs.hpp"
 #include "terminal.hpp"
 
 namespace fricid::cli {
 
 Verdict find_contact(const ContactOptions& options, const CommonOptions& common) {
-  for (const std::filesystem::path& input : {options.model, options.log})
-    if (std::filesystem::weakly_canonical(options.output) ==
-        std::filesystem::weakly_canonical(input))
-      throw UserError("-o {}: would replace an input; allowed: another name",
-                      options.output.string());
+  require_not_input("-o", options.output, {options.model, options.log});
   const data::ModelFile model = data::load_model(options.model);
   const data::Dataset log = data::load_dataset(options.log);
   const data::ContactSignals found = estimate::observe_log(

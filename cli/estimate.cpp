@@ -4,11 +4,13 @@
 #include "commands.hpp"
 #include "fricid/data/signal_file.hpp"
 #include "fricid/estimate/online/online_log.hpp"
+#include "outputs.hpp"
 #include "terminal.hpp"
 
 namespace fricid::cli {
 
 Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common) {
+  require_not_input("-o", options.output, {options.model, options.log});
   const data::ModelFile model = data::load_model(options.model);
   const data::Dataset log = data::load_dataset(options.log);
   const estimate::OnlineLog estimated = estimate::estimate_log(

@@ -14,6 +14,7 @@
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 #include "fricid/workflow/check.hpp"
 #include "fricid/workflow/run.hpp"
+#include "outputs.hpp"
 #include "terminal.hpp"
 
 namespace fricid::cli {
@@ -156,13 +157,9 @@ void require_design_name(const CheckOptions& options) {
     throw UserError(
         "--design {}: allowed: a name that ends in .toml; the samples go to .csv beside",
         options.design.string());
-  for (const fs::path& input : {options.target, options.contract, options.robot.urdf})
-    for (const char* extension : {".toml", ".csv"})
-      if (!input.empty() &&
-          fs::weakly_canonical(fs::path(options.design).replace_extension(extension)) ==
-              fs::weakly_canonical(input))
-        throw UserError("--design {}: would replace {}; allowed: another name",
-                        options.design.string(), input.string());
+  for (const char* extension : {".toml", ".csv"})
+    require_not_input("--design", fs::path(options.design).replace_extension(extension),
+                      {options.target, options.contract, options.robot.urdf});
 }
 
 Verdict check(const CheckOptions& options, const CommonOptions& common) {

@@ -6,6 +6,7 @@
 #include "fricid/film/video.hpp"
 #include "fricid/workflow/section.hpp"
 #include "job.hpp"
+#include "outputs.hpp"
 
 namespace fricid::cli {
 
@@ -29,9 +30,17 @@ Verdict render(const RenderOptions& options, const CommonOptions& common) {
     missed.push_back(workflow::make_videos(job, shown, options.renderer));
   if (options.what.empty() || wanted("report")) workflow::make_report(job);
   std::erase(missed, "");
-  if (wanted("still"))
+  if (wanted("still")) {
+    std::vector<std::filesystem::path> inputs = job.problem.inputs;
+    for (const auto& file : {job.run.folder().manifest(), job.run.folder().scene()})
+      inputs.push_back(file);
+    for (const workflow::StageRecord& stage : job.run.manifest().stages)
+      for (const workflow::Content& output : stage.outputs)
+        inputs.push_back(job.run.folder().path() / output.name);
+    require_not_input("-o", options.still, inputs);
     film::render_still(job.run.folder(), shown, options.at, options.still,
                        {.renderer = options.renderer});
+  }
   if (!missed.empty()) throw UserError("{}", fmt::join(missed, "; "));
   return Verdict::kDone;
 }

@@ -100,7 +100,7 @@ class Imports(ProgramTest):
             done = fricid("check", self.log, "--contract", self.contract, "--design", self.folder / name)
             self.assert_refused(done, r"--design .*allowed: a name that ends in \.toml")
         done = fricid("check", self.log, "--contract", self.contract, "--design", self.folder / "log.toml")
-        self.assert_refused(done, r"--design .*log\.toml: would replace .*log\.csv")
+        self.assert_refused(done, r"--design .*log\.csv: would replace .*log\.csv")
         self.assertEqual(self.log.read_text(), LOG)
 
 

@@ -124,6 +124,8 @@ class Learning(ProgramTest):
 
         self.assert_refused(fricid("estimate", folder / "scene.toml", log, "-o", out), "not JSON")
         self.assert_refused(fricid("estimate", model, model, "-o", out), "not an HDF5 file")
+        for taken in log, model:
+            self.assert_refused(fricid("estimate", model, log, "-o", taken), r"-o .*: would replace .*")
 
     def test_a_network_cannot_be_fitted_conventionally(self):
         scene = self.tiny()

@@ -60,7 +60,7 @@ class Loops(ProgramTest):
         self.assertTrue(out.exists())
         log = folder / "data/validation_0.h5"
         self.assert_refused(fricid("contact", folder / "models/lugre_s1.json", log, "-o", log),
-                            r"would replace an input")
+                            r"-o .*: would replace .*")
         self.assert_refused(fricid("contact", folder / "models/lugre_s1.json", log, "--bandwidth", 0),
                             r"--bandwidth")
 

@@ -102,7 +102,7 @@ class Payload(ProgramTest):
         self.assert_refused(fricid("payload", bare, log, "--frame", "gripper"),
                             r"--frame gripper: no frame of .*; allowed: .*flange")
         self.assert_refused(fricid("payload", log, log), r"payload: needs a robot: --robot URDF")
-        self.assert_refused(fricid("payload", bare, log, "-o", log), r"-o .*train_0\.h5: would replace an input")
+        self.assert_refused(fricid("payload", bare, log, "-o", log), r"-o .*train_0\.h5: would replace .*train_0\.h5")
 
 
 if __name__ == "__main__":
