@@ -17,7 +17,6 @@ Ends with 1 when a case did not; its folder is kept under FOLDER/failed.
 """
 import collections
 import concurrent.futures
-import hashlib
 import json
 import os
 import pathlib
@@ -31,6 +30,7 @@ import sys
 import time
 
 import damage
+import manifest
 import samples
 
 MEMORY = 4 << 30  # [bytes]
@@ -171,30 +171,11 @@ def damaged_file(rng, folder):
     if data is not None:
         file.write_bytes(data)
     if run in OF_RUNS and name and file.is_file() and rng.randrange(2):
-        vouch_for(folder / run, name)
+        try:
+            manifest.vouch_for(folder / run, name)
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            pass  # the manifest is damaged
     return command, path
-
-
-def seal_of(stage):
-    """SHA-256 of what a record of the manifest says, as the program makes it."""
-    text = f"{stage['name']}\n{stage['program']}\n"
-    for contents in stage["inputs"], stage["outputs"]:
-        text += f"{len(contents)}\n" + "".join(f"{c['sha256']} {c['name']}\n" for c in contents)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def vouch_for(run, name):
-    """Writes the hash of a changed file, or all seals, into the manifest, as its author could."""
-    try:
-        manifest = json.loads((run / "manifest.json").read_text())
-        for stage in manifest["stages"]:
-            for output in stage["outputs"]:
-                if output["name"] == name:
-                    output["sha256"] = hashlib.sha256((run / name).read_bytes()).hexdigest()
-            stage["seal"] = seal_of(stage)
-        (run / "manifest.json").write_text(json.dumps(manifest))
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return
 
 
 def snapshot(folder, skip):

@@ -1,6 +1,6 @@
 """What asks for too much, or for what cannot be, is refused in one line before any work; what cannot
 be printed is said."""
-import hashlib
+import json
 import os
 import pathlib
 import signal
@@ -13,6 +13,7 @@ import unittest
 from fricid_program import PROGRAM, SOURCE, ProgramTest, fricid
 
 sys.path.insert(0, str(SOURCE / "tests" / "attack"))
+import manifest  # noqa: E402
 import samples  # noqa: E402
 
 
@@ -203,9 +204,7 @@ class Runs(Limits):
         after = change(before)
         self.assertNotEqual(before, after)
         file.write_bytes(after)
-        manifest = self.folder / "run" / "manifest.json"
-        hashes = [hashlib.sha256(data).hexdigest() for data in (before, after)]
-        manifest.write_text(manifest.read_text().replace(*hashes))
+        manifest.vouch_for(self.folder / "run", name)
 
     def test_a_model_of_another_name(self):
         for old, new in ((b'"name": "simple"', b'"name": "other"'), (b'"seed": 1', b'"seed": 2'),
@@ -216,6 +215,25 @@ class Runs(Limits):
                 done = self.fricid("evaluate", "run", "--quiet", "--fresh")
                 self.assertEqual(done.returncode, 2, done.stderr)
                 self.assertRegex(done.stderr, r"models/simple_s1\.json: found the model .*; allowed: simple, seed 1")
+
+    def test_a_model_of_another_robot(self):
+        self.forge("models/simple_s1.json", lambda data: data.replace(b'"shoulder"', b'"other"'))
+        done = self.fricid("evaluate", "run", "--quiet", "--fresh")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertRegex(done.stderr, r"models/simple_s1\.json: found the joints other, elbow; allowed")
+
+    def test_a_manifest_that_leaves_a_file_out(self):
+        manifest_file = self.folder / "run" / "manifest.json"
+        text = json.loads(manifest_file.read_text())
+        for stage in text["stages"]:
+            stage["outputs"] = [o for o in stage["outputs"] if o["name"] != "fit/simple_s1.json"]
+        for sealed in False, True:
+            manifest_file.write_text(json.dumps(text))
+            if sealed:
+                manifest.vouch_for(self.folder / "run")
+            done = self.fricid("evaluate", "run", "--quiet")
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn("run", done.stderr)
 
     def test_what_is_printed_shows(self):
         self.forge("table.md", lambda data: data + b"\x1b]0;title\x07\x1b[31m \xe2\x80\xae\n")

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 
+#include "fitted_model.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/base/parallel.hpp"
@@ -158,16 +159,6 @@ data::ModelFile oracle_model(const scene::Problem& problem) {
   return model;
 }
 
-/// @throws UserError when a file is that of another model, or is named as the truth
-data::ModelFile load_fitted(const RunFolder& folder, const FitId& id) {
-  data::ModelFile model = data::load_model(folder.model(id));
-  if (model.is_oracle || model.name != id.model || model.seed != id.seed)
-    throw UserError("{}: found the model {}, seed {}{}; allowed: {}, seed {}",
-                    folder.model(id).string(), printable(model.name), model.seed,
-                    model.is_oracle ? ", an oracle" : "", id.model, id.seed);
-  return model;
-}
-
 /// Faults that a fit found in itself, one line each.
 std::vector<std::string> faults_of(const RunFolder& folder, const FitId& id) {
   const auto fit = data::load<data::FitFile>(folder.fit(id));
@@ -251,7 +242,7 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   contest.training = load_training(task, visible);
   contest.robot = task.problem.robot;
   for (const FitRequest& fit : task.fits) {
-    contest.models.push_back(load_fitted(visible, fit.id()));
+    contest.models.push_back(load_fitted(visible, fit.id(), task.problem.scene.joints));
     contest.faults.push_back(faults_of(visible, fit.id()));
     contest.left_out.push_back(
         left_out_of(visible, fit.id(), contest.models.back(), contest.training));

@@ -1,5 +1,6 @@
 #include "loop_models.hpp"
 
+#include "fitted_model.hpp"
 #include "fricid/evaluate/compensation.hpp"
 
 namespace fricid::workflow {
@@ -20,7 +21,7 @@ std::vector<data::ModelFile> models_for_loops(const scene::Problem& problem,
                                               const RunFolder& visible,
                                               const std::vector<FitId>& fits) {
   std::vector<data::ModelFile> models;
-  for (const FitId& fit : fits) models.push_back(data::load_model(visible.model(fit)));
+  for (const FitId& fit : fits) models.push_back(load_fitted(visible, fit, problem.scene.joints));
   data::ModelFile& truth = models.emplace_back();
   truth.name = truth.label = evaluate::kTruthModel;
   truth.arm = {problem.robot, *problem.scene.friction};
