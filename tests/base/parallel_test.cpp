@@ -150,6 +150,8 @@ TEST(ParallelFor, StopsBetweenIndices) {
           parallel_for(1000, 2, [&](int i) {
             ++calls;
             if (i == 3) std::raise(SIGTERM);
+            // the other thread must not be through before the signal
+            if (i > 3) std::this_thread::sleep_for(std::chrono::milliseconds(1));
           });
         } catch (const Stopped&) {
           std::_Exit(calls >= 4 && calls < 1000 ? 130 : 1);

@@ -160,7 +160,7 @@ class Files(Limits):
             lines[i] = ",".join(cells)
         self.write("log.csv", "\n".join(lines) + "\n")
         self.refuse(["import", "log.csv", "--contract", "contract.toml", "--fix", "gap", "-o", "out"],
-                    r"log: 1000\d+ samples of a log after its gaps are filled; allowed: up to 50000000")
+                    r"log \(import log\.csv\): 1000\d+ samples of a log after its gaps are filled; allowed: up to 50000000")
 
     def test_files_that_never_end_or_lead_nowhere(self):
         for name, target in (("loop.toml", "loop.toml"), ("loop.json", "loop.json"),

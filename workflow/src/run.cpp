@@ -190,10 +190,9 @@ void Run::remove_outputs(const std::vector<Content>& before,
   }
 }
 
-void Run::save() const {
-  Manifest sealed = manifest_;
-  for (StageRecord& record : sealed.stages) record.seal = seal_of(record);
-  data::save(sealed, folder_.manifest());
+void Run::save() {
+  for (StageRecord& record : manifest_.stages) record.seal = seal_of(record);
+  data::save(manifest_, folder_.manifest());
 }
 
 }  // namespace fricid::workflow

@@ -72,7 +72,7 @@ class Run {
   Run(std::filesystem::path path, bool fresh);
   bool is_as_written(const Content& output) const;
   void remove_outputs(const std::vector<Content>& before, const std::vector<Content>& now) const;
-  void save() const;
+  void save();
 
   RunFolder folder_;
   bool new_;    // the folder was made here
