@@ -7,6 +7,7 @@
 
 #include "film_fixture.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/workflow/recordings.hpp"
 
 namespace fricid::film {
 namespace {
@@ -78,7 +79,7 @@ TEST_F(ReadFilm, ARolloutThatIsNotShownIsAbsent) {
   EXPECT_THAT(names(film), ElementsAre("dahl"));
   EXPECT_FALSE(film.has_truth());
   EXPECT_EQ(film.oracle.q.size(), 0);
-  EXPECT_TRUE(film.models[0].file.empty());
+  EXPECT_FALSE(workflow::is_there(film.models[0].file));
 }
 
 TEST_F(ReadFilm, TheMostTellingJointIsMissedMost) {

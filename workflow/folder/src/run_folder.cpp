@@ -43,7 +43,11 @@ RunFolder RunFolder::restricted_to(std::set<std::string> names) const {
 }
 
 fs::path RunFolder::at(const std::string& name) const {
-  return visible_ == nullptr || visible_->contains(name) ? path_ / name : path_ / kHidden / name;
+  return shows(name) ? path_ / name : path_ / kHidden / name;
+}
+
+bool RunFolder::shows(const std::string& name) const {
+  return visible_ == nullptr || visible_->contains(name);
 }
 
 std::vector<fs::path> RunFolder::files_in(const fs::path& folder,
@@ -51,7 +55,7 @@ std::vector<fs::path> RunFolder::files_in(const fs::path& folder,
   std::vector<fs::path> files;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder, none))
-    if (entry.path().extension() == extension && !at(name_of(entry.path())).empty())
+    if (entry.path().extension() == extension && shows(name_of(entry.path())))
       files.push_back(entry.path());
   std::ranges::sort(files);
   return files;

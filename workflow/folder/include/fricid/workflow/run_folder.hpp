@@ -96,6 +96,7 @@ class RunFolder {
   std::filesystem::path report() const { return path_ / "report.html"; }
 
  private:
+  bool shows(const std::string& name) const;
   std::filesystem::path at(const std::string& name) const;
 
   std::filesystem::path path_;
