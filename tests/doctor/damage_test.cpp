@@ -84,6 +84,7 @@ void keep_rows(Dataset& d, const std::function<int(int)>& copies) {
   for (Eigen::Index i = 0; i < length; ++i) t[i] = d.t[rows[static_cast<std::size_t>(i)]];
   d.t = t;
   for (RowMatrix* table : {&d.q, &d.tau, &d.v, &d.temperature}) {
+    if (table->size() == 0) continue;
     RowMatrix chosen(length, table->cols());
     for (Eigen::Index i = 0; i < length; ++i)
       chosen.row(i) = table->row(rows[static_cast<std::size_t>(i)]);

@@ -258,6 +258,9 @@ class Runs(Limits):
                     done = self.fricid(*command, "--quiet")
                     self.assertIn(done.returncode, (0, 1, 2), done.stderr)
                     self.assertNotIn("unexpected", done.stderr)
+                    if name.startswith("truth/") and command[0] == "evaluate":
+                        self.assertEqual(done.returncode, 2, done.stderr)
+                        self.assertIn(f"{name}: found joints", done.stderr)
 
 
 class Printing(Limits):

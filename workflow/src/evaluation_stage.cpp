@@ -37,6 +37,21 @@ struct HeldOut {
   std::vector<sim::Truth> truths;  ///< one per trajectory, or empty
 };
 
+/// @throws UserError when the truth is not that of the recording
+sim::Truth load_truth_of(const data::Dataset& data, const fs::path& data_file,
+                         const fs::path& truth_file) {
+  sim::Truth truth = sim::load_truth(truth_file);
+  if (truth.joint_names != data.joint_names)
+    throw UserError("{}: found joints {}; allowed: those of {}, {}", truth_file.string(),
+                    fmt::join(truth.joint_names, ", "), data_file.string(),
+                    fmt::join(data.joint_names, ", "));
+  if (truth.trace.t.size() != data.t.size() || truth.rate_hz != data.rate_hz)
+    throw UserError("{}: found {} samples at {:g} Hz; allowed: as {}, {} at {:g} Hz",
+                    truth_file.string(), truth.trace.t.size(), truth.rate_hz, data_file.string(),
+                    data.t.size(), data.rate_hz);
+  return truth;
+}
+
 void add_recording(HeldOut& held_out, const fs::path& data_file, const fs::path& truth_file,
                    double cutoff_hz) {
   evaluate::Trajectory trajectory;
@@ -46,7 +61,7 @@ void add_recording(HeldOut& held_out, const fs::path& data_file, const fs::path&
   trajectory.v = std::move(motion.v);
   trajectory.a = std::move(motion.a);
   if (is_there(truth_file)) {
-    held_out.truths.push_back(sim::load_truth(truth_file));
+    held_out.truths.push_back(load_truth_of(trajectory.data, data_file, truth_file));
     const sim::Trace& trace = held_out.truths.back().trace;
     trajectory.truth = evaluate::Reference{trace.q, trace.v, trace.tau_f, trace.z};
   }
