@@ -12,14 +12,24 @@ git ls-files '*.cpp' '*.hpp' | xargs clang-format --dry-run -Werror
 [ -f build/release/build.ninja ] || cmake --preset release >/dev/null
 mujoco=$(sed -n 's/^MUJOCO_ROOT:PATH=//p' build/release/CMakeCache.txt)
 [ -n "$mujoco" ] || ! [ -d build/release/_deps/mujoco ] || mujoco=$PWD/build/release/_deps/mujoco
-configure() { # build/lint/$1 and its compile commands for clang, without what g++ alone knows
-  cmake -S . -B "build/lint/$1" -G Ninja -DFRICID_BUILD_TESTS=OFF -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DMUJOCO_ROOT="$mujoco" "${@:2}" >/dev/null
+configure() { # configure NAME SOURCES OPTION...: build/lint/NAME and its compile commands for clang, without what g++ alone knows
+  cmake -S "$2" -B "build/lint/$1" -G Ninja -DFRICID_BUILD_TESTS=OFF -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DMUJOCO_ROOT="$mujoco" "${@:3}" >/dev/null
   cmake --build "build/lint/$1" --target fricid_version >/dev/null
   sed -i -E 's/ -m(move|store)-max=[0-9]+//g' "build/lint/$1/compile_commands.json"
 }
-configure units
+configure units .
+# The Python module is a project of its own; its units are read alone.
+if python/build_tools.sh; then
+  configure python python -Dnanobind_DIR="$(build/python/tools/bin/python -m nanobind --cmake_dir)"
+else
+  echo "scripts/lint.sh: python/src is not read" >&2
+fi
 # clang counts what it suppressed in system headers on stderr; findings are on stdout
-tidy() { clang-tidy -p build/lint/units --quiet "$1" 2>/dev/null; }
+tidy() {
+  local database=units
+  case ${1#"$PWD"/} in python/*) database=python ;; esac
+  clang-tidy -p "build/lint/$database" --quiet "$1" 2>/dev/null
+}
 
 # Units of a library are read together, by CMake's unity files, so that Eigen and the standard library are
 # read and matched once for some ten units. Units whose names collide, found with a single check, are read alone;
@@ -49,14 +59,15 @@ if [ $# -gt 0 ]; then
   printf '%s\0' "$@" | xargs -0 -P "$(nproc)" -I{} bash -c 'tidy {}'
   exit
 fi
-configure batches -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=12
+configure batches . -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=12
 find build/lint/batches -name 'unity_*.cxx' -exec \
   sed -i -E 's|^#include "[^"]*"$|& // NOLINT(bugprone-suspicious-include)|' {} +
 mapfile -t batches < <(sed -n 's/^ *"file": "\(.*\)".*/\1/p' build/lint/batches/compile_commands.json)
 
 # every unit of the product is in a batch
 missing=$(comm -23 \
-  <(git ls-files 'ident/*.cpp' 'sim/*.cpp' 'render/*.cpp' 'cli/*.cpp' 'workflow/*.cpp' | sed "s|^|$PWD/|" | sort) \
+  <(git ls-files 'ident/*.cpp' 'sim/*.cpp' 'render/*.cpp' 'deploy/*.cpp' 'cli/*.cpp' 'workflow/*.cpp' | sed "s|^|$PWD/|" | sort) \
   <({ printf '%s\n' "${batches[@]}"; sed -n 's|^#include "\(/[^"]*\)".*|\1|p' "${batches[@]}"; } | sort))
 [ -z "$missing" ] || { echo "scripts/lint.sh: in no target of the build: $missing" >&2; exit 1; }
+[ ! -f build/lint/python/build.ninja ] || mapfile -t -O ${#batches[@]} batches < <(git ls-files 'python/src/*.cpp' | sed "s|^|$PWD/|")
 printf '%s\0' "${batches[@]}" | xargs -0 -P "$(nproc)" -I{} bash -c 'tidy_batch {}'

@@ -1,26 +1,15 @@
 #!/usr/bin/env bash
 # Builds the wheel of the Python package: scripts/wheel.sh [FOLDER], default dist. It holds every library that
-# is not part of any Linux, so it needs nothing but Python.
+# is not part of any Linux, so it needs nothing but Python, and their licences.
 # FRICID_PREFIX=P takes the libraries of an installed fricid, and so its instruction set, in place of compiling them.
 # Exits with 77 when the tools cannot be had from PyPI.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=${1:-dist}
 build=build/python
-python=${PYTHON:-python3}
-mkdir -p "$build" "$folder"
-
+mkdir -p "$folder"
+python/build_tools.sh
 tools=$build/tools
-if ! cmp -s python/build_tools.txt "$tools/installed.txt"; then
-  rm -rf "$tools"
-  "$python" -m venv "$tools"
-  if ! "$tools/bin/pip" install -q --disable-pip-version-check -r python/build_tools.txt; then
-    rm -rf "$tools"
-    echo "scripts/wheel.sh: the tools of python/build_tools.txt cannot be had" >&2
-    exit 77
-  fi
-  cp python/build_tools.txt "$tools/installed.txt"
-fi
 export PATH=$PWD/$tools/bin:$PATH
 
 # The MuJoCo plugin must find the libmujoco that its process has, under its own name.
@@ -48,4 +37,7 @@ else
   merged=$(echo "$raw"/*.whl)
 fi
 LD_LIBRARY_PATH=$PWD/$build${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH} \
-  auditwheel repair --disable-isa-ext-check --exclude 'libmujoco.so.*' -w "$folder" "$merged"
+  auditwheel repair --disable-isa-ext-check --exclude 'libmujoco.so.*' -w "$raw/repaired" "$merged"
+wheel unpack -d "$raw/licensed" "$raw"/repaired/*.whl
+python python/licences.py "$raw"/licensed/fricid-*
+wheel pack -d "$folder" "$raw"/licensed/fricid-*

@@ -45,6 +45,26 @@ def test_tag_and_size():
     assert not [name for name in names if name.endswith((".a", ".hpp", ".cpp", ".cmake"))]
 
 
+def test_every_library_has_its_licence():
+    with zipfile.ZipFile(WHEEL) as content:
+        names = content.namelist()
+        libraries = [pathlib.PurePath(name).name for name in names if ".so" in name]
+        others = [name for name in libraries if not name.startswith(("_core", "libfricid_mujoco", "libcurl"))]
+        assert any(name.startswith("libhdf5") for name in others) and any(name.startswith("libmujoco") for name in others)
+        for library in [*others, "compiled in"]:
+            texts = [content.read(name).decode(errors="replace") for name in names
+                     if name.startswith(f"fricid/licences/{library}/")]
+            assert any(re.search("copyright", text, re.I) and re.search("licen[cs]e|public domain", text, re.I)
+                       for text in texts), library
+        for package in ("libeigen3-dev", "nanobind"):
+            assert f"fricid/licences/compiled in/{package}.txt" in names
+        # what copyright files refer to is there too
+        for name in names:
+            if name.startswith("fricid/licences/lib"):
+                for common in re.findall(r"/usr/share/common-licenses/([\w.+-]*\w)", content.read(name).decode(errors="replace")):
+                    assert f"fricid/licences/common-licenses/{common}" in names, (name, common)
+
+
 def mypy(*arguments, cwd):
     return subprocess.run([sys.executable, "-m", "mypy", "--strict", *map(str, arguments)], capture_output=True, text=True,
                           cwd=cwd)
@@ -113,6 +133,21 @@ def test_a_torn_library(copy):
     library = next((copy / "fricid.libs").glob("libhdf5*"))
     library.write_bytes(library.read_bytes()[:-5000])
     assert re.search(r"^ImportError: .*libhdf5.* is torn.*; install fricid again$", import_of(copy))
+
+
+def test_a_torn_or_missing_plugin(copy):
+    plugin = copy / "fricid/_native/libfricid_mujoco.so"
+    plugin.write_bytes(plugin.read_bytes()[:-1])
+    assert re.search(r"^ImportError: .*libfricid_mujoco.so is torn.*; install fricid again$", import_of(copy))
+    plugin.unlink()
+    assert re.search(r"^ImportError: .*libfricid_mujoco.so is missing; install fricid again$", import_of(copy))
+
+
+def test_missing_scenes_and_robots(copy):
+    shutil.rmtree(copy / "fricid/share/fricid/models")
+    assert re.search(r"UserError: .*models", import_of(copy))
+    shutil.rmtree(copy / "fricid/share")
+    assert re.search(r"UserError: .*scenes/kr6_demo.toml", import_of(copy))
 
 
 def test_a_torn_scene_or_robot(copy):
