@@ -2,10 +2,14 @@
 
 SAMPLES is written by write_export_samples. --table prints the errors instead of testing them.
 """
+import contextlib
+import io
 import json
 import os
 import pathlib
 import re
+import shutil
+import subprocess
 import sys
 import tempfile
 import threading
@@ -228,35 +232,141 @@ class Mujoco(unittest.TestCase):
 
 
 class Documents(unittest.TestCase):
-    def test_snippets_of_use_it(self):
-        """The blocks ```python of docs/use_it.md that load exports, on exports of a sample."""
-        page = (SOURCE / "docs/use_it.md").read_text()
-        blocks = [block for block in re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)
-                  if "# export:" in block]
-        self.assertEqual(len(blocks), 3)
+    """The blocks of docs/use_it.md that need other programs, on exports of a sample."""
+
+    PAGE = (SOURCE / "docs/use_it.md").read_text()
+    SAMPLE = "lugre_s1"
+
+    def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        for format in ("fmu", "onnx", "plugin"):
-            for path in (SAMPLES / format).glob("lugre_s1*"):
-                text = path.read_bytes()
-                name = path.name.replace("lugre_s1", "lvm_s1")
-                if path.suffix == ".xml":
-                    text = text.replace(b"lugre_s1", b"lvm_s1")
-                (pathlib.Path(folder.name) / name).write_bytes(text)
+        self.folder = pathlib.Path(folder.name)
         self.addCleanup(os.chdir, os.getcwd())
-        os.chdir(folder.name)
+        os.chdir(self.folder)
+
+    def copy(self, *formats):
+        """The sample's exports under the name that the page uses."""
+        for format in formats:
+            for path in (SAMPLES / format).glob(f"{self.SAMPLE}*"):
+                text = path.read_bytes()
+                if path.suffix in (".xml", ".h"):
+                    text = text.replace(self.SAMPLE.encode(), b"lvm_s1")
+                (self.folder / path.name.replace(self.SAMPLE, "lvm_s1")).write_bytes(text)
+
+    def test_python(self):
+        blocks = [block for block in re.findall(r"^```python\n(.*?)^```", self.PAGE, re.M | re.S)
+                  if "# export:" in block]
+        self.assertEqual(len(blocks), 3)
+        self.copy("fmu", "onnx", "plugin")
         for block in blocks:
             exec(compile(block, "use_it.md", "exec"), {"__name__": "__main__"})
 
+    def loaded(self, extension, prefix=""):
+        """A robot of the user with the extension."""
+        joints = [f'<joint name="{prefix}joint {j}"/><geom size="1"/>' for j in (1, 2)]
+        (self.folder / "robot.xml").write_text(
+            f"<mujoco>{extension}<worldbody><body>{joints[0]}<body>{joints[1]}</body></body></worldbody></mujoco>")
+        return mujoco.MjModel.from_xml_path("robot.xml")
 
-def print_table():
+    def test_extension_and_its_attributes(self):
+        self.copy("plugin")
+        include, = re.findall(r"<include file=.*?/>", self.PAGE)
+        model = self.loaded(include)
+        usual = moved(model, mujoco.MjData(model), 200)
+        self.assertEqual(model.npluginstate, 2)
+
+        attributes = {key: line for line, key in re.findall(r'^    (<config key="(\w+)".*?/>)', self.PAGE, re.M)}
+        self.assertEqual(set(attributes), {"prefix", "temperature", "model"})
+        text = (self.folder / "lvm_s1_extension.xml").read_text()
+        (self.folder / "lvm_s1_extension.xml").write_text(
+            text.replace("</instance>", attributes["prefix"] + attributes["temperature"] + "</instance>"))
+        model = self.loaded(include, "left_")
+        np.testing.assert_array_equal(usual, moved(model, mujoco.MjData(model), 200))
+
+        (self.folder / "lvm_s1.json").write_text((SAMPLES / "model" / "lugre.json").read_text())
+        (self.folder / "lvm_s1_extension.xml").write_text(
+            re.sub(r"<config key=.content.*?/>", attributes["model"], text))
+        model = self.loaded(include)
+        np.testing.assert_array_equal(usual, moved(model, mujoco.MjData(model), 200))
+
+    def test_header_by_hand_is_the_plugin(self):
+        self.copy("plugin", "c")
+        (self.folder / "body.xml").write_text(
+            (SAMPLES / "mjcf" / f"{self.SAMPLE}.xml").read_text())
+        block, = (b for b in re.findall(r"^```c\n(.*?)^```", self.PAGE, re.M | re.S) if "mj_step1" in b)
+        (self.folder / "main.c").write_text("""
+#include <math.h>
+#include <stdio.h>
+#include <mujoco/mujoco.h>
+#include "lvm_s1_friction.h"
+
+int main(void) {
+  enum { n = lvm_s1_JOINTS };
+  char error[1000];
+  mjModel *m = mj_loadXML("body.xml", NULL, error, sizeof error);
+  mjData *d;
+  lvm_s1_state state;
+  double load[n], temperature[n], tau_f[n];
+  int j, k;
+  if (!m) return puts(error), 1;
+  d = mj_makeData(m);
+  lvm_s1_init(&state);
+  for (k = 0; k < 500; ++k) {
+    for (j = 0; j < n; ++j) {
+      load[j] = 9 * sin(0.012 * d->time / m->opt.timestep + j);
+      temperature[j] = 293.15;
+    }
+""" + block + """  }
+  for (j = 0; j < n; ++j) printf("%.17g\\n", d->qpos[j]);
+  return 0;
+}
+""")
+        package = pathlib.Path(mujoco.__file__).parent
+        library, = package.glob("libmujoco.so*")
+        built = subprocess.run([shutil.which("cc") or "gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", f"-isystem{package}/include",
+                                "main.c", "-o", "main", str(library), f"-Wl,-rpath,{package}", "-lm"],
+                               capture_output=True, text=True)
+        self.assertEqual(built.returncode, 0, built.stderr)
+        said = subprocess.run(["./main"], capture_output=True, text=True).stdout
+        model = mujoco.MjModel.from_xml_path("lvm_s1.xml")
+        data = mujoco.MjData(model)
+        moved(model, data, 500)
+        self.assertGreater(np.ptp(data.qpos), 1e-3)
+        np.testing.assert_allclose([float(x) for x in said.split()], data.qpos, rtol=0, atol=1e-9)
+
+    def test_simulate_loads_the_plugin_from_its_folder(self):
+        """simulate calls mj_loadAllPluginLibraries on its folder mujoco_plugin."""
+        self.copy("plugin")
+        (self.folder / "mujoco_plugin").mkdir()
+        shutil.copy(os.environ["FRICID_PLUGIN"], "mujoco_plugin")
+        program = ("import mujoco\nmujoco.mj_loadAllPluginLibraries('mujoco_plugin')\n"
+                   "m = mujoco.MjModel.from_xml_path('lvm_s1.xml')\nprint(m.npluginstate)")
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+        self.assertEqual(done.stdout.split(), ["2"], done.stderr)
+
+    def test_the_table_is_that_of_the_page(self):
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            print_table(TABLE[:2])
+        page = (SOURCE / "docs/exports.md").read_text().splitlines()
+        header, _, *rows = said.getvalue().splitlines()
+        self.assertIn(header, page)
+        for row in rows:
+            self.assertEqual([line.count("|") for line in page if line.startswith(row.split("|")[0] + "|" + row.split("|")[1] + "|")],
+                             [row.count("|")])
+        for law in TABLE:
+            self.assertTrue(any(line.startswith(f"| {law['name']} |") for line in page), law["name"])
+
+
+def print_table(laws):
     """Largest error along the motion as a share of the largest torque; mjcf_friction: RMS."""
     columns = {"c": lambda law: law["c"], "c, float": lambda law: law["c_float"],
+               "plugin": lambda law: law["plugin_error"],
                "fmu": lambda law: share(fmu_torques(law), law),
                "onnx, float": lambda law: share(onnx_torques(law), law)}
     print("| law or modifier | parameters | states |", " | ".join(columns), "| mjcf_friction |")
     print("|---" * (len(columns) + 4) + "|")
-    for law in TABLE:
+    for law in laws:
         said = law["mjcf_friction"]
         if isinstance(said, list):
             shares = [float(a) / float(b) for loss in said
@@ -271,6 +381,6 @@ def print_table():
 
 if __name__ == "__main__":
     if "--table" in sys.argv:
-        print_table()
+        print_table(TABLE)
     else:
         unittest.main(argv=sys.argv[:1])

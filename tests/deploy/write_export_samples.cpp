@@ -5,7 +5,8 @@
 //
 // and the same for the truth of two scenes along their held-out motion. NAME.motion: (steps,
 // joints, 4) q, v, load, temperature; NAME.tau: (steps, joints) the torque after each step; both
-// doubles. laws.json: dt, the errors of the headers, and the losses of mjcf_friction.
+// doubles. laws.json: dt, the errors of the headers and of the plugin as shares of the largest
+// torque, and the losses of mjcf_friction.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include "fricid/deploy/export.hpp"
 #include "held_out.hpp"
 #include "law_errors.hpp"
+#include "plugin_errors.hpp"
 
 namespace {
 
@@ -49,7 +51,7 @@ nlohmann::ordered_json written(const data::ModelFile& model, const Inputs& motio
                              {"dt", dt},
                              {"joints", nlohmann::ordered_json::array()}};
   for (const dynamics::Joint& joint : model.arm.robot.joints) law["joints"].push_back(joint.name);
-  for (const char* format : {"fmu", "onnx", "plugin", "mjcf_friction"}) try {
+  for (const char* format : {"fmu", "onnx", "plugin", "mjcf", "mjcf_friction"}) try {
       const deploy::Exported exported = deploy::export_model(model, format);
       for (const deploy::TextFile& file : exported.files)
         write_binary(folder / format / file.name, file.text);
@@ -57,6 +59,7 @@ nlohmann::ordered_json written(const data::ModelFile& model, const Inputs& motio
     } catch (const UserError& error) {
       law[format] = error.what();
     }
+  write_binary(folder / "model" / (model.name + ".json"), data::model_text(model));
   write_binary(folder / (model.name + ".motion"), motion);
   write_binary(folder / (model.name + ".tau"), torques_after_steps(model, motion, dt));
   return law;
@@ -79,6 +82,8 @@ int main(int argc, char** argv) {
     laws.push_back(written(models[i], motion(), kDt, folder));
     laws.back()["c"] = as_double[i];
     laws.back()["c_float"] = as_float[i];
+    const PluginErrors errors = plugin_errors(models[i]);
+    laws.back()["plugin_error"] = errors.worst / std::max(errors.largest, 1e-300);
   }
   for (const char* name : {"kr6_demo", "kr6_stickslip"}) {
     const HeldOut held = held_out(name);

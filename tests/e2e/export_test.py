@@ -123,6 +123,19 @@ class Export(ProgramTest):
         # after sliding for a second: the Stribeck level and viscous friction at 0.5 rad/s
         self.assertAlmostEqual(float(said.split()[-1]), 5 + 2.5 * 0.5, places=3)
 
+    def test_commands_of_the_documents(self):
+        """Every `fricid export` of docs/use_it.md, in a folder that has the run which it names."""
+        text = (pathlib.Path(os.environ["FRICID_SOURCE_DIR"]) / "docs/use_it.md").read_text()
+        commands = re.findall(r"^(?:    |# export: )fricid (export .*)$", text, re.M)
+        self.assertGreaterEqual(len(commands), 5)
+        models = self.folder / "run" / "kr6_demo" / "models"
+        models.mkdir(parents=True)
+        (models / "lvm_s1.json").write_text(json.dumps(model(name="lvm")))
+        for command in commands:
+            done = fricid(*command.split(), cwd=self.folder)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertTrue((self.folder / done.stdout.splitlines()[0]).exists(), command)
+
     def test_unknown_format(self):
         self.refuse(r"matlab.*c, csv, urdf, mjcf, mjcf_friction, plugin, fmu, onnx", self.model(), "matlab")
 

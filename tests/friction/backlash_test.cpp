@@ -90,6 +90,27 @@ TEST(Backlash, EntersTheGapWithAStoredTorqueOfSecondOrder) {
   EXPECT_LT(fine, coarse / 8);
 }
 
+TEST(Backlash, SilencesALawThatHasUnloaded) {
+  // the stored torque is zero up to rounding, of either sign: viscous torque must not depend on it
+  const RobotFriction model{{{{{"gms", 4, {{"backlash"}}}}}}};
+  const std::vector<double> theta = default_theta(model);
+  const double gap = theta.back();
+  int silent = 0;
+  for (int phase = 0; phase < 20; ++phase) {
+    std::vector<double> z(static_cast<std::size_t>(model.state_size())), tau(1);
+    for (int k = 0; k < 4000; ++k) {
+      const double v = 0.03 * std::sin(1e-3 * k * (4 + 0.1 * phase));
+      const Input<double> in{0, v, 0, 300};
+      model.step<double>(theta, {&in, 1}, 1e-3, z);
+      if (std::abs(z.back()) == gap) continue;
+      model.torque<double>(theta, {&in, 1}, z, tau);
+      ASSERT_NEAR(tau[0], 0, 1e-9) << phase << ", " << k;
+      ++silent;
+    }
+  }
+  EXPECT_GT(silent, 100);
+}
+
 TEST(Backlash, SilencesALawWithoutStateInTheGap) {
   const RobotFriction model{{{{{"coulomb_viscous", 0, {{"backlash"}}}}}}};
   const std::vector<double> theta = {5, 2, 0.01, b};

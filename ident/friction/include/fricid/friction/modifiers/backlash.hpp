@@ -53,12 +53,14 @@ class Backlash {
     return out;
   }
 
-  /// True while v crosses the gap.
+  /// True while v crosses the gap: without contact on either side, or away from a contact whose law
+  /// stores nothing. Contact is exact, g = +-b; the stored torque of a law that unloaded is zero up
+  /// to rounding, so its sign says nothing without contact.
   template <class Law, class S>
   static auto in_gap(const Law& law, const S* theta_law, const S* theta, const Input<S>& in,
                      const S* z, const S& g) {
     const S stored = law.torque(theta_law, at_rest(in), z);
-    return (stored * in.v >= S(0)) & (room(theta, in.v, g) > S(0));
+    return (abs(g) < theta[kB]) | ((stored * in.v >= S(0)) & (room(theta, in.v, g) > S(0)));
   }
 
   /// Moves the gap and the law by dt [s].
