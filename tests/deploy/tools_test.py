@@ -27,8 +27,6 @@ SOURCE = pathlib.Path(os.environ["FRICID_SOURCE_DIR"])
 LAWS = json.loads((SAMPLES / "laws.json").read_text())
 TABLE = [law for law in LAWS if "c" in law]  # without the held-out motions
 FMU_BAR, ONNX_BAR = 1e-12, 1e-5
-# In single precision a gap may close one sample later.
-ONNX_GAP_BAR = 2e-2
 
 mujoco.mj_loadPluginLibrary(os.environ["FRICID_PLUGIN"])
 
@@ -175,8 +173,7 @@ class Onnxruntime(unittest.TestCase):
     def test_every_law(self):
         for law in LAWS:
             with self.subTest(law["name"]):
-                bar = ONNX_GAP_BAR if law["has_gap"] else ONNX_BAR
-                self.assertLessEqual(share(onnx_torques(law), law), bar)
+                self.assertLessEqual(share(onnx_torques(law), law), ONNX_BAR)
 
     def test_batch_is_its_rows(self):
         for law in LAWS:

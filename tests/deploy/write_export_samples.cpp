@@ -26,11 +26,6 @@ namespace {
 using namespace fricid;
 using namespace fricid::deploy::test;
 
-bool has_gap(const data::ModelFile& model) {
-  const auto& parameters = model.arm.friction.model.parameters();
-  return std::ranges::any_of(parameters, [](const auto& p) { return p.owner == "backlash"; });
-}
-
 using Inputs = std::vector<friction::Input<double>>;
 
 Inputs inputs_of(const sim::Trace& trace) {
@@ -47,7 +42,6 @@ nlohmann::ordered_json written(const data::ModelFile& model, const Inputs& motio
   nlohmann::ordered_json law{{"name", model.name},
                              {"parameters", model.arm.friction.model.parameter_count()},
                              {"states", model.arm.friction.model.state_size()},
-                             {"has_gap", has_gap(model)},
                              {"dt", dt},
                              {"joints", nlohmann::ordered_json::array()}};
   for (const dynamics::Joint& joint : model.arm.robot.joints) law["joints"].push_back(joint.name);

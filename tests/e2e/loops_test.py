@@ -17,6 +17,7 @@ CONTACT = """
 [contact]
 hours = 0.01
 pushes = 4
+particles = 40
 """
 
 
@@ -39,8 +40,18 @@ class Loops(ProgramTest):
         self.assertLess(rms["lugre"], rms["simple"])
         self.assertLess(rms["simple"], rms["none"])
         self.assertLess(rms["truth"], 0.1 * rms["none"])
-        contact = {model["model"]: model for model in load(folder / "contact.json")["models"]}
+        rows = load(folder / "contact.json")["models"]
+        contact = {row["model"]: row for row in rows if row["method"] == "observer"}
         self.assertEqual(list(contact), ["simple", "lugre", "truth"])
+        # a row more for each model that says how noisy it is
+        filtered = {row["model"]: row for row in rows if row["method"] == "particles"}
+        self.assertEqual([row["method"] for row in rows[3:]], ["particles"] * len(filtered))
+        self.assertIn("lugre", filtered)
+        self.assertEqual(filtered["lugre"]["label"], contact["lugre"]["label"] + " (particles)")
+        for row in (contact["lugre"], filtered["lugre"]):
+            self.assertLess(row["forces"][-1]["missed"], 4)
+        self.assertNotEqual(filtered["lugre"]["rmse_Nm"], contact["lugre"]["rmse_Nm"])
+        self.assertIn("(particles)", (folder / "contact.md").read_text())
         self.assertLess(sum(contact["truth"]["threshold_Nm"]), sum(contact["simple"]["threshold_Nm"]))
         for name in ("loops/lugre_path0_controller0.h5", "contact/lugre.h5", "contact/pushes.h5"):
             self.assertTrue((folder / name).exists(), name)
