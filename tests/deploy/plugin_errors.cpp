@@ -46,8 +46,7 @@ double Shadow::compare(const mjData& d, std::span<const double> load) {
 }
 
 void Shadow::motion_from(const mjData& d) {
-  for (std::size_t j = 0; j < in_.size(); ++j)
-    in_[j] = {d.qpos[j], d.qvel[j], 0, kRoomTemperature};
+  for (std::size_t j = 0; j < in_.size(); ++j) in_[j] = {d.qpos[j], d.qvel[j], 0, kRoomTemperature};
 }
 
 PluginErrors plugin_errors(const data::ModelFile& model) {

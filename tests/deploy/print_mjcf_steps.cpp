@@ -1,5 +1,5 @@
-// Prints how far the MJCF of a Maxwell slip bank and of a gms model is from the exact law in 4 s, by
-// step and by size of the torque: the table of docs/exports.md.
+// Prints how far the MJCF of a Maxwell slip bank and of a gms model is from the exact law in 4 s,
+// by step and by size of the torque: the table of docs/exports.md.
 #include <fmt/format.h>
 
 #include <cmath>
