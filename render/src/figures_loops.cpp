@@ -128,7 +128,7 @@ Figure contact(const Run& run) {
         {.title = run.joint(j),
          .x_label = "t [s]",
          .y_label = "external torque [N m]",
-         .series = {curve("true", kTruthColour, loop->t, loop->tau_ext.col(j), 2.5)},
+         .series = {curve("applied", kTruthColour, loop->t, loop->tau_ext.col(j), 2.5)},
          .fit_x = true});
   for (const evaluate::ContactScore& score : run.contact->models) {
     if (score.method != evaluate::kObserver) continue;
