@@ -1,5 +1,6 @@
 # cmake --install: program, libraries, headers, models, scenes, MuJoCo beside them, find_package(fricid).
 include(CMakePackageConfigHelpers)
+include(MujocoLicences)
 
 get_property(libraries GLOBAL PROPERTY FRICID_LIBRARIES)
 get_property(include_dirs GLOBAL PROPERTY FRICID_INCLUDE_DIRS)
@@ -18,6 +19,9 @@ get_target_property(mujoco_library mujoco::mujoco IMPORTED_LOCATION)
 get_target_property(mujoco_include mujoco::mujoco INTERFACE_INCLUDE_DIRECTORIES)
 if(mujoco_library)
   install(FILES ${mujoco_library} DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  fricid_mujoco_licences(${mujoco_library} mujoco_licences)
+  cmake_path(GET mujoco_library FILENAME mujoco_name)
+  install(FILES ${mujoco_licences} DESTINATION ${CMAKE_INSTALL_DATADIR}/fricid/licences/${mujoco_name})
   install(DIRECTORY ${mujoco_include}/mujoco DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/fricid/third_party
           FILES_MATCHING PATTERN "*.h")
 endif()
