@@ -1,7 +1,7 @@
 """Puts the licences of what a wheel bundles into fricid/licences of it: licences.py UNPACKED_WHEEL.
 
 One folder per shared library, named after it, with the copyright file of the Debian package that it is from; MuJoCo's
-comes with the build. `compiled in` has those of headers, `common-licenses` the texts that copyright files refer to.
+comes with the build. `headers` has those of what the modules contain, `common-licenses` the texts that copyright files refer to.
 """
 import pathlib
 import re
@@ -10,7 +10,7 @@ import subprocess
 import sys
 
 DOC, COMMON = pathlib.Path("/usr/share/doc"), pathlib.Path("/usr/share/common-licenses")
-# Packages of which the modules contain headers, and Python packages.
+# Debian and Python packages whose headers the modules contain.
 HEADERS = ("libeigen3-dev", "nlohmann-json3-dev", "libcli11-dev", "libtomlplusplus-dev")
 PYTHON_HEADERS = ("nanobind",)
 OURS = ("_core", "libfricid_mujoco", "libcurl")  # the last stands in for another: no_curl.c
@@ -61,9 +61,9 @@ def main(wheel):
         elif not folder.is_dir():
             fail(f"{library.name} has no licence")
     for package in HEADERS:
-        copy_copyright(package, licences / "compiled in", licences / "common-licenses")
+        copy_copyright(package, licences / "headers", licences / "common-licenses")
     for package in PYTHON_HEADERS:
-        copy_python_licences(package, licences / "compiled in")
+        copy_python_licences(package, licences / "headers")
 
 
 if __name__ == "__main__":
