@@ -7,10 +7,7 @@ cd "$(dirname "$0")/.."
 scripts/setup.sh python3-venv
 
 tools=${FRICID_BENCHMARK_TOOLS:-build/benchmark-tools}
-if ! [ -x "$tools/bin/snakemake" ]; then
-  python3 -m venv "$tools"
-  "$tools/bin/pip" install --quiet "snakemake==9.27.1" "snakemake-executor-plugin-slurm==2.8.0"
-fi
+scripts/venv.sh "$tools" scenes/benchmark/requirements.txt
 [ $# -gt 0 ] || set -- --cores "$(nproc)"
 
 fricid=${FRICID_PROGRAM:-build/release/cli/fricid}

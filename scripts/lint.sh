@@ -19,7 +19,7 @@ configure() { # configure NAME SOURCES OPTION...: build/lint/NAME and its compil
 }
 configure units .
 # The Python module is a project of its own; its units are read alone.
-if python/build_tools.sh; then
+if scripts/venv.sh build/python/tools python/build_tools.txt; then
   configure python python -Dnanobind_DIR="$(build/python/tools/bin/python -m nanobind --cmake_dir)"
 else
   echo "scripts/lint.sh: python/src is not read" >&2

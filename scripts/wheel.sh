@@ -8,8 +8,8 @@ cd "$(dirname "$0")/.."
 folder=${1:-dist}
 build=build/python
 mkdir -p "$folder"
-python/build_tools.sh
 tools=$build/tools
+scripts/venv.sh "$tools" python/build_tools.txt
 export PATH=$PWD/$tools/bin:$PATH
 
 # The MuJoCo plugin must find the libmujoco that its process has, under its own name.

@@ -7,16 +7,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 tree=$(cd "$1" && pwd)
 shift
 venv=$tree/tools
-if ! cmp -s "$here/tools_requirements.txt" "$venv/installed.txt"; then
-  rm -rf "$venv"
-  "${PYTHON:-python3}" -m venv "$venv"
-  if ! "$venv/bin/pip" install -q --disable-pip-version-check -r "$here/tools_requirements.txt"; then
-    rm -rf "$venv"
-    echo "tests/deploy/tools.sh: the packages of tools_requirements.txt cannot be had" >&2
-    exit 77
-  fi
-  cp "$here/tools_requirements.txt" "$venv/installed.txt"
-fi
+"$here/../../scripts/venv.sh" "$venv" "$here/tools_requirements.txt"
 samples=$(mktemp -d)
 trap 'rm -rf "$samples"' EXIT
 "$tree/tests/deploy/write_export_samples" "$samples"

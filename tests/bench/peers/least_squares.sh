@@ -9,7 +9,5 @@ set -euo pipefail
 here="$(cd "$(dirname "$0")" && pwd)"
 build="$here/../../../build"
 venv="$build/peers_least_squares"
-[ -x "$venv/bin/python" ] || python3 -m venv "$venv"
-"$venv/bin/pip" install --quiet -r "$here/requirements_least_squares.txt" ||
-  echo "least_squares.sh: packages not to be had" >&2
+"$here/../../../scripts/venv.sh" "$venv" "$here/requirements_least_squares.txt"
 exec "$venv/bin/python" "$here/least_squares.py" "$@" --program "${FRICID:-$build/release/cli/fricid}"

@@ -9,7 +9,6 @@ set -euo pipefail
 here="$(cd "$(dirname "$0")" && pwd)"
 build="$here/../../../build"
 venv="$build/peers_sysid"
-[ -x "$venv/bin/python" ] || python3 -m venv "$venv"
-"$venv/bin/pip" install --quiet -r "$here/requirements_sysid.txt"
+"$here/../../../scripts/venv.sh" "$venv" "$here/requirements_sysid.txt"
 "$venv/bin/python" "$here/mujoco_sysid.py" "$@"
 exec "${FRICID:-$build/release/cli/fricid}" evaluate "$1"

@@ -7,6 +7,5 @@
 set -euo pipefail
 here="$(cd "$(dirname "$0")" && pwd)"
 venv="$here/../../../build/peers"
-[ -x "$venv/bin/python" ] || python3 -m venv "$venv"
-"$venv/bin/pip" install --quiet -r "$here/requirements.txt"
+"$here/../../../scripts/venv.sh" "$venv" "$here/requirements.txt"
 exec taskset -c 0 "$venv/bin/python" "$here/peers.py" "$@"
