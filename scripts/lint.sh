@@ -3,10 +3,14 @@
 # scripts/lint.sh --format: clang-format alone.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-scripts/setup.sh clang-format clang-tidy
+scripts/setup.sh clang-format
 
 git ls-files '*.cpp' '*.hpp' | xargs clang-format --dry-run -Werror
 [ "${1:-}" != --format ] || exit 0
+
+# One pinned version on every system; it passes over the headers of the system, which halves the time.
+scripts/venv.sh build/lint/tools scripts/lint_tools.txt
+export PATH=$PWD/build/lint/tools/bin:$PATH
 
 # A tree of its own for each reading, so that nothing waits for build/release or changes it.
 [ -f build/release/build.ninja ] || cmake --preset release >/dev/null
@@ -32,24 +36,23 @@ tidy() {
 }
 
 # Units of a library are read together, by CMake's unity files, so that Eigen and the standard library are
-# read and matched once for some ten units. Units whose names collide, found with a single check, are read alone;
-# so are all units of a batch with a finding, and that reading decides. Shadowing between units is no finding;
-# inside one g++ sees it.
+# read and matched once for some ten units. Units whose names collide are read alone; so are all units of a batch
+# with a finding, and that reading decides. Shadowing between units is no finding; inside one g++ sees it.
 together() {
   clang-tidy -p build/lint/batches --quiet --extra-arg=-Wno-shadow \
-    --header-filter='/(ident|sim|render|deploy|cli|workflow)/[^:]*\.[ch]pp$' "$@" 2>/dev/null
+    --header-filter='/(ident|sim|render|deploy|cli|workflow)/[^:]*\.[ch]pp$' "$1" 2>/dev/null
 }
 tidy_batch() {
-  local units unit failed=0
+  local units unit failed=0 alone= found collide
   units=$(sed -n 's|^#include "\(/[^"]*\)".*|\1|p' "$1")
   [ -n "$units" ] || { tidy "$1"; return; }
-  local alone= collide
-  while collide=$(together --checks='-*,modernize-use-override' "$1" | sed -n 's|^\(/[^:]*\.cpp\):.* error: .*|\1|p' | sort -u)
+  while found=$(together "$1")
+        collide=$(sed -n 's|^\(/[^:]*\.cpp\):.* error: .*\[clang-diagnostic-error\]$|\1|p' <<<"$found" | sort -u)
         [ -n "$collide" ] && grep -qF "$collide" "$1"; do
     for unit in $collide; do sed -i "\|\"$unit\"|d" "$1"; done
     alone+=" $collide"
   done
-  together "$1" >/dev/null || alone=$units
+  [ -z "$found" ] || alone=$units
   for unit in $alone; do tidy "$unit" || failed=1; done
   return $failed
 }

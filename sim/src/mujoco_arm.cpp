@@ -166,7 +166,7 @@ void initialise_mujoco() {
   std::call_once(once, [] {
     if (mj_version() != mjVERSION_HEADER)
       throw UserError("MuJoCo library is {}, this program was built for {}", mj_version(),
-                      static_cast<int>(mjVERSION_HEADER));
+                      mjVERSION_HEADER);
     mju_user_error = throw_error;
     mju_user_warning = print_warning;
   });
