@@ -22,8 +22,9 @@ if [ ! -f build/fuzz/build.ninja ]; then
   [ -n "$mujoco" ] || ! [ -d build/release/_deps/mujoco ] || mujoco=$PWD/build/release/_deps/mujoco
   cmake --preset fuzz -DCMAKE_CXX_COMPILER="$clang" -DCMAKE_C_COMPILER="${clang/++/}" -DMUJOCO_ROOT="$mujoco" >/dev/null
 fi
-cmake --build build/fuzz --target write_corpus "${targets[@]/%/_fuzz}" | tail -1
-build/fuzz/tests/fuzz/write_corpus build/fuzz/seeds
+cmake --build build/fuzz --target "${targets[@]/%/_fuzz}" | tail -1
+scripts/build.sh release write_corpus | tail -1
+build/release/tests/fuzz/write_corpus build/fuzz/seeds
 
 # All targets beside each other, as many as there are cores. A target works in a folder of its own: its paths are whole.
 fuzz_one() {
