@@ -66,6 +66,15 @@ std::string whole_number_up_to(const Limit& limit, const std::string& text) {
   return fmt::format("\"{}\"; allowed: a whole number from 0 to {}", text, limit.most);
 }
 
+/// No option and no argument is an empty text: an empty path would be the folder the program runs in.
+void refuse_empty_texts(CLI::App& app) {
+  const CLI::Validator not_empty(
+      [](std::string& text) { return text.empty() ? "is empty" : std::string(); }, "");
+  for (CLI::App* command : app.get_subcommands({}))
+    for (CLI::Option* option : command->get_options())
+      if (option->get_items_expected_max() > 0) option->check(not_empty);
+}
+
 /// Opens closed standard streams on a file that can neither be read nor written, so that no file
 /// opened later takes their descriptor. A closed pipe on stdout and the limit on file sizes become
 /// write errors instead of killing the program.
@@ -313,6 +322,7 @@ int exit_code_of_command_line(int argc, char** argv,
   add_common(*template_command, common, "fricid template scene > my_scene.toml");
   template_command->callback([&] { command = [&] { return print_template(topic); }; });
 
+  refuse_empty_texts(app);
   install_stop_handler();
   try {
     app.parse(argc, argv);

@@ -135,6 +135,16 @@ class BadFile(ProgramTest):
             self.assert_refused(fricid(command, TINY), r"tiny\.toml.*manifest\.json")
             self.assert_refused(fricid(command, self.folder), r"manifest\.json")
 
+    def test_an_empty_text_is_no_path(self):
+        # it would be the folder that the program runs in
+        contract = self.write("contract.toml", BadLog.CONTRACT)
+        log = self.write("log.csv", BadLog.HEADER + "".join(f"{0.004 * k:.3f},0.1,1\n" for k in range(50)))
+        before = sorted(self.folder.iterdir())
+        for words in (("import", log, "--contract", contract, "-o", ""), ("run", TINY, "-o", ""),
+                      ("info", ""), ("export", "", "c")):
+            self.assert_refused(fricid(*words, cwd=self.folder), r"is empty")
+        self.assertEqual(sorted(self.folder.iterdir()), before)
+
     def test_unknown_option(self):
         self.assert_refused(fricid("run", "--bogus"), r"bogus|SCENE")
 
