@@ -16,14 +16,25 @@ SceneLike: TypeAlias = StrPath | Mapping[str, Any]
 ProgressCallback: TypeAlias = Callable[[str, float, float, float, str], object]
 
 
+def _read_json(file: pathlib.Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(file.read_text())
+    return content
+
+
+def _is_run(place: pathlib.Path) -> bool:
+    return _core.RunFolder(place).manifest.exists()
+
+
 class Run:
     """A run folder: inputs and results of a run. Files are read at every access."""
 
     def __init__(self, folder: StrPath) -> None:
         self.folder = pathlib.Path(folder)
-        if not (self.folder / "manifest.json").exists():
+        self._files = _core.RunFolder(self.folder)
+        if not self._files.manifest.exists():
             raise UserError(
-                f"{self.folder}: found no manifest.json; allowed: the folder of a run"
+                f"{self.folder}: found no {self._files.manifest.name}; "
+                "allowed: the folder of a run"
             )
 
     def __repr__(self) -> str:
@@ -32,34 +43,27 @@ class Run:
     def __fspath__(self) -> str:
         return str(self.folder)
 
-    def _json(self, name: str) -> dict[str, Any]:
-        result: dict[str, Any] = json.loads((self.folder / name).read_text())
-        return result
-
     @property
     def models(self) -> dict[str, _core.Model]:
         """The identified models, by name and seed ("lugre_s1")."""
-        files = sorted((self.folder / "models").glob("*.json"))
-        return {file.stem: _core.Model.load(file) for file in files}
+        return {file.stem: _core.Model.load(file) for file in self._files.models}
 
     @property
     def logs(self) -> dict[str, _core.Log]:
         """The recordings, by name ("train_0", "validation_0")."""
-        files = sorted((self.folder / "data").glob("*.h5"))
-        return {file.stem: _core.Log.load(file) for file in files}
+        return {file.stem: _core.Log.load(file) for file in self._files.recordings}
 
     @property
     def fits(self) -> dict[str, dict[str, Any]]:
         """The reports of the fits (docs/run_folder.md), by name and seed."""
-        files = sorted((self.folder / "fit").glob("*.json"))
-        return {file.stem: self._json(f"fit/{file.name}") for file in files}
+        return {file.stem: _read_json(file) for file in self._files.fits}
 
     @property
     def evaluation(self) -> dict[str, Any]:
-        """evaluation.json."""
-        if not (self.folder / "evaluation.json").exists():
+        """What `fricid evaluate` found (docs/run_folder.md)."""
+        if not self._files.evaluation.exists():
             raise UserError(f"{self.folder}: was not evaluated; fricid.evaluate does it")
-        return self._json("evaluation.json")
+        return _read_json(self._files.evaluation)
 
     @property
     def table(self) -> list[dict[str, Any]]:
@@ -78,9 +82,10 @@ class Run:
     def doubts(self) -> list[str]:
         """Why not to trust the fits or the evaluation, one line each; empty: no reason found."""
         found = [
-            f"{file.name.split('.')[0]}: {fault['name']}: {fault['consequence']}; {fault['remedy']}"
-            for file in sorted((self.folder / "data").glob("*.doctor.json"))
-            for fault in json.loads(file.read_text())["findings"]
+            f"{recording.stem}: {fault['name']}: {fault['consequence']}; {fault['remedy']}"
+            for recording in self._files.recordings
+            if (file := _core.RunFolder.diagnosis_beside(recording)).exists()
+            for fault in _read_json(file)["findings"]
             if fault.get("misleads", False)
         ]
         found += [
@@ -91,7 +96,7 @@ class Run:
         ]
         found += [f"{name}: {fit['message']}" for name, fit in self.fits.items()
                   if not fit["usable"] and not fit["faults"]]
-        if (self.folder / "evaluation.json").exists():
+        if self._files.evaluation.exists():
             evaluation = self.evaluation
             for model in evaluation["summary"]:
                 found += [f"{model['name']}: {doubt}" for doubt in model["doubts"]]
@@ -116,7 +121,7 @@ def _source(scene: SceneLike | Run, folder: StrPath | None, seed: int | None, fr
         place = pathlib.Path(scene)
         if folder is not None:
             path = pathlib.Path(folder)
-        elif (place / "manifest.json").exists():
+        elif _is_run(place):
             path = place
         else:
             raise UserError(f"{place}: folder is missing; allowed: the folder of the run")
@@ -183,7 +188,7 @@ def check(data: Run | _core.Log | StrPath, *, robot: StrPath | None = None,
     urdf = pathlib.Path(robot) if robot is not None else ""
     if isinstance(data, _core.Log):
         found = _core.check_log(data, urdf, mount)
-    elif (pathlib.Path(data) / "manifest.json").exists():
+    elif _is_run(pathlib.Path(data)):
         found = _core.check_run(pathlib.Path(data))
     else:
         columns = pathlib.Path(contract) if contract is not None else ""

@@ -14,6 +14,7 @@
 #include "fricid/base/limits.hpp"
 #include "fricid/cli/command_line.hpp"
 #include "fricid/workflow/job.hpp"
+#include "fricid/workflow/run_folder.hpp"
 #include "job.hpp"
 
 namespace fricid::python {
@@ -101,6 +102,18 @@ std::string draw(const Source& source, const nb::object& progress) {
 
 void bind_run(nb::module_& m) {
   using nb::literals::operator""_a;
+  using workflow::RunFolder;
+  nb::class_<RunFolder>(m, "RunFolder", "Paths of the files of a run.")
+      .def(nb::init<fs::path>(), "path"_a)
+      .def_prop_ro("manifest", &RunFolder::manifest)
+      .def_prop_ro("evaluation", &RunFolder::evaluation)
+      .def_prop_ro("models",
+                   [](const RunFolder& run) { return run.files_in(run.models(), ".json"); })
+      .def_prop_ro("fits", [](const RunFolder& run) { return run.files_in(run.fits(), ".json"); })
+      .def_prop_ro("recordings",
+                   [](const RunFolder& run) { return run.files_in(run.recordings(), ".h5"); })
+      .def_static("diagnosis_beside", &RunFolder::diagnosis_beside, "recording"_a,
+                  "What the doctor found in a recording.");
   nb::class_<Source>(m, "Source", "A scene, and the folder of its run.")
       .def(
           "__init__",

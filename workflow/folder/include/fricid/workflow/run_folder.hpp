@@ -48,6 +48,7 @@ class RunFolder {
   static std::string training(int i);    ///< name of the i-th training recording
   static std::string validation(int i);  ///< name of the i-th held-out recording
   static std::string loaded(int i);      ///< name of the i-th recording with an unknown load
+  std::filesystem::path recordings() const { return path_ / "data"; }
   std::filesystem::path recording(const std::string& name) const;
   std::filesystem::path diagnosis(const std::string& name) const;
   /// The diagnosis of a recording, which need not be in a run folder.
@@ -57,6 +58,7 @@ class RunFolder {
 
   std::filesystem::path models() const { return path_ / "models"; }
   std::filesystem::path model(const FitId& id) const;
+  std::filesystem::path fits() const { return path_ / "fit"; }
   std::filesystem::path fit(const FitId& id) const;
   std::filesystem::path checkpoint(const FitId& id) const;
   std::filesystem::path checkpoints() const { return path_ / "checkpoint"; }
