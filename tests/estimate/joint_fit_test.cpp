@@ -96,8 +96,8 @@ TEST(JointFits, HeldOutTorqueJudgesTheParts) {
   const Arm fitted = fits.on_torque(start, JointFits::Rows::kTraining).arm;
   int load = 0, ripple = 0;
   for (const PartEvidence& part : fits.judge_parts(fitted)) {
-    if (part.part == "load") load += part.on;
-    if (part.part == "ripple") ripple += part.on;
+    if (part.part == friction::SumPart::kLoad) load += part.on;
+    if (part.part == friction::SumPart::kRipple) ripple += part.on;
     EXPECT_EQ(part.on, part.gain > part.error);
   }
   EXPECT_GE(load, 2);

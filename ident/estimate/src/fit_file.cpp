@@ -133,7 +133,7 @@ data::FitFile fit_file(const FitReport& report) {
   }
   for (const PartEvidence& p : report.parts)
     file.parts.push_back({report.model.arm.robot.joints[static_cast<std::size_t>(p.joint)].name,
-                          p.part, p.gain, p.error, p.on});
+                          std::string(name_of(p.part)), p.gain, p.error, p.on});
   for (const FitWithout& fit : report.without)
     file.without.push_back(
         {fit.recording, fit.left_out.begin, fit.left_out.end, fit.arm.robot.pi,

@@ -182,6 +182,10 @@ int find_parameter(const RobotFriction& model, int joint, std::string_view owner
   });
 }
 
+bool is_same(const ParameterRef& a, const ParameterRef& b) {
+  return a.joint == b.joint && a.law == b.law && a.owner == b.owner && a.symbol == b.symbol;
+}
+
 void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta) {
   int joint = -1;
   std::uint64_t law = 0;

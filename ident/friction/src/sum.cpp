@@ -22,4 +22,27 @@ JointSpec lvm_sum(const LvmParts& parts) {
   return joint;
 }
 
+void set(LvmParts& parts, SumPart part, bool on) {
+  switch (part) {
+    case SumPart::kBristle:
+      parts.memory = on ? Memory::kBristle : Memory::kBank;
+      return;
+    case SumPart::kLoad:
+      parts.load = on;
+      return;
+    case SumPart::kPowerFlow:
+      parts.power_flow = on;
+      return;
+    case SumPart::kAsymmetry:
+      parts.asymmetry = on;
+      return;
+    case SumPart::kRipple:
+      parts.ripples = on ? 1 : 0;
+      return;
+    case SumPart::kTemperature:
+      parts.temperature = on;
+      return;
+  }
+}
+
 }  // namespace fricid::friction

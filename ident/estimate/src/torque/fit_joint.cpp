@@ -24,14 +24,6 @@ constexpr double kRoughGain = 1e-2;  // .. where a law may be lost anyway:
 constexpr double kLost = 10;         // times the held-out torque error of the sum
 constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
 
-void set(friction::LvmParts& parts, const PartEvidence& evidence) {
-  if (evidence.part == "load") parts.load = evidence.on;
-  if (evidence.part == "power_flow") parts.power_flow = evidence.on;
-  if (evidence.part == "asymmetry") parts.asymmetry = evidence.on;
-  if (evidence.part == "ripple") parts.ripples = evidence.on ? 1 : 0;
-  if (evidence.part == "temperature") parts.temperature = evidence.on;
-}
-
 /// The sum whose parts the held-out torque wants: with all parts and either memory on the training
 /// rows; the better memory joint by joint; without the parts that say nothing; on all rows.
 Candidate fit_sum(const JointFits& fits, std::vector<PartEvidence>& evidence) {
@@ -51,8 +43,9 @@ Candidate fit_sum(const JointFits& fits, std::vector<PartEvidence>& evidence) {
       weighed(with_stribeck_curves(bank, carried_over(bank, fits.start(bristles))), false);
 
   for (std::size_t j = 0; j < n; ++j) {
-    evidence.push_back(fits.compare(bristle, bank, static_cast<int>(j), "bristle"));
-    if (evidence.back().on) parts[j].memory = Memory::kBristle;
+    evidence.push_back(
+        fits.compare(bristle, bank, static_cast<int>(j), friction::SumPart::kBristle));
+    set(parts[j], evidence.back().part, evidence.back().on);
   }
   const auto of_bristles = std::ranges::count(parts, Memory::kBristle, &friction::LvmParts::memory);
   Arm fitted = of_bristles > 0 ? bristle : bank;
@@ -60,7 +53,7 @@ Candidate fit_sum(const JointFits& fits, std::vector<PartEvidence>& evidence) {
     fitted = weighed(carried_over(bristle, carried_over(bank, fits.start(parts))), false);
   for (const PartEvidence& of_part : fits.judge_parts(fitted)) {
     evidence.push_back(of_part);
-    set(parts[static_cast<std::size_t>(of_part.joint)], of_part);
+    set(parts[static_cast<std::size_t>(of_part.joint)], of_part.part, of_part.on);
   }
   const Arm chosen = fits.on_torque(carried_over(fitted, fits.start(parts)), kAll, false).arm;
   return fits.judged("sum", chosen, seconds_since(begin));

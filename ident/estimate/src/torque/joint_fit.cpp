@@ -15,32 +15,25 @@ constexpr double kWarms = 0.5;           // [K] sd of a temperature that says so
 constexpr double kLeastFriction = 0.01;  // share of the torque: a start has some
 constexpr double kBlock = 1;             // [s] beyond which residuals count as independent
 
-/// Parts whose absence is a zero, and what their parameters are.
+/// A part whose absence is a zero, by the role of its parameters.
 struct Part {
-  const char* name;
-  const char* owner;  // of the parameters
-  bool memory;        // of the first law alone
-  std::vector<friction::Role> roles;
+  friction::SumPart part;
+  friction::Role role;
+  bool of_memory;  // of the first law alone
 };
-const std::vector<Part>& parts_of_sum() {
-  using enum friction::Role;
-  static const std::vector<Part> parts{
-      {"load", "load", true, {kLoadGrowth}},
-      {"power_flow", "load_dependent", false, {kLoadCoefficient}},
-      {"asymmetry", "asymmetry", false, {kAsymmetry}},
-      {"ripple", "ripple", true, {kAmplitude}},
-      {"temperature", "temperature", false, {kTemperatureCoefficient}}};
-  return parts;
-}
+constexpr Part kParts[] = {
+    {friction::SumPart::kLoad, friction::Role::kLoadGrowth, true},
+    {friction::SumPart::kPowerFlow, friction::Role::kLoadCoefficient, false},
+    {friction::SumPart::kAsymmetry, friction::Role::kAsymmetry, false},
+    {friction::SumPart::kRipple, friction::Role::kAmplitude, true},
+    {friction::SumPart::kTemperature, friction::Role::kTemperatureCoefficient, false}};
 
 /// Indices in theta of the parameters of a part.
 std::vector<std::size_t> parameters_of(const Part& part, const friction::RobotFriction& model) {
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < model.parameters().size(); ++i) {
     const friction::ParameterRef& p = model.parameters()[i];
-    if (p.owner == part.owner && (!part.memory || p.law == 0) &&
-        std::ranges::count(part.roles, p.info.role) > 0)
-      found.push_back(i);
+    if (p.info.role == part.role && (!part.of_memory || p.law == 0)) found.push_back(i);
   }
   return found;
 }
@@ -153,7 +146,7 @@ std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
 }
 
 PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,
-                                std::string part) const {
+                                friction::SumPart part) const {
   const Eigen::ArrayXd a = held_out_.residual(with, j).array().square(),
                        b = held_out_.residual(without, j).array().square();
   const ArmTorqueData::Joint& joint = held_out_.joint(j);
@@ -171,29 +164,26 @@ PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,
   for (const double x : blocks) mean += x / count;
   for (const double x : blocks) square += (x - mean) * (x - mean) / (count - 1);
   const double size = std::max(a.sum() / count, 1e-300);
-  PartEvidence out{.part = std::move(part),
-                   .joint = j,
-                   .gain = mean / size,
-                   .error = std::sqrt(square / count) / size};
+  PartEvidence out{
+      .part = part, .joint = j, .gain = mean / size, .error = std::sqrt(square / count) / size};
   out.on = out.gain > out.error;
   return out;
 }
 
 std::vector<PartEvidence> JointFits::judge_parts(const Arm& fitted) const {
   std::vector<std::vector<std::size_t>> indices;
-  std::vector<const Part*> present;
-  for (const Part& part : parts_of_sum()) {
+  std::vector<friction::SumPart> present;
+  for (const Part& part : kParts) {
     std::vector<std::size_t> found = parameters_of(part, fitted.friction.model);
     if (found.empty()) continue;
-    present.push_back(&part);
+    present.push_back(part.part);
     indices.push_back(std::move(found));
   }
   const std::vector<Arm> without =
       without_parts(training_, fitted, indices, torque_options(fitted), jobs_);
   std::vector<PartEvidence> evidence;
   for (std::size_t i = 0; i < present.size(); ++i)
-    for (int j = 0; j < n(); ++j)
-      evidence.push_back(compare(fitted, without[i], j, present[i]->name));
+    for (int j = 0; j < n(); ++j) evidence.push_back(compare(fitted, without[i], j, present[i]));
   return evidence;
 }
 
@@ -216,9 +206,7 @@ Arm carried_over(const Arm& from, Arm to) {
   const auto& wanted = to.friction.model.parameters();
   for (std::size_t i = 0; i < wanted.size(); ++i)
     for (std::size_t k = 0; k < given.size(); ++k)
-      if (given[k].joint == wanted[i].joint && given[k].symbol == wanted[i].symbol &&
-          given[k].owner == wanted[i].owner && given[k].law == wanted[i].law)
-        to.friction.theta[i] = from.friction.theta[k];
+      if (friction::is_same(given[k], wanted[i])) to.friction.theta[i] = from.friction.theta[k];
   return to;
 }
 

@@ -177,6 +177,9 @@ int find_parameter(const RobotFriction& model, int joint, Role role);
 int find_parameter(const RobotFriction& model, int joint, std::string_view owner,
                    std::string_view symbol);
 
+/// Whether two models have the same parameter there: of the same joint, law, owner and symbol.
+bool is_same(const ParameterRef& a, const ParameterRef& b);
+
 /// Writes random initial values of all network weights into theta and leaves the rest: the weights
 /// of law l of joint j are drawn from (seed, j, l), independent of other joints; those of the law
 /// of the whole robot from (seed, n), and may depend on its scales, which must be set before. An

@@ -3,6 +3,7 @@
 
 #include <string_view>
 
+#include "fricid/base/enum_names.hpp"
 #include "fricid/friction/robot_friction.hpp"
 
 namespace fricid::friction {
@@ -28,6 +29,14 @@ struct LvmParts {
 
   bool operator==(const LvmParts&) const = default;
 };
+
+/// What of `LvmParts` the data decide.
+enum class SumPart { kBristle, kLoad, kPowerFlow, kAsymmetry, kRipple, kTemperature };
+constexpr std::string_view names(SumPart) {
+  return "bristle|load|power_flow|asymmetry|ripple|temperature";
+}
+/// Switches a part on or off; kBristle: on in the place of the bank.
+void set(LvmParts& parts, SumPart part, bool on);
 
 /// The friction of one joint in which the laws of the table are special cases:
 ///

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fricid/estimate/windows/multi_step.hpp"
+#include "fricid/friction/sum.hpp"
 #include "fricid/system/arm.hpp"
 
 namespace fricid::estimate {
@@ -39,7 +40,7 @@ std::size_t choose(std::span<const Candidate> candidates);
 
 /// Evidence of the held-out torque for one part of the sum in one joint.
 struct PartEvidence {
-  std::string part;  ///< "load", "ripple"; "bristle": lugre in the place of the bank
+  friction::SumPart part = friction::SumPart::kBristle;
   int joint = 0;
   double gain = 0;   ///< relative rise of the held-out mean square without the part [1]
   double error = 0;  ///< standard error of it, seconds counting as independent [1]
