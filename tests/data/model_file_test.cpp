@@ -39,6 +39,8 @@ class ModelJson : public FolderTest {
     const double c = std::cos(1.0), s = std::sin(1.0);
     robot.joints[1].R0 << c, -s, 0, s, c, 0, 0, 0, 1;
     robot.joints[1].continuous = true;
+    robot.joints[1].upper = std::numeric_limits<double>::infinity();
+    robot.joints[1].lower = -robot.joints[1].upper;
     robot.joints[1].acceleration = std::sqrt(2.0);
     robot.gravity = Eigen::Vector3d(0.1, 0.2, -9.81);
     robot.couplings = {{.joint = 1, .motor = 0, .factor = std::sqrt(0.1)}};

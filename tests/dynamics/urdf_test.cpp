@@ -217,7 +217,8 @@ TEST(UrdfError, Inertia) {
             "> 0");
   EXPECT_EQ(message(one_joint(inertial("1", R"(ixx="1" iyy="1" izz="3")"))),
             "r.urdf:3: link arm: principal moments of inertia 1, 1, 3 kg m^2; the largest must not "
-            "exceed the sum of the other two");
+            "exceed the sum of the other two; correct its <inertia>: to identify an arm from a log "
+            "rough values do, a ball of its mass and size for example");
   EXPECT_EQ(message(one_joint(inertial("1", R"(ixx="-1" iyy="1" izz="1")"))),
             "r.urdf:3: link arm: principal moment of inertia -1 kg m^2; must be > 0");
   EXPECT_EQ(message(one_joint(inertial("1", R"(ixx="nan" iyy="1" izz="1")"))),

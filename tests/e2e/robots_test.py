@@ -85,6 +85,20 @@ class Robots(ProgramTest):
     def test_scara_with_a_prismatic_joint(self):
         self.job("scara", mount="floor")
 
+    def test_a_joint_without_limits(self):
+        urdf = (SOURCE / "models/test/planar_2r.urdf").read_text()
+        turned = urdf.replace('<joint name="shoulder" type="revolute">',
+                              '<joint name="shoulder" type="continuous">').replace('lower="-3.1" upper="3.1" ', "")
+        self.assertNotEqual(turned, urdf)
+        scene = SCENE.format(robot="round", urdf=self.write("round.urdf", turned), mount="ceiling")
+        out = self.folder / "run"
+        done = fricid("run", self.write("scene.toml", scene), "-o", out)
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+        joint = load(out / "models/lvm_s1.json")["robot"]["joints"][0]
+        self.assertEqual((joint["continuous"], joint["lower"], joint["upper"]), (True, None, None))
+        for model in load(out / "evaluation.json")["models"]:
+            self.assertFalse(model["trajectories"][0]["diverged"], model["name"])
+
     def test_arm_of_seven_joints(self):
         self.job("arm_7r")
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
@@ -143,6 +144,12 @@ RobotModel read_robot(const WrittenRobot& file, const Place& place) {
     const Place own = (place / "joints").at(static_cast<std::size_t>(i));
     check_joint(item, i, own);
     robot.joints.push_back(item.joint);
+    if (dynamics::Joint& joint = robot.joints.back(); joint.continuous) {
+      joint.upper = std::numeric_limits<double>::infinity();
+      joint.lower = -joint.upper;
+    } else if (!(joint.lower <= joint.upper)) {
+      (own / "lower").refuse(joint.lower, fmt::format("up to upper = {}", joint.upper));
+    }
     const auto& [mass, first_moment, inertia] = item.moves;
     robot.pi.segment<10>(10 * i) << mass, first_moment, inertia.Ixx, inertia.Ixy, inertia.Iyy,
         inertia.Ixz, inertia.Iyz, inertia.Izz;

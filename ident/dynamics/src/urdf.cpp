@@ -155,7 +155,9 @@ void check_inertial(const urdf::Inertial& inertial, const std::string& place) {
   if (moments(2) > (0.5 + kRounding) * trace)
     throw UserError(
         "{}: principal moments of inertia {:.4g}, {:.4g}, {:.4g} kg m^2; the largest must not "
-        "exceed the sum of the other two",
+        "exceed the sum of the other two; correct its <inertia>: to identify an arm from a log "
+        "rough "
+        "values do, a ball of its mass and size for example",
         place, moments(0), moments(1), moments(2));
 }
 

@@ -68,8 +68,8 @@ struct WrittenJoint {
     archive("R0", joint.R0, finite("1", "rotation of the joint frame in the parent's, at q = 0"));
     archive("p0", joint.p0, finite("m", "origin of the joint frame in the parent's"));
     archive("axis", joint.axis, finite("1", "unit vector in the joint frame"));
-    archive("lower", joint.lower, finite("rad", "position limit"));
-    archive("upper", joint.upper, finite("rad", "position limit"));
+    archive("lower", joint.lower, any_number("rad", "position limit; null: continuous"));
+    archive("upper", joint.upper, any_number("rad", "position limit; null: continuous"));
     archive("velocity", joint.velocity, required(not_negative("rad/s", "limit; 0: none")));
     archive("effort", joint.effort, required(not_negative("N m", "limit; 0: none")));
     archive("acceleration", joint.acceleration,
