@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <mutex>
 #include <numbers>
 #include <stdexcept>
@@ -257,6 +258,7 @@ double dynamics_mismatch(const MujocoArm& arm, const dynamics::RobotModel& robot
     tau_row = motors.torque_to_joints(tau_row);
     for (std::size_t j = 0; j < n; ++j) {
       const double of_mujoco = data->qfrc_inverse[arm.dof(static_cast<int>(j))];
+      if (!std::isfinite(of_mujoco)) return std::numeric_limits<double>::infinity();
       difference = std::max(difference, std::abs(of_mujoco - tau[j]));
       largest = std::max(largest, std::abs(tau[j]));
     }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
@@ -78,9 +77,12 @@ Payload payload_of(const scene::Problem& problem) {
   return payload;
 }
 
-void check_finite(const Trace& trace, const std::string& name) {
+void check_finite(const scene::Problem& problem, const Trace& trace, const std::string& name) {
   if (!trace.q.allFinite() || !trace.v.allFinite() || !trace.z.allFinite())
-    throw std::runtime_error(fmt::format("{}: the simulated arm diverged", name));
+    throw UserError(
+        "{}: {}: the simulated arm diverged; shorten plant.step_s = {} s, lower the stiffness of "
+        "the friction, or look for a wrong mass, inertia or gain",
+        problem.scene.name, name, problem.scene.plant.step_s);
 }
 
 // Friction that reverses a light joint within a step makes it chatter: then neither the motion nor
@@ -180,7 +182,7 @@ Simulation simulate(const scene::Problem& problem, int jobs) {
     for (const dynamics::Joint& joint : problem.robot.joints)
       truth.joint_names.push_back(joint.name);
     truth.trace = follow(problem, arm, *task.series, task.number * task.series->period());
-    check_finite(truth.trace, task.name);
+    check_finite(problem, truth.trace, task.name);
     check_chatter(problem, truth.trace, *task.series, task.name);
 
     data::Dataset& dataset = datasets[index];

@@ -84,6 +84,8 @@ TEST(MujocoArm, RefusesOtherDynamics) {
               HasSubstr("inverse dynamics"));
   EXPECT_THAT(message_of(pendulum("stiffness='1'"), pendulum_robot()),
               HasSubstr("inverse dynamics"));
+  EXPECT_THAT(message_of(pendulum("armature='nan'"), pendulum_robot()),
+              HasSubstr("inverse dynamics differ from p by inf"));
 }
 
 TEST(MujocoArm, NamesAFileThatCannotBeRead) {
