@@ -209,6 +209,18 @@ Script series_data(const Series& series, const Axis& x_axis, const Axis& y_axis)
   return text;
 }
 
+/// Whether any point of a series is drawn.
+bool has_points(const Series& series) {
+  const auto known = [](const std::vector<double>& values, std::size_t i) {
+    return i >= values.size() || std::isfinite(values[i]);
+  };
+  for (std::size_t i = 0; i < series.x.size(); ++i)
+    if (std::isfinite(series.x[i]) && known(series.y, i) && known(series.low, i) &&
+        known(series.high, i))
+      return true;
+  return false;
+}
+
 Script data_blocks(const Figure& figure) {
   Script text;
   for (std::size_t p = 0; p < figure.panels.size(); ++p) {
@@ -249,6 +261,11 @@ Script axis_text(char name, bool log, Range range,
 
 Script next_plot() { return Script::of(", \\\n     "); }
 
+/// Without a number to draw gnuplot refuses to choose a range: an empty frame.
+Script empty_plot() {
+  return Script::of("unset logscale\nset xrange [0:1]\nset yrange [0:1]\nplot NaN notitle\n");
+}
+
 Script plots_text(const Panel& panel, std::size_t p) {
   Script text = Script::of("plot ");
   bool first = true;
@@ -259,7 +276,7 @@ Script plots_text(const Panel& panel, std::size_t p) {
                        columns_of(series.mark), style_of(series));
     first = false;
   }
-  return text + (first ? Script::of("NaN notitle\n") : Script::of("\n"));
+  return text + Script::of("\n");
 }
 
 Script panel_text(const Figure& figure, std::size_t p, Layout layout) {
@@ -282,10 +299,12 @@ Script panel_text(const Figure& figure, std::size_t p, Layout layout) {
       string_of(panel.title), string_of(panel.x_label), string_of(panel.y_label),
       (column * cell + kLabelCm) / layout.width);
   const Axis x_axis(panel, &Series::x, panel.log_x, panel.x_range);
+  const bool is_empty = std::ranges::none_of(panel.series, has_points);
   const double span = x_axis.span();
   const Range x_range = panel.fit_x && span > 0 ? x_axis.range() : panel.x_range;
   return text + axis_text('x', panel.log_x, x_range, panel.x_tics, span, names_fit(figure, panel)) +
-         axis_text('y', panel.log_y, panel.y_range, panel.y_tics, 0) + plots_text(panel, p);
+         axis_text('y', panel.log_y, panel.y_range, panel.y_tics, 0) +
+         (is_empty ? empty_plot() : plots_text(panel, p));
 }
 
 Script legend_text(const Figure& figure, Layout layout) {

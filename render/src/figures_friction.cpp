@@ -28,6 +28,12 @@ Series cut(Series series, double begin, double end, double zero = 0, double scal
   return part;
 }
 
+/// The first kWindow seconds of a curve, whose times need not begin at zero.
+Series beginning(const Series& series) {
+  const double begin = series.x.empty() ? 0 : series.x.front();
+  return cut(series, begin, begin + kWindow);
+}
+
 /// States of the first joint, or the first ones of a law of the whole robot.
 Eigen::Index shown_states(const friction::RobotFriction& model) {
   constexpr int kMost = 4;
@@ -144,7 +150,7 @@ Figure friction_time(const Run& run) {
       const Eigen::VectorXd& t = estimate->t;
       Series band{.colour = model.look.colour, .mark = Mark::kBand};
       for (Eigen::Index k = 0; k < t.size(); ++k)
-        if (t[k] <= kWindow) {
+        if (t[k] - t[0] <= kWindow) {
           band.x.push_back(t[k]);
           band.low.push_back(mean[k] - kNormal90 * sd[k]);
           band.high.push_back(mean[k] + kNormal90 * sd[k]);
@@ -153,13 +159,11 @@ Figure friction_time(const Run& run) {
       has_band = true;
     }
     if (run.truth)
-      panel.series.push_back(
-          cut(curve("truth", kTruthColour, run.truth->trace.t, run.truth->trace.tau_f.col(j), 2.6),
-              0, kWindow));
+      panel.series.push_back(beginning(
+          curve("truth", kTruthColour, run.truth->trace.t, run.truth->trace.tau_f.col(j), 2.6)));
     for (const RunModel& model : run.fitted())
       if (const auto predicted = run.prediction(model))
-        panel.series.push_back(
-            cut(curve(model, predicted->t, predicted->tau_f.col(j)), 0, kWindow));
+        panel.series.push_back(beginning(curve(model, predicted->t, predicted->tau_f.col(j))));
     if (panel.series.size() > (run.truth ? 1U : 0U)) figure.panels.push_back(std::move(panel));
   }
   figure.caption = fmt::format(
@@ -182,9 +186,8 @@ Figure friction_error(const Run& run) {
     for (const RunModel& model : run.fitted()) {
       const auto predicted = run.prediction(model);
       if (!predicted || predicted->t.size() != run.truth->trace.t.size()) continue;
-      panel.series.push_back(
-          cut(curve(model, predicted->t, predicted->tau_f.col(j) - run.truth->trace.tau_f.col(j)),
-              0, kWindow));
+      panel.series.push_back(beginning(
+          curve(model, predicted->t, predicted->tau_f.col(j) - run.truth->trace.tau_f.col(j))));
     }
     if (!panel.series.empty()) figure.panels.push_back(std::move(panel));
   }
@@ -220,7 +223,7 @@ Figure latent(const Run& run) {
                 .y_label = unit.empty() ? "z" : fmt::format("z [{}]", unit),
                 .fit_x = true};
     for (Eigen::Index i = 0; i < z.cols(); ++i) {
-      Series state = cut(curve("", colour, t, z.col(i), 0.9), 0, kWindow);
+      Series state = beginning(curve("", colour, t, z.col(i), 0.9));
       state.dash = 1 + static_cast<int>(i % 4);
       panel.series.push_back(std::move(state));
     }

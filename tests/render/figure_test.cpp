@@ -125,6 +125,16 @@ TEST_F(WriteFigure, FoldersOfAnyNameAreFolders) {
   }
 }
 
+// A panel without a number to draw is an empty frame, on any axis.
+TEST_F(WriteFigure, PanelsWithoutNumbersAreEmpty) {
+  Figure figure = two_panels();
+  figure.panels[0].series.clear();
+  figure.panels[1].series[0].y = {NAN, NAN, NAN};
+  write_figure(figure, folder);
+  EXPECT_EQ(count(read_file(folder / "pair.gp"), "\nplot NaN notitle"), 2);
+  EXPECT_TRUE(std::filesystem::exists(folder / "pair.pdf"));
+}
+
 TEST_F(WriteFigure, SaysWhichLineGnuplotRefused) {
   Figure broken = two_panels();
   broken.panels[0].series[0].colour = "no colour";

@@ -208,6 +208,18 @@ TEST_F(FiguresOfRun, BandOfTheOnlineFilterHoldsNinetyPercent) {
   EXPECT_NEAR(band.high[0], 5 + 1.645, 1e-12);
 }
 
+// A part of a log keeps its times: the first seconds are those after its first sample.
+TEST_F(FiguresOfRun, FrictionOverTimeBeginsWithTheRecording) {
+  data::Dataset later = trajectory.data;
+  later.t.array() += 18;
+  evaluate::TorquePrediction prediction;
+  prediction.tau = prediction.tau_f = later.q;
+  evaluate::save_prediction(prediction, later, later.q, later.q,
+                            run.prediction(simple, kTrajectory));
+  for (const Panel& panel : figure("friction_time").panels)
+    EXPECT_EQ(panel.series.back().x.front(), 18) << panel.title;
+}
+
 TEST_F(FiguresOfRun, ErrorOfFrictionIsAgainstTheTruth) {
   EXPECT_NEAR(figure("friction_error").panels.at(1).series.at(0).y[0], kPredicted - kTruth, 1e-12);
 }
