@@ -1,5 +1,6 @@
 #include "fricid/evaluate/evaluate.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -205,7 +206,9 @@ TEST(Evaluate, DivergedRolloutsCountAndStayFinite) {
   contest.models.push_back(model_file("wild", wild));
   const Evaluation report = evaluate::evaluate(contest, small_options(), 1);
   const auto& summary = summary_of(report, "wild");
-  EXPECT_GT(summary.diverged, 0);
+  ASSERT_EQ(summary.diverged, summary.rollouts);
+  EXPECT_THAT(summary.doubts, testing::Contains(fmt::format(
+                                  "all of its {} held-out rollouts diverged", summary.rollouts)));
   for (std::size_t h = 0; h < 3; ++h) {
     EXPECT_TRUE(std::isfinite(summary.q_mse_geometric_mean[h]));
     EXPECT_LE(summary.q_mse_mean[h], 100);  // clamped to 10 rad

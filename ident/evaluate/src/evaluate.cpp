@@ -89,8 +89,12 @@ std::vector<std::vector<TorquePrediction>> predict_all(const Contest& contest, i
   return predictions;
 }
 
-/// Adds doubts from the torque along held-out motion.
+/// Adds doubts from open loops and the torque along held-out motion.
 void add_doubts(const Contest& contest, ModelResult& result) {
+  if (!result.is_oracle && !result.scores.empty() &&
+      std::ranges::all_of(result.scores, &RolloutScore::diverged))
+    result.doubts.push_back(
+        fmt::format("all of its {} held-out rollouts diverged", result.scores.size()));
   for (std::size_t i = 0; i < result.torque.size(); ++i) {
     const data::Dataset& recording = contest.trajectories[i].data;
     for (std::size_t j = 0; j < result.torque[i].r2.size(); ++j)
