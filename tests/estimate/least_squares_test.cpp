@@ -131,6 +131,60 @@ TEST(RigidBodyLeastSquares, StandardErrorsAreHonest) {
   RecordProperty("beyond_three", std::to_string(beyond_three));
 }
 
+// Friction that lags behind the speed by a time T is T Fv a less: a negative inertia. The armature
+// of that joint is held, those of the others are found as without it.
+TEST(RigidBodyLeastSquares, AJointThatShowsNoInertiaKeepsItsNominalArmature) {
+  const Arm arm = coulomb_arm();
+  std::vector<data::Dataset> logs = clean_logs(arm, {}, 2);
+  const dynamics::RobotModel cad = wrong_cad(arm.robot);
+  const auto clean = filtered(logs);
+  const RigidBodyFit before = rigid_body_least_squares(cad, clean, {});
+  EXPECT_TRUE(before.without_inertia.empty());
+
+  const Eigen::Index last = arm.robot.n() - 1;
+  const double armature = cad.pi[cad.armature_begin() + last];
+  for (std::size_t s = 0; s < logs.size(); ++s)
+    logs[s].tau.col(last) -= 3 * armature * clean[s].narrow.a.col(last);
+  const auto lagging = filtered(logs);
+  const RigidBodyFit fit = rigid_body_least_squares(cad, lagging, {});
+  ASSERT_EQ(fit.without_inertia.size(), 1u);
+  EXPECT_EQ(fit.without_inertia[0].joint, last);
+  EXPECT_LT(fit.without_inertia[0].value, 0);
+  EXPECT_GT(fit.without_inertia[0].error, 0);
+  EXPECT_EQ(fit.prior, "");
+  EXPECT_NEAR(fit.pi[cad.armature_begin() + last], armature, 0.01 * armature);
+  for (Eigen::Index j = 0; j < last; ++j)
+    EXPECT_NEAR(fit.Fc[j], before.Fc[j], 0.01 * before.Fc[j]) << j;
+
+  // Left alone it would have lost its inertia; further fits keep it.
+  RigidBodyOptions alone;
+  alone.prior_where_needed = false;
+  const RigidBodyFit lost = rigid_body_least_squares(cad, lagging, alone);
+  EXPECT_LT(lost.pi[cad.armature_begin() + last], 0.01 * armature);
+  const RigidBodyFit again = rigid_body_least_squares(cad, lagging, as_needed({}, fit));
+  EXPECT_NEAR(again.pi[cad.armature_begin() + last], armature, 0.01 * armature);
+}
+
+// Of a joint that slides in one direction the sum of Coulomb friction and offset is known: the
+// prior gives it to friction.
+TEST(RigidBodyLeastSquares, SlidingInOneDirectionIsFrictionNotOffset) {
+  const Arm arm = coulomb_arm();
+  LogOptions noisy;
+  noisy.torque_noise = 0.3;
+  auto sequences = filtered(clean_logs(arm, noisy, 2));
+  for (signals::Recording& r : sequences) r.use = r.use && (r.narrow.v.array() > 0);
+  RigidBodyOptions alone;
+  alone.prior_where_needed = false;
+  EXPECT_NE(rigid_body_least_squares(arm.robot, sequences, alone).outcome, Outcome::kConverged);
+  const RigidBodyFit fit = rigid_body_least_squares(arm.robot, sequences, {});
+  EXPECT_NE(fit.prior, "");
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    const double Fc = arm.friction.theta[static_cast<std::size_t>(3 * j)];
+    EXPECT_NEAR(fit.Fc[j], Fc, 0.25 * Fc) << j;
+    EXPECT_LT(std::abs(fit.offset[j]), 0.25 * Fc) << j;
+  }
+}
+
 PriorOptions prior_of_width(double width) {
   PriorOptions prior;
   prior.use = true;

@@ -67,6 +67,13 @@ TEST(Warnings, NominalValuesThatWereAskedForAreNoSurprise) {
   EXPECT_THAT(found_in(fit), ElementsAre(HasSubstr("as a prior: a1 hardly moved")));
 }
 
+TEST(Warnings, AHeldArmatureIsSaid) {
+  data::FitFile fit = good_fit();
+  fit.rigid_body.held_armatures = {{"a2", -0.2, 0.01, 0.5}};
+  EXPECT_THAT(found_in(fit), ElementsAre("its torque shows no inertia (-0.2 +- 0.01 kg m^2): its "
+                                         "armature is held at 0.5"));
+}
+
 TEST(Warnings, BoundsAndSeveralMinimaAreListedByJoint) {
   data::FitFile fit = good_fit();
   fit.joints[0].at_bound = {"Fc", "vs"};

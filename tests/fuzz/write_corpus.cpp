@@ -109,8 +109,11 @@ void write_artefacts() {
 
 /// Files of ours, behind their header.
 void write_signals() {
-  data::Dataset d{
-      .name = "log", .joint_names = {"shoulder", "elbow"}, .rate_hz = 250, .source = "fuzz"};
+  data::Dataset d;
+  d.name = "log";
+  d.joint_names = {"shoulder", "elbow"};
+  d.rate_hz = 250;
+  d.source = "fuzz";
   const data::Recording recording(4);
   d.t = Eigen::VectorXd::LinSpaced(4, 0, 3 / 250.0);
   d.q = recording.q;

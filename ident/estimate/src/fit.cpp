@@ -162,6 +162,10 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
   out.options.guesses = std::move(nominal.guesses);
   out.options.offset = false;  // the robot has them
   out.rigid_body = rigid_body_least_squares(out.robot, out.recordings, out.options);
+  for (const JointInertia& found : out.rigid_body.without_inertia) {
+    const int k = out.robot.armature_begin() + found.joint;
+    out.robot.pi[k] = out.rigid_body.pi[k];  // held there in further fits too
+  }
   if (out.rigid_body.Fc.size() != robot.n())
     throw UserError("{}: {}; allowed: training data in which the arm moves", robot.name,
                     out.rigid_body.message);
@@ -227,13 +231,12 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
   int evaluations = 0;
   for (int pass = 0; pass < passes; ++pass) {
     if (pass > 0) {
-      RigidBodyOptions options = prepared.options;
-      options.prior.use = !prepared.rigid_body.prior.empty();
-      options.prior_where_needed = false;
+      RigidBodyOptions options = as_needed(prepared.options, prepared.rigid_body);
       options.memory_periods = kMemoryOfAShape;
       report.rigid_body =
           rigid_body_least_squares(robot, prepared.recordings, options, &friction_torque);
       report.rigid_body.prior = prepared.rigid_body.prior;
+      report.rigid_body.without_inertia = prepared.rigid_body.without_inertia;
     }
     const FrictionTorques target =
         friction_target(robot, report.rigid_body.pi, prepared.recordings, jobs);

@@ -10,10 +10,11 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit) {
+data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit, const dynamics::RobotModel& robot) {
   data::FittedRigidBody body{.outcome = fit.outcome,
                              .message = fit.message,
                              .prior = fit.prior,
+                             .held_armatures = {},
                              .condition = fit.condition,
                              .rows = fit.rows,
                              .rows_total = fit.rows_total,
@@ -26,6 +27,12 @@ data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit) {
                              .Fv_se = fit.Fv_se,
                              .offset_se = fit.offset_se,
                              .base = {}};
+  for (const JointInertia& found : fit.without_inertia)
+    body.held_armatures.push_back(
+        {.joint = robot.joints[static_cast<std::size_t>(found.joint)].name,
+         .inertia = found.value,
+         .inertia_se = found.error,
+         .armature = fit.pi[robot.armature_begin() + found.joint]});
   for (Eigen::Index i = 0; i < fit.base.size(); ++i) {
     const Verdict verdict = judge(fit.base_se[i], fit.base_size[i]);
     body.base.push_back({.name = fit.base_names[static_cast<std::size_t>(i)],
@@ -112,7 +119,7 @@ data::FitFile fit_file(const FitReport& report) {
                      .faults = {},
                      .objective = report.objective,
                      .parameters = report.model.free_parameters,
-                     .rigid_body = rigid_body_of(report.rigid_body),
+                     .rigid_body = rigid_body_of(report.rigid_body, report.model.arm.robot),
                      .joints = {},
                      .torque = {},
                      .multi_step = {},

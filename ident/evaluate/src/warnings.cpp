@@ -24,6 +24,15 @@ void warn_of_trust(const data::FitFile& fit, const std::string& name, Warnings& 
     warnings.push_back({name, "the robot's nominal values entered as a prior: " + prior,
                         "the data alone do not determine the rigid body",
                         "record more and faster motion, or state good nominal values"});
+  for (const data::HeldArmature& held : fit.rigid_body.held_armatures)
+    warnings.push_back(
+        {name + ", " + held.joint,
+         fmt::format("its torque shows no inertia ({:.2g} +- {:.1g} kg m^2): its armature is held "
+                     "at {:.2g}",
+                     held.inertia, held.inertia_se, held.armature),
+         "friction that lags behind the speed, or a delay, looks like a negative inertia; how the "
+         "joint accelerates is assumed, not measured",
+         "state its armature in the URDF; record faster reversals of this joint"});
   if (!fit.usable && fit.faults.empty())
     warnings.push_back(
         {name, fmt::format("the fit ended as \"{}\": {}", name_of(fit.outcome), fit.message),

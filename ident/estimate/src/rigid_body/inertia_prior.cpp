@@ -10,17 +10,25 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kGuess = 3;  // standard deviation of a guess over itself
+constexpr double kGuess = 3;    // standard deviation of a guess over itself
+constexpr double kHeld = 1e-3;  // .. of a held armature
 
 // Relative standard deviation of joint i's value, stated or one of the guesses.
 double width(double stated, const std::vector<int>& guesses, int i) {
   return std::ranges::count(guesses, i) > 0 ? std::max(stated, kGuess) : stated;
 }
 
+// So wide that it only decides what the data leave open.
+PriorOptions wide_prior() {
+  PriorOptions wide;
+  wide.mass = 1, wide.com_m = 0.2, wide.inertia = 1, wide.armature = 10;
+  return wide;
+}
+
 }  // namespace
 
 Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot, const PriorOptions& prior,
-                                 const dynamics::Guesses& guesses) {
+                                 const dynamics::Guesses& guesses, const std::vector<int>& held) {
   const int n = robot.n(), p = robot.linear_begin();
   // Entry e of (Ixx, Ixy, Iyy, Ixz, Iyz, Izz) is at row[e], column[e].
   const std::array<int, 6> row{0, 0, 1, 0, 1, 2}, column{0, 1, 1, 2, 2, 2}, diagonal{0, 2, 5};
@@ -59,7 +67,9 @@ Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot, const PriorO
     }
     P.block<10, 10>(10 * i, 10 * i) = J * sd.cwiseAbs2().asDiagonal() * J.transpose();
     const int k = robot.armature_begin() + i;
-    P(k, k) = std::pow(width(prior.armature, guesses.armature, i) * robot.pi[k], 2);
+    const double armature =
+        std::ranges::count(held, i) > 0 ? kHeld : width(prior.armature, guesses.armature, i);
+    P(k, k) = std::pow(armature * robot.pi[k], 2);
   }
   return P;
 }
@@ -67,7 +77,8 @@ Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot, const PriorO
 Eigen::MatrixXd prior_precision(const dynamics::RobotModel& robot,
                                 const RigidBodyOptions& options) {
   const int p = robot.parameter_count(), body = robot.linear_begin();
-  Eigen::MatrixXd P = prior_covariance(robot, options.prior, options.guesses);
+  Eigen::MatrixXd P = prior_covariance(robot, options.prior.use ? options.prior : wide_prior(),
+                                       options.guesses, options.held_armatures);
   P.diagonal() *= 1 + 1e-9;
   P.diagonal().array() += 1e-18;
   Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(p, p);
@@ -81,10 +92,8 @@ Eigen::MatrixXd prior_precision(const dynamics::RobotModel& robot,
 }
 
 Eigen::MatrixXd weak_pull(const dynamics::RobotModel& robot, const dynamics::Guesses& guesses) {
-  PriorOptions wide;
-  wide.mass = 1, wide.com_m = 0.2, wide.inertia = 1, wide.armature = 10;
   const int body = robot.linear_begin();
-  Eigen::MatrixXd P = prior_covariance(robot, wide, guesses);
+  Eigen::MatrixXd P = prior_covariance(robot, wide_prior(), guesses);
   P.diagonal().array() += 1e-9 * P.diagonal().array() + 1e-12;
   Eigen::MatrixXd root = Eigen::MatrixXd::Zero(robot.parameter_count(), robot.parameter_count());
   root.topLeftCorner(body, body) = inverse_root(P);

@@ -5,7 +5,13 @@
 
 namespace fricid::estimate {
 
-/// Precision (p x p) of CAD values and coefficients of linear torques.
+/// Whether the nominal values enter a fit as a prior.
+inline bool has_prior(const RigidBodyOptions& options) {
+  return options.prior.use || !options.held_armatures.empty();
+}
+
+/// Precision (p x p) of CAD values and coefficients of linear torques; of the held armatures alone,
+/// the rest wide, unless `prior.use`.
 Eigen::MatrixXd prior_precision(const dynamics::RobotModel& robot, const RigidBodyOptions& options);
 
 /// Square root of a precision so wide that it only decides what the data leave open.

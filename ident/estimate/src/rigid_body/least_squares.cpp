@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -18,6 +19,9 @@ namespace fricid::estimate {
 namespace {
 
 constexpr double kWorstCondition = 1e4;  // above it the base parameters are called ill conditioned
+constexpr double kLeastUsual = 1. / 3;   // of a guessed armature: some gears have as little
+constexpr double kOffset = 0.1;          // sd of an offset over the torque's rms, under a prior
+constexpr int kPoses = 20;               // per recording, of the inertia of a joint
 
 // Columns of `full` listed in `columns`.
 Eigen::MatrixXd pick(const Eigen::MatrixXd& full, const std::vector<int>& columns) {
@@ -68,9 +72,89 @@ RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, const Eigen::Vect
 
 namespace {
 
+/// Precision (p + columns of friction) of linear friction and offsets under a prior. In a log whose
+/// joints slide in one direction the sum of Coulomb friction and offset is known, not its parts:
+/// the offset is small, friction within the torque. Offsets with a stated width keep it.
+Eigen::VectorXd precision_of_friction(const dynamics::RobotModel& robot, const Regression& data,
+                                      const std::vector<int>& friction,
+                                      const std::vector<double>& stated_sd) {
+  const int n = robot.n(), p = robot.parameter_count();
+  Eigen::VectorXd square = Eigen::VectorXd::Zero(n), count = Eigen::VectorXd::Zero(n);
+  for (Eigen::Index r = 0; r < data.tau.size(); ++r) {
+    square[data.joint[static_cast<std::size_t>(r)]] += data.tau[r] * data.tau[r];
+    count[data.joint[static_cast<std::size_t>(r)]] += 1;
+  }
+  const auto precision_of = [&](int j, double share) {  // none of a joint without rows
+    return square[j] > 0 ? count[j] / (share * share * square[j]) : 0;
+  };
+  Eigen::VectorXd precision = Eigen::VectorXd::Zero(p + std::ssize(friction));
+  for (std::size_t i = 0; i < robot.linear_torques.size(); ++i)
+    if (robot.linear_torques[i].shape == dynamics::LinearTorque::Shape::kConstant &&
+        (i >= stated_sd.size() || !std::isfinite(stated_sd[i])))
+      precision[robot.linear_begin() + static_cast<Eigen::Index>(i)] =
+          precision_of(robot.linear_torques[i].joint, kOffset);
+  for (std::size_t i = 0; i < friction.size(); ++i) {
+    const int kind = (friction[i] - p) / n, j = (friction[i] - p) % n;
+    if (kind != 1)
+      precision[p + static_cast<Eigen::Index>(i)] = precision_of(j, kind == 2 ? kOffset : 1);
+  }
+  return precision;
+}
+
+/// Condition of the regression on the base parameters and friction alone, whatever the prior.
+double condition_of(const Regression& data, std::vector<int> columns,
+                    const std::vector<int>& friction, const Eigen::VectorXd& sigma) {
+  columns.insert(columns.end(), friction.begin(), friction.end());
+  Eigen::MatrixXd X = pick(data.rows, columns);
+  for (Eigen::Index r = 0; r < X.rows(); ++r)
+    X.row(r) /= sigma[data.joint[static_cast<std::size_t>(r)]];
+  double condition = 0;
+  invert(X.transpose() * X, &condition);
+  return condition;
+}
+
+/// Joints without inertia, see `RigidBodyFit::without_inertia`, by a regression
+/// tau = Y[columns] x + ... with the covariance of x.
+std::vector<JointInertia> find_without_inertia(const dynamics::RobotModel& robot,
+                                               std::span<const signals::Recording> sequences,
+                                               const std::vector<int>& columns,
+                                               const Eigen::VectorXd& x,
+                                               const Eigen::MatrixXd& covariance) {
+  const int n = robot.n();
+  dynamics::Workspace<double> ws(robot);
+  Eigen::MatrixXd moved(n, robot.parameter_count()), still = moved;
+  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(n);
+  std::vector<JointInertia> without;
+  for (int j = 0; j < n; ++j) {
+    JointInertia largest{j, -std::numeric_limits<double>::infinity(), 0};
+    double nominal = 0;
+    const Eigen::VectorXd a = Eigen::VectorXd::Unit(n, j);
+    for (const signals::Recording& r : sequences)
+      for (int k = 0; k < r.length(); k += std::max(1, r.length() / kPoses)) {
+        const Eigen::VectorXd q = r.narrow.q.row(k).transpose();
+        const auto of = [n](const Eigen::VectorXd& value) {
+          return std::span<const double>(value.data(), static_cast<std::size_t>(n));
+        };
+        dynamics::regressor(robot, ws, of(q), of(rest), of(a), moved);
+        dynamics::regressor(robot, ws, of(q), of(rest), of(rest), still);
+        const Eigen::RowVectorXd row = (moved - still).row(j);
+        const Eigen::VectorXd y = pick(row, columns).transpose();
+        if (const double value = y.dot(x); value > largest.value) {
+          largest = {j, value, std::sqrt(std::max(0.0, y.dot(covariance * y)))};
+          nominal = row.dot(robot.pi);
+        }
+      }
+    // a joint that hardly moved says nothing; there the nominal value stays anyway
+    if (largest.value <= largest.error && largest.value + largest.error < nominal)
+      without.push_back(largest);
+  }
+  return without;
+}
+
 /// Solves the regression; `fit` holds its counts.
-RigidBodyFit solve(const dynamics::RobotModel& robot, const Regression& data,
-                   const RigidBodyOptions& options, bool with_prior, RigidBodyFit fit) {
+RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
+                   const Regression& data, const RigidBodyOptions& options, RigidBodyFit fit) {
+  const bool with_prior = has_prior(options);
   const int n = robot.n(), p = robot.parameter_count();
   const dynamics::BaseParameters base = dynamics::base_parameters(robot);
   const auto b = static_cast<Eigen::Index>(base.columns.size());
@@ -102,12 +186,19 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, const Regression& data,
   if (with_prior) {
     prior_information.topLeftCorner(p, p) = prior_precision(robot, options);
     prior_mean.head(p) = robot.pi;
+    prior_information.diagonal() +=
+        precision_of_friction(robot, data, friction, options.linear_prior_sd);
   }
 
   const Weighted solved = reweight(pick(data.rows, columns), data.tau, data.joint, n,
                                    options.robust, prior_information, prior_mean);
   const Eigen::MatrixXd covariance = invert(solved.H, &fit.condition);
   fit.sigma = solved.sigma;
+  if (with_prior && !options.prior.use)
+    fit.condition = condition_of(data, base.columns, friction, fit.sigma);
+  fit.without_inertia =
+      find_without_inertia(robot, sequences, {columns.begin(), columns.begin() + head},
+                           solved.x.head(head), covariance.topLeftCorner(head, head));
 
   // Base parameters and their uncertainty.
   const Eigen::MatrixXd to_base =
@@ -186,6 +277,14 @@ std::string undetermined(const RigidBodyFit& fit) {
 
 }  // namespace
 
+RigidBodyOptions as_needed(RigidBodyOptions options, const RigidBodyFit& fit) {
+  options.prior.use = !fit.prior.empty();
+  for (const JointInertia& joint : fit.without_inertia)
+    options.held_armatures.push_back(joint.joint);
+  options.prior_where_needed = false;
+  return options;
+}
+
 RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
                                       std::span<const signals::Recording> sequences,
                                       const RigidBodyOptions& options,
@@ -193,13 +292,26 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
   const auto begin = std::chrono::steady_clock::now();
   RigidBodyFit counts;
   const Regression data = stack(robot, sequences, options, shape, counts);
-  RigidBodyFit fit = solve(robot, data, options, options.prior.use, counts);
-  if (options.prior.use)
-    fit.prior = "asked for";
-  else if (const std::string why = undetermined(fit); options.prior_where_needed && !why.empty()) {
-    fit = solve(robot, data, options, true, counts);
-    fit.prior = why;
+  RigidBodyOptions used = options;
+  RigidBodyFit fit = solve(robot, sequences, data, used, counts);
+  std::string why = options.prior.use ? "asked for" : "";
+  if (options.prior_where_needed && !options.prior.use) {
+    why = undetermined(fit);
+    if (used.prior.use = !why.empty(); used.prior.use)
+      fit = solve(robot, sequences, data, used, counts);
   }
+  if (const std::vector<JointInertia> without = fit.without_inertia;
+      options.prior_where_needed && !without.empty()) {
+    dynamics::RobotModel held = robot;
+    for (const JointInertia& joint : without) {
+      used.held_armatures.push_back(joint.joint);
+      if (std::ranges::count(options.guesses.armature, joint.joint) > 0)
+        held.pi[held.armature_begin() + joint.joint] *= kLeastUsual;
+    }
+    fit = solve(held, sequences, data, used, counts);
+    fit.without_inertia = without;
+  }
+  fit.prior = why;
   fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return fit;
 }

@@ -189,7 +189,7 @@ class Problem {
  private:
   static Eigen::MatrixXd prior(dynamics::RobotModel robot, const ArmTorqueOptions& options) {
     robot.pi = options.nominal;
-    if (options.rigid_body.prior.use) return prior_precision(robot, options.rigid_body);
+    if (has_prior(options.rigid_body)) return prior_precision(robot, options.rigid_body);
     const Eigen::MatrixXd pull = weak_pull(robot, options.rigid_body.guesses);
     return pull.transpose() * pull;
   }

@@ -117,8 +117,7 @@ Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) co
 
 ArmTorqueOptions JointFits::torque_options(const Arm& arm) const {
   ArmTorqueOptions options;
-  options.rigid_body = prepared_.options;
-  options.rigid_body.prior.use = !prepared_.rigid_body.prior.empty();
+  options.rigid_body = as_needed(prepared_.options, prepared_.rigid_body);
   options.nominal = prepared_.robot.pi;
   options.coordinates.torque_scale = windows_.torque_scale;
   options.coordinates.limits = sum_limits(arm.friction);

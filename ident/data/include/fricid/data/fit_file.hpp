@@ -96,11 +96,28 @@ struct FittedBaseParameter {
   }
 };
 
+/// A joint whose torque shows no inertia, see estimate::RigidBodyFit.
+struct HeldArmature {
+  std::string joint;
+  double inertia = 0, inertia_se = 0, armature = 0;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("joint", joint, text("name of the joint"));
+    archive(
+        "inertia", inertia,
+        any_number("kg m^2 or kg", "by the torque alone, the largest over the poses of the log"));
+    archive("inertia_se", inertia_se, not_negative("kg m^2 or kg", "its standard error"));
+    archive("armature", armature, not_negative("kg m^2 or kg", "the value that is held"));
+  }
+};
+
 /// The regression of the rigid body with linear friction.
 struct FittedRigidBody {
   Outcome outcome = Outcome::kFailed;
   std::string message;
   std::string prior;  ///< why the nominal values entered; empty: they did not
+  std::vector<HeldArmature> held_armatures;
   double condition = 0;
   std::vector<int> rows, rows_total, equations;
   Eigen::VectorXd sigma, Fc, Fv, offset, Fc_se, Fv_se, offset_se;
@@ -114,6 +131,8 @@ struct FittedRigidBody {
     archive("outcome", outcome, choice("how the regression ended"));
     archive("message", message, text("the same in words"));
     archive("prior", prior, text("why nominal values entered as a prior; empty: they did not"));
+    archive.sections("held_armatures", held_armatures,
+                     "joints whose torque shows no inertia: the armature is held");
     archive("condition", condition,
             not_negative("1", "of the weighted regressor, columns of unit length"));
     archive("rows_used", rows, number("", 0, 1e9, "per joint, samples"));

@@ -15,12 +15,24 @@
 
 namespace fricid::estimate {
 
+/// Inertia that the torque alone gives a joint, the other joints at rest: the largest over the
+/// poses of the log, and its standard error [kg m^2 or kg].
+struct JointInertia {
+  int joint = 0;
+  double value = 0, error = 0;
+};
+
 /// What the rigid-body fit found: standard parameters that are physical, base parameters with their
 /// uncertainty, and the linear friction that was estimated beside them.
 struct RigidBodyFit {
   Outcome outcome = Outcome::kFailed;
   std::string message = "rigid_body_least_squares was not called";
   std::string prior;  ///< why the nominal values entered as a prior; empty: they did not
+  /// Joints that the torque gives no inertia, within a standard error, and less than nominal:
+  /// friction that lags behind the speed, or a delay, looks like a negative one. The armature of
+  /// each is held in `pi`, since a link without inertia cannot be simulated: at its nominal value,
+  /// or at the lower end of what is usual, a third of a guess.
+  std::vector<JointInertia> without_inertia;
 
   Eigen::VectorXd pi;                   ///< (11 n + n_c) standard parameters, physically consistent
   std::vector<std::string> base_names;  ///< (b)
@@ -66,11 +78,17 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
                                       const RigidBodyOptions& options,
                                       const FrictionTorques* shape = nullptr);
 
+/// The options with the prior and the held armatures that a fit was found to need, for further fits
+/// of the same log.
+RigidBodyOptions as_needed(RigidBodyOptions options, const RigidBodyFit& fit);
+
 /// Covariance (11 n square) of the CAD values: mass, armature and central inertia with relative
 /// standard deviations, centre of mass with an absolute one, propagated to (m, m c, I) of each
 /// link. What is a guess has a standard deviation of at least three times itself.
+/// @param held  joints whose armature is known
 Eigen::MatrixXd prior_covariance(const dynamics::RobotModel& robot, const PriorOptions& prior,
-                                 const dynamics::Guesses& guesses = {});
+                                 const dynamics::Guesses& guesses = {},
+                                 const std::vector<int>& held = {});
 
 /// Minimises 1/2 |G pi - d|^2 over physical parameters: every link's pseudo-inertia positive
 /// definite, every armature positive, linear torques free. The cone is convex, so the barrier

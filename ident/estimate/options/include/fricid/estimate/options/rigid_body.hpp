@@ -46,6 +46,8 @@ struct RigidBodyOptions {
   /// Without `prior.use` too, where the data alone do not determine the base parameters: condition
   /// above 1e4, or fewer rows than unknowns.
   bool prior_where_needed = true;
+  /// Joints whose armature is held at its nominal value, see `RigidBodyFit::without_inertia`.
+  std::vector<int> held_armatures;
   dynamics::Guesses guesses;  ///< guessed parameters, with a prior width of three times their value
   /// (n_c or fewer) standard deviation of the coefficient of each linear torque about its given
   /// value [N m]; infinite or missing: free.
