@@ -66,7 +66,8 @@ std::string whole_number_up_to(const Limit& limit, const std::string& text) {
   return fmt::format("\"{}\"; allowed: a whole number from 0 to {}", text, limit.most);
 }
 
-/// No option and no argument is an empty text: an empty path would be the folder the program runs in.
+/// No option and no argument is an empty text: an empty path would be the folder the program runs
+/// in.
 void refuse_empty_texts(CLI::App& app) {
   const CLI::Validator not_empty(
       [](std::string& text) { return text.empty() ? "is empty" : std::string(); }, "");
