@@ -337,7 +337,7 @@ TEST(KukaLog, Imports) {
 TEST(Ur10Bag, Imports) {
   const char* logs = std::getenv("FRICID_REALLOGS");
   if (!logs) GTEST_SKIP() << "FRICID_REALLOGS is not set";
-  Contract contract = load_contract(source_dir() / "tests/data/ur10_contract.toml");
+  Contract contract = load_contract(source_dir() / "scenes/ur10_contract.toml");
   const Dataset d = read_log(
       std::filesystem::path(logs) / "ur10_unisa_2025/ur10_exciting_trajectory.db3", contract);
   EXPECT_EQ(d.length(), 3441);

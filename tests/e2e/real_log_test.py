@@ -1,8 +1,11 @@
 """A scene on logs: no truth, so no oracle and no headroom; the verdict is that of the fits."""
 import math
+import os
 import unittest
 
-from fricid_program import ProgramTest, fricid, load
+from fricid_program import SOURCE, ProgramTest, fricid, load
+
+LOGS = os.environ.get("FRICID_REALLOGS")
 
 CONTRACT = """
 joint_names = ["shoulder", "elbow"]
@@ -89,6 +92,27 @@ class RealLog(ProgramTest):
         self.assertTrue((self.out / "external").exists())
         (self.out / "external").rmdir()
         self.assert_refused(self.run_scene(), r"train\.csv", self.out / "manifest.json")
+
+
+@unittest.skipUnless(LOGS, "FRICID_REALLOGS is not set")
+class Ur10(ProgramTest):
+    """A real arm whose wrist shows no inertia in its torque: held, said, and no rollout falls."""
+
+    def test_rollouts_stay_on_a_log_that_lies_about_inertia(self):
+        scene = (SOURCE / "scenes/ur10.toml").read_text()
+        head, models = scene.split("[[model]]", 1)
+        tail = models[models.index("[evaluate]"):]
+        text = f'{head}[[model]]\nname = "simple"\n[[model]]\nname = "lugre"\n{tail}'
+        (self.folder / "ur10_contract.toml").write_text((SOURCE / "scenes/ur10_contract.toml").read_text())
+        out = self.folder / "run"
+        done = fricid("run", self.write("ur10.toml", text), "-o", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for name in ("simple", "lugre"):
+            held = load(out / f"fit/{name}_s1.json")["rigid_body"]["held_armatures"]
+            self.assertEqual([h["joint"] for h in held], [f"wrist_{k}_joint" for k in (1, 2, 3)])
+        for model in load(out / "evaluation.json")["summary"]:
+            self.assertEqual(model["diverged"], 0, model["name"])
+        self.assertIn("its torque shows no inertia", (out / "report.html").read_text())
 
 
 if __name__ == "__main__":

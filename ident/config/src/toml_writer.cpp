@@ -22,7 +22,7 @@ std::string TomlWriter::open(std::string_view left, std::string_view key, std::s
                              std::string_view meaning) {
   const std::string outer = section_;
   section_ = outer.empty() ? std::string(key) : fmt::format("{}.{}", outer, key);
-  text_ += "\n";
+  text_ += '\n';
   if (commented_) text_ += fmt::format("# {}\n", meaning);
   text_ += fmt::format("{}{}{}\n", left, section_, right);
   return outer;

@@ -194,7 +194,7 @@ std::string short_table(const Evaluation& report,
                         const std::map<std::string, double>& measured_seconds) {
   const std::vector<double>& horizons = report.horizons_s;
   const std::vector<std::size_t> quoted = quoted_horizons(horizons);
-  const std::size_t first = quoted.front(), last = quoted.back();
+  const std::size_t last = quoted.back(), first = quoted.front() < last ? quoted.front() : 0;
   const bool friction = has_friction(report);
   std::vector<Cells> rows{
       {Markdown::of("MSE(q) [rad²]"), Markdown::of("{}", seconds(horizons[first])),
