@@ -17,6 +17,8 @@ class Installed(ProgramTest):
         prefix = self.folder / "prefix"
         self.call("cmake", "--install", os.environ["FRICID_BINARY_DIR"], "--prefix", prefix)
 
+        self.assertTrue(list((prefix / "share/fricid/licences").glob("libmujoco*/LICENSE*")))
+
         scene = prefix / "share/fricid/scenes/kr6_demo.toml"
         out = self.folder / "run"
         self.call(prefix / "bin/fricid", "simulate", scene, "-o", out)
