@@ -187,6 +187,7 @@ Html health(const Record& record, const FittedModel& fitted) {
                       (fit.usable ? Html() : Html::of(" <b class=\"bad\">not usable</b>")));
   item("In words", html::escaped(fit.message));
   item("Fitted values", Html::of("{}", fit.parameters));
+  if (fit.fitted_to) item("Fitted to", html::escaped(data::in_words(*fit.fitted_to)));
   if (const workflow::StageRecord* stage = record.manifest.find(workflow::stage_of(fitted.id)))
     item("Time", Html::of("{}&#8239;s", html::number(stage->seconds)));
   item("Condition of the regression", html::number(fit.rigid_body.condition));

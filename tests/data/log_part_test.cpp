@@ -1,7 +1,11 @@
 #include "fricid/data/log_part.hpp"
 
+#include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
+
+#include "fricid/data/training_part.hpp"
 #include "scene_folder.hpp"
 
 namespace fricid::data {
@@ -70,6 +74,69 @@ TEST_F(LogPartTest, WeldedJointsLeaveALogThatHasThemAtRest) {
             }),
             "x: b is welded at 0.3 and here at 0.35; allowed: within 0.02 rad or m; use a part of "
             "the log where it rests (\"x[FROM:TO]\"), or let it move");
+}
+
+/// Two joints that swing, at 100 Hz.
+Dataset swinging(const std::string& name, int samples) {
+  Dataset d;
+  d.name = name;
+  d.joint_names = {"a", "b"};
+  d.rate_hz = 100;
+  d.t = Eigen::VectorXd::LinSpaced(samples, 0, (samples - 1) / 100.);
+  d.q.resize(samples, 2);
+  for (int k = 0; k < samples; ++k) d.q.row(k) << std::sin(0.02 * k), std::cos(0.01 * k);
+  d.tau = 3 * d.q;
+  return d;
+}
+
+TEST(TrainingPart, IsAllOfWhatIsShort) {
+  const std::vector<Dataset> logs{swinging("a", 1000), swinging("b", 600)};
+  const TrainingPart part = training_part(logs, 1600);
+  EXPECT_TRUE(part.is_all());
+  ASSERT_EQ(part.recordings.size(), 2u);
+  EXPECT_EQ(part.recordings[1].name, "b");
+  EXPECT_EQ(part.recordings[1].q, logs[1].q);
+}
+
+// An hour in two recordings: pieces from every part of it, no more samples than allowed.
+TEST(TrainingPart, OfALongCampaignIsDrawnOverAllOfIt) {
+  const std::vector<Dataset> logs{swinging("a", 240'000), swinging("b", 120'000)};
+  const TrainingPart part = training_part(logs, 32'000);
+  EXPECT_FALSE(part.is_all());
+  EXPECT_EQ(part.of_seconds, 3600);
+  EXPECT_EQ(part.seconds, 320);
+  ASSERT_EQ(part.recordings.size(), 16u);
+  const TrainingPart again = training_part(logs, 32'000);
+  double last = -1;
+  for (std::size_t i = 0; i < part.recordings.size(); ++i) {
+    const Dataset& piece = part.recordings[i];
+    SCOPED_TRACE(piece.name);
+    EXPECT_EQ(piece.name, again.recordings[i].name);
+    EXPECT_EQ(piece.length(), 2000);
+    const Dataset& of = piece.name[0] == 'a' ? logs[0] : logs[1];
+    const auto first = static_cast<Eigen::Index>(std::lround(100 * piece.t[0]));
+    EXPECT_EQ(piece.q, of.q.middleRows(first, 2000));
+    EXPECT_EQ(piece.name, fmt::format("{}[{:g}:{:g}]", of.name, piece.t[0], piece.t[0] + 20));
+    // one in each sixteenth of the hour, in order
+    const double at = piece.t[0] + (piece.name[0] == 'b' ? 2400 : 0);
+    EXPECT_GE(at, 225. * static_cast<double>(i) - 20);
+    EXPECT_LE(at, 225. * static_cast<double>(i + 1));
+    EXPECT_GT(at, last);
+    last = at;
+  }
+}
+
+TEST(TrainingPart, PausesAreNoPartOfIt) {
+  Dataset d = swinging("a", 100'000);
+  d.q.middleRows(20'000, 30'000).rowwise() = d.q.row(20'000).eval();
+  d.tau.middleRows(60'000, 30'000).setConstant(std::numeric_limits<double>::quiet_NaN());
+  const TrainingPart part = training_part(std::vector{d}, 16'000);
+  EXPECT_EQ(part.seconds, 160);
+  for (const Dataset& piece : part.recordings) {
+    SCOPED_TRACE(piece.name);
+    EXPECT_TRUE(piece.tau.allFinite());
+    EXPECT_GT(piece.q.col(0).maxCoeff() - piece.q.col(0).minCoeff(), 0.1);
+  }
 }
 
 }  // namespace

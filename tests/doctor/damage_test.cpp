@@ -335,5 +335,25 @@ TEST(Doctor, MissingArmatureIsNoTorqueUnit) {
   }
 }
 
+// Twenty minutes of a torque in steps: every value is repeated, and none of the runs is looked at
+// by going through the log again, which would take hours.
+TEST(Doctor, ALongLogOfTorqueInStepsIsReadThroughOnce) {
+  constexpr int kSamples = 1'200'000;
+  Dataset d;
+  d.name = "long";
+  d.joint_names = {"j1"};
+  d.rate_hz = 1000;
+  d.t = Eigen::VectorXd::LinSpaced(kSamples, 0, (kSamples - 1) * 1e-3);
+  d.q.resize(kSamples, 1);
+  d.tau.resize(kSamples, 1);
+  for (int k = 0; k < kSamples; ++k) {
+    const double phase = 1.7 * d.t[k];
+    d.q(k, 0) = 0.8 * std::sin(phase);
+    d.tau(k, 0) = std::round(20 * std::sin(d.q(k, 0)) + 3 * std::cos(phase));
+  }
+  const auto findings = diagnose(d, nullptr);
+  EXPECT_TRUE(of_kind(findings, "stuck").empty()) << text_of(findings, d);
+}
+
 }  // namespace
 }  // namespace fricid::doctor

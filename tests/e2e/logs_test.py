@@ -75,6 +75,25 @@ class Logs(ProgramTest):
             self.assertEqual(done.returncode, 2)
             self.assertRegex(done.stderr.splitlines()[-1], message)
 
+    def test_what_the_torque_is_taken_for_is_said(self):
+        done = fricid("import", self.log("a.csv"), "--contract", self.contract, "-o", self.folder)
+        self.assertRegex(done.stderr, r'contract\.toml: torque\.kind = "joint_torque": taken as motor torque')
+
+    def test_a_decimal_comma_is_named(self):
+        text = self.log("a.csv").read_text().replace(",", ";").replace(".", ",")
+        done = fricid("import", self.write("comma.csv", text), "--contract", self.contract, "-o", self.folder)
+        self.assert_refused(done, r"comma\.csv:2: t = \"0,000\"; allowed: a number, and with decimal_comma = true in "
+                                  r"the contract it is one", self.folder / "comma.h5")
+        self.write("contract.toml", "decimal_comma = true\n" + CONTRACT)
+        self.assertEqual(fricid("import", self.folder / "comma.csv", "--contract", self.contract, "-o",
+                                self.folder).returncode, 0)
+
+    def test_a_coupling_without_effect_is_refused(self):
+        self.write("contract.toml", CONTRACT + '[[coupling]]\njoint = "elbow"\nmotor = "shoulder"\nfactor = 0.5\n')
+        done = fricid("import", self.log("a.csv"), "--contract", self.contract, "-o", self.folder)
+        self.assert_refused(done, r'contract\.toml:\d+: coupling without effect: position\.unit = "rad" and '
+                                  r'torque\.kind = "joint_torque" are of the joints', self.folder / "a.h5")
+
 
 if __name__ == "__main__":
     unittest.main()

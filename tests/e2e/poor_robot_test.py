@@ -143,6 +143,36 @@ class PoorRobot(ProgramTest):
         self.assertIn("simple is not to be trusted:</b> fit: joint_a2: R2", page)
         self.assertNotIn("follows the held-out trajectory best", page)
 
+    def test_a_model_that_fails_on_held_out_torque_is_not_trusted(self):
+        def scrambled(rows):
+            for k, row in enumerate(rows):
+                row["tau2"] = 30 * math.sin(37.0 * k)
+            return rows
+        self.log("train.csv", "train")
+        self.log("validation.csv", "validation", scrambled)
+        done = fricid("run", self.scene(self.urdf), "-o", self.out)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertTrue(self.fit()["usable"])
+        self.assertRegex((self.out / "report.html").read_text(),
+                         r"simple is not to be trusted:</b> validation_0: R2 -[\d.e+]+ of the torque of joint_a2: worse "
+                         r"than predicting its mean")
+
+    def test_check_begins_with_a_verdict_of_five_lines(self):
+        self.write("arm.urdf", self.urdf)
+        log = self.log("train.csv", "train")
+        check = ["check", log, "--contract", self.folder / "contract.toml", "--robot", self.folder / "arm.urdf",
+                 "--mount", "ceiling"]
+        done = fricid(*check)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        lines = done.stdout.splitlines()
+        for line, start in zip(lines, ("train: ", "rigid body: ", "friction: ", "laws: ", "next: ", "")):
+            self.assertEqual(line[:len(start)], start, done.stdout)
+        self.assertEqual([line.split()[0] for line in lines[6:]], ["joint", *JOINTS], done.stdout)
+        every = fricid(*check, "--verbose").stdout
+        self.assertGreater(len(every.splitlines()), 60)
+        self.assertIn("N m, no temperature", every)
+        self.assertNotIn("293.1", every)
+
     def test_damage_that_misleads_marks_import_and_run(self):
         def reversed_torque(rows):
             for row in rows:

@@ -73,7 +73,9 @@ class Robots(ProgramTest):
     def test_planar_arm_of_two_joints(self):
         out = self.job("planar_2r")
         design = self.folder / "next.toml"
-        self.assertEqual(fricid("check", out, "--design", design).returncode, 0)
+        done = fricid("check", out, "--design", design)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, r"next\.toml and .*next\.csv: \d.* s of motion that, .* raise the information .*log det")
         self.assertIn('name = "elbow"', design.read_text())
         rows = (self.folder / "next.csv").read_text().splitlines()
         self.assertEqual(rows[0], "t,q_shoulder,q_elbow,v_shoulder,v_elbow")

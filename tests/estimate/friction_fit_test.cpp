@@ -6,6 +6,8 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/data/artefact.hpp"
+#include "fricid/data/log_part.hpp"
+#include "fricid/data/training_part.hpp"
 #include "fricid/estimate/fit.hpp"
 #include "temporary_folder.hpp"
 
@@ -263,6 +265,53 @@ TEST(FitConventional, NamesAnUnknownLaw) {
   } catch (const UserError& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("unknown law \"stribek\""));
   }
+}
+
+// The second period of a motion again and again with other noise, 44 minutes in all.
+data::Dataset long_log(const Arm& arm) {
+  LogOptions options;
+  options.seconds = 24;
+  const data::Dataset two = make_log(arm, options);
+  constexpr int kPeriods = 220;
+  const int period = two.length() / 2;
+  data::Dataset log = data::rows_of(two, period, period);
+  log.t = Eigen::VectorXd::LinSpaced(kPeriods * period, 0, (kPeriods * period - 1) * log.dt());
+  log.q = log.q.replicate(kPeriods, 1).eval();
+  log.tau = log.tau.replicate(kPeriods, 1).eval();
+  Rng noise(1, 0);
+  for (double& tau : log.tau.reshaped()) tau += 0.3 * noise.normal();
+  for (double& q : log.q.reshaped()) q += 2e-6 * noise.normal();
+  return log;
+}
+
+// A fit to a long log works on pieces of it, finds what all of it gives, and says so.
+TEST(FitConventional, ALongLogIsFittedInPart) {
+  const Arm arm = coulomb_arm(5e-3);
+  const std::vector<data::Dataset> logs{long_log(arm)};
+  const Prepared prepared = prepare(arm.robot, {}, logs, 2);
+  int samples = 0;
+  for (const signals::Recording& r : prepared.recordings) samples += r.length();
+  EXPECT_LE(samples, data::kMostSamples);
+  EXPECT_GE(samples, 0.9 * data::kMostSamples);
+  const FitReport report = fit_conventional(prepared, model("simple"), 1, 2);
+  EXPECT_THAT(report.brief(), testing::HasSubstr("fitted to 1280 of 2640 s, 64 pieces"));
+  ASSERT_TRUE(fit_file(report).fitted_to);
+  EXPECT_EQ(fit_file(report).fitted_to->of_seconds, 2640);
+
+  const std::vector<signals::Recording> whole{signals::make_recording(logs[0], 10)};
+  const RigidBodyFit &part = prepared.rigid_body,
+                     all = rigid_body_least_squares(prepared.robot, whole, prepared.options);
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    SCOPED_TRACE(j);
+    EXPECT_LT(part.rows_total[static_cast<std::size_t>(j)],
+              0.5 * all.rows_total[static_cast<std::size_t>(j)]);
+    EXPECT_NEAR(part.Fc[j], all.Fc[j], 4 * part.Fc_se[j]);
+    EXPECT_NEAR(part.Fv[j], all.Fv[j], 4 * part.Fv_se[j]);
+    EXPECT_LT(part.Fc_se[j], 2 * all.Fc_se[j]);
+  }
+  for (Eigen::Index i = 0; i < part.base.size(); ++i)
+    EXPECT_NEAR(part.base[i], all.base[i], 4 * part.base_se[i])
+        << part.base_names[static_cast<std::size_t>(i)];
 }
 
 }  // namespace

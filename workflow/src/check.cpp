@@ -6,6 +6,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/contract.hpp"
+#include "fricid/data/training_part.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/scene/problem.hpp"
@@ -79,8 +80,9 @@ std::vector<signals::Recording> recordings_of(const std::vector<data::Dataset>& 
       throw UserError("{}: joints {}; allowed: those of {}, {}", d.name,
                       fmt::join(d.joint_names, " "), subject.sets.front().name,
                       fmt::join(subject.sets.front().joint_names, " "));
-    recordings.push_back(signals::make_recording(motors.to_motors(d), subject.identify.cutoff_hz));
   }
+  for (const data::Dataset& d : data::training_part(sets).recordings)
+    recordings.push_back(signals::make_recording(motors.to_motors(d), subject.identify.cutoff_hz));
   return recordings;
 }
 

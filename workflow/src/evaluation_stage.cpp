@@ -8,6 +8,7 @@
 #include "fricid/base/parallel.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/fit_file.hpp"
+#include "fricid/data/training_part.hpp"
 #include "fricid/evaluate/evaluate.hpp"
 #include "fricid/signals/recording.hpp"
 #include "fricid/sim/simulate.hpp"
@@ -126,9 +127,10 @@ std::vector<evaluate::Rollout> simulator_rollouts(const Task& task, const HeldOu
 /// The recordings that the models were fitted to, driven by the motion that fits see.
 std::vector<evaluate::Trajectory> load_training(const Task& task, const RunFolder& folder) {
   std::vector<evaluate::Trajectory> training;
-  for (data::Dataset& dataset :
-       first_seconds(load_recordings(folder, RunFolder::training, task.problem.scene.joints),
-                     task.problem.scene.identify.first_s)) {
+  const std::vector<data::Dataset> all =
+      first_seconds(load_recordings(folder, RunFolder::training, task.problem.scene.joints),
+                    task.problem.scene.identify.first_s);
+  for (data::Dataset& dataset : data::training_part(all).recordings) {
     evaluate::Trajectory& recording = training.emplace_back();
     recording.data = std::move(dataset);
     signals::Motion motion =

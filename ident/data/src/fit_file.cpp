@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
 
@@ -47,6 +49,11 @@ void check_training(const FittedTraining& training, std::string_view key,
 }
 
 }  // namespace
+
+std::string in_words(const FittedTo& part) {
+  return fmt::format("{:.0f} of {:.0f} s, {} pieces drawn over all of it", part.seconds,
+                     part.of_seconds, part.pieces);
+}
 
 void FitFile::check(const std::string& place) const {
   require_name(Named::kModel, name, place);

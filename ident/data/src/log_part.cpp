@@ -54,6 +54,22 @@ Dataset of_joints(const Dataset& d, const std::vector<std::string>& joints,
   return out;
 }
 
+Dataset rows_of(const Dataset& d, Eigen::Index first, Eigen::Index length) {
+  Dataset out{.name = d.name,
+              .joint_names = d.joint_names,
+              .rate_hz = d.rate_hz,
+              .source = d.source,
+              .t = d.t.segment(first, length),
+              .q = {},
+              .tau = {},
+              .v = {},
+              .temperature = {}};
+  for (RowMatrix Dataset::*signal :
+       {&Dataset::q, &Dataset::tau, &Dataset::v, &Dataset::temperature})
+    if ((d.*signal).rows() > 0) out.*signal = (d.*signal).middleRows(first, length);
+  return out;
+}
+
 Dataset cut(const Dataset& d, const LogPart& part, const std::string& where) {
   if (d.length() == 0) return d;
   // half a sample of tolerance: times are rounded
@@ -65,11 +81,7 @@ Dataset cut(const Dataset& d, const LogPart& part, const std::string& where) {
   if (length < 2)
     throw UserError("{}: {} samples from {} to {} s; the log has {:.4g} s", where, length,
                     part.from_s, part.to_s, d.t[d.length() - 1] - d.t[0]);
-  Dataset out = d;
-  out.t = d.t.segment(first, length);
-  for (RowMatrix* table : {&out.q, &out.tau, &out.v, &out.temperature})
-    if (table->rows() > 0) *table = RowMatrix(table->middleRows(first, length));
-  return out;
+  return rows_of(d, first, length);
 }
 
 }  // namespace fricid::data

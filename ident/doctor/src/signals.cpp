@@ -94,9 +94,8 @@ bool check_quantisation(const Channel& c, double coarse, const char* unit, Findi
   return true;
 }
 
-// Whether the position of the channel's joint travels between two samples.
-bool joint_moves(const Channel& c, int first, int last) {
-  const Channel q(c.d, c.d.q, "q", c.joint);
+// Whether a position travels between two samples.
+bool joint_moves(const Channel& q, int first, int last) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (int k = first; k <= last; ++k) {
     if (!std::isfinite(q[k])) continue;
@@ -124,19 +123,21 @@ bool is_cut_off(const Channel& c, int first, int last) {
 
 // The longest run of one value that is no measurement: noise never stands still, unless the joint
 // does.
-void check_stuck(const Channel& c, double shortest_s, Findings& findings) {
+// @param q  position of the channel's joint
+void check_stuck(const Channel& c, const Channel& q, double shortest_s, Findings& findings) {
   const bool is_position = c.signal == std::string_view("q");
-  int best = 0, begin = 0, end = 0;
+  const int shortest = static_cast<int>(std::ceil(shortest_s / c.d.dt()));
+  int best = shortest - 1, begin = 0, end = 0;
   for (int k = 0, first = 0; k < c.length(); ++k) {
     if (c[k] != c[first]) first = k;
     const bool run_ends = k + 1 == c.length() || c[k + 1] != c[first];
     if (!run_ends || k - first <= best) continue;
-    if (is_position ? !is_cut_off(c, first, k) : !joint_moves(c, first, k)) continue;
+    if (is_position ? !is_cut_off(c, first, k) : !joint_moves(q, first, k)) continue;
     best = k - first;
     begin = first;
     end = k;
   }
-  if (best > 0 && best * c.d.dt() >= shortest_s)
+  if (end > begin)
     findings.push_back(c.finding(FindingKind::kStuck, begin, end, c.d.t[end] - c.d.t[begin], "s"));
 }
 
@@ -151,7 +152,8 @@ bool check_still(const Channel& c, Findings& findings) {
 // Many samples at the very extreme and few just below: an amplifier or a number at its end. A
 // single run that ends in a leap is a channel that stuck there; a joint that rests keeps its
 // torque.
-void check_saturation(const Channel& c, Findings& findings) {
+// @param q  position of the channel's joint
+void check_saturation(const Channel& c, const Channel& q, Findings& findings) {
   const double width = 0.01 * c.range();
   const bool is_position = c.signal == std::string_view("q");
   for (const double sign : {1.0, -1.0}) {
@@ -168,7 +170,7 @@ void check_saturation(const Channel& c, Findings& findings) {
       while (end + 1 < c.length() && is_top(end + 1)) ++end;
       const int run = end - k + 1;
       const bool rests =
-          run * c.d.dt() > kStuck && !(is_position ? ends_fast(c, k, end) : joint_moves(c, k, end));
+          run * c.d.dt() > kStuck && !(is_position ? ends_fast(c, k, end) : joint_moves(q, k, end));
       if (run > kPlateau) {
         ++plateaus;
         leaps =
@@ -220,9 +222,10 @@ void check_jumps(const Channel& c, Findings& findings) {
   std::vector<double> steps;
   for (int k = 1; k < c.length(); ++k)
     if (std::isfinite(c[k] - c[k - 1])) steps.push_back(std::abs(c[k] - c[k - 1]));
-  std::sort(steps.begin(), steps.end());
   if (steps.empty()) return;
-  const double usual = steps[steps.size() * 9 / 10];
+  const auto ninth = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() * 9 / 10);
+  std::nth_element(steps.begin(), ninth, steps.end());
+  const double usual = *ninth;
   for (int k = 1; k + 1 < c.length(); ++k) {
     const double step = c[k] - c[k - 1];
     if (!(std::abs(step) >= kSmallest && std::abs(step) >= kAbove * usual)) continue;
@@ -274,23 +277,23 @@ void check_signals(const data::Dataset& d, Findings& findings) {
     for (const Channel& c : {q, tau}) check_missing(c, findings);
     const bool coarse = check_quantisation(q, kCoarsePosition, "rad", findings);
     const bool still = check_still(q, findings);
-    if (!still) check_stuck(q, coarse ? 4 * kStuck : kStuck, findings);
+    if (!still) check_stuck(q, q, coarse ? 4 * kStuck : kStuck, findings);
     if (!still && !found(findings, FindingKind::kStuck, q)) {
-      check_saturation(q, findings);
+      check_saturation(q, q, findings);
       check_spikes(q, findings);
       check_jumps(q, findings);
     }
     const bool steps = check_quantisation(tau, kCoarseTorque * tau.range(), "N m", findings);
     if (!steps) {
-      check_saturation(tau, findings);
+      check_saturation(tau, q, findings);
       check_spikes(tau, findings);
     }
     if (!found(findings, FindingKind::kSaturated, tau))
-      check_stuck(tau, steps ? 10 * kStuck : kStuck, findings);
+      check_stuck(tau, q, steps ? 10 * kStuck : kStuck, findings);
     if (d.v.size() > 0) {
       const Channel v(d, d.v, "v", j);
       check_missing(v, findings);
-      check_stuck(v, kStuck, findings);
+      check_stuck(v, q, kStuck, findings);
     }
     if (d.temperature.size() > 0) check_temperature({d, d.temperature, "temperature", j}, findings);
   }

@@ -11,6 +11,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
+#include "fricid/data/training_part.hpp"
 #include "fricid/system/driven_friction.hpp"
 #include "fricid/system/initial_state.hpp"
 #include "fricid/system/transmission.hpp"
@@ -151,10 +152,14 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
   }
   Prepared out;
   const Transmission motors(robot);
-  out.recordings.resize(train.size());
-  parallel_for(static_cast<int>(train.size()), jobs, [&](int i) {
+  const data::TrainingPart part = data::training_part(train);
+  out.recordings.resize(part.recordings.size());
+  if (!part.is_all())
+    out.fitted_to = {part.seconds, part.of_seconds, static_cast<int>(part.recordings.size())};
+  parallel_for(static_cast<int>(part.recordings.size()), jobs, [&](int i) {
     const auto s = static_cast<std::size_t>(i);
-    out.recordings[s] = signals::make_recording(motors.to_motors(train[s]), options.cutoff_hz);
+    out.recordings[s] =
+        signals::make_recording(motors.to_motors(part.recordings[s]), options.cutoff_hz);
   });
   dynamics::Nominal nominal = dynamics::complete(robot);
   out.robot = with_offsets(std::move(nominal.robot));
@@ -175,10 +180,10 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
 std::string FitReport::brief() const {
   double r2_mean = 0;
   for (const double value : r2) r2_mean += value / static_cast<double>(r2.size());
-  return fmt::format("{} seed {}: {}{}, R2 {:.4f} on training torque, {} parameters, {:.1f} s",
-                     model.name, model.seed,
-                     usable() ? "" : "NOT TO BE TRUSTED: ", name_of(outcome), r2_mean,
-                     model.free_parameters, seconds);
+  return fmt::format(
+      "{} seed {}: {}{}, R2 {:.4f} on training torque, {} parameters, {:.1f} s{}", model.name,
+      model.seed, usable() ? "" : "NOT TO BE TRUSTED: ", name_of(outcome), r2_mean,
+      model.free_parameters, seconds, fitted_to ? ", fitted to " + data::in_words(*fitted_to) : "");
 }
 
 double smoothing_speed(std::span<const signals::Recording> recordings, double cutoff_hz,
@@ -211,6 +216,7 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
   const bool linear = is_linear(one) && prepared.rigid_body.Fc_beside.size() == n;
 
   FitReport report;
+  report.fitted_to = prepared.fitted_to;
   report.model.name = config.name;
   report.model.label = config.label.empty() ? config.name : config.label;
   report.model.seed = seed;

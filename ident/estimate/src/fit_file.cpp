@@ -119,6 +119,7 @@ data::FitFile fit_file(const FitReport& report) {
                      .faults = {},
                      .objective = report.objective,
                      .parameters = report.model.free_parameters,
+                     .fitted_to = report.fitted_to,
                      .rigid_body = rigid_body_of(report.rigid_body, report.model.arm.robot),
                      .joints = {},
                      .torque = {},

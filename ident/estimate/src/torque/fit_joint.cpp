@@ -103,6 +103,7 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   const auto begin = std::chrono::steady_clock::now();
   FitReport report;
   report.method = Method::kJoint;
+  report.fitted_to = prepared.fitted_to;
   report.rigid_body = prepared.rigid_body;
   report.model.name = config.name;
   report.model.label = config.label.empty() ? config.name : config.label;

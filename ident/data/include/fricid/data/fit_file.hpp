@@ -300,6 +300,22 @@ struct FittedWithout {
   }
 };
 
+/// Training data of which a fit used pieces that are spread over all of them (`training_part`).
+struct FittedTo {
+  double seconds = 0, of_seconds = 0;
+  int pieces = 0;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("seconds", seconds, not_negative("s", "length of the pieces together"));
+    archive("of_seconds", of_seconds, not_negative("s", "length of the training data"));
+    archive("pieces", pieces, number("", 0, 1e9, "drawn at random, one of each equal share"));
+  }
+};
+
+/// "320 of 3600 s, 16 pieces drawn over all of it".
+std::string in_words(const FittedTo& part);
+
 /// The whole file.
 struct FitFile {
   static constexpr std::string_view kFormat = "fricid.fit/2";
@@ -313,6 +329,7 @@ struct FitFile {
   std::vector<FittedFault> faults;  ///< why not to trust it
   std::vector<double> objective;
   int parameters = 0;
+  std::optional<FittedTo> fitted_to;  ///< none: all training data
   FittedRigidBody rigid_body;
   std::vector<FittedJoint> joints;           ///< (n); empty where no law was fitted joint by joint
   std::optional<FittedTraining> torque;      ///< of method torque, and where windows follow it
@@ -340,6 +357,7 @@ struct FitFile {
                          "per pass, mean over joints of residual / torque mean "
                          "square"));
     archive("parameters", parameters, number("", 0, 1e9, "number of fitted values"));
+    archive.section("fitted_to", fitted_to, "the part of long training data that was used");
     archive.section("rigid_body", rigid_body, "the regression of the rigid body");
     archive.sections("joints", joints, "friction joint by joint");
     archive.section("torque", torque, "training on the torque residual of the rigid body");

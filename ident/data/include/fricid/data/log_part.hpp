@@ -28,6 +28,9 @@ LogPart log_part(const std::string& text);
 Dataset of_joints(const Dataset& dataset, const std::vector<std::string>& joints,
                   const std::map<std::string, double>& welds, const std::string& where);
 
+/// Samples [first, first + length).
+Dataset rows_of(const Dataset& dataset, Eigen::Index first, Eigen::Index length);
+
 /// The samples of a part. @throws UserError naming `where` when there are fewer than two
 Dataset cut(const Dataset& dataset, const LogPart& part, const std::string& where);
 

@@ -31,10 +31,12 @@ struct Prepared {
   dynamics::RobotModel robot;
   std::vector<signals::Recording> recordings;
   RigidBodyFit rigid_body;
-  RigidBodyOptions options;  ///< of the rigid-body fit
+  RigidBodyOptions options;                 ///< of the rigid-body fit
+  std::optional<data::FittedTo> fitted_to;  ///< none: the recordings are all training data
 };
 
-/// Filters the training data and identifies the rigid body with linear friction.
+/// Filters the training data (long ones in part, see `data::training_part`) and identifies the
+/// rigid body with linear friction.
 /// @throws UserError when the data do not fit the robot or the filter
 Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& options,
                  std::span<const data::Dataset> train, int jobs);
@@ -83,6 +85,7 @@ struct FitReport {
   std::vector<Coupling> couplings;   ///< (n)
   std::vector<Fault> faults;         ///< why not to trust it, see `faults_of`
   double seconds = 0;
+  std::optional<data::FittedTo> fitted_to;  ///< none: all training data
   Method method = Method::kConventional;
   std::optional<TorqueReport> torque;         ///< of method torque, and where windows follow it
   std::optional<MultiStepReport> multi_step;  ///< of method multi_step
