@@ -346,7 +346,7 @@ std::string c_helpers(const std::set<Op>& operations, const std::string& prefix)
     if (!operations.contains(helper.op)) continue;
     for (const char c : std::string_view(helper.text))
       result += c == '@' ? prefix : std::string(1, c);
-    result += "\n";
+    result += '\n';
   }
   return result;
 }

@@ -56,7 +56,7 @@ std::string base_name(const RobotModel& robot) {
   std::string name = "base";
   while (is_link(robot, name) ||
          std::ranges::find(robot.frames, name, &dynamics::Frame::name) != robot.frames.end())
-    name += "_";
+    name += '_';
   return name;
 }
 
@@ -70,7 +70,7 @@ std::vector<dynamics::Frame> further_frames(const RobotModel& robot) {
 
 std::string fixed_joint_name(const RobotModel& robot, const dynamics::Frame& frame) {
   std::string name = fmt::format("{}_fixed", frame.name);
-  while (std::ranges::find(robot.joints, name, &Joint::name) != robot.joints.end()) name += "_";
+  while (std::ranges::find(robot.joints, name, &Joint::name) != robot.joints.end()) name += '_';
   return name;
 }
 

@@ -28,7 +28,7 @@ std::string trajectory_csv(const Fourier& series, const dynamics::RobotModel& ro
   for (const char* kind : {"q_", "v_"})
     for (const dynamics::Joint& joint : robot.joints)
       text += fmt::format(",{}{}", kind, joint.name);
-  text += "\n";
+  text += '\n';
   const int count = static_cast<int>(series.period() * rate_hz) + 1;
   const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(count, 0, count - 1) / rate_hz;
   const Motion motion = TimeGrid(series.w, series.harmonics(), t).sample(series);
@@ -36,7 +36,7 @@ std::string trajectory_csv(const Fourier& series, const dynamics::RobotModel& ro
     text += fmt::format("{:.6f}", t[k]);
     for (const Eigen::MatrixXd* x : {&motion.q, &motion.v})
       for (Eigen::Index j = 0; j < x->rows(); ++j) text += fmt::format(",{:.9f}", (*x)(j, k));
-    text += "\n";
+    text += '\n';
   }
   return text;
 }
