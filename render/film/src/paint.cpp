@@ -1,6 +1,6 @@
 #include "fricid/film/paint.hpp"
 
-#include <cstdio>
+#include <charconv>
 
 #include "fricid/base/error.hpp"
 
@@ -8,8 +8,9 @@ namespace fricid::film {
 
 Paint paint_of(const std::string& colour, float alpha) {
   unsigned rgb = 0;
-  int used = 0;
-  if (colour.size() != 7 || std::sscanf(colour.c_str(), "#%6x%n", &rgb, &used) != 1 || used != 7)
+  const char* const end = colour.data() + colour.size();
+  const bool written = colour.size() == 7 && colour.front() == '#';
+  if (!written || std::from_chars(colour.data() + 1, end, rgb, 16).ptr != end)
     throw UserError("colour {}: allowed: #rrggbb", colour);
   const auto channel = [&](unsigned shift) {
     return static_cast<float>(rgb >> shift & 0xff) / 255.0f;

@@ -50,7 +50,7 @@ void load_settings(Stage& stage) {
     read("elevation_deg", view.elevation_deg);
     read("distance", view.distance);
     read("speed", speed);
-    stage.view = view;
+    stage.view = std::move(view);
     stage.speed = speed;
   } catch (const UserError&) {
     return;
