@@ -27,6 +27,7 @@ Figure torque_drift(const Run& run);
 // figures_fit.cpp: quality of the fits
 Figure parameters(const Run& run);
 Figure training(const Run& run);
+Figure em(const Run& run);
 Figure filter_health(const Run& run);
 Figure residual_spectrum(const Run& run);
 Figure excitation(const Run& run);

@@ -31,7 +31,7 @@ std::vector<Figure> figures_of_run(const workflow::RunFolder& folder) {
                               bands(run)};
   for (int j = 0; j < run.n(); ++j) figures.push_back(friction_loop(run, j));
   for (const auto& figure :
-       {presliding, reversal, friction_time, friction_error, latent, parameters, training,
+       {presliding, reversal, friction_time, friction_error, latent, parameters, training, em,
         filter_health, residual_spectrum, torque_drift, excitation, margins, compensation,
         compensation_time, contact, contact_threshold})
     figures.push_back(figure(run));

@@ -80,13 +80,11 @@ std::vector<Series> binned(const Series& curve) {
 Figure training(const Run& run) {
   Figure figure{.name = "training", .columns = 3, .panel_height_cm = 4.6};
   figure.caption =
-      "Training: the loss of each step, the error of held-out rollouts that chose the model, and "
-      "the log-likelihood of EM against its first iteration.";
+      "Training: the loss of each step, and the error of held-out rollouts that chose the model.";
   Panel loss{.x_label = "step [1000]", .y_label = "multi-step loss", .log_y = true},
       held_out{.x_label = "share of the training [%]",
                .y_label = "held-out MSE(q) [rad²]",
-               .log_y = true},
-      likelihood{.x_label = "EM iteration", .y_label = "log-likelihood gain [1000 nat]"};
+               .log_y = true};
   for (const RunModel& model : run.fitted()) {
     const auto fit = run.fit(model);
     if (!fit) continue;
@@ -112,42 +110,69 @@ Figure training(const Run& run) {
       chosen.mark = Mark::kLinePoints;
       chosen.marker = model.look.marker;
       held_out.series.push_back(std::move(chosen));
-      std::vector<double> gain = per_iteration(report, &data::FittedIteration::log_likelihood);
-      const double first = gain.front();
-      for (double& value : gain) value = (value - first) / 1000;
-      likelihood.series.push_back(counted(model, std::move(gain), 1));
     }
   }
-  for (Panel* panel : {&loss, &held_out, &likelihood})
+  for (Panel* panel : {&loss, &held_out})
+    if (!panel->series.empty()) figure.panels.push_back(std::move(*panel));
+  return figure;
+}
+
+Figure em(const Run& run) {
+  Figure figure{.name = "em", .columns = 3, .panel_height_cm = 4.6};
+  figure.caption =
+      "Expectation-maximisation, iteration by iteration: mean negative log transition density after "
+      "the M-step, log-likelihood against the first iteration, noise of the velocity per sample "
+      "(geometric mean over joints), normalised innovation squared per channel (1: the noise is as "
+      "large as the model assumes), least share of distinct roots of the smoothed paths (0: the "
+      "paths have one ancestor), and least median of the effective particles of backward sampling. "
+      "A Kalman smoother has neither of the last two.";
+  using Iteration = data::FittedIteration;
+  const auto panel_of = [](std::string y_label, bool log_y = false) {
+    return Panel{.x_label = "EM iteration", .y_label = std::move(y_label), .log_y = log_y};
+  };
+  Panel objective = panel_of("objective [nat]"),
+        likelihood = panel_of("log-likelihood gain [1000 nat]"),
+        noise = panel_of("sd of v [rad/s]", true), nis = panel_of("NIS per channel", true),
+        roots = panel_of("distinct roots"), backward = panel_of("backward ESS", true);
+  roots.y_range = {0, 1.05};
+  for (const RunModel& model : run.fitted()) {
+    const auto fit = run.fit(model);
+    if (!fit || !fit->em || fit->em->iterations.empty()) continue;
+    const auto values = [&](double Iteration::*value) { return per_iteration(*fit->em, value); };
+    const auto add = [&](Panel& panel, std::vector<double> y) {
+      panel.series.push_back(counted(model, std::move(y), 1));
+    };
+    add(objective, values(&Iteration::objective));
+    std::vector<double> gain = values(&Iteration::log_likelihood);
+    const double first = gain.front();
+    for (double& value : gain) value = (value - first) / 1000;
+    add(likelihood, std::move(gain));
+    add(noise, values(&Iteration::velocity_sd));
+    add(nis, values(&Iteration::nis));
+    const std::vector<double> ess = values(&Iteration::least_backward_ess);
+    const bool particles = std::ranges::any_of(ess, [](double x) { return x > 0; });
+    if (const auto least = values(&Iteration::least_roots);
+        particles || std::ranges::any_of(least, [](double share) { return share < 1; }))
+      add(roots, least);
+    if (particles) add(backward, ess);
+  }
+  for (Panel* panel : {&objective, &likelihood, &noise, &nis, &roots, &backward})
     if (!panel->series.empty()) figure.panels.push_back(std::move(*panel));
   return figure;
 }
 
 Figure filter_health(const Run& run) {
-  Figure figure{.name = "filter_health", .columns = 3, .panel_height_cm = 4.6};
+  Figure figure{
+      .name = "filter_health", .columns = 1, .width_cm = kColumnCm, .panel_height_cm = 4.6};
   figure.caption =
-      "Health of the filters: normalised innovation squared per channel (1: the noise is as large "
-      "as the model assumes), least share of distinct roots of the smoothed paths (0: the paths "
-      "have "
-      "one ancestor), and the effective sample size of the online filter (of a long log the median "
-      "and the range over two-hundredths of it).";
-  Panel nis{.x_label = "EM iteration", .y_label = "NIS per channel", .log_y = true},
-      roots{.x_label = "EM iteration", .y_label = "distinct roots", .y_range = {0, 1.05}},
-      ess{.x_label = "t [s]", .y_label = "effective particles", .fit_x = true};
-  for (const RunModel& model : run.fitted()) {
-    if (const auto fit = run.fit(model); fit && fit->em && !fit->em->iterations.empty()) {
-      nis.series.push_back(counted(model, per_iteration(*fit->em, &data::FittedIteration::nis), 1));
-      const std::vector<double> least =
-          per_iteration(*fit->em, &data::FittedIteration::least_roots);
-      if (std::any_of(least.begin(), least.end(), [](double share) { return share < 1; }))
-        roots.series.push_back(counted(model, least, 1));  // a Kalman smoother has no paths
-    }
+      "Effective sample size of the online filter (of a long log the median and the range over "
+      "two-hundredths of it).";
+  Panel ess{.x_label = "t [s]", .y_label = "effective particles", .fit_x = true};
+  for (const RunModel& model : run.fitted())
     if (const auto estimate = run.estimate(model))
       for (Series& series : binned(curve(model, estimate->t, estimate->ess)))
         ess.series.push_back(std::move(series));
-  }
-  for (Panel* panel : {&nis, &roots, &ess})
-    if (!panel->series.empty()) figure.panels.push_back(std::move(*panel));
+  if (!ess.series.empty()) figure.panels.push_back(std::move(ess));
   return figure;
 }
 

@@ -12,6 +12,7 @@
 namespace fricid::render {
 namespace {
 
+constexpr std::string_view kReferenceLaw = "coulomb_viscous";
 constexpr double kWindow = 5;        // [s] shown of time series
 constexpr double kNormal90 = 1.645;  // half width of a 90 % band in standard deviations
 
@@ -46,20 +47,29 @@ Eigen::Index shown_states(const friction::RobotFriction& model) {
 Figure friction_loop(const Run& run, int joint) {
   const std::string& name = run.joint(joint);
   Figure figure{.name = file_stem("friction_" + name)};
+  const std::vector<RunModel> models = run.fitted();
+  const auto reference = std::ranges::find(models, kReferenceLaw, &RunModel::law);
+  const auto of_reference = reference == models.end() || models.size() == 1
+                                ? std::nullopt
+                                : run.prediction(*reference);
   figure.caption = fmt::format(
       "Friction characteristic of {} on {}: torque of each model driven by the measured motion, "
-      "against velocity.{}",
-      name, run.trajectory, run.truth ? " Grey: the injected friction." : "");
-  for (const RunModel& model : run.fitted()) {
+      "against velocity.{}{}",
+      name, run.trajectory, run.truth ? " Grey: the injected friction." : "",
+      of_reference ? fmt::format(" Thin black: {}.", reference->label) : "");
+  for (const RunModel& model : models) {
     const auto predicted = run.prediction(model);
-    if (!predicted) continue;
+    if (!predicted || (of_reference && model.name == reference->name)) continue;
     Panel panel{.title = model.label, .x_label = "v [rad/s]", .y_label = "friction [N m]"};
     if (run.truth)
       panel.series.push_back(curve("truth", kTruthColour, run.truth->trace.v.col(joint),
                                    run.truth->trace.tau_f.col(joint), 2.6));
     panel.series.push_back(curve(model, predicted->v.col(joint), predicted->tau_f.col(joint)));
-    panel.series.back().dash = 1;  // alone in its panel
+    panel.series.back().dash = 1;
     panel.series.back().width = 0.9;
+    if (of_reference)
+      panel.series.push_back(curve(reference->label, kMeasuredColour, of_reference->v.col(joint),
+                                   of_reference->tau_f.col(joint), 0.5));
     figure.panels.push_back(std::move(panel));
   }
   return figure;

@@ -25,7 +25,7 @@ const std::vector<Group>& groups() {
        {"friction_", "presliding", "reversal", "friction_time", "friction_error", "latent"}},
       {"identification",
        "Identification",
-       {"parameters", "training", "filter_health", "residual_spectrum", "torque_drift"}},
+       {"parameters", "training", "em", "filter_health", "residual_spectrum", "torque_drift"}},
       {"excitation", "Excitation", {"excitation", "margins"}},
       {"closed-loop",
        "Closed loop",

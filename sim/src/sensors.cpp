@@ -13,8 +13,8 @@ double round_to(double step, double value) {
   return step > 0 ? step * std::round(value / step) : value;
 }
 
-double at_or_zero(const std::vector<double>& values, int joint) {
-  return values.empty() ? 0 : values[static_cast<std::size_t>(joint)];
+double at_or(double otherwise, const std::vector<double>& values, int joint) {
+  return values.empty() ? otherwise : values[static_cast<std::size_t>(joint)];
 }
 
 // Replaces dropped rows by the last one that arrived; the first always arrives.
@@ -30,8 +30,8 @@ void drop_samples(data::Dataset& dataset, double share, Rng rng) {
 }  // namespace
 
 double encoder_reading(const SensorOptions& config, int joint, double q, Rng& noise) {
-  return round_to(at_or_zero(config.encoder_step_rad, joint),
-                  q + at_or_zero(config.encoder_noise_rad, joint) * noise.normal());
+  return round_to(at_or(0, config.encoder_step_rad, joint),
+                  q + at_or(0, config.encoder_noise_rad, joint) * noise.normal());
 }
 
 RowMatrix measured_torque(const RowMatrix& tau, const SensorOptions& config,
@@ -39,11 +39,13 @@ RowMatrix measured_torque(const RowMatrix& tau, const SensorOptions& config,
   RowMatrix measured(tau.rows(), tau.cols());
   for (int j = 0; j < robot.n(); ++j) {
     const double effort = robot.joints[static_cast<std::size_t>(j)].effort;
+    const double gain = at_or(1, config.torque_gain, j);
     Rng noise = make_rng(seed, Purpose::kTorque, sequence, j);
     for (Eigen::Index k = 0; k < tau.rows(); ++k) {
       const Eigen::Index delayed = std::max<Eigen::Index>(0, k - config.torque_delay_samples);
-      measured(k, j) = round_to(config.torque_step * effort,
-                                tau(delayed, j) + config.torque_noise * effort * noise.normal());
+      measured(k, j) =
+          round_to(config.torque_step * effort,
+                   gain * tau(delayed, j) + config.torque_noise * effort * noise.normal());
     }
   }
   return measured;
@@ -68,7 +70,7 @@ data::Dataset measure(const Trace& trace, const SensorOptions& config,
   if (config.temperature) dataset.temperature = trace.temperature;
 
   for (int j = 0; j < n; ++j) {
-    const double encoder_noise = at_or_zero(config.encoder_noise_rad, j);
+    const double encoder_noise = at_or(0, config.encoder_noise_rad, j);
     Rng encoder = make_rng(seed, Purpose::kEncoder, sequence, j);
     Rng velocity = make_rng(seed, Purpose::kVelocity, sequence, j);
     for (int k = 0; k < T; ++k) {

@@ -68,6 +68,64 @@ class BadRobot(ProgramTest):
         self.assert_refused(fricid("simulate", scene), r"none\.urdf")
 
 
+class BadModel(ProgramTest):
+    def scene(self, text, changes={}):
+        scene = self.tiny(changes=changes)
+        scene.write_text(scene.read_text() + text)
+        return scene
+
+    def simulated(self, name, scene):
+        folder = self.folder / name
+        done = fricid("simulate", scene, "-o", folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return folder
+
+    def test_latents_out_of_range(self):
+        out = self.folder / "out"
+        scene = self.scene('[[model]]\nname = "lvm_paper"\nn_z = 13\n')
+        self.assert_refused(fricid("run", scene, "-o", out),
+                            r"scene\.toml:\d+: model\[3\]\.n_z = 13; .* from 1 to 12", out)
+
+    def test_law_of_the_whole_robot_on_too_many_joints(self):
+        link = ('<link name="l{}"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>'
+                '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>')
+        joint = ('<joint name="j{1}" type="revolute"><parent link="l{0}"/><child link="l{1}"/>'
+                 '<origin xyz="0.2 0 0"/><axis xyz="0 0 1"/>'
+                 '<limit lower="-1" upper="1" velocity="2" effort="50"/></joint>')
+        self.write("nine.urdf", '<robot name="nine">' + "".join(link.format(i) for i in range(10)) +
+                   "".join(joint.format(i, i + 1) for i in range(9)) + "</robot>")
+        scene = self.write("scene.toml", '[robot]\nurdf = "nine.urdf"\n[friction]\n'
+                           '[[model]]\nname = "nn"\n')
+        out = self.folder / "out"
+        self.assert_refused(fricid("run", scene, "-o", out),
+                            r"scene\.toml:\d+: .*\"nn\" on a robot of 9 joints; allowed: up to 8", out)
+
+    def test_law_of_the_whole_robot_on_the_log_of_another(self):
+        run = self.simulated("six", self.scene('[[model]]\nname = "lvm_paper"\nem = {iterations = 0}\n'))
+        fricid("identify", run, "--model", "lvm_paper")
+        model = run / "models/lvm_paper_s1.json"
+        self.assertTrue(model.exists())
+        urdf = SOURCE / "models/test/planar_2r.urdf"
+        other = self.write("two.toml", f'[robot]\nurdf = "{urdf}"\n[friction]\n'
+                           '[excitation]\nharmonics = 5\nbase_rad_s = 1.0\ntrain = 1\nrepeats = 1\n'
+                           'validation = 1\nrestarts = 1\ncriterion = "none"\n')
+        log = self.simulated("two", other) / "data/validation_0.h5"
+        out = self.folder / "estimate.h5"
+        self.assert_refused(fricid("estimate", model, log, "-o", out),
+                            r"2 joints, model lvm_paper has 6", out)
+        self.assert_refused(fricid("evaluate", run, "--data", log),
+                            r"validation_0\.h5: 2 joints; allowed: 6", run / "evaluation.json")
+
+    def test_em_on_less_than_a_second(self):
+        run = self.simulated("short", self.scene(
+            '[[model]]\nname = "em"\nlaw = "dahl"\nmethod = "em"\n[[model]]\nname = "lvm_paper"\n'
+            '[identify]\nfirst_s = 0.9\n'))
+        for name in ("em", "lvm_paper"):
+            self.assert_refused(fricid("identify", run, "--model", name),
+                                r"train_0: 0\.9 s; allowed for expectation-maximisation: 1 s",
+                                run / f"models/{name}_s1.json")
+
+
 class BadLog(ProgramTest):
     HEADER = "t,q1,tau1\n"
     CONTRACT = ('joint_names = ["j1"]\n[position]\ncolumns = ["q{}"]\n'

@@ -10,6 +10,7 @@
 #include "fricid/base/rng.hpp"
 #include "fricid/estimate/em/innovations.hpp"
 #include "fricid/estimate/wash_out.hpp"
+#include "flywheel.hpp"
 #include "kr6_truth.hpp"
 #include "temporary_folder.hpp"
 #include "unfiltered.hpp"
@@ -183,6 +184,80 @@ TEST_F(Em, ScoreSkipsMissingPositions) {
   EXPECT_EQ(some.log_likelihood, innovation_likelihood(model, y));
   EXPECT_LT(some.information.trace(), all.information.trace());
   EXPECT_GT(some.information.trace(), 0);
+}
+
+/// One wheel whose friction is a stop of this length, viscous friction beside it, and the paper's
+/// model of it, its latent at first over 2 mrad.
+struct Stop {
+  Arm truth = fricid::test::flywheel(2, 0);
+  std::vector<signals::Recording> recordings;
+  Arm start;
+  EmOptions options;
+
+  explicit Stop(double length) {
+    friction::Friction& friction = truth.friction;
+    friction.model = friction::RobotFriction({{{{"maxwell_slip", 1, {}}, {"viscous_power", 0, {}}}}});
+    friction.theta = friction::default_theta(friction.model);
+    const auto set = [&](std::string_view symbol, double value) {
+      friction.theta[static_cast<std::size_t>(
+          friction::find_parameter(friction.model, 0, "", symbol))] = value;
+    };
+    set("W1", kLevel);
+    set("K1", kLevel / length);
+    set("c", 6);
+    set("p", 1);
+    for (const std::uint64_t seed : {1, 2}) recordings.push_back(noisy_record(truth, seed, 2500));
+
+    start = truth;
+    start.friction.model =
+        friction::RobotFriction(std::vector<friction::JointSpec>(1), {"lvm_paper", 32, 1});
+    start.friction.theta = friction::default_theta(start.friction.model);
+    friction::set_signal_sizes(start.friction.model, {{0}, {0.5}, {0.7}, {kLevel}},
+                               start.friction.theta);
+    friction::initialise_weights(start.friction.model, 1, start.friction.theta);
+    options.m_step = MStep::kTransitions;
+    options.iterations = 8;
+    options.m_steps = 300;
+    options.batch = 512;
+    options.rate = 0.003;
+    options.torque_noise = 1;
+    options.z_noise_last = 0.03;
+    options.ridge = 1e-3;
+    options.rigid_body = false;
+    options.keep = Keep::kLast;
+  }
+
+  /// Travel at .05 rad/s from rest until the latent is half way to where it stops [rad].
+  static double half_way(const Arm& arm) {
+    constexpr double kSpeed = 0.05, kStep = 1e-4;
+    const std::vector<friction::Input<double>> in{{0, kSpeed, 0, 293}};
+    std::vector<double> z(1), path;
+    for (int k = 0; k < 20000; ++k) {
+      arm.friction.model.step<double>(arm.friction.theta, in, kStep, z);
+      path.push_back(std::abs(z[0]));
+    }
+    const auto half = std::ranges::find_if(path, [&](double x) { return x > path.back() / 2; });
+    return kSpeed * kStep * static_cast<double>(half - path.begin());
+  }
+
+ private:
+  static constexpr double kLevel = 10;  // [N m]
+};
+
+// The transition density says next to nothing of the length, the likelihood all.
+TEST(EmLengths, AreRecoveredFromAThirdAndFromThreeTimes) {
+  for (const double length : {2e-3 / 3, 6e-3}) {
+    SCOPED_TRACE(length);
+    Stop stop(length);
+    const auto wrong = [&](bool lengths) {
+      stop.options.lengths = lengths;
+      const EmReport report = fit_em(stop.start, stop.recordings, stop.options, "lvm_paper", 2);
+      EXPECT_EQ(report.outcome, Outcome::kIterationLimit) << report.message;
+      return std::abs(std::log(Stop::half_way(report.arm) / (length / 2)));
+    };
+    EXPECT_LT(wrong(true), std::log(1.2));
+    EXPECT_GT(wrong(false), std::log(1.5));
+  }
 }
 
 TEST_F(Em, KeepsAStartThatCannotBeBettered) {

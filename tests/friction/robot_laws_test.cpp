@@ -299,6 +299,30 @@ TEST(LvmPaper, LatentsStartBetweenStopsOfTheirOwnJoint) {
   }
 }
 
+// Twice the length, twice the way.
+TEST(LvmPaper, LatentsChangeOverTheirLength) {
+  const RobotFriction model(std::vector<JointSpec>(2), {"lvm_paper", 32, 1});
+  std::vector<double> theta = default_theta(model);
+  initialise_weights(model, 1, theta);
+  const auto z_after = [&](double way) {
+    const std::vector<Input<double>> in{{0.3, 0.1, 0, 293}, {0, 0, 0, 293}};
+    std::vector<double> z(1);
+    for (double t = 0; t < way / 0.1; t += 1e-4) model.step<double>(theta, in, 1e-4, z);
+    return z[0];
+  };
+  const double half = z_after(1e-3);
+  EXPECT_NEAR(half, 0.5, 0.1);
+  const auto& parameters = model.parameters();
+  std::vector<std::string> moved;
+  for (std::size_t p = 0; p < parameters.size(); ++p)
+    if (parameters[p].info.role == Role::kLength) {
+      if (parameters[p].info.scale != Scale::kFixed) moved.push_back(parameters[p].symbol);
+      theta[p] *= 2;
+    }
+  EXPECT_THAT(moved, testing::ElementsAre("l1"));  // joint 2 has no latent
+  EXPECT_NEAR(z_after(2e-3), half, 0.1);
+}
+
 // What is held in training couples no joint with another: torque of joint 1 says nothing of
 // joint 2.
 TEST(LvmPaper, TrainsWithinJointsAlone) {
@@ -307,7 +331,7 @@ TEST(LvmPaper, TrainsWithinJointsAlone) {
   initialise_weights(model, 1, theta);
   const std::vector<double> rates = training_rates(model, theta);
   Rng rng(6, 0);
-  for (std::size_t p = 8; p < theta.size(); ++p) theta[p] += 0.3 * rates[p] * rng.normal();
+  for (std::size_t p = 10; p < theta.size(); ++p) theta[p] += 0.3 * rates[p] * rng.normal();
   std::vector<Input<double>> in(2, {0.3, 0.5, 0, 293});
   const auto say = [&] {
     std::vector<double> z{0.2, -0.3}, tau(2);

@@ -112,7 +112,12 @@ TEST_F(FiguresOfRun, EveryModelIsShownHoweverMany) {
     EXPECT_EQ(shared.width_cm, Figure().width_cm);
     EXPECT_LE(shared.columns, 2);
   }
-  EXPECT_EQ(figure("friction_joint_a1").panels.size(), kModels);
+  const Figure friction = figure("friction_joint_a1");
+  EXPECT_EQ(friction.panels.size(), kModels - 1);  // the first is the reference of the others
+  for (const Panel& panel : friction.panels) {
+    EXPECT_NE(panel.title, "simple");
+    EXPECT_EQ(panel.series.back().label, "simple");
+  }
   EXPECT_EQ(figure("latent").panels.size(), 1 + kModels);
 }
 
@@ -278,15 +283,32 @@ TEST_F(FiguresOfRun, TrainingShowsWhatChoseTheModel) {
   edit_fit([](data::FitFile& fit) {
     data::FittedEm& em = fit.em.emplace();
     em.held_out_start = 4;
-    em.iterations = {{.log_likelihood = 10, .nis = 2, .least_roots = 1, .held_out = 3},
-                     {.log_likelihood = 15, .nis = 1, .least_roots = 1, .held_out = 1}};
+    em.iterations = {{.held_out = 3}, {.held_out = 1}};
   });
   const Figure training = figure("training");
-  ASSERT_EQ(training.panels.size(), 2u);
+  ASSERT_EQ(training.panels.size(), 1u);
   EXPECT_EQ(training.panels[0].series.at(0).y, (std::vector<double>{4, 3, 1}));
   EXPECT_EQ(training.panels[0].series.at(0).x, (std::vector<double>{0, 50, 100}));
-  EXPECT_EQ(training.panels[1].series.at(0).y, (std::vector<double>{0, 0.005}));
-  EXPECT_EQ(figure("filter_health").panels.at(0).series.at(0).y, (std::vector<double>{2, 1}));
+}
+
+TEST_F(FiguresOfRun, EmIsShownByIterationAndParticlesWhereThereAreAny) {
+  data::FittedIteration first{.log_likelihood = 10, .nis = 2, .least_roots = 1}, second = first;
+  first.objective = 5;
+  first.velocity_sd = 0.1;
+  second.log_likelihood = 15;
+  second.nis = 1;
+  const auto panels = [&] {
+    edit_fit([&](data::FitFile& fit) { fit.em.emplace().iterations = {first, second}; });
+    std::vector<std::vector<double>> y;
+    for (const Panel& panel : figure("em").panels) y.push_back(panel.series.at(0).y);
+    return y;
+  };
+  EXPECT_EQ(panels(), (std::vector<std::vector<double>>{{5, 0}, {0, 0.005}, {0.1, 0}, {2, 1}}));
+  second.least_backward_ess = 7;
+  const auto all = panels();
+  ASSERT_EQ(all.size(), 6u);
+  EXPECT_EQ(all[4], (std::vector<double>{1, 1}));
+  EXPECT_EQ(all[5], (std::vector<double>{0, 7}));
 }
 
 TEST_F(FiguresOfRun, RolloutsAloneAreAModelWithItsOwnColour) {

@@ -95,6 +95,14 @@ TEST_F(BadScene, LatentsThatAModelCannotHave) {
         fmt::format("scene.toml:14: model[1].n_z = {}; allowed: a whole number from 1 to 12", n_z));
   EXPECT_EQ(with("[[model]]\nname = \"gms\"\nn_z = 6\n"),
             "scene.toml:14: model[1].n_z = 6; allowed for gms: none");
+  EXPECT_EQ(with("[[model]]\nname = \"lvm_paper\"\nlength = 2.0\n"),
+            "scene.toml:14: model[1].length = 2; allowed: a number from 1e-06 to 1 rad");
+  EXPECT_EQ(with("[[model]]\nname = \"nn\"\nlength = 0.004\n"),
+            "scene.toml:14: model[1].length = 0.004; allowed for nn: none");
+  EXPECT_EQ(with("[[model]]\nname = \"gms\"\nrigid_body_of = \"lugre\"\n"),
+            "scene.toml:14: model[1].rigid_body_of = \"lugre\"; allowed for gms: none");
+  EXPECT_THAT(with("[[model]]\nname = \"nn\"\nrigid_body_of = \"rnn\"\n"),
+              testing::StartsWith("scene.toml:14: model[1].rigid_body_of = \"rnn\"; allowed: "));
 }
 
 // Degrees and millimetres fall outside the ranges in radians and metres.

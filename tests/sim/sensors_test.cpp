@@ -113,6 +113,15 @@ TEST(Sensors, DelayTheTorque) {
   EXPECT_EQ(dataset.q, trace.q);
 }
 
+TEST(Sensors, LogTheTorqueByAWrongConstant) {
+  const Trace trace = smooth_trace();
+  SensorOptions config = perfect();
+  config.torque_gain = {1.03, 0.97};
+  const data::Dataset dataset = measure(trace, config, robot(), 1, 0);
+  EXPECT_EQ(dataset.tau.col(0), 1.03 * trace.tau.col(0));
+  EXPECT_EQ(dataset.tau.col(1), 0.97 * trace.tau.col(1));
+}
+
 TEST(Sensors, DropTheStatedShareAndRepeat) {
   const Trace trace = smooth_trace();
   SensorOptions config = perfect();

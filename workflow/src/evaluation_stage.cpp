@@ -95,8 +95,13 @@ HeldOut load_held_out(const Task& task, const RunFolder& folder) {
     const std::string name = RunFolder::validation(i);
     add_recording(held_out, folder.recording(name), folder.truth(name), cutoff);
   }
-  for (const fs::path& file : task.further_data)
+  const int n = task.problem.robot.n();
+  for (const fs::path& file : task.further_data) {
     add_recording(held_out, file, truth_of(file), cutoff);
+    if (const int joints = held_out.trajectories.back().data.n(); joints != n)
+      throw UserError("{}: {} joints; allowed: {}, those of the robot of the run", file.string(),
+                      joints, n);
+  }
   if (held_out.trajectories.empty())
     throw UserError("{}: found no validation data to evaluate on",
                     (folder.path() / "data").string());

@@ -101,8 +101,8 @@ data::FittedEm em_of(const EmReport& report) {
                     .variance_z = report.noise.z,
                     .variance_observation = report.noise.R};
   for (const EmIteration& i : report.iterations)
-    em.iterations.push_back(
-        {i.log_likelihood, i.nis, i.least_roots, i.least_backward_ess, i.objective, i.held_out});
+    em.iterations.push_back({i.log_likelihood, i.nis, i.least_roots, i.least_backward_ess,
+                             i.objective, i.velocity_sd, i.held_out});
   return em;
 }
 

@@ -15,7 +15,6 @@ namespace fricid::estimate {
 namespace {
 
 constexpr std::string_view kStartOfLearnedLaws = "dahl";
-constexpr std::string_view kStartOfRobotLaws = "coulomb_viscous";
 // How a learned law shares out the Coulomb friction of its start.
 constexpr double kWithoutMemory = 0.1, kOfNetwork = 0.5;
 constexpr double kRidge = 1e-3;           // of EM on laws of the whole robot
@@ -107,8 +106,11 @@ Arm robot_law_start(const Arm& start, const ModelOptions& config, std::uint64_t 
                               {config.law, config.elements, config.n_z});
   arm.friction.theta = friction::default_theta(arm.friction.model);
   for (std::size_t p = 0; p < arm.friction.theta.size(); ++p)
-    if (arm.friction.model.parameters()[p].info.role == friction::Role::kSampleTime)
-      arm.friction.theta[p] = data.recordings.front().dt;
+    switch (arm.friction.model.parameters()[p].info.role) {
+      case friction::Role::kSampleTime: arm.friction.theta[p] = data.recordings.front().dt; break;
+      case friction::Role::kLength: arm.friction.theta[p] = config.length; break;
+      default: break;
+    }
 
   friction::SignalSizes sizes;
   for (int j = 0; j < n; ++j) {
@@ -195,7 +197,9 @@ FitReport fit_model(const Prepared& prepared, const ModelOptions& config, int se
   const double cutoff = prepared.options.cutoff_hz;
   const Method method = config.method.value_or(Method::kConventional);
   ModelOptions start = config;
-  if (learned) start.law = whole ? kStartOfRobotLaws : kStartOfLearnedLaws;
+  if (learned) start.law = whole ? config.rigid_body_of : kStartOfLearnedLaws;
+  if (whole) start.elements = ModelOptions{}.elements;
+  if (method == Method::kEm) require_length_for_em(prepared.recordings);
   FitReport report = fit_conventional(prepared, start, seed, jobs);
   report.method = method;
   if (!report.has_result()) return report;
@@ -250,7 +254,10 @@ FitReport fit_model(const Prepared& prepared, const ModelOptions& config, int se
     EmOptions options = config.em;
     options.torque_scale = torque_rms(prepared.recordings);
     options.seed = static_cast<std::uint64_t>(seed);
-    if (whole) options.ridge = kRidge;
+    if (whole) {
+      options.ridge = kRidge;
+      options.rigid_body_speed = prepared.options.min_speed_rad_s;
+    }
     report.em = fit_em(arm, prepared.recordings, options, report.model.label, jobs, checkpoint);
     take(*report.em, fmt::format("{} iterations (EM)", report.em->iterations.size()));
     report.model.noise = report.em->noise;

@@ -7,8 +7,7 @@
 namespace fricid::friction {
 namespace {
 
-constexpr double kWay = 2e-3,
-                 kLonger = 3;      // of a latent from rest to stop [rad], of every next one
+constexpr double kLonger = 3;      // way from rest to stop of every next latent of a joint
 constexpr double kSharpness = 10;  // of the stops
 constexpr double kWide = 30;       // half the range of u over which a single unit is straight
 constexpr double kFinest = 0.03, kCoarse = 0.4,
@@ -113,27 +112,24 @@ void LvmPaper::start_rate(double* theta, Rng& rng) const {
   const Layer hidden{theta + eta_begin(), width, inputs}, output{hidden.end(), latents_, width};
   std::fill(hidden.begin, output.end(), 0.0);
   const RateUnits units = rate_units();
-  const auto per_speed = [&](int i) {  // u per v/v_sd
-    return theta[scales_.v_sd(joint_of(i))] / (kRate * kWay * std::pow(kLonger, i / n));
-  };
-  const auto bounded = [](double w) { return std::clamp(w, -kMostWeight, kMostWeight); };
+  const auto shorter = [&](int i) { return std::pow(kLonger, -(i / n)); };  // u_i per u of its joint
 
   int unit = 0;
   for (int j = 0; j < units.joints; ++j)
     for (int k = 0; k < units.per_joint; ++k, ++unit) {
       const bool single = units.per_joint == 1;
       const double gain = single ? 1 : k == 0 ? kSharpness : -kSharpness;
-      hidden.W(unit, n + j) = bounded(gain * per_speed(j));
+      hidden.W(unit, n + j) = gain;
       hidden.b(unit) = single ? kWide : 0;
       for (int i = j; i < units.stopped; i += n) {
-        const double weight = per_speed(i) / (gain * per_speed(j));
+        const double weight = shorter(i) / gain;
         output.W(i, unit) = weight;
         if (single) output.b(i) -= weight * kWide;
       }
     }
   for (int i = 0; i < units.stopped; ++i)
     for (const double side : {1.0, -1.0}) {
-      hidden.W(unit, n + joint_of(i)) = bounded(side * kSharpness * per_speed(i));
+      hidden.W(unit, n + joint_of(i)) = side * kSharpness * shorter(i);
       hidden.W(unit, 2 * n + i) = side * kSharpness;
       hidden.b(unit) = -kSharpness;
       output.W(i, unit++) = -side / kSharpness;

@@ -5,6 +5,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/friction/signal_scales.hpp"
 #include "fricid/friction/sum.hpp"
 
 namespace fricid::scene {
@@ -120,6 +121,34 @@ void complete_law(const Scene& scene, estimate::ModelOptions& model,
                     scene.origin.place(key + ".method"), shown, name_of(*model.method), model.law);
 }
 
+/// Keys that laws of the whole robot alone have.
+void check_robot_law_keys(const Scene& scene, const estimate::ModelOptions& model,
+                          const std::string& key, const std::string& shown) {
+  const estimate::ModelOptions defaults;
+  const bool whole = model.laws.empty() && friction::is_robot_law(model.law);
+  const bool latents = whole && friction::find_robot_law(model.law).most_latents > 0;
+  const auto only = [&](bool applies, const std::string& name, const std::string& value) {
+    if (!applies)
+      throw UserError("{}: {}.{} = {}; allowed for {}: none", scene.origin.place(key + "." + name),
+                      shown, name, value, model.laws.empty() ? model.law : "a sum of laws");
+  };
+  if (whole && std::ssize(scene.joints) > friction::kMostJoints)
+    throw UserError("{}: {}.law = \"{}\" on a robot of {} joints; allowed: up to {}",
+                    scene.origin.place(key), shown, model.law, scene.joints.size(),
+                    friction::kMostJoints);
+  only(latents || model.n_z == defaults.n_z, "n_z", fmt::format("{}", model.n_z));
+  only(latents || model.length == defaults.length, "length", fmt::format("{}", model.length));
+  only(whole || model.rigid_body_of == defaults.rigid_body_of, "rigid_body_of",
+       fmt::format("\"{}\"", model.rigid_body_of));
+  std::vector<std::string_view> laws;
+  for (const friction::LawInfo& row : friction::law_table())
+    if (!friction::is_learned(row.name)) laws.push_back(row.name);
+  if (std::ranges::find(laws, model.rigid_body_of) == laws.end())
+    throw UserError("{}: {}.rigid_body_of = \"{}\"; allowed: {}",
+                    scene.origin.place(key + ".rigid_body_of"), shown, model.rigid_body_of,
+                    fmt::join(laws, ", "));
+}
+
 }  // namespace
 
 void complete_models(Scene& scene) {
@@ -143,11 +172,7 @@ void complete_models(Scene& scene) {
     } else {
       complete_law(scene, model, laws, key, shown);
     }
-    if (model.n_z != estimate::ModelOptions{}.n_z &&
-        !(model.laws.empty() && friction::is_robot_law(model.law) &&
-          friction::find_robot_law(model.law).most_latents > 0))
-      throw UserError("{}: {}.n_z = {}; allowed for {}: none", scene.origin.place(key + ".n_z"),
-                      shown, model.n_z, model.laws.empty() ? model.law : "a sum of laws");
+    check_robot_law_keys(scene, model, key, shown);
     std::sort(model.seeds.begin(), model.seeds.end());
     model.seeds.erase(std::unique(model.seeds.begin(), model.seeds.end()), model.seeds.end());
   }

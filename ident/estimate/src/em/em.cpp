@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "em/length_step.hpp"
 #include "em/score_step.hpp"
 #include "em/transition_step.hpp"
 #include "fricid/base/error.hpp"
@@ -87,7 +88,8 @@ struct State {
   LatentNoise noise, best_noise;
   int iteration = 0, best_iteration = -1;
   double best = 0, z_noise = 0, damping = optimise::DampingOptions().first, seconds = 0;
-  std::uint64_t draw = 0;  // of the random numbers
+  std::uint64_t draw = 0;      // of the random numbers
+  Eigen::VectorXd length_step{};  // see climb_by_lengths
   std::vector<EmIteration> history{};
   std::vector<std::string> warnings{};
 
@@ -98,6 +100,7 @@ struct State {
     archive("best", best);
     archive("z_noise", z_noise);
     archive("damping", damping);
+    archive("length_step", length_step);
     archive("seconds", seconds);
     archive("draw", draw);
     visit_point(archive, "c", point);
@@ -158,6 +161,13 @@ Eigen::VectorXd latent_sizes(std::span<const RowMatrix> z) {
   return sizes;
 }
 
+void require_length_for_em(std::span<const signals::Recording> recordings) {
+  for (const signals::Recording& r : recordings)
+    if (r.length() * r.dt < kShortest)
+      throw UserError("{}: {:.3g} s; allowed for expectation-maximisation: {} s or more",
+                      r.log.name, r.length() * r.dt, kShortest);
+}
+
 LatentNoise initial_noise(const Arm& arm, std::span<const signals::Recording> recordings,
                           const EmOptions& options) {
   return noise_of(sizes_of(arm, recordings, 1), recordings, options);
@@ -173,13 +183,12 @@ EmReport fit_em(const Arm& start, std::span<const signals::Recording> recordings
                 const EmOptions& options, std::string_view label, int jobs,
                 const optimise::Checkpoint& checkpoint) {
   const auto begin = std::chrono::steady_clock::now();
-  for (const signals::Recording& r : recordings)
-    if (r.length() * r.dt < kShortest)
-      throw UserError("{}: {:.3g} s; allowed for expectation-maximisation: {} s or more",
-                      r.log.name, r.length() * r.dt, kShortest);
+  require_length_for_em(recordings);
   const Split split = split_recordings(recordings, options.hold_out);
   const ArmCoordinates coordinates(
-      start, {.rigid_body = options.rigid_body, .torque_scale = options.torque_scale});
+      start, {.rigid_body = options.rigid_body,
+              .rigid_rate = options.rigid_body_rate,
+              .torque_scale = options.torque_scale});
   ArmPoint first(coordinates, start);
   first.move_to(first.c());
 
@@ -189,6 +198,7 @@ EmReport fit_em(const Arm& start, std::span<const signals::Recording> recordings
   const LatentNoise first_noise = noise_of(sizes, recordings, options);
   State now{first, first, optimise::Adam(coordinates.size()), first_noise, first_noise};
   now.z_noise = options.z_noise_first;
+  now.length_step.setConstant(std::ssize(length_coordinates(first)), kMostLengthStep);
   EmReport report;
   report.held_out_start = now.best =
       held_out_error(first.arm(), recordings, split, options.judge, jobs);
@@ -245,17 +255,20 @@ EmReport fit_em(const Arm& start, std::span<const signals::Recording> recordings
       now.z_noise = std::max(options.z_noise_last, now.z_noise * fall);
 
     const std::vector<Transition> all = all_transitions(paths);
+    const Likelihood likelihood{recordings, split, options.step, now.noise, starts, jobs};
     if (options.m_step == MStep::kScore && now.point.c().size() <= kMostForNormalEquations)
-      climb_by_score({recordings, split, options.step, now.noise, starts, jobs}, now.damping,
-                     now.point);
+      climb_by_score(likelihood, now.damping, now.point);
     else
       maximise_transitions(sums, all, paths, now.noise, options,
-                           3 * now.iteration < 2 * options.iterations ? 1 : 0.3, now.adam, rng,
-                           jobs, now.point);
+                           {.slower = 3 * now.iteration < 2 * options.iterations ? 1 : 0.3,
+                            .rigid_body = now.iteration >= options.rigid_body_from},
+                           now.adam, rng, jobs, now.point);
+    if (options.lengths) climb_by_lengths(likelihood, now.length_step, now.point);
 
     const TransitionSums::Sum residual =
         sums.run(arm, all, paths, now.noise, TransitionSums::Wants::kSquares, jobs);
     now.noise.v = residual.squares.segment(n, n).cwiseMax(least_Qv);
+    seen.velocity_sd = std::exp(0.5 * now.noise.v.array().log().mean());
     if (options.free_observation_noise && now.iteration + 1 >= falling)
       now.noise.R = observation_noise(paths, recordings);
     seen.objective = residual.loss;

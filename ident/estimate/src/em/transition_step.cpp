@@ -29,9 +29,11 @@ std::vector<Transition> draw(const std::vector<Transition>& all, int count, Rng&
 /// Adam on random batches, the coordinates averaged over its second half.
 void maximise_by_adam(TransitionSums& sums, const std::vector<Transition>& all,
                       std::span<const Paths> paths, const LatentNoise& noise,
-                      const EmOptions& options, double slower, optimise::Adam& adam, Rng& rng,
-                      int jobs, ArmPoint& point) {
+                      const EmOptions& options, const AdamStep& step, optimise::Adam& adam,
+                      Rng& rng, int jobs, ArmPoint& point) {
   const ArmCoordinates& coordinates = point.coordinates();
+  const Eigen::Index of_body =
+      step.rigid_body ? 0 : point.c().size() - std::ssize(coordinates.friction());
   const Eigen::VectorXd ridge =
       options.ridge * coordinates.rate().cwiseMax(kLeastRidgeRate).cwiseInverse();
   Eigen::VectorXd c = point.c(), average = Eigen::VectorXd::Zero(c.size()), c_bar;
@@ -41,8 +43,9 @@ void maximise_by_adam(TransitionSums& sums, const std::vector<Transition>& all,
         sums.run(point.arm(), batch, paths, noise, TransitionSums::Wants::kGradient, jobs);
     point.pull_back(mean.pi, mean.theta, c_bar);
     c_bar += ridge.cwiseProduct(c - coordinates.start());
+    c_bar.tail(of_body).setZero();
     // steps shorten towards the end: the quieter the model, the steeper its density
-    const double rate = slower * options.rate * (1 - 0.9 * k / options.m_steps);
+    const double rate = step.slower * options.rate * (1 - 0.9 * k / options.m_steps);
     adam.step(c_bar, rate, coordinates.rate(), coordinates.box(), c);
     point.move_to(c);
     if (2 * k >= options.m_steps) average += c;
@@ -82,7 +85,7 @@ void maximise_by_normal_equations(TransitionSums& sums, const std::vector<Transi
 TransitionSums::TransitionSums(const Arm& arm, std::span<const signals::Recording> recordings,
                                const EmOptions& options)
     : packs_(std::max(1, options.batch / (kLanes * kPacksPerTask))) {
-  for (int p = 0; p < packs_; ++p) losses_.emplace_back(arm, recordings, options.step);
+  for (int p = 0; p < packs_; ++p) losses_.emplace_back(arm, recordings, options.step, options.rigid_body_speed);
   parts_.resize(static_cast<std::size_t>(packs_));
 }
 
@@ -143,13 +146,13 @@ std::vector<Transition> all_transitions(std::span<const Paths> paths) {
 
 void maximise_transitions(TransitionSums& sums, const std::vector<Transition>& all,
                           std::span<const Paths> paths, const LatentNoise& noise,
-                          const EmOptions& options, double slower, optimise::Adam& adam, Rng& rng,
-                          int jobs, ArmPoint& point) {
+                          const EmOptions& options, const AdamStep& step, optimise::Adam& adam,
+                          Rng& rng, int jobs, ArmPoint& point) {
   if (options.m_steps == 0) return;
   if (point.c().size() <= kMostForNormalEquations)
     maximise_by_normal_equations(sums, all, paths, noise, options, rng, jobs, point);
   else
-    maximise_by_adam(sums, all, paths, noise, options, slower, adam, rng, jobs, point);
+    maximise_by_adam(sums, all, paths, noise, options, step, adam, rng, jobs, point);
 }
 
 }  // namespace fricid::estimate

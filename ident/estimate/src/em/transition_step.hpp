@@ -45,13 +45,18 @@ class TransitionSums {
 /// Coordinates up to which matrices of that size are made; networks have thousands.
 inline constexpr int kMostForNormalEquations = 400;
 
+/// One M-step by Adam.
+struct AdamStep {
+  double slower = 1;       ///< factor on its steps
+  bool rigid_body = true;  ///< whether the rigid body moves
+};
+
 /// Moves the point to greater density: by Levenberg-Marquardt on one random batch, or by Adam on
 /// many where there are thousands of parameters.
-/// @param slower  factor on the steps of Adam
-/// @param adam    of the size of c; keeps its moments
+/// @param adam  of the size of c; keeps its moments
 void maximise_transitions(TransitionSums& sums, const std::vector<Transition>& all,
                           std::span<const Paths> paths, const LatentNoise& noise,
-                          const EmOptions& options, double slower, optimise::Adam& adam, Rng& rng,
-                          int jobs, ArmPoint& point);
+                          const EmOptions& options, const AdamStep& step, optimise::Adam& adam,
+                          Rng& rng, int jobs, ArmPoint& point);
 
 }  // namespace fricid::estimate

@@ -8,13 +8,15 @@
 namespace fricid::estimate {
 
 TransitionLoss::TransitionLoss(const Arm& arm, std::span<const signals::Recording> recordings,
-                               StepOptions step)
+                               StepOptions step, double rigid_body_speed)
     : recordings_(recordings),
       stepper_(arm, step),
       n_(arm.robot.n()),
       nz_(arm.friction.model.state_size()),
       dt_(recordings.front().dt),
-      coupling_(position_per_velocity(dt_, step.substeps)) {
+      coupling_(position_per_velocity(dt_, step.substeps)),
+      rigid_body_speed_(rigid_body_speed),
+      slow_(static_cast<std::size_t>(lanes())) {
   const auto nx = static_cast<std::size_t>(2 * n_ + nz_);
   history_.resize(nx * static_cast<std::size_t>(stepper_.leaps() + 1));
   residual_.resize(nx);
@@ -48,6 +50,8 @@ double TransitionLoss::loss(std::span<const Transition> transitions, std::span<c
       history_[i].set(k, x(at.t, static_cast<Eigen::Index>(i)));
       residual_[i].set(k, x(at.t + 1, static_cast<Eigen::Index>(i)));
     }
+    slow_[static_cast<std::size_t>(k)] =
+        x.row(at.t).segment(n_, n_).cwiseAbs().minCoeff() < rigid_body_speed_;
     for (std::size_t j = 0; j < n; ++j) {
       tau_[j].set(k, r.held_tau(at.t, static_cast<Eigen::Index>(j)));
       temperature_[j].set(k, r.temperature(at.t, static_cast<Eigen::Index>(j)));
@@ -101,12 +105,11 @@ void TransitionLoss::pull(std::span<PackD> bar) {
 
 void TransitionLoss::add_gradient(std::span<double> pi_bar, std::span<double> theta_bar) {
   pull(bar_);
-  const auto add = [&](const std::vector<PackD>& lanes_bar, std::span<double> total) {
-    for (std::size_t i = 0; i < total.size(); ++i)
-      for (int k = 0; k < count_; ++k) total[i] += lanes_bar[i][k];
-  };
-  add(pi_bar_, pi_bar);
-  add(theta_bar_, theta_bar);
+  for (std::size_t i = 0; i < pi_bar.size(); ++i)
+    for (int k = 0; k < count_; ++k)
+      if (!slow_[static_cast<std::size_t>(k)]) pi_bar[i] += pi_bar_[i][k];
+  for (std::size_t i = 0; i < theta_bar.size(); ++i)
+    for (int k = 0; k < count_; ++k) theta_bar[i] += theta_bar_[i][k];
 }
 
 void TransitionLoss::add_normal_equations(const Eigen::MatrixXd& parameters_of,
@@ -134,8 +137,10 @@ void TransitionLoss::add_normal_equations(const Eigen::MatrixXd& parameters_of,
       const Eigen::Index at = row * count_ + k;
       w[at] = whitened_[i][k];
       for (Eigen::Index p = 0; p < physical.cols(); ++p)
-        physical(at, p) = p < pi_size ? pi_bar_[static_cast<std::size_t>(p)][k]
-                                      : theta_bar_[static_cast<std::size_t>(p - pi_size)][k];
+        physical(at, p) = p >= pi_size ? theta_bar_[static_cast<std::size_t>(p - pi_size)][k]
+                          : slow_[static_cast<std::size_t>(k)]
+                              ? 0
+                              : pi_bar_[static_cast<std::size_t>(p)][k];
     }
   }
   const Eigen::MatrixXd J = physical * parameters_of;

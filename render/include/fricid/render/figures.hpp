@@ -18,7 +18,7 @@ namespace fricid::render {
 ///     reversal           friction torque around each joint's slowest reversal
 ///     friction_time, friction_error     against time, with bands of the online filter
 ///     latent             hidden states
-///     parameters, training, filter_health, residual_spectrum    quality of the fits
+///     parameters, training, em, filter_health, residual_spectrum    quality of the fits
 ///     excitation, margins               what the training motion covers
 ///     compensation, compensation_time   closed loops with the models' friction fed forward
 ///     contact, contact_threshold        external torque under pushes, and what is noticed

@@ -180,7 +180,7 @@ struct FittedTraining {
 
 struct FittedIteration {
   double log_likelihood = 0, nis = 0, least_roots = 0, least_backward_ess = 0, objective = 0,
-         held_out = 0;
+         velocity_sd = 0, held_out = 0;
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -196,6 +196,8 @@ struct FittedIteration {
         value("",
               "smallest median over the recordings of the ESS of backward sampling; 0: not used"));
     archive("objective", objective, value("nat", "mean negative log transition density"));
+    archive("velocity_sd", velocity_sd,
+            value("rad/s", "noise of v per sample, geometric mean over the joints"));
     archive("held_out_q_mse", held_out, value("rad^2", "after the iteration"));
   }
 };

@@ -108,6 +108,7 @@ struct SensorOptions {
   std::vector<double> encoder_step_rad;   ///< (n) or empty
   double torque_noise = 0.001;
   double torque_step = 0.0005;
+  std::vector<double> torque_gain;  ///< (n) or empty
   int torque_delay_samples = 0;
   double dropped = 0;
   bool velocity = false;
@@ -127,6 +128,9 @@ struct SensorOptions {
             number("1", 0, 1, "standard deviation as a share of the effort limit"));
     archive("torque_step", torque_step,
             number("1", 0, 1, "quantisation as a share of the effort limit, 0: none"));
+    archive("torque_gain", torque_gain,
+            per_joint("1", 0.1, 10,
+                      "logged over true torque, an error of the torque constant; []: 1"));
     archive("torque_delay_samples", torque_delay_samples,
             number("", 0, 1000, "samples that the logged torque lags behind"));
     archive("dropped", dropped, number("1", 0, 0.5, "share of samples replaced by the one before"));

@@ -24,7 +24,8 @@ struct EmIteration {
   double least_roots = 0;         ///< least share of distinct roots over the recordings; 1 for EKF
   double least_backward_ess = 0;  ///< least median over the recordings; 0: not used
   double objective = 0;  ///< mean of minus the log transition density after the M-step [nat]
-  double held_out = 0;   ///< [rad^2] after the iteration
+  double velocity_sd = 0;  ///< of the noise of v after it, geometric mean over joints [rad/s]
+  double held_out = 0;     ///< [rad^2] after the iteration
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -33,6 +34,7 @@ struct EmIteration {
     archive("least_roots", least_roots);
     archive("least_backward_ess", least_backward_ess);
     archive("objective", objective);
+    archive("velocity_sd", velocity_sd);
     archive("held_out", held_out);
   }
 };
@@ -61,6 +63,9 @@ LatentNoise initial_noise(const Arm& arm, std::span<const signals::Recording> re
 smc::Gaussian initial_state(const signals::Recording& recording, const Eigen::VectorXd& z,
                             const Eigen::VectorXd& z_size, const LatentNoise& noise);
 
+/// @throws UserError on a recording shorter than a second
+void require_length_for_em(std::span<const signals::Recording> recordings);
+
 /// Root mean square of every latent state along the recordings (n_z); 1 for one that stays 0.
 Eigen::VectorXd latent_sizes(std::span<const RowMatrix> z);
 
@@ -73,7 +78,9 @@ Eigen::VectorXd latent_sizes(std::span<const RowMatrix> z);
 ///
 ///     ridge/2 sum (c_i - c_i,start)^2 / max(r_i, 0.05);
 ///
-/// then the noise of v in closed form,
+/// then, where `options.lengths` is set, a line search of the likelihood of the innovations along
+/// each length of latent states, on which that density says next to nothing; then the noise of v in
+/// closed form,
 ///
 ///     Q_v = mean (v_{t+1} - f_v(x_t))^2
 ///

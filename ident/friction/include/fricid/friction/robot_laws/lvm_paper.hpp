@@ -14,17 +14,19 @@ namespace fricid::friction {
 /// The latent-variable model as published: one network gives the friction torque of the whole
 /// robot, another the rates of its latent states, both from all positions, velocities and latents,
 ///
-///     x = ((q - q_mean)/q_sd, v/v_sd, z),    tau_f = tau_sd o y(x),    dz/dt = 300/s eta(x).
+///     x = ((q - q_mean)/q_sd, v/v_sd, z),    tau_f = tau_sd o y(x),    dz/dt = 300/s eta(x'),
 ///
+/// x' being x with v_j/(300/s l_j) in the place of v_j/v_sd: the length l_j says over which travel
+/// the latents of joint j change.
 /// y has two hidden layers of `elements` Mish units, eta one. `step` is an explicit Euler step that
 /// clamps |z_i| to kMost, since eta alone does not bound z. State: z (latents).
 ///
 /// The networks start where they can be trained. Latent i follows the speed of joint j = i mod n
 /// between two stops, which takes four units,
 ///
-///     eta_i = clamp(u, -1 - z_i, 1 - z_i),     u = v_j / (300/s l_i),
+///     eta_i = clamp(u, -1 - z_i, 1 - z_i),     u = v_j / (300/s l_j),
 ///
-/// with l_i = 2 mrad from rest to stop for the first n latents, three times as much for every
+/// with l_j = 2 mrad from rest to stop for the first n latents, three times as much for every
 /// further n. Every unit of the torque's network sees one joint, its latents and its speed on
 /// scales from .03 rad/s up; its output is zero. Weights between joints and on positions start at
 /// zero and are held there in training.
@@ -32,7 +34,8 @@ class LvmPaper {
  public:
   static constexpr std::string_view kName = "lvm_paper";
   static constexpr std::string_view kEquation =
-      "tau_f = tau_sd net(x), dz/dt = 300/s eta(x), x = ((q - q_mean)/q_sd, v/v_sd, z), |z| <= 10; "
+      "tau_f = tau_sd net((q - q_mean)/q_sd, v/v_sd, z), "
+      "dz/dt = 300/s eta((q - q_mean)/q_sd, v/(300/s l), z), |z| <= 10; "
       "net has two hidden layers of `elements` Mish units, eta one; n_z latents";
   static constexpr std::string_view kSource =
       "Vantilborgh et al., Probabilistic latent variable modeling for dynamic friction "
@@ -55,6 +58,10 @@ class LvmPaper {
   std::vector<ParameterInfo> parameters() const {
     std::vector<ParameterInfo> table;
     scales_.append_parameters(table);
+    for (int j = 0; j < scales_.joints(); ++j)
+      table.push_back({numbered<"l", kMostJoints>(j), "rad", Role::kLength, 1e-6, 1, 2e-3,
+                       j < latents_ ? Scale::kLog : Scale::kFixed,
+                       "travel over which the latents of a joint change", j + 1});
     append_weights(net_.weight_count() + eta_.weight_count(), table);
     return table;
   }
@@ -77,7 +84,7 @@ class LvmPaper {
   template <class S>
   void step(const S* theta, const Input<S>* in, double dt, S* z) const {
     S x[kMostInputs] = {}, y[kMostLatents] = {};
-    see(theta, in, z, x);
+    see_travel(theta, in, z, x);
     eta_.template forward<1>(theta + eta_begin(), x, y);
     for (int i = 0; i < latents_; ++i)
       z[i] = max(S(-kMost), min(S(kMost), z[i] + S(dt) * (S(kRate) * y[i])));
@@ -101,7 +108,7 @@ class LvmPaper {
                      S* theta_bar, Input<S>* in_bar, S* z_bar) const {
     S x[kMostInputs] = {}, y[kMostLatents] = {}, y_bar[kMostLatents] = {};
     Eta::Tape<1, S> tape;
-    see(theta, in, z, x);
+    see_travel(theta, in, z, x);
     eta_.template forward<1>(theta + eta_begin(), x, y, tape);
     const S h = S(kRate) * S(dt);
     for (int i = 0; i < latents_; ++i) {
@@ -111,6 +118,12 @@ class LvmPaper {
     }
     S x_bar[kMostInputs] = {};
     eta_.template pullback<1>(theta + eta_begin(), x, tape, y_bar, theta_bar + eta_begin(), x_bar);
+    for (int j = 0; j < scales_.joints(); ++j) {
+      S& u_bar = x_bar[scales_.joints() + j];
+      in_bar[j].v += u_bar / (S(kRate) * theta[length(j)]);
+      theta_bar[length(j)] -= u_bar * x[scales_.joints() + j] / theta[length(j)];
+      u_bar = S(0);
+    }
     see_pullback(theta, x, x_bar, theta_bar, in_bar, z_bar);
   }
 
@@ -127,13 +140,21 @@ class LvmPaper {
   using Eta = Mlp<Activation::kMish, kAtRunTime, 1, kAtRunTime, kMostElements>;
 
   // indices in theta
-  constexpr int net_begin() const { return scales_.size(); }
+  constexpr int length(int joint) const { return scales_.size() + joint; }
+  constexpr int net_begin() const { return length(scales_.joints()); }
   constexpr int eta_begin() const { return net_begin() + net_.weight_count(); }
 
   template <class S>
   void see(const S* theta, const Input<S>* in, const S* z, S* x) const {
     scales_.see(theta, in, x);
     for (int i = 0; i < latents_; ++i) x[scales_.inputs() + i] = z[i];
+  }
+  /// Inputs of eta.
+  template <class S>
+  void see_travel(const S* theta, const Input<S>* in, const S* z, S* x) const {
+    see(theta, in, z, x);
+    for (int j = 0; j < scales_.joints(); ++j)
+      x[scales_.joints() + j] = in[j].v / (S(kRate) * theta[length(j)]);
   }
   template <class S>
   void see_pullback(const S* theta, const S* x, const S* x_bar, S* theta_bar, Input<S>* in_bar,

@@ -50,11 +50,16 @@ struct EmOptions {
   double z_noise_last = 0.01;
   bool free_observation_noise = false;
   bool rigid_body = true;
+  int rigid_body_from = 0;
+  double rigid_body_rate = 0.25;
+  bool lengths = false;
   double hold_out = 0.2;
   Keep keep = Keep::kHeldOut;
 
   // Not keys of a scene.
   double ridge = 0;         ///< of Adam: pull to the start, nat per transition, see `fit_em`
+  /// Transitions with a slower joint do not move the rigid body of an M-step on transitions [rad/s].
+  double rigid_body_speed = 0;
   double most_nis = 2;      ///< the noise of z falls no further where NIS per channel is above it
   StepOptions step{8, 4};   ///< of filter and M-step
   StepOptions judge{8, 1};  ///< of the held-out rollouts
@@ -85,6 +90,12 @@ struct EmOptions {
     archive("free_observation_noise", free_observation_noise,
             flag("estimate the encoder noise too, once the noise of the latent states is final"));
     archive("rigid_body", rigid_body, flag("fit the rigid body together with the friction"));
+    archive("rigid_body_from", rigid_body_from,
+            number("", 0, 1e5, "iterations of Adam before the rigid body moves"));
+    archive("rigid_body_rate", rigid_body_rate,
+            number("1", 1e-4, 10, "step of a rigid-body coordinate over one of friction, of Adam"));
+    archive("lengths", lengths,
+            flag("after every M-step, maximise the likelihood along each length of latent states"));
     archive("hold_out", hold_out,
             number("1", 0.05, 0.5, "last share of every recording, held out to choose the result"));
     archive("keep", keep, choice("iteration to keep: the best on held-out rollouts, or the last"));

@@ -46,7 +46,9 @@ struct ModelOptions {
   std::vector<LawOptions> laws;  ///< the sum of laws in the place of `law`
   std::optional<Method> method;  ///< none in a scene: by the law
   int elements = 4;
-  int n_z = 2;  ///< latent states of lvm_paper
+  int n_z = 2;           ///< latent states of lvm_paper
+  double length = 2e-3;  ///< over which they change at first [rad]
+  std::string rigid_body_of = "coulomb_viscous";  ///< where laws of the whole robot start
   std::vector<std::string> modifiers;
   int starts = 4;
   std::vector<int> seeds{1};
@@ -77,6 +79,11 @@ struct ModelOptions {
         "elements", elements,
         number("", 1, 64, "elements of laws that have several; width of the nets of learned ones"));
     archive("n_z", n_z, number("", 1, 12, "latent states of lvm_paper"));
+    archive("length", length,
+            number("rad", 1e-6, 1, "travel over which the latent states of lvm_paper change at first"));
+    archive("rigid_body_of", rigid_body_of,
+            text("law whose conventional fit gives laws of the whole robot the rigid body that they "
+                 "start from, or keep"));
     archive("modifiers", modifiers,
             text("modifiers of the law, innermost first: asymmetry, load, temperature, ..."));
     archive("starts", starts, number("", 1, 1000, "starts of the optimiser"));
@@ -103,6 +110,7 @@ struct ModelOptions {
     em.torque_noise = 1;
     em.z_noise_last = 0.03;
     em.rigid_body = false;
+    em.lengths = true;
     em.keep = Keep::kLast;
   }
 };
