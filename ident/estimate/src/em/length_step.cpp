@@ -9,10 +9,12 @@ namespace {
 constexpr double kLeastStep = 0.05;
 
 /// Vertex of the parabola through (-d, down), (0, here), (d, up), at most 2 d away; 0 where it
-/// opens upwards.
+/// opens upwards or a value is infinite.
 double vertex(double d, double down, double here, double up) {
   const double curvature = 2 * here - down - up;
-  return curvature > 0 ? std::clamp(d * (up - down) / (2 * curvature), -2 * d, 2 * d) : 0;
+  return curvature > 0 && std::isfinite(curvature)
+             ? std::clamp(d * (up - down) / (2 * curvature), -2 * d, 2 * d)
+             : 0;
 }
 
 }  // namespace
