@@ -112,13 +112,28 @@ TEST_F(FiguresOfRun, EveryModelIsShownHoweverMany) {
     EXPECT_EQ(shared.width_cm, Figure().width_cm);
     EXPECT_LE(shared.columns, 2);
   }
-  const Figure friction = figure("friction_joint_a1");
-  EXPECT_EQ(friction.panels.size(), kModels - 1);  // the first is the reference of the others
-  for (const Panel& panel : friction.panels) {
-    EXPECT_NE(panel.title, "simple");
-    EXPECT_EQ(panel.series.back().label, "simple");
-  }
+  EXPECT_EQ(figure("friction_joint_a1").panels.size(), kModels);
   EXPECT_EQ(figure("latent").panels.size(), 1 + kModels);
+}
+
+TEST_F(FiguresOfRun, CoulombAndViscousFrictionIsTheReferenceOfTheOthers) {
+  edit_evaluation([&](evaluate::Evaluation& evaluation) {
+    add_model(evaluation, "plain", false, {1e-6, 2e-6});
+  });
+  const workflow::FitId plain{"plain", 1};
+  data::ModelFile model = data::load_model(run.model(simple));
+  friction::Friction& friction = model.arm.friction;
+  friction.model = friction::RobotFriction(
+      std::vector<friction::JointSpec>(2, {{{"coulomb_viscous", 0, {}}}}));
+  friction.theta = friction::default_theta(friction.model);
+  data::save_model(model, run.model(plain));
+  std::filesystem::copy_file(run.prediction(simple, kTrajectory),
+                             run.prediction(plain, kTrajectory));
+  const Figure shown = figure("friction_joint_a1");
+  ASSERT_EQ(shown.panels.size(), 1u);
+  EXPECT_EQ(shown.panels[0].title, "simple");
+  EXPECT_EQ(shown.panels[0].series.back().label, "plain");
+  EXPECT_NE(shown.caption.find("plain"), std::string::npos) << shown.caption;
 }
 
 TEST_F(FiguresOfRun, LatentStatesHaveTheUnitOfTheirLaw) {
@@ -297,18 +312,20 @@ TEST_F(FiguresOfRun, EmIsShownByIterationAndParticlesWhereThereAreAny) {
   first.velocity_sd = 0.1;
   second.log_likelihood = 15;
   second.nis = 1;
-  const auto panels = [&] {
-    edit_fit([&](data::FitFile& fit) { fit.em.emplace().iterations = {first, second}; });
+  edit_fit([&](data::FitFile& fit) { fit.em.emplace().iterations = {first, second}; });
+  const auto shown = [&] {
     std::vector<std::vector<double>> y;
     for (const Panel& panel : figure("em").panels) y.push_back(panel.series.at(0).y);
     return y;
   };
-  EXPECT_EQ(panels(), (std::vector<std::vector<double>>{{5, 0}, {0, 0.005}, {0.1, 0}, {2, 1}}));
-  second.least_backward_ess = 7;
-  const auto all = panels();
-  ASSERT_EQ(all.size(), 6u);
-  EXPECT_EQ(all[4], (std::vector<double>{1, 1}));
-  EXPECT_EQ(all[5], (std::vector<double>{0, 7}));
+  const std::vector<std::vector<double>> kalman{{5, 0}, {0, 0.005}, {0.1, 0}, {2, 1}};
+  EXPECT_EQ(shown(), kalman);
+  auto fit = data::load<data::FitFile>(run.fit(simple));
+  fit.em->iterations[1].least_backward_ess = 7;
+  data::save(fit, run.fit(simple));
+  std::vector<std::vector<double>> particles = kalman;
+  particles.insert(particles.end(), {{1, 1}, {0, 7}});
+  EXPECT_EQ(shown(), particles);
 }
 
 TEST_F(FiguresOfRun, RolloutsAloneAreAModelWithItsOwnColour) {
