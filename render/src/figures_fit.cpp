@@ -120,7 +120,8 @@ Figure training(const Run& run) {
 Figure em(const Run& run) {
   Figure figure{.name = "em", .columns = 3, .panel_height_cm = 4.6};
   figure.caption =
-      "Expectation-maximisation, iteration by iteration: mean negative log transition density after "
+      "Expectation-maximisation, iteration by iteration: mean negative log transition density "
+      "after "
       "the M-step, log-likelihood against the first iteration, noise of the velocity per sample "
       "(geometric mean over joints), normalised innovation squared per channel (1: the noise is as "
       "large as the model assumes), least share of distinct roots of the smoothed paths (0: the "

@@ -49,9 +49,8 @@ Figure friction_loop(const Run& run, int joint) {
   Figure figure{.name = file_stem("friction_" + name)};
   const std::vector<RunModel> models = run.fitted();
   const auto reference = std::ranges::find(models, kReferenceLaw, &RunModel::law);
-  const auto of_reference = reference == models.end() || models.size() == 1
-                                ? std::nullopt
-                                : run.prediction(*reference);
+  const auto of_reference =
+      reference == models.end() || models.size() == 1 ? std::nullopt : run.prediction(*reference);
   figure.caption = fmt::format(
       "Friction characteristic of {} on {}: torque of each model driven by the measured motion, "
       "against velocity.{}{}",

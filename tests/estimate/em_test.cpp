@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <thread>
 
+#include "flywheel.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/estimate/em/innovations.hpp"
 #include "fricid/estimate/wash_out.hpp"
-#include "flywheel.hpp"
 #include "kr6_truth.hpp"
 #include "temporary_folder.hpp"
 #include "unfiltered.hpp"
@@ -197,7 +197,8 @@ struct Stop {
 
   explicit Stop(double true_length) : length(true_length) {
     friction::Friction& friction = truth.friction;
-    friction.model = friction::RobotFriction({{{{"maxwell_slip", 1, {}}, {"viscous_power", 0, {}}}}});
+    friction.model =
+        friction::RobotFriction({{{{"maxwell_slip", 1, {}}, {"viscous_power", 0, {}}}}});
     friction.theta = friction::default_theta(friction.model);
     const auto set = [&](std::string_view symbol, double value) {
       friction.theta[static_cast<std::size_t>(
@@ -236,8 +237,8 @@ struct Stop {
     return report.arm;
   }
 
-  /// |log| of the travel at .05 rad/s from rest until the latent is half way to where it stops, over
-  /// that of the truth.
+  /// |log| of the travel at .05 rad/s from rest until the latent is half way to where it stops,
+  /// over that of the truth.
   double error(const Arm& arm) const {
     constexpr double kSpeed = 0.05, kStep = 1e-4;
     const std::vector<friction::Input<double>> in{{0, kSpeed, 0, 293}};
@@ -247,7 +248,8 @@ struct Stop {
       path.push_back(std::abs(z[0]));
     }
     const auto half = std::ranges::find_if(path, [&](double x) { return x > path.back() / 2; });
-    return std::abs(std::log(kSpeed * kStep * static_cast<double>(half - path.begin()) / (length / 2)));
+    return std::abs(
+        std::log(kSpeed * kStep * static_cast<double>(half - path.begin()) / (length / 2)));
   }
 
  private:

@@ -123,8 +123,8 @@ TEST_F(FiguresOfRun, CoulombAndViscousFrictionIsTheReferenceOfTheOthers) {
   const workflow::FitId plain{"plain", 1};
   data::ModelFile model = data::load_model(run.model(simple));
   friction::Friction& friction = model.arm.friction;
-  friction.model = friction::RobotFriction(
-      std::vector<friction::JointSpec>(2, {{{"coulomb_viscous", 0, {}}}}));
+  friction.model =
+      friction::RobotFriction(std::vector<friction::JointSpec>(2, {{{"coulomb_viscous", 0, {}}}}));
   friction.theta = friction::default_theta(friction.model);
   data::save_model(model, run.model(plain));
   std::filesystem::copy_file(run.prediction(simple, kTrajectory),
@@ -324,7 +324,8 @@ TEST_F(FiguresOfRun, EmIsShownByIterationAndParticlesWhereThereAreAny) {
   fit.em->iterations[1].least_backward_ess = 7;
   data::save(fit, run.fit(simple));
   std::vector<std::vector<double>> particles = kalman;
-  particles.insert(particles.end(), {{1, 1}, {0, 7}});
+  particles.push_back({1, 1});
+  particles.push_back({0, 7});
   EXPECT_EQ(shown(), particles);
 }
 

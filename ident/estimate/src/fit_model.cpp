@@ -107,9 +107,14 @@ Arm robot_law_start(const Arm& start, const ModelOptions& config, std::uint64_t 
   arm.friction.theta = friction::default_theta(arm.friction.model);
   for (std::size_t p = 0; p < arm.friction.theta.size(); ++p)
     switch (arm.friction.model.parameters()[p].info.role) {
-      case friction::Role::kSampleTime: arm.friction.theta[p] = data.recordings.front().dt; break;
-      case friction::Role::kLength: arm.friction.theta[p] = config.length; break;
-      default: break;
+      case friction::Role::kSampleTime:
+        arm.friction.theta[p] = data.recordings.front().dt;
+        break;
+      case friction::Role::kLength:
+        arm.friction.theta[p] = config.length;
+        break;
+      default:
+        break;
     }
 
   friction::SignalSizes sizes;

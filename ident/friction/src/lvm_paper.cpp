@@ -112,7 +112,9 @@ void LvmPaper::start_rate(double* theta, Rng& rng) const {
   const Layer hidden{theta + eta_begin(), width, inputs}, output{hidden.end(), latents_, width};
   std::fill(hidden.begin, output.end(), 0.0);
   const RateUnits units = rate_units();
-  const auto shorter = [&](int i) { return std::pow(kLonger, -(i / n)); };  // u_i per u of its joint
+  const auto shorter = [&](int i) {
+    return std::pow(kLonger, -(i / n));
+  };  // u_i per u of its joint
 
   int unit = 0;
   for (int j = 0; j < units.joints; ++j)

@@ -134,7 +134,7 @@ void check_robot_law_keys(const Scene& scene, const estimate::ModelOptions& mode
   };
   if (whole && std::ssize(scene.joints) > friction::kMostJoints)
     throw UserError("{}: {}.law = \"{}\" on a robot of {} joints; allowed: up to {}",
-                    scene.origin.place(key), shown, model.law, scene.joints.size(),
+                    scene.origin.place(key + ".name"), shown, model.law, scene.joints.size(),
                     friction::kMostJoints);
   only(latents || model.n_z == defaults.n_z, "n_z", fmt::format("{}", model.n_z));
   only(latents || model.length == defaults.length, "length", fmt::format("{}", model.length));

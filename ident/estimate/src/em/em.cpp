@@ -88,7 +88,7 @@ struct State {
   LatentNoise noise, best_noise;
   int iteration = 0, best_iteration = -1;
   double best = 0, z_noise = 0, damping = optimise::DampingOptions().first, seconds = 0;
-  std::uint64_t draw = 0;      // of the random numbers
+  std::uint64_t draw = 0;         // of the random numbers
   Eigen::VectorXd length_step{};  // see climb_by_lengths
   std::vector<EmIteration> history{};
   std::vector<std::string> warnings{};
@@ -185,10 +185,9 @@ EmReport fit_em(const Arm& start, std::span<const signals::Recording> recordings
   const auto begin = std::chrono::steady_clock::now();
   require_length_for_em(recordings);
   const Split split = split_recordings(recordings, options.hold_out);
-  const ArmCoordinates coordinates(
-      start, {.rigid_body = options.rigid_body,
-              .rigid_rate = options.rigid_body_rate,
-              .torque_scale = options.torque_scale});
+  const ArmCoordinates coordinates(start, {.rigid_body = options.rigid_body,
+                                           .rigid_rate = options.rigid_body_rate,
+                                           .torque_scale = options.torque_scale});
   ArmPoint first(coordinates, start);
   first.move_to(first.c());
 

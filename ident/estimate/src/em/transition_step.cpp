@@ -85,7 +85,8 @@ void maximise_by_normal_equations(TransitionSums& sums, const std::vector<Transi
 TransitionSums::TransitionSums(const Arm& arm, std::span<const signals::Recording> recordings,
                                const EmOptions& options)
     : packs_(std::max(1, options.batch / (kLanes * kPacksPerTask))) {
-  for (int p = 0; p < packs_; ++p) losses_.emplace_back(arm, recordings, options.step, options.rigid_body_speed);
+  for (int p = 0; p < packs_; ++p)
+    losses_.emplace_back(arm, recordings, options.step, options.rigid_body_speed);
   parts_.resize(static_cast<std::size_t>(packs_));
 }
 

@@ -128,9 +128,9 @@ struct SensorOptions {
             number("1", 0, 1, "standard deviation as a share of the effort limit"));
     archive("torque_step", torque_step,
             number("1", 0, 1, "quantisation as a share of the effort limit, 0: none"));
-    archive("torque_gain", torque_gain,
-            per_joint("1", 0.1, 10,
-                      "logged over true torque, an error of the torque constant; []: 1"));
+    archive(
+        "torque_gain", torque_gain,
+        per_joint("1", 0.1, 10, "logged over true torque, an error of the torque constant; []: 1"));
     archive("torque_delay_samples", torque_delay_samples,
             number("", 0, 1000, "samples that the logged torque lags behind"));
     archive("dropped", dropped, number("1", 0, 0.5, "share of samples replaced by the one before"));

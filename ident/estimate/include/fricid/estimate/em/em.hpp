@@ -23,7 +23,7 @@ struct EmIteration {
   double nis = 0;                 ///< mean per channel; 1 if the noise is as large as the model's
   double least_roots = 0;         ///< least share of distinct roots over the recordings; 1 for EKF
   double least_backward_ess = 0;  ///< least median over the recordings; 0: not used
-  double objective = 0;  ///< mean of minus the log transition density after the M-step [nat]
+  double objective = 0;    ///< mean of minus the log transition density after the M-step [nat]
   double velocity_sd = 0;  ///< of the noise of v after it, geometric mean over joints [rad/s]
   double held_out = 0;     ///< [rad^2] after the iteration
 

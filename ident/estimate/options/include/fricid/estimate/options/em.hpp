@@ -57,8 +57,9 @@ struct EmOptions {
   Keep keep = Keep::kHeldOut;
 
   // Not keys of a scene.
-  double ridge = 0;         ///< of Adam: pull to the start, nat per transition, see `fit_em`
-  /// Transitions with a slower joint do not move the rigid body of an M-step on transitions [rad/s].
+  double ridge = 0;  ///< of Adam: pull to the start, nat per transition, see `fit_em`
+  /// Transitions with a slower joint do not move the rigid body of an M-step on transitions
+  /// [rad/s].
   double rigid_body_speed = 0;
   double most_nis = 2;      ///< the noise of z falls no further where NIS per channel is above it
   StepOptions step{8, 4};   ///< of filter and M-step

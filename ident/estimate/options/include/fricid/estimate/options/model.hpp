@@ -46,8 +46,8 @@ struct ModelOptions {
   std::vector<LawOptions> laws;  ///< the sum of laws in the place of `law`
   std::optional<Method> method;  ///< none in a scene: by the law
   int elements = 4;
-  int n_z = 2;           ///< latent states of lvm_paper
-  double length = 2e-3;  ///< over which they change at first [rad]
+  int n_z = 2;                                    ///< latent states of lvm_paper
+  double length = 2e-3;                           ///< over which they change at first [rad]
   std::string rigid_body_of = "coulomb_viscous";  ///< where laws of the whole robot start
   std::vector<std::string> modifiers;
   int starts = 4;
@@ -79,11 +79,13 @@ struct ModelOptions {
         "elements", elements,
         number("", 1, 64, "elements of laws that have several; width of the nets of learned ones"));
     archive("n_z", n_z, number("", 1, 12, "latent states of lvm_paper"));
-    archive("length", length,
-            number("rad", 1e-6, 1, "travel over which the latent states of lvm_paper change at first"));
-    archive("rigid_body_of", rigid_body_of,
-            text("law whose conventional fit gives laws of the whole robot the rigid body that they "
-                 "start from, or keep"));
+    archive(
+        "length", length,
+        number("rad", 1e-6, 1, "travel over which the latent states of lvm_paper change at first"));
+    archive(
+        "rigid_body_of", rigid_body_of,
+        text("law whose conventional fit gives laws of the whole robot the rigid body that they "
+             "start from, or keep"));
     archive("modifiers", modifiers,
             text("modifiers of the law, innermost first: asymmetry, load, temperature, ..."));
     archive("starts", starts, number("", 1, 1000, "starts of the optimiser"));
