@@ -33,8 +33,9 @@ data::ModelFile model_of(std::string name, friction::RobotFriction friction, Rng
   for (std::size_t i = 0; i < theta.size(); ++i) {
     const friction::ParameterInfo& info = friction.parameters()[i].info;
     const double draw = rng.normal();
+    // weights further off make latents unstable, and these amplify rounding
     if (info.role == friction::Role::kWeight)
-      theta[i] += 0.2 * draw;
+      theta[i] += 0.1 * draw;
     else
       theta[i] *= std::exp(0.2 * std::clamp(draw, -2.0, 2.0));
     theta[i] = std::clamp(theta[i], info.lower, info.upper);
