@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace fricid::estimate {
 namespace {
@@ -45,7 +46,7 @@ void climb_by_lengths(const Likelihood& likelihood, Eigen::VectorXd& d, ArmPoint
       const double value = likelihood.value(trial.arm());
       if (value > best) {
         best = value;
-        point = trial;
+        point = std::move(trial);
       }
       return value;
     };
