@@ -196,9 +196,10 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   fit.sigma = solved.sigma;
   if (with_prior && !options.prior.use)
     fit.condition = condition_of(data, base.columns, friction, fit.sigma);
-  fit.without_inertia =
-      find_without_inertia(robot, sequences, {columns.begin(), columns.begin() + head},
-                           solved.x.head(head), covariance.topLeftCorner(head, head));
+  if (options.prior_where_needed)  // else the caller knows them
+    fit.without_inertia =
+        find_without_inertia(robot, sequences, {columns.begin(), columns.begin() + head},
+                             solved.x.head(head), covariance.topLeftCorner(head, head));
 
   // Base parameters and their uncertainty.
   const Eigen::MatrixXd to_base =
@@ -297,8 +298,8 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
   std::string why = options.prior.use ? "asked for" : "";
   if (options.prior_where_needed && !options.prior.use) {
     why = undetermined(fit);
-    if (used.prior.use = !why.empty(); used.prior.use)
-      fit = solve(robot, sequences, data, used, counts);
+    used.prior.use = !why.empty();
+    if (used.prior.use) fit = solve(robot, sequences, data, used, counts);
   }
   if (const std::vector<JointInertia> without = fit.without_inertia;
       options.prior_where_needed && !without.empty()) {
