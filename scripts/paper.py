@@ -19,7 +19,7 @@ FIGURES = {"error_time": "absolute errors of the open loops", "friction_joint_a1
 
 def rollouts(run):
     """{model: ([MSE, MAE of q], the same of the longest horizon, diverged)} of the first rollout of each model."""
-    file = run / "evaluation.csv"
+    file = run / "table.csv"
     if not file.is_file():
         raise SystemExit(f"{file}: not found; allowed: a run folder that was evaluated")
     rows = list(csv.DictReader(file.open()))

@@ -3,14 +3,14 @@ import subprocess
 import sys
 import unittest
 
-from fricid_program import SOURCE, ProgramTest
+from fricid_program import SOURCE, TINY, ProgramTest, fricid, load
 
 HEAD = "model,label,seed,is_oracle,trajectory,start_s,horizon_s,diverged,q_mse,q_mae,v_mse,v_mae\n"
 
 
 class Paper(ProgramTest):
     def table(self, rows):
-        self.write("evaluation.csv", HEAD + "".join(f"{','.join(map(str, row))}\n" for row in rows))
+        self.write("table.csv", HEAD + "".join(f"{','.join(map(str, row))}\n" for row in rows))
         done = subprocess.run([sys.executable, SOURCE / "scripts/paper.py", self.folder],
                               capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -31,11 +31,22 @@ class Paper(ProgramTest):
         self.assertEqual(found["lugre"], ["0.01", "0.02", "0.03", "0.04", "0.027", "0.12", "0.66", "0.42"])
         self.assertNotIn("other", found)
 
+    def test_reads_a_run_of_the_program(self):
+        run = self.folder / "run"
+        done = fricid("run", TINY, "-o", run)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        table = subprocess.run([sys.executable, SOURCE / "scripts/paper.py", run], capture_output=True, text=True)
+        self.assertEqual(table.returncode, 0, table.stderr)
+        models = [m["name"] for m in load(run / "evaluation.json")["models"]]
+        for name in ("oracle", "simple", "lugre"):
+            self.assertIn(name, models)
+            self.assertRegex(table.stdout, rf"(?m)^\| {name} \|")
+
     def test_a_folder_that_is_no_run(self):
         done = subprocess.run([sys.executable, SOURCE / "scripts/paper.py", self.folder / "none"],
                               capture_output=True, text=True)
         self.assertNotEqual(done.returncode, 0)
-        self.assertRegex(done.stderr, r"^\S*none/evaluation\.csv: not found; allowed: .*\n$")
+        self.assertRegex(done.stderr, r"^\S*none/table\.csv: not found; allowed: .*\n$")
 
 
 if __name__ == "__main__":

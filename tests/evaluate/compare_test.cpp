@@ -72,6 +72,29 @@ TEST(Compare, WithoutAnOracleTheFloorStandsInItsPlace) {
   EXPECT_NEAR(scene.models[1].headroom_closed[0], 0.5, 1e-12);
 }
 
+// Bands count where a run has them; a model without any has no row.
+TEST(Compare, AveragesTheCoverageOfBandsAndTheFrictionAlongRollouts) {
+  std::vector<ComparedRun> runs{run("s", 1e-6, 1e-3, 1e-5), run("s", 4e-6, 4e-3, 4e-5),
+                                run("s", 1e-6, 1e-3, 1e-5)};
+  runs[0].evaluation.summary[2].band_coverage = {0.8};
+  runs[2].evaluation.summary[2].band_coverage = {0.9};
+  for (const std::size_t i : {0u, 1u, 2u})
+    runs[i].evaluation.summary[2].friction_rollout = 0.01 * static_cast<double>(i);
+  const Comparison comparison = compare_runs(runs);
+  const std::vector<ComparedModel>& models = comparison.scenes.front().models;
+  ASSERT_EQ(models[2].band_coverage.size(), 1u);
+  EXPECT_NEAR(models[2].band_coverage[0], 0.85, 1e-12);
+  EXPECT_NEAR(models[2].friction_rollout, 0.01, 1e-12);
+  EXPECT_TRUE(models[1].band_coverage.empty());
+  const std::string text = to_markdown(comparison);
+  const std::size_t bands = text.find("| % inside the 90 % bands");
+  ASSERT_NE(bands, std::string::npos);
+  EXPECT_NE(text.find("| lvm", bands), std::string::npos);
+  EXPECT_EQ(text.find("| lugre", bands), std::string::npos);
+  EXPECT_EQ(to_markdown(compare_runs(std::vector{run("t", 1, 2, 1.5)})).find("bands"),
+            std::string::npos);
+}
+
 TEST(Compare, TableNamesEveryScene) {
   const std::vector<ComparedRun> runs{run("s", 1e-6, 1e-3, 1e-5), run("t", 1, 2, 1.5)};
   const std::string text = to_markdown(compare_runs(runs));

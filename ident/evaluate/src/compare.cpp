@@ -24,8 +24,9 @@ ComparedModel compare_model(const std::string& name, std::span<const ComparedRun
                             std::size_t horizons, const std::string& against) {
   ComparedModel model;
   model.name = name;
-  std::vector<double> seconds_spent, friction;
-  std::vector<std::vector<double>> errors(horizons), ratios(horizons), to_named(horizons);
+  std::vector<double> seconds_spent, friction, friction_rollout;
+  std::vector<std::vector<double>> errors(horizons), ratios(horizons), to_named(horizons),
+      inside(horizons);
   for (const ComparedRun& run : runs) {
     const Summary* summary = summary_of(run, name);
     if (summary == nullptr) continue;
@@ -38,16 +39,19 @@ ComparedModel compare_model(const std::string& name, std::span<const ComparedRun
     model.runs += 1;
     seconds_spent.push_back(fit_seconds(*summary, run.fit_seconds));
     friction.push_back(summary->friction);
+    friction_rollout.push_back(summary->friction_rollout);
     const std::vector<double>& q_mse = summary->q_mse_geometric_mean;
     const Summary* named = summary_of(run, against);
     for (std::size_t h = 0; h < horizons; ++h) {
       errors[h].push_back(q_mse[h]);
       ratios[h].push_back(q_mse[h] / run.evaluation.best_conventional[h]);
       if (named != nullptr) to_named[h].push_back(q_mse[h] / named->q_mse_geometric_mean[h]);
+      if (!summary->band_coverage.empty()) inside[h].push_back(summary->band_coverage[h]);
     }
   }
   model.fit_seconds = mean(seconds_spent);
   model.friction = mean(friction);
+  model.friction_rollout = mean(friction_rollout);
   for (std::size_t h = 0; h < horizons; ++h) {
     model.q_mse.push_back(geometric_mean(errors[h]));
     model.interval_90.push_back(interval_90(errors[h]));
@@ -55,6 +59,7 @@ ComparedModel compare_model(const std::string& name, std::span<const ComparedRun
     model.against_convention_90.push_back(interval_90(ratios[h]));
     model.against_named.push_back(geometric_mean(to_named[h]));
     model.against_named_90.push_back(interval_90(to_named[h]));
+    if (!inside[h].empty()) model.band_coverage.push_back(mean(inside[h]));
   }
   return model;
 }
@@ -105,10 +110,11 @@ Markdown markdown(const ComparedScene& scene) {
       ratios{horizon_titles(Markdown::of("against convention"), scene.horizons_s)},
       to_named{
           horizon_titles(Markdown::of("against {}", escaped(scene.against)), scene.horizons_s)},
-      closed{horizon_titles(Markdown::of("headroom closed"), scene.horizons_s)};
+      closed{horizon_titles(Markdown::of("headroom closed"), scene.horizons_s)},
+      inside{horizon_titles(Markdown::of("% inside the 90 % bands"), scene.horizons_s)};
   for (const Markdown& title :
-       {Markdown::of("friction %"), Markdown::of("diverged"), Markdown::of("parameters"),
-        Markdown::of("fit s"), Markdown::of("runs")})
+       {Markdown::of("friction %"), Markdown::of("along the rollout %"), Markdown::of("diverged"),
+        Markdown::of("parameters"), Markdown::of("fit s"), Markdown::of("runs")})
     errors[0].push_back(title);
   const auto with_interval = [](double value, const Interval& interval) {
     return std::isnan(interval.low) ? digits(value)
@@ -124,21 +130,25 @@ Markdown markdown(const ComparedScene& scene) {
       of_named.push_back(with_interval(model.against_named[h], model.against_named_90[h]));
     }
     error.push_back(percent(model.friction));
+    error.push_back(percent(model.friction_rollout));
     error.push_back(Markdown::of("{}/{}", model.diverged, model.rollouts));
     error.push_back(model.is_oracle ? Markdown::of("–") : Markdown::of("{}", model.parameters));
     error.push_back(model.is_oracle ? Markdown::of("–") : digits(model.fit_seconds));
     error.push_back(Markdown::of("{}", model.runs));
     append(closed.emplace_back(Cells{escaped(model.label)}), model.headroom_closed, fixed);
+    if (!model.band_coverage.empty())
+      append(inside.emplace_back(Cells{escaped(model.label)}), model.band_coverage, percent);
   }
   Cells& headroom = errors.emplace_back(Cells{Markdown::of("*headroom*")});
   append(headroom, scene.headroom, digits);
   headroom.resize(errors[0].size());
   return Markdown::of(
-      "## {}: {} run{}\n\n{}\n{}\n{}{}", escaped(scene.scene), scene.runs,
+      "## {}: {} run{}\n\n{}\n{}\n{}{}{}", escaped(scene.scene), scene.runs,
       scene.runs == 1 ? Markdown() : Markdown::of("s"), markdown_table(errors),
       markdown_table(ratios),
       scene.against.empty() ? Markdown() : Markdown::of("{}\n", markdown_table(to_named)),
-      markdown_table(closed));
+      markdown_table(closed),
+      inside.size() == 1 ? Markdown() : Markdown::of("\n{}", markdown_table(inside)));
 }
 
 }  // namespace

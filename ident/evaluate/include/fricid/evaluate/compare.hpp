@@ -30,6 +30,9 @@ struct ComparedModel {
   std::vector<Interval> against_named_90;
   /// See Headroom, of the geometric means over the runs.
   std::vector<double> headroom_closed;
+  /// Share of q inside the 90 % bands, mean over the runs that have them; empty: none has.
+  std::vector<double> band_coverage;
+  double friction_rollout = 0;  ///< along the rollouts, mean over the runs; NaN without truth
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -60,6 +63,14 @@ struct ComparedModel {
                   value("1", "per horizon, Student t over the runs"));
     archive("headroom_closed", headroom_closed,
             value("1", "per horizon: 0 as good as the best conventional model, 1 as the oracle"));
+    archive("band_coverage", band_coverage,
+            value("1",
+                  "per horizon, share of q inside the 90 % bands, mean over the runs; empty: no "
+                  "bands"));
+    archive("friction_rollout", friction_rollout,
+            value("1",
+                  "error of the friction torque along the rollouts, mean over the runs; null "
+                  "without truth"));
   }
 };
 
