@@ -24,7 +24,10 @@ TEST(Json, ReadsWhatItShould) {
 
 TEST(Json, SaysFileLineAndReason) {
   EXPECT_EQ(error_of(""), "bad.json:1: not JSON, or torn: unexpected end of input");
-  EXPECT_EQ(error_of("{\n\"a\":\n nope}"), "bad.json:3: not JSON, or torn: invalid literal");
+  EXPECT_EQ(error_of("{\n\"a\":\n nope}"), "bad.json:3: not JSON, or torn: invalid literal nope");
+  EXPECT_EQ(error_of("[NaN]"), "bad.json:1: not JSON, or torn: invalid literal NaN");
+  EXPECT_EQ(error_of("[-Infinity]").find("bad.json:1: not JSON, or torn: invalid number"), 0);
+  EXPECT_EQ(error_of("[n\x1b"), "bad.json:1: not JSON, or torn: invalid literal n");
   EXPECT_EQ(error_of("{} {}"), "bad.json:1: not JSON, or torn: unexpected '{'");
 }
 

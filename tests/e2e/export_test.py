@@ -150,7 +150,7 @@ class Export(ProgramTest):
         self.refuse(r"model\.json.*fricid\.model/2 is newer", self.model(format="fricid.model/2"))
 
     def test_parameter_that_is_no_number(self):
-        self.refuse(r"model\.json", self.model(json.dumps(model()).replace("0.05, \"unit\"", "NaN, \"unit\"")))
+        self.refuse(r"model\.json:1: not JSON, or torn: invalid literal NaN", self.model(json.dumps(model()).replace("0.05, \"unit\"", "NaN, \"unit\"")))
 
     def test_parameter_out_of_bounds(self):
         self.refuse(r"model\.json.*vs.*-1", self.model(json.dumps(model()).replace("0.05, \"unit\"", "-1, \"unit\"")))

@@ -304,7 +304,7 @@ TEST_F(ExternalDescription, Missing) {
 }
 
 TEST_F(ExternalDescription, NotJson) {
-  refuse_text("{\n\"format\": 1,\n oops}", ":3: not JSON, or torn: invalid literal");
+  refuse_text("{\n\"format\": 1,\n oops}", ":3: not JSON, or torn: invalid literal oops");
   refuse_text("[]", ": found no object; allowed keys: format, label, parameters, fit_seconds");
 }
 

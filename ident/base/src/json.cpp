@@ -1,5 +1,9 @@
 #include "fricid/base/json.hpp"
 
+#include <fmt/format.h>
+
+#include <cctype>
+
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/base/lines.hpp"
@@ -17,6 +21,18 @@ std::string_view reason(std::string_view what) {
   return what.substr(0, what.find("; "));
 }
 
+/// The word of a text that a place is in, e.g. NaN, which JSON does not have.
+std::string_view word_at(std::string_view text, std::size_t at) {
+  constexpr std::size_t kMost = 20;
+  const auto in_word = [&](std::size_t i) {
+    return i < text.size() && std::isalpha(static_cast<unsigned char>(text[i]));
+  };
+  std::size_t begin = at, end = at;
+  while (begin > 0 && in_word(begin - 1) && at - begin < kMost) --begin;
+  while (in_word(end) && end - begin < kMost) ++end;
+  return text.substr(begin, end - begin);
+}
+
 }  // namespace
 
 template <class Json>
@@ -29,8 +45,10 @@ Json parse_json(std::string_view text, const std::string& where) {
       return true;
     });
   } catch (const typename Json::parse_error& error) {
-    throw UserError("{}:{}: not JSON, or torn: {}", where,
-                    line_at(text, error.byte > 0 ? error.byte - 1 : 0), reason(error.what()));
+    const std::size_t at = error.byte > 0 ? error.byte - 1 : 0;
+    const std::string_view what = reason(error.what());
+    throw UserError("{}:{}: not JSON, or torn: {}{}", where, line_at(text, at), what,
+                    what == "invalid literal" ? fmt::format(" {}", word_at(text, at)) : "");
   } catch (const typename Json::exception& error) {
     throw UserError("{}: not JSON: {}", where, reason(error.what()));
   }
