@@ -18,6 +18,7 @@ namespace {
 using friction::JointSpec;
 using friction::LawSpec;
 using friction::RobotFriction;
+using friction::Role;
 
 /// A fixed tendon with a spring that yields: one element of a Maxwell slip bank.
 struct Spring {
@@ -41,59 +42,64 @@ struct JointLaw {
   std::vector<double> theta;
   double fastest;  ///< [rad/s] of the joint
 
-  /// The sum of the parameters "SYMBOL" of the law.
-  double operator()(std::string_view symbol) const {
+  /// The parameter of a role; element: 1, 2, ... where each element has one.
+  double operator()(Role role, int element = 0) const {
     const auto infos = friction::parameters_of_law(spec.law, spec.elements);
     for (std::size_t i = 0; i < infos.size(); ++i)
-      if (infos[i].symbol == symbol) return theta[i];
-    throw std::logic_error(fmt::format("{} has no {}", spec.law, symbol));
+      if (infos[i].role == role && infos[i].element == element) return theta[i];
+    throw std::logic_error(fmt::format("{} lacks a parameter", spec.law));
   }
-  double operator()(std::string_view stem, int i) const {
-    return (*this)(fmt::format("{}{}", stem, i + 1));
-  }
-  double sum(std::string_view stem) const {
+  /// Its sum over the elements.
+  double sum(Role role) const {
     double total = 0;
-    for (int i = 0; i < spec.elements; ++i) total += (*this)(stem, i);
+    for (int i = 1; i <= spec.elements; ++i) total += (*this)(role, i);
     return total;
   }
 };
 
 void add_coulomb_viscous(const JointLaw& law, Native& native) {
-  native.frictionloss += law("Fc");
-  native.damping += law("Fv");
+  native.frictionloss += law(Role::kCoulomb);
+  native.damping += law(Role::kViscous);
 }
 
 void add_dahl(const JointLaw& law, Native& native) {
-  native.bristles.push_back({law("sigma0"), 0, law("Fc"), law("Fc"), 1});
-  native.damping += law("Fv");
+  native.bristles.push_back(
+      {law(Role::kStiffness), 0, law(Role::kCoulomb), law(Role::kCoulomb), 1});
+  native.damping += law(Role::kViscous);
 }
 
 void add_lugre(const JointLaw& law, Native& native) {
-  native.bristles.push_back({law("sigma0"), law("sigma1"), law("Fc"), law("Fs"), law("vs")});
-  native.damping += law("sigma2");
+  native.bristles.push_back({law(Role::kStiffness), law(Role::kDamping), law(Role::kCoulomb),
+                             law(Role::kStatic), law(Role::kStribeckVelocity)});
+  native.damping += law(Role::kViscous);
 }
 
 void add_maxwell_slip(const JointLaw& law, Native& native) {
-  for (int i = 0; i < law.spec.elements; ++i) native.springs.push_back({law("K", i), law("W", i)});
+  for (int i = 1; i <= law.spec.elements; ++i)
+    native.springs.push_back({law(Role::kStiffness, i), law(Role::kLevel, i)});
 }
 
 // Springs of the level Fc, and a bristle for what the curve of Stribeck has above it: together they
 // begin as stiff as the elements and slip at Fs.
 void add_gms(const JointLaw& law, Native& native) {
-  const double Fc = law("Fc"), Fs = std::max(law("Fs"), Fc), shares = law.sum("alpha");
-  for (int i = 0; i < law.spec.elements; ++i)
-    native.springs.push_back({law("k", i) * Fc / Fs, law("alpha", i) / shares * Fc});
+  const double Fc = law(Role::kCoulomb), Fs = std::max(law(Role::kStatic), Fc),
+               shares = law.sum(Role::kShare);
+  for (int i = 1; i <= law.spec.elements; ++i)
+    native.springs.push_back(
+        {law(Role::kStiffness, i) * Fc / Fs, law(Role::kShare, i) / shares * Fc});
   constexpr double kLeast = 1e-6;  // of Fs: the bristle needs a level at all speeds
   if (Fs > (1 + kLeast) * Fc)
-    native.bristles.push_back({law.sum("k") * (1 - Fc / Fs), 0, kLeast * Fs, Fs - Fc, law("vs")});
-  native.damping += law("Fv");
+    native.bristles.push_back({law.sum(Role::kStiffness) * (1 - Fc / Fs), 0, kLeast * Fs, Fs - Fc,
+                               law(Role::kStribeckVelocity)});
+  native.damping += law(Role::kViscous);
 }
 
 void add_prandtl_ishlinskii(const JointLaw& law, Native& native) {
-  const double shares = law.sum("alpha");
-  for (int i = 0; i < law.spec.elements; ++i)
-    native.springs.push_back({law("k", i), law("alpha", i) / shares * law("Fc")});
-  native.damping += law("Fv");
+  const double shares = law.sum(Role::kShare);
+  for (int i = 1; i <= law.spec.elements; ++i)
+    native.springs.push_back(
+        {law(Role::kStiffness, i), law(Role::kShare, i) / shares * law(Role::kCoulomb)});
+  native.damping += law(Role::kViscous);
 }
 
 RobotFriction alone(const LawSpec& spec) { return RobotFriction({JointSpec{{spec}}}); }

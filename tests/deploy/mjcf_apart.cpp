@@ -57,8 +57,10 @@ data::ModelFile gms_without_stribeck() {
   data::ModelFile model = robot_with("gms");
   friction::Friction& friction = model.arm.friction;
   for (int j = 0; j < 2; ++j)
-    friction.theta[static_cast<std::size_t>(find_parameter(friction.model, j, "gms", "Fs"))] =
-        friction.theta[static_cast<std::size_t>(find_parameter(friction.model, j, "gms", "Fc"))];
+    friction.theta[static_cast<std::size_t>(
+        find_parameter(friction.model, j, friction::Role::kStatic))] =
+        friction.theta[static_cast<std::size_t>(
+            find_parameter(friction.model, j, friction::Role::kCoulomb))];
   return model;
 }
 
