@@ -1,15 +1,19 @@
 // The C99 header against the engine, for everything that the tables of laws have.
 #include "fricid/deploy/c_header.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "fricid/base/error.hpp"
 #include "fricid/deploy/export.hpp"
+#include "held_out.hpp"
 #include "law_errors.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::deploy::test {
 namespace {
+
+using testing::HasSubstr;
+using testing::Not;
 
 // Elementary functions of the C library and of the engine differ by an ulp or two; the steps
 // contract, so that this does not grow.
@@ -18,13 +22,34 @@ constexpr double kBar = 1e-12;
 void expect_equal_to_engine(const std::string& compiler, const std::string& options, double bar) {
   const OwnFolder folder;
   const auto models = all_models();
-  const auto errors = header_errors(models, compiler, options, folder.path());
+  const auto errors = header_errors(models, motion(), kDt, compiler, options, folder.path());
   for (std::size_t i = 0; i < models.size(); ++i)
     EXPECT_LE(errors[i], bar) << models[i].name << " by " << compiler << " " << options;
 }
 
 TEST(CHeader, EveryLawAndModifierIsTheEngineWithEveryCompiler) {
   for (const std::string& compiler : c_compilers()) expect_equal_to_engine(compiler, "", kBar);
+}
+
+TEST(CHeader, FollowsHeldOutMotion) {
+  for (const char* name : {"kr6_demo", "kr6_stickslip"}) {
+    const HeldOut held = held_out(name);
+    const OwnFolder folder;
+    for (const auto& [options, bar] : {std::pair("", kBar), std::pair("-DFRICID_FLOAT", 1e-5)})
+      EXPECT_LE(header_errors({held.model}, inputs_of(held.truth.trace), held.truth.dt(),
+                              c_compilers().front(), options, folder.path())[0],
+                bar)
+          << name << " " << options;
+  }
+}
+
+TEST(CHeader, NeedsMathAloneAndNoHeap) {
+  for (const data::ModelFile& model : all_models()) {
+    const std::string header = c_header(model);
+    EXPECT_THAT(header, HasSubstr("#include <math.h>")) << model.name;
+    EXPECT_EQ(header.find("#include"), header.rfind("#include")) << model.name;
+    EXPECT_THAT(header, Not(HasSubstr("alloc"))) << model.name;
+  }
 }
 
 TEST(CHeader, SanitizersFindNothing) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "fricid/data/model_file.hpp"
 #include "fricid/scene/problem.hpp"
@@ -29,6 +30,15 @@ inline HeldOut held_out(const char* name) {
   result.truth = sim::simulate(problem, 1).validation_truth.front();
   result.physics_step = problem.scene.plant.step_s;
   return result;
+}
+
+/// Position, velocity, load and temperature of the joints at each sample, joint by joint.
+inline std::vector<friction::Input<double>> inputs_of(const sim::Trace& trace) {
+  std::vector<friction::Input<double>> inputs;
+  for (Eigen::Index k = 0; k < trace.q.rows(); ++k)
+    for (Eigen::Index j = 0; j < trace.q.cols(); ++j)
+      inputs.push_back({trace.q(k, j), trace.v(k, j), trace.tau(k, j), trace.temperature(k, j)});
+  return inputs;
 }
 
 }  // namespace fricid::deploy::test

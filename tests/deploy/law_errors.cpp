@@ -49,19 +49,21 @@ friction::RobotFriction joints_with(const friction::JointSpec& joint) {
 }
 
 // tau_f at each instant, before the step, sample by sample.
-std::vector<double> engine_torques(const data::ModelFile& model, const Inputs& motion) {
+std::vector<double> engine_torques(const data::ModelFile& model, const Inputs& motion, double dt) {
   const friction::Friction& friction = model.arm.friction;
-  std::vector<double> z(static_cast<std::size_t>(friction.model.state_size())), tau(kJoints), all;
-  for (std::size_t k = 0; k < kSteps; ++k) {
-    const std::span in = std::span(motion).subspan(k * kJoints, kJoints);
+  const auto n = static_cast<std::size_t>(friction.model.joint_count());
+  std::vector<double> z(static_cast<std::size_t>(friction.model.state_size())), tau(n), all;
+  for (std::size_t k = 0; k < motion.size() / n; ++k) {
+    const std::span in = std::span(motion).subspan(k * n, n);
     friction.model.torque<double>(friction.theta, in, z, tau);
     all.insert(all.end(), tau.begin(), tau.end());
-    friction.model.step<double>(friction.theta, in, kDt, z);
+    friction.model.step<double>(friction.theta, in, dt, z);
   }
   return all;
 }
 
-std::string main_program(const std::vector<data::ModelFile>& models) {
+std::string main_program(const std::vector<data::ModelFile>& models, int joints, int steps,
+                         double dt) {
   std::string text = "#include <stdio.h>\n", runs;
   for (const data::ModelFile& model : models) {
     const std::string p = code_name(model);
@@ -76,7 +78,7 @@ std::string main_program(const std::vector<data::ModelFile>& models) {
         "      for (j = 0; j < {1}; ++j) {{\n        const double y = (double)tau[j];\n"
         "        fwrite(&y, sizeof y, 1, out);\n      }}\n"
         "      {0}_step(&s, q, v, load, temperature, {0}_R({3}));\n    }}\n  }}\n",
-        p, kJoints, kSteps, kDt);
+        p, joints, steps, dt);
   }
   return text +
          fmt::format(
@@ -85,7 +87,7 @@ std::string main_program(const std::vector<data::ModelFile>& models) {
              "  FILE *out = argc > 2 ? fopen(argv[2], \"wb\") : NULL;\n"
              "  if (!in || !out || fread(motion, sizeof motion, 1, in) != 1) return 1;\n{}"
              "  fclose(in);\n  return fclose(out);\n}}\n",
-             kJoints * kSteps, runs);
+             joints * steps, runs);
 }
 
 void run(const std::string& command, const std::filesystem::path& log) {
@@ -189,28 +191,29 @@ std::vector<std::string> c_compilers() {
   return compilers;
 }
 
-std::vector<double> header_errors(const std::vector<data::ModelFile>& models,
-                                  const std::string& compiler, const std::string& options,
-                                  const std::filesystem::path& folder) {
+std::vector<double> header_errors(const std::vector<data::ModelFile>& models, const Inputs& motion,
+                                  double dt, const std::string& compiler,
+                                  const std::string& options, const std::filesystem::path& folder) {
+  const int joints = models.front().arm.friction.model.joint_count();
   for (const data::ModelFile& model : models)
     write_binary(folder / (code_name(model) + "_friction.h"), c_header(model));
-  write_binary(folder / "main.c", main_program(models));
-  const Inputs inputs = motion();
-  write_binary(folder / "motion", inputs);
-  run(fmt::format("\"{0}\" -std=c99 -O1 -Wall -Wextra -Wpedantic -Wconversion -Werror {1} "
+  write_binary(folder / "main.c",
+               main_program(models, joints, static_cast<int>(motion.size()) / joints, dt));
+  write_binary(folder / "motion", motion);
+  run(fmt::format("\"{0}\" -std=c99 -O1 -Wall -Wextra -Wpedantic -Wconversion -Wvla -Werror {1} "
                   "\"{2}/main.c\" -o \"{2}/main\" -lm",
                   compiler, options, folder.string()),
       folder / "compiler.log");
   run(fmt::format("\"{0}/main\" \"{0}/motion\" \"{0}/tau\"", folder.string()), folder / "run.log");
 
-  std::vector<double> said(models.size() * kSteps * kJoints);
+  std::vector<double> said(models.size() * motion.size());
   std::ifstream file(folder / "tau", std::ios::binary);
   file.read(reinterpret_cast<char*>(said.data()),
             static_cast<std::streamsize>(said.size() * sizeof(double)));
   if (!file) throw std::runtime_error("torques are missing");
   std::vector<double> errors;
   for (std::size_t m = 0; m < models.size(); ++m) {
-    const std::vector<double> truth = engine_torques(models[m], inputs);
+    const std::vector<double> truth = engine_torques(models[m], motion, dt);
     double largest = 0, worst = 0;
     for (std::size_t i = 0; i < truth.size(); ++i) {
       const double error = std::abs(said[m * truth.size() + i] - truth[i]);

@@ -45,11 +45,12 @@ void write_binary(const std::filesystem::path& path, const Values& values) {
              static_cast<std::streamsize>(values.size() * sizeof(values[0])));
 }
 
-/// Compiles the headers of the models with a main program, warnings as errors, and runs it along a
-/// motion with reversals, rests and fast sliding: the error of the torque of each model as a share
+/// Compiles the headers of the models, whose joints are those of the motion, with a main program,
+/// warnings as errors, and runs it in steps of dt: the error of the torque of each model as a share
 /// of the largest that the engine says.
 /// @throws std::runtime_error with what the compiler or the program said
 std::vector<double> header_errors(const std::vector<data::ModelFile>& models,
+                                  const std::vector<friction::Input<double>>& motion, double dt,
                                   const std::string& compiler, const std::string& options,
                                   const std::filesystem::path& folder);
 

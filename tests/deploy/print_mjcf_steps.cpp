@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <iostream>
+#include <utility>
 
 #include "law_errors.hpp"
 #include "mjcf_apart.hpp"
@@ -15,7 +16,11 @@ int main() {
   std::cout << "| law | torque up to [N m] | range [rad] |";
   for (const double step : kSteps) std::cout << fmt::format(" {:g} ms |", 1e3 * step);
   std::cout << " from the law in steps of 1 ms |\n|---|---|---|---|---|---|---|---|---|\n";
-  for (const auto& model : {robot_with("maxwell_slip"), gms_without_stribeck()})
+  const std::pair<const char*, fricid::data::ModelFile> models[] = {
+      {"maxwell_slip", robot_with("maxwell_slip")},
+      {"gms, Fs = Fc", gms_without_stribeck()},
+      {"gms", robot_with("gms")}};
+  for (const auto& [name, model] : models)
     for (const double share : {0.25, 0.5, 1.0, 2.0}) {
       std::string errors;
       double range = 0, own = 0;
@@ -27,7 +32,7 @@ int main() {
         // what is left between MJCF and the law in the same steps
         if (step == 1e-3) own = apart(model, {.step = step, .share = share}).rms;
       }
-      std::cout << fmt::format("| {} | {:g} | {:.2g} |{} {:.0e} |\n", model.name, 10 * share, range,
+      std::cout << fmt::format("| {} | {:g} | {:.2g} |{} {:.0e} |\n", name, 10 * share, range,
                                errors, own);
     }
 }

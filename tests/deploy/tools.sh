@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The exports in the programs that load them (MuJoCo, FMPy, onnxruntime, from PyPI): tools.sh BUILD_TREE [--table].
+# The exports in the programs that load them (MuJoCo, FMPy, onnxruntime, Pinocchio, from PyPI): tools.sh BUILD_TREE [--table].
 # With --table it prints every law and modifier with the errors of its exports. Exits with 77 where PyPI cannot be
 # reached.
 set -euo pipefail

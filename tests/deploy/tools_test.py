@@ -21,6 +21,7 @@ import fmpy.validation
 import mujoco
 import numpy as np
 import onnxruntime
+import pinocchio
 
 SAMPLES = pathlib.Path(sys.argv[1])
 SOURCE = pathlib.Path(os.environ["FRICID_SOURCE_DIR"])
@@ -226,6 +227,37 @@ class Mujoco(unittest.TestCase):
         wrong.write_text(text)
         with self.assertRaisesRegex(Exception, "the MJCF has no joint joint 2"):
             mujoco.MjData(mujoco.MjModel.from_xml_path(str(wrong)))
+
+
+class Pinocchio(unittest.TestCase):
+    """The rigid body of an arm, by another program for rigid bodies."""
+
+    ARM = "kr6_demo_s1"
+
+    def setUp(self):
+        self.model = mujoco.MjModel.from_xml_path(str(SAMPLES / "mjcf" / f"{self.ARM}.xml"))
+        self.data = mujoco.MjData(self.model)
+
+    def mass_and_bias(self, q, v):
+        """M (n, n) with armatures, h (n) of MuJoCo."""
+        self.data.qpos, self.data.qvel = q, v
+        mujoco.mj_forward(self.model, self.data)
+        M = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, M, self.data.qM)
+        return M, self.data.qfrc_bias
+
+    def test_urdf_and_mjcf_are_the_robot_in_mujoco(self):
+        rng = np.random.default_rng(1)
+        for arm in (pinocchio.buildModelFromUrdf(str(SAMPLES / "urdf" / f"{self.ARM}.urdf")),
+                    pinocchio.buildModelFromMJCF(str(SAMPLES / "mjcf" / f"{self.ARM}.xml"))):
+            arm.gravity.linear = self.model.opt.gravity  # of the mount
+            arm.armature = self.model.dof_armature       # which URDF has not
+            data = arm.createData()
+            for q, v in rng.normal(size=(20, 2, self.model.nv)):
+                M, h = self.mass_and_bias(q, v)
+                upper = np.triu(pinocchio.crba(arm, data, q))
+                np.testing.assert_allclose(upper, np.triu(M), rtol=0, atol=1e-12 * np.abs(M).max())
+                np.testing.assert_allclose(pinocchio.nle(arm, data, q, v), h, rtol=0, atol=1e-12 * np.abs(h).max())
 
 
 class Documents(unittest.TestCase):

@@ -28,14 +28,6 @@ using namespace fricid::deploy::test;
 
 using Inputs = std::vector<friction::Input<double>>;
 
-Inputs inputs_of(const sim::Trace& trace) {
-  Inputs inputs;
-  for (Eigen::Index k = 0; k < trace.q.rows(); ++k)
-    for (Eigen::Index j = 0; j < trace.q.cols(); ++j)
-      inputs.push_back({trace.q(k, j), trace.v(k, j), trace.tau(k, j), trace.temperature(k, j)});
-  return inputs;
-}
-
 /// Writes the exports of a model, its motion and its torques. Returns its entry of laws.json.
 nlohmann::ordered_json written(const data::ModelFile& model, const Inputs& motion, double dt,
                                const std::filesystem::path& folder) {
@@ -45,7 +37,7 @@ nlohmann::ordered_json written(const data::ModelFile& model, const Inputs& motio
                              {"dt", dt},
                              {"joints", nlohmann::ordered_json::array()}};
   for (const dynamics::Joint& joint : model.arm.robot.joints) law["joints"].push_back(joint.name);
-  for (const char* format : {"fmu", "onnx", "plugin", "mjcf", "mjcf_friction"}) try {
+  for (const char* format : {"fmu", "onnx", "plugin", "urdf", "mjcf", "mjcf_friction"}) try {
       const deploy::Exported exported = deploy::export_model(model, format);
       for (const deploy::TextFile& file : exported.files)
         write_binary(folder / format / file.name, file.text);
@@ -69,8 +61,9 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = argv[1];
   const auto models = all_robots();
   const std::string compiler = c_compilers().front();
-  const auto as_double = header_errors(models, compiler, "", folder / "c");
-  const auto as_float = header_errors(models, compiler, "-DFRICID_FLOAT", folder / "c");
+  const auto as_double = header_errors(models, motion(), kDt, compiler, "", folder / "c");
+  const auto as_float =
+      header_errors(models, motion(), kDt, compiler, "-DFRICID_FLOAT", folder / "c");
   nlohmann::ordered_json laws;
   for (std::size_t i = 0; i < models.size(); ++i) {
     laws.push_back(written(models[i], motion(), kDt, folder));
