@@ -1,16 +1,12 @@
 // The simulator on one core: MuJoCo alone, and the whole true arm with the friction of kr6_full.
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
-#include <string>
 #include <vector>
 
-#include "fricid/deploy/export.hpp"
 #include "fricid/scene/problem.hpp"
 #include "fricid/sim/plant.hpp"
 #include "fricid/sim/simulate.hpp"
 #include "source_dir.hpp"
-#include "temporary_folder.hpp"
 
 namespace fricid::sim {
 namespace {
@@ -59,35 +55,6 @@ void BM_MjStep(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * kSteps);  // physics steps
 }
 BENCHMARK(BM_MjStep);
-
-// The robot as `fricid export` writes it, without friction and with the plugin and the friction of
-// the scene.
-void step_exported(benchmark::State& state, const char* format) {
-  initialise_mujoco();
-  [[maybe_unused]] static const bool loaded = (mj_loadPluginLibrary(FRICID_PLUGIN), true);
-  const scene::Problem& problem = Scene::once().problem;
-  data::ModelFile file;
-  file.name = file.label = "truth";
-  file.arm = {problem.robot, *problem.scene.friction};
-  const OwnFolder folder(std::filesystem::temp_directory_path());
-  const deploy::Exported exported = deploy::export_model(file, format);
-  deploy::save(exported, folder.path());
-  const MjModelPtr m(
-      mj_loadXML((folder.path() / exported.files.back().name).c_str(), nullptr, nullptr, 0));
-  m->opt.timestep = problem.scene.plant.step_s;
-  const MjDataPtr data(mj_makeData(m.get()));
-  constexpr int kSteps = 1000;
-  for (auto _ : state) {
-    mj_resetData(m.get(), data.get());
-    std::ranges::copy(kHanging, data->qpos);
-    std::fill_n(data->qvel, m->nv, 0.5);
-    for (int k = 0; k < kSteps; ++k) mj_step(m.get(), data.get());
-    benchmark::DoNotOptimize(data->qpos);
-  }
-  state.SetItemsProcessed(state.iterations() * kSteps);  // physics steps
-}
-BENCHMARK_CAPTURE(step_exported, mjcf, "mjcf");
-BENCHMARK_CAPTURE(step_exported, plugin, "plugin");
 
 // One second of the true arm. real_time_factor: simulated seconds per second, at least 20.
 void BM_Plant(benchmark::State& state) {
