@@ -94,18 +94,25 @@ void bind_log(nb::module_& m) {
       .def(
           "save", [](const Dataset& log, const fs::path& path) { data::save_dataset(log, path); },
           "path"_a, "Writes a data set (HDF5).")
-      .def_ro("name", &Dataset::name)
-      .def_ro("source", &Dataset::source)
-      .def_ro("joint_names", &Dataset::joint_names)
-      .def_ro("rate_hz", &Dataset::rate_hz)
+      .def_ro("name", &Dataset::name, "\"train_0\", \"validation_0\" in a run.")
+      .def_ro("source", &Dataset::source, "Where the signals are from.")
+      .def_ro("joint_names", &Dataset::joint_names, "In the order of the columns.")
+      .def_ro("rate_hz", &Dataset::rate_hz, "Samples per second [Hz].")
       .def_prop_ro("n", &Dataset::n, "Number of joints.")
-      .def("__len__", &Dataset::length)
-      .def_prop_ro("t", [](nb::handle log) { return view(log, of(log).t); })
-      .def_prop_ro("q", [](nb::handle log) { return view(log, of(log).q); })
-      .def_prop_ro("tau", [](nb::handle log) { return view(log, of(log).tau); })
-      .def_prop_ro("v", [](nb::handle log) { return optional_view(log, of(log).v); })
-      .def_prop_ro("temperature",
-                   [](nb::handle log) { return optional_view(log, of(log).temperature); })
+      .def("__len__", &Dataset::length, "Number of samples.")
+      .def_prop_ro(
+          "t", [](nb::handle log) { return view(log, of(log).t); }, "(T) [s]")
+      .def_prop_ro(
+          "q", [](nb::handle log) { return view(log, of(log).q); }, "Positions (T, n) [rad].")
+      .def_prop_ro(
+          "tau", [](nb::handle log) { return view(log, of(log).tau); },
+          "Motor torques (T, n) [N m].")
+      .def_prop_ro(
+          "v", [](nb::handle log) { return optional_view(log, of(log).v); },
+          "Measured velocities (T, n) [rad/s], if there are any.")
+      .def_prop_ro(
+          "temperature", [](nb::handle log) { return optional_view(log, of(log).temperature); },
+          "(T, n) [K], if measured.")
       .def("__repr__", [](const Dataset& log) {
         return fmt::format("<fricid.Log {}: {} samples of {} joints at {:g} Hz>", log.name,
                            log.length(), log.n(), log.rate_hz);

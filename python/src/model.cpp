@@ -258,18 +258,24 @@ nb::class_<Model> bind_model(nb::module_& m) {
       .def(
           "save", [](const Model& self, const fs::path& path) { save_model(*self.file, path); },
           "path"_a, "Writes the model, with the same bytes as the file it was loaded from.")
-      .def_prop_ro("name", [](const Model& self) { return self.file->name; })
-      .def_prop_ro("label", [](const Model& self) { return self.file->label; })
-      .def_prop_ro("seed", [](const Model& self) { return self.file->seed; })
+      .def_prop_ro(
+          "name", [](const Model& self) { return self.file->name; }, "As in the scene: \"lugre\".")
+      .def_prop_ro(
+          "label", [](const Model& self) { return self.file->label; }, "For tables and plots.")
+      .def_prop_ro(
+          "seed", [](const Model& self) { return self.file->seed; }, "Of the fit.")
       .def_prop_ro(
           "free_parameters", [](const Model& self) { return self.file->free_parameters; },
           "Number of fitted values.")
-      .def_prop_ro("joint_names", &joint_names)
-      .def_prop_ro("friction", [](const Model& self) { return Friction(self.file); })
-      .def(
-          "export", &export_model, "format"_a, "folder"_a,
-          "Writes the model as a format of `fricid export` (c, csv, urdf, mjcf). Returns the files "
-          "and what the format leaves out.")
+      .def_prop_ro("joint_names", &joint_names, "In the order of all arrays.")
+      .def_prop_ro(
+          "friction", [](const Model& self) { return Friction(self.file); },
+          "The friction of all joints.")
+      .def("export", &export_model, "format"_a, "folder"_a,
+           fmt::format("Writes the model in a format of `fricid export`: {}. Returns the files and "
+                       "what the format leaves out.",
+                       deploy::format_list())
+               .c_str())
       .def("__repr__", [](const Model& self) {
         return fmt::format("<fricid.Model {} seed {}, {} joints>", self.file->name, self.file->seed,
                            self.file->arm.robot.n());

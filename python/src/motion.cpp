@@ -183,14 +183,23 @@ void bind_motion(nb::module_& m, nb::class_<Model>& model) {
       .def_prop_ro(
           "v", [](nb::handle e) { return view(e, known(e).v); }, "(n) [rad/s]")
       .def_prop_ro(
-          "z", [](nb::handle e) { return view(e, known(e).z); }, "(state_size)")
+          "z", [](nb::handle e) { return view(e, known(e).z); },
+          "States of the friction (state_size).")
       .def_prop_ro(
           "tau_f", [](nb::handle e) { return view(e, known(e).tau_f); },
           "Friction torque (n) [N m].")
-      .def_prop_ro("q_sd", [](nb::handle e) { return view(e, known(e).q_sd); })
-      .def_prop_ro("v_sd", [](nb::handle e) { return view(e, known(e).v_sd); })
-      .def_prop_ro("z_sd", [](nb::handle e) { return view(e, known(e).z_sd); })
-      .def_prop_ro("tau_f_sd", [](nb::handle e) { return view(e, known(e).tau_f_sd); })
+      .def_prop_ro(
+          "q_sd", [](nb::handle e) { return view(e, known(e).q_sd); },
+          "Standard deviation of q (n) [rad].")
+      .def_prop_ro(
+          "v_sd", [](nb::handle e) { return view(e, known(e).v_sd); },
+          "Standard deviation of v (n) [rad/s].")
+      .def_prop_ro(
+          "z_sd", [](nb::handle e) { return view(e, known(e).z_sd); },
+          "Standard deviation of z (state_size).")
+      .def_prop_ro(
+          "tau_f_sd", [](nb::handle e) { return view(e, known(e).tau_f_sd); },
+          "Standard deviation of tau_f (n) [N m].")
       .def_ro("log_likelihood", &OnlineEstimate::log_likelihood, "Of all samples so far [nat].")
       .def_ro("ess", &OnlineEstimate::ess, "Effective number of particles.")
       .def_ro("lost", &OnlineEstimate::lost,

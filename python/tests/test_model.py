@@ -264,3 +264,17 @@ def test_parts_outlive_the_model(run):
     assert friction.torque(np.zeros(6), np.zeros(6), friction.rest()).shape == (6,)
     q = fricid.Log.load(run.folder / "data/train_0.h5").q
     assert np.isfinite(np.array(q)).all()
+
+
+def test_everything_says_what_it_is():
+    """Public names have a docstring beyond their signature."""
+    for thing in (getattr(fricid, name) for name in fricid.__all__):
+        if not callable(thing):
+            continue
+        assert thing.__doc__
+        for name, member in vars(thing).items() if isinstance(thing, type) else ():
+            if not name.startswith("_") and not isinstance(member, str):
+                said = (member.__doc__ or "").splitlines()
+                assert [line for line in said if line and not line.startswith((name + "(", "(self)"))], (thing, name)
+    for format in ("c", "mjcf_friction", "plugin", "fmu", "onnx"):
+        assert f" {format}" in fricid.Model.export.__doc__
