@@ -243,7 +243,7 @@ class Pinocchio(unittest.TestCase):
         self.data.qpos, self.data.qvel = q, v
         mujoco.mj_forward(self.model, self.data)
         M = np.zeros((self.model.nv, self.model.nv))
-        mujoco.mj_fullM(self.model, M, self.data.qM)
+        mujoco.mj_fullM(self.model, self.data, M)
         return M, self.data.qfrc_bias
 
     def test_urdf_and_mjcf_are_the_robot_in_mujoco(self):
