@@ -39,12 +39,14 @@ void add_common(CLI::App& command, CommonOptions& common, const std::string& exa
   command.footer("Example:\n  " + example);
 }
 
-/// How the robot of a log stands.
-void add_mount(CLI::App& command, scene::Mount& mount) {
+/// How the robot of a log stands, and how its file is read.
+void add_robot_of_log(CLI::App& command, workflow::RobotOfLog& robot) {
+  command.add_flag("--mend-inertia", robot.mend_inertia,
+                   "take the nearest inertia that a body can have where that of a link is none");
   command
       .add_option_function<std::string>(
           "--mount",
-          [&mount](const std::string& name) {
+          [&mount = robot.mount](const std::string& name) {
             mount = value_named<scene::Mount>(name).value_or(scene::Mount::kFloor);
           },
           "of the robot: floor, ceiling or wall; default floor")
@@ -215,7 +217,7 @@ int exit_code_of_command_line(int argc, char** argv,
                              "folder for the data sets; default .");
   import_command->add_option("--robot", import_options.robot.urdf,
                              "URDF: joints are then checked against its dynamics too");
-  add_mount(*import_command, import_options.robot.mount);
+  add_robot_of_log(*import_command, import_options.robot);
   import_command
       ->add_option("--fix", import_options.fixes,
                    "findings to repair, by name: gap,delay,... (docs/your_own_log.md)")
@@ -229,7 +231,7 @@ int exit_code_of_command_line(int argc, char** argv,
       ->required();
   check_command->add_option("--contract", check_options.contract, "of a log (TOML)");
   check_command->add_option("--robot", check_options.robot.urdf, "URDF of the robot of a log");
-  add_mount(*check_command, check_options.robot.mount);
+  add_robot_of_log(*check_command, check_options.robot);
   check_command->add_option(
       "--design", check_options.design,
       "write a trajectory (TOML, and CSV beside it) to identify more parameters");
@@ -250,7 +252,7 @@ int exit_code_of_command_line(int argc, char** argv,
   payload_command->add_option("--contract", payload_options.contract, "of both logs (TOML)");
   payload_command->add_option("--robot", payload_options.robot.urdf,
                               "URDF of the robot without the load");
-  add_mount(*payload_command, payload_options.robot.mount);
+  add_robot_of_log(*payload_command, payload_options.robot);
   payload_command->add_option("--frame", payload_options.frame,
                               "that carries the load; default flange or tool0");
   payload_command->add_option("-o,--output", payload_options.output, "JSON file; default none");

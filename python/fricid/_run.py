@@ -179,20 +179,22 @@ class Check:
 
 
 def check(data: Run | _core.Log | StrPath, *, robot: StrPath | None = None,
-          contract: StrPath | None = None, mount: str = "floor") -> Check:
+          contract: StrPath | None = None, mount: str = "floor",
+          mend_inertia: bool = False) -> Check:
     """Faults of data, and with a robot which parameters they identify.
 
     data: a run, a Log, a data set (HDF5), or a log file with its contract. robot: URDF;
-    mount: floor, ceiling or wall, the orientation of its base (a run has that of its scene).
+    mount: floor, ceiling or wall, the orientation of its base; mend_inertia: take the nearest
+    inertia that a body can have where that of a link is none (a run has both of its scene).
     """
     urdf = pathlib.Path(robot) if robot is not None else ""
     if isinstance(data, _core.Log):
-        found = _core.check_log(data, urdf, mount)
+        found = _core.check_log(data, urdf, mount, mend_inertia)
     elif _is_run(pathlib.Path(data)):
         found = _core.check_run(pathlib.Path(data))
     else:
         columns = pathlib.Path(contract) if contract is not None else ""
-        found = _core.check_file(pathlib.Path(data), columns, urdf, mount)
+        found = _core.check_file(pathlib.Path(data), columns, urdf, mount, mend_inertia)
     return Check(found[0], json.loads(found[1]), found[2])
 
 

@@ -33,11 +33,11 @@ Report report_of(const workflow::Subject& subject) {
 }
 
 /// @throws UserError for a mount that has no name, or that needs angles of a scene
-workflow::RobotOfLog robot_at(const fs::path& urdf, const std::string& mount) {
+workflow::RobotOfLog robot_at(const fs::path& urdf, const std::string& mount, bool mend_inertia) {
   const auto found = value_named<scene::Mount>(mount);
   if (!found || *found == scene::Mount::kRpy)
     throw UserError("mount {}: allowed: floor, ceiling, wall", mount);
-  return {urdf, *found};
+  return {urdf, *found, mend_inertia};
 }
 
 }  // namespace
@@ -53,23 +53,26 @@ void bind_check(nb::module_& m) {
   m.def(
       "check_file",
       [](const fs::path& log, const fs::path& contract, const fs::path& robot,
-         const std::string& mount) {
+         const std::string& mount, bool mend_inertia) {
         return job(nb::none(), [&] {
-          return report_of(workflow::subject_of_log(log, contract, robot_at(robot, mount)));
+          return report_of(
+              workflow::subject_of_log(log, contract, robot_at(robot, mount, mend_inertia)));
         });
       },
-      "log"_a, "contract"_a, "robot"_a, "mount"_a);
+      "log"_a, "contract"_a, "robot"_a, "mount"_a, "mend_inertia"_a);
   m.def(
       "check_log",
-      [](const data::Dataset& log, const fs::path& robot, const std::string& mount) {
+      [](const data::Dataset& log, const fs::path& robot, const std::string& mount,
+         bool mend_inertia) {
         return job(nb::none(), [&] {
           workflow::Subject subject;
-          subject.robot = workflow::robot_of_log(robot_at(robot, mount), log.joint_names);
+          subject.robot =
+              workflow::robot_of_log(robot_at(robot, mount, mend_inertia), log.joint_names);
           subject.sets.push_back(log);
           return report_of(subject);
         });
       },
-      "log"_a, "robot"_a, "mount"_a);
+      "log"_a, "robot"_a, "mount"_a, "mend_inertia"_a);
 }
 
 }  // namespace fricid::python

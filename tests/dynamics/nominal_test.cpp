@@ -82,5 +82,13 @@ TEST(Nominal, CompleteGuessesOnlyWhatIsMissing) {
   EXPECT_EQ(guessed.robot.pi.head(50), poor.pi.head(50));
 }
 
+TEST(Nominal, AMendedInertiaIsAGuess) {
+  RobotModel mended = load("kr6_r700/kr6_r700.urdf");
+  mended.mended_links = {mended.joints[2].link};
+  const Nominal guessed = complete(mended);
+  EXPECT_EQ(guessed.guesses.inertia, (std::vector<int>{2}));
+  EXPECT_EQ(guessed.robot.pi, mended.pi);
+}
+
 }  // namespace
 }  // namespace fricid::dynamics::test

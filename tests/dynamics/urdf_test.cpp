@@ -5,6 +5,7 @@
 #include <string>
 
 #include "fricid/base/error.hpp"
+#include "fricid/dynamics/physical_inertia.hpp"
 #include "fricid/dynamics/robot_model.hpp"
 #include "robots.hpp"
 #include "source_dir.hpp"
@@ -109,6 +110,28 @@ TEST(Urdf, TheBaseMayHaveAnyInertia) {
   text.replace(text.find(base), base.size(),
                "<link name=\"base\">" + inertial("1", R"(ixx="1" iyy="1" izz="3")") + "</link>");
   EXPECT_EQ(message(text), "no error");
+}
+
+RobotModel mended(const std::string& inertia) {
+  return parse_urdf(one_joint(inertial("1", inertia)), "r.urdf", Eigen::Matrix3d::Identity(), {},
+                    true);
+}
+
+// A plate: its largest moment stays, up to a hundredth of the larger second moment of its mass.
+TEST(Urdf, AnInertiaThatNoBodyHasIsMendedWhereAskedFor) {
+  const RobotModel model = mended(R"(ixx="1" iyy="1.5" izz="3")");
+  EXPECT_EQ(model.mended_links, std::vector<std::string>{"arm"});
+  const Vector10 pi = model.pi.head<10>();
+  EXPECT_TRUE(is_physical(pi));
+  const double y = (1 + 3 - 1.5) / 2, x = (1.5 + 3 - 1) / 2, z = 0.01 * x;  // second moments
+  EXPECT_NEAR(pi[4], y + z, 1e-12);
+  EXPECT_NEAR(pi[6], x + z, 1e-12);
+  EXPECT_NEAR(pi[9], x + y, 1e-12);
+
+  EXPECT_TRUE(is_physical(mended(R"(ixx="-1" iyy="1" izz="1")").pi.head<10>()));
+  EXPECT_TRUE(mended(R"(ixx="1" iyy="1" izz="1")").mended_links.empty());
+  EXPECT_TRUE(mended(R"(ixx="0.0333" iyy="0.0333" izz="0.06666")").mended_links.empty());
+  EXPECT_THROW(mended(R"(ixx="-1" iyy="-1" izz="-1")"), UserError);
 }
 
 /// Torque of the joints that are not welded, and of the same joints where the others stand still.
@@ -217,10 +240,13 @@ TEST(UrdfError, Inertia) {
             "> 0");
   EXPECT_EQ(message(one_joint(inertial("1", R"(ixx="1" iyy="1" izz="3")"))),
             "r.urdf:3: link arm: principal moments of inertia 1, 1, 3 kg m^2; the largest must not "
-            "exceed the sum of the other two; correct its <inertia>: to identify an arm from a log "
-            "rough values do, a ball of its mass and size for example");
+            "exceed the sum of the other two; correct its <inertia>, or take the nearest that a "
+            "body can have: mend_inertia = true in [robot] of a scene, --mend-inertia beside "
+            "--robot");
   EXPECT_EQ(message(one_joint(inertial("1", R"(ixx="-1" iyy="1" izz="1")"))),
-            "r.urdf:3: link arm: principal moment of inertia -1 kg m^2; must be > 0");
+            "r.urdf:3: link arm: principal moment of inertia -1 kg m^2; must be > 0; correct its "
+            "<inertia>, or take the nearest that a body can have: mend_inertia = true in [robot] "
+            "of a scene, --mend-inertia beside --robot");
   EXPECT_EQ(message(one_joint(inertial("1", R"(ixx="nan" iyy="1" izz="1")"))),
             "r.urdf: Inertial: inertia element ixx is not a valid double; Could not parse inertial "
             "element for Link [arm]");

@@ -98,6 +98,31 @@ class PoorRobot(ProgramTest):
                          self.folder / "arm.urdf", "--design", self.folder / "next.toml"]):
             self.assert_refused(fricid(*command), pattern, self.out)
 
+    def test_an_inertia_that_no_body_has_is_mended_where_asked_for(self):
+        """As in vendors' files: one principal moment above the sum of the others."""
+        head, tail = self.urdf.split('<link name="link_3">')
+        broken = '<inertia ixx="0.2" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/>'
+        urdf = head + '<link name="link_3">' + re.sub(r"<inertia [^>]*/>", broken, tail, count=1)
+        log = self.log("train.csv", "train")
+        self.log("validation.csv", "validation")
+        scene = self.scene(urdf)
+        check = ["check", log, "--contract", self.folder / "contract.toml", "--robot", self.folder / "arm.urdf",
+                 "--mount", "ceiling"]
+        for command in (["run", scene, "-o", self.out], check):
+            self.assert_refused(fricid(*command), r"arm\.urdf:\d+: link link_3: principal moments .*mend_inertia = true in "
+                                                  r"\[robot\] of a scene, --mend-inertia", self.out)
+        checked = fricid(*check, "--mend-inertia")
+        self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
+        self.assertRegex(checked.stdout, "rigid body: .*; inertia mended of link_3\n")
+        mending = self.write("mending.toml", scene.read_text().replace("[robot]", "[robot]\nmend_inertia = true"))
+        done = fricid("run", mending, "-o", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.fit()["rigid_body"]["mended_links"], ["link_3"])
+        self.assertIn("no body has the inertia of link_3", (self.out / "report.html").read_text())
+        for joint, Fc in zip(self.fit()["joints"], COULOMB, strict=True):
+            found = {p["symbol"]: p["value"] for p in joint["parameters"]}
+            self.assertAlmostEqual(found["Fc"] / Fc, 1, delta=0.1, msg=joint["joint"])
+
     def test_a_short_log_and_a_poor_file_give_the_friction_of_the_arm(self):
         """A wrist with friction in the sum of its speeds, which no law of ours has: joints 1 to 4 are right
         all the same."""

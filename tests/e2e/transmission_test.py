@@ -1,4 +1,6 @@
 """Motors that turn two joints: what is at the motors is found there, and missed where nobody says so."""
+import csv
+import io
 import unittest
 
 from fricid_program import SOURCE, ProgramTest, fricid, load
@@ -68,6 +70,21 @@ class Transmission(ProgramTest):
         fit = load(run / "fit" / "simple_s1.json")
         return fit, [{p["symbol"]: p for p in joint["parameters"]} for joint in fit["joints"]]
 
+    def at_the_motors(self, recording):
+        """The recording as motors see it, with its contract."""
+        rows = list(csv.DictReader(io.StringIO(fricid("info", recording, "--csv").stdout)))
+        columns = ["t"] + [f"{x}{j}" for x in ("q", "tau") for j in range(1, 7)]
+        lines = [",".join(columns)]
+        for row in rows:
+            value = {c: float(row[c]) for c in columns}
+            value["q6"] += value["q5"]
+            value["tau5"] -= value["tau6"]
+            lines.append(",".join(f"{value[c]:.10g}" for c in columns))
+        contract = CONTRACT.replace('format = "hdf5"', "gear_ratio = [1, 1, 1, 1, 1, 1]")
+        contract = contract.replace('"q{}"', '"q{}"\nunit = "motor_rad"').replace('"tau{}"', '"tau{}"\nkind = "motor_torque"')
+        return (self.write("motors.csv", "\n".join(lines) + "\n"),
+                self.write("motors.toml", contract + COUPLING.replace("robot.coupling", "coupling")))
+
     def test_a_coupled_wrist_is_found_at_its_motors_and_named_where_nobody_says_so(self):
         truth = self.folder / "truth"
         done = fricid("run", self.write("truth.toml", TRUTH), "-o", truth)
@@ -97,6 +114,21 @@ class Transmission(ProgramTest):
             self.assertRegex(
                 done.stderr, rf'simple_s1: {joint}: friction depends on the speed of {other} too .*'
                              r'\[\[robot\.coupling\]\] joint = "joint_a6", motor = "joint_a5", factor = -1')
+
+        # check names it too, and nothing where it is declared
+        check = ["check", truth / "data" / "train_0.h5", "--robot", SOURCE / "models/kr6_r700/kr6_r700.urdf",
+                 "--mount", "ceiling"]
+        done = fricid(*check)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertRegex(
+            done.stdout, r'\nfriction: .*; that of joint_a5 depends on the speed of joint_a6 too: '
+                         r'\[\[robot\.coupling\]\] joint = "joint_a6", motor = "joint_a5", factor = -1, if one motor turns both; '
+                         r'that of joint_a6 ')
+        self.assertNotIn("depends on the speed", fricid("check", coupled).stdout)
+        log, contract = self.at_the_motors(truth / "data" / "train_0.h5")
+        done = fricid("check", log, "--contract", contract, *check[2:])
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("\nfriction: Coulomb and viscous identified on every joint\n", done.stdout)
 
         # models carry the coupling into what is made of them
         model = coupled / "models" / "simple_s1.json"

@@ -50,6 +50,7 @@ TEST(FitConventional, RecoversLuGre) {
   const Prepared prepared = prepare(arm.robot, {}, logs, 2);
   const FitReport report = fit_conventional(prepared, model("lugre"), 1, 2);
   ASSERT_TRUE(report.usable()) << report.message;
+  ASSERT_EQ(report.rigid_body.law_factor.size(), arm.robot.n());
   for (int j = 0; j < arm.robot.n(); ++j) {
     SCOPED_TRACE(j);
     const auto true_value = [&](const std::string& symbol) {
@@ -63,7 +64,11 @@ TEST(FitConventional, RecoversLuGre) {
       EXPECT_NEAR(theta_of(report, j, symbol), true_value(symbol), share * true_value(symbol))
           << symbol;
     EXPECT_GT(report.r2[static_cast<std::size_t>(j)], 0.9999);
+    EXPECT_NEAR(report.rigid_body.law_factor[j], 1, 0.01);
   }
+  // the linear friction of its report stays that of the regression without a law [N m]
+  EXPECT_EQ(report.rigid_body.Fc, prepared.rigid_body.Fc);
+  EXPECT_EQ(fit_file(report).rigid_body.Fv_se, prepared.rigid_body.Fv_se);
 }
 
 // Intervals from logs of different noise and motion hold the truth as often as they say, although
@@ -93,6 +98,32 @@ TEST(FitConventional, StandardErrorsCoverTheTruth) {
   EXPECT_GE(count, 24);
   EXPECT_GE(inside, 0.75 * count);
   EXPECT_LE(inside, count - 1);
+}
+
+// Of a joint that slides in one direction the sum of Coulomb friction and offset is known: as in
+// the regression, friction takes it.
+TEST(FitConventional, SlidingInOneDirectionIsFrictionNotOffset) {
+  const Arm arm = coulomb_arm();
+  LogOptions noisy;
+  noisy.torque_noise = 0.3;
+  Prepared prepared = prepare(arm.robot, {}, logs_of(arm, noisy, 2), 2);
+  constexpr double kOutOfReach = 0.4;  // [rad/s] of the reversals' filtered torque
+  for (signals::Recording& r : prepared.recordings)
+    r.use = r.use && (r.narrow.v.array() > kOutOfReach);
+  prepared.rigid_body =
+      rigid_body_least_squares(prepared.robot, prepared.recordings, prepared.options);
+  ASSERT_NE(prepared.rigid_body.prior, "");
+  for (const char* law : {"dahl", "stribeck"}) {
+    SCOPED_TRACE(law);
+    const FitReport report = fit_conventional(prepared, model(law), 1, 2);
+    EXPECT_TRUE(report.faults.empty());
+    for (int j = 0; j < arm.robot.n(); ++j) {
+      const double Fc = arm.friction.theta[static_cast<std::size_t>(3 * j)];
+      const JointFrictionFit& joint = report.joints[static_cast<std::size_t>(j)];
+      EXPECT_NEAR(theta_of(report, j, "Fc"), Fc, 0.25 * Fc) << j;
+      EXPECT_LT(std::abs(joint.offset), 0.25 * Fc) << j;
+    }
+  }
 }
 
 // Nine recordings take two packs; 35 columns take two chunks of the filter.

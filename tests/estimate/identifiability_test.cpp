@@ -105,6 +105,22 @@ TEST(Identifiability, AJointThatRestsTellsNothing) {
   EXPECT_TRUE(moving.families[0].supported) << moving.families[0].words;
 }
 
+// Friction that lags behind the speed looks like a negative inertia, which a fit does not believe.
+TEST(Identifiability, AJointWhoseTorqueShowsNoInertiaIsNamed) {
+  const Arm arm = coulomb_arm();
+  data::Dataset log = make_log(arm, {});
+  EXPECT_TRUE(examine(arm.robot, {log}).without_inertia.empty());
+
+  const double armature = arm.robot.pi[arm.robot.armature_begin() + 2];
+  log.tau.col(2) -= 3 * armature * signals::make_recording(log, 10).narrow.a.col(2);
+  const Identifiability lagging = examine(arm.robot, {log});
+  ASSERT_EQ(lagging.without_inertia.size(), 1U);
+  EXPECT_EQ(lagging.without_inertia[0].joint, 2);
+  EXPECT_THAT(to_summary(lagging, arm.robot),
+              HasSubstr("no inertia in the torque of j3: a fit holds the armature\n"));
+  EXPECT_EQ(checked(lagging, arm.robot).without_inertia, std::vector<std::string>{"j3"});
+}
+
 // Every law and modifier that demands anything of the data is named once, in the family of its
 // demands, and what its parameters' roles demand is what is found lacking.
 TEST(Identifiability, FamiliesFollowFromTheRolesOfTheLaws) {

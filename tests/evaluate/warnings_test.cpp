@@ -67,6 +67,13 @@ TEST(Warnings, NominalValuesThatWereAskedForAreNoSurprise) {
   EXPECT_THAT(found_in(fit), ElementsAre(HasSubstr("as a prior: a1 hardly moved")));
 }
 
+TEST(Warnings, AMendedInertiaIsSaid) {
+  data::FitFile fit = good_fit();
+  fit.rigid_body.mended_links = {"arm", "wrist"};
+  EXPECT_THAT(found_in(fit),
+              ElementsAre(HasSubstr("inertia of arm and wrist in the robot's file")));
+}
+
 TEST(Warnings, AHeldArmatureIsSaid) {
   data::FitFile fit = good_fit();
   fit.rigid_body.held_armatures = {{"a2", -0.2, 0.01, 0.5}};

@@ -22,18 +22,25 @@ namespace fricid::workflow {
 namespace fs = std::filesystem;
 
 std::optional<dynamics::RobotModel> robot_of_log(const RobotOfLog& of_log,
-                                                 const std::vector<std::string>& joints) {
+                                                 const std::vector<std::string>& joints,
+                                                 const std::vector<data::Coupling>& couplings) {
   const fs::path& urdf = of_log.urdf;
   if (urdf.empty()) return {};
   scene::RobotSection section;
   section.mount = of_log.mount;
-  dynamics::RobotModel robot = dynamics::load_urdf(urdf, scene::mount_rotation(section));
-  dynamics::require_inertia(robot, urdf.string());
+  dynamics::RobotModel robot =
+      dynamics::load_urdf(urdf, scene::mount_rotation(section), {}, of_log.mend_inertia);
   std::vector<std::string> names;
   for (const dynamics::Joint& joint : robot.joints) names.push_back(joint.name);
   if (names != joints)
     throw UserError("{}: joints {}; allowed: those of the log, {}", urdf.string(),
                     fmt::join(names, " "), fmt::join(joints, " "));
+  const auto index = [&](const std::string& name) {
+    return static_cast<int>(std::ranges::find(names, name) - names.begin());
+  };
+  for (const data::Coupling& c : couplings)
+    robot.couplings.push_back({index(c.joint), index(c.motor), c.factor});
+  dynamics::require_inertia(robot, urdf.string());
   return robot;
 }
 
@@ -58,9 +65,15 @@ Subject subject_of_log(const fs::path& log, const fs::path& contract, const Robo
   if (contract.empty() && (kind == ".csv" || kind == ".txt" || kind == ".mcap" || kind == ".db3"))
     throw UserError("{}: a log needs --contract FILE; `fricid template contract` prints one",
                     log.string());
-  subject.sets.push_back(contract.empty() ? data::load_dataset(log)
-                                          : data::read_log(log, data::load_contract(contract)));
-  subject.robot = robot_of_log(robot, subject.sets[0].joint_names);
+  std::vector<data::Coupling> couplings;
+  if (contract.empty()) {
+    subject.sets.push_back(data::load_dataset(log));
+  } else {
+    const data::Contract columns = data::load_contract(contract);
+    subject.sets.push_back(data::read_log(log, columns));
+    couplings = columns.couplings;
+  }
+  subject.robot = robot_of_log(robot, subject.sets[0].joint_names, couplings);
   return subject;
 }
 

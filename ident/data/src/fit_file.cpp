@@ -15,7 +15,7 @@ namespace {
 /// All lists per joint are of one length, or empty where nothing is known.
 void check_joints(const FitFile& fit, const std::string& place) {
   const FittedRigidBody& body = fit.rigid_body;
-  const std::array<std::pair<std::string_view, std::ptrdiff_t>, 11> lists{
+  const std::array<std::pair<std::string_view, std::ptrdiff_t>, 12> lists{
       {{"joints", std::ssize(fit.joints)},
        {"rows_used", std::ssize(body.rows)},
        {"rows_total", std::ssize(body.rows_total)},
@@ -26,7 +26,8 @@ void check_joints(const FitFile& fit, const std::string& place) {
        {"offset_Nm", body.offset.size()},
        {"coulomb_se_Nm", body.Fc_se.size()},
        {"viscous_se_Nms_rad", body.Fv_se.size()},
-       {"offset_se_Nm", body.offset_se.size()}}};
+       {"offset_se_Nm", body.offset_se.size()},
+       {"law_factor", body.law_factor.size()}}};
   std::ptrdiff_t joints = 0;
   for (const auto& [key, size] : lists) {
     if (size == 0) continue;

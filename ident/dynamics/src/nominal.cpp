@@ -96,7 +96,11 @@ Nominal complete(const RobotModel& robot) {
       out.guesses.armature.push_back(j);
     }
     auto link = pi.segment<10>(10 * j);
-    if (is_physical(link, kStrictly)) continue;
+    const bool mended = std::ranges::any_of(robot.frames, [&](const Frame& frame) {
+      return frame.link == j && std::ranges::count(robot.mended_links, frame.name) > 0;
+    });
+    if (mended) out.guesses.inertia.push_back(j);
+    if (mended || is_physical(link, kStrictly)) continue;
     const double m = link[0];
     const double radius = std::cbrt(m / (4. / 3 * std::numbers::pi * kDensity));
     const double ball = 0.4 * m * radius * radius;

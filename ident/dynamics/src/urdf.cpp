@@ -149,23 +149,41 @@ void check_inertial(const urdf::Inertial& inertial, const std::string& place) {
   if (!(inertial.mass > 0)) throw UserError("{}: mass = {} kg; must be > 0", place, inertial.mass);
   const Vector3d moments = Eigen::SelfAdjointEigenSolver<Matrix3d>(I).eigenvalues();
   const double trace = moments.sum();
+  constexpr std::string_view kRemedy =
+      "; correct its <inertia>, or take the nearest that a body can have: mend_inertia = true in "
+      "[robot] of a scene, --mend-inertia beside --robot";
   if (moments(0) < -kRounding * std::abs(trace))
-    throw UserError("{}: principal moment of inertia {:.4g} kg m^2; must be > 0", place,
-                    moments(0));
+    throw UserError("{}: principal moment of inertia {:.4g} kg m^2; must be > 0{}", place,
+                    moments(0), kRemedy);
   if (moments(2) > (0.5 + kRounding) * trace)
     throw UserError(
         "{}: principal moments of inertia {:.4g}, {:.4g}, {:.4g} kg m^2; the largest must not "
-        "exceed the sum of the other two; correct its <inertia>: to identify an arm from a log "
-        "rough "
-        "values do, a ball of its mass and size for example",
-        place, moments(0), moments(1), moments(2));
+        "exceed the sum of the other two{}",
+        place, moments(0), moments(1), moments(2), kRemedy);
+}
+
+/// Replaces an inertia that no body has by the nearest one, see `load_urdf`. @return whether it did
+bool mend(urdf::Inertial& inertial) {
+  constexpr double kThin = 0.01;
+  const Matrix3d I = inertia_matrix(inertial);
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> mass(
+      Matrix3d(I.trace() / 2 * Matrix3d::Identity() - I));
+  const Vector3d& moments = mass.eigenvalues();
+  if (moments(0) >= -kRounding / 2 * I.trace() || !(moments(2) > 0)) return false;
+  const Matrix3d mended = mass.eigenvectors() * moments.cwiseMax(kThin * moments(2)).asDiagonal() *
+                          mass.eigenvectors().transpose();
+  const Matrix3d J = mended.trace() * Matrix3d::Identity() - mended;
+  inertial.ixx = J(0, 0), inertial.iyy = J(1, 1), inertial.izz = J(2, 2);
+  inertial.ixy = J(0, 1), inertial.ixz = J(0, 2), inertial.iyz = J(1, 2);
+  return true;
 }
 
 /// Walks the tree from the base, adds joints, lumps links behind fixed joints.
 class Builder {
  public:
-  Builder(const urdf::ModelInterface& tree, const Document& document, const Welds& welds)
-      : document_(document), welds_(welds.at) {
+  Builder(const urdf::ModelInterface& tree, const Document& document, const Welds& welds,
+          bool mend_inertia)
+      : document_(document), welds_(welds.at), mend_inertia_(mend_inertia) {
     check_welds(tree, welds.where);
     weld_followers(tree);
     model_.name = tree.getName();
@@ -212,6 +230,7 @@ class Builder {
     frame.name = link.name;
     model_.frames.push_back(frame);
     if (link.inertial && frame.link >= 0) {  // inertia of the base is not used
+      if (mend_inertia_ && mend(*link.inertial)) model_.mended_links.push_back(link.name);
       check_inertial(*link.inertial, document_.at_link(link.name));
       add_payload(model_, frame, link.inertial->mass, to_eigen(link.inertial->origin.position),
                   inertia_about_com(*link.inertial));
@@ -357,20 +376,22 @@ class Builder {
 
   const Document& document_;
   std::map<std::string, double> welds_;
+  bool mend_inertia_;
   RobotModel model_;
 };
 
 }  // namespace
 
-RobotModel load_urdf(const std::filesystem::path& path, const Matrix3d& mount, const Welds& welds) {
-  return parse_urdf(read_file(path), path.string(), mount, welds);
+RobotModel load_urdf(const std::filesystem::path& path, const Matrix3d& mount, const Welds& welds,
+                     bool mend_inertia) {
+  return parse_urdf(read_file(path), path.string(), mount, welds, mend_inertia);
 }
 
 RobotModel parse_urdf(const std::string& text, const std::string& source_name,
-                      const Matrix3d& mount, const Welds& welds) {
+                      const Matrix3d& mount, const Welds& welds, bool mend_inertia) {
   const Document document = read_document(text, source_name);
   const urdf::ModelInterfaceSharedPtr tree = parse_tree(text, source_name);
-  RobotModel model = Builder(*tree, document, welds).model();
+  RobotModel model = Builder(*tree, document, welds, mend_inertia).model();
   model.gravity = mount.transpose() * Vector3d(0, 0, -9.81);
   return model;
 }

@@ -1,23 +1,18 @@
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 #include <fmt/format.h>
 
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/estimate/fit.hpp"
-#include "rigid_body/information.hpp"
 
 namespace fricid::estimate {
 namespace {
 
-constexpr double kPoor = 0.5;        // R2 of a joint's training torque
-constexpr double kCoupled = 0.4;     // share of a joint's residual
-constexpr double kExplained = 0.97;  // R2 above which a coupling does not matter
-constexpr double kApart = 0.02;      // [s] between samples that are looked at
-constexpr double kSignificant = 4;   // standard errors
-constexpr double kStill = 5e-3;      // [rad or m] of travel within which friction settles
+constexpr double kPoor = 0.5;       // R2 of a joint's training torque
+constexpr double kSignificant = 4;  // standard errors
+constexpr double kStill = 5e-3;     // [rad or m] of travel within which friction settles
 
 /// Motion and torque of one joint in the training data.
 struct Seen {
@@ -73,51 +68,7 @@ std::string more_data(const Prepared& prepared) {
              : "record more and faster motion (`fricid check --design`)";
 }
 
-/// Residual sum of squares of y regressed on the columns of X.
-double left_by(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
-  Eigen::MatrixXd H = X.transpose() * X;
-  H.diagonal() *= 1 + 1e-9;
-  const Eigen::VectorXd x = invert(H, nullptr) * (X.transpose() * y);
-  return (y - X * x).squaredNorm();
-}
-
 }  // namespace
-
-std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordings,
-                                     const FrictionTorques& target) {
-  const int n = recordings.front().n();
-  std::vector<Coupling> found(static_cast<std::size_t>(n));
-  for (int j = 0; j < n; ++j) {
-    std::vector<Eigen::RowVectorXd> speeds;
-    std::vector<double> torques;
-    for (std::size_t s = 0; s < recordings.size(); ++s) {
-      const signals::Recording& r = recordings[s];
-      const int every = std::max(1, static_cast<int>(std::lround(kApart / r.dt)));
-      for (int k = 0; k < r.length(); k += every)
-        if (r.use(k, j)) {
-          speeds.push_back(r.wide.v.row(k));
-          torques.push_back(target[s](k, j));
-        }
-    }
-    const auto rows = static_cast<Eigen::Index>(torques.size());
-    if (rows < 10) continue;
-    const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(torques.data(), rows);
-    Eigen::MatrixXd v(rows, n), X(rows, 5);
-    for (Eigen::Index i = 0; i < rows; ++i) v.row(i) = speeds[static_cast<std::size_t>(i)];
-    X.leftCols(3) << v.col(j).array().sign().matrix(), v.col(j), Eigen::VectorXd::Ones(rows);
-    const double own = left_by(X.leftCols(3), y);
-    for (int k = 0; k < n; ++k)
-      for (const double sign : {1.0, -1.0}) {
-        if (k == j || !(own > 0)) continue;
-        X.col(4) = v.col(j) + sign * v.col(k);
-        X.col(3) = X.col(4).array().sign().matrix();
-        const double share = 1 - left_by(X, y) / own;
-        if (share > found[static_cast<std::size_t>(j)].share)
-          found[static_cast<std::size_t>(j)] = {k, sign, share};
-      }
-  }
-  return found;
-}
 
 std::string in_words(const Fault& fault) {
   return fmt::format("{}{}{}; {}", fault.joint, fault.joint.empty() ? "" : ": ", fault.found,
@@ -155,18 +106,13 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
                                 prepared.robot.pi[prepared.robot.armature_begin() + j])
                   : "",
               more_data(prepared)));
-    if (i < report.couplings.size() && report.couplings[i].share > kCoupled &&
-        report.r2[i] < kExplained) {
-      const auto other = static_cast<std::size_t>(report.couplings[i].with);
-      const auto& [outer, inner] = std::minmax(i, other, std::greater());
+    if (i < report.couplings.size() && matters(report.couplings[i], report.r2[i]))
       add(fmt::format("friction depends on the speed of {} too ({:.0f} % of the residual)",
-                      prepared.robot.joints[other].name, 100 * report.couplings[i].share),
-          fmt::format(
-              "a coupled wrist, differential or belt: declare it, [[robot.coupling]] joint = "
-              "\"{}\", motor = \"{}\", factor = {:g}, or use only the other joints",
-              prepared.robot.joints[outer].name, prepared.robot.joints[inner].name,
-              -report.couplings[i].sign));
-    }
+                      name_of_other(report.couplings[i], prepared.robot),
+                      100 * report.couplings[i].share),
+          fmt::format("a coupled wrist, differential or belt: declare it, {}, or use only the "
+                      "other joints",
+                      declaration_of(report.couplings[i], j, prepared.robot)));
     if (i >= report.joints.size()) continue;
     const JointFrictionFit& fit = report.joints[i];
     const double level = level_of(friction, j, fit.theta);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -87,6 +88,19 @@ JointFrictionFit linear_fit(const Prepared& prepared, const JointFrictionData& d
   fit.message = data.rows() == 0 ? "no usable rows"
                                  : fmt::format("rms {:.4g} N m of {:.4g} by the regression",
                                                fit.rms, std::sqrt(data.target_mean_square()));
+  return fit;
+}
+
+/// A rigid body found beside a law's torque, with the linear friction and the reasons of the
+/// regression before it.
+RigidBodyFit beside_law(RigidBodyFit fit, const RigidBodyFit& linear) {
+  fit.law_factor = std::exchange(fit.Fc, linear.Fc);
+  for (Eigen::VectorXd RigidBodyFit::*part :
+       {&RigidBodyFit::Fv, &RigidBodyFit::offset, &RigidBodyFit::Fc_se, &RigidBodyFit::Fv_se,
+        &RigidBodyFit::offset_se, &RigidBodyFit::Fc_beside, &RigidBodyFit::Fv_beside})
+    fit.*part = linear.*part;
+  fit.prior = linear.prior;
+  fit.without_inertia = linear.without_inertia;
   return fit;
 }
 
@@ -239,10 +253,9 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
     if (pass > 0) {
       RigidBodyOptions options = as_needed(prepared.options, prepared.rigid_body);
       options.memory_periods = kMemoryOfAShape;
-      report.rigid_body =
-          rigid_body_least_squares(robot, prepared.recordings, options, &friction_torque);
-      report.rigid_body.prior = prepared.rigid_body.prior;
-      report.rigid_body.without_inertia = prepared.rigid_body.without_inertia;
+      report.rigid_body = beside_law(
+          rigid_body_least_squares(robot, prepared.recordings, options, &friction_torque),
+          prepared.rigid_body);
     }
     const FrictionTorques target =
         friction_target(robot, report.rigid_body.pi, prepared.recordings, jobs);
@@ -250,7 +263,8 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
     std::vector<double> share(static_cast<std::size_t>(n));
     parallel_for(n, jobs, [&](int j) {
       const auto i = static_cast<std::size_t>(j);
-      const JointFrictionData data(prepared.recordings, target, j, cutoff);
+      const JointFrictionData data(prepared.recordings, target, j, cutoff,
+                                   offset_prior(prepared.rigid_body, j));
       FrictionFitOptions options;
       options.seed = static_cast<std::uint64_t>(seed);
       options.stream = static_cast<std::uint64_t>(j);

@@ -15,6 +15,7 @@ data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit, const dynamics::Rob
                              .message = fit.message,
                              .prior = fit.prior,
                              .held_armatures = {},
+                             .mended_links = robot.mended_links,
                              .condition = fit.condition,
                              .rows = fit.rows,
                              .rows_total = fit.rows_total,
@@ -26,6 +27,7 @@ data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit, const dynamics::Rob
                              .Fc_se = fit.Fc_se,
                              .Fv_se = fit.Fv_se,
                              .offset_se = fit.offset_se,
+                             .law_factor = fit.law_factor,
                              .base = {}};
   for (const JointInertia& found : fit.without_inertia)
     body.held_armatures.push_back(

@@ -86,7 +86,8 @@ void fit_backbone(Arm& arm, const Prepared& prepared, double cutoff_hz, int seed
         std::span(arm.friction.theta)
             .subspan(static_cast<std::size_t>(arm.friction.model.parameter_begin(j)),
                      one.parameters().size());
-    const JointFrictionData data(prepared.recordings, target, j, cutoff_hz);
+    const JointFrictionData data(prepared.recordings, target, j, cutoff_hz,
+                                 offset_prior(prepared.rigid_body, j));
     FrictionFitOptions of_joint = options;
     of_joint.stream = static_cast<std::uint64_t>(j);
     const JointFrictionFit fit =

@@ -3,10 +3,13 @@
 
 #include <Eigen/Core>
 #include <chrono>
+#include <cmath>
 #include <span>
 #include <vector>
 
+#include "fricid/estimate/friction/friction_fit.hpp"
 #include "fricid/estimate/options/model.hpp"
+#include "fricid/estimate/rigid_body/least_squares.hpp"
 #include "fricid/friction/robot_friction.hpp"
 
 namespace fricid::estimate {
@@ -21,6 +24,15 @@ inline std::vector<friction::ModifierSpec> modifiers_of(const std::vector<std::s
 /// The friction of one joint that a scene asks for: a sum, a law of the table or its short name.
 /// @throws UserError on a name that is no law
 friction::JointSpec joint_spec_of(const ModelOptions& options);
+
+/// The prior of a joint's constant torque in the regression, for searches beside it: one row of a
+/// search is a share of the regression's independent rows.
+inline OffsetPrior offset_prior(const RigidBodyFit& fit, int joint) {
+  const double sd = fit.offset_prior_sd[joint];
+  const int rows = fit.equations[static_cast<std::size_t>(joint)];
+  if (!std::isfinite(sd) || sd <= 0 || rows == 0) return {};
+  return {sd, std::pow(fit.sigma[joint] / sd, 2) / rows};
+}
 
 inline double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -33,6 +33,13 @@ void warn_of_trust(const data::FitFile& fit, const std::string& name, Warnings& 
          "friction that lags behind the speed, or a delay, looks like a negative inertia; how the "
          "joint accelerates is assumed, not measured",
          "state its armature in the URDF; record faster reversals of this joint"});
+  if (const std::vector<std::string>& mended = fit.rigid_body.mended_links; !mended.empty())
+    warnings.push_back({name,
+                        fmt::format("no body has the inertia of {} in the robot's file: the "
+                                    "nearest that one can have was taken",
+                                    enumeration(mended)),
+                        "it is a guess where the data do not determine it",
+                        "correct the <inertia> of these links in the URDF"});
   if (!fit.usable && fit.faults.empty())
     warnings.push_back(
         {name, fmt::format("the fit ended as \"{}\": {}", name_of(fit.outcome), fit.message),

@@ -170,8 +170,8 @@ Problem resolve(Scene scene) {
         "{}: robot.fix beside robot.mjcf; allowed: one of them, without mjcf the "
         "simulator's arm is made of the URDF",
         origin.place("robot.fix"));
-  dynamics::RobotModel robot =
-      dynamics::load_urdf(urdf, mount_rotation(scene.robot), welds_of(scene));
+  dynamics::RobotModel robot = dynamics::load_urdf(urdf, mount_rotation(scene.robot),
+                                                   welds_of(scene), scene.robot.mend_inertia);
   scene.joints = joint_names(robot);
   add_payload(scene, robot);
   add_couplings(scene, robot);

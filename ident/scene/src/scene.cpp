@@ -36,7 +36,8 @@ Scene read_scene(const config::TomlFile& file) {
     throw UserError("{}: robot.urdf is missing: the engine's robot", file.path);
   config::TomlReader(file.table, "", file.path, {}).section("robot", scene.robot, "");
   scene.joints = joint_names(dynamics::load_urdf(scene.origin.find(scene.robot.urdf, "robot.urdf"),
-                                                 Eigen::Matrix3d::Identity(), welds_of(scene)));
+                                                 Eigen::Matrix3d::Identity(), welds_of(scene),
+                                                 scene.robot.mend_inertia));
   SceneReader reader(file.table, "", file.path, scene.joints);
   scene.visit(reader);
   reader.refuse_unknown();

@@ -78,7 +78,7 @@ void for_each_row(const JointFrictionData& data, const friction::RobotFriction& 
   }
 }
 
-// J'J and J'e of the residuals less their mean at x, over the number of rows, of the free
+// J'J and J'e of the residuals beside the best constant at x, over the number of rows, of the free
 // coordinates.
 optimise::Quadratic linearise(const JointFrictionData& data,
                               const friction::RobotFriction& friction,
@@ -99,8 +99,8 @@ optimise::Quadratic linearise(const JointFrictionData& data,
   out.H /= data.rows();
   out.g /= data.rows();
   columns /= data.rows();
-  out.H -= columns * columns.transpose();
-  out.g -= sum / data.rows() * columns;
+  out.H -= data.share_of_mean() * columns * columns.transpose();
+  out.g -= data.share_of_mean() * sum / data.rows() * columns;
   return out;
 }
 
@@ -198,10 +198,15 @@ Eigen::MatrixXd search_covariance(const JointFrictionData& data,
                  mean += column / data.rows();
                  mean_residual += residual / data.rows();
                });
-  H -= data.rows() * mean * mean.transpose();
-
-  // the constant beside the law is whatever fits best: rows count as what they are off their mean
+  // the constant beside the law is whatever fits best: rows count as what they are beside it
+  H -= data.rows() * data.share_of_mean() * mean * mean.transpose();
+  mean *= data.share_of_mean();
+  mean_residual *= data.share_of_mean();
   Eigen::MatrixXd B = Eigen::MatrixXd::Zero(p, p);
+  if (const OffsetPrior& prior = data.offset_prior(); prior.weight > 0) {
+    const Eigen::VectorXd score = data.rows() * prior.weight * prior.sd * mean;
+    B += score * score.transpose();
+  }
   for (const Block& block : blocks) {
     const Eigen::VectorXd score = block.score - mean_residual * block.columns -
                                   block.residuals * mean + block.rows * mean_residual * mean;

@@ -42,7 +42,8 @@ class SearchCoordinates {
 inline constexpr double kBadValue = 1e30;
 
 /// Covariance of the coordinates `free` at a minimum, the others held. With J the Jacobian of the
-/// residuals e, both off their means, and blocks b of one second,
+/// residuals e, both beside the best constant, and blocks b of one second, the prior of the
+/// constant being one more block,
 ///
 ///     (J'J)^-1 (sum_b s_b s_b') (J'J)^-1,   s_b = sum_{k in b} J_k e_k,
 ///

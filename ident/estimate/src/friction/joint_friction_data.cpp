@@ -20,8 +20,10 @@ constexpr std::ptrdiff_t kPromising = 16;  // orders of a grid that are looked a
 }  // namespace
 
 JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequences,
-                                     std::span<const RowMatrix> target, int joint, double cutoff_hz)
-    : dt_(sequences.front().dt),
+                                     std::span<const RowMatrix> target, int joint, double cutoff_hz,
+                                     const OffsetPrior& prior)
+    : prior_(prior),
+      dt_(sequences.front().dt),
       cutoff_hz_(cutoff_hz),
       low_pass_(cutoff_hz, 1 / sequences.front().dt) {
   double sum = 0, square = 0;
@@ -112,7 +114,8 @@ std::vector<double> JointFrictionData::promising_orders(
     for (std::size_t k = 0; k < f[g].size(); ++k)
       sum += groups_[g].weight[k] * (groups_[g].target[k] - filtered[g][k]);
   double mean = 0;
-  for (int lane = 0; lane < kLanes; ++lane) mean += sum[lane] / std::max(1, rows_);
+  for (int lane = 0; lane < kLanes; ++lane)
+    mean += share_of_mean() * sum[lane] / std::max(1, rows_);
 
   std::vector<PackD> left, work;
   for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -198,6 +201,7 @@ RippleTerm JointFrictionData::strongest_ripple(const friction::RobotFriction& fr
           for (int lane = 0; lane < kLanes; ++lane) moments(a, b) += sum[a][b][lane];
     }
     moments /= std::max(1, rows_);
+    moments(0, 0) += prior_.weight;
     moments.triangularView<Eigen::StrictlyLower>() = moments.transpose();
     const Eigen::Vector3d x =
         moments.topLeftCorner<3, 3>().ldlt().solve(moments.topRightCorner<3, 1>());
@@ -314,13 +318,13 @@ JointFrictionData::Moments JointFrictionData::moments(const friction::RobotFrict
 double JointFrictionData::mean_square(const friction::RobotFriction& friction,
                                       std::span<const double> theta) const {
   const Moments e = moments(friction, theta);
-  return std::isfinite(e.square) ? std::max(0.0, e.square - e.mean * e.mean)
+  return std::isfinite(e.square) ? std::max(0.0, e.square - share_of_mean() * e.mean * e.mean)
                                  : std::numeric_limits<double>::infinity();
 }
 
 double JointFrictionData::offset(const friction::RobotFriction& friction,
                                  std::span<const double> theta) const {
-  return -moments(friction, theta).mean;
+  return -share_of_mean() * moments(friction, theta).mean;
 }
 
 Eigen::VectorXd JointFrictionData::predicted(const friction::RobotFriction& friction,

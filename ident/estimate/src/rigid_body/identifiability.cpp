@@ -9,6 +9,7 @@
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
+#include "fricid/dynamics/nominal.hpp"
 #include "fricid/friction/robot_friction.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/regression.hpp"
@@ -100,6 +101,17 @@ void judge_parameters(const dynamics::RobotModel& robot,
     if (v.verdict != Verdict::kIdentified) v.words = confusion(i, covariance, unknowns);
     report.parameters.push_back(v);
   }
+}
+
+/// What the regression of a fit finds beside parameters.
+void look_at_fit(const dynamics::RobotModel& robot, std::span<const signals::Recording> recordings,
+                 RigidBodyOptions options, Identifiability& report) {
+  dynamics::Nominal nominal = dynamics::complete(robot);
+  options.guesses = std::move(nominal.guesses);
+  const RigidBodyFit fit = rigid_body_least_squares(nominal.robot, recordings, options);
+  report.without_inertia = fit.without_inertia;
+  report.couplings =
+      find_couplings(recordings, friction_target(nominal.robot, fit.pi, recordings, 1));
 }
 
 void group_parameters(const dynamics::RobotModel& robot, Identifiability& report) {
@@ -310,6 +322,7 @@ Identifiability examine_data(const dynamics::RobotModel& robot,
   rigid.prior.use = rigid.prior_where_needed = false;
   judge_parameters(robot, recordings, rigid, report);
   group_parameters(robot, report);
+  look_at_fit(robot, recordings, options.rigid_body, report);
   double seconds = 0;
   for (const signals::Recording& s : recordings) seconds += s.dt * s.length();
   for (int j = 0; j < robot.n(); ++j) report.joints.push_back(cover(recordings, j, options));

@@ -18,6 +18,14 @@ bool is_friction(const ParameterVerdict& v) {
   return v.name.ends_with(" friction") || v.name.ends_with(" constant torque");
 }
 
+std::vector<std::string> without_inertia(const Identifiability& report,
+                                         const dynamics::RobotModel& robot) {
+  std::vector<std::string> joints;
+  for (const JointInertia& found : report.without_inertia)
+    joints.push_back(robot.joints[static_cast<std::size_t>(found.joint)].name);
+  return joints;
+}
+
 /// "4.02 +- 0.03", "4 +- 1 weak", "not identified".
 std::string with_error(const ParameterVerdict* v) {
   if (!v || v->verdict == Verdict::kNot) return "not identified";
@@ -31,6 +39,12 @@ data::CheckedIdentifiability checked(const Identifiability& report,
                                      const dynamics::RobotModel& robot) {
   data::CheckedIdentifiability file;
   file.message = report.message;
+  file.without_inertia = without_inertia(report, robot);
+  file.mended_links = robot.mended_links;
+  for (std::size_t j = 0; j < report.couplings.size(); ++j)
+    if (const Coupling& c = report.couplings[j]; matters(c, c.r2))
+      file.couplings.push_back(
+          {robot.joints[j].name, name_of_other(c, robot), -c.sign, 100 * c.share});
   for (const ParameterVerdict& v : report.parameters)
     file.parameters.push_back({.name = v.name,
                                .verdict = std::string(name_of(v.verdict)),
@@ -68,6 +82,10 @@ std::string to_text(const Identifiability& report, const dynamics::RobotModel& r
                         percent > 999 ? "> " : "", std::min(percent, 999.0),
                         v.words.empty() ? "" : ": ", v.words);
   }
+  for (const JointInertia& found : report.without_inertia)
+    text += fmt::format(
+        "inertia: {}: {:.2g} +- {:.1g} kg m^2 by its torque: a fit holds its armature\n",
+        robot.joints[static_cast<std::size_t>(found.joint)].name, found.value, found.error);
   for (std::size_t j = 0; j < report.joints.size(); ++j) {
     const Coverage& c = report.joints[j];
     text += fmt::format(
@@ -116,11 +134,24 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
     (f.supported ? supported : not_supported).push_back(f.family);
 
   std::string text = fmt::format(
-      "rigid body: {} of {} base parameters identified, {} weakly, {} not{}\n", all - weak - lost,
+      "rigid body: {} of {} base parameters identified, {} weakly, {} not{}", all - weak - lost,
       all, weak, lost, lost > 0 ? "; these need nominal values" : "");
+  if (!report.without_inertia.empty())
+    text += fmt::format("; no inertia in the torque of {}: a fit holds the armature",
+                        fmt::join(without_inertia(report, robot), ", "));
+  if (!robot.mended_links.empty())
+    text += fmt::format("; inertia mended of {}", fmt::join(robot.mended_links, ", "));
+  text += '\n';
   text += lacking.empty()
-              ? "friction: Coulomb and viscous identified on every joint\n"
-              : fmt::format("friction: poorly identified on {}\n", fmt::join(lacking, ", "));
+              ? "friction: Coulomb and viscous identified on every joint"
+              : fmt::format("friction: poorly identified on {}", fmt::join(lacking, ", "));
+  for (std::size_t j = 0; j < report.couplings.size(); ++j)
+    if (const Coupling& c = report.couplings[j]; matters(c, c.r2))
+      text +=
+          fmt::format("; that of {} depends on the speed of {} too: {}, if one motor turns both",
+                      robot.joints[j].name, name_of_other(c, robot),
+                      declaration_of(c, static_cast<int>(j), robot));
+  text += '\n';
   text += fmt::format(
       "laws: {}{}\n", supported.empty() ? "none" : fmt::format("{}", fmt::join(supported, ", ")),
       not_supported.empty()

@@ -31,10 +31,8 @@ Eigen::MatrixXd pick(const Eigen::MatrixXd& full, const std::vector<int>& column
   return out;
 }
 
-// Size of the unknown of each column of the regression that makes `share` of the rms torque of the
-// joint that it matters most to.
-Eigen::VectorXd sizes_that_matter(const Regression& data, int n) {
-  constexpr double kShare = 0.02;
+// Share (n x columns) of the rms torque of each joint that a unit of each unknown makes.
+Eigen::MatrixXd shares_of_torque(const Regression& data, int n) {
   Eigen::VectorXd torque = Eigen::VectorXd::Zero(n);
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n, data.rows.cols());
   for (Eigen::Index r = 0; r < data.rows.rows(); ++r) {
@@ -42,14 +40,15 @@ Eigen::VectorXd sizes_that_matter(const Regression& data, int n) {
     torque[j] += data.tau[r] * data.tau[r];
     columns.row(j) += data.rows.row(r).cwiseAbs2();
   }
-  Eigen::VectorXd sizes(data.rows.cols());
-  for (Eigen::Index c = 0; c < sizes.size(); ++c) {
-    double share = 0;  // largest of a unit of this unknown
-    for (int j = 0; j < n; ++j)
-      if (torque[j] > 0) share = std::max(share, std::sqrt(columns(j, c) / torque[j]));
-    sizes[c] = share > 0 ? kShare / share : 0;
-  }
-  return sizes;
+  for (int j = 0; j < n; ++j) columns.row(j) *= torque[j] > 0 ? 1 / torque[j] : 0;
+  return columns.cwiseSqrt();
+}
+
+// Size of each unknown that makes 2 % of the rms torque of the joint that it matters most to.
+Eigen::VectorXd sizes_that_matter(const Eigen::MatrixXd& shares) {
+  constexpr double kShare = 0.02;
+  const Eigen::ArrayXd largest = shares.colwise().maxCoeff().transpose();
+  return (largest > 0).select(kShare / largest, 0.0).matrix();
 }
 
 }  // namespace
@@ -75,28 +74,27 @@ namespace {
 /// Precision (p + columns of friction) of linear friction and offsets under a prior. In a log whose
 /// joints slide in one direction the sum of Coulomb friction and offset is known, not its parts:
 /// the offset is small, friction within the torque. Offsets with a stated width keep it.
-Eigen::VectorXd precision_of_friction(const dynamics::RobotModel& robot, const Regression& data,
+/// @param shares  see `shares_of_torque`
+Eigen::VectorXd precision_of_friction(const dynamics::RobotModel& robot,
+                                      const Eigen::MatrixXd& shares,
                                       const std::vector<int>& friction,
                                       const std::vector<double>& stated_sd) {
   const int n = robot.n(), p = robot.parameter_count();
-  Eigen::VectorXd square = Eigen::VectorXd::Zero(n), count = Eigen::VectorXd::Zero(n);
-  for (Eigen::Index r = 0; r < data.tau.size(); ++r) {
-    square[data.joint[static_cast<std::size_t>(r)]] += data.tau[r] * data.tau[r];
-    count[data.joint[static_cast<std::size_t>(r)]] += 1;
-  }
-  const auto precision_of = [&](int j, double share) {  // none of a joint without rows
-    return square[j] > 0 ? count[j] / (share * share * square[j]) : 0;
+  const auto precision_of = [&](int j, int column, double share) {
+    return std::pow(shares(j, column) / share, 2);
   };
   Eigen::VectorXd precision = Eigen::VectorXd::Zero(p + std::ssize(friction));
   for (std::size_t i = 0; i < robot.linear_torques.size(); ++i)
     if (robot.linear_torques[i].shape == dynamics::LinearTorque::Shape::kConstant &&
-        (i >= stated_sd.size() || !std::isfinite(stated_sd[i])))
-      precision[robot.linear_begin() + static_cast<Eigen::Index>(i)] =
-          precision_of(robot.linear_torques[i].joint, kOffset);
+        (i >= stated_sd.size() || !std::isfinite(stated_sd[i]))) {
+      const int column = robot.linear_begin() + static_cast<int>(i);
+      precision[column] = precision_of(robot.linear_torques[i].joint, column, kOffset);
+    }
   for (std::size_t i = 0; i < friction.size(); ++i) {
     const int kind = (friction[i] - p) / n, j = (friction[i] - p) % n;
     if (kind != 1)
-      precision[p + static_cast<Eigen::Index>(i)] = precision_of(j, kind == 2 ? kOffset : 1);
+      precision[p + static_cast<Eigen::Index>(i)] =
+          precision_of(j, friction[i], kind == 2 ? kOffset : 1);
   }
   return precision;
 }
@@ -121,34 +119,35 @@ std::vector<JointInertia> find_without_inertia(const dynamics::RobotModel& robot
                                                const Eigen::VectorXd& x,
                                                const Eigen::MatrixXd& covariance) {
   const int n = robot.n();
+  const auto of = [n](const Eigen::VectorXd& value) {
+    return std::span<const double>(value.data(), static_cast<std::size_t>(n));
+  };
+  std::vector<JointInertia> largest;
+  for (int j = 0; j < n; ++j) largest.push_back({j, -std::numeric_limits<double>::infinity(), 0});
+  Eigen::VectorXd nominal = Eigen::VectorXd::Zero(n);  // in the same poses
   dynamics::Workspace<double> ws(robot);
   Eigen::MatrixXd moved(n, robot.parameter_count()), still = moved;
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(n);
-  std::vector<JointInertia> without;
-  for (int j = 0; j < n; ++j) {
-    JointInertia largest{j, -std::numeric_limits<double>::infinity(), 0};
-    double nominal = 0;
-    const Eigen::VectorXd a = Eigen::VectorXd::Unit(n, j);
-    for (const signals::Recording& r : sequences)
-      for (int k = 0; k < r.length(); k += std::max(1, r.length() / kPoses)) {
-        const Eigen::VectorXd q = r.narrow.q.row(k).transpose();
-        const auto of = [n](const Eigen::VectorXd& value) {
-          return std::span<const double>(value.data(), static_cast<std::size_t>(n));
-        };
-        dynamics::regressor(robot, ws, of(q), of(rest), of(a), moved);
-        dynamics::regressor(robot, ws, of(q), of(rest), of(rest), still);
-        const Eigen::RowVectorXd row = (moved - still).row(j);
+  for (const signals::Recording& r : sequences)
+    for (int k = 0; k < r.length(); k += std::max(1, r.length() / kPoses)) {
+      const Eigen::VectorXd q = r.narrow.q.row(k).transpose();
+      dynamics::regressor(robot, ws, of(q), of(rest), of(rest), still);
+      for (int j = 0; j < n; ++j) {
+        dynamics::regressor(robot, ws, of(q), of(rest), of(Eigen::VectorXd::Unit(n, j)), moved);
+        const Eigen::RowVectorXd row = moved.row(j) - still.row(j);
         const Eigen::VectorXd y = pick(row, columns).transpose();
-        if (const double value = y.dot(x); value > largest.value) {
-          largest = {j, value, std::sqrt(std::max(0.0, y.dot(covariance * y)))};
-          nominal = row.dot(robot.pi);
+        JointInertia& found = largest[static_cast<std::size_t>(j)];
+        if (const double value = y.dot(x); value > found.value) {
+          found = {j, value, std::sqrt(std::max(0.0, y.dot(covariance * y)))};
+          nominal[j] = row.dot(robot.pi);
         }
       }
-    // a joint that hardly moved says nothing; there the nominal value stays anyway
-    if (largest.value <= largest.error && largest.value + largest.error < nominal)
-      without.push_back(largest);
-  }
-  return without;
+    }
+  // a joint that hardly moved says nothing; there the nominal value stays anyway
+  std::erase_if(largest, [&](const JointInertia& found) {
+    return found.value > found.error || found.value + found.error >= nominal[found.joint];
+  });
+  return largest;
 }
 
 /// Solves the regression; `fit` holds its counts.
@@ -183,12 +182,21 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
 
   Eigen::MatrixXd prior_information = Eigen::MatrixXd::Zero(head + f, head + f);
   Eigen::VectorXd prior_mean = Eigen::VectorXd::Zero(head + f);
+  const Eigen::MatrixXd shares = shares_of_torque(data, n);
   if (with_prior) {
     prior_information.topLeftCorner(p, p) = prior_precision(robot, options);
     prior_mean.head(p) = robot.pi;
     prior_information.diagonal() +=
-        precision_of_friction(robot, data, friction, options.linear_prior_sd);
+        precision_of_friction(robot, shares, friction, options.linear_prior_sd);
   }
+  const auto prior_sd = [&](Eigen::Index k) { return 1 / std::sqrt(prior_information(k, k)); };
+  fit.offset_prior_sd.setConstant(n, std::numeric_limits<double>::infinity());
+  if (with_prior)
+    for (std::size_t i = 0; i < robot.linear_torques.size(); ++i)
+      if (const dynamics::LinearTorque& torque = robot.linear_torques[i];
+          torque.shape == dynamics::LinearTorque::Shape::kConstant)
+        fit.offset_prior_sd[torque.joint] =
+            prior_sd(robot.linear_begin() + static_cast<Eigen::Index>(i));
 
   const Weighted solved = reweight(pick(data.rows, columns), data.tau, data.joint, n,
                                    options.robust, prior_information, prior_mean);
@@ -211,7 +219,7 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
                     .cwiseMax(0)
                     .cwiseSqrt();
 
-  const Eigen::VectorXd sizes = sizes_that_matter(data, n);
+  const Eigen::VectorXd sizes = sizes_that_matter(shares);
   fit.base_size.resize(b);
   for (Eigen::Index i = 0; i < b; ++i)
     fit.base_size[i] =

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fricid/data/check_file.hpp"
+#include "fricid/data/contract.hpp"
 #include "fricid/data/dataset.hpp"
 #include "fricid/doctor/finding.hpp"
 #include "fricid/dynamics/robot_model.hpp"
@@ -32,6 +33,7 @@ Subject subject_of_run(const std::filesystem::path& folder);
 struct RobotOfLog {
   std::filesystem::path urdf;  ///< empty: none
   scene::Mount mount = scene::Mount::kFloor;
+  bool mend_inertia = false;  ///< see `dynamics::load_urdf`
 };
 /// A data set (HDF5), or a log by its contract. @throws UserError
 Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::path& contract,
@@ -39,7 +41,8 @@ Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::
 
 /// Nothing for an empty path. @throws UserError when its joints are not those of the log
 std::optional<dynamics::RobotModel> robot_of_log(const RobotOfLog& robot,
-                                                 const std::vector<std::string>& joints);
+                                                 const std::vector<std::string>& joints,
+                                                 const std::vector<data::Coupling>& couplings = {});
 
 /// Data sets as regressions take them: in motor coordinates, smoothed.
 /// @pre subject.robot @throws UserError on data that cannot be used, or of other joints than those

@@ -88,6 +88,21 @@ struct CheckedFamily {
   }
 };
 
+/// Friction of a joint that depends on the speed of another one too.
+struct CheckedCoupling {
+  std::string joint, with;
+  double factor = 0, percent = 0;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("joint", joint, text("name of the joint"));
+    archive("with", with, text("joint whose speed matters too"));
+    archive("factor", factor, any_number("1", "of a coupling that would explain it"));
+    archive("percent", percent,
+            not_negative("%", "of what Coulomb and viscous friction of the joint alone leave"));
+  }
+};
+
 /// Identifiability of a robot and its friction from the data.
 struct CheckedIdentifiability {
   std::string message;
@@ -95,6 +110,8 @@ struct CheckedIdentifiability {
   std::vector<CheckedGrouping> groupings;
   std::vector<CheckedJoint> joints;
   std::vector<CheckedFamily> families;
+  std::vector<std::string> without_inertia, mended_links;
+  std::vector<CheckedCoupling> couplings;
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -104,6 +121,11 @@ struct CheckedIdentifiability {
     archive.sections("friction_coverage", joints,
                      "friction regimes covered by the motion, per joint");
     archive.sections("families", families, "friction laws and modifiers");
+    archive("without_inertia", without_inertia,
+            text("joints whose torque shows no inertia: a fit holds their armature"));
+    archive("mended_links", mended_links,
+            text("links whose inertia in the robot's file no body has: the nearest was taken"));
+    archive.sections("couplings", couplings, "joints with friction that another joint's motor has");
   }
 };
 

@@ -118,9 +118,10 @@ struct FittedRigidBody {
   std::string message;
   std::string prior;  ///< why the nominal values entered; empty: they did not
   std::vector<HeldArmature> held_armatures;
+  std::vector<std::string> mended_links;
   double condition = 0;
   std::vector<int> rows, rows_total, equations;
-  Eigen::VectorXd sigma, Fc, Fv, offset, Fc_se, Fv_se, offset_se;
+  Eigen::VectorXd sigma, Fc, Fv, offset, Fc_se, Fv_se, offset_se, law_factor;
   std::vector<FittedBaseParameter> base;
 
   template <class Archive>
@@ -133,6 +134,8 @@ struct FittedRigidBody {
     archive("prior", prior, text("why nominal values entered as a prior; empty: they did not"));
     archive.sections("held_armatures", held_armatures,
                      "joints whose torque shows no inertia: the armature is held");
+    archive("mended_links", mended_links,
+            text("links whose inertia in the robot's file no body has: the nearest was taken"));
     archive("condition", condition,
             not_negative("1", "of the weighted regressor, columns of unit length"));
     archive("rows_used", rows, number("", 0, 1e9, "per joint, samples"));
@@ -145,6 +148,10 @@ struct FittedRigidBody {
     archive("coulomb_se_Nm", Fc_se, per_joint("N m", "standard error"));
     archive("viscous_se_Nms_rad", Fv_se, per_joint("N m s/rad", "standard error"));
     archive("offset_se_Nm", offset_se, per_joint("N m", "standard error"));
+    archive("law_factor", law_factor,
+            per_joint("1",
+                      "per joint, of the law's torque beside which the rigid body was found, about "
+                      "1; empty: it was found beside the linear friction"));
     archive.sections("base_parameters", base, "base parameters of the rigid body");
   }
 };

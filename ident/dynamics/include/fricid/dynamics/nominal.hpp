@@ -22,7 +22,7 @@ void require_inertia(const RobotModel& robot, const std::string& source);
 /// Joints with guessed parameters.
 struct Guesses {
   std::vector<int> armature;  ///< `usual_armature`
-  std::vector<int> inertia;   ///< of the moved link: a ball of its mass
+  std::vector<int> inertia;   ///< of the moved link: a ball of its mass, or one that was mended
 
   bool empty() const { return armature.empty() && inertia.empty(); }
 };

@@ -79,6 +79,8 @@ struct RobotModel {
   std::vector<Coupling> couplings;
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< in the base frame [m/s^2]
   Eigen::VectorXd pi;                    ///< nominal (CAD) parameters (parameter_count)
+  /// Links of the file whose inertia no body has, and that have the nearest one; see `load_urdf`.
+  std::vector<std::string> mended_links;
 
   int n() const { return static_cast<int>(joints.size()); }
   int parameter_count() const { return 11 * n() + static_cast<int>(linear_torques.size()); }
@@ -102,15 +104,18 @@ struct Welds {
 /// welded joints are lumped into the link that carries them and kept as frames. The non-standard
 /// child element <fricid armature= acceleration= jerk=/> of a joint is read when present.
 /// @param mount  rotation that takes base vectors to world vectors; gravity = mount' (0, 0, -9.81)
+/// @param mend_inertia  take the nearest inertia that a body can have where that of a link is none:
+///                      of its second moments of mass, Sigma = tr(I)/2 1 - I, negative ones become
+///                      a hundredth of the largest
 /// @throws UserError naming file, link or joint: missing or non-positive mass, inertia that is not
 ///         physical, unsupported joint type, <mimic> of a joint that moves, no moving joint, file
 ///         missing, a weld of an unknown joint or beyond its limits
 RobotModel load_urdf(const std::filesystem::path& path,
                      const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity(),
-                     const Welds& welds = {});
+                     const Welds& welds = {}, bool mend_inertia = false);
 RobotModel parse_urdf(const std::string& text, const std::string& source_name,
                       const Eigen::Matrix3d& mount = Eigen::Matrix3d::Identity(),
-                      const Welds& welds = {});
+                      const Welds& welds = {}, bool mend_inertia = false);
 
 /// Whether the motors turn every joint: A has an inverse.
 bool is_transmission(const RobotModel& model);

@@ -11,6 +11,7 @@
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/fit_file.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/estimate/couplings.hpp"
 #include "fricid/estimate/em/em.hpp"
 #include "fricid/estimate/friction/friction_fit.hpp"
 #include "fricid/estimate/friction/torque_training.hpp"
@@ -50,20 +51,6 @@ struct Fault {
 
 /// "joint_a2: R2 -249 on its own training torque; record more ...".
 std::string in_words(const Fault& fault);
-
-/// Friction that depends on the sum or difference of two joints' speeds, as in a wrist with a
-/// differential or a belt, which no law of one joint can represent.
-struct Coupling {
-  int with = -1;     ///< the other joint; -1: none
-  double sign = 1;   ///< of the other joint's speed
-  double share = 0;  ///< of the residual of the joint's own Coulomb and viscous friction [1]
-};
-
-/// The strongest coupling of every joint (n): least squares of `target` on sign and speed of the
-/// joint, beside sign and speed of v_j + v_k or v_j - v_k.
-/// @param target  friction torque that the rigid body leaves, per recording (T, n) [N m]
-std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordings,
-                                     const FrictionTorques& target);
 
 /// The laws of a model fitted without a stretch of a recording.
 struct FitWithout {

@@ -68,6 +68,7 @@ struct RobotSection {
   std::array<double, 3> payload_com{};
   std::array<double, 6> payload_inertia{};
   std::string payload_frame = "flange";
+  bool mend_inertia = false;
   std::vector<std::string> hold;
   std::map<std::string, double> fix;
   std::vector<LinearTorqueSection> torques;
@@ -88,6 +89,9 @@ struct RobotSection {
             number("kg m^2", -1e4, 1e4,
                    "Ixx, Iyy, Izz, Ixy, Ixz, Iyz of the payload about its centre of mass"));
     archive("payload_frame", payload_frame, text("frame of the URDF that carries the payload"));
+    archive("mend_inertia", mend_inertia,
+            flag("take the nearest inertia that a body can have where that of a link in the URDF "
+                 "is none"));
     archive("hold", hold,
             text("joints that stand still in the logs: fixed at their position in the first "
                  "training log"));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,6 +28,13 @@ struct RippleGrid {
   int count;
 };
 
+/// Prior of the constant torque c beside a law: c ~ N(0, sd^2). Per row, the objective gains
+/// weight c^2.
+struct OffsetPrior {
+  double sd = std::numeric_limits<double>::infinity();  ///< [N m]
+  double weight = 0;                                    ///< [1]
+};
+
 /// What one joint's friction has to explain: its inputs and its target torque over all sequences,
 /// eight sequences to a pack.
 ///
@@ -37,23 +45,26 @@ struct RippleGrid {
 ///
 /// (`drive_friction`, eight sequences at once), and F[f] + c, through the filter of the measured
 /// torque, is compared with the target at used rows. The constant c is whatever fits best: without
-/// it a law that differs between the directions could not be told from an offset. It belongs to no
-/// model: the constant torque of a joint is the rigid body's.
+/// it a law that differs between the directions could not be told from an offset. It has a prior
+/// where the data do not tell it from friction, as in a joint that slides in one direction. It
+/// belongs to no model: the constant torque of a joint is the rigid body's.
 class JointFrictionData {
  public:
   /// @param target  per sequence, torque of every joint that friction must explain (T, n) [N m]
   JointFrictionData(std::span<const signals::Recording> sequences,
-                    std::span<const RowMatrix> target, int joint, double cutoff_hz);
+                    std::span<const RowMatrix> target, int joint, double cutoff_hz,
+                    const OffsetPrior& prior = {});
 
   /// Torque of the model at every row, filtered; `out` (groups x T packs).
   /// @param friction  structure of one joint
   void predict(const friction::RobotFriction& friction, std::span<const double> theta,
                std::vector<std::vector<PackD>>& out) const;
 
-  /// Mean square of F[f] + c - target over the used rows [N^2 m^2]; infinity when not finite.
+  /// Mean square of F[f] + c - target over the used rows, with what the prior of c adds [N^2 m^2];
+  /// infinity when not finite.
   double mean_square(const friction::RobotFriction& friction, std::span<const double> theta) const;
 
-  /// c: mean of target - F[f] over the used rows [N m].
+  /// c: mean of target - F[f] over the used rows, less what its prior takes [N m].
   double offset(const friction::RobotFriction& friction, std::span<const double> theta) const;
 
   /// F[f] of one sequence (T).
@@ -85,6 +96,10 @@ class JointFrictionData {
                               std::span<const double> theta, const RippleGrid& grid) const;
   double travel() const { return travel_; }  ///< largest less smallest joint angle [rad]
 
+  const OffsetPrior& offset_prior() const { return prior_; }
+  /// Share of the mean of target - F[f] that c takes: 1 without a prior.
+  double share_of_mean() const { return 1 / (1 + prior_.weight); }
+
   double dt() const { return dt_; }
   int sequences() const { return static_cast<int>(lengths_.size()); }
   int rows() const { return rows_; }
@@ -112,6 +127,7 @@ class JointFrictionData {
 
   std::vector<Group> groups_;
   std::vector<int> lengths_;
+  OffsetPrior prior_;
   double dt_, cutoff_hz_;
   signals::ZeroPhaseButterworth low_pass_;
   int rows_ = 0;

@@ -10,6 +10,7 @@
 
 #include "fricid/base/enum_names.hpp"
 #include "fricid/data/check_file.hpp"
+#include "fricid/estimate/couplings.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
 
 namespace fricid::estimate {
@@ -66,6 +67,9 @@ struct Identifiability {
   std::vector<Grouping> groupings;
   std::vector<Coverage> joints;
   std::vector<FamilyVerdict> families;
+  /// Joints whose armature a fit will hold, see `RigidBodyFit::without_inertia`.
+  std::vector<JointInertia> without_inertia;
+  std::vector<Coupling> couplings;  ///< (n) beside Coulomb and viscous friction
 };
 
 struct IdentifiabilityOptions {
@@ -76,7 +80,8 @@ struct IdentifiabilityOptions {
 
 /// Regresses the torque on rigid body and linear friction as `rigid_body_least_squares` does,
 /// without a prior, and takes the standard errors, s_i = sqrt((X' W X)^-1_ii); coverage and
-/// families from the motion.
+/// families from the motion; joints without inertia and couplings from the regression of a fit,
+/// with guesses and prior.
 Identifiability examine_data(const dynamics::RobotModel& robot,
                              std::span<const signals::Recording> recordings,
                              const IdentifiabilityOptions& options);

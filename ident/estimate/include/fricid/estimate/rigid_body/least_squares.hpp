@@ -53,6 +53,11 @@ struct RigidBodyFit {
   /// (n) Coulomb and viscous friction of the same regression beside `pi`, which moves them where
   /// the unconstrained estimate is no body
   Eigen::VectorXd Fc_beside, Fv_beside;
+  /// (n) factor of a fitted law's torque beside which `pi` was found, about 1; empty: linear
+  /// friction
+  Eigen::VectorXd law_factor;
+  /// (n) of the prior about zero of the robot's constant torque at each joint; infinite: none [N m]
+  Eigen::VectorXd offset_prior_sd;
   double seconds = 0;
 };
 

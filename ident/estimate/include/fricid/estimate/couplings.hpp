@@ -1,0 +1,37 @@
+// Friction that depends on the speeds of two joints.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/dynamics/robot_model.hpp"
+#include "fricid/estimate/rigid_body/least_squares.hpp"
+#include "fricid/signals/recording.hpp"
+
+namespace fricid::estimate {
+
+/// Friction that depends on the sum or difference of two joints' speeds, as in a wrist with a
+/// differential or a belt, which no law of one joint can represent.
+struct Coupling {
+  int with = -1;     ///< the other joint; -1: none
+  double sign = 1;   ///< of the other joint's speed
+  double share = 0;  ///< of the residual of the joint's own Coulomb and viscous friction [1]
+  double r2 = 0;     ///< of the joint's torque with its own Coulomb and viscous friction
+};
+
+/// The strongest coupling of every joint (n): least squares of `target` on sign and speed of the
+/// joint, beside sign and speed of v_j + v_k or v_j - v_k.
+/// @param target  friction torque that the rigid body leaves, per recording (T, n) [N m]
+std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordings,
+                                     const FrictionTorques& target);
+
+/// Whether a coupling explains much of a joint whose torque is explained to r2 without it.
+bool matters(const Coupling& coupling, double r2);
+
+const std::string& name_of_other(const Coupling& coupling, const dynamics::RobotModel& robot);
+
+/// The keys of a scene that declare the coupling of a joint.
+std::string declaration_of(const Coupling& coupling, int joint, const dynamics::RobotModel& robot);
+
+}  // namespace fricid::estimate
