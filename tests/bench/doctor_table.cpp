@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <string_view>
 #include <vector>
 
@@ -23,7 +24,12 @@ constexpr int kEvery[] = {1, 2, 4, 8, 10};  // of 1 kHz
 /// One row of the table.
 struct Row {
   int logs = 0, found = 0, alarmed = 0;
-  std::vector<double> delay_errors;  // [samples]
+};
+
+/// Delays put into logs of one rate.
+struct Delays {
+  int logs = 0;
+  std::vector<double> errors;  // of those found, their size [samples]
 };
 
 struct Case {
@@ -62,21 +68,28 @@ std::vector<CleanLog> clean_logs() {
   return logs;
 }
 
-void print_delays(std::vector<double> errors) {
-  std::ranges::sort(errors, {}, [](double x) { return std::abs(x); });
-  if (errors.empty()) return;
-  const auto within = std::ranges::count_if(errors, [](double x) { return std::abs(x) <= 0.5; });
+void print_delays(const std::map<double, Delays>& of_rate) {
+  if (of_rate.empty()) return;
   fmt::print(
-      "\nSize of the {} delays found: {} within half a sample, median error {:.2f}, largest "
-      "{:.2f} samples.\n",
-      errors.size(), within, std::abs(errors[errors.size() / 2]), std::abs(errors.back()));
+      "\n| rate [Hz] | delays | found | within half a sample | median error [ms] | largest [ms] "
+      "|\n|--:|--:|--:|--:|--:|--:|\n");
+  for (const auto& [rate, delays] : of_rate) {
+    std::vector<double> errors;
+    for (const double error : delays.errors) errors.push_back(std::abs(error));
+    std::ranges::sort(errors);
+    const auto within = std::ranges::count_if(errors, [](double x) { return x <= 0.5; });
+    const double ms = 1e3 / rate;
+    fmt::print("| {:g} | {} | {} | {} | {} | {} |\n", rate, delays.logs, errors.size(), within,
+               errors.empty() ? "" : fmt::format("{:.2f}", ms * errors[errors.size() / 2]),
+               errors.empty() ? "" : fmt::format("{:.2f}", ms * errors.back()));
+  }
 }
 
 int print_table(int per_kind, bool verbose, const std::string& only) {
   const std::vector<CleanLog> logs = clean_logs();
   const auto& kinds = injections();
   fmt::print("| damage | logs | found | other damage named |\n|---|--:|--:|--:|\n");
-  std::vector<double> delay_errors;
+  std::map<double, Delays> delays;
   int count = 0;
   for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
     if (kinds[kind].what.find(only) == std::string::npos) continue;
@@ -90,8 +103,11 @@ int print_table(int per_kind, bool verbose, const std::string& only) {
       ++row.logs;
       row.found += one.judged.found;
       row.alarmed += one.judged.others > 0;
-      if (one.truth.name == "delay" && one.judged.found)
-        delay_errors.push_back(one.judged.delay_error);
+      if (one.truth.name == "delay") {
+        Delays& of_rate = delays[one.rate_hz];
+        ++of_rate.logs;
+        if (one.judged.found) of_rate.errors.push_back(one.judged.delay_error);
+      }
       const bool right = one.judged.others == 0 && (one.judged.found || kinds[kind].harmless);
       if (verbose && !right) fmt::print(stderr, "{}:\n{}", one.text, one.judged.said);
     }
@@ -99,8 +115,8 @@ int print_table(int per_kind, bool verbose, const std::string& only) {
     fmt::print("| {} | {} | {} | {} |\n", kinds[kind].what, row.logs,
                kinds[kind].harmless ? "" : std::to_string(row.found), row.alarmed);
   }
-  print_delays(delay_errors);
-  fmt::print("{} logs.\n", count);
+  print_delays(delays);
+  fmt::print("\n{} logs.\n", count);
   return 0;
 }
 

@@ -276,16 +276,6 @@ struct Movement {
 };
 constexpr std::array kMotions{Movement{"slow", 0.3, 8}, Movement{"fast", 1, 5}};
 
-RobotModel as_in_a_file(RobotModel robot, int i) {
-  Rng rng(23, static_cast<std::uint64_t>(i));
-  const auto about_one = [&] { return std::exp(0.15 * rng.normal()); };
-  for (int j = 0; j < robot.n(); ++j) {
-    robot.pi.segment<10>(10 * j) *= about_one();
-    robot.pi[robot.armature_begin() + j] *= i % 2 == 0 ? about_one() : 0;
-  }
-  return robot;
-}
-
 // An arm by its URDF alone, with the friction of its effort limits.
 std::string scene_of(const std::string& urdf) {
   return fmt::format(R"(
@@ -306,6 +296,16 @@ torque_step = 0.0005
 }
 
 }  // namespace
+
+RobotModel as_in_a_file(RobotModel robot, int i) {
+  Rng rng(23, static_cast<std::uint64_t>(i));
+  const auto about_one = [&] { return std::exp(0.15 * rng.normal()); };
+  for (int j = 0; j < robot.n(); ++j) {
+    robot.pi.segment<10>(10 * j) *= about_one();
+    robot.pi[robot.armature_begin() + j] *= i % 2 == 0 ? about_one() : 0;
+  }
+  return robot;
+}
 
 void delay_torque(Dataset& d, double samples) {
   const RowMatrix old = d.tau;

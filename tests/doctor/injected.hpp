@@ -30,8 +30,11 @@ struct Injection {
 /// Without damage first, in the order of the table.
 const std::vector<Injection>& injections();
 
-/// A clean log at 1 kHz, with velocity and temperature, and the robot as its file might have it:
-/// links and armatures off by some 15 %, every other time without armatures.
+/// A robot as its file might have it: links and armatures off by some 15 %; without armatures if
+/// `i` is odd.
+dynamics::RobotModel as_in_a_file(dynamics::RobotModel robot, int i);
+
+/// A clean log at 1 kHz, with velocity and temperature, and the robot as in a file.
 struct CleanLog {
   std::string what;
   data::Dataset data;

@@ -115,6 +115,7 @@ def main():
     parser.add_argument("urdf", type=pathlib.Path, help="its robot")
     parser.add_argument("--program", default="build/release/cli/fricid")
     parser.add_argument("--within", type=float, default=0.03, help="allowed relative difference")
+    parser.add_argument("--row", metavar="NAME", help="print a row of the table of docs/benchmark.md instead")
     options = parser.parse_args()
 
     scene = tomllib.loads((options.run / "scene.toml").read_text())
@@ -131,18 +132,25 @@ def main():
     X, y, of = equations(model, sequences, cutoff, reach)
     value, error = solve(X, y, of, n)
 
-    print(f"{len(y)} equations; fricid simple and this least squares, standard errors behind +-")
-    print(f"{'joint':<12} {'':<3} {'fricid':>20} {'least squares':>20} {'differ by':>10}")
-    good = True
+    good, lines, cells = True, [], []
     for j, joint in enumerate(fit["joints"]):
         found = {p["symbol"]: p for p in joint["parameters"]}
+        cells.append([])
         for i, symbol in ((j, "Fc"), (n + j, "Fv")):
             theirs, se = found[symbol]["value"], found[symbol]["standard_error"]
             off = abs(theirs - value[i])
             near = off <= options.within * abs(value[i]) or off <= 2 * max(se, error[i])
             good = good and near
-            print(f"{joints[j]:<12} {symbol:<3} {theirs:>11.4f} +- {se:<6.2g} {value[i]:>11.4f} +- {error[i]:<6.2g}"
-                  f" {100 * off / abs(value[i]):>8.2f} %{'' if near else '  TOO FAR'}")
+            percent = f"{100 * off / abs(value[i]):.2f}"
+            cells[-1].append(percent if near else f"**{percent}**")
+            lines.append(f"{joints[j]:<12} {symbol:<3} {theirs:>11.4f} +- {se:<6.2g} {value[i]:>11.4f} +- {error[i]:<6.2g}"
+                         f" {percent:>8} %{'' if near else '  TOO FAR'}")
+    if options.row:
+        print(f"| {options.row} | {' | '.join(', '.join(cell) for cell in cells)} |")
+    else:
+        print(f"{len(y)} equations; fricid simple and this least squares, standard errors behind +-")
+        print(f"{'joint':<12} {'':<3} {'fricid':>20} {'least squares':>20} {'differ by':>10}")
+        print("\n".join(lines))
     return 0 if good else 1
 
 
