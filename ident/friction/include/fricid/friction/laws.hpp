@@ -12,6 +12,7 @@
 #include "fricid/friction/laws/coulomb_viscous.hpp"
 #include "fricid/friction/laws/dahl.hpp"
 #include "fricid/friction/laws/gms.hpp"
+#include "fricid/friction/laws/lagged_stribeck.hpp"
 #include "fricid/friction/laws/load_dependent.hpp"
 #include "fricid/friction/laws/lugre.hpp"
 #include "fricid/friction/laws/lvm.hpp"
@@ -19,6 +20,7 @@
 #include "fricid/friction/laws/neural.hpp"
 #include "fricid/friction/laws/none.hpp"
 #include "fricid/friction/laws/prandtl_ishlinskii.hpp"
+#include "fricid/friction/laws/preisach.hpp"
 #include "fricid/friction/laws/stribeck.hpp"
 #include "fricid/friction/laws/viscous_power.hpp"
 #include "fricid/friction/modifiers/asymmetry.hpp"
@@ -42,6 +44,8 @@ using Laws = std::tuple<  //
     Gms,                  //
     MaxwellSlip,          //
     PrandtlIshlinskii,    //
+    Preisach,             //
+    LaggedStribeck,       //
     Neural,               //
     Lvm1,                 //
     Lvm,                  //

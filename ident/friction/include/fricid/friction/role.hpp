@@ -30,6 +30,8 @@ enum class Role {
   kLength,      ///< travel over which a bristle settles
   kShare,       ///< of one element, relative to the sum of all
   kAttraction,  ///< rate at which a sliding element returns to the Stribeck curve
+  kStiffening,  ///< relative growth of a stiffness with the deflection
+  kLag,         ///< time by which friction lags behind speed
   // load
   kLoadCoefficient,  ///< torque per torque of load
   kLoadGrowth,       ///< relative growth per torque of load
@@ -73,8 +75,8 @@ inline constexpr auto kRoleUnits = [] {
   set("1/(N m)", kLoadGrowth);
   set("1/K", kTemperatureCoefficient);
   set("K", kTemperature);
-  set("s", kSampleTime);
-  set("1", kExponent, kShare, kLoadCoefficient, kAsymmetry, kAmplitude, kWeight);
+  set("s", kLag, kSampleTime);
+  set("1", kExponent, kShare, kStiffening, kLoadCoefficient, kAsymmetry, kAmplitude, kWeight);
   return unit;
 }();
 }  // namespace detail

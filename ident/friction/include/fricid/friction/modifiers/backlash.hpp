@@ -115,9 +115,8 @@ class Backlash {
     const S drop = select(plan.crosses, plan.stored - plan.trial, S(1));
     const S stored_bar = -f_bar * plan.trial / (drop * drop);
     const S trial_bar = f_bar * plan.stored / (drop * drop);
-    std::array<S, kMaxElements> z_trial, z_trial_bar;
+    std::array<S, kMaxElements> z_trial{}, z_trial_bar{};
     std::copy_n(z, n, z_trial.begin());
-    std::fill_n(z_trial_bar.begin(), n, S(0));
     law.step(theta_law, in, dt, z_trial.data());
     Input<S> rest_bar = zero_input<S>();
     law.torque_pullback(theta_law, at_rest(in), z_trial.data(), trial_bar, theta_law_bar, rest_bar,
