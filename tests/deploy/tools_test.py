@@ -154,8 +154,8 @@ class Fmpy(unittest.TestCase):
         inputs, outputs = fmu.of_joints(law, "v"), fmu.of_joints(law, "tau_f")
 
         def run():
-            fmu.slave.setFloat64(inputs, [0.3, -0.2])
-            for k in range(50):
+            fmu.slave.setFloat64(inputs, [0.03, -0.02])  # 0.3 mrad in all: nothing slips
+            for k in range(10):
                 fmu.slave.doStep(1e-3 * k, 1e-3)
             return fmu.slave.getFloat64(outputs)
 
@@ -380,11 +380,13 @@ int main(void) {
         page = (SOURCE / "docs/exports.md").read_text().splitlines()
         header, _, *rows = said.getvalue().splitlines()
         self.assertIn(header, page)
+        table = page[page.index(header):]
+        table = table[:table.index("")]
         for row in rows:
-            self.assertEqual([line.count("|") for line in page if line.startswith(row.split("|")[0] + "|" + row.split("|")[1] + "|")],
+            self.assertEqual([line.count("|") for line in table if line.startswith(row.split("|")[0] + "|" + row.split("|")[1] + "|")],
                              [row.count("|")])
         for law in TABLE:
-            self.assertTrue(any(line.startswith(f"| {law['name']} |") for line in page), law["name"])
+            self.assertTrue(any(line.startswith(f"| {law['name']} |") for line in table), law["name"])
 
 
 def print_table(laws):

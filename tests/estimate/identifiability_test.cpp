@@ -146,7 +146,8 @@ TEST(Identifiability, FamiliesFollowFromTheRolesOfTheLaws) {
       return std::ranges::count(parameters, role, &friction::ParameterInfo::role) > 0;
     };
     EXPECT_THAT(found, HasSubstr("speeds up to")) << law.name;
-    const bool presliding = has(friction::Role::kStiffness) || has(friction::Role::kWeight);
+    const bool presliding = has(friction::Role::kStiffness) || has(friction::Role::kLength) ||
+                            has(friction::Role::kWeight);
     EXPECT_EQ(found.find("in presliding after") != std::string::npos, presliding) << law.name;
     EXPECT_EQ(found.find("needed") != std::string::npos, has(friction::Role::kWeight)) << law.name;
   }

@@ -1,6 +1,7 @@
 #include "fricid/estimate/torque/joint_fit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -15,25 +16,39 @@ constexpr double kWarms = 0.5;           // [K] sd of a temperature that says so
 constexpr double kLeastFriction = 0.01;  // share of the torque: a start has some
 constexpr double kBlock = 1;             // [s] beyond which residuals count as independent
 
-/// A part whose absence is a zero, by the role of its parameters.
+enum class OfLaws { kAll, kMemory, kOthers };  // the memory is the first law
+
+/// A part whose absence is a zero, by the roles of its parameters.
 struct Part {
   friction::SumPart part;
-  friction::Role role;
-  bool of_memory;  // of the first law alone
+  std::array<friction::Role, 2> roles;
+  OfLaws laws;
 };
 constexpr Part kParts[] = {
-    {friction::SumPart::kLoad, friction::Role::kLoadGrowth, true},
-    {friction::SumPart::kPowerFlow, friction::Role::kLoadCoefficient, false},
-    {friction::SumPart::kAsymmetry, friction::Role::kAsymmetry, false},
-    {friction::SumPart::kRipple, friction::Role::kAmplitude, true},
-    {friction::SumPart::kTemperature, friction::Role::kTemperatureCoefficient, false}};
+    {friction::SumPart::kLoad,
+     {friction::Role::kLoadGrowth, friction::Role::kLoadGrowth},
+     OfLaws::kMemory},
+    {friction::SumPart::kPowerFlow,
+     {friction::Role::kLoadCoefficient, friction::Role::kLoadGrowth},
+     OfLaws::kOthers},
+    {friction::SumPart::kAsymmetry,
+     {friction::Role::kAsymmetry, friction::Role::kAsymmetry},
+     OfLaws::kAll},
+    {friction::SumPart::kRipple,
+     {friction::Role::kAmplitude, friction::Role::kAmplitude},
+     OfLaws::kMemory},
+    {friction::SumPart::kTemperature,
+     {friction::Role::kTemperatureCoefficient, friction::Role::kTemperatureCoefficient},
+     OfLaws::kAll}};
 
 /// Indices in theta of the parameters of a part.
 std::vector<std::size_t> parameters_of(const Part& part, const friction::RobotFriction& model) {
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < model.parameters().size(); ++i) {
     const friction::ParameterRef& p = model.parameters()[i];
-    if (p.info.role == part.role && (!part.of_memory || p.law == 0)) found.push_back(i);
+    const bool of_laws =
+        part.laws == OfLaws::kAll || (part.laws == OfLaws::kMemory) == (p.law == 0);
+    if (of_laws && std::ranges::count(part.roles, p.info.role) > 0) found.push_back(i);
   }
   return found;
 }

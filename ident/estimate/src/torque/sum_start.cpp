@@ -19,6 +19,7 @@ constexpr double kCorner = 0.01, kLoadCorner = 0.03;  // v0 of the viscous and t
 constexpr double kLoadFoot = 0.3;                     // l0 [N m]
 constexpr double kLoadShare = 0.02;      // of the friction that load is taken to make at first
 constexpr double kPowerFlow = 0.002;     // mu at first
+constexpr double kCurvature = 0.1;       // nu load / mu at first
 constexpr double kBristleLength = 1e-3;  // [rad]
 
 /// Of one joint: the laws that hold what several could, -1: none.
@@ -105,7 +106,8 @@ double start_value(const friction::RobotFriction& model, const friction::Paramet
     case Role::kLoadCoefficient:
       return kPowerFlow;
     case Role::kLoadGrowth:
-      return is_of_load_law(model, p) ? 0 : kLoadShare / std::max(load, 1e-3);
+      return (is_of_load_law(model, p) ? kCurvature * kPowerFlow : kLoadShare) /
+             std::max(load, 1e-3);
     case Role::kTemperature:
       return temperature;
     case Role::kTemperatureCoefficient:
@@ -143,12 +145,10 @@ std::vector<Limit> sum_limits(const friction::Friction& friction) {
     if (p.joint == friction::kWholeRobot) continue;
     const Holders& joint = holders[static_cast<std::size_t>(p.joint)];
     const double value = friction.theta[i];
-    const bool held =
-        p.info.role == Role::kSmoothingSpeed || p.info.role == Role::kLoadSmoothing ||
-        p.info.role == Role::kTemperature ||
-        (p.info.role == Role::kCoulomb && p.law != joint.coulomb) ||
-        (p.info.role == Role::kViscous && p.law != joint.viscous) ||
-        (p.info.role == Role::kLoadGrowth && is_of_load_law(model, p) && p.law != joint.coulomb);
+    const bool held = p.info.role == Role::kSmoothingSpeed || p.info.role == Role::kLoadSmoothing ||
+                      p.info.role == Role::kTemperature ||
+                      (p.info.role == Role::kCoulomb && p.law != joint.coulomb) ||
+                      (p.info.role == Role::kViscous && p.law != joint.viscous);
     if (held) limits.push_back({i, value, value});
     if (p.info.role == Role::kStribeckVelocity)
       limits.push_back({i, std::min(kSlowest, value), std::max(kFastest, value)});

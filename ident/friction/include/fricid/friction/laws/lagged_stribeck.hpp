@@ -46,7 +46,7 @@ class LaggedStribeck {
   template <class S>
   void step(const S* theta, const Input<S>& in, double dt, S* s) const {
     // s + (v - s) (1 - e^-x): dt = 0 keeps the state to the last bit
-    const S next = s[0] + (s[0] - in.v) * expm1(-S(dt) / theta[kLag]);
+    const S next = s[0] + (s[0] - in.v) * expm1(-(S(dt) / theta[kLag]));
     s[0] = select(in.v == S(0), s[0], next);
   }
 
