@@ -1,7 +1,6 @@
 #include "fricid/estimate/torque/joint_fit.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -21,25 +20,16 @@ enum class OfLaws { kAll, kMemory, kOthers };  // the memory is the first law
 /// A part whose absence is a zero, by the roles of its parameters.
 struct Part {
   friction::SumPart part;
-  std::array<friction::Role, 2> roles;
   OfLaws laws;
+  friction::Role role, also = role;
 };
 constexpr Part kParts[] = {
-    {friction::SumPart::kLoad,
-     {friction::Role::kLoadGrowth, friction::Role::kLoadGrowth},
-     OfLaws::kMemory},
-    {friction::SumPart::kPowerFlow,
-     {friction::Role::kLoadCoefficient, friction::Role::kLoadGrowth},
-     OfLaws::kOthers},
-    {friction::SumPart::kAsymmetry,
-     {friction::Role::kAsymmetry, friction::Role::kAsymmetry},
-     OfLaws::kAll},
-    {friction::SumPart::kRipple,
-     {friction::Role::kAmplitude, friction::Role::kAmplitude},
-     OfLaws::kMemory},
-    {friction::SumPart::kTemperature,
-     {friction::Role::kTemperatureCoefficient, friction::Role::kTemperatureCoefficient},
-     OfLaws::kAll}};
+    {friction::SumPart::kLoad, OfLaws::kMemory, friction::Role::kLoadGrowth},
+    {friction::SumPart::kPowerFlow, OfLaws::kOthers, friction::Role::kLoadCoefficient,
+     friction::Role::kLoadGrowth},
+    {friction::SumPart::kAsymmetry, OfLaws::kAll, friction::Role::kAsymmetry},
+    {friction::SumPart::kRipple, OfLaws::kMemory, friction::Role::kAmplitude},
+    {friction::SumPart::kTemperature, OfLaws::kAll, friction::Role::kTemperatureCoefficient}};
 
 /// Indices in theta of the parameters of a part.
 std::vector<std::size_t> parameters_of(const Part& part, const friction::RobotFriction& model) {
@@ -48,7 +38,7 @@ std::vector<std::size_t> parameters_of(const Part& part, const friction::RobotFr
     const friction::ParameterRef& p = model.parameters()[i];
     const bool of_laws =
         part.laws == OfLaws::kAll || (part.laws == OfLaws::kMemory) == (p.law == 0);
-    if (of_laws && std::ranges::count(part.roles, p.info.role) > 0) found.push_back(i);
+    if (of_laws && (p.info.role == part.role || p.info.role == part.also)) found.push_back(i);
   }
   return found;
 }
