@@ -3,12 +3,15 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 #include <functional>
 #include <stdexcept>
 #include <string>
@@ -17,6 +20,8 @@
 
 namespace fricid {
 namespace {
+
+using namespace std::chrono_literals;
 
 /// A shell that runs `command`.
 pid_t start(const char* command) {
@@ -80,6 +85,11 @@ struct Work {
     if (text == "throw") throw std::runtime_error("refused");
     if (text == "crash") std::raise(SIGSEGV);
     if (text == "abort" || (text == "abort the second time" && done > 1)) std::abort();
+    const auto spent = [began = std::clock()] {
+      return 1000ms * (std::clock() - began) / CLOCKS_PER_SEC;
+    };
+    while (text == "take 50 ms" && spent() < 50ms) {
+    }
     for (volatile bool on = text == "go on for ever"; on;) {
     }
   }
@@ -88,21 +98,38 @@ struct Work {
 TEST(Processes, WorkOfAChildLeavesUsAsWeWere) {
   Work work;
   TrialProcess trial(std::ref(work));
-  EXPECT_EQ(trial("nothing", 1), Trial::kEnded);
-  EXPECT_EQ(trial("throw", 1), Trial::kEnded);
-  EXPECT_EQ(trial("crash", 1), Trial::kCrashed);
-  EXPECT_EQ(trial("nothing", 1), Trial::kEnded);
-  EXPECT_EQ(trial("abort", 1), Trial::kCrashed);
-  EXPECT_EQ(trial("go on for ever", 1), Trial::kTooLong);
-  EXPECT_EQ(trial("nothing", 1), Trial::kEnded);
+  EXPECT_EQ(trial("nothing", 1s), Trial::kEnded);
+  EXPECT_EQ(trial("throw", 1s), Trial::kEnded);
+  EXPECT_EQ(trial("crash", 1s), Trial::kCrashed);
+  EXPECT_EQ(trial("nothing", 1s), Trial::kEnded);
+  EXPECT_EQ(trial("abort", 1s), Trial::kCrashed);
+  EXPECT_EQ(trial("go on for ever", 1s), Trial::kTooLong);
+  EXPECT_EQ(trial("nothing", 1s), Trial::kEnded);
   EXPECT_EQ(work.done, 0);
+}
+
+/// Processor time of the children that have ended.
+std::chrono::microseconds time_of_children() {
+  rusage spent{};
+  ::getrusage(RUSAGE_CHILDREN, &spent);
+  return std::chrono::seconds(spent.ru_utime.tv_sec + spent.ru_stime.tv_sec) +
+         std::chrono::microseconds(spent.ru_utime.tv_usec + spent.ru_stime.tv_usec);
+}
+
+TEST(Processes, AChildHasTheTimeOfEachPieceOfWork) {
+  Work work;
+  TrialProcess trial(std::ref(work));
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(trial("take 50 ms", 100ms), Trial::kEnded);
+  const auto before = time_of_children();
+  EXPECT_EQ(trial("go on for ever", 100ms), Trial::kTooLong);
+  EXPECT_LT(time_of_children() - before, 500ms);
 }
 
 TEST(Processes, AChildIsNotBlamedForItsEarlierWork) {
   Work work;
   TrialProcess trial(std::ref(work));
-  EXPECT_EQ(trial("nothing", 1), Trial::kEnded);
-  EXPECT_EQ(trial("abort the second time", 1), Trial::kEnded);
+  EXPECT_EQ(trial("nothing", 1s), Trial::kEnded);
+  EXPECT_EQ(trial("abort the second time", 1s), Trial::kEnded);
 }
 
 TEST(Processes, AChildHoldsNothingOfOurs) {
@@ -110,7 +137,7 @@ TEST(Processes, AChildHoldsNothingOfOurs) {
   ASSERT_EQ(::pipe(pipe.data()), 0);
   Work work;
   TrialProcess trial(std::ref(work));
-  ASSERT_EQ(trial("nothing", 1), Trial::kEnded);
+  ASSERT_EQ(trial("nothing", 1s), Trial::kEnded);
   ::close(pipe[1]);
   pollfd end{pipe[0], POLLIN, 0};
   EXPECT_EQ(::poll(&end, 1, 5000), 1) << "the child keeps the pipe open";

@@ -12,8 +12,8 @@
 #include "fricid/data/model_file.hpp"
 #include "fricid/scene/problem.hpp"
 #include "fricid/sim/excitation_file.hpp"
-#include "fricid/sim/truth.hpp"
 #include "fricid/workflow/manifest.hpp"
+#include "good_signals.hpp"
 #include "log_samples.hpp"
 #include "source_dir.hpp"
 #include "two_link_arm.hpp"
@@ -107,29 +107,18 @@ void write_artefacts() {
   write("artefact", "excitation", '\3' + data::to_json(excitation));
 }
 
-/// Files of ours, behind their header.
+/// A file of each kind behind its header, and changes of it, for the reader of that number.
 void write_signals() {
-  data::Dataset d;
-  d.name = "log";
-  d.joint_names = {"shoulder", "elbow"};
-  d.rate_hz = 250;
-  d.source = "fuzz";
-  const data::Recording recording(4);
-  d.t = Eigen::VectorXd::LinSpaced(4, 0, 3 / 250.0);
-  d.q = recording.q;
-  d.v = recording.v;
-  d.tau = recording.tau;
-  const fs::path file = corpus / "log.h5";
-  data::save_dataset(d, file);
-  write("hdf5", "dataset", '\0' + read_file(file).substr(512));
-  sim::Truth truth{
-      .name = "log", .joint_names = d.joint_names, .rate_hz = 250, .trace = {}, .friction = {}};
-  truth.friction.model = friction::RobotFriction(std::vector<friction::JointSpec>(2));
-  truth.trace = sim::make_trace(4, 1 / 250.0, 2, 0);
-  sim::save_truth(truth, file);
-  write("hdf5", "truth", '\0' + read_file(file).substr(512));
+  const fs::path file = corpus / "signals.h5";
+  char reader = 0;
+  for (const std::string& good : fuzz::good_files(file)) {
+    write("hdf5", fmt::format("file_{}", int{reader}),
+          std::string{'\0', reader} + good.substr(512));
+    write("hdf5", fmt::format("changes_{}", int{reader}),
+          std::string{'\1', reader} + std::string(62, '\1'));
+    ++reader;
+  }
   fs::remove(file);
-  write("hdf5", "built", std::string(64, '\1'));
 }
 
 }  // namespace

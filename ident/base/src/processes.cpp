@@ -5,6 +5,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/uio.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,7 +17,6 @@
 #include <climits>
 #include <csignal>
 #include <cstring>
-#include <ctime>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -62,6 +62,14 @@ void die_with(pid_t parent) {
   ::_exit(127);
 }
 
+/// Lets SIGPROF end this process after so much more of its processor time; zero: never.
+void end_after(std::chrono::milliseconds time) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(time);
+  const std::chrono::microseconds rest = time - seconds;
+  const itimerval once{{}, {seconds.count(), rest.count()}};
+  ::setitimer(ITIMER_PROF, &once, nullptr);
+}
+
 }  // namespace
 
 int start_program(const std::vector<std::string>& argv, const Streams& streams) {
@@ -102,13 +110,13 @@ TrialProcess::TrialProcess(std::function<void(const std::string&)> work) : work_
 
 TrialProcess::~TrialProcess() { end(); }
 
-Trial TrialProcess::operator()(const std::string& text, int most_s) {
+Trial TrialProcess::operator()(const std::string& text, std::chrono::milliseconds most) {
   // A process forked from the owner must not listen to the owner's child.
   const bool used = child_ > 0 && owner_ == ::getpid();
   if (!used && !start()) return Trial::kEnded;
-  const Trial trial = ask(text, most_s);
+  const Trial trial = ask(text, most);
   if (trial != Trial::kCrashed || !used) return trial;
-  return start() ? ask(text, most_s) : Trial::kEnded;
+  return start() ? ask(text, most) : Trial::kEnded;
 }
 
 bool TrialProcess::start() {
@@ -146,36 +154,33 @@ void TrialProcess::serve(int messages) {
   constexpr int kMessages = STDERR_FILENO + 1;
   ::dup2(messages, kMessages);
   ::close_range(kMessages + 1, ~0U, 0);
-  for (const int signal : {SIGXCPU, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
+  for (const int signal : {SIGPROF, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
     ::signal(signal, SIG_DFL);
   for (const int signal : {SIGINT, SIGTERM}) ::signal(signal, SIG_IGN);  // the parent ends us
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
-  int most_s = 0;
+  std::chrono::milliseconds most{};
   std::string text(PATH_MAX, '\0');
-  std::array<iovec, 2> parts{{{&most_s, sizeof most_s}, {text.data(), text.size()}}};
+  std::array<iovec, 2> parts{{{&most, sizeof most}, {text.data(), text.size()}}};
   for (;;) {
     const ssize_t size = ::readv(kMessages, parts.data(), static_cast<int>(parts.size())) -
-                         static_cast<ssize_t>(sizeof most_s);
+                         static_cast<ssize_t>(sizeof most);
     if (size < 0) ::_exit(0);
-    timespec spent{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
-    const auto most = static_cast<rlim_t>(spent.tv_sec + 1 + most_s);
-    const rlimit time{most, RLIM_INFINITY};
-    ::setrlimit(RLIMIT_CPU, &time);
+    end_after(most);
     try {
       work_(text.substr(0, static_cast<std::size_t>(size)));
     } catch (const std::exception&) {  // a refusal is no crash
     }
+    end_after({});
     const char done = 0;
     if (::send(kMessages, &done, sizeof done, MSG_NOSIGNAL) < 0) ::_exit(0);
   }
 }
 
-Trial TrialProcess::ask(const std::string& text, int most_s) {
+Trial TrialProcess::ask(const std::string& text, std::chrono::milliseconds most) {
   char done = 0;
-  std::string message(sizeof most_s, '\0');
-  std::memcpy(message.data(), &most_s, sizeof most_s);
+  std::string message(sizeof most, '\0');
+  std::memcpy(message.data(), &most, sizeof most);
   message += text;
   if (::send(messages_, message.data(), message.size(), MSG_NOSIGNAL) >= 0) {
     try {
@@ -188,7 +193,7 @@ Trial TrialProcess::ask(const std::string& text, int most_s) {
   }
   int status = 0;
   ::waitpid(std::exchange(child_, 0), &status, 0);
-  const bool late = WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU;
+  const bool late = WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF;
   return late ? Trial::kTooLong : Trial::kCrashed;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <exception>
 #include <filesystem>
 #include <vector>
@@ -14,8 +15,8 @@
 namespace fricid::data::hdf5 {
 namespace {
 
-// Processor time that the library may take [s], and for each so many bytes one more.
-constexpr int kPatience = 1;
+// Processor time that the library may take, and for each so many bytes as much again.
+constexpr std::chrono::seconds kPatience{1};
 constexpr std::uintmax_t kSlowest = 4'000'000;
 constexpr hsize_t kSlice = 1 << 20;  // numbers read at a time
 
@@ -66,6 +67,8 @@ struct Visit {
   std::uint64_t objects = 0;
 };
 
+}  // namespace
+
 void read_all(const std::string& path) {
   const Id file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file.ok()) return;
@@ -84,16 +87,16 @@ void read_all(const std::string& path) {
       &visit, H5O_INFO_BASIC);
 }
 
-}  // namespace
-
 void try_to_read(const std::string& path) {
   static TrialProcess trial(read_all);  // one for the program, under the Session's lock
-  const auto most_s = kPatience + static_cast<int>(std::filesystem::file_size(path) / kSlowest);
-  switch (trial(std::filesystem::absolute(path).string(), most_s)) {
+  const auto pieces = static_cast<int>(std::filesystem::file_size(path) / kSlowest);
+  const std::chrono::seconds most = kPatience * (1 + pieces);
+  switch (trial(std::filesystem::absolute(path).string(), most)) {
     case Trial::kCrashed:
       throw UserError("{}: damaged: the HDF5 library crashes on it", path);
     case Trial::kTooLong:
-      throw UserError("{}: damaged: the HDF5 library reads it for more than {} s", path, most_s);
+      throw UserError("{}: damaged: the HDF5 library reads it for more than {} s", path,
+                      most.count());
     case Trial::kEnded:
       break;
   }

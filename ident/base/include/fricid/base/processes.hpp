@@ -1,6 +1,7 @@
 // Other programs that this one started, and how to end them.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <string>
 #include <vector>
@@ -40,16 +41,17 @@ class TrialProcess {
   TrialProcess& operator=(const TrialProcess&) = delete;
 
   /// One thread at a time.
-  /// @param most_s  processor time [s], up to one more, after which the child is killed
+  /// @param most  processor time after which the child is killed, to the tick of the system
+  ///              (up to 10 ms)
   /// @return kEnded also when no child can be made
   /// @throws Stopped on Ctrl-C or SIGTERM
-  Trial operator()(const std::string& text, int most_s);
+  Trial operator()(const std::string& text, std::chrono::milliseconds most);
 
  private:
   bool start();
   void end();
   [[noreturn]] void serve(int messages);
-  Trial ask(const std::string& text, int most_s);
+  Trial ask(const std::string& text, std::chrono::milliseconds most);
 
   std::function<void(const std::string&)> work_;
   int child_ = 0, owner_ = 0, messages_ = -1;
