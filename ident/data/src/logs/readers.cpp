@@ -55,6 +55,7 @@ LogTable read_hdf5(const fs::path& path, const Names& wanted, const LogStyle&) {
       for (std::size_t i = 0; i < wanted.size(); ++i) {
         if (lower_case(wanted[i]) != name) continue;
         if (!values) values = file.matrix(table);
+        if (values->rows() == 0) continue;  // Eigen has no column of none
         log.columns[i].assign(values->col(j).begin(), values->col(j).end());
       }
     }
