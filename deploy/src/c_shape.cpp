@@ -14,7 +14,7 @@ std::vector<std::string> local_names(const RobotFriction& model) {
   std::vector<std::string> names;
   for (const friction::ParameterRef& parameter : model.parameters()) {
     const bool alone = model.joints()[0].laws.size() < 2;
-    if (parameter.joint == friction::kWholeRobot || parameter.info.role == friction::Role::kWeight)
+    if (parameter.joint == friction::kWholeRobot || friction::is_weight(parameter.info.role))
       names.emplace_back();
     else
       names.push_back(fmt::format("{}{}_{}", parameter.owner,
@@ -91,7 +91,7 @@ std::string table(const std::string& name, const std::vector<double>& values,
   };
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::string number = c_number(values[i], prefix) + (i + 1 < values.size() ? "," : "");
-    if (refs[i].info.role == friction::Role::kWeight) {
+    if (friction::is_weight(refs[i].info.role)) {
       if (weights.size() + number.size() > 96) end_line();
       weights += (weights.empty() ? "" : " ") + number;
       continue;

@@ -54,7 +54,7 @@ Html law_table(const Record& record, const FittedModel& fitted, const std::strin
   std::vector<Row> rows;
   for (const friction::ParameterInfo& info : friction::parameters_of_law(law, elements)) {
     const std::string symbol(info.symbol);
-    if (info.role == friction::Role::kWeight) {
+    if (friction::is_weight(info.role)) {
       ++weights;
       continue;
     }

@@ -34,7 +34,7 @@ data::ModelFile model_of(std::string name, friction::RobotFriction friction, Rng
     const friction::ParameterInfo& info = friction.parameters()[i].info;
     const double draw = rng.normal();
     // weights further off make latents unstable, and these amplify rounding
-    if (info.role == friction::Role::kWeight)
+    if (friction::is_weight(info.role))
       theta[i] += 0.1 * draw;
     else
       theta[i] *= std::exp(0.2 * std::clamp(draw, -2.0, 2.0));

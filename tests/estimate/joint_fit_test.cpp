@@ -112,12 +112,12 @@ TEST(JointFits, WindowsBetterAnArmThatIsOff) {
   for (const int j : {0, 2})
     off.friction.theta[static_cast<std::size_t>(
         friction::find_parameter(off.friction.model, j, "dahl", "Fc"))] *= 1.03;
-  const Candidate before = fits.judged("off", off, 0), after = fits.on_windows(before, "test");
+  const Candidate before = fits.judged("off", off, 0), after = fits.on_windows(before, JointFits::Rows::kAll, "test");
   EXPECT_LT(after.held_out, 0.1 * before.held_out);
   EXPECT_LT(after.torque, before.torque);
 
   const JointFits one(logs().prepared, logs().windows, 1);
-  const Candidate again = one.on_windows(before, "test");
+  const Candidate again = one.on_windows(before, JointFits::Rows::kAll, "test");
   EXPECT_EQ(again.arm.friction.theta, after.arm.friction.theta);
   EXPECT_EQ(again.arm.robot.pi, after.arm.robot.pi);
 }

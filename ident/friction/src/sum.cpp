@@ -12,6 +12,7 @@ JointSpec lvm_sum(const LvmParts& parts) {
   };
   LawSpec memory{"gms", parts.elements, {}};
   if (parts.memory == Memory::kBristle) memory = {"lugre", 0, {}};
+  if (parts.memory == Memory::kNone) memory = {"stribeck", 0, {}};
   if (parts.load) memory.modifiers.push_back({"load", 1});
   if (parts.ripples > 0) memory.modifiers.push_back({"ripple", parts.ripples});
   JointSpec joint;
@@ -19,6 +20,7 @@ JointSpec lvm_sum(const LvmParts& parts) {
   joint.laws.push_back(warm_and_directed({"viscous_power", 0, {}}));
   joint.laws.push_back(warm_and_directed({"coulomb_viscous", 0, {}}));
   if (parts.power_flow) joint.laws.push_back({"load_dependent", 0, {}});
+  if (parts.network > 0) joint.laws.push_back({"memory_network", parts.network, {}});
   return joint;
 }
 
@@ -41,6 +43,9 @@ void set(LvmParts& parts, SumPart part, bool on) {
       return;
     case SumPart::kTemperature:
       parts.temperature = on;
+      return;
+    case SumPart::kNetwork:
+      parts.network = on ? kNetworkUnits : 0;
       return;
   }
 }

@@ -28,6 +28,8 @@ constexpr double kLongestStep = 1;    // of one iteration in any coordinate
 // for a gain of one datum. Without it a step wanders along what the data leave open, above all
 // where a link's pseudo-inertia is nearly singular and its coordinates hardly act.
 constexpr double kRidge = 1;
+// A weight w of a network counts like a row in which the torque errs by this share of Fn w.
+constexpr double kOutputPull = 0.2, kInputPull = 0.05;
 constexpr double kFirstGain = 1e-2;      // smallest gain of a pass that another follows
 constexpr double kLinearDamping = 1e-6;  // of the linear step of `without_parts`
 constexpr double kSmallestSigma = 1e-9;  // share of the torque: noise-free data stay solvable
@@ -116,6 +118,7 @@ class Problem {
       sigma_[j] = std::max({std::sqrt(data.residual(start.arm(), j).squaredNorm() / rows),
                             kSmallestSigma * std::sqrt(tau.squaredNorm() / rows), 1e-12});
     }
+    pull_networks();
   }
 
   double value(const Eigen::VectorXd& c) {
@@ -128,6 +131,10 @@ class Problem {
     const Eigen::VectorXd d = point_.arm().robot.pi - centre_;
     double total = d.dot(precision_ * d);
     for (const double s : sum) total += s;
+    for (const Pull& pull : pulls_) {
+      const double w = point_.arm().friction.theta[pull.theta];
+      total += pull.weight * w * w;
+    }
     return std::isfinite(total) ? total : kBadValue;
   }
 
@@ -181,6 +188,13 @@ class Problem {
     }
     out.g.tail(rest).noalias() = G.transpose() * g_pi;
     out.H.bottomRightCorner(rest, rest).noalias() = G.transpose() * R * G;
+    for (const Pull& pull : pulls_) {
+      const double w = arm.friction.theta[pull.theta],
+                   slope = by_c(p + static_cast<Eigen::Index>(pull.theta), pull.coordinate);
+      out.value += pull.weight * w * w;
+      out.g[pull.coordinate] += pull.weight * w * slope;
+      out.H(pull.coordinate, pull.coordinate) += pull.weight * slope * slope;
+    }
     // the objective is value + 2 g'dx + dx'H dx; its quadratic is half of that
     if (!std::isnan(known)) out.value = known;
     return out;
@@ -227,8 +241,32 @@ class Problem {
     return at;
   }
 
+  /// A weight of a network and how much it is pulled towards zero.
+  struct Pull {
+    std::size_t theta;
+    Eigen::Index coordinate;
+    double weight;
+  };
+
+  /// Small weights are what the data have to move.
+  void pull_networks() {
+    const friction::Friction& friction = point_.arm().friction;
+    const std::vector<std::size_t>& moved = point_.coordinates().friction();
+    for (std::size_t c = 0; c < moved.size(); ++c) {
+      const friction::ParameterRef& p = friction.model.parameters()[moved[c]];
+      if (p.joint == friction::kWholeRobot || !friction::is_weight(p.info.role)) continue;
+      const int scale =
+          friction::find_parameter(friction.model, p.joint, friction::Role::kNetworkTorque);
+      const bool output = p.info.role == friction::Role::kOutputWeight;
+      const double size = (output ? kOutputPull : kInputPull) *
+                          friction.theta[static_cast<std::size_t>(scale)] / sigma_[p.joint];
+      pulls_.push_back({moved[c], static_cast<Eigen::Index>(c), size * size});
+    }
+  }
+
   const ArmTorqueData& data_;
   std::vector<JointModel> models_;
+  std::vector<Pull> pulls_;
   ArmPoint point_;
   int jobs_;
   Eigen::MatrixXd precision_;

@@ -8,10 +8,22 @@
 
 namespace fricid::estimate {
 
+namespace {
+
+/// Student's t at the probability of one standard deviation (84.13 %), by its expansion in
+/// 1/freedom: 1.82 (exact 1.84) for 1, 1.32 for 2, 1 for many.
+double student(double freedom) {
+  const double x = 1 / freedom;
+  return 1 + x * (0.5 + x * (0.25 + x / 16));
+}
+
+}  // namespace
+
 Difference between(const RolloutErrors& a, const RolloutErrors& b) {
   Difference out;
-  double variance = 0, weight = 0,
-         last = std::numeric_limits<double>::infinity();  // last: variance of one rollout
+  // last: variance of one rollout, and of how many that is known
+  double last = std::numeric_limits<double>::infinity(), last_freedom = 1;
+  double variance = 0, uncertainty = 0, weight = 0;
   for (const auto list : {&RolloutErrors::seconds, &RolloutErrors::whole}) {
     std::vector<double> d(std::min((a.*list).size(), (b.*list).size()));
     if (d.empty()) continue;
@@ -21,13 +33,16 @@ Difference between(const RolloutErrors& a, const RolloutErrors& b) {
     double square = 0;
     for (const double x : d) square += (x - mean) * (x - mean);
     // a single long rollout is taken to vary like one of a second, itself unknown of a single one
-    if (d.size() > 1) last = square / (count - 1);
+    if (d.size() > 1) last = square / (last_freedom = count - 1);
     variance += last / count;
+    uncertainty += last / count * last / count / last_freedom;
     out.mean += mean;
     weight += 1;
   }
   out.mean /= weight;
-  out.error = std::sqrt(variance) / weight;
+  // degrees of freedom of a sum of variances: Welch, Biometrika 34, 1947
+  const double freedom = uncertainty > 0 ? variance * variance / uncertainty : last_freedom;
+  out.error = std::sqrt(variance) / weight * student(std::isfinite(freedom) ? freedom : 1);
   return out;
 }
 

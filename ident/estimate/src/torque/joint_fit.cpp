@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 
 #include "fricid/estimate/fit.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
@@ -106,6 +107,11 @@ double JointFits::held_out_torque(const Arm& arm) const {
   return sum;
 }
 
+double JointFits::residual_rms(const Arm& arm, int j) const {
+  const Eigen::VectorXd e = training_.residual(arm, j);
+  return std::sqrt(e.squaredNorm() / std::max<double>(1, static_cast<double>(e.size())));
+}
+
 Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) const {
   Candidate out;
   out.name = std::move(name);
@@ -134,7 +140,7 @@ ArmTorqueFit JointFits::on_torque(const Arm& start, Rows rows, bool find_ripples
   ArmTorqueOptions options = torque_options(start);
   options.find_ripples = find_ripples;
   options.smallest_gain = smallest_gain;
-  return fit_arm_torque(rows == Rows::kAll ? all_ : training_, start, options, jobs_);
+  return fit_arm_torque(of(rows), start, options, jobs_);
 }
 
 std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
@@ -205,20 +211,42 @@ Arm with_stribeck_curves(const Arm& from, Arm to) {
 }
 
 Arm carried_over(const Arm& from, Arm to) {
+  // a law of the sum keeps its parameters wherever it stands; modifiers are told apart by their law
+  const auto is_own = [](const Arm& arm, const friction::ParameterRef& p) {
+    return p.owner == arm.friction.model.joints()[static_cast<std::size_t>(p.joint)]
+                          .laws[static_cast<std::size_t>(p.law)]
+                          .law;
+  };
+  const auto is_carried = [&](const friction::ParameterRef& a, const friction::ParameterRef& b) {
+    return friction::is_same(a, b) || (a.joint == b.joint && a.owner == b.owner &&
+                                       a.symbol == b.symbol && is_own(from, a) && is_own(to, b));
+  };
   to.robot.pi = from.robot.pi;
   const auto& given = from.friction.model.parameters();
   const auto& wanted = to.friction.model.parameters();
   for (std::size_t i = 0; i < wanted.size(); ++i)
     for (std::size_t k = 0; k < given.size(); ++k)
-      if (friction::is_same(given[k], wanted[i])) to.friction.theta[i] = from.friction.theta[k];
+      if (is_carried(given[k], wanted[i])) to.friction.theta[i] = from.friction.theta[k];
   return to;
 }
 
-Candidate JointFits::on_windows(const Candidate& start, std::string_view label) const {
+Prepared JointFits::training_part() const {
+  Prepared out = prepared_;
+  for (std::size_t s = 0; s < out.recordings.size(); ++s) {
+    signals::Recording& r = out.recordings[s];
+    r.use.bottomRows(r.length() - split_.train_end[s]).setConstant(false);
+  }
+  return out;
+}
+
+Candidate JointFits::on_windows(const Candidate& start, Rows rows, std::string_view label) const {
+  ArmTorqueOptions torque = torque_options(start.arm);
+  std::vector<Limit>& limits = torque.coordinates.limits;
+  std::ranges::copy(held_networks(start.arm.friction), std::back_inserter(limits));
   MultiStepOptions options = windows_;
-  options.limits = sum_limits(start.arm.friction);
+  options.limits = limits;
   const MultiStepReport trained =
-      refine_on_windows(start.arm, torque_pull(all_, start.arm, torque_options(start.arm), jobs_),
+      refine_on_windows(start.arm, torque_pull(of(rows), start.arm, torque, jobs_),
                         prepared_.recordings, options, label, jobs_);
   return judged(start.name + ", windows", trained.arm, trained.seconds);
 }

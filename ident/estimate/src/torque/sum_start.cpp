@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 namespace fricid::estimate {
@@ -20,7 +21,9 @@ constexpr double kLoadFoot = 0.3;                     // l0 [N m]
 constexpr double kLoadShare = 0.02;      // of the friction that load is taken to make at first
 constexpr double kPowerFlow = 0.002;     // mu at first
 constexpr double kCurvature = 0.1;       // nu load / mu at first
+constexpr double kMostLoss = 0.3;        // of the load in friction
 constexpr double kBristleLength = 1e-3;  // [rad]
+constexpr std::uint64_t kSeedOfNetworks = 1;
 
 /// Of one joint: the laws that hold what several could, -1: none.
 struct Holders {
@@ -72,6 +75,8 @@ double start_value(const friction::RobotFriction& model, const friction::Paramet
                    double temperature) {
   const auto in_law = [&](Role role) { return count_in_law(model, p, role); };
   switch (p.info.role) {
+    case Role::kNetworkTorque:
+      return guess.Fc;
     case Role::kCoulomb:
       return p.law == holders.coulomb ? guess.Fc : p.info.lower;
     case Role::kStatic:
@@ -133,6 +138,7 @@ Arm start_sum(const Arm& arm, std::vector<friction::JointSpec> joints, const Sum
                                start.temperature),
                    p.info.lower, p.info.upper));
   }
+  friction::initialise_weights(out.friction.model, kSeedOfNetworks, out.friction.theta);
   return out;
 }
 
@@ -150,6 +156,7 @@ std::vector<Limit> sum_limits(const friction::Friction& friction) {
                       (p.info.role == Role::kCoulomb && p.law != joint.coulomb) ||
                       (p.info.role == Role::kViscous && p.law != joint.viscous);
     if (held) limits.push_back({i, value, value});
+    if (p.info.role == Role::kLoadCoefficient) limits.push_back({i, p.info.lower, kMostLoss});
     if (p.info.role == Role::kStribeckVelocity)
       limits.push_back({i, std::min(kSlowest, value), std::max(kFastest, value)});
     if (p.info.role == Role::kAttraction) {
@@ -163,6 +170,16 @@ std::vector<Limit> sum_limits(const friction::Friction& friction) {
     }
   }
   return limits;
+}
+
+std::vector<Limit> held_networks(const friction::Friction& friction) {
+  std::vector<Limit> held;
+  for (std::size_t i = 0; i < friction.model.parameters().size(); ++i) {
+    const friction::ParameterRef& p = friction.model.parameters()[i];
+    if (p.joint != friction::kWholeRobot && count_in_law(friction.model, p, Role::kWeight) > 0)
+      held.push_back({i, friction.theta[i], friction.theta[i]});
+  }
+  return held;
 }
 
 }  // namespace fricid::estimate

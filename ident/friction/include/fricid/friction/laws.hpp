@@ -17,6 +17,7 @@
 #include "fricid/friction/laws/lugre.hpp"
 #include "fricid/friction/laws/lvm.hpp"
 #include "fricid/friction/laws/maxwell_slip.hpp"
+#include "fricid/friction/laws/memory_network.hpp"
 #include "fricid/friction/laws/neural.hpp"
 #include "fricid/friction/laws/none.hpp"
 #include "fricid/friction/laws/prandtl_ishlinskii.hpp"
@@ -47,6 +48,7 @@ using Laws = std::tuple<  //
     Preisach,             //
     LaggedStribeck,       //
     Neural,               //
+    MemoryNetwork,        //
     Lvm1,                 //
     Lvm,                  //
     Lvm4>;

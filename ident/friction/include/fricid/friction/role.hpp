@@ -53,6 +53,7 @@ enum class Role {
   kTorqueScale,
   kSampleTime,
   kWeight,
+  kOutputWeight,  ///< of a unit in the output of a network that is pulled towards zero
   kCount
 };
 
@@ -76,7 +77,8 @@ inline constexpr auto kRoleUnits = [] {
   set("1/K", kTemperatureCoefficient);
   set("K", kTemperature);
   set("s", kLag, kSampleTime);
-  set("1", kExponent, kShare, kStiffening, kLoadCoefficient, kAsymmetry, kAmplitude, kWeight);
+  set("1", kExponent, kShare, kStiffening, kLoadCoefficient, kAsymmetry, kAmplitude, kWeight,
+      kOutputWeight);
   return unit;
 }();
 }  // namespace detail
@@ -84,6 +86,11 @@ inline constexpr auto kRoleUnits = [] {
 /// Unit of the parameters of a role; empty for kNone.
 constexpr std::string_view role_unit(Role role) {
   return detail::kRoleUnits[static_cast<std::size_t>(role)];
+}
+
+/// Whether a parameter of the role is a weight of a network.
+constexpr bool is_weight(Role role) {
+  return role == Role::kWeight || role == Role::kOutputWeight;
 }
 
 /// Whether a parameter of the role grows with the size of a joint: a torque, or a torque per unit

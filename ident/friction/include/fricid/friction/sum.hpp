@@ -14,8 +14,12 @@ inline constexpr std::string_view kLvm = "lvm";
 /// The hysteretic part of the sum.
 enum class Memory {
   kBank,    ///< gms: springs that slip one after the other
-  kBristle  ///< lugre: one bristle that yields smoothly
+  kBristle,  ///< lugre: one bristle that yields smoothly
+  kNone      ///< stribeck: none
 };
+
+/// Units of the network of a joint.
+inline constexpr int kNetworkUnits = 8;
 
 /// Parts of `lvm_sum`.
 struct LvmParts {
@@ -26,30 +30,32 @@ struct LvmParts {
   bool power_flow = true;    ///< load, differently when motoring and when back-driving
   bool asymmetry = true;
   int ripples = 1;  ///< waves over the joint angle, of the memory
+  int network = 0;  ///< units of the network for what the laws leave; 0: none
 
   bool operator==(const LvmParts&) const = default;
 };
 
 /// What of `LvmParts` the data decide.
-enum class SumPart { kBristle, kLoad, kPowerFlow, kAsymmetry, kRipple, kTemperature };
+enum class SumPart { kBristle, kLoad, kPowerFlow, kAsymmetry, kRipple, kTemperature, kNetwork };
 constexpr std::string_view names(SumPart) {
-  return "bristle|load|power_flow|asymmetry|ripple|temperature";
+  return "bristle|load|power_flow|asymmetry|ripple|temperature|network";
 }
-/// Switches a part on or off; kBristle: on in the place of the bank.
+/// Switches a part on or off; kBristle: on in the place of the bank; kNetwork: of `kNetworkUnits`.
 void set(LvmParts& parts, SumPart part, bool on);
 
 /// The friction of one joint in which the laws of the table are special cases:
 ///
-///     tau = memory + viscous torque + load part
+///     tau = memory + viscous torque + load part + network
 ///
 ///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry}
 ///     viscous torque  viscous_power and coulomb_viscous, each {temperature, asymmetry}
 ///     load part       load_dependent
+///     network         memory_network, for what the laws leave
 ///
 /// Only the memory is to have Coulomb friction and only coulomb_viscous linear viscous friction:
 /// the caller keeps these parameters of the other laws at their lower bounds. Maxwell slip is the
 /// bank with Fs = Fc, Coulomb friction its limit of short springs; GMS and LuGre remain without the
-/// other parts. No networks: every parameter has a name and a unit.
+/// other parts.
 JointSpec lvm_sum(const LvmParts& parts);
 
 }  // namespace fricid::friction

@@ -24,8 +24,8 @@ struct Candidate {
 };
 
 /// Mean difference a - b of the logarithms of rollout errors on the same stretches, weighed as in
-/// `RolloutErrors::mean`, and its standard error, rollouts counting as independent; infinite where
-/// there is one of a kind and no other to tell how much they vary.
+/// `RolloutErrors::mean`, and its standard error, rollouts counting as independent, times Student's
+/// factor of so few; infinite where there is one of a kind and no other to tell how much they vary.
 struct Difference {
   double mean = 0, error = 0;
 };

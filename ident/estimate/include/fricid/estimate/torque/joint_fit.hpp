@@ -35,14 +35,18 @@ class JointFits {
   /// Fitted to the torque. @param find_ripples  false: one pass, the start has them
   ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true,
                          double smallest_gain = ArmTorqueOptions{}.smallest_gain) const;
-  /// Refined on open-loop windows of the training part from there.
-  Candidate on_windows(const Candidate& start, std::string_view label) const;
+  /// Refined from there on open-loop windows of the training part and the torque of `rows`.
+  Candidate on_windows(const Candidate& start, Rows rows, std::string_view label) const;
   /// One arm per fold, fitted to the torque of what it does not leave out, from `fitted`.
   std::vector<Arm> cross_fit(const Arm& fitted) const;
   const std::vector<Fold>& folds() const { return folds_; }
+  /// What was prepared, of whose recordings only the training rows count.
+  Prepared training_part() const;
 
   /// Mean over joints of residual / torque variance, held-out rows [1].
   double held_out_torque(const Arm& arm) const;
+  /// Root mean square of the residual torque of joint j, training rows [N m].
+  double residual_rms(const Arm& arm, int j) const;
   Candidate judged(std::string name, const Arm& arm, double seconds) const;
 
   /// Gain of `with` over `without` on the held-out torque of joint j; on where it exceeds its
@@ -60,6 +64,7 @@ class JointFits {
 
  private:
   ArmTorqueOptions torque_options(const Arm& arm) const;
+  const ArmTorqueData& of(Rows rows) const { return rows == Rows::kAll ? all_ : training_; }
 
   const Prepared& prepared_;
   MultiStepOptions windows_;

@@ -30,4 +30,8 @@ Arm start_sum(const Arm& arm, std::vector<friction::JointSpec> joints, const Sum
 /// laws that hold them, see `start_sum`; the square of the load beside its growth).
 std::vector<Limit> sum_limits(const friction::Friction& friction);
 
+/// The networks of a sum, held as they are: windows of a quarter of a second would fit their many
+/// weights to noise.
+std::vector<Limit> held_networks(const friction::Friction& friction);
+
 }  // namespace fricid::estimate
