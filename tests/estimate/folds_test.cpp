@@ -61,10 +61,29 @@ TEST(Choose, TheTorqueDecidesBetweenRolloutsThatAreAlike) {
   const Candidate alike = candidate({-8.5, -11.5, -9, -10.5}, -8, 1);
   const Candidate worse = candidate({-8, -10, -9, -9}, -7, 0.5);
   EXPECT_NEAR(between(alike.rollouts, best.rollouts).mean, 0.0625, 1e-12);
-  EXPECT_NEAR(between(alike.rollouts, best.rollouts).error, 0.1875, 1e-12);
+  EXPECT_NEAR(between(alike.rollouts, best.rollouts).error, 0.1875 * 1.20, 0.01);
   EXPECT_EQ(between(worse.rollouts, best.rollouts).error, 0);
   EXPECT_EQ(choose(std::vector{worse, best, alike}), 2u);
   EXPECT_EQ(choose(std::vector{worse, best}), 1u);
+}
+
+// A network is taken only where it betters the rollouts beyond their standard error.
+TEST(Choose, ANetworkHasToBeNeeded) {
+  Candidate plain = candidate({-9, -11, -10, -10}, -8, 2);
+  Candidate network = candidate({-9.1, -10.9, -10.2, -10.1}, -8, 1);
+  for (const auto& [of, law] : {std::pair{&plain, "stribeck"}, {&network, "memory_network"}})
+    of->arm.friction.model = friction::RobotFriction({friction::JointSpec{{{law, 1, {}}}}});
+  EXPECT_EQ(choose(std::vector{plain, network}), 0u);
+  network.rollouts.seconds = {-12, -14.1, -13, -13.1};
+  network.held_out = std::exp(network.rollouts.mean());
+  EXPECT_EQ(choose(std::vector{plain, network}), 1u);
+}
+
+// Of few rollouts the standard error is known badly: Student's factor, 1.32 of three.
+TEST(Choose, FewRolloutsSayLess) {
+  Candidate a = candidate({-9, -11, -10}, 0, 1), b = candidate({-10, -10, -10}, 0, 1);
+  for (Candidate* one : {&a, &b}) one->rollouts.whole.clear();
+  EXPECT_NEAR(between(a.rollouts, b.rollouts).error, 1.32 / std::sqrt(3), 0.01);
 }
 
 // One rollout has no standard error: the torque decides.

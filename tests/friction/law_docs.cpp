@@ -1,5 +1,7 @@
 #include "law_docs.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "fricid/friction/robot_friction.hpp"
@@ -69,9 +71,10 @@ std::string law_docs() {
       text += fmt::format(
           "This is for elements = 1. The numbered parameters grow with elements = 1 .. {}: {} in "
           "all "
-          "for 4, {} for 16.\n\n",
+          "for 4, {} for {}.\n\n",
           law.most_elements, parameters_of_law(law.name, 4).size(),
-          parameters_of_law(law.name, 16).size());
+          parameters_of_law(law.name, std::min(16, law.most_elements)).size(),
+          std::min(16, law.most_elements));
   }
   text +=
       "## Laws of the whole robot\n\n"

@@ -160,6 +160,7 @@ inline std::vector<JointSpec> compositions() {
       {{{"lvm_bristles", 6, {ripple, backlash}}, {"neural", 3, {temperature}}}},
       lvm_sum({.temperature = true, .ripples = 2}),
       lvm_sum({.memory = Memory::kBristle, .temperature = true}),
+      lvm_sum({.memory = Memory::kNone, .network = 5}),
   };
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 namespace fricid::friction {
 namespace {
@@ -16,7 +17,9 @@ Friction sum_of(const LvmParts& parts, const Friction& law) {
     const bool memory = p.law == 0 && same >= 0;
     const bool structure = p.info.role == Role::kSmoothingSpeed ||
                            p.info.role == Role::kLoadSmoothing || p.info.role == Role::kExponent ||
-                           p.info.role == Role::kTemperature || p.info.role == Role::kWaveNumber;
+                           p.info.role == Role::kTemperature || p.info.role == Role::kWaveNumber ||
+                           p.info.role == Role::kNetworkTorque || p.info.role == Role::kLag ||
+                           p.info.role == Role::kLength || p.info.role == Role::kSaturationSpeed;
     out.theta.push_back(memory      ? law.theta[static_cast<std::size_t>(same)]
                         : structure ? p.info.typical
                                     : 0);
@@ -42,12 +45,15 @@ double largest_difference(const Friction& a, const Friction& b) {
 }
 
 TEST(LvmSum, WithoutTheOtherPartsIsTheLawOfItsMemory) {
-  for (const Memory memory : {Memory::kBank, Memory::kBristle}) {
-    const LvmParts parts{.memory = memory, .elements = 4, .temperature = true, .ripples = 2};
-    const bool bank = memory == Memory::kBank;
-    Friction law{RobotFriction({JointSpec{{{bank ? "gms" : "lugre", bank ? 4 : 0, {}}}}}), {}};
+  const std::pair<Memory, LawSpec> laws[] = {{Memory::kBank, {"gms", 4, {}}},
+                                             {Memory::kBristle, {"lugre", 0, {}}},
+                                             {Memory::kNone, {"stribeck", 0, {}}}};
+  for (const auto& [memory, spec] : laws) {
+    const LvmParts parts{
+        .memory = memory, .elements = 4, .temperature = true, .ripples = 2, .network = 3};
+    Friction law{RobotFriction({JointSpec{{spec}}}), {}};
     law.theta = default_theta(law.model);
-    EXPECT_LT(largest_difference(sum_of(parts, law), law), 1e-12) << (bank ? "gms" : "lugre");
+    EXPECT_LT(largest_difference(sum_of(parts, law), law), 1e-12) << spec.law;
     law.theta[0] *= 1.01;
     Friction other = law;
     other.theta[0] /= 1.01;
@@ -73,6 +79,8 @@ TEST(LvmSum, HasThePartsItIsAskedFor) {
                     .asymmetry = false,
                     .ripples = 0}),
             "lugre: viscous_power: coulomb_viscous: ");
+  EXPECT_EQ(owners({.memory = Memory::kNone, .load = false, .asymmetry = false, .network = 8}),
+            "stribeck:r viscous_power: coulomb_viscous: load_dependent: memory_network: ");
 }
 
 }  // namespace

@@ -81,6 +81,7 @@ TEST(Tangent, EqualsDualNumbersAlongAMotion) {
   const std::vector<JointSpec> joints{
       lvm_sum({.memory = Memory::kBank, .elements = 4, .temperature = true}),
       lvm_sum({.memory = Memory::kBristle, .temperature = true}),
+      lvm_sum({.memory = Memory::kNone, .network = 3}),
       {{{"dahl", 0, {{"asymmetry", 1}}}, {"gms", 2, {}}}}};
   for (const JointSpec& joint : joints) {
     SCOPED_TRACE(joint.laws[0].law);

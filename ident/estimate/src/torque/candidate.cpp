@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace fricid::estimate {
 
@@ -54,6 +55,12 @@ std::ptrdiff_t fallen(const RolloutErrors& errors) {
   return std::ranges::count_if(errors.seconds, falls) + std::ranges::count_if(errors.whole, falls);
 }
 
+bool has_networks(const Arm& arm) {
+  return std::ranges::any_of(arm.friction.model.parameters(), [](const auto& parameter) {
+    return friction::is_weight(parameter.info.role);
+  });
+}
+
 }  // namespace
 
 std::vector<bool> eligible(std::span<const Candidate> candidates) {
@@ -68,11 +75,19 @@ std::vector<bool> eligible(std::span<const Candidate> candidates) {
 }
 
 std::size_t choose(std::span<const Candidate> candidates) {
+  std::vector<bool> from = eligible(candidates);
+  std::vector<bool> plain = from;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    plain[i] = from[i] && !has_networks(candidates[i].arm);
+  if (std::ranges::count(plain, true) > 0) from = std::move(plain);
   const auto best = std::ranges::min_element(candidates, {}, &Candidate::held_out);
   auto taken = static_cast<std::size_t>(best - candidates.begin());
-  const std::vector<bool> from = eligible(candidates);
+  double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (from[i] && candidates[i].torque < candidates[taken].torque) taken = i;
+    if (from[i] && candidates[i].torque < least) {
+      least = candidates[i].torque;
+      taken = i;
+    }
   return taken;
 }
 

@@ -43,10 +43,12 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   report.model.budget = fmt::format("{} candidates", report.candidates.size());
   report.model.free_parameters =
       best.candidate.parameters + static_cast<int>(prepared.rigid_body.base.size());
-  const bool finite = std::isfinite(best.candidate.held_out) && report.model.arm.robot.pi.allFinite();
+  const bool finite =
+      std::isfinite(best.candidate.held_out) && report.model.arm.robot.pi.allFinite();
   report.outcome = finite ? Outcome::kConverged : Outcome::kFailed;
-  report.message = fmt::format("{} of {} candidates, held-out error {:.2e} rad2", best.candidate.name,
-                               report.candidates.size(), best.candidate.held_out);
+  report.message =
+      fmt::format("{} of {} candidates, held-out error {:.2e} rad2", best.candidate.name,
+                  report.candidates.size(), best.candidate.held_out);
   if (!finite) return report;
   const std::vector<Arm> folds = fits.cross_fit(report.model.arm);
   for (std::size_t f = 0; f < folds.size(); ++f)

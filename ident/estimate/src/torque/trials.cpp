@@ -21,9 +21,9 @@ using friction::SumPart;
 // Conventional laws that the sum has to beat.
 constexpr std::pair<const char*, int> kRivals[] = {
     {"coulomb_viscous", 0}, {"stribeck", 0}, {"dahl", 0}, {"lugre", 0}, {"gms", 4}};
-constexpr double kPartsGain = 1e-3;  // smallest gain of a step where fits are only compared
-constexpr double kRoughGain = 1e-2;  // .. where a law may be lost anyway:
-constexpr double kLost = 10;         // times the held-out torque error of the sum
+constexpr double kPartsGain = 1e-3;   // smallest gain of a step where fits are only compared
+constexpr double kRoughGain = 1e-2;   // .. where a law may be lost anyway:
+constexpr double kLost = 10;          // times the held-out torque error of the sum
 constexpr double kNetworkTorque = 3;  // Fn of a network: times the residual of the sum
 constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
 
@@ -60,8 +60,8 @@ Trials::Trials(const Prepared& prepared, const JointFits& fits, const ModelOptio
                 is_sum(config) ? 5 + 2 * static_cast<int>(std::size(kRivals)) : 1) {}
 
 void Trials::add(Trial trial) {
-  progress_.advance(1, fmt::format("{} {:.2e} rad2", trial.candidate.name,
-                                   trial.candidate.held_out));
+  progress_.advance(1,
+                    fmt::format("{} {:.2e} rad2", trial.candidate.name, trial.candidate.held_out));
   trials_.push_back(std::move(trial));
 }
 
@@ -199,7 +199,8 @@ void Trials::add_sum(std::vector<PartEvidence>& evidence) {
     const auto begin = std::chrono::steady_clock::now();
     const char* law = kRivals[i].first;
     if (const std::optional<Arm> arm = conventional(training, law))
-      add({fits_.judged(fmt::format("{}, conventional", law), *arm, seconds_since(begin)), law,
+      add({fits_.judged(fmt::format("{}, conventional", law), *arm, seconds_since(begin)),
+           law,
            {}});
   }
 }

@@ -89,9 +89,7 @@ constexpr std::string_view role_unit(Role role) {
 }
 
 /// Whether a parameter of the role is a weight of a network.
-constexpr bool is_weight(Role role) {
-  return role == Role::kWeight || role == Role::kOutputWeight;
-}
+constexpr bool is_weight(Role role) { return role == Role::kWeight || role == Role::kOutputWeight; }
 
 /// Whether a parameter of the role grows with the size of a joint: a torque, or a torque per unit
 /// of something.

@@ -13,7 +13,7 @@ inline constexpr std::string_view kLvm = "lvm";
 
 /// The hysteretic part of the sum.
 enum class Memory {
-  kBank,    ///< gms: springs that slip one after the other
+  kBank,     ///< gms: springs that slip one after the other
   kBristle,  ///< lugre: one bristle that yields smoothly
   kNone      ///< stribeck: none
 };

@@ -34,8 +34,8 @@ Difference between(const RolloutErrors& a, const RolloutErrors& b);
 /// Which candidates' held-out rollouts fell no more often than those of the best, and are no worse
 /// by more than a standard error.
 std::vector<bool> eligible(std::span<const Candidate> candidates);
-/// Of those the one with the least held-out torque error; the best where there is none. @return
-/// index
+/// Of those the one with the least held-out torque error, one with networks only where all have
+/// them; the best where there is none. @return index
 std::size_t choose(std::span<const Candidate> candidates);
 
 /// Evidence of the held-out torque for one part of the sum in one joint.

@@ -16,9 +16,9 @@ namespace fricid::friction {
 
 /// A small network on what a joint remembers, for friction that no other law describes:
 ///
-///     z_i' = clamp(z_i + v dt/l_i, -1, 1), i = 1 .. 4      travel since a reversal, at four lengths
-///     s'   = v + (s - v) exp(-dt/T)                        speed that lags by T
-///     tau  = Fn net(z, tanh(s/v_1), tanh(s/v_2), tanh(s/v_3))
+///     z_i' = clamp(z_i + v dt/l_i, -1, 1), i = 1 .. 4      travel since a reversal, at four
+///     lengths s'   = v + (s - v) exp(-dt/T)                        speed that lags by T tau  = Fn
+///     net(z, tanh(s/v_1), tanh(s/v_2), tanh(s/v_3))
 ///
 /// The network has one layer of `elements` tanh units. Its inputs are odd functions of the motion
 /// and it has no biases, so tau is odd without a second evaluation; it is not dissipative. With
@@ -35,7 +35,7 @@ class MemoryNetwork {
       "tanh(s/v_k)), k = 1 .. 3, one layer of `elements` tanh units without biases";
   static constexpr std::string_view kSource =
       "stops as the memory of a network: Serpico & Visone, IEEE Trans. Magnetics 34(3), 1998";
-  static constexpr PlotLook kLook{"#B8860B", 4};
+  static constexpr PlotLook kLook{"#5E4FA2", 4};
   static constexpr Claims kClaims{.dissipative = false};
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 8;
@@ -132,8 +132,7 @@ class MemoryNetwork {
       T[i] = select(moves, T[i] - in.v * per_length / theta[kLength + i], S(0));
     }
     const Settling<S> lag(theta, in.v, dt);
-    T[kStops] = T[kStops] * (S(1) - lag.settled) +
-                (in.v / theta[kFastest] - z[kStops]) * lag.by_T;
+    T[kStops] = T[kStops] * (S(1) - lag.settled) + (in.v / theta[kFastest] - z[kStops]) * lag.by_T;
   }
 
   template <class S>
@@ -189,12 +188,12 @@ class MemoryNetwork {
     }};
     for (int k = 0; k < kSpeeds; ++k)
       common[static_cast<std::size_t>(kV1 + k)] = {
-          numbered<"v">(k), "rad/s", Role::kSaturationSpeed, 1e-4, 1e2, kScales[k], Scale::kFixed,
-          "input scale: speed", k + 1};
+          numbered<"v">(k), "rad/s",       Role::kSaturationSpeed, 1e-4, 1e2,
+          kScales[k],       Scale::kFixed, "input scale: speed",   k + 1};
     common[kLag] = {"T", "s", Role::kLag, 1e-4, 0.1, 5e-3, Scale::kLog, "lag of the speed"};
     for (int i = 0; i < kStops; ++i)
       common[static_cast<std::size_t>(kLength + i)] = {
-          numbered<"l">(i), "rad",       Role::kLength,         1e-5, 0.1,
+          numbered<"l">(i), "rad",       Role::kLength,          1e-5, 0.1,
           kLengths[i],      Scale::kLog, "length of the memory", i + 1};
     std::array<std::array<ParameterInfo, kCommon + kWeights>, kMostElements + 1> tables{};
     for (int units = 1; units <= kMostElements; ++units) {
