@@ -55,13 +55,20 @@ Candidate candidate(std::vector<double> seconds, double whole, double torque) {
   return made;
 }
 
+/// A dozen rollouts of four kinds.
+Candidate dozen(const std::vector<double>& four, double whole, double torque) {
+  std::vector<double> seconds;
+  for (int i = 0; i < 3; ++i) seconds.insert(seconds.end(), four.begin(), four.end());
+  return candidate(std::move(seconds), whole, torque);
+}
+
 // Rollouts that differ by more than their standard error decide, else the torque does.
 TEST(Choose, TheTorqueDecidesBetweenRolloutsThatAreAlike) {
-  const Candidate best = candidate({-9, -11, -10, -10}, -8, 2);
-  const Candidate alike = candidate({-8.5, -11.5, -9, -10.5}, -8, 1);
-  const Candidate worse = candidate({-8, -10, -9, -9}, -7, 0.5);
+  const Candidate best = dozen({-9, -11, -10, -10}, -8, 2);
+  const Candidate alike = dozen({-8.5, -11.5, -9, -10.5}, -8, 1);
+  const Candidate worse = dozen({-8, -10, -9, -9}, -7, 0.5);
   EXPECT_NEAR(between(alike.rollouts, best.rollouts).mean, 0.0625, 1e-12);
-  EXPECT_NEAR(between(alike.rollouts, best.rollouts).error, 0.1875 * 1.20, 0.01);
+  EXPECT_NEAR(between(alike.rollouts, best.rollouts).error, std::sqrt(5.0625 / 11 / 12) / 2, 1e-12);
   EXPECT_EQ(between(worse.rollouts, best.rollouts).error, 0);
   EXPECT_EQ(choose(std::vector{worse, best, alike}), 2u);
   EXPECT_EQ(choose(std::vector{worse, best}), 1u);
@@ -69,21 +76,22 @@ TEST(Choose, TheTorqueDecidesBetweenRolloutsThatAreAlike) {
 
 // A network is taken only where it betters the rollouts beyond their standard error.
 TEST(Choose, ANetworkHasToBeNeeded) {
-  Candidate plain = candidate({-9, -11, -10, -10}, -8, 2);
-  Candidate network = candidate({-9.1, -10.9, -10.2, -10.1}, -8, 1);
+  Candidate plain = dozen({-9, -11, -10, -10}, -8, 2);
+  Candidate network = dozen({-9.1, -10.9, -10.05, -9.95}, -8, 1);
   for (const auto& [of, law] : {std::pair{&plain, "stribeck"}, {&network, "memory_network"}})
     of->arm.friction.model = friction::RobotFriction({friction::JointSpec{{{law, 1, {}}}}});
   EXPECT_EQ(choose(std::vector{plain, network}), 0u);
-  network.rollouts.seconds = {-12, -14.1, -13, -13.1};
+  network.rollouts.seconds = dozen({-12, -14.1, -13, -13.1}, -8, 1).rollouts.seconds;
   network.held_out = std::exp(network.rollouts.mean());
   EXPECT_EQ(choose(std::vector{plain, network}), 1u);
 }
 
-// Of few rollouts the standard error is known badly: Student's factor, 1.32 of three.
-TEST(Choose, FewRolloutsSayLess) {
-  Candidate a = candidate({-9, -11, -10}, 0, 1), b = candidate({-10, -10, -10}, 0, 1);
-  for (Candidate* one : {&a, &b}) one->rollouts.whole.clear();
-  EXPECT_NEAR(between(a.rollouts, b.rollouts).error, 1.32 / std::sqrt(3), 0.01);
+// Three rollouts cannot tell a factor of two from chance.
+TEST(Choose, TheTorqueDecidesWhereRolloutsAreFew) {
+  const Candidate best = candidate({-9, -11, -10}, -8, 2);
+  const Candidate near = candidate({-8.3, -10.3, -9.3}, -7.3, 1);
+  const Candidate far = candidate({-7.5, -9.5, -8.5}, -6.5, 0.5);
+  EXPECT_EQ(choose(std::vector{best, near, far}), 1u);
 }
 
 // One rollout has no standard error: the torque decides.

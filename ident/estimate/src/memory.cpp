@@ -23,7 +23,8 @@ friction::RobotFriction friction_of(const ModelOptions& options, int n) {
                                    {options.law, options.elements, options.n_z});
   const bool sum = options.laws.empty() && options.law == friction::kLvm;
   return friction::RobotFriction(std::vector<friction::JointSpec>(
-      joints, sum ? friction::lvm_sum({}) : joint_spec_of(options)));
+      joints,
+      sum ? friction::lvm_sum({.network = friction::kNetworkUnits}) : joint_spec_of(options)));
 }
 
 }  // namespace

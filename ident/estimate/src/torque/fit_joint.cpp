@@ -3,14 +3,105 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "fricid/base/progress.hpp"
 #include "fricid/estimate/torque/joint_fit.hpp"
 #include "support.hpp"
-#include "torque/trials.hpp"
+#include "torque/networks.hpp"
 
 namespace fricid::estimate {
+namespace {
+
+// Conventional laws that the sum has to beat.
+constexpr std::pair<const char*, int> kRivals[] = {
+    {"coulomb_viscous", 0}, {"stribeck", 0}, {"dahl", 0}, {"lugre", 0}, {"gms", 4}};
+constexpr double kPartsGain = 1e-3;  // smallest gain of a step where fits are only compared
+constexpr double kRoughGain = 1e-2;  // .. where a law may be lost anyway:
+constexpr double kLost = 10;         // times the held-out torque error of the sum
+constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
+
+/// The sum whose parts the held-out torque wants: with all parts and either memory on the training
+/// rows; the better memory joint by joint; without the parts that say nothing; on all rows.
+Candidate fit_sum(const JointFits& fits, std::vector<friction::LvmParts>& parts,
+                  std::vector<PartEvidence>& evidence) {
+  const auto begin = std::chrono::steady_clock::now();
+  using enum JointFits::Rows;
+  using friction::Memory;
+  const auto n = static_cast<std::size_t>(fits.n());
+  parts.assign(n, {});
+  for (friction::LvmParts& of_joint : parts) of_joint.temperature = fits.has_temperature();
+  const auto weighed = [&](const Arm& start, bool find_ripples) {
+    return fits.on_torque(start, kTraining, find_ripples, kPartsGain).arm;
+  };
+  const Arm bank = weighed(fits.start(parts), true);
+  std::vector<friction::LvmParts> bristles = parts;
+  for (friction::LvmParts& of_joint : bristles) of_joint.memory = Memory::kBristle;
+  const Arm bristle =
+      weighed(with_stribeck_curves(bank, carried_over(bank, fits.start(bristles))), false);
+
+  for (std::size_t j = 0; j < n; ++j) {
+    evidence.push_back(
+        fits.compare(bristle, bank, static_cast<int>(j), friction::SumPart::kBristle));
+    set(parts[j], evidence.back().part, evidence.back().on);
+  }
+  const auto of_bristles = std::ranges::count(parts, Memory::kBristle, &friction::LvmParts::memory);
+  Arm fitted = of_bristles > 0 ? bristle : bank;
+  if (of_bristles > 0 && of_bristles < std::ssize(parts))
+    fitted = weighed(carried_over(bristle, carried_over(bank, fits.start(parts))), false);
+  for (const PartEvidence& of_part : fits.judge_parts(fitted)) {
+    evidence.push_back(of_part);
+    set(parts[static_cast<std::size_t>(of_part.joint)], of_part.part, of_part.on);
+  }
+  const Arm chosen = fits.on_torque(carried_over(fitted, fits.start(parts)), kAll, false).arm;
+  return fits.judged("sum", chosen, seconds_since(begin));
+}
+
+/// The arm of the method conventional, if it has a result.
+std::optional<Arm> conventional(const Prepared& prepared, const char* law, int seed, int jobs) {
+  ModelOptions config;
+  config.name = config.law = law;
+  const FitReport report = fit_conventional(prepared, config, seed, jobs);
+  if (!report.has_result()) return std::nullopt;
+  return report.model.arm;
+}
+
+/// Candidates for the model that contains the laws: the sum, and conventional laws, fitted like it
+/// and, where that comes near, by the method conventional too.
+std::vector<Candidate> of_sum(const Prepared& prepared, const JointFits& fits, int seed,
+                              std::vector<friction::LvmParts>& parts,
+                              std::vector<PartEvidence>& evidence, Progress& progress) {
+  std::vector<Candidate> found;
+  const auto add = [&](Candidate candidate) {
+    progress.advance(1, fmt::format("{} {:.2e} rad2", candidate.name, candidate.held_out));
+    found.push_back(std::move(candidate));
+  };
+  add(fit_sum(fits, parts, evidence));
+  for (const auto& [law, elements] : kRivals) {
+    const auto begin = std::chrono::steady_clock::now();
+    const Arm start = fits.start(friction::JointSpec{{{law, elements, {}}}});
+    Arm arm = fits.on_torque(start, JointFits::Rows::kAll, false, kRoughGain).arm;
+    if (fits.held_out_torque(arm) < kLost * found[0].torque)
+      arm = fits.on_torque(arm, JointFits::Rows::kAll, false).arm;
+    add(fits.judged(law, arm, seconds_since(begin)));
+  }
+  const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
+  for (std::size_t i = 0; i < std::size(kRivals); ++i) {
+    if (found[i + 1].held_out > near) continue;
+    const auto begin = std::chrono::steady_clock::now();
+    const char* law = kRivals[i].first;
+    if (const std::optional<Arm> arm = conventional(prepared, law, seed, fits.jobs()))
+      add(fits.judged(fmt::format("{}, conventional", law), *arm, seconds_since(begin)));
+  }
+  return found;
+}
+
+}  // namespace
 
 FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int seed, int jobs) {
   const auto begin = std::chrono::steady_clock::now();
@@ -27,30 +118,51 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   MultiStepOptions windows = config.train;
   windows.seed = static_cast<std::uint64_t>(seed);
   const JointFits fits(prepared, windows, jobs);
-  Trials trials(prepared, fits, config, seed);
-  if (is_sum(config))
-    trials.add_sum(report.parts);
-  else
-    trials.add_law(joint_spec_of(config));
-  if (fits.has_room_for_windows()) trials.add_windows();
-  const Trial& best = trials.take();
-  report.candidates = trials.candidates();
-  report.model.arm = trials.on_all_rows(best);
-  for (PartEvidence& part : report.parts)
-    if (part.part == friction::SumPart::kNetwork)
-      part.on = friction::find_parameter(report.model.arm.friction.model, part.joint,
-                                         friction::Role::kNetworkTorque) >= 0;
-  report.model.budget = fmt::format("{} candidates", report.candidates.size());
+  const bool sum = config.laws.empty() && config.law == friction::kLvm;
+  Progress progress(fmt::format("fit {}", report.model.label),
+                    sum ? 3 + 2 * static_cast<int>(std::size(kRivals)) : 1);
+  std::vector<Candidate>& found = report.candidates;
+  std::vector<friction::LvmParts> parts;
+  if (sum) {
+    found = of_sum(prepared, fits, seed, parts, report.parts, progress);
+  } else {
+    const ArmTorqueFit fit =
+        fits.on_torque(fits.start(joint_spec_of(config)), JointFits::Rows::kAll);
+    found.push_back(fits.judged("torque", fit.arm, fit.seconds));
+    progress.advance(1);
+  }
+  const bool room = fits.has_room_for_windows();
+  if (room) {
+    const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
+    for (std::size_t i = 0, fitted = found.size(); i < fitted; ++i)
+      if (found[i].held_out <= near) found.push_back(fits.on_windows(found[i], report.model.label));
+  }
+  std::size_t taken = choose(found);
+  if (sum && room) {
+    if (std::optional<Candidate> with =
+            fit_networks(fits, found[taken].arm, found[0].arm, parts, report.parts)) {
+      found.push_back(*with);
+      found.push_back(fits.on_windows(*with, report.model.label));
+      taken = found.size() - 2 + choose(std::span(found).last(2));
+    }
+    for (PartEvidence& part : report.parts)
+      if (part.part == friction::SumPart::kNetwork)
+        part.on = friction::find_parameter(found[taken].arm.friction.model, part.joint,
+                                           friction::Role::kNetworkTorque) >= 0;
+    progress.advance(1);
+  }
+  const auto best = found.begin() + static_cast<std::ptrdiff_t>(taken);
+  best->taken = true;
+  report.model.arm = best->arm;
+  report.model.budget = fmt::format("{} candidates", found.size());
   report.model.free_parameters =
-      best.candidate.parameters + static_cast<int>(prepared.rigid_body.base.size());
-  const bool finite =
-      std::isfinite(best.candidate.held_out) && report.model.arm.robot.pi.allFinite();
+      best->parameters + static_cast<int>(prepared.rigid_body.base.size());
+  const bool finite = std::isfinite(best->held_out) && best->arm.robot.pi.allFinite();
   report.outcome = finite ? Outcome::kConverged : Outcome::kFailed;
-  report.message =
-      fmt::format("{} of {} candidates, held-out error {:.2e} rad2", best.candidate.name,
-                  report.candidates.size(), best.candidate.held_out);
+  report.message = fmt::format("{} of {} candidates, held-out error {:.2e} rad2", best->name,
+                               found.size(), best->held_out);
   if (!finite) return report;
-  const std::vector<Arm> folds = fits.cross_fit(report.model.arm);
+  const std::vector<Arm> folds = fits.cross_fit(best->arm);
   for (std::size_t f = 0; f < folds.size(); ++f)
     for (std::size_t i = 0; i < prepared.recordings.size(); ++i)
       if (const auto stretch = fits.folds()[f].left_out_of(static_cast<int>(i)))

@@ -140,7 +140,7 @@ ArmTorqueFit JointFits::on_torque(const Arm& start, Rows rows, bool find_ripples
   ArmTorqueOptions options = torque_options(start);
   options.find_ripples = find_ripples;
   options.smallest_gain = smallest_gain;
-  return fit_arm_torque(of(rows), start, options, jobs_);
+  return fit_arm_torque(rows == Rows::kAll ? all_ : training_, start, options, jobs_);
 }
 
 std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
@@ -230,23 +230,14 @@ Arm carried_over(const Arm& from, Arm to) {
   return to;
 }
 
-Prepared JointFits::training_part() const {
-  Prepared out = prepared_;
-  for (std::size_t s = 0; s < out.recordings.size(); ++s) {
-    signals::Recording& r = out.recordings[s];
-    r.use.bottomRows(r.length() - split_.train_end[s]).setConstant(false);
-  }
-  return out;
-}
-
-Candidate JointFits::on_windows(const Candidate& start, Rows rows, std::string_view label) const {
+Candidate JointFits::on_windows(const Candidate& start, std::string_view label) const {
   ArmTorqueOptions torque = torque_options(start.arm);
   std::vector<Limit>& limits = torque.coordinates.limits;
   std::ranges::copy(held_networks(start.arm.friction), std::back_inserter(limits));
   MultiStepOptions options = windows_;
   options.limits = limits;
   const MultiStepReport trained =
-      refine_on_windows(start.arm, torque_pull(of(rows), start.arm, torque, jobs_),
+      refine_on_windows(start.arm, torque_pull(all_, start.arm, torque, jobs_),
                         prepared_.recordings, options, label, jobs_);
   return judged(start.name + ", windows", trained.arm, trained.seconds);
 }

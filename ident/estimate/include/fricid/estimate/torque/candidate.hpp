@@ -24,15 +24,19 @@ struct Candidate {
 };
 
 /// Mean difference a - b of the logarithms of rollout errors on the same stretches, weighed as in
-/// `RolloutErrors::mean`, and its standard error, rollouts counting as independent, times Student's
-/// factor of so few; infinite where there is one of a kind and no other to tell how much they vary.
+/// `RolloutErrors::mean`, and its standard error, rollouts counting as independent; infinite where
+/// there is one of a kind and no other to tell how much they vary.
 struct Difference {
   double mean = 0, error = 0;
 };
 Difference between(const RolloutErrors& a, const RolloutErrors& b);
 
+/// Whether the friction has networks.
+bool has_networks(const Arm& arm);
+
 /// Which candidates' held-out rollouts fell no more often than those of the best, and are no worse
-/// by more than a standard error.
+/// by more than a standard error; where rollouts of a second are fewer than ten, by more than a
+/// factor of three.
 std::vector<bool> eligible(std::span<const Candidate> candidates);
 /// Of those the one with the least held-out torque error, one with networks only where all have
 /// them; the best where there is none. @return index

@@ -35,13 +35,11 @@ class JointFits {
   /// Fitted to the torque. @param find_ripples  false: one pass, the start has them
   ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true,
                          double smallest_gain = ArmTorqueOptions{}.smallest_gain) const;
-  /// Refined from there on open-loop windows of the training part and the torque of `rows`.
-  Candidate on_windows(const Candidate& start, Rows rows, std::string_view label) const;
+  /// Refined on open-loop windows of the training part from there, networks held.
+  Candidate on_windows(const Candidate& start, std::string_view label) const;
   /// One arm per fold, fitted to the torque of what it does not leave out, from `fitted`.
   std::vector<Arm> cross_fit(const Arm& fitted) const;
   const std::vector<Fold>& folds() const { return folds_; }
-  /// What was prepared, of whose recordings only the training rows count.
-  Prepared training_part() const;
 
   /// Mean over joints of residual / torque variance, held-out rows [1].
   double held_out_torque(const Arm& arm) const;
@@ -64,7 +62,6 @@ class JointFits {
 
  private:
   ArmTorqueOptions torque_options(const Arm& arm) const;
-  const ArmTorqueData& of(Rows rows) const { return rows == Rows::kAll ? all_ : training_; }
 
   const Prepared& prepared_;
   MultiStepOptions windows_;
