@@ -17,7 +17,8 @@ using friction::Memory;
 using friction::SumPart;
 
 constexpr double kSmallestGain = 1e-3;  // of a step where fits are only compared
-constexpr double kWorse = 2;            // torque error that better rollouts may cost
+constexpr double kBetter = 1.5;         // errors of rollouts that networks have to better
+constexpr double kWorse = 2;            // .. and of the torque that this may cost
 constexpr double kNetworkTorque = 3;    // Fn: times the residual without networks
 
 /// Memory, viscous torque and a network.
@@ -127,7 +128,9 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
   trials.add_best_of_each_joint();
 
   const Candidate& best = trials[choose(trials.all())];
-  if (!has_networks(best.arm) || best.torque > kWorse * trials[0].torque) return std::nullopt;
+  const bool worth_it = has_networks(best.arm) && kBetter * best.held_out < trials[0].held_out &&
+                        best.torque < kWorse * trials[0].torque;
+  if (!worth_it) return std::nullopt;
   const Arm arm = fits.on_torque(best.arm, kAll, false).arm;
   return fits.judged(best.name, arm, seconds_since(begin));
 }

@@ -12,8 +12,8 @@ namespace fricid::estimate {
 /// of `plain` again; networks beside Stribeck friction and beside a bank, without the other parts,
 /// since a part that is fitted to what no law describes takes values that a network then has to
 /// undo; the better of the two with the other parts of the sum; and of each joint the best of
-/// these. Where networks better the rollouts by more than their standard error, the one that
-/// `choose` takes is fitted once more, to all rows.
+/// these. Where networks better the rollouts by more than their standard error and by half, the one
+/// that `choose` takes is fitted once more, to all rows.
 /// @param plain     the arm to better
 /// @param sum       where the fits start
 /// @param parts     of the sum, per joint
