@@ -336,8 +336,11 @@ def one_case(program, base, folder, seed, number, sanitized):
         wrong = "files outside of the output folder changed: " + ", ".join(sorted(
             name for name in {*before, *after} if before.get(name) != after.get(name)))[:200]
     named = folder.parent / "abs"  # by an option alone
-    if path == "OPTION" and str(named) in command and named.is_dir():
-        shutil.rmtree(named)
+    if path == "OPTION" and str(named) in command:
+        if named.is_dir():
+            shutil.rmtree(named)
+        else:  # `compare -o` writes a file
+            named.unlink(missing_ok=True)
     above = path == "OPTION" and os.path.realpath(folder / value) == str(folder.parent)  # named as the output
     if not wrong and not above and sorted(os.listdir(folder.parent)) != around:
         wrong = "files beside the case's folder"
