@@ -97,7 +97,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const std::vector<doctor::FindingKind> fixes = doctor::fixes_of(options.fixes);
   const data::Contract contract = data::load_contract(options.contract);
   const auto robot =
-      workflow::robot_of_log(options.robot, contract.joint_names, contract.couplings);
+      workflow::robot_of_log(options.robot, contract.joint_names, data::couplings_of(contract));
   const std::vector<fs::path> paths = outputs_of(options);
   std::vector<data::Dataset> sets;
   std::vector<data::DiagnosisFile> reports;

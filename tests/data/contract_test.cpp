@@ -1,5 +1,6 @@
 #include "fricid/data/contract.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -47,6 +48,19 @@ class Import : public FolderTest {
     return message_of([&] { contract(text); });
   }
 };
+
+// Stamps in whole milliseconds: 3, 3, 4, 3, 3, 4 ms are 300 Hz, also where samples are lost.
+TEST_F(Import, TheRateIsNotThatOfOneRoundedPeriod) {
+  for (const double rate : {60.0, 128.0, 300.0})
+    for (const bool gaps : {false, true}) {
+      std::string log = "t,q1,q2,tau1,tau2\n";
+      for (int k = 0; k < 6000; ++k)
+        if (!gaps || k % 500 > 7)
+          log += fmt::format("{},{},0,0,1\n", 1e-3 * std::floor(1e3 * k / rate), k);
+      const Dataset d = read_log(write("log.csv", log), contract());
+      EXPECT_NEAR(d.rate_hz, rate, 1e-3 * rate) << rate << " " << gaps;
+    }
+}
 
 TEST_F(Import, ReadsColumnsByPattern) {
   const Dataset d = import(kLog);
@@ -151,7 +165,7 @@ TEST_F(Import, RateIsWholeDespiteRoundedTimes) {
     std::snprintf(line, sizeof line, "%.4f,%d,0,0,0\n", k / 1200.0, k % 3);
     log += line;
   }
-  EXPECT_EQ(message_of([&] { import(log); }).substr(0, 30), "log.csv:4: jitter in time: 0.0");
+  EXPECT_EQ(message_of([&] { import(log); }).substr(0, 30), "log.csv:3: jitter in time: 0.0");
   log = "t,q1,q2,tau1,tau2\n";
   for (int k = 0; k < 100; ++k) {
     char line[64];

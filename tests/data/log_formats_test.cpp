@@ -144,11 +144,11 @@ TEST_F(LogFormats, Mistakes) {
   EXPECT_THAT(
       message_of([&] { contract(std::string(kJoints) + "[torque]\ncolumns = \"tau{}\"\n"); }),
       HasSubstr("position.columns names 0 columns"));
-  EXPECT_THAT(
-      message_of([&] {
-        contract(csv_sample(r).contract + "[[coupling]]\njoint = \"wrist\"\nmotor = \"elbow\"\n");
-      }),
-      HasSubstr("coupling names wrist; allowed: shoulder elbow"));
+  EXPECT_THAT(message_of([&] {
+                contract(csv_sample(r).contract +
+                         "[[coupling]]\njoint = \"wrist\"\nmotor = \"elbow\"\nfactor = 1\n");
+              }),
+              HasSubstr("coupling[1].joint = \"wrist\"; allowed: shoulder, elbow"));
 }
 
 // Whatever byte a file ends at: a data set or one line, never a crash.

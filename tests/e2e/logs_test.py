@@ -94,6 +94,17 @@ class Logs(ProgramTest):
         self.assert_refused(done, r'contract\.toml:\d+: coupling without effect: position\.unit = "rad" and '
                                   r'torque\.kind = "joint_torque" are of the joints', self.folder / "a.h5")
 
+    def test_couplings_that_leave_a_joint_without_a_motor_are_refused(self):
+        one = '[[coupling]]\njoint = "{}"\nmotor = "{}"\nfactor = 1\n'
+        text = CONTRACT.replace("[position]", "gear_ratio = [50, 50]\n[position]\nunit = \"motor_rad\"")
+        self.write("contract.toml", text + one.format("elbow", "shoulder") + one.format("shoulder", "elbow"))
+        log, out = self.log("a.csv"), self.folder / "a.h5"
+        for command in (("import", log, "-o", self.folder), ("check", log),
+                        ("payload", log, log, "--robot", log)):
+            done = fricid(*command, "--contract", self.contract)
+            self.assert_refused(done, r"contract\.toml:\d+: coupling\[2\], with those before it, leaves a joint that no "
+                                      r"motor turns alone; allowed: factors by which the motors turn every joint", out)
+
 
 if __name__ == "__main__":
     unittest.main()

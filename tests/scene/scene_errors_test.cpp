@@ -84,8 +84,8 @@ TEST_F(BadScene, MotorsThatCannotBeCoupled) {
             "scene.toml:15: robot.coupling[1].factor = 100; allowed: a number from -10 to 10");
   EXPECT_EQ(with("[[robot.coupling]]\njoint = \"elbow\"\nmotor = \"shoulder\"\nfactor = 1\n"
                  "[[robot.coupling]]\njoint = \"shoulder\"\nmotor = \"elbow\"\nfactor = 1\n"),
-            "scene.toml:16: robot.coupling[2] leaves a joint that no motor turns alone; allowed: "
-            "factors by which the motors turn every joint");
+            "scene.toml:16: robot.coupling[2], with those before it, leaves a joint that no motor "
+            "turns alone; allowed: factors by which the motors turn every joint");
 }
 
 TEST_F(BadScene, LatentsThatAModelCannotHave) {

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 std::optional<dynamics::RobotModel> robot_of_log(const RobotOfLog& of_log,
                                                  const std::vector<std::string>& joints,
-                                                 const std::vector<data::Coupling>& couplings) {
+                                                 std::vector<dynamics::Coupling> couplings) {
   const fs::path& urdf = of_log.urdf;
   if (urdf.empty()) return {};
   scene::RobotSection section;
@@ -35,11 +35,7 @@ std::optional<dynamics::RobotModel> robot_of_log(const RobotOfLog& of_log,
   if (names != joints)
     throw UserError("{}: joints {}; allowed: those of the log, {}", urdf.string(),
                     fmt::join(names, " "), fmt::join(joints, " "));
-  const auto index = [&](const std::string& name) {
-    return static_cast<int>(std::ranges::find(names, name) - names.begin());
-  };
-  for (const data::Coupling& c : couplings)
-    robot.couplings.push_back({index(c.joint), index(c.motor), c.factor});
+  robot.couplings = std::move(couplings);
   dynamics::require_inertia(robot, urdf.string());
   return robot;
 }
@@ -65,15 +61,15 @@ Subject subject_of_log(const fs::path& log, const fs::path& contract, const Robo
   if (contract.empty() && (kind == ".csv" || kind == ".txt" || kind == ".mcap" || kind == ".db3"))
     throw UserError("{}: a log needs --contract FILE; `fricid template contract` prints one",
                     log.string());
-  std::vector<data::Coupling> couplings;
+  std::vector<dynamics::Coupling> couplings;
   if (contract.empty()) {
     subject.sets.push_back(data::load_dataset(log));
   } else {
     const data::Contract columns = data::load_contract(contract);
     subject.sets.push_back(data::read_log(log, columns));
-    couplings = columns.couplings;
+    couplings = data::couplings_of(columns);
   }
-  subject.robot = robot_of_log(robot, subject.sets[0].joint_names, couplings);
+  subject.robot = robot_of_log(robot, subject.sets[0].joint_names, std::move(couplings));
   return subject;
 }
 

@@ -18,6 +18,8 @@ using config::TomlFile;
 using config::TomlReader;
 using Names = std::vector<std::string>;
 
+constexpr std::string_view kCouplings = "coupling";
+
 void fill(std::vector<double>& values, int n, double value) {
   if (values.empty()) values.assign(static_cast<std::size_t>(n), value);
 }
@@ -45,13 +47,14 @@ class ContractCheck {
           contract_.torque.kind);
     needs(contract_.torque.kind == "current", "torque.torque_constant",
           contract_.torque.torque_constant, "torque.kind", contract_.torque.kind);
-    for (const Coupling& coupling : contract_.couplings) couple(coupling);
+    dynamics::couplings_of(contract_.couplings, contract_.joint_names, kCouplings,
+                           [&](std::string_view key) { return line_of(key); });
     if (!contract_.couplings.empty() && !at_motor(contract_.position.unit) &&
         !at_motor(contract_.velocity.unit) && !counts_at_motor(contract_.torque.kind))
       throw UserError(
           "{}: coupling without effect: position.unit = \"{}\" and torque.kind = \"{}\" are of the "
           "joints; allowed with motor_rad, motor_deg, motor_torque or current",
-          line_of("coupling"), contract_.position.unit, contract_.torque.kind);
+          line_of(kCouplings), contract_.position.unit, contract_.torque.kind);
     if (contract_.decimal_comma && contract_.separator == "comma")
       throw UserError("{}: separator = \"comma\"; allowed: another one with decimal_comma",
                       line_of("separator"));
@@ -63,15 +66,6 @@ class ContractCheck {
     if (columns.size() == n_ || (optional && columns.empty())) return;
     throw UserError("{}: {} names {} columns; allowed: {}, one per joint, or one pattern with {{}}",
                     line_of(key), key, columns.size(), n_);
-  }
-  void couple(const Coupling& coupling) const {
-    for (const std::string& name : {coupling.joint, coupling.motor})
-      if (std::find(contract_.joint_names.begin(), contract_.joint_names.end(), name) ==
-          contract_.joint_names.end())
-        throw UserError("{}: coupling names {}; allowed: {}", line_of("coupling"), name,
-                        fmt::join(contract_.joint_names, " "));
-    if (coupling.joint == coupling.motor)
-      throw UserError("{}: coupling of {} with itself", line_of("coupling"), coupling.joint);
   }
   void signs(std::string_view key, const std::vector<double>& values) const {
     for (const double value : values)
@@ -91,6 +85,11 @@ class ContractCheck {
 };
 
 }  // namespace
+
+std::vector<dynamics::Coupling> couplings_of(const Contract& contract) {
+  return dynamics::couplings_of(contract.couplings, contract.joint_names, kCouplings,
+                                [](std::string_view) { return "contract"; });
+}
 
 Contract load_contract(const std::filesystem::path& path) {
   const TomlFile file = config::load_toml(path);

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
-#include <cmath>
+
+#include "fricid/dynamics/couplings.hpp"
 
 namespace fricid::dynamics {
 
@@ -19,9 +20,7 @@ std::vector<std::string> RobotModel::parameter_names() const {
 }
 
 Eigen::MatrixXd RobotModel::joints_of_motors() const {
-  Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n(), n());
-  for (const Coupling& coupling : couplings) A(coupling.joint, coupling.motor) += coupling.factor;
-  return A;
+  return dynamics::joints_of_motors(couplings, n());
 }
 
 Eigen::MatrixXd RobotModel::motors_of_joints() const {
@@ -31,10 +30,7 @@ Eigen::MatrixXd RobotModel::motors_of_joints() const {
   return (C.array().abs() > kRounding).select(C, 0);
 }
 
-bool is_transmission(const RobotModel& model) {
-  constexpr double kLeast = 1e-3;
-  return std::abs(model.joints_of_motors().determinant()) > kLeast;
-}
+bool is_transmission(const RobotModel& model) { return is_transmission(model.joints_of_motors()); }
 
 void add_linear_torque(RobotModel& model, LinearTorque torque, double c) {
   model.linear_torques.push_back(std::move(torque));

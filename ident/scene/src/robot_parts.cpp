@@ -69,44 +69,20 @@ std::vector<double> add_torques(const Scene& scene, dynamics::RobotModel& robot)
 
 void take_couplings(Scene& scene, const std::filesystem::path& contract_path) {
   if (contract_path.empty()) return;
-  std::vector<CouplingSection> of_contract;
-  for (const data::Coupling& c : data::load_contract(contract_path).couplings)
-    of_contract.push_back({.joint = c.joint, .motor = c.motor, .factor = c.factor});
+  const auto of_contract = data::load_contract(contract_path).couplings;
   if (of_contract.empty()) return;
-  std::vector<CouplingSection>& own = scene.robot.couplings;
+  std::vector<dynamics::NamedCoupling>& own = scene.robot.couplings;
   if (own.empty()) own = of_contract;
-  const auto same = [](const CouplingSection& a, const CouplingSection& b) {
-    return a.joint == b.joint && a.motor == b.motor && a.factor == b.factor;
-  };
-  if (!std::ranges::is_permutation(own, of_contract, same))
+  if (!std::ranges::is_permutation(own, of_contract))
     throw UserError(
         "{}: robot.coupling differs from [[coupling]] of {}; allowed: the same, or none",
         scene.origin.place("robot.coupling"), contract_path.string());
 }
 
 void add_couplings(const Scene& scene, dynamics::RobotModel& robot) {
-  for (std::size_t i = 0; i < scene.robot.couplings.size(); ++i) {
-    const CouplingSection& c = scene.robot.couplings[i];
-    const std::string key = fmt::format("robot.coupling[{}]", i);
-    const std::string shown = fmt::format("robot.coupling[{}]", i + 1);
-    const auto index = [&](const std::string& name, const char* what) {
-      const auto found = std::ranges::find(scene.joints, name);
-      if (found == scene.joints.end())
-        throw UserError("{}: {}.{} = \"{}\"; allowed: {}",
-                        scene.origin.place(fmt::format("{}.{}", key, what)), shown, what, name,
-                        fmt::join(scene.joints, ", "));
-      return static_cast<int>(found - scene.joints.begin());
-    };
-    const int joint = index(c.joint, "joint"), motor = index(c.motor, "motor");
-    if (joint == motor)
-      throw UserError("{}: {} couples {} with itself", scene.origin.place(key), shown, c.joint);
-    robot.couplings.push_back({joint, motor, c.factor});
-    if (!dynamics::is_transmission(robot))
-      throw UserError(
-          "{}: {} leaves a joint that no motor turns alone; allowed: factors by which "
-          "the motors turn every joint",
-          scene.origin.place(key), shown);
-  }
+  robot.couplings =
+      dynamics::couplings_of(scene.robot.couplings, scene.joints, "robot.coupling",
+                             [&](std::string_view key) { return scene.origin.place(key); });
 }
 
 namespace {

@@ -42,7 +42,7 @@ Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::
 /// Nothing for an empty path. @throws UserError when its joints are not those of the log
 std::optional<dynamics::RobotModel> robot_of_log(const RobotOfLog& robot,
                                                  const std::vector<std::string>& joints,
-                                                 const std::vector<data::Coupling>& couplings = {});
+                                                 std::vector<dynamics::Coupling> couplings = {});
 
 /// Data sets as regressions take them: in motor coordinates, smoothed.
 /// @pre subject.robot @throws UserError on data that cannot be used, or of other joints than those

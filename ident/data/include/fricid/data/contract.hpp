@@ -8,6 +8,7 @@
 
 #include "fricid/base/field.hpp"
 #include "fricid/data/dataset.hpp"
+#include "fricid/dynamics/couplings.hpp"
 
 namespace fricid::data {
 
@@ -31,7 +32,7 @@ struct TimeColumn {
 };
 
 /// [position], [velocity]: the joint value is sign (scale raw / gear_ratio) + offset, gear_ratio
-/// used for motor_* units, coupled motors then added (`Coupling`).
+/// used for motor_* units, coupled motors then added (`Contract::couplings`).
 struct MotionColumns {
   std::vector<std::string> columns;
   std::string unit = "rad";
@@ -83,22 +84,6 @@ struct TorqueColumns {
   }
 };
 
-/// [[coupling]]: a motor that moves another joint too, as in wrists. With m the motor angles in
-/// joint units, q = A m with A = 1 + sum of the factors; motor torques then count as A^-T tau_m.
-struct Coupling {
-  std::string joint, motor;
-  double factor = 0;
-
-  /// For the template.
-  static Coupling example() { return {.joint = "joint_a6", .motor = "joint_a5", .factor = 0}; }
-  template <class Archive>
-  void visit(Archive& archive) {
-    archive("joint", joint, required(text("joint that is moved too")));
-    archive("motor", motor, required(text("joint whose motor moves it")));
-    archive("factor", factor, number("1", -10, 10, "turns of the joint per turn of the other"));
-  }
-};
-
 /// [temperature]
 struct TemperatureColumns {
   std::vector<std::string> columns;
@@ -125,7 +110,8 @@ struct Contract {
   TorqueColumns torque;
   MotionColumns velocity;
   TemperatureColumns temperature;
-  std::vector<Coupling> couplings;
+  /// [[coupling]]: q = A m, and motor torques count as A^-T tau_m.
+  std::vector<dynamics::NamedCoupling> couplings;
 
   int n() const { return static_cast<int>(joint_names.size()); }
 
@@ -153,6 +139,9 @@ struct Contract {
     archive.sections("coupling", couplings, "motors that move two joints (motor_* units only)");
   }
 };
+
+/// The couplings by index, in the order of `joint_names`. @throws UserError as `load_contract`
+std::vector<dynamics::Coupling> couplings_of(const Contract& contract);
 
 /// @throws UserError "file:line: ..." on anything wrong
 Contract load_contract(const std::filesystem::path& path);

@@ -11,6 +11,7 @@
 
 #include "fricid/base/enum_names.hpp"
 #include "fricid/base/field.hpp"
+#include "fricid/dynamics/couplings.hpp"
 
 namespace fricid::scene {
 
@@ -34,26 +35,6 @@ struct LinearTorqueSection {
   }
 };
 
-/// [[robot.coupling]]: a motor that turns a further joint too, as in wrists, differentials and
-/// belts. With m the motor angles in joint units, q = A m with A = 1 + sum of the factors. Rotor
-/// inertia and friction are then the motors', under the names of their joints.
-struct CouplingSection {
-  std::string joint, motor;
-  double factor = 0;
-
-  /// For the template.
-  static CouplingSection example() {
-    return {.joint = "joint_a6", .motor = "joint_a5", .factor = -1};
-  }
-  template <class Archive>
-  void visit(Archive& archive) {
-    archive("joint", joint, required(text("joint that is turned too")));
-    archive("motor", motor, required(text("joint whose motor turns it")));
-    archive("factor", factor,
-            required(number("1", -10, 10, "turns of the joint per turn of the other")));
-  }
-};
-
 /// How the base is fixed.
 enum class Mount { kFloor, kCeiling, kWall, kRpy };
 constexpr std::string_view names(Mount) { return "floor|ceiling|wall|rpy"; }
@@ -72,7 +53,9 @@ struct RobotSection {
   std::vector<std::string> hold;
   std::map<std::string, double> fix;
   std::vector<LinearTorqueSection> torques;
-  std::vector<CouplingSection> couplings;
+  /// [[robot.coupling]]: rotor inertia and friction are then the motors', under the names of their
+  /// joints.
+  std::vector<dynamics::NamedCoupling> couplings;
 
   template <class Archive>
   void visit(Archive& archive) {
