@@ -165,16 +165,34 @@ TEST(Faults, FrictionAboveEveryTorqueIsNotTrusted) {
   EXPECT_THAT(faults[0].found, HasSubstr("friction of 1e+04 N m, while its torque ranged over"));
 }
 
-TEST(Faults, CoulombFrictionOnItsBoundIsNotTrusted) {
-  const Arm arm = coulomb_arm(5e-3);
-  const Prepared prepared = prepare(arm.robot, {}, std::vector{make_log(arm, {})}, 2);
+TEST(Faults, CoulombFrictionOnItsUpperBoundIsNotTrusted) {
+  Arm arm = coulomb_arm(5e-3);
+  arm.robot.joints[1].effort = 0;  // unknown
+  Prepared prepared = prepare(arm.robot, {}, std::vector{make_log(arm, {})}, 2);
   FitReport report = fit_conventional(prepared, model_of_one_start("dahl"), 1, 2);
+  prepared.recordings[0].filtered_tau.col(1) *= 1e5;  // so that such friction is none too much
+  report.joints[1].theta[0] = 1e4 * (1 - 1e-4);
   report.joints[1].at_bound = {"Fc"};
   const std::vector<Fault> faults = faults_of(prepared, report);
-  ASSERT_EQ(faults.size(), 1u);
+  ASSERT_EQ(faults.size(), 1u) << text_of(faults);
   EXPECT_EQ(faults[0].joint, "j2");
-  EXPECT_THAT(faults[0].found, HasSubstr("Fc = "));
-  EXPECT_THAT(faults[0].found, HasSubstr("ended on a bound of its law"));
+  EXPECT_EQ(faults[0].found, "Fc = 1e+04 N m ended on the upper bound of its law");
+}
+
+// As of the Stribeck curve of a joint that only ever moves slowly: Fs holds the friction.
+TEST(Faults, CoulombFrictionOnItsLowerBoundIsNoFaultButItsStaticFrictionMayBe) {
+  const Arm arm = coulomb_arm(5e-3);
+  const Prepared prepared = prepare(arm.robot, {}, std::vector{make_log(arm, {})}, 2);
+  FitReport report = fit_conventional(prepared, model_of_one_start("stribeck"), 1, 2);
+  const auto& parameters = report.model.arm.friction.model.parameters();
+  ASSERT_EQ(parameters[0].symbol, "Fc");
+  ASSERT_EQ(parameters[1].symbol, "Fs");
+  report.joints[1].theta[0] = std::nextafter(parameters[0].info.lower, 1);  // of a logarithm
+  report.joints[1].at_bound = {"Fc"};
+  EXPECT_EQ(text_of(faults_of(prepared, report)), "");
+  report.joints[1].theta[1] = 1e4;
+  EXPECT_THAT(text_of(faults_of(prepared, report)),
+              HasSubstr("j2: friction of 1e+04 N m, while its torque ranged over"));
 }
 
 // Too short for the base parameters: nominal values carry them, and the fit says so.

@@ -32,32 +32,34 @@ Seen look_at(std::span<const signals::Recording> sequences, int j) {
   return {high - low, most - least};
 }
 
-/// Friction of the parts of a fitted law that do not grow with speed: sum of its levels [N m].
-double level_of(const friction::RobotFriction& model, int joint, const std::vector<double>& theta) {
-  using enum friction::Role;
-  double level = 0;
-  const auto begin = static_cast<std::size_t>(model.parameter_begin(joint));
-  for (std::size_t i = 0; i < theta.size(); ++i)
-    if (const friction::Role role = model.parameters()[begin + i].info.role;
-        role == kCoulomb || role == kLevel)
-      level += theta[i];
-  return level;
-}
+/// What a fitted law says of friction that does not grow with speed.
+struct Levels {
+  double sum = 0;        ///< of Coulomb friction and of the elements' levels [N m]
+  std::string at_upper;  ///< one that ended on its upper bound, "Fc = 1e+04 N m"; empty: none
+};
 
-/// A level of friction that ended on its upper bound, "Fc = 1e+04 N m"; empty: none. A level of
-/// zero at the lower bound is plausible.
-std::string level_at_bound(const friction::RobotFriction& model, int joint,
-                           const JointFrictionFit& fit) {
+/// Coulomb friction on its lower bound is no fault: the law then has none, or its static friction
+/// stands for it and counts in its place.
+Levels levels_of(const friction::RobotFriction& model, int joint, const JointFrictionFit& fit) {
   using enum friction::Role;
+  Levels levels;
   const auto begin = static_cast<std::size_t>(model.parameter_begin(joint));
+  double at_rest = 0;
+  bool slides_freely = false;
   for (std::size_t i = 0; i < fit.theta.size(); ++i) {
     const friction::ParameterRef& parameter = model.parameters()[begin + i];
-    const bool level = parameter.info.role == kCoulomb || parameter.info.role == kLevel;
-    if (level && fit.theta[i] > parameter.info.lower &&
-        std::ranges::count(fit.at_bound, parameter.symbol) > 0)
-      return fmt::format("{} = {:.3g} {}", parameter.symbol, fit.theta[i], parameter.info.unit);
+    const friction::ParameterInfo& info = parameter.info;
+    const double value = fit.theta[i];
+    if (info.role == kStatic) at_rest = value;
+    if (info.role != kCoulomb && info.role != kLevel) continue;
+    levels.sum += value;
+    if (std::ranges::count(fit.at_bound, parameter.symbol) == 0) continue;
+    const bool upper = value > (info.lower + info.upper) / 2;
+    if (upper) levels.at_upper = fmt::format("{} = {:.3g} {}", parameter.symbol, value, info.unit);
+    slides_freely |= !upper && info.role == kCoulomb;
   }
-  return {};
+  if (slides_freely) levels.sum += at_rest;
+  return levels;
 }
 
 std::string more_data(const Prepared& prepared) {
@@ -115,7 +117,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
                       declaration_of(report.couplings[i], j, prepared.robot)));
     if (i >= report.joints.size()) continue;
     const JointFrictionFit& fit = report.joints[i];
-    const double level = level_of(friction, j, fit.theta);
+    const auto& [level, at_upper] = levels_of(friction, j, fit);
     if (level > seen.torque_range)
       add(fmt::format("friction of {:.3g} N m, while its torque ranged over {:.3g} N m", level,
                       seen.torque_range),
@@ -124,8 +126,8 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
       add(fmt::format("friction of {:.3g} N m, above its effort limit {:.3g} N m", level,
                       joint.effort),
           "look for a wrong torque unit (`fricid check`)");
-    else if (const std::string bound = level_at_bound(friction, j, fit); !bound.empty())
-      add(fmt::format("{} ended on a bound of its law", bound), more_data(prepared));
+    else if (!at_upper.empty())
+      add(fmt::format("{} ended on the upper bound of its law", at_upper), more_data(prepared));
     else if (prepared.rigid_body.Fc_beside.size() > j &&
              prepared.rigid_body.Fc_beside[j] < -kSignificant * prepared.rigid_body.Fc_se[j])
       add(fmt::format("Coulomb friction came out negative, {:.2g} +- {:.1g} N m",
