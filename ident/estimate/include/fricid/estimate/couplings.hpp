@@ -14,14 +14,17 @@ namespace fricid::estimate {
 /// Friction that depends on the sum or difference of two joints' speeds, as in a wrist with a
 /// differential or a belt, which no law of one joint can represent.
 struct Coupling {
-  int with = -1;     ///< the other joint; -1: none
-  double sign = 1;   ///< of the other joint's speed
-  double share = 0;  ///< of the residual of the joint's own Coulomb and viscous friction [1]
-  double r2 = 0;     ///< of the joint's torque with its own Coulomb and viscous friction
+  int with = -1;    ///< the other joint; -1: none
+  double sign = 1;  ///< of the other joint's speed
+  /// Of the residual of the joint's own Coulomb and viscous friction, in stretches of the data that
+  /// neither regression was fitted to [1].
+  double share = 0;
+  double r2 = 0;  ///< of the joint's torque with its own Coulomb and viscous friction
 };
 
 /// The strongest coupling of every joint (n): least squares of `target` on sign and speed of the
-/// joint, beside sign and speed of v_j + v_k or v_j - v_k.
+/// joint, beside sign and speed of v_j + v_k or v_j - v_k, where the torque jumps as that motor
+/// reverses.
 /// @param target  friction torque that the rigid body leaves, per recording (T, n) [N m]
 std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordings,
                                      const FrictionTorques& target);

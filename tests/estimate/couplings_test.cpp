@@ -1,0 +1,85 @@
+// Friction that goes with another joint's speed: found where the motion shows it, and not claimed
+// where two joints only ever turn together.
+#include "fricid/estimate/couplings.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "fricid/base/rng.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr int kLength = 1500;
+constexpr double kStep = 0.01;  // [s]
+
+/// Two joints with these speeds, and a torque of joint 0 beside its own noise.
+template <class Speeds, class Torque>
+std::vector<Coupling> couplings(const Speeds& speeds, const Torque& torque) {
+  signals::Recording r;
+  r.dt = kStep;
+  r.held_tau.setZero(kLength, 2);
+  r.wide.v.resize(kLength, 2);
+  r.filtered_tau.resize(kLength, 2);
+  r.use.setConstant(kLength, 2, true);
+  Rng rng(3, 0);
+  for (int k = 0; k < kLength; ++k) {
+    const std::array<double, 2> v = speeds(k * kStep);
+    r.wide.v.row(k) << v[0], v[1];
+    r.filtered_tau.row(k) << torque(k * kStep, v) + 0.3 * rng.normal(), rng.normal();
+  }
+  const FrictionTorques target{r.filtered_tau};
+  return find_couplings(std::span(&r, 1), target);
+}
+
+double sign(double x) { return x > 0 ? 1 : -1; }
+
+TEST(Couplings, FrictionOfAMotorBetweenTwoJointsIsFound) {
+  const auto apart = [](double t) {
+    return std::array{std::sin(1.3 * t), 0.8 * std::sin(2.1 * t + 1)};
+  };
+  for (const double side : {1.0, -1.0}) {
+    const std::vector<Coupling> found =
+        couplings(apart, [&](double, const std::array<double, 2>& v) {
+          return 2 * sign(v[0]) + 3 * sign(v[0] + side * v[1]);
+        });
+    EXPECT_EQ(found[0].with, 1);
+    EXPECT_EQ(found[0].sign, side);
+    EXPECT_GT(found[0].share, 0.9);
+    EXPECT_TRUE(matters(found[0], found[0].r2));
+  }
+}
+
+// As of a real arm whose joints were moved one way and at one speed until one of them stopped, with
+// a gravity in error.
+TEST(Couplings, NoneIsClaimedOfJointsThatTurnTogether) {
+  const auto together = [](double t) {
+    const double v = 0.006 * t * t;
+    return std::array{t < 13 ? v : 0.02 * std::sin(t), v};
+  };
+  const auto wrong_gravity = [](double t, const std::array<double, 2>& v) {
+    return 2 + v[0] + 0.5 * std::sin(t) - (t < 13 ? 0 : 4);
+  };
+  for (const Coupling& coupling : couplings(together, wrong_gravity))
+    EXPECT_FALSE(matters(coupling, coupling.r2)) << coupling.share;
+}
+
+// Torque that goes its own way over a log of a few swings, whatever the joints do.
+TEST(Couplings, NoneIsClaimedOfWhatOtherStretchesOfTheLogDoNotShow) {
+  const auto apart = [](double t) {
+    return std::array{std::sin(0.4 * t), 0.9 * std::sin(0.55 * t + 1)};
+  };
+  for (int trial = 0; trial < 12; ++trial) {
+    const auto drift = [&](double t, const std::array<double, 2>& v) {
+      return sign(v[0]) + 6 * std::sin((0.25 + 0.03 * trial) * t + 0.7 * trial);
+    };
+    for (const Coupling& coupling : couplings(apart, drift))
+      EXPECT_FALSE(matters(coupling, coupling.r2)) << trial << " " << coupling.share;
+  }
+}
+
+}  // namespace
+}  // namespace fricid::estimate
