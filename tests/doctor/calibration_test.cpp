@@ -58,5 +58,18 @@ TEST(DoctorCalibration, AWrongMountHidesNoSign) {
   EXPECT_EQ(judge(d, hanging.robot, {"sign", 1}).others, 0);
 }
 
+// The spindle of a SCARA in millimetres; where the other joints are in degrees, 0.0573 of that.
+TEST(DoctorCalibration, ASlidingJointThatIsNotInMetresIsNamed) {
+  const CleanLog scara = simulate_log(7);
+  for (const double factor : {1000.0, 1000 * 3.14159 / 180}) {
+    data::Dataset d = decimated(scara.data, kEvery);
+    d.q.col(2) *= factor;
+    d.v.col(2) *= factor;
+    const Judged judged = judge(d, scara.robot, {"length_unit", 2});
+    EXPECT_TRUE(judged.found) << judged.said;
+    EXPECT_EQ(judged.others, 0) << judged.said;
+  }
+}
+
 }  // namespace
 }  // namespace fricid::doctor

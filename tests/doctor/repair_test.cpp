@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/rng.hpp"
 #include "fricid/doctor/doctor.hpp"
 
 namespace fricid::doctor {
@@ -48,6 +49,36 @@ TEST(Repair, RefusesAGapThatNoLogHas) {
                                     "gaps are filled; allowed: up to 50000000"))
         << seconds;
   }
+}
+
+// Stamps that jitter by a seventh of the period, with three samples lost, and forty: no more and no
+// less is filled, so that the rows after are where they were.
+TEST(Repair, GapsAreToldFromStampsThatAreLateAlone) {
+  constexpr int kLength = 20'000;
+  Rng rng(1, 0);
+  data::Dataset d;
+  d.name = "log";
+  d.joint_names = {"a"};
+  d.rate_hz = 500;
+  std::vector<double> t, value;
+  for (int k = 0; k < kLength; ++k) {
+    if ((k >= 5000 && k < 5003) || (k >= 12'000 && k < 12'040)) continue;
+    t.push_back((k + 0.14 * rng.normal()) / d.rate_hz);
+    value.push_back(k);
+  }
+  const auto length = static_cast<Eigen::Index>(t.size());
+  d.t = Eigen::VectorXd::Map(t.data(), length);
+  d.q = d.tau = Eigen::VectorXd::Map(value.data(), length);
+  std::vector<Finding> gaps;
+  for (const Finding& f : diagnose(d))
+    if (f.kind == FindingKind::kGap) gaps.push_back(f);
+  ASSERT_EQ(gaps.size(), 2U);
+  EXPECT_EQ(gaps[0].size, 3);
+  EXPECT_EQ(gaps[1].size, 40);
+  const std::vector<FindingKind> kinds{FindingKind::kGap};
+  const data::Dataset filled = repair(d, gaps, kinds);
+  ASSERT_EQ(filled.length(), kLength);
+  EXPECT_EQ(filled.q(kLength - 1, 0), kLength - 1);
 }
 
 TEST(DiagnosisFile, HoldsWhatWasFoundAndWhatToDo) {

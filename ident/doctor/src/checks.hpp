@@ -1,6 +1,7 @@
 // The parts of `diagnose`; each appends what it found.
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "fricid/doctor/finding.hpp"
@@ -13,6 +14,10 @@ using Findings = std::vector<Finding>;
 /// The upper of two middle ones; 0 of none.
 double median(std::vector<double> x);
 
+/// Samples lost before each row (T), by rising times: a stamp that is late alone is jitter; after a
+/// gap those that follow are late too.
+std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz);
+
 /// rate, gap, duplicate, jitter, clock_drift.
 void check_clock(const data::Dataset& d, Findings& findings);
 /// missing, stuck, still, quantised, saturated, spike, jump, repeated, temperature_unit and _trend.
@@ -21,7 +26,8 @@ void check_signals(const data::Dataset& d, Findings& findings);
 void find_segments(const data::Dataset& d, Findings& findings);
 /// velocity. @pre uniform times
 void check_velocity(const data::Dataset& d, Findings& findings);
-/// mount, sign, swapped, angle_unit, torque_unit, delay, delay_unknown. @pre uniform times
+/// mount, sign, swapped, angle_unit, length_unit, torque_unit, delay, delay_unknown. @pre uniform
+/// times
 void check_dynamics(const data::Dataset& d, const dynamics::RobotModel* robot, Findings& findings);
 
 }  // namespace fricid::doctor

@@ -46,6 +46,10 @@ constexpr std::array kKinds{
              "correct unit, sign or gear in the contract, or --fix velocity leaves it out", true},
     KindInfo{FindingKind::kAngleUnit, kDamage, "a position in degrees is 57 times too large",
              "unit = \"deg\" in the contract, or --fix angle_unit", true, true},
+    KindInfo{FindingKind::kLengthUnit, kDamage, "speed and friction of this joint are scaled",
+             "scale of [position] in the contract: metres per raw value of a sliding joint, times "
+             "57.2958 where the unit is deg",
+             false, true},
     KindInfo{FindingKind::kTorqueUnit, kDamage, "all masses and friction are scaled",
              "correct kind, gear_ratio or scale of [torque] in the contract", false, true},
     KindInfo{FindingKind::kMount, kDamage,

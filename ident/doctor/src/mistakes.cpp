@@ -221,6 +221,28 @@ Finding describe(const data::Dataset& d, const Motion& motion, const Hypothesis&
           .unit = unit};
 }
 
+/// Sliding joints far outside their limits: not in metres.
+void check_lengths(const data::Dataset& d, const dynamics::RobotModel* robot, const Sight& sight,
+                   Findings& findings) {
+  constexpr double kFarOut = 2, kAnyway = 0.1;  // of the largest limit, [m]
+  if (!robot) return;
+  for (int j = 0; j < d.n(); ++j) {
+    const dynamics::Joint& joint = robot->joints[static_cast<std::size_t>(j)];
+    if (joint.type != dynamics::JointType::kPrismatic || joint.upper <= joint.lower) continue;
+    const double largest = sight.q.col(j).cwiseAbs().maxCoeff();
+    if (largest <= kFarOut * std::max(std::abs(joint.lower), std::abs(joint.upper)) + kAnyway)
+      continue;
+    findings.push_back({.kind = FindingKind::kLengthUnit,
+                        .signal = "q",
+                        .joint = j,
+                        .begin_s = d.t[0],
+                        .end_s = d.t[d.length() - 1],
+                        .size = largest,
+                        .unit = fmt::format("m at most, as it stands, limits {:g} and {:g} m",
+                                            joint.lower, joint.upper)});
+  }
+}
+
 }  // namespace
 
 // Positions far outside the limits, or beyond two turns either way, are degrees.
@@ -241,6 +263,7 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
     sight = degrees.undone(std::move(sight));
     found.push_back(describe(d, motion, degrees, largest, "rad at most, as it stands"));
   }
+  check_lengths(d, robot, sight, findings);
   // What is in degrees for most joints is so for all: a joint that moves little gives no sign of
   // it.
   if (static_cast<int>(found.size()) * 2 > d.n() && d.n() > 1) {

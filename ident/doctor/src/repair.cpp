@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "checks.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/base/text.hpp"
@@ -66,20 +67,19 @@ void drop_duplicates(Dataset& d) {
   d.t = t;
 }
 
-// Whole periods between samples, counted one by one so that a drifting clock adds up nowhere.
+// Samples lost are counted gap by gap, so that a drifting clock adds up nowhere.
 void fill_gaps(Dataset& d) {
-  double samples = 1;
-  for (int k = 1; k < d.length(); ++k)
-    samples += std::max(1.0, std::round((d.t[k] - d.t[k - 1]) * d.rate_hz));
+  const std::vector<int> lost = lost_before(d.t, d.rate_hz);
+  double samples = d.length();
+  for (const int count : lost) samples += count;
   const std::string where = d.source.empty() ? d.name : fmt::format("{} ({})", d.name, d.source);
   require_within(limits::kFilledSamples, static_cast<std::uint64_t>(std::clamp(samples, 0.0, 1e18)),
                  where);
   require_memory(8 * samples * static_cast<double>(2 * tables(d).size() * d.joint_names.size()),
                  where, "the log with its gaps filled");
-  std::vector<int> rows{0};
-  for (int k = 1; k < d.length(); ++k) {
-    const auto periods = std::lround((d.t[k] - d.t[k - 1]) * d.rate_hz);
-    for (long i = 1; i < periods; ++i) rows.push_back(-1);
+  std::vector<int> rows;
+  for (int k = 0; k < d.length(); ++k) {
+    rows.insert(rows.end(), static_cast<std::size_t>(lost[static_cast<std::size_t>(k)]), -1);
     rows.push_back(k);
   }
   const double begin = d.t[0];

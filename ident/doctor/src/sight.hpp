@@ -27,7 +27,8 @@ Eigen::RowVectorXd motors_on(const dynamics::RobotModel* robot, int n, int j);
 /// @param motion  local fits to the log
 Sight see(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion);
 
-/// Appends angle_unit where positions are in degrees, and takes them for radians in `sight`.
+/// Appends angle_unit where positions are in degrees, and takes them for radians in `sight`;
+/// length_unit where a sliding joint is far outside its limits.
 void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
                   Sight& sight, Findings& findings);
 /// Appends mount, where another direction of gravity explains far more; sign and swapped, one after

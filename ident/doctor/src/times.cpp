@@ -72,10 +72,39 @@ double median(std::vector<double> x) {
   return *middle;
 }
 
+std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz) {
+  constexpr Eigen::Index kAbout = 7, kFew = 3;  // rows on either side that tell
+  const double period = 1 / rate_hz;
+  std::vector<int> lost(static_cast<std::size_t>(t.size()), 0);
+  std::vector<Eigen::Index> late{0};  // rows that come after a gap or too late
+  for (Eigen::Index k = 1; k < t.size(); ++k)
+    if (t[k] - t[k - 1] > kGap * period) late.push_back(k);
+  late.push_back(t.size());
+  // usual difference of rows first .. last - 1 from an even clock
+  const auto usual = [&](Eigen::Index first, Eigen::Index last) {
+    std::vector<double> off;
+    for (Eigen::Index k = first; k < last; ++k)
+      off.push_back(t[k] - static_cast<double>(k) * period);
+    return median(off);
+  };
+  for (std::size_t i = 1; i + 1 < late.size(); ++i) {
+    const Eigen::Index k = late[i];
+    const Eigen::Index first = std::max(late[i - 1], k - kAbout),
+                       last = std::min(late[i + 1], k + kAbout);
+    double gap = usual(k, last) - usual(first, k);
+    if (k - first < kFew || last - k < kFew) {
+      gap = t[k] - t[k - 1] - period;
+      if (k + 1 < t.size()) gap = std::min(gap, t[k + 1] - t[k - 1] - 2 * period);
+      if (k > 1) gap = std::min(gap, t[k] - t[k - 2] - 2 * period);
+    }
+    constexpr double kMost = 2e9;
+    lost[static_cast<std::size_t>(k)] =
+        static_cast<int>(std::clamp(std::round(gap / period), 0.0, kMost));
+  }
+  return lost;
+}
+
 void check_clock(const data::Dataset& d, Findings& findings) {
-  std::vector<double> periods;
-  for (int k = 1; k < d.length(); ++k) periods.push_back(d.t[k] - d.t[k - 1]);
-  const double period = median(periods);
   findings.push_back({.kind = FindingKind::kRate,
                       .signal = "t",
                       .begin_s = d.t[0],
@@ -84,23 +113,28 @@ void check_clock(const data::Dataset& d, Findings& findings) {
                       .unit = "Hz"});
 
   Finding repeats{.kind = FindingKind::kDuplicate, .signal = "t", .unit = "rows", .count = 0};
-  Findings gaps;
+  std::vector<double> rising{d.t[0]};
   for (int k = 1; k < d.length(); ++k) {
-    const double dt = d.t[k] - d.t[k - 1];
-    if (dt <= 0) {
-      if (repeats.count++ == 0) repeats.begin_s = d.t[k];
-      repeats.end_s = d.t[k];
-      repeats.size = repeats.count;
-      repeats.rows.push_back(k);
-    } else if (dt > kGap * period) {
+    if (d.t[k] > rising.back()) {
+      rising.push_back(d.t[k]);
+      continue;
+    }
+    if (repeats.count++ == 0) repeats.begin_s = d.t[k];
+    repeats.end_s = d.t[k];
+    repeats.size = repeats.count;
+    repeats.rows.push_back(k);
+  }
+  Findings gaps;
+  const std::vector<int> lost = lost_before(
+      Eigen::VectorXd::Map(rising.data(), static_cast<Eigen::Index>(rising.size())), d.rate_hz);
+  for (std::size_t k = 1; k < rising.size(); ++k)
+    if (lost[k] > 0)
       gaps.push_back({.kind = FindingKind::kGap,
                       .signal = "t",
-                      .begin_s = d.t[k - 1],
-                      .end_s = d.t[k],
-                      .size = std::round(dt / period) - 1,
+                      .begin_s = rising[k - 1],
+                      .end_s = rising[k],
+                      .size = static_cast<double>(lost[k]),
                       .unit = "samples"});
-    }
-  }
   if (gaps.size() > kMostGaps) {
     Finding all = gaps.front();
     all.end_s = gaps.back().end_s;
@@ -110,7 +144,7 @@ void check_clock(const data::Dataset& d, Findings& findings) {
   }
   findings.insert(findings.end(), gaps.begin(), gaps.end());
   if (repeats.count > 0) findings.push_back(repeats);
-  check_regularity(d, period, findings);
+  check_regularity(d, 1 / d.rate_hz, findings);
 }
 
 }  // namespace fricid::doctor

@@ -33,6 +33,7 @@ enum class FindingKind {
   kRepeated,
   kVelocity,
   kAngleUnit,
+  kLengthUnit,
   kTorqueUnit,
   kMount,
   kSign,
@@ -45,8 +46,8 @@ enum class FindingKind {
 };
 constexpr std::string_view names(FindingKind) {
   return "rate|gap|duplicate|jitter|clock_drift|missing|quantised|stuck|still|saturated|spike|jump|"
-         "repeated|velocity|angle_unit|torque_unit|mount|sign|swapped|delay|delay_unknown|"
-         "temperature_unit|temperature_trend|segments";
+         "repeated|velocity|angle_unit|length_unit|torque_unit|mount|sign|swapped|delay|"
+         "delay_unknown|temperature_unit|temperature_trend|segments";
 }
 
 /// One thing found.
