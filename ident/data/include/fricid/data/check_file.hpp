@@ -9,6 +9,7 @@
 
 #include "fricid/base/field.hpp"
 #include "fricid/data/diagnosis_file.hpp"
+#include "fricid/data/mended_links.hpp"
 
 namespace fricid::data {
 
@@ -123,8 +124,7 @@ struct CheckedIdentifiability {
     archive.sections("families", families, "friction laws and modifiers");
     archive("without_inertia", without_inertia,
             text("joints whose torque shows no inertia: a fit holds their armature"));
-    archive("mended_links", mended_links,
-            text("links whose inertia in the robot's file no body has: the nearest was taken"));
+    archive("mended_links", mended_links, kMendedLinks);
     archive.sections("couplings", couplings, "joints with friction that another joint's motor has");
   }
 };

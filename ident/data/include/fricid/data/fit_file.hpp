@@ -11,6 +11,7 @@
 
 #include "fricid/base/enum_names.hpp"
 #include "fricid/base/field.hpp"
+#include "fricid/data/mended_links.hpp"
 
 namespace fricid::data {
 
@@ -134,8 +135,7 @@ struct FittedRigidBody {
     archive("prior", prior, text("why nominal values entered as a prior; empty: they did not"));
     archive.sections("held_armatures", held_armatures,
                      "joints whose torque shows no inertia: the armature is held");
-    archive("mended_links", mended_links,
-            text("links whose inertia in the robot's file no body has: the nearest was taken"));
+    archive("mended_links", mended_links, kMendedLinks);
     archive("condition", condition,
             not_negative("1", "of the weighted regressor, columns of unit length"));
     archive("rows_used", rows, number("", 0, 1e9, "per joint, samples"));
