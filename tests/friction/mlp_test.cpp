@@ -74,6 +74,49 @@ TEST(Mlp, EqualsPlainLoops) {
   });
 }
 
+template <class S>
+void expect_lanes_are_scalars(const std::vector<double>& x) {
+  using Scalar = decltype(lane(S(), 0));
+  constexpr int kLanes = kLaneCount<S>;
+  const int n = static_cast<int>(x.size());
+  std::vector<S> packs;
+  for (int i = 0; i < n; ++i) {
+    S& pack = packs.emplace_back();
+    for (int k = 0; k < kLanes; ++k)
+      set_lane(pack, k, static_cast<Scalar>(x[static_cast<std::size_t>((i + 3 * k) % n)]));
+  }
+  const std::vector<S> before = packs;
+  activate_all<Activation::kMish>(packs.data(), n);
+  for (std::size_t i = 0; i < packs.size(); ++i)
+    for (int k = 0; k < kLanes; ++k)
+      EXPECT_EQ(to_bits(lane(packs[i], k)),
+                to_bits(activate<Activation::kMish>(lane(before[i], k))))
+          << lane(before[i], k);
+}
+
+TEST(Mlp, UnitsSideBySideAreUnitsAlone) {
+  // blocks of units and a remainder
+  const std::vector<double> x{-1e300, -745.2, -700, -88, -1,  -1e-9,   -0.0,
+                              0,      1e-300, 0.3,  24,  1e9, HUGE_VAL};
+  expect_lanes_are_scalars<PackD>(x);
+  expect_lanes_are_scalars<PackF>(x);
+  expect_lanes_are_scalars<double>(x);
+}
+
+TEST(Mlp, NetworksSideBySideAreNetworksAlone) {
+  for_each_net([](const auto& net, Activation, int) {
+    constexpr int kNets = 3;
+    const auto n = static_cast<std::size_t>(net.weight_count());
+    const auto weights = draw(kNets * n, 1), x = draw(kNets * kInputs, 2);
+    double y[kNets * kOutputs], alone[kOutputs];
+    net.template forward_each<kNets>(weights.data(), x.data(), y);
+    for (std::size_t k = 0; k < kNets; ++k) {
+      net.template forward<1>(weights.data() + k * n, x.data() + k * kInputs, alone);
+      for (std::size_t i = 0; i < kOutputs; ++i) EXPECT_EQ(y[k * kOutputs + i], alone[i]);
+    }
+  });
+}
+
 // Checks against dual numbers; the bars start at one, since the pullback adds to them.
 template <int kColumns, class Network>
 void expect_pullback_is_exact(const Network& net) {

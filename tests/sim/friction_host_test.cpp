@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "arms.hpp"
@@ -49,6 +50,41 @@ TEST(FrictionHost, EqualsRobotFrictionToTheLastBit) {
       friction.model.step<double>(friction.theta, in, h, z);
       host.step(*data, tau, temperature, h);
       ASSERT_EQ(std::memcmp(host.z().data(), z.data(), z.size() * sizeof(double)), 0);
+    }
+  }
+}
+
+// Torques that a step foresaw, that were known, and that were neither are the same.
+TEST(FrictionHost, ForeseesTheTorqueToTheLastBit) {
+  for (const char* name : {"kr6_lugre", "kr6_full"}) {
+    SCOPED_TRACE(name);
+    const scene::Problem problem = resolve(scene(name));
+    const MujocoArm arm = make_arm(problem);
+    const MjDataPtr data = arm.make_data();
+    FrictionHost foresees(*problem.scene.friction, arm, problem.robot);
+    const auto n = static_cast<std::size_t>(arm.n());
+    std::vector<double> tau(n), temperature(n, 300.0);
+    Rng rng(2, 0);
+    for (int k = 0; k < 200; ++k) {
+      const bool changes = rng.uniform() < 0.3, twice = rng.uniform() < 0.3;
+      if (changes)
+        for (double& x : tau) x = 10 * rng.normal();
+      if (rng.uniform() < 0.1) foresees.z()[1] += 1e-3;  // as a reset does
+      FrictionHost fresh(*problem.scene.friction, arm, problem.robot);
+      std::ranges::copy(foresees.z(), fresh.z().begin());
+      const std::span<const double> expected = fresh.torque(*data, tau, temperature);
+      for (int i = 0; i < (twice ? 2 : 1); ++i) {
+        const std::span<const double> found = foresees.torque(*data, tau, temperature);
+        ASSERT_EQ(std::memcmp(found.data(), expected.data(), n * sizeof(double)), 0) << k;
+      }
+      for (int j = 0; j < arm.n(); ++j) {
+        data->qvel[arm.dof(j)] += 0.1 * rng.normal();
+        data->qpos[arm.qpos(j)] += 1e-3 * data->qvel[arm.dof(j)];
+      }
+      fresh.step(*data, tau, temperature, 1e-3);
+      foresees.step(*data, tau, temperature, 1e-3);
+      ASSERT_EQ(
+          std::memcmp(foresees.z().data(), fresh.z().data(), fresh.z().size() * sizeof(double)), 0);
     }
   }
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -31,7 +33,9 @@ class FrictionHost {
   std::span<double> z() { return z_; }
   std::span<const double> z() const { return z_; }
 
-  /// tau_f (n) [N m] at the present state of `data`, valid until the next call.
+  /// tau_f (n) [N m] at the present state of `data`, valid until the next call. Costs little where
+  /// the inputs are those of the last call of `torque`, or of `step` when the torque after the step
+  /// before was asked for at its inputs too: then `step` foresees it.
   /// @param tau, temperature  motor torque [N m] and temperature [K] per joint, held
   std::span<const double> torque(const mjData& data, std::span<const double> tau,
                                  std::span<const double> temperature);
@@ -45,7 +49,8 @@ class FrictionHost {
   /// Joints whose friction has one structure, evaluated together, each in a lane.
   struct Lanes {
     friction::RobotFriction one;  // of one joint
-    std::vector<int> joints;      // of the first lanes; the others repeat the last
+    int size = 0;                 // joints; further lanes repeat the last
+    std::array<std::size_t, PackD::kLanes> joint{}, state{};  // of each lane: where its z begins
     std::vector<PackD> theta, z;
     friction::Input<PackD> in;
   };
@@ -53,6 +58,10 @@ class FrictionHost {
   void make_lanes();
   void read(const mjData& data, std::span<const double> tau, std::span<const double> temperature);
   void gather(Lanes& lanes) const;
+  void set_torque(const Lanes& lanes, PackD tau_f);
+  void convert_to_joints();
+  void remember(bool torque_too);
+  bool is_remembered() const;
   void convert_to_motors(std::span<const double> tau);
 
   friction::Friction friction_;
@@ -60,6 +69,11 @@ class FrictionHost {
   std::vector<friction::Input<double>> in_;
   std::vector<Lanes> lanes_;  // of all joints with friction; none with a law of the whole robot
   std::vector<double> z_, tau_f_;
+  // inputs and states of the last call, whether tau_f_ is the torque there, and whether torques are
+  // asked for where steps ended
+  std::vector<friction::Input<double>> last_in_;
+  std::vector<double> last_z_;
+  bool knows_torque_ = false, foresees_ = false;
   Transmission motors_;
 };
 

@@ -111,7 +111,8 @@ struct Reads {
 //     S step_torque(const S* theta, const Input<S>& in, double dt, S* z) const;
 //                                                       step, then torque, to the last bit
 //
-// Such a law of one state is also called with S = Group<Pack, N> (group.hpp), N joints at a time.
+// Such a law of one state without networks is also called with S = Group<Pack, N> (group.hpp), N
+// joints at a time.
 
 template <class Law, class S>
 concept SharedStepLaw = requires(const Law law, const S* theta, const Input<S>& in, S* z) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "fricid/base/group.hpp"
 #include "fricid/base/math.hpp"
 #include "fricid/base/rng.hpp"
 
@@ -18,6 +19,23 @@ S activate(const S& x) {
   if constexpr (activation == Activation::kMish) return mish(x);
   if constexpr (activation == Activation::kRelu) return max(x, S(0));
   if constexpr (activation == Activation::kTanh) return tanh(x);
+}
+
+/// Activates n units in place; Mish of several packs side by side.
+template <Activation activation, class S>
+[[gnu::noinline, gnu::flatten]] void activate_all(S* x, int n) {
+  int i = 0;
+  if constexpr (kIsPack<S> && activation == Activation::kMish) {
+    // as many as registers hold: 32 of 64 bytes, 16 of 32
+    constexpr int kSideBySide = kRegisterBytes == 64 ? 4 : 2;
+    for (; i + kSideBySide <= n; i += kSideBySide) {
+      using Several = Group<S, kSideBySide>;
+      const auto y = activate<activation>(Several::of([&](int k) { return x[i + k]; }));
+#pragma GCC unroll 4
+      for (int k = 0; k < kSideBySide; ++k) x[i + k] = y.x[k];
+    }
+  }
+  for (; i < n; ++i) x[i] = activate<activation>(x[i]);
 }
 
 /// A value with its derivative.
@@ -141,19 +159,41 @@ class Mlp {
   };
 
   template <int kColumns, class S>
-  [[gnu::noinline]] void forward(const S* weights, const S* x, S* y) const {
+  void forward(const S* weights, const S* x, S* y) const {
     S units[2][kMostWidth * kColumns];
     const S* last = x;
     for (int l = 0; l < kHidden; ++l) {
       S* next = units[l % 2];
       dense<kColumns>(inputs_of(l), width_, weights + hidden_begin(l), last, next);
-      for (int i = 0; i < width_ * kColumns; ++i) next[i] = activate<activation>(next[i]);
+      activate_all<activation>(next, width_ * kColumns);
       last = next;
     }
     dense<kColumns>(width_, outputs(), weights + hidden_begin(kHidden), last, y);
   }
 
-  /// The same, recording the tape.
+  /// kNets networks with weights and inputs of their own, one after the other in `weights`, x and
+  /// y, each for one input: layer by layer, so that they share the processor.
+  template <int kNets, class S>
+  void forward_each(const S* weights, const S* x, S* y) const {
+    S units[2][kNets * kMostWidth];
+    const S* last = x;
+    int size = inputs();  // of one network in `last`
+    const auto layer = [&](int l, int outputs, S* next) {
+      for (int k = 0; k < kNets; ++k)
+        dense<1>(size, outputs, weights + k * weight_count() + hidden_begin(l), last + k * size,
+                 next + k * outputs);
+      size = outputs;
+    };
+    for (int l = 0; l < kHidden; ++l) {
+      S* next = units[l % 2];
+      layer(l, width_, next);
+      activate_all<activation>(next, kNets * width_);
+      last = next;
+    }
+    layer(kHidden, outputs(), y);
+  }
+
+  /// `forward`, recording the tape.
   template <int kColumns, class S>
   [[gnu::noinline]] void forward(const S* weights, const S* x, S* y,
                                  Tape<kColumns, S>& tape) const {

@@ -26,6 +26,9 @@ struct NetInputs {
             abs(load) / scales[kLoadRef]};
   }
 
+  /// Those of |v|.
+  NetInputs ahead() const { return {abs(v), abs(v1), abs(v2), load}; }
+
   /// Adds the vector-Jacobian product of `of`; `bar` has that of each input.
   void pull_back(const S* scales, const S& motion, const S& torque, const NetInputs& bar,
                  S* scales_bar, S& motion_bar, S& torque_bar) const {

@@ -185,7 +185,8 @@ struct Kernels {
       visit_entry<Laws>(run.kind, run.elements, [&](const auto law) {
         const Slot* slot = model.slots_.data() + run.begin;
         const Slot* const end = slot + run.size;
-        if constexpr (kIsPack<S> && SharedStepLaw<std::remove_cvref_t<decltype(law)>, S>) {
+        using Law = std::remove_cvref_t<decltype(law)>;
+        if constexpr (kIsPack<S> && SharedStepLaw<Law, S> && !LearnedLaw<Law>) {
           const auto take = [&]<int N>(std::integral_constant<int, N>) {
             for (; end - slot >= N && std::all_of(slot, slot + N, plain); slot += N)
               several.template operator()<N>(law, slot);

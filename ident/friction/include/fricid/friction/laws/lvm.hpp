@@ -84,24 +84,19 @@ class BasicLvm {
 
   template <class S>
   S torque(const S* theta, const Input<S>& in, const S* s) const {
-    S x[kInputs * 2], y[kOutputs * 2];
-    mirrored(NetInputs<S>::of(theta + kScales, in.v, in.load), s, x);
-    net_.template forward<2>(theta + kCommon, x, y);
-    return theta[kF0] * tanh(in.v / theta[kV0]) + theta[kFv] * in.v +
-           bristles(theta, s) * (S(1) + (y[2] + y[3])) + theta[kFc] * (y[0] - y[1]);
+    return torque_of(theta, in, NetInputs<S>::of(theta + kScales, in.v, in.load), s);
   }
 
   template <class S>
   void step(const S* theta, const Input<S>& in, double dt, S* s) const {
-    const NetInputs<S> features = NetInputs<S>::of(theta + kScales, abs(in.v), in.load);
-    const S direction = select(in.v < S(0), S(-1), S(1));
-    for (int i = 0; i < kLatents; ++i) {
-      S x[kRateInputs], r;
-      rate_inputs(features, direction * s[i], x);
-      kRateNet.forward<1>(theta + rate_begin(i), x, &r);
-      const S per_length = S(1) / theta[delta(i)];
-      s[i] = bristle_step(in.v * per_length, rate(r) * abs(in.v) * per_length, dt, s[i]);
-    }
+    step_by(theta, in, NetInputs<S>::of(theta + kScales, abs(in.v), in.load), dt, s);
+  }
+
+  template <class S>
+  S step_torque(const S* theta, const Input<S>& in, double dt, S* s) const {
+    const NetInputs<S> features = NetInputs<S>::of(theta + kScales, in.v, in.load);
+    step_by(theta, in, features.ahead(), dt, s);
+    return torque_of(theta, in, features, static_cast<const S*>(s));
   }
 
   template <class S>
@@ -214,6 +209,33 @@ class BasicLvm {
   using RateNet = Mlp<Activation::kMish, kRateInputs, 1, 1, kRateWidth>;
   static constexpr RateNet kRateNet{kRateWidth};
 
+  template <class S>
+  [[gnu::noinline, gnu::flatten]] S torque_of(const S* theta, const Input<S>& in,
+                                              const NetInputs<S>& features, const S* s) const {
+    S x[kInputs * 2], y[kOutputs * 2];
+    mirrored(features, s, x);
+    net_.template forward<2>(theta + kCommon, x, y);
+    return theta[kF0] * tanh(in.v / theta[kV0]) + theta[kFv] * in.v +
+           bristles(theta, s) * (S(1) + (y[2] + y[3])) + theta[kFc] * (y[0] - y[1]);
+  }
+
+  // Stage by stage: the latents share the processor. Features of |v|.
+  template <class S>
+  [[gnu::noinline, gnu::flatten]] void step_by(const S* theta, const Input<S>& in,
+                                               const NetInputs<S>& features, double dt,
+                                               S* s) const {
+    const S direction = select(in.v < S(0), S(-1), S(1));
+    S x[kLatents * kRateInputs], r[kLatents];
+    for (int i = 0; i < kLatents; ++i) rate_inputs(features, direction * s[i], x + i * kRateInputs);
+    kRateNet.forward_each<kLatents>(theta + rate_begin(0), x, r);
+    for (S& each : r) each = log_rate(each);
+    for (S& each : r) each = exp(each);
+    for (int i = 0; i < kLatents; ++i) {
+      const S per_length = S(1) / theta[delta(i)];
+      s[i] = bristle_step(in.v * per_length, r[i] * abs(in.v) * per_length, dt, s[i]);
+    }
+  }
+
   // where the weights of r_i begin, after those of the torque
   constexpr int rate_begin(int i) const {
     return kCommon + net_.weight_count() + i * kRateNet.weight_count();
@@ -243,7 +265,11 @@ class BasicLvm {
 
   template <class S>  // rho from the network's output
   static S rate(const S& r) {
-    return exp(S(kLogRateLimit) * tanh(r / S(kLogRateLimit)));
+    return exp(log_rate(r));
+  }
+  template <class S>
+  static S log_rate(const S& r) {
+    return S(kLogRateLimit) * tanh(r / S(kLogRateLimit));
   }
 
   template <class S>  // torque of the bristles alone [N m]
