@@ -361,6 +361,11 @@ Exported write_mjcf_friction(const data::ModelFile& model, const Motion* held_ou
             rms(law, j), motion.name));
   }
   for (const std::string& loss : exported.losses) extras.head += xml_comment(loss) + Xml::of("\n");
+  if (!extras.tendons.empty())
+    extras.head += xml_comment(
+                       "springs that yield: integrator Euler, implicit or implicitfast; RK4 and "
+                       "discrete let them yield differently") +
+                   Xml::of("\n");
   exported.files.push_back({code_name(model) + ".xml", mjcf_text(model, extras)});
   return exported;
 }
