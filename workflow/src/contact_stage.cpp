@@ -24,7 +24,6 @@ using enum Section;
 constexpr Section kPushed[] = {kName,       kSeed,       kRobot,   kFriction, kPlant,
                                kController, kExcitation, kSensors, kContact};
 constexpr int kQuietPeriods = 4;    // of each path without contact
-constexpr double kWarmUp = 2.0;     // [s] in which bristles lose their unknown first state
 constexpr double kPushEvery = 1.5;  // [s]
 
 /// A model and what filters its friction; 0: nothing.
@@ -66,7 +65,7 @@ Felt feel(const scene::Problem& problem, const sim::MujocoArm& arm, const sim::L
 /// The rows after the observers' first moments.
 ConstRowMatrix after_warm_up(const RowMatrix& signal, double rate_hz) {
   return signal.bottomRows(
-      std::max<Eigen::Index>(0, signal.rows() - std::lround(kWarmUp * rate_hz)));
+      std::max<Eigen::Index>(0, signal.rows() - std::lround(evaluate::kContactWarmUp * rate_hz)));
 }
 
 /// The motion of recording `number` of the stage, each along a path of its own.
@@ -109,7 +108,7 @@ Done work(const scene::Problem& problem, const std::vector<FitId>& fits, const R
 
   evaluate::ContactFile file;
   file.bandwidth_hz = options.bandwidth_hz;
-  const double counted = kQuietPeriods * period - kWarmUp;  // of a recording [s]
+  const double counted = kQuietPeriods * period - evaluate::kContactWarmUp;  // of a recording [s]
   const int quiet_count = static_cast<int>(std::ceil(3600 * options.hours / counted));
   const auto quiet = listen(problem, arm, observers, quiet_count, jobs);
   file.hours = quiet.front().hours();
@@ -128,8 +127,9 @@ Done work(const scene::Problem& problem, const std::vector<FitId>& fits, const R
 
   // pushes, recording by recording
   const int length = static_cast<int>(std::lround(period * rate));
-  const int warm_up = static_cast<int>(std::lround(kWarmUp * rate));
-  const int in_each = std::max(1, static_cast<int>((period - kWarmUp) / kPushEvery));
+  const int warm_up = static_cast<int>(std::lround(evaluate::kContactWarmUp * rate));
+  const int in_each =
+      std::max(1, static_cast<int>((period - evaluate::kContactWarmUp) / kPushEvery));
   const int recordings = (options.pushes + in_each - 1) / in_each;
   std::vector<evaluate::TorqueErrors> errors(observers.size());
   Done done;

@@ -32,7 +32,7 @@ std::span<const double> row_of(const RowMatrix& values, int row) {
 }
 
 std::string millimetres(double value) {
-  return value < 99.95 ? fmt::format("{:.1f} mm", value) : fmt::format("{:.0f} mm", value);
+  return fmt::format("{:.{}f} mm", value, value < 0.995 ? 2 : value < 99.95 ? 1 : 0);
 }
 
 /// Rows first..last, thinned.
@@ -266,7 +266,8 @@ void Comparison::draw_header(Canvas& canvas, int row) const {
   const TextStyle title{.size = 19, .paint = kInk, .bold = true};
   canvas.fill({0, 0, kFilmWidth, kHeader}, {1, 1, 1, 1});
   canvas.text({16, 29}, film_.scene, title);
-  canvas.text({16 + canvas.text_width(film_.scene, title) + 14, 29}, film_.words.motion,
+  canvas.text({16 + canvas.text_width(film_.scene, title) + 14, 29},
+              film_.words.motion + (side_by_side_ ? "; grey: " + film_.words.base : ""),
               {.size = 15, .paint = kFaint});
   canvas.text({kFilmWidth - 16, 29},
               fmt::format("t = {:5.2f} s of {:.1f} s", film_.t[row], film_.t[film_.t.size() - 1]),

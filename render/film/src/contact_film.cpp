@@ -69,9 +69,14 @@ std::optional<ContactFilm> read_contact_film(const workflow::RunFolder& folder,
   film.scene = problem.scene.name;
   film.joint_names = loop->joint_names;
   film.force_N = file->models.front().forces.front().force_N;
-  film.t = loop->t.array() - loop->t[0];
-  film.q = std::move(loop->q);
-  film.tau_ext = std::move(loop->tau_ext);
+  const auto counted = [&](const RowMatrix& values) -> RowMatrix {
+    const auto warm_up = (loop->t.array() < evaluate::kContactWarmUp).count();
+    return values.bottomRows(values.rows() - warm_up);
+  };
+  film.t = counted(loop->t).array() - evaluate::kContactWarmUp;
+  if (film.t.size() == 0) return {};
+  film.q = counted(loop->q);
+  film.tau_ext = counted(loop->tau_ext);
   double largest = -1;
   for (int j = 0; j < static_cast<int>(film.tau_ext.cols()); ++j)
     if (const double load = film.tau_ext.col(j).squaredNorm(); load > largest) {
@@ -86,7 +91,8 @@ std::optional<ContactFilm> read_contact_film(const workflow::RunFolder& folder,
     const auto model = std::ranges::find(models, score->model, &render::RunModel::name);
     film.observers.push_back(
         {score->label, model == models.end() ? "#000000" : model->look.colour,
-         data::load_signals<data::ContactSignals>(folder.external_torque(score->model)).tau_ext,
+         counted(data::load_signals<data::ContactSignals>(folder.external_torque(score->model))
+                     .tau_ext),
          score->threshold_Nm});
   }
   return film;
@@ -148,10 +154,10 @@ void ContactFrames::draw_strips(Canvas& canvas, int row) const {
       levels[m].push_back(std::clamp(film_.observers[m].level(k), kLeast, kMost));
     }
   }
-  const Chart torque({0, top, half, height},
-                     "external torque, " + film_.joint_names[static_cast<std::size_t>(film_.joint)],
-                     {first_s, first_s + kPast, false, "t [s]"},
-                     {range_.first, range_.second, false, "N m"});
+  const Chart torque(
+      {0, top, half, height},
+      "external torque (grey: true), " + film_.joint_names[static_cast<std::size_t>(film_.joint)],
+      {first_s, first_s + kPast, false, "t [s]"}, {range_.first, range_.second, false, "N m"});
   torque.draw_axes(canvas);
   torque.draw_curve(canvas, t, truth, {.width = 4, .paint = kTruth});
   const Chart level({half, top, half, height}, "largest torque over its threshold",

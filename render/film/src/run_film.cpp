@@ -23,7 +23,7 @@ namespace fricid::film {
 namespace {
 
 constexpr std::size_t kModelsShown = 3;
-constexpr const char* kBareColour = "#708090";  // an arm without compensation
+constexpr const char* kBareColour = "#3f5fbf";  // an arm without compensation
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// A rollout with all signals of a film; those of other programs may lack tau_f.

@@ -61,6 +61,10 @@ struct PushScore {
   }
 };
 
+/// Recordings of pushes begin with so much of motion [s], in which bristles lose their unknown
+/// first state: nothing there counts.
+inline constexpr double kContactWarmUp = 2.0;
+
 /// Methods: the momentum observer with friction that follows the motion, or whose states particles
 /// filter.
 inline constexpr const char *kObserver = "observer", *kParticles = "particles";
