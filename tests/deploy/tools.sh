@@ -7,7 +7,8 @@ here=$(cd "$(dirname "$0")" && pwd)
 tree=$(cd "$1" && pwd)
 shift
 venv=$tree/tools
-"$here/../../scripts/venv.sh" "$venv" "$here/tools_requirements.txt"
+# Pinocchio brings the headers of its libraries, FMPy a CMake for FMUs without a binary
+"$here/../../scripts/venv.sh" "$venv" "$here/tools_requirements.txt" cmeel.prefix/include cmake
 samples=$(mktemp -d)
 trap 'rm -rf "$samples"' EXIT
 "$tree/tests/deploy/write_export_samples" "$samples"
