@@ -45,14 +45,6 @@ scene::Problem problem_of(const RunOptions& options) {
   return workflow::load_problem(options.target, options.seed);
 }
 
-/// Missing logs: prints a message; not a failure, and no folder is made.
-bool skipped(const scene::Problem& problem) {
-  std::string why;
-  if (scene::data_available(problem, &why)) return false;
-  say("skipped: " + why);
-  return true;
-}
-
 void print_file(const fs::path& file) { print(read_file(file)); }
 void print_json_file(const fs::path& file) { print(visible_json(read_file(file))); }
 
@@ -111,7 +103,7 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
   workflow::require_models(problem.scene);
   workflow::require_validation(problem.scene);
   scene::require_horizons(problem.scene);
-  if (skipped(problem)) return Verdict::kDone;
+  scene::require_logs(problem);
   const Requests requests = requests_of(problem, options);
   workflow::require_memory(problem, requests.fits, common.jobs);
   workflow::Job job = open_job(std::move(problem), options, common);
@@ -173,7 +165,7 @@ Verdict compare(const std::vector<fs::path>& folders, const std::string& against
 Verdict identify(const RunOptions& options, const CommonOptions& common) {
   scene::Problem problem = problem_of(options);
   if (options.models.empty()) workflow::require_models(problem.scene);
-  if (skipped(problem)) return Verdict::kDone;
+  scene::require_logs(problem);
   const Requests requests = requests_of(problem, options);
   workflow::require_memory(problem, requests.fits, common.jobs);
   workflow::Job job = open_job(std::move(problem), options, common);

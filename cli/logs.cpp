@@ -53,11 +53,7 @@ std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
     return data::check_dataset(d, log.string());
   } catch (const UserError&) {
     if (!as_it_was) throw;
-    try {
-      data::import_log(log, contract);  // throws with the place in the file
-    } catch (const UserError& error) {
-      throw UserError("{}; `fricid check` lists what --fix can repair", error.what());
-    }
+    data::import_log(log, contract);  // throws with the place in the file
     throw;
   }
 }

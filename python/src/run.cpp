@@ -40,12 +40,6 @@ struct Source {
   }
 };
 
-/// @throws UserError naming a missing log
-void require_data(const scene::Problem& problem) {
-  std::string why;
-  if (!scene::data_available(problem, &why)) throw UserError("{}", why);
-}
-
 void simulate(const Source& source, const nb::object& progress) {
   do_job(progress, [&] {
     scene::Problem problem = source.problem();
@@ -64,7 +58,7 @@ bool identify(const Source& source, const std::vector<std::string>& models,
   return job(progress, [&] {
     scene::Problem problem = source.problem();
     if (models.empty()) workflow::require_models(problem.scene);
-    require_data(problem);
+    scene::require_logs(problem);
     const auto requests = workflow::requested_fits(problem.scene, models, seeds);
     workflow::require_memory(problem, requests, source.jobs);
     workflow::Job job = source.open(std::move(problem));

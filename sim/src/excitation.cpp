@@ -211,9 +211,11 @@ std::string broken_limit(const TrajectoryReport& report, const ExcitationOptions
         "no random start of {} was inside the limits of position, velocity, "
         "acceleration and jerk; raise restarts or shrink half_range",
         config.restarts);
-  return fmt::format("{}: {:.3f} m apart in every motion tried; allowed: clearance_m = {} or more",
-                     report.closest.empty() ? "closest bodies" : report.closest, report.clearance_m,
-                     config.clearance_m);
+  return fmt::format(
+      "{}: {:.3f} m apart at their nearest in the best motion found; allowed: clearance_m = {} or "
+      "more; lower it, or shrink half_range",
+      report.closest.empty() ? "closest bodies" : report.closest, report.clearance_m,
+      config.clearance_m);
 }
 
 }  // namespace

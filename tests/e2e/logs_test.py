@@ -1,9 +1,10 @@
 """Real logs: the doctor speaks on import, repairs only what is named, and says so."""
 import json
 import math
+import shutil
 import unittest
 
-from fricid_program import ProgramTest, fricid, load
+from fricid_program import SOURCE, ProgramTest, fricid, load
 
 CONTRACT = """
 joint_names = ["shoulder", "elbow"]
@@ -58,6 +59,30 @@ class Logs(ProgramTest):
         self.assertIn("fixed gap", load(self.folder / "a.doctor.json")["source"])
         again = json.loads(fricid("check", self.folder / "a.h5", "--json").stdout)
         self.assertIn("missing", {f["name"] for f in again["doctor"][0]["findings"]})
+
+    def test_a_repaired_data_set_is_what_a_scene_takes_without_a_contract(self):
+        shutil.copy(SOURCE / "models/test/planar_2r.urdf", self.folder / "arm.urdf")
+        scene = """
+            [robot]
+            urdf = "arm.urdf"
+            [data]
+            contract = "contract.toml"
+            train = ["a.csv[:8]"]
+            validation = ["a.csv[8:]"]
+            [[model]]
+            name = "simple"
+            [evaluate]
+            horizons_s = [0.1]
+            """.replace("            ", "")
+        self.log("a.csv", lost=range(900, 940))
+        refused = fricid("run", self.write("scene.toml", scene), "-o", self.folder / "run")
+        self.assert_refused(refused, r"a\.csv:\d+: gap in time: .*; `fricid check` lists what `fricid import --fix` repairs")
+        done = fricid("import", self.folder / "a.csv", "--contract", self.contract, "-o", self.folder, "--fix", "gap")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.write("scene.toml", scene.replace('contract = "contract.toml"\n', "").replace("a.csv", "a.h5"))
+        done = fricid("identify", self.folder / "scene.toml", "-o", self.folder / "run")
+        self.assertIn(done.returncode, (0, 1), done.stderr)  # the log is of another arm
+        self.assertTrue((self.folder / "run/fit/simple_s1.json").exists(), done.stderr)
 
     def test_a_sign_is_found_and_turned_when_named(self):
         log = self.log("a.csv", torque_sign=-1)

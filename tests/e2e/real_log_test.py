@@ -70,12 +70,10 @@ class RealLog(ProgramTest):
             self.assertEqual(done.returncode, 1, done.stderr)
             self.assertFalse(load(self.out / "fit/simple_s1.json")["usable"])
 
-    def test_absent_logs_are_said_and_leave_no_folder(self):
+    def test_absent_logs_are_refused_and_leave_no_folder(self):
         for command in ("run", "identify"):
             done = self.run_scene(command)
-            self.assertEqual(done.returncode, 0)
-            self.assertRegex(done.stderr, r"^skipped: .*train\.csv[^\n]*\n$")
-            self.assertEqual(done.stdout, "")
+            self.assert_refused(done, r"scene\.toml:7: .*train\.csv does not exist")
             self.assertFalse(self.out.exists())
 
     def test_a_broken_log_leaves_no_folder(self):

@@ -165,8 +165,10 @@ TEST_F(BadScene, MissingParts) {
   EXPECT_EQ(with("[[model]]\nlabel = \"?\"\n"),
             "scene.toml:12: model[1].name is missing: name of its files, used once: letters, "
             "digits, _ - and .");
-  EXPECT_EQ(error_of("[robot]\nurdf = \"arm.urdf\"\n[data]\ntrain = [\"a.csv\"]\n"),
-            "scene.toml:3: data.contract is missing: column contract of the logs");
+  EXPECT_EQ(
+      error_of("[robot]\nurdf = \"arm.urdf\"\n[data]\ntrain = [\"a.csv\"]\n"),
+      "scene.toml:3: data.contract is missing: column contract of the logs; only data sets of "
+      "`fricid import` (.h5) need none");
   EXPECT_EQ(with("[data]\ntrain = [\"a.csv\"]\n"),
             "scene.toml:13: data.train beside [friction]; allowed: one of them");
 }

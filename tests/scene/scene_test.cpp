@@ -113,7 +113,7 @@ train = "log.csv"
       "short.toml",
       "joint_names = [\"shoulder\"]\n[position]\ncolumns = \"q1\"\n[torque]\ncolumns = \"tau1\"\n");
   EXPECT_EQ(message_of([&] { load(replaced(text, "contract.toml", "short.toml"), "other.toml"); }),
-            "other.toml:4: robot.hold = \"elbow\"; allowed: joints of the contract, shoulder; or "
+            "other.toml:4: robot.hold = \"elbow\"; allowed: joints of the log, shoulder; or "
             "robot.fix = {elbow = POSITION}");
   EXPECT_EQ(
       message_of([&] {
@@ -330,17 +330,16 @@ contract = "contract.toml"
 train = ["$FRICID_TEST_LOGS/a.csv"]
 )toml";
   unsetenv("FRICID_TEST_LOGS");
-  std::string why;
-  EXPECT_FALSE(data_available(load(scene), &why));
-  EXPECT_EQ(why,
-            "$FRICID_TEST_LOGS/a.csv needs the environment variable FRICID_TEST_LOGS, which is not "
-            "set");
+  const auto refusal = [&] { return message_of([&] { require_logs(load(scene)); }); };
+  EXPECT_EQ(refusal(),
+            "scene.toml:5: $FRICID_TEST_LOGS/a.csv needs the environment variable "
+            "FRICID_TEST_LOGS, which is not set");
   setenv("FRICID_TEST_LOGS", path("logs").c_str(), 1);
-  EXPECT_FALSE(data_available(load(scene), &why));
-  EXPECT_EQ(why, path("logs/a.csv").string() + " does not exist");
+  EXPECT_EQ(refusal(), "scene.toml:5: logs/a.csv does not exist");
+  EXPECT_FALSE(logs_are_there(load(scene)));
   write("logs/a.csv", "t");
   const Problem found = load(scene);
-  EXPECT_TRUE(data_available(found, nullptr));
+  EXPECT_TRUE(logs_are_there(found));
   EXPECT_EQ(found.inputs.back(), path("logs/a.csv"));
   EXPECT_FALSE(found.scene.simulates());
   unsetenv("FRICID_TEST_LOGS");

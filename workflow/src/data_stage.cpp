@@ -77,7 +77,7 @@ Stage data_stage(const Job& job) {
     };
   } else {
     declare(stage.inputs, job.problem, kImported);
-    stage.inputs.file("contract", job.problem.contract_path);
+    declare_contract(stage.inputs, job.problem);
     declare_logs(stage.inputs, job.problem, job.problem.scene.data.train, RunFolder::training);
     declare_logs(stage.inputs, job.problem, job.problem.scene.data.validation,
                  RunFolder::validation);

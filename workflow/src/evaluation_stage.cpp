@@ -317,7 +317,7 @@ Stage evaluation_stage(const Job& job, const std::vector<fs::path>& further_data
 }
 
 evaluate::Evaluation evaluate(Job& job, const std::vector<fs::path>& further_data) {
-  const bool logs = scene::data_available(job.problem, nullptr);
+  const bool logs = scene::logs_are_there(job.problem);
   if (!job.run.intact("data") || (logs && !job.run.stands(data_stage(job))))
     throw UserError(
         "{}: the data are damaged, or made from another scene, robot or logs; `fricid run {}` "

@@ -47,7 +47,7 @@ scene::Problem checked_problem(scene::Scene scene, std::optional<std::uint64_t> 
   if (seed) scene.seed = *seed;
   scene::Problem problem = scene::resolve(std::move(scene));
   if (!ran && problem.scene.simulates()) sim::make_arm(problem);
-  if (scene::data_available(problem, nullptr)) refuse_shared_logs(problem);
+  if (scene::logs_are_there(problem)) refuse_shared_logs(problem);
   return problem;
 }
 

@@ -52,7 +52,7 @@ Stage payload_stage(const Job& job) {
   if (simulates) {
     stage.inputs.text("MJCF", job.mjcf);
   } else {
-    stage.inputs.file("contract", job.problem.contract_path);
+    declare_contract(stage.inputs, job.problem);
     declare_logs(stage.inputs, job.problem, job.problem.scene.payload.logs, RunFolder::loaded);
   }
   stage.inputs.outputs_of(job.run.results_of("data"), "data/train_");

@@ -276,10 +276,15 @@ Dataset read_log(const std::filesystem::path& path, const Contract& contract) {
 Dataset import_log(const std::filesystem::path& path, const Contract& contract) {
   std::vector<int> lines;
   Dataset d = read(path, contract, lines);
-  check_times(d.t, d.rate_hz, [&](int k) {
-    return lines.empty() ? fmt::format("{}: sample {}", path.string(), k)
-                         : fmt::format("{}:{}", path.string(), lines[static_cast<std::size_t>(k)]);
-  });
+  try {
+    check_times(d.t, d.rate_hz, [&](int k) {
+      return lines.empty()
+                 ? fmt::format("{}: sample {}", path.string(), k)
+                 : fmt::format("{}:{}", path.string(), lines[static_cast<std::size_t>(k)]);
+    });
+  } catch (const UserError& error) {
+    throw UserError("{}; `fricid check` lists what `fricid import --fix` repairs", error.what());
+  }
   check_dataset(d, path.string());
   return d;
 }

@@ -78,6 +78,17 @@ void check_loops(const Scene& scene) {
                       scene.origin.place(fmt::format("model[{}].name", i)), i + 1, name);
 }
 
+// Calls with the key and the name of each log of a scene.
+template <class Use>
+void for_logs(const Scene& scene, Use&& use) {
+  const auto each = [&](const char* key, const std::vector<std::string>& logs) {
+    for (const std::string& log : logs) use(key, log);
+  };
+  each("data.train", scene.data.train);
+  each("data.validation", scene.data.validation);
+  each("payload.logs", scene.payload.logs);
+}
+
 void check_consistency(const Scene& scene) {
   check_loops(scene);
   if (!scene.simulates() && scene.data.train.empty())
@@ -93,9 +104,14 @@ void check_consistency(const Scene& scene) {
     throw UserError("{}: evaluate.draws = {}; allowed: 0 or at least {}",
                     scene.origin.place("evaluate.draws"), draws, kFewestDraws);
   if (!scene.simulates()) {
-    if (scene.data.contract.empty())
-      throw UserError("{}: data.contract is missing: column contract of the logs",
-                      scene.origin.place("data"));
+    if (!scene.data.contract.empty()) return;
+    for_logs(scene, [&](const char*, const std::string& log) {
+      if (fs::path(data::log_part(log).file).extension() != ".h5")
+        throw UserError(
+            "{}: data.contract is missing: column contract of the logs; only data sets of `fricid "
+            "import` (.h5) need none",
+            scene.origin.place("data"));
+    });
     return;
   }
   const double rate = scene.sensors.rate_hz;
@@ -146,13 +162,6 @@ fs::path folder_of_scene(const Scene& scene) {
       .lexically_normal();
 }
 
-// Calls with each log of a scene.
-template <class Use>
-void for_logs(const Scene& scene, Use&& use) {
-  for (const auto* logs : {&scene.data.train, &scene.data.validation, &scene.payload.logs})
-    for (const std::string& log : *logs) use(log);
-}
-
 }  // namespace
 
 Problem resolve(Scene scene) {
@@ -192,11 +201,11 @@ Problem resolve(Scene scene) {
   std::vector<fs::path> inputs = origin.files;
   for (const fs::path& path : {urdf, mjcf, contract})
     if (!path.empty()) inputs.push_back(path);
-  for_logs(scene, [&](const std::string& log) {
+  for_logs(scene, [&](const char*, const std::string& log) {
     try {
       inputs.push_back(config::find_file(data::log_part(log).file, folder_of_scene(scene)));
     } catch (const UserError&) {
-      return;  // absent logs are reported by data_available
+      return;  // absent logs are refused by require_logs
     }
   });
   return {.scene = std::move(scene),
@@ -241,11 +250,20 @@ fs::path find_log(const Problem& problem, const std::string& name) {
   return config::find_file(data::log_part(name).file, folder_of_scene(problem.scene));
 }
 
-bool data_available(const Problem& problem, std::string* why) {
+void require_logs(const Problem& problem) {
+  for_logs(problem.scene, [&](const char* key, const std::string& log) {
+    try {
+      find_log(problem, log);
+    } catch (const UserError& error) {
+      throw UserError("{}: {}", problem.scene.origin.place(key), error.what());
+    }
+  });
+}
+
+bool logs_are_there(const Problem& problem) {
   try {
-    for_logs(problem.scene, [&](const std::string& log) { find_log(problem, log); });
-  } catch (const UserError& error) {
-    if (why) *why = error.what();
+    require_logs(problem);
+  } catch (const UserError&) {
     return false;
   }
   return true;

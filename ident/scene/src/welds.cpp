@@ -41,19 +41,21 @@ void fix_held_joints(Scene& scene, const std::filesystem::path& contract_path,
     if (!robot.fix.contains(joint)) open.push_back(joint);
   if (open.empty()) return;
   const std::string place = scene.origin.place("robot.hold");
-  if (scene.simulates() || scene.data.train.empty() || contract_path.empty())
+  if (scene.simulates() || scene.data.train.empty())
     throw UserError("{}: robot.hold = \"{}\" without logs; allowed: robot.fix = {{{} = POSITION}}",
                     place, open[0], open[0]);
-  const data::Contract contract = data::load_contract(contract_path);
   const std::string& log = scene.data.train.front();
   const data::LogPart part = data::log_part(log);
+  const std::filesystem::path file = config::find_file(part.file, folder);
   const data::Dataset d =
-      data::cut(data::read_log(config::find_file(part.file, folder), contract), part, log);
+      data::cut(contract_path.empty() ? data::load_dataset(file)
+                                      : data::read_log(file, data::load_contract(contract_path)),
+                part, log);
   for (const std::string& joint : open) {
     const auto found = std::ranges::find(d.joint_names, joint);
     if (found == d.joint_names.end())
       throw UserError(
-          "{}: robot.hold = \"{}\"; allowed: joints of the contract, {}; or "
+          "{}: robot.hold = \"{}\"; allowed: joints of the log, {}; or "
           "robot.fix = {{{} = POSITION}}",
           place, joint, fmt::join(d.joint_names, ", "), joint);
     const double position = median(d.q.col(found - d.joint_names.begin()));

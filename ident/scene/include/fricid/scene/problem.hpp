@@ -23,7 +23,7 @@ struct Problem {
 
 /// Finds the files of a scene beside the file that names them, then in the share folder, builds
 /// its robot and checks its values. Depends only on the scene and the content of those files.
-/// Log files need not exist: see `data_available`.
+/// Log files need not exist: see `require_logs`.
 /// @throws UserError "file:line: ..." on anything wrong
 Problem resolve(Scene scene);
 
@@ -41,7 +41,9 @@ void require_horizons(const Scene& scene);
 /// Path of a log of the scene. @throws UserError when it is not there
 std::filesystem::path find_log(const Problem& problem, const std::string& name);
 
-/// Whether every log file of the scene is there; if not, `why` says in one line what is missing.
-bool data_available(const Problem& problem, std::string* why);
+/// Checks that every log file of the scene is there. @throws UserError "file:line: ..."
+void require_logs(const Problem& problem);
+/// Whether every log file of the scene is there.
+bool logs_are_there(const Problem& problem);
 
 }  // namespace fricid::scene
