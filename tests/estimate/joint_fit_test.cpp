@@ -9,6 +9,7 @@
 
 #include "arm_data.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/torque/sum_fit.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
 
 namespace fricid::estimate {
@@ -119,6 +120,39 @@ TEST(JointFits, TrainingRowsAreNotTheHeldOutOnes) {
   };
   EXPECT_EQ(fit(seen, JointFits::Rows::kTraining), fit(unseen, JointFits::Rows::kTraining));
   EXPECT_NE(fit(seen, JointFits::Rows::kAll), fit(unseen, JointFits::Rows::kAll));
+}
+
+// A gap and a second wave: in the joint that has them, of the size that they have.
+TEST(SumFit, FindsGapsAndFurtherRipples) {
+  Arm truth = logs().truth;
+  truth.friction.model = friction::RobotFriction(
+      {{{{"dahl", 0, {{"backlash", 1}}}}}, {{{"dahl", 0, {{"ripple", 2}}}}}, {{{"dahl", 0, {}}}}});
+  truth.friction.theta = {6, 3000, 2,   3e-4,                              // b
+                          5, 2400, 1.6, 100,  0.04, 0.7, 262, 0.03, -1.2,  // n, A, phi twice
+                          3, 1500, 1};
+  std::vector<data::Dataset> recorded;
+  for (const std::uint64_t seed : {1, 2}) {
+    LogOptions options;
+    options.seed = seed;
+    recorded.push_back(make_log(truth, options));
+  }
+  const Prepared prepared = prepare(truth.robot, logs().prepared.options, recorded, 2);
+  const JointFits fits(prepared, logs().windows, 2);
+  std::vector<friction::LvmParts> parts;
+  std::vector<PartEvidence> evidence;
+  const Candidate sum = fit_sum(fits, parts, evidence);
+  EXPECT_TRUE(parts[0].backlash);
+  EXPECT_NEAR(parameter(sum.arm, 0, "backlash", "b"), 3e-4, 3e-5);
+  EXPECT_FALSE(parts[1].backlash);
+  EXPECT_FALSE(parts[2].backlash);
+  EXPECT_EQ(parts[1].ripples, 2);
+  EXPECT_NEAR(parameter(sum.arm, 1, "ripple", "n1"), 100, 0.5);
+  EXPECT_NEAR(parameter(sum.arm, 1, "ripple", "n2"), 262, 0.5);
+  EXPECT_NEAR(parameter(sum.arm, 1, "ripple", "A2"), 0.03, 4e-3);
+  for (const auto& p : sum.arm.friction.model.parameters()) {
+    if (p.joint != 2 || p.info.role != friction::Role::kAmplitude) continue;
+    EXPECT_LT(parameter(sum.arm, 2, "ripple", p.symbol), 3e-3);  // logs without noise show all
+  }
 }
 
 // Friction that lags is in no law of the sum.

@@ -71,8 +71,8 @@ TEST(LvmSum, HasThePartsItIsAskedFor) {
     }
     return text;
   };
-  EXPECT_EQ(owners({.temperature = true}),
-            "gms:lrta viscous_power:ta coulomb_viscous:ta load_dependent: ");
+  EXPECT_EQ(owners({.temperature = true, .backlash = true}),
+            "gms:lrtab viscous_power:ta coulomb_viscous:ta load_dependent: ");
   EXPECT_EQ(owners({.memory = Memory::kBristle,
                     .load = false,
                     .power_flow = false,

@@ -1,5 +1,6 @@
 #include "fricid/friction/sum.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace fricid::friction {
@@ -15,8 +16,10 @@ JointSpec lvm_sum(const LvmParts& parts) {
   if (parts.memory == Memory::kNone) memory = {"stribeck", 0, {}};
   if (parts.load) memory.modifiers.push_back({"load", 1});
   if (parts.ripples > 0) memory.modifiers.push_back({"ripple", parts.ripples});
+  memory = warm_and_directed(std::move(memory));
+  if (parts.backlash) memory.modifiers.push_back({"backlash", 1});
   JointSpec joint;
-  joint.laws.push_back(warm_and_directed(std::move(memory)));
+  joint.laws.push_back(std::move(memory));
   joint.laws.push_back(warm_and_directed({"viscous_power", 0, {}}));
   joint.laws.push_back(warm_and_directed({"coulomb_viscous", 0, {}}));
   if (parts.power_flow) joint.laws.push_back({"load_dependent", 0, {}});
@@ -29,6 +32,9 @@ void set(LvmParts& parts, SumPart part, bool on) {
     case SumPart::kBristle:
       parts.memory = on ? Memory::kBristle : Memory::kBank;
       return;
+    case SumPart::kBacklash:
+      parts.backlash = on;
+      return;
     case SumPart::kLoad:
       parts.load = on;
       return;
@@ -39,7 +45,13 @@ void set(LvmParts& parts, SumPart part, bool on) {
       parts.asymmetry = on;
       return;
     case SumPart::kRipple:
-      parts.ripples = on ? 1 : 0;
+      parts.ripples = on ? std::max(parts.ripples, 1) : 0;
+      return;
+    case SumPart::kSecondRipple:
+      parts.ripples = on ? std::max(parts.ripples, 2) : std::min(parts.ripples, 1);
+      return;
+    case SumPart::kThirdRipple:
+      parts.ripples = on ? 3 : std::min(parts.ripples, 2);
       return;
     case SumPart::kTemperature:
       parts.temperature = on;

@@ -25,7 +25,7 @@ void seed_ripples(const JointFrictionData& data, const friction::RobotFriction& 
   const double step = std::max(kRippleGrid * 2 * std::numbers::pi / data.travel(), kFinestOfGrid);
   const int orders = static_cast<int>((kMostRipples - kFewestRipples) / step) + 1;
   for (const std::size_t i : terms) {
-    theta[i + 1] = 0;
+    theta[ripple_amplitude(i)] = 0;
     const RippleTerm term = data.strongest_ripple(friction, theta, {kFewestRipples, step, orders});
     const double values[] = {term.n, term.A, term.phi};
     for (std::size_t k = 0; k < 3; ++k) {

@@ -273,6 +273,29 @@ class Problem {
   Eigen::VectorXd centre_, sigma_;
 };
 
+/// Where theta has ripples without amplitude.
+std::vector<std::size_t> unknown_ripples(const friction::Friction& friction) {
+  std::vector<std::size_t> terms = ripple_terms(friction.model);
+  std::erase_if(terms, [&](std::size_t i) { return friction.theta[ripple_amplitude(i)] != 0; });
+  return terms;
+}
+
+/// Looks for ripples in what the arm leaves of the torque.
+void find_ripples(const ArmTorqueData& data, const std::vector<std::size_t>& terms, Arm& arm,
+                  int jobs) {
+  const FrictionTorques target = friction_target(arm.robot, arm.robot.pi, data.recordings(), jobs);
+  const std::vector<JointModel> models = joint_models(arm.friction.model);
+  parallel_for(data.n(), jobs, [&](int j) {
+    const JointModel& joint = models[static_cast<std::size_t>(j)];
+    std::vector<std::size_t> own;
+    for (const std::size_t term : terms)
+      if (term >= joint.begin && term < joint.begin + joint.size) own.push_back(term - joint.begin);
+    const JointFrictionData left(data.recordings(), target, j, data.cutoff_hz());
+    seed_ripples(left, joint.one, own,
+                 std::span(arm.friction.theta).subspan(joint.begin, joint.size));
+  });
+}
+
 /// c + s with s_z = -c_z for the coordinates of `zeroed` parameters and the others where the
 /// quadratic then is least.
 Eigen::VectorXd with_zeros(const optimise::Quadratic& at, const Eigen::VectorXd& c,
@@ -398,22 +421,16 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
   ArmTorqueFit fit;
   fit.arm = start;
   bool converged = false;
-  const int passes = options.find_ripples ? 2 : 1;
+  const std::vector<std::size_t> sought =
+      options.find_ripples ? unknown_ripples(start.friction) : std::vector<std::size_t>();
+  const int passes = sought.empty() ? 1 : 2;
   for (int pass = 0; pass < passes; ++pass) {
-    if (pass > 0 && !ripple_terms(start.friction.model).empty()) {
-      const FrictionTorques target =
-          friction_target(fit.arm.robot, fit.arm.robot.pi, data.recordings(), jobs);
-      parallel_for(data.n(), jobs, [&](int j) {
-        const JointFrictionData left(data.recordings(), target, j, data.cutoff_hz());
-        const friction::RobotFriction& model = fit.arm.friction.model;
-        const friction::RobotFriction one({model.joints()[static_cast<std::size_t>(j)]});
-        seed_ripples(left, one, ripple_terms(one),
-                     std::span(fit.arm.friction.theta)
-                         .subspan(static_cast<std::size_t>(model.parameter_begin(j)),
-                                  one.parameters().size()));
-      });
-    }
-    const ArmCoordinates coordinates(fit.arm, options.coordinates);
+    const bool before = pass + 1 < passes;
+    if (passes > 1 && !before) find_ripples(data, sought, fit.arm, jobs);
+    CoordinateOptions frame = options.coordinates;
+    if (before)
+      for (const std::size_t term : sought) frame.limits.push_back({ripple_amplitude(term), 0, 0});
+    const ArmCoordinates coordinates(fit.arm, frame);
     ArmPoint point(coordinates, fit.arm);
     point.move_to(point.c());
     Problem problem(data, point, options, jobs);
@@ -430,7 +447,7 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
                      .most = 1e8,
                      .hold_at_bounds = true},
          .iterations = options.iterations,
-         .smallest_gain = pass + 1 < passes ? kFirstGain : options.smallest_gain});
+         .smallest_gain = before ? kFirstGain : options.smallest_gain});
     point.move_to(found.c);
     fit.arm = point.arm();
     fit.objective.push_back(found.value);

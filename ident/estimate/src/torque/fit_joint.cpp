@@ -12,6 +12,7 @@
 
 #include "fricid/base/progress.hpp"
 #include "fricid/estimate/torque/joint_fit.hpp"
+#include "fricid/estimate/torque/sum_fit.hpp"
 #include "support.hpp"
 #include "torque/networks.hpp"
 
@@ -21,46 +22,9 @@ namespace {
 // Conventional laws that the sum has to beat.
 constexpr std::pair<const char*, int> kRivals[] = {
     {"coulomb_viscous", 0}, {"stribeck", 0}, {"dahl", 0}, {"lugre", 0}, {"gms", 4}};
-constexpr double kPartsGain = 1e-3;  // smallest gain of a step where fits are only compared
-constexpr double kRoughGain = 1e-2;  // .. where a law may be lost anyway:
+constexpr double kRoughGain = 1e-2;  // smallest gain of a step where a law may be lost anyway:
 constexpr double kLost = 10;         // times the held-out torque error of the sum
 constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
-
-/// The sum whose parts the held-out torque wants: with all parts and either memory on the training
-/// rows; the better memory joint by joint; without the parts that say nothing; on all rows.
-Candidate fit_sum(const JointFits& fits, std::vector<friction::LvmParts>& parts,
-                  std::vector<PartEvidence>& evidence) {
-  const auto begin = std::chrono::steady_clock::now();
-  using enum JointFits::Rows;
-  using friction::Memory;
-  const auto n = static_cast<std::size_t>(fits.n());
-  parts.assign(n, {});
-  for (friction::LvmParts& of_joint : parts) of_joint.temperature = fits.has_temperature();
-  const auto weighed = [&](const Arm& start, bool find_ripples) {
-    return fits.on_torque(start, kTraining, find_ripples, kPartsGain).arm;
-  };
-  const Arm bank = weighed(fits.start(parts), true);
-  std::vector<friction::LvmParts> bristles = parts;
-  for (friction::LvmParts& of_joint : bristles) of_joint.memory = Memory::kBristle;
-  const Arm bristle =
-      weighed(with_stribeck_curves(bank, carried_over(bank, fits.start(bristles))), false);
-
-  for (std::size_t j = 0; j < n; ++j) {
-    evidence.push_back(
-        fits.compare(bristle, bank, static_cast<int>(j), friction::SumPart::kBristle));
-    set(parts[j], evidence.back().part, evidence.back().on);
-  }
-  const auto of_bristles = std::ranges::count(parts, Memory::kBristle, &friction::LvmParts::memory);
-  Arm fitted = of_bristles > 0 ? bristle : bank;
-  if (of_bristles > 0 && of_bristles < std::ssize(parts))
-    fitted = weighed(carried_over(bristle, carried_over(bank, fits.start(parts))), false);
-  for (const PartEvidence& of_part : fits.judge_parts(fitted)) {
-    evidence.push_back(of_part);
-    set(parts[static_cast<std::size_t>(of_part.joint)], of_part.part, of_part.on);
-  }
-  const Arm chosen = fits.on_torque(carried_over(fitted, fits.start(parts)), kAll, false).arm;
-  return fits.judged("sum", chosen, seconds_since(begin));
-}
 
 /// The arm of the method conventional, if it has a result.
 std::optional<Arm> conventional(const Prepared& prepared, const char* law, int seed, int jobs) {

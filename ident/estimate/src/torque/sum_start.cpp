@@ -23,6 +23,7 @@ constexpr double kPowerFlow = 0.002;     // mu at first
 constexpr double kCurvature = 0.1;       // nu load / mu at first
 constexpr double kMostLoss = 0.3;        // of the load in friction
 constexpr double kBristleLength = 1e-3;  // [rad]
+constexpr double kFirstGap = 1e-6;       // half of it [rad]
 constexpr std::uint64_t kSeedOfNetworks = 1;
 
 /// Of one joint: the laws that hold what several could, -1: none.
@@ -113,6 +114,8 @@ double start_value(const friction::RobotFriction& model, const friction::Paramet
     case Role::kLoadGrowth:
       return (is_of_load_law(model, p) ? kCurvature * kPowerFlow : kLoadShare) /
              std::max(load, 1e-3);
+    case Role::kGap:
+      return kFirstGap;
     case Role::kTemperature:
       return temperature;
     case Role::kTemperatureCoefficient:

@@ -29,16 +29,29 @@ struct LvmParts {
   bool load = true;          ///< modifier of the memory
   bool power_flow = true;    ///< load, differently when motoring and when back-driving
   bool asymmetry = true;
-  int ripples = 1;  ///< waves over the joint angle, of the memory
-  int network = 0;  ///< units of the network for what the laws leave; 0: none
+  int ripples = 1;        ///< waves over the joint angle, of the memory
+  bool backlash = false;  ///< a gap before the memory
+  int network = 0;        ///< units of the network for what the laws leave; 0: none
 
   bool operator==(const LvmParts&) const = default;
 };
 
 /// What of `LvmParts` the data decide.
-enum class SumPart { kBristle, kLoad, kPowerFlow, kAsymmetry, kRipple, kTemperature, kNetwork };
+enum class SumPart {
+  kBristle,
+  kBacklash,
+  kLoad,
+  kPowerFlow,
+  kAsymmetry,
+  kRipple,
+  kSecondRipple,
+  kThirdRipple,
+  kTemperature,
+  kNetwork
+};
 constexpr std::string_view names(SumPart) {
-  return "bristle|load|power_flow|asymmetry|ripple|temperature|network";
+  return "bristle|backlash|load|power_flow|asymmetry|ripple|second_ripple|third_ripple|temperature|"
+         "network";
 }
 /// Switches a part on or off; kBristle: on in the place of the bank; kNetwork: of `kNetworkUnits`.
 void set(LvmParts& parts, SumPart part, bool on);
@@ -47,7 +60,8 @@ void set(LvmParts& parts, SumPart part, bool on);
 ///
 ///     tau = memory + viscous torque + load part + network
 ///
-///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry}
+///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry,
+///                     backlash}
 ///     viscous torque  viscous_power and coulomb_viscous, each {temperature, asymmetry}
 ///     load part       load_dependent
 ///     network         memory_network, for what the laws leave
