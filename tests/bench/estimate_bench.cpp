@@ -74,6 +74,12 @@ const auto* const kPackD_gms =
 const auto* const kPackF_gms =
     benchmark::RegisterBenchmark("BM_ParticleStep/gms/f32", BM_ParticleStep<PackF>, "gms")
         -> ArgName("N") -> Arg(200);
+const auto* const kPackD_lvm =
+    benchmark::RegisterBenchmark("BM_ParticleStep/lvm/f64", BM_ParticleStep<PackD>, "lvm")
+        -> ArgName("N") -> Arg(200);
+const auto* const kPackF_lvm =
+    benchmark::RegisterBenchmark("BM_ParticleStep/lvm/f32", BM_ParticleStep<PackF>, "lvm")
+        -> ArgName("N") -> Arg(200);
 
 /// One Jacobian of the sample step, all rows.
 void BM_Jacobian(benchmark::State& state, const char* law) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "fricid/base/rng.hpp"
+#include "fricid/friction/sum.hpp"
 #include "fricid/system/arm.hpp"
 #include "fricid/system/driven_friction.hpp"
 #include "source_dir.hpp"
@@ -65,11 +66,13 @@ inline int element_of(std::string_view symbol) {
 /// "coulomb_viscous", "lugre", "gms" (4 elements of 0.6 to 10 mrad) or "maxwell_slip" (10 of 0.2 to
 /// 10 mrad and viscous |v|^0.8).
 inline friction::Friction kr6_friction(std::string_view law) {
-  const bool gms = law == "gms", maxwell = law == "maxwell_slip";
-  const int elements = gms ? 4 : maxwell ? 10 : 0;
+  const bool gms = law == "gms", maxwell = law == "maxwell_slip", sum = law == friction::kLvm;
+  const int elements = gms ? 4 : maxwell ? 10 : sum ? friction::LvmParts().elements : 0;
   friction::JointSpec spec{{{std::string(law), elements, {}}}};
   if (maxwell) spec.laws.push_back({"viscous_power", 0, {}});
-  return make_friction(6, spec, [&](int joint, std::string_view, std::string_view symbol) {
+  if (sum) spec = friction::lvm_sum({});
+  return make_friction(6, spec, [&](int joint, std::string_view owner, std::string_view symbol) {
+    if (sum && symbol == "Fc" && owner != "gms") return 1e-4;  // the bank holds it
     const JointScale& scale = kJointScales[static_cast<std::size_t>(joint)];
     const double Fs = kStaticOverCoulomb * scale.Fc;
     if (symbol == "Fc") return scale.Fc;

@@ -154,8 +154,9 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
                  const Sight& sight, Findings& findings) {
   // A torque held from t_k on lags by 0, one measured at t_k seems to lag by half a sample.
   constexpr double kNone = 0.5;
-  // beyond that, worth a word: in samples, and in seconds by which friction shifts the estimate
-  constexpr double kSmallest = 0.5, kFriction = 0.002;
+  // beyond that, worth a word: in samples, and in seconds by which friction shifts the estimate,
+  // at most and by its standard deviation
+  constexpr double kSmallest = 0.5, kFriction = 0.002, kShift = 0.001;
   constexpr double kCertain = 3;    // standard errors
   constexpr double kBetter = 1;     // standard errors of what held-out stretches gain
   constexpr double kEarly = 0.01;   // [s] by which the torque of an elastic gear may lead
@@ -198,7 +199,8 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   const double least = std::max(kSmallest, (beyond < 0 ? kEarly : kFriction) / d.dt());
   if (std::abs(beyond) < std::max(least, kCertain * error)) return;
   finding.unit = fmt::format("samples, {:.3g} ms, standard error {:.2g} ms",
-                             1e3 * d.dt() * finding.size, 1e3 * d.dt() * error);
+                             1e3 * d.dt() * finding.size,
+                             1e3 * std::hypot(d.dt() * error, kShift));
   findings.push_back(finding);
 }
 
