@@ -199,8 +199,7 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   const double least = std::max(kSmallest, (beyond < 0 ? kEarly : kFriction) / d.dt());
   if (std::abs(beyond) < std::max(least, kCertain * error)) return;
   finding.unit = fmt::format("samples, {:.3g} ms, standard error {:.2g} ms",
-                             1e3 * d.dt() * finding.size,
-                             1e3 * std::hypot(d.dt() * error, kShift));
+                             1e3 * d.dt() * finding.size, 1e3 * std::hypot(d.dt() * error, kShift));
   findings.push_back(finding);
 }
 
