@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <functional>
-#include <utility>
 
 #include "support.hpp"
 
@@ -90,7 +89,7 @@ class SumChoice {
       of_joint.on = earns(of_joint);
       taken += of_joint.on;
       set(parts_[static_cast<std::size_t>(j)], part, of_joint.on);
-      evidence_.push_back(std::move(of_joint));
+      evidence_.push_back(of_joint);
     }
     if (taken == fits_.n())
       fitted_ = with;
