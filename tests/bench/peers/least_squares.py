@@ -7,13 +7,15 @@ Regressor and model by Pinocchio, filter by SciPy, the rest in NumPy; nothing of
 
 in base parameters (columns by pivoted QR), weighted by one residual deviation per joint, iterated. Exit 1 when
 Fc or Fv of a joint differ by more than --within and by more than two standard errors of either; 77 when Pinocchio
-cannot be imported.
+cannot be imported. With --predict nothing is compared: the torque that it predicts along the measured motion of
+held-out data goes into files. Terms that are linear in their coefficients ([[robot.torque]]) are fitted too.
 """
 import argparse
 import csv
 import io
 import json
 import pathlib
+import re
 import subprocess
 import sys
 import tomllib
@@ -32,6 +34,8 @@ SHARE = 0.15       # of the joint's own speed (95 %), where that is less
 MEMORY = 2.5       # periods of the cut-off left out around standstill and reversal
 EVERY = 0.25       # periods of the cut-off between two equations
 ITERATIONS = 10
+EXACT = 1e-7       # columns that differ by less are one
+PREDICTS = 1e-3    # or, for predictions, that noise would tell apart
 
 
 def table(program, file):
@@ -62,9 +66,30 @@ def signals(program, file, joints, cutoff):
     return dt, q, v, a, filtered(held, cutoff, 1 / dt)
 
 
-def equations(model, sequences, cutoff, reach):
+TERMS = {"q": lambda q: q, "sin(q)": np.sin, "cos(q)": np.cos}  # of [[robot.torque]]; 1 is the offset
+
+
+def build_model(urdf, mount):
+    """Joints that turn without end have one coordinate here, as in the logs."""
+    text = re.sub('type="continuous"', 'type="revolute"', urdf.read_text())
+    text = re.sub("<limit (?![^>]*lower)", '<limit lower="-100" upper="100" ', text)
+    model = pinocchio.buildModelFromXML(text)
+    model.gravity.linear = np.array([0, 0, {"floor": -9.81, "ceiling": 9.81}[mount]])
+    return model
+
+
+def columns_of(model, data, terms, q, v, a):
+    """(n, p + 4 n + terms): tau = X x at one sample; sign(0) = 0"""
+    n = model.nv
+    torques = np.zeros((n, len(terms)))
+    for i, (j, term) in enumerate(terms):
+        torques[j, i] = TERMS[term](q[j])
+    return np.hstack([pinocchio.computeJointTorqueRegressor(model, data, q, v, a), torques, np.diag(a),
+                      np.diag(np.sign(v)), np.diag(v), np.eye(n)])
+
+
+def equations(model, terms, sequences, cutoff, reach):
     """Rows, right sides and joints of the samples that slide."""
-    n, p = model.nv, 10 * (model.njoints - 1)
     data = model.createData()
     rows, right, of = [], [], []
     for dt, q, v, a, tau in sequences:
@@ -75,25 +100,22 @@ def equations(model, sequences, cutoff, reach):
             slides = (np.abs(v[k]) > reach) & ~turns[k - wait:k + wait].any(0)
             if not slides.any():
                 continue
-            Y = pinocchio.computeJointTorqueRegressor(model, data, q[k], v[k], a[k])
+            X = columns_of(model, data, terms, q[k], v[k], a[k])
             for j in np.nonzero(slides)[0]:
-                x = np.zeros(p + 4 * n)
-                x[:p] = Y[j]
-                x[p + j], x[p + n + j], x[p + 2 * n + j], x[p + 3 * n + j] = a[k, j], np.sign(v[k, j]), v[k, j], 1
-                rows.append(x), right.append(tau[k, j]), of.append(j)
+                rows.append(X[j]), right.append(tau[k, j]), of.append(j)
     return np.array(rows), np.array(right), np.array(of)
 
 
-def solve(X, y, of, n):
-    """Iterated weighted least squares in columns that the data tell apart. @return x, standard error"""
-    friction = X.shape[1] - 3 * n
+def solve(X, y, of, n, apart):
+    """Iterated weighted least squares in columns whose part that no other column explains is above `apart`.
+    @return x, standard error"""
     scale = np.linalg.norm(X, axis=0)
     used = np.nonzero(scale > 1e-9 * scale.max())[0]
-    _, R, order = scipy.linalg.qr(X[:, used[used < friction]] / scale[used[used < friction]], mode="economic",
-                                  pivoting=True)
+    # offsets last: of a joint that only ever turned one way Fc stands for both
+    weight = np.where(used < X.shape[1] - n, 1, 0.5) / scale[used]
+    _, R, order = scipy.linalg.qr(X[:, used] * weight, mode="economic", pivoting=True)
     diagonal = np.abs(np.diag(R))
-    base = used[used < friction][np.sort(order[:np.sum(diagonal > 1e-7 * diagonal[0])])]
-    columns = np.concatenate([base, used[used >= friction]])
+    columns = used[np.sort(order[:np.sum(diagonal > apart * diagonal[0])])]
     sigma = np.full(n, 1.0)
     for _ in range(ITERATIONS):
         w = 1 / sigma[of]
@@ -106,7 +128,23 @@ def solve(X, y, of, n):
     out, error = np.full(X.shape[1], np.nan), np.full(X.shape[1], np.nan)
     out[columns] = x / scale[columns]
     error[columns] = np.sqrt((inverse**2).sum(1)) / scale[columns]
-    return out[friction:friction + 2 * n], error[friction:friction + 2 * n]
+    return out, error
+
+
+def predict(options, model, terms, x):
+    """OUT/RECORDING.csv: t, predicted torque and the friction in it, along the motion of RUN/predictions [N m]"""
+    n, data, x = model.nv, model.createData(), np.nan_to_num(x)
+    options.predict.mkdir(parents=True, exist_ok=True)
+    for file in sorted((options.run / "predictions").glob("simple_s1_*.h5")):
+        names, values = table(options.program, file)
+        pick = lambda kind: values[:, [names.index(f"{kind}{j + 1}") for j in range(n)]]
+        t, q, v = values[:, names.index("t")], pick("q"), pick("v")
+        a = np.gradient(v, t, axis=0)
+        tau = np.array([columns_of(model, data, terms, *sample) @ x for sample in zip(q, v, a)])
+        tau_f = x[-3 * n:-2 * n] * np.sign(v) + x[-2 * n:-n] * v + x[-n:]
+        header = ",".join(["t", *(f"{kind}{j + 1}" for kind in ("tau_predicted", "tau_f") for j in range(n))])
+        np.savetxt(options.predict / f"{file.stem.removeprefix('simple_s1_')}.csv", np.hstack([t[:, None], tau, tau_f]),
+                   delimiter=",", header=header, comments="", fmt="%.9g")
 
 
 def main():
@@ -115,13 +153,13 @@ def main():
     parser.add_argument("urdf", type=pathlib.Path, help="its robot")
     parser.add_argument("--program", default="build/release/cli/fricid")
     parser.add_argument("--within", type=float, default=0.03, help="allowed relative difference")
+    parser.add_argument("--predict", metavar="OUT", type=pathlib.Path, help="write predicted torques instead")
     parser.add_argument("--row", metavar="NAME", help="print a row of the table of docs/benchmark.md instead")
     options = parser.parse_args()
 
     scene = tomllib.loads((options.run / "scene.toml").read_text())
     cutoff = scene["identify"]["cutoff_hz"]
-    model = pinocchio.buildModelFromUrdf(str(options.urdf))
-    model.gravity.linear = np.array([0, 0, {"floor": -9.81, "ceiling": 9.81}[scene["robot"]["mount"]]])
+    model = build_model(options.urdf, scene["robot"]["mount"])
     fit = json.loads((options.run / "fit/simple_s1.json").read_text())
     joints = [joint["joint"] for joint in fit["joints"]]
     assert joints == list(model.names)[1:], f"joints {joints} in the fit, {list(model.names)[1:]} in the URDF"
@@ -129,8 +167,14 @@ def main():
     sequences = [signals(options.program, file, n, cutoff) for file in sorted((options.run / "data").glob("train_*.h5"))]
     speed = np.concatenate([s[2] for s in sequences])
     reach = np.minimum(SLIDES, SHARE * np.quantile(np.abs(speed), 0.95, axis=0))
-    X, y, of = equations(model, sequences, cutoff, reach)
-    value, error = solve(X, y, of, n)
+    terms = [(joints.index(torque["joint"]), term) for torque in scene["robot"].get("torque", [])
+             for term in torque["terms"] if term != "1"]
+    X, y, of = equations(model, terms, sequences, cutoff, reach)
+    x, error = solve(X, y, of, n, PREDICTS if options.predict else EXACT)
+    if options.predict:
+        predict(options, model, terms, x)
+        return 0
+    value, error = x[-3 * n:-n], error[-3 * n:-n]
 
     good, lines, cells = True, [], []
     for j, joint in enumerate(fit["joints"]):

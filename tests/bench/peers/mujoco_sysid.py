@@ -7,7 +7,8 @@ the intervals that mujoco.sysid states, and writes external/mujoco_sysid.
 
 What it is given, so that the row is about the model: the initial state of each chunk from the zero-phase
 filter that fricid uses; a torque held over each sample, which mujoco.sysid would interpolate; the truth's
-time step in the rollouts; and the rigid body of the MJCF, here the true one, as its start.
+time step in the rollouts; and the rigid body of the MJCF, in the benchmark the true one, as its start.
+For a log (a scene without an MJCF) `--mjcf` names it; what fricid's `simple` found is one: `fricid export MODEL mjcf`.
 """
 import argparse
 import csv
@@ -84,8 +85,12 @@ def make_spec(mjcf, joints, step_s):
     return spec
 
 
-def make_parameters(spec, joints):
-    """frictionloss and damping from a share of the effort, armature and mass from those of the model."""
+def make_parameters(spec, recordings):
+    """frictionloss and damping from a share of the effort (where the MJCF has none, the largest torque of the
+    data), armature and mass from those of the model."""
+    joints = recordings[0].joints
+    largest = np.max([np.abs(recording.tau).max(axis=0) for recording in recordings], axis=0)
+    strength = dict(zip(joints, largest))
     parameters = sysid.ParameterDict()
 
     def add(name, start, low, high, modify):
@@ -99,14 +104,18 @@ def make_parameters(spec, joints):
             setattr(joint, field, values if values.size > 1 else float(values[0]))
         return modify
 
+    def effort(joint):
+        limit = float(joint.actfrcrange[1])
+        return limit if limit > 0 else strength[joint.name]
+
     def on_body(name):
         return lambda spec, parameter: setattr(spec.body(name), "mass", float(parameter.value[0]))
 
     for name in joints:
         joint = spec.joint(name)
-        effort = float(joint.actfrcrange[1])
-        add(f"frictionloss {name}", 0.05 * effort, 0.0, 0.5 * effort, on_joint("frictionloss", name))
-        add(f"damping {name}", 0.02 * effort, 0.0, 0.5 * effort, on_joint("damping", name))
+        most = effort(joint)
+        add(f"frictionloss {name}", 0.05 * most, 0.0, 0.5 * most, on_joint("frictionloss", name))
+        add(f"damping {name}", 0.02 * most, 0.0, 0.5 * most, on_joint("damping", name))
         add(f"armature {name}", joint.armature, 0.1 * joint.armature, 10 * joint.armature,
             on_joint("armature", name))
     for name in joints:
@@ -214,6 +223,29 @@ def write_rollouts(run, model, substeps):
     return time.monotonic() - begin
 
 
+def predict(options, model):
+    """OUT/RECORDING.csv: t, torque and the friction in it along the measured motion [N m]; frictionloss is the
+    torque against the motion that it bounds."""
+    dry = model.dof_frictionloss.copy()
+    model.dof_frictionloss[:] = 0
+    data = mujoco.MjData(model)
+    options.predict.mkdir(parents=True, exist_ok=True)
+    for path in sorted((options.run / "predictions").glob("simple_s1_*.h5")):
+        with h5py.File(path) as file:
+            t, q, v = file["t"][:], file["q"][:], file["v"][:]
+        a = np.gradient(v, t, axis=0)
+        tau_f = np.empty_like(v)
+        tau = np.empty_like(v)
+        for k in range(len(t)):
+            data.qpos[:], data.qvel[:], data.qacc[:] = q[k], v[k], a[k]
+            mujoco.mj_inverse(model, data)
+            tau_f[k] = dry * np.sign(v[k]) - data.qfrc_passive
+            tau[k] = data.qfrc_inverse + dry * np.sign(v[k])
+        header = ",".join(["t", *(f"{kind}{j + 1}" for kind in ("tau_predicted", "tau_f") for j in range(model.nv))])
+        np.savetxt(options.predict / f"{path.stem.removeprefix('simple_s1_')}.csv", np.hstack([t[:, None], tau, tau_f]),
+                   delimiter=",", header=header, comments="", fmt="%.9g")
+
+
 def print_parameters(truth, fitted, half_widths):
     """Every parameter with its 95 % interval; coverage of those that `truth` has."""
     covered = infinite = of = 0
@@ -239,6 +271,9 @@ def main():
     parser.add_argument("--fit-step-s", type=float, default=0.002, help="time step of the fit [s], 0.002")
     parser.add_argument("--even", action="store_true", help="weigh a joint alike in all chunks")
     parser.add_argument("--max-iters", type=int, default=200, help="of the optimiser, 200")
+    parser.add_argument("--mjcf", type=pathlib.Path, help="robot to start from, that of the scene")
+    parser.add_argument("--predict", metavar="OUT", type=pathlib.Path,
+                        help="write the torque along the motion of RUN/predictions too")
     parser.add_argument("--check", action="store_true", help="only: can it find friction of MuJoCo's own?")
     options = parser.parse_args()
     logging.set_verbosity(logging.ERROR)  # one warning per chunk that the model has no sensors
@@ -249,12 +284,12 @@ def main():
     recordings = [smoothed(read_recording(path), scene["identify"]["cutoff_hz"])
                   for path in sorted((options.run / "data").glob("train_*.h5"))]
     joints, period = recordings[0].joints, recordings[0].period
-    rows, substeps = round(options.chunk_s / period), round(period / options.fit_step_s)
-    mjcf = ROOT / scene["robot"]["mjcf"]
+    rows, substeps = round(options.chunk_s / period), max(1, round(period / options.fit_step_s))
+    mjcf = options.mjcf or ROOT / scene["robot"]["mjcf"]
 
     begin = time.monotonic()
-    spec = make_spec(mjcf, joints, options.fit_step_s)
-    start = make_parameters(spec, joints)
+    spec = make_spec(mjcf, joints, period / substeps)
+    start = make_parameters(spec, recordings)
     truth = sysid.ParameterDict({name: parameter for name, parameter in start.copy().items()
                                  if name.startswith(("armature", "mass"))})
     if options.check:
@@ -273,6 +308,8 @@ def main():
     (options.run / "external" / NAME / "model.json").write_text(json.dumps(
         {"format": "fricid.external/1", "label": "mujoco.sysid", "parameters": int(fitted.size),
          "fit_seconds": round(seconds, 1)}, indent=1) + "\n")
+    if options.predict:
+        predict(options, model)
 
 
 if __name__ == "__main__":
