@@ -104,12 +104,13 @@ optimise::Quadratic linearise(const JointFrictionData& data,
   return out;
 }
 
+constexpr double kUnknown = 1e-9;  // share of the diagonal of what the data leave open
+
 // H^+ B H^+ over the directions that H knows, in units in which its diagonal is one. A parameter
 // that has part in an unknown direction (only ratios of GMS's alpha count) has no variance of its
 // own: NaN.
 Eigen::MatrixXd sandwich(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
-  constexpr double kUnknown = 1e-9;  // share of the diagonal
-  constexpr double kPart = 1e-3;     // squared share in a unit direction
+  constexpr double kPart = 1e-3;  // squared share in a unit direction
   const Eigen::Index p = H.rows();
   if (p == 0) return H;
   Eigen::VectorXd unit(p);
@@ -176,6 +177,7 @@ Eigen::MatrixXd search_covariance(const JointFrictionData& data,
                                   std::span<const std::size_t> free) {
   struct Block {
     Eigen::VectorXd score, columns;
+    Eigen::MatrixXd H;
     double residuals = 0, rows = 0;
   };
   const auto p = static_cast<Eigen::Index>(free.size());
@@ -187,17 +189,19 @@ Eigen::MatrixXd search_covariance(const JointFrictionData& data,
   for_each_row(data, friction, coordinates, x, free,
                [&](int, int k, const Eigen::VectorXd& column, double residual) {
                  if (k % length == 0)
-                   blocks.push_back({Eigen::VectorXd::Zero(p), Eigen::VectorXd::Zero(p)});
+                   blocks.push_back({Eigen::VectorXd::Zero(p), Eigen::VectorXd::Zero(p),
+                                     Eigen::MatrixXd::Zero(p, p)});
                  if (residual == 0) return;
                  Block& block = blocks.back();
                  block.score += residual * column;
                  block.columns += column;
                  block.residuals += residual;
                  block.rows += 1;
-                 H += column * column.transpose();
+                 block.H += column * column.transpose();
                  mean += column / data.rows();
                  mean_residual += residual / data.rows();
                });
+  for (const Block& block : blocks) H += block.H;
   // the constant beside the law is whatever fits best: rows count as what they are beside it
   H -= data.rows() * data.share_of_mean() * mean * mean.transpose();
   mean *= data.share_of_mean();
@@ -207,9 +211,18 @@ Eigen::MatrixXd search_covariance(const JointFrictionData& data,
     const Eigen::VectorXd score = data.rows() * prior.weight * prior.sd * mean;
     B += score * score.transpose();
   }
+  // (H - H_b)^-1 s_b = H^-1 (I - H_b H^-1)^-1 s_b
+  Eigen::MatrixXd known = H;
+  known.diagonal() *= 1 + kUnknown;
+  known.diagonal().array() += std::numeric_limits<double>::min();
+  const Eigen::LDLT<Eigen::MatrixXd> inverse = known.ldlt();
   for (const Block& block : blocks) {
-    const Eigen::VectorXd score = block.score - mean_residual * block.columns -
-                                  block.residuals * mean + block.rows * mean_residual * mean;
+    Eigen::VectorXd score = block.score - mean_residual * block.columns - block.residuals * mean +
+                            block.rows * mean_residual * mean;
+    const Eigen::MatrixXd others =
+        Eigen::MatrixXd::Identity(p, p) - inverse.solve(block.H).transpose();
+    const Eigen::VectorXd left_out = others.partialPivLu().solve(score);
+    if (left_out.allFinite()) score = left_out;
     B += score * score.transpose();
   }
   return sandwich(H, B);

@@ -45,10 +45,12 @@ inline constexpr double kBadValue = 1e30;
 /// residuals e, both beside the best constant, and blocks b of one second, the prior of the
 /// constant being one more block,
 ///
-///     (J'J)^-1 (sum_b s_b s_b') (J'J)^-1,   s_b = sum_{k in b} J_k e_k,
+///     sum_b d_b d_b',   d_b = (J'J - J_b'J_b)^-1 sum_{k in b} J_k e_k,
 ///
-/// which holds for correlated residuals: those of filtered signals, or of a law that does not fit.
-/// @see Liang & Zeger, Biometrika 73(1), 1986
+/// the jackknife over blocks, linear about the minimum. It holds for correlated residuals (those of
+/// filtered signals, or of a law that does not fit) and where few blocks hold what is known of a
+/// parameter, as breakaways do of Fs.
+/// @see Bell & McCaffrey, Survey Methodology 28(2), 2002
 Eigen::MatrixXd search_covariance(const JointFrictionData& data,
                                   const friction::RobotFriction& friction,
                                   const SearchCoordinates& coordinates, std::span<const double> x,
