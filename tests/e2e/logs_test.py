@@ -58,7 +58,8 @@ class Logs(ProgramTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("fixed gap", load(self.folder / "a.doctor.json")["source"])
         again = json.loads(fricid("check", self.folder / "a.h5", "--json").stdout)
-        self.assertIn("missing", {f["name"] for f in again["doctor"][0]["findings"]})
+        findings = again["doctor"][0]["findings"]
+        self.assertEqual([f["signal"] for f in findings if f["name"] == "missing"], ["q, tau"], findings)
 
     def test_a_repaired_data_set_is_what_a_scene_takes_without_a_contract(self):
         shutil.copy(SOURCE / "models/test/planar_2r.urdf", self.folder / "arm.urdf")

@@ -27,6 +27,24 @@ void bridge(data::RowMatrix& x) {
     }
 }
 
+// Rows that every channel lost, such as the samples of a gap that was filled, are one finding.
+void join_missing(const data::Dataset& d, Findings& findings) {
+  const auto is_missing = [](const Finding& f) { return f.kind == FindingKind::kMissing; };
+  const auto first = std::ranges::find_if(findings, is_missing);
+  if (first == findings.end()) return;
+  const bool has_v = d.v.size() > 0;
+  const auto alike = std::ranges::count_if(findings, [&](const Finding& f) {
+    return is_missing(f) && f.begin_s == first->begin_s && f.end_s == first->end_s &&
+           f.size == first->size;
+  });
+  if (alike < (has_v ? 3 : 2) * d.n()) return;
+  Finding all = *first;
+  all.joint = -1;
+  all.signal = has_v ? "q, v, tau" : "q, tau";
+  std::erase_if(findings, is_missing);
+  findings.insert(findings.begin(), std::move(all));
+}
+
 // What is no measurement takes no part in a regression.
 void leave_out(data::RowMatrix& x, const Finding& f, const Eigen::VectorXd& t) {
   for (Eigen::Index k = 0; k < x.rows(); ++k)
@@ -40,6 +58,7 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
   Findings findings;
   check_clock(d, findings);
   check_signals(d, findings);
+  join_missing(d, findings);
   find_segments(d, findings);
 
   // The rest needs even times: what was found so far is mended for it, single wrong samples too.
