@@ -17,7 +17,7 @@ import numpy as np
 
 BLOCK_S = 1.0
 DRAWS = 2000
-TOOLS = {"least_squares": "least squares", "mujoco_sysid": "mujoco.sysid"}
+TOOLS = {"least_squares": "least squares", "figaroh": "figaroh", "mujoco_sysid": "mujoco.sysid"}
 
 
 def read_errors(run, peers, models):
@@ -114,14 +114,15 @@ def arm(out, scene):
             lead = min(torque, key=lambda other: torque[other][0][j])
             if torque[lead][0][j] >= value * (1 - 1e-6) and is_first(torque, name, j):
                 text = f"**{text}**"
-            cells.append(f"{text} ± {half:.1g}")
+            cells.append(f"{text} ± {float(f'{half:.1g}'):g}")
         for h in range(len(horizons)):
             if name not in rollouts:
                 cells.append("–")
                 continue
             value = rollouts[name][0][h]
             first = value <= min(other[0][h] for other in rollouts.values()) * (1 + 1e-6) and is_first(rollouts, name, h)
-            cells.append(f"**{value:.1e}**" if first else f"{value:.1e}")
+            text = f"{value:.1e}".replace("e-0", "e-")
+            cells.append(f"**{text}**" if first else text)
         lines.append(f"| {label} | {' | '.join(cells)} |")
     if "lvm" in torque:
         cells = [ratio(torque, "lvm", j) for j in range(len(joints))] + [ratio(rollouts, "lvm", h) for h in range(len(horizons))]

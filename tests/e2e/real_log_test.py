@@ -113,5 +113,23 @@ class Ur10(ProgramTest):
         self.assertIn("its torque shows no inertia", (out / "report.html").read_text())
 
 
+@unittest.skipUnless(LOGS, "FRICID_REALLOGS is not set")
+class KinovaGen3(ProgramTest):
+    """Seven joints, some of which turn without end, in six short motions of which four move one joint alone."""
+
+    def test_another_motion_is_predicted(self):
+        scene = (SOURCE / "scenes/kinova_gen3.toml").read_text()
+        head, models = scene.split("[[model]]", 1)
+        text = f'{head}[[model]]\nname = "simple"\n{models[models.index("[evaluate]"):]}'
+        (self.folder / "kinova_gen3_contract.toml").write_text((SOURCE / "scenes/kinova_gen3_contract.toml").read_text())
+        out = self.folder / "run"
+        done = fricid("run", self.write("kinova_gen3.toml", text), "-o", out, "--no-video")
+        self.assertLessEqual(done.returncode, 1, done.stderr)  # 1: of a motion of one joint the others are doubted
+        evaluation = load(out / "evaluation.json")
+        self.assertEqual(evaluation["summary"][0]["diverged"], 0)
+        for r2 in evaluation["models"][0]["torque"][0]["r2"]:
+            self.assertGreater(r2, 0.7)
+
+
 if __name__ == "__main__":
     unittest.main()

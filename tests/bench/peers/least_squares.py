@@ -131,10 +131,17 @@ def solve(X, y, of, n, apart):
     return out, error
 
 
+def write_prediction(folder, file, t, tau, tau_f):
+    """FOLDER/RECORDING.csv: t, predicted torque and the friction in it [N m]; `file` of RUN/predictions names the recording"""
+    folder.mkdir(parents=True, exist_ok=True)
+    header = ",".join(["t", *(f"{kind}{j + 1}" for kind in ("tau_predicted", "tau_f") for j in range(tau.shape[1]))])
+    np.savetxt(folder / f"{file.stem.removeprefix('simple_s1_')}.csv", np.hstack([t[:, None], tau, tau_f]), delimiter=",",
+               header=header, comments="", fmt="%.9g")
+
+
 def predict(options, model, terms, x):
-    """OUT/RECORDING.csv: t, predicted torque and the friction in it, along the motion of RUN/predictions [N m]"""
+    """The torque along the motion of RUN/predictions."""
     n, data, x = model.nv, model.createData(), np.nan_to_num(x)
-    options.predict.mkdir(parents=True, exist_ok=True)
     for file in sorted((options.run / "predictions").glob("simple_s1_*.h5")):
         names, values = table(options.program, file)
         pick = lambda kind: values[:, [names.index(f"{kind}{j + 1}") for j in range(n)]]
@@ -142,9 +149,7 @@ def predict(options, model, terms, x):
         a = np.gradient(v, t, axis=0)
         tau = np.array([columns_of(model, data, terms, *sample) @ x for sample in zip(q, v, a)])
         tau_f = x[-3 * n:-2 * n] * np.sign(v) + x[-2 * n:-n] * v + x[-n:]
-        header = ",".join(["t", *(f"{kind}{j + 1}" for kind in ("tau_predicted", "tau_f") for j in range(n))])
-        np.savetxt(options.predict / f"{file.stem.removeprefix('simple_s1_')}.csv", np.hstack([t[:, None], tau, tau_f]),
-                   delimiter=",", header=header, comments="", fmt="%.9g")
+        write_prediction(options.predict, file, t, tau, tau_f)
 
 
 def main():
