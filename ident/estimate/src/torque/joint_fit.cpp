@@ -100,9 +100,10 @@ Arm JointFits::start(const std::vector<friction::LvmParts>& parts) const {
 double JointFits::held_out_torque(const Arm& arm) const {
   double sum = 0;
   for (int j = 0; j < n(); ++j) {
-    const Eigen::VectorXd& tau = held_out_.joint(j).tau;
-    const double size = (tau.array() - tau.mean()).square().sum();
-    sum += held_out_.residual(arm, j).squaredNorm() / std::max(size, 1e-300) / n();
+    const Eigen::VectorXd& tau = all_.joint(j).tau;  // of a short stretch it may hardly vary
+    const double size = (tau.array() - tau.mean()).square().mean();
+    sum += held_out_.residual(arm, j).squaredNorm() /
+           static_cast<double>(held_out_.joint(j).tau.size()) / std::max(size, 1e-300) / n();
   }
   return sum;
 }

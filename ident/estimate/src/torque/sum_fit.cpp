@@ -1,5 +1,6 @@
 #include "fricid/estimate/torque/sum_fit.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 
@@ -12,6 +13,7 @@ using friction::SumPart;
 
 constexpr double kPartsGain = 1e-3;    // smallest gain of a step where fits are only compared
 constexpr double kRoughGain = 1e-2;    // .. where a part may be off anyway
+constexpr int kSweeps = 2;             // over the parts
 constexpr double kWaveGain = 0.05;     // least of a wave, which is the best of many
 constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
 
@@ -27,17 +29,27 @@ class SumChoice {
   SumChoice(const JointFits& fits, std::vector<friction::LvmParts>& parts,
             std::vector<PartEvidence>& evidence)
       : fits_(fits), parts_(parts), evidence_(evidence) {
-    parts_.assign(static_cast<std::size_t>(fits.n()), {});
-    for (friction::LvmParts& of_joint : parts_) of_joint.temperature = fits.has_temperature();
-    fitted_ = fit(fits_.start(parts_), true);
+    parts_.assign(static_cast<std::size_t>(fits.n()),
+                  {.load = false, .power_flow = false, .asymmetry = false, .ripples = 0});
+    fitted_ = fit(fits_.start(parts_));
   }
 
-  /// A bristle instead of the bank, joint by joint.
+  /// Parts of the laws, until none is added. One may show only when another is there.
+  void add_parts() {
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      bool any = false;
+      for (const SumPart part : {SumPart::kTemperature, SumPart::kRipple, SumPart::kLoad,
+                                 SumPart::kPowerFlow, SumPart::kAsymmetry})
+        if (part != SumPart::kTemperature || fits_.has_temperature()) any = try_part(part) || any;
+      if (!any) return;
+    }
+  }
+
+  /// A bristle instead of the bank.
   void try_bristles() {
     const Arm bristle =
         fit(with_stribeck_curves(fitted_, from_fitted(switched(SumPart::kBristle))));
-    const auto on = [](const PartEvidence& part) { return part.on; };
-    take(SumPart::kBristle, bristle, on);
+    take(SumPart::kBristle, bristle, [](const PartEvidence& part) { return part.on; });
   }
 
   /// A gap before the memory.
@@ -59,11 +71,13 @@ class SumChoice {
     }
   }
 
-  /// Without the parts that say nothing, on all rows.
+  /// What other parts have made needless goes; then all rows.
   Arm rest() {
     for (const PartEvidence& of_part : fits_.judge_parts(fitted_)) {
-      evidence_.push_back(of_part);
-      set(parts_[static_cast<std::size_t>(of_part.joint)], of_part.part, of_part.on);
+      friction::LvmParts& of_joint = parts_[static_cast<std::size_t>(of_part.joint)];
+      if (!has(of_joint, of_part.part)) continue;
+      note(of_part);
+      set(of_joint, of_part.part, of_part.on);
     }
     return fits_.on_torque(from_fitted(parts_), JointFits::Rows::kAll, false).arm;
   }
@@ -71,6 +85,11 @@ class SumChoice {
  private:
   using Parts = std::vector<friction::LvmParts>;
 
+  static bool has(friction::LvmParts parts, SumPart part) {
+    const friction::LvmParts before = parts;
+    set(parts, part, true);
+    return parts == before;
+  }
   Arm fit(const Arm& start, bool find_ripples = false, double smallest_gain = kPartsGain) const {
     return fits_.on_torque(start, JointFits::Rows::kTraining, find_ripples, smallest_gain).arm;
   }
@@ -81,21 +100,43 @@ class SumChoice {
     return out;
   }
 
-  /// Joints keep the part that `with` has where it earns its place. @return whether any does
+  bool try_part(SumPart part) {
+    const Parts with = switched(part);
+    if (with == parts_) return false;
+    return take(part, fit(from_fitted(with), part == SumPart::kRipple, kRoughGain),
+                [](const PartEvidence& of_joint) { return of_joint.on; });
+  }
+
+  /// Joints without the part keep what `with` has of it where it earns its place.
+  /// @return whether any does
   bool take(SumPart part, const Arm& with, const std::function<bool(const PartEvidence&)>& earns) {
-    int taken = 0;
+    int lacking = 0, taken = 0;
     for (int j = 0; j < fits_.n(); ++j) {
-      PartEvidence of_joint = fits_.compare(with, fitted_, j, part);
-      of_joint.on = earns(of_joint);
-      taken += of_joint.on;
-      set(parts_[static_cast<std::size_t>(j)], part, of_joint.on);
-      evidence_.push_back(of_joint);
+      friction::LvmParts& of_joint = parts_[static_cast<std::size_t>(j)];
+      if (has(of_joint, part)) continue;
+      PartEvidence found = fits_.compare(with, fitted_, j, part);
+      found.on = earns(found);
+      ++lacking;
+      taken += found.on;
+      set(of_joint, part, found.on);
+      note(found);
     }
-    if (taken == fits_.n())
+    if (taken == lacking)
       fitted_ = with;
     else if (taken > 0)
       fitted_ = fit(carried_over(with, from_fitted(parts_)));
     return taken > 0;
+  }
+
+  /// The last evidence of a part in a joint counts.
+  void note(const PartEvidence& found) {
+    const auto same = std::ranges::find_if(evidence_, [&](const PartEvidence& other) {
+      return other.part == found.part && other.joint == found.joint;
+    });
+    if (same == evidence_.end())
+      evidence_.push_back(found);
+    else
+      *same = found;
   }
 
   const JointFits& fits_;
@@ -110,6 +151,7 @@ Candidate fit_sum(const JointFits& fits, std::vector<friction::LvmParts>& parts,
                   std::vector<PartEvidence>& evidence) {
   const auto begin = std::chrono::steady_clock::now();
   SumChoice sum(fits, parts, evidence);
+  sum.add_parts();
   sum.try_bristles();
   sum.try_gaps();
   sum.try_ripples();
