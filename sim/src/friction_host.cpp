@@ -115,7 +115,8 @@ void FrictionHost::remember(bool torque_too) {
 
 bool FrictionHost::is_remembered() const {
   const auto same = [](const auto& a, const auto& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0;
+    return a.size() == b.size() &&
+           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0);
   };
   return same(in_, last_in_) && same(z_, last_z_);
 }

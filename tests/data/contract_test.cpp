@@ -177,15 +177,18 @@ TEST_F(Import, RateIsWholeDespiteRoundedTimes) {
 
 TEST_F(Import, GapInTime) {
   EXPECT_EQ(log_error(replaced(kLog, "5.012", "5.016")),
-            "log.csv:5: gap in time: 0.008 s after the sample before; allowed: 0.004 s within 1 %");
+            "log.csv:5: gap in time: 0.008 s after the sample before; allowed: 0.004 s within 1 %; "
+            "`fricid check` lists what `fricid import --fix` repairs");
 }
 
 TEST_F(Import, TimeThatDoesNotRise) {
+  const std::string remedy = "; `fricid check` lists what `fricid import --fix` repairs";
   EXPECT_EQ(log_error(replaced(kLog, "5.008", "5.001")),
-            "log.csv:4: t = 0.001 s after 0.004 s; allowed: rising times");
+            "log.csv:4: t = 0.001 s after 0.004 s; allowed: rising times" + remedy);
   EXPECT_EQ(log_error(replaced(kLog, "5.008", "5.004")),
-            "log.csv:4: t = 0.004 s after 0.004 s; allowed: rising times");
-  EXPECT_EQ(log_error(replaced(kLog, "5.008", "")), "log.csv:4: t = nan; allowed: a finite time");
+            "log.csv:4: t = 0.004 s after 0.004 s; allowed: rising times" + remedy);
+  EXPECT_EQ(log_error(replaced(kLog, "5.008", "")),
+            "log.csv:4: t = nan; allowed: a finite time" + remedy);
 }
 
 TEST_F(Import, Cells) {
