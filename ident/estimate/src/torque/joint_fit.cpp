@@ -16,6 +16,8 @@ constexpr double kWarms = 0.5;           // [K] sd of a temperature that says so
 constexpr double kLeastFriction = 0.01;  // share of the torque: a start has some
 constexpr double kBlock = 1;             // [s] beyond which residuals count as independent
 
+constexpr double kFewSeconds = 10;  // held out
+
 enum class OfLaws { kAll, kMemory, kOthers };  // the memory is the first law
 
 /// A part whose absence is a zero, by the roles of its parameters.
@@ -70,6 +72,14 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
 bool JointFits::has_room_for_windows() const {
   const double samples = 2 * windows_.window_s / prepared_.recordings.front().dt;
   return std::ranges::all_of(split_.train_end, [&](int end) { return end > samples + 1; });
+}
+
+bool JointFits::is_short() const {
+  double seconds = 0;
+  for (std::size_t s = 0; s < prepared_.recordings.size(); ++s)
+    seconds +=
+        prepared_.recordings[s].dt * (prepared_.recordings[s].length() - split_.test_begin[s]);
+  return seconds < kFewSeconds;
 }
 
 int JointFits::n() const { return prepared_.robot.n(); }

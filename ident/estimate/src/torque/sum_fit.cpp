@@ -13,6 +13,7 @@ using friction::SumPart;
 
 constexpr double kPartsGain = 1e-3;    // smallest gain of a step where fits are only compared
 constexpr double kRoughGain = 1e-2;    // .. where a part may be off anyway
+constexpr double kChance = 3;          // below this factor errors of few seconds differ by chance
 constexpr int kSweeps = 2;             // over the parts
 constexpr double kWaveGain = 0.05;     // least of a wave, which is the best of many
 constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
@@ -26,13 +27,31 @@ double gap_of(const Arm& arm, int j) {
 /// The sum on the training rows, part by part as the held-out torque wants.
 class SumChoice {
  public:
-  SumChoice(const JointFits& fits, std::vector<friction::LvmParts>& parts,
-            std::vector<PartEvidence>& evidence)
-      : fits_(fits), parts_(parts), evidence_(evidence) {
-    parts_.assign(static_cast<std::size_t>(fits.n()),
-                  {.load = false, .power_flow = false, .asymmetry = false, .ripples = 0});
-    fitted_ = fit(fits_.start(parts_));
+  /// @param all  begins with all parts of the laws, else with none
+  SumChoice(const JointFits& fits, bool all) : fits_(&fits) {
+    friction::LvmParts parts;
+    if (all)
+      parts.temperature = fits.has_temperature();
+    else
+      parts = {.load = false, .power_flow = false, .asymmetry = false, .ripples = 0};
+    parts_.assign(static_cast<std::size_t>(fits.n()), parts);
+    fitted_ = fit(fits_->start(parts_), all);
+    if (!all) add_parts();
+    try_bristles();
+    try_gaps();
+    try_ripples();
+    leave_out_parts();
   }
+
+  const std::vector<friction::LvmParts>& parts() const { return parts_; }
+  const std::vector<PartEvidence>& evidence() const { return evidence_; }
+  /// With these parts, from what the choice ended with.
+  Arm fitted(JointFits::Rows rows) const {
+    return fits_->on_torque(from_fitted(parts_), rows, false).arm;
+  }
+
+ private:
+  using Parts = std::vector<friction::LvmParts>;
 
   /// Parts of the laws, until none is added. One may show only when another is there.
   void add_parts() {
@@ -40,7 +59,7 @@ class SumChoice {
       bool any = false;
       for (const SumPart part : {SumPart::kTemperature, SumPart::kRipple, SumPart::kLoad,
                                  SumPart::kPowerFlow, SumPart::kAsymmetry})
-        if (part != SumPart::kTemperature || fits_.has_temperature()) any = try_part(part) || any;
+        if (part != SumPart::kTemperature || fits_->has_temperature()) any = try_part(part) || any;
       if (!any) return;
     }
   }
@@ -71,19 +90,15 @@ class SumChoice {
     }
   }
 
-  /// What other parts have made needless goes; then all rows.
-  Arm rest() {
-    for (const PartEvidence& of_part : fits_.judge_parts(fitted_)) {
+  /// What says nothing beside the others goes.
+  void leave_out_parts() {
+    for (const PartEvidence& of_part : fits_->judge_parts(fitted_)) {
       friction::LvmParts& of_joint = parts_[static_cast<std::size_t>(of_part.joint)];
       if (!has(of_joint, of_part.part)) continue;
       note(of_part);
       set(of_joint, of_part.part, of_part.on);
     }
-    return fits_.on_torque(from_fitted(parts_), JointFits::Rows::kAll, false).arm;
   }
-
- private:
-  using Parts = std::vector<friction::LvmParts>;
 
   static bool has(friction::LvmParts parts, SumPart part) {
     const friction::LvmParts before = parts;
@@ -91,9 +106,9 @@ class SumChoice {
     return parts == before;
   }
   Arm fit(const Arm& start, bool find_ripples = false, double smallest_gain = kPartsGain) const {
-    return fits_.on_torque(start, JointFits::Rows::kTraining, find_ripples, smallest_gain).arm;
+    return fits_->on_torque(start, JointFits::Rows::kTraining, find_ripples, smallest_gain).arm;
   }
-  Arm from_fitted(const Parts& parts) const { return carried_over(fitted_, fits_.start(parts)); }
+  Arm from_fitted(const Parts& parts) const { return carried_over(fitted_, fits_->start(parts)); }
   Parts switched(SumPart part) const {
     Parts out = parts_;
     for (friction::LvmParts& of_joint : out) set(of_joint, part, true);
@@ -111,10 +126,10 @@ class SumChoice {
   /// @return whether any does
   bool take(SumPart part, const Arm& with, const std::function<bool(const PartEvidence&)>& earns) {
     int lacking = 0, taken = 0;
-    for (int j = 0; j < fits_.n(); ++j) {
+    for (int j = 0; j < fits_->n(); ++j) {
       friction::LvmParts& of_joint = parts_[static_cast<std::size_t>(j)];
       if (has(of_joint, part)) continue;
-      PartEvidence found = fits_.compare(with, fitted_, j, part);
+      PartEvidence found = fits_->compare(with, fitted_, j, part);
       found.on = earns(found);
       ++lacking;
       taken += found.on;
@@ -139,9 +154,9 @@ class SumChoice {
       *same = found;
   }
 
-  const JointFits& fits_;
-  Parts& parts_;
-  std::vector<PartEvidence>& evidence_;
+  const JointFits* fits_;
+  Parts parts_;
+  std::vector<PartEvidence> evidence_;
   Arm fitted_;
 };
 
@@ -150,12 +165,17 @@ class SumChoice {
 Candidate fit_sum(const JointFits& fits, std::vector<friction::LvmParts>& parts,
                   std::vector<PartEvidence>& evidence) {
   const auto begin = std::chrono::steady_clock::now();
-  SumChoice sum(fits, parts, evidence);
-  sum.add_parts();
-  sum.try_bristles();
-  sum.try_gaps();
-  sum.try_ripples();
-  return fits.judged("sum", sum.rest(), seconds_since(begin));
+  SumChoice taken(fits, true);
+  if (fits.is_short()) {
+    const SumChoice added(fits, false);
+    const auto error = [&](const SumChoice& sum) {
+      return fits.held_out_torque(sum.fitted(JointFits::Rows::kTraining));
+    };
+    if (error(added) < kChance * error(taken)) taken = added;
+  }
+  parts = taken.parts();
+  evidence = taken.evidence();
+  return fits.judged("sum", taken.fitted(JointFits::Rows::kAll), seconds_since(begin));
 }
 
 }  // namespace fricid::estimate

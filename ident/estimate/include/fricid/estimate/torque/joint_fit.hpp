@@ -56,6 +56,8 @@ class JointFits {
 
   /// Whether every recording is long enough to train on windows.
   bool has_room_for_windows() const;
+  /// Whether fewer than ten seconds are held out.
+  bool is_short() const;
   bool has_temperature() const { return has_temperature_; }
   int n() const;
   int jobs() const { return jobs_; }

@@ -7,9 +7,12 @@
 
 namespace fricid::estimate {
 
-/// The sum whose parts the held-out torque wants: with a bank on the training rows; a bristle in
-/// its place, a gap before it, further ripples, each joint by joint where it lowers the held-out
-/// error; without the other parts that say nothing; on all rows.
+/// The sum whose parts the held-out torque wants, on all rows. Fits to the training rows begin with
+/// a bank and all parts of the laws; a bristle in its place, a gap before it and further ripples
+/// are taken joint by joint where they lower the held-out error, and parts that say nothing are
+/// left out. On a short log, which a sum with all parts fits by values that no gear has, another
+/// choice begins without parts and adds them one by one; it is taken unless the held-out error of
+/// the first is less by a factor beyond chance.
 Candidate fit_sum(const JointFits& fits, std::vector<friction::LvmParts>& parts,
                   std::vector<PartEvidence>& evidence);
 
