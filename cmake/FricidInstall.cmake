@@ -11,7 +11,8 @@ install(TARGETS fricid_mujoco LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/fricid
 foreach(dir IN LISTS include_dirs)
   install(DIRECTORY ${dir}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 endforeach()
-install(DIRECTORY models scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/fricid)
+install(DIRECTORY models scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/fricid
+        PATTERN real_logs EXCLUDE PATTERN __pycache__ EXCLUDE)
 install(FILES LICENSE NOTICE.md DESTINATION ${CMAKE_INSTALL_DATADIR}/fricid)
 
 # The shared library under the name it is linked by, and its headers.
