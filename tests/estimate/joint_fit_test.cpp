@@ -90,6 +90,20 @@ TEST(ArmTorqueFit, KeepsToItsLimits) {
   }
 }
 
+// Friction that grows with a load that contains it would explain itself.
+TEST(ArmTorqueFit, TakesNoMoreThanAShareOfTheLoadForFriction) {
+  const JointFits fits(logs().prepared, logs().windows, 2);
+  const Arm start = fits.start(std::vector<friction::LvmParts>(3, {.elements = 3, .ripples = 0}));
+  int growths = 0;
+  for (const Limit& limit : sum_limits(start.friction)) {
+    const auto& p = start.friction.model.parameters()[limit.parameter];
+    if (p.owner != "load") continue;
+    EXPECT_LE(limit.upper * parameter(start, p.joint, "gms", "Fc"), 0.3 * (1 + 1e-12));
+    ++growths;
+  }
+  EXPECT_EQ(growths, 3);
+}
+
 // Load and ripple are there: held-out torque says so.
 TEST(JointFits, HeldOutTorqueJudgesTheParts) {
   const JointFits fits(logs().prepared, logs().windows, 2);

@@ -162,15 +162,18 @@ std::vector<Limit> sum_limits(const friction::Friction& friction) {
     if (p.info.role == Role::kLoadCoefficient) limits.push_back({i, p.info.lower, kMostLoss});
     if (p.info.role == Role::kStribeckVelocity)
       limits.push_back({i, std::min(kSlowest, value), std::max(kFastest, value)});
-    if (p.info.role == Role::kAttraction) {
-      const auto coulomb = std::ranges::find_if(model.parameters(), [&](const auto& other) {
+    const auto coulomb = [&] {
+      const auto found = std::ranges::find_if(model.parameters(), [&](const auto& other) {
         return other.joint == p.joint && other.law == p.law && other.info.role == Role::kCoulomb;
       });
-      const double Fc =
-          friction
-              .theta[static_cast<std::size_t>(std::distance(model.parameters().begin(), coulomb))];
+      return friction.theta[static_cast<std::size_t>(found - model.parameters().begin())];
+    };
+    if (p.info.role == Role::kAttraction) {
+      const double Fc = coulomb();
       limits.push_back({i, std::min(value, kSlowReturn * Fc), std::max(value, kFastReturn * Fc)});
     }
+    if (p.info.role == Role::kLoadGrowth && !is_of_load_law(model, p))
+      limits.push_back({i, p.info.lower, std::max(value, kMostLoss / std::max(coulomb(), 1e-3))});
   }
   return limits;
 }
