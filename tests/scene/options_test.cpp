@@ -108,7 +108,7 @@ TEST_F(SceneOptions, AModelMayBeASumOfLaws) {
 
 // What the data allow is seen by a model of the injected laws, none of whose values it knows.
 TEST_F(SceneOptions, AModelMayHaveTheInjectedLaws) {
-  const std::string model = "[[model]]\nname = \"known\"\nlaw = \"injected\"\n";
+  std::string model = "[[model]]\nname = \"known\"\nlaw = \"injected\"\n";
   const std::string laws =
       "[[friction.law]]\nlaw = \"maxwell_slip\"\nelements = 2\n"
       "K = {elements = [1, 2], joints = 1000}\nW = {elements = [1, 2], joints = 1}\n"
@@ -131,6 +131,8 @@ TEST_F(SceneOptions, AModelMayHaveTheInjectedLaws) {
   EXPECT_THAT(
       message_of([&] { scene(of_one); }),
       HasSubstr("model[1].law = \"injected\"; allowed: where [friction] has the same laws"));
+  model = "[[model]]\nname = \"injected\"\n";  // the law by its name
+  EXPECT_EQ(scene(laws).scene.models[0].laws.size(), 2u);
 }
 
 // A scene made in code is one like any other; its messages have no file to name.

@@ -165,7 +165,9 @@ void complete_models(Scene& scene) {
         throw UserError("{}: {}.name = \"{}\" is used twice", scene.origin.place(key + ".name"),
                         shown, model.name);
     if (model.label.empty()) model.label = model.name;
-    if (model.law == kInjected) take_injected_laws(scene, model, key, shown);
+    const bool by_name = model.law.empty() && model.laws.empty();
+    if ((by_name ? model.name : model.law) == kInjected)
+      take_injected_laws(scene, model, key, shown);
     if (!model.laws.empty()) {
       check_sum(scene, model, key, shown);
       model.method = model.method.value_or(Method::kJoint);
