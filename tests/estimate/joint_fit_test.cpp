@@ -15,6 +15,17 @@
 namespace fricid::estimate {
 namespace {
 
+/// What two logs of an arm say before a fit.
+Prepared prepared_of(const Arm& truth, const RigidBodyOptions& options) {
+  std::vector<data::Dataset> logs;
+  for (const std::uint64_t seed : {1, 2}) {
+    LogOptions of_log;
+    of_log.seed = seed;
+    logs.push_back(make_log(truth, of_log));
+  }
+  return prepare(truth.robot, options, logs, 2);
+}
+
 /// A small arm whose friction grows with load and ripples, and what is known before a fit.
 struct Logs {
   Arm truth;
@@ -29,15 +40,9 @@ struct Logs {
     for (const double size : {1.0, 0.8, 0.5})
       for (const double value : {6 * size, 3000 * size, 2 * size, 0.02, 100.0, 0.04, 0.7})
         truth.friction.theta.push_back(value);
-    std::vector<data::Dataset> logs;
-    for (const std::uint64_t seed : {1, 2}) {
-      LogOptions options;
-      options.seed = seed;
-      logs.push_back(make_log(truth, options));
-    }
     RigidBodyOptions options;
     options.min_speed_rad_s = 0.1;
-    prepared = prepare(truth.robot, options, logs, 2);
+    prepared = prepared_of(truth, options);
     windows.iterations = 20;
   }
 };
@@ -144,13 +149,7 @@ TEST(SumFit, FindsGapsAndFurtherRipples) {
   truth.friction.theta = {6, 3000, 2,   3e-4,                              // b
                           5, 2400, 1.6, 100,  0.04, 0.7, 262, 0.03, -1.2,  // n, A, phi twice
                           3, 1500, 1};
-  std::vector<data::Dataset> recorded;
-  for (const std::uint64_t seed : {1, 2}) {
-    LogOptions options;
-    options.seed = seed;
-    recorded.push_back(make_log(truth, options));
-  }
-  const Prepared prepared = prepare(truth.robot, logs().prepared.options, recorded, 2);
+  const Prepared prepared = prepared_of(truth, logs().prepared.options);
   const JointFits fits(prepared, logs().windows, 2);
   std::vector<friction::LvmParts> parts;
   std::vector<PartEvidence> evidence;
@@ -178,13 +177,7 @@ TEST(JointFits, NetworksLearnWhatNoLawDescribes) {
   for (const double size : {1.0, 0.8, 0.5})  // Fc, Fs, vs, Fv, v0, T
     for (const double value : {6 * size, 6.5 * size, 0.06, 2 * size, 0.01, 0.02})
       truth.friction.theta.push_back(value);
-  std::vector<data::Dataset> recorded;
-  for (const std::uint64_t seed : {1, 2}) {
-    LogOptions options;
-    options.seed = seed;
-    recorded.push_back(make_log(truth, options));
-  }
-  const Prepared prepared = prepare(truth.robot, logs().prepared.options, recorded, 2);
+  const Prepared prepared = prepared_of(truth, logs().prepared.options);
   const JointFits fits(prepared, logs().windows, 2);
   friction::LvmParts plain{.memory = friction::Memory::kNone,
                            .load = false,

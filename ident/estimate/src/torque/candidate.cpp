@@ -34,8 +34,7 @@ Difference between(const RolloutErrors& a, const RolloutErrors& b) {
 
 namespace {
 
-constexpr int kFewRollouts = 10;  // of a second: their differences
-constexpr double kChance = 3;     // below this factor are taken for chance
+constexpr int kFewRollouts = 10;  // of a second
 
 std::ptrdiff_t fallen(const RolloutErrors& errors) {
   const double least = std::log(kFallenSquare);

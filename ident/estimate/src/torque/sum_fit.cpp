@@ -13,7 +13,6 @@ using friction::SumPart;
 
 constexpr double kPartsGain = 1e-3;    // smallest gain of a step where fits are only compared
 constexpr double kRoughGain = 1e-2;    // .. where a part may be off anyway
-constexpr double kChance = 3;          // below this factor errors of few seconds differ by chance
 constexpr int kSweeps = 2;             // over the parts
 constexpr double kWaveGain = 0.05;     // least of a wave, which is the best of many
 constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
