@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 #include <optional>
 
 #include "commands.hpp"
@@ -12,6 +13,7 @@
 #include "fricid/data/contract.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
+#include "fricid/sim/excitation.hpp"
 #include "fricid/workflow/check.hpp"
 #include "fricid/workflow/run.hpp"
 #include "outputs.hpp"
@@ -145,9 +147,16 @@ void save_next_motion(const workflow::NextMotion& next, const fs::path& file) {
         stderr);
 }
 
+bool is_trajectory(const fs::path& file) {
+  std::string head(1024, '\0');
+  std::ifstream(file, std::ios::binary).read(head.data(), std::ssize(head));
+  return head.find(sim::kTrajectoryFormat) != std::string::npos;
+}
+
 }  // namespace
 
-/// @throws UserError when --design names a file that is an input, or its samples would replace it
+/// @throws UserError when --design names an input or a file that is no trajectory, or the samples
+/// would replace one
 void require_design_name(const CheckOptions& options) {
   if (options.design.empty()) return;
   if (options.design.extension() != ".toml")
@@ -157,6 +166,12 @@ void require_design_name(const CheckOptions& options) {
   for (const char* extension : {".toml", ".csv"})
     require_not_input("--design", fs::path(options.design).replace_extension(extension),
                       {options.target, options.contract, options.robot.urdf});
+  for (const char* extension : {".toml", ".csv"}) {
+    const fs::path file = fs::path(options.design).replace_extension(extension);
+    if (fs::exists(file) && !is_trajectory(options.design))
+      throw UserError("--design {}: would replace {}; allowed: another name, or that of a design",
+                      options.design.string(), file.string());
+  }
 }
 
 Verdict check(const CheckOptions& options, const CommonOptions& common) {

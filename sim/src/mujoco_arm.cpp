@@ -87,15 +87,18 @@ Eigen::Matrix3d orientation_of(const mjModel& model, int body) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data->xmat + 9 * body);
 }
 
-mjsBody& find_body(const mjSpec& spec, const mjModel& model, int body) {
+/// @param file  of the spec, for the message
+mjsBody& find_body(const mjSpec& spec, const mjModel& model, int body, const std::string& file) {
   const char* name = mj_id2name(&model, mjOBJ_BODY, body);
   mjsBody* found = name ? mjs_findBody(&spec, name) : nullptr;
-  if (!found) throw UserError("MJCF: the base and the last link need names");
+  if (!found)
+    throw UserError("{}: a body without name; allowed: the base and the last link have one", file);
   return *found;
 }
 
 // Turns the base so that gravity, seen from the carrier of the first joint, is `wanted`.
-bool turn_base(mjSpec& spec, const mjModel& model, int first_body, const Eigen::Vector3d& wanted) {
+bool turn_base(mjSpec& spec, const mjModel& model, int first_body, const Eigen::Vector3d& wanted,
+               const std::string& file) {
   const Eigen::Matrix3d R_WB = orientation_of(model, model.body_parentid[first_body]);
   const Eigen::Vector3d gravity(model.opt.gravity), found = R_WB.transpose() * gravity;
   if ((found - wanted).norm() <= 1e-9 * std::max(1.0, wanted.norm())) return false;
@@ -104,7 +107,7 @@ bool turn_base(mjSpec& spec, const mjModel& model, int first_body, const Eigen::
   const int root = model.body_rootid[first_body];
   const double* quat = model.body_quat + 4 * root;
   const Eigen::Quaterniond now = turn * Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]);
-  mjsBody& base = find_body(spec, model, root);
+  mjsBody& base = find_body(spec, model, root, file);
   base.alt.type = mjORIENTATION_QUAT;
   base.quat[0] = now.w();
   base.quat[1] = now.x();
@@ -113,8 +116,9 @@ bool turn_base(mjSpec& spec, const mjModel& model, int first_body, const Eigen::
   return true;
 }
 
-void add_payload_body(mjSpec& spec, const mjModel& model, int link_body, const Payload& payload) {
-  mjsBody* body = mjs_addBody(&find_body(spec, model, link_body), nullptr);
+void add_payload_body(mjSpec& spec, const mjModel& model, int link_body, const Payload& payload,
+                      const std::string& file) {
+  mjsBody* body = mjs_addBody(&find_body(spec, model, link_body, file), nullptr);
   const Eigen::Vector3d p = payload.frame.p + payload.frame.R * payload.com;
   const Eigen::Matrix3d I = payload.frame.R * payload.inertia * payload.frame.R.transpose();
   // principal axes, so that a point mass is allowed too
@@ -206,12 +210,12 @@ MujocoArm::MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotMod
     throw UserError("{}: {} degrees of freedom, {} has {}", file, model_->nv, robot.name, n());
 
   // add payload, mount and rotors of the scene, then compile again
-  const bool turned = turn_base(*spec, *model_, bodies_.front(), robot.gravity);
+  const bool turned = turn_base(*spec, *model_, bodies_.front(), robot.gravity, file);
   const bool loaded = payload.mass > 0 && !made;  // `robot` carries it already
   if (loaded) {
     const int link = payload.frame.link;
     if (link < 0) throw UserError("{}: payload on a frame that does not move", file);
-    add_payload_body(*spec, *model_, body(link), payload);
+    add_payload_body(*spec, *model_, body(link), payload, file);
   }
   if (robot.coupled()) couple_motors(*spec, robot);
   if (turned || loaded || robot.coupled()) model_ = compile(*spec, mjcf);

@@ -12,8 +12,8 @@ std::string trajectory_toml(const Fourier& series, const dynamics::RobotModel& r
   };
   std::string text =
       "# q(t) = q0 + sum_k a_k / (k w) sin(k w t) - b_k / (k w) cos(k w t),  k = 1, 2, ...\n"
-      "# v(t) = sum_k a_k cos(k w t) + b_k sin(k w t);  period 2 pi / w; at rest at both ends\n"
-      "format = \"fricid.trajectory/1\"\n";
+      "# v(t) = sum_k a_k cos(k w t) + b_k sin(k w t);  period 2 pi / w; at rest at both ends\n";
+  text += kTrajectoryFormat;
   text += fmt::format("w = {}  # rad/s\n", series.w);
   for (int j = 0; j < series.n(); ++j)
     text += fmt::format("\n[[joint]]\nname = \"{}\"\nq0 = {}  # rad\na = [{}]  # rad/s\nb = [{}]\n",

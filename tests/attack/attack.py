@@ -317,7 +317,9 @@ def one_case(program, base, folder, seed, number, sanitized):
     written = {"out", "stdout", "stderr", "stderr2"} | ({"run", "logs"} if beside else {*command[1:2], *command[3:4]} & {"run", "logs"})
     if path == "OPTION":  # it may name the output
         written |= {"run", "other", (pathlib.PurePath(value).parts or ["."])[0] if value.strip("/") else "out"}
-        written |= {"estimate.h5", "still.png"} | {f"validation_0.h5", "log.h5"}
+        written |= {"estimate.h5", "still.png", "validation_0.h5", "log.h5"}
+        if "--design" in command:
+            written.add(pathlib.PurePath(value).stem + ".csv")
     before, around = snapshot(folder, written), sorted(os.listdir(folder.parent))
     with concurrent.futures.ThreadPoolExecutor() as pool:
         second = beside and pool.submit(run, program, beside, folder, subprocess.DEVNULL, sanitized,
@@ -342,8 +344,9 @@ def one_case(program, base, folder, seed, number, sanitized):
         else:  # `compare -o` writes a file
             named.unlink(missing_ok=True)
     above = path == "OPTION" and os.path.realpath(folder / value) == str(folder.parent)  # named as the output
-    if not wrong and not above and sorted(os.listdir(folder.parent)) != around:
-        wrong = "files beside the case's folder"
+    beside_it = sorted(os.listdir(folder.parent))
+    if not wrong and not above and beside_it != around:
+        wrong = f"files beside the case's folder: {around} became {beside_it}"
     return command, path, code, stopped, wrong
 
 

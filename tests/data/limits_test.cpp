@@ -177,6 +177,28 @@ TEST_F(Hdf5Limits, TablesOfUnlikeLengthAreNotPrintedSideBySide) {
               fmt::format("b.h5: table t, \\x1b has {} rows; allowed beside the first: 2", rows));
 }
 
+TEST_F(Hdf5Limits, ColumnsWithoutRowsTakeNoTime) {
+  const auto printed = [&](hsize_t columns, int tables) {
+    const hid_t file = H5Fcreate(path("b.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const std::array<hsize_t, 2> shape{0, columns};
+    for (int i = 0; i < tables; ++i) {
+      const hid_t space = H5Screate_simple(2, shape.data(), nullptr);
+      H5Dclose(H5Dcreate2(file, std::to_string(i).c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT,
+                          H5P_DEFAULT, H5P_DEFAULT));
+      H5Sclose(space);
+    }
+    H5Fclose(file);
+    return message_of([&] { print_tables(H5Reader(path("b.h5"), ""), [](const auto&) {}); });
+  };
+  const auto refused = [](hsize_t columns) {
+    return fmt::format("b.h5: {} columns in all tables of an HDF5 file; allowed: up to 100000",
+                       columns);
+  };
+  EXPECT_EQ(printed(hsize_t{1} << 40, 1), refused(hsize_t{1} << 40));
+  EXPECT_EQ(printed(60'000, 2), refused(120'000));
+  EXPECT_EQ(printed(50'000, 2), "no error");
+}
+
 // What a file names elsewhere could be any file of the reader.
 TEST_F(Hdf5Limits, TablesInOtherFilesAreRefused) {
   const auto of_file = [&](const std::function<void(hid_t)>& fill) {

@@ -103,6 +103,14 @@ class Imports(ProgramTest):
         self.assert_refused(done, r"--design .*log\.csv: would replace .*log\.csv")
         self.assertEqual(self.log.read_text(), LOG)
 
+    def test_a_design_replaces_designs_alone(self):
+        for name in ("other.toml", "other.csv"):
+            other = self.write(name, "a = 1")
+            done = fricid("check", self.log, "--contract", self.contract, "--design", self.folder / "other.toml")
+            self.assert_refused(done, rf"--design .*other\.toml: would replace .*{name}; allowed: another name, or that of a design")
+            self.assertEqual(other.read_text(), "a = 1")
+            other.unlink()
+
 
 if __name__ == "__main__":
     unittest.main()

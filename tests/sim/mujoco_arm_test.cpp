@@ -88,6 +88,16 @@ TEST(MujocoArm, RefusesOtherDynamics) {
               HasSubstr("inverse dynamics differ from p by inf"));
 }
 
+TEST(MujocoArm, NamesAFileWithABaseWithoutNameThatHasToBeTurned) {
+  dynamics::RobotModel on_a_wall = pendulum_robot();
+  on_a_wall.gravity = {9.81, 0, 0};
+  EXPECT_EQ(message_of(pendulum(""), on_a_wall), "accepted");
+  std::string nameless = pendulum("");
+  nameless.replace(nameless.find(" name='base'"), 12, "");
+  EXPECT_THAT(message_of(nameless, on_a_wall),
+              testing::ContainsRegex("model.xml: a body without name; allowed: the base and"));
+}
+
 TEST(MujocoArm, NamesAFileThatCannotBeRead) {
   EXPECT_THAT(message_of("<mujoco><worldbody>", pendulum_robot()), HasSubstr("model.xml"));
   try {

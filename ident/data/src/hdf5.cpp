@@ -183,6 +183,7 @@ RowMatrix H5Reader::matrix(const std::string& name, int columns) const {
   if (columns >= 0 && found.columns != columns)
     throw UserError("{}: /{} has {} columns; allowed: {}", path_, name, found.columns, columns);
   require_memory_for(table, found, name, path_);
+  require_within(limits::kHdf5Columns, static_cast<std::uint64_t>(found.columns), path_);
   RowMatrix values(found.rows, found.columns);
   if (values.size() > 0 &&
       H5Dread(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
@@ -259,6 +260,7 @@ std::string column_name(const std::string& table, std::int64_t columns, std::int
 void print_tables(const H5Reader& file, const std::function<void(const std::string&)>& print) {
   std::vector<RowMatrix> tables;
   std::string line;
+  std::uint64_t columns = 0;
   const auto add = [&](const std::string& cell) { line += (line.empty() ? "" : ",") + cell; };
   const auto end = [&] {
     print(line + "\n");
@@ -267,6 +269,8 @@ void print_tables(const H5Reader& file, const std::function<void(const std::stri
   for (const std::string& name : file.names()) {
     RowMatrix table = file.matrix(name);
     if (table.cols() == 0) continue;
+    require_within(limits::kHdf5Columns, columns += static_cast<std::uint64_t>(table.cols()),
+                   file.path());
     if (!tables.empty() && table.rows() != tables[0].rows())
       throw UserError("{}: table {} has {} rows; allowed beside the first: {}", file.path(), name,
                       table.rows(), tables[0].rows());

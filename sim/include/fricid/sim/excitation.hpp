@@ -37,7 +37,9 @@ Excitation design_excitation(const ExcitationOptions& config, const MujocoArm& a
 TrajectoryReport examine(const Fourier& series, const ExcitationOptions& config,
                          const MujocoArm& arm, const dynamics::RobotModel& robot, int samples);
 
-/// A trajectory as TOML, format "fricid.trajectory/1": joints, w, q0, and a, b per joint, with the
+/// The line that says what the file of a trajectory is.
+inline constexpr char kTrajectoryFormat[] = "format = \"fricid.trajectory/1\"\n";
+/// A trajectory as TOML with `kTrajectoryFormat`: joints, w, q0, and a, b per joint, with the
 /// formulas to evaluate them.
 std::string trajectory_toml(const Fourier& series, const dynamics::RobotModel& robot);
 /// The same as samples: t, then q and v of every joint.
