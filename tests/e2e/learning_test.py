@@ -67,16 +67,15 @@ class Learning(ProgramTest):
             self.assertIn(min(fit["candidates"], key=lambda c: c["held_out_q_mse"]), eligible)
             self.assertEqual(taken[0], min(eligible, key=lambda c: c["held_out_torque"]))
             self.assertTrue({"sum", "lugre", "gms"} <= {c["name"] for c in fit["candidates"]})
-            networks = [part for part in fit["parts"] if part["part"] == "network"]
             for part in fit["parts"]:
                 earns = part["gain"] > part["gain_se"]
                 if part["part"] in ("backlash", "second_ripple", "third_ripple"):  # must have an effect too
                     self.assertLessEqual(part["on"], earns, part)
-                elif part not in networks:
+                else:
                     self.assertEqual(part["on"], earns, part)
-            joints = load(folder / "models" / "lvm_s1.json")["friction"]
-            self.assertEqual([part["on"] for part in networks],
-                             [any(law["law"] == "memory_network" for law in joint) for joint in joints])
+            # a few seconds held out do not tell what networks are worth
+            self.assertNotIn("network", {part["part"] for part in fit["parts"]})
+            self.assertNotIn("memory_network", (folder / "models" / "lvm_s1.json").read_text())
         self.assertEqual(tables[0], tables[1])
 
     def test_a_fit_killed_in_its_middle_goes_on(self):

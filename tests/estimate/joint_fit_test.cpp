@@ -59,8 +59,9 @@ double parameter(const Arm& arm, int joint, std::string_view owner, std::string_
 
 // Load and gravity look alike: alternating fits leave mu at a fraction of its value.
 TEST(ArmTorqueFit, FindsLoadRippleAndGravityTogether) {
-  const JointFits fits(logs().prepared, logs().windows, 2);
+  JointFits fits(logs().prepared, logs().windows, 2);
   const Arm start = fits.start(logs().truth.friction.model.joints()[0]);
+  fits.take_load_of(fits.on_torque(start, JointFits::Rows::kAll).arm);
   const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
   ASSERT_NE(fit.outcome, Outcome::kFailed) << fit.message;
   for (int j = 0; j < 3; ++j) {
@@ -107,6 +108,29 @@ TEST(ArmTorqueFit, TakesNoMoreThanAShareOfTheLoadForFriction) {
     ++growths;
   }
   EXPECT_EQ(growths, 3);
+}
+
+// A torque that no part describes: with the measured torque as load, friction that grows with it
+// describes it all the same.
+TEST(JointFits, TheLoadOfFrictionDoesNotContainWhatItHasToExplain) {
+  Prepared disturbed = logs().prepared;
+  for (signals::Recording& r : disturbed.recordings)
+    for (Eigen::Index k = 0; k < r.filtered_tau.rows(); ++k)
+      r.filtered_tau(k, 0) += 2 * std::sin(9 * static_cast<double>(k) * r.dt);
+  for (signals::Recording& r : disturbed.recordings) r.load = r.filtered_tau;
+  const JointFits fits(disturbed, logs().windows, 2);
+  const Arm start = fits.start(friction::JointSpec{{{"dahl", 0, {{"load", 1}}}}});
+  const ArmTorqueData measured(disturbed.robot, disturbed.recordings, disturbed.options.cutoff_hz);
+  ArmTorqueOptions options;
+  options.nominal = disturbed.robot.pi;
+  options.rigid_body = disturbed.options;
+  options.coordinates.torque_scale = torque_rms(disturbed.recordings);
+  options.coordinates.limits = sum_limits(start.friction);
+  const auto growth = [&](const ArmTorqueFit& fit) {
+    return parameter(fit.arm, 0, "load", "mu");  // 0.02 in truth
+  };
+  EXPECT_LT(growth(fits.on_torque(start, JointFits::Rows::kAll)), 0.02);
+  EXPECT_GT(growth(fit_arm_torque(measured, start, options, 2)), 0.04);
 }
 
 // Load and ripple are there: held-out torque says so.

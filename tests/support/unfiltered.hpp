@@ -14,7 +14,7 @@ inline signals::Recording unfiltered(signals::Dataset log, const RowMatrix& v) {
   signals::Recording out;
   out.dt = log.dt();
   out.narrow = out.wide = {log.q, v, {}};
-  out.held_tau = out.filtered_tau = signals::held_torque(log.tau);
+  out.held_tau = out.filtered_tau = out.load = signals::held_torque(log.tau);
   out.temperature =
       log.temperature.size() > 0 ? log.temperature : RowMatrix::Constant(T, n, kRoomTemperature);
   out.use.setConstant(T, n, true);

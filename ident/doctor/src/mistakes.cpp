@@ -310,6 +310,34 @@ struct Account {
   }
 };
 
+/// Whether the rigid body is what explains the torque of a joint.
+bool tells(const Explained& e) {
+  return e.scale > 0 && e.unexplained <= 0.5 && e.friction_only >= 3 * e.unexplained;
+}
+
+bool far_off(const Explained& e, double factor) {
+  return tells(e) && std::max(e.scale, 1 / e.scale) >= factor;
+}
+
+/// Of most joints that tell.
+bool mostly_far_off(const std::vector<Explained>& all) {
+  const auto far = std::ranges::count_if(all, [](const auto& e) { return far_off(e, kFarOff); });
+  return 2 * far > std::ranges::count_if(all, tells);
+}
+
+/// Two joints are not swapped where one then would carry next to nothing of its nominal torque, or
+/// a multiple of it: so does a joint that stands still beside one that moves.
+bool is_absurd(const Hypothesis& h, const std::vector<Explained>& after) {
+  if (h.other < 0) return false;
+  std::vector<Explained> others = after;
+  bool far = false;
+  for (const int j : {h.joint, h.other}) {
+    far = far || far_off(after[static_cast<std::size_t>(j)], kFarOffAlone);
+    others[static_cast<std::size_t>(j)] = {};
+  }
+  return far && !mostly_far_off(others);
+}
+
 Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
                     const Sight& sight) {
   Judge judge(robot, d.n());
@@ -322,7 +350,7 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
     for (const Hypothesis& h : all) {
       const std::vector<Explained> after = judge.explain(h.undone(account.sight));
       const double gained = gain(account.explained, after);
-      if (gained <= best) continue;
+      if (gained <= best || is_absurd(h, after)) continue;
       best = gained;
       believed = &h;
       then = after;
@@ -384,14 +412,7 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
   const std::vector<Explained>& now = best.explained;
   findings.insert(findings.end(), best.mistakes.begin(), best.mistakes.end());
   if (!robot) return;
-  const auto tells = [](const Explained& e) {
-    return e.scale > 0 && e.unexplained <= 0.5 && e.friction_only >= 3 * e.unexplained;
-  };
-  const auto far_off = [&](const Explained& e, double factor) {
-    return tells(e) && std::max(e.scale, 1 / e.scale) >= factor;
-  };
-  const auto far = std::ranges::count_if(now, [&](const auto& e) { return far_off(e, kFarOff); });
-  const bool most = 2 * far > std::ranges::count_if(now, tells);
+  const bool most = mostly_far_off(now);
   for (int j = 0; j < d.n(); ++j)
     if (const Explained& e = now[static_cast<std::size_t>(j)];
         far_off(e, most ? kFarOff : kFarOffAlone))

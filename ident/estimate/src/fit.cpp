@@ -329,12 +329,17 @@ RowMatrix predict_torque(const Arm& arm, const signals::Recording& measured, dou
   const std::vector<double> z0 =
       initial_friction_state(arm, measured.dt, measured.wide.q, measured.wide.v,
                              measured.filtered_tau, measured.temperature);
-  RowMatrix tau_f = drive_friction(arm.friction, measured.dt, measured.wide.q, measured.wide.v,
-                                   measured.filtered_tau, measured.temperature, z0)
-                        .tau_f;
   const signals::ZeroPhaseButterworth low_pass(cutoff_hz, 1 / measured.dt);
-  low_pass.apply(tau_f);
-  return tau_f + rigid_body_torque(arm.robot, arm.robot.pi, measured);
+  const RowMatrix rigid = rigid_body_torque(arm.robot, arm.robot.pi, measured);
+  RowMatrix tau = rigid;
+  for (int pass = 0; pass < (arm.friction.model.reads_load() ? 2 : 1); ++pass) {
+    RowMatrix tau_f = drive_friction(arm.friction, measured.dt, measured.wide.q, measured.wide.v,
+                                     tau, measured.temperature, z0)
+                          .tau_f;
+    low_pass.apply(tau_f);
+    tau = rigid + tau_f;
+  }
+  return tau;
 }
 
 }  // namespace fricid::estimate

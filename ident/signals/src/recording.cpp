@@ -147,6 +147,7 @@ Recording make_recording(Dataset log, double cutoff_hz) {
   for (int j = 0; j < n; ++j)
     for (int k = 0; k < T && std::abs(q(k, j) - q(0, j)) < kWashout; ++k) out.use(k, j) = false;
 
+  out.load = out.filtered_tau;
   out.held_tau = held_torque(log.tau);
   out.noise_sd = noise_above_band(log.q, out.wide.q, wide);
   out.log = std::move(log);

@@ -55,11 +55,11 @@ JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequenc
         friction::Input<PackD>& over = group.over[i];
         at.q.set(lane, q);
         at.v.set(lane, k < length ? s.wide.v(row, joint) : 0.0);
-        at.load.set(lane, s.filtered_tau(row, joint));
+        at.load.set(lane, s.load(row, joint));
         at.temperature.set(lane, s.temperature(row, joint));
         over.q.set(lane, next);
         over.v.set(lane, (next - q) / dt_);
-        over.load.set(lane, s.filtered_tau(row, joint));
+        over.load.set(lane, s.load(row, joint));
         over.temperature.set(lane, s.temperature(row, joint));
         if (!present || k >= length || !s.use(k, joint)) continue;
         const double value = target[index](row, joint);

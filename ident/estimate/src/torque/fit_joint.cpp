@@ -81,8 +81,10 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
 
   MultiStepOptions windows = config.train;
   windows.seed = static_cast<std::uint64_t>(seed);
-  const JointFits fits(prepared, windows, jobs);
   const bool sum = config.laws.empty() && config.law == friction::kLvm;
+  JointFits fits(prepared, windows, jobs);
+  const Arm start = sum ? fits.start(fits.all_parts()) : fits.start(joint_spec_of(config));
+  fits.take_load_of(fits.on_torque(start, JointFits::Rows::kTraining, true, kRoughGain).arm);
   Progress progress(fmt::format("fit {}", report.model.label),
                     sum ? 3 + 2 * static_cast<int>(std::size(kRivals)) : 1);
   std::vector<Candidate>& found = report.candidates;
@@ -90,8 +92,7 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   if (sum) {
     found = of_sum(prepared, fits, seed, parts, report.parts, progress);
   } else {
-    const ArmTorqueFit fit =
-        fits.on_torque(fits.start(joint_spec_of(config)), JointFits::Rows::kAll);
+    const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
     found.push_back(fits.judged("torque", fit.arm, fit.seconds));
     progress.advance(1);
   }
@@ -102,7 +103,7 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
       if (found[i].held_out <= near) found.push_back(fits.on_windows(found[i], report.model.label));
   }
   std::size_t taken = choose(found);
-  if (sum && room) {
+  if (sum && room && !fits.is_short()) {
     if (std::optional<Candidate> with =
             fit_networks(fits, found[taken].arm, found[0].arm, parts, report.parts)) {
       found.push_back(*with);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "fricid/base/parallel.hpp"
 #include "fricid/estimate/fit.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
 #include "support.hpp"
@@ -53,10 +54,10 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
       windows_(windows),
       jobs_(jobs),
       split_(split_recordings(prepared.recordings, windows.hold_out)),
-      all_(prepared.robot, prepared.recordings, prepared.options.cutoff_hz),
-      training_(prepared.robot, prepared.recordings, prepared.options.cutoff_hz, {},
-                split_.train_end),
-      held_out_(prepared.robot, prepared.recordings, prepared.options.cutoff_hz, split_.test_begin),
+      recordings_(prepared.recordings),
+      all_(prepared.robot, recordings_, prepared.options.cutoff_hz),
+      training_(prepared.robot, recordings_, prepared.options.cutoff_hz, {}, split_.train_end),
+      held_out_(prepared.robot, recordings_, prepared.options.cutoff_hz, split_.test_begin),
       folds_(folds_of(prepared.recordings)) {
   windows_.torque_scale = torque_rms(prepared.recordings);
   double sum = 0, square = 0, count = 0;
@@ -67,6 +68,15 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
   }
   temperature_ = sum / count;
   has_temperature_ = square / count - temperature_ * temperature_ > kWarms * kWarms;
+  take_load_of(start(friction::JointSpec{{{"coulomb_viscous", 0, {}}}}));
+}
+
+void JointFits::take_load_of(const Arm& arm) {
+  parallel_for(static_cast<int>(recordings_.size()), jobs_, [&](int i) {
+    signals::Recording& r = recordings_[static_cast<std::size_t>(i)];
+    r.load = predict_torque(arm, r, prepared_.options.cutoff_hz);
+  });
+  for (ArmTorqueData* data : {&all_, &training_, &held_out_}) data->take_load();
 }
 
 bool JointFits::has_room_for_windows() const {
@@ -80,6 +90,12 @@ bool JointFits::is_short() const {
     seconds +=
         prepared_.recordings[s].dt * (prepared_.recordings[s].length() - split_.test_begin[s]);
   return seconds < kFewSeconds;
+}
+
+std::vector<friction::LvmParts> JointFits::all_parts() const {
+  friction::LvmParts parts;
+  parts.temperature = has_temperature_;
+  return std::vector<friction::LvmParts>(static_cast<std::size_t>(n()), parts);
 }
 
 int JointFits::n() const { return prepared_.robot.n(); }
@@ -159,7 +175,7 @@ std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
   options.find_ripples = false;
   std::vector<Arm> arms;
   for (const Fold& fold : folds_) {
-    const std::vector<signals::Recording> rest = without(fold, prepared_.recordings);
+    const std::vector<signals::Recording> rest = without(fold, recordings_);
     const ArmTorqueData data(prepared_.robot, rest, prepared_.options.cutoff_hz);
     arms.push_back(fit_arm_torque(data, fitted, options, jobs_).arm);
   }

@@ -28,12 +28,11 @@ class SumChoice {
  public:
   /// @param all  begins with all parts of the laws, else with none
   SumChoice(const JointFits& fits, bool all) : fits_(&fits) {
-    friction::LvmParts parts;
-    if (all)
-      parts.temperature = fits.has_temperature();
-    else
-      parts = {.load = false, .power_flow = false, .asymmetry = false, .ripples = 0};
-    parts_.assign(static_cast<std::size_t>(fits.n()), parts);
+    parts_ = fits.all_parts();
+    if (!all)
+      std::ranges::fill(
+          parts_,
+          friction::LvmParts{.load = false, .power_flow = false, .asymmetry = false, .ripples = 0});
     fitted_ = fit(fits_->start(parts_), all);
     if (!all) add_parts();
     try_bristles();
@@ -170,7 +169,7 @@ Candidate fit_sum(const JointFits& fits, std::vector<friction::LvmParts>& parts,
     const auto error = [&](const SumChoice& sum) {
       return fits.held_out_torque(sum.fitted(JointFits::Rows::kTraining));
     };
-    if (error(added) < kChance * error(taken)) taken = added;
+    if (error(added) < error(taken)) taken = added;
   }
   parts = taken.parts();
   evidence = taken.evidence();

@@ -41,6 +41,7 @@ struct Recording {
   Motion wide;               ///< filtered at `wide_band`, without a: friction, open loops
   RowMatrix held_tau;        ///< (T, n) held over [t_k, t_{k+1}), see `held_torque` [N m]
   RowMatrix filtered_tau;    ///< (T, n) torque in force around t_k, filtered as `narrow` [N m]
+  RowMatrix load;            ///< (T, n) of friction: filtered_tau, or as a model predicts it [N m]
   RowMatrix temperature;     ///< (T, n) missing values bridged; kRoomTemperature without any [K]
   UseMask use;               ///< (T, n) rows that may enter a fit of a joint's torque
   Eigen::VectorXd noise_sd;  ///< (n) noise of log.q, from its part above the wide band [rad]

@@ -24,6 +24,9 @@ class ArmTorqueData {
   ArmTorqueData(const dynamics::RobotModel& robot, std::span<const signals::Recording> recordings,
                 double cutoff_hz, std::span<const int> begin = {}, std::span<const int> end = {});
 
+  /// Friction under the load that the recordings have now.
+  void take_load();
+
   struct Joint {
     JointFrictionData friction;         ///< its target is the whole torque of the joint
     std::vector<std::vector<int>> row;  ///< per recording, samples that count
@@ -40,6 +43,8 @@ class ArmTorqueData {
   Eigen::VectorXd residual(const Arm& arm, int j) const;
 
  private:
+  JointFrictionData friction_of(int j) const;
+
   std::vector<Joint> joints_;
   std::span<const signals::Recording> recordings_;
   double cutoff_hz_;

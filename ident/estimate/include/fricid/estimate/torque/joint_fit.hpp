@@ -22,7 +22,12 @@ class JointFits {
   /// Of which rows: those that windows train on, or all.
   enum class Rows { kTraining, kAll };
 
+  /// Friction is under the load that the linear model of least squares predicts.
   JointFits(const Prepared& prepared, const MultiStepOptions& windows, int jobs);
+
+  /// Friction is under the torque that `arm` predicts from now on. The measured torque as load
+  /// would explain its own errors: friction that grows with them lowers any residual.
+  void take_load_of(const Arm& arm);
 
   /// The robot of least squares with friction at the start that the linear friction suggests
   /// (`start_sum`).
@@ -58,6 +63,8 @@ class JointFits {
   bool has_room_for_windows() const;
   /// Whether fewer than ten seconds are held out.
   bool is_short() const;
+  /// All parts of the laws in every joint, temperature where it varies.
+  std::vector<friction::LvmParts> all_parts() const;
   bool has_temperature() const { return has_temperature_; }
   int n() const;
   int jobs() const { return jobs_; }
@@ -69,6 +76,7 @@ class JointFits {
   MultiStepOptions windows_;
   int jobs_;
   Split split_;
+  std::vector<signals::Recording> recordings_;  // with the load
   ArmTorqueData all_, training_, held_out_;
   std::vector<Fold> folds_;
   double temperature_ = 0;
