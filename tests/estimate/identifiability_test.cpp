@@ -230,6 +230,19 @@ TEST(Identifiability, CountsReversalsAndSlowTime) {
   EXPECT_EQ(report.joints[2].presliding, 12);
 }
 
+TEST(Identifiability, SlidingJointsHaveUnitsOfTheirOwn) {
+  Arm arm = coulomb_arm();
+  const Identifiability report = examine(arm.robot, {make_log(arm, {})});
+  for (const std::string& text : {to_summary(report, arm.robot), to_text(report, arm.robot)})
+    EXPECT_THAT(text, testing::Not(testing::HasSubstr("m/s")));
+  arm.robot.joints[2].type = dynamics::JointType::kPrismatic;
+  const std::string joint = arm.robot.joints[2].name;
+  EXPECT_THAT(to_summary(report, arm.robot),
+              testing::ContainsRegex("\n" + joint + " [^\n]*\\(m/s, N, N s/m\\)\n"));
+  EXPECT_THAT(to_text(report, arm.robot),
+              testing::ContainsRegex("friction: " + joint + ": up to [^\n]* m/s, [^\n]* N,"));
+}
+
 TEST(Identifiability, BaseInformationIsTheIntegralOfTheSquaredRegressor) {
   const Arm arm = coulomb_arm();
   const std::vector<signals::Recording> one{signals::make_recording(make_log(arm, {}), 10)};
