@@ -124,7 +124,7 @@ TEST(Faults, CoarsePositionsSmoothSimpleFurther) {
                            clean = signals::make_recording(make_log(arm, {}), 10);
   const Eigen::ArrayXd noise = (noisy.wide.v - clean.wide.v).col(0).array();
   const double sd = std::sqrt(noise.square().mean());
-  EXPECT_NEAR(smoothing_speed(prepared.recordings, 10, 0), 3 * sd, 0.1 * 3 * sd);
+  EXPECT_NEAR(smoothing_speed(prepared.robot, prepared.recordings, 10, 0), 3 * sd, 0.1 * 3 * sd);
 }
 
 TEST(Faults, AJointThatRestsIsNamedWithTheWayToHoldItOut) {

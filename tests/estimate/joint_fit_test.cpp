@@ -90,7 +90,7 @@ TEST(ArmTorqueFit, KeepsToItsLimits) {
   const JointFits fits(logs().prepared, logs().windows, 2);
   const Arm start = fits.start(std::vector<friction::LvmParts>(3, {.elements = 3, .ripples = 0}));
   const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
-  for (const Limit& limit : sum_limits(start.friction)) {
+  for (const Limit& limit : sum_limits(start)) {
     EXPECT_GE(fit.arm.friction.theta[limit.parameter], limit.lower * (1 - 1e-12));
     EXPECT_LE(fit.arm.friction.theta[limit.parameter], limit.upper * (1 + 1e-12));
   }
@@ -101,7 +101,7 @@ TEST(ArmTorqueFit, TakesNoMoreThanAShareOfTheLoadForFriction) {
   const JointFits fits(logs().prepared, logs().windows, 2);
   const Arm start = fits.start(std::vector<friction::LvmParts>(3, {.elements = 3, .ripples = 0}));
   int growths = 0;
-  for (const Limit& limit : sum_limits(start.friction)) {
+  for (const Limit& limit : sum_limits(start)) {
     const auto& p = start.friction.model.parameters()[limit.parameter];
     if (p.owner != "load") continue;
     EXPECT_LE(limit.upper * parameter(start, p.joint, "gms", "Fc"), 0.3 * (1 + 1e-12));
@@ -125,7 +125,7 @@ TEST(JointFits, TheLoadOfFrictionDoesNotContainWhatItHasToExplain) {
   options.nominal = disturbed.robot.pi;
   options.rigid_body = disturbed.options;
   options.coordinates.torque_scale = torque_rms(disturbed.recordings);
-  options.coordinates.limits = sum_limits(start.friction);
+  options.coordinates.limits = sum_limits(start);
   const auto growth = [&](const ArmTorqueFit& fit) {
     return parameter(fit.arm, 0, "load", "mu");  // 0.02 in truth
   };

@@ -68,10 +68,10 @@ JointFrictionFit linear_fit(const Prepared& prepared, const JointFrictionData& d
   for (const friction::ParameterRef& parameter : one.parameters()) {
     const friction::ParameterInfo& info = parameter.info;
     const bool coulomb = info.role == kCoulomb, viscous = info.role == kViscous;
-    const double value =
-        coulomb   ? rigid.Fc_beside[joint]
-        : viscous ? rigid.Fv_beside[joint]
-                  : smoothing_speed(prepared.recordings, prepared.options.cutoff_hz, joint);
+    const double value = coulomb   ? rigid.Fc_beside[joint]
+                         : viscous ? rigid.Fv_beside[joint]
+                                   : smoothing_speed(prepared.robot, prepared.recordings,
+                                                     prepared.options.cutoff_hz, joint);
     fit.theta.push_back(std::clamp(value, info.lower, info.upper));
     fit.standard_error.push_back(coulomb   ? rigid.Fc_se[joint]
                                  : viscous ? rigid.Fv_se[joint]
@@ -200,7 +200,8 @@ std::string FitReport::brief() const {
       model.free_parameters, seconds, fitted_to ? ", fitted to " + data::in_words(*fitted_to) : "");
 }
 
-double smoothing_speed(std::span<const signals::Recording> recordings, double cutoff_hz,
+double smoothing_speed(const dynamics::RobotModel& robot,
+                       std::span<const signals::Recording> recordings, double cutoff_hz,
                        int joint) {
   constexpr int kFrequencies = 1000;  // of the sum over the band
   double noise = 0;
@@ -216,7 +217,8 @@ double smoothing_speed(std::span<const signals::Recording> recordings, double cu
     }
     noise = std::max(noise, r.noise_sd[joint] * std::sqrt(variance));
   }
-  return std::max(kSmoothing, kNoisySpeed * noise);
+  const dynamics::Joint& of = robot.joints[static_cast<std::size_t>(joint)];
+  return std::max(kSmoothing * travel_scale(of), kNoisySpeed * noise);
 }
 
 FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config, int seed,

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "fricid/dynamics/robot_model.hpp"
 #include "fricid/estimate/friction/friction_fit.hpp"
 #include "fricid/estimate/options/model.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
@@ -32,6 +33,12 @@ inline OffsetPrior offset_prior(const RigidBodyFit& fit, int joint) {
   const int rows = fit.equations[static_cast<std::size_t>(joint)];
   if (!std::isfinite(sd) || sd <= 0 || rows == 0) return {};
   return {sd, std::pow(fit.sigma[joint] / sd, 2) / rows};
+}
+
+/// What a turning joint does by 1 rad a sliding one does by this [m]: typical speeds and lengths.
+inline constexpr double kSliding = 0.1;
+inline double travel_scale(const dynamics::Joint& joint) {
+  return joint.type == dynamics::JointType::kPrismatic ? kSliding : 1;
 }
 
 inline double seconds_since(std::chrono::steady_clock::time_point begin) {

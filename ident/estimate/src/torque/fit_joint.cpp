@@ -19,7 +19,7 @@
 namespace fricid::estimate {
 namespace {
 
-// Conventional laws that the sum has to beat.
+// Conventional laws that the sum has to beat, the linear one first.
 constexpr std::pair<const char*, int> kRivals[] = {
     {"coulomb_viscous", 0}, {"stribeck", 0}, {"dahl", 0}, {"lugre", 0}, {"gms", 4}};
 constexpr double kRoughGain = 1e-2;  // smallest gain of a step where a law may be lost anyway:
@@ -36,7 +36,7 @@ std::optional<Arm> conventional(const Prepared& prepared, const char* law, int s
 }
 
 /// Candidates for the model that contains the laws: the sum, and conventional laws, fitted like it
-/// and, where that comes near, by the method conventional too.
+/// and, where that comes near or costs nothing, by the method conventional too.
 std::vector<Candidate> of_sum(const Prepared& prepared, const JointFits& fits, int seed,
                               std::vector<friction::LvmParts>& parts,
                               std::vector<PartEvidence>& evidence, Progress& progress) {
@@ -56,7 +56,8 @@ std::vector<Candidate> of_sum(const Prepared& prepared, const JointFits& fits, i
   }
   const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
   for (std::size_t i = 0; i < std::size(kRivals); ++i) {
-    if (found[i + 1].held_out > near) continue;
+    const bool linear = i == 0;  // which is one regression, without rows near standstill
+    if (found[i + 1].held_out > near && !linear) continue;
     const auto begin = std::chrono::steady_clock::now();
     const char* law = kRivals[i].first;
     if (const std::optional<Arm> arm = conventional(prepared, law, seed, fits.jobs()))

@@ -149,7 +149,7 @@ Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) co
   out.held_out = std::exp(out.rollouts.mean());
   out.torque = held_out_torque(arm);
   out.parameters = friction::free_parameter_count(arm.friction.model) -
-                   static_cast<int>(sum_limits(arm.friction).size());
+                   static_cast<int>(sum_limits(arm).size());
   return out;
 }
 
@@ -158,7 +158,7 @@ ArmTorqueOptions JointFits::torque_options(const Arm& arm) const {
   options.rigid_body = as_needed(prepared_.options, prepared_.rigid_body);
   options.nominal = prepared_.robot.pi;
   options.coordinates.torque_scale = windows_.torque_scale;
-  options.coordinates.limits = sum_limits(arm.friction);
+  options.coordinates.limits = sum_limits(arm);
   return options;
 }
 

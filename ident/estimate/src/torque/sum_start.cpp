@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "support.hpp"
+
 namespace fricid::estimate {
 namespace {
 
@@ -73,7 +75,7 @@ std::vector<Holders> holders_of(const friction::RobotFriction& model) {
 
 double start_value(const friction::RobotFriction& model, const friction::ParameterRef& p,
                    const Holders& holders, const friction::FrictionGuess& guess, double load,
-                   double temperature) {
+                   double temperature, double scale) {
   const auto in_law = [&](Role role) { return count_in_law(model, p, role); };
   switch (p.info.role) {
     case Role::kNetworkTorque:
@@ -85,7 +87,7 @@ double start_value(const friction::RobotFriction& model, const friction::Paramet
     case Role::kLevel:
       return guess.Fc / in_law(Role::kLevel);
     case Role::kStribeckVelocity:
-      return kStribeckSpeed;
+      return kStribeckSpeed * scale;
     case Role::kAttraction:
       return kAttraction * guess.Fc;
     case Role::kViscous:
@@ -101,12 +103,13 @@ double start_value(const friction::RobotFriction& model, const friction::Paramet
       return 1.0 / in_law(Role::kShare);
     case Role::kStiffness: {
       const int springs = in_law(Role::kStiffness);
-      if (springs == 1) return guess.Fc / kBristleLength;
+      if (springs == 1) return guess.Fc / (kBristleLength * scale);
       const double at = static_cast<double>(p.info.element - 1) / (springs - 1);
-      return kStatic * guess.Fc / springs / (kShortest * std::pow(kLongest / kShortest, at));
+      return kStatic * guess.Fc / springs /
+             (scale * kShortest * std::pow(kLongest / kShortest, at));
     }
     case Role::kSmoothingSpeed:
-      return is_of_load_law(model, p) ? kLoadCorner : kCorner;
+      return scale * (is_of_load_law(model, p) ? kLoadCorner : kCorner);
     case Role::kLoadSmoothing:
       return kLoadFoot;
     case Role::kLoadCoefficient:
@@ -115,7 +118,7 @@ double start_value(const friction::RobotFriction& model, const friction::Paramet
       return (is_of_load_law(model, p) ? kCurvature * kPowerFlow : kLoadShare) /
              std::max(load, 1e-3);
     case Role::kGap:
-      return kFirstGap;
+      return kFirstGap * scale;
     case Role::kTemperature:
       return temperature;
     case Role::kTemperatureCoefficient:
@@ -138,14 +141,15 @@ Arm start_sum(const Arm& arm, std::vector<friction::JointSpec> joints, const Sum
     const auto j = static_cast<std::size_t>(p.joint);
     out.friction.theta.push_back(
         std::clamp(start_value(out.friction.model, p, holders[j], start.joints[j], start.load[j],
-                               start.temperature),
+                               start.temperature, travel_scale(arm.robot.joints[j])),
                    p.info.lower, p.info.upper));
   }
   friction::initialise_weights(out.friction.model, kSeedOfNetworks, out.friction.theta);
   return out;
 }
 
-std::vector<Limit> sum_limits(const friction::Friction& friction) {
+std::vector<Limit> sum_limits(const Arm& arm) {
+  const friction::Friction& friction = arm.friction;
   const friction::RobotFriction& model = friction.model;
   const std::vector<Holders> holders = holders_of(model);
   std::vector<Limit> limits;
@@ -160,8 +164,9 @@ std::vector<Limit> sum_limits(const friction::Friction& friction) {
                       (p.info.role == Role::kViscous && p.law != joint.viscous);
     if (held) limits.push_back({i, value, value});
     if (p.info.role == Role::kLoadCoefficient) limits.push_back({i, p.info.lower, kMostLoss});
+    const double scale = travel_scale(arm.robot.joints[static_cast<std::size_t>(p.joint)]);
     if (p.info.role == Role::kStribeckVelocity)
-      limits.push_back({i, std::min(kSlowest, value), std::max(kFastest, value)});
+      limits.push_back({i, std::min(kSlowest * scale, value), std::max(kFastest * scale, value)});
     const auto coulomb = [&] {
       const auto found = std::ranges::find_if(model.parameters(), [&](const auto& other) {
         return other.joint == p.joint && other.law == p.law && other.info.role == Role::kCoulomb;

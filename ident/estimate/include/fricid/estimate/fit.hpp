@@ -105,7 +105,8 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& options
 
 /// Smoothing speed of Coulomb friction: 0.01 rad/s, or three standard deviations of the noise of
 /// the velocity that drives friction if that is more.
-double smoothing_speed(std::span<const signals::Recording> recordings, double cutoff_hz, int joint);
+double smoothing_speed(const dynamics::RobotModel& robot,
+                       std::span<const signals::Recording> recordings, double cutoff_hz, int joint);
 
 /// Fits one model by its method. Method joint fits friction and rigid body to the torque at once
 /// (`JointFits`) and continues from there by windows; of model lvm, there are several candidates,
