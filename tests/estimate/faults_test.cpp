@@ -127,6 +127,16 @@ TEST(Faults, CoarsePositionsSmoothSimpleFurther) {
   EXPECT_NEAR(smoothing_speed(prepared.robot, prepared.recordings, 10, 0), 3 * sd, 0.1 * 3 * sd);
 }
 
+TEST(Faults, SlidingJointsAreSmoothedOverATenth) {
+  Arm arm = coulomb_arm(5e-3);
+  const std::vector<data::Dataset> logs{make_log(arm, {})};
+  const Prepared prepared = prepare(arm.robot, {}, logs, 2);
+  EXPECT_EQ(smoothing_speed(arm.robot, prepared.recordings, 10, 1), 0.01);
+  arm.robot.joints[1].type = dynamics::JointType::kPrismatic;
+  EXPECT_LT(smoothing_speed(arm.robot, prepared.recordings, 10, 1), 0.01);
+  EXPECT_GE(smoothing_speed(arm.robot, prepared.recordings, 10, 1), 0.001);
+}
+
 TEST(Faults, AJointThatRestsIsNamedWithTheWayToHoldItOut) {
   const Arm arm = coulomb_arm(5e-3);
   data::Dataset log = make_log(arm, {});

@@ -96,6 +96,27 @@ TEST(ArmTorqueFit, KeepsToItsLimits) {
   }
 }
 
+TEST(SumStart, SlidingJointsHaveATenthOfTheSpeedsAndLengths) {
+  Arm arm = logs().truth;
+  arm.robot.joints[1].type = dynamics::JointType::kPrismatic;
+  SumStart known{.joints = std::vector<friction::FrictionGuess>(3, {.Fc = 5, .Fv = 1}),
+                 .load = {1, 1, 1},
+                 .temperature = 293};
+  const Arm start =
+      start_sum(arm, std::vector<friction::JointSpec>(3, friction::lvm_sum({})), known);
+  const auto at = [&](int joint, std::string_view symbol) {
+    return parameter(start, joint, "gms", symbol);
+  };
+  EXPECT_NEAR(at(1, "vs"), 0.1 * at(0, "vs"), 1e-12);
+  EXPECT_NEAR(at(1, "k1"), 10 * at(0, "k1"), 1e-6 * at(0, "k1"));
+  EXPECT_EQ(at(2, "vs"), at(0, "vs"));
+  for (const Limit& limit : sum_limits(start)) {
+    const friction::ParameterRef& p = start.friction.model.parameters()[limit.parameter];
+    if (p.symbol != "vs") continue;
+    EXPECT_NEAR(limit.lower, p.joint == 1 ? 0.002 : 0.02, 1e-12);
+  }
+}
+
 // Friction that grows with a load that contains it would explain itself.
 TEST(ArmTorqueFit, TakesNoMoreThanAShareOfTheLoadForFriction) {
   const JointFits fits(logs().prepared, logs().windows, 2);
