@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <array>
+#include <fstream>
 #include <functional>
 
 #include "fricid/base/files.hpp"
@@ -11,6 +12,7 @@
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/log_reader.hpp"
 #include "fricid/scene/problem.hpp"
+#include "hdf5_library.hpp"
 #include "log_samples.hpp"
 #include "scene_folder.hpp"
 
@@ -197,6 +199,26 @@ TEST_F(Hdf5Limits, ColumnsWithoutRowsTakeNoTime) {
   EXPECT_EQ(printed(hsize_t{1} << 40, 1), refused(hsize_t{1} << 40));
   EXPECT_EQ(printed(60'000, 2), refused(120'000));
   EXPECT_EQ(printed(50'000, 2), "no error");
+}
+
+// The library loses track of objects in damaged files.
+TEST_F(Hdf5Limits, AFileIsReadAgainThoughAnObjectOfItWasLost) {
+  const auto bytes = [&](const char* unit) {
+    write_hdf5(path("b.h5"), "fricid.dataset/1",
+               [&](H5Writer& file) { file.matrix("q", RowMatrix::Zero(2, 2), unit); });
+    return read_file(path("b.h5"));
+  };
+  const std::string second = bytes("m/s"), first = bytes("rad");
+  ASSERT_EQ(first.size(), second.size());
+  {
+    const hdf5::Id file = hdf5::open_to_read(path("b.h5"));
+    const hid_t lost = H5Oopen(file, "q", H5P_DEFAULT);
+    std::vector<std::string> unit;
+    EXPECT_TRUE(hdf5::read_texts(lost, "unit", "", unit));
+    EXPECT_EQ(unit, std::vector<std::string>{"rad"});
+  }
+  std::fstream(path("b.h5"), std::ios::in | std::ios::out | std::ios::binary) << second;
+  EXPECT_EQ(H5Reader(path("b.h5"), "").unit("q"), "m/s");
 }
 
 // What a file names elsewhere could be any file of the reader.

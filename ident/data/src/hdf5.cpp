@@ -36,7 +36,7 @@ std::string make_header(const std::string& format, std::string_view rest) {
 
 // Opens a file after looking for the mistakes that the library reports poorly. Files with our
 // header must match their checksum; files of other programs have none.
-hid_t open_file(const fs::path& path) {
+Id open_file(const fs::path& path) {
   const std::string name = path.string();
   require_regular_file(path);
   const std::string bytes = read_recording(path);
@@ -51,8 +51,8 @@ hid_t open_file(const fs::path& path) {
       throw UserError("{}: torn: its checksum does not match", name);
   }
   try_to_read(name);
-  const hid_t file = H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
-  if (file < 0) throw UserError("{}: not an HDF5 file, or torn", name);
+  Id file = open_to_read(name);
+  if (!file.ok()) throw UserError("{}: not an HDF5 file, or torn", name);
   return file;
 }
 
@@ -137,7 +137,7 @@ void write_hdf5(const fs::path& path, const std::string& format,
 H5Reader::H5Reader(const fs::path& path, const std::string& format) : path_(path.string()) {
   const Session session;
   const auto [wanted, newest] = split_format(format);
-  Id file(open_file(path), H5Fclose);
+  Id file = open_file(path);
   if (format.empty()) {  // any file, also one of another program
     file_ = file.release();
     return;
@@ -288,7 +288,7 @@ void print_tables(const H5Reader& file, const std::function<void(const std::stri
 
 std::string hdf5_format(const fs::path& path) {
   const Session session;
-  const Id file(open_file(path), H5Fclose);
+  const Id file = open_file(path);
   std::vector<std::string> texts;
   if (!read_texts(file, "format", path.string(), texts) || texts.size() != 1)
     throw UserError("{}: attribute format is missing", path.string());

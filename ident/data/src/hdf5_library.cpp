@@ -48,6 +48,12 @@ Session::Session() : lock_(library_mutex()) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
+Id open_to_read(const std::string& path) {
+  const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
+  return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose};
+}
+
 void demand(bool ok, const char* what) {
   if (ok) return;
   const bool disk = errno == ENOSPC || errno == EDQUOT || errno == EFBIG || errno == EIO;

@@ -41,6 +41,11 @@ class Id {
   herr_t (*close_)(hid_t);
 };
 
+/// Opens a file to read; not ok when the library cannot. Its end closes whatever is open in it,
+/// also what the library lost of a damaged file: a file that stays open is not read again when it
+/// has changed.
+Id open_to_read(const std::string& path);
+
 /// @throws std::runtime_error unless `ok`. The library reports no reason; a full or broken disk has
 ///         left one in errno.
 void demand(bool ok, const char* what);

@@ -70,7 +70,7 @@ struct Visit {
 }  // namespace
 
 void read_all(const std::string& path) {
-  const Id file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  const Id file = open_to_read(path);
   if (!file.ok()) return;
   Visit visit{path};
   H5Ovisit2(
