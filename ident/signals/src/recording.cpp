@@ -105,13 +105,14 @@ Recording make_recording(Dataset log, double cutoff_hz) {
                           bool held) {
     column = signal.col(j);
     bridge(column, missing);
-    if (column.hasNaN())
-      throw UserError("{}: joint {}: no finite sample", log.name,
-                      log.joint_names[static_cast<std::size_t>(j)]);
+    const std::string& joint = log.joint_names[static_cast<std::size_t>(j)];
+    if (column.hasNaN()) throw UserError("{}: joint {}: no finite sample", log.name, joint);
     // Torque in force around t_k: mean of the values held before and after it.
     if (held)
       for (int k = T - 1; k > 0; --k) column[k] = 0.5 * (column[k - 1] + column[k]);
     by.apply(std::span<double>(column.data(), static_cast<std::size_t>(T)), work);
+    if (!column.allFinite())
+      throw UserError("{}: joint {}: numbers too large for a filter", log.name, joint);
     return column;
   };
   for (int j = 0; j < n; ++j) {
