@@ -57,7 +57,7 @@ struct Recording {
 /// holds at sample k. Missing values (NaN) are bridged by straight lines. Rows closer than
 /// 2 / cutoff_hz to an end or 1 / cutoff_hz to a missing value are marked unused, and so are those
 /// of a joint before its first kWashout of travel.
-/// @throws UserError on a log shorter than 8 / cutoff_hz, a column without finite or with giant values
+/// @throws UserError on a log shorter than 8 / cutoff_hz, a column without or with giant numbers
 Recording make_recording(Dataset log, double cutoff_hz);
 
 /// Measured torque (T, n) [N m] with missing (NaN) values replaced by the last one, zero before the
