@@ -107,7 +107,8 @@ TEST(MakeRecording, RefusesWhatItCannotFilter) {
   auto empty = make_log(1000, zero, zero);
   empty.tau.setConstant(std::nan(""));
   EXPECT_THROW(make_recording(empty, kLowPass), UserError);
-  auto giant = make_log(1000, [](double t) { return 1.7e308 * (t < 1 ? 1 : -1); }, zero);
+  auto giant = make_log(
+      1000, [](double t) { return 1.7e308 * (t < 1 ? 1 : -1); }, zero);
   EXPECT_THROW(make_recording(giant, kLowPass), UserError);
 }
 

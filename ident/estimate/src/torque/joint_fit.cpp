@@ -148,8 +148,8 @@ Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) co
                                 held_out_part(prepared_.recordings, split_), windows_.judge, jobs_);
   out.held_out = std::exp(out.rollouts.mean());
   out.torque = held_out_torque(arm);
-  out.parameters = friction::free_parameter_count(arm.friction.model) -
-                   static_cast<int>(sum_limits(arm).size());
+  out.parameters =
+      friction::free_parameter_count(arm.friction.model) - static_cast<int>(sum_limits(arm).size());
   return out;
 }
 
