@@ -93,7 +93,9 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   if (sum) {
     found = of_sum(prepared, fits, seed, parts, report.parts, progress);
   } else {
-    const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
+    ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
+    fits.take_load_of(fit.arm);
+    fit = fits.on_torque(fit.arm, JointFits::Rows::kAll, false);
     found.push_back(fits.judged("torque", fit.arm, fit.seconds));
     progress.advance(1);
   }

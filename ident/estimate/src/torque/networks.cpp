@@ -127,9 +127,12 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
     trials.add_sum("sum and networks", trials[bank ? 2 : 1].arm, whole);
   trials.add_best_of_each_joint();
 
-  const Candidate& best = trials[choose(trials.all())];
-  const bool worth_it = has_networks(best.arm) && kBetter * best.held_out < trials[0].held_out &&
-                        best.torque < kWorse * trials[0].torque;
+  std::vector<Candidate> cheap = trials.all();
+  std::erase_if(cheap, [&](const Candidate& candidate) {
+    return candidate.torque >= kWorse * trials[0].torque;
+  });
+  const Candidate& best = cheap[choose(cheap)];
+  const bool worth_it = has_networks(best.arm) && kBetter * best.held_out < trials[0].held_out;
   if (!worth_it) return std::nullopt;
   const Arm arm = fits.on_torque(best.arm, kAll, false).arm;
   return fits.judged(best.name, arm, seconds_since(begin));
