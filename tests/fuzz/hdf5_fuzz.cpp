@@ -389,6 +389,6 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
   } else if (!write_changed(fuzz::text_of(data, size))) {
     return 0;
   }
-  fuzz::reads({kFile}, reader_of(data[1]).read);
+  fuzz::reads({kFile, "file.r64"}, reader_of(data[1]).read);  // a KUKA trace names its other file
   return 0;
 }
