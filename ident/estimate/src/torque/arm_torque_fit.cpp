@@ -51,6 +51,13 @@ std::vector<JointModel> joint_models(const friction::RobotFriction& model) {
   return out;
 }
 
+/// Per recording, what friction and rigid body have to explain (T, n) [N m].
+std::vector<RowMatrix> torques(std::span<const signals::Recording> recordings) {
+  std::vector<RowMatrix> torque;
+  for (const signals::Recording& r : recordings) torque.push_back(r.filtered_tau);
+  return torque;
+}
+
 /// F[f] at the rows that count.
 Eigen::VectorXd friction_rows(const ArmTorqueData::Joint& joint, const friction::RobotFriction& one,
                               std::span<const double> theta) {
@@ -360,8 +367,13 @@ ArmTorqueData::ArmTorqueData(const dynamics::RobotModel& robot,
     : recordings_(recordings), cutoff_hz_(cutoff_hz) {
   const int n = robot.n();
   const auto p = static_cast<Eigen::Index>(robot.parameter_count());
+  const std::vector<RowMatrix> torque = torques(recordings);
   for (int j = 0; j < n; ++j) {
-    joints_.push_back({.friction = friction_of(j), .row = {}, .Y = {}, .tau = {}, .YY = {}});
+    joints_.push_back({.friction = JointFrictionData(recordings, torque, j, cutoff_hz),
+                       .row = {},
+                       .Y = {},
+                       .tau = {},
+                       .YY = {}});
     Joint& joint = joints_.back();
     Eigen::Index count = 0;
     for (std::size_t s = 0; s < recordings.size(); ++s) {
@@ -400,14 +412,11 @@ ArmTorqueData::ArmTorqueData(const dynamics::RobotModel& robot,
   for (Joint& joint : joints_) joint.YY = joint.Y.transpose() * joint.Y;
 }
 
-JointFrictionData ArmTorqueData::friction_of(int j) const {
-  std::vector<RowMatrix> torque;
-  for (const signals::Recording& r : recordings_) torque.push_back(r.filtered_tau);
-  return JointFrictionData(recordings_, torque, j, cutoff_hz_);
-}
-
 void ArmTorqueData::take_load() {
-  for (int j = 0; j < n(); ++j) joints_[static_cast<std::size_t>(j)].friction = friction_of(j);
+  const std::vector<RowMatrix> torque = torques(recordings_);
+  for (int j = 0; j < n(); ++j)
+    joints_[static_cast<std::size_t>(j)].friction =
+        JointFrictionData(recordings_, torque, j, cutoff_hz_);
 }
 
 Eigen::VectorXd ArmTorqueData::residual(const Arm& arm, int j) const {

@@ -34,7 +34,8 @@ Difference between(const RolloutErrors& a, const RolloutErrors& b) {
 
 namespace {
 
-constexpr int kFewRollouts = 10;  // of a second
+constexpr int kFewRollouts = 10;  // of a second: their differences
+constexpr double kChance = 3;     // below this factor are taken for chance
 
 std::ptrdiff_t fallen(const RolloutErrors& errors) {
   const double least = std::log(kFallenSquare);

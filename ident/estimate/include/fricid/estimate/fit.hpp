@@ -103,8 +103,8 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report);
 FitReport fit_conventional(const Prepared& prepared, const ModelOptions& options, int seed,
                            int jobs);
 
-/// Smoothing speed of Coulomb friction: 0.01 rad/s, or three standard deviations of the noise of
-/// the velocity that drives friction if that is more.
+/// Smoothing speed of Coulomb friction: 0.01 rad/s (0.001 m/s), or three standard deviations of the
+/// noise of the velocity that drives friction if that is more.
 double smoothing_speed(const dynamics::RobotModel& robot,
                        std::span<const signals::Recording> recordings, double cutoff_hz, int joint);
 

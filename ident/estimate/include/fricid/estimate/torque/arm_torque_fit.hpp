@@ -43,8 +43,6 @@ class ArmTorqueData {
   Eigen::VectorXd residual(const Arm& arm, int j) const;
 
  private:
-  JointFrictionData friction_of(int j) const;
-
   std::vector<Joint> joints_;
   std::span<const signals::Recording> recordings_;
   double cutoff_hz_;

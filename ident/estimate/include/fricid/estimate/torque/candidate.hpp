@@ -31,9 +31,6 @@ struct Difference {
 };
 Difference between(const RolloutErrors& a, const RolloutErrors& b);
 
-/// Errors of fewer than ten held-out seconds that differ by less than this factor differ by chance.
-inline constexpr double kChance = 3;
-
 /// Whether the friction has networks.
 bool has_networks(const Arm& arm);
 
