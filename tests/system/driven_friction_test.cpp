@@ -83,6 +83,31 @@ TEST(DriveFriction, WashesOutTheInitialState) {
   }
 }
 
+// Friction that grows with the load follows the rigid body's torque plus itself; the filter acts on
+// both; a law that does not read the load is driven as ever.
+TEST(DriveFriction, FindsItsOwnLoad) {
+  const friction::Friction loaded = make_friction(
+      1, {{{"load_dependent", 0, {}}}}, [&](int, std::string_view, std::string_view symbol) {
+        return symbol == "v0" ? 0.01 : symbol.starts_with("mu") ? 0.1 : 0.0;
+      });
+  const RowMatrix q = RowMatrix::Zero(3, 1), v = RowMatrix::Constant(3, 1, 5),
+                  rigid = RowMatrix::Constant(3, 1, 20);
+  const auto under = [&](ConstRowMatrix load) {
+    return drive_friction(loaded, 0.004, q, v, load, room()).tau_f;
+  };
+  const RowMatrix once = under(rigid);
+  ASSERT_GT(once.minCoeff(), 0);
+  const DrivenFriction own = drive_under_own_load(loaded, 0.004, q, v, rigid, room());
+  EXPECT_EQ(own.tau_f, under(rigid + once));
+  EXPECT_NE(own.tau_f, once);
+  const DrivenFriction halved = drive_under_own_load(loaded, 0.004, q, v, rigid, room(), {},
+                                                     [](RowMatrix& tau_f) { tau_f *= 0.5; });
+  EXPECT_EQ(halved.tau_f, 0.5 * under(rigid + 0.5 * once));
+  const friction::Friction plain = element(100, 1);
+  EXPECT_EQ(drive_under_own_load(plain, 0.004, q, v, rigid, room()).tau_f,
+            drive_friction(plain, 0.004, q, v, rigid, room()).tau_f);
+}
+
 TEST(DriveFriction, RefusesWhatDoesNotFit) {
   const RowMatrix one = RowMatrix::Zero(4, 1), two = RowMatrix::Zero(4, 2);
   const std::vector<double> z0{0, 0};

@@ -333,15 +333,10 @@ RowMatrix predict_torque(const Arm& arm, const signals::Recording& measured, dou
                              measured.filtered_tau, measured.temperature);
   const signals::ZeroPhaseButterworth low_pass(cutoff_hz, 1 / measured.dt);
   const RowMatrix rigid = rigid_body_torque(arm.robot, arm.robot.pi, measured);
-  RowMatrix tau = rigid;
-  for (int pass = 0; pass < (arm.friction.model.reads_load() ? 2 : 1); ++pass) {
-    RowMatrix tau_f = drive_friction(arm.friction, measured.dt, measured.wide.q, measured.wide.v,
-                                     tau, measured.temperature, z0)
-                          .tau_f;
-    low_pass.apply(tau_f);
-    tau = rigid + tau_f;
-  }
-  return tau;
+  return rigid + drive_under_own_load(arm.friction, measured.dt, measured.wide.q, measured.wide.v,
+                                      rigid, measured.temperature, z0,
+                                      [&](RowMatrix& tau_f) { low_pass.apply(tau_f); })
+                     .tau_f;
 }
 
 }  // namespace fricid::estimate

@@ -78,15 +78,10 @@ TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& k
       arm, dataset.dt(), q, v, motors.torque_to_motors(held_torque(dataset)), dataset.temperature);
   const RowMatrix rigid = rigid_body_torque(arm.robot, q, v, a);
   TorquePrediction prediction;
-  prediction.tau = rigid;
-  for (int pass = 0; pass < (arm.friction.model.reads_load() ? 2 : 1); ++pass) {
-    prediction.tau_f =
-        drive_friction(arm.friction, dataset.dt(), q, v, prediction.tau, dataset.temperature, z0)
-            .tau_f;
-    prediction.tau = rigid + prediction.tau_f;
-  }
-  prediction.tau = motors.torque_to_joints(prediction.tau);
-  prediction.tau_f = motors.torque_to_joints(prediction.tau_f);
+  const RowMatrix tau_f =
+      drive_under_own_load(arm.friction, dataset.dt(), q, v, rigid, dataset.temperature, z0).tau_f;
+  prediction.tau = motors.torque_to_joints(rigid + tau_f);
+  prediction.tau_f = motors.torque_to_joints(tau_f);
   prediction.tau_f.rowwise() += constant_friction(arm.robot, known);
   const RowMatrix left = dataset.tau - prediction.tau;
   prediction.rmse = regime_error(left, joint_q, joint_v, dataset.dt(), 0);

@@ -72,4 +72,18 @@ DrivenFriction drive_friction(const friction::Friction& friction, double dt, Con
   return out;
 }
 
+DrivenFriction drive_under_own_load(const friction::Friction& friction, double dt, ConstRowMatrix q,
+                                    ConstRowMatrix v, ConstRowMatrix rigid,
+                                    ConstRowMatrix temperature, std::span<const double> z0,
+                                    const std::function<void(RowMatrix&)>& filter) {
+  const auto driven = [&](ConstRowMatrix load) {
+    DrivenFriction out = drive_friction(friction, dt, q, v, load, temperature, z0);
+    if (filter) filter(out.tau_f);
+    return out;
+  };
+  DrivenFriction out = driven(rigid);
+  if (friction.model.reads_load()) out = driven(rigid + out.tau_f);
+  return out;
+}
+
 }  // namespace fricid

@@ -1,6 +1,7 @@
 // Friction driven by a measured motion (teacher forcing), for washout and starting states.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -54,5 +55,18 @@ class FrictionFollower {
 DrivenFriction drive_friction(const friction::Friction& friction, double dt, ConstRowMatrix q,
                               ConstRowMatrix v, ConstRowMatrix load, ConstRowMatrix temperature,
                               std::span<const double> z0 = {});
+
+/// Friction along a motion under the load that the model itself predicts: first with the torque of
+/// the rigid body as load and, where a law reads the load, once more with that plus this friction.
+/// The measured torque would bring in what the model leaves unexplained.
+///
+/// @param rigid   torque of the rigid body (T, n) [N m]
+/// @param filter  what the friction torque passes through on its way into the load and the result,
+///                like the measured torque; empty: nothing
+/// @throws UserError as `drive_friction`
+DrivenFriction drive_under_own_load(const friction::Friction& friction, double dt, ConstRowMatrix q,
+                                    ConstRowMatrix v, ConstRowMatrix rigid,
+                                    ConstRowMatrix temperature, std::span<const double> z0 = {},
+                                    const std::function<void(RowMatrix&)>& filter = {});
 
 }  // namespace fricid
