@@ -34,40 +34,49 @@ ZeroPhaseButterworth::ZeroPhaseButterworth(double cutoff_hz, double rate_hz) : r
   padding_ = static_cast<int>(std::ceil(std::log(kForgotten) / std::log(slowest)));
 }
 
+/// Both sections one after the other, in transposed direct form II.
 template <class S>
-void ZeroPhaseButterworth::run(std::span<S> x) const {
-  const auto [f, g] = sections_;
-  // Transposed direct form II, both sections in steady state at the first value.
-  const S x0 = x.front();
-  S f1 = S(1 - f.b0) * x0, f2 = S(f.b2 - f.a2) * x0;
-  S g1 = S(1 - g.b0) * x0, g2 = S(g.b2 - g.a2) * x0;
-  for (S& value : x) {
-    const S u = value;
-    const S y = S(f.b0) * u + f1;
-    f1 = S(f.b1) * u - S(f.a1) * y + f2;
-    f2 = S(f.b2) * u - S(f.a2) * y;
-    const S w = S(g.b0) * y + g1;
-    g1 = S(g.b1) * y - S(g.a1) * w + g2;
-    g2 = S(g.b2) * y - S(g.a2) * w;
-    value = w;
+class ZeroPhaseButterworth::Cascade {
+ public:
+  /// In steady state at the value x0.
+  Cascade(const std::array<Section, 2>& sections, S x0)
+      : f_(sections[0]),
+        g_(sections[1]),
+        f1_(S(1 - f_.b0) * x0),
+        f2_(S(f_.b2 - f_.a2) * x0),
+        g1_(S(1 - g_.b0) * x0),
+        g2_(S(g_.b2 - g_.a2) * x0) {}
+
+  S operator()(S u) {
+    const S y = S(f_.b0) * u + f1_;
+    f1_ = S(f_.b1) * u - S(f_.a1) * y + f2_;
+    f2_ = S(f_.b2) * u - S(f_.a2) * y;
+    const S w = S(g_.b0) * y + g1_;
+    g1_ = S(g_.b1) * y - S(g_.a1) * w + g2_;
+    g2_ = S(g_.b2) * y - S(g_.a2) * w;
+    return w;
   }
-}
+
+ private:
+  Section f_, g_;
+  S f1_, f2_, g1_, g2_;
+};
 
 template <class S>
 void ZeroPhaseButterworth::apply(std::span<S> x, std::vector<S>& work) const {
-  const auto size = x.size();
+  const std::size_t size = x.size();
   if (size < 2) return;
-  const auto pad = std::min(size - 1, static_cast<std::size_t>(padding_));
-  work.resize(size + 2 * pad);
-  for (std::size_t i = 0; i < pad; ++i) {
-    work[i] = S(2) * x.front() - x[pad - i];
-    work[pad + size + i] = S(2) * x.back() - x[size - 2 - i];
-  }
-  std::copy(x.begin(), x.end(), work.begin() + static_cast<std::ptrdiff_t>(pad));
-  run(std::span<S>(work));
-  std::reverse(work.begin(), work.end());
-  run(std::span<S>(work));
-  for (std::size_t i = 0; i < size; ++i) x[i] = work[pad + size - 1 - i];
+  const std::size_t pad = std::min(size - 1, static_cast<std::size_t>(padding_));
+  // forwards over the reflection before the record, the record, and the reflection after it
+  work.resize(size + pad);
+  const S first = S(2) * x.front(), last = S(2) * x.back();
+  Cascade<S> forwards(sections_, first - x[pad]);
+  for (std::size_t i = pad; i > 0; --i) forwards(first - x[i]);
+  for (std::size_t i = 0; i < size; ++i) work[i] = forwards(x[i]);
+  for (std::size_t i = 0; i < pad; ++i) work[size + i] = forwards(last - x[size - 2 - i]);
+  Cascade<S> backwards(sections_, work.back());
+  for (std::size_t i = size + pad; i > size; --i) backwards(work[i - 1]);
+  for (std::size_t i = size; i > 0; --i) x[i - 1] = backwards(work[i - 1]);
 }
 
 void ZeroPhaseButterworth::apply(RowMatrix& x) const {

@@ -236,61 +236,50 @@ void JointFrictionData::residual(const friction::RobotFriction& friction,
 JointFrictionData::Linear JointFrictionData::linearise(
     const friction::RobotFriction& friction, std::span<const double> theta,
     std::span<const std::size_t> wanted, std::span<const std::vector<int>> row) const {
-  // per sequence: f and the columns of J, as many to a pack as it has lanes, four packs at a time
-  using Columns = fricid::Group<PackD, 4>;
-  constexpr std::size_t kColumns = 4 * kLanes;
-  const std::size_t columns = wanted.size() + 1, chunks = (columns + kColumns - 1) / kColumns;
-  std::vector<std::vector<std::vector<Columns>>> x(row.size());
-  for (std::size_t s = 0; s < row.size(); ++s)
-    x[s].assign(chunks, std::vector<Columns>(groups_[s / kLanes].at.size()));
-
-  const std::vector<PackD> parameters(theta.begin(), theta.end());
-  std::vector<PackD> z(static_cast<std::size_t>(friction.state_size())), z_bar(z.size()),
-      by_theta(theta.size());
-  friction::Tangent tangent(friction);
-  const PackD one(1);
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const Group& group = groups_[g];
-    std::fill(z.begin(), z.end(), PackD(0));
-    tangent.reset();
-    for (std::size_t k = 0; k < group.at.size(); ++k) {
-      PackD f;
-      friction::Input<PackD> in_bar{};
-      std::fill(z_bar.begin(), z_bar.end(), PackD(0));
-      std::fill(by_theta.begin(), by_theta.end(), PackD(0));
-      friction.torque<PackD>(parameters, {&group.at[k], 1}, z, {&f, 1});
-      friction.torque_pullback<PackD>(parameters, {&group.at[k], 1}, z, {&one, 1}, by_theta,
-                                      {&in_bar, 1}, z_bar);
-      tangent.add(parameters, z_bar, by_theta);
-      for (std::size_t s = g * kLanes; s < std::min(row.size(), (g + 1) * kLanes); ++s) {
-        const int lane = static_cast<int>(s % kLanes);
-        const auto put = [&](std::size_t column, double value) {
-          x[s][column / kColumns][k].x[column % kColumns / kLanes].set(
-              static_cast<int>(column % kLanes), value);
-        };
-        put(0, f[lane]);
-        for (std::size_t i = 0; i < wanted.size(); ++i) put(i + 1, by_theta[wanted[i]][lane]);
-      }
-      tangent.step(parameters, {&group.over[k], 1}, dt_, z);
-    }
-  }
+  // f and the columns of J, four at a time; the lanes are the sequences of a group
+  constexpr std::size_t kColumns = 4;
+  using Columns = fricid::Group<PackD, kColumns>;
+  std::vector<std::vector<Columns>> x((wanted.size() + kColumns) / kColumns);
+  const auto column = [&](std::size_t i, std::size_t k) -> PackD& {
+    return x[i / kColumns][k].x[i % kColumns];
+  };
 
   Eigen::Index rows = 0;
   for (const std::vector<int>& of_sequence : row) rows += std::ssize(of_sequence);
   Linear out{Eigen::VectorXd(rows), Eigen::MatrixXd(rows, std::ssize(wanted))};
+  const std::vector<PackD> parameters(theta.begin(), theta.end());
+  std::vector<PackD> z(static_cast<std::size_t>(friction.state_size())), z_bar(z.size()),
+      by_theta(theta.size());
   std::vector<Columns> work;
-  Eigen::Index r = 0;
-  for (std::size_t s = 0; s < row.size(); ++s) {
-    for (std::vector<Columns>& chunk : x[s]) low_pass_.apply(std::span<Columns>(chunk), work);
-    for (const int k : row[s]) {
-      const auto get = [&](std::size_t column) {
-        return x[s][column / kColumns][static_cast<std::size_t>(k)]
-            .x[column % kColumns / kLanes][static_cast<int>(column % kLanes)];
+  friction::Tangent tangent(friction);
+  const PackD one(1);
+  Eigen::Index begin = 0;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const Group& group = groups_[g];
+    for (std::vector<Columns>& columns : x) columns.resize(group.at.size());
+    std::fill(z.begin(), z.end(), PackD(0));
+    tangent.reset();
+    for (std::size_t k = 0; k < group.at.size(); ++k) {
+      friction::Input<PackD> in_bar{};
+      std::fill(z_bar.begin(), z_bar.end(), PackD(0));
+      std::fill(by_theta.begin(), by_theta.end(), PackD(0));
+      friction.torque<PackD>(parameters, {&group.at[k], 1}, z, {&column(0, k), 1});
+      friction.torque_pullback<PackD>(parameters, {&group.at[k], 1}, z, {&one, 1}, by_theta,
+                                      {&in_bar, 1}, z_bar);
+      tangent.add(parameters, z_bar, by_theta);
+      for (std::size_t i = 0; i < wanted.size(); ++i) column(i + 1, k) = by_theta[wanted[i]];
+      tangent.step(parameters, {&group.over[k], 1}, dt_, z);
+    }
+    for (std::vector<Columns>& columns : x) low_pass_.apply(std::span<Columns>(columns), work);
+    for (std::size_t s = g * kLanes; s < std::min(row.size(), (g + 1) * kLanes); ++s) {
+      const auto pick = [&](std::size_t i, double* to) {
+        for (const int k : row[s])
+          *to++ = column(i, static_cast<std::size_t>(k))[static_cast<int>(s % kLanes)];
       };
-      out.f[r] = get(0);
+      pick(0, out.f.data() + begin);
       for (std::size_t i = 0; i < wanted.size(); ++i)
-        out.J(r, static_cast<Eigen::Index>(i)) = get(i + 1);
-      ++r;
+        pick(i + 1, out.J.col(static_cast<Eigen::Index>(i)).data() + begin);
+      begin += std::ssize(row[s]);
     }
   }
   return out;

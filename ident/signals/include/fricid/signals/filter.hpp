@@ -39,7 +39,7 @@ class ZeroPhaseButterworth {
     double b0, b1, b2, a1, a2;
   };
   template <class S>
-  void run(std::span<S> x) const;
+  class Cascade;
 
   std::array<Section, 2> sections_;
   double warped_cutoff_, rate_hz_;
