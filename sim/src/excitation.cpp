@@ -204,8 +204,10 @@ std::string broken_limit(const TrajectoryReport& report, const ExcitationOptions
                          const dynamics::RobotModel& robot) {
   for (std::size_t j = 0; j < report.joints.size(); ++j)
     if (report.joints[j].torque < 0)
-      return fmt::format("torque of {} exceeds torque_share = {}", robot.joints[j].name,
-                         config.torque_share);
+      return fmt::format(
+          "torque of {} exceeds torque_share = {} of its effort limit {}; allowed: other "
+          "excitation.half_range, centre or torque_share, or a higher limit in the URDF",
+          robot.joints[j].name, config.torque_share, robot.joints[j].effort);
   if (report.clearance_m >= config.clearance_m)
     return fmt::format(
         "no random start of {} was inside the limits of position, velocity, "

@@ -78,11 +78,20 @@ Payload payload_of(const scene::Problem& problem) {
 }
 
 void check_finite(const scene::Problem& problem, const Trace& trace, const std::string& name) {
-  if (!trace.q.allFinite() || !trace.v.allFinite() || !trace.z.allFinite())
-    throw UserError(
-        "{}: {}: the simulated arm diverged; shorten plant.step_s = {} s, lower the stiffness of "
-        "the friction, or look for a wrong mass, inertia or gain",
-        problem.scene.name, name, problem.scene.plant.step_s);
+  if (trace.q.allFinite() && trace.v.allFinite() && trace.z.allFinite()) return;
+  const dynamics::RobotModel& robot = problem.robot;
+  for (int j = 0; j < robot.n(); ++j)
+    if (const std::string& joint = robot.joints[static_cast<std::size_t>(j)].name;
+        robot.pi[robot.armature_begin() + j] == 0)
+      throw UserError(
+          "{}: {}: the simulated arm diverged; {} has no armature, the inertia of its rotor: state "
+          "robot.armature = {{{} = {:.2g}}} in the scene (usual for its limits), or "
+          "robot.guess_armature = true for all joints without",
+          problem.scene.name, name, joint, joint, dynamics::usual_armature(robot)[j]);
+  throw UserError(
+      "{}: {}: the simulated arm diverged; shorten plant.step_s = {} s, lower the stiffness of "
+      "the friction, or look for a wrong mass, inertia or gain",
+      problem.scene.name, name, problem.scene.plant.step_s);
 }
 
 // Friction that reverses a light joint within a step makes it chatter: then neither the motion nor
@@ -104,11 +113,13 @@ void check_chatter(const scene::Problem& problem, const Trace& trace, const Four
     throw UserError(
         "{}: {}: the simulated {} chatters: it reverses {:.0f} times a second under friction "
         "of "
-        "{:.3g} N m with an armature of {:.2g} kg m^2; give it a larger one in the URDF ({:.2g} is "
-        "usual for its limits), or shorten plant.step_s = {} s",
+        "{:.3g} N m with an armature of {:.2g} kg m^2; give it a larger one, robot.armature = {{{} "
+        "= {:.2g}}} in the scene (usual for its limits) or in the URDF, or shorten plant.step_s = "
+        "{} s",
         problem.scene.name, name, robot.joints[static_cast<std::size_t>(j)].name, turns / seconds,
         trace.tau_f.col(j).cwiseAbs().maxCoeff(), robot.pi[robot.armature_begin() + j],
-        dynamics::usual_armature(robot)[j], problem.scene.plant.step_s);
+        robot.joints[static_cast<std::size_t>(j)].name, dynamics::usual_armature(robot)[j],
+        problem.scene.plant.step_s);
   }
 }
 

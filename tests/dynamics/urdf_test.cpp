@@ -261,8 +261,10 @@ TEST(UrdfError, Joint) {
             "fixed");
   EXPECT_EQ(message(one_joint(kInertial, kLimit, "revolute", R"(<axis xyz="0 0 0"/>)")),
             "r.urdf:4: joint turn: axis = (0, 0, 0); must not be zero");
-  EXPECT_EQ(message(one_joint(kInertial, R"(<limit velocity="1" effort="1"/>)")),
-            "r.urdf:4: joint turn: limits lower = 0, upper = 0; lower must be below upper");
+  EXPECT_EQ(
+      message(one_joint(kInertial, R"(<limit velocity="1" effort="1"/>)")),
+      "r.urdf:4: joint turn: limits lower = 0, upper = 0; lower must be below upper, or the joint "
+      "fixed: robot.fix = {turn = 0} in a scene");
   EXPECT_EQ(
       message(one_joint(kInertial, R"(<limit lower="-1" upper="1" velocity="-2" effort="3"/>)")),
       "r.urdf:4: joint turn: limit velocity = -2; must be >= 0");

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "fricid/dynamics/nominal.hpp"
 #include "scene_folder.hpp"
 #include "source_dir.hpp"
 
@@ -75,6 +76,36 @@ v0 = 0.01
   EXPECT_THAT(e.scene.joints, ElementsAre("shoulder"));
   EXPECT_DOUBLE_EQ(e.robot.pi[0], 6);
   EXPECT_EQ(load_problem(write("again.toml", to_toml(e.scene))).robot.pi, e.robot.pi);
+}
+
+// A published URDF states no armatures: the scene does, or asks for those usual for the limits.
+TEST_F(SceneFile, ArmaturesAreStatedOrGuessed) {
+  const std::string text = R"toml(
+[robot]
+urdf = "arm.urdf"
+armature = {elbow = 0.25}
+[friction]
+)toml";
+  const Problem stated = load(text);
+  const int first = stated.robot.armature_begin();
+  EXPECT_EQ(stated.robot.pi[first], 0);
+  EXPECT_DOUBLE_EQ(stated.robot.pi[first + 1], 0.25);
+  const Problem guessed = load(replaced(text, "armature = {elbow = 0.25}",
+                                        "armature = {shoulder = 0.5}\nguess_armature = true"),
+                               "guessed.toml");
+  EXPECT_DOUBLE_EQ(guessed.robot.pi[first], 0.5);
+  EXPECT_DOUBLE_EQ(guessed.robot.pi[first + 1], dynamics::usual_armature(stated.robot)[1]);
+  EXPECT_EQ(load_problem(write("again.toml", to_toml(guessed.scene))).robot.pi, guessed.robot.pi);
+  EXPECT_EQ(message_of([&] { load(replaced(text, "elbow", "elbo"), "bad.toml"); }),
+            "bad.toml:4: robot.armature: no joint elbo; allowed: shoulder, elbow");
+  EXPECT_EQ(message_of([&] { load(replaced(text, "0.25", "-1"), "bad.toml"); }),
+            "bad.toml:4: robot.armature.elbow = -1; allowed: {NAME = a number from 0 to 100000 kg "
+            "m^2 or kg, ...}");
+  EXPECT_EQ(message_of([&] {
+              load(replaced(text, "[friction]", "mjcf = \"arm.xml\"\n[friction]"), "bad.toml");
+            }),
+            "bad.toml:4: robot.armature beside robot.mjcf; allowed: one of them, without mjcf the "
+            "simulator's arm is made of the URDF");
 }
 
 // What is held is where the first training log has it, and the scene says so.

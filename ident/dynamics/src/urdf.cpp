@@ -349,8 +349,10 @@ class Builder {
       joint.lower = -std::numeric_limits<double>::infinity();
       joint.upper = std::numeric_limits<double>::infinity();
     } else if (!(joint.lower < joint.upper)) {
-      throw UserError("{}: limits lower = {}, upper = {}; lower must be below upper", place,
-                      joint.lower, joint.upper);
+      throw UserError(
+          "{}: limits lower = {}, upper = {}; lower must be below upper, or the joint fixed: "
+          "robot.fix = {{{} = {}}} in a scene",
+          place, joint.lower, joint.upper, joint.name, joint.lower);
     }
     if (!(joint.velocity >= 0))
       throw UserError("{}: limit velocity = {}; must be >= 0", place, joint.velocity);

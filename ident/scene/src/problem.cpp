@@ -184,6 +184,7 @@ Problem resolve(Scene scene) {
   scene.joints = joint_names(robot);
   add_payload(scene, robot);
   add_couplings(scene, robot);
+  add_armatures(scene, robot);
   dynamics::require_inertia(robot, urdf.string());
   scene.identify.linear_prior_sd = add_torques(scene, robot);
   if (scene.friction && scene.friction->model.joints().empty())

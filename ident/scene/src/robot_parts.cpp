@@ -8,6 +8,8 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/contract.hpp"
+#include "fricid/dynamics/nominal.hpp"
+#include "joint_names.hpp"
 
 namespace fricid::scene {
 namespace {
@@ -122,6 +124,32 @@ void add_load(const Scene& scene, const Load& load, dynamics::RobotModel& model)
 }
 
 }  // namespace
+
+void add_armatures(const Scene& scene, dynamics::RobotModel& robot) {
+  const std::string place = scene.origin.place("robot.armature"),
+                    guess = scene.origin.place("robot.guess_armature");
+  const bool states = !scene.robot.armature.empty(), guesses = scene.robot.guess_armature;
+  if (!scene.robot.mjcf.empty() && (states || guesses))
+    throw UserError(
+        "{}: robot.{} beside robot.mjcf; allowed: one of them, without mjcf the simulator's arm is "
+        "made of the URDF",
+        states ? place : guess, states ? "armature" : "guess_armature");
+  if (guesses && !scene.simulates())
+    throw UserError(
+        "{}: robot.guess_armature beside logs; allowed: with [friction]; a fit to logs guesses "
+        "armatures that are not stated",
+        guess);
+  auto armature = robot.pi.segment(robot.armature_begin(), robot.n());
+  const Eigen::VectorXd usual = dynamics::usual_armature(robot);
+  for (const auto& [name, value] : scene.robot.armature) {
+    const auto joint = std::ranges::find(robot.joints, name, &dynamics::Joint::name);
+    if (joint == robot.joints.end())
+      throw UserError("{}: robot.armature: no joint {}; allowed: {}", place, name,
+                      fmt::join(joint_names(robot), ", "));
+    armature[joint - robot.joints.begin()] = value;
+  }
+  if (guesses) armature = (armature.array() == 0).select(usual, armature);
+}
 
 void add_payload(const Scene& scene, dynamics::RobotModel& model) {
   const RobotSection& robot = scene.robot;

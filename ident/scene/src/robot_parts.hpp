@@ -20,6 +20,9 @@ void take_couplings(Scene& scene, const std::filesystem::path& contract_path);
 /// Adds [[robot.coupling]]: motors that turn more than one joint.
 void add_couplings(const Scene& scene, dynamics::RobotModel& robot);
 
+/// Sets the armatures of robot.armature and those that robot.guess_armature asks for.
+void add_armatures(const Scene& scene, dynamics::RobotModel& robot);
+
 /// Adds robot.payload_kg to the link of robot.payload_frame.
 void add_payload(const Scene& scene, dynamics::RobotModel& model);
 

@@ -50,6 +50,8 @@ struct RobotSection {
   std::array<double, 6> payload_inertia{};
   std::string payload_frame = "flange";
   bool mend_inertia = false;
+  std::map<std::string, double> armature;
+  bool guess_armature = false;
   std::vector<std::string> hold;
   std::map<std::string, double> fix;
   std::vector<LinearTorqueSection> torques;
@@ -75,6 +77,12 @@ struct RobotSection {
     archive("mend_inertia", mend_inertia,
             flag("take the nearest inertia that a body can have where that of a link in the URDF "
                  "is none"));
+    archive(
+        "armature", armature,
+        number("kg m^2 or kg", 0, 1e5, "inertia of the rotor at a joint, in place of the URDF's"));
+    archive("guess_armature", guess_armature,
+            flag("simulate joints for which none is stated with the armature that is usual for "
+                 "their limits; a fit to logs always starts from that guess"));
     archive("hold", hold,
             text("joints that stand still in the logs: fixed at their position in the first "
                  "training log"));
