@@ -71,7 +71,7 @@ void print_result(const workflow::Job& job, const evaluate::Evaluation& evaluati
   print(evaluate::short_table(evaluation, workflow::fit_seconds(job.run.manifest())));
   const scene::Scene& scene = job.problem.scene;
   if (scene.payload.wanted())
-    print("\n" + workflow::to_text(data::load<data::PayloadFile>(folder.payload())));
+    print(fmt::format("\n{}", workflow::to_text(data::load<data::PayloadFile>(folder.payload()))));
   for (const auto& [made, table] :
        {std::pair(scene.compensation.wanted(), folder.compensation_table()),
         std::pair(scene.contact.wanted(), folder.contact_table())})

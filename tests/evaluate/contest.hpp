@@ -53,6 +53,7 @@ inline evaluate::Contest small_contest(int T = 700, double noise = 0.002) {
   const Arm truth{hanging_kr6(), kr6_friction("lugre")};
   evaluate::Contest contest;
   contest.scene = "small";
+  contest.robot = truth.robot;
   for (int i = 0; i < 2; ++i)
     contest.trajectories.push_back(as_trajectory(
         record(truth, HangingMotion(static_cast<std::uint64_t>(10 + i)), T, {kSubsteps}),

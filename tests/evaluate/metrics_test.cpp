@@ -72,6 +72,8 @@ TEST(HorizonError, ScoresTruthRatherThanMeasurementAndSkipsGaps) {
   EXPECT_DOUBLE_EQ(horizon_error(rollout, trajectory, 2).q_mse, 1);
 }
 
+const std::vector<dynamics::Joint> kTurning(1);
+
 /// One joint, q = 0.1 sin 2 pi t for one second at 250 Hz: reversals at 0.25 and 0.75 s.
 Trajectory swinging() {
   Trajectory trajectory;
@@ -97,7 +99,7 @@ TEST(RegimeError, ReversalIsATenthOfASecondAroundAChangeOfSign) {
   const Trajectory trajectory = swinging();
   RowMatrix tau_f = RowMatrix::Constant(250, 1, 2);
   for (const int reversal : {62, 187}) tau_f.middleRows(reversal - 12, 26).setConstant(1);
-  const RegimeError e = friction_error(tau_f, trajectory, 0);
+  const RegimeError e = friction_error(tau_f, trajectory, 0, kTurning);
   EXPECT_NEAR(e.reversal[0], 1, 1e-15);
   EXPECT_NEAR(e.sliding[0], 2, 1e-15);  // presliding lies within the window, but for the start
 }
@@ -114,18 +116,38 @@ TEST(RegimeError, PreslidingIsSlowOrShortlyAfterAReversal) {
     };
     if (t < 0.008 || slow(0.25) || slow(0.75)) tau_f(k, 0) = 3;  // 5 mrad from where it began
   }
-  const RegimeError e = friction_error(tau_f, trajectory, 0);
+  const RegimeError e = friction_error(tau_f, trajectory, 0, kTurning);
   EXPECT_NEAR(e.presliding[0], 3, 1e-15);
   EXPECT_EQ(e.sliding[0], 0);
 }
 
+// The same motion in metres counts as sliding but for a tenth of that travel: acos(0.995)/w = 15.9
+// ms.
+TEST(RegimeError, OfASlidingJointHasShorterLengths) {
+  std::vector<dynamics::Joint> sliding(1);
+  sliding[0].type = dynamics::JointType::kPrismatic;
+  const Trajectory trajectory = swinging();
+  RowMatrix tau_f = RowMatrix::Zero(250, 1);
+  for (Eigen::Index k = 0; k < 250; ++k) {
+    const double t = 0.004 * (static_cast<double>(k) + 0.5);
+    for (const double reversal : {0.25, 0.75})
+      if (t > reversal - 0.0013 && t < reversal + 0.0161) tau_f(k, 0) = 3;
+    if (k == 0) tau_f(k, 0) = 3;
+  }
+  const RegimeError e = friction_error(tau_f, trajectory, 0, sliding);
+  EXPECT_NEAR(e.presliding[0], 3, 1e-15);
+  EXPECT_LT(friction_error(tau_f, trajectory, 0, kTurning).presliding[0], 2);
+}
+
 TEST(RegimeError, WindowsCountFromTheirBeginning) {
   const Trajectory trajectory = swinging();
-  const RegimeError sliding = friction_error(RowMatrix::Constant(10, 1, 4), trajectory, 20);
+  const RegimeError sliding =
+      friction_error(RowMatrix::Constant(10, 1, 4), trajectory, 20, kTurning);
   EXPECT_DOUBLE_EQ(sliding.all[0], 4);
   EXPECT_DOUBLE_EQ(sliding.sliding[0], 4);
   EXPECT_TRUE(std::isnan(sliding.reversal[0]));
-  const RegimeError reversal = friction_error(RowMatrix::Constant(10, 1, 4), trajectory, 58);
+  const RegimeError reversal =
+      friction_error(RowMatrix::Constant(10, 1, 4), trajectory, 58, kTurning);
   EXPECT_DOUBLE_EQ(reversal.reversal[0], 4);
   EXPECT_TRUE(std::isnan(reversal.sliding[0]));
 }

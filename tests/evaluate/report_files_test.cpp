@@ -158,7 +158,7 @@ TEST(Table, LabelsAreText) {
   };
   const auto contest = small_contest();
   const std::string usual = shape_of(to_markdown(report())),
-                    torque = shape_of(to_torque_markdown(report(), contest.trajectories));
+                    torque = shape_of(to_torque_markdown(report(), contest.robot.joints));
   for (const std::string& text : hostile_texts()) {
     SCOPED_TRACE(text);
     Evaluation hostile = report();
@@ -166,7 +166,7 @@ TEST(Table, LabelsAreText) {
     for (evaluate::Summary& summary : hostile.summary) summary.label = summary.budget = text;
     for (evaluate::ModelResult& model : hostile.models) model.label = text;
     EXPECT_EQ(shape_of(to_markdown(hostile)), usual);
-    EXPECT_EQ(shape_of(to_torque_markdown(hostile, contest.trajectories)), torque);
+    EXPECT_EQ(shape_of(to_torque_markdown(hostile, contest.robot.joints)), torque);
   }
 }
 

@@ -223,7 +223,7 @@ bool is_conventional(const FitRequest& fit, const data::ModelFile& model) {
 /// Writes the tables, evaluation.json and the signals. @return all files
 std::vector<fs::path> save(const evaluate::Evaluation& evaluation,
                            std::span<const evaluate::Trajectory> trajectories,
-                           const RunFolder& out) {
+                           std::span<const dynamics::Joint> joints, const RunFolder& out) {
   std::vector<fs::path> files;
   const auto add = [&](fs::path path) { return files.emplace_back(std::move(path)); };
   for (const evaluate::ModelResult& model : evaluation.models) {
@@ -243,8 +243,7 @@ std::vector<fs::path> save(const evaluate::Evaluation& evaluation,
       evaluate::save_band(summary.bands[i], trajectories[i].data, summary.name,
                           add(out.band(summary.name, trajectories[i].data.name)));
   write_file_atomically(add(out.table()), evaluate::to_markdown(evaluation));
-  write_file_atomically(add(out.torque_table()),
-                        evaluate::to_torque_markdown(evaluation, trajectories));
+  write_file_atomically(add(out.torque_table()), evaluate::to_torque_markdown(evaluation, joints));
   write_file_atomically(add(out.table_csv()), evaluate::to_csv(evaluation));
   data::save(evaluation, add(out.evaluation()));
   return files;
@@ -281,7 +280,8 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
     contest.simulator_oracle = simulator_rollouts(task, held_out, starts, 1.0);
     contest.simulator_halved = simulator_rollouts(task, held_out, starts, 0.5);
   }
-  Done done{save(evaluate::evaluate(contest, options, task.jobs), contest.trajectories, out)};
+  Done done{save(evaluate::evaluate(contest, options, task.jobs), contest.trajectories,
+                 contest.robot.joints, out)};
   done.files.push_back(out.starts());
   return done;
 }

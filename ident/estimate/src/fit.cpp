@@ -218,7 +218,7 @@ double smoothing_speed(const dynamics::RobotModel& robot,
     noise = std::max(noise, r.noise_sd[joint] * std::sqrt(variance));
   }
   const dynamics::Joint& of = robot.joints[static_cast<std::size_t>(joint)];
-  return std::max(kSmoothing * travel_scale(of), kNoisySpeed * noise);
+  return std::max(kSmoothing * dynamics::travel_scale(of), kNoisySpeed * noise);
 }
 
 FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config, int seed,

@@ -35,12 +35,6 @@ inline OffsetPrior offset_prior(const RigidBodyFit& fit, int joint) {
   return {sd, std::pow(fit.sigma[joint] / sd, 2) / rows};
 }
 
-/// What a turning joint does by 1 rad a sliding one does by this [m]: typical speeds and lengths.
-inline constexpr double kSliding = 0.1;
-inline double travel_scale(const dynamics::Joint& joint) {
-  return joint.type == dynamics::JointType::kPrismatic ? kSliding : 1;
-}
-
 inline double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }

@@ -18,7 +18,8 @@ namespace fricid::evaluate {
 namespace {
 
 RolloutScore score_of(const Rollout& rollout, const Trajectory& trajectory,
-                      const RowMatrix& driven_tau_f, std::span<const double> horizons_s) {
+                      const RowMatrix& driven_tau_f, std::span<const dynamics::Joint> joints,
+                      std::span<const double> horizons_s) {
   const data::Dataset& data = trajectory.data;
   const Start& start = rollout.start;
   RolloutScore score;
@@ -31,9 +32,9 @@ RolloutScore score_of(const Rollout& rollout, const Trajectory& trajectory,
   if (!trajectory.truth) return score;
   if (driven_tau_f.size() > 0)
     score.friction = friction_error(driven_tau_f.bottomRows(driven_tau_f.rows() - start.begin),
-                                    trajectory, start.begin);
+                                    trajectory, start.begin, joints);
   if (rollout.tau_f.size() > 0)
-    score.friction_rollout = friction_error(rollout.tau_f, trajectory, start.begin);
+    score.friction_rollout = friction_error(rollout.tau_f, trajectory, start.begin, joints);
   return score;
 }
 
@@ -107,11 +108,13 @@ void add_doubts(const Contest& contest, ModelResult& result) {
 
 /// Scores every rollout; keeps those from the first sample.
 void add_scores(ModelResult& result, std::vector<Rollout>& rollouts, std::span<const Driven> driven,
-                std::span<const Trajectory> trajectories, std::span<const double> horizons_s) {
+                std::span<const Trajectory> trajectories, std::span<const dynamics::Joint> joints,
+                std::span<const double> horizons_s) {
   for (Rollout& rollout : rollouts) {
     const auto i = static_cast<std::size_t>(rollout.start.trajectory);
     result.scores.push_back(score_of(rollout, trajectories[i],
-                                     driven.empty() ? RowMatrix() : driven[i].tau_f, horizons_s));
+                                     driven.empty() ? RowMatrix() : driven[i].tau_f, joints,
+                                     horizons_s));
     if (rollout.start.begin == 0) result.rollouts.push_back(std::move(rollout));
   }
 }
@@ -251,6 +254,10 @@ std::vector<Rollout> settled(std::vector<Rollout> rollouts,
 
 Evaluation evaluate(const Contest& contest, const EvaluateOptions& options, int jobs) {
   if (contest.trajectories.empty()) throw UserError("evaluate: no held-out data");
+  for (const Trajectory& trajectory : contest.trajectories)
+    if (trajectory.data.n() != contest.robot.n())
+      throw UserError("evaluate: {} has {} joints, the robot {}", trajectory.data.name,
+                      trajectory.data.n(), contest.robot.n());
   const Plan plan = make_plan(contest.trajectories, options);
   if (plan.starts.empty()) throw UserError("evaluate: horizons_s is empty");
   if (!contest.simulator_oracle.empty())
@@ -299,7 +306,8 @@ Evaluation evaluate(const Contest& contest, const EvaluateOptions& options, int 
     oracle.name = "simulator";
     oracle.label = "oracle (simulator)";
     oracle.is_oracle = true;
-    add_scores(oracle, simulated, {}, contest.trajectories, options.horizons_s);
+    add_scores(oracle, simulated, {}, contest.trajectories, contest.robot.joints,
+               options.horizons_s);
   }
   for (const bool oracles : {true, false})
     for (std::size_t m = 0; m < contest.models.size(); ++m) {
@@ -317,7 +325,8 @@ Evaluation evaluate(const Contest& contest, const EvaluateOptions& options, int 
           !model.is_oracle &&
           std::find(contest.unconventional.begin(), contest.unconventional.end(), model.name) ==
               contest.unconventional.end();
-      add_scores(result, rollouts[m], driven[m], contest.trajectories, options.horizons_s);
+      add_scores(result, rollouts[m], driven[m], contest.trajectories, contest.robot.joints,
+                 options.horizons_s);
       if (!model.is_oracle && predictions[m].front().tau.size() > 0)
         result.torque = std::move(predictions[m]);
       if (m < contest.faults.size()) result.doubts = contest.faults[m];
@@ -330,7 +339,7 @@ Evaluation evaluate(const Contest& contest, const EvaluateOptions& options, int 
     result.parameters = external.parameters;
     result.stated_fit_seconds = external.fit_seconds;
     std::vector<Rollout> made = settle(external.rollouts);
-    add_scores(result, made, {}, contest.trajectories, options.horizons_s);
+    add_scores(result, made, {}, contest.trajectories, contest.robot.joints, options.horizons_s);
   }
   summarise(report, options.min_headroom, rms);
   add_ensembles(contest.trajectories, options.horizons_s, report);

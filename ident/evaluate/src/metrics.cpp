@@ -7,8 +7,8 @@ namespace fricid::evaluate {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kPreslidingSpeed = 0.05;     // [rad/s]
-constexpr double kPreslidingTravel = 0.005;   // [rad]
+constexpr double kPreslidingSpeed = 0.05;     // [rad/s] of a turning joint
+constexpr double kPreslidingTravel = 0.005;   // [rad] of a turning joint
 constexpr double kReversalHalfWindow = 0.05;  // [s]
 
 /// Running mean of e^2 and |e|; NaN when empty.
@@ -49,7 +49,7 @@ struct Regimes {
   std::vector<bool> presliding, reversal;
 };
 
-Regimes regimes_of(ConstRowMatrix q, ConstRowMatrix v, Eigen::Index j, double dt) {
+Regimes regimes_of(ConstRowMatrix q, ConstRowMatrix v, Eigen::Index j, double dt, double scale) {
   const auto T = static_cast<std::size_t>(v.rows());
   Regimes regimes{std::vector<bool>(T), std::vector<bool>(T)};
   const auto window = static_cast<std::size_t>(std::lround(kReversalHalfWindow / dt));
@@ -63,8 +63,8 @@ Regimes regimes_of(ConstRowMatrix q, ConstRowMatrix v, Eigen::Index j, double dt
         regimes.reversal[i] = true;
     }
     if (speed != 0) direction = speed;
-    regimes.presliding[k] =
-        std::abs(speed) < kPreslidingSpeed || std::abs(q(row, j) - turned_at) < kPreslidingTravel;
+    regimes.presliding[k] = std::abs(speed) < scale * kPreslidingSpeed ||
+                            std::abs(q(row, j) - turned_at) < scale * kPreslidingTravel;
   }
   return regimes;
 }
@@ -105,10 +105,11 @@ HorizonError horizon_error(const Rollout& rollout, const Trajectory& trajectory,
 }
 
 RegimeError regime_error(ConstRowMatrix error, ConstRowMatrix q, ConstRowMatrix v, double dt,
-                         int begin) {
+                         int begin, std::span<const dynamics::Joint> joints) {
   RegimeError rmse;
   for (Eigen::Index j = 0; j < error.cols(); ++j) {
-    const Regimes regimes = regimes_of(q, v, j, dt);
+    const Regimes regimes =
+        regimes_of(q, v, j, dt, dynamics::travel_scale(joints[static_cast<std::size_t>(j)]));
     Mean all, presliding, reversal, sliding;
     for (Eigen::Index i = 0; i < error.rows(); ++i) {
       const double e = error(i, j);
@@ -126,10 +127,11 @@ RegimeError regime_error(ConstRowMatrix error, ConstRowMatrix q, ConstRowMatrix 
   return rmse;
 }
 
-RegimeError friction_error(ConstRowMatrix tau_f, const Trajectory& trajectory, int begin) {
+RegimeError friction_error(ConstRowMatrix tau_f, const Trajectory& trajectory, int begin,
+                           std::span<const dynamics::Joint> joints) {
   const Reference& truth = *trajectory.truth;
   const RowMatrix error = tau_f - truth.tau_f.middleRows(begin, tau_f.rows());
-  return regime_error(error, truth.q, truth.v, trajectory.data.dt(), begin);
+  return regime_error(error, truth.q, truth.v, trajectory.data.dt(), begin, joints);
 }
 
 std::vector<double> friction_rms(const Trajectory& trajectory) {

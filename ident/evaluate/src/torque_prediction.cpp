@@ -84,7 +84,7 @@ TorquePrediction torque_prediction(const Arm& arm, const dynamics::RobotModel& k
   prediction.tau_f = motors.torque_to_joints(tau_f);
   prediction.tau_f.rowwise() += constant_friction(arm.robot, known);
   const RowMatrix left = dataset.tau - prediction.tau;
-  prediction.rmse = regime_error(left, joint_q, joint_v, dataset.dt(), 0);
+  prediction.rmse = regime_error(left, joint_q, joint_v, dataset.dt(), 0, arm.robot.joints);
   for (Eigen::Index j = 0; j < n; ++j) {
     score_joint(prediction, dataset.tau, j);
     const auto [slope, error] = drift_of(left.col(j));

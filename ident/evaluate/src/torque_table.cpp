@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -16,15 +17,21 @@ Markdown r2_digits(double value) {
   return std::isnan(value) ? Markdown::of("–") : Markdown::of("{:.4f}", value);
 }
 
-Cells with_joints(Cells cells, const std::vector<std::string>& joints) {
-  for (const std::string& joint : joints) cells.push_back(escaped(joint));
+using Joints = std::span<const dynamics::Joint>;
+
+bool slides(const dynamics::Joint& joint) { return joint.type == dynamics::JointType::kPrismatic; }
+
+Cells with_joints(Cells cells, Joints joints) {
+  for (const dynamics::Joint& joint : joints)
+    cells.push_back(slides(joint) ? Markdown::of("{} (N)", escaped(joint.name))
+                                  : escaped(joint.name));
   return cells;
 }
 
 /// One row per recording, model and seed; `cells` makes the joints' of a prediction.
 template <class MakeCells>
-Markdown by_joint(const Markdown& title, const Evaluation& report,
-                  const std::vector<std::string>& joints, const MakeCells& cells) {
+Markdown by_joint(const Markdown& title, const Evaluation& report, Joints joints,
+                  const MakeCells& cells) {
   std::vector<Cells> rows{with_joints({title, Markdown::of("recording")}, joints)};
   for (std::size_t i = 0; i < report.trajectories.size(); ++i)
     for (const ModelResult& model : report.models) {
@@ -39,7 +46,7 @@ Markdown by_joint(const Markdown& title, const Evaluation& report,
   return markdown_table(rows) + Markdown::of("\n");
 }
 
-Markdown repeats_table(const Evaluation& report, const std::vector<std::string>& joints) {
+Markdown repeats_table(const Evaluation& report, Joints joints) {
   std::vector<Cells> rows{
       with_joints({Markdown::of("sd of one passage [N m]"), Markdown::of("period [s]")}, joints)};
   for (std::size_t i = 0; i < report.trajectories.size(); ++i)
@@ -58,8 +65,7 @@ Markdown repeats_table(const Evaluation& report, const std::vector<std::string>&
 
 }  // namespace
 
-std::string to_torque_markdown(const Evaluation& report, std::span<const Trajectory> trajectories) {
-  const std::vector<std::string>& joints = trajectories.front().data.joint_names;
+std::string to_torque_markdown(const Evaluation& report, Joints joints) {
   Markdown text = Markdown::of(
       "# {}: motor torque along the measured motion of held-out data\n\n"
       "Friction is in open loop: driven by the measured motion, the measured torque never corrects "
@@ -79,7 +85,10 @@ std::string to_torque_markdown(const Evaluation& report, std::span<const Traject
         [](const TorquePrediction& p) { return p.percent_of_rms; });
   text += Markdown::of(
       "Error by regime [N m]: within 50 ms of a reversal; presliding, below 0.05 rad/s or within "
-      "5 mrad of a reversal; sliding, the rest.\n\n");
+      "5 mrad of a reversal; sliding, the rest.{}\n\n",
+      std::ranges::any_of(joints, slides)
+          ? Markdown::of(" Of joints that slide (N): 5 mm/s, 0.5 mm.")
+          : Markdown::of(""));
   table(Markdown::of("at reversals"), digits,
         [](const TorquePrediction& p) { return p.rmse.reversal; });
   table(Markdown::of("presliding"), digits,

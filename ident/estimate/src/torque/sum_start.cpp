@@ -141,7 +141,7 @@ Arm start_sum(const Arm& arm, std::vector<friction::JointSpec> joints, const Sum
     const auto j = static_cast<std::size_t>(p.joint);
     out.friction.theta.push_back(
         std::clamp(start_value(out.friction.model, p, holders[j], start.joints[j], start.load[j],
-                               start.temperature, travel_scale(arm.robot.joints[j])),
+                               start.temperature, dynamics::travel_scale(arm.robot.joints[j])),
                    p.info.lower, p.info.upper));
   }
   friction::initialise_weights(out.friction.model, kSeedOfNetworks, out.friction.theta);
@@ -164,7 +164,8 @@ std::vector<Limit> sum_limits(const Arm& arm) {
                       (p.info.role == Role::kViscous && p.law != joint.viscous);
     if (held) limits.push_back({i, value, value});
     if (p.info.role == Role::kLoadCoefficient) limits.push_back({i, p.info.lower, kMostLoss});
-    const double scale = travel_scale(arm.robot.joints[static_cast<std::size_t>(p.joint)]);
+    const double scale =
+        dynamics::travel_scale(arm.robot.joints[static_cast<std::size_t>(p.joint)]);
     if (p.info.role == Role::kStribeckVelocity)
       limits.push_back({i, std::min(kSlowest * scale, value), std::max(kFastest * scale, value)});
     const auto coulomb = [&] {

@@ -31,6 +31,12 @@ struct Joint {
   double jerk = 0;                                  ///< limit [rad/s^3]; 0: unknown
 };
 
+/// Speeds and lengths that are 1 rad/s and 1 rad for a turning joint are this for a joint of the
+/// same size that slides [m/s, m].
+constexpr double travel_scale(const Joint& joint) {
+  return joint.type == JointType::kPrismatic ? 0.1 : 1;
+}
+
 /// A frame fixed to link `link` (-1: base) with pose (R, p) in the link's frame.
 struct Frame {
   std::string name;

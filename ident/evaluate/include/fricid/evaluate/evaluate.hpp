@@ -62,6 +62,7 @@ std::string short_table(const Evaluation& report,
                         const std::map<std::string, double>& measured_seconds);
 std::string to_csv(const Evaluation& report);
 /// Torque along the measured motion, joint by joint: shares left, regimes, drift, repeatability.
-std::string to_torque_markdown(const Evaluation& report, std::span<const Trajectory> trajectories);
+/// Headings say where a joint slides: its values are forces.
+std::string to_torque_markdown(const Evaluation& report, std::span<const dynamics::Joint> joints);
 
 }  // namespace fricid::evaluate

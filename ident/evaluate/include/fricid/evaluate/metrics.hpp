@@ -58,7 +58,8 @@ Eigen::VectorXd mean_absolute_error(ConstRowMatrix q, ConstRowMatrix reference);
 ///     reversal     less than 0.05 s from a change of sign of v
 ///     sliding      neither
 ///
-/// Presliding and reversal overlap. NaN where a joint has no such sample.
+/// Presliding and reversal overlap. NaN where a joint has no such sample. Of sliding joints [N],
+/// 5 mm/s and 0.5 mm (`dynamics::travel_scale`).
 struct RegimeError {
   std::vector<double> all, presliding, reversal, sliding;  ///< (n)
 
@@ -75,12 +76,14 @@ struct RegimeError {
 
 /// @param error  (rows, n) [N m], row i at row begin + i of the motion; missing (NaN) left out
 /// @param q, v   (T, n) motion that decides the regime [rad], [rad/s]
+/// @param joints (n) turning or sliding
 RegimeError regime_error(ConstRowMatrix error, ConstRowMatrix q, ConstRowMatrix v, double dt,
-                         int begin);
+                         int begin, std::span<const dynamics::Joint> joints);
 
 /// @param tau_f  torque to be scored (rows, n), row i at sample begin + i of the trajectory
 /// @pre trajectory.truth holds tau_f
-RegimeError friction_error(ConstRowMatrix tau_f, const Trajectory& trajectory, int begin);
+RegimeError friction_error(ConstRowMatrix tau_f, const Trajectory& trajectory, int begin,
+                           std::span<const dynamics::Joint> joints);
 
 /// Root mean square of the true friction torque per joint [N m], whole recording.
 std::vector<double> friction_rms(const Trajectory& trajectory);
