@@ -81,7 +81,8 @@ void require_inertia(const RobotModel& robot, const std::string& source) {
     throw UserError(
         "{}: joint {} has no armature and its link {} has no inertia about its axis: any torque "
         "would accelerate it infinitely; give the joint <fricid armature=\"{:.2g}\"/> (kg m^2, "
-        "typical for its limits) or the link its inertia",
+        "typical for its limits), state it in a scene as robot.armature, or give the link its "
+        "inertia",
         source, joint.name, joint.link, usual_armature(robot)[j]);
   }
 }

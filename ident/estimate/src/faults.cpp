@@ -103,9 +103,9 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
               "{}look for a wrong sign, unit or delay (`fricid check`), a load or coupling "
               "missing in the robot's file; {}",
               std::ranges::count(prepared.options.guesses.armature, j) > 0
-                  ? fmt::format("state its armature in the URDF (<fricid armature=\"{:.2g}\"/>"
-                                " was guessed); ",
-                                prepared.robot.pi[prepared.robot.armature_begin() + j])
+                  ? fmt::format(
+                        "state its armature, robot.armature = {{{} = {:.2g}}} was guessed; ",
+                        joint.name, prepared.robot.pi[prepared.robot.armature_begin() + j])
                   : "",
               more_data(prepared)));
     if (i < report.couplings.size() && matters(report.couplings[i], report.r2[i]))

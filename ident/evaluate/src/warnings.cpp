@@ -32,7 +32,7 @@ void warn_of_trust(const data::FitFile& fit, const std::string& name, Warnings& 
                      held.inertia, held.inertia_se, held.armature),
          "friction that lags behind the speed, or a delay, looks like a negative inertia; how the "
          "joint accelerates is assumed, not measured",
-         "state its armature in the URDF; record faster reversals of this joint"});
+         "state its armature (robot.armature); record faster reversals of this joint"});
   if (const std::vector<std::string>& mended = fit.rigid_body.mended_links; !mended.empty())
     warnings.push_back({name,
                         fmt::format("no body has the inertia of {} in the robot's file: the "

@@ -20,19 +20,30 @@ struct Kernels {
   static constexpr std::size_t kMaxModifiers = std::tuple_size_v<Modifiers>;
   using Stages = std::array<S, kMaxModifiers + 1>;  // torque before, between and after modifiers
 
-  // Applies the torque modifiers and keeps what each has seen; returns the last.
-  static S modify(const Slot& slot, const S* theta, const Input<S>& in, const S& tau,
-                  Stages& stages) {
+  // The torque behind the modifier `m`.
+  [[gnu::always_inline]] static S behind(const auto& m, const S* theta, const Input<S>& in, S tau) {
+    visit_entry<Modifiers>(m.kind, m.order, [&](const auto modifier) {
+      if constexpr (TorqueModifier<std::remove_cvref_t<decltype(modifier)>>)
+        tau = modifier.apply(theta + m.theta, in, tau);
+    });
+    return tau;
+  }
+
+  // The torque behind all modifiers of a law.
+  [[gnu::noinline]] static S modify(const Slot& slot, const S* theta, const Input<S>& in, S tau) {
+    for (const auto& m : slot.torque_modifiers) tau = behind(m, theta, in, tau);
+    return tau;
+  }
+
+  // The same, keeping what each modifier has seen.
+  static void modify(const Slot& slot, const S* theta, const Input<S>& in, const S& tau,
+                     Stages& stages) {
     stages[0] = tau;
     std::size_t k = 0;
     for (const auto& m : slot.torque_modifiers) {
-      visit_entry<Modifiers>(m.kind, m.order, [&](const auto modifier) {
-        if constexpr (TorqueModifier<std::remove_cvref_t<decltype(modifier)>>)
-          stages[k + 1] = modifier.apply(theta + m.theta, in, stages[k]);
-      });
+      stages[k + 1] = behind(m, theta, in, stages[k]);
       ++k;
     }
-    return stages[k];
   }
 
   static S modify_pullback(const Slot& slot, const S* theta, const Input<S>& in,
@@ -52,9 +63,7 @@ struct Kernels {
 
   [[gnu::always_inline]] static S modified(const Slot& slot, const S* theta, const Input<S>& in,
                                            const S& tau) {
-    if (slot.torque_modifiers.empty()) return tau;
-    Stages stages;
-    return modify(slot, theta, in, tau, stages);
+    return slot.torque_modifiers.empty() ? tau : modify(slot, theta, in, tau);
   }
 
   [[gnu::always_inline]] static Input<S> seen(const auto& law, const Slot& slot, const S* theta,
