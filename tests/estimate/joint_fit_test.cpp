@@ -200,6 +200,7 @@ TEST(SumFit, FindsGapsAndFurtherRipples) {
   std::vector<PartEvidence> evidence;
   const Candidate sum = fit_sum(fits, parts, evidence);
   EXPECT_TRUE(parts[0].backlash);
+  EXPECT_EQ(parts[0].memory, friction::Memory::kBristle);
   EXPECT_NEAR(parameter(sum.arm, 0, "backlash", "b"), 3e-4, 3e-5);
   EXPECT_FALSE(parts[1].backlash);
   EXPECT_FALSE(parts[2].backlash);

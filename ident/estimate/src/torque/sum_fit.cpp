@@ -37,6 +37,7 @@ class SumChoice {
     if (!all) add_parts();
     try_bristles();
     try_gaps();
+    try_bristles_behind_gaps();
     try_ripples();
     leave_out_parts();
   }
@@ -75,6 +76,27 @@ class SumChoice {
     take(SumPart::kBacklash, gaps, [&](const PartEvidence& part) {
       return part.on && gap_of(gaps, part.joint) > kSmallestGap;
     });
+  }
+
+  /// Both at once, where a gap was found in any joint: a bank stands for a bristle behind a gap,
+  /// and neither alone is better than it.
+  void try_bristles_behind_gaps() {
+    if (std::ranges::none_of(parts_, &friction::LvmParts::backlash)) return;
+    Parts with = switched(SumPart::kBacklash);
+    for (friction::LvmParts& of_joint : with) set(of_joint, SumPart::kBristle, true);
+    if (with == parts_) return;
+    const Arm both = fit(with_stribeck_curves(fitted_, from_fitted(with)));
+    const Parts before = parts_;
+    for (int j = 0; j < fits_->n(); ++j) {
+      const auto i = static_cast<std::size_t>(j);
+      if (with[i] == before[i]) continue;
+      PartEvidence found = fits_->compare(both, fitted_, j, SumPart::kBacklash);
+      if (!found.on || gap_of(both, j) <= kSmallestGap) continue;
+      for (const SumPart part : {SumPart::kBristle, SumPart::kBacklash})
+        if (!has(before[i], part)) note({part, j, found.gain, found.error, true});
+      parts_[i] = with[i];
+    }
+    if (parts_ != before) fitted_ = fit(carried_over(both, from_fitted(parts_)));
   }
 
   /// Further waves over the joint angle, until no joint has one more.
