@@ -200,7 +200,6 @@ TEST(SumFit, FindsGapsAndFurtherRipples) {
   std::vector<PartEvidence> evidence;
   const Candidate sum = fit_sum(fits, parts, evidence);
   EXPECT_TRUE(parts[0].backlash);
-  EXPECT_EQ(parts[0].memory, friction::Memory::kBristle);
   EXPECT_NEAR(parameter(sum.arm, 0, "backlash", "b"), 3e-4, 3e-5);
   EXPECT_FALSE(parts[1].backlash);
   EXPECT_FALSE(parts[2].backlash);
@@ -211,6 +210,28 @@ TEST(SumFit, FindsGapsAndFurtherRipples) {
   for (const auto& p : sum.arm.friction.model.parameters()) {
     if (p.joint != 2 || p.info.role != friction::Role::kAmplitude) continue;
     EXPECT_LT(parameter(sum.arm, 2, "ripple", p.symbol), 3e-3);  // logs without noise show all
+  }
+}
+
+// A bank stands for a bristle behind a gap: neither a bristle nor a gap alone betters it.
+TEST(SumFit, FindsBristlesBehindGaps) {
+  Arm truth = logs().truth;
+  const friction::JointSpec behind{{{"dahl", 0, {{"load", 1}, {"backlash", 1}}}}};
+  truth.friction.model = friction::RobotFriction({behind, behind, behind});
+  truth.friction.theta.clear();
+  for (const double Fc : {6.0, 5.0, 3.0})  // Fc, sigma0, Fv, mu, b
+    for (const double value : {Fc, 2000 * Fc, Fc / 3, 0.01, 2e-4})
+      truth.friction.theta.push_back(value);
+  const Prepared prepared = prepared_of(truth, logs().prepared.options);
+  const JointFits fits(prepared, logs().windows, 2);
+  std::vector<friction::LvmParts> parts;
+  std::vector<PartEvidence> evidence;
+  const Candidate sum = fit_sum(fits, parts, evidence);
+  for (int j = 0; j < 3; ++j) {
+    const friction::LvmParts& of_joint = parts[static_cast<std::size_t>(j)];
+    EXPECT_EQ(of_joint.memory, friction::Memory::kBristle) << j;
+    ASSERT_TRUE(of_joint.backlash) << j;
+    EXPECT_NEAR(parameter(sum.arm, j, "backlash", "b"), 2e-4, 2e-5) << j;
   }
 }
 
