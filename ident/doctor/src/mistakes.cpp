@@ -228,7 +228,7 @@ void check_lengths(const data::Dataset& d, const dynamics::RobotModel* robot, co
   if (!robot) return;
   for (int j = 0; j < d.n(); ++j) {
     const dynamics::Joint& joint = robot->joints[static_cast<std::size_t>(j)];
-    if (joint.type != dynamics::JointType::kPrismatic || joint.upper <= joint.lower) continue;
+    if (!slides(joint) || joint.upper <= joint.lower) continue;
     const double largest = sight.q.col(j).cwiseAbs().maxCoeff();
     if (largest <= kFarOut * std::max(std::abs(joint.lower), std::abs(joint.upper)) + kAnyway)
       continue;
@@ -254,7 +254,7 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
     double allowed = 4 * std::numbers::pi;
     if (robot) {
       const dynamics::Joint& joint = robot->joints[static_cast<std::size_t>(j)];
-      if (joint.type == dynamics::JointType::kPrismatic || joint.continuous) continue;
+      if (slides(joint) || joint.continuous) continue;
       if (joint.upper > joint.lower)
         allowed = 1.3 * std::max(std::abs(joint.lower), std::abs(joint.upper)) + 0.5;
     }

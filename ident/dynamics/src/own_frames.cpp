@@ -41,7 +41,7 @@ Matrix3d joint_rotation(const Joint& joint, double q) {
 }
 
 Vector3d joint_origin(const Joint& joint, double q) {
-  if (joint.type != JointType::kPrismatic) return joint.p0;
+  if (!slides(joint)) return joint.p0;
   return joint.p0 + joint.R0 * joint.axis * q;
 }
 

@@ -19,8 +19,6 @@ Markdown r2_digits(double value) {
 
 using Joints = std::span<const dynamics::Joint>;
 
-bool slides(const dynamics::Joint& joint) { return joint.type == dynamics::JointType::kPrismatic; }
-
 Cells with_joints(Cells cells, Joints joints) {
   for (const dynamics::Joint& joint : joints)
     cells.push_back(slides(joint) ? Markdown::of("{} (N)", escaped(joint.name))
@@ -86,7 +84,7 @@ std::string to_torque_markdown(const Evaluation& report, Joints joints) {
   text += Markdown::of(
       "Error by regime [N m]: within 50 ms of a reversal; presliding, below 0.05 rad/s or within "
       "5 mrad of a reversal; sliding, the rest.{}\n\n",
-      std::ranges::any_of(joints, slides)
+      std::ranges::any_of(joints, dynamics::slides)
           ? Markdown::of(" Of joints that slide (N): 5 mm/s, 0.5 mm.")
           : Markdown::of(""));
   table(Markdown::of("at reversals"), digits,

@@ -19,9 +19,8 @@ friction::Friction friction_by_effort(const dynamics::RobotModel& robot, const s
     if (joint.effort <= 0)
       throw UserError("{}: joint {} has no effort limit; allowed: [[friction.law]], or a limit",
                       where, joint.name);
-    const bool slides = joint.type == dynamics::JointType::kPrismatic;
-    const double Fc = kCoulombShare * joint.effort, travel = slides ? 2e-5 : 6e-4;
-    const double sigma0 = kStaticShare * Fc / travel, vs = slides ? 0.01 : 0.05;
+    const double Fc = kCoulombShare * joint.effort, travel = 6e-4 * travel_scale(joint);
+    const double sigma0 = kStaticShare * Fc / travel, vs = 0.05 * travel_scale(joint);
     using enum friction::Role;
     const std::map<friction::Role, double> values{
         {kCoulomb, Fc},

@@ -9,7 +9,6 @@
 #include "fricid/base/error.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/dynamics/nominal.hpp"
-#include "joint_names.hpp"
 
 namespace fricid::scene {
 namespace {
@@ -142,11 +141,11 @@ void add_armatures(const Scene& scene, dynamics::RobotModel& robot) {
   auto armature = robot.pi.segment(robot.armature_begin(), robot.n());
   const Eigen::VectorXd usual = dynamics::usual_armature(robot);
   for (const auto& [name, value] : scene.robot.armature) {
-    const auto joint = std::ranges::find(robot.joints, name, &dynamics::Joint::name);
-    if (joint == robot.joints.end())
+    const auto joint = std::ranges::find(scene.joints, name);
+    if (joint == scene.joints.end())
       throw UserError("{}: robot.armature: no joint {}; allowed: {}", place, name,
-                      fmt::join(joint_names(robot), ", "));
-    armature[joint - robot.joints.begin()] = value;
+                      fmt::join(scene.joints, ", "));
+    armature[joint - scene.joints.begin()] = value;
   }
   if (guesses) armature = (armature.array() == 0).select(usual, armature);
 }

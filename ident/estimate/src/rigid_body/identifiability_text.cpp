@@ -18,10 +18,6 @@ bool is_friction(const ParameterVerdict& v) {
   return v.name.ends_with(" friction") || v.name.ends_with(" constant torque");
 }
 
-bool slides(const dynamics::RobotModel& robot, std::size_t j) {
-  return robot.joints[j].type == dynamics::JointType::kPrismatic;
-}
-
 std::vector<std::string> without_inertia(const Identifiability& report,
                                          const dynamics::RobotModel& robot) {
   std::vector<std::string> joints;
@@ -95,8 +91,8 @@ std::string to_text(const Identifiability& report, const dynamics::RobotModel& r
     text += fmt::format(
         "friction: {}: up to {:.3g} {}, {:.3g} s below the Stribeck speed, {} reversals, {} "
         "presliding excursions, {:.0f} samples per presliding, {:.4g} to {:.4g} {}{}\n",
-        robot.joints[j].name, c.fastest, slides(robot, j) ? "m/s" : "rad/s", c.slow_s, c.reversals,
-        c.presliding, c.samples_per_climb, c.load_low, c.load_high, slides(robot, j) ? "N" : "N m",
+        robot.joints[j].name, c.fastest, slides(robot.joints[j]) ? "m/s" : "rad/s", c.slow_s, c.reversals,
+        c.presliding, c.samples_per_climb, c.load_low, c.load_high, slides(robot.joints[j]) ? "N" : "N m",
         c.temperature_low <= c.temperature_high
             ? fmt::format(", {:.4g} to {:.4g} K", c.temperature_low, c.temperature_high)
             : ", no temperature");
@@ -127,7 +123,7 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
                            *viscous = find(report, joint + " viscous friction");
     table += fmt::format("{:<20} {:>8.3g} {:>9} {:>20} {:>20}{}\n", joint, report.joints[j].fastest,
                          report.joints[j].reversals, with_error(coulomb), with_error(viscous),
-                         slides(robot, j) ? "  (m/s, N, N s/m)" : "");
+                         slides(robot.joints[j]) ? "  (m/s, N, N s/m)" : "");
     const auto told = [](const ParameterVerdict* v) {
       return v && v->verdict == Verdict::kIdentified;
     };

@@ -31,11 +31,12 @@ struct Joint {
   double jerk = 0;                                  ///< limit [rad/s^3]; 0: unknown
 };
 
+/// Whether it slides: m, m/s, N, kg in the place of rad, rad/s, N m, kg m^2.
+constexpr bool slides(const Joint& joint) { return joint.type == JointType::kPrismatic; }
+
 /// Speeds and lengths that are 1 rad/s and 1 rad for a turning joint are this for a joint of the
 /// same size that slides [m/s, m].
-constexpr double travel_scale(const Joint& joint) {
-  return joint.type == JointType::kPrismatic ? 0.1 : 1;
-}
+constexpr double travel_scale(const Joint& joint) { return slides(joint) ? 0.1 : 1; }
 
 /// A frame fixed to link `link` (-1: base) with pose (R, p) in the link's frame.
 struct Frame {
