@@ -2,7 +2,10 @@
 // the same networks written out by hand.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "allocation_counter.hpp"
@@ -42,6 +45,7 @@ struct Moment {
       if (ref.info.scale == Scale::kFixed && ref.symbol != "sample")
         x[p] = ref.info.typical == 0 ? 0.3 * rng.normal() : x[p] * std::exp(0.3 * rng.normal());
       if (ref.info.scale == Scale::kLinear) x[p] += 0.1 * rng.normal();
+      if (ref.info.role == Role::kCrossWeights) x[p] = 1;
     }
     for (int j = 0; j < kJoints; ++j)
       for (const double size : {1.0, 1.0, 10.0, 20.0}) x.push_back(size * rng.normal());
@@ -352,6 +356,62 @@ TEST(LvmPaper, TrainsWithinJointsAlone) {
             std::vector<double>(static_cast<std::size_t>(robot("nn", 4).parameter_count()), 1));
 }
 
+// Weights of zero that act, and weights that do not: the same torques, states and gradients, to the
+// last bit, but those by the weights that do not act.
+TEST(LvmPaper, WithoutCrossWeightsIsTheNetworkInWhichTheyAreZero) {
+  for (const auto& [joints, elements, latents] :
+       {std::tuple{2, 3, 1}, {3, 2, 2}, {3, 32, 3}, {6, 32, 2}, {6, 32, 12}, {8, 32, 9}}) {
+    SCOPED_TRACE(testing::Message() << joints << " joints, " << latents << " latents");
+    const RobotFriction model(std::vector<JointSpec>(static_cast<std::size_t>(joints)),
+                              {"lvm_paper", elements, latents});
+    Rng rng(8, 0);
+    std::vector<double> theta = default_theta(model);
+    initialise_weights(model, 3, theta);
+    const std::vector<double> rates = training_rates(model, theta);
+    for (std::size_t p = 0; p < theta.size(); ++p)
+      if (is_weight(model.parameters()[p].info.role)) theta[p] += 0.3 * rates[p] * rng.normal();
+    std::vector<Input<double>> in(static_cast<std::size_t>(joints));
+    for (Input<double>& of_joint : in) of_joint = {rng.normal(), rng.normal(), 0, 293};
+    std::vector<double> z, bar, z_bar;
+    for (int i = 0; i < latents; ++i) {
+      z.push_back(rng.normal());
+      z_bar.push_back(rng.normal());
+    }
+    for (int j = 0; j < joints; ++j) bar.push_back(rng.normal());
+    const std::size_t cross = std::ranges::find(model.parameters(), Role::kCrossWeights,
+                                                [](const auto& p) { return p.info.role; }) -
+                              model.parameters().begin();
+    // values, then adjoints of in and z, then of theta
+    const auto run = [&](double acts) {
+      theta[cross] = acts;
+      std::vector<double> out(in.size()), theta_bar(theta.size()), z_out = z, z_sum(z.size());
+      std::vector<Input<double>> in_bar(in.size());
+      model.torque<double>(theta, in, z, out);
+      model.step<double>(theta, in, 1e-3, z_out);
+      model.torque_pullback<double>(theta, in, z, bar, theta_bar, in_bar, z_sum);
+      model.step_pullback<double>(theta, in, 1e-3, z, z_bar, theta_bar, in_bar, z_sum);
+      out.insert(out.end(), z_out.begin(), z_out.end());
+      out.insert(out.end(), z_sum.begin(), z_sum.end());
+      for (const Input<double>& of_joint : in_bar) out.push_back(of_joint.v);
+      return std::pair{out, theta_bar};
+    };
+    const auto [values, gradient] = run(0);
+    const auto [dense_values, dense_gradient] = run(1);
+    EXPECT_EQ(values, dense_values);
+    int held = 0;
+    for (std::size_t p = 0; p < theta.size(); ++p) {
+      held += rates[p] == 0;
+      EXPECT_EQ(gradient[p], rates[p] == 0 ? 0 : dense_gradient[p]) << p;
+    }
+    theta[cross] = 0;
+    const int within = free_parameter_count({model, theta});
+    theta[cross] = 1;
+    EXPECT_GT(held, 0);
+    EXPECT_EQ(free_parameter_count({model, theta}) - within, held);
+    for (const double rate : training_rates(model, theta)) EXPECT_GT(rate, 0);
+  }
+}
+
 TEST(RobotLaws, TakeTheirScalesFromTheData) {
   const RobotFriction model = robot("nn", 4);
   std::vector<double> theta = default_theta(model);
@@ -359,7 +419,7 @@ TEST(RobotLaws, TakeTheirScalesFromTheData) {
   set_signal_sizes(model, {{1, 2, 3}, {4, 5, 6}, {7, 8, 0}, {10, 11, 12}}, theta);
   EXPECT_THAT(std::vector<double>(theta.begin() + begin, theta.begin() + begin + 12),
               testing::ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 1e-6, 10, 11, 12));
-  EXPECT_EQ(free_parameter_count(model), model.parameter_count() - 12);
+  EXPECT_EQ(free_parameter_count({model, theta}), model.parameter_count() - 12);
 }
 
 TEST(RobotLaws, AddToTheLawsOfTheJoints) {

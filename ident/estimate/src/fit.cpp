@@ -311,7 +311,7 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
     report.model.arm.friction.theta.insert(report.model.arm.friction.theta.end(),
                                            joint.theta.begin(), joint.theta.end());
   report.model.free_parameters = static_cast<int>(report.rigid_body.base.size()) +
-                                 friction::free_parameter_count(report.model.arm.friction.model);
+                                 friction::free_parameter_count(report.model.arm.friction);
 
   // The verdict is that of the worst part.
   report.outcome = report.rigid_body.outcome;

@@ -114,6 +114,9 @@ Arm robot_law_start(const Arm& start, const ModelOptions& config, std::uint64_t 
       case friction::Role::kLength:
         arm.friction.theta[p] = config.length;
         break;
+      case friction::Role::kCrossWeights:
+        arm.friction.theta[p] = config.cross ? 1 : 0;
+        break;
       default:
         break;
     }
@@ -269,7 +272,7 @@ FitReport fit_model(const Prepared& prepared, const ModelOptions& config, int se
     report.model.noise = report.em->noise;
   }
   report.model.free_parameters = static_cast<int>(report.rigid_body.base.size()) +
-                                 friction::free_parameter_count(report.model.arm.friction.model);
+                                 friction::free_parameter_count(report.model.arm.friction);
   score_torque(prepared, cutoff, jobs, report);
   report.faults = faults_of(prepared, report);
   return report;

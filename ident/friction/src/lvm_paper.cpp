@@ -92,26 +92,12 @@ void LvmPaper::start_torque(double* theta, Rng& rng) const {
   }
 }
 
-auto LvmPaper::rate_units() const -> RateUnits {
-  const int joints = std::min(scales_.joints(), latents_), width = eta_.width();
-  const int per_joint = 2 * (joints + latents_) <= width ? 2 : 1;
-  const int stopped = std::clamp((width - per_joint * joints) / 2, 0, latents_);
-  return {stopped > 0 ? joints : 0, per_joint, stopped};
-}
-
-int LvmPaper::joint_of_rate_unit(int unit) const {
-  const RateUnits units = rate_units();
-  if (unit < units.joints * units.per_joint) return unit / units.per_joint;
-  unit -= units.joints * units.per_joint;
-  if (unit < 2 * units.stopped) return joint_of(unit / 2);
-  return joint_of((unit - 2 * units.stopped) % latents_);
-}
-
 void LvmPaper::start_rate(double* theta, Rng& rng) const {
   const int n = scales_.joints(), width = eta_.width(), inputs = scales_.inputs() + latents_;
   const Layer hidden{theta + eta_begin(), width, inputs}, output{hidden.end(), latents_, width};
   std::fill(hidden.begin, output.end(), 0.0);
   const RateUnits units = rate_units();
+  const UnitJoints joint_of_unit = eta_units();
   const auto shorter = [&](int i) {
     return std::pow(kLonger, -(i / n));
   };  // u_i per u of its joint
@@ -137,7 +123,7 @@ void LvmPaper::start_rate(double* theta, Rng& rng) const {
       output.W(i, unit++) = -side / kSharpness;
     }
   for (; unit < width; ++unit) {
-    const int j = joint_of_rate_unit(unit);
+    const int j = joint_of_unit[static_cast<std::size_t>(unit)];
     hidden.W(unit, n + j) = rng.normal();
     hidden.b(unit) = rng.normal();
     for (int i = j; i < latents_; i += n) {
@@ -153,6 +139,9 @@ void LvmPaper::initialise(double* theta, Rng& rng) const {
 }
 
 void LvmPaper::training_rates(const double* theta, double* rate) const {
+  const double between_joints = theta[cross()] > 0 ? kLeastRate : 0;
+  const UnitJoints of_net = net_units(), of_eta = eta_units();
+  const auto of = [](const UnitJoints& units, int u) { return units[static_cast<std::size_t>(u)]; };
   // theirs(row, column): whether a weight stays within a joint
   const auto set = [&](int begin, int rows, int columns, auto theirs) {
     const auto rate_of = [&](int at) {
@@ -162,22 +151,22 @@ void LvmPaper::training_rates(const double* theta, double* rate) const {
     for (int r = 0; r < rows; ++r) {
       for (int c = 0; c < columns; ++c) {
         const int at = begin + r * columns + c;
-        rate[at] = theirs(r, c) ? rate_of(at) : 0;
+        rate[at] = theirs(r, c) ? rate_of(at) : between_joints;
       }
       rate[begin + rows * columns + r] = rate_of(begin + rows * columns + r);
     }
     return begin + rows * (columns + 1);
   };
   const int n = scales_.joints(), width = net_.width(), inputs = scales_.inputs() + latents_;
-  const auto units = [&](int a, int b) { return joint_of(a) == joint_of(b); };
   int at = set(net_begin(), width, inputs,
-               [&](int unit, int input) { return joint_of(unit) == joint_seen(input); });
-  at = set(at, width, width, units);
-  at = set(at, n, width, units);
+               [&](int unit, int input) { return of(of_net, unit) == joint_seen(input); });
+  at = set(at, width, width,
+           [&](int unit, int below) { return of(of_net, unit) == of(of_net, below); });
+  at = set(at, n, width, [&](int joint, int unit) { return joint == of(of_net, unit); });
   at = set(at, width, inputs,
-           [&](int unit, int input) { return joint_of_rate_unit(unit) == joint_seen(input); });
+           [&](int unit, int input) { return of(of_eta, unit) == joint_seen(input); });
   set(at, latents_, width,
-      [&](int latent, int unit) { return joint_of(latent) == joint_of_rate_unit(unit); });
+      [&](int latent, int unit) { return joint_of(latent) == of(of_eta, unit); });
 }
 
 }  // namespace fricid::friction

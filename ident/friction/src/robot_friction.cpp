@@ -235,9 +235,12 @@ std::vector<double> training_rates(const RobotFriction& model, std::span<const d
   return rates;
 }
 
-int free_parameter_count(const RobotFriction& model) {
-  return static_cast<int>(std::ranges::count_if(
-      model.parameters(), [](const ParameterRef& p) { return p.info.scale != Scale::kFixed; }));
+int free_parameter_count(const Friction& friction) {
+  const std::vector<double> rates = training_rates(friction.model, friction.theta);
+  int count = 0;
+  for (std::size_t p = 0; p < rates.size(); ++p)
+    count += friction.model.parameters()[p].info.scale != Scale::kFixed && rates[p] > 0;
+  return count;
 }
 
 bool is_robot_law(std::string_view law) {

@@ -138,6 +138,7 @@ void check_robot_law_keys(const Scene& scene, const estimate::ModelOptions& mode
                     friction::kMostJoints);
   only(latents || model.n_z == defaults.n_z, "n_z", fmt::format("{}", model.n_z));
   only(latents || model.length == defaults.length, "length", fmt::format("{}", model.length));
+  only(latents || model.cross == defaults.cross, "cross", "true");
   only(whole || model.rigid_body_of == defaults.rigid_body_of, "rigid_body_of",
        fmt::format("\"{}\"", model.rigid_body_of));
   std::vector<std::string_view> laws;

@@ -57,6 +57,10 @@ UpdateWorkspace::UpdateWorkspace(int n, int ny)
       innovation(ny),
       whitened(ny) {}
 
+double UpdateWorkspace::log_likelihood(Eigen::Index k) const {
+  return -0.5 * (whitened[k] * whitened[k] + kLogTwoPi) - std::log(S(k, k));
+}
+
 Innovation kalman_update(std::span<const double> y, const Eigen::MatrixXd& C,
                          const Eigen::MatrixXd& R, Gaussian& x, UpdateWorkspace& ws) {
   // rows of the present channels

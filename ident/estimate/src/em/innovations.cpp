@@ -39,16 +39,19 @@ InnovationScore innovation_score(LatentFrictionModel& model, const smc::RowMatri
   return out;
 }
 
-double innovation_likelihood(LatentFrictionModel& model, const smc::RowMatrix& y) {
+Eigen::VectorXd innovation_likelihood(LatentFrictionModel& model, const smc::RowMatrix& y) {
   const int nx = model.state_size();
   smc::UpdateWorkspace ws(nx, model.observation_size());
   smc::Gaussian x = model.initial();
   Eigen::VectorXd f(nx);
   Eigen::MatrixXd A(nx, nx), P(nx, nx);
-  double sum = 0;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(model.observation_size());
   for (Eigen::Index t = 0; t < y.rows(); ++t) {
     const auto row = std::span(y.data() + t * y.cols(), static_cast<std::size_t>(y.cols()));
-    sum += smc::kalman_update(row, model.C(), model.R(), x, ws).log_likelihood;
+    smc::kalman_update(row, model.C(), model.R(), x, ws);
+    Eigen::Index k = 0;
+    for (Eigen::Index i = 0; i < sum.size(); ++i)
+      if (!std::isnan(y(t, i))) sum[i] += ws.log_likelihood(k++);
     if (t + 1 == y.rows()) break;
     model.linearise(static_cast<int>(t), x.mean, f, A);
     x.mean = f;

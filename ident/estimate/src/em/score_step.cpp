@@ -14,22 +14,23 @@ namespace {
 
 constexpr double kPull = 1;  // to where a step starts, nat per unit of a coordinate
 
-/// compute(model, observations) for every recording, one per task.
-template <class Result, class Compute>
-std::vector<Result> for_recordings(const Likelihood& of, const Arm& arm, Compute compute) {
-  std::vector<Result> parts(of.recordings.size());
-  parallel_for(static_cast<int>(parts.size()), of.jobs, [&](int i) {
-    const auto r = static_cast<std::size_t>(i);
-    LatentFrictionModel model(arm, of.recordings[r], of.noise, of.starts[r], of.step);
-    parts[r] = compute(model, of.recordings[r].log.q.topRows(of.split.train_end[r]));
-  });
-  return parts;
+LatentFrictionModel model_of(const Likelihood& of, const Arm& arm, std::size_t r) {
+  return {arm, of.recordings[r], of.noise, of.starts[r], of.step};
+}
+
+smc::RowMatrix observed(const Likelihood& of, std::size_t r) {
+  return of.recordings[r].log.q.topRows(of.split.train_end[r]);
 }
 
 }  // namespace
 
 InnovationScore Likelihood::score(const Arm& arm) const {
-  auto parts = for_recordings<InnovationScore>(*this, arm, innovation_score);
+  std::vector<InnovationScore> parts(recordings.size());
+  parallel_for(static_cast<int>(parts.size()), jobs, [&](int i) {
+    const auto r = static_cast<std::size_t>(i);
+    LatentFrictionModel model = model_of(*this, arm, r);
+    parts[r] = innovation_score(model, observed(*this, r));
+  });
   InnovationScore& sum = parts[0];
   for (std::size_t r = 1; r < parts.size(); ++r) {
     sum.log_likelihood += parts[r].log_likelihood;
@@ -40,10 +41,21 @@ InnovationScore Likelihood::score(const Arm& arm) const {
   return std::move(sum);
 }
 
-double Likelihood::value(const Arm& arm) const {
-  double sum = 0;
-  for (const double part : for_recordings<double>(*this, arm, innovation_likelihood)) sum += part;
-  return std::isfinite(sum) ? sum : -std::numeric_limits<double>::infinity();
+std::vector<Eigen::VectorXd> Likelihood::by_joint(std::span<const Arm> arms) const {
+  const std::size_t count = recordings.size();
+  std::vector<Eigen::VectorXd> parts(arms.size() * count);
+  parallel_for(static_cast<int>(parts.size()), jobs, [&](int i) {
+    const auto k = static_cast<std::size_t>(i), r = k % count;
+    LatentFrictionModel model = model_of(*this, arms[k / count], r);
+    parts[k] = innovation_likelihood(model, observed(*this, r));
+  });
+  std::vector<Eigen::VectorXd> sums;
+  for (std::size_t a = 0; a < arms.size(); ++a) {
+    sums.push_back(parts[a * count]);
+    for (std::size_t r = 1; r < count; ++r) sums[a] += parts[a * count + r];
+    if (!sums[a].allFinite()) sums[a].setConstant(-std::numeric_limits<double>::infinity());
+  }
+  return sums;
 }
 
 void climb_by_score(const Likelihood& likelihood, double& damping, ArmPoint& point) {

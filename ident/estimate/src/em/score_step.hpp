@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 #include "fricid/estimate/coordinates.hpp"
 #include "fricid/estimate/em/innovations.hpp"
@@ -21,8 +22,10 @@ struct Likelihood {
   int jobs;
 
   InnovationScore score(const Arm& arm) const;
-  /// -inf when the filter fails.
-  double value(const Arm& arm) const;
+  /// Of each arm, joint by joint (n): of the positions of joint j given those of the joints before
+  /// it. -inf when the filter fails.
+  std::vector<Eigen::VectorXd> by_joint(std::span<const Arm> arms) const;
+  double value(const Arm& arm) const { return by_joint({&arm, 1})[0].sum(); }
 };
 
 /// Moves the point by one step of Fisher scoring, damped until the likelihood rises; leaves it

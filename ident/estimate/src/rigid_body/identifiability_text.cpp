@@ -91,8 +91,9 @@ std::string to_text(const Identifiability& report, const dynamics::RobotModel& r
     text += fmt::format(
         "friction: {}: up to {:.3g} {}, {:.3g} s below the Stribeck speed, {} reversals, {} "
         "presliding excursions, {:.0f} samples per presliding, {:.4g} to {:.4g} {}{}\n",
-        robot.joints[j].name, c.fastest, slides(robot.joints[j]) ? "m/s" : "rad/s", c.slow_s, c.reversals,
-        c.presliding, c.samples_per_climb, c.load_low, c.load_high, slides(robot.joints[j]) ? "N" : "N m",
+        robot.joints[j].name, c.fastest, slides(robot.joints[j]) ? "m/s" : "rad/s", c.slow_s,
+        c.reversals, c.presliding, c.samples_per_climb, c.load_low, c.load_high,
+        slides(robot.joints[j]) ? "N" : "N m",
         c.temperature_low <= c.temperature_high
             ? fmt::format(", {:.4g} to {:.4g} K", c.temperature_low, c.temperature_high)
             : ", no temperature");

@@ -149,7 +149,7 @@ Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) co
   out.held_out = std::exp(out.rollouts.mean());
   out.torque = held_out_torque(arm);
   out.parameters =
-      friction::free_parameter_count(arm.friction.model) - static_cast<int>(sum_limits(arm).size());
+      friction::free_parameter_count(arm.friction) - static_cast<int>(sum_limits(arm).size());
   return out;
 }
 

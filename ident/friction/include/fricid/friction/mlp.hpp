@@ -129,6 +129,64 @@ void dense_pullback(int inputs, int outputs, const S* layer, const S* X, const S
                                      layer_bar + r * inputs, b_bar + r, X_bar);
 }
 
+/// A layer of which only some weights act: row r of W sees the columns first(r), first(r) + step,
+/// ... Weights of other columns are not read.
+template <class S, class First>
+void sparse_rows(int inputs, int outputs, int step, First first, const S* layer, const S* x, S* y) {
+  const S* b = layer + outputs * inputs;
+  for (int r = 0; r < outputs; ++r) {
+    S sum = b[r];
+    for (int c = first(r); c < inputs; c += step) sum = fma(layer[r * inputs + c], x[c], sum);
+    y[r] = sum;
+  }
+}
+template <class S, class First>
+void sparse_rows_pullback(int inputs, int outputs, int step, First first, const S* layer,
+                          const S* x, const S* y_bar, S* layer_bar, S* x_bar) {
+  for (int r = 0; r < outputs; ++r) {
+    const S bar = y_bar[r];
+    layer_bar[outputs * inputs + r] += bar;
+    for (int c = first(r); c < inputs; c += step) {
+      const int at = r * inputs + c;
+      x_bar[c] = fma(layer[at], bar, x_bar[c]);
+      layer_bar[at] = fma(bar, x[c], layer_bar[at]);
+    }
+  }
+}
+
+/// The same by columns: column c of W is seen by the rows first(c), first(c) + step, ...
+template <class S, class First>
+void sparse_columns(int inputs, int outputs, int step, First first, const S* layer, const S* x,
+                    S* y) {
+  for (int r = 0; r < outputs; ++r) y[r] = layer[outputs * inputs + r];
+  for (int c = 0; c < inputs; ++c)
+    for (int r = first(c); r < outputs; r += step) y[r] = fma(layer[r * inputs + c], x[c], y[r]);
+}
+template <class S, class First>
+void sparse_columns_pullback(int inputs, int outputs, int step, First first, const S* layer,
+                             const S* x, const S* y_bar, S* layer_bar, S* x_bar) {
+  for (int r = 0; r < outputs; ++r) layer_bar[outputs * inputs + r] += y_bar[r];
+  for (int c = 0; c < inputs; ++c)
+    for (int r = first(c); r < outputs; r += step) {
+      const int at = r * inputs + c;
+      x_bar[c] = fma(layer[at], y_bar[r], x_bar[c]);
+      layer_bar[at] = fma(y_bar[r], x[c], layer_bar[at]);
+    }
+}
+
+/// Layers in which every unit sees all of those below.
+struct Dense {
+  template <int kColumns, class S>
+  static void layer(int, int inputs, int outputs, const S* layer, const S* X, S* Y) {
+    dense<kColumns>(inputs, outputs, layer, X, Y);
+  }
+  template <int kColumns, class S>
+  static void layer_pullback(int, int inputs, int outputs, const S* layer, const S* X,
+                             const S* Y_bar, S* layer_bar, S* X_bar) {
+    dense_pullback<kColumns>(inputs, outputs, layer, X, Y_bar, layer_bar, X_bar);
+  }
+};
+
 /// Template argument for a size that is given to the constructor.
 inline constexpr int kAtRunTime = 0;
 
@@ -138,7 +196,7 @@ inline constexpr int kAtRunTime = 0;
 ///
 /// for kColumns inputs at once. Arrays are row-major: x (kInputs x kColumns), y (kOutputs x
 /// kColumns); weights (weight_count) are the layers in order, each W then b. kInputs and kOutputs
-/// may be kAtRunTime.
+/// may be kAtRunTime. `wiring` evaluates layer l (kHidden: the output), see Dense.
 template <Activation activation, int kInputs, int kHidden, int kOutputs, int kMostWidth>
 class Mlp {
  public:
@@ -158,17 +216,19 @@ class Mlp {
     S slope[kHidden][kMostWidth * kColumns];
   };
 
-  template <int kColumns, class S>
-  void forward(const S* weights, const S* x, S* y) const {
+  template <int kColumns, class S, class Wiring = Dense>
+  void forward(const S* weights, const S* x, S* y, const Wiring& wiring = {}) const {
     S units[2][kMostWidth * kColumns];
     const S* last = x;
     for (int l = 0; l < kHidden; ++l) {
       S* next = units[l % 2];
-      dense<kColumns>(inputs_of(l), width_, weights + hidden_begin(l), last, next);
+      wiring.template layer<kColumns>(l, inputs_of(l), width_, weights + hidden_begin(l), last,
+                                      next);
       activate_all<activation>(next, width_ * kColumns);
       last = next;
     }
-    dense<kColumns>(width_, outputs(), weights + hidden_begin(kHidden), last, y);
+    wiring.template layer<kColumns>(kHidden, width_, outputs(), weights + hidden_begin(kHidden),
+                                    last, y);
   }
 
   /// kNets networks with weights and inputs of their own, one after the other in `weights`, x and
@@ -194,13 +254,14 @@ class Mlp {
   }
 
   /// `forward`, recording the tape.
-  template <int kColumns, class S>
-  [[gnu::noinline]] void forward(const S* weights, const S* x, S* y,
-                                 Tape<kColumns, S>& tape) const {
+  template <int kColumns, class S, class Wiring = Dense>
+  [[gnu::noinline]] void forward(const S* weights, const S* x, S* y, Tape<kColumns, S>& tape,
+                                 const Wiring& wiring = {}) const {
     const S* last = x;
     for (int l = 0; l < kHidden; ++l) {
       S* unit = tape.unit[l];
-      dense<kColumns>(inputs_of(l), width_, weights + hidden_begin(l), last, unit);
+      wiring.template layer<kColumns>(l, inputs_of(l), width_, weights + hidden_begin(l), last,
+                                      unit);
       for (int i = 0; i < width_ * kColumns; ++i) {
         const Sloped<S> a = activate_with_slope<activation>(unit[i]);
         unit[i] = a.value;
@@ -208,20 +269,23 @@ class Mlp {
       }
       last = unit;
     }
-    dense<kColumns>(width_, outputs(), weights + hidden_begin(kHidden), last, y);
+    wiring.template layer<kColumns>(kHidden, width_, outputs(), weights + hidden_begin(kHidden),
+                                    last, y);
   }
 
   /// Vector-Jacobian product at the x of `tape`: adds to weights_bar and x_bar.
-  template <int kColumns, class S>
+  template <int kColumns, class S, class Wiring = Dense>
   [[gnu::noinline]] void pullback(const S* weights, const S* x, const Tape<kColumns, S>& tape,
-                                  const S* y_bar, S* weights_bar, S* x_bar) const {
+                                  const S* y_bar, S* weights_bar, S* x_bar,
+                                  const Wiring& wiring = {}) const {
     const int units = width_ * kColumns;
     S bars[2][kMostWidth * kColumns];
     S* bar = bars[0];
     for (int i = 0; i < units; ++i) bar[i] = S(0);
     const int output = hidden_begin(kHidden);
-    dense_pullback<kColumns>(width_, outputs(), weights + output, tape.unit[kHidden - 1], y_bar,
-                             weights_bar + output, bar);
+    wiring.template layer_pullback<kColumns>(kHidden, width_, outputs(), weights + output,
+                                             tape.unit[kHidden - 1], y_bar, weights_bar + output,
+                                             bar);
     for (int l = kHidden - 1; l > 0; --l) {
       S* below = bars[(kHidden - l) % 2];
       for (int i = 0; i < units; ++i) {
@@ -229,12 +293,13 @@ class Mlp {
         below[i] = S(0);
       }
       const int begin = hidden_begin(l);
-      dense_pullback<kColumns>(width_, width_, weights + begin, tape.unit[l - 1], bar,
-                               weights_bar + begin, below);
+      wiring.template layer_pullback<kColumns>(l, width_, width_, weights + begin, tape.unit[l - 1],
+                                               bar, weights_bar + begin, below);
       bar = below;
     }
     for (int i = 0; i < units; ++i) bar[i] *= tape.slope[0][i];
-    dense_pullback<kColumns>(inputs(), width_, weights, x, bar, weights_bar, x_bar);
+    wiring.template layer_pullback<kColumns>(0, inputs(), width_, weights, x, bar, weights_bar,
+                                             x_bar);
   }
 
   /// Random initial weights: W ~ N(0, 1/inputs of the layer), the last layer times `output_scale`,

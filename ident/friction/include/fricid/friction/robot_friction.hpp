@@ -195,8 +195,8 @@ void set_signal_sizes(const RobotFriction& model, const SignalSizes& sizes,
 /// of the whole robot may scale those of its weights, or hold a weight by 0.
 std::vector<double> training_rates(const RobotFriction& model, std::span<const double> theta);
 
-/// How many parameters a fit may move: all that are not Scale::kFixed.
-int free_parameter_count(const RobotFriction& model);
+/// How many parameters a fit may move: all that are neither Scale::kFixed nor held in training.
+int free_parameter_count(const Friction& friction);
 
 /// Whether a law of either table contains a network, whose weights need random initial values.
 bool is_learned(std::string_view law);

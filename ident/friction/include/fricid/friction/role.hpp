@@ -54,6 +54,7 @@ enum class Role {
   kSampleTime,
   kWeight,
   kOutputWeight,  ///< of a unit in the output of a network that is pulled towards zero
+  kCrossWeights,  ///< 1 where weights between joints act, 0 where there are none
   kCount
 };
 
@@ -78,7 +79,7 @@ inline constexpr auto kRoleUnits = [] {
   set("K", kTemperature);
   set("s", kLag, kSampleTime);
   set("1", kExponent, kShare, kStiffening, kLoadCoefficient, kAsymmetry, kAmplitude, kWeight,
-      kOutputWeight);
+      kOutputWeight, kCrossWeights);
   return unit;
 }();
 }  // namespace detail

@@ -38,6 +38,9 @@ struct UpdateWorkspace {
   UpdateWorkspace(int state_size, int observation_size);
   Eigen::MatrixXd C, R, S, K, PCt, I_KC, product;
   Eigen::VectorXd innovation, whitened;
+
+  /// log p of the k-th present channel given those before it [nat].
+  double log_likelihood(Eigen::Index k) const;
 };
 
 /// Outcome of one measurement update.

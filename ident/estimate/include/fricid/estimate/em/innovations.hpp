@@ -29,7 +29,8 @@ struct InnovationScore {
 ///     m_{t+1|t} = f(m_{t|t}),   D_{t+1|t} = A D_{t|t} + df/dp,   D_{t|t} = (I - K C) D_{t|t-1}.
 InnovationScore innovation_score(LatentFrictionModel& model, const smc::RowMatrix& y);
 
-/// The log-likelihood alone [nat].
-double innovation_likelihood(LatentFrictionModel& model, const smc::RowMatrix& y);
+/// The log-likelihood alone, channel by channel [nat]: entry i sums log p(y_i | the channels before
+/// it, all samples before). The sum of all is that of `innovation_score`.
+Eigen::VectorXd innovation_likelihood(LatentFrictionModel& model, const smc::RowMatrix& y);
 
 }  // namespace fricid::estimate

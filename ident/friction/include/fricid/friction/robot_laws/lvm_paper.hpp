@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <string_view>
 #include <vector>
 
@@ -29,7 +32,8 @@ namespace fricid::friction {
 /// with l_j = 2 mrad from rest to stop for the first n latents, three times as much for every
 /// further n. Every unit of the torque's network sees one joint, its latents and its speed on
 /// scales from .03 rad/s up; its output is zero. Weights between joints and on positions start at
-/// zero and are held there in training.
+/// zero. With cross = 0 they stay there: they do not act, are not read and have no gradient, which
+/// makes the networks several times cheaper.
 class LvmPaper {
  public:
   static constexpr std::string_view kName = "lvm_paper";
@@ -62,6 +66,8 @@ class LvmPaper {
       table.push_back({numbered<"l", kMostJoints>(j), "rad", Role::kLength, 1e-6, 1, 2e-3,
                        j < latents_ ? Scale::kLog : Scale::kFixed,
                        "travel over which the latents of a joint change", j + 1});
+    table.push_back({"cross", "1", Role::kCrossWeights, 0, 1, 0, Scale::kFixed,
+                     "1: weights between joints and on positions act; 0: they are zero"});
     append_weights(net_.weight_count() + eta_.weight_count(), table);
     return table;
   }
@@ -69,15 +75,17 @@ class LvmPaper {
   /// Writes the initial weights; the scales must be set before.
   void initialise(double* theta, Rng& rng) const;
 
-  /// Rate of every weight: its size at the start within bounds, 1 if it starts at zero; 0 for
-  /// weights between joints and on positions.
+  /// Rate of every weight: its size at the start within bounds, 1 if it starts at zero; for
+  /// weights between joints and on positions the least of these, without cross 0.
   void training_rates(const double* theta, double* rate) const;
 
   template <class S>
   void add_torque(const S* theta, const Input<S>* in, const S* z, S* tau_f) const {
     S x[kMostInputs] = {}, y[kMostJoints] = {};
     see(theta, in, z, x);
-    net_.template forward<1>(theta + net_begin(), x, y);
+    with_wiring(theta, net_wiring(), [&](const auto& wiring) {
+      net_.template forward<1>(theta + net_begin(), x, y, wiring);
+    });
     scales_.say(theta, y, tau_f);
   }
 
@@ -85,7 +93,9 @@ class LvmPaper {
   void step(const S* theta, const Input<S>* in, double dt, S* z) const {
     S x[kMostInputs] = {}, y[kMostLatents] = {};
     see_travel(theta, in, z, x);
-    eta_.template forward<1>(theta + eta_begin(), x, y);
+    with_wiring(theta, eta_wiring(), [&](const auto& wiring) {
+      eta_.template forward<1>(theta + eta_begin(), x, y, wiring);
+    });
     for (int i = 0; i < latents_; ++i)
       z[i] = max(S(-kMost), min(S(kMost), z[i] + S(dt) * (S(kRate) * y[i])));
   }
@@ -96,10 +106,13 @@ class LvmPaper {
     S x[kMostInputs] = {}, y[kMostJoints] = {}, y_bar[kMostJoints] = {};
     Net::Tape<1, S> tape;
     see(theta, in, z, x);
-    net_.template forward<1>(theta + net_begin(), x, y, tape);
-    scales_.say_pullback(theta, y, tau_f_bar, theta_bar, y_bar);
     S x_bar[kMostInputs] = {};
-    net_.template pullback<1>(theta + net_begin(), x, tape, y_bar, theta_bar + net_begin(), x_bar);
+    with_wiring(theta, net_wiring(), [&](const auto& wiring) {
+      net_.template forward<1>(theta + net_begin(), x, y, tape, wiring);
+      scales_.say_pullback(theta, y, tau_f_bar, theta_bar, y_bar);
+      net_.template pullback<1>(theta + net_begin(), x, tape, y_bar, theta_bar + net_begin(), x_bar,
+                                wiring);
+    });
     see_pullback(theta, x, x_bar, theta_bar, in_bar, z_bar);
   }
 
@@ -109,15 +122,18 @@ class LvmPaper {
     S x[kMostInputs] = {}, y[kMostLatents] = {}, y_bar[kMostLatents] = {};
     Eta::Tape<1, S> tape;
     see_travel(theta, in, z, x);
-    eta_.template forward<1>(theta + eta_begin(), x, y, tape);
-    const S h = S(kRate) * S(dt);
-    for (int i = 0; i < latents_; ++i) {
-      const S free = select(abs(z[i] + h * y[i]) < S(kMost), z_next_bar[i], S(0));
-      z_bar[i] += free;
-      y_bar[i] = h * free;
-    }
     S x_bar[kMostInputs] = {};
-    eta_.template pullback<1>(theta + eta_begin(), x, tape, y_bar, theta_bar + eta_begin(), x_bar);
+    with_wiring(theta, eta_wiring(), [&](const auto& wiring) {
+      eta_.template forward<1>(theta + eta_begin(), x, y, tape, wiring);
+      const S h = S(kRate) * S(dt);
+      for (int i = 0; i < latents_; ++i) {
+        const S free = select(abs(z[i] + h * y[i]) < S(kMost), z_next_bar[i], S(0));
+        z_bar[i] += free;
+        y_bar[i] = h * free;
+      }
+      eta_.template pullback<1>(theta + eta_begin(), x, tape, y_bar, theta_bar + eta_begin(), x_bar,
+                                wiring);
+    });
     for (int j = 0; j < scales_.joints(); ++j) {
       S& u_bar = x_bar[scales_.joints() + j];
       in_bar[j].v += u_bar / (S(kRate) * theta[length(j)]);
@@ -141,7 +157,8 @@ class LvmPaper {
 
   // indices in theta
   constexpr int length(int joint) const { return scales_.size() + joint; }
-  constexpr int net_begin() const { return length(scales_.joints()); }
+  constexpr int cross() const { return length(scales_.joints()); }
+  constexpr int net_begin() const { return cross() + 1; }
   constexpr int eta_begin() const { return net_begin() + net_.weight_count(); }
 
   template <class S>
@@ -175,8 +192,99 @@ class LvmPaper {
   struct RateUnits {
     int joints, per_joint, stopped;
   };
-  RateUnits rate_units() const;
-  int joint_of_rate_unit(int unit) const;
+  constexpr RateUnits rate_units() const {
+    const int joints = std::min(scales_.joints(), latents_), width = eta_.width();
+    const int per_joint = 2 * (joints + latents_) <= width ? 2 : 1;
+    const int stopped = std::clamp((width - per_joint * joints) / 2, 0, latents_);
+    return {stopped > 0 ? joints : 0, per_joint, stopped};
+  }
+
+  /// Joint of every unit of a network.
+  using UnitJoints = std::array<int, kMostElements>;
+  constexpr UnitJoints net_units() const {
+    UnitJoints of{};
+    int j = 0;
+    for (int& joint : of) {
+      joint = j;
+      j = j + 1 == scales_.joints() ? 0 : j + 1;
+    }
+    return of;
+  }
+  constexpr UnitJoints eta_units() const {
+    UnitJoints of{};
+    const RateUnits units = rate_units();
+    std::size_t u = 0;
+    for (int j = 0; j < units.joints; ++j)
+      for (int k = 0; k < units.per_joint; ++k) of[u++] = j;
+    // of `of_each` units for every latent, until `count` are there
+    const auto by_latents = [&](int of_each, int count) {
+      for (int i = 0, j = 0, k = 0; k < count; ++k) {
+        of[u++] = j;
+        if ((k + 1) % of_each > 0) continue;
+        i = i + 1 == latents_ ? 0 : i + 1;
+        j = i == 0 || j + 1 == scales_.joints() ? 0 : j + 1;
+      }
+    };
+    by_latents(2, 2 * units.stopped);
+    by_latents(1, eta_.width() - static_cast<int>(u));
+    return of;
+  }
+
+  /// Layers without the weights between joints and on positions: inputs are n positions, then n
+  /// speeds and the latents, each those of joints 0, 1, ...
+  struct NetWiring {
+    int n;
+    UnitJoints of;
+
+    template <int kColumns, class S>
+    void layer(int l, int inputs, int outputs, const S* layer, const S* x, S* y) const {
+      sparse_rows(inputs, outputs, n, first(l), layer, x, y);
+    }
+    template <int kColumns, class S>
+    void layer_pullback(int l, int inputs, int outputs, const S* layer, const S* x, const S* y_bar,
+                        S* layer_bar, S* x_bar) const {
+      sparse_rows_pullback(inputs, outputs, n, first(l), layer, x, y_bar, layer_bar, x_bar);
+    }
+    auto first(int l) const {
+      return
+          [this, begin = l == 0 ? n : 0](int r) { return begin + of[static_cast<std::size_t>(r)]; };
+    }
+  };
+  struct EtaWiring {
+    int n;
+    UnitJoints of;
+
+    template <int kColumns, class S>
+    void layer(int l, int inputs, int outputs, const S* layer, const S* x, S* y) const {
+      if (l == 0)
+        sparse_rows(inputs, outputs, n, first(n), layer, x, y);
+      else
+        sparse_columns(inputs, outputs, n, first(0), layer, x, y);
+    }
+    template <int kColumns, class S>
+    void layer_pullback(int l, int inputs, int outputs, const S* layer, const S* x, const S* y_bar,
+                        S* layer_bar, S* x_bar) const {
+      if (l == 0)
+        sparse_rows_pullback(inputs, outputs, n, first(n), layer, x, y_bar, layer_bar, x_bar);
+      else
+        sparse_columns_pullback(inputs, outputs, n, first(0), layer, x, y_bar, layer_bar, x_bar);
+    }
+    auto first(int begin) const {
+      return [this, begin](int unit) { return begin + of[static_cast<std::size_t>(unit)]; };
+    }
+  };
+  constexpr NetWiring net_wiring() const { return {scales_.joints(), net_units()}; }
+  constexpr EtaWiring eta_wiring() const { return {scales_.joints(), eta_units()}; }
+
+  /// Calls f(wiring) with the layers that theta asks for.
+  template <class S, class F>
+  void with_wiring(const S* theta, const auto& within_joints, F&& f) const {
+    if (any(theta[cross()] > S(0)))
+      f(Dense{});
+    else
+      f(within_joints);
+  }
+
   void start_torque(double* theta, Rng& rng) const;
   void start_rate(double* theta, Rng& rng) const;
 

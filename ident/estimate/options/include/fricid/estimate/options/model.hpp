@@ -48,6 +48,7 @@ struct ModelOptions {
   int elements = 4;
   int n_z = 2;                                    ///< latent states of lvm_paper
   double length = 2e-3;                           ///< over which they change at first [rad]
+  bool cross = false;                             ///< weights between joints of lvm_paper
   std::string rigid_body_of = "coulomb_viscous";  ///< where laws of the whole robot start
   std::vector<std::string> modifiers;
   int starts = 4;
@@ -82,6 +83,8 @@ struct ModelOptions {
     archive(
         "length", length,
         number("rad", 1e-6, 1, "travel over which the latent states of lvm_paper change at first"));
+    archive("cross", cross,
+            flag("train the weights of lvm_paper between joints and on positions too"));
     archive(
         "rigid_body_of", rigid_body_of,
         text("law whose conventional fit gives laws of the whole robot the rigid body that they "
