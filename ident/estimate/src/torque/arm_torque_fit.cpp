@@ -31,7 +31,6 @@ constexpr double kRidge = 1;
 // A weight w of a network counts like a row in which the torque errs by this share of Fn w.
 constexpr double kOutputPull = 0.2, kInputPull = 0.05;
 constexpr double kFirstGain = 1e-2;      // smallest gain of a pass that another follows
-constexpr double kLinearDamping = 1e-6;  // of the linear step of `without_parts`
 constexpr double kSmallestSigma = 1e-9;  // share of the torque: noise-free data stay solvable
 
 /// A joint's friction and its place in theta.
@@ -303,27 +302,6 @@ void find_ripples(const ArmTorqueData& data, const std::vector<std::size_t>& ter
   });
 }
 
-/// c + s with s_z = -c_z for the coordinates of `zeroed` parameters and the others where the
-/// quadratic then is least.
-Eigen::VectorXd with_zeros(const optimise::Quadratic& at, const Eigen::VectorXd& c,
-                           const std::vector<bool>& zero) {
-  Eigen::MatrixXd H = at.H;
-  Eigen::VectorXd g = at.g;
-  for (Eigen::Index i = 0; i < c.size(); ++i)
-    if (zero[static_cast<std::size_t>(i)]) g -= at.H.col(i) * c[i];
-  for (Eigen::Index i = 0; i < c.size(); ++i) {
-    if (!zero[static_cast<std::size_t>(i)] && H(i, i) > 0) {
-      H(i, i) *= 1 + kLinearDamping;
-      continue;
-    }
-    H.row(i).setZero();
-    H.col(i).setZero();
-    H(i, i) = 1;
-    g[i] = zero[static_cast<std::size_t>(i)] ? c[i] : 0;
-  }
-  return c - optimise::solve_arrow(H, g, at.blocks).cwiseMax(-kLongestStep).cwiseMin(kLongestStep);
-}
-
 }  // namespace
 
 TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
@@ -333,32 +311,6 @@ TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
   point.move_to(point.c());
   Problem problem(data, point, options, jobs);
   return {point.c(), problem.linearise(point.c(), std::numeric_limits<double>::quiet_NaN())};
-}
-
-std::vector<Arm> without_parts(const ArmTorqueData& data, const Arm& fitted,
-                               const std::vector<std::vector<std::size_t>>& parts,
-                               const ArmTorqueOptions& options, int jobs) {
-  const ArmCoordinates coordinates(fitted, options.coordinates);
-  ArmPoint point(coordinates, fitted);
-  point.move_to(point.c());
-  Problem problem(data, point, options, jobs);
-  const optimise::Quadratic here =
-      problem.linearise(point.c(), std::numeric_limits<double>::quiet_NaN());
-  const Eigen::MatrixXd J = point.jacobian();
-  const Eigen::Index p = fitted.robot.pi.size();
-  std::vector<Arm> out;
-  for (const std::vector<std::size_t>& part : parts) {
-    std::vector<bool> zero(static_cast<std::size_t>(point.c().size()));
-    for (const std::size_t theta : part)
-      for (Eigen::Index i = 0; i < J.cols(); ++i)
-        if (J(p + static_cast<Eigen::Index>(theta), i) != 0)
-          zero[static_cast<std::size_t>(i)] = true;
-    ArmPoint moved = point;
-    moved.move_to(coordinates.box().clamp(with_zeros(here, point.c(), zero)));
-    out.push_back(moved.arm());
-    for (const std::size_t theta : part) out.back().friction.theta[theta] = 0;
-  }
-  return out;
 }
 
 ArmTorqueData::ArmTorqueData(const dynamics::RobotModel& robot,

@@ -19,34 +19,6 @@ constexpr double kBlock = 1;             // [s] beyond which residuals count as 
 
 constexpr double kFewSeconds = 10;  // held out
 
-enum class OfLaws { kAll, kMemory, kOthers };  // the memory is the first law
-
-/// A part whose absence is a zero, by the roles of its parameters.
-struct Part {
-  friction::SumPart part;
-  OfLaws laws;
-  friction::Role role, also = role;
-};
-constexpr Part kParts[] = {
-    {friction::SumPart::kLoad, OfLaws::kMemory, friction::Role::kLoadGrowth},
-    {friction::SumPart::kPowerFlow, OfLaws::kOthers, friction::Role::kLoadCoefficient,
-     friction::Role::kLoadGrowth},
-    {friction::SumPart::kAsymmetry, OfLaws::kAll, friction::Role::kAsymmetry},
-    {friction::SumPart::kRipple, OfLaws::kMemory, friction::Role::kAmplitude},
-    {friction::SumPart::kTemperature, OfLaws::kAll, friction::Role::kTemperatureCoefficient}};
-
-/// Indices in theta of the parameters of a part.
-std::vector<std::size_t> parameters_of(const Part& part, const friction::RobotFriction& model) {
-  std::vector<std::size_t> found;
-  for (std::size_t i = 0; i < model.parameters().size(); ++i) {
-    const friction::ParameterRef& p = model.parameters()[i];
-    const bool of_laws =
-        part.laws == OfLaws::kAll || (part.laws == OfLaws::kMemory) == (p.law == 0);
-    if (of_laws && (p.info.role == part.role || p.info.role == part.also)) found.push_back(i);
-  }
-  return found;
-}
-
 }  // namespace
 
 JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, int jobs)
@@ -205,23 +177,6 @@ PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,
       .part = part, .joint = j, .gain = mean / size, .error = std::sqrt(square / count) / size};
   out.on = out.gain > out.error;
   return out;
-}
-
-std::vector<PartEvidence> JointFits::judge_parts(const Arm& fitted) const {
-  std::vector<std::vector<std::size_t>> indices;
-  std::vector<friction::SumPart> present;
-  for (const Part& part : kParts) {
-    std::vector<std::size_t> found = parameters_of(part, fitted.friction.model);
-    if (found.empty()) continue;
-    present.push_back(part.part);
-    indices.push_back(std::move(found));
-  }
-  const std::vector<Arm> without =
-      without_parts(training_, fitted, indices, torque_options(fitted), jobs_);
-  std::vector<PartEvidence> evidence;
-  for (std::size_t i = 0; i < present.size(); ++i)
-    for (int j = 0; j < n(); ++j) evidence.push_back(compare(fitted, without[i], j, present[i]));
-  return evidence;
 }
 
 Arm with_stribeck_curves(const Arm& from, Arm to) {

@@ -110,14 +110,32 @@ class SumChoice {
     }
   }
 
-  /// What says nothing beside the others goes.
+  /// What says nothing beside the others goes, one part after the other: of two that stand for each
+  /// other one stays.
   void leave_out_parts() {
-    for (const PartEvidence& of_part : fits_->judge_parts(fitted_)) {
-      friction::LvmParts& of_joint = parts_[static_cast<std::size_t>(of_part.joint)];
-      if (!has(of_joint, of_part.part)) continue;
-      note(of_part);
-      set(of_joint, of_part.part, of_part.on);
+    for (const SumPart part : {SumPart::kPowerFlow, SumPart::kLoad, SumPart::kAsymmetry,
+                               SumPart::kTemperature, SumPart::kRipple})
+      leave_out(part);
+  }
+
+  /// A joint keeps the part where a fit in which no joint has it is worse.
+  void leave_out(SumPart part) {
+    Parts rest = parts_;
+    for (friction::LvmParts& of_joint : rest) set(of_joint, part, false);
+    if (rest == parts_) return;
+    const Arm without = fit(from_fitted(rest), false, kRoughGain);
+    const Parts before = parts_;
+    for (int j = 0; j < fits_->n(); ++j) {
+      const auto i = static_cast<std::size_t>(j);
+      if (before[i] == rest[i]) continue;
+      const PartEvidence found = fits_->compare(fitted_, without, j, part);
+      note(found);
+      if (!found.on) parts_[i] = rest[i];
     }
+    if (parts_ == rest)
+      fitted_ = without;
+    else if (parts_ != before)
+      fitted_ = fit(from_fitted(parts_));
   }
 
   static bool has(friction::LvmParts parts, SumPart part) {

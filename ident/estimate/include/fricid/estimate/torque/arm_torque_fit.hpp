@@ -85,12 +85,4 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
 TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
                        const ArmTorqueOptions& options, int jobs);
 
-/// For each part, the fitted arm with its parameters (indices in theta) at zero and all others
-/// where the objective, taken as quadratic about the fit, is then least. Accurate for parts with a
-/// small effect; of a part with a large one the loss is only roughly right. One linearisation
-/// serves all.
-std::vector<Arm> without_parts(const ArmTorqueData& data, const Arm& fitted,
-                               const std::vector<std::vector<std::size_t>>& parts,
-                               const ArmTorqueOptions& options, int jobs);
-
 }  // namespace fricid::estimate

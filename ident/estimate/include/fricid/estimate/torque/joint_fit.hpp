@@ -55,9 +55,6 @@ class JointFits {
   /// Gain of `with` over `without` on the held-out torque of joint j; on where it exceeds its
   /// standard error.
   PartEvidence compare(const Arm& with, const Arm& without, int j, friction::SumPart part) const;
-  /// Evidence of the held-out torque for each part of a sum fitted to the training rows, joint by
-  /// joint.
-  std::vector<PartEvidence> judge_parts(const Arm& fitted) const;
 
   /// Whether every recording is long enough to train on windows.
   bool has_room_for_windows() const;
