@@ -39,7 +39,7 @@ class SumChoice {
     try_gaps();
     try_bristles_behind_gaps();
     try_ripples();
-    leave_out_parts();
+    if (all) leave_out_parts();  // those that were added have earned their place
   }
 
   const std::vector<friction::LvmParts>& parts() const { return parts_; }
