@@ -59,7 +59,9 @@ Figure friction_loop(const Run& run, int joint) {
   for (const RunModel& model : models) {
     const auto predicted = run.prediction(model);
     if (!predicted || (of_reference && model.name == reference->name)) continue;
-    Panel panel{.title = model.label, .x_label = "v [rad/s]", .y_label = "friction [N m]"};
+    Panel panel{.title = model.label,
+                .x_label = fmt::format("v [{}]", run.units(joint).v),
+                .y_label = fmt::format("friction [{}]", run.units(joint).tau)};
     if (run.truth)
       panel.series.push_back(curve("truth", kTruthColour, run.truth->trace.v.col(joint),
                                    run.truth->trace.tau_f.col(joint), 2.6));
@@ -96,8 +98,9 @@ Figure presliding(const Run& run) {
   if (run.truth) figure.caption += " Grey: the injected friction.";
   const Eigen::MatrixXd milli = 1e3 * motion.q;
   for (int j = 0; j < run.n(); ++j) {
-    Panel panel{
-        .title = run.joint(j), .x_label = "displacement [mrad]", .y_label = "friction [N m]"};
+    Panel panel{.title = run.joint(j),
+                .x_label = fmt::format("displacement [{}]", run.units(j).milli_q),
+                .y_label = fmt::format("friction [{}]", run.units(j).tau)};
     figure.panels.push_back(std::move(panel));
   }
   const auto add = [&](const friction::Friction& friction, Series look) {
@@ -131,7 +134,7 @@ Figure reversal(const Run& run) {
     const double zero = first.t[k];
     Panel panel{.title = fmt::format("{}, t = {:.2f} s", run.joint(j), zero),
                 .x_label = "time from the reversal [ms]",
-                .y_label = "friction [N m]",
+                .y_label = fmt::format("friction [{}]", run.units(j).tau),
                 .fit_x = true};
     const auto add = [&](const Series& series) {
       panel.series.push_back(cut(series, zero - evaluate::kAroundReversal,
@@ -150,8 +153,10 @@ Figure friction_time(const Run& run) {
   Figure figure{.name = "friction_time"};
   bool has_band = false;
   for (int j = 0; j < run.n(); ++j) {
-    Panel panel{
-        .title = run.joint(j), .x_label = "t [s]", .y_label = "friction [N m]", .fit_x = true};
+    Panel panel{.title = run.joint(j),
+                .x_label = "t [s]",
+                .y_label = fmt::format("friction [{}]", run.units(j).tau),
+                .fit_x = true};
     for (const RunModel& model : run.fitted()) {
       const auto estimate = run.estimate(model);
       if (!estimate) continue;
@@ -191,7 +196,10 @@ Figure friction_error(const Run& run) {
       "errors.",
       kWindow, run.trajectory);
   for (int j = 0; j < run.n(); ++j) {
-    Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "error [N m]", .fit_x = true};
+    Panel panel{.title = run.joint(j),
+                .x_label = "t [s]",
+                .y_label = fmt::format("error [{}]", run.units(j).tau),
+                .fit_x = true};
     for (const RunModel& model : run.fitted()) {
       const auto predicted = run.prediction(model);
       if (!predicted || predicted->t.size() != run.truth->trace.t.size()) continue;

@@ -78,8 +78,12 @@ Figure compensation_time(const Run& run) {
   if (!run.compensation || run.compensation->loops.empty()) return figure;
   const LoopScore& shown = run.compensation->loops.front();
   const int j = worst_joint(*run.compensation);
-  Panel error{.x_label = "t [s]", .y_label = "q - desired [mrad]", .fit_x = true},
-      torque{.x_label = "t [s]", .y_label = "friction [N m]", .fit_x = true};
+  Panel error{.x_label = "t [s]",
+              .y_label = fmt::format("q - desired [{}]", run.units(j).milli_q),
+              .fit_x = true},
+      torque{.x_label = "t [s]",
+             .y_label = fmt::format("friction [{}]", run.units(j).tau),
+             .fit_x = true};
   double gain = 0;
   for (const LoopScore& loop : run.compensation->loops) {
     if (loop.path != shown.path || loop.controller != shown.controller) continue;
@@ -127,7 +131,7 @@ Figure contact(const Run& run) {
     figure.panels.push_back(
         {.title = run.joint(j),
          .x_label = "t [s]",
-         .y_label = "external torque [N m]",
+         .y_label = fmt::format("external torque [{}]", run.units(j).tau),
          .series = {curve("applied", kTruthColour, loop->t, loop->tau_ext.col(j), 2.5)},
          .fit_x = true});
   for (const evaluate::ContactScore& score : run.contact->models) {
@@ -154,7 +158,7 @@ Figure contact_threshold(const Run& run) {
       "Threshold of one false alarm per hour at every joint, from {:.2g} h without contact.",
       run.contact->hours);
   Panel panel{.y_label = "threshold [N m]", .log_y = true, .x_range = {-0.6, run.n() - 0.4}};
-  for (int j = 0; j < run.n(); ++j) panel.x_tics.emplace_back(j, run.joint(j));
+  for (int j = 0; j < run.n(); ++j) panel.x_tics.emplace_back(j, run.heading(j));
   for (const evaluate::ContactScore& score : run.contact->models) {
     const Look look = look_of_loop(run, score.model);
     Series series{.label = score.label,

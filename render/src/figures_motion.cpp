@@ -22,8 +22,10 @@ Figure tracking(const Run& run) {
       "motor torque alone. Black: measured position.",
       run.trajectory);
   for (int j = 0; j < run.n(); ++j)
-    figure.panels.push_back(
-        {.title = run.joint(j), .x_label = "t [s]", .y_label = "q [rad]", .fit_x = true});
+    figure.panels.push_back({.title = run.joint(j),
+                             .x_label = "t [s]",
+                             .y_label = fmt::format("q [{}]", run.units(j).q),
+                             .fit_x = true});
   for (const RunModel& model : run.fitted()) {
     const auto rollout = run.rollout(model);
     if (!rollout) continue;
@@ -54,8 +56,10 @@ Figure bands(const Run& run) {
   const evaluate::Band& limits = signals->band;
   for (int j = 0; j < run.n(); ++j) {
     Panel& panel = figure.panels.emplace_back();
-    panel = {
-        .title = run.joint(j), .x_label = "t [s]", .y_label = "q - measured [rad]", .fit_x = true};
+    panel = {.title = run.joint(j),
+             .x_label = "t [s]",
+             .y_label = fmt::format("q - measured [{}]", run.units(j).q),
+             .fit_x = true};
     Series band{
         .label = "90 % band", .colour = best->look.colour, .x = to_vector(t), .mark = Mark::kBand};
     band.low = to_vector(limits.low.col(j) - run.measured.q.col(j).head(t.size()));

@@ -23,7 +23,10 @@ Figure torque(const Run& run, const RunModel& model) {
   const Eigen::VectorXd& t = signals->t;
   const RowMatrix &measured = signals->tau, &predicted = signals->tau_predicted;
   for (int j = 0; j < run.n(); ++j) {
-    Panel panel{.title = run.joint(j), .x_label = "t [s]", .y_label = "tau [N m]", .fit_x = true};
+    Panel panel{.title = run.joint(j),
+                .x_label = "t [s]",
+                .y_label = fmt::format("tau [{}]", run.units(j).tau),
+                .fit_x = true};
     panel.series = {
         curve("measured - predicted", kTruthColour, t, measured.col(j) - predicted.col(j), 0.8),
         curve("measured", kMeasuredColour, t, measured.col(j), 0.8),
@@ -45,7 +48,7 @@ Figure residual_spectrum(const Run& run) {
     figure.panels.push_back(
         {.title = run.joint(j),
          .x_label = "frequency [Hz]",
-         .y_label = "density [N² m²/Hz]",
+         .y_label = fmt::format("density [{}/Hz]", run.units(j).tau_squared),
          .log_x = true,
          .log_y = true,
          .x_range = {run.measured.rate_hz / kSegment, run.measured.rate_hz / 2}});
@@ -82,7 +85,7 @@ Figure torque_drift(const Run& run) {
   for (int j = 0; j < run.n(); ++j)
     figure.panels.push_back({.title = run.joint(j),
                              .x_label = "t [s]",
-                             .y_label = "mean residual [N m]",
+                             .y_label = fmt::format("mean residual [{}]", run.units(j).tau),
                              .fit_x = true});
   bool any = false;
   for (const RunModel& model : run.fitted()) {

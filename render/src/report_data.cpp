@@ -10,12 +10,12 @@ namespace {
 
 using html::Row, html::Style;
 
-Html joint_table(const data::Dataset& set) {
+Html joint_table(const Run& run, const data::Dataset& set) {
   std::vector<Row> rows;
   for (int j = 0; j < set.n(); ++j) {
     const signals::JointOverview facts = signals::overview(set, j);
     rows.push_back(
-        {{{html::escaped(set.joint_names[static_cast<std::size_t>(j)])},
+        {{{html::escaped(run.heading(j))},
           {Html::of("{} … {}", html::number(facts.low, 3), html::number(facts.high, 3))},
           {html::number(facts.fastest, 3)},
           {Html::of("{}", facts.reversals)},
@@ -66,7 +66,7 @@ Html data_section(const Record& record) {
                      {html::number((set.length() - 1) * set.dt(), 3)},
                      {html::number(set.rate_hz, 3)},
                      {html::escaped(set.source), Style::kText}}});
-    joints += joint_table(set);
+    joints += joint_table(record.run, set);
   }
   if (rows.empty()) return {};
   return Html::of("<h2 id=\"data\">Data</h2>\n") +

@@ -46,7 +46,7 @@ Html law_table(const Record& record, const FittedModel& fitted, const std::strin
                int elements) {
   const Run& run = record.run;
   std::vector<Html> head = html::headings({"parameter"});
-  for (int j = 0; j < run.n(); ++j) head.push_back(html::escaped(run.joint(j)));
+  for (int j = 0; j < run.n(); ++j) head.push_back(html::escaped(run.heading(j)));
   head.push_back(html::escaped("allowed"));
 
   int weights = 0;
@@ -145,7 +145,7 @@ Html body_table(const Record& record, const FittedModel& fitted) {
   const data::FitFile fit = fitted.fit.value_or(data::FitFile());
   const data::FittedRigidBody& rigid = fit.rigid_body;
   std::vector<Html> head = html::headings({"joint"});
-  for (int j = 0; j < record.run.n(); ++j) head.push_back(html::escaped(record.run.joint(j)));
+  for (int j = 0; j < record.run.n(); ++j) head.push_back(html::escaped(record.run.heading(j)));
   const Html unknown = Html::of("–");
   const auto titled = [](std::string_view title) { return Row{{{html::escaped(title)}}}; };
   Row mass = titled("mass [kg]"), armature = titled("armature [kg m²]"),

@@ -35,7 +35,7 @@ Html comparison(const Record& record, const std::vector<TorqueSummary>& torques)
 
 std::vector<Html> joints_head(const Run& run) {
   std::vector<Html> head = html::headings({"model"});
-  for (int j = 0; j < run.n(); ++j) head.push_back(html::escaped(run.joint(j)));
+  for (int j = 0; j < run.n(); ++j) head.push_back(html::escaped(run.heading(j)));
   return head;
 }
 

@@ -32,7 +32,29 @@ void require_joints(const Run& run, const fs::path& file, std::ptrdiff_t found) 
                     run.trajectory);
 }
 
+/// Which joints slide, by the robot of the first model that is there.
+std::vector<bool> sliding_joints(const Run& run) {
+  for (const RunModel& model : run.models)
+    if (const auto file = run.model_file(model)) {
+      std::vector<bool> slides;
+      for (const dynamics::Joint& joint : file->arm.robot.joints)
+        slides.push_back(dynamics::slides(joint));
+      return slides;
+    }
+  return {};
+}
+
 }  // namespace
+
+Units Run::units(int j) const {
+  if (slides.empty() || !slides[static_cast<std::size_t>(j)]) return {};
+  return {"m", "mm", "m/s", "N", "N²"};
+}
+
+std::string Run::heading(int j) const {
+  const bool is_angle = slides.empty() || !slides[static_cast<std::size_t>(j)];
+  return is_angle ? joint(j) : joint(j) + " (m, N)";
+}
 
 std::vector<RunModel> Run::fitted() const {
   std::vector<RunModel> fitted;
@@ -83,7 +105,7 @@ std::optional<data::FitFile> Run::fit(const workflow::FitId& id) const {
 }
 
 Run read_run(const workflow::RunFolder& folder) {
-  Run run{folder, data::load<evaluate::Evaluation>(folder.evaluation()), {}, {}, {}, {}, {}, {},
+  Run run{folder, data::load<evaluate::Evaluation>(folder.evaluation()), {}, {}, {}, {}, {}, {}, {},
           {}};
   run.models = models_of_run(run.evaluation, folder);
   run.trajectory = run.evaluation.trajectories.front();
@@ -94,6 +116,7 @@ Run read_run(const workflow::RunFolder& folder) {
   run.payload = if_there(folder.payload(), data::load<data::PayloadFile>);
   run.compensation = if_there(folder.compensation(), data::load<evaluate::CompensationFile>);
   run.contact = if_there(folder.contact(), data::load<evaluate::ContactFile>);
+  run.slides = sliding_joints(run);
   return run;
 }
 

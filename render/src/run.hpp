@@ -28,6 +28,11 @@ using data::RowMatrix;
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+/// Units of a joint's signals: one that slides has m and N.
+struct Units {
+  const char *q = "rad", *milli_q = "mrad", *v = "rad/s", *tau = "N m", *tau_squared = "N² m²";
+};
+
 /// A run folder: its evaluation, its models, and the signals of the first held-out trajectory.
 struct Run {
   workflow::RunFolder folder;
@@ -39,11 +44,15 @@ struct Run {
   std::optional<data::PayloadFile> payload;
   std::optional<evaluate::CompensationFile> compensation;
   std::optional<evaluate::ContactFile> contact;
+  std::vector<bool> slides;  ///< (n) whether a joint slides; empty: none does
 
   int n() const { return measured.n(); }
   const std::string& joint(int j) const {
     return measured.joint_names[static_cast<std::size_t>(j)];
   }
+  Units units(int j) const;
+  /// Name of the joint at the head of a table of angles and torques: says where it slides.
+  std::string heading(int j) const;
   /// Models that were fitted, that is, without the oracle.
   std::vector<RunModel> fitted() const;
   const RunModel* model(const std::string& name) const;  ///< null without one

@@ -60,6 +60,19 @@ TEST_F(FiguresOfRun, TrackingShowsMeasurementAndModels) {
   EXPECT_EQ(series[1].y[0], kMeasured + 1);
 }
 
+TEST_F(FiguresOfRun, JointsThatSlideHaveMetresAndNewtons) {
+  let_slide(1);
+  const std::vector<Panel> tracking = figure("tracking").panels;
+  EXPECT_EQ(tracking[0].y_label, "q [rad]");
+  EXPECT_EQ(tracking[1].y_label, "q [m]");
+  const Panel friction = figure("friction_joint_a2").panels[0];
+  EXPECT_EQ(friction.x_label, "v [m/s]");
+  EXPECT_EQ(friction.y_label, "friction [N]");
+  EXPECT_EQ(figure("friction_joint_a1").panels[0].y_label, "friction [N m]");
+  EXPECT_EQ(figure("presliding").panels[1].x_label, "displacement [mm]");
+  EXPECT_EQ(figure("residual_spectrum").panels[1].y_label, "density [N²/Hz]");
+}
+
 // Only a model with a band has the figure; both are drawn less the measurement.
 TEST_F(FiguresOfRun, BandsShowTheBestModelAroundTheMeasurement) {
   evaluate::save_band({ramp(kMeasured - 1), ramp(kMeasured + 3)}, trajectory.data, simple.model,

@@ -38,6 +38,14 @@ TEST_F(Report, NamesTheBestModelAndItsDistanceFromTheOracle) {
                               "no model here closes this headroom."));
 }
 
+TEST_F(Report, SaysWhichJointsSlide) {
+  EXPECT_THAT(page(), Not(HasSubstr("(m, N)")));
+  let_slide(1);
+  const std::string page = this->page();
+  EXPECT_THAT(page, HasSubstr("joint_a2 (m, N)"));
+  EXPECT_THAT(page, Not(HasSubstr("joint_a1 (m, N)")));
+}
+
 TEST_F(Report, SaysWhatAFitMayTry) {
   EXPECT_THAT(page(), Not(HasSubstr("budget</th>")));
   edit_evaluation([](evaluate::Evaluation& evaluation) {

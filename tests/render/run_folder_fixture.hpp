@@ -78,6 +78,14 @@ class RunToDraw : public TemporaryFolder {
     data::save(fit, run.fit(simple));
   }
 
+  /// Makes a joint of the model's robot slide.
+  void let_slide(int joint) const {
+    data::ModelFile model = data::load_model(run.model(simple));
+    model.arm.robot.joints[static_cast<std::size_t>(joint)].type =
+        dynamics::JointType::kPrismatic;
+    data::save_model(model, run.model(simple));
+  }
+
  private:
   void save_evaluation() const {
     evaluate::Evaluation evaluation = blank_evaluation("two joints", {1, 10}, {kTrajectory});
