@@ -33,8 +33,17 @@ struct Subject {
   LatentNoise noise;
   smc::Gaussian start;
 
-  Subject(const char* law, int T)
-      : arm{fricid::test::hanging_kr6(), fricid::test::kr6_friction(law)} {
+  static friction::Friction friction_of(const char* law) {
+    if (!friction::is_robot_law(law)) return fricid::test::kr6_friction(law);
+    friction::Friction untrained{
+        friction::RobotFriction(std::vector<friction::JointSpec>(6), {.law = law, .elements = 32}),
+        {}};
+    untrained.theta = friction::default_theta(untrained.model);
+    friction::initialise_weights(untrained.model, 1, untrained.theta);
+    return untrained;
+  }
+
+  Subject(const char* law, int T) : arm{fricid::test::hanging_kr6(), friction_of(law)} {
     const auto made = fricid::test::record(arm, fricid::test::HangingMotion(1), T, {8, 8});
     recordings.push_back(
         fricid::test::unfiltered("bench", fricid::test::kSamplePeriod, made.q, made.v, made.tau));
@@ -201,6 +210,9 @@ void BM_OnlineCycle(benchmark::State& state, const char* law) {
 BENCHMARK_CAPTURE(BM_OnlineCycle, lugre, "lugre")
     ->Unit(benchmark::kMicrosecond)
     ->Iterations(1'000'000);
+BENCHMARK_CAPTURE(BM_OnlineCycle, lvm_paper, "lvm_paper")
+    ->Unit(benchmark::kMicrosecond)
+    ->Iterations(100'000);
 
 }  // namespace
 }  // namespace fricid::estimate

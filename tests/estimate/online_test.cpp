@@ -69,6 +69,28 @@ TEST_F(Online, FollowsStatesAndFriction) {
   EXPECT_TRUE(std::isfinite(estimator.estimate().log_likelihood));
 }
 
+// The noise of v says by how much the law errs; the spread of its particles does not.
+TEST_F(Online, BandsHoldTheFrictionOfALawThatErrs) {
+  Arm weak = arm;  // by a tenth
+  for (std::size_t p = 0; p < weak.friction.theta.size(); ++p) {
+    const friction::Role role = weak.friction.model.parameters()[p].info.role;
+    if (friction::is_torque(role)) weak.friction.theta[p] *= 0.9;
+  }
+  const Eigen::ArrayXd error = 0.1 * truth.tau_f.array().square().colwise().mean().sqrt();
+  noise.v.array() *= (error / (2 * kTorqueNoise)).square();
+  OnlineEstimator estimator(weak, noise, start, {});
+  Eigen::ArrayXd held = Eigen::ArrayXd::Zero(6), variance = held, square = held;
+  for (int t = 0; t + 1 < kSamples; ++t) {
+    const OnlineEstimate& now = step(estimator, t);
+    const Eigen::ArrayXd e = (now.tau_f - truth.tau_f.row(t + 1).transpose()).array();
+    held += (e.abs() < 1.645 * now.tau_f_sd.array()).cast<double>() / (kSamples - 1);
+    square += e.square();
+    variance += now.tau_f_sd.array().square();
+  }
+  EXPECT_GT(held.minCoeff(), 0.8) << held.transpose();
+  EXPECT_LT((variance / square).maxCoeff(), 4) << (variance / square).transpose();
+}
+
 TEST_F(Online, BridgesMissingSamplesAndSaysSoByItsBand) {
   OnlineEstimator estimator(arm, noise, start, {});
   for (int t = 0; t < 200; ++t) step(estimator, t);

@@ -1,15 +1,18 @@
 #include "fricid/estimate/online/online.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/dynamics/algorithms.hpp"
 #include "fricid/estimate/em/latent_friction_model.hpp"
 #include "fricid/estimate/online/online_state.hpp"
 #include "fricid/smc/guides.hpp"
 #include "fricid/smc/particle_filter.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 
@@ -41,6 +44,10 @@ struct OnlineEstimator::Filter {
   std::vector<PackD> tau_f;
   Eigen::VectorXd sum, squares;  // weighted, of [q, v, z, tau_f] about the reference
   Eigen::VectorXd reference;
+  Eigen::VectorXd disturbance;  // sd of v by the noise of a sample [rad/s]
+  dynamics::Workspace<double> ws;
+  Eigen::MatrixXd M, inverse;
+  Eigen::LLT<Eigen::MatrixXd> factor;
 
   static signals::Recording ring(const Arm& arm, double dt) {
     const int n = arm.robot.n();
@@ -59,7 +66,12 @@ struct OnlineEstimator::Filter {
         y(smc::RowMatrix::Constant(1, noise.R.size(), std::numeric_limits<double>::quiet_NaN())),
         model(arm, held, noise, start, options.step),
         guide(model, y, std::numeric_limits<int>::max()),
-        filter(model, guide, {.particles = options.particles, .seed = options.seed}) {
+        filter(model, guide, {.particles = options.particles, .seed = options.seed}),
+        disturbance(noise.v.cwiseSqrt()),
+        ws(arm.robot),
+        M(arm.robot.n(), arm.robot.n()),
+        inverse(M),
+        factor(M.rows()) {
     const Eigen::Index n = arm.robot.n(), nz = arm.friction.model.state_size();
     tau_f.resize(static_cast<std::size_t>(n));
     for (auto* part : {&out.q, &out.v, &out.tau_f, &out.q_sd, &out.v_sd, &out.tau_f_sd})
@@ -119,7 +131,20 @@ struct OnlineEstimator::Filter {
     out.q_sd = squares.head(joints);
     out.v_sd = squares.segment(joints, joints);
     out.z_sd = squares.segment(2 * joints, nz);
-    out.tau_f_sd = squares.tail(joints);
+    add_disturbance();
+  }
+
+  /// The friction torque differs from the law's by the disturbance that the noise of v stands for:
+  /// sd_v / (dt (M^-1)_jj).
+  void add_disturbance() {
+    dynamics::crba<double>(arm.robot, ws, view(arm.robot.pi), view(out.q),
+                           {M.data(), static_cast<std::size_t>(M.size())});
+    factor.compute(M);
+    inverse.setIdentity();
+    factor.solveInPlace(inverse);
+    out.tau_f_sd = (squares.tail(disturbance.size()).array().square() +
+                    (disturbance.array() / (held.dt * inverse.diagonal().array())).square())
+                       .sqrt();
   }
 };
 

@@ -22,7 +22,8 @@ struct OnlineOptions {
 ///
 ///     mean - 1.645 sd .. mean + 1.645 sd
 ///
-/// is a 90 % band of a normal distribution.
+/// is a 90 % band of a normal distribution. tau_f is the law's; tau_f_sd is that of the friction
+/// torque of the joint, which differs from it by the disturbance that the noise of v stands for.
 struct OnlineEstimate {
   Eigen::VectorXd q, v, z, tau_f;              ///< (n), (n), (n_z), (n)
   Eigen::VectorXd q_sd, v_sd, z_sd, tau_f_sd;  ///< likewise
