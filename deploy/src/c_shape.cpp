@@ -110,7 +110,7 @@ std::string table(const std::string& name, const std::vector<double>& values,
 Parts parts_of(const data::ModelFile& model, std::string prefix) {
   const RobotFriction& robot = model.arm.friction.model;
   Parts parts{.prefix = std::move(prefix),
-              .friction = model.arm.friction,
+              .friction = {robot, traced_theta(model.arm.friction)},
               .joint_names = {},
               .shapes = {},
               .shape_of = {}};

@@ -30,7 +30,7 @@ struct Shape {
 /// The model's friction as shapes, and the shape of each joint.
 struct Parts {
   std::string prefix;
-  const friction::Friction& friction;
+  friction::Friction friction;  ///< with the parameters of a trace
   std::vector<std::string> joint_names;
   std::vector<Shape> shapes;
   std::vector<int> shape_of;  ///< (n) -1: no friction

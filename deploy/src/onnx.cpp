@@ -332,16 +332,17 @@ Exported write_onnx(const data::ModelFile& model) {
     onnx.value(12, name, static_cast<int>(values.size()));
   };
 
+  const std::vector<double> theta = traced_theta(model.arm.friction);
   Leaves after = before;
   if (states > 0) {
-    OnnxWriter step(onnx, traced.step, model.arm.friction.theta, before);
+    OnnxWriter step(onnx, traced.step, theta, before);
     const std::string moves = onnx.node("Less", {onnx.constant(0), "dt"});
     for (int i = 0; i < states; ++i) {
       std::string& z = after.z[static_cast<std::size_t>(i)];
       z = onnx.node("Where", {moves, step.value(traced.z_next[static_cast<std::size_t>(i)]), z});
     }
   }
-  OnnxWriter torque(onnx, traced.torque, model.arm.friction.theta, after);
+  OnnxWriter torque(onnx, traced.torque, theta, after);
   std::vector<std::string> tau_f;
   for (const int node : traced.tau_f) tau_f.push_back(torque.value(node));
   matrix("tau_f", tau_f);

@@ -49,4 +49,12 @@ Traced trace(const friction::RobotFriction& friction) {
   return traced;
 }
 
+std::vector<double> traced_theta(const friction::Friction& friction) {
+  const std::vector<double> rates = friction::training_rates(friction.model, friction.theta);
+  std::vector<double> theta = friction.theta;
+  for (std::size_t p = 0; p < theta.size(); ++p)
+    if (rates[p] == 0) theta[p] = 0;
+  return theta;
+}
+
 }  // namespace fricid::deploy

@@ -19,4 +19,8 @@ struct Traced {
 /// Torque and step of a friction of n joints as graphs, for all laws and modifiers.
 Traced trace(const friction::RobotFriction& friction);
 
+/// The parameters for such graphs, which have weights that do not act too (LvmPaper without
+/// cross): theta with those at zero.
+std::vector<double> traced_theta(const friction::Friction& friction);
+
 }  // namespace fricid::deploy

@@ -77,6 +77,8 @@ TEST_P(TorqueGradient, EqualsCentralDifferencesAlongRandomDirections) {
       std::vector<double> up = arm.friction.theta, down = up;
       double expected = 0, size = 0;
       for (std::size_t p = 0; p < up.size(); ++p) {
+        const friction::Role role = arm.friction.model.parameters()[p].info.role;
+        if (role == friction::Role::kCrossWeights) continue;  // a switch
         const double step = 1e-6 * std::max(0.1, std::abs(up[p])) * rng.normal();
         up[p] += step;
         down[p] -= step;
