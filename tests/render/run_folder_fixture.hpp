@@ -81,8 +81,7 @@ class RunToDraw : public TemporaryFolder {
   /// Makes a joint of the model's robot slide.
   void let_slide(int joint) const {
     data::ModelFile model = data::load_model(run.model(simple));
-    model.arm.robot.joints[static_cast<std::size_t>(joint)].type =
-        dynamics::JointType::kPrismatic;
+    model.arm.robot.joints[static_cast<std::size_t>(joint)].type = dynamics::JointType::kPrismatic;
     data::save_model(model, run.model(simple));
   }
 
