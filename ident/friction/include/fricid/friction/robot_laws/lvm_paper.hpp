@@ -232,28 +232,28 @@ class LvmPaper {
 
   /// Layers without the weights between joints and on positions: inputs are n positions, then n
   /// speeds and the latents, each those of joints 0, 1, ...
-  struct NetWiring {
+  struct WithinJoints {
     int n;
     UnitJoints of;
 
+    /// First input, behind `begin`, of the joint of a unit.
+    auto first(int begin) const {
+      return [this, begin](int unit) { return begin + of[static_cast<std::size_t>(unit)]; };
+    }
+  };
+  struct NetWiring : WithinJoints {
     template <int kColumns, class S>
     void layer(int l, int inputs, int outputs, const S* layer, const S* x, S* y) const {
-      sparse_rows(inputs, outputs, n, first(l), layer, x, y);
+      sparse_rows(inputs, outputs, n, first(l == 0 ? n : 0), layer, x, y);
     }
     template <int kColumns, class S>
     void layer_pullback(int l, int inputs, int outputs, const S* layer, const S* x, const S* y_bar,
                         S* layer_bar, S* x_bar) const {
-      sparse_rows_pullback(inputs, outputs, n, first(l), layer, x, y_bar, layer_bar, x_bar);
-    }
-    auto first(int l) const {
-      return
-          [this, begin = l == 0 ? n : 0](int r) { return begin + of[static_cast<std::size_t>(r)]; };
+      sparse_rows_pullback(inputs, outputs, n, first(l == 0 ? n : 0), layer, x, y_bar, layer_bar,
+                           x_bar);
     }
   };
-  struct EtaWiring {
-    int n;
-    UnitJoints of;
-
+  struct EtaWiring : WithinJoints {
     template <int kColumns, class S>
     void layer(int l, int inputs, int outputs, const S* layer, const S* x, S* y) const {
       if (l == 0)
@@ -269,12 +269,9 @@ class LvmPaper {
       else
         sparse_columns_pullback(inputs, outputs, n, first(0), layer, x, y_bar, layer_bar, x_bar);
     }
-    auto first(int begin) const {
-      return [this, begin](int unit) { return begin + of[static_cast<std::size_t>(unit)]; };
-    }
   };
-  constexpr NetWiring net_wiring() const { return {scales_.joints(), net_units()}; }
-  constexpr EtaWiring eta_wiring() const { return {scales_.joints(), eta_units()}; }
+  constexpr NetWiring net_wiring() const { return {{scales_.joints(), net_units()}}; }
+  constexpr EtaWiring eta_wiring() const { return {{scales_.joints(), eta_units()}}; }
 
   /// Calls f(wiring) with the layers that theta asks for.
   template <class S, class F>
