@@ -39,7 +39,7 @@ class SumChoice {
     try_gaps();
     try_bristles_behind_gaps();
     try_ripples();
-    if (all) leave_out_parts();  // those that were added have earned their place
+    if (!fits_->is_short()) leave_out_parts();  // a few seconds are no proof against a part
   }
 
   const std::vector<friction::LvmParts>& parts() const { return parts_; }
