@@ -32,28 +32,27 @@ void require_joints(const Run& run, const fs::path& file, std::ptrdiff_t found) 
                     run.trajectory);
 }
 
-/// Which joints slide, by the robot of the first model that is there.
+/// Which joints slide, by the robot of the first model that is there; none without a model.
 std::vector<bool> sliding_joints(const Run& run) {
+  std::vector<bool> slides(static_cast<std::size_t>(run.n()));
   for (const RunModel& model : run.models)
     if (const auto file = run.model_file(model)) {
-      std::vector<bool> slides;
-      for (const dynamics::Joint& joint : file->arm.robot.joints)
-        slides.push_back(dynamics::slides(joint));
-      return slides;
+      const auto& joints = file->arm.robot.joints;
+      std::transform(joints.begin(), joints.end(), slides.begin(), dynamics::slides);
+      break;
     }
-  return {};
+  return slides;
 }
 
 }  // namespace
 
 Units Run::units(int j) const {
-  if (slides.empty() || !slides[static_cast<std::size_t>(j)]) return {};
-  return {"m", "mm", "m/s", "N", "N²"};
+  if (slides[static_cast<std::size_t>(j)]) return {"m", "mm", "m/s", "N", "N²"};
+  return {};
 }
 
 std::string Run::heading(int j) const {
-  const bool is_angle = slides.empty() || !slides[static_cast<std::size_t>(j)];
-  return is_angle ? joint(j) : joint(j) + " (m, N)";
+  return slides[static_cast<std::size_t>(j)] ? joint(j) + " (m, N)" : joint(j);
 }
 
 std::vector<RunModel> Run::fitted() const {

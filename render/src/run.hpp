@@ -44,7 +44,7 @@ struct Run {
   std::optional<data::PayloadFile> payload;
   std::optional<evaluate::CompensationFile> compensation;
   std::optional<evaluate::ContactFile> contact;
-  std::vector<bool> slides;  ///< (n) whether a joint slides; empty: none does
+  std::vector<bool> slides;  ///< (n) whether a joint slides
 
   int n() const { return measured.n(); }
   const std::string& joint(int j) const {
