@@ -170,6 +170,28 @@ TEST(JointFits, TrainingRowsAreNotTheHeldOutOnes) {
   EXPECT_NE(fit(seen, JointFits::Rows::kAll), fit(unseen, JointFits::Rows::kAll));
 }
 
+// Starts from rest are rare, and a model that fails in them alone is still wrong.
+TEST(JointFits, StartsOfLongLogsAreJudged) {
+  for (const bool is_long : {false, true}) {
+    LogOptions of_log;
+    if (is_long) of_log.seconds = 36;
+    const Prepared right = prepared_of(logs().truth, logs().prepared.options, of_log);
+    Prepared wrong = right;
+    for (signals::Recording& r : wrong.recordings) r.held_tau.row(1).array() += 50;
+    const auto judged = [&](const Prepared& prepared) {
+      return JointFits(prepared, logs().windows, 2).judged("truth", logs().truth, 0).rollouts;
+    };
+    const RolloutErrors a = judged(right), b = judged(wrong);
+    const auto unlike = [](const std::vector<double>& x, const std::vector<double>& y) {
+      std::ptrdiff_t count = 0;
+      for (std::size_t i = 0; i < x.size(); ++i) count += std::abs(x[i] - y[i]) > 0.1;
+      return count;
+    };
+    EXPECT_EQ(unlike(a.seconds, b.seconds), is_long ? 2 : 0);
+    EXPECT_EQ(unlike(a.whole, b.whole), is_long ? 2 : 0);
+  }
+}
+
 /// What a sum of a truth of three joints has, from logs with noise: without, fits that stop early
 /// have gains that no data could show.
 std::vector<friction::LvmParts> parts_found(const friction::JointSpec& joint,

@@ -30,7 +30,13 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
       all_(prepared.robot, recordings_, prepared.options.cutoff_hz),
       training_(prepared.robot, recordings_, prepared.options.cutoff_hz, {}, split_.train_end),
       held_out_(prepared.robot, recordings_, prepared.options.cutoff_hz, split_.test_begin),
-      folds_(folds_of(prepared.recordings)) {
+      folds_(folds_of(prepared.recordings)),
+      judging_(held_out_rollouts(prepared.recordings, split_)) {
+  if (!is_short())
+    for (int i = 0; i < static_cast<int>(recordings_.size()); ++i) {
+      judging_.seconds.push_back({i, 0});
+      judging_.whole.push_back({i, 0});
+    }
   windows_.torque_scale = torque_rms(prepared.recordings);
   double sum = 0, square = 0, count = 0;
   for (const signals::Recording& r : prepared.recordings) {
@@ -116,8 +122,7 @@ Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) co
   out.name = std::move(name);
   out.arm = arm;
   out.seconds = seconds;
-  out.rollouts = rollout_errors(arm, prepared_.recordings,
-                                held_out_part(prepared_.recordings, split_), windows_.judge, jobs_);
+  out.rollouts = rollout_errors(arm, prepared_.recordings, judging_, windows_.judge, jobs_);
   out.held_out = std::exp(out.rollouts.mean());
   out.torque = held_out_torque(arm);
   out.parameters =

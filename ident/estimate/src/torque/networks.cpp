@@ -17,8 +17,9 @@ using friction::Memory;
 using friction::SumPart;
 
 constexpr double kSmallestGain = 1e-3;  // of a step where fits are only compared
+constexpr int kPasses = 3;              // each weighs the joints by what the last one left
 constexpr double kBetter = 1.5;         // errors of rollouts that networks have to better
-constexpr double kWorse = 2;            // .. and of the torque that this may cost
+constexpr double kWorse = 4;            // .. and of the torque that this may cost
 constexpr double kNetworkTorque = 3;    // Fn: times the residual without networks
 
 /// Memory, viscous torque and a network.
@@ -63,7 +64,9 @@ class Trials {
 
   void add(std::string name, const Arm& start) {
     const auto begin = std::chrono::steady_clock::now();
-    const Arm arm = fits_.on_torque(start, kTraining, false, kSmallestGain).arm;
+    Arm arm = start;
+    for (int pass = 0; pass < kPasses; ++pass)
+      arm = fits_.on_torque(arm, kTraining, false, kSmallestGain).arm;
     found_.push_back(fits_.judged(std::move(name), arm, seconds_since(begin)));
   }
 

@@ -279,39 +279,38 @@ double RolloutErrors::mean() const {
   return seconds.empty() ? mean_of(whole) : 0.5 * (mean_of(seconds) + mean_of(whole));
 }
 
-RolloutErrors rollout_errors(const Arm& arm, std::span<const signals::Recording> recordings,
-                             std::span<const Stretch> stretches, StepOptions step, int jobs) {
-  const auto z = wash_out(arm, recordings, jobs);
-  const int second = static_cast<int>(std::lround(kShortRollout / recordings.front().dt));
-  int shortest = recordings.front().length();
-  std::vector<Window> tiles, whole;
-  for (const Stretch& part : stretches) {
-    const int last = part.end - 1;
-    shortest = std::min(shortest, last - part.begin);
-    whole.push_back({part.recording, part.begin});
-    for (int at = part.begin; at + second <= last; at += second)
-      tiles.push_back({part.recording, at});
+Rollouts held_out_rollouts(std::span<const signals::Recording> recordings, const Split& split) {
+  Rollouts out;
+  out.second = static_cast<int>(std::lround(kShortRollout / recordings.front().dt));
+  out.length = recordings.front().length();
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const int recording = static_cast<int>(i), first = split.test_begin[i],
+              last = recordings[i].length() - 1;
+    out.length = std::min(out.length, last - first);
+    out.whole.push_back({recording, first});
+    for (int at = first; at + out.second <= last; at += out.second)
+      out.seconds.push_back({recording, at});
   }
+  return out;
+}
+
+RolloutErrors rollout_errors(const Arm& arm, std::span<const signals::Recording> recordings,
+                             const Rollouts& rollouts, StepOptions step, int jobs) {
+  const auto z = wash_out(arm, recordings, jobs);
   const auto logs = [&](std::span<const Window> windows, int steps) {
     std::vector<double> out = mean_squares(arm, recordings, z, windows, steps, step, jobs);
     for (double& square : out) square = std::log(std::clamp(square, 1e-300, kFallenSquare));
     return out;
   };
-  return {tiles.empty() ? std::vector<double>() : logs(tiles, second), logs(whole, shortest)};
-}
-
-std::vector<Stretch> held_out_part(std::span<const signals::Recording> recordings,
-                                   const Split& split) {
-  std::vector<Stretch> stretches;
-  for (std::size_t i = 0; i < recordings.size(); ++i)
-    stretches.push_back({static_cast<int>(i), split.test_begin[i], recordings[i].length()});
-  return stretches;
+  return {
+      rollouts.seconds.empty() ? std::vector<double>() : logs(rollouts.seconds, rollouts.second),
+      logs(rollouts.whole, rollouts.length)};
 }
 
 double held_out_error(const Arm& arm, std::span<const signals::Recording> recordings,
                       const Split& split, StepOptions step, int jobs) {
   return std::exp(
-      rollout_errors(arm, recordings, held_out_part(recordings, split), step, jobs).mean());
+      rollout_errors(arm, recordings, held_out_rollouts(recordings, split), step, jobs).mean());
 }
 
 MultiStepReport train_multi_step(const Arm& start, std::span<const signals::Recording> recordings,

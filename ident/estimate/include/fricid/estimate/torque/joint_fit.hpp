@@ -76,6 +76,7 @@ class JointFits {
   std::vector<signals::Recording> recordings_;  // with the load
   ArmTorqueData all_, training_, held_out_;
   std::vector<Fold> folds_;
+  Rollouts judging_;  // held out; of long logs also the starts from rest, which are rare
   double temperature_ = 0;
   bool has_temperature_ = false;
 };

@@ -30,22 +30,26 @@ struct Stretch {
   int recording = 0, begin = 0, end = 0;
 };
 
-/// The held-out part of each recording.
-std::vector<Stretch> held_out_part(std::span<const signals::Recording> recordings,
-                                   const Split& split);
+/// Open-loop rollouts by which models are judged.
+struct Rollouts {
+  std::vector<Window> seconds;  ///< of one second
+  std::vector<Window> whole;    ///< as long as the shortest held-out part
+  int second = 0, length = 0;   ///< samples of either
+};
+/// Of the held-out parts: seconds that tile them, a long one each.
+Rollouts held_out_rollouts(std::span<const signals::Recording> recordings, const Split& split);
 
 /// log of the mean square error of q [log rad^2] of open-loop rollouts; fallen ones count as
 /// `kFallenSquare`.
 struct RolloutErrors {
-  std::vector<double> seconds;  ///< of one second, which tile the stretches
-  std::vector<double> whole;    ///< one per stretch, as long as the shortest of them
+  std::vector<double> seconds, whole;  ///< as in Rollouts
 
   /// Mean, each kind with half the weight; of the long ones alone if none is a second long.
   double mean() const;
 };
-/// Rollouts on stretches, steps as `evaluate` does.
+/// Steps as `evaluate` does.
 RolloutErrors rollout_errors(const Arm& arm, std::span<const signals::Recording> recordings,
-                             std::span<const Stretch> stretches, StepOptions step, int jobs);
+                             const Rollouts& rollouts, StepOptions step, int jobs);
 inline constexpr double kFallenSquare = 1;  // [rad^2]
 
 /// Open-loop error on the held-out part: geometric mean [rad^2] of `rollout_errors` there.
