@@ -59,16 +59,26 @@ class Trials {
   Trials(const JointFits& fits, const Arm& plain) : fits_(fits) { add("without networks", plain); }
 
   const Candidate& operator[](std::size_t i) const { return found_[i]; }
-  const Candidate& last() const { return found_.back(); }
   const std::vector<Candidate>& all() const { return found_; }
 
   void add(std::string name, const Arm& start) {
     const auto begin = std::chrono::steady_clock::now();
-    Arm arm = start;
-    for (int pass = 0; pass < kPasses; ++pass)
-      arm = fits_.on_torque(arm, kTraining, false, kSmallestGain).arm;
+    const Arm arm = fits_.on_torque(start, kTraining, false, kSmallestGain).arm;
     found_.push_back(fits_.judged(std::move(name), arm, seconds_since(begin)));
   }
+
+  /// Fits on from there.
+  void refine(Candidate& candidate) {
+    const auto begin = std::chrono::steady_clock::now();
+    Arm arm = candidate.arm;
+    for (int pass = 1; pass < kPasses; ++pass)
+      arm = fits_.on_torque(arm, kTraining, false, kSmallestGain).arm;
+    candidate = fits_.judged(candidate.name, arm, candidate.seconds + seconds_since(begin));
+  }
+  void refine_all() {
+    std::ranges::for_each(found_, [this](Candidate& c) { refine(c); });
+  }
+  void refine_last() { refine(found_.back()); }
 
   /// From what `from` has of it, networks at zero and of the size of what is left without them.
   void add_sum(std::string name, const Arm& from, const std::vector<LvmParts>& parts) {
@@ -96,8 +106,9 @@ class Trials {
         best[j] = &candidate.arm;
       }
     }
-    if (std::ranges::count(best, &first) < std::ssize(best))
-      add("best of each joint", joined(best, first));
+    if (std::ranges::count(best, &first) == std::ssize(best)) return;
+    add("best of each joint", joined(best, first));
+    refine_last();
   }
 
  private:
@@ -114,20 +125,32 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
   Trials trials(fits, plain);
   trials.add_sum("stribeck and networks", sum, bare(parts, Memory::kNone));
   trials.add_sum("bank and networks", sum, bare(parts, Memory::kBank));
-  const bool bank = trials[2].held_out < trials[1].held_out;
-  bool any = false;
-  for (int j = 0; j < fits.n(); ++j) {
-    evidence.push_back(fits.compare(trials[bank ? 2 : 1].arm, trials[0].arm, j, SumPart::kNetwork));
-    any = any || evidence.back().on;
+  const auto better = [&]() -> std::size_t {
+    return trials[2].held_out < trials[1].held_out ? 2 : 1;
+  };
+  const auto gains = [&] {
+    std::vector<PartEvidence> of_joints;
+    for (int j = 0; j < fits.n(); ++j)
+      of_joints.push_back(fits.compare(trials[better()].arm, trials[0].arm, j, SumPart::kNetwork));
+    return of_joints;
+  };
+  std::vector<PartEvidence> found = gains();
+  const bool any = std::ranges::any_of(found, &PartEvidence::on);
+  if (any) {
+    trials.refine_all();
+    found = gains();
   }
+  std::ranges::copy(found, std::back_inserter(evidence));
   if (!any) return std::nullopt;
   std::vector<LvmParts> whole = parts;
   for (LvmParts& of_joint : whole) {
-    of_joint.memory = bank ? Memory::kBank : Memory::kNone;
+    of_joint.memory = better() == 2 ? Memory::kBank : Memory::kNone;
     set(of_joint, SumPart::kNetwork, true);
   }
-  if (whole != bare(parts, whole.front().memory))
-    trials.add_sum("sum and networks", trials[bank ? 2 : 1].arm, whole);
+  if (whole != bare(parts, whole.front().memory)) {
+    trials.add_sum("sum and networks", trials[better()].arm, whole);
+    trials.refine_last();
+  }
   trials.add_best_of_each_joint();
 
   std::vector<Candidate> cheap = trials.all();
