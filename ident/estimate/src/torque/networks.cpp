@@ -20,6 +20,7 @@ constexpr double kSmallestGain = 1e-3;  // of a step where fits are only compare
 constexpr int kPasses = 3;              // each weighs the joints by what the last one left
 constexpr double kBetter = 1.5;         // errors of rollouts that networks have to better
 constexpr double kWorse = 4;            // .. and of the torque that this may cost
+constexpr double kLeastGain = 0.2;      // held-out mean square of a joint: less betters no rollout
 constexpr double kNetworkTorque = 3;    // Fn: times the residual without networks
 
 /// Memory, viscous torque and a network.
@@ -34,6 +35,11 @@ std::vector<LvmParts> bare(const std::vector<LvmParts>& parts, Memory memory) {
                    .ripples = 0,
                    .network = friction::kNetworkUnits});
   return out;
+}
+
+std::vector<LvmParts> with_networks(std::vector<LvmParts> parts) {
+  for (LvmParts& of_joint : parts) set(of_joint, SumPart::kNetwork, true);
+  return parts;
 }
 
 /// The friction of each joint from one arm of several, and the rigid body of the first.
@@ -56,32 +62,25 @@ Arm joined(const std::vector<const Arm*>& of_joint, const Arm& first) {
 /// The fits to the training rows; the first has no networks.
 class Trials {
  public:
-  Trials(const JointFits& fits, const Arm& plain) : fits_(fits) { add("without networks", plain); }
+  Trials(const JointFits& fits, const Arm& plain) : fits_(fits) {
+    add("without networks", plain, 1);
+  }
 
   const Candidate& operator[](std::size_t i) const { return found_[i]; }
+  const Candidate& last() const { return found_.back(); }
   const std::vector<Candidate>& all() const { return found_; }
 
-  void add(std::string name, const Arm& start) {
+  void add(std::string name, const Arm& start, int passes = kPasses) {
     const auto begin = std::chrono::steady_clock::now();
-    const Arm arm = fits_.on_torque(start, kTraining, false, kSmallestGain).arm;
+    Arm arm = start;
+    for (int pass = 0; pass < passes; ++pass)
+      arm = fits_.on_torque(arm, kTraining, false, kSmallestGain).arm;
     found_.push_back(fits_.judged(std::move(name), arm, seconds_since(begin)));
   }
 
-  /// Fits on from there.
-  void refine(Candidate& candidate) {
-    const auto begin = std::chrono::steady_clock::now();
-    Arm arm = candidate.arm;
-    for (int pass = 1; pass < kPasses; ++pass)
-      arm = fits_.on_torque(arm, kTraining, false, kSmallestGain).arm;
-    candidate = fits_.judged(candidate.name, arm, candidate.seconds + seconds_since(begin));
-  }
-  void refine_all() {
-    std::ranges::for_each(found_, [this](Candidate& c) { refine(c); });
-  }
-  void refine_last() { refine(found_.back()); }
-
   /// From what `from` has of it, networks at zero and of the size of what is left without them.
-  void add_sum(std::string name, const Arm& from, const std::vector<LvmParts>& parts) {
+  void add_sum(std::string name, const Arm& from, const std::vector<LvmParts>& parts,
+               int passes = kPasses) {
     Arm start = fits_.start(parts);
     for (int j = 0; j < fits_.n(); ++j) {
       const int Fn =
@@ -89,7 +88,7 @@ class Trials {
       start.friction.theta[static_cast<std::size_t>(Fn)] =
           kNetworkTorque * fits_.residual_rms(found_.front().arm, j);
     }
-    add(std::move(name), with_stribeck_curves(from, carried_over(from, std::move(start))));
+    add(std::move(name), with_stribeck_curves(from, carried_over(from, std::move(start))), passes);
   }
 
   /// A joint keeps the friction of the arm with the least held-out torque error unless another's
@@ -106,9 +105,8 @@ class Trials {
         best[j] = &candidate.arm;
       }
     }
-    if (std::ranges::count(best, &first) == std::ssize(best)) return;
-    add("best of each joint", joined(best, first));
-    refine_last();
+    if (std::ranges::count(best, &first) < std::ssize(best))
+      add("best of each joint", joined(best, first));
   }
 
  private:
@@ -123,34 +121,21 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
                                       std::vector<PartEvidence>& evidence) {
   const auto begin = std::chrono::steady_clock::now();
   Trials trials(fits, plain);
+  trials.add_sum("sum and networks", sum, with_networks(parts), 1);
+  for (int j = 0; j < fits.n(); ++j)
+    evidence.push_back(fits.compare(trials.last().arm, trials[0].arm, j, SumPart::kNetwork));
+  const auto wants_one = [](const PartEvidence& part) { return part.on && part.gain > kLeastGain; };
+  if (std::none_of(evidence.end() - fits.n(), evidence.end(), wants_one)) return std::nullopt;
+
+  trials.add("sum and networks", trials.last().arm, kPasses - 1);
   trials.add_sum("stribeck and networks", sum, bare(parts, Memory::kNone));
+  const Candidate of_stribeck = trials.last();
   trials.add_sum("bank and networks", sum, bare(parts, Memory::kBank));
-  const auto better = [&]() -> std::size_t {
-    return trials[2].held_out < trials[1].held_out ? 2 : 1;
-  };
-  const auto gains = [&] {
-    std::vector<PartEvidence> of_joints;
-    for (int j = 0; j < fits.n(); ++j)
-      of_joints.push_back(fits.compare(trials[better()].arm, trials[0].arm, j, SumPart::kNetwork));
-    return of_joints;
-  };
-  std::vector<PartEvidence> found = gains();
-  const bool any = std::ranges::any_of(found, &PartEvidence::on);
-  if (any) {
-    trials.refine_all();
-    found = gains();
-  }
-  std::ranges::copy(found, std::back_inserter(evidence));
-  if (!any) return std::nullopt;
-  std::vector<LvmParts> whole = parts;
-  for (LvmParts& of_joint : whole) {
-    of_joint.memory = better() == 2 ? Memory::kBank : Memory::kNone;
-    set(of_joint, SumPart::kNetwork, true);
-  }
-  if (whole != bare(parts, whole.front().memory)) {
-    trials.add_sum("sum and networks", trials[better()].arm, whole);
-    trials.refine_last();
-  }
+  const bool bank = trials.last().held_out < of_stribeck.held_out;
+  const Arm from = bank ? trials.last().arm : of_stribeck.arm;
+  std::vector<LvmParts> whole = with_networks(parts);
+  for (LvmParts& of_joint : whole) of_joint.memory = bank ? Memory::kBank : Memory::kNone;
+  if (whole != bare(parts, whole.front().memory)) trials.add_sum("networks and sum", from, whole);
   trials.add_best_of_each_joint();
 
   std::vector<Candidate> cheap = trials.all();
