@@ -315,6 +315,38 @@ TEST(JointFits, NetworksLearnWhatNoLawDescribes) {
     EXPECT_TRUE(fits.compare(with, without, j, friction::SumPart::kNetwork).on) << j;
 }
 
+// Levels that grow with speed and unload with the springs, under a ripple: the sum has the ripple,
+// the network what is left. Neither is enough.
+TEST(FitModel, LvmTakesNetworksBesideTheSum) {
+  Arm truth = logs().truth;
+  const friction::JointSpec growing{{{"prandtl_ishlinskii", 3, {{"ripple", 1}}}}};
+  truth.friction.model = friction::RobotFriction({growing, growing, growing});
+  truth.friction.theta.clear();
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, Fv, k and alpha of each spring, n, A, phi
+    for (const double value :
+         {6 * size, 5 * size, 3000 * size, 0.4, 800 * size, 0.3, 200 * size, 0.3, 100.0, 0.04, 0.7})
+      truth.friction.theta.push_back(value);
+  const Prepared prepared = prepared_of(
+      truth, logs().prepared.options, {.seconds = 26, .torque_noise = 0.05, .encoder_noise = 4e-6});
+  ModelOptions config;
+  config.name = config.law = "lvm";
+  config.method = Method::kJoint;
+  config.train = logs().windows;
+  const FitReport report = fit_model(prepared, config, 1, 2);
+  ASSERT_TRUE(report.has_result()) << report.message;
+  const auto sum = std::ranges::find(report.candidates, "sum", &Candidate::name),
+             taken = std::ranges::find(report.candidates, true, &Candidate::taken);
+  ASSERT_NE(sum, report.candidates.end());
+  ASSERT_NE(taken, report.candidates.end());
+  EXPECT_TRUE(has_networks(taken->arm)) << taken->name;
+  const auto ripples = std::ranges::count_if(
+      taken->arm.friction.model.parameters(),
+      [](const auto& p) { return p.info.role == friction::Role::kAmplitude; });
+  EXPECT_GE(ripples, 3);
+  EXPECT_LT(taken->torque, 0.5 * sum->torque);
+  EXPECT_LT(taken->held_out, 0.67 * sum->held_out);
+}
+
 // From an arm whose friction is off, windows and torque together find back.
 TEST(JointFits, WindowsBetterAnArmThatIsOff) {
   const JointFits fits(logs().prepared, logs().windows, 2);
