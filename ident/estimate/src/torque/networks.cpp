@@ -23,22 +23,25 @@ constexpr double kWorse = 4;            // .. and of the torque that this may co
 constexpr double kLeastGain = 0.2;      // held-out mean square of a joint: less betters no rollout
 constexpr double kNetworkTorque = 3;    // Fn: times the residual without networks
 
-/// Memory, viscous torque and a network.
-std::vector<LvmParts> bare(const std::vector<LvmParts>& parts, Memory memory) {
-  std::vector<LvmParts> out;
-  for (const LvmParts& of_joint : parts)
-    out.push_back({.memory = memory,
-                   .temperature = of_joint.temperature,
-                   .load = false,
-                   .power_flow = false,
-                   .asymmetry = false,
-                   .ripples = 0,
-                   .network = friction::kNetworkUnits});
-  return out;
+/// Memory, viscous torque and a network in the joints that want one.
+std::vector<LvmParts> bare(std::vector<LvmParts> parts, const std::vector<bool>& wants,
+                           Memory memory) {
+  for (std::size_t j = 0; j < parts.size(); ++j)
+    if (wants[j])
+      parts[j] = {.memory = memory,
+                  .temperature = parts[j].temperature,
+                  .load = false,
+                  .power_flow = false,
+                  .asymmetry = false,
+                  .ripples = 0,
+                  .network = friction::kNetworkUnits};
+  return parts;
 }
 
-std::vector<LvmParts> with_networks(std::vector<LvmParts> parts) {
-  for (LvmParts& of_joint : parts) set(of_joint, SumPart::kNetwork, true);
+/// The parts with a network in the joints that want one.
+std::vector<LvmParts> with_networks(std::vector<LvmParts> parts, const std::vector<bool>& wants) {
+  for (std::size_t j = 0; j < parts.size(); ++j)
+    if (wants[j]) set(parts[j], SumPart::kNetwork, true);
   return parts;
 }
 
@@ -85,8 +88,9 @@ class Trials {
     for (int j = 0; j < fits_.n(); ++j) {
       const int Fn =
           friction::find_parameter(start.friction.model, j, friction::Role::kNetworkTorque);
-      start.friction.theta[static_cast<std::size_t>(Fn)] =
-          kNetworkTorque * fits_.residual_rms(found_.front().arm, j);
+      if (Fn >= 0)
+        start.friction.theta[static_cast<std::size_t>(Fn)] =
+            kNetworkTorque * fits_.residual_rms(found_.front().arm, j);
     }
     add(std::move(name), with_stribeck_curves(from, carried_over(from, std::move(start))), passes);
   }
@@ -121,21 +125,26 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
                                       std::vector<PartEvidence>& evidence) {
   const auto begin = std::chrono::steady_clock::now();
   Trials trials(fits, plain);
-  trials.add_sum("sum and networks", sum, with_networks(parts), 1);
-  for (int j = 0; j < fits.n(); ++j)
-    evidence.push_back(fits.compare(trials.last().arm, trials[0].arm, j, SumPart::kNetwork));
-  const auto wants_one = [](const PartEvidence& part) { return part.on && part.gain > kLeastGain; };
-  if (std::none_of(evidence.end() - fits.n(), evidence.end(), wants_one)) return std::nullopt;
+  std::vector<bool> wants(parts.size(), true);
+  trials.add_sum("sum and networks", sum, with_networks(parts, wants), 1);
+  for (std::size_t j = 0; j < parts.size(); ++j) {
+    evidence.push_back(
+        fits.compare(trials.last().arm, trials[0].arm, static_cast<int>(j), SumPart::kNetwork));
+    wants[j] = evidence.back().on && evidence.back().gain > kLeastGain;
+  }
+  if (std::ranges::count(wants, true) == 0) return std::nullopt;
 
-  trials.add("sum and networks", trials.last().arm, kPasses - 1);
-  trials.add_sum("stribeck and networks", sum, bare(parts, Memory::kNone));
+  trials.add_sum("sum and networks", trials.last().arm, with_networks(parts, wants));
+  trials.add_sum("stribeck and networks", sum, bare(parts, wants, Memory::kNone));
   const Candidate of_stribeck = trials.last();
-  trials.add_sum("bank and networks", sum, bare(parts, Memory::kBank));
+  trials.add_sum("bank and networks", sum, bare(parts, wants, Memory::kBank));
   const bool bank = trials.last().held_out < of_stribeck.held_out;
   const Arm from = bank ? trials.last().arm : of_stribeck.arm;
-  std::vector<LvmParts> whole = with_networks(parts);
-  for (LvmParts& of_joint : whole) of_joint.memory = bank ? Memory::kBank : Memory::kNone;
-  if (whole != bare(parts, whole.front().memory)) trials.add_sum("networks and sum", from, whole);
+  const Memory memory = bank ? Memory::kBank : Memory::kNone;
+  std::vector<LvmParts> whole = with_networks(parts, wants);
+  for (std::size_t j = 0; j < whole.size(); ++j)
+    if (wants[j]) whole[j].memory = memory;
+  if (whole != bare(parts, wants, memory)) trials.add_sum("networks and sum", from, whole);
   trials.add_best_of_each_joint();
 
   std::vector<Candidate> cheap = trials.all();
