@@ -316,8 +316,8 @@ TEST(JointFits, NetworksLearnWhatNoLawDescribes) {
 }
 
 // Levels that grow with speed and unload with the springs, under a ripple: the sum has the ripple,
-// the network what is left. Neither is enough.
-TEST(FitModel, LvmTakesNetworksBesideTheSum) {
+// the network the levels, which does not see the joint angle. Neither is enough.
+TEST(JointFits, NetworksLearnWhatTheSumLeaves) {
   Arm truth = logs().truth;
   const friction::JointSpec growing{{{"prandtl_ishlinskii", 3, {{"ripple", 1}}}}};
   truth.friction.model = friction::RobotFriction({growing, growing, growing});
@@ -328,23 +328,22 @@ TEST(FitModel, LvmTakesNetworksBesideTheSum) {
       truth.friction.theta.push_back(value);
   const Prepared prepared = prepared_of(
       truth, logs().prepared.options, {.seconds = 26, .torque_noise = 0.05, .encoder_noise = 4e-6});
-  ModelOptions config;
-  config.name = config.law = "lvm";
-  config.method = Method::kJoint;
-  config.train = logs().windows;
-  const FitReport report = fit_model(prepared, config, 1, 2);
-  ASSERT_TRUE(report.has_result()) << report.message;
-  const auto sum = std::ranges::find(report.candidates, "sum", &Candidate::name),
-             taken = std::ranges::find(report.candidates, true, &Candidate::taken);
-  ASSERT_NE(sum, report.candidates.end());
-  ASSERT_NE(taken, report.candidates.end());
-  EXPECT_TRUE(has_networks(taken->arm)) << taken->name;
-  const auto ripples = std::ranges::count_if(
-      taken->arm.friction.model.parameters(),
-      [](const auto& p) { return p.info.role == friction::Role::kAmplitude; });
-  EXPECT_GE(ripples, 3);
-  EXPECT_LT(taken->torque, 0.5 * sum->torque);
-  EXPECT_LT(taken->held_out, 0.67 * sum->held_out);
+  const JointFits fits(prepared, logs().windows, 2);
+  const auto fitted = [&](int ripples, int units, const Arm* from) {
+    const friction::LvmParts parts{.load = false,
+                                   .power_flow = false,
+                                   .asymmetry = false,
+                                   .ripples = ripples,
+                                   .network = units};
+    const Arm start = fits.start(std::vector<friction::LvmParts>(3, parts));
+    return fits
+        .on_torque(from ? carried_over(*from, start) : start, JointFits::Rows::kTraining, !from)
+        .arm;
+  };
+  const Arm sum = fitted(1, 0, nullptr);
+  const double both = fits.held_out_torque(fitted(1, friction::kNetworkUnits, &sum));
+  EXPECT_LT(both, 0.6 * fits.held_out_torque(sum));
+  EXPECT_LT(both, 0.3 * fits.held_out_torque(fitted(0, friction::kNetworkUnits, &sum)));
 }
 
 // From an arm whose friction is off, windows and torque together find back.
