@@ -192,17 +192,26 @@ TEST(JointFits, StartsOfLongLogsAreJudged) {
   }
 }
 
-/// What a sum of a truth of three joints has, from logs with noise: without, fits that stop early
-/// have gains that no data could show.
+/// The small arm with friction of one form. @param theta  of each joint
+Arm arm_with(const friction::JointSpec& joint, const std::vector<std::vector<double>>& theta) {
+  Arm arm = logs().truth;
+  arm.friction.model = friction::RobotFriction({joint, joint, joint});
+  arm.friction.theta.clear();
+  for (const std::vector<double>& of_joint : theta)
+    arm.friction.theta.insert(arm.friction.theta.end(), of_joint.begin(), of_joint.end());
+  return arm;
+}
+
+/// What its logs with noise say: without, fits that stop early have gains that no data could show.
+Prepared noisy_logs(const Arm& truth, double seconds) {
+  return prepared_of(truth, logs().prepared.options,
+                     {.seconds = seconds, .torque_noise = 0.05, .encoder_noise = 4e-6});
+}
+
+/// What the sum of a truth of three joints has.
 std::vector<friction::LvmParts> parts_found(const friction::JointSpec& joint,
                                             const std::vector<std::vector<double>>& theta) {
-  Arm truth = logs().truth;
-  truth.friction.model = friction::RobotFriction({joint, joint, joint});
-  truth.friction.theta.clear();
-  for (const std::vector<double>& of_joint : theta)
-    truth.friction.theta.insert(truth.friction.theta.end(), of_joint.begin(), of_joint.end());
-  const Prepared prepared = prepared_of(
-      truth, logs().prepared.options, {.seconds = 36, .torque_noise = 0.05, .encoder_noise = 4e-6});
+  const Prepared prepared = noisy_logs(arm_with(joint, theta), 36);
   JointFits fits(prepared, logs().windows, 2);
   const Arm start = fits.start(fits.all_parts());
   fits.take_load_of(fits.on_torque(start, JointFits::Rows::kTraining).arm);
@@ -267,14 +276,11 @@ TEST(SumFit, FindsGapsAndFurtherRipples) {
 
 // A bank stands for a bristle behind a gap: neither a bristle nor a gap alone betters it.
 TEST(SumFit, FindsBristlesBehindGaps) {
-  Arm truth = logs().truth;
-  const friction::JointSpec behind{{{"dahl", 0, {{"load", 1}, {"backlash", 1}}}}};
-  truth.friction.model = friction::RobotFriction({behind, behind, behind});
-  truth.friction.theta.clear();
+  std::vector<std::vector<double>> theta;
   for (const double Fc : {6.0, 5.0, 3.0})  // Fc, sigma0, Fv, mu, b
-    for (const double value : {Fc, 2000 * Fc, Fc / 3, 0.01, 2e-4})
-      truth.friction.theta.push_back(value);
-  const Prepared prepared = prepared_of(truth, logs().prepared.options);
+    theta.push_back({Fc, 2000 * Fc, Fc / 3, 0.01, 2e-4});
+  const Prepared prepared = prepared_of(
+      arm_with({{{"dahl", 0, {{"load", 1}, {"backlash", 1}}}}}, theta), logs().prepared.options);
   const JointFits fits(prepared, logs().windows, 2);
   std::vector<friction::LvmParts> parts;
   std::vector<PartEvidence> evidence;
@@ -289,14 +295,11 @@ TEST(SumFit, FindsBristlesBehindGaps) {
 
 // Friction that lags is in no law of the sum.
 TEST(JointFits, NetworksLearnWhatNoLawDescribes) {
-  Arm truth = logs().truth;
-  const friction::JointSpec lagging{{{"lagged_stribeck", 0, {}}}};
-  truth.friction.model = friction::RobotFriction({lagging, lagging, lagging});
-  truth.friction.theta.clear();
+  std::vector<std::vector<double>> theta;
   for (const double size : {1.0, 0.8, 0.5})  // Fc, Fs, vs, Fv, v0, T
-    for (const double value : {6 * size, 6.5 * size, 0.06, 2 * size, 0.01, 0.02})
-      truth.friction.theta.push_back(value);
-  const Prepared prepared = prepared_of(truth, logs().prepared.options);
+    theta.push_back({6 * size, 6.5 * size, 0.06, 2 * size, 0.01, 0.02});
+  const Prepared prepared =
+      prepared_of(arm_with({{{"lagged_stribeck", 0, {}}}}, theta), logs().prepared.options);
   const JointFits fits(prepared, logs().windows, 2);
   friction::LvmParts plain{.memory = friction::Memory::kNone,
                            .load = false,
@@ -318,16 +321,12 @@ TEST(JointFits, NetworksLearnWhatNoLawDescribes) {
 // Levels that grow with speed and unload with the springs, under a ripple: the sum has the ripple,
 // the network the levels, which does not see the joint angle. Neither is enough.
 TEST(JointFits, NetworksLearnWhatTheSumLeaves) {
-  Arm truth = logs().truth;
-  const friction::JointSpec growing{{{"prandtl_ishlinskii", 3, {{"ripple", 1}}}}};
-  truth.friction.model = friction::RobotFriction({growing, growing, growing});
-  truth.friction.theta.clear();
+  std::vector<std::vector<double>> theta;
   for (const double size : {1.0, 0.8, 0.5})  // Fc, Fv, k and alpha of each spring, n, A, phi
-    for (const double value :
-         {6 * size, 5 * size, 3000 * size, 0.4, 800 * size, 0.3, 200 * size, 0.3, 100.0, 0.04, 0.7})
-      truth.friction.theta.push_back(value);
-  const Prepared prepared = prepared_of(
-      truth, logs().prepared.options, {.seconds = 26, .torque_noise = 0.05, .encoder_noise = 4e-6});
+    theta.push_back(
+        {6 * size, 5 * size, 3000 * size, 0.4, 800 * size, 0.3, 200 * size, 0.3, 100, 0.04, 0.7});
+  const Prepared prepared =
+      noisy_logs(arm_with({{{"prandtl_ishlinskii", 3, {{"ripple", 1}}}}}, theta), 26);
   const JointFits fits(prepared, logs().windows, 2);
   const auto fitted = [&](int ripples, int units, const Arm* from) {
     const friction::LvmParts parts{.load = false,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <iterator>
 #include <string>
 #include <utility>
@@ -132,7 +133,7 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
         fits.compare(trials.last().arm, trials[0].arm, static_cast<int>(j), SumPart::kNetwork));
     wants[j] = evidence.back().on && evidence.back().gain > kLeastGain;
   }
-  if (std::ranges::count(wants, true) == 0) return std::nullopt;
+  if (std::ranges::none_of(wants, std::identity())) return std::nullopt;
 
   trials.add_sum("sum and networks", trials.last().arm, with_networks(parts, wants));
   trials.add_sum("stribeck and networks", sum, bare(parts, wants, Memory::kNone));

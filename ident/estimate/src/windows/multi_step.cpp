@@ -302,9 +302,7 @@ RolloutErrors rollout_errors(const Arm& arm, std::span<const signals::Recording>
     for (double& square : out) square = std::log(std::clamp(square, 1e-300, kFallenSquare));
     return out;
   };
-  return {
-      rollouts.seconds.empty() ? std::vector<double>() : logs(rollouts.seconds, rollouts.second),
-      logs(rollouts.whole, rollouts.length)};
+  return {logs(rollouts.seconds, rollouts.second), logs(rollouts.whole, rollouts.length)};
 }
 
 double held_out_error(const Arm& arm, std::span<const signals::Recording> recordings,

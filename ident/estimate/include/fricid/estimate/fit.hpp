@@ -19,6 +19,7 @@
 #include "fricid/estimate/report.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
+#include "fricid/estimate/torque/folds.hpp"
 #include "fricid/estimate/windows/multi_step.hpp"
 #include "fricid/signals/recording.hpp"
 

@@ -5,10 +5,14 @@
 #include <span>
 #include <vector>
 
-#include "fricid/estimate/windows/multi_step.hpp"
 #include "fricid/signals/recording.hpp"
 
 namespace fricid::estimate {
+
+/// Samples [begin, end) of a recording.
+struct Stretch {
+  int recording = 0, begin = 0, end = 0;
+};
 
 /// What one fit of several leaves out.
 struct Fold {

@@ -25,11 +25,6 @@ struct Split {
 };
 Split split_recordings(std::span<const signals::Recording> recordings, double hold_out);
 
-/// Samples [begin, end) of a recording.
-struct Stretch {
-  int recording = 0, begin = 0, end = 0;
-};
-
 /// Open-loop rollouts by which models are judged.
 struct Rollouts {
   std::vector<Window> seconds;  ///< of one second
