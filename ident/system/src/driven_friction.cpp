@@ -9,6 +9,11 @@
 namespace fricid {
 namespace {
 
+// Friction that is part of its own load. An error falls by mu F < 1 in each pass; it is settled
+// when that changes it by less than this share.
+constexpr double kSettled = 1e-4;
+constexpr int kMostPasses = 30;
+
 void check_shape(ConstRowMatrix matrix, Eigen::Index rows, Eigen::Index cols, const char* what) {
   if (matrix.rows() != rows || matrix.cols() != cols)
     throw UserError("friction driven by motion: {} is {} x {}, expected {} x {}", what,
@@ -82,7 +87,16 @@ DrivenFriction drive_under_own_load(const friction::Friction& friction, double d
     return out;
   };
   DrivenFriction out = driven(rigid);
-  if (friction.model.reads_load()) out = driven(rigid + out.tau_f);
+  if (!friction.model.reads_load()) return out;
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    DrivenFriction next = driven(rigid + out.tau_f);
+    const RowMatrix change = next.tau_f - out.tau_f;
+    const bool moves = (change.colwise().squaredNorm().array() >
+                        kSettled * kSettled * next.tau_f.colwise().squaredNorm().array())
+                           .any();
+    out = std::move(next);
+    if (!moves) break;
+  }
   return out;
 }
 
