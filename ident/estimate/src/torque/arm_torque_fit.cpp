@@ -29,7 +29,7 @@ constexpr double kLongestStep = 1;    // of one iteration in any coordinate
 // where a link's pseudo-inertia is nearly singular and its coordinates hardly act.
 constexpr double kRidge = 1;
 // A weight w of a network counts like a row in which the torque errs by this share of Fn w.
-constexpr double kOutputPull = 0.2, kInputPull = 0.05;
+constexpr double kOutputPull = 0.5, kInputPull = 0.15;
 constexpr double kFirstGain = 1e-2;      // smallest gain of a pass that another follows
 constexpr double kSmallestSigma = 1e-9;  // share of the torque: noise-free data stay solvable
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <functional>
 #include <iterator>
 #include <string>
 #include <utility>
@@ -22,6 +21,7 @@ constexpr int kPasses = 3;              // each weighs the joints by what the la
 constexpr double kBetter = 1.5;         // errors of rollouts that networks have to better
 constexpr double kWorse = 4;            // .. and of the torque that this may cost
 constexpr double kLeastGain = 0.2;      // held-out mean square of a joint: less betters no rollout
+constexpr double kEnough = 1;           // .. of one joint at least: half of it goes
 constexpr double kNetworkTorque = 3;    // Fn: times the residual without networks
 
 /// Memory, viscous torque and a network in the joints that want one.
@@ -127,13 +127,15 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
   const auto begin = std::chrono::steady_clock::now();
   Trials trials(fits, plain);
   std::vector<bool> wants(parts.size(), true);
+  double most = 0;
   trials.add_sum("sum and networks", sum, with_networks(parts, wants), 1);
   for (std::size_t j = 0; j < parts.size(); ++j) {
     evidence.push_back(
         fits.compare(trials.last().arm, trials[0].arm, static_cast<int>(j), SumPart::kNetwork));
     wants[j] = evidence.back().on && evidence.back().gain > kLeastGain;
+    if (wants[j]) most = std::max(most, evidence.back().gain);
   }
-  if (std::ranges::none_of(wants, std::identity())) return std::nullopt;
+  if (most < kEnough) return std::nullopt;
 
   trials.add_sum("sum and networks", trials.last().arm, with_networks(parts, wants));
   trials.add_sum("stribeck and networks", sum, bare(parts, wants, Memory::kNone));

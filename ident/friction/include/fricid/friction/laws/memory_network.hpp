@@ -16,9 +16,9 @@ namespace fricid::friction {
 
 /// A small network on what a joint remembers, for friction that no other law describes:
 ///
-///     z_i' = clamp(z_i + v dt/l_i, -1, 1), i = 1 .. 4      travel since a reversal, at four
-///     lengths s'   = v + (s - v) exp(-dt/T)                        speed that lags by T tau  = Fn
-///     net(z, tanh(s/v_1), tanh(s/v_2), tanh(s/v_3))
+///     z_i' = clamp(z_i + v dt/l_i, -1, 1), i = 1 .. 4      travel since a reversal
+///     s'   = v + (s - v) exp(-dt/T)                        speed that lags by T
+///     tau  = Fn net(z, tanh(s/v_1), tanh(s/v_2), tanh(s/v_3))
 ///
 /// The network has one layer of `elements` tanh units. Its inputs are odd functions of the motion
 /// and it has no biases, so tau is odd without a second evaluation; it is not dissipative. With
