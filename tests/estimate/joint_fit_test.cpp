@@ -6,8 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "arm_data.hpp"
+#include "fricid/base/error.hpp"
+#include "fricid/data/model_file.hpp"
 #include "fricid/estimate/fit.hpp"
 #include "fricid/estimate/torque/sum_fit.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
@@ -151,6 +154,85 @@ TEST(JointFits, TheLoadOfFrictionDoesNotContainWhatItHasToExplain) {
   };
   EXPECT_LT(growth(fits.on_torque(start, JointFits::Rows::kAll)), 0.02);
   EXPECT_GT(growth(fit_arm_torque(measured, start, options, 2)), 0.04);
+}
+
+/// The truth with other friction, as an arm of the same type has it.
+Arm sibling(double factor) {
+  Arm arm = logs().truth;
+  arm.robot = logs().prepared.robot;
+  for (int j = 0; j < 3; ++j) {
+    const auto at = [&](std::string_view owner, std::string_view symbol) -> double& {
+      const int p = friction::find_parameter(arm.friction.model, j, owner, symbol);
+      return arm.friction.theta[static_cast<std::size_t>(p)];
+    };
+    at("dahl", "Fc") *= factor;
+    at("dahl", "Fv") /= factor;
+    at("ripple", "A1") = 0;
+  }
+  return arm;
+}
+
+// A narrow prior keeps friction where it is, a wide one leaves it to the data; waves are never in
+// it.
+TEST(JointFits, ArePulledToAPrior) {
+  const Arm prior = sibling(1.3);
+  for (const double sd : {1e-4, 10.0}) {
+    JointFits fits(logs().prepared, logs().windows, 2);
+    fits.take_prior(prior, sd);
+    const Arm fitted = fits.on_torque(prior, JointFits::Rows::kAll).arm;
+    for (int j = 0; j < 3; ++j) {
+      const double known = parameter(prior, j, "dahl", "Fc"),
+                   truth = parameter(logs().truth, j, "dahl", "Fc");
+      EXPECT_NEAR(parameter(fitted, j, "dahl", "Fc"), sd < 1 ? known : truth, 0.1 * truth);
+      if (sd > 1)
+        EXPECT_NEAR(parameter(fitted, j, "ripple", "A1"), 0.04, 0.01);
+      else
+        EXPECT_NE(parameter(fitted, j, "ripple", "A1"), 0);
+    }
+  }
+}
+
+// On a few seconds the laws of an arm of the same type are worth more than what the data choose.
+TEST(SumFit, TakesTheLawsOfAPriorOnAShortLog) {
+  JointFits fits(logs().prepared, logs().windows, 2);
+  ASSERT_TRUE(fits.is_short());
+  std::vector<friction::LvmParts> parts;
+  std::vector<PartEvidence> evidence;
+  const Arm prior = sibling(1.1);
+  fits.take_prior(prior, 0.2);
+  fits.take_load_of(fits.on_torque(prior, JointFits::Rows::kTraining).arm);
+  const Candidate found = fit_sum(fits, parts, evidence);
+  EXPECT_EQ(found.name, "like the prior");
+  EXPECT_NEAR(parameter(found.arm, 0, "load", "mu"), 0.02, 5e-3);
+  EXPECT_TRUE(parts.empty());
+}
+
+TEST(FitModel, RefusesAPriorOfAnotherArmOrLaw) {
+  const std::string file = testing::TempDir() + "fricid_prior.json";
+  ModelOptions config;
+  config.name = "mine";
+  config.method = Method::kJoint;
+  config.laws = {{.law = "dahl", .elements = 4, .modifiers = {"load", "ripple"}}};
+  config.prior = file;
+  const auto error = [&](const Arm& prior) -> std::string {
+    data::save_model({.name = "other", .label = "other", .arm = prior}, file);
+    try {
+      fit_model(logs().prepared, config, 1, 2);
+    } catch (const UserError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(error(sibling(1.1)), "");
+  Arm renamed = sibling(1.1);
+  renamed.robot.joints[1].name = "elbow";
+  EXPECT_NE(error(renamed).find("elbow"), std::string::npos) << error(renamed);
+  Arm lacking = sibling(1.1);
+  lacking.robot = logs().truth.robot;
+  EXPECT_NE(error(lacking).find("a rigid body of"), std::string::npos) << error(lacking);
+  config.laws[0].modifiers = {"load"};
+  EXPECT_NE(error(sibling(1.1)).find("other laws"), std::string::npos);
+  std::filesystem::remove(file);
 }
 
 // Fits to the training rows do not know the torque that judges them.

@@ -99,6 +99,10 @@ TEST_F(BadScene, LatentsThatAModelCannotHave) {
             "scene.toml:14: model[1].length = 2; allowed: a number from 1e-06 to 1 rad");
   EXPECT_EQ(with("[[model]]\nname = \"nn\"\nlength = 0.004\n"),
             "scene.toml:14: model[1].length = 0.004; allowed for nn: none");
+  EXPECT_THAT(with("[[model]]\nname = \"lvm\"\nprior = \"missing.json\"\n"),
+              testing::StartsWith("scene.toml:14: model[0].prior: "));
+  EXPECT_EQ(with("[[model]]\nname = \"gms\"\nprior = \"scene.toml\"\n"),
+            "scene.toml:14: model[1].prior of a model of method conventional; allowed: joint");
   EXPECT_EQ(with("[[model]]\nname = \"gms\"\nrigid_body_of = \"lugre\"\n"),
             "scene.toml:14: model[1].rigid_body_of = \"lugre\"; allowed for gms: none");
   EXPECT_THAT(with("[[model]]\nname = \"nn\"\nrigid_body_of = \"rnn\"\n"),

@@ -176,6 +176,9 @@ void complete_models(Scene& scene) {
       complete_law(scene, model, laws, key, shown);
     }
     check_robot_law_keys(scene, model, key, shown);
+    if (!model.prior.empty() && model.method != Method::kJoint)
+      throw UserError("{}: {}.prior of a model of method {}; allowed: joint",
+                      scene.origin.place(key + ".prior"), shown, name_of(*model.method));
     std::sort(model.seeds.begin(), model.seeds.end());
     model.seeds.erase(std::unique(model.seeds.begin(), model.seeds.end()), model.seeds.end());
   }

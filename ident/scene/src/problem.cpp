@@ -36,6 +36,11 @@ fs::path find_and_rename(const SceneOrigin& origin, std::string& name, std::stri
   return path;
 }
 
+// The model of another run, absolute wherever the scene is.
+void find_prior(const SceneOrigin& origin, std::string& name, const std::string& key) {
+  if (!name.empty()) name = fs::absolute(origin.find(name, key)).lexically_normal().string();
+}
+
 // Relative logs that exist become absolute, so that the scene can be run from another folder.
 void rename_logs(std::vector<std::string>& logs, const fs::path& folder) {
   for (std::string& log : logs) {
@@ -169,6 +174,8 @@ Problem resolve(Scene scene) {
   const fs::path urdf = find_and_rename(origin, scene.robot.urdf, "robot.urdf");
   const fs::path mjcf = find_and_rename(origin, scene.robot.mjcf, "robot.mjcf");
   const fs::path contract = find_and_rename(origin, scene.data.contract, "data.contract");
+  for (std::size_t i = 0; i < scene.models.size(); ++i)
+    find_prior(origin, scene.models[i].prior, fmt::format("model[{}].prior", i));
   rename_logs(scene.data.train, origin.folder("data.train"));
   rename_logs(scene.data.validation, origin.folder("data.validation"));
   rename_logs(scene.payload.logs, origin.folder("payload.logs"));
@@ -202,6 +209,8 @@ Problem resolve(Scene scene) {
   std::vector<fs::path> inputs = origin.files;
   for (const fs::path& path : {urdf, mjcf, contract})
     if (!path.empty()) inputs.push_back(path);
+  for (const estimate::ModelOptions& model : scene.models)
+    if (!model.prior.empty()) inputs.emplace_back(model.prior);
   for_logs(scene, [&](const char*, const std::string& log) {
     try {
       inputs.push_back(config::find_file(data::log_part(log).file, folder_of_scene(scene)));

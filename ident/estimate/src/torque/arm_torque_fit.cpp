@@ -124,7 +124,7 @@ class Problem {
       sigma_[j] = std::max({std::sqrt(data.residual(start.arm(), j).squaredNorm() / rows),
                             kSmallestSigma * std::sqrt(tau.squaredNorm() / rows), 1e-12});
     }
-    pull_networks();
+    add_pulls(options.friction_prior);
   }
 
   double value(const Eigen::VectorXd& c) {
@@ -134,12 +134,12 @@ class Problem {
       sum[static_cast<std::size_t>(j)] =
           data_.residual(point_.arm(), j).squaredNorm() / (sigma_[j] * sigma_[j]);
     });
-    const Eigen::VectorXd d = point_.arm().robot.pi - centre_;
-    double total = d.dot(precision_ * d);
+    const Eigen::VectorXd off = point_.arm().robot.pi - centre_;
+    double total = off.dot(precision_ * off);
     for (const double s : sum) total += s;
     for (const Pull& pull : pulls_) {
-      const double w = point_.arm().friction.theta[pull.theta];
-      total += pull.weight * w * w;
+      const double d = point_.arm().friction.theta[pull.theta] - pull.centre;
+      total += pull.weight * d * d;
     }
     return std::isfinite(total) ? total : kBadValue;
   }
@@ -195,10 +195,10 @@ class Problem {
     out.g.tail(rest).noalias() = G.transpose() * g_pi;
     out.H.bottomRightCorner(rest, rest).noalias() = G.transpose() * R * G;
     for (const Pull& pull : pulls_) {
-      const double w = arm.friction.theta[pull.theta],
+      const double off = arm.friction.theta[pull.theta] - pull.centre,
                    slope = by_c(p + static_cast<Eigen::Index>(pull.theta), pull.coordinate);
-      out.value += pull.weight * w * w;
-      out.g[pull.coordinate] += pull.weight * w * slope;
+      out.value += pull.weight * off * off;
+      out.g[pull.coordinate] += pull.weight * off * slope;
       out.H(pull.coordinate, pull.coordinate) += pull.weight * slope * slope;
     }
     // the objective is value + 2 g'dx + dx'H dx; its quadratic is half of that
@@ -247,26 +247,37 @@ class Problem {
     return at;
   }
 
-  /// A weight of a network and how much it is pulled towards zero.
+  /// A parameter of friction, where it is pulled to and how hard.
   struct Pull {
     std::size_t theta;
     Eigen::Index coordinate;
-    double weight;
+    double centre, weight;
   };
 
-  /// Small weights are what the data have to move.
-  void pull_networks() {
+  /// Small weights of networks, or those of the prior, are what the data have to move; with a prior
+  /// the other parameters too.
+  void add_pulls(const std::optional<FrictionPrior>& prior) {
+    using enum friction::Role;
     const friction::Friction& friction = point_.arm().friction;
     const std::vector<std::size_t>& moved = point_.coordinates().friction();
-    for (std::size_t c = 0; c < moved.size(); ++c) {
-      const friction::ParameterRef& p = friction.model.parameters()[moved[c]];
-      if (p.joint == friction::kWholeRobot || !friction::is_weight(p.info.role)) continue;
-      const int scale =
-          friction::find_parameter(friction.model, p.joint, friction::Role::kNetworkTorque);
-      const bool output = p.info.role == friction::Role::kOutputWeight;
-      const double size = (output ? kOutputPull : kInputPull) *
-                          friction.theta[static_cast<std::size_t>(scale)] / sigma_[p.joint];
-      pulls_.push_back({moved[c], static_cast<Eigen::Index>(c), size * size});
+    const Eigen::MatrixXd by_c = point_.jacobian();
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      const friction::ParameterRef& p = friction.model.parameters()[moved[i]];
+      const auto c = static_cast<Eigen::Index>(i);
+      const double known = prior ? prior->theta[moved[i]] : 0;
+      if (p.joint != friction::kWholeRobot && friction::is_weight(p.info.role)) {
+        const int scale = friction::find_parameter(friction.model, p.joint, kNetworkTorque);
+        const double size = (p.info.role == kOutputWeight ? kOutputPull : kInputPull) *
+                            friction.theta[static_cast<std::size_t>(scale)] / sigma_[p.joint];
+        pulls_.push_back({moved[i], c, known, size * size});
+      } else if (prior && p.info.role != kWaveNumber && p.info.role != kAmplitude &&
+                 p.info.role != kPhase) {
+        const double size =
+            p.info.scale == friction::Scale::kLog
+                ? std::abs(known)
+                : by_c(point_.arm().robot.pi.size() + static_cast<Eigen::Index>(moved[i]), c);
+        pulls_.push_back({moved[i], c, known, 1 / std::pow(prior->sd * size, 2)});
+      }
     }
   }
 

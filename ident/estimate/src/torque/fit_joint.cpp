@@ -10,9 +10,12 @@
 
 #include <fmt/format.h>
 
+#include "fricid/base/error.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/estimate/torque/joint_fit.hpp"
 #include "fricid/estimate/torque/sum_fit.hpp"
+#include "fricid/friction/laws/memory_network.hpp"
+#include "friction/ripple_search.hpp"
 #include "support.hpp"
 #include "torque/networks.hpp"
 
@@ -33,6 +36,38 @@ std::optional<Arm> conventional(const Prepared& prepared, const char* law, int s
   const FitReport report = fit_conventional(prepared, config, seed, jobs);
   if (!report.has_result()) return std::nullopt;
   return report.model.arm;
+}
+
+/// The arm of a model file, of the joints and the laws that these fits are of.
+/// @throws UserError when it is another arm, or not a sum of laws of its joints
+Arm load_prior(const std::string& file, const Prepared& prepared) {
+  const data::ModelFile model = data::load_model(file);
+  const auto joints_of = [](const dynamics::RobotModel& robot) {
+    std::vector<std::string> names;
+    for (const dynamics::Joint& joint : robot.joints) names.push_back(joint.name);
+    return fmt::format("{}", fmt::join(names, ", "));
+  };
+  const std::string found = joints_of(model.arm.robot), own = joints_of(prepared.robot);
+  if (found != own)
+    throw UserError("{}: joints {}; allowed as a prior: those of this robot, {}", file, found, own);
+  if (model.arm.robot.pi.size() != prepared.robot.pi.size())
+    throw UserError(
+        "{}: a rigid body of {} parameters; allowed as a prior: {}, those of this robot", file,
+        model.arm.robot.pi.size(), prepared.robot.pi.size());
+  const auto is_sum = [](const friction::JointSpec& joint) {
+    return !joint.laws.empty() && std::ranges::all_of(joint.laws, [](const friction::LawSpec& law) {
+      return !friction::is_learned(law.law) || law.law == friction::MemoryNetwork::kName;
+    });
+  };
+  const friction::RobotFriction& friction = model.arm.friction.model;
+  if (!std::ranges::all_of(friction.joints(), is_sum))
+    throw UserError("{}: friction of {}; allowed as a prior: an lvm or a sum of laws", file,
+                    model.name);
+  Arm arm{prepared.robot, model.arm.friction};
+  arm.robot.pi = model.arm.robot.pi;
+  for (const std::size_t term : ripple_terms(arm.friction.model))  // at other phases in each arm
+    arm.friction.theta[ripple_amplitude(term)] = 0;
+  return arm;
 }
 
 /// Candidates for the model that contains the laws: the sum, and conventional laws, fitted like it
@@ -84,8 +119,18 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   windows.seed = static_cast<std::uint64_t>(seed);
   const bool sum = config.laws.empty() && config.law == friction::kLvm;
   JointFits fits(prepared, windows, jobs);
-  const Arm start = sum ? fits.start(fits.all_parts()) : fits.start(joint_spec_of(config));
-  fits.take_load_of(fits.on_torque(start, JointFits::Rows::kTraining, true, kRoughGain).arm);
+  Arm start = sum ? fits.start(fits.all_parts()) : fits.start(joint_spec_of(config));
+  std::optional<Arm> prior;
+  if (!config.prior.empty()) {
+    prior = load_prior(config.prior, prepared);
+    fits.take_prior(*prior, config.prior_sd);
+    if (!sum && !fits.is_like_prior(start))
+      throw UserError("{}: other laws than those of model {}; allowed as a prior: the same ones",
+                      config.prior, config.name);
+    if (!sum) start = *prior;
+  }
+  const Arm& rough = prior ? *prior : start;
+  fits.take_load_of(fits.on_torque(rough, JointFits::Rows::kTraining, true, kRoughGain).arm);
   Progress progress(fmt::format("fit {}", report.model.label),
                     sum ? 3 + 2 * static_cast<int>(std::size(kRivals)) : 1);
   std::vector<Candidate>& found = report.candidates;
@@ -106,7 +151,7 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
       if (found[i].held_out <= near) found.push_back(fits.on_windows(found[i], report.model.label));
   }
   std::size_t taken = choose(found);
-  if (sum && room && !fits.is_short()) {
+  if (!parts.empty() && room && !fits.is_short()) {
     if (std::optional<Candidate> with =
             fit_networks(fits, found[taken].arm, found[0].arm, parts, report.parts)) {
       found.push_back(*with);

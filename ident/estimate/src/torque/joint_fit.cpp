@@ -57,6 +57,16 @@ void JointFits::take_load_of(const Arm& arm) {
   for (ArmTorqueData* data : {&all_, &training_, &held_out_}) data->take_load();
 }
 
+void JointFits::take_prior(Arm arm, double sd) {
+  prior_ = std::move(arm);
+  prior_sd_ = sd;
+}
+
+bool JointFits::is_like_prior(const Arm& arm) const {
+  return prior_ && std::ranges::equal(arm.friction.model.parameters(),
+                                      prior_->friction.model.parameters(), friction::is_same);
+}
+
 bool JointFits::has_room_for_windows() const {
   const double samples = 2 * windows_.window_s / prepared_.recordings.front().dt;
   return std::ranges::all_of(split_.train_end, [&](int end) { return end > samples + 1; });
@@ -136,6 +146,11 @@ ArmTorqueOptions JointFits::torque_options(const Arm& arm) const {
   options.nominal = prepared_.robot.pi;
   options.coordinates.torque_scale = windows_.torque_scale;
   options.coordinates.limits = sum_limits(arm);
+  if (is_like_prior(arm)) {
+    options.rigid_body.prior.use = true;
+    options.nominal = prior_->robot.pi;
+    options.friction_prior = {prior_->friction.theta, prior_sd_};
+  }
   return options;
 }
 

@@ -16,6 +16,7 @@ constexpr double kRoughGain = 1e-2;    // .. where a part may be off anyway
 constexpr int kSweeps = 2;             // over the parts
 constexpr double kWaveGain = 0.05;     // least of a wave, which is the best of many
 constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
+constexpr double kWorseByChance = 2;   // a few held-out seconds do not speak against a prior
 
 /// Half the width of the gap of a joint [rad].
 double gap_of(const Arm& arm, int j) {
@@ -210,6 +211,13 @@ Candidate fit_sum(const JointFits& fits, std::vector<friction::LvmParts>& parts,
       return fits.held_out_torque(sum.fitted(JointFits::Rows::kTraining));
     };
     if (error(added) < error(taken)) taken = added;
+  }
+  if (const std::optional<Arm>& prior = fits.prior()) {
+    const auto like = [&](JointFits::Rows rows) { return fits.on_torque(*prior, rows).arm; };
+    if (fits.held_out_torque(like(JointFits::Rows::kTraining)) <
+        (fits.is_short() ? kWorseByChance : 1) *
+            fits.held_out_torque(taken.fitted(JointFits::Rows::kTraining)))
+      return fits.judged("like the prior", like(JointFits::Rows::kAll), seconds_since(begin));
   }
   parts = taken.parts();
   evidence = taken.evidence();

@@ -127,7 +127,7 @@ std::vector<double> torque_rms(std::span<const signals::Recording> recordings);
 
 /// Torque that a model predicts along a measured motion, teacher forcing, at every row (T, n) [N
 /// m], filtered at cutoff_hz like the `filtered_tau` of `measured`. The load of friction is that
-/// torque itself, found in two passes from the rigid body's.
+/// torque itself (`drive_under_own_load`).
 RowMatrix predict_torque(const Arm& arm, const signals::Recording& measured, double cutoff_hz);
 
 /// The file of a fit, without durations, so that equal fits have equal bytes.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -48,6 +49,12 @@ class ArmTorqueData {
   double cutoff_hz_;
 };
 
+/// What is known of the friction of an arm of the same type.
+struct FrictionPrior {
+  std::vector<double> theta;
+  double sd;  ///< of each parameter, share of its size; waves over the joint angle are free
+};
+
 struct ArmTorqueOptions {
   int iterations = 20;          ///< of Levenberg-Marquardt, before and after ripples are looked for
   double smallest_gain = 2e-4;  ///< a step that lowers the objective by a smaller share is the
@@ -55,6 +62,7 @@ struct ArmTorqueOptions {
   bool find_ripples = true;     ///< false: one pass from the ripples that the start has
   RigidBodyOptions rigid_body;
   Eigen::VectorXd nominal;  ///< pi about which the prior of the rigid body is
+  std::optional<FrictionPrior> friction_prior;
   CoordinateOptions coordinates;
 };
 
@@ -73,7 +81,8 @@ struct ArmTorqueFit {
 ///     sum_j |Y_j pi + F[f_j(theta_j)] - tau_j|^2 / sigma_j^2  +  |pi - pi_CAD|^2_P
 ///
 /// with F[f_j] as in `JointFrictionData`, P the prior of the rigid body or, without one, a pull
-/// that decides what the data leave open. Alternating between friction and rigid body would stop
+/// that decides what the data leave open; with a friction prior, |theta - theta_A|^2 in units of
+/// its standard deviations beside them. Alternating between friction and rigid body would stop
 /// where one explains what belongs to the other: load against gravity, above all. Ripples are
 /// looked for after a first pass, in what the whole law leaves; sigma is that before each pass.
 /// Deterministic; the result does not depend on `jobs`.

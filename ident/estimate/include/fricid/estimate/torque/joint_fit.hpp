@@ -1,6 +1,7 @@
 // Fits of friction and rigid body together, of which held-out rollouts choose one.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -28,6 +29,13 @@ class JointFits {
   /// Friction is under the torque that `arm` predicts from now on. The measured torque as load
   /// would explain its own errors: friction that grows with them lowers any residual.
   void take_load_of(const Arm& arm);
+
+  /// Sums of the same laws are pulled to `arm` from now on, whose pi is the centre of the rigid
+  /// body's prior. @param sd  of friction, see `FrictionPrior`
+  void take_prior(Arm arm, double sd);
+  const std::optional<Arm>& prior() const { return prior_; }
+  /// Whether an arm is of the laws of the prior.
+  bool is_like_prior(const Arm& arm) const;
 
   /// The robot of least squares with friction at the start that the linear friction suggests
   /// (`start_sum`).
@@ -77,6 +85,8 @@ class JointFits {
   ArmTorqueData all_, training_, held_out_;
   std::vector<Fold> folds_;
   Rollouts judging_;  // held out; of long logs also the starts from rest, which are rare
+  std::optional<Arm> prior_;
+  double prior_sd_ = 0;
   double temperature_ = 0;
   bool has_temperature_ = false;
 };

@@ -51,6 +51,8 @@ struct ModelOptions {
   bool cross = false;                             ///< weights between joints of lvm_paper
   std::string rigid_body_of = "coulomb_viscous";  ///< where laws of the whole robot start
   std::vector<std::string> modifiers;
+  std::string prior;      ///< model file of an arm of the same type
+  double prior_sd = 0.2;  ///< of friction about it, relative
   int starts = 4;
   std::vector<int> seeds{1};
   TorqueOptions torque;
@@ -91,6 +93,12 @@ struct ModelOptions {
              "start from, or keep"));
     archive("modifiers", modifiers,
             text("modifiers of the law, innermost first: asymmetry, load, temperature, ..."));
+    archive("prior", prior,
+            text("model file of an arm of the same type, RUN/models/NAME_sSEED.json, that friction "
+                 "and rigid body are pulled to; method joint"));
+    archive("prior_sd", prior_sd,
+            number("1", 1e-3, 10,
+                   "relative standard deviation of each friction parameter about the prior's"));
     archive("starts", starts, number("", 1, 1000, "starts of the optimiser"));
     archive("seeds", seeds, number("", 0, 1e9, "one fit per seed"));
     archive.section("torque", torque,
