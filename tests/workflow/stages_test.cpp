@@ -233,6 +233,8 @@ TEST_F(Stages, RunAgainForTheirSectionsOfTheSceneAndNoOthers) {
     Mutation mutation(keys);
     scene::Scene scene = problem.scene;
     scene.visit(mutation);
+    for (estimate::ModelOptions& model : scene.models)
+      if (!model.prior.empty()) model.prior = job->run.folder().scene().string();
     put(with_scene(problem, std::move(scene)));
     if (mutation.key().empty()) break;
     Names expected = readers_of(mutation.key());
@@ -248,6 +250,20 @@ TEST_F(Stages, RunAgainForTheirSectionsOfTheSceneAndNoOthers) {
     EXPECT_EQ(found, expected) << "key " << keys << " of " << mutation.key();
   }
   EXPECT_GT(keys, 100);
+}
+
+// A fit reads the model of another run.
+TEST_F(Stages, FitsRunAgainForTheContentOfTheirPrior) {
+  const fs::path file = job->run.folder().path() / "prior.json";
+  scene::Scene scene = job->problem.scene;
+  scene.models[1].prior = file.string();
+  write_file_atomically(file, "one");
+  put(with_scene(job->problem, std::move(scene)));
+  const Declarations before = declarations();
+  write_file_atomically(file, "other");
+  const Names found = changed(before, declarations());
+  EXPECT_TRUE(found.contains("identify lugre_s1"));
+  EXPECT_FALSE(found.contains("identify simple_s1"));
 }
 
 // Files: the content of what a stage wrote is an input of those that read it.
