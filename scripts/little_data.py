@@ -56,9 +56,9 @@ def geometric_mean(values):
 def plot(table, horizon_s, curves, file):
     """table: {seconds: {curve: error}}"""
     script = ["set terminal svg size 640,420 font 'sans,12' background '#ffffff'", f"set output '{file}'",
-              "set logscale xy", "set format y '10^{%L}'", "set key top right",
+              "set logscale xy", "set format y '10^{%L}'", "set key outside right center",
               "set xlabel 'training data [s]'", f"set ylabel 'MSE of q after {horizon_s:g} s [rad²]'",
-              f"set xtics ({', '.join(f'{s:g}' for s in table)})"]
+              f"set xrange [{min(table) / 1.3:g}:{max(table) * 1.3:g}]", f"set xtics ({', '.join(f'{s:g}' for s in table)})"]
     script.append("plot " + ", ".join(f"'-' with linespoints lw 2 pt 7 lc rgb '{colour}' title '{curve}'"
                                       for curve, colour in zip(curves, COLOURS)))
     for curve in curves:

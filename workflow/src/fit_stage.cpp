@@ -30,7 +30,10 @@ Stage make_stage(const Job& job, const FitRequest& request, const Shared& shared
   Stage stage{stage_of(request.id()), Inputs(job.run.folder()), {}};
   declare(stage.inputs, problem, kFitted);
   stage.inputs.outputs_of(job.run.results_of("data"), kTraining);
-  if (!request.model.prior.empty()) stage.inputs.file("prior", request.model.prior);
+  if (const std::string& prior = request.model.prior; std::filesystem::exists(prior))
+    stage.inputs.file("prior", prior);
+  else if (!prior.empty())
+    stage.inputs.text("prior", "");  // gone since
   const std::string checkpoint_key = job.run.key_of(stage);
   stage.work = [=, part = part_of(problem, kFitted), out = job.run.folder(), jobs = job.jobs,
                 say = job.say](const RunFolder& visible) {

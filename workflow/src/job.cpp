@@ -46,6 +46,7 @@ void refuse_shared_logs(const scene::Problem& problem) {
 scene::Problem checked_problem(scene::Scene scene, std::optional<std::uint64_t> seed, bool ran) {
   if (seed) scene.seed = *seed;
   scene::Problem problem = scene::resolve(std::move(scene));
+  if (!ran) scene::require_priors(problem);
   if (!ran && problem.scene.simulates()) sim::make_arm(problem);
   if (scene::logs_are_there(problem)) refuse_shared_logs(problem);
   return problem;

@@ -36,9 +36,11 @@ fs::path find_and_rename(const SceneOrigin& origin, std::string& name, std::stri
   return path;
 }
 
-// The model of another run, absolute wherever the scene is.
+// The model of another run, absolute wherever the scene is. That of a scene in a run folder may be
+// gone since.
 void find_prior(const SceneOrigin& origin, std::string& name, const std::string& key) {
-  if (!name.empty()) name = fs::absolute(origin.find(name, key)).lexically_normal().string();
+  if (name.empty() || fs::path(name).is_absolute()) return;
+  name = fs::absolute(origin.find(name, key)).lexically_normal().string();
 }
 
 // Relative logs that exist become absolute, so that the scene can be run from another folder.
@@ -210,7 +212,7 @@ Problem resolve(Scene scene) {
   for (const fs::path& path : {urdf, mjcf, contract})
     if (!path.empty()) inputs.push_back(path);
   for (const estimate::ModelOptions& model : scene.models)
-    if (!model.prior.empty()) inputs.emplace_back(model.prior);
+    if (fs::exists(model.prior)) inputs.emplace_back(model.prior);
   for_logs(scene, [&](const char*, const std::string& log) {
     try {
       inputs.push_back(config::find_file(data::log_part(log).file, folder_of_scene(scene)));
@@ -268,6 +270,13 @@ void require_logs(const Problem& problem) {
       throw UserError("{}: {}", problem.scene.origin.place(key), error.what());
     }
   });
+}
+
+void require_priors(const Problem& problem) {
+  const std::vector<estimate::ModelOptions>& models = problem.scene.models;
+  for (std::size_t i = 0; i < models.size(); ++i)
+    if (!models[i].prior.empty())
+      problem.scene.origin.find(models[i].prior, fmt::format("model[{}].prior", i));
 }
 
 bool logs_are_there(const Problem& problem) {

@@ -43,6 +43,8 @@ std::filesystem::path find_log(const Problem& problem, const std::string& name);
 
 /// Checks that every log file of the scene is there. @throws UserError "file:line: ..."
 void require_logs(const Problem& problem);
+/// @throws UserError where a model has a prior that is not there
+void require_priors(const Problem& problem);
 /// Whether every log file of the scene is there.
 bool logs_are_there(const Problem& problem);
 
