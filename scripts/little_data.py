@@ -26,7 +26,7 @@ def overlay(scene, seconds, prior):
         if name == "known_law":
             lines.append('law = "injected"')
     if prior:
-        lines += ["[[model]]", 'name = "lvm_prior"', 'law = "lvm"', f"prior = {json.dumps(str(prior))}"]
+        lines += ["[[model]]", 'name = "lvm_prior"', 'law = "lvm"', f"prior = {json.dumps(str(prior.resolve()))}"]
     return "\n".join(lines) + "\n"
 
 
@@ -73,9 +73,10 @@ def main():
     options.add_argument("--lengths", default="5,10,30,60,190")
     options.add_argument("--jobs", type=int, default=os.cpu_count())
     options.add_argument("-o", "--output", type=Path, default=Path("run/little_data"))
-    options.add_argument("--prior", type=lambda name: Path(name).resolve(strict=True),
-                         help="RUN/models/lvm_s1.json of another arm of the same type")
+    options.add_argument("--prior", type=Path, help="RUN/models/lvm_s1.json of another arm of the same type")
     given = options.parse_args()
+    if given.prior and not given.prior.is_file():
+        options.error(f"--prior {given.prior} is not there")
     curves = CURVES | (PRIOR if given.prior else {})
     fricid = os.environ.get("FRICID_PROGRAM", ROOT / "build/release/cli/fricid")
     first, _, last = given.seeds.partition("-")
