@@ -5,6 +5,7 @@
 
 #include "fricid/base/attempts.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/film/video.hpp"
@@ -40,19 +41,22 @@ void declare_results(Inputs& inputs, const Job& job) {
 }
 
 /// @throws UserError, after all others are made, when some could not be
-Done write_figures(const RunFolder& visible, const RunFolder& out) {
-  Done done;
+Done write_figures(const RunFolder& visible, const RunFolder& out, int jobs) {
   const auto figures = render::figures_of_run(visible);
   Progress progress("plots", static_cast<double>(figures.size()));
-  Attempts attempts;
-  for (const render::Figure& figure : figures) {
-    throw_if_stopped();
-    attempts.try_to([&] {
-      for (const auto& file : render::write_figure(figure, out.plots())) done.files.push_back(file);
-    });
-    progress.advance(1, figure.name);
-  }
-  attempts.finish();
+  std::vector<std::vector<std::filesystem::path>> files(figures.size());
+  std::vector<Attempts> attempts(figures.size());
+  parallel_for(static_cast<int>(figures.size()), jobs, [&](int figure) {
+    const auto i = static_cast<std::size_t>(figure);
+    attempts[i].try_to([&] { files[i] = render::write_figure(figures[i], out.plots()); });
+    progress.advance(1, figures[i].name);
+  });
+  Attempts all;
+  for (const Attempts& figure : attempts) all.try_to([&] { figure.finish(); });
+  all.finish();
+  Done done;
+  for (const auto& of_figure : files)
+    done.files.insert(done.files.end(), of_figure.begin(), of_figure.end());
   return done;
 }
 
@@ -74,8 +78,8 @@ Stage plots_stage(const Job& job) {
   declare(stage.inputs, job.problem, kDrawn);
   declare_results(stage.inputs, job);
   stage.inputs.files_below(job.run.folder().estimates());
-  stage.work = [out = job.run.folder()](const RunFolder& visible) {
-    return write_figures(visible, out);
+  stage.work = [out = job.run.folder(), jobs = job.jobs](const RunFolder& visible) {
+    return write_figures(visible, out, jobs);
   };
   return stage;
 }
