@@ -120,17 +120,15 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   const bool sum = config.laws.empty() && config.law == friction::kLvm;
   JointFits fits(prepared, windows, jobs);
   Arm start = sum ? fits.start(fits.all_parts()) : fits.start(joint_spec_of(config));
-  std::optional<Arm> prior;
   if (!config.prior.empty()) {
-    prior = load_prior(config.prior, prepared);
-    fits.take_prior(*prior, config.prior_sd);
+    const Arm prior = load_prior(config.prior, prepared);
+    fits.take_prior(prior, config.prior_sd);
     if (!sum && !fits.is_like_prior(start))
       throw UserError("{}: other laws than those of model {}; allowed as a prior: the same ones",
                       config.prior, config.name);
-    if (!sum) start = *prior;
+    start = prior;
   }
-  const Arm& rough = prior ? *prior : start;
-  fits.take_load_of(fits.on_torque(rough, JointFits::Rows::kTraining, true, kRoughGain).arm);
+  fits.take_load_of(fits.on_torque(start, JointFits::Rows::kTraining, true, kRoughGain).arm);
   Progress progress(fmt::format("fit {}", report.model.label),
                     sum ? 3 + 2 * static_cast<int>(std::size(kRivals)) : 1);
   std::vector<Candidate>& found = report.candidates;
