@@ -88,6 +88,13 @@ TEST_F(BadScene, MotorsThatCannotBeCoupled) {
             "turns alone; allowed: factors by which the motors turn every joint");
 }
 
+TEST_F(BadScene, PriorsThatAreNotThereOrDoNotApply) {
+  EXPECT_THAT(with("[[model]]\nname = \"lvm\"\nprior = \"missing.json\"\n"),
+              testing::StartsWith("scene.toml:14: model[0].prior: "));
+  EXPECT_EQ(with("[[model]]\nname = \"gms\"\nprior = \"scene.toml\"\n"),
+            "scene.toml:14: model[1].prior of a model of method conventional; allowed: joint");
+}
+
 TEST_F(BadScene, LatentsThatAModelCannotHave) {
   for (const int n_z : {0, 13})
     EXPECT_EQ(
@@ -99,10 +106,6 @@ TEST_F(BadScene, LatentsThatAModelCannotHave) {
             "scene.toml:14: model[1].length = 2; allowed: a number from 1e-06 to 1 rad");
   EXPECT_EQ(with("[[model]]\nname = \"nn\"\nlength = 0.004\n"),
             "scene.toml:14: model[1].length = 0.004; allowed for nn: none");
-  EXPECT_THAT(with("[[model]]\nname = \"lvm\"\nprior = \"missing.json\"\n"),
-              testing::StartsWith("scene.toml:14: model[0].prior: "));
-  EXPECT_EQ(with("[[model]]\nname = \"gms\"\nprior = \"scene.toml\"\n"),
-            "scene.toml:14: model[1].prior of a model of method conventional; allowed: joint");
   EXPECT_EQ(with("[[model]]\nname = \"gms\"\nrigid_body_of = \"lugre\"\n"),
             "scene.toml:14: model[1].rigid_body_of = \"lugre\"; allowed for gms: none");
   EXPECT_THAT(with("[[model]]\nname = \"nn\"\nrigid_body_of = \"rnn\"\n"),
