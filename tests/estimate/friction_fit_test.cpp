@@ -126,56 +126,6 @@ TEST(FitConventional, SlidingInOneDirectionIsFrictionNotOffset) {
   }
 }
 
-// Nine recordings take two packs; 35 columns take two chunks of the filter.
-TEST(JointFrictionData, LinearisesWhatItPredicts) {
-  Arm arm{small_arm(), {}};
-  arm.friction = same_law("dahl", {4, 200, 2}, arm.robot.n());
-  std::vector<data::Dataset> logs;
-  for (std::uint64_t seed = 1; seed <= 9; ++seed) {
-    LogOptions options;
-    options.seed = seed;
-    options.seconds = 3 + 0.2 * static_cast<double>(seed % 3);
-    logs.push_back(make_log(arm, options));
-  }
-  const Prepared prepared = prepare(arm.robot, {}, logs, 2);
-  std::vector<RowMatrix> target;
-  std::vector<std::vector<int>> row;
-  for (const signals::Recording& r : prepared.recordings) {
-    target.push_back(r.filtered_tau);
-    row.push_back({50, 51, r.length() - 60});
-  }
-  const JointFrictionData data(prepared.recordings, target, 1, 10);
-  const friction::RobotFriction one({{{{"gms", 14, {{"load", 1}, {"ripple", 1}}}}}});
-  const std::vector<double> theta = default_theta(one);
-  std::vector<std::size_t> wanted;
-  for (std::size_t p = 0; p < theta.size(); ++p)
-    if (p != 3) wanted.push_back(p);
-  ASSERT_GE(wanted.size(), 33u);
-  const JointFrictionData::Linear found = data.linearise(one, theta, wanted, row);
-
-  const auto rows_at = [&](const std::vector<double>& at) {
-    Eigen::VectorXd f(3 * std::ssize(row));
-    for (int s = 0; s < data.sequences(); ++s) {
-      const Eigen::VectorXd all = data.predicted(one, at, s);
-      for (int i = 0; i < 3; ++i)
-        f[3 * s + i] = all[row[static_cast<std::size_t>(s)][static_cast<std::size_t>(i)]];
-    }
-    return f;
-  };
-  EXPECT_LT((found.f - rows_at(theta)).norm(), 1e-12 * found.f.norm());
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const double h = 1e-6 * theta[wanted[i]];
-    if (h == 0) continue;
-    std::vector<double> up = theta, down = theta;
-    up[wanted[i]] += h;
-    down[wanted[i]] -= h;
-    const Eigen::VectorXd slope = (rows_at(up) - rows_at(down)) / (2 * h);
-    EXPECT_LT((found.J.col(static_cast<Eigen::Index>(i)) - slope).norm(),
-              1e-4 * slope.norm() + 1e-9)
-        << one.parameters()[wanted[i]].symbol;
-  }
-}
-
 // What is held is not estimated: it has no standard error, and nothing is left to invert.
 TEST(FitJointFriction, HeldParametersHaveNoStandardErrors) {
   Arm arm{small_arm(), {}};

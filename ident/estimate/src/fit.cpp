@@ -278,9 +278,9 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
           pass == 0 ? friction::start_from(one, guess) : report.joints[i].theta;
       report.joints[i] = linear ? linear_fit(prepared, data, one, j)
                                 : fit_joint_friction(data, one, start, options);
-      for (std::size_t s = 0; s < prepared.recordings.size(); ++s)
-        friction_torque[s].col(j) =
-            data.predicted(one, report.joints[i].theta, static_cast<int>(s));
+      const PerSample f = data.predict(one, report.joints[i].theta);
+      for (std::size_t s = 0; s < f.size(); ++s)
+        friction_torque[s].col(j) = Eigen::VectorXd::Map(f[s].data(), std::ssize(f[s]));
       share[i] = 1 - report.joints[i].explained;
       progress.advance(1);
     });

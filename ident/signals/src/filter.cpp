@@ -91,8 +91,8 @@ void ZeroPhaseButterworth::apply(RowMatrix& x) const {
 
 template void ZeroPhaseButterworth::apply(std::span<double>, std::vector<double>&) const;
 template void ZeroPhaseButterworth::apply(std::span<PackD>, std::vector<PackD>&) const;
-template void ZeroPhaseButterworth::apply(std::span<Group<PackD, 4>>,
-                                          std::vector<Group<PackD, 4>>&) const;
+template void ZeroPhaseButterworth::apply(std::span<Group<PackD, 2>>,
+                                          std::vector<Group<PackD, 2>>&) const;
 
 double ZeroPhaseButterworth::gain(double frequency_hz) const {
   const double ratio = std::tan(std::numbers::pi * frequency_hz / rate_hz_) / warped_cutoff_;

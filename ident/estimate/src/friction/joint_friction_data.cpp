@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -15,135 +16,271 @@ namespace fricid::estimate {
 namespace {
 
 constexpr int kLanes = kLaneCount<PackD>;
-constexpr std::ptrdiff_t kPromising = 16;  // orders of a grid that are looked at closely
+constexpr int kPromising = 2 * kLanes;  // orders of a grid that are looked at closely
+// Where two pieces meet, their states differ by at most this share of their size.
+constexpr double kForgotten = 1e-6;
+
+using Columns = fricid::Group<PackD, 2>;  // filtered side by side
+constexpr std::size_t kColumns = 2 * kLanes;
+
+template <class T>
+friction::Input<PackD> spread(const T& in) {
+  return {PackD(in.q), PackD(in.v), PackD(in.load), PackD(in.temperature)};
+}
+
+void set_lane_of(friction::Input<PackD>& to, int lane, const friction::Input<double>& from) {
+  to.q.set(lane, from.q);
+  to.v.set(lane, from.v);
+  to.load.set(lane, from.load);
+  to.temperature.set(lane, from.temperature);
+}
+
+/// Rotates a wave by an angle.
+template <class S>
+void turn(SinCos<S>& wave, const SinCos<S>& by) {
+  const S sine = wave.sin * by.cos + wave.cos * by.sin;
+  wave.cos = wave.cos * by.cos - wave.sin * by.sin;
+  wave.sin = sine;
+}
 
 }  // namespace
 
 JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequences,
                                      std::span<const RowMatrix> target, int joint, double cutoff_hz,
-                                     const OffsetPrior& prior)
+                                     const OffsetPrior& prior, std::span<const SampleRange> ranges)
     : prior_(prior),
       dt_(sequences.front().dt),
       cutoff_hz_(cutoff_hz),
       low_pass_(cutoff_hz, 1 / sequences.front().dt) {
   double sum = 0, square = 0;
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
-  for (std::size_t first = 0; first < sequences.size(); first += kLanes) {
-    const auto last = std::min(sequences.size(), first + kLanes);
-    int longest = 0;
-    for (std::size_t s = first; s < last; ++s) longest = std::max(longest, sequences[s].length());
-    const auto T = static_cast<std::size_t>(longest);
-
-    // Shorter sequences stand still at their last position; empty lanes repeat the first sequence.
-    Group group;
-    group.at.resize(T);
-    group.over.resize(T);
-    group.target.assign(T, PackD(0));
-    group.weight.assign(T, PackD(0));
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const bool present = first + static_cast<std::size_t>(lane) < last;
-      const std::size_t index = present ? first + static_cast<std::size_t>(lane) : first;
-      const signals::Recording& s = sequences[index];
-      const int length = s.length();
-      if (present) lengths_.push_back(length);
-      for (int k = 0; k < longest; ++k) {
-        const auto i = static_cast<std::size_t>(k);
-        const int row = std::min(k, length - 1);
-        const bool moving = k + 1 < length;
-        const double q = s.wide.q(row, joint), next = moving ? s.wide.q(row + 1, joint) : q;
-        friction::Input<PackD>& at = group.at[i];
-        friction::Input<PackD>& over = group.over[i];
-        at.q.set(lane, q);
-        at.v.set(lane, k < length ? s.wide.v(row, joint) : 0.0);
-        at.load.set(lane, s.load(row, joint));
-        at.temperature.set(lane, s.temperature(row, joint));
-        over.q.set(lane, next);
-        over.v.set(lane, (next - q) / dt_);
-        over.load.set(lane, s.load(row, joint));
-        over.temperature.set(lane, s.temperature(row, joint));
-        if (!present || k >= length || !s.use(k, joint)) continue;
-        const double value = target[index](row, joint);
-        group.target[i].set(lane, value);
-        group.weight[i].set(lane, 1);
-        ++rows_;
-        sum += value;
-        square += value * value;
-        lowest = std::min(lowest, q);
-        highest = std::max(highest, q);
-        largest_target_ = std::max(largest_target_, std::abs(value));
-      }
+  std::vector<std::vector<double>> q;
+  std::vector<SampleRange> all;
+  for (std::size_t i = 0; i < sequences.size(); ++i) {
+    const signals::Recording& s = sequences[i];
+    const auto T = static_cast<std::size_t>(s.length());
+    Series& series = series_.emplace_back();
+    series.range = ranges.empty() ? SampleRange{0, s.length()} : ranges[i];
+    all.push_back(series.range);
+    series.target.assign(T, 0);
+    series.weight.assign(T, 0);
+    for (int k = 0; k < s.length(); ++k) {
+      const double at = s.wide.q(k, joint), next = s.wide.q(std::min(k + 1, s.length() - 1), joint);
+      const double load = s.load(k, joint), temperature = s.temperature(k, joint);
+      series.at.push_back({at, s.wide.v(k, joint), load, temperature});
+      series.over.push_back({next, (next - at) / dt_, load, temperature});
+      if (k < series.range.begin || k >= series.range.end || !s.use(k, joint)) continue;
+      const auto row = static_cast<std::size_t>(k);
+      const double value = target[i](k, joint);
+      series.target[row] = value;
+      series.weight[row] = 1;
+      ++rows_;
+      sum += value;
+      square += value * value;
+      lowest = std::min(lowest, at);
+      highest = std::max(highest, at);
+      largest_target_ = std::max(largest_target_, std::abs(value));
     }
-    groups_.push_back(std::move(group));
+    q.emplace_back();
+    for (const friction::Input<double>& in : series.at) q.back().push_back(in.q);
   }
+  groups_ = side_by_side(cut_motion(q, all, dt_, kLanes));
   travel_ = std::max(0.0, highest - lowest);
   target_mean_square_ = rows_ > 0 ? square / rows_ - std::pow(sum / rows_, 2) : 0;
 }
 
-void JointFrictionData::drive(const friction::RobotFriction& friction,
-                              std::span<const double> theta,
-                              std::vector<std::vector<PackD>>& out) const {
-  std::vector<PackD> parameters(theta.begin(), theta.end());
-  std::vector<PackD> z(static_cast<std::size_t>(friction.state_size()));
-  out.resize(groups_.size());
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const Group& group = groups_[g];
-    out[g].resize(group.at.size());
-    std::fill(z.begin(), z.end(), PackD(0));
-    for (std::size_t k = 0; k < group.at.size(); ++k) {
-      friction.torque<PackD>(parameters, {&group.at[k], 1}, z, {&out[g][k], 1});
-      friction.step<PackD>(parameters, {&group.over[k], 1}, dt_, z);
+std::vector<JointFrictionData::Group> JointFrictionData::side_by_side(
+    std::span<const MotionPiece> pieces) const {
+  std::vector<Group> groups;
+  for (std::size_t first = 0; first < pieces.size(); first += kLanes) {
+    const auto own = pieces.subspan(first, std::min<std::size_t>(kLanes, pieces.size() - first));
+    Group& group = groups.emplace_back();
+    group.pieces.assign(own.begin(), own.end());
+    int longest = 0;
+    for (const MotionPiece& piece : own) longest = std::max(longest, piece.end - piece.start);
+    group.at.resize(static_cast<std::size_t>(longest));
+    group.over.resize(group.at.size());
+    for (int lane = 0; lane < kLanes; ++lane) {
+      // empty lanes repeat the first piece; a lane stands still after the end of its piece
+      const MotionPiece& piece = own[static_cast<std::size_t>(lane) < own.size() ? lane : 0];
+      const Series& series = series_[static_cast<std::size_t>(piece.sequence)];
+      for (int k = 0; k < longest; ++k) {
+        const int sample = piece.start + k;
+        const bool moves = sample < piece.end;
+        const auto row = static_cast<std::size_t>(std::min(sample, piece.end - 1));
+        friction::Input<double> at = series.at[row], over = series.over[row];
+        if (!moves) at.v = over.v = 0;
+        set_lane_of(group.at[static_cast<std::size_t>(k)], lane, at);
+        set_lane_of(group.over[static_cast<std::size_t>(k)], lane, over);
+      }
     }
+  }
+  return groups;
+}
+
+template <class Driver>
+bool JointFrictionData::drive(std::span<const Group> groups, std::size_t states,
+                              Driver& driver) const {
+  // states at which a piece begins after its run-in, or ends where another begins
+  struct Passed {
+    int sequence, sample;
+    bool begins;
+    std::vector<double> z;
+  };
+  std::vector<Passed> passed;
+  std::vector<PackD> z(states);
+  for (const Group& group : groups) {
+    std::ranges::fill(z, PackD(0));
+    driver.reset();
+    const int longest = static_cast<int>(group.at.size());
+    const auto pass = [&](const MotionPiece& piece, int lane, int sample) {
+      const bool begins = sample == piece.begin;
+      const SampleRange& range = series_[static_cast<std::size_t>(piece.sequence)].range;
+      if (sample == (begins ? range.begin : range.end)) return;
+      Passed& at = passed.emplace_back(piece.sequence, sample, begins, std::vector<double>(states));
+      for (std::size_t i = 0; i < states; ++i) at.z[i] = z[i][lane];
+    };
+    for (int k = 0; k <= longest; ++k) {
+      for (int lane = 0; const MotionPiece& piece : group.pieces) {
+        if (const int sample = piece.start + k; sample == piece.begin || sample == piece.end)
+          pass(piece, lane, sample);
+        ++lane;
+      }
+      if (k == longest) break;
+      const auto step = static_cast<std::size_t>(k);
+      driver.torque(group.at[step], z);
+      for (int lane = 0; const MotionPiece& piece : group.pieces) {
+        if (const int sample = piece.start + k; sample >= piece.begin && sample < piece.end)
+          driver.keep(static_cast<std::size_t>(piece.sequence), static_cast<std::size_t>(sample),
+                      lane);
+        ++lane;
+      }
+      driver.step(group.over[step], z);
+    }
+  }
+
+  std::ranges::sort(passed, {},
+                    [](const Passed& p) { return std::tuple(p.sequence, p.sample, p.begins); });
+  std::vector<double> size(states, 0.0);
+  for (const Passed& at : passed)
+    for (std::size_t i = 0; i < states; ++i) size[i] = std::max(size[i], std::abs(at.z[i]));
+  for (std::size_t k = 0; k + 1 < passed.size(); k += 2)
+    for (std::size_t i = 0; i < states; ++i)
+      if (!(std::abs(passed[k].z[i] - passed[k + 1].z[i]) <= kForgotten * size[i])) return false;
+  return true;
+}
+
+template <class Driver>
+void JointFrictionData::drive(std::size_t states, Driver& driver) const {
+  if (drive(groups_, states, driver)) return;
+  std::vector<MotionPiece> whole;
+  for (int s = 0; s < sequences(); ++s) {
+    const SampleRange& range = series_[static_cast<std::size_t>(s)].range;
+    if (range.size() > 0) whole.push_back({s, 0, range.begin, range.end});
+  }
+  drive(side_by_side(whole), states, driver);
+}
+
+PerSample JointFrictionData::unfiltered(const friction::RobotFriction& friction,
+                                        std::span<const double> theta) const {
+  struct {
+    const friction::RobotFriction& friction;
+    std::vector<PackD> theta;
+    double dt;
+    PerSample f;
+    PackD now;
+    void reset() {}
+    void torque(const friction::Input<PackD>& in, std::span<const PackD> z) {
+      friction.torque<PackD>(theta, {&in, 1}, z, {&now, 1});
+    }
+    void keep(std::size_t sequence, std::size_t sample, int lane) {
+      f[sequence][sample] = now[lane];
+    }
+    void step(const friction::Input<PackD>& in, std::span<PackD> z) {
+      friction.step<PackD>(theta, {&in, 1}, dt, z);
+    }
+  } driver{friction, {theta.begin(), theta.end()}, dt_, {}, {}};
+  for (const Series& series : series_) driver.f.emplace_back(series.at.size(), 0.0);
+  drive(static_cast<std::size_t>(friction.state_size()), driver);
+  return std::move(driver.f);
+}
+
+/// Ranges of equal length go through the filter side by side.
+void JointFrictionData::low_pass(PerSample& x) const {
+  std::vector<PackD> packs, work;
+  std::vector<double> alone;
+  const auto of = [&](std::size_t s) {
+    const SampleRange& range = series_[s].range;
+    return std::span(x[s]).subspan(static_cast<std::size_t>(range.begin),
+                                   static_cast<std::size_t>(range.size()));
+  };
+  for (std::size_t first = 0, last; first < x.size(); first = last) {
+    const std::size_t size = of(first).size();
+    for (last = first + 1; last < std::min(x.size(), first + kLanes); ++last)
+      if (of(last).size() != size) break;
+    if (last == first + 1) {
+      low_pass_.apply(of(first), alone);
+      continue;
+    }
+    packs.assign(size, PackD(0));
+    for (std::size_t s = first; s < last; ++s)
+      for (std::size_t k = 0; k < size; ++k) packs[k].set(static_cast<int>(s - first), of(s)[k]);
+    low_pass_.apply(std::span(packs), work);
+    for (std::size_t s = first; s < last; ++s)
+      for (std::size_t k = 0; k < size; ++k) of(s)[k] = packs[k][static_cast<int>(s - first)];
   }
 }
 
-void JointFrictionData::predict(const friction::RobotFriction& friction,
-                                std::span<const double> theta,
-                                std::vector<std::vector<PackD>>& out) const {
-  std::vector<PackD> work;
-  drive(friction, theta, out);
-  for (std::vector<PackD>& group : out) low_pass_.apply(std::span<PackD>(group), work);
+PerSample JointFrictionData::predict(const friction::RobotFriction& friction,
+                                     std::span<const double> theta) const {
+  PerSample f = unfiltered(friction, theta);
+  low_pass(f);
+  return f;
 }
 
-std::vector<double> JointFrictionData::promising_orders(
-    const std::vector<std::vector<PackD>>& f, const std::vector<std::vector<PackD>>& filtered,
-    const RippleGrid& grid) const {
+std::vector<double> JointFrictionData::promising_orders(const PerSample& f,
+                                                        const PerSample& filtered,
+                                                        const RippleGrid& grid) const {
   const auto count = static_cast<std::size_t>(grid.count);
   std::vector<PackD> sine(count, PackD(0)), cosine = sine, square = sine;
-  PackD sum = 0;
-  for (std::size_t g = 0; g < groups_.size(); ++g)
-    for (std::size_t k = 0; k < f[g].size(); ++k)
-      sum += groups_[g].weight[k] * (groups_[g].target[k] - filtered[g][k]);
   double mean = 0;
-  for (int lane = 0; lane < kLanes; ++lane)
-    mean += share_of_mean() * sum[lane] / std::max(1, rows_);
+  for (std::size_t s = 0; s < series_.size(); ++s)
+    for (std::size_t k = 0; k < f[s].size(); ++k)
+      mean += share_of_mean() / std::max(1, rows_) * series_[s].weight[k] *
+              (series_[s].target[k] - filtered[s][k]);
 
-  std::vector<PackD> left, work;
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const Group& group = groups_[g];
-    left.resize(f[g].size());
-    for (std::size_t k = 0; k < left.size(); ++k)
-      left[k] = group.weight[k] * (group.target[k] - filtered[g][k] - PackD(mean));
-    low_pass_.apply(std::span<PackD>(left), work);
-    for (std::size_t k = 0; k < left.size(); ++k) {
+  PerSample left;
+  for (std::size_t s = 0; s < series_.size(); ++s) {
+    left.emplace_back(f[s].size());
+    for (std::size_t k = 0; k < f[s].size(); ++k)
+      left[s][k] = series_[s].weight[k] * (series_[s].target[k] - filtered[s][k] - mean);
+  }
+  low_pass(left);
+  for (std::size_t s = 0; s < series_.size(); ++s) {
+    const Series& series = series_[s];
+    for (int first = series.range.begin; first < series.range.end; first += kLanes) {
+      PackD q(0), v(0), correlated(0), size(0);  // of eight samples; none beyond the end
+      for (int lane = 0; lane < std::min(kLanes, series.range.end - first); ++lane) {
+        const auto k = static_cast<std::size_t>(first + lane);
+        q.set(lane, series.at[k].q);
+        v.set(lane, series.at[k].v);
+        correlated.set(lane, left[s][k] * f[s][k]);
+        size.set(lane, series.weight[k] * f[s][k] * f[s][k]);
+      }
       // turns e^(i n q) from order to order
-      const PackD q = group.at[k].q;
-      const auto turn = sincos(PackD(grid.step) * q), start = sincos(PackD(grid.first) * q);
-      PackD s = start.sin, c = start.cos;
-      const PackD correlated = left[k] * f[g][k];
-      const PackD size = group.weight[k] * f[g][k] * f[g][k];
+      SinCos<PackD> wave = sincos(PackD(grid.first) * q);
+      const SinCos<PackD> between = sincos(PackD(grid.step) * q);
       // (frequency of the wave over the cut-off)^2 is n^2 of this
-      const PackD per_order = group.at[k].v * PackD(1 / (2 * std::numbers::pi * cutoff_hz_));
+      const PackD per_order = v * PackD(1 / (2 * std::numbers::pi * cutoff_hz_));
       const PackD slow = per_order * per_order;
       for (std::size_t i = 0; i < count; ++i) {
         const double n = grid.first + grid.step * static_cast<double>(i);
         const PackD x = PackD(n * n) * slow, x2 = x * x;
         const PackD gain = PackD(1) / (PackD(1) + x2 * x2);
-        sine[i] += correlated * s;
-        cosine[i] += correlated * c;
+        sine[i] += correlated * wave.sin;
+        cosine[i] += correlated * wave.cos;
         square[i] += size * gain * gain;
-        const PackD next = s * turn.cos + c * turn.sin;
-        c = c * turn.cos - s * turn.sin;
-        s = next;
+        turn(wave, between);
       }
     }
   }
@@ -165,41 +302,45 @@ std::vector<double> JointFrictionData::promising_orders(
 RippleTerm JointFrictionData::strongest_ripple(const friction::RobotFriction& friction,
                                                std::span<const double> theta,
                                                const RippleGrid& grid) const {
-  std::vector<std::vector<PackD>> f, filtered;
-  drive(friction, theta, f);
-  filtered = f;
-  std::vector<PackD> work;
-  for (std::vector<PackD>& group : filtered) low_pass_.apply(std::span<PackD>(group), work);
+  const PerSample f = unfiltered(friction, theta);
+  PerSample filtered = f;
+  low_pass(filtered);
+  std::vector<double> orders = promising_orders(f, filtered, grid);
+  orders.resize(kPromising, orders.front());
 
+  // per order, in lanes, moments of (1, F[f sin nq], F[f cos nq], target - F[f]) over the used rows
+  Columns n, sum[4][4] = {};
+  for (std::size_t i = 0; i < orders.size(); ++i)
+    n.x[i / kLanes].set(static_cast<int>(i % kLanes), orders[i]);
+  std::vector<Columns> sine, cosine, work;
+  for (std::size_t s = 0; s < series_.size(); ++s) {
+    const Series& series = series_[s];
+    const auto begin = static_cast<std::size_t>(series.range.begin);
+    sine.resize(static_cast<std::size_t>(series.range.size()));
+    cosine.resize(sine.size());
+    for (std::size_t k = 0; k < sine.size(); ++k)
+      for (int half = 0; half < 2; ++half) {
+        const SinCos<PackD> wave = sincos(n.x[half] * PackD(series.at[begin + k].q));
+        sine[k].x[half] = PackD(f[s][begin + k]) * wave.sin;
+        cosine[k].x[half] = PackD(f[s][begin + k]) * wave.cos;
+      }
+    low_pass_.apply(std::span(sine), work);
+    low_pass_.apply(std::span(cosine), work);
+    for (std::size_t k = 0; k < sine.size(); ++k) {
+      if (series.weight[begin + k] == 0) continue;
+      const Columns row[4] = {Columns(1), sine[k], cosine[k],
+                              Columns(series.target[begin + k] - filtered[s][begin + k])};
+      for (int a = 0; a < 4; ++a)
+        for (int b = a; b < 4; ++b) sum[a][b] = sum[a][b] + row[a] * row[b];
+    }
+  }
   RippleTerm best;
   best.mean_square = std::numeric_limits<double>::infinity();
-  std::vector<PackD> sine, cosine;
-  for (const double n : promising_orders(f, filtered, grid)) {
-    // moments of (1, F[f sin nq], F[f cos nq], target - F[f]) over the used rows
+  for (std::size_t i = 0; i < orders.size(); ++i) {
     Eigen::Matrix4d moments = Eigen::Matrix4d::Zero();
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-      const Group& group = groups_[g];
-      sine.resize(f[g].size());
-      cosine.resize(f[g].size());
-      for (std::size_t k = 0; k < f[g].size(); ++k) {
-        const auto wave = sincos(PackD(n) * group.at[k].q);
-        sine[k] = f[g][k] * wave.sin;
-        cosine[k] = f[g][k] * wave.cos;
-      }
-      low_pass_.apply(std::span<PackD>(sine), work);
-      low_pass_.apply(std::span<PackD>(cosine), work);
-      PackD sum[4][4] = {};
-      for (std::size_t k = 0; k < f[g].size(); ++k) {
-        const PackD w = group.weight[k];
-        const PackD row[4] = {w, w * sine[k], w * cosine[k],
-                              w * (group.target[k] - filtered[g][k])};
-        for (int a = 0; a < 4; ++a)
-          for (int b = a; b < 4; ++b) sum[a][b] += row[a] * row[b];
-      }
-      for (int a = 0; a < 4; ++a)
-        for (int b = a; b < 4; ++b)
-          for (int lane = 0; lane < kLanes; ++lane) moments(a, b) += sum[a][b][lane];
-    }
+    for (int a = 0; a < 4; ++a)
+      for (int b = a; b < 4; ++b)
+        moments(a, b) = sum[a][b].x[i / kLanes][static_cast<int>(i % kLanes)];
     moments /= std::max(1, rows_);
     moments(0, 0) += prior_.weight;
     moments.triangularView<Eigen::StrictlyLower>() = moments.transpose();
@@ -207,7 +348,7 @@ RippleTerm JointFrictionData::strongest_ripple(const friction::RobotFriction& fr
         moments.topLeftCorner<3, 3>().ldlt().solve(moments.topRightCorner<3, 1>());
     const double left = moments(3, 3) - x.dot(moments.topRightCorner<3, 1>());
     if (left < best.mean_square)
-      best = {n, std::hypot(x[1], x[2]), std::atan2(x[2], x[1]), std::max(0.0, left)};
+      best = {orders[i], std::hypot(x[1], x[2]), std::atan2(x[2], x[1]), std::max(0.0, left)};
   }
   return best;
 }
@@ -215,71 +356,96 @@ RippleTerm JointFrictionData::strongest_ripple(const friction::RobotFriction& fr
 void JointFrictionData::residual(const friction::RobotFriction& friction,
                                  std::span<const PackD> theta, int sequence,
                                  std::vector<PackD>& out, std::vector<PackD>& work) const {
-  const Group& group = groups_[static_cast<std::size_t>(sequence / kLanes)];
-  const int from = sequence % kLanes;
-  const auto spread = [from](const friction::Input<PackD>& in) {
-    return friction::Input<PackD>{PackD(in.q[from]), PackD(in.v[from]), PackD(in.load[from]),
-                                  PackD(in.temperature[from])};
-  };
+  const Series& series = series_[static_cast<std::size_t>(sequence)];
   std::vector<PackD> z(static_cast<std::size_t>(friction.state_size()), PackD(0));
-  out.resize(static_cast<std::size_t>(lengths_[static_cast<std::size_t>(sequence)]));
-  for (std::size_t k = 0; k < out.size(); ++k) {
-    const friction::Input<PackD> at = spread(group.at[k]), over = spread(group.over[k]);
-    friction.torque<PackD>(theta, {&at, 1}, z, {&out[k], 1});
+  out.assign(series.at.size(), PackD(0));
+  const auto begin = static_cast<std::size_t>(series.range.begin),
+             end = static_cast<std::size_t>(series.range.end);
+  for (std::size_t k = 0; k < end; ++k) {
+    const friction::Input<PackD> at = spread(series.at[k]), over = spread(series.over[k]);
+    if (k >= begin) friction.torque<PackD>(theta, {&at, 1}, z, {&out[k], 1});
     friction.step<PackD>(theta, {&over, 1}, dt_, z);
   }
-  low_pass_.apply(std::span<PackD>(out), work);
-  for (std::size_t k = 0; k < out.size(); ++k)
-    out[k] = PackD(group.weight[k][from]) * (out[k] - PackD(group.target[k][from]));
+  low_pass_.apply(std::span(out).subspan(begin, end - begin), work);
+  for (std::size_t k = begin; k < end; ++k)
+    out[k] = PackD(series.weight[k]) * (out[k] - PackD(series.target[k]));
 }
 
 JointFrictionData::Linear JointFrictionData::linearise(
     const friction::RobotFriction& friction, std::span<const double> theta,
     std::span<const std::size_t> wanted, std::span<const std::vector<int>> row) const {
-  // f and the columns of J, four at a time; the lanes are the sequences of a group
-  constexpr std::size_t kColumns = 4;
-  using Columns = fricid::Group<PackD, kColumns>;
-  std::vector<std::vector<Columns>> x((wanted.size() + kColumns) / kColumns);
-  const auto column = [&](std::size_t i, std::size_t k) -> PackD& {
-    return x[i / kColumns][k].x[i % kColumns];
+  // f and the columns of J along one sequence, in blocks that the filter takes at once
+  struct Filtered {
+    std::size_t begin;  // first sample
+    std::vector<std::vector<Columns>> block;
+
+    void set(std::size_t sample, std::size_t i, double value) {
+      Columns& at = block[i / kColumns][sample - begin];
+      at.x[i % kColumns / kLanes].set(static_cast<int>(i % kLanes), value);
+    }
+    double at(std::size_t sample, std::size_t i) const {
+      const Columns& at = block[i / kColumns][sample - begin];
+      return at.x[i % kColumns / kLanes][static_cast<int>(i % kLanes)];
+    }
   };
+  struct Driver {
+    const friction::RobotFriction& friction;
+    std::span<const std::size_t> wanted;
+    double dt;
+    friction::Tangent tangent;
+    std::vector<PackD> theta, z_bar, by_theta;
+    std::vector<Filtered> x;
+    PackD f;
+
+    void reset() { tangent.reset(); }
+    void torque(const friction::Input<PackD>& in, std::span<const PackD> z) {
+      const PackD one(1);
+      friction::Input<PackD> in_bar{};
+      std::ranges::fill(z_bar, PackD(0));
+      std::ranges::fill(by_theta, PackD(0));
+      friction.torque<PackD>(theta, {&in, 1}, z, {&f, 1});
+      friction.torque_pullback<PackD>(theta, {&in, 1}, z, {&one, 1}, by_theta, {&in_bar, 1}, z_bar);
+      tangent.add(theta, z_bar, by_theta);
+    }
+    void keep(std::size_t sequence, std::size_t sample, int lane) {
+      Filtered& of = x[sequence];
+      of.set(sample, 0, f[lane]);
+      for (std::size_t i = 0; i < wanted.size(); ++i)
+        of.set(sample, i + 1, by_theta[wanted[i]][lane]);
+    }
+    void step(const friction::Input<PackD>& in, std::span<PackD> z) {
+      tangent.step(theta, {&in, 1}, dt, z);
+    }
+  };
+  Driver driver{friction,
+                wanted,
+                dt_,
+                friction::Tangent(friction),
+                {theta.begin(), theta.end()},
+                std::vector<PackD>(static_cast<std::size_t>(friction.state_size())),
+                std::vector<PackD>(theta.size()),
+                {},
+                {}};
+  const std::size_t blocks = wanted.size() / kColumns + 1;
+  for (const Series& series : series_)
+    driver.x.push_back({static_cast<std::size_t>(series.range.begin),
+                        {blocks, std::vector<Columns>(static_cast<std::size_t>(series.range.size()),
+                                                      Columns(0))}});
+  drive(driver.z_bar.size(), driver);
 
   Eigen::Index rows = 0;
   for (const std::vector<int>& of_sequence : row) rows += std::ssize(of_sequence);
   Linear out{Eigen::VectorXd(rows), Eigen::MatrixXd(rows, std::ssize(wanted))};
-  const std::vector<PackD> parameters(theta.begin(), theta.end());
-  std::vector<PackD> z(static_cast<std::size_t>(friction.state_size())), z_bar(z.size()),
-      by_theta(theta.size());
   std::vector<Columns> work;
-  friction::Tangent tangent(friction);
-  const PackD one(1);
-  Eigen::Index begin = 0;
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const Group& group = groups_[g];
-    for (std::vector<Columns>& columns : x) columns.resize(group.at.size());
-    std::fill(z.begin(), z.end(), PackD(0));
-    tangent.reset();
-    for (std::size_t k = 0; k < group.at.size(); ++k) {
-      friction::Input<PackD> in_bar{};
-      std::fill(z_bar.begin(), z_bar.end(), PackD(0));
-      std::fill(by_theta.begin(), by_theta.end(), PackD(0));
-      friction.torque<PackD>(parameters, {&group.at[k], 1}, z, {&column(0, k), 1});
-      friction.torque_pullback<PackD>(parameters, {&group.at[k], 1}, z, {&one, 1}, by_theta,
-                                      {&in_bar, 1}, z_bar);
-      tangent.add(parameters, z_bar, by_theta);
-      for (std::size_t i = 0; i < wanted.size(); ++i) column(i + 1, k) = by_theta[wanted[i]];
-      tangent.step(parameters, {&group.over[k], 1}, dt_, z);
-    }
-    for (std::vector<Columns>& columns : x) low_pass_.apply(std::span<Columns>(columns), work);
-    for (std::size_t s = g * kLanes; s < std::min(row.size(), (g + 1) * kLanes); ++s) {
-      const auto pick = [&](std::size_t i, double* to) {
-        for (const int k : row[s])
-          *to++ = column(i, static_cast<std::size_t>(k))[static_cast<int>(s % kLanes)];
-      };
-      pick(0, out.f.data() + begin);
+  Eigen::Index r = 0;
+  for (std::size_t s = 0; s < row.size(); ++s) {
+    Filtered& of = driver.x[s];
+    for (std::vector<Columns>& block : of.block) low_pass_.apply(std::span(block), work);
+    for (const int k : row[s]) {
+      out.f[r] = of.at(static_cast<std::size_t>(k), 0);
       for (std::size_t i = 0; i < wanted.size(); ++i)
-        pick(i + 1, out.J.col(static_cast<Eigen::Index>(i)).data() + begin);
-      begin += std::ssize(row[s]);
+        out.J(r, static_cast<Eigen::Index>(i)) = of.at(static_cast<std::size_t>(k), i + 1);
+      ++r;
     }
   }
   return out;
@@ -287,20 +453,16 @@ JointFrictionData::Linear JointFrictionData::linearise(
 
 JointFrictionData::Moments JointFrictionData::moments(const friction::RobotFriction& friction,
                                                       std::span<const double> theta) const {
-  std::vector<std::vector<PackD>> predicted;
-  predict(friction, theta, predicted);
-  PackD sum = 0, square = 0;
-  for (std::size_t g = 0; g < groups_.size(); ++g)
-    for (std::size_t k = 0; k < predicted[g].size(); ++k) {
-      const PackD e = groups_[g].weight[k] * (predicted[g][k] - groups_[g].target[k]);
-      sum += e;
-      square += e * e;
-    }
+  const PerSample f = predict(friction, theta);
   Moments out;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    out.mean += sum[lane] / std::max(1, rows_);
-    out.square += square[lane] / std::max(1, rows_);
-  }
+  for (std::size_t s = 0; s < f.size(); ++s)
+    for (std::size_t k = 0; k < f[s].size(); ++k) {
+      const double e = series_[s].weight[k] * (f[s][k] - series_[s].target[k]);
+      out.mean += e;
+      out.square += e * e;
+    }
+  out.mean /= std::max(1, rows_);
+  out.square /= std::max(1, rows_);
   return out;
 }
 
@@ -314,17 +476,6 @@ double JointFrictionData::mean_square(const friction::RobotFriction& friction,
 double JointFrictionData::offset(const friction::RobotFriction& friction,
                                  std::span<const double> theta) const {
   return -share_of_mean() * moments(friction, theta).mean;
-}
-
-Eigen::VectorXd JointFrictionData::predicted(const friction::RobotFriction& friction,
-                                             std::span<const double> theta, int sequence) const {
-  std::vector<std::vector<PackD>> all;
-  predict(friction, theta, all);
-  const auto group = static_cast<std::size_t>(sequence / kLanes);
-  Eigen::VectorXd out(lengths_[static_cast<std::size_t>(sequence)]);
-  for (Eigen::Index k = 0; k < out.size(); ++k)
-    out[k] = all[group][static_cast<std::size_t>(k)][sequence % kLanes];
-  return out;
 }
 
 }  // namespace fricid::estimate

@@ -57,16 +57,29 @@ std::vector<RowMatrix> torques(std::span<const signals::Recording> recordings) {
   return torque;
 }
 
+/// Samples that the filter needs for the rows of each recording.
+std::vector<SampleRange> needed(std::span<const signals::Recording> recordings,
+                                std::span<const std::vector<int>> row, double cutoff_hz) {
+  std::vector<SampleRange> ranges;
+  for (std::size_t s = 0; s < recordings.size(); ++s) {
+    const signals::Recording& r = recordings[s];
+    const int padding = signals::ZeroPhaseButterworth(cutoff_hz, 1 / r.dt).padding();
+    ranges.push_back(row[s].empty()
+                         ? SampleRange{0, 0}
+                         : SampleRange{std::max(0, row[s].front() - padding),
+                                       std::min(r.length(), row[s].back() + padding + 1)});
+  }
+  return ranges;
+}
+
 /// F[f] at the rows that count.
 Eigen::VectorXd friction_rows(const ArmTorqueData::Joint& joint, const friction::RobotFriction& one,
                               std::span<const double> theta) {
-  std::vector<std::vector<PackD>> predicted;
-  joint.friction.predict(one, theta, predicted);
+  const PerSample predicted = joint.friction.predict(one, theta);
   Eigen::VectorXd f(joint.tau.size());
   Eigen::Index r = 0;
   for (std::size_t s = 0; s < joint.row.size(); ++s)
-    for (const int k : joint.row[s])
-      f[r++] = predicted[s / kLanes][static_cast<std::size_t>(k)][static_cast<int>(s % kLanes)];
+    for (const int k : joint.row[s]) f[r++] = predicted[s][static_cast<std::size_t>(k)];
   return f;
 }
 
@@ -332,24 +345,23 @@ ArmTorqueData::ArmTorqueData(const dynamics::RobotModel& robot,
   const auto p = static_cast<Eigen::Index>(robot.parameter_count());
   const std::vector<RowMatrix> torque = torques(recordings);
   for (int j = 0; j < n; ++j) {
-    joints_.push_back({.friction = JointFrictionData(recordings, torque, j, cutoff_hz),
-                       .row = {},
-                       .Y = {},
-                       .tau = {},
-                       .YY = {}});
-    Joint& joint = joints_.back();
+    std::vector<std::vector<int>> row;
     Eigen::Index count = 0;
     for (std::size_t s = 0; s < recordings.size(); ++s) {
       const signals::Recording& r = recordings[s];
       const int every = signals::decimation(r.dt, cutoff_hz);
       const int first = begin.empty() ? 0 : begin[s], last = end.empty() ? r.length() : end[s];
-      joint.row.emplace_back();
+      row.emplace_back();
       for (int k = 0; k < r.length(); k += every)
-        if (k >= first && k < last && r.use(k, j)) joint.row.back().push_back(k);
-      count += std::ssize(joint.row.back());
+        if (k >= first && k < last && r.use(k, j)) row.back().push_back(k);
+      count += std::ssize(row.back());
     }
-    joint.Y.resize(count, p);
-    joint.tau.resize(count);
+    JointFrictionData friction = friction_of(torque, j, row);
+    joints_.push_back({.friction = std::move(friction),
+                       .row = std::move(row),
+                       .Y = Eigen::MatrixXd(count, p),
+                       .tau = Eigen::VectorXd(count),
+                       .YY = {}});
   }
   dynamics::Workspace<double> ws(robot);
   Eigen::MatrixXd Y(n, p);
@@ -377,9 +389,16 @@ ArmTorqueData::ArmTorqueData(const dynamics::RobotModel& robot,
 
 void ArmTorqueData::take_load() {
   const std::vector<RowMatrix> torque = torques(recordings_);
-  for (int j = 0; j < n(); ++j)
-    joints_[static_cast<std::size_t>(j)].friction =
-        JointFrictionData(recordings_, torque, j, cutoff_hz_);
+  for (int j = 0; j < n(); ++j) {
+    Joint& joint = joints_[static_cast<std::size_t>(j)];
+    joint.friction = friction_of(torque, j, joint.row);
+  }
+}
+
+JointFrictionData ArmTorqueData::friction_of(std::span<const RowMatrix> torque, int j,
+                                             std::span<const std::vector<int>> row) const {
+  return JointFrictionData(recordings_, torque, j, cutoff_hz_, {},
+                           needed(recordings_, row, cutoff_hz_));
 }
 
 Eigen::VectorXd ArmTorqueData::residual(const Arm& arm, int j) const {

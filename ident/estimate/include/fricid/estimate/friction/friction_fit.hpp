@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fricid/base/pack.hpp"
+#include "fricid/estimate/friction/motion_pieces.hpp"
 #include "fricid/estimate/report.hpp"
 #include "fricid/friction/robot_friction.hpp"
 #include "fricid/signals/recording.hpp"
@@ -35,30 +36,38 @@ struct OffsetPrior {
   double weight = 0;                                    ///< [1]
 };
 
-/// What one joint's friction has to explain: its inputs and its target torque over all sequences,
-/// eight sequences to a pack.
+/// A value per sample of every sequence.
+using PerSample = std::vector<std::vector<double>>;
+
+/// What one joint's friction has to explain: its inputs and its target torque over all sequences.
 ///
 /// The model is driven by the measured, wide-band motion ("teacher forcing"): with z_0 = 0,
 ///
 ///     f_k     = torque(theta; q_k, v_k, load_k, z_k)         v_k central difference
 ///     z_{k+1} = step(theta; q_{k+1}, (q_{k+1} - q_k) / dt, load_k, dt, z_k)
 ///
-/// (`drive_friction`, eight sequences at once), and F[f] + c, through the filter of the measured
-/// torque, is compared with the target at used rows. The constant c is whatever fits best: without
-/// it a law that differs between the directions could not be told from an offset. It has a prior
-/// where the data do not tell it from friction, as in a joint that slides in one direction. It
-/// belongs to no model: the constant torque of a joint is the rigid body's.
+/// (`drive_friction`), and F[f] + c, through the filter of the measured torque, is compared with
+/// the target at used rows. The constant c is whatever fits best: without it a law that differs
+/// between the directions could not be told from an offset. It has a prior where the data do not
+/// tell it from friction, as in a joint that slides in one direction. It belongs to no model: the
+/// constant torque of a joint is the rigid body's.
+///
+/// Sequences are cut into pieces that are driven side by side (`cut_motion`). Where pieces meet,
+/// the state of the one is compared with that of the next; friction that has not forgotten its
+/// start there is driven again, each sequence in one piece.
 class JointFrictionData {
  public:
   /// @param target  per sequence, torque of every joint that friction must explain (T, n) [N m]
+  /// @param ranges  per sequence, samples at which torque is predicted, 0 elsewhere; empty: all.
+  /// The
+  ///                filter sees nothing beyond them.
   JointFrictionData(std::span<const signals::Recording> sequences,
                     std::span<const RowMatrix> target, int joint, double cutoff_hz,
-                    const OffsetPrior& prior = {});
+                    const OffsetPrior& prior = {}, std::span<const SampleRange> ranges = {});
 
-  /// Torque of the model at every row, filtered; `out` (groups x T packs).
+  /// F[f].
   /// @param friction  structure of one joint
-  void predict(const friction::RobotFriction& friction, std::span<const double> theta,
-               std::vector<std::vector<PackD>>& out) const;
+  PerSample predict(const friction::RobotFriction& friction, std::span<const double> theta) const;
 
   /// Mean square of F[f] + c - target over the used rows, with what the prior of c adds [N^2 m^2];
   /// infinity when not finite.
@@ -66,10 +75,6 @@ class JointFrictionData {
 
   /// c: mean of target - F[f] over the used rows, less what its prior takes [N m].
   double offset(const friction::RobotFriction& friction, std::span<const double> theta) const;
-
-  /// F[f] of one sequence (T).
-  Eigen::VectorXd predicted(const friction::RobotFriction& friction, std::span<const double> theta,
-                            int sequence) const;
 
   /// F[f] - target of one sequence for eight parameter vectors at once (one per lane), without c; 0
   /// at unused rows.
@@ -101,32 +106,48 @@ class JointFrictionData {
   double share_of_mean() const { return 1 / (1 + prior_.weight); }
 
   double dt() const { return dt_; }
-  int sequences() const { return static_cast<int>(lengths_.size()); }
+  int sequences() const { return static_cast<int>(series_.size()); }
   int rows() const { return rows_; }
   /// Of target - its mean over the used rows [N^2 m^2].
   double target_mean_square() const { return target_mean_square_; }
   double largest_target() const { return largest_target_; }
 
  private:
+  /// One sequence.
+  struct Series {
+    SampleRange range;
+    std::vector<friction::Input<double>> at;    // inputs of torque at sample k
+    std::vector<friction::Input<double>> over;  // inputs of step over [t_k, t_{k+1})
+    std::vector<double> target, weight;         // weight 1 at used rows, else 0
+  };
+  /// Pieces side by side, one per lane; in the order of their steps from their starts on.
   struct Group {
-    std::vector<friction::Input<PackD>> at;    // inputs of torque at sample k
-    std::vector<friction::Input<PackD>> over;  // inputs of step over [t_k, t_{k+1})
-    std::vector<PackD> target, weight;         // weight 1 at used rows, else 0
+    std::vector<MotionPiece> pieces;
+    std::vector<friction::Input<PackD>> at, over;
   };
   struct Moments {
     double mean = 0, square = 0;  // of F[f] - target over the used rows
   };
+  std::vector<Group> side_by_side(std::span<const MotionPiece> pieces) const;
+  /// Calls driver.reset(z), driver.torque(in, z) and driver.step(in, z) along every group, and
+  /// driver.keep(piece, sample, lane) after the torque of each sample of a piece. Returns whether
+  /// every piece begins in the state in which the one before it ends.
+  template <class Driver>
+  bool drive(std::span<const Group> groups, std::size_t states, Driver& driver) const;
+  /// Likewise, in pieces or, where friction does not forget, in whole sequences.
+  template <class Driver>
+  void drive(std::size_t states, Driver& driver) const;
+  /// f.
+  PerSample unfiltered(const friction::RobotFriction& friction,
+                       std::span<const double> theta) const;
+  void low_pass(PerSample& x) const;
   /// The orders of a grid at which a ripple may explain most of F[f] - target.
-  std::vector<double> promising_orders(const std::vector<std::vector<PackD>>& f,
-                                       const std::vector<std::vector<PackD>>& filtered,
+  std::vector<double> promising_orders(const PerSample& f, const PerSample& filtered,
                                        const RippleGrid& grid) const;
   Moments moments(const friction::RobotFriction& friction, std::span<const double> theta) const;
-  /// f at every row, not filtered.
-  void drive(const friction::RobotFriction& friction, std::span<const double> theta,
-             std::vector<std::vector<PackD>>& out) const;
 
+  std::vector<Series> series_;
   std::vector<Group> groups_;
-  std::vector<int> lengths_;
   OffsetPrior prior_;
   double dt_, cutoff_hz_;
   signals::ZeroPhaseButterworth low_pass_;

@@ -44,6 +44,9 @@ class ArmTorqueData {
   Eigen::VectorXd residual(const Arm& arm, int j) const;
 
  private:
+  JointFrictionData friction_of(std::span<const RowMatrix> torque, int j,
+                                std::span<const std::vector<int>> row) const;
+
   std::vector<Joint> joints_;
   std::span<const signals::Recording> recordings_;
   double cutoff_hz_;

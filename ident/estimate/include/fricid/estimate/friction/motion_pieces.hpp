@@ -1,0 +1,32 @@
+// A joint's recorded motion, cut so that friction can be driven through many pieces at once.
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace fricid::estimate {
+
+/// Samples [begin, end) of a sequence.
+struct SampleRange {
+  int begin, end;
+  int size() const { return end - begin; }
+};
+
+/// Samples [begin, end) of a sequence, and the earlier sample from which friction is driven.
+struct MotionPiece {
+  int sequence;
+  int start;  ///< at rest, or far enough ahead of `begin` that friction forgets how it started
+  int begin, end;
+};
+
+/// Cuts ranges of sequences into pieces for lanes that work side by side: as many as make the
+/// longest lanes shortest, the run-in of each included. Over its run-in a joint covers an interval
+/// of 0.1 rad (or m), at most a quarter of its travel: an elastoplastic element whose travel to
+/// slip is below half of that slips whatever it held before (the rule of wiping out); and 0.75 s
+/// beside, for what settles in time.
+/// @param q  per sequence, joint position [rad or m]
+/// @return longest first
+std::vector<MotionPiece> cut_motion(std::span<const std::vector<double>> q,
+                                    std::span<const SampleRange> ranges, double dt, int lanes);
+
+}  // namespace fricid::estimate
