@@ -82,6 +82,9 @@ TEST(Tangent, EqualsDualNumbersAlongAMotion) {
       lvm_sum({.memory = Memory::kBank, .elements = 4, .temperature = true}),
       lvm_sum({.memory = Memory::kBristle, .temperature = true}),
       lvm_sum({.memory = Memory::kNone, .network = 3}),
+      lvm_sum({.memory = Memory::kBank, .elements = 4, .ripples = 2, .backlash = true}),
+      lvm_sum({.memory = Memory::kBristle, .temperature = true, .backlash = true}),
+      lvm_sum({.memory = Memory::kNone, .backlash = true}),
       {{{"dahl", 0, {{"asymmetry", 1}}}, {"gms", 2, {}}}}};
   for (const JointSpec& joint : joints) {
     SCOPED_TRACE(joint.laws[0].law);
@@ -108,7 +111,8 @@ TEST(Tangent, IsNotKnownOfWhatDoesNotSayHow) {
   EXPECT_TRUE(Tangent::is_known(RobotFriction({JointSpec{{{"maxwell_slip", 1, {}}}}})));
   EXPECT_FALSE(Tangent::is_known(RobotFriction({JointSpec{{{"maxwell_slip", 2, {}}}}})));
   EXPECT_FALSE(Tangent::is_known(RobotFriction({JointSpec{{{"neural", 8, {}}}}})));
-  EXPECT_FALSE(Tangent::is_known(RobotFriction({JointSpec{{{"dahl", 0, {{"backlash", 1}}}}}})));
+  EXPECT_FALSE(Tangent::is_known(
+      RobotFriction({JointSpec{{{"prandtl_ishlinskii", 4, {{"backlash", 1}}}}}})));
   EXPECT_FALSE(Tangent::is_known(RobotFriction(std::vector<JointSpec>(2), {"nn", 8})));
 }
 

@@ -21,10 +21,15 @@ namespace fricid::friction {
 ///                                                       T after a step from z, in place
 ///     void add_tangent(const S* theta, const S* z_bar, const S* T, S* theta_bar) const;
 ///                                                       theta_bar += (dz/dtheta)' z_bar
+///
+/// and, to be known behind backlash too, where the velocity of the law follows the parameters,
+///
+///     void step_slopes(const S* theta, const Input<S>& in, double dt, const S* z, S* by_z,
+///                      S* by_v) const;                  dz_i'/dz_i and dz_i'/dv
 class Tangent {
  public:
-  /// Whether that is known: not for networks, backlash, a law of the whole robot, and other laws of
-  /// several states.
+  /// Whether that is known: not for recurrent networks, a law of the whole robot, and laws of
+  /// several states that do not say how.
   static bool is_known(const RobotFriction& model);
 
   /// At rest, where z does not depend on theta. @pre is_known(model)

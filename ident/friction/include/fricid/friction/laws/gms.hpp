@@ -127,30 +127,30 @@ class Gms {
   template <class S>
   void step_tangent(const S* theta, const Input<S>& in, double dt, const S* F, S* T) const {
     const Held<S> h = held(theta, in.v, dt);
-    // ds/d(Fc, Fs, vs) and the fall by s and by C
-    const S r = in.v / theta[kVs];
     const S by_Fc = S(1) - h.s.e, by_Fs = h.s.e;
+    const S r = in.v / theta[kVs];
     const S by_vs = (theta[kFs] - theta[kFc]) * h.s.e * S(2) * r * r / theta[kVs];
     const S fall_by_C = (S(1) - h.fall) * S(dt) / h.s.value;
-    const S fall_by_s = -fall_by_C * theta[kC] / h.s.value;
-    const S cap_by_s = S(1) / h.alpha_sum;
     for (int i = 0; i < n_; ++i, T += kTangents) {
-      const S c = theta[alpha(i)] * h.cap_per_alpha;
-      const S u = h.direction * F[i];
-      const auto slips = u >= c;
-      const auto keeps = h.stuck | (u + theta[k(i)] * h.travel < c);
-      // F' = keep F + d (by_cap c + by_fall fall + by_k k) to first order
-      const S keep = select(keeps, S(1), select(slips, S(1) - h.fall, S(0)));
-      const S by_cap = select(keeps, S(0), select(slips, h.direction * h.fall, h.direction));
-      const S by_fall = select(keeps | !slips, S(0), h.direction * (c - u));
-      const S by_k = select(keeps & !h.stuck, h.direction * h.travel, S(0));
-      const S by_s = by_cap * theta[alpha(i)] * cap_by_s + by_fall * fall_by_s;
-      T[0] = keep * T[0] + by_k;
-      T[1] = keep * T[1] + by_cap * h.cap_per_alpha;
-      T[2] = keep * T[2] + by_fall * fall_by_C;
-      T[3] = keep * T[3] + by_s * by_Fc;
-      T[4] = keep * T[4] + by_s * by_Fs;
-      T[5] = keep * T[5] + by_s * by_vs;
+      const Slopes<S> by = slopes(theta, h, dt, i, F[i]);
+      T[0] = by.F * T[0] + by.k;
+      T[1] = by.F * T[1] + by.cap * h.cap_per_alpha;
+      T[2] = by.F * T[2] + by.fall * fall_by_C;
+      T[3] = by.F * T[3] + by.s * by_Fc;
+      T[4] = by.F * T[4] + by.s * by_Fs;
+      T[5] = by.F * T[5] + by.s * by_vs;
+    }
+  }
+
+  template <class S>
+  void step_slopes(const S* theta, const Input<S>& in, double dt, const S* F, S* by_F,
+                   S* by_v) const {
+    const Held<S> h = held(theta, in.v, dt);
+    const S s_by_v = (theta[kFc] - theta[kFs]) * h.s.e * S(2) * in.v / (theta[kVs] * theta[kVs]);
+    for (int i = 0; i < n_; ++i) {
+      const Slopes<S> by = slopes(theta, h, dt, i, F[i]);
+      by_F[i] = by.F;
+      by_v[i] = by.travel * S(dt) + by.s * s_by_v;
     }
   }
 
@@ -196,6 +196,31 @@ class Gms {
     S alpha_sum, cap_per_alpha, travel, direction, fall;
     decltype(S(0) == S(0)) stuck;
   };
+
+  // F_i' to first order, alpha_sum held
+  template <class S>
+  struct Slopes {
+    S F, k, cap, fall, s;
+    S travel;  // v dt
+  };
+
+  template <class S>
+  Slopes<S> slopes(const S* theta, const Held<S>& h, double dt, int i, const S& F) const {
+    const S c = theta[alpha(i)] * h.cap_per_alpha;
+    const S u = h.direction * F;
+    const auto slips = u >= c;
+    const auto keeps = h.stuck | (u + theta[k(i)] * h.travel < c);
+    const auto moves = keeps & !h.stuck;
+    const S by_cap = select(keeps, S(0), select(slips, h.direction * h.fall, h.direction));
+    const S by_fall = select(keeps | !slips, S(0), h.direction * (c - u));
+    const S fall_by_s = -(S(1) - h.fall) * S(dt) * theta[kC] / (h.s.value * h.s.value);
+    return {select(keeps, S(1), select(slips, S(1) - h.fall, S(0))),
+            select(moves, h.direction * h.travel, S(0)),
+            by_cap,
+            by_fall,
+            by_cap * theta[alpha(i)] / h.alpha_sum + by_fall * fall_by_s,
+            select(moves, theta[k(i)], S(0))};
+  }
 
   template <class S>
   Held<S> held(const S* theta, const S& v, double dt) const {

@@ -128,19 +128,19 @@ class Backlash {
     law.step_pullback(theta_law, in, dt, z, z_trial_bar.data(), theta_law_bar, in_bar, z_bar);
   }
 
- private:
-  // how a step divides between gap and law
+  /// How a step divides between gap and law.
   template <class S>
   struct Plan {
     using Truth = decltype(S(0) < S(0));
-    S direction;      // of v
-    S stored, trial;  // torque at v = 0, before and after a trial step without a gap [N m]
-    S f;              // part of the step during which the law unloads before the gap moves
-    Truth crosses;    // 0 < f < 1: the law unloads within the step
-    Truth closes;     // the gap closes within the step
+    S direction;      ///< of v
+    S stored, trial;  ///< torque at v = 0, before and after a trial step without a gap [N m]
+    S f;              ///< part of the step during which the law unloads before the gap moves
+    Truth crosses;    ///< 0 < f < 1: the law unloads within the step
+    Truth closes;     ///< the gap closes within the step
     S g_next, v_law;
   };
 
+  /// @pre dt > 0
   template <class Law, class S>
   static Plan<S> make_plan(const Law& law, const S* theta_law, const S* theta, const Input<S>& in,
                            double dt, const S* z, const S& g) {
@@ -168,15 +168,34 @@ class Backlash {
     return plan;
   }
 
-  template <class S>  // what is left of the gap in the direction of v [rad]
-  static S room(const S* theta, const S& v, const S& g) {
-    return select(v < S(0), theta[kB] + g, theta[kB] - g);
+  /// What moves with a step.
+  template <class S>
+  struct Change {
+    S v_law, g_next;
+  };
+
+  /// d(v_law, g') when a parameter moves b, g, and the torques before and after a trial step.
+  template <class S>
+  static Change<S> change(const Plan<S>& plan, const S& v, double dt, const S& b, const S& g,
+                          const S& stored, const S& trial) {
+    // f = tau_0 / (tau_0 - tau_1)
+    const S drop = select(plan.crosses, plan.stored - plan.trial, S(1));
+    const S f =
+        select(plan.crosses, (plan.stored * trial - plan.trial * stored) / (drop * drop), S(0));
+    return {select(plan.closes, (g - plan.direction * b) / S(dt), v * f),
+            select(plan.closes, plan.direction * b, g - v * S(dt) * f)};
   }
 
   template <class S>
   static Input<S> at_rest(Input<S> in) {
     in.v = S(0);
     return in;
+  }
+
+ private:
+  template <class S>  // what is left of the gap in the direction of v [rad]
+  static S room(const S* theta, const S& v, const S& g) {
+    return select(v < S(0), theta[kB] + g, theta[kB] - g);
   }
 
   template <class S>
