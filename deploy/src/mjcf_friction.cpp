@@ -62,6 +62,8 @@ void add_coulomb_viscous(const JointLaw& law, Native& native) {
   native.damping += law(Role::kViscous);
 }
 
+void add_viscous(const JointLaw& law, Native& native) { native.damping += law(Role::kViscous); }
+
 void add_dahl(const JointLaw& law, Native& native) {
   native.bristles.push_back(
       {law(Role::kStiffness), 0, law(Role::kCoulomb), law(Role::kCoulomb), 1});
@@ -183,6 +185,7 @@ void add_none(const JointLaw&, Native&) {}
 void add(const JointLaw& law, Native& native) {
   static const std::map<std::string_view, void (*)(const JointLaw&, Native&)> kKnown{
       {"none", add_none},
+      {"viscous", add_viscous},
       {"coulomb_viscous", add_coulomb_viscous},
       {"dahl", add_dahl},
       {"lugre", add_lugre},

@@ -99,7 +99,7 @@ TEST(Identifiability, AJointThatRestsTellsNothing) {
   }
   EXPECT_GE(lost, 3);
   const FamilyVerdict& family = resting.families[0];
-  EXPECT_EQ(family.family, "coulomb_viscous, viscous_power");
+  EXPECT_EQ(family.family, "coulomb_viscous, viscous, viscous_power");
   EXPECT_FALSE(family.supported);
   EXPECT_THAT(family.words, HasSubstr("j3"));
   EXPECT_TRUE(moving.families[0].supported) << moving.families[0].words;

@@ -72,15 +72,15 @@ TEST(LvmSum, HasThePartsItIsAskedFor) {
     return text;
   };
   EXPECT_EQ(owners({.temperature = true, .backlash = true}),
-            "gms:lrtab viscous_power:ta coulomb_viscous:ta load_dependent: ");
+            "gms:lrtab viscous_power:ta viscous:ta load_dependent: ");
   EXPECT_EQ(owners({.memory = Memory::kBristle,
                     .load = false,
                     .power_flow = false,
                     .asymmetry = false,
                     .ripples = 0}),
-            "lugre: viscous_power: coulomb_viscous: ");
+            "lugre: viscous_power: viscous: ");
   EXPECT_EQ(owners({.memory = Memory::kNone, .load = false, .asymmetry = false, .network = 8}),
-            "stribeck:r viscous_power: coulomb_viscous: load_dependent: memory_network: ");
+            "stribeck:r viscous_power: viscous: load_dependent: memory_network: ");
 }
 
 }  // namespace

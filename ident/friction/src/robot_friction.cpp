@@ -73,6 +73,7 @@ RobotFriction::RobotFriction(std::vector<JointSpec> joints, RobotLawSpec whole)
       const LawSpec& spec = laws[static_cast<std::size_t>(l)];
       LawSlot slot{};
       slot.joint = j;
+      slot.law = l;
       slot.kind = find_row(law_table(), "friction law", spec.law);
       slot.elements = checked_elements(law_table()[static_cast<std::size_t>(slot.kind)], "elements",
                                        spec.elements);
@@ -94,15 +95,13 @@ RobotFriction::RobotFriction(std::vector<JointSpec> joints, RobotLawSpec whole)
         else
           slot.torque_modifiers.push_back(m);
       }
-      if (runs_.empty() || runs_.back().kind != slot.kind || runs_.back().elements != slot.elements)
-        runs_.push_back({slot.kind, slot.elements, slots_.size(), 0});
-      ++runs_.back().size;
       slots_.push_back(std::move(slot));
     }
     parameter_begin_.push_back(parameter_count());
     state_begin_.push_back(state_size_);
   }
 
+  sort_slots();
   if (!has_whole()) return;
   whole_slot_.kind = find_row(robot_law_table(), "law of the whole robot", whole_.law);
   whole_slot_.size = {joint_count(), whole_.elements, whole_.latents};
@@ -110,6 +109,26 @@ RobotFriction::RobotFriction(std::vector<JointSpec> joints, RobotLawSpec whole)
                                      parameters_of_robot_law(whole_.law, whole_slot_.size));
   visit_robot_law(whole_slot_.kind, whole_slot_.size,
                   [&](const auto law) { whole_slot_.z = add_state(law.state_size()); });
+}
+
+bool RobotFriction::is_alike(const LawSlot& a, const LawSlot& b) {
+  const auto same = [](const ModifierSlot& x, const ModifierSlot& y) {
+    return x.kind == y.kind && x.order == y.order;
+  };
+  return a.kind == b.kind && a.elements == b.elements && a.backlash.kind == b.backlash.kind &&
+         std::ranges::equal(a.torque_modifiers, b.torque_modifiers, same);
+}
+
+/// The laws of a joint keep their order.
+void RobotFriction::sort_slots() {
+  std::ranges::stable_sort(slots_, {}, &LawSlot::law);
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    const LawSlot& slot = slots_[i];
+    if (runs_.empty() || runs_.back().size == kLongestRun ||
+        !is_alike(slots_[runs_.back().begin], slot))
+      runs_.push_back({slot.kind, slot.elements, i, 0});
+    ++runs_.back().size;
+  }
 }
 
 int RobotFriction::parameter_begin(int joint) const {
@@ -187,12 +206,9 @@ bool is_same(const ParameterRef& a, const ParameterRef& b) {
 }
 
 void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta) {
-  int joint = -1;
-  std::uint64_t law = 0;
   for (const auto& slot : model.slots_) {
-    law = slot.joint == joint ? law + 1 : 0;
-    joint = slot.joint;
-    Rng rng(seed, static_cast<std::uint64_t>(joint) << 32 | law);
+    Rng rng(seed,
+            static_cast<std::uint64_t>(slot.joint) << 32 | static_cast<std::uint64_t>(slot.law));
     visit_entry<Laws>(slot.kind, slot.elements, [&](const auto entry) {
       if constexpr (LearnedLaw<std::remove_cvref_t<decltype(entry)>>)
         entry.initialise(theta.data() + slot.theta, rng);

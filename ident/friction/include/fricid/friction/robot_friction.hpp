@@ -117,17 +117,21 @@ class RobotFriction {
     int theta, z;  // where its parameters and state begin
   };
   struct LawSlot {
-    int joint;
-    int kind;  // row of Laws
+    int joint, law;  // as in ParameterRef
+    int kind;        // row of Laws
     int elements;
     int theta, z;
     std::vector<ModifierSlot> torque_modifiers;  // innermost first
     ModifierSlot backlash;                       // kind < 0: none
   };
+  /// Slots of several joints with the same law and the same modifiers.
   struct Run {
-    int kind, elements;  // of all its slots
+    int kind, elements;
     std::size_t begin, size;
   };
+  static constexpr std::size_t kLongestRun = 6;
+  static bool is_alike(const LawSlot& a, const LawSlot& b);
+  void sort_slots();
   struct RobotLawSlot {
     int kind = -1;  // row of RobotLaws; < 0: none
     RobotLawSize size;
@@ -142,8 +146,8 @@ class RobotFriction {
   std::vector<JointSpec> joints_;
   RobotLawSpec whole_;
   std::vector<ParameterRef> parameters_;
-  std::vector<LawSlot> slots_;
-  std::vector<Run> runs_;  // of slots of one kind and size
+  std::vector<LawSlot> slots_;  // by law, then joint
+  std::vector<Run> runs_;
   RobotLawSlot whole_slot_;
   std::vector<int> parameter_begin_{0}, state_begin_{0};
   int state_size_ = 0;

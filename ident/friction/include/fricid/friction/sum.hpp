@@ -62,11 +62,11 @@ void set(LvmParts& parts, SumPart part, bool on);
 ///
 ///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry,
 ///                     backlash}
-///     viscous torque  viscous_power and coulomb_viscous, each {temperature, asymmetry}
+///     viscous torque  viscous_power and viscous, each {temperature, asymmetry}
 ///     load part       load_dependent
 ///     network         memory_network, for what the laws leave
 ///
-/// Only the memory is to have Coulomb friction and only coulomb_viscous linear viscous friction:
+/// Only the memory is to have Coulomb friction and only `viscous` linear viscous friction:
 /// the caller keeps these parameters of the other laws at their lower bounds. Maxwell slip is the
 /// bank with Fs = Fc, Coulomb friction its limit of short springs; GMS and LuGre remain without the
 /// other parts.

@@ -29,10 +29,23 @@ struct Kernels {
     return tau;
   }
 
-  // The torque behind all modifiers of a law.
-  [[gnu::noinline]] static S modify(const Slot& slot, const S* theta, const Input<S>& in, S tau) {
-    for (const auto& m : slot.torque_modifiers) tau = behind(m, theta, in, tau);
-    return tau;
+  using Run = RobotFriction::Run;
+  using RunTorque = std::array<S, RobotFriction::kLongestRun>;
+
+  // Adds the torques of the laws of a run, behind all their modifiers, to tau_f.
+  static void add_modified(const Slot* slots, std::size_t size, const S* theta,
+                           std::span<const Input<S>> in, RunTorque& tau, std::span<S> tau_f) {
+    for (std::size_t k = 0; k < slots->torque_modifiers.size(); ++k)
+      visit_entry<Modifiers>(
+          slots->torque_modifiers[k].kind, slots->torque_modifiers[k].order,
+          [&](const auto modifier) {
+            if constexpr (TorqueModifier<std::remove_cvref_t<decltype(modifier)>>)
+              for (std::size_t i = 0; i < size; ++i)
+                tau[i] = modifier.apply(theta + slots[i].torque_modifiers[k].theta,
+                                        in[static_cast<std::size_t>(slots[i].joint)], tau[i]);
+          });
+    for (std::size_t i = 0; i < size; ++i)
+      tau_f[static_cast<std::size_t>(slots[i].joint)] += tau[i];
   }
 
   // The same, keeping what each modifier has seen.
@@ -61,11 +74,6 @@ struct Kernels {
     return tau_bar;
   }
 
-  [[gnu::always_inline]] static S modified(const Slot& slot, const S* theta, const Input<S>& in,
-                                           const S& tau) {
-    return slot.torque_modifiers.empty() ? tau : modify(slot, theta, in, tau);
-  }
-
   [[gnu::always_inline]] static Input<S> seen(const auto& law, const Slot& slot, const S* theta,
                                               const Input<S>& in, const S* z) {
     if (slot.backlash.kind < 0) return in;
@@ -73,11 +81,9 @@ struct Kernels {
                           z[slot.backlash.z]);
   }
 
-  // Adds the torque of one law to tau_f.
-  [[gnu::always_inline]] static void add_torque(const auto& law, const Slot& slot, const S* theta,
-                                                const Input<S>& in, const S* z, S& tau_f) {
-    const S tau = law.torque(theta + slot.theta, seen(law, slot, theta, in, z), z + slot.z);
-    tau_f += modified(slot, theta, in, tau);
+  [[gnu::always_inline]] static S torque(const auto& law, const Slot& slot, const S* theta,
+                                         const Input<S>& in, const S* z) {
+    return law.torque(theta + slot.theta, seen(law, slot, theta, in, z), z + slot.z);
   }
 
   [[gnu::always_inline]] static void step(const auto& law, const Slot& slot, const S* theta,
@@ -89,24 +95,13 @@ struct Kernels {
                      z[slot.backlash.z]);
   }
 
-  // Steps one law, then adds its torque to tau_f.
-  [[gnu::always_inline]] static void step_add_torque(const auto& law, const Slot& slot,
-                                                     const S* theta, const Input<S>& in, double dt,
-                                                     S* z, S& tau_f) {
-    if constexpr (SharedStepLaw<std::remove_cvref_t<decltype(law)>, S>) {
-      if (slot.backlash.kind < 0) {
-        const S tau = law.step_torque(theta + slot.theta, in, dt, z + slot.z);
-        tau_f += modified(slot, theta, in, tau);
-        return;
-      }
-    }
+  // Steps one law; its torque after that.
+  [[gnu::always_inline]] static S step_torque(const auto& law, const Slot& slot, const S* theta,
+                                              const Input<S>& in, double dt, S* z) {
+    if constexpr (SharedStepLaw<std::remove_cvref_t<decltype(law)>, S>)
+      if (slot.backlash.kind < 0) return law.step_torque(theta + slot.theta, in, dt, z + slot.z);
     step(law, slot, theta, in, dt, z);
-    add_torque(law, slot, theta, in, z, tau_f);
-  }
-
-  static void add_steady_torque(const auto& law, const Slot& slot, const S* theta,
-                                const Input<S>& in, S& tau_f) {
-    tau_f += modified(slot, theta, in, law.steady_torque(theta + slot.theta, in));
+    return torque(law, slot, theta, in, z);
   }
 
   static void torque_pullback(const auto& law, const Slot& slot, const S* theta, const Input<S>& in,
@@ -177,40 +172,42 @@ struct Kernels {
     for (int k = 0; k < N; ++k) z[slots[k].z] = from.x[k];
   }
   template <int N>
-  [[gnu::always_inline]] static void add_torque(const Slot* slots, const Group<S, N>& tau,
-                                                std::span<S> tau_f) {
+  [[gnu::always_inline]] static void scatter_torque(const Group<S, N>& from, S* tau) {
 #pragma GCC unroll 8
-    for (int k = 0; k < N; ++k) tau_f[static_cast<std::size_t>(slots[k].joint)] += tau.x[k];
-  }
-  static bool plain(const Slot& slot) {
-    return slot.torque_modifiers.empty() && slot.backlash.kind < 0;
+    for (int k = 0; k < N; ++k) tau[k] = from.x[k];
   }
 
-  // Calls one(law, slot, j) for the laws of every joint j, in order, one dispatch per run of slots;
-  // several<N>(law, slots) for N joints of a law that is one long chain of operations.
-  template <class One, class Several>
-  static void for_each(const RobotFriction& model, One&& one, Several&& several) {
-    for (const auto& run : model.runs_)
+  // Calls one(law, slot, i) for slot i of every run, one dispatch per run; several<N>(law, slots,
+  // i) for N slots of a law that is one long chain of operations; and after(run, slots) behind
+  // each.
+  template <class One, class Several, class After>
+  static void for_each(const RobotFriction& model, One&& one, Several&& several, After&& after) {
+    for (const Run& run : model.runs_) {
+      const Slot* slots = model.slots_.data() + run.begin;
       visit_entry<Laws>(run.kind, run.elements, [&](const auto law) {
-        const Slot* slot = model.slots_.data() + run.begin;
-        const Slot* const end = slot + run.size;
+        std::size_t i = 0;
         using Law = std::remove_cvref_t<decltype(law)>;
         if constexpr (kIsPack<S> && SharedStepLaw<Law, S> && !LearnedLaw<Law>) {
-          const auto take = [&]<int N>(std::integral_constant<int, N>) {
-            for (; end - slot >= N && std::all_of(slot, slot + N, plain); slot += N)
-              several.template operator()<N>(law, slot);
+          const auto take = [&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
+            for (; slots->backlash.kind < 0 && run.size - i >= N; i += N)
+              several.template operator()<static_cast<int>(N)>(law, slots + i, i);
           };
-          take(std::integral_constant<int, 6>());
-          take(std::integral_constant<int, 2>());
+          take(std::integral_constant<std::size_t, 6>());
+          take(std::integral_constant<std::size_t, 2>());
         }
-        for (; slot != end; ++slot) one(law, *slot, static_cast<std::size_t>(slot->joint));
+        for (; i < run.size; ++i) one(law, slots[i], i);
       });
+      after(slots, run.size);
+    }
   }
+  // Calls one(law, slot, j) for the laws of every joint j, in order.
   template <class One>
   static void for_each(const RobotFriction& model, One&& one) {
-    for_each(model, one, [&]<int N>(const auto& law, const Slot* slots) {
-      for (int k = 0; k < N; ++k) one(law, slots[k], static_cast<std::size_t>(slots[k].joint));
-    });
+    for (const Run& run : model.runs_)
+      visit_entry<Laws>(run.kind, run.elements, [&](const auto law) {
+        for (std::size_t i = run.begin; i < run.begin + run.size; ++i)
+          one(law, model.slots_[i], static_cast<std::size_t>(model.slots_[i].joint));
+      });
   }
 
   // Calls f(law) where there is a law of the whole robot.
@@ -227,14 +224,20 @@ void RobotFriction::torque(std::span<const S> theta, std::span<const Input<S>> i
          static_cast<int>(z.size()) == state_size() &&
          static_cast<int>(in.size()) == joint_count() && tau_f.size() == in.size());
   std::fill(tau_f.begin(), tau_f.end(), S(0));
-  Kernels<S>::for_each(
+  using K = Kernels<S>;
+  typename K::RunTorque tau;
+  K::for_each(
       *this,
-      [&](const auto& law, const LawSlot& slot, std::size_t j) {
-        Kernels<S>::add_torque(law, slot, theta.data(), in[j], z.data(), tau_f[j]);
+      [&](const auto& law, const LawSlot& slot, std::size_t i) {
+        tau[i] =
+            K::torque(law, slot, theta.data(), in[static_cast<std::size_t>(slot.joint)], z.data());
       },
-      [&]<int N, class Law>(const Law& law, const LawSlot* slots) {
-        const auto joints = Kernels<S>::template gather<Law, N>(slots, theta.data(), in, z.data());
-        Kernels<S>::add_torque(slots, law.torque(joints.theta.data(), joints.in, &joints.z), tau_f);
+      [&]<int N, class Law>(const Law& law, const LawSlot* slots, std::size_t i) {
+        const auto joints = K::template gather<Law, N>(slots, theta.data(), in, z.data());
+        K::scatter_torque(law.torque(joints.theta.data(), joints.in, &joints.z), &tau[i]);
+      },
+      [&](const LawSlot* slots, std::size_t size) {
+        K::add_modified(slots, size, theta.data(), in, tau, tau_f);
       });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.add_torque(theta.data() + whole_slot_.theta, in.data(), z.data() + whole_slot_.z,
@@ -248,16 +251,18 @@ void RobotFriction::step(std::span<const S> theta, std::span<const Input<S>> in,
   assert(static_cast<int>(theta.size()) == parameter_count() &&
          static_cast<int>(z.size()) == state_size() &&
          static_cast<int>(in.size()) == joint_count());
-  Kernels<S>::for_each(
+  using K = Kernels<S>;
+  K::for_each(
       *this,
-      [&](const auto& law, const LawSlot& slot, std::size_t j) {
-        Kernels<S>::step(law, slot, theta.data(), in[j], dt, z.data());
+      [&](const auto& law, const LawSlot& slot, std::size_t) {
+        K::step(law, slot, theta.data(), in[static_cast<std::size_t>(slot.joint)], dt, z.data());
       },
-      [&]<int N, class Law>(const Law& law, const LawSlot* slots) {
-        auto joints = Kernels<S>::template gather<Law, N>(slots, theta.data(), in, z.data());
+      [&]<int N, class Law>(const Law& law, const LawSlot* slots, std::size_t) {
+        auto joints = K::template gather<Law, N>(slots, theta.data(), in, z.data());
         law.step(joints.theta.data(), joints.in, dt, &joints.z);
-        Kernels<S>::scatter_state(slots, joints.z, z.data());
-      });
+        K::scatter_state(slots, joints.z, z.data());
+      },
+      [](const LawSlot*, std::size_t) {});
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.step(theta.data() + whole_slot_.theta, in.data(), dt, z.data() + whole_slot_.z);
   });
@@ -270,16 +275,22 @@ void RobotFriction::step_torque(std::span<const S> theta, std::span<const Input<
          static_cast<int>(z.size()) == state_size() &&
          static_cast<int>(in.size()) == joint_count() && tau_f.size() == in.size());
   std::fill(tau_f.begin(), tau_f.end(), S(0));
-  Kernels<S>::for_each(
+  using K = Kernels<S>;
+  typename K::RunTorque tau;
+  K::for_each(
       *this,
-      [&](const auto& law, const LawSlot& slot, std::size_t j) {
-        Kernels<S>::step_add_torque(law, slot, theta.data(), in[j], dt, z.data(), tau_f[j]);
+      [&](const auto& law, const LawSlot& slot, std::size_t i) {
+        tau[i] = K::step_torque(law, slot, theta.data(), in[static_cast<std::size_t>(slot.joint)],
+                                dt, z.data());
       },
-      [&]<int N, class Law>(const Law& law, const LawSlot* slots) {
-        auto joints = Kernels<S>::template gather<Law, N>(slots, theta.data(), in, z.data());
-        const auto tau = law.step_torque(joints.theta.data(), joints.in, dt, &joints.z);
-        Kernels<S>::scatter_state(slots, joints.z, z.data());
-        Kernels<S>::add_torque(slots, tau, tau_f);
+      [&]<int N, class Law>(const Law& law, const LawSlot* slots, std::size_t i) {
+        auto joints = K::template gather<Law, N>(slots, theta.data(), in, z.data());
+        const auto found = law.step_torque(joints.theta.data(), joints.in, dt, &joints.z);
+        K::scatter_state(slots, joints.z, z.data());
+        K::scatter_torque(found, &tau[i]);
+      },
+      [&](const LawSlot* slots, std::size_t size) {
+        K::add_modified(slots, size, theta.data(), in, tau, tau_f);
       });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.step(theta.data() + whole_slot_.theta, in.data(), dt, z.data() + whole_slot_.z);
@@ -294,9 +305,22 @@ void RobotFriction::steady_torque(std::span<const S> theta, std::span<const Inpu
   assert(static_cast<int>(theta.size()) == parameter_count() &&
          static_cast<int>(in.size()) == joint_count() && tau_f.size() == in.size());
   std::fill(tau_f.begin(), tau_f.end(), S(0));
-  Kernels<S>::for_each(*this, [&](const auto& law, const LawSlot& slot, std::size_t j) {
-    Kernels<S>::add_steady_torque(law, slot, theta.data(), in[j], tau_f[j]);
-  });
+  using K = Kernels<S>;
+  typename K::RunTorque tau;
+  K::for_each(
+      *this,
+      [&](const auto& law, const LawSlot& slot, std::size_t i) {
+        tau[i] =
+            law.steady_torque(theta.data() + slot.theta, in[static_cast<std::size_t>(slot.joint)]);
+      },
+      [&]<int N, class Law>(const Law& law, const LawSlot* slots, std::size_t i) {
+        for (std::size_t k = 0; k < N; ++k)
+          tau[i + k] = law.steady_torque(theta.data() + slots[k].theta,
+                                         in[static_cast<std::size_t>(slots[k].joint)]);
+      },
+      [&](const LawSlot* slots, std::size_t size) {
+        K::add_modified(slots, size, theta.data(), in, tau, tau_f);
+      });
   Kernels<S>::visit_whole(whole_slot_, [&](const auto law) {
     law.add_steady_torque(theta.data() + whole_slot_.theta, in.data(), tau_f.data());
   });

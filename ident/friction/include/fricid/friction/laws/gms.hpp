@@ -71,8 +71,8 @@ class Gms {
     for (int i = 0; i < n_; ++i) {
       const S c = theta[alpha(i)] * h.cap_per_alpha;
       const S u = h.direction * F[i];
-      const S next = min(u + theta[k(i)] * h.travel, max(u, c)) - max(u - c, S(0)) * h.fall;
-      F[i] = select(h.stuck, F[i], h.direction * next);
+      const S over = max(u - c, S(0));
+      F[i] = h.direction * fma(-over, h.fall, min(fma(theta[k(i)], h.travel, u), max(u, c)));
     }
   }
 
@@ -227,13 +227,14 @@ class Gms {
     const StribeckCurve<S> s = stribeck_curve(theta[kFc], theta[kFs], theta[kVs], v);
     S alpha_sum = theta[alpha(0)];
     for (int i = 1; i < n_; ++i) alpha_sum += theta[alpha(i)];
+    const auto stuck = v == S(0);
     return {s,
             alpha_sum,
             s.value / alpha_sum,
             abs(v) * S(dt),
             select(v < S(0), S(-1), S(1)),
-            -expm1(-theta[kC] * S(dt) / s.value),
-            v == S(0)};
+            select(stuck, S(0), S(1) - decay(theta[kC] * S(dt) / s.value)),
+            stuck};
   }
 
   // typical: equal shares, presliding lengths spread from 0.2 to 4 mrad

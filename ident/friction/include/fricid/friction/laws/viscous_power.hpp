@@ -65,7 +65,7 @@ class ViscousPower {
  private:
   template <class S>
   static S attenuation(const S* theta, const S& v) {
-    return pow(v * v + theta[kV0] * theta[kV0], S(0.5) * (theta[kP] - S(1)));
+    return exp(S(0.5) * (theta[kP] - S(1)) * log(v * v + theta[kV0] * theta[kV0]));
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
