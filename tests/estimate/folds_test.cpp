@@ -87,16 +87,28 @@ TEST(Choose, ANetworkHasToBeNeeded) {
 }
 
 // Three rollouts cannot tell a factor of two from chance.
-TEST(Choose, TheTorqueDecidesWhereRolloutsAreFew) {
+TEST(Choose, RolloutsAndTorqueDecideWhereRolloutsAreFew) {
   const Candidate best = candidate({-9, -11, -10}, -8, 2);
-  const Candidate near = candidate({-8.3, -10.3, -9.3}, -7.3, 1);
-  const Candidate far = candidate({-7.5, -9.5, -8.5}, -6.5, 0.5);
+  const Candidate near = candidate({-8.3, -10.3, -9.3}, -7.3, 0.9);
+  const Candidate far = candidate({-7.5, -9.5, -8.5}, -6.5, 0.1);
   EXPECT_EQ(choose(std::vector{best, near, far}), 1u);
+  EXPECT_EQ(choose(std::vector{best, candidate({-8.3, -10.3, -9.3}, -7.3, 1.1)}), 0u);
+}
+
+// A law that the sum contains has to be better beyond chance.
+TEST(Choose, ARivalHasToBeTwiceAsGoodWhereRolloutsAreFew) {
+  const Candidate sum = candidate({-9, -11, -10}, -8, 2);
+  Candidate rival = candidate({-9, -11, -10}, -8, 1.1);
+  EXPECT_EQ(choose(std::vector{sum, rival}), 1u);
+  rival.rival = true;
+  EXPECT_EQ(choose(std::vector{sum, rival}), 0u);
+  rival.torque = 0.9;
+  EXPECT_EQ(choose(std::vector{sum, rival}), 1u);
 }
 
 // One rollout has no standard error: the torque decides.
 TEST(Choose, TheTorqueDecidesWhereThereIsOneRollout) {
-  Candidate best = candidate({-10}, -8, 2), other = candidate({-7}, -7, 1);
+  Candidate best = candidate({-10}, -8, 2), other = candidate({-7}, -7, 0.05);
   for (Candidate* one : {&best, &other}) one->rollouts.whole.pop_back();
   EXPECT_EQ(choose(std::vector{best, other}), 1u);
   Candidate fell = candidate({0}, -7, 1);  // log kFallenSquare

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "fricid/friction/tangent.hpp"
 #include "fricid/optimise/damped_step.hpp"
 #include "fricid/optimise/nelder_mead.hpp"
 
@@ -32,12 +33,45 @@ double safe_mean_square(const JointFrictionData& data, const friction::RobotFric
   return std::isfinite(value) ? value : kBadValue;
 }
 
+// for_each_row of friction whose sensitivities are known.
+template <class F>
+void for_each_known_row(const JointFrictionData& data, const friction::RobotFriction& friction,
+                        const SearchCoordinates& coordinates, std::span<const double> x,
+                        std::span<const std::size_t> wanted, F&& f) {
+  std::vector<double> theta(x.size());
+  coordinates.to_theta(x, theta);
+  const std::vector<std::vector<int>> rows = data.used_rows();
+  const JointFrictionData::Linear at = data.linearise(friction, theta, wanted, rows);
+  Eigen::VectorXd slope(std::ssize(wanted));
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    slope[static_cast<Eigen::Index>(i)] = coordinates.slope(wanted[i], theta[wanted[i]]);
+  Eigen::VectorXd columns(slope.size());
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(slope.size());
+  Eigen::Index r = 0;
+  for (int s = 0; s < data.sequences(); ++s) {
+    const std::vector<int>& used = rows[static_cast<std::size_t>(s)];
+    auto next = used.begin();
+    for (int k = 0; k < data.length(s); ++k) {
+      if (next == used.end() || *next != k) {
+        f(s, k, none, 0.0);
+        continue;
+      }
+      columns = slope.cwiseProduct(at.J.row(r).transpose());
+      f(s, k, columns, at.f[r] - data.target(s, k));
+      ++next;
+      ++r;
+    }
+  }
+}
+
 // Calls f(sequence, row, row of the Jacobian, residual) for every row of the residuals at x; the
-// Jacobian's columns are the coordinates `wanted`, by forward differences. Unused rows are zero.
+// Jacobian's columns are the coordinates `wanted`. Unused rows are zero.
 template <class F>
 void for_each_row(const JointFrictionData& data, const friction::RobotFriction& friction,
                   const SearchCoordinates& coordinates, std::span<const double> x,
                   std::span<const std::size_t> wanted, F&& f) {
+  if (friction::Tangent::is_known(friction))
+    return for_each_known_row(data, friction, coordinates, x, wanted, f);
   const auto p = static_cast<Eigen::Index>(wanted.size());
   // Lane 0 of every pass holds x itself, the others one shifted coordinate each.
   constexpr Eigen::Index kColumns = kLanes - 1;
@@ -90,6 +124,7 @@ optimise::Quadratic linearise(const JointFrictionData& data,
   double sum = 0;
   for_each_row(data, friction, coordinates, x, coordinates.free(),
                [&](int, int, const Eigen::VectorXd& column, double residual) {
+                 if (residual == 0) return;
                  out.H.selfadjointView<Eigen::Lower>().rankUpdate(column);
                  out.g += residual * column;
                  columns += column;
@@ -264,10 +299,11 @@ void refine(const JointFrictionData& data, const friction::RobotFriction& fricti
   };
   int linearised = 0;
   const int passes = (static_cast<int>(p) + kLanes - 2) / (kLanes - 1);
+  const int of_one = friction::Tangent::is_known(friction) ? 1 : passes * data.sequences();
   const optimise::Minimum found = optimise::damped_least_squares(
       [&](const Eigen::VectorXd& c, double value) {
         set_free(c);
-        linearised += passes * data.sequences();
+        linearised += of_one;
         return linearise(data, friction, coordinates, x, value);
       },
       [&](const Eigen::VectorXd& c) {

@@ -353,6 +353,16 @@ RippleTerm JointFrictionData::strongest_ripple(const friction::RobotFriction& fr
   return best;
 }
 
+std::vector<std::vector<int>> JointFrictionData::used_rows() const {
+  std::vector<std::vector<int>> rows;
+  for (const Series& series : series_) {
+    rows.emplace_back();
+    for (int k = 0; k < std::ssize(series.weight); ++k)
+      if (series.weight[static_cast<std::size_t>(k)] > 0) rows.back().push_back(k);
+  }
+  return rows;
+}
+
 void JointFrictionData::residual(const friction::RobotFriction& friction,
                                  std::span<const PackD> theta, int sequence,
                                  std::vector<PackD>& out, std::vector<PackD>& work) const {
@@ -379,10 +389,6 @@ JointFrictionData::Linear JointFrictionData::linearise(
     std::size_t begin;  // first sample
     std::vector<std::vector<Columns>> block;
 
-    void set(std::size_t sample, std::size_t i, double value) {
-      Columns& at = block[i / kColumns][sample - begin];
-      at.x[i % kColumns / kLanes].set(static_cast<int>(i % kLanes), value);
-    }
     double at(std::size_t sample, std::size_t i) const {
       const Columns& at = block[i / kColumns][sample - begin];
       return at.x[i % kColumns / kLanes][static_cast<int>(i % kLanes)];
@@ -394,8 +400,8 @@ JointFrictionData::Linear JointFrictionData::linearise(
     double dt;
     friction::Tangent tangent;
     std::vector<PackD> theta, z_bar, by_theta;
+    std::vector<PackD> now;  // f and the columns at one step
     std::vector<Filtered> x;
-    PackD f;
 
     void reset() { tangent.reset(); }
     void torque(const friction::Input<PackD>& in, std::span<const PackD> z) {
@@ -403,20 +409,23 @@ JointFrictionData::Linear JointFrictionData::linearise(
       friction::Input<PackD> in_bar{};
       std::ranges::fill(z_bar, PackD(0));
       std::ranges::fill(by_theta, PackD(0));
-      friction.torque<PackD>(theta, {&in, 1}, z, {&f, 1});
+      friction.torque<PackD>(theta, {&in, 1}, z, {now.data(), 1});
       friction.torque_pullback<PackD>(theta, {&in, 1}, z, {&one, 1}, by_theta, {&in_bar, 1}, z_bar);
       tangent.add(theta, z_bar, by_theta);
+      for (std::size_t i = 0; i < wanted.size(); ++i) now[i + 1] = by_theta[wanted[i]];
     }
     void keep(std::size_t sequence, std::size_t sample, int lane) {
       Filtered& of = x[sequence];
-      of.set(sample, 0, f[lane]);
-      for (std::size_t i = 0; i < wanted.size(); ++i)
-        of.set(sample, i + 1, by_theta[wanted[i]][lane]);
+      const PackD* column = now.data();
+      for (std::vector<Columns>& block : of.block)
+        for (PackD& half : block[sample - of.begin].x)
+          for (int i = 0; i < kLanes; ++i) half.set(i, (*column++)[lane]);
     }
     void step(const friction::Input<PackD>& in, std::span<PackD> z) {
       tangent.step(theta, {&in, 1}, dt, z);
     }
   };
+  const std::size_t blocks = wanted.size() / kColumns + 1;
   Driver driver{friction,
                 wanted,
                 dt_,
@@ -424,9 +433,8 @@ JointFrictionData::Linear JointFrictionData::linearise(
                 {theta.begin(), theta.end()},
                 std::vector<PackD>(static_cast<std::size_t>(friction.state_size())),
                 std::vector<PackD>(theta.size()),
-                {},
+                std::vector<PackD>(blocks * kColumns, PackD(0)),
                 {}};
-  const std::size_t blocks = wanted.size() / kColumns + 1;
   for (const Series& series : series_)
     driver.x.push_back({static_cast<std::size_t>(series.range.begin),
                         {blocks, std::vector<Columns>(static_cast<std::size_t>(series.range.size()),

@@ -36,11 +36,16 @@ namespace {
 
 constexpr int kFewRollouts = 10;  // of a second: their differences
 constexpr double kChance = 3;     // below this factor are taken for chance
+constexpr double kRival = 2;      // .. and what a law has to better the sum by, which contains it
 
 std::ptrdiff_t fallen(const RolloutErrors& errors) {
   const double least = std::log(kFallenSquare);
   const auto falls = [least](double error) { return error >= least; };
   return std::ranges::count_if(errors.seconds, falls) + std::ranges::count_if(errors.whole, falls);
+}
+
+bool few_rollouts(const Candidate& candidate) {
+  return std::ssize(candidate.rollouts.seconds) < kFewRollouts;
 }
 
 }  // namespace
@@ -56,10 +61,10 @@ std::vector<bool> eligible(std::span<const Candidate> candidates) {
   std::vector<bool> all;
   for (const Candidate& candidate : candidates) {
     const Difference worse = between(candidate.rollouts, best->rollouts);
-    const bool few = std::ssize(candidate.rollouts.seconds) < kFewRollouts;
     all.push_back(fallen(candidate.rollouts) <= fallen(best->rollouts) &&
                   std::isfinite(candidate.held_out) &&
-                  worse.mean <= (few ? std::max(worse.error, std::log(kChance)) : worse.error));
+                  worse.mean <= (few_rollouts(candidate) ? std::max(worse.error, std::log(kChance))
+                                                         : worse.error));
   }
   return all;
 }
@@ -72,8 +77,13 @@ std::size_t choose(std::span<const Candidate> candidates) {
   if (std::ranges::count(plain, true) > 0) from = std::move(plain);
   const auto best = std::ranges::min_element(candidates, {}, &Candidate::held_out);
   auto taken = static_cast<std::size_t>(best - candidates.begin());
+  const auto error = [&](std::size_t i) {
+    const Candidate& candidate = candidates[i];
+    if (!few_rollouts(candidate)) return candidate.torque;
+    return (candidate.rival ? kRival : 1) * candidate.torque * candidate.held_out;
+  };
   for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (from[i] && (!from[taken] || candidates[i].torque < candidates[taken].torque)) taken = i;
+    if (from[i] && (!from[taken] || error(i) < error(taken))) taken = i;
   return taken;
 }
 

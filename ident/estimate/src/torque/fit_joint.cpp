@@ -80,6 +80,10 @@ std::vector<Candidate> of_sum(const Prepared& prepared, const JointFits& fits, i
     progress.advance(1, fmt::format("{} {:.2e} rad2", candidate.name, candidate.held_out));
     found.push_back(std::move(candidate));
   };
+  const auto add_rival = [&](Candidate candidate) {
+    candidate.rival = true;
+    add(std::move(candidate));
+  };
   add(fit_sum(fits, parts, evidence));
   for (const auto& [law, elements] : kRivals) {
     const auto begin = std::chrono::steady_clock::now();
@@ -87,7 +91,7 @@ std::vector<Candidate> of_sum(const Prepared& prepared, const JointFits& fits, i
     Arm arm = fits.on_torque(start, JointFits::Rows::kAll, false, kRoughGain).arm;
     if (fits.held_out_torque(arm) < kLost * found[0].torque)
       arm = fits.on_torque(arm, JointFits::Rows::kAll, false).arm;
-    add(fits.judged(law, arm, seconds_since(begin)));
+    add_rival(fits.judged(law, arm, seconds_since(begin)));
   }
   const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
   for (std::size_t i = 0; i < std::size(kRivals); ++i) {
@@ -96,7 +100,7 @@ std::vector<Candidate> of_sum(const Prepared& prepared, const JointFits& fits, i
     const auto begin = std::chrono::steady_clock::now();
     const char* law = kRivals[i].first;
     if (const std::optional<Arm> arm = conventional(prepared, law, seed, fits.jobs()))
-      add(fits.judged(fmt::format("{}, conventional", law), *arm, seconds_since(begin)));
+      add_rival(fits.judged(fmt::format("{}, conventional", law), *arm, seconds_since(begin)));
   }
   return found;
 }

@@ -195,7 +195,9 @@ PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,
   const double size = std::max(a.sum() / count, 1e-300);
   PartEvidence out{
       .part = part, .joint = j, .gain = mean / size, .error = std::sqrt(square / count) / size};
-  out.on = out.gain > out.error;
+  // a gain in one block alone is one standard error; the quantile of Student's t that one standard
+  // deviation is of a normal number, within some per cent
+  out.on = out.gain > (1 + 0.5 / (count - 1)) * out.error;
   return out;
 }
 
@@ -241,7 +243,9 @@ Candidate JointFits::on_windows(const Candidate& start, std::string_view label) 
   const MultiStepReport trained =
       refine_on_windows(start.arm, torque_pull(all_, start.arm, torque, jobs_),
                         prepared_.recordings, options, label, jobs_);
-  return judged(start.name + ", windows", trained.arm, trained.seconds);
+  Candidate out = judged(start.name + ", windows", trained.arm, trained.seconds);
+  out.rival = start.rival;
+  return out;
 }
 
 }  // namespace fricid::estimate

@@ -11,10 +11,12 @@ namespace {
 
 using friction::SumPart;
 
-constexpr double kPartsGain = 1e-3;    // smallest gain of a step where fits are only compared
-constexpr double kRoughGain = 1e-2;    // .. where a part may be off anyway
-constexpr int kSweeps = 2;             // over the parts
-constexpr double kWaveGain = 0.05;     // least of a wave, which is the best of many
+constexpr double kPartsGain = 1e-3;  // smallest gain of a step where fits are only compared
+constexpr double kRoughGain = 1e-2;  // .. where a part may be off anyway
+constexpr int kSweeps = 2;           // over the parts
+// Least gain of a wave, which is the best of many: share of the mean square, and standard errors
+// unless it halves the mean square.
+constexpr double kWaveGain = 0.05, kWaveErrors = 2, kHalf = 1;
 constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
 constexpr double kWorseByChance = 2;   // a few held-out seconds do not speak against a prior
 
@@ -105,7 +107,9 @@ class SumChoice {
     for (const SumPart part : {SumPart::kSecondRipple, SumPart::kThirdRipple}) {
       const Arm waves = fit(from_fitted(switched(part)), true, kRoughGain);
       if (!take(part, waves, [](const PartEvidence& of_joint) {
-            return of_joint.on && of_joint.gain > kWaveGain;
+            return of_joint.on &&
+                   of_joint.gain >
+                       std::max(kWaveGain, std::min(kWaveErrors * of_joint.error, kHalf));
           }))
         return;
     }

@@ -86,6 +86,14 @@ class JointFrictionData {
     Eigen::VectorXd f;  ///< (rows) [N m]
     Eigen::MatrixXd J;  ///< (rows x wanted) dF[f] / dtheta_p
   };
+  /// Samples of every sequence that are compared with the target.
+  std::vector<std::vector<int>> used_rows() const;
+  int length(int sequence) const {
+    return static_cast<int>(series_[static_cast<std::size_t>(sequence)].at.size());
+  }
+  double target(int sequence, int sample) const {
+    return series_[static_cast<std::size_t>(sequence)].target[static_cast<std::size_t>(sample)];
+  }
   /// At the samples row[s] of every sequence, by sensitivities carried forward with the state.
   /// @param wanted  indices in theta
   /// @pre friction::Tangent::is_known(friction)
@@ -185,9 +193,9 @@ struct JointFrictionFit {
 
 /// Minimises `mean_square` over theta within the bounds of the table, in coordinates that are
 /// logarithms where the table says so: Nelder-Mead with bounds (NLopt) from several starts, each
-/// followed by Levenberg-Marquardt on the residuals with a finite-difference Jacobian (all columns
-/// at once, one parameter per lane) and an active set at the bounds. Deterministic for (seed,
-/// stream).
+/// followed by Levenberg-Marquardt on the residuals, with an active set at the bounds. The Jacobian
+/// comes from sensitivities carried forward, of laws without any from finite differences (one
+/// parameter per lane). Deterministic for (seed, stream).
 JointFrictionFit fit_joint_friction(const JointFrictionData& data,
                                     const friction::RobotFriction& friction,
                                     std::vector<double> start, const FrictionFitOptions& options);
