@@ -146,7 +146,7 @@ std::vector<evaluate::Trajectory> load_training(const Task& task, const RunFolde
   return training;
 }
 
-/// Parts of the training recordings, each with an arm that was not fitted to it.
+/// Parts of the training recordings, with arms that were not fitted to them.
 std::vector<evaluate::LeftOut> left_out_of(const RunFolder& folder, const FitId& id,
                                            const data::ModelFile& model,
                                            std::span<const evaluate::Trajectory> training) {
@@ -164,11 +164,14 @@ std::vector<evaluate::LeftOut> left_out_of(const RunFolder& folder, const FitId&
           "expected a part of a training recording and {} + {}",
           place, fit.begin, fit.end, fit.recording, fit.pi.size(), fit.theta.size(),
           model.arm.robot.pi.size(), parameters);
-    evaluate::LeftOut& part = parts.emplace_back();
-    part.recording = evaluate::part_of(*of, fit.begin, fit.end);
-    part.arm = model.arm;
-    part.arm.robot.pi = fit.pi;
-    part.arm.friction.theta.assign(fit.theta.begin(), fit.theta.end());
+    Arm arm = model.arm;
+    arm.robot.pi = fit.pi;
+    arm.friction.theta.assign(fit.theta.begin(), fit.theta.end());
+    const auto same = [&](const Arm& other) {
+      return other.robot.pi == arm.robot.pi && other.friction.theta == arm.friction.theta;
+    };
+    if (parts.empty() || !same(parts.back().arm)) parts.push_back({{}, std::move(arm)});
+    parts.back().recordings.push_back(evaluate::part_of(*of, fit.begin, fit.end));
   }
   return parts;
 }

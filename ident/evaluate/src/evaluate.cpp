@@ -200,15 +200,20 @@ void add_ensembles(std::span<const Trajectory> trajectories, std::span<const dou
 void add_bands(const Contest& contest, const EvaluateOptions& options, int jobs,
                Evaluation& report) {
   if (contest.training.empty() || options.draws == 0) return;
+  std::vector<TorqueError> errors(contest.models.size());
+  parallel_for(static_cast<int>(errors.size()), jobs, [&](int i) {
+    const auto m = static_cast<std::size_t>(i);
+    const data::ModelFile& model = contest.models[m];
+    if (model.is_oracle) return;
+    const std::span<const LeftOut> left_out =
+        m < contest.left_out.size() ? contest.left_out[m] : std::span<const LeftOut>();
+    errors[m] = fit_torque_error(model, contest.robot, contest.training, left_out, options, jobs);
+  });
   for (Summary& summary : report.summary) {
     std::vector<Member> members;
     for (std::size_t m = 0; m < contest.models.size(); ++m) {
       const data::ModelFile& model = contest.models[m];
-      if (model.is_oracle || model.name != summary.name) continue;
-      const std::span<const LeftOut> left_out =
-          m < contest.left_out.size() ? contest.left_out[m] : std::span<const LeftOut>();
-      members.push_back({&model, fit_torque_error(model, contest.robot, contest.training, left_out,
-                                                  options, jobs)});
+      if (!model.is_oracle && model.name == summary.name) members.push_back({&model, errors[m]});
     }
     if (members.empty()) continue;
     for (ModelResult& result : report.models)

@@ -195,8 +195,7 @@ TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::Robot
   for (const LeftOut& part : left_out) {
     data::ModelFile other = model;
     other.arm = part.arm;
-    loops.emplace_back(std::move(other), known, std::span(&part.recording, 1), options, starts,
-                       jobs);
+    loops.emplace_back(std::move(other), known, part.recordings, options, starts, jobs);
     starts += loops.back().starts();
   }
   const double dt = training.front().data.dt();

@@ -35,9 +35,9 @@ struct TorqueError {
 RowMatrix draw_torque_error(const TorqueError& error, double dt, int rows, std::uint64_t seed,
                             std::uint64_t stream);
 
-/// A recording, or part of one, and an arm that was not fitted to it.
+/// Recordings, or parts of them, and an arm that was not fitted to them.
 struct LeftOut {
-  Trajectory recording;
+  std::vector<Trajectory> recordings;
   Arm arm;
 };
 
