@@ -65,14 +65,15 @@ class Learning(ProgramTest):
             self.assertEqual(len(taken), 1)
             eligible = [c for c in fit["candidates"] if c["eligible"]]
             self.assertIn(min(fit["candidates"], key=lambda c: c["held_out_q_mse"]), eligible)
-            self.assertEqual(taken[0], min(eligible, key=lambda c: c["held_out_torque"]))
+            self.assertIn(taken[0], eligible)
+            for other in eligible:
+                self.assertFalse(all(other[error] < taken[0][error] for error in ("held_out_q_mse", "held_out_torque")),
+                                 other)
             self.assertTrue({"sum", "lugre", "gms"} <= {c["name"] for c in fit["candidates"]})
             for part in fit["parts"]:
-                earns = part["gain"] > part["gain_se"]
-                if part["part"] in ("backlash", "second_ripple", "third_ripple"):  # must have an effect too
-                    self.assertLessEqual(part["on"], earns, part)
-                else:
-                    self.assertEqual(part["on"], earns, part)
+                self.assertLessEqual(part["on"], part["gain"] > part["gain_se"], part)
+                if part["part"] not in ("backlash", "second_ripple", "third_ripple"):  # must have an effect too
+                    self.assertGreaterEqual(part["on"], part["gain"] > 2 * part["gain_se"], part)
             # a few seconds held out do not tell what networks are worth
             self.assertNotIn("network", {part["part"] for part in fit["parts"]})
             self.assertNotIn("memory_network", (folder / "models" / "lvm_s1.json").read_text())

@@ -98,12 +98,15 @@ TEST(Choose, RolloutsAndTorqueDecideWhereRolloutsAreFew) {
 // A law that the sum contains has to be better beyond chance.
 TEST(Choose, ARivalHasToBeTwiceAsGoodWhereRolloutsAreFew) {
   const Candidate sum = candidate({-9, -11, -10}, -8, 2);
-  Candidate rival = candidate({-9, -11, -10}, -8, 1.1);
+  Candidate rival = candidate({-8.9, -10.9, -9.9}, -7.9, 1.1);
   EXPECT_EQ(choose(std::vector{sum, rival}), 1u);
   rival.rival = true;
   EXPECT_EQ(choose(std::vector{sum, rival}), 0u);
   rival.torque = 0.9;
   EXPECT_EQ(choose(std::vector{sum, rival}), 1u);
+  Candidate better = candidate({-9.1, -11.1, -10.1}, -8.1, 1.9);  // in both
+  better.rival = true;
+  EXPECT_EQ(choose(std::vector{sum, better}), 1u);
 }
 
 // One rollout has no standard error: the torque decides.

@@ -82,8 +82,16 @@ std::size_t choose(std::span<const Candidate> candidates) {
     if (!few_rollouts(candidate)) return candidate.torque;
     return (candidate.rival ? kRival : 1) * candidate.torque * candidate.held_out;
   };
+  const auto beaten = [&](std::size_t i) {
+    for (std::size_t k = 0; k < candidates.size(); ++k)
+      if (from[k] && candidates[k].torque < candidates[i].torque &&
+          candidates[k].held_out < candidates[i].held_out)
+        return true;
+    return false;
+  };
   for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (from[i] && (!from[taken] || error(i) < error(taken))) taken = i;
+    if (from[i] && !beaten(i) && (!from[taken] || beaten(taken) || error(i) < error(taken)))
+      taken = i;
   return taken;
 }
 

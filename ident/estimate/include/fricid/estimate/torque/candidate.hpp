@@ -39,9 +39,10 @@ bool has_networks(const Arm& arm);
 /// by more than a standard error; where rollouts of a second are fewer than ten, by more than a
 /// factor of three.
 std::vector<bool> eligible(std::span<const Candidate> candidates);
-/// Of those the one with the least held-out torque error, where rollouts are so few with the least
-/// product of that and the rollouts' error, of a rival times two; one with networks only where all
-/// have them; the best where there is none. @return index
+/// Of those the one with the least held-out torque error. Where rollouts are so few, the one with
+/// the least product of that and the rollouts' error, of a rival times two, but none that another
+/// betters in both. One with networks only where all have them; the best where there is none.
+/// @return index
 std::size_t choose(std::span<const Candidate> candidates);
 
 /// Evidence of the held-out torque for one part of the sum in one joint.
