@@ -121,7 +121,8 @@ bool RobotFriction::is_alike(const LawSlot& a, const LawSlot& b) {
 
 /// The laws of a joint keep their order.
 void RobotFriction::sort_slots() {
-  std::ranges::stable_sort(slots_, {}, &LawSlot::law);
+  std::ranges::sort(slots_, {},
+                    [](const LawSlot& slot) { return std::pair(slot.law, slot.joint); });
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     const LawSlot& slot = slots_[i];
     if (runs_.empty() || runs_.back().size == kLongestRun ||
