@@ -52,14 +52,13 @@ bool is_of_load_law(const friction::RobotFriction& model, const friction::Parame
   return count_in_law(model, p, Role::kLoadCoefficient) > 0;
 }
 
-/// Coulomb friction is held by the law with springs, viscous friction by the law that has nothing
-/// else, or one without memory.
+/// Coulomb friction is held by the law with springs, viscous friction by the first without memory.
 std::vector<Holders> holders_of(const friction::RobotFriction& model) {
   std::vector<Holders> of(static_cast<std::size_t>(model.joint_count()));
   const auto first = [&](int& holder, const friction::ParameterRef& p, bool holds) {
     if (holder < 0 && holds) holder = p.law;
   };
-  for (int choice = 1; choice <= 3; ++choice)
+  for (int choice = 1; choice <= 2; ++choice)
     for (const friction::ParameterRef& p : model.parameters()) {
       if (p.joint == friction::kWholeRobot) continue;
       Holders& joint = of[static_cast<std::size_t>(p.joint)];
@@ -70,8 +69,7 @@ std::vector<Holders> holders_of(const friction::RobotFriction& model) {
       const bool memoryless = count_in_law(model, p, Role::kSmoothingSpeed) > 0;
       first(joint.coulomb, p, p.info.role == (choice == 1 ? Role::kStiffness : Role::kCoulomb));
       first(joint.viscous, p,
-            p.info.role == Role::kViscous && p.owner == law &&
-                (alone || (memoryless && choice > 1) || choice > 2));
+            p.info.role == Role::kViscous && p.owner == law && (alone || memoryless || choice > 1));
     }
   return of;
 }
