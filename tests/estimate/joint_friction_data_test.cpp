@@ -53,6 +53,16 @@ double largest_error(const std::vector<double>& found, const RowMatrix& wanted, 
   return error / wanted.cwiseAbs().maxCoeff();
 }
 
+/// Of joint 0, all of every recording.
+void expect_whole(const JointFrictionData& data, const friction::RobotFriction& one,
+                  const std::vector<double>& theta, const std::vector<signals::Recording>& logs,
+                  double tolerance) {
+  const PerSample found = data.predict(one, theta);
+  for (std::size_t s = 0; s < logs.size(); ++s)
+    EXPECT_LT(largest_error(found[s], reference(one, theta, logs[s], 0), 0, logs[s].length()),
+              tolerance);
+}
+
 TEST(JointFrictionData, PiecesAddUpToTheWholeMotion) {
   const auto logs = recordings(2, 12);
   const JointFrictionData data(logs, torques(logs), 0, kCutoffHz);
@@ -67,10 +77,7 @@ TEST(JointFrictionData, PiecesAddUpToTheWholeMotion) {
     const friction::RobotFriction one({joint});
     std::vector<double> theta = default_theta(one);
     initialise_weights(one, 1, theta);
-    const PerSample found = data.predict(one, theta);
-    for (std::size_t s = 0; s < logs.size(); ++s)
-      EXPECT_LT(largest_error(found[s], reference(one, theta, logs[s], 0), 0, logs[s].length()),
-                1e-7);
+    expect_whole(data, one, theta, logs, 1e-7);
   }
 }
 
@@ -82,10 +89,7 @@ TEST(JointFrictionData, FrictionThatDoesNotForgetIsDrivenInOnePiece) {
   std::vector<double> theta = default_theta(one);
   const auto k1 = static_cast<std::size_t>(find_parameter(one, 0, "gms", "k1"));
   theta[k1] = theta[static_cast<std::size_t>(find_parameter(one, 0, "gms", "Fs"))] / 5;  // 5 rad
-  const PerSample found = data.predict(one, theta);
-  for (std::size_t s = 0; s < logs.size(); ++s)
-    EXPECT_LT(largest_error(found[s], reference(one, theta, logs[s], 0), 0, logs[s].length()),
-              1e-12);
+  expect_whole(data, one, theta, logs, 1e-12);
 }
 
 TEST(JointFrictionData, OfARangeTheMiddleIsThatOfTheWhole) {

@@ -58,7 +58,7 @@ std::vector<Holders> holders_of(const friction::RobotFriction& model) {
   const auto first = [&](int& holder, const friction::ParameterRef& p, bool holds) {
     if (holder < 0 && holds) holder = p.law;
   };
-  for (int choice = 1; choice <= 2; ++choice)
+  for (const bool preferred : {true, false})
     for (const friction::ParameterRef& p : model.parameters()) {
       if (p.joint == friction::kWholeRobot) continue;
       Holders& joint = of[static_cast<std::size_t>(p.joint)];
@@ -67,9 +67,9 @@ std::vector<Holders> holders_of(const friction::RobotFriction& model) {
                             .law;
       const bool alone = count_in_law(model, p, Role::kCoulomb) == 0;
       const bool memoryless = count_in_law(model, p, Role::kSmoothingSpeed) > 0;
-      first(joint.coulomb, p, p.info.role == (choice == 1 ? Role::kStiffness : Role::kCoulomb));
+      first(joint.coulomb, p, p.info.role == (preferred ? Role::kStiffness : Role::kCoulomb));
       first(joint.viscous, p,
-            p.info.role == Role::kViscous && p.owner == law && (alone || memoryless || choice > 1));
+            p.info.role == Role::kViscous && p.owner == law && (alone || memoryless || !preferred));
     }
   return of;
 }

@@ -58,9 +58,8 @@ using PerSample = std::vector<std::vector<double>>;
 class JointFrictionData {
  public:
   /// @param target  per sequence, torque of every joint that friction must explain (T, n) [N m]
-  /// @param ranges  per sequence, samples at which torque is predicted, 0 elsewhere; empty: all.
-  /// The
-  ///                filter sees nothing beyond them.
+  /// @param ranges  per sequence, samples at which torque is predicted, 0 elsewhere, and beyond
+  ///                which the filter sees nothing; empty: all
   JointFrictionData(std::span<const signals::Recording> sequences,
                     std::span<const RowMatrix> target, int joint, double cutoff_hz,
                     const OffsetPrior& prior = {}, std::span<const SampleRange> ranges = {});
@@ -86,14 +85,6 @@ class JointFrictionData {
     Eigen::VectorXd f;  ///< (rows) [N m]
     Eigen::MatrixXd J;  ///< (rows x wanted) dF[f] / dtheta_p
   };
-  /// Samples of every sequence that are compared with the target.
-  std::vector<std::vector<int>> used_rows() const;
-  int length(int sequence) const {
-    return static_cast<int>(series_[static_cast<std::size_t>(sequence)].at.size());
-  }
-  double target(int sequence, int sample) const {
-    return series_[static_cast<std::size_t>(sequence)].target[static_cast<std::size_t>(sample)];
-  }
   /// At the samples row[s] of every sequence, by sensitivities carried forward with the state.
   /// @param wanted  indices in theta
   /// @pre friction::Tangent::is_known(friction)
@@ -115,7 +106,15 @@ class JointFrictionData {
 
   double dt() const { return dt_; }
   int sequences() const { return static_cast<int>(series_.size()); }
+  int length(int sequence) const {
+    return static_cast<int>(series_[static_cast<std::size_t>(sequence)].at.size());
+  }
   int rows() const { return rows_; }
+  /// Samples of every sequence that are compared with the target.
+  std::vector<std::vector<int>> used_rows() const;
+  double target(int sequence, int sample) const {
+    return series_[static_cast<std::size_t>(sequence)].target[static_cast<std::size_t>(sample)];
+  }
   /// Of target - its mean over the used rows [N^2 m^2].
   double target_mean_square() const { return target_mean_square_; }
   double largest_target() const { return largest_target_; }
@@ -137,9 +136,9 @@ class JointFrictionData {
     double mean = 0, square = 0;  // of F[f] - target over the used rows
   };
   std::vector<Group> side_by_side(std::span<const MotionPiece> pieces) const;
-  /// Calls driver.reset(z), driver.torque(in, z) and driver.step(in, z) along every group, and
-  /// driver.keep(piece, sample, lane) after the torque of each sample of a piece. Returns whether
-  /// every piece begins in the state in which the one before it ends.
+  /// Calls driver.reset(), driver.torque(in, z) and driver.step(in, z) along every group, and
+  /// driver.keep(sequence, sample, lane) after the torque of each sample of a piece. Returns
+  /// whether every piece begins in the state in which the one before it ends.
   template <class Driver>
   bool drive(std::span<const Group> groups, std::size_t states, Driver& driver) const;
   /// Likewise, in pieces or, where friction does not forget, in whole sequences.
