@@ -85,10 +85,11 @@ struct Reads {
 //     static constexpr std::string_view kSource;    paper
 //     static constexpr PlotLook kLook;              colour and marker in plots
 //     static constexpr Claims kClaims;  static constexpr Reads kReads;
-//     static constexpr int kMostElements;           constructed from 1 .. this; 0: without
-//     arguments int state_size() const; std::span<const ParameterInfo> parameters() const; S
-//     torque(const S* theta, const Input<S>& in, const S* z) const; void step(const S* theta, const
-//     Input<S>& in, double dt, S* z) const;
+//     static constexpr int kMostElements;      constructed from 1 .. this; 0: without arguments
+//     int  state_size() const;                 a law without states has the base Stateless
+//     std::span<const ParameterInfo> parameters() const;
+//     S    torque(const S* theta, const Input<S>& in, const S* z) const;
+//     void step(const S* theta, const Input<S>& in, double dt, S* z) const;
 //     // vector-Jacobian products, hand-written; all *_bar are accumulated into
 //     void torque_pullback(const S* theta, const Input<S>& in, const S* z, S tau_bar,
 //                          S* theta_bar, Input<S>& in_bar, S* z_bar) const;
@@ -113,6 +114,18 @@ struct Reads {
 //
 // Such a law of one state without networks is also called with S = Group<Pack, N> (group.hpp), N
 // joints at a time.
+
+/// Base of the laws whose torque depends on the present input alone.
+struct Stateless {
+  static constexpr int state_size() { return 0; }
+
+  template <class S>
+  void step(const S*, const Input<S>&, double, S*) const {}
+
+  template <class S>
+  void step_pullback(const S*, const Input<S>&, double, const S*, const S*, S*, Input<S>&,
+                     S*) const {}
+};
 
 template <class Law, class S>
 concept SharedStepLaw = requires(const Law law, const S* theta, const Input<S>& in, S* z) {

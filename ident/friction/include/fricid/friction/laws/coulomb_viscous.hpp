@@ -16,8 +16,8 @@ namespace fricid::friction {
 /// Why v0 and not sign(v): a host that holds tau over a step dt turns a sign into chatter, because
 /// each step overshoots v = 0 and the torque comes back with full size. With v0 the slope at rest
 /// is Fc/v0, and an inertia M [kg m2] settles instead of chattering when Fc dt / (M v0) < 2. The
-/// price is creep: a torque below Fc moves the joint at v = v0 artanh(tau/Fc). State: none.
-class CoulombViscous {
+/// price is creep: a torque below Fc moves the joint at v = v0 artanh(tau/Fc).
+class CoulombViscous : public Stateless {
  public:
   enum Index { kFc, kFv, kV0, kSize };
 
@@ -30,16 +30,12 @@ class CoulombViscous {
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
 
-  static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }
 
   template <class S>
   S torque(const S* theta, const Input<S>& in, const S*) const {
     return theta[kFc] * tanh(in.v / theta[kV0]) + theta[kFv] * in.v;
   }
-
-  template <class S>
-  void step(const S*, const Input<S>&, double, S*) const {}
 
   template <class S>
   void torque_pullback(const S* theta, const Input<S>& in, const S*, const S& tau_bar, S* theta_bar,
@@ -52,10 +48,6 @@ class CoulombViscous {
     theta_bar[kV0] -= r_bar * r / theta[kV0];
     in_bar.v += r_bar / theta[kV0] + tau_bar * theta[kFv];
   }
-
-  template <class S>
-  void step_pullback(const S*, const Input<S>&, double, const S*, const S*, S*, Input<S>&,
-                     S*) const {}
 
   template <class S>
   S steady_torque(const S* theta, const Input<S>& in) const {

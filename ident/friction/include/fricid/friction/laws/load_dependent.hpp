@@ -17,8 +17,8 @@ namespace fricid::friction {
 ///     mu  = mu_m (1+d)/2 + mu_b (1-d)/2,       nu = nu_m (1+d)/2 + nu_b (1-d)/2
 ///
 /// L is |load| with a smooth foot of width l0; d goes smoothly from -1 (back-driving, indices _b)
-/// to 1 (motoring, _m). v0 smooths the sign of v, see coulomb_viscous. State: none.
-class LoadDependent {
+/// to 1 (motoring, _m). v0 smooths the sign of v, see coulomb_viscous.
+class LoadDependent : public Stateless {
  public:
   enum Index { kFc, kMuM, kMuB, kNuM, kNuB, kFv, kV0, kL0, kSize };
 
@@ -34,7 +34,6 @@ class LoadDependent {
   static constexpr Reads kReads{.load = true};
   static constexpr int kMostElements = 0;
 
-  static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }
 
   template <class S>
@@ -42,9 +41,6 @@ class LoadDependent {
     const Terms<S> x = terms(theta, in);
     return level(theta, x) * x.t + theta[kFv] * in.v;
   }
-
-  template <class S>
-  void step(const S*, const Input<S>&, double, S*) const {}
 
   template <class S>
   void torque_pullback(const S* theta, const Input<S>& in, const S*, const S& tau_bar, S* theta_bar,
@@ -75,10 +71,6 @@ class LoadDependent {
     theta_bar[kV0] -= r_bar * in.v / (theta[kV0] * theta[kV0]);
     in_bar.v += r_bar / theta[kV0] + tau_bar * theta[kFv];
   }
-
-  template <class S>
-  void step_pullback(const S*, const Input<S>&, double, const S*, const S*, S*, Input<S>&,
-                     S*) const {}
 
   template <class S>
   S steady_torque(const S* theta, const Input<S>& in) const {

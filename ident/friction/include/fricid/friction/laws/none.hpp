@@ -8,7 +8,7 @@
 namespace fricid::friction {
 
 /// No friction: tau = 0.
-class None {
+class None : public Stateless {
  public:
   static constexpr std::string_view kName = "none";
   static constexpr std::string_view kEquation = "tau = 0";
@@ -18,7 +18,6 @@ class None {
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
 
-  static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return {}; }
 
   template <class S>
@@ -26,12 +25,7 @@ class None {
     return S(0);
   }
   template <class S>
-  void step(const S*, const Input<S>&, double, S*) const {}
-  template <class S>
   void torque_pullback(const S*, const Input<S>&, const S*, const S&, S*, Input<S>&, S*) const {}
-  template <class S>
-  void step_pullback(const S*, const Input<S>&, double, const S*, const S*, S*, Input<S>&,
-                     S*) const {}
   template <class S>
   S steady_torque(const S*, const Input<S>&) const {
     return S(0);

@@ -16,8 +16,8 @@ namespace fricid::friction {
 ///
 /// v0 smooths the sign of v, see coulomb_viscous. The falling slope, down to about
 /// -0.86 (Fs - Fc)/vs, is negative damping: a joint in open loop is unstable there.
-/// State: none.
-class Stribeck {
+///
+class Stribeck : public Stateless {
  public:
   enum Index { kFc, kFs, kVs, kFv, kV0, kSize };
 
@@ -31,16 +31,12 @@ class Stribeck {
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
 
-  static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }
 
   template <class S>
   S torque(const S* theta, const Input<S>& in, const S*) const {
     return curve(theta, in.v).value * tanh(in.v / theta[kV0]) + theta[kFv] * in.v;
   }
-
-  template <class S>
-  void step(const S*, const Input<S>&, double, S*) const {}
 
   template <class S>
   void torque_pullback(const S* theta, const Input<S>& in, const S*, const S& tau_bar, S* theta_bar,
@@ -55,10 +51,6 @@ class Stribeck {
     stribeck_curve_pullback(theta[kFc], theta[kFs], theta[kVs], in.v, s, tau_bar * t, S(0),
                             theta_bar[kFc], theta_bar[kFs], theta_bar[kVs], in_bar.v);
   }
-
-  template <class S>
-  void step_pullback(const S*, const Input<S>&, double, const S*, const S*, S*, Input<S>&,
-                     S*) const {}
 
   template <class S>
   S steady_torque(const S* theta, const Input<S>& in) const {

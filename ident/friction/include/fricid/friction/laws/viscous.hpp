@@ -8,8 +8,8 @@
 
 namespace fricid::friction {
 
-/// Linear viscous friction alone, a part of sums: tau = Fv v. State: none.
-class Viscous {
+/// Linear viscous friction alone, a part of sums: tau = Fv v.
+class Viscous : public Stateless {
  public:
   enum Index { kFv, kSize };
 
@@ -21,7 +21,6 @@ class Viscous {
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
 
-  static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }
 
   template <class S>
@@ -30,18 +29,11 @@ class Viscous {
   }
 
   template <class S>
-  void step(const S*, const Input<S>&, double, S*) const {}
-
-  template <class S>
   void torque_pullback(const S* theta, const Input<S>& in, const S*, const S& tau_bar, S* theta_bar,
                        Input<S>& in_bar, S*) const {
     theta_bar[kFv] += tau_bar * in.v;
     in_bar.v += tau_bar * theta[kFv];
   }
-
-  template <class S>
-  void step_pullback(const S*, const Input<S>&, double, const S*, const S*, S*, Input<S>&,
-                     S*) const {}
 
   template <class S>
   S steady_torque(const S* theta, const Input<S>& in) const {

@@ -14,8 +14,8 @@ namespace fricid::friction {
 ///     tau = c v (v^2 + v0^2)^((p-1)/2)      -> c |v|^p sign(v) for |v| >> v0
 ///
 /// For p < 1 the pure power has an infinite slope at v = 0; v0 makes it c v0^(p-1), finite, so that
-/// a host with finite step stays stable. State: none.
-class ViscousPower {
+/// a host with finite step stays stable.
+class ViscousPower : public Stateless {
  public:
   enum Index { kC, kP, kV0, kSize };
 
@@ -28,16 +28,12 @@ class ViscousPower {
   static constexpr Reads kReads{};
   static constexpr int kMostElements = 0;
 
-  static constexpr int state_size() { return 0; }
   static constexpr std::span<const ParameterInfo> parameters() { return kParameters; }
 
   template <class S>
   S torque(const S* theta, const Input<S>& in, const S*) const {
     return theta[kC] * in.v * attenuation(theta, in.v);
   }
-
-  template <class S>
-  void step(const S*, const Input<S>&, double, S*) const {}
 
   template <class S>
   void torque_pullback(const S* theta, const Input<S>& in, const S*, const S& tau_bar, S* theta_bar,
@@ -52,10 +48,6 @@ class ViscousPower {
     theta_bar[kV0] += w_bar * S(2) * theta[kV0];
     in_bar.v += tau_bar * theta[kC] * m + w_bar * S(2) * in.v;
   }
-
-  template <class S>
-  void step_pullback(const S*, const Input<S>&, double, const S*, const S*, S*, Input<S>&,
-                     S*) const {}
 
   template <class S>
   S steady_torque(const S* theta, const Input<S>& in) const {
