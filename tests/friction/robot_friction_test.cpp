@@ -246,6 +246,20 @@ TEST(RobotFriction, EveryTypicalValueIsWithinItsBoundsAndScale) {
   EXPECT_EQ(parameters_of_law("lvm_bristles", 16).size(), 12 + static_cast<std::size_t>(weights));
 }
 
+TEST(RobotFriction, AJointAloneIsWhatItWasInTheRobot) {
+  const RobotFriction robot(std::vector<JointSpec>{{{{"coulomb_viscous", 0, {}}}},
+                                                   {{{"gms", 2, {}}, {"viscous_power", 0, {}}}}});
+  std::vector<double> theta = default_theta(robot);
+  for (std::size_t i = 0; i < theta.size(); ++i) theta[i] *= 1 + 0.01 * static_cast<double>(i);
+  const std::vector<Input<double>> in{{0, 0.1, 0, 293}, {0.2, -0.3, 4, 293}};
+  const std::vector<double> z{1.5, -2};
+  std::vector<double> both(2), alone(1);
+  robot.torque<double>(theta, in, z, both);
+  const Friction second = friction_of_joint({robot, theta}, 1);
+  second.model.torque<double>(second.theta, std::span(in).subspan(1), z, alone);
+  EXPECT_EQ(alone[0], both[1]);
+}
+
 TEST(RobotFriction, DoesNotAllocate) {
   const RobotFriction model(compositions());
   const std::vector<double> typical = default_theta(model);

@@ -73,19 +73,5 @@ TEST_F(LatentCloudTest, AgeEndsWhereTheMotionBegins) {
             latent_cloud(friction, m, 5, 5 * kDt, kCopies).to);
 }
 
-TEST_F(LatentCloudTest, AJointAloneIsWhatItWasInTheRobot) {
-  const friction::RobotFriction robot(std::vector<friction::JointSpec>{
-      {{{"coulomb_viscous", 0, {}}}}, {{{"gms", 2, {}}, {"viscous_power", 0, {}}}}});
-  std::vector<double> theta = friction::default_theta(robot);
-  for (std::size_t i = 0; i < theta.size(); ++i) theta[i] *= 1 + 0.01 * static_cast<double>(i);
-  const std::vector<friction::Input<double>> in{{0, 0.1, 0, 293}, {0.2, -0.3, 4, 293}};
-  const std::vector<double> z{1.5, -2};
-  std::vector<double> both(2), alone(1);
-  robot.torque<double>(theta, in, z, both);
-  const friction::Friction second = friction_of_joint({robot, theta}, 1);
-  second.model.torque<double>(second.theta, std::span(in).subspan(1), z, alone);
-  EXPECT_EQ(alone[0], both[1]);
-}
-
 }  // namespace
 }  // namespace fricid::viewer

@@ -252,6 +252,13 @@ std::vector<double> training_rates(const RobotFriction& model, std::span<const d
   return rates;
 }
 
+Friction friction_of_joint(const Friction& friction, int joint) {
+  const RobotFriction& model = friction.model;
+  const double* theta = friction.theta.data();
+  return {RobotFriction({model.joints()[static_cast<std::size_t>(joint)]}),
+          {theta + model.parameter_begin(joint), theta + model.parameter_begin(joint + 1)}};
+}
+
 int free_parameter_count(const Friction& friction) {
   const std::vector<double> rates = training_rates(friction.model, friction.theta);
   int count = 0;

@@ -8,13 +8,6 @@
 
 namespace fricid::viewer {
 
-friction::Friction friction_of_joint(const friction::Friction& friction, int joint) {
-  const friction::RobotFriction& model = friction.model;
-  const auto* theta = friction.theta.data();
-  return {friction::RobotFriction({model.joints()[static_cast<std::size_t>(joint)]}),
-          {theta + model.parameter_begin(joint), theta + model.parameter_begin(joint + 1)}};
-}
-
 LatentCloud latent_cloud(const friction::Friction& friction, const JointMotion& motion, int row,
                          double age, int copies) {
   const int begin = std::max(row - static_cast<int>(std::lround(age / motion.dt)), 0);

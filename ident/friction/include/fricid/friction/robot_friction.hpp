@@ -159,6 +159,9 @@ struct Friction {
   std::vector<double> theta;  ///< (model.parameter_count())
 };
 
+/// The friction of one joint without a law of the whole robot.
+Friction friction_of_joint(const Friction& friction, int joint);
+
 /// Typical value of every parameter: theta of a middle-sized robot, the start of a search.
 std::vector<double> default_theta(const RobotFriction& model);
 

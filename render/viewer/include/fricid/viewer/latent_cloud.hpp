@@ -24,9 +24,6 @@ struct LatentCloud {
   double state_tau = 0;           ///< its friction torque [N m]
 };
 
-/// The friction of one joint without a law of the whole robot.
-friction::Friction friction_of_joint(const friction::Friction& friction, int joint);
-
 /// The cloud at sample `row` of a motion. The initial states are drawn from those along the whole
 /// motion.
 /// @param friction  of this joint alone
