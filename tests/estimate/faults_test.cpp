@@ -148,6 +148,23 @@ TEST(Faults, AJointThatRestsIsNamedWithTheWayToHoldItOut) {
   EXPECT_THAT(text, HasSubstr("exclude it: [robot] hold = [\"j3\"]"));
 }
 
+TEST(Faults, FrictionThatOutgrowsItsOwnLoadIsNamed) {
+  const Arm arm = coulomb_arm(5e-3);
+  const std::vector<data::Dataset> logs{make_log(arm, {})};
+  const Prepared prepared = prepare(arm.robot, {}, logs, 2);
+  FitReport report = fit(arm.robot, logs);
+  ASSERT_TRUE(report.usable()) << text_of(report.faults);
+  report.joints.clear();
+  // Fc, mu_m, mu_b, nu_m, nu_b, Fv, v0, l0
+  report.model.arm.friction =
+      same_law("load_dependent", {4, 0.5, 0.5, 0.1, 0.1, 2, 0.01, 0.1}, arm.robot.n());
+  const signals::Recording& r = prepared.recordings[0];
+  report.residual_rms[1] = (predict_torque(report.model.arm, r, 10) - r.filtered_tau).col(1).norm();
+  report.r2[1] = -report.residual_rms[1];
+  report.faults = faults_of(prepared, report);
+  EXPECT_THAT(text_of(report.faults), HasSubstr("grows with the load by more than the load"));
+}
+
 TEST(Faults, TorqueThatNothingExplainsIsNotTrusted) {
   const Arm arm = coulomb_arm(5e-3);
   data::Dataset log = make_log(arm, {});

@@ -98,6 +98,26 @@ TEST(ArmTorqueFit, KeepsToItsLimits) {
   }
 }
 
+// What grows with the load has no Coulomb friction of its own.
+TEST(SumStart, LawsBeginWithEqualSharesOfCoulombFriction) {
+  const SumStart known{.joints = std::vector<friction::FrictionGuess>(3, {.Fc = 6, .Fv = 1}),
+                       .load = {1, 1, 1},
+                       .temperature = 293};
+  const friction::JointSpec joint{
+      {{"maxwell_slip", 2, {{"load", 1}}}, {"stribeck", 0, {}}, {"load_dependent", 0, {}}}};
+  const Arm start = start_sum(logs().truth, std::vector<friction::JointSpec>(3, joint), known);
+  EXPECT_NEAR(parameter(start, 0, "maxwell_slip", "W1"), 1.5, 1e-12);
+  EXPECT_NEAR(parameter(start, 0, "stribeck", "Fc"), 3, 1e-12);
+  EXPECT_LT(parameter(start, 0, "load_dependent", "Fc"), 1e-3);
+  for (const Limit& limit : sum_limits(start)) {
+    const friction::ParameterRef& p = start.friction.model.parameters()[limit.parameter];
+    EXPECT_TRUE(p.info.role != friction::Role::kCoulomb || p.owner == "load_dependent");
+    if (p.owner == "load") {
+      EXPECT_NEAR(limit.upper, 0.3 / 3, 1e-12);
+    }
+  }
+}
+
 TEST(SumStart, SlidingJointsHaveATenthOfTheSpeedsAndLengths) {
   Arm arm = logs().truth;
   arm.robot.joints[1].type = dynamics::JointType::kPrismatic;
@@ -154,6 +174,28 @@ TEST(JointFits, TheLoadOfFrictionDoesNotContainWhatItHasToExplain) {
   };
   EXPECT_LT(growth(fits.on_torque(start, JointFits::Rows::kAll)), 0.02);
   EXPECT_GT(growth(fit_arm_torque(measured, start, options, 2)), 0.04);
+}
+
+// Friction that grows with its own load by more than the load has no value.
+TEST(JointFits, FrictionHasAValueUnderItsOwnLoad) {
+  Prepared steep = logs().prepared;
+  for (signals::Recording& r : steep.recordings)
+    for (Eigen::Index k = 0; k < r.filtered_tau.rows(); ++k) {
+      const double load = r.load(k, 1);
+      r.filtered_tau(k, 1) += 1.5 * load * load / r.load.col(1).cwiseAbs().maxCoeff() *
+                              std::tanh(r.wide.v(k, 1) / 0.03);
+    }
+  const JointFits fits(steep, logs().windows, 2);
+  Arm start = fits.start(friction::JointSpec{{{"dahl", 0, {}}, {"load_dependent", 0, {}}}});
+  for (const char* nu : {"nu_m", "nu_b"})
+    start.friction.theta[static_cast<std::size_t>(
+        friction::find_parameter(start.friction.model, 1, "load_dependent", nu))] = 0.05;
+  const Arm fitted = fits.on_torque(start, JointFits::Rows::kAll).arm;
+  const ArmTorqueData data(steep.robot, steep.recordings, steep.options.cutoff_hz);
+  EXPECT_LT(data.load_gain(fitted, 1), 0.7);
+  for (const signals::Recording& r : steep.recordings)
+    EXPECT_LT(predict_torque(fitted, r, steep.options.cutoff_hz).cwiseAbs().maxCoeff(),
+              3 * r.filtered_tau.cwiseAbs().maxCoeff());
 }
 
 /// The truth with other friction, as an arm of the same type has it.
@@ -305,7 +347,7 @@ std::vector<friction::LvmParts> parts_found(const friction::JointSpec& joint,
 
 // Load and power flow stand for each other: one goes, not both.
 TEST(SumFit, HasThePartsOfTheTruth) {
-  int load = 0, ripple = 0;
+  int load = 0, ripple = 0, inner_viscous = 0;
   std::vector<std::vector<double>> theta;
   for (const double size : {1.0, 0.8, 0.5})  // Fc, sigma0, Fv, mu, n, A, phi
     theta.push_back({6 * size, 3000 * size, 2 * size, 0.02, 100, 0.04, 0.7});
@@ -313,9 +355,22 @@ TEST(SumFit, HasThePartsOfTheTruth) {
        parts_found({{{"dahl", 0, {{"load", 1}, {"ripple", 1}}}}}, theta)) {
     load += part.load;
     ripple += part.ripples > 0;
+    inner_viscous += part.inner_viscous;
   }
   EXPECT_EQ(load, 3);
   EXPECT_EQ(ripple, 3);
+  EXPECT_EQ(inner_viscous, 3);
+}
+
+TEST(SumFit, ViscousFrictionThatLoadDoesNotScaleStaysOutOfTheMemory) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, sigma0, Fv, mu, then Fv beside
+    theta.push_back({6 * size, 3000 * size, 0, 0.02, 2 * size});
+  for (const friction::LvmParts& part :
+       parts_found({{{"dahl", 0, {{"load", 1}}}, {"viscous", 0, {}}}}, theta)) {
+    EXPECT_TRUE(part.load);
+    EXPECT_FALSE(part.inner_viscous);
+  }
 }
 
 // No sum is exact here, so that every parameter makes up for something; and a part that says

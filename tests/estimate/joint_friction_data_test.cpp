@@ -108,6 +108,17 @@ TEST(JointFrictionData, OfARangeTheMiddleIsThatOfTheWhole) {
   }
 }
 
+// (1 + mu |load|) tau grows by mu tau per unit of load.
+TEST(JointFrictionData, GainOfTheLoadIsTheLargestAlongTheMotion) {
+  const auto logs = recordings(2, 12);
+  const JointFrictionData data(logs, torques(logs), 0, kCutoffHz);
+  const friction::RobotFriction one({{{{"dahl", 0, {{"load", 1}}}}}});
+  std::vector<double> theta{4, 200, 0, 0.05};  // Fc, sigma0, Fv, mu
+  EXPECT_NEAR(data.load_gain(one, theta), 0.05 * 4, 0.01 * 0.05 * 4);
+  theta[3] = 0;
+  EXPECT_EQ(data.load_gain(one, theta), 0);
+}
+
 // Nine recordings take two packs; 35 columns take three blocks of the filter.
 TEST(JointFrictionData, LinearisesWhatItPredicts) {
   Arm arm{small_arm(), {}};

@@ -97,7 +97,10 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           fmt::format("move it, or exclude it: [robot] hold = [\"{}\"]", joint.name));
       continue;
     }
-    if (!(report.r2[i] >= kPoor))
+    if (!std::isfinite(report.residual_rms[i]) && friction.reads_load())
+      add("its torque has no finite value: friction grows with the load by more than the load",
+          "leave what grows with the load out of the laws of the model; " + more_data(prepared));
+    else if (!(report.r2[i] >= kPoor))
       add(fmt::format("R2 {:.3g} on its own training torque", report.r2[i]),
           fmt::format(
               "{}look for a wrong sign, unit or delay (`fricid check`), a load or coupling "

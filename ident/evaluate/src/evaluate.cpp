@@ -99,7 +99,10 @@ void add_doubts(const Contest& contest, ModelResult& result) {
   for (std::size_t i = 0; i < result.torque.size(); ++i) {
     const data::Dataset& recording = contest.trajectories[i].data;
     for (std::size_t j = 0; j < result.torque[i].r2.size(); ++j)
-      if (const double r2 = result.torque[i].r2[j]; r2 < 0)
+      if (const double r2 = result.torque[i].r2[j]; !std::isfinite(result.torque[i].rmse.all[j]))
+        result.doubts.push_back(fmt::format("{}: the torque of {} has no finite value",
+                                            recording.name, recording.joint_names[j]));
+      else if (r2 < 0)
         result.doubts.push_back(
             fmt::format("{}: R2 {:.2g} of the torque of {}: worse than predicting its mean",
                         recording.name, r2, recording.joint_names[j]));

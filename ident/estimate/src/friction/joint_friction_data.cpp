@@ -19,6 +19,7 @@ constexpr int kLanes = kLaneCount<PackD>;
 constexpr int kPromising = 2 * kLanes;  // orders of a grid that are looked at closely
 // Where two pieces meet, their states differ by at most this share of their size.
 constexpr double kForgotten = 1e-6;
+constexpr double kLoadStep = 1e-4;  // of 1 N m and the load
 
 using Columns = fricid::Group<PackD, 2>;  // filtered side by side
 constexpr std::size_t kColumns = 2 * kLanes;
@@ -203,6 +204,33 @@ PerSample JointFrictionData::unfiltered(const friction::RobotFriction& friction,
   for (const Series& series : series_) driver.f.emplace_back(series.at.size(), 0.0);
   drive(static_cast<std::size_t>(friction.state_size()), driver);
   return std::move(driver.f);
+}
+
+double JointFrictionData::load_gain(const friction::RobotFriction& friction,
+                                    std::span<const double> theta) const {
+  struct {
+    const friction::RobotFriction& friction;
+    std::vector<PackD> theta;
+    double dt, largest;
+    PackD now;
+    void reset() {}
+    void torque(friction::Input<PackD> in, std::span<const PackD> z) {
+      PackD further;
+      friction.torque<PackD>(theta, {&in, 1}, z, {&now, 1});
+      const PackD h = PackD(kLoadStep) * (PackD(1) + abs(in.load));
+      in.load += h;
+      friction.torque<PackD>(theta, {&in, 1}, z, {&further, 1});
+      now = (further - now) / h;
+    }
+    void keep(std::size_t, std::size_t, int lane) {
+      largest = std::max(largest, std::abs(now[lane]));
+    }
+    void step(const friction::Input<PackD>& in, std::span<PackD> z) {
+      friction.step<PackD>(theta, {&in, 1}, dt, z);
+    }
+  } driver{friction, {theta.begin(), theta.end()}, dt_, 0, {}};
+  drive(static_cast<std::size_t>(friction.state_size()), driver);
+  return driver.largest;
 }
 
 /// Ranges of equal length go through the filter side by side.

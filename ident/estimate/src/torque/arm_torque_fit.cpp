@@ -402,12 +402,13 @@ JointFrictionData ArmTorqueData::friction_of(std::span<const RowMatrix> torque, 
 }
 
 Eigen::VectorXd ArmTorqueData::residual(const Arm& arm, int j) const {
-  const friction::RobotFriction& model = arm.friction.model;
-  const friction::RobotFriction one({model.joints()[static_cast<std::size_t>(j)]});
-  const auto begin = static_cast<std::size_t>(model.parameter_begin(j));
-  const std::span<const double> theta =
-      std::span(arm.friction.theta).subspan(begin, one.parameters().size());
-  return joint(j).Y * arm.robot.pi + friction_rows(joint(j), one, theta) - joint(j).tau;
+  const friction::Friction f = friction_of_joint(arm.friction, j);
+  return joint(j).Y * arm.robot.pi + friction_rows(joint(j), f.model, f.theta) - joint(j).tau;
+}
+
+double ArmTorqueData::load_gain(const Arm& arm, int j) const {
+  const friction::Friction f = friction_of_joint(arm.friction, j);
+  return f.model.reads_load() ? joint(j).friction.load_gain(f.model, f.theta) : 0;
 }
 
 ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,

@@ -17,7 +17,21 @@ constexpr double kWarms = 0.5;           // [K] sd of a temperature that says so
 constexpr double kLeastFriction = 0.01;  // share of the torque: a start has some
 constexpr double kBlock = 1;             // [s] beyond which residuals count as independent
 
-constexpr double kFewSeconds = 10;  // held out
+constexpr double kFewSeconds = 10;                         // held out
+constexpr double kMostLoadGain = 0.6, kCutLoadGain = 0.3;  // d friction / d load
+constexpr int kMostCuts = 3;
+
+/// What makes friction grow with the load.
+bool is_growth(friction::Role role) {
+  return role == friction::Role::kLoadGrowth || role == friction::Role::kLoadCoefficient;
+}
+
+/// Index in theta of the linear viscous friction of a joint of `lvm_sum`: beside its memory or in
+/// it.
+int linear_viscous(const friction::RobotFriction& model, int j) {
+  const int beside = friction::find_parameter(model, j, "viscous", "Fv");
+  return beside >= 0 ? beside : friction::find_parameter(model, j, friction::Role::kViscous);
+}
 
 }  // namespace
 
@@ -154,17 +168,46 @@ ArmTorqueOptions JointFits::torque_options(const Arm& arm) const {
   return options;
 }
 
+std::vector<Limit> JointFits::load_limits(const Arm& arm, double most, double aimed) const {
+  const friction::Friction& friction = arm.friction;
+  std::vector<double> gain(static_cast<std::size_t>(n()));
+  parallel_for(n(), jobs_,
+               [&](int j) { gain[static_cast<std::size_t>(j)] = all_.load_gain(arm, j); });
+  std::vector<Limit> limits;
+  for (std::size_t i = 0; i < friction.theta.size(); ++i) {
+    const friction::ParameterRef& p = friction.model.parameters()[i];
+    if (!is_growth(p.info.role) || friction.theta[i] == 0) continue;
+    const double of_joint = gain[static_cast<std::size_t>(p.joint)];
+    if (of_joint > most) limits.push_back({i, p.info.lower, friction.theta[i] * aimed / of_joint});
+  }
+  return limits;
+}
+
 ArmTorqueFit JointFits::on_torque(const Arm& start, Rows rows, bool find_ripples,
                                   double smallest_gain) const {
   ArmTorqueOptions options = torque_options(start);
   options.find_ripples = find_ripples;
   options.smallest_gain = smallest_gain;
-  return fit_arm_torque(rows == Rows::kAll ? all_ : training_, start, options, jobs_);
+  const ArmTorqueData& data = rows == Rows::kAll ? all_ : training_;
+  ArmTorqueFit fit = fit_arm_torque(data, start, options, jobs_);
+  options.find_ripples = false;
+  for (int cut = 0; cut < kMostCuts; ++cut) {
+    const std::vector<Limit> limits = load_limits(fit.arm, kMostLoadGain, kCutLoadGain);
+    if (limits.empty()) break;
+    for (const Limit& limit : limits) {
+      fit.arm.friction.theta[limit.parameter] = limit.upper;
+      options.coordinates.limits.push_back(limit);
+    }
+    fit = fit_arm_torque(data, fit.arm, options, jobs_);
+  }
+  return fit;
 }
 
 std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
   ArmTorqueOptions options = torque_options(fitted);
   options.find_ripples = false;
+  std::ranges::copy(load_limits(fitted, 0, kMostLoadGain),
+                    std::back_inserter(options.coordinates.limits));
   std::vector<Arm> arms;
   for (const Fold& fold : folds_) {
     const std::vector<signals::Recording> rest = without(fold, recordings_);
@@ -214,6 +257,17 @@ Arm with_stribeck_curves(const Arm& from, Arm to) {
   return to;
 }
 
+Arm with_viscous_friction(const Arm& from, Arm to) {
+  for (int j = 0; j < to.robot.n(); ++j) {
+    const int given = linear_viscous(from.friction.model, j),
+              wanted = linear_viscous(to.friction.model, j);
+    if (given >= 0 && wanted >= 0)
+      to.friction.theta[static_cast<std::size_t>(wanted)] =
+          from.friction.theta[static_cast<std::size_t>(given)];
+  }
+  return to;
+}
+
 Arm carried_over(const Arm& from, Arm to) {
   // a law of the sum keeps its parameters wherever it stands; modifiers are told apart by their law
   const auto is_own = [](const Arm& arm, const friction::ParameterRef& p) {
@@ -238,6 +292,7 @@ Candidate JointFits::on_windows(const Candidate& start, std::string_view label) 
   ArmTorqueOptions torque = torque_options(start.arm);
   std::vector<Limit>& limits = torque.coordinates.limits;
   std::ranges::copy(held_networks(start.arm.friction), std::back_inserter(limits));
+  std::ranges::copy(load_limits(start.arm, 0, kMostLoadGain), std::back_inserter(limits));
   MultiStepOptions options = windows_;
   options.limits = limits;
   const MultiStepReport trained =

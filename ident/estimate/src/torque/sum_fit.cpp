@@ -17,8 +17,9 @@ constexpr int kSweeps = 2;           // over the parts
 // Least gain of a wave, which is the best of many: share of the mean square, and standard errors
 // unless it halves the mean square.
 constexpr double kWaveGain = 0.05, kWaveErrors = 2, kHalf = 1;
-constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
-constexpr double kWorseByChance = 2;   // a few held-out seconds do not speak against a prior
+constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in the memory, likewise
+constexpr double kSmallestGap = 1e-5;                 // [rad], below it a fit has closed the gap
+constexpr double kWorseByChance = 2;  // a few held-out seconds do not speak against a prior
 
 /// Half the width of the gap of a joint [rad].
 double gap_of(const Arm& arm, int j) {
@@ -41,6 +42,7 @@ class SumChoice {
     try_bristles();
     try_gaps();
     try_bristles_behind_gaps();
+    if (!fits_->is_short()) try_inner_viscous();
     try_ripples();
     if (!fits_->is_short()) leave_out_parts();  // a few seconds are no proof against a part
   }
@@ -100,6 +102,15 @@ class SumChoice {
       parts_[i] = with[i];
     }
     if (parts_ != before) fitted_ = fit(carried_over(both, from_fitted(parts_)));
+  }
+
+  /// Viscous friction that the modifiers of the memory scale.
+  void try_inner_viscous() {
+    const Parts with = switched(SumPart::kInnerViscous);
+    const Arm inner = fit(with_viscous_friction(fitted_, from_fitted(with)), false, kRoughGain);
+    take(SumPart::kInnerViscous, inner, [](const PartEvidence& part) {
+      return part.on && part.gain > std::max(kInnerGain, kInnerErrors * part.error);
+    });
   }
 
   /// Further waves over the joint angle, until no joint has one more.

@@ -52,7 +52,20 @@ bool is_of_load_law(const friction::RobotFriction& model, const friction::Parame
   return count_in_law(model, p, Role::kLoadCoefficient) > 0;
 }
 
-/// Coulomb friction is held by the law with springs, viscous friction by the first without memory.
+/// Of the law that `p` belongs to, in one level or several [N m]; 0: it has none.
+double coulomb_friction(const friction::Friction& friction, const friction::ParameterRef& p) {
+  double sum = 0;
+  for (std::size_t i = 0; i < friction.theta.size(); ++i) {
+    const friction::ParameterRef& other = friction.model.parameters()[i];
+    if (other.joint == p.joint && other.law == p.law &&
+        (other.info.role == Role::kCoulomb || other.info.role == Role::kLevel))
+      sum += friction.theta[i];
+  }
+  return sum;
+}
+
+/// Coulomb friction is held by the law with springs, viscous friction by the first without memory
+/// that is not of the load.
 std::vector<Holders> holders_of(const friction::RobotFriction& model) {
   std::vector<Holders> of(static_cast<std::size_t>(model.joint_count()));
   const auto first = [&](int& holder, const friction::ParameterRef& p, bool holds) {
@@ -66,12 +79,27 @@ std::vector<Holders> holders_of(const friction::RobotFriction& model) {
                             .laws[static_cast<std::size_t>(p.law)]
                             .law;
       const bool alone = count_in_law(model, p, Role::kCoulomb) == 0;
-      const bool memoryless = count_in_law(model, p, Role::kSmoothingSpeed) > 0;
+      const bool memoryless = count_in_law(model, p, Role::kSmoothingSpeed) > 0 &&
+                              count_in_law(model, p, Role::kLoadCoefficient) == 0;
       first(joint.coulomb, p, p.info.role == (preferred ? Role::kStiffness : Role::kCoulomb));
       first(joint.viscous, p,
             p.info.role == Role::kViscous && p.owner == law && (alone || memoryless || !preferred));
     }
   return of;
+}
+
+/// Laws of a joint that have Coulomb friction of their own, in one level or several; what grows
+/// with the load has that of the others.
+int count_coulomb_laws(const friction::RobotFriction& model, int joint) {
+  const auto& laws = model.joints()[static_cast<std::size_t>(joint)].laws;
+  int count = 0;
+  for (int law = 0; law < static_cast<int>(std::size(laws)); ++law)
+    count += std::ranges::any_of(model.parameters(), [&](const friction::ParameterRef& p) {
+      return p.joint == joint && p.law == law &&
+             (p.info.role == Role::kCoulomb || p.info.role == Role::kLevel) &&
+             !is_of_load_law(model, p);
+    });
+  return std::max(1, count);
 }
 
 double start_value(const friction::RobotFriction& model, const friction::ParameterRef& p,
@@ -82,7 +110,7 @@ double start_value(const friction::RobotFriction& model, const friction::Paramet
     case Role::kNetworkTorque:
       return guess.Fc;
     case Role::kCoulomb:
-      return p.law == holders.coulomb ? guess.Fc : p.info.lower;
+      return is_of_load_law(model, p) && p.law != holders.coulomb ? p.info.lower : guess.Fc;
     case Role::kStatic:
       return kStatic * guess.Fc;
     case Role::kLevel:
@@ -140,8 +168,10 @@ Arm start_sum(const Arm& arm, std::vector<friction::JointSpec> joints, const Sum
   const std::vector<Holders> holders = holders_of(out.friction.model);
   for (const friction::ParameterRef& p : out.friction.model.parameters()) {
     const auto j = static_cast<std::size_t>(p.joint);
+    friction::FrictionGuess guess = start.joints[j];
+    guess.Fc /= count_coulomb_laws(out.friction.model, p.joint);
     out.friction.theta.push_back(
-        std::clamp(start_value(out.friction.model, p, holders[j], start.joints[j], start.load[j],
+        std::clamp(start_value(out.friction.model, p, holders[j], guess, start.load[j],
                                start.temperature, dynamics::travel_scale(arm.robot.joints[j])),
                    p.info.lower, p.info.upper));
   }
@@ -159,28 +189,22 @@ std::vector<Limit> sum_limits(const Arm& arm) {
     if (p.joint == friction::kWholeRobot) continue;
     const Holders& joint = holders[static_cast<std::size_t>(p.joint)];
     const double value = friction.theta[i];
-    const bool held = p.info.role == Role::kSmoothingSpeed || p.info.role == Role::kLoadSmoothing ||
-                      p.info.role == Role::kTemperature ||
-                      (p.info.role == Role::kCoulomb && p.law != joint.coulomb) ||
-                      (p.info.role == Role::kViscous && p.law != joint.viscous);
+    const bool held =
+        p.info.role == Role::kSmoothingSpeed || p.info.role == Role::kLoadSmoothing ||
+        p.info.role == Role::kTemperature ||
+        (p.info.role == Role::kCoulomb && p.law != joint.coulomb && is_of_load_law(model, p)) ||
+        (p.info.role == Role::kViscous && p.law != joint.viscous);
     if (held) limits.push_back({i, value, value});
     if (p.info.role == Role::kLoadCoefficient) limits.push_back({i, p.info.lower, kMostLoss});
     const double scale =
         dynamics::travel_scale(arm.robot.joints[static_cast<std::size_t>(p.joint)]);
     if (p.info.role == Role::kStribeckVelocity)
       limits.push_back({i, std::min(kSlowest * scale, value), std::max(kFastest * scale, value)});
-    const auto coulomb = [&] {
-      const auto found = std::ranges::find_if(model.parameters(), [&](const auto& other) {
-        return other.joint == p.joint && other.law == p.law && other.info.role == Role::kCoulomb;
-      });
-      return friction.theta[static_cast<std::size_t>(found - model.parameters().begin())];
-    };
-    if (p.info.role == Role::kAttraction) {
-      const double Fc = coulomb();
+    const double Fc = coulomb_friction(friction, p);
+    if (p.info.role == Role::kAttraction)
       limits.push_back({i, std::min(value, kSlowReturn * Fc), std::max(value, kFastReturn * Fc)});
-    }
     if (p.info.role == Role::kLoadGrowth && !is_of_load_law(model, p))
-      limits.push_back({i, p.info.lower, std::max(value, kMostLoss / std::max(coulomb(), 1e-3))});
+      limits.push_back({i, p.info.lower, std::max(value, kMostLoss / std::max(Fc, 1e-3))});
   }
   return limits;
 }

@@ -29,9 +29,10 @@ struct LvmParts {
   bool load = true;          ///< modifier of the memory
   bool power_flow = true;    ///< load, differently when motoring and when back-driving
   bool asymmetry = true;
-  int ripples = 1;        ///< waves over the joint angle, of the memory
-  bool backlash = false;  ///< a gap before the memory
-  int network = 0;        ///< units of the network for what the laws leave; 0: none
+  int ripples = 1;             ///< waves over the joint angle, of the memory
+  bool inner_viscous = false;  ///< linear viscous torque under the memory's modifiers, not beside
+  bool backlash = false;       ///< a gap before the memory
+  int network = 0;             ///< units of the network for what the laws leave; 0: none
 
   bool operator==(const LvmParts&) const = default;
 };
@@ -47,11 +48,12 @@ enum class SumPart {
   kSecondRipple,
   kThirdRipple,
   kTemperature,
+  kInnerViscous,
   kNetwork
 };
 constexpr std::string_view names(SumPart) {
   return "bristle|backlash|load|power_flow|asymmetry|ripple|second_ripple|third_ripple|temperature|"
-         "network";
+         "inner_viscous|network";
 }
 /// Switches a part on or off; kBristle: on in the place of the bank; kNetwork: of `kNetworkUnits`.
 void set(LvmParts& parts, SumPart part, bool on);
@@ -62,12 +64,13 @@ void set(LvmParts& parts, SumPart part, bool on);
 ///
 ///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry,
 ///                     backlash}
-///     viscous torque  viscous_power and viscous, each {temperature, asymmetry}
+///     viscous torque  viscous_power and viscous, each {temperature, asymmetry}; the linear one
+///                     in the memory instead of beside it with `inner_viscous`
 ///     load part       load_dependent
 ///     network         memory_network, for what the laws leave
 ///
-/// Only the memory is to have Coulomb friction and only `viscous` linear viscous friction:
-/// the caller keeps these parameters of the other laws at their lower bounds. Maxwell slip is the
+/// Only the memory is to have Coulomb friction and only one law linear viscous friction: the caller
+/// keeps these parameters of the other laws at their lower bounds. Maxwell slip is the
 /// bank with Fs = Fc, Coulomb friction its limit of short springs; GMS and LuGre remain without the
 /// other parts.
 JointSpec lvm_sum(const LvmParts& parts);

@@ -92,6 +92,10 @@ class JointFrictionData {
                    std::span<const std::size_t> wanted,
                    std::span<const std::vector<int>> row) const;
 
+  /// Largest |df/dload| at the samples: friction that is part of its own load has a value only
+  /// where this is below one.
+  double load_gain(const friction::RobotFriction& friction, std::span<const double> theta) const;
+
   /// The ripple that explains most of what F[f] leaves: by linear regression (amplitudes enter
   /// linearly as long as they are small) at the orders that a correlation of f with what is left
   /// finds promising. F is symmetric, so <e, F[f sin nq]> = <F[e], f sin nq>; the size of

@@ -42,6 +42,8 @@ class ArmTorqueData {
 
   /// (rows) Y pi + F[f_j(theta)] - tau of joint j [N m].
   Eigen::VectorXd residual(const Arm& arm, int j) const;
+  /// `JointFrictionData::load_gain` of joint j.
+  double load_gain(const Arm& arm, int j) const;
 
  private:
   JointFrictionData friction_of(std::span<const RowMatrix> torque, int j,

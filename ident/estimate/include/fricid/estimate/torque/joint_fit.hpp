@@ -45,7 +45,9 @@ class JointFits {
   /// The same with `lvm_sum(parts[j])` in joint j.
   Arm start(const std::vector<friction::LvmParts>& parts) const;
 
-  /// Fitted to the torque. @param find_ripples  false: one pass, the start has them
+  /// Fitted to the torque. Where friction would be part of its own load by more than 0.6, what
+  /// grows with the load is bounded to half of that and all is fitted again.
+  /// @param find_ripples  false: one pass, the start has them
   ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true,
                          double smallest_gain = ArmTorqueOptions{}.smallest_gain) const;
   /// Refined on open-loop windows of the training part from there, networks held.
@@ -76,6 +78,9 @@ class JointFits {
 
  private:
   ArmTorqueOptions torque_options(const Arm& arm) const;
+  /// Bounds of what makes friction grow with the load, in joints where |d friction / d load|
+  /// exceeds `most` somewhere: by so much smaller or larger that it would be `aimed` there.
+  std::vector<Limit> load_limits(const Arm& arm, double most, double aimed) const;
 
   const Prepared& prepared_;
   MultiStepOptions windows_;
@@ -93,6 +98,10 @@ class JointFits {
 
 /// `to` with the Stribeck curve of each joint's first law that `from` has there, whatever the laws.
 Arm with_stribeck_curves(const Arm& from, Arm to);
+
+/// `to` with the linear viscous friction of `from`, both sums of the lvm: beside the memory or in
+/// it.
+Arm with_viscous_friction(const Arm& from, Arm to);
 
 /// `to` with the parameters of friction that `from` has too, by joint, law and name; and its rigid
 /// body.

@@ -16,20 +16,19 @@ struct SumStart {
   double temperature = 0;                       ///< mean of the training data [K]
 };
 
-/// `arm` with the friction `joints`. One law of a joint, the first with springs or else the first
-/// with Coulomb friction, holds the Coulomb friction with hardly a Stribeck effect, several springs
-/// in equal shares on lengths from 0.15 to 8 mrad, one on 1 mrad; one law, coulomb_viscous if it is
-/// there, holds the linear viscous friction, half of it where a power law has the other half. What
-/// other laws have of either, modifiers and load parts are near zero. Speeds and lengths of a
-/// sliding joint are a tenth of these numbers, in m/s and m.
+/// `arm` with the friction `joints`. The laws of a joint that have Coulomb friction begin with
+/// equal shares of it and hardly a Stribeck effect, several springs in equal shares on lengths from
+/// 0.15 to 8 mrad, one on 1 mrad; one law, the first without memory if there is one, holds the
+/// linear viscous friction, half of it where a power law has the other half. Linear viscous
+/// friction of other laws, modifiers and load parts (their Coulomb friction too) are near zero.
+/// Speeds and lengths of a sliding joint are a tenth of these numbers, in m/s and m.
 Arm start_sum(const Arm& arm, std::vector<friction::JointSpec> joints, const SumStart& start);
 
 /// Parameters that a fit holds, or keeps inside narrower bounds: speeds and loads that smooth a
 /// corner and reference temperatures (constants of the host, not of the joint), Stribeck velocities
 /// (.02 to .5 rad/s, sliding a tenth in m/s), the attraction of a bank (5 to 300 Fc per second: the
-/// torque does not determine it beyond), and what a sum has twice (Coulomb and linear viscous
-/// friction outside the laws that hold them, see `start_sum`; the square of the load beside its
-/// growth).
+/// torque does not determine it beyond), and what a sum has twice (linear viscous
+/// friction outside the law that holds it and Coulomb friction of load parts, see `start_sum`).
 std::vector<Limit> sum_limits(const Arm& arm);
 
 /// The networks of a sum, held as they are: windows of a quarter of a second would fit their many
