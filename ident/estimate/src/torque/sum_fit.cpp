@@ -42,7 +42,7 @@ class SumChoice {
     try_bristles();
     try_gaps();
     try_bristles_behind_gaps();
-    if (!fits_->is_short()) try_inner_viscous();
+    if (try_inner_viscous()) try_bristles();
     try_ripples();
     if (!fits_->is_short()) leave_out_parts();  // a few seconds are no proof against a part
   }
@@ -104,11 +104,11 @@ class SumChoice {
     if (parts_ != before) fitted_ = fit(carried_over(both, from_fitted(parts_)));
   }
 
-  /// Viscous friction that the modifiers of the memory scale.
-  void try_inner_viscous() {
+  /// Viscous friction that the modifiers of the memory scale. @return whether a joint has it
+  bool try_inner_viscous() {
     const Parts with = switched(SumPart::kInnerViscous);
     const Arm inner = fit(with_viscous_friction(fitted_, from_fitted(with)), false, kRoughGain);
-    take(SumPart::kInnerViscous, inner, [](const PartEvidence& part) {
+    return take(SumPart::kInnerViscous, inner, [](const PartEvidence& part) {
       return part.on && part.gain > std::max(kInnerGain, kInnerErrors * part.error);
     });
   }
