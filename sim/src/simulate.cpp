@@ -77,8 +77,23 @@ Payload payload_of(const scene::Problem& problem) {
   return payload;
 }
 
+/// A velocity gain of 2 zeta w takes out more than the velocity between two samples when
+/// 2 zeta w dt > 1, and the loop overshoots in every one.
+void check_controller(const scene::Problem& problem, const std::string& found) {
+  const ControllerOptions& controller = problem.scene.controller;
+  const double rate = problem.scene.sensors.rate_hz;
+  const double fastest = rate / (4 * std::numbers::pi * controller.damping);
+  if (controller.bandwidth_hz <= fastest) return;
+  throw UserError(
+      "{}; a controller of {} Hz that acts {} times a second overshoots at every sample: lower "
+      "controller.bandwidth_hz below {:.2g}, or raise sensors.rate_hz",
+      found, controller.bandwidth_hz, rate, fastest);
+}
+
 void check_finite(const scene::Problem& problem, const Trace& trace, const std::string& name) {
   if (trace.q.allFinite() && trace.v.allFinite() && trace.z.allFinite()) return;
+  check_controller(problem,
+                   fmt::format("{}: {}: the simulated arm diverged", problem.scene.name, name));
   const dynamics::RobotModel& robot = problem.robot;
   for (int j = 0; j < robot.n(); ++j)
     if (const std::string& joint = robot.joints[static_cast<std::size_t>(j)].name;
@@ -110,16 +125,18 @@ void check_chatter(const scene::Problem& problem, const Trace& trace, const Four
       turns += before * after < 0 && std::min(std::abs(before), std::abs(after)) > kVisible;
     }
     if (turns / seconds < std::max(kMost, kTimes * designed)) continue;
+    const std::string& joint = robot.joints[static_cast<std::size_t>(j)].name;
+    const std::string found =
+        fmt::format("{}: {}: the simulated {} chatters: it reverses {:.0f} times a second",
+                    problem.scene.name, name, joint, turns / seconds);
+    check_controller(problem, found);
+    const double armature = robot.pi[robot.armature_begin() + j];
     throw UserError(
-        "{}: {}: the simulated {} chatters: it reverses {:.0f} times a second under friction "
-        "of "
-        "{:.3g} N m with an armature of {:.2g} kg m^2; give it a larger one, robot.armature = {{{} "
-        "= {:.2g}}} in the scene (usual for its limits) or in the URDF, or shorten plant.step_s = "
+        "{} under friction of {:.3g} N m with an armature of {:.2g} kg m^2; give it a larger one, "
+        "robot.armature = {{{} = {:.2g}}} in the scene or in the URDF, or shorten plant.step_s = "
         "{} s",
-        problem.scene.name, name, robot.joints[static_cast<std::size_t>(j)].name, turns / seconds,
-        trace.tau_f.col(j).cwiseAbs().maxCoeff(), robot.pi[robot.armature_begin() + j],
-        robot.joints[static_cast<std::size_t>(j)].name, dynamics::usual_armature(robot)[j],
-        problem.scene.plant.step_s);
+        found, trace.tau_f.col(j).cwiseAbs().maxCoeff(), armature, joint,
+        std::max(2 * armature, dynamics::usual_armature(robot)[j]), problem.scene.plant.step_s);
   }
 }
 

@@ -210,5 +210,21 @@ TEST(Simulate, ATruthThatChattersIsRefusedWithItsRemedy) {
   EXPECT_THAT(message, HasSubstr("plant.step_s = 0.0005 s"));
 }
 
+TEST(Simulate, AControllerTooFastForItsSamplesIsNamed) {
+  scene::Scene scene = small_scene("kr6_full");
+  scene.robot.mjcf.clear();
+  scene.excitation.validation = 0;
+  scene.sensors.rate_hz = 50;
+  const scene::Problem problem = scene::resolve(std::move(scene));
+  std::string message;
+  try {
+    simulate(problem, 2);
+  } catch (const UserError& error) {
+    message = error.what();
+  }
+  EXPECT_THAT(message, HasSubstr("a controller of 8 Hz that acts 50 times a second"));
+  EXPECT_THAT(message, HasSubstr("lower controller.bandwidth_hz below 4.4"));
+}
+
 }  // namespace
 }  // namespace fricid::sim::test
