@@ -131,6 +131,11 @@ class Logs(ProgramTest):
             self.assert_refused(done, r"contract\.toml:\d+: coupling\[2\], with those before it, leaves a joint that no "
                                       r"motor turns alone; allowed: factors by which the motors turn every joint", out)
 
+    def test_check_names_what_it_takes(self):
+        self.assert_refused(fricid("check", self.contract), r"contract\.toml: a TOML file; allowed: a run folder")
+        log = self.log("a.csv").rename(self.folder / "a.dat")
+        self.assert_refused(fricid("check", log), r"a\.dat: a log needs --contract FILE")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -58,7 +58,12 @@ Subject subject_of_run(const fs::path& folder) {
 Subject subject_of_log(const fs::path& log, const fs::path& contract, const RobotOfLog& robot) {
   Subject subject;
   const fs::path kind = log.extension();
-  if (contract.empty() && (kind == ".csv" || kind == ".txt" || kind == ".mcap" || kind == ".db3"))
+  if (kind == ".toml")
+    throw UserError(
+        "{}: a TOML file; allowed: a run folder (`fricid simulate SCENE -o DIR` makes one), a data "
+        "set, or a log with --contract FILE",
+        log.string());
+  if (contract.empty() && kind != ".h5" && kind != ".hdf5")
     throw UserError("{}: a log needs --contract FILE; `fricid template contract` prints one",
                     log.string());
   std::vector<dynamics::Coupling> couplings;
