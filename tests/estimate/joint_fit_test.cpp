@@ -527,5 +527,25 @@ TEST(FitModel, LvmTakesTheCandidateThatHeldOutDataChoose) {
   EXPECT_NE(report.without[0].arm.friction.theta, report.without[1].arm.friction.theta);
 }
 
+// Friction that lags behind the speed by a time is in no law of the sum.
+TEST(FitModel, LvmTakesNetworksWhereNoLawDescribesTheFriction) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, Fs, vs, Fv, v0, T
+    theta.push_back({6 * size, 6.5 * size, 0.06, 2 * size, 0.01, 0.02});
+  const Prepared prepared = noisy_logs(arm_with({{{"lagged_stribeck", 0, {}}}}, theta), 26);
+  ModelOptions config;
+  config.name = config.law = "lvm";
+  config.method = Method::kJoint;
+  config.train = logs().windows;
+  const FitReport report = fit_model(prepared, config, 1, 2);
+  const Candidate& taken = *std::ranges::find(report.candidates, true, &Candidate::taken);
+  EXPECT_TRUE(has_networks(taken.arm)) << taken.name;
+  for (const Candidate& other : report.candidates)
+    if (!has_networks(other.arm)) {
+      EXPECT_LT(taken.torque, 0.1 * other.torque) << other.name;
+    }
+  EXPECT_LT(taken.held_out, 0.1 * report.candidates[0].held_out);  // the sum without networks
+}
+
 }  // namespace
 }  // namespace fricid::estimate
