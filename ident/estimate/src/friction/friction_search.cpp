@@ -20,7 +20,8 @@ constexpr double kDifference = 1e-5;  // of the Jacobian, in scaled coordinates
 constexpr double kBlock = 1;          // [s] beyond which residuals count as independent
 constexpr double kLargestStep = 1.5;  // of one iteration in any scaled coordinate
 constexpr double kSmallestGain =
-    1e-7;  // relative decrease of the objective that counts as converged
+    1e-7;                         // relative decrease of the objective that counts as converged
+constexpr int kEvaluations = 16;  // of Nelder-Mead, at most, per free parameter
 constexpr int kUnlimited = std::numeric_limits<int>::max();
 
 Eigen::VectorXd copied(const std::vector<double>& x) {
@@ -33,31 +34,50 @@ double safe_mean_square(const JointFrictionData& data, const friction::RobotFric
   return std::isfinite(value) ? value : kBadValue;
 }
 
+// Residuals and their derivatives at the used rows.
+struct UsedRows {
+  std::vector<std::vector<int>> row;
+  Eigen::VectorXd e;
+  Eigen::MatrixXd J;
+};
+
+// Of friction whose sensitivities are known.
+UsedRows known_rows(const JointFrictionData& data, const friction::RobotFriction& friction,
+                    const SearchCoordinates& coordinates, std::span<const double> x,
+                    std::span<const std::size_t> wanted) {
+  std::vector<double> theta(x.size());
+  coordinates.to_theta(x, theta);
+  UsedRows out{data.used_rows(), {}, {}};
+  JointFrictionData::Linear at = data.linearise(friction, theta, wanted, out.row);
+  out.e = std::move(at.f);
+  out.J = std::move(at.J);
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    out.J.col(static_cast<Eigen::Index>(i)) *= coordinates.slope(wanted[i], theta[wanted[i]]);
+  Eigen::Index r = 0;
+  for (int s = 0; s < data.sequences(); ++s)
+    for (const int k : out.row[static_cast<std::size_t>(s)]) out.e[r++] -= data.target(s, k);
+  return out;
+}
+
 // for_each_row of friction whose sensitivities are known.
 template <class F>
 void for_each_known_row(const JointFrictionData& data, const friction::RobotFriction& friction,
                         const SearchCoordinates& coordinates, std::span<const double> x,
                         std::span<const std::size_t> wanted, F&& f) {
-  std::vector<double> theta(x.size());
-  coordinates.to_theta(x, theta);
-  const std::vector<std::vector<int>> rows = data.used_rows();
-  const JointFrictionData::Linear at = data.linearise(friction, theta, wanted, rows);
-  Eigen::VectorXd slope(std::ssize(wanted));
-  for (std::size_t i = 0; i < wanted.size(); ++i)
-    slope[static_cast<Eigen::Index>(i)] = coordinates.slope(wanted[i], theta[wanted[i]]);
-  Eigen::VectorXd columns(slope.size());
-  const Eigen::VectorXd none = Eigen::VectorXd::Zero(slope.size());
+  const UsedRows rows = known_rows(data, friction, coordinates, x, wanted);
+  Eigen::VectorXd columns(std::ssize(wanted));
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(columns.size());
   Eigen::Index r = 0;
   for (int s = 0; s < data.sequences(); ++s) {
-    const std::vector<int>& used = rows[static_cast<std::size_t>(s)];
+    const std::vector<int>& used = rows.row[static_cast<std::size_t>(s)];
     auto next = used.begin();
     for (int k = 0; k < data.length(s); ++k) {
       if (next == used.end() || *next != k) {
         f(s, k, none, 0.0);
         continue;
       }
-      columns = slope.cwiseProduct(at.J.row(r).transpose());
-      f(s, k, columns, at.f[r] - data.target(s, k));
+      columns = rows.J.row(r);
+      f(s, k, columns, rows.e[r]);
       ++next;
       ++r;
     }
@@ -122,14 +142,22 @@ optimise::Quadratic linearise(const JointFrictionData& data,
   optimise::Quadratic out{value, Eigen::VectorXd::Zero(p), Eigen::MatrixXd::Zero(p, p)};
   Eigen::VectorXd columns = Eigen::VectorXd::Zero(p);
   double sum = 0;
-  for_each_row(data, friction, coordinates, x, coordinates.free(),
-               [&](int, int, const Eigen::VectorXd& column, double residual) {
-                 if (residual == 0) return;
-                 out.H.selfadjointView<Eigen::Lower>().rankUpdate(column);
-                 out.g += residual * column;
-                 columns += column;
-                 sum += residual;
-               });
+  if (friction::Tangent::is_known(friction)) {
+    const UsedRows rows = known_rows(data, friction, coordinates, x, coordinates.free());
+    out.H.selfadjointView<Eigen::Lower>().rankUpdate(rows.J.transpose());
+    out.g = rows.J.transpose() * rows.e;
+    columns = rows.J.colwise().sum();
+    sum = rows.e.sum();
+  } else {
+    for_each_row(data, friction, coordinates, x, coordinates.free(),
+                 [&](int, int, const Eigen::VectorXd& column, double residual) {
+                   if (residual == 0) return;
+                   out.H.selfadjointView<Eigen::Lower>().rankUpdate(column);
+                   out.g += residual * column;
+                   columns += column;
+                   sum += residual;
+                 });
+  }
   out.H.triangularView<Eigen::StrictlyUpper>() = out.H.transpose();
   out.H /= data.rows();
   out.g /= data.rows();
@@ -267,13 +295,15 @@ SearchMinimum search(const JointFrictionData& data, const friction::RobotFrictio
                      const SearchCoordinates& coordinates, const std::vector<double>& x,
                      const FrictionFitOptions& options) {
   std::vector<double> theta(x.size());
+  const int evaluations =
+      std::min(options.evaluations, kEvaluations * static_cast<int>(coordinates.free().size()));
   const optimise::Minimum found = optimise::nelder_mead(
       [&](const Eigen::VectorXd& c) {
         coordinates.to_theta({c.data(), theta.size()}, theta);
         return safe_mean_square(data, friction, theta);
       },
       {copied(coordinates.lower()), copied(coordinates.upper())}, copied(x),
-      {kFirstStep, options.tolerance, options.evaluations});
+      {kFirstStep, options.tolerance, evaluations});
   SearchMinimum at{{found.c.begin(), found.c.end()},
                    std::min(found.value, kBadValue),
                    found.converged,
