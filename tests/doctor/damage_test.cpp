@@ -251,6 +251,20 @@ TEST(Doctor, MeasuresDelaysUpToAFifthOfASecond) {
   }
 }
 
+// A clock shifts all joints alike; friction that lags shifts each by another time.
+TEST(Doctor, JointsThatDisagreeHaveNoDelay) {
+  const auto& [log, robot] = fast_log();
+  Dataset apart = log;
+  const std::array<double, 6> ms{0, 4, 8, 14, 20, 26};
+  for (int j = 0; j < 6; ++j) {
+    Dataset late = log;
+    delay_torque(late, ms[static_cast<std::size_t>(j)]);
+    apart.tau.col(j) = late.tau.col(j);
+  }
+  EXPECT_TRUE(of_kind(diagnose(apart, &robot), "delay").empty())
+      << text_of(diagnose(apart, &robot), apart);
+}
+
 TEST(Doctor, ADelayBeyondTheSearchIsNotReportedAsMeasured) {
   Dataset late = fast_log().data;
   delay_torque(late, 400);

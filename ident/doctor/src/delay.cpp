@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "fricid/base/eigen_instances.hpp"
@@ -128,6 +127,45 @@ std::optional<double> lowest(const Eigen::ArrayXd& x) {
   return static_cast<double>(at) + (bend > 0 ? 0.5 * (x[at - 1] - x[at + 1]) / bend : 0);
 }
 
+// Whether a curve of all joints but one has its lowest point inside the grid.
+bool is_of_one_joint(const DelayCurves& curves) {
+  for (int j = 0; curves.joints() > 2 && j < curves.joints(); ++j) {
+    std::vector<Eigen::ArrayXXd> others = curves.fitted;
+    others.erase(others.begin() + j);
+    if (lowest(pooled(others, -1))) return true;
+  }
+  return false;
+}
+
+/// A number and its standard error.
+struct Estimate {
+  double value, error;
+};
+
+/// The delay that the joints have in common, in steps of the grid: the mean of their own, weighted
+/// by their standard errors. Its error is that of the mean times the root of chi^2 per degree of
+/// freedom (Birge, Phys. Rev. 40, 1932), since friction lags by another time in each joint.
+/// @return nothing where fewer than two joints have one
+std::optional<Estimate> common_delay(const DelayCurves& curves) {
+  double weight = 0, sum = 0, squares = 0;
+  int count = 0;
+  for (const Eigen::ArrayXXd& joint : curves.fitted) {
+    const std::vector<Eigen::ArrayXXd> one{joint};
+    const std::optional<double> own = lowest(pooled(one, -1));
+    if (!own) continue;
+    const double error = jackknife(
+        [&](int fold) { return lowest(pooled(one, fold)).value_or(*own + curves.size()); });
+    const double w = 1 / std::max(error * error, 1e-12);
+    weight += w;
+    sum += w * *own;
+    squares += w * *own * *own;
+    ++count;
+  }
+  if (count < 2) return {};
+  const double chi_squared = std::max(0.0, squares - sum * sum / weight);
+  return Estimate{sum / weight, std::sqrt(chi_squared / (count - 1) / weight)};
+}
+
 DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& robot,
                          const Motion& motion, const Sight& sight) {
   constexpr double kStep = 0.002, kFinest = 0.5;  // [s], [samples]
@@ -185,16 +223,20 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   const Eigen::ArrayXd left = pooled(curves.fitted, -1);
   const std::optional<double> best = lowest(left);
   if (!best) {
+    if (is_of_one_joint(curves)) return;
     finding.kind = FindingKind::kDelayUnknown;
     finding.size = 1e3 * (left[0] < left[left.size() - 1] ? kEarliest : kLatest);
     finding.unit = "ms, the end of the search";
     findings.push_back(finding);
     return;
   }
-  const double error = curves.step * jackknife([&](int fold) {
-                         return lowest(pooled(curves.fitted, fold)).value_or(*best + curves.size());
-                       });
-  finding.size = curves.delay_of(*best);
+  const double over_time =
+      curves.step * jackknife([&](int fold) {
+        return lowest(pooled(curves.fitted, fold)).value_or(*best + curves.size());
+      });
+  const Estimate common = common_delay(curves).value_or(Estimate{*best, 0});
+  const double error = std::max(over_time, curves.step * common.error);
+  finding.size = curves.delay_of(common.value);
   const double beyond = finding.size - std::clamp(finding.size, 0.0, kNone);
   const double least = std::max(kSmallest, (beyond < 0 ? kEarly : kFriction) / d.dt());
   if (std::abs(beyond) < std::max(least, kCertain * error)) return;
