@@ -303,7 +303,8 @@ TEST(JointFits, StartsOfLongLogsAreJudged) {
     Prepared wrong = right;
     for (signals::Recording& r : wrong.recordings) r.held_tau.row(1).array() += 50;
     const auto judged = [&](const Prepared& prepared) {
-      return JointFits(prepared, logs().windows, 2).judged("truth", logs().truth, 0).rollouts;
+      const Arm truth{prepared.robot, logs().truth.friction};
+      return JointFits(prepared, logs().windows, 2).judged("truth", truth, 0).rollouts;
     };
     const RolloutErrors a = judged(right), b = judged(wrong);
     const auto unlike = [](const std::vector<double>& x, const std::vector<double>& y) {
