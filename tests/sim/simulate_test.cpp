@@ -192,6 +192,15 @@ TEST(Truth, FrictionIsTextAndBack) {
               StartsWith("a.h5: joints: found a list; allowed: a list of objects"));
 }
 
+std::string refusal_of(const scene::Problem& problem) {
+  try {
+    simulate(problem, 2);
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "";
+}
+
 // Without armature a wrist link of 0.2 g m^2 is turned around by its friction within a step.
 TEST(Simulate, ATruthThatChattersIsRefusedWithItsRemedy) {
   scene::Scene scene = small_scene("kr6_full");
@@ -199,12 +208,7 @@ TEST(Simulate, ATruthThatChattersIsRefusedWithItsRemedy) {
   scene.excitation.validation = 0;
   scene::Problem problem = scene::resolve(std::move(scene));
   problem.robot.pi.segment(problem.robot.armature_begin(), problem.robot.n()).setZero();
-  std::string message;
-  try {
-    simulate(problem, 2);
-  } catch (const UserError& error) {
-    message = error.what();
-  }
+  const std::string message = refusal_of(problem);
   EXPECT_THAT(message, HasSubstr("chatters: it reverses"));
   EXPECT_THAT(message, HasSubstr("joint_a"));
   EXPECT_THAT(message, HasSubstr("plant.step_s = 0.0005 s"));
@@ -216,12 +220,7 @@ TEST(Simulate, AControllerTooFastForItsSamplesIsNamed) {
   scene.excitation.validation = 0;
   scene.sensors.rate_hz = 50;
   const scene::Problem problem = scene::resolve(std::move(scene));
-  std::string message;
-  try {
-    simulate(problem, 2);
-  } catch (const UserError& error) {
-    message = error.what();
-  }
+  const std::string message = refusal_of(problem);
   EXPECT_THAT(message, HasSubstr("a controller of 8 Hz that acts 50 times a second"));
   EXPECT_THAT(message, HasSubstr("lower controller.bandwidth_hz below 4.4"));
 }

@@ -127,6 +127,13 @@ std::optional<double> lowest(const Eigen::ArrayXd& x) {
   return static_cast<double>(at) + (bend > 0 ? 0.5 * (x[at - 1] - x[at + 1]) / bend : 0);
 }
 
+// Standard error of the lowest point `best` of pooled curves, from stretches of the log.
+double error_of_lowest(const std::vector<Eigen::ArrayXXd>& curves, double best) {
+  return jackknife([&](int fold) {
+    return lowest(pooled(curves, fold)).value_or(best + static_cast<double>(curves[0].rows()));
+  });
+}
+
 // Whether a curve of all joints but one has its lowest point inside the grid.
 bool is_of_one_joint(const DelayCurves& curves) {
   for (int j = 0; curves.joints() > 2 && j < curves.joints(); ++j) {
@@ -153,8 +160,7 @@ std::optional<Estimate> common_delay(const DelayCurves& curves) {
     const std::vector<Eigen::ArrayXXd> one{joint};
     const std::optional<double> own = lowest(pooled(one, -1));
     if (!own) continue;
-    const double error = jackknife(
-        [&](int fold) { return lowest(pooled(one, fold)).value_or(*own + curves.size()); });
+    const double error = error_of_lowest(one, *own);
     const double w = 1 / std::max(error * error, 1e-12);
     weight += w;
     sum += w * *own;
@@ -230,12 +236,8 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
     findings.push_back(finding);
     return;
   }
-  const double over_time =
-      curves.step * jackknife([&](int fold) {
-        return lowest(pooled(curves.fitted, fold)).value_or(*best + curves.size());
-      });
   const Estimate common = common_delay(curves).value_or(Estimate{*best, 0});
-  const double error = std::max(over_time, curves.step * common.error);
+  const double error = curves.step * std::max(error_of_lowest(curves.fitted, *best), common.error);
   finding.size = curves.delay_of(common.value);
   const double beyond = finding.size - std::clamp(finding.size, 0.0, kNone);
   const double least = std::max(kSmallest, (beyond < 0 ? kEarly : kFriction) / d.dt());

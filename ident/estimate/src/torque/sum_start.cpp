@@ -79,8 +79,8 @@ std::vector<Holders> holders_of(const friction::RobotFriction& model) {
                             .laws[static_cast<std::size_t>(p.law)]
                             .law;
       const bool alone = count_in_law(model, p, Role::kCoulomb) == 0;
-      const bool memoryless = count_in_law(model, p, Role::kSmoothingSpeed) > 0 &&
-                              count_in_law(model, p, Role::kLoadCoefficient) == 0;
+      const bool memoryless =
+          count_in_law(model, p, Role::kSmoothingSpeed) > 0 && !is_of_load_law(model, p);
       first(joint.coulomb, p, p.info.role == (preferred ? Role::kStiffness : Role::kCoulomb));
       first(joint.viscous, p,
             p.info.role == Role::kViscous && p.owner == law && (alone || memoryless || !preferred));
