@@ -16,7 +16,6 @@ namespace fricid::friction {
 ///
 /// v0 smooths the sign of v, see coulomb_viscous. The falling slope, down to about
 /// -0.86 (Fs - Fc)/vs, is negative damping: a joint in open loop is unstable there.
-///
 class Stribeck : public Stateless {
  public:
   enum Index { kFc, kFs, kVs, kFv, kV0, kSize };
