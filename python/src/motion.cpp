@@ -97,8 +97,8 @@ Motion simulate(const Model& model, const ArrayLike& tau, double rate_hz, const 
   const evaluate::Start start{.trajectory = 0, .begin = 0, .steps = static_cast<int>(T)};
   const std::vector<double> z0(first_z.row(0), first_z.row(0) + states);
   return job(progress, [&] {
-    std::vector<evaluate::Rollout> one = evaluate::roll_out(
-        model.file->arm, {&trajectory, 1}, {&start, 1}, {&z0, 1}, rollout_options());
+    const evaluate::OpenLoop loop{&model.file->arm, &trajectory, start, z0};
+    std::vector<evaluate::Rollout> one = evaluate::roll_out({&loop, 1}, rollout_options());
     return Motion(std::move(one.front()), 0, 1 / rate_hz);
   });
 }

@@ -87,11 +87,12 @@ std::vector<Band> open_loop_bands(std::span<const Member> members,
           draw_torque_error(member.error, trajectories[i].data.dt(), starts[i].steps + 1,
                             static_cast<std::uint64_t>(member.model->seed),
                             stream_of(Purpose::kBand, i, first + static_cast<int>(l))));
-    const std::vector<Start> same(count, starts[i]);
-    const std::vector<std::vector<double>> from(count, z0[m * trajectories.size() + i]);
+    std::vector<OpenLoop> loops;
+    for (const RowMatrix& one : disturbance)
+      loops.push_back(
+          {&member.model->arm, &trajectories[i], starts[i], z0[m * trajectories.size() + i], &one});
     std::vector<Rollout> rollouts =
-        roll_out(member.model->arm, trajectories, same, from,
-                 {{options.substeps}, options.diverged_rad, member.error.slow_gain}, disturbance);
+        roll_out(loops, {{options.substeps}, options.diverged_rad, member.error.slow_gain});
     for (std::size_t l = 0; l < count; ++l)
       draws[i][m * static_cast<std::size_t>(options.draws) + static_cast<std::size_t>(first) + l] =
           std::move(rollouts[l].q);

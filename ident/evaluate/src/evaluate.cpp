@@ -58,15 +58,20 @@ std::vector<std::vector<Rollout>> roll_out_all(const Contest& contest,
                                                int jobs) {
   const std::size_t models = contest.models.size();
   std::vector rollouts(models, std::vector<Rollout>(plan.starts.size()));
+  std::vector<std::vector<OpenLoop>> loops;
+  for (std::size_t m = 0; m < models; ++m)
+    loops.push_back(open_loops(contest.models[m].arm, contest.trajectories, plan, driven[m]));
   // Batches outermost: the long ones start first, whoever they belong to.
   parallel_for(static_cast<int>(models * plan.batches.size()), jobs, [&](int task) {
     throw_if_stopped();
     const auto m = static_cast<std::size_t>(task) % models;
     const std::vector<int>& batch = plan.batches[static_cast<std::size_t>(task) / models];
-    const Arm& arm = contest.models[m].arm;
-    std::vector<Rollout> made = roll_out_batch(
-        arm, contest.trajectories, plan, batch, driven[m],
-        {{options.substeps}, options.diverged_rad, 0, constant_friction(arm.robot, contest.robot)});
+    std::vector<Rollout> made =
+        roll_out_batch(loops[m], batch,
+                       {{options.substeps},
+                        options.diverged_rad,
+                        0,
+                        constant_friction(contest.models[m].arm.robot, contest.robot)});
     for (std::size_t l = 0; l < batch.size(); ++l)
       rollouts[m][static_cast<std::size_t>(batch[l])] = std::move(made[l]);
   });

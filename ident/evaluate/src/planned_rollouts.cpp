@@ -1,6 +1,7 @@
 #include "planned_rollouts.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 
 #include "fricid/base/error.hpp"
@@ -9,16 +10,12 @@
 #include "fricid/system/transmission.hpp"
 
 namespace fricid::evaluate {
-namespace {
 
-/// Lanes that run together: indices into the plan, longest rollouts first. Depends on the plan
-/// alone.
-std::vector<std::vector<int>> batches_of(const std::vector<Start>& plan) {
-  std::vector<int> order(plan.size());
+std::vector<std::vector<int>> batches_of(std::span<const Start> starts) {
+  std::vector<int> order(starts.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return plan[static_cast<std::size_t>(a)].steps > plan[static_cast<std::size_t>(b)].steps;
-  });
+  std::ranges::stable_sort(order, std::ranges::greater(),
+                           [&](int i) { return starts[static_cast<std::size_t>(i)].steps; });
   std::vector<std::vector<int>> batches;
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i % PackD::kLanes == 0) batches.emplace_back();
@@ -26,8 +23,6 @@ std::vector<std::vector<int>> batches_of(const std::vector<Start>& plan) {
   }
   return batches;
 }
-
-}  // namespace
 
 Plan make_plan(std::span<const Trajectory> trajectories, const EvaluateOptions& options) {
   Plan plan;
@@ -64,21 +59,24 @@ Driven drive(const data::ModelFile& model, const dynamics::RobotModel& known,
   return result;
 }
 
-std::vector<Rollout> roll_out_batch(const Arm& arm, std::span<const Trajectory> trajectories,
-                                    const Plan& plan, std::span<const int> batch,
-                                    std::span<const Driven> driven, const RolloutOptions& options,
-                                    std::span<const RowMatrix> disturbance) {
-  std::vector<Start> starts;
-  std::vector<std::vector<double>> z0;
-  std::vector<RowMatrix> own;
-  for (const int i : batch) {
-    const auto index = static_cast<std::size_t>(i);
-    starts.push_back(plan.starts[index]);
-    z0.push_back(driven[static_cast<std::size_t>(starts.back().trajectory)]
-                     .z0[static_cast<std::size_t>(plan.rank[index])]);
-    if (!disturbance.empty()) own.push_back(disturbance[index]);
+std::vector<OpenLoop> open_loops(const Arm& arm, std::span<const Trajectory> trajectories,
+                                 const Plan& plan, std::span<const Driven> driven) {
+  std::vector<OpenLoop> loops;
+  for (std::size_t i = 0; i < plan.starts.size(); ++i) {
+    const auto of = static_cast<std::size_t>(plan.starts[i].trajectory);
+    loops.push_back({.arm = &arm,
+                     .trajectory = &trajectories[of],
+                     .start = plan.starts[i],
+                     .z0 = driven[of].z0[static_cast<std::size_t>(plan.rank[i])]});
   }
-  return roll_out(arm, trajectories, starts, z0, options, own);
+  return loops;
+}
+
+std::vector<Rollout> roll_out_batch(std::span<const OpenLoop> loops, std::span<const int> batch,
+                                    const RolloutOptions& options) {
+  std::vector<OpenLoop> own;
+  for (const int i : batch) own.push_back(loops[static_cast<std::size_t>(i)]);
+  return roll_out(own, options);
 }
 
 }  // namespace fricid::evaluate

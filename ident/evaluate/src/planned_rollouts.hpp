@@ -1,4 +1,4 @@
-// The starts of an evaluation, cut into lanes, and a model's rollouts from them.
+// The starts of an evaluation, cut into lanes, and rollouts from them.
 #pragma once
 
 #include <span>
@@ -10,10 +10,14 @@
 
 namespace fricid::evaluate {
 
+/// Lanes that run together: indices of starts, the longest rollouts first. Depends on the starts
+/// alone.
+std::vector<std::vector<int>> batches_of(std::span<const Start> starts);
+
 /// Everything that is fixed before the first rollout. Depends on recordings and options alone.
 struct Plan {
   std::vector<Start> starts;
-  std::vector<std::vector<int>> batches;  ///< starts that run together, the longest first
+  std::vector<std::vector<int>> batches;  ///< of the starts
   std::vector<std::vector<Start>> by_trajectory;
   std::vector<int> rank;  ///< of each start within its trajectory
 };
@@ -30,12 +34,13 @@ struct Driven {
 Driven drive(const data::ModelFile& model, const dynamics::RobotModel& known,
              const Trajectory& trajectory, std::span<const Start> starts);
 
-/// Rollouts of one batch of the plan, in its order.
-/// @param driven       one per trajectory
-/// @param disturbance  one per start of the plan, see roll_out; empty: none
-std::vector<Rollout> roll_out_batch(const Arm& arm, std::span<const Trajectory> trajectories,
-                                    const Plan& plan, std::span<const int> batch,
-                                    std::span<const Driven> driven, const RolloutOptions& options,
-                                    std::span<const RowMatrix> disturbance = {});
+/// The open loops of a plan, one per start. They refer to the arguments.
+/// @param driven  one per trajectory
+std::vector<OpenLoop> open_loops(const Arm& arm, std::span<const Trajectory> trajectories,
+                                 const Plan& plan, std::span<const Driven> driven);
+
+/// Rollouts of those loops that a batch names, in its order.
+std::vector<Rollout> roll_out_batch(std::span<const OpenLoop> loops, std::span<const int> batch,
+                                    const RolloutOptions& options);
 
 }  // namespace fricid::evaluate

@@ -11,28 +11,32 @@ namespace {
 
 /// What one lane is fed and what it records, at the motors.
 struct Lane {
+  const OpenLoop* loop;
   RowMatrix tau, temperature;  ///< (steps + 1, n)
   Rollout rollout;
+  Eigen::RowVectorXd exerted;  ///< of the disturbance at the present sample (n)
+
+  int steps() const { return loop->start.steps; }
 };
 
-Lane make_lane(const Trajectory& trajectory, const Start& start, const Transmission& motors) {
-  const data::Dataset& data = trajectory.data;
-  const Eigen::Index rows = start.steps + 1, n = data.n();
-  Lane lane{motors.torque_to_motors(held_torque(data).middleRows(start.begin, rows)),
+Lane make_lane(const OpenLoop& loop, const Transmission& motors) {
+  const data::Dataset& data = loop.trajectory->data;
+  const Eigen::Index begin = loop.start.begin, rows = loop.start.steps + 1, n = data.n();
+  Lane lane{&loop,
+            motors.torque_to_motors(held_torque(data).middleRows(begin, rows)),
             RowMatrix::Constant(rows, n, kRoomTemperature),
-            {start, false, RowMatrix(rows, n), RowMatrix(rows, n), RowMatrix(rows, n)}};
-  if (data.temperature.size() > 0)
-    lane.temperature = data.temperature.middleRows(start.begin, rows);
+            {loop.start, false, RowMatrix(rows, n), RowMatrix(rows, n), RowMatrix(rows, n)},
+            Eigen::RowVectorXd::Zero(n)};
+  if (data.temperature.size() > 0) lane.temperature = data.temperature.middleRows(begin, rows);
   return lane;
 }
 
-/// Adds a disturbance to the torque of sample k, at which the rollout has its velocity already.
-/// @param exerted  what was added (n)
-void disturb(Lane& lane, const RowMatrix& disturbance, Eigen::Index k, double slow_gain,
-             Eigen::RowVectorXd& exerted) {
+/// Adds the disturbance to the torque of sample k, at which the rollout has its velocity already.
+void disturb(Lane& lane, Eigen::Index k, double slow_gain) {
   for (Eigen::Index j = 0; j < lane.tau.cols(); ++j) {
-    exerted[j] = disturbance_at(lane.rollout.v(k, j), disturbance(k, j), slow_gain);
-    lane.tau(k, j) += exerted[j];
+    lane.exerted[j] =
+        disturbance_at(lane.rollout.v(k, j), (*lane.loop->disturbance)(k, j), slow_gain);
+    lane.tau(k, j) += lane.exerted[j];
   }
 }
 
@@ -46,24 +50,39 @@ void store(const std::vector<PackD>& packs, int l, Eigen::Index row, RowMatrix& 
     matrix(row, static_cast<Eigen::Index>(j)) = lane(packs[j], l);
 }
 
-void check_sizes(const Arm& arm, std::span<const Trajectory> trajectories,
-                 std::span<const Start> starts, std::span<const std::vector<double>> z0,
-                 std::span<const RowMatrix> disturbance) {
-  if (!disturbance.empty() && disturbance.size() != starts.size())
-    throw UserError("rollout: {} starts and {} disturbances, allowed equal numbers", starts.size(),
-                    disturbance.size());
-  if (starts.size() > PackD::kLanes || z0.size() != starts.size())
-    throw UserError("rollout: {} starts and {} initial states, allowed equal numbers up to {}",
-                    starts.size(), z0.size(), PackD::kLanes);
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    const Trajectory& trajectory = trajectories[static_cast<std::size_t>(starts[i].trajectory)];
-    const data::Dataset& data = trajectory.data;
-    if (data.n() != arm.robot.n())
-      throw UserError("{}: {} joints, the model has {}", data.name, data.n(), arm.robot.n());
-    if (std::ssize(z0[i]) != arm.friction.model.state_size())
+void check_sizes(std::span<const OpenLoop> loops) {
+  if (loops.size() > PackD::kLanes)
+    throw UserError("rollout: {} open loops, allowed up to {}", loops.size(), PackD::kLanes);
+  const Arm& first = *loops.front().arm;
+  for (const OpenLoop& loop : loops) {
+    const data::Dataset& data = loop.trajectory->data;
+    if (data.n() != loop.arm->robot.n())
+      throw UserError("{}: {} joints, the model has {}", data.name, data.n(), loop.arm->robot.n());
+    if (std::ssize(loop.z0) != loop.arm->friction.model.state_size())
       throw UserError("{}: initial friction state has {} values, the model {}", data.name,
-                      z0[i].size(), arm.friction.model.state_size());
+                      loop.z0.size(), loop.arm->friction.model.state_size());
+    if (loop.arm->robot.pi.size() != first.robot.pi.size() ||
+        loop.arm->friction.theta.size() != first.friction.theta.size())
+      throw UserError("{}: an arm with {} + {} parameters beside one with {} + {}", data.name,
+                      loop.arm->robot.pi.size(), loop.arm->friction.theta.size(),
+                      first.robot.pi.size(), first.friction.theta.size());
   }
+}
+
+/// Gives every lane of the stepper its own arm's parameters.
+void set_parameters(std::span<const OpenLoop> loops, ArmStepper<PackD>& stepper) {
+  const auto in_lanes = [&](const auto& values_of) {
+    const auto& first = values_of(*loops.front().arm);
+    std::vector<PackD> packs(first.begin(), first.end());
+    for (std::size_t l = 0; l < loops.size(); ++l)
+      for (std::size_t i = 0; const double value : values_of(*loops[l].arm))
+        set_lane(packs[i++], static_cast<int>(l), value);
+    return packs;
+  };
+  const std::vector<PackD> pi = in_lanes([](const Arm&arm) -> auto& { return arm.robot.pi; }),
+                           theta =
+                               in_lanes([](const Arm&arm) -> auto& { return arm.friction.theta; });
+  stepper.set_parameters(pi, theta);
 }
 
 bool has_diverged(const Rollout& rollout, const RowMatrix& reference, Eigen::Index k,
@@ -97,71 +116,62 @@ void settle_divergence(Rollout& rollout, const Trajectory& trajectory, double di
     }
 }
 
-std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajectories,
-                              std::span<const Start> starts,
-                              std::span<const std::vector<double>> z0,
-                              const RolloutOptions& options,
-                              std::span<const RowMatrix> disturbance) {
-  check_sizes(arm, trajectories, starts, z0, disturbance);
-  if (starts.empty()) return {};
-  const auto trajectory_of = [&](int l) -> const Trajectory& {
-    const Start& start = starts[static_cast<std::size_t>(l)];
-    return trajectories[static_cast<std::size_t>(start.trajectory)];
-  };
-  const double dt = trajectory_of(0).data.dt();
-  const int count = static_cast<int>(starts.size());
+std::vector<Rollout> roll_out(std::span<const OpenLoop> loops, const RolloutOptions& options) {
+  if (loops.empty()) return {};
+  check_sizes(loops);
+  const Arm& arm = *loops.front().arm;
+  const double dt = loops.front().trajectory->data.dt();
   const auto n = static_cast<std::size_t>(arm.robot.n());
   const Transmission motors(arm.robot);
 
   std::vector<PackD> q(n, 0.0), v(n, 0.0), tau(n, 0.0), temperature(n, kRoomTemperature), tau_f(n);
   std::vector<PackD> z(static_cast<std::size_t>(arm.friction.model.state_size()), 0.0);
   std::vector<Lane> lanes;
-  std::vector<Eigen::RowVectorXd> exerted(starts.size(), Eigen::RowVectorXd::Zero(arm.robot.n()));
   int longest = 0;
-  for (int l = 0; l < count; ++l) {
-    const auto i = static_cast<std::size_t>(l);
-    lanes.push_back(make_lane(trajectory_of(l), starts[i], motors));
-    longest = std::max(longest, starts[i].steps);
-    load(motors.to_motors(trajectory_of(l).start_q().row(starts[i].begin)), 0, l, q);
-    load(motors.to_motors(trajectory_of(l).start_v().row(starts[i].begin)), 0, l, v);
-    for (std::size_t s = 0; s < z.size(); ++s) set_lane(z[s], l, z0[i][s]);
+  for (const OpenLoop& loop : loops) {
+    const auto l = static_cast<int>(lanes.size());
+    lanes.push_back(make_lane(loop, motors));
+    longest = std::max(longest, loop.start.steps);
+    load(motors.to_motors(loop.trajectory->start_q().row(loop.start.begin)), 0, l, q);
+    load(motors.to_motors(loop.trajectory->start_v().row(loop.start.begin)), 0, l, v);
+    for (std::size_t s = 0; s < z.size(); ++s) set_lane(z[s], l, loop.z0[s]);
   }
 
   // A lane that has ended goes on under its last torque, unrecorded.
   ArmStepper<PackD> stepper(arm, options.step);
+  set_parameters(loops, stepper);
   for (int k = 0; k <= longest; ++k) {
-    for (int l = 0; l < count; ++l) {
-      Lane& lane = lanes[static_cast<std::size_t>(l)];
-      if (k > lane.rollout.start.steps) continue;
-      store(q, l, k, lane.rollout.q);
-      store(v, l, k, lane.rollout.v);
-      if (!disturbance.empty())
-        disturb(lane, disturbance[static_cast<std::size_t>(l)], k, options.slow_gain,
-                exerted[static_cast<std::size_t>(l)]);
-      load(lane.tau, k, l, tau);
-      load(lane.temperature, k, l, temperature);
+    for (int l = 0; Lane & lane : lanes) {
+      if (k <= lane.steps()) {
+        store(q, l, k, lane.rollout.q);
+        store(v, l, k, lane.rollout.v);
+        if (lane.loop->disturbance != nullptr) disturb(lane, k, options.slow_gain);
+        load(lane.tau, k, l, tau);
+        load(lane.temperature, k, l, temperature);
+      }
+      ++l;
     }
     stepper.friction_torque(tau, temperature, q, v, z, tau_f);
-    for (int l = 0; l < count; ++l) {
-      Rollout& rollout = lanes[static_cast<std::size_t>(l)].rollout;
-      if (k > rollout.start.steps) continue;
-      store(tau_f, l, k, rollout.tau_f);
-      rollout.tau_f.row(k) -= exerted[static_cast<std::size_t>(l)];
+    for (int l = 0; Lane & lane : lanes) {
+      if (k <= lane.steps()) {
+        store(tau_f, l, k, lane.rollout.tau_f);
+        lane.rollout.tau_f.row(k) -= lane.exerted;
+      }
+      ++l;
     }
     if (k < longest) stepper.step(tau, temperature, dt, q, v, z);
   }
 
   std::vector<Rollout> rollouts;
-  for (int l = 0; l < count; ++l) {
-    Rollout& made = lanes[static_cast<std::size_t>(l)].rollout;
+  for (Lane& lane : lanes) {
+    Rollout& made = rollouts.emplace_back(std::move(lane.rollout));
     if (motors.coupled()) {
       made.q = motors.to_joints(made.q);
       made.v = motors.to_joints(made.v);
       made.tau_f = motors.torque_to_joints(made.tau_f);
     }
     if (options.constant_friction.size() > 0) made.tau_f.rowwise() += options.constant_friction;
-    rollouts.push_back(std::move(made));
-    settle_divergence(rollouts.back(), trajectory_of(l), options.diverged_rad);
+    settle_divergence(made, *lane.loop->trajectory, options.diverged_rad);
   }
   return rollouts;
 }

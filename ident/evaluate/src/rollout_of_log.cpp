@@ -19,9 +19,9 @@ Rollout roll_out_log(const data::ModelFile& model, const data::Dataset& log, dou
   const Trajectory trajectory{
       .data = log, .q = std::move(motion.q), .v = std::move(motion.v), .a = {}, .truth = {}};
   const Start start{.trajectory = 0, .begin = begin, .steps = steps};
-  const std::span one(&trajectory, 1);
   const Driven driven = drive(model, model.arm.robot, trajectory, {&start, 1});
-  return std::move(roll_out(model.arm, one, {&start, 1}, driven.z0, options).front());
+  const OpenLoop loop{&model.arm, &trajectory, start, driven.z0.front()};
+  return std::move(roll_out({&loop, 1}, options).front());
 }
 
 }  // namespace fricid::evaluate

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <utility>
 
@@ -34,8 +35,11 @@ std::vector<double> torque_rms(std::span<const Trajectory> recordings) {
   return rms;
 }
 
-/// Values of several rollouts each, [joint][horizon, as in Table].
-using Samples = std::vector<std::vector<std::vector<double>>>;
+/// An arm that was fitted, and recordings to judge it on.
+struct Fitted {
+  const Arm* arm;
+  std::span<const Trajectory> recordings;
+};
 
 /// Values per joint, [joint][horizons from the first sample, then those of later starts]. NaN where
 /// there is no such rollout.
@@ -60,118 +64,100 @@ double sum_of_squares(const Table& table) {
   return sum;
 }
 
-/// Open loops of one arm on recordings, with and without a torque error.
+/// Open loops of fits on recordings, with and without a torque error. Fits that left recordings out
+/// differ in parameters alone: their loops share lanes.
 class OpenLoops {
  public:
-  /// @param first_stream  of the starts
-  OpenLoops(data::ModelFile model, const dynamics::RobotModel& known,
-            std::span<const Trajectory> recordings, const EvaluateOptions& options,
-            std::size_t first_stream, int jobs)
-      : model_(std::move(model)),
-        recordings_(recordings),
-        options_(options),
-        first_stream_(first_stream),
-        jobs_(jobs),
-        plan_(make_plan(recordings, options)) {
-    for (std::size_t i = 0; i < recordings.size(); ++i)
-      driven_.push_back(drive(model_, known, recordings[i], plan_.by_trajectory[i]));
-    undisturbed_ = roll_out({}, 0);
+  OpenLoops(const data::ModelFile& model, const dynamics::RobotModel& known,
+            std::span<const Fitted> fits, const EvaluateOptions& options, int jobs)
+      : options_(options), jobs_(jobs), seed_(static_cast<std::uint64_t>(model.seed)) {
+    for (const Fitted& fit : fits) {
+      const Plan plan = make_plan(fit.recordings, options);
+      std::vector<Driven>& driven = driven_.emplace_back();
+      data::ModelFile other = model;
+      other.arm = *fit.arm;
+      for (std::size_t i = 0; i < fit.recordings.size(); ++i)
+        driven.push_back(drive(other, known, fit.recordings[i], plan.by_trajectory[i]));
+      const std::vector<OpenLoop> loops = open_loops(*fit.arm, fit.recordings, plan, driven);
+      loops_.insert(loops_.end(), loops.begin(), loops.end());
+      starts_.insert(starts_.end(), plan.starts.begin(), plan.starts.end());
+    }
+    batches_ = batches_of(starts_);
+    undisturbed_ = roll_out(loops_, 0);
   }
 
-  std::size_t starts() const { return plan_.starts.size(); }
-
   /// m [rad^2].
-  Samples errors() const {
-    return squares_of([&](std::size_t i, int steps) {
-      return horizon_error(undisturbed_[i], recording_of(i), steps).q_mse_joint;
+  Table errors() const {
+    return means([&](std::size_t i, int steps) {
+      return horizon_error(undisturbed_[i], *loops_[i].trajectory, steps).q_mse_joint;
     });
   }
 
   /// S [rad^2].
-  Samples spread(const TorqueError& error) const {
+  Table spread(const TorqueError& error) const {
     std::vector<RowMatrix> disturbance;
-    for (std::size_t i = 0; i < plan_.starts.size(); ++i)
-      disturbance.push_back(draw_torque_error(
-          error, recording_of(i).data.dt(), plan_.starts[i].steps + 1,
-          static_cast<std::uint64_t>(model_.seed), stream_of(Purpose::kFit, first_stream_ + i, 0)));
-    const std::vector<Rollout> disturbed = roll_out(disturbance, error.slow_gain);
-    return squares_of([&](std::size_t i, int steps) {
-      std::vector<double> squares(static_cast<std::size_t>(model_.arm.robot.n()));
+    for (std::size_t i = 0; i < loops_.size(); ++i)
+      disturbance.push_back(draw_torque_error(error, loops_[i].trajectory->data.dt(),
+                                              starts_[i].steps + 1, seed_,
+                                              stream_of(Purpose::kFit, i, 0)));
+    std::vector<OpenLoop> loops = loops_;
+    for (std::size_t i = 0; i < loops.size(); ++i) loops[i].disturbance = &disturbance[i];
+    const std::vector<Rollout> disturbed = roll_out(loops, error.slow_gain);
+    return means([&](std::size_t i, int steps) {
+      const RowMatrix& moved = disturbed[i].q;
+      std::vector<double> squares(static_cast<std::size_t>(moved.cols()));
       for (Eigen::Index k = 0; k <= steps; ++k)
         for (std::size_t j = 0; j < squares.size(); ++j) {
           const auto c = static_cast<Eigen::Index>(j);
-          const double moved = disturbed[i].q(k, c) - undisturbed_[i].q(k, c);
-          squares[j] += moved * moved / (steps + 1);
+          const double by = moved(k, c) - undisturbed_[i].q(k, c);
+          squares[j] += by * by / (steps + 1);
         }
       return squares;
     });
   }
 
  private:
-  const Trajectory& recording_of(std::size_t start) const {
-    return recordings_[static_cast<std::size_t>(plan_.starts[start].trajectory)];
-  }
-
-  std::vector<Rollout> roll_out(std::span<const RowMatrix> disturbance, double slow_gain) const {
-    std::vector<Rollout> rollouts(plan_.starts.size());
-    parallel_for(static_cast<int>(plan_.batches.size()), jobs_, [&](int b) {
+  std::vector<Rollout> roll_out(std::span<const OpenLoop> loops, double slow_gain) const {
+    std::vector<Rollout> rollouts(loops.size());
+    parallel_for(static_cast<int>(batches_.size()), jobs_, [&](int b) {
       throw_if_stopped();
-      const std::vector<int>& batch = plan_.batches[static_cast<std::size_t>(b)];
+      const std::vector<int>& batch = batches_[static_cast<std::size_t>(b)];
       std::vector<Rollout> made =
-          roll_out_batch(model_.arm, recordings_, plan_, batch, driven_,
-                         {{options_.substeps}, options_.diverged_rad, slow_gain}, disturbance);
+          roll_out_batch(loops, batch, {{options_.substeps}, options_.diverged_rad, slow_gain});
       for (std::size_t l = 0; l < batch.size(); ++l)
         rollouts[static_cast<std::size_t>(batch[l])] = std::move(made[l]);
     });
     return rollouts;
   }
 
-  /// Of the starts that reach a horizon, squares(start, steps) (n).
+  /// Means of squares(start, steps) (n) over the starts that reach a horizon.
   template <class Squares>
-  Samples squares_of(const Squares& squares) const {
-    Samples table(static_cast<std::size_t>(model_.arm.robot.n()));
+  Table means(const Squares& squares) const {
+    Table table(static_cast<std::size_t>(loops_.front().arm->robot.n()));
     for (const bool from_first : {true, false})
       for (const double h : options_.horizons_s) {
-        for (auto& of_joint : table) of_joint.emplace_back();
-        for (std::size_t i = 0; i < plan_.starts.size(); ++i) {
-          const data::Dataset& data = recording_of(i).data;
+        std::vector<std::vector<double>> values(table.size());
+        for (std::size_t i = 0; i < loops_.size(); ++i) {
+          const data::Dataset& data = loops_[i].trajectory->data;
           const int steps = horizon_steps(h, data.dt(), data.length());
-          if ((plan_.starts[i].begin == 0) != from_first || steps > plan_.starts[i].steps) continue;
+          if ((starts_[i].begin == 0) != from_first || steps > starts_[i].steps) continue;
           const std::vector<double> of_start = squares(i, steps);
-          for (std::size_t j = 0; j < table.size(); ++j) table[j].back().push_back(of_start[j]);
+          for (std::size_t j = 0; j < table.size(); ++j) values[j].push_back(of_start[j]);
         }
+        for (std::size_t j = 0; j < table.size(); ++j) table[j].push_back(mean(values[j]));
       }
     return table;
   }
 
-  data::ModelFile model_;
-  std::span<const Trajectory> recordings_;
   const EvaluateOptions& options_;
-  std::size_t first_stream_;
   int jobs_;
-  Plan plan_;
-  std::vector<Driven> driven_;
+  std::uint64_t seed_;
+  std::deque<std::vector<Driven>> driven_;  // per fit; the loops refer to it
+  std::vector<OpenLoop> loops_;
+  std::vector<Start> starts_;
+  std::vector<std::vector<int>> batches_;
   std::vector<Rollout> undisturbed_;
 };
-
-/// Means over the rollouts of all `loops`.
-template <class Part>
-Table means(std::span<const OpenLoops> loops, const Part& part) {
-  Samples all;
-  for (const OpenLoops& one : loops) {
-    const Samples own = part(one);
-    all.resize(own.size());
-    for (std::size_t j = 0; j < own.size(); ++j) {
-      all[j].resize(own[j].size());
-      for (std::size_t h = 0; h < own[j].size(); ++h)
-        all[j][h].insert(all[j][h].end(), own[j][h].begin(), own[j][h].end());
-    }
-  }
-  Table table(all.size());
-  for (std::size_t j = 0; j < all.size(); ++j)
-    for (const std::vector<double>& values : all[j]) table[j].push_back(mean(values));
-  return table;
-}
 
 }  // namespace
 
@@ -189,21 +175,13 @@ TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::Robot
                              std::span<const Trajectory> training,
                              std::span<const LeftOut> left_out, const EvaluateOptions& options,
                              int jobs) {
-  std::vector<OpenLoops> loops;
-  if (left_out.empty()) loops.emplace_back(model, known, training, options, 0, jobs);
-  std::size_t starts = 0;
-  for (const LeftOut& part : left_out) {
-    data::ModelFile other = model;
-    other.arm = part.arm;
-    loops.emplace_back(std::move(other), known, part.recordings, options, starts, jobs);
-    starts += loops.back().starts();
-  }
+  std::vector<Fitted> fits;
+  for (const LeftOut& part : left_out) fits.push_back({&part.arm, part.recordings});
+  if (left_out.empty()) fits.push_back({&model.arm, training});
+  const OpenLoops loops(model, known, fits, options, jobs);
   const double dt = training.front().data.dt();
   const std::vector<double> rms = torque_rms(training);
-  const Table wanted = means(loops, [](const OpenLoops& one) { return one.errors(); });
-  const auto spread = [&](const TorqueError& of) {
-    return means(loops, [&](const OpenLoops& one) { return one.spread(of); });
-  };
+  const Table wanted = loops.errors();
   TorqueError error{0, rms, kSlowGain}, best;
   for (double& sd : error.sd) sd *= kFirstShare;
   double least = std::numeric_limits<double>::infinity();
@@ -214,7 +192,7 @@ TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::Robot
     error.time = time;
     Table left;
     for (int i = 0;; ++i) {
-      left = log_ratio(wanted, spread(error));
+      left = log_ratio(wanted, loops.spread(error));
       if (i == (time == kTimes[0] ? kFirst : kFurther)) break;
       for (std::size_t j = 0; j < rms.size(); ++j) {
         const double step = mean(left[j]);

@@ -1,4 +1,4 @@
-// Open-loop rollouts of one arm, many at once: lanes of a Pack are rollouts.
+// Open-loop rollouts, many at once: lanes of a Pack are rollouts.
 #pragma once
 
 #include <filesystem>
@@ -43,20 +43,23 @@ inline double disturbance_at(double v, double e, double slow_gain) {
   return e * (1 + slow_gain / (1 + v * v / (kSlow * kSlow)));
 }
 
-/// Rolls an arm out from (start_q, start_v, z0) with the measured torque held over each sample, and
+/// One open loop to make.
+struct OpenLoop {
+  const Arm* arm;
+  const Trajectory* trajectory;
+  Start start;                 ///< Start::trajectory is handed on
+  std::span<const double> z0;  ///< initial friction state (state_size)
+  /// what moves the arm besides the measured torque, (steps + 1, n) [N m], see disturbance_at; it
+  /// counts as friction and is taken from the recorded tau_f. Null: none
+  const RowMatrix* disturbance = nullptr;
+};
+
+/// Rolls arms out from (start_q, start_v, z0) with the measured torque held over each sample, and
 /// settles what diverged.
-/// @param starts       at most as many as PackD has lanes; one lane each, the same whatever the
-///                     others do
-/// @param z0           initial friction state of each rollout (state_size)
-/// @param disturbance  what moves the arm besides the measured torque, (steps + 1, n) for each
-///                     rollout [N m], see disturbance_at; it counts as friction and is taken from
-///                     the recorded tau_f. Empty: none
+/// @param loops  at most as many as PackD has lanes; one lane each, the same whatever the others
+///               do. Their arms differ in parameters alone, their recordings have one sample period
 /// @throws UserError when sizes do not agree
-std::vector<Rollout> roll_out(const Arm& arm, std::span<const Trajectory> trajectories,
-                              std::span<const Start> starts,
-                              std::span<const std::vector<double>> z0,
-                              const RolloutOptions& options,
-                              std::span<const RowMatrix> disturbance = {});
+std::vector<Rollout> roll_out(std::span<const OpenLoop> loops, const RolloutOptions& options);
 
 /// A rollout as a file.
 struct RolloutSignals {
