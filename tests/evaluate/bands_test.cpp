@@ -135,7 +135,7 @@ TEST(OpenLoopBands, AreAsWideAsTheClosedFormOfAWheel) {
   for (const double time : {0.0, 0.1}) {
     const TorqueError error{time, {0.05}, 0};
     const std::vector<Trajectory> undisturbed{disturbed_wheel(model.arm, {0, {0}, 0}, 250, 0)};
-    const evaluate::Member member{&model, error};
+    const evaluate::Member member{&model, {error}};
     const Band band = evaluate::open_loop_bands({&member, 1}, model.arm.robot, undisturbed,
                                                 wheel_options(1999), 2)[0];
     const std::vector<double> sd = closed_form_sd(error, 250);
@@ -157,10 +157,11 @@ TEST(OpenLoopBands, CoverDataWithATorqueErrorFoundInOtherData) {
     const TorqueError truth{time, {0.02}, evaluate::kSlowGain};
     const auto training = disturbed_wheels(model.arm, truth, 60, 400, 100);
     const auto held_out = disturbed_wheels(model.arm, truth, 60, 400, 500);
-    const TorqueError found =
+    const evaluate::FittedTorqueError found =
         fit_torque_error(model, model.arm.robot, training, {}, wheel_options(39), 2);
-    EXPECT_EQ(found.time, time);
-    EXPECT_NEAR(found.sd[0] / 0.02, 1, 0.2);
+    EXPECT_EQ(found.error.time, time);
+    EXPECT_NEAR(found.error.sd[0] / 0.02, 1, 0.2);
+    EXPECT_EQ(found.leap, kSubsteps);
     const evaluate::Member member{&model, found};
     const auto bands =
         evaluate::open_loop_bands({&member, 1}, model.arm.robot, held_out, wheel_options(39), 2);
@@ -171,13 +172,31 @@ TEST(OpenLoopBands, CoverDataWithATorqueErrorFoundInOtherData) {
   }
 }
 
+// Leaps make the band that steps make.
+TEST(OpenLoopBands, ByLeapsAreThoseBySteps) {
+  const evaluate::Contest contest = small_contest(400);
+  const data::ModelFile& model = contest.models.back();
+  evaluate::Member member{&model, {{0.03, {0.02, 0.02, 0.01, 0.005, 0.005, 0.005}, 3}}};
+  const auto band_by = [&](int leap) {
+    member.fitted.leap = leap;
+    return evaluate::open_loop_bands({&member, 1}, contest.robot, contest.trajectories,
+                                     wheel_options(39), 2)[0];
+  };
+  const Band steps = band_by(1), leaps = band_by(kSubsteps);
+  const double width = (steps.high - steps.low).norm();
+  EXPECT_GT(width, 0);
+  EXPECT_NE(leaps.low, steps.low);
+  EXPECT_LT((leaps.low - steps.low).norm(), 0.02 * width);
+  EXPECT_LT((leaps.high - steps.high).norm(), 0.02 * width);
+}
+
 // Same bytes whatever the threads; other numbers for another recording, even of the same motion.
 TEST(OpenLoopBands, DependOnNoThreadsAndDifferBetweenRecordings) {
   evaluate::Contest contest = small_contest(150);
   contest.trajectories[1] = contest.trajectories[0];
   const data::ModelFile& model = contest.models.back();
   const TorqueError error{0.03, {1, 1, 1, 0.5, 0.5, 0.5}, 3};
-  const evaluate::Member member{&model, error};
+  const evaluate::Member member{&model, {error}};
   const auto bands = [&](int jobs) {
     return evaluate::open_loop_bands({&member, 1}, contest.robot, contest.trajectories,
                                      wheel_options(19), jobs);
@@ -197,9 +216,10 @@ TEST(FitTorqueError, DependsOnNoThreads) {
     return fit_torque_error(contest.models.back(), contest.robot, contest.trajectories, {},
                             wheel_options(19), jobs);
   };
-  const TorqueError once = found(1), again = found(3);
-  EXPECT_EQ(once.time, again.time);
-  EXPECT_EQ(once.sd, again.sd);
+  const evaluate::FittedTorqueError once = found(1), again = found(3);
+  EXPECT_EQ(once.error.time, again.error.time);
+  EXPECT_EQ(once.error.sd, again.error.sd);
+  EXPECT_EQ(once.leap, again.leap);
 }
 
 // With training data the report has bands for fitted models, for one seed as for several.

@@ -80,19 +80,20 @@ std::vector<Band> open_loop_bands(std::span<const Member> members,
     throw_if_stopped();
     const auto [m, i, first] = tasks[static_cast<std::size_t>(t)];
     const Member& member = members[m];
+    const TorqueError& error = member.fitted.error;
     const auto count = static_cast<std::size_t>(std::min(PackD::kLanes, options.draws - first));
     std::vector<RowMatrix> disturbance;
     for (std::size_t l = 0; l < count; ++l)
       disturbance.push_back(
-          draw_torque_error(member.error, trajectories[i].data.dt(), starts[i].steps + 1,
+          draw_torque_error(error, trajectories[i].data.dt(), starts[i].steps + 1,
                             static_cast<std::uint64_t>(member.model->seed),
                             stream_of(Purpose::kBand, i, first + static_cast<int>(l))));
     std::vector<OpenLoop> loops;
     for (const RowMatrix& one : disturbance)
       loops.push_back(
           {&member.model->arm, &trajectories[i], starts[i], z0[m * trajectories.size() + i], &one});
-    std::vector<Rollout> rollouts =
-        roll_out(loops, {{options.substeps}, options.diverged_rad, member.error.slow_gain});
+    std::vector<Rollout> rollouts = roll_out(
+        loops, {{options.substeps, member.fitted.leap}, options.diverged_rad, error.slow_gain});
     for (std::size_t l = 0; l < count; ++l)
       draws[i][m * static_cast<std::size_t>(options.draws) + static_cast<std::size_t>(first) + l] =
           std::move(rollouts[l].q);

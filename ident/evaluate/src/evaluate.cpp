@@ -208,7 +208,7 @@ void add_ensembles(std::span<const Trajectory> trajectories, std::span<const dou
 void add_bands(const Contest& contest, const EvaluateOptions& options, int jobs,
                Evaluation& report) {
   if (contest.training.empty() || options.draws == 0) return;
-  std::vector<TorqueError> errors(contest.models.size());
+  std::vector<FittedTorqueError> errors(contest.models.size());
   parallel_for(static_cast<int>(errors.size()), jobs, [&](int i) {
     const auto m = static_cast<std::size_t>(i);
     const data::ModelFile& model = contest.models[m];
@@ -227,7 +227,7 @@ void add_bands(const Contest& contest, const EvaluateOptions& options, int jobs,
     for (ModelResult& result : report.models)
       for (const Member& member : members)
         if (result.name == member.model->name && result.seed == member.model->seed)
-          result.torque_error = member.error;
+          result.torque_error = member.fitted.error;
     summary.bands = open_loop_bands(members, contest.robot, contest.trajectories, options, jobs);
     for (const double h : options.horizons_s) {
       std::vector<double> coverage, squares;

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <functional>
 #include <numeric>
+#include <utility>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/parallel.hpp"
+#include "fricid/base/progress.hpp"
 #include "fricid/evaluate/constant_friction.hpp"
 #include "fricid/system/initial_state.hpp"
 #include "fricid/system/transmission.hpp"
@@ -77,6 +80,22 @@ std::vector<Rollout> roll_out_batch(std::span<const OpenLoop> loops, std::span<c
   std::vector<OpenLoop> own;
   for (const int i : batch) own.push_back(loops[static_cast<std::size_t>(i)]);
   return roll_out(own, options);
+}
+
+std::vector<Rollout> roll_out_many(std::span<const OpenLoop> loops, const RolloutOptions& options,
+                                   int jobs) {
+  std::vector<Start> starts;
+  for (const OpenLoop& loop : loops) starts.push_back(loop.start);
+  const std::vector<std::vector<int>> batches = batches_of(starts);
+  std::vector<Rollout> rollouts(loops.size());
+  parallel_for(static_cast<int>(batches.size()), jobs, [&](int b) {
+    throw_if_stopped();
+    const std::vector<int>& batch = batches[static_cast<std::size_t>(b)];
+    std::vector<Rollout> made = roll_out_batch(loops, batch, options);
+    for (std::size_t l = 0; l < batch.size(); ++l)
+      rollouts[static_cast<std::size_t>(batch[l])] = std::move(made[l]);
+  });
+  return rollouts;
 }
 
 }  // namespace fricid::evaluate

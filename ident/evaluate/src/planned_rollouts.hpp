@@ -43,4 +43,8 @@ std::vector<OpenLoop> open_loops(const Arm& arm, std::span<const Trajectory> tra
 std::vector<Rollout> roll_out_batch(std::span<const OpenLoop> loops, std::span<const int> batch,
                                     const RolloutOptions& options);
 
+/// Rollouts of any number of loops, in their order; the same for any `jobs`.
+std::vector<Rollout> roll_out_many(std::span<const OpenLoop> loops, const RolloutOptions& options,
+                                   int jobs);
+
 }  // namespace fricid::evaluate

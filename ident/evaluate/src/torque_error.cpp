@@ -6,8 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "fricid/base/parallel.hpp"
-#include "fricid/base/progress.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/evaluate/metrics.hpp"
 #include "fricid/evaluate/statistics.hpp"
@@ -20,6 +18,8 @@ namespace {
 constexpr double kFirstShare = 0.01;     // first sd, share of the rms torque
 constexpr double kLeastShare = 1e-6;     // least sd
 constexpr int kFirst = 3, kFurther = 1;  // iterations for the first correlation time, the others
+constexpr int kLeaps[] = {4, 2};
+constexpr double kLeapShare = 0.1;
 
 /// Root mean square of the measured torque per joint [N m].
 std::vector<double> torque_rms(std::span<const Trajectory> recordings) {
@@ -56,12 +56,12 @@ Table log_ratio(const Table& m, const Table& S) {
   return ratio;
 }
 
-double sum_of_squares(const Table& table) {
-  double sum = 0;
-  for (const std::vector<double>& row : table)
-    for (const double value : row)
-      if (!std::isnan(value)) sum += value * value;
-  return sum;
+/// Whether every value that is known is below a share of the other's.
+bool is_below(const Table& small, double share, const Table& large) {
+  for (std::size_t j = 0; j < small.size(); ++j)
+    for (std::size_t h = 0; h < small[j].size(); ++h)
+      if (small[j][h] > share * large[j][h]) return false;
+  return true;
 }
 
 /// Open loops of fits on recordings, with and without a torque error. Fits that left recordings out
@@ -70,7 +70,10 @@ class OpenLoops {
  public:
   OpenLoops(const data::ModelFile& model, const dynamics::RobotModel& known,
             std::span<const Fitted> fits, const EvaluateOptions& options, int jobs)
-      : options_(options), jobs_(jobs), seed_(static_cast<std::uint64_t>(model.seed)) {
+      : options_(options),
+        jobs_(jobs),
+        seed_(static_cast<std::uint64_t>(model.seed)),
+        step_{options.substeps, 1} {
     for (const Fitted& fit : fits) {
       const Plan plan = make_plan(fit.recordings, options);
       std::vector<Driven>& driven = driven_.emplace_back();
@@ -80,54 +83,65 @@ class OpenLoops {
         driven.push_back(drive(other, known, fit.recordings[i], plan.by_trajectory[i]));
       const std::vector<OpenLoop> loops = open_loops(*fit.arm, fit.recordings, plan, driven);
       loops_.insert(loops_.end(), loops.begin(), loops.end());
-      starts_.insert(starts_.end(), plan.starts.begin(), plan.starts.end());
     }
-    batches_ = batches_of(starts_);
     undisturbed_ = roll_out(loops_, 0);
-  }
-
-  /// m [rad^2].
-  Table errors() const {
-    return means([&](std::size_t i, int steps) {
+    errors_ = means([&](std::size_t i, int steps) {
       return horizon_error(undisturbed_[i], *loops_[i].trajectory, steps).q_mse_joint;
     });
+    choose_leap();
   }
+
+  /// By which `spread` rolls out.
+  int leap() const { return step_.leap; }
+
+  /// m [rad^2].
+  const Table& errors() const { return errors_; }
 
   /// S [rad^2].
   Table spread(const TorqueError& error) const {
     std::vector<RowMatrix> disturbance;
     for (std::size_t i = 0; i < loops_.size(); ++i)
       disturbance.push_back(draw_torque_error(error, loops_[i].trajectory->data.dt(),
-                                              starts_[i].steps + 1, seed_,
+                                              loops_[i].start.steps + 1, seed_,
                                               stream_of(Purpose::kFit, i, 0)));
     std::vector<OpenLoop> loops = loops_;
     for (std::size_t i = 0; i < loops.size(); ++i) loops[i].disturbance = &disturbance[i];
-    const std::vector<Rollout> disturbed = roll_out(loops, error.slow_gain);
-    return means([&](std::size_t i, int steps) {
-      const RowMatrix& moved = disturbed[i].q;
-      std::vector<double> squares(static_cast<std::size_t>(moved.cols()));
-      for (Eigen::Index k = 0; k <= steps; ++k)
-        for (std::size_t j = 0; j < squares.size(); ++j) {
-          const auto c = static_cast<Eigen::Index>(j);
-          const double by = moved(k, c) - undisturbed_[i].q(k, c);
-          squares[j] += by * by / (steps + 1);
-        }
-      return squares;
-    });
+    return distance(roll_out(loops, error.slow_gain), undisturbed_);
   }
 
  private:
+  /// Leaps instead of single steps, the longest that move the undisturbed loops by less than
+  /// kLeapShare of their own errors: what a torque error moves them by, the difference of two such
+  /// loops, changes less.
+  void choose_leap() {
+    for (const int leap : kLeaps) {
+      if (step_.substeps % leap != 0) continue;
+      step_.leap = leap;
+      std::vector<Rollout> by_leaps = roll_out(loops_, 0);
+      if (is_below(distance(by_leaps, undisturbed_), kLeapShare, errors_)) {
+        undisturbed_ = std::move(by_leaps);
+        return;
+      }
+    }
+    step_.leap = 1;
+  }
+
   std::vector<Rollout> roll_out(std::span<const OpenLoop> loops, double slow_gain) const {
-    std::vector<Rollout> rollouts(loops.size());
-    parallel_for(static_cast<int>(batches_.size()), jobs_, [&](int b) {
-      throw_if_stopped();
-      const std::vector<int>& batch = batches_[static_cast<std::size_t>(b)];
-      std::vector<Rollout> made =
-          roll_out_batch(loops, batch, {{options_.substeps}, options_.diverged_rad, slow_gain});
-      for (std::size_t l = 0; l < batch.size(); ++l)
-        rollouts[static_cast<std::size_t>(batch[l])] = std::move(made[l]);
+    return roll_out_many(loops, {step_, options_.diverged_rad, slow_gain}, jobs_);
+  }
+
+  /// Mean squares of the distance of two sets of rollouts.
+  Table distance(std::span<const Rollout> a, std::span<const Rollout> b) const {
+    return means([&](std::size_t i, int steps) {
+      std::vector<double> squares(static_cast<std::size_t>(a[i].q.cols()));
+      for (Eigen::Index k = 0; k <= steps; ++k)
+        for (std::size_t j = 0; j < squares.size(); ++j) {
+          const auto c = static_cast<Eigen::Index>(j);
+          const double apart = a[i].q(k, c) - b[i].q(k, c);
+          squares[j] += apart * apart / (steps + 1);
+        }
+      return squares;
     });
-    return rollouts;
   }
 
   /// Means of squares(start, steps) (n) over the starts that reach a horizon.
@@ -140,7 +154,7 @@ class OpenLoops {
         for (std::size_t i = 0; i < loops_.size(); ++i) {
           const data::Dataset& data = loops_[i].trajectory->data;
           const int steps = horizon_steps(h, data.dt(), data.length());
-          if ((starts_[i].begin == 0) != from_first || steps > starts_[i].steps) continue;
+          if ((loops_[i].start.begin == 0) != from_first || steps > loops_[i].start.steps) continue;
           const std::vector<double> of_start = squares(i, steps);
           for (std::size_t j = 0; j < table.size(); ++j) values[j].push_back(of_start[j]);
         }
@@ -154,9 +168,9 @@ class OpenLoops {
   std::uint64_t seed_;
   std::deque<std::vector<Driven>> driven_;  // per fit; the loops refer to it
   std::vector<OpenLoop> loops_;
-  std::vector<Start> starts_;
-  std::vector<std::vector<int>> batches_;
-  std::vector<Rollout> undisturbed_;
+  StepOptions step_;
+  std::vector<Rollout> undisturbed_;  // by step_
+  Table errors_;
 };
 
 }  // namespace
@@ -171,17 +185,16 @@ RowMatrix draw_torque_error(const TorqueError& error, double dt, int rows, std::
   return e * Eigen::VectorXd::Map(error.sd.data(), e.cols()).asDiagonal();
 }
 
-TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::RobotModel& known,
-                             std::span<const Trajectory> training,
-                             std::span<const LeftOut> left_out, const EvaluateOptions& options,
-                             int jobs) {
+FittedTorqueError fit_torque_error(const data::ModelFile& model, const dynamics::RobotModel& known,
+                                   std::span<const Trajectory> training,
+                                   std::span<const LeftOut> left_out,
+                                   const EvaluateOptions& options, int jobs) {
   std::vector<Fitted> fits;
   for (const LeftOut& part : left_out) fits.push_back({&part.arm, part.recordings});
   if (left_out.empty()) fits.push_back({&model.arm, training});
   const OpenLoops loops(model, known, fits, options, jobs);
   const double dt = training.front().data.dt();
   const std::vector<double> rms = torque_rms(training);
-  const Table wanted = loops.errors();
   TorqueError error{0, rms, kSlowGain}, best;
   for (double& sd : error.sd) sd *= kFirstShare;
   double least = std::numeric_limits<double>::infinity();
@@ -190,21 +203,23 @@ TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::Robot
     if (time > 0)
       for (double& sd : error.sd) sd *= std::sqrt(std::max(error.time, dt / 2) / time);
     error.time = time;
-    Table left;
-    for (int i = 0;; ++i) {
-      left = log_ratio(wanted, loops.spread(error));
-      if (i == (time == kTimes[0] ? kFirst : kFurther)) break;
+    double unlike = 0;
+    for (int i = 0; i < (time == kTimes[0] ? kFirst : kFurther); ++i) {
+      const Table left = log_ratio(loops.errors(), loops.spread(error));
+      unlike = 0;
       for (std::size_t j = 0; j < rms.size(); ++j) {
         const double step = mean(left[j]);
-        if (!std::isnan(step))
-          error.sd[j] = std::clamp(error.sd[j] * std::exp(step / 2), kLeastShare * rms[j], rms[j]);
+        if (std::isnan(step)) continue;
+        error.sd[j] = std::clamp(error.sd[j] * std::exp(step / 2), kLeastShare * rms[j], rms[j]);
+        for (const double value : left[j])
+          if (!std::isnan(value)) unlike += (value - step) * (value - step);
       }
     }
-    if (sum_of_squares(left) >= least) break;
-    least = sum_of_squares(left);
+    if (unlike >= least) break;
+    least = unlike;
     best = error;
   }
-  return best;
+  return {best, loops.leap()};
 }
 
 }  // namespace fricid::evaluate

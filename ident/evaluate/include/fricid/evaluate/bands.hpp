@@ -34,11 +34,12 @@ BandScore score(const Band& band, const Trajectory& trajectory, int steps);
 /// A model with its torque error.
 struct Member {
   const data::ModelFile* model;
-  TorqueError error;
+  FittedTorqueError fitted;
 };
 
 /// Bands of the seeds of a model together: `options.draws` rollouts of every member from the first
-/// sample of every recording, each under the measured torque and a torque error of its own.
+/// sample of every recording, each under the measured torque and a torque error of its own,
+/// stepped by the leap of the member.
 /// @param known  the robot before identification, see constant_friction
 /// @return one per trajectory; the same for any `jobs`
 std::vector<Band> open_loop_bands(std::span<const Member> members,

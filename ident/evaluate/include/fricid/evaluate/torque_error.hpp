@@ -41,6 +41,14 @@ struct LeftOut {
   Arm arm;
 };
 
+/// A torque error and how rollouts under it may be stepped.
+struct FittedTorqueError {
+  TorqueError error;
+  /// longest leap, see StepOptions, that moves the model's rollouts by less than a tenth of their
+  /// own error in mean square, at every joint and horizon
+  int leap = 1;
+};
+
 /// The torque error of a model, from open loops on motion that it was not fitted to. With
 ///
 ///     m_jh  mean square error of q_j over the first h seconds of rollouts,
@@ -55,14 +63,15 @@ struct LeftOut {
 ///     sd_j^2 <- sd_j^2 exp(mean over h of log(m_jh / S_jh)),
 ///
 /// and of kTimes the correlation time is taken, the first from which a longer one does not lessen
-/// the sum of log(m_jh / S_jh)^2. It covers all causes of open-loop error: friction, rigid body,
-/// initial state, noise of the measured torque.
+/// the spread over h of log(m_jh / S_jh), its squared deviations from the mean summed over joints
+/// and h. Rollouts that S compares are stepped by leaps. It covers all causes of open-loop error:
+/// friction, rigid body, initial state, noise of the measured torque.
 /// @param known  the robot before identification, see constant_friction
 /// @return sd between 1e-6 and 1 of the rms torque; the same for any `jobs`
-TorqueError fit_torque_error(const data::ModelFile& model, const dynamics::RobotModel& known,
-                             std::span<const Trajectory> training,
-                             std::span<const LeftOut> left_out, const EvaluateOptions& options,
-                             int jobs);
+FittedTorqueError fit_torque_error(const data::ModelFile& model, const dynamics::RobotModel& known,
+                                   std::span<const Trajectory> training,
+                                   std::span<const LeftOut> left_out,
+                                   const EvaluateOptions& options, int jobs);
 inline constexpr double kSlowGain = 3;
 inline constexpr double kTimes[] = {0, 0.03, 0.1, 0.3, 1};  // [s]
 
