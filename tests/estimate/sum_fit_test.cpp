@@ -142,6 +142,18 @@ TEST(SumFit, ViscousFrictionThatLoadDoesNotScaleStaysOutOfTheMemory) {
   }
 }
 
+// Two viscous torques stand for each other: what one would make up for, the other has to show.
+TEST(SumFit, HasNoLinearViscousFrictionBesideThatOfAPower) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, sigma0, Fv, then c, p, v0
+    theta.push_back({6 * size, 3000 * size, 0, 3 * size, 0.6, 0.01});
+  int linear = 0;
+  for (const friction::LvmParts& part :
+       parts_found({{{"dahl", 0, {}}, {"viscous_power", 0, {}}}}, theta))
+    linear += part.viscous;
+  EXPECT_LE(linear, 1);  // of 3
+}
+
 // No sum is exact here, so that every parameter makes up for something; and a part that says
 // nothing gains more than its standard error in one case of six.
 TEST(SumFit, LacksThePartsThatTheTruthLacks) {
@@ -167,7 +179,7 @@ TEST(SumFit, FindsGapsAndFurtherRipples) {
                           5, 2400, 1.6, 100,  0.04, 0.7, 262, 0.03, -1.2,  // n, A, phi twice
                           3, 1500, 1};
   const Prepared prepared = prepared_of(truth, logs().prepared.options);
-  const JointFits fits(prepared, logs().windows, 2);
+  JointFits fits(prepared, logs().windows, 2);
   std::vector<friction::LvmParts> parts;
   std::vector<PartEvidence> evidence;
   const Candidate sum = fit_sum(fits, parts, evidence);
@@ -192,7 +204,7 @@ TEST(SumFit, FindsBristlesBehindGaps) {
     theta.push_back({Fc, 2000 * Fc, Fc / 3, 0.01, 2e-4});
   const Prepared prepared = prepared_of(
       arm_with({{{"dahl", 0, {{"load", 1}, {"backlash", 1}}}}}, theta), logs().prepared.options);
-  const JointFits fits(prepared, logs().windows, 2);
+  JointFits fits(prepared, logs().windows, 2);
   std::vector<friction::LvmParts> parts;
   std::vector<PartEvidence> evidence;
   const Candidate sum = fit_sum(fits, parts, evidence);

@@ -21,7 +21,8 @@ JointSpec lvm_sum(const LvmParts& parts) {
   JointSpec joint;
   joint.laws.push_back(std::move(memory));
   joint.laws.push_back(warm_and_directed({"viscous_power", 0, {}}));
-  if (!parts.inner_viscous) joint.laws.push_back(warm_and_directed({"viscous", 0, {}}));
+  if (parts.viscous && !parts.inner_viscous)
+    joint.laws.push_back(warm_and_directed({"viscous", 0, {}}));
   if (parts.power_flow) joint.laws.push_back({"load_dependent", 0, {}});
   if (parts.network > 0) joint.laws.push_back({"memory_network", parts.network, {}});
   return joint;
@@ -55,6 +56,9 @@ void set(LvmParts& parts, SumPart part, bool on) {
       return;
     case SumPart::kTemperature:
       parts.temperature = on;
+      return;
+    case SumPart::kViscous:
+      parts.viscous = on || parts.inner_viscous;
       return;
     case SumPart::kInnerViscous:
       parts.inner_viscous = on;

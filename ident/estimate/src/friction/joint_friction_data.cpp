@@ -19,7 +19,8 @@ constexpr int kLanes = kLaneCount<PackD>;
 constexpr int kPromising = 2 * kLanes;  // orders of a grid that are looked at closely
 // Where two pieces meet, their states differ by at most this share of their size.
 constexpr double kForgotten = 1e-6;
-constexpr double kLoadStep = 1e-4;  // of 1 N m and the load
+constexpr double kLoadStep = 1e-4;   // of 1 N m and the load
+constexpr double kLoadMargin = 2;  // by which a predicted load may err
 
 using Columns = fricid::Group<PackD, 2>;  // filtered side by side
 constexpr std::size_t kColumns = 2 * kLanes;
@@ -216,6 +217,7 @@ double JointFrictionData::load_gain(const friction::RobotFriction& friction,
     void reset() {}
     void torque(friction::Input<PackD> in, std::span<const PackD> z) {
       PackD further;
+      in.load *= PackD(kLoadMargin);
       friction.torque<PackD>(theta, {&in, 1}, z, {&now, 1});
       const PackD h = PackD(kLoadStep) * (PackD(1) + abs(in.load));
       in.load += h;

@@ -27,6 +27,9 @@ constexpr std::pair<const char*, int> kRivals[] = {
     {"coulomb_viscous", 0}, {"stribeck", 0}, {"dahl", 0}, {"lugre", 0}, {"gms", 4}};
 constexpr double kRoughGain = 1e-2;  // smallest gain of a step where a law may be lost anyway:
 constexpr double kLost = 10;         // times the held-out torque error of the sum
+// Choices of parts: another one where the load of the last moved by so much of it.
+constexpr int kMostChoices = 3;
+constexpr double kLoadOfAnother = 0.02;
 constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
 
 /// The arm of the method conventional, if it has a result.
@@ -70,13 +73,6 @@ Arm load_prior(const std::string& file, const Prepared& prepared) {
   return arm;
 }
 
-/// Fitted to all rows again, under the load that it predicts itself. That of a rough fit is off
-/// where friction is, at reversals above all, and gaps and lengths make up for it.
-Arm under_own_load(JointFits& fits, const Arm& arm) {
-  fits.take_load_of(arm);
-  return fits.on_torque(arm, JointFits::Rows::kAll, false).arm;
-}
-
 /// Candidates for the model that contains the laws: the sum, and conventional laws, fitted like it
 /// and, where that comes near or costs nothing, by the method conventional too.
 std::vector<Candidate> of_sum(const Prepared& prepared, JointFits& fits, int seed,
@@ -91,9 +87,14 @@ std::vector<Candidate> of_sum(const Prepared& prepared, JointFits& fits, int see
     candidate.rival = true;
     add(std::move(candidate));
   };
-  Candidate sum = fit_sum(fits, parts, evidence);
-  if (sum.arm.friction.model.reads_load())
-    sum = fits.judged(sum.name, under_own_load(fits, sum.arm), sum.seconds);
+  Candidate sum;
+  for (int choice = 0; choice < kMostChoices; ++choice) {
+    sum = fit_sum(fits, parts, evidence);
+    if (!sum.arm.friction.model.reads_load()) break;
+    const JointFits::UnderOwnLoad settled = fits.under_own_load(sum.arm, JointFits::Rows::kAll);
+    sum = fits.judged(sum.name, settled.arm, sum.seconds);
+    if (settled.moved < kLoadOfAnother || fits.is_short()) break;
+  }
   add(std::move(sum));
   for (const auto& [law, elements] : kRivals) {
     const auto begin = std::chrono::steady_clock::now();
@@ -142,7 +143,10 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
                       config.prior, config.name);
     start = prior;
   }
-  fits.take_load_of(fits.on_torque(start, JointFits::Rows::kTraining, true, kRoughGain).arm);
+  start =
+      fits.under_own_load(fits.on_torque(start, JointFits::Rows::kTraining, true, kRoughGain).arm,
+                          JointFits::Rows::kTraining, kRoughGain)
+          .arm;
   Progress progress(fmt::format("fit {}", report.model.label),
                     sum ? 3 + 2 * static_cast<int>(std::size(kRivals)) : 1);
   std::vector<Candidate>& found = report.candidates;
@@ -151,9 +155,8 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
     found = of_sum(prepared, fits, seed, parts, report.parts, progress);
   } else {
     const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
-    Arm arm = under_own_load(fits, fit.arm);
-    if (arm.friction.model.reads_load()) arm = under_own_load(fits, arm);
-    found.push_back(fits.judged("torque", arm, fit.seconds));
+    found.push_back(fits.judged("torque", fits.under_own_load(fit.arm, JointFits::Rows::kAll).arm,
+                                fit.seconds));
     progress.advance(1);
   }
   const bool room = fits.has_room_for_windows();

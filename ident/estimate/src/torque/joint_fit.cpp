@@ -18,8 +18,10 @@ constexpr double kLeastFriction = 0.01;  // share of the torque: a start has som
 constexpr double kBlock = 1;             // [s] beyond which residuals count as independent
 
 constexpr double kFewSeconds = 10;                         // held out
-constexpr double kMostLoadGain = 0.6, kCutLoadGain = 0.3;  // d friction / d load
+constexpr double kMostLoadGain = 0.9, kCutLoadGain = 0.5;  // d friction / d load
 constexpr int kMostCuts = 3;
+constexpr double kLoadSettled = 0.02;  // change of a load that is still, times the root of a gain
+constexpr int kMostLoads = 6;          // passes
 
 /// What makes friction grow with the load.
 bool is_growth(friction::Role role) {
@@ -45,7 +47,8 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
       training_(prepared.robot, recordings_, prepared.options.cutoff_hz, {}, split_.train_end),
       held_out_(prepared.robot, recordings_, prepared.options.cutoff_hz, split_.test_begin),
       folds_(folds_of(prepared.recordings)),
-      judging_(held_out_rollouts(prepared.recordings, split_)) {
+      judging_(held_out_rollouts(prepared.recordings, split_)),
+      has_viscous_(static_cast<std::size_t>(prepared.robot.n()), true) {
   if (!is_short())
     for (int i = 0; i < static_cast<int>(recordings_.size()); ++i) {
       judging_.seconds.push_back({i, 0});
@@ -63,12 +66,58 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
   take_load_of(start(friction::JointSpec{{{"coulomb_viscous", 0, {}}}}));
 }
 
-void JointFits::take_load_of(const Arm& arm) {
-  parallel_for(static_cast<int>(recordings_.size()), jobs_, [&](int i) {
-    signals::Recording& r = recordings_[static_cast<std::size_t>(i)];
-    r.load = predict_torque(arm, r, prepared_.options.cutoff_hz);
+std::vector<RowMatrix> JointFits::predicted_torques(const Arm& arm) const {
+  std::vector<RowMatrix> torques(recordings_.size());
+  parallel_for(static_cast<int>(torques.size()), jobs_, [&](int i) {
+    const auto at = static_cast<std::size_t>(i);
+    torques[at] = predict_torque(arm, recordings_[at], prepared_.options.cutoff_hz);
   });
+  return torques;
+}
+
+void JointFits::take_loads(std::vector<RowMatrix> loads) {
+  for (std::size_t i = 0; i < loads.size(); ++i) recordings_[i].load = std::move(loads[i]);
   for (ArmTorqueData* data : {&all_, &training_, &held_out_}) data->take_load();
+}
+
+void JointFits::take_load_of(const Arm& arm) { take_loads(predicted_torques(arm)); }
+
+JointFits::UnderOwnLoad JointFits::under_own_load(const Arm& start, Rows rows,
+                                                  double smallest_gain) {
+  UnderOwnLoad out{start, 0};
+  if (!start.friction.model.reads_load()) return out;
+  Arm& arm = out.arm;
+  std::vector<RowMatrix> before, moved_before;
+  for (int pass = 0; pass < kMostLoads; ++pass) {
+    const std::vector<RowMatrix> predicted = predicted_torques(arm);
+    std::vector<RowMatrix> loads = predicted, moved = predicted;
+    for (std::size_t i = 0; i < moved.size(); ++i) moved[i] -= recordings_[i].load;
+
+    bool settled = true;
+    for (Eigen::Index j = 0; j < n(); ++j) {
+      double size = 0, step = 0, turn = 0, along = 0;
+      for (std::size_t i = 0; i < moved.size(); ++i) {
+        size += predicted[i].col(j).squaredNorm();
+        step += moved[i].col(j).squaredNorm();
+        if (pass == 0) continue;
+        const Eigen::VectorXd turned = moved[i].col(j) - moved_before[i].col(j);
+        turn += turned.squaredNorm();
+        along += turned.dot(moved[i].col(j));
+      }
+      if (pass == 0) out.moved = std::max(out.moved, std::sqrt(step / std::max(size, 1e-300)));
+      settled = settled && step <= kLoadSettled * kLoadSettled * smallest_gain * size;
+      if (turn == 0) continue;
+      const double mixed = std::clamp(along / turn, -1.0, 1.0);
+      for (std::size_t i = 0; i < loads.size(); ++i)
+        loads[i].col(j) -= mixed * (predicted[i].col(j) - before[i].col(j));
+    }
+    if (settled) break;
+    take_loads(std::move(loads));
+    arm = on_torque(arm, rows, false, smallest_gain).arm;
+    before = predicted;
+    moved_before = std::move(moved);
+  }
+  return out;
 }
 
 void JointFits::take_prior(Arm arm, double sd) {
@@ -122,7 +171,11 @@ Arm JointFits::start(const friction::JointSpec& spec) const {
 Arm JointFits::start(const std::vector<friction::LvmParts>& parts) const {
   std::vector<friction::JointSpec> joints;
   for (const friction::LvmParts& of_joint : parts) joints.push_back(friction::lvm_sum(of_joint));
-  return start(std::move(joints));
+  Arm arm = start(std::move(joints));
+  for (int j = 0; j < n(); ++j)
+    if (!parts[static_cast<std::size_t>(j)].viscous)
+      arm.friction.theta[static_cast<std::size_t>(linear_viscous(arm.friction.model, j))] = 0;
+  return arm;
 }
 
 double JointFits::held_out_torque(const Arm& arm) const {
@@ -150,8 +203,27 @@ Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) co
   out.held_out = std::exp(out.rollouts.mean());
   out.torque = held_out_torque(arm);
   out.parameters =
-      friction::free_parameter_count(arm.friction) - static_cast<int>(sum_limits(arm).size());
+      friction::free_parameter_count(arm.friction) - static_cast<int>(limits_of(arm).size());
   return out;
+}
+
+void JointFits::take_viscous_of(const std::vector<friction::LvmParts>& parts) {
+  for (std::size_t j = 0; j < parts.size(); ++j) has_viscous_[j] = parts[j].viscous;
+}
+
+std::vector<Limit> JointFits::limits_of(const Arm& arm) const {
+  const friction::RobotFriction& model = arm.friction.model;
+  std::vector<Limit> limits = sum_limits(arm);
+  for (int j = 0; j < n(); ++j) {
+    const bool is_sum = friction::find_parameter(model, j, friction::Role::kPowerViscous) >= 0 &&
+                        friction::find_parameter(model, j, "viscous", "Fv") < 0;
+    if (is_sum && !has_viscous_[static_cast<std::size_t>(j)])
+      limits.push_back({static_cast<std::size_t>(linear_viscous(model, j)), 0, 0});
+  }
+  if (is_short())
+    for (const std::size_t i : load_corners(model))
+      limits.push_back({i, arm.friction.theta[i], arm.friction.theta[i]});
+  return limits;
 }
 
 ArmTorqueOptions JointFits::torque_options(const Arm& arm) const {
@@ -159,7 +231,7 @@ ArmTorqueOptions JointFits::torque_options(const Arm& arm) const {
   options.rigid_body = as_needed(prepared_.options, prepared_.rigid_body);
   options.nominal = prepared_.robot.pi;
   options.coordinates.torque_scale = windows_.torque_scale;
-  options.coordinates.limits = sum_limits(arm);
+  options.coordinates.limits = limits_of(arm);
   if (is_like_prior(arm)) {
     options.rigid_body.prior.use = true;
     options.nominal = prior_->robot.pi;

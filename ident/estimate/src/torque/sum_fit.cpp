@@ -31,12 +31,13 @@ double gap_of(const Arm& arm, int j) {
 class SumChoice {
  public:
   /// @param all  begins with all parts of the laws, else with none
-  SumChoice(const JointFits& fits, bool all) : fits_(&fits) {
+  SumChoice(JointFits& fits, bool all) : fits_(&fits) {
     parts_ = fits.all_parts();
     if (!all)
       std::ranges::fill(
           parts_,
           friction::LvmParts{.load = false, .power_flow = false, .asymmetry = false, .ripples = 0});
+    fits_->take_viscous_of(parts_);
     fitted_ = fit(fits_->start(parts_), all);
     if (!all) add_parts();
     try_bristles();
@@ -130,7 +131,7 @@ class SumChoice {
   /// other one stays.
   void leave_out_parts() {
     for (const SumPart part : {SumPart::kPowerFlow, SumPart::kLoad, SumPart::kAsymmetry,
-                               SumPart::kTemperature, SumPart::kRipple})
+                               SumPart::kTemperature, SumPart::kRipple, SumPart::kViscous})
       leave_out(part);
   }
 
@@ -139,7 +140,9 @@ class SumChoice {
     Parts rest = parts_;
     for (friction::LvmParts& of_joint : rest) set(of_joint, part, false);
     if (rest == parts_) return;
-    const Arm without = fit(from_fitted(rest), false, kRoughGain);
+    // of two viscous torques the other makes up for the one that goes, slowly
+    const double gain = part == SumPart::kViscous ? kPartsGain : kRoughGain;
+    const Arm without = fit(from_fitted(rest), false, gain);
     const Parts before = parts_;
     for (int j = 0; j < fits_->n(); ++j) {
       const auto i = static_cast<std::size_t>(j);
@@ -162,7 +165,10 @@ class SumChoice {
   Arm fit(const Arm& start, bool find_ripples = false, double smallest_gain = kPartsGain) const {
     return fits_->on_torque(start, JointFits::Rows::kTraining, find_ripples, smallest_gain).arm;
   }
-  Arm from_fitted(const Parts& parts) const { return carried_over(fitted_, fits_->start(parts)); }
+  Arm from_fitted(const Parts& parts) const {
+    fits_->take_viscous_of(parts);
+    return carried_over(fitted_, fits_->start(parts));
+  }
   Parts switched(SumPart part) const {
     Parts out = parts_;
     for (friction::LvmParts& of_joint : out) set(of_joint, part, true);
@@ -208,7 +214,7 @@ class SumChoice {
       *same = found;
   }
 
-  const JointFits* fits_;
+  JointFits* fits_;
   Parts parts_;
   std::vector<PartEvidence> evidence_;
   Arm fitted_;
@@ -216,7 +222,7 @@ class SumChoice {
 
 }  // namespace
 
-Candidate fit_sum(const JointFits& fits, std::vector<friction::LvmParts>& parts,
+Candidate fit_sum(JointFits& fits, std::vector<friction::LvmParts>& parts,
                   std::vector<PartEvidence>& evidence) {
   const auto begin = std::chrono::steady_clock::now();
   SumChoice taken(fits, true);
@@ -228,7 +234,10 @@ Candidate fit_sum(const JointFits& fits, std::vector<friction::LvmParts>& parts,
     if (error(added) < error(taken)) taken = added;
   }
   if (const std::optional<Arm>& prior = fits.prior()) {
-    const auto like = [&](JointFits::Rows rows) { return fits.on_torque(*prior, rows).arm; };
+    const auto like = [&](JointFits::Rows rows) {
+      fits.take_viscous_of(fits.all_parts());
+      return fits.on_torque(*prior, rows).arm;
+    };
     if (fits.held_out_torque(like(JointFits::Rows::kTraining)) <
         (fits.is_short() ? kWorseByChance : 1) *
             fits.held_out_torque(taken.fitted(JointFits::Rows::kTraining)))

@@ -20,6 +20,7 @@ constexpr double kSlowReturn = 5, kFastReturn = 300;   // bounds of C / Fc [1/s]
 constexpr double kShortest = 1.5e-4, kLongest = 8e-3;  // lengths of the bank [rad]
 constexpr double kCorner = 0.01, kLoadCorner = 0.03;  // v0 of the viscous and the load part [rad/s]
 constexpr double kLoadFoot = 0.3;                     // l0 [N m]
+constexpr double kCornerRange = 4;                    // of both of the load part
 constexpr double kLoadShare = 0.02;      // of the friction that load is taken to make at first
 constexpr double kPowerFlow = 0.002;     // mu at first
 constexpr double kCurvature = 0.1;       // nu load / mu at first
@@ -50,6 +51,11 @@ int count_in_law(const friction::RobotFriction& model, const friction::Parameter
 /// Growth with the load is of the law of the load itself, or of a law that a modifier scales.
 bool is_of_load_law(const friction::RobotFriction& model, const friction::ParameterRef& p) {
   return count_in_law(model, p, Role::kLoadCoefficient) > 0;
+}
+
+bool is_load_corner(const friction::RobotFriction& model, const friction::ParameterRef& p) {
+  return p.info.role == Role::kLoadSmoothing ||
+         (p.info.role == Role::kSmoothingSpeed && is_of_load_law(model, p));
 }
 
 /// Of the law that `p` belongs to, in one level or several [N m]; 0: it has none.
@@ -190,23 +196,37 @@ std::vector<Limit> sum_limits(const Arm& arm) {
     const Holders& joint = holders[static_cast<std::size_t>(p.joint)];
     const double value = friction.theta[i];
     const bool held =
-        p.info.role == Role::kSmoothingSpeed || p.info.role == Role::kLoadSmoothing ||
+        (p.info.role == Role::kSmoothingSpeed && !is_load_corner(model, p)) ||
         p.info.role == Role::kTemperature ||
         (p.info.role == Role::kCoulomb && p.law != joint.coulomb && is_of_load_law(model, p)) ||
         (p.info.role == Role::kViscous && p.law != joint.viscous);
     if (held) limits.push_back({i, value, value});
-    if (p.info.role == Role::kLoadCoefficient) limits.push_back({i, p.info.lower, kMostLoss});
     const double scale =
         dynamics::travel_scale(arm.robot.joints[static_cast<std::size_t>(p.joint)]);
-    if (p.info.role == Role::kStribeckVelocity)
-      limits.push_back({i, std::min(kSlowest * scale, value), std::max(kFastest * scale, value)});
+    const auto within = [&](double lower, double upper) {
+      limits.push_back({i, std::min(value, lower), std::max(value, upper)});
+    };
+    if (is_load_corner(model, p)) {
+      const double typical = p.info.role == Role::kLoadSmoothing ? kLoadFoot : scale * kLoadCorner;
+      within(typical / kCornerRange, typical * kCornerRange);
+    }
+    if (p.info.role == Role::kLoadCoefficient) limits.push_back({i, p.info.lower, kMostLoss});
+    if (p.info.role == Role::kStribeckVelocity) within(kSlowest * scale, kFastest * scale);
     const double Fc = coulomb_friction(friction, p);
-    if (p.info.role == Role::kAttraction)
-      limits.push_back({i, std::min(value, kSlowReturn * Fc), std::max(value, kFastReturn * Fc)});
+    if (p.info.role == Role::kAttraction) within(kSlowReturn * Fc, kFastReturn * Fc);
     if (p.info.role == Role::kLoadGrowth && !is_of_load_law(model, p))
       limits.push_back({i, p.info.lower, std::max(value, kMostLoss / std::max(Fc, 1e-3))});
   }
   return limits;
+}
+
+std::vector<std::size_t> load_corners(const friction::RobotFriction& model) {
+  std::vector<std::size_t> corners;
+  for (std::size_t i = 0; i < model.parameters().size(); ++i)
+    if (model.parameters()[i].joint != friction::kWholeRobot &&
+        is_load_corner(model, model.parameters()[i]))
+      corners.push_back(i);
+  return corners;
 }
 
 std::vector<Limit> held_networks(const friction::Friction& friction) {

@@ -282,10 +282,11 @@ struct FittedPart {
   template <class Archive>
   void visit(Archive& archive) {
     archive("joint", joint, text("name of the joint"));
-    archive("part", part,
-            text("backlash, load, power_flow, asymmetry, ripple, second_ripple, third_ripple, "
-                 "temperature, network; bristle: lugre instead of the bank; inner_viscous: linear "
-                 "viscous torque in the memory, not beside it"));
+    archive(
+        "part", part,
+        text("backlash, load, power_flow, asymmetry, ripple, second_ripple, third_ripple, "
+             "temperature, network; bristle: lugre instead of the bank; viscous: linear viscous "
+             "torque beside that of a power; inner_viscous: in the memory, not beside it"));
     archive("gain", gain,
             any_number("1", "relative rise of the held-out mean square without the part"));
     archive("gain_se", error, not_negative("1", "standard error of gain, from blocks of a second"));

@@ -30,7 +30,8 @@ struct LvmParts {
   bool power_flow = true;    ///< load, differently when motoring and when back-driving
   bool asymmetry = true;
   int ripples = 1;             ///< waves over the joint angle, of the memory
-  bool inner_viscous = false;  ///< linear viscous torque under the memory's modifiers, not beside
+  bool viscous = true;         ///< linear viscous torque beside that of a power
+  bool inner_viscous = false;  ///< the linear one under the memory's modifiers, not beside it
   bool backlash = false;       ///< a gap before the memory
   int network = 0;             ///< units of the network for what the laws leave; 0: none
 
@@ -48,12 +49,13 @@ enum class SumPart {
   kSecondRipple,
   kThirdRipple,
   kTemperature,
+  kViscous,
   kInnerViscous,
   kNetwork
 };
 constexpr std::string_view names(SumPart) {
   return "bristle|backlash|load|power_flow|asymmetry|ripple|second_ripple|third_ripple|temperature|"
-         "inner_viscous|network";
+         "viscous|inner_viscous|network";
 }
 /// Switches a part on or off; kBristle: on in the place of the bank; kNetwork: of `kNetworkUnits`.
 void set(LvmParts& parts, SumPart part, bool on);
@@ -64,15 +66,15 @@ void set(LvmParts& parts, SumPart part, bool on);
 ///
 ///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry,
 ///                     backlash}
-///     viscous torque  viscous_power and viscous, each {temperature, asymmetry}; the linear one
-///                     in the memory instead of beside it with `inner_viscous`
+///     viscous torque  viscous_power and, with `viscous`, viscous, each {temperature, asymmetry};
+///                     the linear one in the memory instead of beside it with `inner_viscous`
 ///     load part       load_dependent
 ///     network         memory_network, for what the laws leave
 ///
-/// Only the memory is to have Coulomb friction and only one law linear viscous friction: the caller
-/// keeps these parameters of the other laws at their lower bounds. Maxwell slip is the
-/// bank with Fs = Fc, Coulomb friction its limit of short springs; GMS and LuGre remain without the
-/// other parts.
+/// Only the memory is to have Coulomb friction and only one law linear viscous friction, none
+/// without `viscous`: the caller keeps these parameters of the other laws at their lower bounds.
+/// Maxwell slip is the bank with Fs = Fc, Coulomb friction its limit of short springs; GMS and
+/// LuGre remain without the other parts.
 JointSpec lvm_sum(const LvmParts& parts);
 
 }  // namespace fricid::friction

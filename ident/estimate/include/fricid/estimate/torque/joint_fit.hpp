@@ -45,11 +45,26 @@ class JointFits {
   /// The same with `lvm_sum(parts[j])` in joint j.
   Arm start(const std::vector<friction::LvmParts>& parts) const;
 
-  /// Fitted to the torque. Where friction would be part of its own load by more than 0.6, what
+  /// From now on fits keep the linear viscous friction of joints at zero whose parts have none.
+  void take_viscous_of(const std::vector<friction::LvmParts>& parts);
+
+  /// Fitted to the torque. Where friction would be part of its own load by more than 0.9, what
   /// grows with the load is bounded to half of that and all is fitted again.
   /// @param find_ripples  false: one pass, the start has them
   ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true,
                          double smallest_gain = ArmTorqueOptions{}.smallest_gain) const;
+  /// Fitted to the torque under the load that it predicts itself, over and over until that load is
+  /// still, within 0.02 sqrt(smallest_gain) in root mean square. The load of a rough fit is off
+  /// where friction is, at reversals above all, and gaps and lengths make up for it. Where a
+  /// joint's torque is mostly its own friction, a fit under too little load predicts too much:
+  /// loads are mixed from the last two passes so that what moves them is least (Anderson, Iterative
+  /// procedures for nonlinear integral equations, J. ACM 1965), joint by joint.
+  struct UnderOwnLoad {
+    Arm arm;
+    double moved;  ///< of a joint's load at first, the most: share of it in root mean square
+  };
+  UnderOwnLoad under_own_load(const Arm& start, Rows rows,
+                              double smallest_gain = ArmTorqueOptions{}.smallest_gain);
   /// Refined on open-loop windows of the training part from there, networks held.
   Candidate on_windows(const Candidate& start, std::string_view label) const;
   /// One arm per fold, fitted to the torque of what it does not leave out, from `fitted`.
@@ -77,6 +92,11 @@ class JointFits {
   int jobs() const { return jobs_; }
 
  private:
+  /// Of every recording, as a load.
+  std::vector<RowMatrix> predicted_torques(const Arm& arm) const;
+  void take_loads(std::vector<RowMatrix> loads);
+  /// `sum_limits`, what `take_viscous_of` keeps at zero and, on short logs, the load corners.
+  std::vector<Limit> limits_of(const Arm& arm) const;
   ArmTorqueOptions torque_options(const Arm& arm) const;
   /// Bounds of what makes friction grow with the load, in joints where |d friction / d load|
   /// exceeds `most` somewhere: by so much smaller or larger that it would be `aimed` there.
@@ -90,6 +110,7 @@ class JointFits {
   ArmTorqueData all_, training_, held_out_;
   std::vector<Fold> folds_;
   Rollouts judging_;  // held out; of long logs also the starts from rest, which are rare
+  std::vector<bool> has_viscous_;  // per joint
   std::optional<Arm> prior_;
   double prior_sd_ = 0;
   double temperature_ = 0;

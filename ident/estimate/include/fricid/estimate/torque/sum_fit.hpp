@@ -15,7 +15,7 @@ namespace fricid::estimate {
 /// the first is less by a factor beyond chance. Where there is a prior (`JointFits::take_prior`)
 /// its laws, pulled to it, are what is returned if they err less on the held-out rows, on a short
 /// log less than twice as much; `parts` stays empty then.
-Candidate fit_sum(const JointFits& fits, std::vector<friction::LvmParts>& parts,
+Candidate fit_sum(JointFits& fits, std::vector<friction::LvmParts>& parts,
                   std::vector<PartEvidence>& evidence);
 
 }  // namespace fricid::estimate

@@ -24,12 +24,16 @@ struct SumStart {
 /// Speeds and lengths of a sliding joint are a tenth of these numbers, in m/s and m.
 Arm start_sum(const Arm& arm, std::vector<friction::JointSpec> joints, const SumStart& start);
 
-/// Parameters that a fit holds, or keeps inside narrower bounds: speeds and loads that smooth a
-/// corner and reference temperatures (constants of the host, not of the joint), Stribeck velocities
+/// Parameters that a fit holds, or keeps inside narrower bounds: speeds that smooth a corner and
+/// reference temperatures (constants of the host, not of the joint), the corners of load parts (a
+/// fourth to four times of 0.03 rad/s and 0.3 N m), Stribeck velocities
 /// (.02 to .5 rad/s, sliding a tenth in m/s), the attraction of a bank (5 to 300 Fc per second: the
 /// torque does not determine it beyond), and what a sum has twice (linear viscous
 /// friction outside the law that holds it and Coulomb friction of load parts, see `start_sum`).
 std::vector<Limit> sum_limits(const Arm& arm);
+
+/// Indices in theta of the speeds and loads below which the load parts fade (v0, l0).
+std::vector<std::size_t> load_corners(const friction::RobotFriction& model);
 
 /// The networks of a sum, held as they are: windows of a quarter of a second would fit their many
 /// weights to noise.
