@@ -19,8 +19,8 @@ constexpr int kLanes = kLaneCount<PackD>;
 constexpr int kPromising = 2 * kLanes;  // orders of a grid that are looked at closely
 // Where two pieces meet, their states differ by at most this share of their size.
 constexpr double kForgotten = 1e-6;
-constexpr double kLoadStep = 1e-4;   // of 1 N m and the load
-constexpr double kLoadMargin = 2;  // by which a predicted load may err
+constexpr double kLoadStep = 1e-4;  // of 1 N m and the load
+constexpr double kLoadMargin = 2;   // by which a predicted load may err
 
 using Columns = fricid::Group<PackD, 2>;  // filtered side by side
 constexpr std::size_t kColumns = 2 * kLanes;
