@@ -29,7 +29,7 @@ constexpr double kRoughGain = 1e-2;  // smallest gain of a step where a law may 
 constexpr double kLost = 10;         // times the held-out torque error of the sum
 // Choices of parts: another one where the load of the last moved by so much of it.
 constexpr int kMostChoices = 3;
-constexpr double kLoadOfAnother = 0.02;
+constexpr double kLoadOfAnother = 0.05;
 constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
 
 /// The arm of the method conventional, if it has a result.

@@ -20,8 +20,7 @@ constexpr double kBlock = 1;             // [s] beyond which residuals count as 
 constexpr double kFewSeconds = 10;                         // held out
 constexpr double kMostLoadGain = 0.9, kCutLoadGain = 0.5;  // d friction / d load
 constexpr int kMostCuts = 3;
-constexpr double kLoadSettled = 0.02;  // change of a load that is still, times the root of a gain
-constexpr int kMostLoads = 6;          // passes
+constexpr int kMostLoads = 6;  // passes
 
 /// What makes friction grow with the load.
 bool is_growth(friction::Role role) {
@@ -105,7 +104,7 @@ JointFits::UnderOwnLoad JointFits::under_own_load(const Arm& start, Rows rows,
         along += turned.dot(moved[i].col(j));
       }
       if (pass == 0) out.moved = std::max(out.moved, std::sqrt(step / std::max(size, 1e-300)));
-      settled = settled && step <= kLoadSettled * kLoadSettled * smallest_gain * size;
+      settled = settled && step <= smallest_gain * smallest_gain * size;
       if (turn == 0) continue;
       const double mixed = std::clamp(along / turn, -1.0, 1.0);
       for (std::size_t i = 0; i < loads.size(); ++i)

@@ -54,7 +54,7 @@ class JointFits {
   ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true,
                          double smallest_gain = ArmTorqueOptions{}.smallest_gain) const;
   /// Fitted to the torque under the load that it predicts itself, over and over until that load is
-  /// still, within 0.02 sqrt(smallest_gain) in root mean square. The load of a rough fit is off
+  /// still, within `smallest_gain` of itself in root mean square. The load of a rough fit is off
   /// where friction is, at reversals above all, and gaps and lengths make up for it. Where a
   /// joint's torque is mostly its own friction, a fit under too little load predicts too much:
   /// loads are mixed from the last two passes so that what moves them is least (Anderson, Iterative
