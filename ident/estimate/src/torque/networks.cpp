@@ -39,10 +39,11 @@ std::vector<LvmParts> bare(std::vector<LvmParts> parts, const std::vector<bool>&
   return parts;
 }
 
-/// The parts with a network in the joints that want one.
+/// The parts with a network in the joints that want one, and all viscous torque beside it.
 std::vector<LvmParts> with_networks(std::vector<LvmParts> parts, const std::vector<bool>& wants) {
   for (std::size_t j = 0; j < parts.size(); ++j)
-    if (wants[j]) set(parts[j], SumPart::kNetwork, true);
+    if (wants[j])
+      for (const SumPart part : {SumPart::kNetwork, SumPart::kViscous}) set(parts[j], part, true);
   return parts;
 }
 
