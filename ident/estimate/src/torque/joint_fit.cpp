@@ -88,7 +88,7 @@ JointFits::UnderOwnLoad JointFits::under_own_load(const Arm& start, Rows rows,
   Arm& arm = out.arm;
   std::vector<RowMatrix> before, moved_before;
   for (int pass = 0; pass < kMostLoads; ++pass) {
-    const std::vector<RowMatrix> predicted = predicted_torques(arm);
+    std::vector<RowMatrix> predicted = predicted_torques(arm);
     std::vector<RowMatrix> loads = predicted, moved = predicted;
     for (std::size_t i = 0; i < moved.size(); ++i) moved[i] -= recordings_[i].load;
 
@@ -113,7 +113,7 @@ JointFits::UnderOwnLoad JointFits::under_own_load(const Arm& start, Rows rows,
     if (settled) break;
     take_loads(std::move(loads));
     arm = on_torque(arm, rows, false, smallest_gain).arm;
-    before = predicted;
+    before = std::move(predicted);
     moved_before = std::move(moved);
   }
   return out;

@@ -53,16 +53,16 @@ class JointFits {
   /// @param find_ripples  false: one pass, the start has them
   ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true,
                          double smallest_gain = ArmTorqueOptions{}.smallest_gain) const;
+  struct UnderOwnLoad {
+    Arm arm;
+    double moved;  ///< of a joint's load at first, the most: share of it in root mean square
+  };
   /// Fitted to the torque under the load that it predicts itself, over and over until that load is
   /// still, within `smallest_gain` of itself in root mean square. The load of a rough fit is off
   /// where friction is, at reversals above all, and gaps and lengths make up for it. Where a
   /// joint's torque is mostly its own friction, a fit under too little load predicts too much:
   /// loads are mixed from the last two passes so that what moves them is least (Anderson, Iterative
   /// procedures for nonlinear integral equations, J. ACM 1965), joint by joint.
-  struct UnderOwnLoad {
-    Arm arm;
-    double moved;  ///< of a joint's load at first, the most: share of it in root mean square
-  };
   UnderOwnLoad under_own_load(const Arm& start, Rows rows,
                               double smallest_gain = ArmTorqueOptions{}.smallest_gain);
   /// Refined on open-loop windows of the training part from there, networks held.
