@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include "fricid/base/math.hpp"
+#include "fricid/base/transpose.hpp"
 
 namespace fricid {
 namespace {
@@ -156,6 +158,17 @@ TEST(Pack, ScalarsReadAsPacksOfOneLane) {
   EXPECT_EQ(kLaneCount<PackD>, PackD::kLanes);
   EXPECT_EQ(static_cast<int>(sizeof(PackD)), kRegisterBytes);
   EXPECT_EQ(static_cast<int>(sizeof(PackF)), kRegisterBytes);
+}
+
+TEST(Pack, TransposesRowsAndLanes) {
+  std::array<PackF, PackF::kLanes> x;
+  for (int row = 0; row < PackF::kLanes; ++row)
+    for (int k = 0; k < PackF::kLanes; ++k)
+      x[static_cast<std::size_t>(row)].set(k, static_cast<float>(100 * row + k));
+  transpose(x);
+  for (int row = 0; row < PackF::kLanes; ++row)
+    for (int k = 0; k < PackF::kLanes; ++k)
+      EXPECT_EQ(x[static_cast<std::size_t>(row)][k], static_cast<float>(100 * k + row));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "arm_data.hpp"
 #include "fricid/estimate/fit.hpp"
@@ -168,13 +169,43 @@ TEST(JointFrictionData, LinearisesWhatItPredicts) {
   }
 }
 
+// Rows that two samples per period of the cut-off are enough for take sums over blocks.
+TEST(JointFrictionData, LinearisesDecimatedRowsAsItDoesOthers) {
+  const auto logs = recordings(3, 8);
+  const std::vector<SampleRange> ranges{{0, 1500}, {355, 1781}, {600, 2000}};
+  const JointFrictionData data(logs, torques(logs), 1, kCutoffHz, {}, ranges);
+  const int every = signals::decimation(logs[0].dt, kCutoffHz);
+  ASSERT_GT(every, 9);
+  std::vector<std::vector<int>> decimated(ranges.size()), all(ranges.size());
+  std::vector<Eigen::Index> same;  // rows of `all`
+  for (std::size_t s = 0, r = 0; s < ranges.size(); ++s)
+    for (int k = ranges[s].begin; k < ranges[s].end; ++k, ++r) {
+      all[s].push_back(k);
+      if (k % every != 0) continue;
+      decimated[s].push_back(k);
+      same.push_back(static_cast<Eigen::Index>(r));
+    }
+  const friction::RobotFriction one({{{{"gms", 4, {{"load", 1}}}, {"dahl", 0, {}}}}});
+  const std::vector<double> theta = default_theta(one);
+  std::vector<std::size_t> wanted(theta.size());
+  std::iota(wanted.begin(), wanted.end(), 0u);
+  const JointFrictionData::Linear found = data.linearise(one, theta, wanted, decimated),
+                                  reference = data.linearise(one, theta, wanted, all);
+  EXPECT_LT((found.f - reference.f(same)).norm(), 1e-11 * found.f.norm());
+  for (Eigen::Index i = 0; i < std::ssize(wanted); ++i)
+    EXPECT_LT((found.J.col(i) - reference.J(same, i)).norm(),
+              1e-11 * reference.J.col(i).norm() + 1e-14)
+        << one.parameters()[static_cast<std::size_t>(i)].symbol;
+}
+
 TEST(CutMotion, CoversEveryRangeOnceWithARunInThatMovesTheJoint) {
   const int T = 5000;
   std::vector<std::vector<double>> q(2, std::vector<double>(T));
   for (int k = 0; k < T; ++k) q[0][static_cast<std::size_t>(k)] = std::sin(0.004 * k);
   for (int k = 0; k < T; ++k) q[1][static_cast<std::size_t>(k)] = 0.1 * std::cos(0.01 * k);
   const std::vector<SampleRange> ranges{{0, T}, {1000, 4000}};
-  const std::vector<MotionPiece> pieces = cut_motion(q, ranges, 0.004, 8);
+  const int grid = 12;
+  const std::vector<MotionPiece> pieces = cut_motion(q, ranges, 0.004, 8, grid);
   EXPECT_GE(pieces.size(), 7u);
   EXPECT_LE(pieces.size(), 8u);
   std::vector<std::vector<int>> covered(2, std::vector<int>(T, 0));
@@ -182,6 +213,8 @@ TEST(CutMotion, CoversEveryRangeOnceWithARunInThatMovesTheJoint) {
     const auto s = static_cast<std::size_t>(piece.sequence);
     for (int k = piece.begin; k < piece.end; ++k) ++covered[s][static_cast<std::size_t>(k)];
     ASSERT_LE(piece.start, piece.begin);
+    EXPECT_EQ(piece.start % grid, 0);
+    EXPECT_TRUE(piece.begin % grid == 0 || piece.begin == ranges[s].begin);
     if (piece.start == 0) continue;
     const auto [low, high] =
         std::minmax_element(q[s].begin() + piece.start, q[s].begin() + piece.begin + 1);

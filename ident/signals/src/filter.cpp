@@ -99,6 +99,29 @@ double ZeroPhaseButterworth::gain(double frequency_hz) const {
   return 1 / (1 + std::pow(ratio, 8));
 }
 
+/// Residues of H(z) H(1/z) z^(d-1) inside the unit circle: at the poles of H and, for d = 0, at 0.
+ZeroPhaseButterworth::Exponentials ZeroPhaseButterworth::exponentials() const {
+  using Complex = std::complex<double>;
+  Exponentials g{{}, {}, 1};
+  for (std::size_t i = 0; i < sections_.size(); ++i) {
+    const Section& of = sections_[i];
+    g.pole[i] = {-of.a1 / 2, std::sqrt(of.a2 - of.a1 * of.a1 / 4)};
+    g.direct *= of.b0 * of.b2 / of.a2;
+  }
+  for (std::size_t i = 0; i < sections_.size(); ++i) {
+    const Complex p = g.pole[i];
+    Complex residue = 1.0 / (p * (p - std::conj(p)));
+    for (std::size_t k = 0; k < sections_.size(); ++k) {
+      const Section& of = sections_[k];
+      residue *= of.b0 * p * p + of.b1 * p + of.b2;
+      residue *= (of.b0 + of.b1 * p + of.b2 * p * p) / (1.0 + of.a1 * p + of.a2 * p * p);
+      if (k != i) residue /= (p - g.pole[k]) * (p - std::conj(g.pole[k]));
+    }
+    g.gain[i] = 2.0 * residue;
+  }
+  return g;
+}
+
 int decimation(double dt, double cutoff_hz) {
   return std::max(1, static_cast<int>(std::floor(1 / (2 * cutoff_hz * dt))));
 }

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <tuple>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -10,17 +9,15 @@
 #include "fricid/base/group.hpp"
 #include "fricid/base/math.hpp"
 #include "fricid/estimate/friction/friction_fit.hpp"
-#include "fricid/friction/tangent.hpp"
+#include "friction/drive_pieces.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr int kLanes = kLaneCount<PackD>;
 constexpr int kPromising = 2 * kLanes;  // orders of a grid that are looked at closely
-// Where two pieces meet, their states differ by at most this share of their size.
-constexpr double kForgotten = 1e-6;
-constexpr double kLoadStep = 1e-4;  // of 1 N m and the load
-constexpr double kLoadMargin = 2;   // by which a predicted load may err
+constexpr double kLoadStep = 1e-4;      // of 1 N m and the load
+constexpr double kLoadMargin = 2;       // by which a predicted load may err
 
 using Columns = fricid::Group<PackD, 2>;  // filtered side by side
 constexpr std::size_t kColumns = 2 * kLanes;
@@ -53,7 +50,8 @@ JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequenc
     : prior_(prior),
       dt_(sequences.front().dt),
       cutoff_hz_(cutoff_hz),
-      low_pass_(cutoff_hz, 1 / sequences.front().dt) {
+      low_pass_(cutoff_hz, 1 / sequences.front().dt),
+      decimated_(low_pass_, signals::decimation(sequences.front().dt, cutoff_hz)) {
   double sum = 0, square = 0;
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   std::vector<std::vector<double>> q;
@@ -86,7 +84,7 @@ JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequenc
     q.emplace_back();
     for (const friction::Input<double>& in : series.at) q.back().push_back(in.q);
   }
-  groups_ = side_by_side(cut_motion(q, all, dt_, kLanes));
+  groups_ = side_by_side(cut_motion(q, all, dt_, kLanes, decimated_.every()));
   travel_ = std::max(0.0, highest - lowest);
   target_mean_square_ = rows_ > 0 ? square / rows_ - std::pow(sum / rows_, 2) : 0;
 }
@@ -120,69 +118,6 @@ std::vector<JointFrictionData::Group> JointFrictionData::side_by_side(
   return groups;
 }
 
-template <class Driver>
-bool JointFrictionData::drive(std::span<const Group> groups, std::size_t states,
-                              Driver& driver) const {
-  // states at which a piece begins after its run-in, or ends where another begins
-  struct Passed {
-    int sequence, sample;
-    bool begins;
-    std::vector<double> z;
-  };
-  std::vector<Passed> passed;
-  std::vector<PackD> z(states);
-  for (const Group& group : groups) {
-    std::ranges::fill(z, PackD(0));
-    driver.reset();
-    const int longest = static_cast<int>(group.at.size());
-    const auto pass = [&](const MotionPiece& piece, int lane, int sample) {
-      const bool begins = sample == piece.begin;
-      const SampleRange& range = series_[static_cast<std::size_t>(piece.sequence)].range;
-      if (sample == (begins ? range.begin : range.end)) return;
-      Passed& at = passed.emplace_back(piece.sequence, sample, begins, std::vector<double>(states));
-      for (std::size_t i = 0; i < states; ++i) at.z[i] = z[i][lane];
-    };
-    for (int k = 0; k <= longest; ++k) {
-      for (int lane = 0; const MotionPiece& piece : group.pieces) {
-        if (const int sample = piece.start + k; sample == piece.begin || sample == piece.end)
-          pass(piece, lane, sample);
-        ++lane;
-      }
-      if (k == longest) break;
-      const auto step = static_cast<std::size_t>(k);
-      driver.torque(group.at[step], z);
-      for (int lane = 0; const MotionPiece& piece : group.pieces) {
-        if (const int sample = piece.start + k; sample >= piece.begin && sample < piece.end)
-          driver.keep(static_cast<std::size_t>(piece.sequence), static_cast<std::size_t>(sample),
-                      lane);
-        ++lane;
-      }
-      driver.step(group.over[step], z);
-    }
-  }
-
-  std::ranges::sort(passed, {},
-                    [](const Passed& p) { return std::tuple(p.sequence, p.sample, p.begins); });
-  std::vector<double> size(states, 0.0);
-  for (const Passed& at : passed)
-    for (std::size_t i = 0; i < states; ++i) size[i] = std::max(size[i], std::abs(at.z[i]));
-  for (std::size_t k = 0; k + 1 < passed.size(); k += 2)
-    for (std::size_t i = 0; i < states; ++i)
-      if (!(std::abs(passed[k].z[i] - passed[k + 1].z[i]) <= kForgotten * size[i])) return false;
-  return true;
-}
-
-template <class Driver>
-void JointFrictionData::drive(std::size_t states, Driver& driver) const {
-  if (drive(groups_, states, driver)) return;
-  std::vector<MotionPiece> whole;
-  for (int s = 0; s < sequences(); ++s) {
-    const SampleRange& range = series_[static_cast<std::size_t>(s)].range;
-    if (range.size() > 0) whole.push_back({s, 0, range.begin, range.end});
-  }
-  drive(side_by_side(whole), states, driver);
-}
-
 PerSample JointFrictionData::unfiltered(const friction::RobotFriction& friction,
                                         std::span<const double> theta) const {
   struct {
@@ -192,11 +127,10 @@ PerSample JointFrictionData::unfiltered(const friction::RobotFriction& friction,
     PerSample f;
     PackD now;
     void reset() {}
-    void torque(const friction::Input<PackD>& in, std::span<const PackD> z) {
+    void torque(const friction::Input<PackD>& in, std::span<const PackD> z,
+                std::span<const LaneSample> lanes) {
       friction.torque<PackD>(theta, {&in, 1}, z, {&now, 1});
-    }
-    void keep(std::size_t sequence, std::size_t sample, int lane) {
-      f[sequence][sample] = now[lane];
+      for (const auto& [lane, sequence, sample] : lanes) f[sequence][sample] = now[lane];
     }
     void step(const friction::Input<PackD>& in, std::span<PackD> z) {
       friction.step<PackD>(theta, {&in, 1}, dt, z);
@@ -215,17 +149,16 @@ double JointFrictionData::load_gain(const friction::RobotFriction& friction,
     double dt, largest;
     PackD now;
     void reset() {}
-    void torque(friction::Input<PackD> in, std::span<const PackD> z) {
+    void torque(friction::Input<PackD> in, std::span<const PackD> z,
+                std::span<const LaneSample> lanes) {
       PackD further;
       in.load *= PackD(kLoadMargin);
       friction.torque<PackD>(theta, {&in, 1}, z, {&now, 1});
       const PackD h = PackD(kLoadStep) * (PackD(1) + abs(in.load));
       in.load += h;
       friction.torque<PackD>(theta, {&in, 1}, z, {&further, 1});
-      now = (further - now) / h;
-    }
-    void keep(std::size_t, std::size_t, int lane) {
-      largest = std::max(largest, std::abs(now[lane]));
+      const PackD gain = abs((further - now) / h);
+      for (const LaneSample& at : lanes) largest = std::max(largest, gain[at.lane]);
     }
     void step(const friction::Input<PackD>& in, std::span<PackD> z) {
       friction.step<PackD>(theta, {&in, 1}, dt, z);
@@ -409,84 +342,6 @@ void JointFrictionData::residual(const friction::RobotFriction& friction,
   low_pass_.apply(std::span(out).subspan(begin, end - begin), work);
   for (std::size_t k = begin; k < end; ++k)
     out[k] = PackD(series.weight[k]) * (out[k] - PackD(series.target[k]));
-}
-
-JointFrictionData::Linear JointFrictionData::linearise(
-    const friction::RobotFriction& friction, std::span<const double> theta,
-    std::span<const std::size_t> wanted, std::span<const std::vector<int>> row) const {
-  // f and the columns of J along one sequence, in blocks that the filter takes at once
-  struct Filtered {
-    std::size_t begin;  // first sample
-    std::vector<std::vector<Columns>> block;
-
-    double at(std::size_t sample, std::size_t i) const {
-      const Columns& at = block[i / kColumns][sample - begin];
-      return at.x[i % kColumns / kLanes][static_cast<int>(i % kLanes)];
-    }
-  };
-  struct Driver {
-    const friction::RobotFriction& friction;
-    std::span<const std::size_t> wanted;
-    double dt;
-    friction::Tangent tangent;
-    std::vector<PackD> theta, z_bar, by_theta;
-    std::vector<PackD> now;  // f and the columns at one step
-    std::vector<Filtered> x;
-
-    void reset() { tangent.reset(); }
-    void torque(const friction::Input<PackD>& in, std::span<const PackD> z) {
-      const PackD one(1);
-      friction::Input<PackD> in_bar{};
-      std::ranges::fill(z_bar, PackD(0));
-      std::ranges::fill(by_theta, PackD(0));
-      friction.torque<PackD>(theta, {&in, 1}, z, {now.data(), 1});
-      friction.torque_pullback<PackD>(theta, {&in, 1}, z, {&one, 1}, by_theta, {&in_bar, 1}, z_bar);
-      tangent.add(theta, z_bar, by_theta);
-      for (std::size_t i = 0; i < wanted.size(); ++i) now[i + 1] = by_theta[wanted[i]];
-    }
-    void keep(std::size_t sequence, std::size_t sample, int lane) {
-      Filtered& of = x[sequence];
-      const PackD* column = now.data();
-      for (std::vector<Columns>& block : of.block)
-        for (PackD& half : block[sample - of.begin].x)
-          for (int i = 0; i < kLanes; ++i) half.set(i, (*column++)[lane]);
-    }
-    void step(const friction::Input<PackD>& in, std::span<PackD> z) {
-      tangent.step(theta, {&in, 1}, dt, z);
-    }
-  };
-  const std::size_t blocks = wanted.size() / kColumns + 1;
-  Driver driver{friction,
-                wanted,
-                dt_,
-                friction::Tangent(friction),
-                {theta.begin(), theta.end()},
-                std::vector<PackD>(static_cast<std::size_t>(friction.state_size())),
-                std::vector<PackD>(theta.size()),
-                std::vector<PackD>(blocks * kColumns, PackD(0)),
-                {}};
-  for (const Series& series : series_)
-    driver.x.push_back({static_cast<std::size_t>(series.range.begin),
-                        {blocks, std::vector<Columns>(static_cast<std::size_t>(series.range.size()),
-                                                      Columns(0))}});
-  drive(driver.z_bar.size(), driver);
-
-  Eigen::Index rows = 0;
-  for (const std::vector<int>& of_sequence : row) rows += std::ssize(of_sequence);
-  Linear out{Eigen::VectorXd(rows), Eigen::MatrixXd(rows, std::ssize(wanted))};
-  std::vector<Columns> work;
-  Eigen::Index r = 0;
-  for (std::size_t s = 0; s < row.size(); ++s) {
-    Filtered& of = driver.x[s];
-    for (std::vector<Columns>& block : of.block) low_pass_.apply(std::span(block), work);
-    for (const int k : row[s]) {
-      out.f[r] = of.at(static_cast<std::size_t>(k), 0);
-      for (std::size_t i = 0; i < wanted.size(); ++i)
-        out.J(r, static_cast<Eigen::Index>(i)) = of.at(static_cast<std::size_t>(k), i + 1);
-      ++r;
-    }
-  }
-  return out;
 }
 
 JointFrictionData::Moments JointFrictionData::moments(const friction::RobotFriction& friction,

@@ -32,6 +32,8 @@ int start_of_run_in(std::span<const double> q, int begin, double interval, int s
   return covered.size() < interval ? 0 : std::max(0, k - settled);
 }
 
+int last_multiple(int of, int below) { return below - below % of; }
+
 int steps(const MotionPiece& piece) { return piece.end - piece.start; }
 
 /// Steps of all groups of lanes, of pieces that are sorted by length.
@@ -45,7 +47,8 @@ long cost(std::span<const MotionPiece> pieces, int lanes) {
 }  // namespace
 
 std::vector<MotionPiece> cut_motion(std::span<const std::vector<double>> q,
-                                    std::span<const SampleRange> ranges, double dt, int lanes) {
+                                    std::span<const SampleRange> ranges, double dt, int lanes,
+                                    int grid) {
   Bounds travel;
   int longest = 0;
   for (std::size_t s = 0; s < ranges.size(); ++s) {
@@ -64,10 +67,14 @@ std::vector<MotionPiece> cut_motion(std::span<const std::vector<double>> q,
       const SampleRange& range = ranges[s];
       const int parts = (range.size() + length - 1) / length;
       for (int i = 0; i < parts; ++i) {
-        const int begin = range.begin + i * range.size() / parts,
-                  end = range.begin + (i + 1) * range.size() / parts;
-        pieces.push_back(
-            {static_cast<int>(s), start_of_run_in(q[s], begin, interval, settled), begin, end});
+        const auto bound = [&](int k) {
+          const int sample = range.begin + k * range.size() / parts;
+          return k == 0 || k == parts ? sample : std::max(range.begin, last_multiple(grid, sample));
+        };
+        const int begin = bound(i), end = bound(i + 1);
+        if (begin == end) continue;
+        const int start = start_of_run_in(q[s], begin, interval, settled);
+        pieces.push_back({static_cast<int>(s), last_multiple(grid, start), begin, end});
       }
     }
     std::ranges::stable_sort(pieces, std::ranges::greater(), steps);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <complex>
 #include <span>
 #include <vector>
 
@@ -33,6 +34,13 @@ class ZeroPhaseButterworth {
   double gain(double frequency_hz) const;  ///< |H|^2 [1]
   double rate_hz() const { return rate_hz_; }
   int padding() const { return padding_; }  ///< samples after which the slowest pole is below 1e-15
+
+  /// Impulse response g_d = direct [d = 0] + Re sum_i gain_i pole_i^|d|.
+  struct Exponentials {
+    std::array<std::complex<double>, 2> pole, gain;  ///< one of each pair of poles
+    double direct;
+  };
+  Exponentials exponentials() const;
 
  private:
   struct Section {

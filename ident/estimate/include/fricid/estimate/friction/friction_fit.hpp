@@ -11,6 +11,7 @@
 #include "fricid/estimate/friction/motion_pieces.hpp"
 #include "fricid/estimate/report.hpp"
 #include "fricid/friction/robot_friction.hpp"
+#include "fricid/signals/decimated_low_pass.hpp"
 #include "fricid/signals/recording.hpp"
 
 namespace fricid::estimate {
@@ -130,6 +131,9 @@ class JointFrictionData {
     std::vector<friction::Input<double>> at;    // inputs of torque at sample k
     std::vector<friction::Input<double>> over;  // inputs of step over [t_k, t_{k+1})
     std::vector<double> target, weight;         // weight 1 at used rows, else 0
+
+    std::size_t begin() const { return static_cast<std::size_t>(range.begin); }
+    std::size_t size() const { return static_cast<std::size_t>(range.size()); }
   };
   /// Pieces side by side, one per lane; in the order of their steps from their starts on.
   struct Group {
@@ -139,10 +143,15 @@ class JointFrictionData {
   struct Moments {
     double mean = 0, square = 0;  // of F[f] - target over the used rows
   };
+  /// A lane and the sample that its piece has come to.
+  struct LaneSample {
+    int lane;
+    std::size_t sequence, sample;
+  };
   std::vector<Group> side_by_side(std::span<const MotionPiece> pieces) const;
-  /// Calls driver.reset(), driver.torque(in, z) and driver.step(in, z) along every group, and
-  /// driver.keep(sequence, sample, lane) after the torque of each sample of a piece. Returns
-  /// whether every piece begins in the state in which the one before it ends.
+  /// Along every group calls driver.reset(), driver.torque(in, z, lanes) where lanes are past their
+  /// run-in, and driver.step(in, z). Returns whether every piece begins in the state in which the
+  /// one before it ends.
   template <class Driver>
   bool drive(std::span<const Group> groups, std::size_t states, Driver& driver) const;
   /// Likewise, in pieces or, where friction does not forget, in whole sequences.
@@ -156,12 +165,22 @@ class JointFrictionData {
   std::vector<double> promising_orders(const PerSample& f, const PerSample& filtered,
                                        const RippleGrid& grid) const;
   Moments moments(const friction::RobotFriction& friction, std::span<const double> theta) const;
+  // What keeps f and its derivatives in `linearise` and filters them: at any row, and at rows that
+  // `decimated_` is of.
+  class AllColumns;
+  class DecimatedColumns;
+  bool are_decimated(std::span<const std::vector<int>> row) const;
+  template <class Columns>
+  Linear linearise_into(const friction::RobotFriction& friction, std::span<const double> theta,
+                        std::span<const std::size_t> wanted,
+                        std::span<const std::vector<int>> row) const;
 
   std::vector<Series> series_;
   std::vector<Group> groups_;
   OffsetPrior prior_;
   double dt_, cutoff_hz_;
   signals::ZeroPhaseButterworth low_pass_;
+  signals::DecimatedLowPass decimated_;
   int rows_ = 0;
   double target_mean_square_ = 0, largest_target_ = 0, travel_ = 0;
 };

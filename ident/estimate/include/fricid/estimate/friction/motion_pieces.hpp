@@ -24,9 +24,11 @@ struct MotionPiece {
 /// of 0.1 rad (or m), at most a quarter of its travel: an elastoplastic element whose travel to
 /// slip is below half of that slips whatever it held before (the rule of wiping out); and 0.75 s
 /// beside, for what settles in time.
-/// @param q  per sequence, joint position [rad or m]
+/// @param q     per sequence, joint position [rad or m]
+/// @param grid  samples: every piece starts at a multiple, and ends at one unless its range ends
 /// @return longest first
 std::vector<MotionPiece> cut_motion(std::span<const std::vector<double>> q,
-                                    std::span<const SampleRange> ranges, double dt, int lanes);
+                                    std::span<const SampleRange> ranges, double dt, int lanes,
+                                    int grid = 1);
 
 }  // namespace fricid::estimate

@@ -1,0 +1,80 @@
+// Friction of a joint along its recorded motion, pieces side by side.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "fricid/estimate/friction/friction_fit.hpp"
+
+namespace fricid::estimate {
+
+// Where two pieces meet, their states differ by at most this share of their size.
+inline constexpr double kForgotten = 1e-6;
+
+template <class Driver>
+bool JointFrictionData::drive(std::span<const Group> groups, std::size_t states,
+                              Driver& driver) const {
+  // states at which a piece begins after its run-in, or ends where another begins
+  struct Passed {
+    int sequence, sample;
+    bool begins;
+    std::vector<double> z;
+  };
+  std::vector<Passed> passed;
+  std::vector<PackD> z(states);
+  std::vector<LaneSample> lanes;
+  for (const Group& group : groups) {
+    std::ranges::fill(z, PackD(0));
+    driver.reset();
+    const int longest = static_cast<int>(group.at.size());
+    const auto pass = [&](const MotionPiece& piece, int lane, int sample) {
+      const bool begins = sample == piece.begin;
+      const SampleRange& range = series_[static_cast<std::size_t>(piece.sequence)].range;
+      if (sample == (begins ? range.begin : range.end)) return;
+      Passed& at = passed.emplace_back(piece.sequence, sample, begins, std::vector<double>(states));
+      for (std::size_t i = 0; i < states; ++i) at.z[i] = z[i][lane];
+    };
+    for (int k = 0; k <= longest; ++k) {
+      for (int lane = 0; const MotionPiece& piece : group.pieces) {
+        if (const int sample = piece.start + k; sample == piece.begin || sample == piece.end)
+          pass(piece, lane, sample);
+        ++lane;
+      }
+      if (k == longest) break;
+      const auto step = static_cast<std::size_t>(k);
+      lanes.clear();
+      for (int lane = 0; const MotionPiece& piece : group.pieces) {
+        if (const int sample = piece.start + k; sample >= piece.begin && sample < piece.end)
+          lanes.push_back(
+              {lane, static_cast<std::size_t>(piece.sequence), static_cast<std::size_t>(sample)});
+        ++lane;
+      }
+      if (!lanes.empty()) driver.torque(group.at[step], z, lanes);
+      driver.step(group.over[step], z);
+    }
+  }
+
+  std::ranges::sort(passed, {},
+                    [](const Passed& p) { return std::tuple(p.sequence, p.sample, p.begins); });
+  std::vector<double> size(states, 0.0);
+  for (const Passed& at : passed)
+    for (std::size_t i = 0; i < states; ++i) size[i] = std::max(size[i], std::abs(at.z[i]));
+  for (std::size_t k = 0; k + 1 < passed.size(); k += 2)
+    for (std::size_t i = 0; i < states; ++i)
+      if (!(std::abs(passed[k].z[i] - passed[k + 1].z[i]) <= kForgotten * size[i])) return false;
+  return true;
+}
+
+template <class Driver>
+void JointFrictionData::drive(std::size_t states, Driver& driver) const {
+  if (drive(groups_, states, driver)) return;
+  std::vector<MotionPiece> whole;
+  for (int s = 0; s < sequences(); ++s) {
+    const SampleRange& range = series_[static_cast<std::size_t>(s)].range;
+    if (range.size() > 0) whole.push_back({s, 0, range.begin, range.end});
+  }
+  drive(side_by_side(whole), states, driver);
+}
+
+}  // namespace fricid::estimate
