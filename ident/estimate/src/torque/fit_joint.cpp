@@ -75,7 +75,8 @@ Arm load_prior(const std::string& file, const Prepared& prepared) {
 
 /// Candidates for the model that contains the laws: the sum, and conventional laws, fitted like it
 /// and, where that comes near or costs nothing, by the method conventional too.
-std::vector<Candidate> of_sum(const Prepared& prepared, JointFits& fits, int seed,
+/// @param rough  of the sum
+std::vector<Candidate> of_sum(const Prepared& prepared, JointFits& fits, const Arm& rough, int seed,
                               std::vector<friction::LvmParts>& parts,
                               std::vector<PartEvidence>& evidence, Progress& progress) {
   std::vector<Candidate> found;
@@ -88,8 +89,9 @@ std::vector<Candidate> of_sum(const Prepared& prepared, JointFits& fits, int see
     add(std::move(candidate));
   };
   Candidate sum;
+  sum.arm = rough;
   for (int choice = 0; choice < kMostChoices; ++choice) {
-    sum = fit_sum(fits, parts, evidence);
+    sum = fit_sum(fits, sum.arm, parts, evidence);
     if (!sum.arm.friction.model.reads_load()) break;
     const JointFits::UnderOwnLoad settled = fits.under_own_load(sum.arm, JointFits::Rows::kAll);
     sum = fits.judged(sum.name, settled.arm, sum.seconds);
@@ -152,7 +154,7 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   std::vector<Candidate>& found = report.candidates;
   std::vector<friction::LvmParts> parts;
   if (sum) {
-    found = of_sum(prepared, fits, seed, parts, report.parts, progress);
+    found = of_sum(prepared, fits, start, seed, parts, report.parts, progress);
   } else {
     const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
     found.push_back(fits.judged("torque", fits.under_own_load(fit.arm, JointFits::Rows::kAll).arm,

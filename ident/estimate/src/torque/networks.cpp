@@ -17,6 +17,7 @@ using friction::Memory;
 using friction::SumPart;
 
 constexpr double kSmallestGain = 1e-3;  // of a step where fits are only compared
+constexpr double kRoughGain = 1e-2;     // .. where networks may be of no use
 constexpr int kPasses = 3;              // each weighs the joints by what the last one left
 constexpr double kBetter = 1.5;         // errors of rollouts that networks have to better
 constexpr double kWorse = 4;            // .. and of the torque that this may cost
@@ -75,17 +76,18 @@ class Trials {
   const Candidate& last() const { return found_.back(); }
   const std::vector<Candidate>& all() const { return found_; }
 
-  void add(std::string name, const Arm& start, int passes = kPasses) {
+  void add(std::string name, const Arm& start, int passes = kPasses,
+           double smallest_gain = kSmallestGain) {
     const auto begin = std::chrono::steady_clock::now();
     Arm arm = start;
     for (int pass = 0; pass < passes; ++pass)
-      arm = fits_.on_torque(arm, kTraining, false, kSmallestGain).arm;
+      arm = fits_.on_torque(arm, kTraining, false, smallest_gain).arm;
     found_.push_back(fits_.judged(std::move(name), arm, seconds_since(begin)));
   }
 
   /// From what `from` has of it, networks at zero and of the size of what is left without them.
   void add_sum(std::string name, const Arm& from, const std::vector<LvmParts>& parts,
-               int passes = kPasses) {
+               int passes = kPasses, double smallest_gain = kSmallestGain) {
     Arm start = fits_.start(parts);
     for (int j = 0; j < fits_.n(); ++j) {
       const int Fn =
@@ -94,7 +96,8 @@ class Trials {
         start.friction.theta[static_cast<std::size_t>(Fn)] =
             kNetworkTorque * fits_.residual_rms(found_.front().arm, j);
     }
-    add(std::move(name), with_stribeck_curves(from, carried_over(from, std::move(start))), passes);
+    add(std::move(name), with_stribeck_curves(from, carried_over(from, std::move(start))), passes,
+        smallest_gain);
   }
 
   /// A joint keeps the friction of the arm with the least held-out torque error unless another's
@@ -129,7 +132,7 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
   Trials trials(fits, plain);
   std::vector<bool> wants(parts.size(), true);
   double most = 0;
-  trials.add_sum("sum and networks", sum, with_networks(parts, wants), 1);
+  trials.add_sum("sum and networks", sum, with_networks(parts, wants), 1, kRoughGain);
   for (std::size_t j = 0; j < parts.size(); ++j) {
     evidence.push_back(
         fits.compare(trials.last().arm, trials[0].arm, static_cast<int>(j), SumPart::kNetwork));

@@ -30,16 +30,18 @@ double gap_of(const Arm& arm, int j) {
 /// The sum on the training rows, part by part as the held-out torque wants.
 class SumChoice {
  public:
-  /// @param all  begins with all parts of the laws, else with none
-  SumChoice(JointFits& fits, bool all) : fits_(&fits) {
+  /// Begins with all parts of the laws from what `from` has of them; without one, with none.
+  SumChoice(JointFits& fits, const Arm* from) : fits_(&fits) {
     parts_ = fits.all_parts();
-    if (!all)
+    if (!from)
       std::ranges::fill(
           parts_,
           friction::LvmParts{.load = false, .power_flow = false, .asymmetry = false, .ripples = 0});
     fits_->take_viscous_of(parts_);
-    fitted_ = fit(fits_->start(parts_), all);
-    if (!all) add_parts();
+    const Arm start = fits_->start(parts_);
+    fitted_ =
+        from ? fit(with_stribeck_curves(*from, carried_over(*from, start)), true) : fit(start);
+    if (!from) add_parts();
     try_bristles();
     try_gaps();
     try_bristles_behind_gaps();
@@ -222,12 +224,12 @@ class SumChoice {
 
 }  // namespace
 
-Candidate fit_sum(JointFits& fits, std::vector<friction::LvmParts>& parts,
+Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmParts>& parts,
                   std::vector<PartEvidence>& evidence) {
   const auto begin = std::chrono::steady_clock::now();
-  SumChoice taken(fits, true);
+  SumChoice taken(fits, &from);
   if (fits.is_short()) {
-    const SumChoice added(fits, false);
+    const SumChoice added(fits, nullptr);
     const auto error = [&](const SumChoice& sum) {
       return fits.held_out_torque(sum.fitted(JointFits::Rows::kTraining));
     };
