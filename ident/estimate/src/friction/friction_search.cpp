@@ -132,7 +132,7 @@ void for_each_row(const JointFrictionData& data, const friction::RobotFriction& 
   }
 }
 
-// J'J and J'e of the residuals beside the best constant at x, over the number of rows, of the free
+// Of the mean square of the residuals beside the best constant at x, by J'J and J'e, of the free
 // coordinates.
 optimise::Quadratic linearise(const JointFrictionData& data,
                               const friction::RobotFriction& friction,
@@ -164,6 +164,8 @@ optimise::Quadratic linearise(const JointFrictionData& data,
   columns /= data.rows();
   out.H -= data.share_of_mean() * columns * columns.transpose();
   out.g -= data.share_of_mean() * sum / data.rows() * columns;
+  out.H *= 2;
+  out.g *= 2;
   return out;
 }
 
@@ -346,8 +348,7 @@ void refine(const JointFrictionData& data, const friction::RobotFriction& fricti
                    .attempts = kUnlimited,
                    .lessen = 10,
                    .least = 1e-12,
-                   .most = 1e8,
-                   .hold_at_bounds = true},
+                   .most = 1e8},
        .iterations = iterations,
        .smallest_gain = kSmallestGain});
   set_free(found.c);

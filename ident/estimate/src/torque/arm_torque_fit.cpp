@@ -154,7 +154,7 @@ class Problem {
       const double d = point_.arm().friction.theta[pull.theta] - pull.centre;
       total += pull.weight * d * d;
     }
-    return std::isfinite(total) ? total : kBadValue;
+    return std::isfinite(total) ? total / 2 : kBadValue;
   }
 
   optimise::Quadratic linearise(const Eigen::VectorXd& c, double known) {
@@ -214,8 +214,7 @@ class Problem {
       out.g[pull.coordinate] += pull.weight * off * slope;
       out.H(pull.coordinate, pull.coordinate) += pull.weight * slope * slope;
     }
-    // the objective is value + 2 g'dx + dx'H dx; its quadratic is half of that
-    if (!std::isnan(known)) out.value = known;
+    out.value = std::isnan(known) ? out.value / 2 : known;
     return out;
   }
 
@@ -435,18 +434,15 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
         [&](const Eigen::VectorXd& c) { return problem.value(c); }, coordinates.box(),
         {point.c(), std::numeric_limits<double>::quiet_NaN()},
         {.damping = {.longest = kLongestStep,
-                     .keep_direction = true,
                      .ridge = kRidge,
                      .attempts = 8,
                      .lessen = 10,
                      .least = 1e-9,
-                     .most = 1e8,
-                     .hold_at_bounds = true},
+                     .most = 1e8},
          .iterations = options.iterations,
          .smallest_gain = before ? kFirstGain : options.smallest_gain});
     point.move_to(found.c);
     fit.arm = point.arm();
-    fit.objective.push_back(found.value);
     converged = found.converged;
   }
   fit.sigma.resize(data.n());

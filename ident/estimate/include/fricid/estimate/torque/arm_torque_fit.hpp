@@ -75,8 +75,7 @@ struct ArmTorqueFit {
   Outcome outcome = Outcome::kFailed;
   std::string message = "fit_arm_torque was not called";
   Arm arm;
-  Eigen::VectorXd sigma;          ///< (n) rms of the residual [N m]
-  std::vector<double> objective;  ///< of each pass, residuals in units of their sigma before it
+  Eigen::VectorXd sigma;  ///< (n) rms of the residual [N m]
   double seconds = 0;
 };
 
