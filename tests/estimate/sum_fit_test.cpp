@@ -67,7 +67,7 @@ TEST(SumFit, TakesTheLawsOfAPriorOnAShortLog) {
   const Arm prior = sibling(1.1);
   fits.take_prior(prior, 0.2);
   fits.take_load_of(fits.on_torque(prior, JointFits::Rows::kTraining).arm);
-  const Candidate found = fit_sum(fits, parts, evidence);
+  const Candidate found = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence);
   EXPECT_EQ(found.name, "like the prior");
   EXPECT_NEAR(parameter(found.arm, 0, "load", "mu"), 0.02, 5e-3);
   EXPECT_TRUE(parts.empty());
@@ -110,7 +110,7 @@ std::vector<friction::LvmParts> parts_found(const friction::JointSpec& joint,
   fits.take_load_of(fits.on_torque(start, JointFits::Rows::kTraining).arm);
   std::vector<friction::LvmParts> parts;
   std::vector<PartEvidence> evidence;
-  fit_sum(fits, parts, evidence);
+  fit_sum(fits, fits.start(fits.all_parts()), parts, evidence);
   return parts;
 }
 
@@ -182,7 +182,7 @@ TEST(SumFit, FindsGapsAndFurtherRipples) {
   JointFits fits(prepared, logs().windows, 2);
   std::vector<friction::LvmParts> parts;
   std::vector<PartEvidence> evidence;
-  const Candidate sum = fit_sum(fits, parts, evidence);
+  const Candidate sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence);
   EXPECT_TRUE(parts[0].backlash);
   EXPECT_NEAR(parameter(sum.arm, 0, "backlash", "b"), 3e-4, 3e-5);
   EXPECT_FALSE(parts[1].backlash);
@@ -207,7 +207,7 @@ TEST(SumFit, FindsBristlesBehindGaps) {
   JointFits fits(prepared, logs().windows, 2);
   std::vector<friction::LvmParts> parts;
   std::vector<PartEvidence> evidence;
-  const Candidate sum = fit_sum(fits, parts, evidence);
+  const Candidate sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence);
   for (int j = 0; j < 3; ++j) {
     const friction::LvmParts& of_joint = parts[static_cast<std::size_t>(j)];
     EXPECT_EQ(of_joint.memory, friction::Memory::kBristle) << j;

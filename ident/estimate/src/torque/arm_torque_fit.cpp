@@ -30,7 +30,8 @@ constexpr double kLongestStep = 1;    // of one iteration in any coordinate
 constexpr double kRidge = 1;
 // A weight w of a network counts like a row in which the torque errs by this share of Fn w.
 constexpr double kOutputPull = 0.5, kInputPull = 0.15;
-constexpr double kFirstGain = 1e-2;      // smallest gain of a pass that another follows
+constexpr double kLoadMargin = 2;    // by which the load of a rollout may exceed that of the log
+constexpr double kFirstGain = 1e-2;  // smallest gain of a pass that another follows
 constexpr double kSmallestSigma = 1e-9;  // share of the torque: noise-free data stay solvable
 
 /// A joint's friction and its place in theta.
@@ -407,7 +408,13 @@ Eigen::VectorXd ArmTorqueData::residual(const Arm& arm, int j) const {
 
 double ArmTorqueData::load_gain(const Arm& arm, int j) const {
   const friction::Friction f = friction_of_joint(arm.friction, j);
-  return f.model.reads_load() ? joint(j).friction.load_gain(f.model, f.theta) : 0;
+  if (!f.model.reads_load()) return 0;
+  double load = 0;
+  for (const signals::Recording& r : recordings_)
+    load = std::max(load, r.load.col(j).cwiseAbs().maxCoeff());
+  const double tau = joint(j).tau.size() > 0 ? joint(j).tau.cwiseAbs().maxCoeff() : 0;
+  const double times = kLoadMargin * std::max(1.0, tau / std::max(load, 1e-300));
+  return joint(j).friction.load_gain(f.model, f.theta, times);
 }
 
 ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,

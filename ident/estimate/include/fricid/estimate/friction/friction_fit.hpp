@@ -93,9 +93,10 @@ class JointFrictionData {
                    std::span<const std::size_t> wanted,
                    std::span<const std::vector<int>> row) const;
 
-  /// Largest |df/dload| at the samples, at twice the load: friction that is part of its own load
-  /// has a value only where this is below one, and a prediction may err.
-  double load_gain(const friction::RobotFriction& friction, std::span<const double> theta) const;
+  /// Largest |df/dload| at the samples, at `times` the load: friction that is part of its own load
+  /// has a value only where this is below one.
+  double load_gain(const friction::RobotFriction& friction, std::span<const double> theta,
+                   double times = 1) const;
 
   /// The ripple that explains most of what F[f] leaves: by linear regression (amplitudes enter
   /// linearly as long as they are small) at the orders that a correlation of f with what is left
