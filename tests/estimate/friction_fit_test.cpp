@@ -236,6 +236,21 @@ TEST(FitConventional, ReportIsTheSameBytesForAnyNumberOfJobs) {
   EXPECT_EQ(fitted(3), one);
 }
 
+// Models that begin with the same law, whatever their names and methods.
+TEST(ConventionalFits, AreThoseOfTheirLawsAndSeeds) {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("stribeck", {4, 5, 0.1, 2, 1e-3}, arm.robot.n());
+  const Prepared prepared = prepare(arm.robot, {}, logs_of(arm, {}, 2), 2);
+  ConventionalFits fits(prepared);
+  ModelOptions other = model("dahl");
+  other.name = "by windows";
+  other.law = "dahl";
+  for (const auto& [options, seed] :
+       {std::pair{model("dahl"), 1}, {other, 1}, {model("stribeck"), 1}, {model("dahl"), 2}})
+    EXPECT_EQ(saved(fits.fit(options, seed, 2)),
+              saved(fit_conventional(prepared, options, seed, 2)));
+}
+
 TEST(FitConventional, NamesAnUnknownLaw) {
   const Arm arm{small_arm(), same_law("coulomb_viscous", {4, 2, 1e-3}, 3)};
   Prepared prepared;

@@ -83,7 +83,8 @@ TEST(FitModel, RefusesAPriorOfAnotherArmOrLaw) {
   const auto error = [&](const Arm& prior) -> std::string {
     data::save_model({.name = "other", .label = "other", .arm = prior}, file);
     try {
-      fit_model(logs().prepared, config, 1, 2);
+      ConventionalFits conventional(logs().prepared);
+      fit_model(conventional, config, 1, 2);
     } catch (const UserError& e) {
       return e.what();
     }
@@ -222,7 +223,8 @@ TEST(FitModel, LvmTakesTheCandidateThatHeldOutDataChoose) {
   config.name = config.law = "lvm";
   config.method = Method::kJoint;
   config.train = logs().windows;
-  const FitReport report = fit_model(logs().prepared, config, 1, 2);
+  ConventionalFits conventional(logs().prepared);
+  const FitReport report = fit_model(conventional, config, 1, 2);
   ASSERT_TRUE(report.has_result()) << report.message;
   ASSERT_GE(report.candidates.size(), 7u);
   const Candidate& taken = report.candidates[choose(report.candidates)];
@@ -246,7 +248,8 @@ TEST(FitModel, LvmTakesNetworksWhereNoLawDescribesTheFriction) {
   config.name = config.law = "lvm";
   config.method = Method::kJoint;
   config.train = logs().windows;
-  const FitReport report = fit_model(prepared, config, 1, 2);
+  ConventionalFits conventional(prepared);
+  const FitReport report = fit_model(conventional, config, 1, 2);
   const Candidate& taken = *std::ranges::find(report.candidates, true, &Candidate::taken);
   EXPECT_TRUE(has_networks(taken.arm)) << taken.name;
   for (const Candidate& other : report.candidates)

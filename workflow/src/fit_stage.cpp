@@ -19,10 +19,13 @@ using enum Section;
 constexpr Section kFitted[] = {kRobot, kIdentify, kModels};
 constexpr std::string_view kStage = "identify ", kTraining = "data/train_";
 
-/// Shared by the fits of one job.
-using Shared = std::shared_ptr<std::optional<estimate::Prepared>>;
+/// What the fits of one job share.
+struct Shared {
+  std::optional<estimate::Prepared> prepared;
+  std::optional<estimate::ConventionalFits> conventional;
+};
 
-Stage make_stage(const Job& job, const FitRequest& request, const Shared& shared) {
+Stage make_stage(const Job& job, const FitRequest& request, const std::shared_ptr<Shared>& shared) {
   scene::Scene scene = job.problem.scene;
   scene.models = {request.model};
   scene.models.front().seeds = {request.seed};
@@ -37,20 +40,23 @@ Stage make_stage(const Job& job, const FitRequest& request, const Shared& shared
   const std::string checkpoint_key = job.run.key_of(stage);
   stage.work = [=, part = part_of(problem, kFitted), out = job.run.folder(), jobs = job.jobs,
                 say = job.say](const RunFolder& visible) {
-    if (!*shared)
-      *shared = estimate::prepare(
+    if (!shared->prepared) {
+      shared->prepared = estimate::prepare(
           part.robot, part.scene.identify,
           first_seconds(load_recordings(visible, RunFolder::training, part.scene.joints),
                         part.scene.identify.first_s),
           jobs);
+      shared->conventional.emplace(*shared->prepared);
+    }
     const FitId id = request.id();
     const estimate::FitReport report =
-        estimate::fit_model(**shared, part.scene.models.front(), request.seed, jobs,
+        estimate::fit_model(*shared->conventional, part.scene.models.front(), request.seed, jobs,
                             {out.checkpoint(id), checkpoint_key});
     data::save_model(report.model, out.model(id));
     data::save(estimate::fit_file(report), out.fit(id));
     say(report.brief());
-    return Done{{out.model(id), out.fit(id)}, report.seconds + (*shared)->rigid_body.seconds};
+    return Done{{out.model(id), out.fit(id)},
+                report.seconds + shared->prepared->rigid_body.seconds};
   };
   return stage;
 }
@@ -80,11 +86,11 @@ std::vector<FitRequest> requested_fits(const scene::Scene& scene,
 }
 
 Stage fit_stage(const Job& job, const FitRequest& request) {
-  return make_stage(job, request, std::make_shared<std::optional<estimate::Prepared>>());
+  return make_stage(job, request, std::make_shared<Shared>());
 }
 
 bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
-  const auto shared = std::make_shared<std::optional<estimate::Prepared>>();
+  const auto shared = std::make_shared<Shared>();
   bool healthy = true;
   for (const FitRequest& request : requests) {
     const std::string id = request.id().name();

@@ -271,6 +271,7 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
       options.seed = static_cast<std::uint64_t>(seed);
       options.stream = static_cast<std::uint64_t>(j);
       options.starts = pass == 0 ? config.starts : 1;
+      if (pass > 0) options.evaluations = 0;  // from a minimum
       const double smallest = 0.01 * data.largest_target();
       const friction::FrictionGuess guess{std::max(prepared.rigid_body.Fc[j], smallest),
                                           std::max(prepared.rigid_body.Fv[j], 0.0)};
@@ -324,6 +325,23 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
   report.faults = faults_of(prepared, report);
   report.seconds = seconds_since(begin);
   report.model.budget = fmt::format("{} evaluations", evaluations);
+  return report;
+}
+
+FitReport ConventionalFits::fit(const ModelOptions& options, int seed, int jobs) {
+  const friction::RobotFriction law({joint_spec_of(options)});
+  const auto same = [&](const Kept& kept) {
+    return kept.seed == seed && kept.starts == options.starts &&
+           std::ranges::equal(kept.law.parameters(), law.parameters(), friction::is_same);
+  };
+  auto kept = std::ranges::find_if(kept_, same);
+  if (kept == kept_.end()) {
+    kept_.push_back({law, options.starts, seed, fit_conventional(prepared_, options, seed, jobs)});
+    kept = std::prev(kept_.end());
+  }
+  FitReport report = kept->report;
+  report.model.name = options.name;
+  report.model.label = options.label.empty() ? options.name : options.label;
   return report;
 }
 

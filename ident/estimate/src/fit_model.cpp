@@ -191,8 +191,9 @@ std::vector<double> torque_rms(std::span<const signals::Recording> recordings) {
   return rms;
 }
 
-FitReport fit_model(const Prepared& prepared, const ModelOptions& config, int seed, int jobs,
+FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, int seed, int jobs,
                     const optimise::Checkpoint& checkpoint) {
+  const Prepared& prepared = conventional.prepared();
   TrainingSize size{.rate_hz = 1 / prepared.recordings.front().dt};
   for (const signals::Recording& recording : prepared.recordings) {
     size.samples += recording.length();
@@ -200,7 +201,7 @@ FitReport fit_model(const Prepared& prepared, const ModelOptions& config, int se
   }
   require_memory_of_fit(config, prepared.robot, size, jobs, prepared.robot.name);
 
-  if (config.method == Method::kJoint) return fit_joint(prepared, config, seed, jobs);
+  if (config.method == Method::kJoint) return fit_joint(conventional, config, seed, jobs);
   const bool learned = config.laws.empty() && friction::is_learned(config.law);
   const bool whole = config.laws.empty() && friction::is_robot_law(config.law);
   const double cutoff = prepared.options.cutoff_hz;
@@ -209,7 +210,7 @@ FitReport fit_model(const Prepared& prepared, const ModelOptions& config, int se
   if (learned) start.law = whole ? config.rigid_body_of : kStartOfLearnedLaws;
   if (whole) start.elements = ModelOptions{}.elements;
   if (method == Method::kEm) require_length_for_em(prepared.recordings);
-  FitReport report = fit_conventional(prepared, start, seed, jobs);
+  FitReport report = conventional.fit(start, seed, jobs);
   report.method = method;
   if (!report.has_result()) return report;
   if (method == Method::kConventional) {

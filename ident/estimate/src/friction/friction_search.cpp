@@ -20,8 +20,8 @@ constexpr double kDifference = 1e-5;  // of the Jacobian, in scaled coordinates
 constexpr double kBlock = 1;          // [s] beyond which residuals count as independent
 constexpr double kLargestStep = 1.5;  // of one iteration in any scaled coordinate
 constexpr double kSmallestGain =
-    1e-7;                         // relative decrease of the objective that counts as converged
-constexpr int kEvaluations = 16;  // of Nelder-Mead, at most, per free parameter
+    1e-7;                        // relative decrease of the objective that counts as converged
+constexpr int kEvaluations = 8;  // of Nelder-Mead, at most, per free parameter
 constexpr int kUnlimited = std::numeric_limits<int>::max();
 
 Eigen::VectorXd copied(const std::vector<double>& x) {
@@ -297,15 +297,18 @@ SearchMinimum search(const JointFrictionData& data, const friction::RobotFrictio
                      const SearchCoordinates& coordinates, const std::vector<double>& x,
                      const FrictionFitOptions& options) {
   std::vector<double> theta(x.size());
+  const auto value = [&](const Eigen::VectorXd& c) {
+    coordinates.to_theta({c.data(), theta.size()}, theta);
+    return safe_mean_square(data, friction, theta);
+  };
   const int evaluations =
       std::min(options.evaluations, kEvaluations * static_cast<int>(coordinates.free().size()));
-  const optimise::Minimum found = optimise::nelder_mead(
-      [&](const Eigen::VectorXd& c) {
-        coordinates.to_theta({c.data(), theta.size()}, theta);
-        return safe_mean_square(data, friction, theta);
-      },
-      {copied(coordinates.lower()), copied(coordinates.upper())}, copied(x),
-      {kFirstStep, options.tolerance, evaluations});
+  optimise::Minimum found{.c = copied(x)};
+  if (evaluations > 0)
+    found = optimise::nelder_mead(value, {copied(coordinates.lower()), copied(coordinates.upper())},
+                                  found.c, {kFirstStep, options.tolerance, evaluations});
+  else
+    found.value = value(found.c);
   SearchMinimum at{{found.c.begin(), found.c.end()},
                    std::min(found.value, kBadValue),
                    found.converged,

@@ -33,10 +33,10 @@ constexpr double kLoadOfAnother = 0.05;
 constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
 
 /// The arm of the method conventional, if it has a result.
-std::optional<Arm> conventional(const Prepared& prepared, const char* law, int seed, int jobs) {
+std::optional<Arm> arm_of(ConventionalFits& fits, const char* law, int seed, int jobs) {
   ModelOptions config;
   config.name = config.law = law;
-  const FitReport report = fit_conventional(prepared, config, seed, jobs);
+  const FitReport report = fits.fit(config, seed, jobs);
   if (!report.has_result()) return std::nullopt;
   return report.model.arm;
 }
@@ -76,8 +76,8 @@ Arm load_prior(const std::string& file, const Prepared& prepared) {
 /// Candidates for the model that contains the laws: the sum, and conventional laws, fitted like it
 /// and, where that comes near or costs nothing, by the method conventional too.
 /// @param rough  of the sum
-std::vector<Candidate> of_sum(const Prepared& prepared, JointFits& fits, const Arm& rough, int seed,
-                              std::vector<friction::LvmParts>& parts,
+std::vector<Candidate> of_sum(ConventionalFits& conventional, JointFits& fits, const Arm& rough,
+                              int seed, std::vector<friction::LvmParts>& parts,
                               std::vector<PartEvidence>& evidence, Progress& progress) {
   std::vector<Candidate> found;
   const auto add = [&](Candidate candidate) {
@@ -112,7 +112,7 @@ std::vector<Candidate> of_sum(const Prepared& prepared, JointFits& fits, const A
     if (found[i + 1].held_out > near && !linear) continue;
     const auto begin = std::chrono::steady_clock::now();
     const char* law = kRivals[i].first;
-    if (const std::optional<Arm> arm = conventional(prepared, law, seed, fits.jobs()))
+    if (const std::optional<Arm> arm = arm_of(conventional, law, seed, fits.jobs()))
       add_rival(fits.judged(fmt::format("{}, conventional", law), *arm, seconds_since(begin)));
   }
   return found;
@@ -120,7 +120,9 @@ std::vector<Candidate> of_sum(const Prepared& prepared, JointFits& fits, const A
 
 }  // namespace
 
-FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int seed, int jobs) {
+FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, int seed,
+                    int jobs) {
+  const Prepared& prepared = conventional.prepared();
   const auto begin = std::chrono::steady_clock::now();
   FitReport report;
   report.method = Method::kJoint;
@@ -154,7 +156,7 @@ FitReport fit_joint(const Prepared& prepared, const ModelOptions& config, int se
   std::vector<Candidate>& found = report.candidates;
   std::vector<friction::LvmParts> parts;
   if (sum) {
-    found = of_sum(prepared, fits, start, seed, parts, report.parts, progress);
+    found = of_sum(conventional, fits, start, seed, parts, report.parts, progress);
   } else {
     const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
     found.push_back(fits.judged("torque", fits.under_own_load(fit.arm, JointFits::Rows::kAll).arm,

@@ -6,7 +6,8 @@
 namespace fricid::estimate {
 
 /// Fits by method joint, see `fit_model`.
-FitReport fit_joint(const Prepared& prepared, const ModelOptions& options, int seed, int jobs);
+FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& options, int seed,
+                    int jobs);
 
 /// Residual and explained variance of the training torque under the final arm.
 void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitReport& report);

@@ -104,6 +104,24 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report);
 FitReport fit_conventional(const Prepared& prepared, const ModelOptions& options, int seed,
                            int jobs);
 
+/// The conventional fits of one job: models that begin with the same one share it.
+class ConventionalFits {
+ public:
+  explicit ConventionalFits(const Prepared& prepared) : prepared_(prepared) {}
+  const Prepared& prepared() const { return prepared_; }
+  /// `fit_conventional`, made at the first call.
+  FitReport fit(const ModelOptions& options, int seed, int jobs);
+
+ private:
+  struct Kept {
+    friction::RobotFriction law;  // of one joint
+    int starts, seed;
+    FitReport report;
+  };
+  const Prepared& prepared_;
+  std::vector<Kept> kept_;
+};
+
 /// Smoothing speed of Coulomb friction: 0.01 rad/s (0.001 m/s), or three standard deviations of the
 /// noise of the velocity that drives friction if that is more.
 double smoothing_speed(const dynamics::RobotModel& robot,
@@ -119,7 +137,7 @@ double smoothing_speed(const dynamics::RobotModel& robot,
 /// held-out rollouts, the start included; method torque that with the least held-out torque error.
 /// @param checkpoint  of method em, which saves its state there and continues from it
 /// @throws as fit_conventional
-FitReport fit_model(const Prepared& prepared, const ModelOptions& options, int seed, int jobs,
+FitReport fit_model(ConventionalFits& conventional, const ModelOptions& options, int seed, int jobs,
                     const optimise::Checkpoint& checkpoint = {});
 
 /// Sizes of the joint torques in recordings: root mean square per joint (n) [N m].

@@ -190,7 +190,7 @@ struct FrictionFitOptions {
   int starts = 4;  ///< the first from the data, the others spread around it
   std::uint64_t seed = 1;
   std::uint64_t stream = 0;       ///< random stream, one per joint
-  int evaluations = 200;          ///< of Nelder-Mead, per start; 16 per free parameter at most
+  int evaluations = 200;          ///< of Nelder-Mead, per start; 8 per free parameter at most
   int iterations = 40;            ///< of Levenberg-Marquardt, per start
   double tolerance = 1e-4;        ///< of Nelder-Mead, on the scaled parameters
   std::vector<std::size_t> held;  ///< indices in theta of parameters that keep their start
