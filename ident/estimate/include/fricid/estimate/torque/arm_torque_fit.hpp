@@ -42,8 +42,8 @@ class ArmTorqueData {
 
   /// (rows) Y pi + F[f_j(theta)] - tau of joint j [N m].
   Eigen::VectorXd residual(const Arm& arm, int j) const;
-  /// `JointFrictionData::load_gain` of joint j at twice the load, or the torque if that is larger: a
-  /// prediction may err, and a load that lacks friction is too small.
+  /// `JointFrictionData::load_gain` of joint j at twice the load, or the torque if that is larger:
+  /// a prediction may err, and a load that lacks friction is too small.
   double load_gain(const Arm& arm, int j) const;
 
  private:
