@@ -12,9 +12,12 @@
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <functional>
 #include <stdexcept>
 #include <string>
+
+#include <fmt/format.h>
 
 #include "fricid/base/progress.hpp"
 
@@ -144,23 +147,26 @@ TEST(Processes, AChildHoldsNothingOfOurs) {
   ::close(pipe[0]);
 }
 
-/// For a child, since a request to stop cannot be taken back: how `command` ended after one.
-int signal_after_a_request_to_stop(const char* command) {
+/// For a child, since a request to stop cannot be taken back: how `command` ended after one that
+/// came when the shell was through with `first`.
+int signal_after_a_request_to_stop(const std::string& first, const std::string& command) {
   install_stop_handler();
-  const pid_t id = start(command);
-  ::usleep(200'000);  // until the shell has set its trap
+  const std::string ready = fmt::format("{}/fricid_ready_{}", testing::TempDir(), ::getpid());
+  const pid_t id = start(fmt::format("{}; : > {}; {}", first, ready, command).c_str());
+  while (!std::filesystem::exists(ready)) ::usleep(1000);
+  std::filesystem::remove(ready);
   std::raise(SIGTERM);
   const int status = wait_for_process(id);
   return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
 }
 
 TEST(Processes, ARequestToStopEndsThemToo) {
-  EXPECT_EXIT(std::exit(signal_after_a_request_to_stop("exec sleep 1000")),
+  EXPECT_EXIT(std::exit(signal_after_a_request_to_stop(":", "exec sleep 1000")),
               testing::ExitedWithCode(SIGTERM), "");
 }
 
 TEST(Processes, OneThatDoesNotListenIsKilled) {
-  EXPECT_EXIT(std::exit(signal_after_a_request_to_stop("trap '' TERM; sleep 10")),
+  EXPECT_EXIT(std::exit(signal_after_a_request_to_stop("trap '' TERM", "sleep 10")),
               testing::ExitedWithCode(SIGKILL), "");
 }
 
