@@ -271,7 +271,6 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
       options.seed = static_cast<std::uint64_t>(seed);
       options.stream = static_cast<std::uint64_t>(j);
       options.starts = pass == 0 ? config.starts : 1;
-      if (pass > 0) options.evaluations = 0;  // from a minimum
       const double smallest = 0.01 * data.largest_target();
       const friction::FrictionGuess guess{std::max(prepared.rigid_body.Fc[j], smallest),
                                           std::max(prepared.rigid_body.Fv[j], 0.0)};

@@ -5,53 +5,54 @@
 #include <utility>
 
 #include "fricid/base/progress.hpp"
-#include "fricid/optimise/box_quadratic.hpp"
 
 namespace fricid::optimise {
 namespace {
 
-// Of the change of the objective that the model promises: a step that brings more than the one
-// lessens the damping, one that brings less than the other raises it.
-constexpr double kGood = 0.75, kPoor = 0.25;
-constexpr double kShorter = 0.5;  // times the last attempt's reach
+/// Excludes coordinate i from the step.
+void hold(Eigen::Index i, Eigen::MatrixXd& H, Eigen::VectorXd& g) {
+  H.row(i).setZero();
+  H.col(i).setZero();
+  H(i, i) = 1;
+  g[i] = 0;
+}
 
-/// @param longest  in any coordinate
 Eigen::VectorXd step_from(const Quadratic& here, const Box& box, const DampingOptions& options,
-                          double lambda, double longest, const Eigen::VectorXd& c) {
+                          double lambda, const Eigen::VectorXd& c) {
   Eigen::MatrixXd H = here.H;
-  Box reach{(box.lower - c).cwiseMax(-longest), (box.upper - c).cwiseMin(longest)};
+  Eigen::VectorXd g = here.g;
   for (Eigen::Index i = 0; i < c.size(); ++i) {
-    const bool acts = H(i, i) > 0;
-    if (!acts) reach.lower[i] = reach.upper[i] = 0;
-    H(i, i) = acts ? H(i, i) * (1 + lambda) + options.ridge : 1;
+    const bool presses = (c[i] <= box.lower[i] && g[i] > 0) || (c[i] >= box.upper[i] && g[i] < 0);
+    if (options.hold_at_bounds && (presses || H(i, i) <= 0))
+      hold(i, H, g);
+    else
+      H(i, i) = H(i, i) * (1 + lambda) + options.ridge;
   }
-  return box.clamp(c + least_in_box(H, here.g, here.blocks, reach));
+  const Eigen::VectorXd step = -solve_arrow(H, g, here.blocks);
+  if (!options.keep_direction)
+    return box.clamp(c + step.cwiseMax(-options.longest).cwiseMin(options.longest));
+  const double longest = step.cwiseAbs().maxCoeff();
+  const double share = longest > options.longest ? options.longest / longest : 1;
+  return box.clamp(c + share * step);
 }
 
 }  // namespace
 
 Step damped_step(const Quadratic& here, const Box& box, const DampingOptions& options,
                  const Objective& objective, double& lambda, Eigen::VectorXd& c, double& value) {
-  const auto lessen = [&] { lambda = std::max(lambda / options.lessen, options.least); };
-  const auto raise = [&] { lambda = std::min(lambda * options.raise, options.most); };
-  double longest = options.longest;
-  for (int attempt = 1; attempt <= options.attempts; ++attempt, longest *= kShorter) {
-    Eigen::VectorXd trial = step_from(here, box, options, lambda, longest, c);
+  for (int attempt = 1; attempt <= options.attempts; ++attempt) {
+    Eigen::VectorXd trial = step_from(here, box, options, lambda, c);
     const double found = objective(trial);
     if (found < here.value) {
-      const Eigen::VectorXd s = trial - c;
-      const double promised = -(here.g.dot(s) + 0.5 * s.dot(here.H * s));
-      const double kept = (here.value - found) / promised;
-      if (kept > kGood) lessen();
-      if (kept < kPoor) raise();
+      lambda = std::max(lambda / options.lessen, options.least);
       c = std::move(trial);
       value = found;
-      return {.lowered = true, .poor = kept < kPoor, .values = attempt};
+      return {true, attempt};
     }
-    raise();
-    if (lambda >= options.most) return {.values = attempt};
+    lambda = std::min(lambda * options.raise, options.most);
+    if (lambda >= options.most) return {false, attempt};
   }
-  return {.values = options.attempts};
+  return {false, options.attempts};
 }
 
 Minimum damped_least_squares(const Linearise& linearise, const Objective& objective, const Box& box,
@@ -65,8 +66,7 @@ Minimum damped_least_squares(const Linearise& linearise, const Objective& object
     if (!std::isfinite(here.value) || !here.H.allFinite()) return at;
     const Step step = damped_step(here, box, options.damping, objective, lambda, at.c, at.value);
     at.values += step.values;
-    const double gain = (here.value - at.value) / here.value;
-    if (!step.lowered || (gain < options.smallest_gain && !step.poor)) {
+    if (!step.lowered || (here.value - at.value) / here.value < options.smallest_gain) {
       at.converged = true;
       return at;
     }

@@ -72,8 +72,8 @@ void climb_by_score(const Likelihood& likelihood, double& damping, ArmPoint& poi
   };
   Eigen::VectorXd c = point.c();
   double value = minus_log_likelihood.value;
-  if (damped_step(minus_log_likelihood, point.coordinates().box(), {.longest = 0.6, .ridge = kPull},
-                  at, damping, c, value)
+  if (damped_step(minus_log_likelihood, point.coordinates().box(), {.ridge = kPull}, at, damping, c,
+                  value)
           .lowered)
     point.move_to(c);
 }

@@ -20,8 +20,8 @@ constexpr double kDifference = 1e-5;  // of the Jacobian, in scaled coordinates
 constexpr double kBlock = 1;          // [s] beyond which residuals count as independent
 constexpr double kLargestStep = 1.5;  // of one iteration in any scaled coordinate
 constexpr double kSmallestGain =
-    1e-7;                        // relative decrease of the objective that counts as converged
-constexpr int kEvaluations = 8;  // of Nelder-Mead, at most, per free parameter
+    1e-7;                         // relative decrease of the objective that counts as converged
+constexpr int kEvaluations = 16;  // of Nelder-Mead, at most, per free parameter
 constexpr int kUnlimited = std::numeric_limits<int>::max();
 
 Eigen::VectorXd copied(const std::vector<double>& x) {
@@ -132,7 +132,7 @@ void for_each_row(const JointFrictionData& data, const friction::RobotFriction& 
   }
 }
 
-// Of the mean square of the residuals beside the best constant at x, by J'J and J'e, of the free
+// J'J and J'e of the residuals beside the best constant at x, over the number of rows, of the free
 // coordinates.
 optimise::Quadratic linearise(const JointFrictionData& data,
                               const friction::RobotFriction& friction,
@@ -164,8 +164,6 @@ optimise::Quadratic linearise(const JointFrictionData& data,
   columns /= data.rows();
   out.H -= data.share_of_mean() * columns * columns.transpose();
   out.g -= data.share_of_mean() * sum / data.rows() * columns;
-  out.H *= 2;
-  out.g *= 2;
   return out;
 }
 
@@ -297,18 +295,15 @@ SearchMinimum search(const JointFrictionData& data, const friction::RobotFrictio
                      const SearchCoordinates& coordinates, const std::vector<double>& x,
                      const FrictionFitOptions& options) {
   std::vector<double> theta(x.size());
-  const auto value = [&](const Eigen::VectorXd& c) {
-    coordinates.to_theta({c.data(), theta.size()}, theta);
-    return safe_mean_square(data, friction, theta);
-  };
   const int evaluations =
       std::min(options.evaluations, kEvaluations * static_cast<int>(coordinates.free().size()));
-  optimise::Minimum found{.c = copied(x)};
-  if (evaluations > 0)
-    found = optimise::nelder_mead(value, {copied(coordinates.lower()), copied(coordinates.upper())},
-                                  found.c, {kFirstStep, options.tolerance, evaluations});
-  else
-    found.value = value(found.c);
+  const optimise::Minimum found = optimise::nelder_mead(
+      [&](const Eigen::VectorXd& c) {
+        coordinates.to_theta({c.data(), theta.size()}, theta);
+        return safe_mean_square(data, friction, theta);
+      },
+      {copied(coordinates.lower()), copied(coordinates.upper())}, copied(x),
+      {kFirstStep, options.tolerance, evaluations});
   SearchMinimum at{{found.c.begin(), found.c.end()},
                    std::min(found.value, kBadValue),
                    found.converged,
@@ -351,7 +346,8 @@ void refine(const JointFrictionData& data, const friction::RobotFriction& fricti
                    .attempts = kUnlimited,
                    .lessen = 10,
                    .least = 1e-12,
-                   .most = 1e8},
+                   .most = 1e8,
+                   .hold_at_bounds = true},
        .iterations = iterations,
        .smallest_gain = kSmallestGain});
   set_free(found.c);

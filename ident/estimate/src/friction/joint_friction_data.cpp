@@ -17,6 +17,7 @@ namespace {
 constexpr int kLanes = kLaneCount<PackD>;
 constexpr int kPromising = 2 * kLanes;  // orders of a grid that are looked at closely
 constexpr double kLoadStep = 1e-4;      // of 1 N m and the load
+constexpr double kLoadMargin = 2;       // by which a predicted load may err
 
 using Columns = fricid::Group<PackD, 2>;  // filtered side by side
 constexpr std::size_t kColumns = 2 * kLanes;
@@ -141,17 +142,17 @@ PerSample JointFrictionData::unfiltered(const friction::RobotFriction& friction,
 }
 
 double JointFrictionData::load_gain(const friction::RobotFriction& friction,
-                                    std::span<const double> theta, double times) const {
+                                    std::span<const double> theta) const {
   struct {
     const friction::RobotFriction& friction;
     std::vector<PackD> theta;
-    double dt, times, largest;
+    double dt, largest;
     PackD now;
     void reset() {}
     void torque(friction::Input<PackD> in, std::span<const PackD> z,
                 std::span<const LaneSample> lanes) {
       PackD further;
-      in.load *= PackD(times);
+      in.load *= PackD(kLoadMargin);
       friction.torque<PackD>(theta, {&in, 1}, z, {&now, 1});
       const PackD h = PackD(kLoadStep) * (PackD(1) + abs(in.load));
       in.load += h;
@@ -162,7 +163,7 @@ double JointFrictionData::load_gain(const friction::RobotFriction& friction,
     void step(const friction::Input<PackD>& in, std::span<PackD> z) {
       friction.step<PackD>(theta, {&in, 1}, dt, z);
     }
-  } driver{friction, {theta.begin(), theta.end()}, dt_, times, 0, {}};
+  } driver{friction, {theta.begin(), theta.end()}, dt_, 0, {}};
   drive(static_cast<std::size_t>(friction.state_size()), driver);
   return driver.largest;
 }

@@ -30,8 +30,7 @@ constexpr double kLongestStep = 1;    // of one iteration in any coordinate
 constexpr double kRidge = 1;
 // A weight w of a network counts like a row in which the torque errs by this share of Fn w.
 constexpr double kOutputPull = 0.5, kInputPull = 0.15;
-constexpr double kLoadMargin = 2;    // by which the load of a rollout may exceed that of the log
-constexpr double kFirstGain = 1e-2;  // smallest gain of a pass that another follows
+constexpr double kFirstGain = 1e-2;      // smallest gain of a pass that another follows
 constexpr double kSmallestSigma = 1e-9;  // share of the torque: noise-free data stay solvable
 
 /// A joint's friction and its place in theta.
@@ -155,7 +154,7 @@ class Problem {
       const double d = point_.arm().friction.theta[pull.theta] - pull.centre;
       total += pull.weight * d * d;
     }
-    return std::isfinite(total) ? total / 2 : kBadValue;
+    return std::isfinite(total) ? total : kBadValue;
   }
 
   optimise::Quadratic linearise(const Eigen::VectorXd& c, double known) {
@@ -215,7 +214,8 @@ class Problem {
       out.g[pull.coordinate] += pull.weight * off * slope;
       out.H(pull.coordinate, pull.coordinate) += pull.weight * slope * slope;
     }
-    out.value = std::isnan(known) ? out.value / 2 : known;
+    // the objective is value + 2 g'dx + dx'H dx; its quadratic is half of that
+    if (!std::isnan(known)) out.value = known;
     return out;
   }
 
@@ -408,13 +408,7 @@ Eigen::VectorXd ArmTorqueData::residual(const Arm& arm, int j) const {
 
 double ArmTorqueData::load_gain(const Arm& arm, int j) const {
   const friction::Friction f = friction_of_joint(arm.friction, j);
-  if (!f.model.reads_load()) return 0;
-  double load = 0;
-  for (const signals::Recording& r : recordings_)
-    load = std::max(load, r.load.col(j).cwiseAbs().maxCoeff());
-  const double tau = joint(j).tau.size() > 0 ? joint(j).tau.cwiseAbs().maxCoeff() : 0;
-  const double times = kLoadMargin * std::max(1.0, tau / std::max(load, 1e-300));
-  return joint(j).friction.load_gain(f.model, f.theta, times);
+  return f.model.reads_load() ? joint(j).friction.load_gain(f.model, f.theta) : 0;
 }
 
 ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
@@ -441,15 +435,18 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
         [&](const Eigen::VectorXd& c) { return problem.value(c); }, coordinates.box(),
         {point.c(), std::numeric_limits<double>::quiet_NaN()},
         {.damping = {.longest = kLongestStep,
+                     .keep_direction = true,
                      .ridge = kRidge,
                      .attempts = 8,
                      .lessen = 10,
                      .least = 1e-9,
-                     .most = 1e8},
+                     .most = 1e8,
+                     .hold_at_bounds = true},
          .iterations = options.iterations,
          .smallest_gain = before ? kFirstGain : options.smallest_gain});
     point.move_to(found.c);
     fit.arm = point.arm();
+    fit.objective.push_back(found.value);
     converged = found.converged;
   }
   fit.sigma.resize(data.n());

@@ -27,8 +27,14 @@ constexpr double kSmallestGain = 5e-3;  // share of the loss; steps that lower i
 constexpr double kFirstDamping = 1e-3;
 constexpr double kLeastLoss = 1e-12;  // noise-free data stay solvable
 constexpr int kTrial = 32;            // windows on which leaps are compared
-const optimise::DampingOptions kDamping{
-    .longest = 0.3, .ridge = 1, .attempts = 5, .lessen = 10, .least = 1e-9, .most = 1e8};
+const optimise::DampingOptions kDamping{.longest = 0.3,
+                                        .keep_direction = true,
+                                        .ridge = 1,
+                                        .attempts = 5,
+                                        .lessen = 10,
+                                        .least = 1e-9,
+                                        .most = 1e8,
+                                        .hold_at_bounds = true};
 
 /// Loss, gradient and sampled curvature of windows, some packs of them to a task, added in their
 /// order.

@@ -22,29 +22,33 @@ struct Quadratic {
 
 struct DampingOptions {
   double longest = 0.3;  ///< largest step in any coordinate
-  double ridge = 0;      ///< mu: penalty on the length of the step
-  int attempts = 5;      ///< at most
-  double first = 1e-3;   ///< lambda of a new search
-  double lessen = 5;     ///< lambda is divided by it after a step that lowers the objective ...
-  double raise = 10;     ///< ... and multiplied by it after one that does not
+  /// Of a step that is too long: true: shortened as a whole; false: cut coordinate by coordinate.
+  bool keep_direction = false;
+  double ridge = 0;     ///< mu: penalty on the length of the step
+  int attempts = 5;     ///< at most
+  double first = 1e-3;  ///< lambda of a new search
+  double lessen = 5;    ///< lambda is divided by it after a step that lowers the objective ...
+  double raise = 10;    ///< ... and multiplied by it after one that does not
   double least = 1e-9, most = 1e6;  ///< bounds of lambda; at `most` no further step is tried
+  /// True: coordinates at a bound that the step would cross, or without effect, are held.
+  /// False: they take part and the step is clamped.
+  bool hold_at_bounds = false;
 };
 
 /// Result of a step.
 struct Step {
   bool lowered = false;  ///< whether the objective fell
-  bool poor = false;     ///< .. by less than a quarter of what the model promised
   int values = 0;        ///< number of evaluations of the objective
 };
 
 using Objective = std::function<double(const Eigen::VectorXd& c)>;
 
-/// One step: the s that minimises
+/// One step
 ///
-///     g's + s'(H + lambda diag H + mu I) s / 2
+///     s = -(H + lambda diag H + mu I)^-1 g
 ///
-/// inside the box, and at most `longest` in any coordinate (`least_in_box`); until the objective
-/// falls below here.value lambda is raised and `longest` halved. Coordinates without effect stay.
+/// limited to `longest` per coordinate (see keep_direction) and clamped to the box; lambda is
+/// raised until the objective falls below here.value.
 /// @param here    model about c
 /// @param lambda  carried from step to step
 /// @param c       moved, unless no step lowered the objective
@@ -56,15 +60,14 @@ Step damped_step(const Quadratic& here, const Box& box, const DampingOptions& op
 struct LeastSquaresOptions {
   DampingOptions damping;
   int iterations = 40;
-  double smallest_gain = 0;  ///< stop after a step that lowers the objective by a smaller share,
-                             ///< unless the model promised four times as much
+  double smallest_gain = 0;  ///< stop after a step that lowers the objective by a smaller share
 };
 
 /// Model of the objective about c. @param value  objective at c if known, else NaN
 using Linearise = std::function<Quadratic(const Eigen::VectorXd& c, double value)>;
 
-/// Damped steps until one gains little and promised little. A model that is not finite ends the
-/// search without convergence.
+/// Damped steps until one gains too little. A model that is not finite ends the search without
+/// convergence.
 /// @param start  c, and the objective there or NaN
 /// @throws Stopped on Ctrl-C
 Minimum damped_least_squares(const Linearise& linearise, const Objective& objective, const Box& box,

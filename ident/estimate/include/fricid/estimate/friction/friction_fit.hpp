@@ -93,10 +93,9 @@ class JointFrictionData {
                    std::span<const std::size_t> wanted,
                    std::span<const std::vector<int>> row) const;
 
-  /// Largest |df/dload| at the samples, at `times` the load: friction that is part of its own load
-  /// has a value only where this is below one.
-  double load_gain(const friction::RobotFriction& friction, std::span<const double> theta,
-                   double times = 1) const;
+  /// Largest |df/dload| at the samples, at twice the load: friction that is part of its own load
+  /// has a value only where this is below one, and a prediction may err.
+  double load_gain(const friction::RobotFriction& friction, std::span<const double> theta) const;
 
   /// The ripple that explains most of what F[f] leaves: by linear regression (amplitudes enter
   /// linearly as long as they are small) at the orders that a correlation of f with what is left
@@ -190,7 +189,7 @@ struct FrictionFitOptions {
   int starts = 4;  ///< the first from the data, the others spread around it
   std::uint64_t seed = 1;
   std::uint64_t stream = 0;       ///< random stream, one per joint
-  int evaluations = 200;          ///< of Nelder-Mead, per start; 8 per free parameter at most
+  int evaluations = 200;          ///< of Nelder-Mead, per start; 16 per free parameter at most
   int iterations = 40;            ///< of Levenberg-Marquardt, per start
   double tolerance = 1e-4;        ///< of Nelder-Mead, on the scaled parameters
   std::vector<std::size_t> held;  ///< indices in theta of parameters that keep their start

@@ -42,8 +42,7 @@ class ArmTorqueData {
 
   /// (rows) Y pi + F[f_j(theta)] - tau of joint j [N m].
   Eigen::VectorXd residual(const Arm& arm, int j) const;
-  /// `JointFrictionData::load_gain` of joint j at twice the load, or the torque if that is larger:
-  /// a prediction may err, and a load that lacks friction is too small.
+  /// `JointFrictionData::load_gain` of joint j.
   double load_gain(const Arm& arm, int j) const;
 
  private:
@@ -76,7 +75,8 @@ struct ArmTorqueFit {
   Outcome outcome = Outcome::kFailed;
   std::string message = "fit_arm_torque was not called";
   Arm arm;
-  Eigen::VectorXd sigma;  ///< (n) rms of the residual [N m]
+  Eigen::VectorXd sigma;          ///< (n) rms of the residual [N m]
+  std::vector<double> objective;  ///< of each pass, residuals in units of their sigma before it
   double seconds = 0;
 };
 
