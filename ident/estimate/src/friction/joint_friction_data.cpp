@@ -20,7 +20,6 @@ constexpr double kLoadStep = 1e-4;      // of 1 N m and the load
 constexpr double kLoadMargin = 2;       // by which a predicted load may err
 
 using Columns = fricid::Group<PackD, 2>;  // filtered side by side
-constexpr std::size_t kColumns = 2 * kLanes;
 
 template <class T>
 friction::Input<PackD> spread(const T& in) {
