@@ -41,12 +41,7 @@ Done simulate(const scene::Problem& part, const RunFolder& out, int jobs) {
 
 Done import(const scene::Problem& part, const RunFolder& out,
             const std::function<void(const std::string&)>& say) {
-  std::vector<data::Dataset> sets =
-      import_logs(part, part.scene.data.train, RunFolder::training, say);
-  for (data::Dataset& held_out :
-       import_logs(part, part.scene.data.validation, RunFolder::validation, say))
-    sets.push_back(std::move(held_out));
-
+  const std::vector<data::Dataset> sets = import_logs(part, logs_of_data(part), say);
   Done done;
   for (const data::Dataset& dataset : sets) {
     const auto findings = doctor::diagnose(dataset, &part.robot);
@@ -78,9 +73,7 @@ Stage data_stage(const Job& job) {
   } else {
     declare(stage.inputs, job.problem, kImported);
     declare_contract(stage.inputs, job.problem);
-    declare_logs(stage.inputs, job.problem, job.problem.scene.data.train, RunFolder::training);
-    declare_logs(stage.inputs, job.problem, job.problem.scene.data.validation,
-                 RunFolder::validation);
+    declare_logs(stage.inputs, job.problem, logs_of_data(job.problem));
     stage.work = [part = part_of(job.problem, kImported), out = job.run.folder(),
                   say = job.say](const RunFolder&) { return import(part, out, say); };
   }

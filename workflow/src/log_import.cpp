@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+#include <map>
 #include <optional>
 
 #include "fricid/data/contract.hpp"
@@ -11,21 +14,37 @@ namespace fricid::workflow {
 
 namespace fs = std::filesystem;
 
-std::vector<data::Dataset> import_logs(const scene::Problem& part,
-                                       const std::vector<std::string>& logs, RecordingName name,
+std::vector<SceneLog> named(const std::vector<std::string>& logs, std::string (*name)(int)) {
+  std::vector<SceneLog> result;
+  for (const std::string& log : logs)
+    result.push_back({log, name(static_cast<int>(result.size()))});
+  return result;
+}
+
+std::vector<SceneLog> logs_of_data(const scene::Problem& problem) {
+  std::vector<SceneLog> logs = named(problem.scene.data.train, RunFolder::training);
+  std::ranges::copy(named(problem.scene.data.validation, RunFolder::validation),
+                    std::back_inserter(logs));
+  return logs;
+}
+
+std::vector<data::Dataset> import_logs(const scene::Problem& part, std::span<const SceneLog> logs,
                                        const std::function<void(const std::string&)>& say) {
   std::optional<data::Contract> contract;
   if (!part.contract_path.empty()) contract = data::load_contract(part.contract_path);
-  std::vector<data::Dataset> sets;
-  for (std::size_t i = 0; i < logs.size(); ++i) {
-    const fs::path path = scene::find_log(part, logs[i]);
-    const data::Dataset part_of_log =
-        data::cut(contract ? data::import_log(path, *contract) : data::load_dataset(path),
-                  data::log_part(logs[i]), path.string());
-    sets.push_back(
-        data::of_joints(part_of_log, part.scene.joints, part.scene.robot.fix, path.string()));
-    for (const std::string& warning : data::check_dataset(sets.back(), path.string())) say(warning);
-    sets.back().name = name(static_cast<int>(i));
+  std::map<fs::path, std::vector<std::size_t>> parts_of;
+  for (std::size_t i = 0; i < logs.size(); ++i)
+    parts_of[scene::find_log(part, logs[i].log)].push_back(i);
+  std::vector<data::Dataset> sets(logs.size());
+  for (const auto& [path, parts] : parts_of) {
+    const data::Dataset whole =
+        contract ? data::import_log(path, *contract) : data::load_dataset(path);
+    for (const std::size_t i : parts) {
+      sets[i] = data::of_joints(data::cut(whole, data::log_part(logs[i].log), path.string()),
+                                part.scene.joints, part.scene.robot.fix, path.string());
+      for (const std::string& warning : data::check_dataset(sets[i], path.string())) say(warning);
+      sets[i].name = logs[i].recording;
+    }
   }
   return sets;
 }
@@ -35,11 +54,9 @@ void declare_contract(Inputs& inputs, const scene::Problem& problem) {
 }
 
 // Two logs may have one name in different folders.
-void declare_logs(Inputs& inputs, const scene::Problem& problem,
-                  const std::vector<std::string>& logs, RecordingName name) {
-  for (std::size_t i = 0; i < logs.size(); ++i)
-    inputs.file(fmt::format("log of {}", name(static_cast<int>(i))),
-                scene::find_log(problem, logs[i]));
+void declare_logs(Inputs& inputs, const scene::Problem& problem, std::span<const SceneLog> logs) {
+  for (const SceneLog& log : logs)
+    inputs.file(fmt::format("log of {}", log.recording), scene::find_log(problem, log.log));
 }
 
 }  // namespace fricid::workflow
