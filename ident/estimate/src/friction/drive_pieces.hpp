@@ -35,21 +35,32 @@ bool JointFrictionData::drive(std::span<const Group> groups, std::size_t states,
       Passed& at = passed.emplace_back(piece.sequence, sample, begins, std::vector<double>(states));
       for (std::size_t i = 0; i < states; ++i) at.z[i] = z[i][lane];
     };
-    for (int k = 0; k <= longest; ++k) {
-      for (int lane = 0; const MotionPiece& piece : group.pieces) {
-        if (const int sample = piece.start + k; sample == piece.begin || sample == piece.end)
-          pass(piece, lane, sample);
-        ++lane;
-      }
-      if (k == longest) break;
-      const auto step = static_cast<std::size_t>(k);
+    std::vector<int> changes;  // steps at which a piece begins or ends
+    for (const MotionPiece& piece : group.pieces)
+      changes.insert(changes.end(), {piece.begin - piece.start, piece.end - piece.start});
+    std::ranges::sort(changes);
+    changes.erase(std::ranges::unique(changes).begin(), changes.end());
+    auto next = changes.begin();
+    const auto change = [&](int k) {
       lanes.clear();
       for (int lane = 0; const MotionPiece& piece : group.pieces) {
-        if (const int sample = piece.start + k; sample >= piece.begin && sample < piece.end)
+        const int sample = piece.start + k;
+        if (sample == piece.begin || sample == piece.end) pass(piece, lane, sample);
+        if (sample >= piece.begin && sample < piece.end)
           lanes.push_back(
               {lane, static_cast<std::size_t>(piece.sequence), static_cast<std::size_t>(sample)});
         ++lane;
       }
+    };
+    lanes.clear();
+    for (int k = 0; k <= longest; ++k) {
+      for (LaneSample& at : lanes) ++at.sample;
+      if (next != changes.end() && *next == k) {
+        change(k);
+        ++next;
+      }
+      if (k == longest) break;
+      const auto step = static_cast<std::size_t>(k);
       if (!lanes.empty()) driver.torque(group.at[step], z, lanes);
       driver.step(group.over[step], z);
     }
