@@ -171,6 +171,30 @@ TEST(SumFit, LacksThePartsThatTheTruthLacks) {
   EXPECT_LE(parts, 13);  // of 27
 }
 
+// A cable that slips after .4 rad beside a bristle of 2 mrad, in the joints that have one. A spring
+// that begins at the length of a bristle never becomes that soft.
+TEST(SumFit, FindsCables) {
+  const friction::JointSpec joint{{{"dahl", 0, {}}, {"maxwell_slip", 1, {}}}};
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.0, 0.5})  // Fc, sigma0, Fv, then K, W
+    theta.push_back({6, 3000, 2, 2 * size + 0.01, 0.8 * size + 1e-5});
+  const std::vector<friction::LvmParts> parts = parts_found(joint, theta);
+  EXPECT_TRUE(parts[0].cable);
+  EXPECT_FALSE(parts[1].cable);
+  EXPECT_TRUE(parts[2].cable);
+
+  const Prepared prepared = noisy_logs(arm_with(joint, theta), 36);
+  ModelOptions config;
+  config.name = "known";
+  config.method = Method::kJoint;
+  config.laws = {{.law = "dahl", .elements = 4, .modifiers = {}},
+                 {.law = "maxwell_slip", .elements = 1, .modifiers = {}}};
+  ConventionalFits conventional(prepared);
+  const Arm known = fit_model(conventional, config, 1, 2).model.arm;
+  EXPECT_NEAR(parameter(known, 0, "maxwell_slip", "K1"), 2, 0.2);
+  EXPECT_NEAR(parameter(known, 0, "maxwell_slip", "W1"), 0.8, 0.08);
+}
+
 // A gap and a second wave: in the joint that has them, of the size that they have.
 TEST(SumFit, FindsGapsAndFurtherRipples) {
   Arm truth = logs().truth;

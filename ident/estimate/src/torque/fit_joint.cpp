@@ -151,6 +151,10 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
       fits.under_own_load(fits.on_torque(start, JointFits::Rows::kTraining, true, kRoughGain).arm,
                           JointFits::Rows::kTraining, kRoughGain)
           .arm;
+  if (Arm soft = start; !sum && start_cables(fits.promising_cables(start), soft.friction)) {
+    soft = fits.on_torque(soft, JointFits::Rows::kTraining, false, kRoughGain).arm;
+    if (fits.held_out_torque(soft) < fits.held_out_torque(start)) start = soft;
+  }
   Progress progress(fmt::format("fit {}", report.model.label),
                     sum ? 3 + 2 * static_cast<int>(std::size(kRivals)) : 1);
   std::vector<Candidate>& found = report.candidates;

@@ -20,7 +20,8 @@ constexpr double kBlock = 1;             // [s] beyond which residuals count as 
 constexpr double kFewSeconds = 10;                         // held out
 constexpr double kMostLoadGain = 0.9, kCutLoadGain = 0.5;  // d friction / d load
 constexpr int kMostCuts = 3;
-constexpr int kMostLoads = 6;  // passes
+constexpr int kMostLoads = 6;            // passes
+constexpr double kPromisingCable = 0.1;  // gain on the training rows
 
 /// What makes friction grow with the load.
 bool is_growth(friction::Role role) {
@@ -313,6 +314,30 @@ PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,
   // deviation is of a normal number, within some per cent
   out.on = out.gain > (1 + 0.5 / (count - 1)) * out.error;
   return out;
+}
+
+std::vector<Cable> JointFits::promising_cables(const Arm& arm) const {
+  std::vector<Cable> cables(static_cast<std::size_t>(n()));
+  parallel_for(n(), jobs_, [&](int j) {
+    const Cable cable = strongest_cable(training_, arm, j);
+    if (cable.gain > kPromisingCable) cables[static_cast<std::size_t>(j)] = cable;
+  });
+  return cables;
+}
+
+bool start_cables(std::span<const Cable> cables, friction::Friction& friction) {
+  bool any = false;
+  for (std::size_t j = 0; j < cables.size(); ++j) {
+    const int joint = static_cast<int>(j);
+    const int K = friction::find_parameter(friction.model, joint, "maxwell_slip", "K1"),
+              W = friction::find_parameter(friction.model, joint, "maxwell_slip", "W1");
+    const bool single = friction::find_parameter(friction.model, joint, "maxwell_slip", "K2") < 0;
+    if (cables[j].K == 0 || K < 0 || !single) continue;
+    friction.theta[static_cast<std::size_t>(K)] = cables[j].K;
+    friction.theta[static_cast<std::size_t>(W)] = cables[j].K * cables[j].length;
+    any = true;
+  }
+  return any;
 }
 
 Arm with_stribeck_curves(const Arm& from, Arm to) {

@@ -133,10 +133,19 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
   std::vector<bool> wants(parts.size(), true);
   double most = 0;
   trials.add_sum("sum and networks", sum, with_networks(parts, wants), 1, kRoughGain);
+  const auto gain_of = [&](std::size_t j) {
+    return fits.compare(trials.last().arm, trials[0].arm, static_cast<int>(j), SumPart::kNetwork);
+  };
+  const auto promises = [](const PartEvidence& part) { return part.on && part.gain > kLeastGain; };
+  // Weights at zero gain little at first: where any joint gains, steps go on before it is judged.
+  for (std::size_t j = 0; j < parts.size(); ++j)
+    if (promises(gain_of(j))) {
+      trials.add("sum and networks", trials.last().arm, 1);
+      break;
+    }
   for (std::size_t j = 0; j < parts.size(); ++j) {
-    evidence.push_back(
-        fits.compare(trials.last().arm, trials[0].arm, static_cast<int>(j), SumPart::kNetwork));
-    wants[j] = evidence.back().on && evidence.back().gain > kLeastGain;
+    evidence.push_back(gain_of(j));
+    wants[j] = promises(evidence.back());
     if (wants[j]) most = std::max(most, evidence.back().gain);
   }
   if (most < kEnough) return std::nullopt;
@@ -150,7 +159,11 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
   const Memory memory = bank ? Memory::kBank : Memory::kNone;
   std::vector<LvmParts> whole = with_networks(parts, wants);
   for (std::size_t j = 0; j < whole.size(); ++j)
-    if (wants[j]) whole[j].memory = memory;
+    if (wants[j]) {
+      whole[j].memory = memory;
+      // without springs in the memory the cable would be what holds the Coulomb friction
+      whole[j].cable = whole[j].cable && memory != Memory::kNone;
+    }
   if (whole != bare(parts, wants, memory)) trials.add_sum("networks and sum", from, whole);
   trials.add_best_of_each_joint();
 

@@ -14,12 +14,16 @@ using friction::SumPart;
 constexpr double kPartsGain = 1e-3;  // smallest gain of a step where fits are only compared
 constexpr double kRoughGain = 1e-2;  // .. where a part may be off anyway
 constexpr int kSweeps = 2;           // over the parts
-// Least gain of a wave, which is the best of many: share of the mean square, and standard errors
-// unless it halves the mean square.
+// Least gain of a wave or a cable, which is the best of many: share of the mean square, and
+// standard errors unless it halves the mean square.
 constexpr double kWaveGain = 0.05, kWaveErrors = 2, kHalf = 1;
 constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in the memory, likewise
 constexpr double kSmallestGap = 1e-5;                 // [rad], below it a fit has closed the gap
 constexpr double kWorseByChance = 2;  // a few held-out seconds do not speak against a prior
+
+bool explains_enough(const PartEvidence& part) {
+  return part.gain > std::max(kWaveGain, std::min(kWaveErrors * part.error, kHalf));
+}
 
 /// Half the width of the gap of a joint [rad].
 double gap_of(const Arm& arm, int j) {
@@ -47,7 +51,10 @@ class SumChoice {
     try_bristles_behind_gaps();
     if (try_inner_viscous()) try_bristles();
     try_ripples();
-    if (!fits_->is_short()) leave_out_parts();  // a few seconds are no proof against a part
+    if (fits_->is_short()) return;  // a few seconds are no proof for a cable or against a part
+    try_bristles_and_cables();
+    try_cables();
+    leave_out_parts();
   }
 
   const std::vector<friction::LvmParts>& parts() const { return parts_; }
@@ -75,6 +82,7 @@ class SumChoice {
   void try_bristles() {
     const Arm bristle =
         fit(with_stribeck_curves(fitted_, from_fitted(switched(SumPart::kBristle))));
+    bristles_ = bristle;
     take(SumPart::kBristle, bristle, [](const PartEvidence& part) { return part.on; });
   }
 
@@ -121,12 +129,52 @@ class SumChoice {
     for (const SumPart part : {SumPart::kSecondRipple, SumPart::kThirdRipple}) {
       const Arm waves = fit(from_fitted(switched(part)), true, kRoughGain);
       if (!take(part, waves, [](const PartEvidence& of_joint) {
-            return of_joint.on &&
-                   of_joint.gain >
-                       std::max(kWaveGain, std::min(kWaveErrors * of_joint.error, kHalf));
+            return of_joint.on && explains_enough(of_joint);
           }))
         return;
     }
+  }
+
+  /// Both at once, where what bristles leave looks like a cable: a bank with long springs stands
+  /// for the two, and neither alone is better than it.
+  void try_bristles_and_cables() {
+    Parts with = switched(SumPart::kBristle);
+    for (friction::LvmParts& of_joint : with) set(of_joint, SumPart::kCable, true);
+    const std::vector<Cable> cables = fits_->promising_cables(bristles_);
+    for (std::size_t j = 0; j < with.size(); ++j)
+      if (cables[j].K == 0) with[j] = parts_[j];
+    if (with == parts_) return;
+    Arm start = carried_over(bristles_, from_fitted(with));
+    start_cables(cables, start.friction);
+    const Arm both = fit(start);
+    const Parts before = parts_;
+    for (int j = 0; j < fits_->n(); ++j) {
+      const auto i = static_cast<std::size_t>(j);
+      if (with[i] == before[i]) continue;
+      const PartEvidence found = fits_->compare(both, fitted_, j, SumPart::kCable);
+      if (!found.on || !explains_enough(found)) continue;
+      note(found);
+      if (!has(before[i], SumPart::kBristle))
+        note({SumPart::kBristle, j, found.gain, found.error, true});
+      parts_[i] = with[i];
+    }
+    if (parts_ != before) fitted_ = fit(carried_over(both, from_fitted(parts_)));
+  }
+
+  /// A cable in the joints whose residual looks like one.
+  void try_cables() {
+    std::vector<Cable> cables = fits_->promising_cables(fitted_);
+    Parts with = parts_;
+    for (std::size_t j = 0; j < with.size(); ++j) {
+      if (parts_[j].cable) cables[j] = {};
+      if (cables[j].K > 0) set(with[j], SumPart::kCable, true);
+    }
+    if (with == parts_) return;
+    Arm start = from_fitted(with);
+    start_cables(cables, start.friction);
+    take(SumPart::kCable, fit(start), [&](const PartEvidence& part) {
+      return cables[static_cast<std::size_t>(part.joint)].K > 0 && part.on && explains_enough(part);
+    });
   }
 
   /// What says nothing beside the others goes, one part after the other: of two that stand for each
@@ -219,7 +267,7 @@ class SumChoice {
   JointFits* fits_;
   Parts parts_;
   std::vector<PartEvidence> evidence_;
-  Arm fitted_;
+  Arm fitted_, bristles_;  // the latter with a bristle in every joint
 };
 
 }  // namespace

@@ -286,7 +286,8 @@ struct FittedPart {
         "part", part,
         text("backlash, load, power_flow, asymmetry, ripple, second_ripple, third_ripple, "
              "temperature, network; bristle: lugre instead of the bank; viscous: linear viscous "
-             "torque beside that of a power; inner_viscous: in the memory, not beside it"));
+             "torque beside that of a power; inner_viscous: in the memory, not beside it; "
+             "cable: a soft spring beside the memory"));
     archive("gain", gain,
             any_number("1", "relative rise of the held-out mean square without the part"));
     archive("gain_se", error, not_negative("1", "standard error of gain, from blocks of a second"));

@@ -33,6 +33,7 @@ struct LvmParts {
   bool viscous = true;         ///< linear viscous torque beside that of a power
   bool inner_viscous = false;  ///< the linear one under the memory's modifiers, not beside it
   bool backlash = false;       ///< a gap before the memory
+  bool cable = false;          ///< a soft spring that slips late, beside the memory
   int network = 0;             ///< units of the network for what the laws leave; 0: none
 
   bool operator==(const LvmParts&) const = default;
@@ -51,30 +52,32 @@ enum class SumPart {
   kTemperature,
   kViscous,
   kInnerViscous,
+  kCable,
   kNetwork
 };
 constexpr std::string_view names(SumPart) {
   return "bristle|backlash|load|power_flow|asymmetry|ripple|second_ripple|third_ripple|temperature|"
-         "viscous|inner_viscous|network";
+         "viscous|inner_viscous|cable|network";
 }
 /// Switches a part on or off; kBristle: on in the place of the bank; kNetwork: of `kNetworkUnits`.
 void set(LvmParts& parts, SumPart part, bool on);
 
 /// The friction of one joint in which the laws of the table are special cases:
 ///
-///     tau = memory + viscous torque + load part + network
+///     tau = memory + viscous torque + load part + cable + network
 ///
 ///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry,
 ///                     backlash}
 ///     viscous torque  viscous_power and, with `viscous`, viscous, each {temperature, asymmetry};
 ///                     the linear one in the memory instead of beside it with `inner_viscous`
 ///     load part       load_dependent
+///     cable           maxwell_slip with one spring, of cables and hoses that a joint bends
 ///     network         memory_network, for what the laws leave
 ///
-/// Only the memory is to have Coulomb friction and only one law linear viscous friction, none
-/// without `viscous`: the caller keeps these parameters of the other laws at their lower bounds.
-/// Maxwell slip is the bank with Fs = Fc, Coulomb friction its limit of short springs; GMS and
-/// LuGre remain without the other parts.
+/// Only the memory and the cable are to have Coulomb friction and only one law linear viscous
+/// friction, none without `viscous`: the caller keeps these parameters of the other laws at their
+/// lower bounds. Maxwell slip is the bank with Fs = Fc, Coulomb friction its limit of short
+/// springs; GMS and LuGre remain without the other parts.
 JointSpec lvm_sum(const LvmParts& parts);
 
 }  // namespace fricid::friction

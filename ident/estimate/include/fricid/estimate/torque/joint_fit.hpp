@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fricid/estimate/torque/arm_torque_fit.hpp"
+#include "fricid/estimate/torque/cable.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
 #include "fricid/estimate/torque/folds.hpp"
 #include "fricid/estimate/windows/multi_step.hpp"
@@ -81,6 +82,10 @@ class JointFits {
   /// standard error.
   PartEvidence compare(const Arm& with, const Arm& without, int j, friction::SumPart part) const;
 
+  /// Per joint the cable that the training torque that `arm` leaves looks like; K = 0: like
+  /// none, the gain is below a tenth.
+  std::vector<Cable> promising_cables(const Arm& arm) const;
+
   /// Whether every recording is long enough to train on windows.
   bool has_room_for_windows() const;
   /// Whether fewer than ten seconds are held out.
@@ -116,6 +121,10 @@ class JointFits {
   double temperature_ = 0;
   bool has_temperature_ = false;
 };
+
+/// Single springs (maxwell_slip) begin as cables where there are some (K > 0).
+/// @return whether any does
+bool start_cables(std::span<const Cable> cables, friction::Friction& friction);
 
 /// `to` with the Stribeck curve of each joint's first law that `from` has there, whatever the laws.
 Arm with_stribeck_curves(const Arm& from, Arm to);
