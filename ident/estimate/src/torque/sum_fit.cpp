@@ -14,13 +14,15 @@ using friction::SumPart;
 constexpr double kPartsGain = 1e-3;  // smallest gain of a step where fits are only compared
 constexpr double kRoughGain = 1e-2;  // .. where a part may be off anyway
 constexpr int kSweeps = 2;           // over the parts
-// Least gain of a wave or a cable, which is the best of many: share of the mean square, and
-// standard errors unless it halves the mean square.
+// Least gain of the best of many: share of the mean square, and standard errors unless it halves
+// the mean square.
 constexpr double kWaveGain = 0.05, kWaveErrors = 2, kHalf = 1;
 constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in the memory, likewise
 constexpr double kSmallestGap = 1e-5;                 // [rad], below it a fit has closed the gap
 constexpr double kWorseByChance = 2;  // a few held-out seconds do not speak against a prior
 
+/// What was picked from many, a wave by its order or a cable by its length, has to gain more than
+/// by chance.
 bool explains_enough(const PartEvidence& part) {
   return part.gain > std::max(kWaveGain, std::min(kWaveErrors * part.error, kHalf));
 }
@@ -102,17 +104,9 @@ class SumChoice {
     for (friction::LvmParts& of_joint : with) set(of_joint, SumPart::kBristle, true);
     if (with == parts_) return;
     const Arm both = fit(with_stribeck_curves(fitted_, from_fitted(with)));
-    const Parts before = parts_;
-    for (int j = 0; j < fits_->n(); ++j) {
-      const auto i = static_cast<std::size_t>(j);
-      if (with[i] == before[i]) continue;
-      PartEvidence found = fits_->compare(both, fitted_, j, SumPart::kBacklash);
-      if (!found.on || gap_of(both, j) <= kSmallestGap) continue;
-      for (const SumPart part : {SumPart::kBristle, SumPart::kBacklash})
-        if (!has(before[i], part)) note({part, j, found.gain, found.error, true});
-      parts_[i] = with[i];
-    }
-    if (parts_ != before) fitted_ = fit(carried_over(both, from_fitted(parts_)));
+    take_with_bristles(SumPart::kBacklash, with, both, [&](const PartEvidence& part) {
+      return part.on && gap_of(both, part.joint) > kSmallestGap;
+    });
   }
 
   /// Viscous friction that the modifiers of the memory scale. @return whether a joint has it
@@ -146,19 +140,8 @@ class SumChoice {
     if (with == parts_) return;
     Arm start = carried_over(bristles_, from_fitted(with));
     start_cables(cables, start.friction);
-    const Arm both = fit(start);
-    const Parts before = parts_;
-    for (int j = 0; j < fits_->n(); ++j) {
-      const auto i = static_cast<std::size_t>(j);
-      if (with[i] == before[i]) continue;
-      const PartEvidence found = fits_->compare(both, fitted_, j, SumPart::kCable);
-      if (!found.on || !explains_enough(found)) continue;
-      note(found);
-      if (!has(before[i], SumPart::kBristle))
-        note({SumPart::kBristle, j, found.gain, found.error, true});
-      parts_[i] = with[i];
-    }
-    if (parts_ != before) fitted_ = fit(carried_over(both, from_fitted(parts_)));
+    take_with_bristles(SumPart::kCable, with, fit(start),
+                       [](const PartEvidence& part) { return part.on && explains_enough(part); });
   }
 
   /// A cable in the joints whose residual looks like one.
@@ -251,6 +234,23 @@ class SumChoice {
     else if (taken > 0)
       fitted_ = fit(carried_over(with, from_fitted(parts_)));
     return taken > 0;
+  }
+
+  /// Joints in which `with` has other parts than now keep them, a bristle and `part`, where the two
+  /// together earn their place.
+  void take_with_bristles(SumPart part, const Parts& with, const Arm& both,
+                          const std::function<bool(const PartEvidence&)>& earns) {
+    const Parts before = parts_;
+    for (int j = 0; j < fits_->n(); ++j) {
+      const auto i = static_cast<std::size_t>(j);
+      if (with[i] == before[i]) continue;
+      const PartEvidence found = fits_->compare(both, fitted_, j, part);
+      if (!earns(found)) continue;
+      for (const SumPart taken : {SumPart::kBristle, part})
+        if (!has(before[i], taken)) note({taken, j, found.gain, found.error, true});
+      parts_[i] = with[i];
+    }
+    if (parts_ != before) fitted_ = fit(carried_over(both, from_fitted(parts_)));
   }
 
   /// The last evidence of a part in a joint counts.

@@ -82,8 +82,8 @@ class JointFits {
   /// standard error.
   PartEvidence compare(const Arm& with, const Arm& without, int j, friction::SumPart part) const;
 
-  /// Per joint the cable that the training torque that `arm` leaves looks like; K = 0: like
-  /// none, the gain is below a tenth.
+  /// Per joint the `strongest_cable` in the training torque that `arm` leaves; K = 0 where that
+  /// gains less than a tenth.
   std::vector<Cable> promising_cables(const Arm& arm) const;
 
   /// Whether every recording is long enough to train on windows.

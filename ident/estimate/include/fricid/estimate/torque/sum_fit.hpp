@@ -9,10 +9,11 @@ namespace fricid::estimate {
 
 /// The sum whose parts the held-out torque wants, on all rows. Fits to the training rows begin with
 /// a bank and all parts of the laws, at what `from` has of them; a bristle in its place, a gap
-/// before it and further ripples are taken joint by joint where they lower the held-out error, and
-/// parts that say nothing are left out. On a short log, which a sum with all parts fits by values
-/// that no gear has, another choice begins without parts and adds them one by one; it is taken
-/// unless the held-out error of the first is less by a factor beyond chance. Where there is a prior
+/// before it, further ripples and, on long logs, cables are taken joint by joint where they lower
+/// the held-out error, and parts that say nothing are left out. On a short log, which a sum with
+/// all parts fits by values that no gear has, another choice begins without parts and adds them one
+/// by one; it is taken unless the held-out error of the first is less by a factor beyond chance.
+/// Where there is a prior
 /// (`JointFits::take_prior`) its laws, pulled to it, are what is returned if they err less on the
 /// held-out rows, on a short log less than twice as much; `parts` stays empty then.
 Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmParts>& parts,
