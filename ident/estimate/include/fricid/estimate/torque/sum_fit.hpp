@@ -13,9 +13,9 @@ namespace fricid::estimate {
 /// the held-out error, and parts that say nothing are left out. On a short log, which a sum with
 /// all parts fits by values that no gear has, another choice begins without parts and adds them one
 /// by one; it is taken unless the held-out error of the first is less by a factor beyond chance.
-/// Where there is a prior
-/// (`JointFits::take_prior`) its laws, pulled to it, are what is returned if they err less on the
-/// held-out rows, on a short log less than twice as much; `parts` stays empty then.
+/// Where there is a prior (`JointFits::take_prior`) its laws, pulled to it, are what is returned if
+/// they err less on the held-out rows, on a short log less than twice as much; `parts` stays empty
+/// then.
 Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmParts>& parts,
                   std::vector<PartEvidence>& evidence);
 
