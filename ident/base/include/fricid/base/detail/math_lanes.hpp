@@ -173,8 +173,8 @@ S scale(S x, Rounded<S> n) {
 }
 template <class T, int N>
 Pack<T, N> scale(Pack<T, N> x, Rounded<Pack<T, N>> n) {
-  using S = Pack<T, N>;
 #if defined(__AVX512F__)
+  using S = Pack<T, N>;
   // Lanes that vanish are left out: underflow takes a hundred cycles.
   using Vector = typename Pack<T, N>::Vector;
   const S vanishes(RealOf<S>::kVanishes);
