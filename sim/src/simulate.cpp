@@ -6,10 +6,13 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Eigenvalues>
+
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
+#include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/sim/controller.hpp"
 #include "fricid/sim/sensors.hpp"
@@ -77,22 +80,52 @@ Payload payload_of(const scene::Problem& problem) {
   return payload;
 }
 
+/// Largest eigenvalue of M(q)^-1 diag(M(q)) along a motion: by so much more than one joint alone an
+/// arm answers to gains in proportion to the joints' own inertias.
+double strongest_answer(const dynamics::RobotModel& robot, const RowMatrix& q) {
+  constexpr Eigen::Index kPoses = 50;
+  const auto n = static_cast<std::size_t>(robot.n());
+  const std::span<const double> pi{robot.pi.data(), static_cast<std::size_t>(robot.pi.size())};
+  dynamics::Workspace<double> ws(robot);
+  Eigen::MatrixXd M(robot.n(), robot.n());
+  double strongest = 1;
+  for (Eigen::Index k = 0; k < q.rows(); k += std::max<Eigen::Index>(1, q.rows() / kPoses)) {
+    if (!q.row(k).allFinite()) continue;
+    dynamics::crba<double>(robot, ws, pi, {q.row(k).data(), n}, {M.data(), n * n});
+    const Eigen::VectorXd root = M.diagonal().cwiseSqrt();
+    // the same eigenvalues as those of the inverse of D^-1/2 M D^-1/2
+    const Eigen::MatrixXd scaled =
+        root.cwiseInverse().asDiagonal() * M * root.cwiseInverse().asDiagonal();
+    const double least =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly)
+            .eigenvalues()[0];
+    if (least > 0) strongest = std::max(strongest, 1 / least);
+  }
+  return strongest;
+}
+
 /// A velocity gain of 2 zeta w takes out more than the velocity between two samples when
-/// 2 zeta w dt > 1, and the loop overshoots in every one.
-void check_controller(const scene::Problem& problem, const std::string& found) {
+/// 2 zeta w dt > 1, and the loop overshoots in every one; that of one joint moves the others too.
+void check_controller(const scene::Problem& problem, const RowMatrix& q, const std::string& found) {
   const ControllerOptions& controller = problem.scene.controller;
+  const dynamics::RobotModel& robot = problem.robot;
   const double rate = problem.scene.sensors.rate_hz;
-  const double fastest = rate / (4 * std::numbers::pi * controller.damping);
+  const double answer =
+      controller.kind == ControlLaw::kComputedTorque ? 1 : strongest_answer(robot, q);
+  const double fastest = rate / (4 * std::numbers::pi * controller.damping * answer);
   if (controller.bandwidth_hz <= fastest) return;
+  const bool lacks_rotors =
+      (robot.pi.segment(robot.armature_begin(), robot.n()).array() == 0).any();
   throw UserError(
       "{}; a controller of {} Hz that acts {} times a second overshoots at every sample: lower "
-      "controller.bandwidth_hz below {:.2g}, or raise sensors.rate_hz",
-      found, controller.bandwidth_hz, rate, fastest);
+      "controller.bandwidth_hz below {:.2g}{} raise sensors.rate_hz",
+      found, controller.bandwidth_hz, rate, fastest,
+      lacks_rotors ? ", state armatures (robot.guess_armature = true), or" : ", or");
 }
 
 void check_finite(const scene::Problem& problem, const Trace& trace, const std::string& name) {
   if (trace.q.allFinite() && trace.v.allFinite() && trace.z.allFinite()) return;
-  check_controller(problem,
+  check_controller(problem, trace.q,
                    fmt::format("{}: {}: the simulated arm diverged", problem.scene.name, name));
   const dynamics::RobotModel& robot = problem.robot;
   for (int j = 0; j < robot.n(); ++j)
@@ -129,7 +162,7 @@ void check_chatter(const scene::Problem& problem, const Trace& trace, const Four
     const std::string found =
         fmt::format("{}: {}: the simulated {} chatters: it reverses {:.0f} times a second",
                     problem.scene.name, name, joint, turns / seconds);
-    check_controller(problem, found);
+    check_controller(problem, trace.q, found);
     const double armature = robot.pi[robot.armature_begin() + j];
     throw UserError(
         "{} under friction of {:.3g} N m with an armature of {:.2g} kg m^2; give it a larger one, "

@@ -157,7 +157,7 @@ class PoorRobot(ProgramTest):
         self.log("validation.csv", "validation")
         done = fricid("run", self.scene(self.urdf), "-o", self.out)
         self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertRegex(done.stderr, r"NOT TO BE TRUSTED.*\nsimple_s1: joint_a2: R2 -?[\d.]+ on its own training torque; look for")
+        self.assertRegex(done.stderr, r"NOT TO BE TRUSTED.*\nsimple_s1: joint_a2: R2 -?[\d.e+]+ on its own training torque; look for")
         fit = self.fit()
         self.assertFalse(fit["usable"])
         self.assertIn("joint_a2", [fault["joint"] for fault in fit["faults"]])

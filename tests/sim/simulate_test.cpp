@@ -201,28 +201,52 @@ std::string refusal_of(const scene::Problem& problem) {
   return "";
 }
 
-// Without armature a wrist link of 0.2 g m^2 is turned around by its friction within a step.
-TEST(Simulate, ATruthThatChattersIsRefusedWithItsRemedy) {
+/// The KR 6 without rotors or with, in short.
+std::string refusal_of(double step_s, double rate_hz, double bandwidth_hz, ControlLaw kind,
+                       bool rotors) {
   scene::Scene scene = small_scene("kr6_full");
   scene.robot.mjcf.clear();
   scene.excitation.validation = 0;
+  scene.plant.step_s = step_s;
+  scene.sensors.rate_hz = rate_hz;
+  scene.controller.bandwidth_hz = bandwidth_hz;
+  scene.controller.kind = kind;
   scene::Problem problem = scene::resolve(std::move(scene));
-  problem.robot.pi.segment(problem.robot.armature_begin(), problem.robot.n()).setZero();
-  const std::string message = refusal_of(problem);
-  EXPECT_THAT(message, HasSubstr("chatters: it reverses"));
-  EXPECT_THAT(message, HasSubstr("joint_a"));
-  EXPECT_THAT(message, HasSubstr("plant.step_s = 0.0005 s"));
+  if (!rotors)
+    problem.robot.pi.segment(problem.robot.armature_begin(), problem.robot.n()).setZero();
+  return refusal_of(problem);
 }
 
+// Without armature links are turned around by their friction within a step of 4 ms.
+TEST(Simulate, ATruthThatChattersIsRefusedWithItsRemedy) {
+  const auto refusal = [](double step_s) {
+    return refusal_of(step_s, 250, 8, ControlLaw::kComputedTorque, false);
+  };
+  const std::string message = refusal(0.004);
+  EXPECT_THAT(message, HasSubstr("chatters: it reverses"));
+  EXPECT_THAT(message, HasSubstr("joint_a"));
+  EXPECT_THAT(message, HasSubstr("plant.step_s = 0.004 s"));
+  EXPECT_EQ(refusal(0.002), "");
+}
+
+// One joint's gain moves the others too, the more the less of their inertia is rotors: a controller
+// overshoots at more samples than those of one joint alone. Below the bandwidth that is named it
+// does not.
 TEST(Simulate, AControllerTooFastForItsSamplesIsNamed) {
-  scene::Scene scene = small_scene("kr6_full");
-  scene.robot.mjcf.clear();
-  scene.excitation.validation = 0;
-  scene.sensors.rate_hz = 50;
-  const scene::Problem problem = scene::resolve(std::move(scene));
-  const std::string message = refusal_of(problem);
-  EXPECT_THAT(message, HasSubstr("a controller of 8 Hz that acts 50 times a second"));
-  EXPECT_THAT(message, HasSubstr("lower controller.bandwidth_hz below 4.4"));
+  struct Case {
+    double rate_hz;
+    bool rotors;
+  };
+  for (const auto& [rate_hz, rotors] : {Case{50, true}, {125, true}, {250, false}}) {
+    const std::string message = refusal_of(0.0005, rate_hz, 8, ControlLaw::kPdGravity, rotors);
+    EXPECT_THAT(message, HasSubstr(fmt::format("of 8 Hz that acts {} times a second", rate_hz)));
+    EXPECT_EQ(message.find("guess_armature") == std::string::npos, rotors) << message;
+    const std::string before = "lower controller.bandwidth_hz below ";
+    const std::size_t at = message.find(before);
+    ASSERT_NE(at, std::string::npos) << message;
+    const double lower = 0.9 * std::stod(message.substr(at + before.size()));
+    EXPECT_EQ(refusal_of(0.0005, rate_hz, lower, ControlLaw::kPdGravity, rotors), "");
+  }
 }
 
 }  // namespace

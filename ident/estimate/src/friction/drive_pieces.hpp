@@ -6,11 +6,24 @@
 #include <tuple>
 
 #include "fricid/estimate/friction/friction_fit.hpp"
+#include "fricid/friction/laws/maxwell_slip.hpp"
 
 namespace fricid::estimate {
 
 // Where two pieces meet, their states differ by at most this share of their size.
 inline constexpr double kForgotten = 1e-6;
+
+/// Travel over which the springs of maxwell_slip follow the joint, the longest [rad or m].
+inline double longest_spring(const friction::RobotFriction& friction,
+                             std::span<const double> theta) {
+  double longest = 0;
+  for (std::size_t K = 0; const friction::ParameterRef& p : friction.parameters()) {
+    if (p.owner == friction::MaxwellSlip::kName && p.info.role == friction::Role::kStiffness)
+      longest = std::max(longest, theta[K + 1] / theta[K]);
+    ++K;
+  }
+  return longest;
+}
 
 template <class Driver>
 bool JointFrictionData::drive(std::span<const Group> groups, std::size_t states,
@@ -78,8 +91,10 @@ bool JointFrictionData::drive(std::span<const Group> groups, std::size_t states,
 }
 
 template <class Driver>
-void JointFrictionData::drive(std::size_t states, Driver& driver) const {
-  if (drive(groups_, states, driver)) return;
+void JointFrictionData::drive(const friction::RobotFriction& friction,
+                              std::span<const double> theta, Driver& driver) const {
+  const auto states = static_cast<std::size_t>(friction.state_size());
+  if (2 * longest_spring(friction, theta) <= run_in_ && drive(groups_, states, driver)) return;
   std::vector<MotionPiece> whole;
   for (int s = 0; s < sequences(); ++s) {
     const SampleRange& range = series_[static_cast<std::size_t>(s)].range;

@@ -83,6 +83,7 @@ JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequenc
     q.emplace_back();
     for (const friction::Input<double>& in : series.at) q.back().push_back(in.q);
   }
+  run_in_ = run_in(q, all);
   groups_ = side_by_side(cut_motion(q, all, dt_, kLanes, decimated_.every()));
   travel_ = std::max(0.0, highest - lowest);
   target_mean_square_ = rows_ > 0 ? square / rows_ - std::pow(sum / rows_, 2) : 0;
@@ -136,7 +137,7 @@ PerSample JointFrictionData::unfiltered(const friction::RobotFriction& friction,
     }
   } driver{friction, {theta.begin(), theta.end()}, dt_, {}, {}};
   for (const Series& series : series_) driver.f.emplace_back(series.at.size(), 0.0);
-  drive(static_cast<std::size_t>(friction.state_size()), driver);
+  drive(friction, theta, driver);
   return std::move(driver.f);
 }
 
@@ -163,7 +164,7 @@ double JointFrictionData::load_gain(const friction::RobotFriction& friction,
       friction.step<PackD>(theta, {&in, 1}, dt, z);
     }
   } driver{friction, {theta.begin(), theta.end()}, dt_, 0, {}};
-  drive(static_cast<std::size_t>(friction.state_size()), driver);
+  drive(friction, theta, driver);
   return driver.largest;
 }
 

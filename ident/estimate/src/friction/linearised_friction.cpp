@@ -231,7 +231,7 @@ JointFrictionData::Linear JointFrictionData::linearise_into(
            std::vector<PackD>(theta.size()),
            std::vector<PackD>((wanted.size() / Columns::kWidth + 1) * Columns::kWidth, PackD(0)),
            Columns(*this, (wanted.size() / Columns::kWidth + 1) * Columns::kWidth)};
-  drive(driver.z_bar.size(), driver);
+  drive(friction, theta, driver);
   driver.kept.reset();
 
   Eigen::Index rows = 0;

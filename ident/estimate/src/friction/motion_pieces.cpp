@@ -46,17 +46,20 @@ long cost(std::span<const MotionPiece> pieces, int lanes) {
 
 }  // namespace
 
+double run_in(std::span<const std::vector<double>> q, std::span<const SampleRange> ranges) {
+  Bounds travel;
+  for (std::size_t s = 0; s < ranges.size(); ++s)
+    for (int k = ranges[s].begin; k < ranges[s].end; ++k)
+      travel.take(q[s][static_cast<std::size_t>(k)]);
+  return std::min(kInterval, kShare * travel.size());
+}
+
 std::vector<MotionPiece> cut_motion(std::span<const std::vector<double>> q,
                                     std::span<const SampleRange> ranges, double dt, int lanes,
                                     int grid) {
-  Bounds travel;
   int longest = 0;
-  for (std::size_t s = 0; s < ranges.size(); ++s) {
-    longest = std::max(longest, ranges[s].size());
-    for (int k = ranges[s].begin; k < ranges[s].end; ++k)
-      travel.take(q[s][static_cast<std::size_t>(k)]);
-  }
-  const double interval = std::min(kInterval, kShare * travel.size());
+  for (const SampleRange& range : ranges) longest = std::max(longest, range.size());
+  const double interval = run_in(q, ranges);
   const int settled = static_cast<int>(std::lround(kSettled / dt));
 
   std::vector<MotionPiece> best;

@@ -72,17 +72,6 @@ std::vector<SampleRange> needed(std::span<const signals::Recording> recordings,
   return ranges;
 }
 
-/// F[f] at the rows that count.
-Eigen::VectorXd friction_rows(const ArmTorqueData::Joint& joint, const friction::RobotFriction& one,
-                              std::span<const double> theta) {
-  const PerSample predicted = joint.friction.predict(one, theta);
-  Eigen::VectorXd f(joint.tau.size());
-  Eigen::Index r = 0;
-  for (std::size_t s = 0; s < joint.row.size(); ++s)
-    for (const int k : joint.row[s]) f[r++] = predicted[s][static_cast<std::size_t>(k)];
-  return f;
-}
-
 /// d F[f] / d theta_p at the rows that count, for the parameters `wanted` of one joint, by forward
 /// differences, one parameter per lane. @param slope  dtheta_p/dc: size of a change
 Eigen::MatrixXd friction_jacobian(const ArmTorqueData::Joint& joint,
@@ -254,7 +243,7 @@ class Problem {
     JointFrictionData::Linear at =
         friction::Tangent::is_known(model.one)
             ? joint.friction.linearise(model.one, theta, wanted, joint.row)
-            : JointFrictionData::Linear{friction_rows(joint, model.one, theta),
+            : JointFrictionData::Linear{joint.predict(model.one, theta),
                                         friction_jacobian(joint, model.one, theta, wanted, slope)};
     at.J *= slope.asDiagonal();
     return at;
@@ -401,9 +390,19 @@ JointFrictionData ArmTorqueData::friction_of(std::span<const RowMatrix> torque, 
                            needed(recordings_, row, cutoff_hz_));
 }
 
+Eigen::VectorXd ArmTorqueData::Joint::predict(const friction::RobotFriction& one,
+                                              std::span<const double> theta) const {
+  const PerSample predicted = friction.predict(one, theta);
+  Eigen::VectorXd f(tau.size());
+  Eigen::Index r = 0;
+  for (std::size_t s = 0; s < row.size(); ++s)
+    for (const int k : row[s]) f[r++] = predicted[s][static_cast<std::size_t>(k)];
+  return f;
+}
+
 Eigen::VectorXd ArmTorqueData::residual(const Arm& arm, int j) const {
   const friction::Friction f = friction_of_joint(arm.friction, j);
-  return joint(j).Y * arm.robot.pi + friction_rows(joint(j), f.model, f.theta) - joint(j).tau;
+  return joint(j).Y * arm.robot.pi + joint(j).predict(f.model, f.theta) - joint(j).tau;
 }
 
 double ArmTorqueData::load_gain(const Arm& arm, int j) const {

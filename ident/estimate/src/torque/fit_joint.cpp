@@ -73,6 +73,17 @@ Arm load_prior(const std::string& file, const Prepared& prepared) {
   return arm;
 }
 
+/// `start`, or fitted again from cables where it has single springs and the held-out torque is then
+/// explained better.
+Arm with_soft_springs(const JointFits& fits, const Arm& start) {
+  bool any = false;
+  for (int j = 0; j < fits.n(); ++j) any = any || has_single_spring(start.friction.model, j);
+  Arm soft = start;
+  if (!any || !start_cables(fits.promising_cables(start), soft.friction)) return start;
+  soft = fits.on_torque(soft, JointFits::Rows::kTraining, false, kRoughGain).arm;
+  return fits.held_out_torque(soft) < fits.held_out_torque(start) ? soft : start;
+}
+
 /// Candidates for the model that contains the laws: the sum, and conventional laws, fitted like it
 /// and, where that comes near or costs nothing, by the method conventional too.
 /// @param rough  of the sum
@@ -151,10 +162,7 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
       fits.under_own_load(fits.on_torque(start, JointFits::Rows::kTraining, true, kRoughGain).arm,
                           JointFits::Rows::kTraining, kRoughGain)
           .arm;
-  if (Arm soft = start; !sum && start_cables(fits.promising_cables(start), soft.friction)) {
-    soft = fits.on_torque(soft, JointFits::Rows::kTraining, false, kRoughGain).arm;
-    if (fits.held_out_torque(soft) < fits.held_out_torque(start)) start = soft;
-  }
+  if (!sum) start = with_soft_springs(fits, start);
   Progress progress(fmt::format("fit {}", report.model.label),
                     sum ? 3 + 2 * static_cast<int>(std::size(kRivals)) : 1);
   std::vector<Candidate>& found = report.candidates;

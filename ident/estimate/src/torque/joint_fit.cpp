@@ -325,14 +325,18 @@ std::vector<Cable> JointFits::promising_cables(const Arm& arm) const {
   return cables;
 }
 
+bool has_single_spring(const friction::RobotFriction& friction, int joint) {
+  return friction::find_parameter(friction, joint, "maxwell_slip", "K1") >= 0 &&
+         friction::find_parameter(friction, joint, "maxwell_slip", "K2") < 0;
+}
+
 bool start_cables(std::span<const Cable> cables, friction::Friction& friction) {
   bool any = false;
   for (std::size_t j = 0; j < cables.size(); ++j) {
     const int joint = static_cast<int>(j);
+    if (cables[j].K == 0 || !has_single_spring(friction.model, joint)) continue;
     const int K = friction::find_parameter(friction.model, joint, "maxwell_slip", "K1"),
               W = friction::find_parameter(friction.model, joint, "maxwell_slip", "W1");
-    const bool single = friction::find_parameter(friction.model, joint, "maxwell_slip", "K2") < 0;
-    if (cables[j].K == 0 || K < 0 || !single) continue;
     friction.theta[static_cast<std::size_t>(K)] = cables[j].K;
     friction.theta[static_cast<std::size_t>(W)] = cables[j].K * cables[j].length;
     any = true;

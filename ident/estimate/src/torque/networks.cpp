@@ -133,20 +133,23 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
   std::vector<bool> wants(parts.size(), true);
   double most = 0;
   trials.add_sum("sum and networks", sum, with_networks(parts, wants), 1, kRoughGain);
-  const auto gain_of = [&](std::size_t j) {
-    return fits.compare(trials.last().arm, trials[0].arm, static_cast<int>(j), SumPart::kNetwork);
+  std::vector<PartEvidence> gains;
+  const auto judge = [&] {
+    gains.clear();
+    for (int j = 0; j < fits.n(); ++j)
+      gains.push_back(fits.compare(trials.last().arm, trials[0].arm, j, SumPart::kNetwork));
   };
   const auto promises = [](const PartEvidence& part) { return part.on && part.gain > kLeastGain; };
+  judge();
   // Weights at zero gain little at first: where any joint gains, steps go on before it is judged.
-  for (std::size_t j = 0; j < parts.size(); ++j)
-    if (promises(gain_of(j))) {
-      trials.add("sum and networks", trials.last().arm, 1);
-      break;
-    }
+  if (std::ranges::any_of(gains, promises)) {
+    trials.add("sum and networks", trials.last().arm, 1);
+    judge();
+  }
+  evidence.insert(evidence.end(), gains.begin(), gains.end());
   for (std::size_t j = 0; j < parts.size(); ++j) {
-    evidence.push_back(gain_of(j));
-    wants[j] = promises(evidence.back());
-    if (wants[j]) most = std::max(most, evidence.back().gain);
+    wants[j] = promises(gains[j]);
+    if (wants[j]) most = std::max(most, gains[j].gain);
   }
   if (most < kEnough) return std::nullopt;
 

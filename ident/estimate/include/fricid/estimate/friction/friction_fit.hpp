@@ -156,7 +156,8 @@ class JointFrictionData {
   bool drive(std::span<const Group> groups, std::size_t states, Driver& driver) const;
   /// Likewise, in pieces or, where friction does not forget, in whole sequences.
   template <class Driver>
-  void drive(std::size_t states, Driver& driver) const;
+  void drive(const friction::RobotFriction& friction, std::span<const double> theta,
+             Driver& driver) const;
   /// f.
   PerSample unfiltered(const friction::RobotFriction& friction,
                        std::span<const double> theta) const;
@@ -183,6 +184,7 @@ class JointFrictionData {
   signals::DecimatedLowPass decimated_;
   int rows_ = 0;
   double target_mean_square_ = 0, largest_target_ = 0, travel_ = 0;
+  double run_in_ = 0;  // of the pieces [rad or m]
 };
 
 struct FrictionFitOptions {

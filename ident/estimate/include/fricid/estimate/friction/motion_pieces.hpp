@@ -19,12 +19,15 @@ struct MotionPiece {
   int begin, end;
 };
 
+/// Interval that a joint covers over a run-in: 0.1 rad (or m), at most a quarter of its travel. An
+/// elastoplastic element whose travel to slip is below half of that slips whatever it held before
+/// (the rule of wiping out).
+/// @param q  per sequence, joint position [rad or m]
+double run_in(std::span<const std::vector<double>> q, std::span<const SampleRange> ranges);
+
 /// Cuts ranges of sequences into pieces for lanes that work side by side: as many as make the
-/// longest lanes shortest, the run-in of each included. Over its run-in a joint covers an interval
-/// of 0.1 rad (or m), at most a quarter of its travel: an elastoplastic element whose travel to
-/// slip is below half of that slips whatever it held before (the rule of wiping out); and 0.75 s
-/// beside, for what settles in time.
-/// @param q     per sequence, joint position [rad or m]
+/// longest lanes shortest, the run-in of each included, and 0.75 s beside, for what settles in
+/// time.
 /// @param grid  samples: every piece starts at a multiple, and ends at one unless its range ends
 /// @return longest first
 std::vector<MotionPiece> cut_motion(std::span<const std::vector<double>> q,

@@ -34,6 +34,10 @@ class ArmTorqueData {
     Eigen::MatrixXd Y;                  ///< (rows x p) regressor
     Eigen::VectorXd tau;                ///< (rows) [N m]
     Eigen::MatrixXd YY;                 ///< Y'Y (p x p)
+
+    /// (rows) F[f] of friction of one joint [N m].
+    Eigen::VectorXd predict(const friction::RobotFriction& one,
+                            std::span<const double> theta) const;
   };
   const Joint& joint(int j) const { return joints_[static_cast<std::size_t>(j)]; }
   int n() const { return static_cast<int>(joints_.size()); }

@@ -122,7 +122,10 @@ class JointFits {
   bool has_temperature_ = false;
 };
 
-/// Single springs (maxwell_slip) begin as cables where there are some (K > 0).
+/// Whether the friction of a joint has a maxwell_slip of one spring, which may be a cable.
+bool has_single_spring(const friction::RobotFriction& friction, int joint);
+
+/// Single springs begin as cables where there are some (K > 0).
 /// @return whether any does
 bool start_cables(std::span<const Cable> cables, friction::Friction& friction);
 
