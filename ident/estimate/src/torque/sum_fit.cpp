@@ -18,8 +18,11 @@ constexpr int kSweeps = 2;           // over the parts
 // the mean square.
 constexpr double kWaveGain = 0.05, kWaveErrors = 2, kHalf = 1;
 constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in the memory, likewise
-constexpr double kSmallestGap = 1e-5;                 // [rad], below it a fit has closed the gap
-constexpr double kWorseByChance = 2;  // a few held-out seconds do not speak against a prior
+// .. and of a part whose held-out gain is within its standard error: on the training rows. Chance
+// gains parameters over independent rows, some thousandths.
+constexpr double kTrainingGain = 0.2;
+constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
+constexpr double kWorseByChance = 2;   // a few held-out seconds do not speak against a prior
 
 /// What was picked from many, a wave by its order or a cable by its length, has to gain more than
 /// by chance.
@@ -168,7 +171,8 @@ class SumChoice {
       leave_out(part);
   }
 
-  /// A joint keeps the part where a fit in which no joint has it is worse.
+  /// A joint keeps the part where a fit in which no joint has it is worse: on held-out rows or,
+  /// where these do not tell, on those it was fitted to.
   void leave_out(SumPart part) {
     Parts rest = parts_;
     for (friction::LvmParts& of_joint : rest) set(of_joint, part, false);
@@ -180,7 +184,10 @@ class SumChoice {
     for (int j = 0; j < fits_->n(); ++j) {
       const auto i = static_cast<std::size_t>(j);
       if (before[i] == rest[i]) continue;
-      const PartEvidence found = fits_->compare(fitted_, without, j, part);
+      PartEvidence found = fits_->compare(fitted_, without, j, part);
+      const bool undecided = std::abs(found.gain) < found.error;
+      const double rise = fits_->residual_rms(without, j) / fits_->residual_rms(fitted_, j);
+      found.on = found.on || (undecided && rise * rise - 1 > kTrainingGain);
       note(found);
       if (!found.on) parts_[i] = rest[i];
     }
