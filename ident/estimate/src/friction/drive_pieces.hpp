@@ -25,9 +25,23 @@ inline double longest_spring(const friction::RobotFriction& friction,
   return longest;
 }
 
+/// Where the state of a joint's single spring is, a maxwell_slip of one element; < 0: it has none.
+inline int state_of_single_spring(const friction::RobotFriction& friction) {
+  const friction::JointSpec& joint = friction.joints().front();
+  for (std::size_t i = 0; i < joint.laws.size(); ++i)
+    if (joint.laws[i].law == friction::MaxwellSlip::kName && joint.laws[i].elements == 1) {
+      friction::JointSpec before = joint;
+      before.laws.resize(i);
+      return before.laws.empty() ? 0 : friction::RobotFriction({before}).state_size();
+    }
+  return -1;
+}
+
 template <class Driver>
-bool JointFrictionData::drive(std::span<const Group> groups, std::size_t states,
-                              Driver& driver) const {
+bool JointFrictionData::drive(std::span<const Group> groups,
+                              const friction::RobotFriction& friction, Driver& driver) const {
+  const auto states = static_cast<std::size_t>(friction.state_size());
+  const int spring = spring_.empty() ? -1 : state_of_single_spring(friction);
   // states at which a piece begins after its run-in, or ends where another begins
   struct Passed {
     int sequence, sample;
@@ -39,6 +53,12 @@ bool JointFrictionData::drive(std::span<const Group> groups, std::size_t states,
   std::vector<LaneSample> lanes;
   for (const Group& group : groups) {
     std::ranges::fill(z, PackD(0));
+    for (int lane = 0; const MotionPiece& piece : group.pieces) {
+      if (spring >= 0 && piece.start == 0)
+        z[static_cast<std::size_t>(spring)].set(lane,
+                                                spring_[static_cast<std::size_t>(piece.sequence)]);
+      ++lane;
+    }
     driver.reset();
     const int longest = static_cast<int>(group.at.size());
     const auto pass = [&](const MotionPiece& piece, int lane, int sample) {
@@ -93,14 +113,13 @@ bool JointFrictionData::drive(std::span<const Group> groups, std::size_t states,
 template <class Driver>
 void JointFrictionData::drive(const friction::RobotFriction& friction,
                               std::span<const double> theta, Driver& driver) const {
-  const auto states = static_cast<std::size_t>(friction.state_size());
-  if (2 * longest_spring(friction, theta) <= run_in_ && drive(groups_, states, driver)) return;
+  if (2 * longest_spring(friction, theta) <= run_in_ && drive(groups_, friction, driver)) return;
   std::vector<MotionPiece> whole;
   for (int s = 0; s < sequences(); ++s) {
     const SampleRange& range = series_[static_cast<std::size_t>(s)].range;
     if (range.size() > 0) whole.push_back({s, 0, range.begin, range.end});
   }
-  drive(side_by_side(whole), states, driver);
+  drive(side_by_side(whole), friction, driver);
 }
 
 }  // namespace fricid::estimate

@@ -246,6 +246,8 @@ class Problem {
             : JointFrictionData::Linear{joint.predict(model.one, theta),
                                         friction_jacobian(joint, model.one, theta, wanted, slope)};
     at.J *= slope.asDiagonal();
+    joint.centre(at.f);
+    joint.centre(at.J);
     return at;
   }
 
@@ -350,7 +352,8 @@ ArmTorqueData::ArmTorqueData(const dynamics::RobotModel& robot,
                        .row = std::move(row),
                        .Y = Eigen::MatrixXd(count, p),
                        .tau = Eigen::VectorXd(count),
-                       .YY = {}});
+                       .YY = {},
+                       .open = {}});
   }
   dynamics::Workspace<double> ws(robot);
   Eigen::MatrixXd Y(n, p);
@@ -382,6 +385,52 @@ void ArmTorqueData::take_load() {
     Joint& joint = joints_[static_cast<std::size_t>(j)];
     joint.friction = friction_of(torque, j, joint.row);
   }
+  if (springs_.deflection.size() > 0) take_springs(Springs(springs_));
+}
+
+void ArmTorqueData::take_springs(const Springs& springs) {
+  if (whole_.empty())
+    for (const Joint& joint : joints_) whole_.push_back({joint.Y, joint.tau});
+  springs_ = springs;
+  for (int j = 0; j < n(); ++j) {
+    const auto i = static_cast<std::size_t>(j);
+    Joint& joint = joints_[i];
+    const auto deflection = springs_.deflection.col(j);
+    joint.friction.begin_springs_at({deflection.begin(), deflection.end()});
+    joint.open.clear();
+    Eigen::Index begin = 0;
+    for (std::size_t s = 0; s < joint.row.size(); ++s) {
+      const std::vector<int>& rows = joint.row[s];
+      const int until = springs_.until(static_cast<Eigen::Index>(s), j);
+      const auto open = std::ranges::lower_bound(rows, until) - rows.begin();
+      if (open > 0) joint.open.emplace_back(begin, open);
+      begin += std::ssize(rows);
+    }
+    joint.Y = whole_[i].Y;
+    joint.tau = whole_[i].tau;
+    joint.centre(joint.Y);
+    joint.centre(joint.tau);
+    joint.YY = joint.Y.transpose() * joint.Y;
+  }
+}
+
+void ArmTorqueData::Joint::centre(Eigen::Ref<Eigen::MatrixXd> x) const {
+  for (const auto& [begin, size] : open) {
+    auto part = x.middleRows(begin, size);
+    part.rowwise() -= part.colwise().mean().eval();
+  }
+}
+
+Eigen::VectorXd ArmTorqueData::squares(const Arm& arm, int j) const {
+  const Eigen::VectorXd e = residual(arm, j);
+  Eigen::VectorXd sum(std::ssize(joint(j).row));
+  Eigen::Index r = 0;
+  for (Eigen::Index s = 0; s < sum.size(); ++s) {
+    const std::ptrdiff_t rows = std::ssize(joint(j).row[static_cast<std::size_t>(s)]);
+    sum[s] = e.segment(r, rows).squaredNorm();
+    r += rows;
+  }
+  return sum;
 }
 
 JointFrictionData ArmTorqueData::friction_of(std::span<const RowMatrix> torque, int j,
@@ -397,6 +446,7 @@ Eigen::VectorXd ArmTorqueData::Joint::predict(const friction::RobotFriction& one
   Eigen::Index r = 0;
   for (std::size_t s = 0; s < row.size(); ++s)
     for (const int k : row[s]) f[r++] = predicted[s][static_cast<std::size_t>(k)];
+  centre(f);
   return f;
 }
 

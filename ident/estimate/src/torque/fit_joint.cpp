@@ -75,12 +75,12 @@ Arm load_prior(const std::string& file, const Prepared& prepared) {
 
 /// `start`, or fitted again from cables where it has single springs and the held-out torque is then
 /// explained better.
-Arm with_soft_springs(const JointFits& fits, const Arm& start) {
+Arm with_soft_springs(JointFits& fits, const Arm& start) {
   bool any = false;
   for (int j = 0; j < fits.n(); ++j) any = any || has_single_spring(start.friction.model, j);
   Arm soft = start;
   if (!any || !start_cables(fits.promising_cables(start), soft.friction)) return start;
-  soft = fits.on_torque(soft, JointFits::Rows::kTraining, false, kRoughGain).arm;
+  soft = fits.on_torque_of_springs(soft);
   return fits.held_out_torque(soft) < fits.held_out_torque(start) ? soft : start;
 }
 

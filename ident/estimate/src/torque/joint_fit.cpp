@@ -28,6 +28,19 @@ bool is_growth(friction::Role role) {
   return role == friction::Role::kLoadGrowth || role == friction::Role::kLoadCoefficient;
 }
 
+/// First sample up to which x covers an interval; its size where it never does, 0 for an interval
+/// of none.
+int covers(ConstRowMatrix x, int column, double interval) {
+  if (interval <= 0) return 0;
+  double low = x(0, column), high = low;
+  for (Eigen::Index k = 0; k < x.rows(); ++k) {
+    low = std::min(low, x(k, column));
+    high = std::max(high, x(k, column));
+    if (high - low >= interval) return static_cast<int>(k);
+  }
+  return static_cast<int>(x.rows());
+}
+
 /// Index in theta of the linear viscous friction of a joint of `lvm_sum`: beside its memory or in
 /// it.
 int linear_viscous(const friction::RobotFriction& model, int j) {
@@ -78,6 +91,56 @@ std::vector<RowMatrix> JointFits::predicted_torques(const Arm& arm) const {
 void JointFits::take_loads(std::vector<RowMatrix> loads) {
   for (std::size_t i = 0; i < loads.size(); ++i) recordings_[i].load = std::move(loads[i]);
   for (ArmTorqueData* data : {&all_, &training_, &held_out_}) data->take_load();
+}
+
+void JointFits::take_springs_of(const Arm& arm) {
+  constexpr int kSteps = 8;  // from one cap to the other
+  const auto recordings = std::ssize(recordings_);
+  Eigen::VectorXd length = Eigen::VectorXd::Zero(n());  // [rad or m]
+  for (int j = 0; j < n(); ++j) {
+    if (!has_single_spring(arm.friction.model, j)) continue;
+    const auto value = [&](const char* symbol) {
+      return arm.friction.theta[static_cast<std::size_t>(
+          friction::find_parameter(arm.friction.model, j, "maxwell_slip", symbol))];
+    };
+    length[j] = value("W1") / value("K1");
+  }
+  if (length.isZero()) return;
+  ArmTorqueData::Springs springs{Eigen::MatrixXd(recordings, n()),
+                                 Eigen::MatrixXi(recordings, n())};
+  for (Eigen::Index s = 0; s < recordings; ++s) {
+    const RowMatrix& q = recordings_[static_cast<std::size_t>(s)].wide.q;
+    for (int j = 0; j < n(); ++j) springs.until(s, j) = covers(q, j, 2 * length[j]);
+  }
+  std::vector<Eigen::MatrixXd> squares;  // per deflection
+  for (int i = 0; i <= kSteps; ++i) {
+    const double share = 2.0 * i / kSteps - 1;
+    springs.deflection = Eigen::VectorXd::Ones(recordings) * (share * length).transpose();
+    all_.take_springs(springs);
+    Eigen::MatrixXd& of_all = squares.emplace_back(recordings, n());
+    parallel_for(n(), jobs_, [&](int j) { of_all.col(j) = all_.squares(arm, j); });
+  }
+  springs.deflection.setZero();
+  for (Eigen::Index s = 0; s < recordings; ++s)
+    for (Eigen::Index j = 0; j < n(); ++j) {
+      if (length[j] == 0) continue;
+      int best = 0;
+      for (int i = 1; i <= kSteps; ++i)
+        if (squares[static_cast<std::size_t>(i)](s, j) <
+            squares[static_cast<std::size_t>(best)](s, j))
+          best = i;
+      double at = best;
+      if (best > 0 && best < kSteps) {  // a parabola through the best and its neighbours
+        const double before = squares[static_cast<std::size_t>(best - 1)](s, j),
+                     here = squares[static_cast<std::size_t>(best)](s, j),
+                     after = squares[static_cast<std::size_t>(best + 1)](s, j);
+        const double bend = before - 2 * here + after;
+        if (bend > 0) at += 0.5 * (before - after) / bend;
+      }
+      springs.deflection(s, j) = (2 * at / kSteps - 1) * length[j];
+    }
+  springs_ = std::move(springs);
+  for (ArmTorqueData* data : {&all_, &training_, &held_out_}) data->take_springs(springs_);
 }
 
 void JointFits::take_load_of(const Arm& arm) { take_loads(predicted_torques(arm)); }
@@ -275,6 +338,17 @@ ArmTorqueFit JointFits::on_torque(const Arm& start, Rows rows, bool find_ripples
   return fit;
 }
 
+Arm JointFits::on_torque_of_springs(const Arm& start) {
+  constexpr int kPasses = 8;
+  constexpr double kSmallestGain = 1e-4;  // steps through the kinks of springs gain little at first
+  Arm arm = start;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    take_springs_of(arm);
+    arm = on_torque(arm, Rows::kTraining, false, kSmallestGain).arm;
+  }
+  return arm;
+}
+
 std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
   ArmTorqueOptions options = torque_options(fitted);
   options.find_ripples = false;
@@ -283,7 +357,8 @@ std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
   std::vector<Arm> arms;
   for (const Fold& fold : folds_) {
     const std::vector<signals::Recording> rest = without(fold, recordings_);
-    const ArmTorqueData data(prepared_.robot, rest, prepared_.options.cutoff_hz);
+    ArmTorqueData data(prepared_.robot, rest, prepared_.options.cutoff_hz);
+    if (springs_.deflection.size() > 0) data.take_springs(springs_);
     arms.push_back(fit_arm_torque(data, fitted, options, jobs_).arm);
   }
   return arms;

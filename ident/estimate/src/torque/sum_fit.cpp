@@ -143,7 +143,7 @@ class SumChoice {
     if (with == parts_) return;
     Arm start = carried_over(bristles_, from_fitted(with));
     start_cables(cables, start.friction);
-    take_with_bristles(SumPart::kCable, with, fit(start),
+    take_with_bristles(SumPart::kCable, with, fits_->on_torque_of_springs(start),
                        [](const PartEvidence& part) { return part.on && explains_enough(part); });
   }
 
@@ -158,7 +158,7 @@ class SumChoice {
     if (with == parts_) return;
     Arm start = from_fitted(with);
     start_cables(cables, start.friction);
-    take(SumPart::kCable, fit(start), [&](const PartEvidence& part) {
+    take(SumPart::kCable, fits_->on_torque_of_springs(start), [&](const PartEvidence& part) {
       return cables[static_cast<std::size_t>(part.joint)].K > 0 && part.on && explains_enough(part);
     });
   }

@@ -65,6 +65,10 @@ class JointFrictionData {
                     std::span<const RowMatrix> target, int joint, double cutoff_hz,
                     const OffsetPrior& prior = {}, std::span<const SampleRange> ranges = {});
 
+  /// From now on a single spring (maxwell_slip of one element) begins each sequence deflected by so
+  /// much [rad or m], within its cap; at first by nothing. A short spring forgets that at once.
+  void begin_springs_at(std::vector<double> deflection) { spring_ = std::move(deflection); }
+
   /// F[f].
   /// @param friction  structure of one joint
   PerSample predict(const friction::RobotFriction& friction, std::span<const double> theta) const;
@@ -153,7 +157,8 @@ class JointFrictionData {
   /// run-in, and driver.step(in, z). Returns whether every piece begins in the state in which the
   /// one before it ends.
   template <class Driver>
-  bool drive(std::span<const Group> groups, std::size_t states, Driver& driver) const;
+  bool drive(std::span<const Group> groups, const friction::RobotFriction& friction,
+             Driver& driver) const;
   /// Likewise, in pieces or, where friction does not forget, in whole sequences.
   template <class Driver>
   void drive(const friction::RobotFriction& friction, std::span<const double> theta,
@@ -178,6 +183,7 @@ class JointFrictionData {
 
   std::vector<Series> series_;
   std::vector<Group> groups_;
+  std::vector<double> spring_;  // per sequence, deflection at its first sample; empty: 0
   OffsetPrior prior_;
   double dt_, cutoff_hz_;
   signals::ZeroPhaseButterworth low_pass_;

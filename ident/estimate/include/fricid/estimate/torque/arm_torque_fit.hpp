@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fricid/estimate/coordinates.hpp"
@@ -27,6 +28,16 @@ class ArmTorqueData {
 
   /// Friction under the load that the recordings have now.
   void take_load();
+  /// Where single springs are at first, which nothing says, and how long it matters.
+  struct Springs {
+    Eigen::MatrixXd deflection;  ///< (recordings, n) [rad or m]
+    Eigen::MatrixXi until;       ///< (recordings, n) sample from which they have forgotten it
+  };
+  /// From now on residuals count from their mean over the rows of a recording before `until`: an
+  /// error of the deflection is a constant torque there.
+  void take_springs(const Springs& springs);
+  /// (recordings) squares of the residual of joint j [N^2 m^2].
+  Eigen::VectorXd squares(const Arm& arm, int j) const;
 
   struct Joint {
     JointFrictionData friction;         ///< its target is the whole torque of the joint
@@ -34,10 +45,15 @@ class ArmTorqueData {
     Eigen::MatrixXd Y;                  ///< (rows x p) regressor
     Eigen::VectorXd tau;                ///< (rows) [N m]
     Eigen::MatrixXd YY;                 ///< Y'Y (p x p)
+    /// First row and number of rows of the ranges over which a constant torque is unknown; Y, tau
+    /// and F[f] are less their means there.
+    std::vector<std::pair<Eigen::Index, Eigen::Index>> open;
 
     /// (rows) F[f] of friction of one joint [N m].
     Eigen::VectorXd predict(const friction::RobotFriction& one,
                             std::span<const double> theta) const;
+    /// x (rows x m) less the means of its columns over each range of `open`.
+    void centre(Eigen::Ref<Eigen::MatrixXd> x) const;
   };
   const Joint& joint(int j) const { return joints_[static_cast<std::size_t>(j)]; }
   int n() const { return static_cast<int>(joints_.size()); }
@@ -53,7 +69,14 @@ class ArmTorqueData {
   JointFrictionData friction_of(std::span<const RowMatrix> torque, int j,
                                 std::span<const std::vector<int>> row) const;
 
+  struct Whole {
+    Eigen::MatrixXd Y;
+    Eigen::VectorXd tau;
+  };
+
   std::vector<Joint> joints_;
+  std::vector<Whole> whole_;  // of each joint before it was centred; empty: none was
+  Springs springs_;
   std::span<const signals::Recording> recordings_;
   double cutoff_hz_;
 };

@@ -31,6 +31,11 @@ class JointFits {
   /// would explain its own errors: friction that grows with them lowers any residual.
   void take_load_of(const Arm& arm);
 
+  /// Single springs longer than a bristle begin each recording from now on as far deflected as
+  /// explains its torque best beside the rest of `arm`: a cable was bent before the log began, and
+  /// may not slip for the whole of it.
+  void take_springs_of(const Arm& arm);
+
   /// Sums of the same laws are pulled to `arm` from now on, whose pi is the centre of the rigid
   /// body's prior. @param sd  of friction, see `FrictionPrior`
   void take_prior(Arm arm, double sd);
@@ -54,6 +59,9 @@ class JointFits {
   /// @param find_ripples  false: one pass, the start has them
   ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true,
                          double smallest_gain = ArmTorqueOptions{}.smallest_gain) const;
+  /// Fitted to the training rows over and over, springs deflected as the arm before explains best
+  /// (`take_springs_of`).
+  Arm on_torque_of_springs(const Arm& start);
   struct UnderOwnLoad {
     Arm arm;
     double moved;  ///< of a joint's load at first, the most: share of it in root mean square
@@ -115,7 +123,8 @@ class JointFits {
   ArmTorqueData all_, training_, held_out_;
   std::vector<Fold> folds_;
   Rollouts judging_;  // held out; of long logs also the starts from rest, which are rare
-  std::vector<bool> has_viscous_;  // per joint
+  std::vector<bool> has_viscous_;   // per joint
+  ArmTorqueData::Springs springs_;  // see take_springs_of
   std::optional<Arm> prior_;
   double prior_sd_ = 0;
   double temperature_ = 0;
