@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "fricid/base/error.hpp"
+#include "fricid/data/log_part.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/estimate/fit.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
@@ -193,6 +194,32 @@ TEST(SumFit, FindsCables) {
   const Arm known = fit_model(conventional, config, 1, 2).model.arm;
   EXPECT_NEAR(parameter(known, 0, "maxwell_slip", "K1"), 2, 0.2);
   EXPECT_NEAR(parameter(known, 0, "maxwell_slip", "W1"), 0.8, 0.08);
+}
+
+// Logs that begin while the arm moves do not say how far a cable was bent before, and one that is
+// never bent by twice its length does not forget it.
+TEST(SumFit, CablesAreBentBeforeALogBegins) {
+  const friction::JointSpec joint{{{"dahl", 0, {}}, {"maxwell_slip", 1, {}}}};
+  const Arm truth =
+      arm_with(joint, {{6, 3000, 2, 4, 2}, {5, 2500, 1.6, 3, 1.2}, {3, 1500, 1, 0.01, 1e-5}});
+  std::vector<data::Dataset> logs_cut;
+  for (const std::uint64_t seed : {1, 2}) {
+    const data::Dataset log =
+        make_log(truth, {.seconds = 40, .torque_noise = 0.05, .encoder_noise = 4e-6, .seed = seed});
+    logs_cut.push_back(data::rows_of(log, 1000, log.length() - 1000));
+  }
+  const Prepared prepared = prepare(truth.robot, logs().prepared.options, logs_cut, 2);
+  ModelOptions config;
+  config.name = "known";
+  config.method = Method::kJoint;
+  config.laws = {{.law = "dahl", .elements = 4, .modifiers = {}},
+                 {.law = "maxwell_slip", .elements = 1, .modifiers = {}}};
+  ConventionalFits conventional(prepared);
+  const Arm known = fit_model(conventional, config, 1, 2).model.arm;
+  EXPECT_NEAR(parameter(known, 0, "maxwell_slip", "K1"), 4, 0.02);
+  EXPECT_NEAR(parameter(known, 0, "maxwell_slip", "W1"), 2, 0.01);
+  EXPECT_NEAR(parameter(known, 1, "maxwell_slip", "K1"), 3, 0.015);
+  EXPECT_NEAR(parameter(known, 1, "maxwell_slip", "W1"), 1.2, 0.006);
 }
 
 // A gap and a second wave: in the joint that has them, of the size that they have.

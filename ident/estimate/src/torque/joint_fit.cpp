@@ -41,6 +41,30 @@ int covers(ConstRowMatrix x, int column, double interval) {
   return static_cast<int>(x.rows());
 }
 
+/// Where a curve over 0, 1, .. is lowest, by a parabola through its lowest point and the
+/// neighbours.
+double lowest_point(const Eigen::VectorXd& y) {
+  Eigen::Index at = 0;
+  y.minCoeff(&at);
+  if (at == 0 || at + 1 == y.size()) return static_cast<double>(at);
+  const double bend = y[at - 1] - 2 * y[at] + y[at + 1];
+  return static_cast<double>(at) + (bend > 0 ? 0.5 * (y[at - 1] - y[at + 1]) / bend : 0);
+}
+
+/// (n) travel over which the single spring of a joint follows it [rad or m]; 0: it has none.
+Eigen::VectorXd spring_lengths(const Arm& arm) {
+  Eigen::VectorXd length = Eigen::VectorXd::Zero(arm.robot.n());
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    if (!has_single_spring(arm.friction.model, j)) continue;
+    const auto value = [&](const char* symbol) {
+      const int at = friction::find_parameter(arm.friction.model, j, "maxwell_slip", symbol);
+      return arm.friction.theta[static_cast<std::size_t>(at)];
+    };
+    length[j] = value("W1") / value("K1");
+  }
+  return length;
+}
+
 /// Index in theta of the linear viscous friction of a joint of `lvm_sum`: beside its memory or in
 /// it.
 int linear_viscous(const friction::RobotFriction& model, int j) {
@@ -95,51 +119,32 @@ void JointFits::take_loads(std::vector<RowMatrix> loads) {
 
 void JointFits::take_springs_of(const Arm& arm) {
   constexpr int kSteps = 8;  // from one cap to the other
-  const auto recordings = std::ssize(recordings_);
-  Eigen::VectorXd length = Eigen::VectorXd::Zero(n());  // [rad or m]
-  for (int j = 0; j < n(); ++j) {
-    if (!has_single_spring(arm.friction.model, j)) continue;
-    const auto value = [&](const char* symbol) {
-      return arm.friction.theta[static_cast<std::size_t>(
-          friction::find_parameter(arm.friction.model, j, "maxwell_slip", symbol))];
-    };
-    length[j] = value("W1") / value("K1");
-  }
+  const Eigen::VectorXd length = spring_lengths(arm);
   if (length.isZero()) return;
-  ArmTorqueData::Springs springs{Eigen::MatrixXd(recordings, n()),
-                                 Eigen::MatrixXi(recordings, n())};
-  for (Eigen::Index s = 0; s < recordings; ++s) {
-    const RowMatrix& q = recordings_[static_cast<std::size_t>(s)].wide.q;
-    for (int j = 0; j < n(); ++j) springs.until(s, j) = covers(q, j, 2 * length[j]);
-  }
-  std::vector<Eigen::MatrixXd> squares;  // per deflection
-  for (int i = 0; i <= kSteps; ++i) {
-    const double share = 2.0 * i / kSteps - 1;
-    springs.deflection = Eigen::VectorXd::Ones(recordings) * (share * length).transpose();
-    all_.take_springs(springs);
-    Eigen::MatrixXd& of_all = squares.emplace_back(recordings, n());
-    parallel_for(n(), jobs_, [&](int j) { of_all.col(j) = all_.squares(arm, j); });
-  }
-  springs.deflection.setZero();
+  const auto recordings = std::ssize(recordings_);
+  springs_ = {Eigen::MatrixXd(recordings, n()), Eigen::MatrixXi(recordings, n())};
   for (Eigen::Index s = 0; s < recordings; ++s)
-    for (Eigen::Index j = 0; j < n(); ++j) {
-      if (length[j] == 0) continue;
-      int best = 0;
-      for (int i = 1; i <= kSteps; ++i)
-        if (squares[static_cast<std::size_t>(i)](s, j) <
-            squares[static_cast<std::size_t>(best)](s, j))
-          best = i;
-      double at = best;
-      if (best > 0 && best < kSteps) {  // a parabola through the best and its neighbours
-        const double before = squares[static_cast<std::size_t>(best - 1)](s, j),
-                     here = squares[static_cast<std::size_t>(best)](s, j),
-                     after = squares[static_cast<std::size_t>(best + 1)](s, j);
-        const double bend = before - 2 * here + after;
-        if (bend > 0) at += 0.5 * (before - after) / bend;
-      }
-      springs.deflection(s, j) = (2 * at / kSteps - 1) * length[j];
-    }
-  springs_ = std::move(springs);
+    for (int j = 0; j < n(); ++j)
+      springs_.until(s, j) =
+          covers(recordings_[static_cast<std::size_t>(s)].wide.q, j, 2 * length[j]);
+
+  const auto deflected = [&](double share) {
+    return Eigen::VectorXd::Ones(recordings) * (share * length).transpose();
+  };
+  const auto share = [](double step) { return 2 * step / kSteps - 1; };
+  std::vector<Eigen::MatrixXd> squares;  // per joint (steps, recordings)
+  squares.assign(static_cast<std::size_t>(n()), Eigen::MatrixXd(kSteps + 1, recordings));
+  for (int i = 0; i <= kSteps; ++i) {
+    springs_.deflection = deflected(share(i));
+    all_.take_springs(springs_);
+    parallel_for(n(), jobs_, [&](int j) {
+      squares[static_cast<std::size_t>(j)].row(i) = all_.squares(arm, j).transpose();
+    });
+  }
+  for (Eigen::Index s = 0; s < recordings; ++s)
+    for (int j = 0; j < n(); ++j)
+      springs_.deflection(s, j) =
+          share(lowest_point(squares[static_cast<std::size_t>(j)].col(s))) * length[j];
   for (ArmTorqueData* data : {&all_, &training_, &held_out_}) data->take_springs(springs_);
 }
 
