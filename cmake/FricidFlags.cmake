@@ -21,8 +21,9 @@ add_library(fricid::fricid_abi ALIAS fricid_abi)
 target_compile_features(fricid_abi INTERFACE cxx_std_20)
 set(own_arch $<TARGET_PROPERTY:FRICID_ARCH>)
 target_compile_options(
-  fricid_abi INTERFACE -march=$<IF:$<BOOL:${own_arch}>,${own_arch},${FRICID_ARCH}> -ffp-contract=off
-                       -fno-math-errno -fno-trapping-math)
+  fricid_abi INTERFACE $<BUILD_INTERFACE:-march=$<IF:$<BOOL:${own_arch}>,${own_arch},${FRICID_ARCH}>>
+                       $<INSTALL_INTERFACE:-march=${FRICID_ARCH}> -ffp-contract=off -fno-math-errno
+                       -fno-trapping-math)
 
 # Warnings and sanitizers: ours alone.
 add_library(fricid_flags INTERFACE)
