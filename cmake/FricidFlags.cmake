@@ -14,16 +14,12 @@ if(NOT FRICID_ARCH MATCHES "^(native|x86-64-v3|x86-64-v4)$")
 endif()
 
 # What a consumer must compile with too: Pack and Eigen types cross the border, so one -march
-# for all; -ffp-contract=off keeps results independent of how the compiler fuses. A program that shares
-# no code with these libraries may have an instruction set of its own, its property FRICID_ARCH.
+# for all; -ffp-contract=off keeps results independent of how the compiler fuses.
+set(fricid_float_options -ffp-contract=off -fno-math-errno -fno-trapping-math)
 add_library(fricid_abi INTERFACE)
 add_library(fricid::fricid_abi ALIAS fricid_abi)
 target_compile_features(fricid_abi INTERFACE cxx_std_20)
-set(own_arch $<TARGET_PROPERTY:FRICID_ARCH>)
-target_compile_options(
-  fricid_abi INTERFACE $<BUILD_INTERFACE:-march=$<IF:$<BOOL:${own_arch}>,${own_arch},${FRICID_ARCH}>>
-                       $<INSTALL_INTERFACE:-march=${FRICID_ARCH}> -ffp-contract=off -fno-math-errno
-                       -fno-trapping-math)
+target_compile_options(fricid_abi INTERFACE -march=${FRICID_ARCH} ${fricid_float_options})
 
 # Warnings and sanitizers: ours alone.
 add_library(fricid_flags INTERFACE)

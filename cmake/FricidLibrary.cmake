@@ -67,9 +67,17 @@ endfunction()
 
 # Flags of every test. Tests wait for the compiler more than for the processor. g++ 12 then sees
 # uninitialised values in arrays of no elements and in its own AVX-512 headers, and strings copied
-# beyond their end, which it forgives in system headers unless they are precompiled.
+# beyond their end, which it forgives in system headers unless they are precompiled. With ARCH: for
+# another instruction set than that of the libraries, none of which it may use then.
 function(fricid_test_flags target)
-  target_link_libraries(${target} PRIVATE GTest::gmock_main fricid_abi fricid_flags)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "ARCH" "")
+  set(abi fricid_abi)
+  if(arg_ARCH)
+    set(abi)
+    target_compile_features(${target} PRIVATE cxx_std_20)
+    target_compile_options(${target} PRIVATE -march=${arg_ARCH} ${fricid_float_options})
+  endif()
+  target_link_libraries(${target} PRIVATE GTest::gmock_main ${abi} fricid_flags)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(

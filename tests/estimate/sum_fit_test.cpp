@@ -183,17 +183,6 @@ TEST(SumFit, FindsCables) {
   EXPECT_TRUE(parts[0].cable);
   EXPECT_FALSE(parts[1].cable);
   EXPECT_TRUE(parts[2].cable);
-
-  const Prepared prepared = noisy_logs(arm_with(joint, theta), 36);
-  ModelOptions config;
-  config.name = "known";
-  config.method = Method::kJoint;
-  config.laws = {{.law = "dahl", .elements = 4, .modifiers = {}},
-                 {.law = "maxwell_slip", .elements = 1, .modifiers = {}}};
-  ConventionalFits conventional(prepared);
-  const Arm known = fit_model(conventional, config, 1, 2).model.arm;
-  EXPECT_NEAR(parameter(known, 0, "maxwell_slip", "K1"), 2, 0.2);
-  EXPECT_NEAR(parameter(known, 0, "maxwell_slip", "W1"), 0.8, 0.08);
 }
 
 // Logs that begin while the arm moves do not say how far a cable was bent before, and one that is
