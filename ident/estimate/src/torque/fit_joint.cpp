@@ -81,7 +81,9 @@ Arm with_soft_springs(JointFits& fits, const Arm& start) {
   Arm soft = start;
   if (!any || !start_cables(fits.promising_cables(start), soft.friction)) return start;
   soft = fits.on_torque_of_springs(soft);
-  return fits.held_out_torque(soft) < fits.held_out_torque(start) ? soft : start;
+  if (fits.held_out_torque(soft) < fits.held_out_torque(start)) return soft;
+  fits.take_springs_of(start);
+  return start;
 }
 
 /// Candidates for the model that contains the laws: the sum, and conventional laws, fitted like it

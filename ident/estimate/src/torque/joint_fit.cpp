@@ -120,7 +120,7 @@ void JointFits::take_loads(std::vector<RowMatrix> loads) {
 void JointFits::take_springs_of(const Arm& arm) {
   constexpr int kSteps = 8;  // from one cap to the other
   const Eigen::VectorXd length = spring_lengths(arm);
-  if (length.isZero()) return;
+  if (length.isZero() && springs_.deflection.size() == 0) return;
   const auto recordings = std::ssize(recordings_);
   springs_ = {Eigen::MatrixXd(recordings, n()), Eigen::MatrixXi(recordings, n())};
   for (Eigen::Index s = 0; s < recordings; ++s)

@@ -145,6 +145,7 @@ class SumChoice {
     start_cables(cables, start.friction);
     take_with_bristles(SumPart::kCable, with, fits_->on_torque_of_springs(start),
                        [](const PartEvidence& part) { return part.on && explains_enough(part); });
+    keep_springs_of(with);
   }
 
   /// A cable in the joints whose residual looks like one.
@@ -161,6 +162,14 @@ class SumChoice {
     take(SumPart::kCable, fits_->on_torque_of_springs(start), [&](const PartEvidence& part) {
       return cables[static_cast<std::size_t>(part.joint)].K > 0 && part.on && explains_enough(part);
     });
+    keep_springs_of(with);
+  }
+
+  /// The rows of joints whose cables were not taken count in full again.
+  void keep_springs_of(const Parts& tried) {
+    fits_->take_springs_of(fitted_);
+    if (parts_ != tried && std::ranges::any_of(parts_, &friction::LvmParts::cable))
+      fitted_ = fit(fitted_);
   }
 
   /// What says nothing beside the others goes, one part after the other: of two that stand for each
