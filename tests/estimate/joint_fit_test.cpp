@@ -189,6 +189,22 @@ TEST(JointFits, StartsOfLongLogsAreJudged) {
   }
 }
 
+// A cable that was tried and not taken leaves no rows without their means.
+TEST(JointFits, RowsCountInFullWithoutACable) {
+  JointFits fits(logs().prepared, logs().windows, 2);
+  const Arm plain = fits.start(friction::JointSpec{{{"coulomb_viscous", 0, {}}}});
+  Arm cable = arm_with({{{"maxwell_slip", 1, {}}}}, {{5, 50}, {5, 50}, {5, 50}});
+  const auto rms = [&] {
+    return std::vector{fits.residual_rms(plain, 0), fits.residual_rms(plain, 1),
+                       fits.residual_rms(plain, 2)};
+  };
+  const std::vector<double> before = rms();
+  fits.take_springs_of(cable);
+  EXPECT_LT(rms()[1], before[1]);  // less the mean of every recording
+  fits.take_springs_of(plain);
+  EXPECT_EQ(rms(), before);
+}
+
 // Friction that lags is in no law of the sum.
 TEST(JointFits, NetworksLearnWhatNoLawDescribes) {
   std::vector<std::vector<double>> theta;
