@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/lowest_point.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "fricid/system/transmission.hpp"
@@ -117,14 +118,12 @@ void add_joint(Eigen::MatrixXd X, const Eigen::MatrixXd& T, DelayCurves& curves)
   curves.held_out.push_back(held_out);
 }
 
-/// Lowest point of a curve over a grid, by a parabola through it and its neighbours.
+/// Lowest point of a curve over a grid (`lowest_point`).
 /// @return in steps of the grid; nothing at an end of it
 std::optional<double> lowest(const Eigen::ArrayXd& x) {
-  Eigen::Index at = 0;
-  x.minCoeff(&at);
-  if (at == 0 || at == x.size() - 1) return {};
-  const double bend = x[at - 1] - 2 * x[at] + x[at + 1];
-  return static_cast<double>(at) + (bend > 0 ? 0.5 * (x[at - 1] - x[at + 1]) / bend : 0);
+  const double at = lowest_point({x.data(), static_cast<std::size_t>(x.size())});
+  if (at == 0 || at == static_cast<double>(x.size() - 1)) return {};
+  return at;
 }
 
 // Standard error of the lowest point `best` of pooled curves, from stretches of the log.

@@ -385,23 +385,28 @@ void ArmTorqueData::take_load() {
     Joint& joint = joints_[static_cast<std::size_t>(j)];
     joint.friction = friction_of(torque, j, joint.row);
   }
-  if (springs_.deflection.size() > 0) take_springs(Springs(springs_));
+  if (deflection_.size() > 0) begin_springs_at(deflection_);
+}
+
+void ArmTorqueData::begin_springs_at(const Eigen::MatrixXd& deflection) {
+  deflection_ = deflection;
+  for (int j = 0; j < n(); ++j)
+    joints_[static_cast<std::size_t>(j)].friction.begin_springs_at(
+        {deflection_.col(j).begin(), deflection_.col(j).end()});
 }
 
 void ArmTorqueData::take_springs(const Springs& springs) {
+  begin_springs_at(springs.deflection);
   if (whole_.empty())
     for (const Joint& joint : joints_) whole_.push_back({joint.Y, joint.tau});
-  springs_ = springs;
   for (int j = 0; j < n(); ++j) {
     const auto i = static_cast<std::size_t>(j);
     Joint& joint = joints_[i];
-    const auto deflection = springs_.deflection.col(j);
-    joint.friction.begin_springs_at({deflection.begin(), deflection.end()});
     joint.open.clear();
     Eigen::Index begin = 0;
     for (std::size_t s = 0; s < joint.row.size(); ++s) {
       const std::vector<int>& rows = joint.row[s];
-      const int until = springs_.until(static_cast<Eigen::Index>(s), j);
+      const int until = springs.until(static_cast<Eigen::Index>(s), j);
       const auto open = std::ranges::lower_bound(rows, until) - rows.begin();
       if (open > 0) joint.open.emplace_back(begin, open);
       begin += std::ssize(rows);

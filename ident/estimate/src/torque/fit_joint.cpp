@@ -77,7 +77,8 @@ Arm load_prior(const std::string& file, const Prepared& prepared) {
 /// explained better.
 Arm with_soft_springs(JointFits& fits, const Arm& start) {
   bool any = false;
-  for (int j = 0; j < fits.n(); ++j) any = any || has_single_spring(start.friction.model, j);
+  for (int j = 0; j < fits.n(); ++j)
+    any = any || single_spring(start.friction.model, j).has_value();
   Arm soft = start;
   if (!any || !start_cables(fits.promising_cables(start), soft.friction)) return start;
   soft = fits.on_torque_of_springs(soft);

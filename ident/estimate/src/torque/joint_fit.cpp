@@ -5,9 +5,11 @@
 #include <cmath>
 #include <iterator>
 
+#include "fricid/base/lowest_point.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/estimate/fit.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
+#include "fricid/friction/laws/maxwell_slip.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
@@ -41,26 +43,12 @@ int covers(ConstRowMatrix x, int column, double interval) {
   return static_cast<int>(x.rows());
 }
 
-/// Where a curve over 0, 1, .. is lowest, by a parabola through its lowest point and the
-/// neighbours.
-double lowest_point(const Eigen::VectorXd& y) {
-  Eigen::Index at = 0;
-  y.minCoeff(&at);
-  if (at == 0 || at + 1 == y.size()) return static_cast<double>(at);
-  const double bend = y[at - 1] - 2 * y[at] + y[at + 1];
-  return static_cast<double>(at) + (bend > 0 ? 0.5 * (y[at - 1] - y[at + 1]) / bend : 0);
-}
-
 /// (n) travel over which the single spring of a joint follows it [rad or m]; 0: it has none.
 Eigen::VectorXd spring_lengths(const Arm& arm) {
   Eigen::VectorXd length = Eigen::VectorXd::Zero(arm.robot.n());
   for (int j = 0; j < arm.robot.n(); ++j) {
-    if (!has_single_spring(arm.friction.model, j)) continue;
-    const auto value = [&](const char* symbol) {
-      const int at = friction::find_parameter(arm.friction.model, j, "maxwell_slip", symbol);
-      return arm.friction.theta[static_cast<std::size_t>(at)];
-    };
-    length[j] = value("W1") / value("K1");
+    if (const std::optional<SpringIndices> at = single_spring(arm.friction.model, j))
+      length[j] = arm.friction.theta[at->W] / arm.friction.theta[at->K];
   }
   return length;
 }
@@ -134,9 +122,10 @@ void JointFits::take_springs_of(const Arm& arm) {
   const auto share = [](double step) { return 2 * step / kSteps - 1; };
   std::vector<Eigen::MatrixXd> squares;  // per joint (steps, recordings)
   squares.assign(static_cast<std::size_t>(n()), Eigen::MatrixXd(kSteps + 1, recordings));
+  springs_.deflection.setZero();
+  all_.take_springs(springs_);
   for (int i = 0; i <= kSteps; ++i) {
-    springs_.deflection = deflected(share(i));
-    all_.take_springs(springs_);
+    all_.begin_springs_at(deflected(share(i)));
     parallel_for(n(), jobs_, [&](int j) {
       squares[static_cast<std::size_t>(j)].row(i) = all_.squares(arm, j).transpose();
     });
@@ -144,7 +133,9 @@ void JointFits::take_springs_of(const Arm& arm) {
   for (Eigen::Index s = 0; s < recordings; ++s)
     for (int j = 0; j < n(); ++j)
       springs_.deflection(s, j) =
-          share(lowest_point(squares[static_cast<std::size_t>(j)].col(s))) * length[j];
+          share(lowest_point(
+              std::span(squares[static_cast<std::size_t>(j)].col(s).data(), kSteps + 1))) *
+          length[j];
   for (ArmTorqueData* data : {&all_, &training_, &held_out_}) data->take_springs(springs_);
 }
 
@@ -405,20 +396,22 @@ std::vector<Cable> JointFits::promising_cables(const Arm& arm) const {
   return cables;
 }
 
-bool has_single_spring(const friction::RobotFriction& friction, int joint) {
-  return friction::find_parameter(friction, joint, "maxwell_slip", "K1") >= 0 &&
-         friction::find_parameter(friction, joint, "maxwell_slip", "K2") < 0;
+std::optional<SpringIndices> single_spring(const friction::RobotFriction& friction, int joint) {
+  const auto index = [&](const char* symbol) {
+    return friction::find_parameter(friction, joint, friction::MaxwellSlip::kName, symbol);
+  };
+  if (index("K1") < 0 || index("K2") >= 0) return {};
+  return SpringIndices{static_cast<std::size_t>(index("K1")),
+                       static_cast<std::size_t>(index("W1"))};
 }
 
 bool start_cables(std::span<const Cable> cables, friction::Friction& friction) {
   bool any = false;
   for (std::size_t j = 0; j < cables.size(); ++j) {
-    const int joint = static_cast<int>(j);
-    if (cables[j].K == 0 || !has_single_spring(friction.model, joint)) continue;
-    const int K = friction::find_parameter(friction.model, joint, "maxwell_slip", "K1"),
-              W = friction::find_parameter(friction.model, joint, "maxwell_slip", "W1");
-    friction.theta[static_cast<std::size_t>(K)] = cables[j].K;
-    friction.theta[static_cast<std::size_t>(W)] = cables[j].K * cables[j].length;
+    const std::optional<SpringIndices> at = single_spring(friction.model, static_cast<int>(j));
+    if (cables[j].K == 0 || !at) continue;
+    friction.theta[at->K] = cables[j].K;
+    friction.theta[at->W] = cables[j].K * cables[j].length;
     any = true;
   }
   return any;

@@ -36,6 +36,8 @@ class ArmTorqueData {
   /// From now on residuals count from their mean over the rows of a recording before `until`: an
   /// error of the deflection is a constant torque there.
   void take_springs(const Springs& springs);
+  /// The same deflections alone, rows as they are.
+  void begin_springs_at(const Eigen::MatrixXd& deflection);
   /// (recordings) squares of the residual of joint j [N^2 m^2].
   Eigen::VectorXd squares(const Arm& arm, int j) const;
 
@@ -75,8 +77,8 @@ class ArmTorqueData {
   };
 
   std::vector<Joint> joints_;
-  std::vector<Whole> whole_;  // of each joint before it was centred; empty: none was
-  Springs springs_;
+  std::vector<Whole> whole_;    // of each joint before it was centred; empty: none was
+  Eigen::MatrixXd deflection_;  // of springs (recordings, n); empty: 0
   std::span<const signals::Recording> recordings_;
   double cutoff_hz_;
 };

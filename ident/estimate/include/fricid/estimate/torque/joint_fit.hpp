@@ -131,8 +131,13 @@ class JointFits {
   bool has_temperature_ = false;
 };
 
-/// Whether the friction of a joint has a maxwell_slip of one spring, which may be a cable.
-bool has_single_spring(const friction::RobotFriction& friction, int joint);
+/// Where stiffness and cap of a spring are in theta.
+struct SpringIndices {
+  std::size_t K, W;
+};
+
+/// The maxwell_slip of one spring of a joint, which may be a cable; nothing where it has none.
+std::optional<SpringIndices> single_spring(const friction::RobotFriction& friction, int joint);
 
 /// Single springs begin as cables where there are some (K > 0).
 /// @return whether any does
