@@ -17,7 +17,7 @@ export PATH=$PWD/build/lint/tools/bin:$PATH
 mujoco=$(sed -n 's/^MUJOCO_ROOT:PATH=//p' build/release/CMakeCache.txt)
 [ -n "$mujoco" ] || ! [ -d build/release/_deps/mujoco ] || mujoco=$PWD/build/release/_deps/mujoco
 configure() { # configure NAME SOURCES OPTION...: build/lint/NAME and its compile commands for clang, without what g++ alone knows
-  cmake -S "$2" -B "build/lint/$1" -G Ninja -DFRICID_BUILD_TESTS=OFF -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DMUJOCO_ROOT="$mujoco" "${@:3}" >/dev/null
+  cmake -S "$2" -B "build/lint/$1" -G Ninja -DFRICID_BUILD_TESTS=OFF -DFRICID_UNITY_BUILD=OFF -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DMUJOCO_ROOT="$mujoco" "${@:3}" >/dev/null
   cmake --build "build/lint/$1" --target fricid_version >/dev/null
   sed -i -E 's/ -m(move|store)-max=[0-9]+//g' "build/lint/$1/compile_commands.json"
 }

@@ -4,24 +4,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "fricid/system/transmission.hpp"
 
 namespace fricid::sim {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Points per period of the fastest harmonic: in the search, and in the final check.
 constexpr int kDesignDensity = 8, kCheckDensity = 80;
 
 /// Allowance for friction as shares of effort: Coulomb, and viscous at the velocity limit. Upper
 /// ends of values reported for geared industrial joints (Coulomb 5-8 %, viscous 15-30 %).
 constexpr double kFrictionAtRest = 0.08, kFrictionAtSpeed = 0.3;
+
+constexpr double kRounding = 1e-12;  // [rad or m] of a motion that touches the end of its box
 
 double or_infinity(double share, double limit) { return limit > 0 ? share * limit : kInfinity; }
 
@@ -168,7 +169,7 @@ TrajectoryReport examine_on(const ExcitationProblem& problem, ExcitationJudge& j
     };
     const double reach = (motion.q.row(j).array() - bounds.centre).abs().maxCoeff();
     const JointMargins margins{problem.robot.joints[static_cast<std::size_t>(j)].name,
-                               bounds.half - reach,
+                               bounds.half - reach + kRounding,
                                left(motion.v, bounds.velocity),
                                left(motion.a, bounds.acceleration),
                                left(motion.jerk, bounds.jerk),

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "fricid/base/files.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/data/diagnosis_file.hpp"
 #include "fricid/data/fit_file.hpp"
-#include "nan.hpp"
 #include "scene_folder.hpp"
 
 namespace fricid::data {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <span>
 
-#include "nan.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "scene_folder.hpp"
 
 namespace fricid::data {

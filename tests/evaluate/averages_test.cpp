@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "blank_evaluation.hpp"
-#include "nan.hpp"
+#include "fricid/base/not_finite.hpp"
 
 namespace fricid::evaluate {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "fricid/base/error.hpp"
-#include "nan.hpp"
+#include "fricid/base/not_finite.hpp"
 
 namespace fricid::evaluate {
 namespace {

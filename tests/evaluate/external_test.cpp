@@ -11,9 +11,9 @@
 #include "contest.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/hdf5.hpp"
-#include "nan.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::test {

@@ -1,5 +1,5 @@
 #include "fricid/evaluate/metrics.hpp"
-#include "nan.hpp"
+#include "fricid/base/not_finite.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "fricid/base/not_finite.hpp"
 #include "fricid/evaluate/evaluate.hpp"
-#include "nan.hpp"
 
 namespace fricid::evaluate {
 namespace {

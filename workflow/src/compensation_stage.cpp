@@ -81,8 +81,8 @@ void add_scores(const data::LoopSignals& signals, double path_s, int planned_sam
   score.limit_cycles = std::move(found.limit_cycles);
 }
 
-Done work(const scene::Problem& problem, const std::vector<FitId>& fits, const RunFolder& visible,
-          const RunFolder& out, int jobs) {
+Done compensate_all(const scene::Problem& problem, const std::vector<FitId>& fits,
+                    const RunFolder& visible, const RunFolder& out, int jobs) {
   const sim::MujocoArm arm = sim::make_arm(problem);
   std::vector<Planned> loops = plan(problem, arm, models_for_loops(problem, visible, fits));
   const sim::CompensationOptions& options = problem.scene.compensation;
@@ -125,7 +125,7 @@ Stage compensation_stage(const Job& job) {
   declare_models(stage.inputs, job);
   stage.work = [part = part_of(job.problem, kCompensated), fits = fits_for_loops(job),
                 out = job.run.folder(), jobs = job.jobs](const RunFolder& visible) {
-    return work(part, fits, visible, out, jobs);
+    return compensate_all(part, fits, visible, out, jobs);
   };
   return stage;
 }

@@ -97,8 +97,8 @@ std::vector<evaluate::QuietTorque> listen(const scene::Problem& problem, const s
   return quiet;
 }
 
-Done work(const scene::Problem& problem, const std::vector<FitId>& fits, const RunFolder& visible,
-          const RunFolder& out, int jobs) {
+Done find_contact_in_all(const scene::Problem& problem, const std::vector<FitId>& fits,
+                         const RunFolder& visible, const RunFolder& out, int jobs) {
   const sim::ContactOptions& options = problem.scene.contact;
   const double rate = problem.scene.sensors.rate_hz,
                period = 2 * std::numbers::pi / problem.scene.excitation.base_rad_s;
@@ -186,7 +186,7 @@ Stage contact_stage(const Job& job) {
   declare_models(stage.inputs, job);
   stage.work = [part = part_of(job.problem, kPushed), fits = fits_for_loops(job),
                 out = job.run.folder(), jobs = job.jobs](const RunFolder& visible) {
-    return work(part, fits, visible, out, jobs);
+    return find_contact_in_all(part, fits, visible, out, jobs);
   };
   return stage;
 }

@@ -20,12 +20,12 @@ constexpr std::string_view kNumber = "a number or null", kWhole = "a whole numbe
                            kNumbers = "a list of numbers or nulls", kWholes = "whole numbers",
                            kTexts = "a list of texts", kMatrix = "lists of numbers or nulls";
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 template <class Range>
 Json numbers(const Range& values) {
   Json array = Json::array();
-  for (const double value : values) array.push_back(number(value));
+  for (const double value : values) array.push_back(number_or_null(value));
   return array;
 }
 
@@ -69,7 +69,7 @@ void JsonWriter::require_finite(std::string_view key, double value, const Field&
 
 void JsonWriter::operator()(std::string_view key, double value, const Field& field) {
   require_finite(key, value, field);
-  object_[std::string(key)] = number(value);
+  object_[std::string(key)] = number_or_null(value);
 }
 void JsonWriter::operator()(std::string_view key, int value, const Field& /*field*/) {
   object_[std::string(key)] = value;

@@ -17,14 +17,14 @@ using Eigen::VectorXd;
 
 constexpr double kIndependent = 1e-8;  // relative residual: rounding leaves 1e-14, geometry > 1e-4
 constexpr double kZero = 1e-10;        // entries of K below are rounding
-constexpr std::uint64_t kSeed = 1991;
+constexpr std::uint64_t kMotionSeed = 1991;
 
 /// Regressors at random states, stacked; each row block is one state.
 MatrixXd random_regressors(const RobotModel& model) {
   const int n = model.n(), p = model.parameter_count();
   const int states = 20 + 4 * p / n;
   Workspace<double> ws(model);
-  Rng rng(kSeed, 0);
+  Rng rng(kMotionSeed, 0);
   MatrixXd Y_all(states * n, p);
   std::vector<double> q(static_cast<size_t>(n)), v(q), a(q);
   for (int k = 0; k < states; ++k) {

@@ -21,7 +21,7 @@ constexpr double kNothing = 1e-9;         // of the robot's largest inertia; bel
 constexpr double kDensity = 2000;         // of a link, hollows included [kg/m^3]
 constexpr double kStrictly = 1e-6;        // least eigenvalue of a pseudo-inertia over the mass
 constexpr int kPoses = 20;
-constexpr std::uint64_t kSeed = 1993;
+constexpr std::uint64_t kSamplesSeed = 1993;
 
 /// Largest inertia of each joint over random poses, with the other joints held and with them free.
 struct JointInertia {
@@ -32,7 +32,7 @@ JointInertia joint_inertia(const RobotModel& robot) {
   const auto n = static_cast<std::size_t>(robot.n());
   JointInertia largest{VectorXd::Zero(robot.n()), VectorXd::Zero(robot.n())};
   Workspace<double> ws(robot);
-  Rng rng(kSeed, 0);
+  Rng rng(kSamplesSeed, 0);
   const MatrixXd C = robot.motors_of_joints();
   VectorXd q(robot.n());
   std::vector<double> M(n * n);

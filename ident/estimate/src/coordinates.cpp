@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "fricid/base/not_finite.hpp"
 #include "fricid/dynamics/physical_inertia.hpp"
 
 namespace fricid::estimate {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSmallestArmature = 1e-6;  // [kg m^2]
 constexpr double kWaveNumber = 0.1;  // [1/rad] size of a change that shifts a wave over the travel
 constexpr double kLinearTorqueShare = 0.02;  // of the joint's torque: size of a linear torque

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
+#include "fricid/base/not_finite.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/estimate/fit.hpp"
 
@@ -21,7 +21,6 @@ struct Seen {
 };
 
 Seen look_at(std::span<const signals::Recording> sequences, int j) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   double low = kInfinity, high = -kInfinity, least = kInfinity, most = -kInfinity;
   for (const signals::Recording& s : sequences) {
     low = std::min(low, s.narrow.q.col(j).minCoeff());

@@ -1,14 +1,12 @@
 #include "fricid/estimate/fit.hpp"
 
 #include <cmath>
-#include <limits>
 
+#include "fricid/base/not_finite.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 
 namespace fricid::estimate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit, const dynamics::RobotModel& robot) {
   data::FittedRigidBody body{.outcome = fit.outcome,

@@ -17,7 +17,7 @@ namespace {
 constexpr std::string_view kStartOfLearnedLaws = "dahl";
 // How a learned law shares out the Coulomb friction of its start.
 constexpr double kWithoutMemory = 0.1, kOfNetwork = 0.5;
-constexpr double kRidge = 1e-3;           // of EM on laws of the whole robot
+constexpr double kEmRidge = 1e-3;         // of EM on laws of the whole robot
 constexpr int kBackboneEvaluations = 60;  // of Nelder-Mead, before Levenberg-Marquardt
 
 /// A learned law in every joint that starts as the Dahl law of `start`: its level shared between
@@ -265,7 +265,7 @@ FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, 
     options.torque_scale = torque_rms(prepared.recordings);
     options.seed = static_cast<std::uint64_t>(seed);
     if (whole) {
-      options.ridge = kRidge;
+      options.ridge = kEmRidge;
       options.rigid_body_speed = prepared.options.min_speed_rad_s;
     }
     report.em = fit_em(arm, prepared.recordings, options, report.model.label, jobs, checkpoint);

@@ -15,6 +15,10 @@
 
 namespace fricid::estimate {
 
+/// Least sigma of a joint, share of the root mean square of its torque: data without noise stay
+/// solvable.
+inline constexpr double kSmallestSigma = 1e-9;
+
 /// Modifiers by name, each of the first order.
 inline std::vector<friction::ModifierSpec> modifiers_of(const std::vector<std::string>& names) {
   std::vector<friction::ModifierSpec> modifiers;

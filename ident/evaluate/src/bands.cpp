@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "fricid/base/not_finite.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
 #include "planned_rollouts.hpp"
@@ -46,7 +46,6 @@ Band band_of(std::span<const RowMatrix> draws) {
 }
 
 BandScore score(const Band& band, const Trajectory& trajectory, int steps) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   if (steps >= band.low.rows()) return {kNan, kNan};
   double inside = 0, squares = 0, count = 0;
   for (Eigen::Index k = 0; k <= steps; ++k)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fricid/base/not_finite.hpp"
 #include "fricid/evaluate/compensation.hpp"
 #include "fricid/evaluate/reversals.hpp"
 #include "fricid/evaluate/statistics.hpp"
@@ -11,8 +12,6 @@
 
 namespace fricid::evaluate {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Value that a share of the sorted values does not exceed.
 double quantile(const std::vector<double>& sorted, double share) {

@@ -1,15 +1,14 @@
 #include "fricid/evaluate/ensemble.hpp"
 
 #include <cmath>
-#include <limits>
 
+#include "fricid/base/not_finite.hpp"
 #include "fricid/evaluate/statistics.hpp"
 
 namespace fricid::evaluate {
 
 EnsembleScore ensemble_score(std::span<const Rollout* const> members, const Trajectory& trajectory,
                              int steps) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const Rollout& first = *members.front();
   if (steps >= first.q.rows()) return {kNan, kNan};
   const auto k = static_cast<double>(members.size());

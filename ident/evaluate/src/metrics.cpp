@@ -1,12 +1,11 @@
 #include "fricid/evaluate/metrics.hpp"
+#include "fricid/base/not_finite.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace fricid::evaluate {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPreslidingSpeed = 0.05;     // [rad/s] of a turning joint
 constexpr double kPreslidingTravel = 0.005;   // [rad] of a turning joint
 constexpr double kReversalHalfWindow = 0.05;  // [s]

@@ -1,15 +1,13 @@
 #include "fricid/evaluate/statistics.hpp"
+#include "fricid/base/not_finite.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <vector>
 
 namespace fricid::evaluate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<double> without_nan(std::span<const double> values) {
   std::vector<double> kept;

@@ -1,18 +1,16 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include <fmt/format.h>
 
+#include "fricid/base/not_finite.hpp"
 #include "fricid/evaluate/evaluate.hpp"
 #include "fricid/evaluate/headroom.hpp"
 #include "fricid/evaluate/statistics.hpp"
 
 namespace fricid::evaluate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Results of one name: its seeds.
 using Seeds = std::vector<const ModelResult*>;

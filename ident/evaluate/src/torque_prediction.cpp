@@ -1,9 +1,9 @@
 #include "fricid/evaluate/torque_prediction.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/evaluate/constant_friction.hpp"
 #include "fricid/evaluate/trajectory.hpp"
 #include "fricid/signals/block_means.hpp"
@@ -25,7 +25,6 @@ RowMatrix rigid_body_torque(const dynamics::RobotModel& robot, ConstRowMatrix q,
   return tau;
 }
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 /// Rise over all of e of the least-squares line through its block means, and its standard error.
 std::pair<double, double> drift_of(const Eigen::VectorXd& e) {
   const Eigen::Index length = e.size() / kDriftBlocks;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fricid/base/not_finite.hpp"
 #include "fricid/evaluate/averages.hpp"
 
 namespace fricid::evaluate {
@@ -11,7 +12,6 @@ namespace {
 
 constexpr double kClearlyBelow = 0.95;  // share of the best model's MSE
 constexpr double kMoved = 3;            // standard errors
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 

@@ -108,13 +108,6 @@ class ValueReader {
   const std::vector<std::string>& joints_;
 };
 
-// A law on some joints, as one [[friction.law]] says it.
-struct Entry {
-  LawSpec spec;
-  std::vector<int> joints;
-  std::vector<std::vector<double>> values;  ///< per joint: law, then its modifiers
-};
-
 class EntryReader {
  public:
   EntryReader(const toml::table& table, std::string section, std::string where,
@@ -124,8 +117,8 @@ class EntryReader {
         where_(std::move(where)),
         joint_names_(joint_names) {}
 
-  Entry read() {
-    Entry entry;
+  LawEntry read() {
+    LawEntry entry;
     TomlReader fields(table_, section_, where_, joint_names_);
     fields("law", entry.spec.law, required(text("name of a friction law")));
     const LawInfo* row = find_row(friction::law_table(), entry.spec.law);
@@ -177,7 +170,7 @@ class EntryReader {
   }
 
   void read_modifier(const LawInfo& row, const std::vector<std::string>& joints,
-                     Entry& entry) const {
+                     LawEntry& entry) const {
     const std::string section = fmt::format("{}.{}", section_, row.name);
     const toml::node& node = *table_.get(row.name);
     const std::string where = place(node, where_);
@@ -222,7 +215,7 @@ Friction read_friction(const toml::table& table, const std::string& where,
   std::vector<std::vector<double>> theta(joint_names.size());
   for (std::size_t i = 0; i < array->size(); ++i) {
     const toml::table& law = *array->get(i)->as_table();
-    const Entry entry =
+    const LawEntry entry =
         EntryReader(law, fmt::format("friction.law[{}]", i + 1), place(law, where), joint_names)
             .read();
     for (std::size_t j = 0; j < entry.joints.size(); ++j) {

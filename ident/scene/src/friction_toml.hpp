@@ -10,6 +10,13 @@
 
 namespace fricid::scene {
 
+/// A law on some joints, as one [[friction.law]] says it.
+struct LawEntry {
+  friction::LawSpec spec;
+  std::vector<int> joints;
+  std::vector<std::vector<double>> values;  ///< per joint: law, then its modifiers
+};
+
 /// Reads [friction]. Each [[friction.law]] adds one law to its joints, in file order; its modifiers
 /// apply in the order of the modifier table, the first innermost.
 /// @throws UserError "file:line: ..." on an unknown law, key or joint, and on a parameter that is

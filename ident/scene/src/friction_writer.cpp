@@ -25,13 +25,6 @@ using friction::LawSpec;
 using friction::ModifierSpec;
 using friction::ParameterInfo;
 
-// A law on some joints, as one [[friction.law]] says it.
-struct Entry {
-  LawSpec spec;
-  std::vector<int> joints;
-  std::vector<std::vector<double>> values;  ///< per joint: law, then its modifiers
-};
-
 std::string joined(std::size_t count, const std::function<std::string(std::size_t)>& item) {
   std::string text;
   for (std::size_t i = 0; i < count; ++i) text += (i ? ", " : "") + item(i);
@@ -52,7 +45,7 @@ void write_values(const FrictionOwner& owner, const std::vector<std::vector<doub
   }
 }
 
-std::string write_entry(const Entry& entry, const std::vector<std::string>& joint_names) {
+std::string write_entry(const LawEntry& entry, const std::vector<std::string>& joint_names) {
   const LawInfo& row = *find_row(friction::law_table(), entry.spec.law);
   std::string text = fmt::format("\n[[friction.law]]\nlaw = {}\n", toml_text(entry.spec.law));
   text += fmt::format("joints = {}\n", joined(entry.joints.size(), [&](std::size_t j) {
@@ -99,12 +92,12 @@ std::string write_friction(const Friction& friction, const std::vector<std::stri
   std::size_t most = 0;
   for (const JointSpec& joint : joints) most = std::max(most, joint.laws.size());
   for (std::size_t i = 0; i < most; ++i) {
-    std::vector<Entry> entries;
+    std::vector<LawEntry> entries;
     for (std::size_t j = 0; j < joints.size(); ++j) {
       if (joints[j].laws.size() <= i) continue;
       const LawSpec& spec = joints[j].laws[i];
       auto entry = std::find_if(entries.begin(), entries.end(),
-                                [&](const Entry& e) { return same(e.spec, spec); });
+                                [&](const LawEntry& e) { return same(e.spec, spec); });
       if (entry == entries.end()) {
         entries.push_back({.spec = spec, .joints = {}, .values = {}});
         entry = entries.end() - 1;
@@ -117,7 +110,7 @@ std::string write_friction(const Friction& friction, const std::vector<std::stri
       entry->values.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(count));
       next[j] += static_cast<int>(count);
     }
-    for (const Entry& entry : entries) text += write_entry(entry, joint_names);
+    for (const LawEntry& entry : entries) text += write_entry(entry, joint_names);
   }
   return text;
 }

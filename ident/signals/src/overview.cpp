@@ -1,15 +1,13 @@
 #include "fricid/signals/overview.hpp"
+#include "fricid/base/not_finite.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 namespace fricid::signals {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMedianToSd = 1.4826;  // sd over median of |x|, x ~ N(0, sd)
 constexpr double kGain = 70;            // 1 + 16 + 36 + 16 + 1
 constexpr double kTurn = 20;            // of the noise: smaller turns may be noise

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "fricid/base/math.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/smc/lanes.hpp"
 
 namespace fricid::smc {
@@ -94,7 +94,6 @@ void resample_killing(std::span<const double> W, std::span<const double> uniform
 
 std::optional<WeightSum> normalise(std::span<const double> lw, std::span<double> W) {
   assert(W.size() >= lw.size());
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   double largest = -kInfinity;
   for (const double x : lw) largest = std::max(largest, x);
   if (!(std::abs(largest) < kInfinity)) return {};

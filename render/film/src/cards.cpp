@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "film_style.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/film/comparison.hpp"
 #include "fricid/render/palette.hpp"
@@ -10,8 +11,7 @@
 namespace fricid::film {
 namespace {
 
-constexpr Paint kInk{0.13f, 0.13f, 0.15f, 1}, kFaint{0.42f, 0.42f, 0.45f, 1},
-    kRule{0.8f, 0.8f, 0.82f, 1}, kShade{0.955f, 0.96f, 0.965f, 1};
+constexpr Paint kRule{0.8f, 0.8f, 0.82f, 1}, kShade{0.955f, 0.96f, 0.965f, 1};
 
 /// Words that fit into lines of `width`.
 std::vector<std::string> wrapped(const Canvas& canvas, const std::string& text, double width,

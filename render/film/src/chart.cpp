@@ -14,8 +14,8 @@ namespace {
 constexpr double kLeft = 58, kRight = 14, kTop = 28, kBottom = 36;
 constexpr double kUnseen = 0.1;  // [pixels]
 constexpr Point kBreak{std::numeric_limits<double>::quiet_NaN(), 0};
-constexpr Paint kInk{0.2f, 0.2f, 0.22f, 1}, kGrid{0.88f, 0.88f, 0.89f, 1},
-    kFaint{0.4f, 0.4f, 0.42f, 1};
+constexpr Paint kLetters{0.2f, 0.2f, 0.22f, 1}, kGrid{0.88f, 0.88f, 0.89f, 1},
+    kScale{0.4f, 0.4f, 0.42f, 1};
 
 double share_of(const Axis& axis, double value) {
   if (!axis.log) return (value - axis.low) / (axis.high - axis.low);
@@ -74,27 +74,27 @@ Point Chart::at(double x, double y) const {
 void Chart::draw_axes(Canvas& canvas) const {
   constexpr double kLetter = 11.5;
   const double bottom = plot_.y + plot_.height, right = plot_.x + plot_.width;
-  const LineStyle grid{.width = 1, .paint = kGrid}, border{.width = 1, .paint = kInk};
+  const LineStyle grid{.width = 1, .paint = kGrid}, border{.width = 1, .paint = kLetters};
 
   for (const double tick : ticks_of(x_, static_cast<int>(plot_.width / 55))) {
     const double x = at(tick, y_.low).x;
     canvas.line(std::vector<Point>{{x, plot_.y}, {x, bottom}}, grid);
     canvas.text({x, bottom + 15}, label_of(x_, tick),
-                {.size = kLetter, .paint = kFaint, .align = Align::kCentre});
+                {.size = kLetter, .paint = kScale, .align = Align::kCentre});
   }
   for (const double tick : ticks_of(y_, static_cast<int>(plot_.height / 30))) {
     const double y = at(x_.low, tick).y;
     canvas.line(std::vector<Point>{{plot_.x, y}, {right, y}}, grid);
     canvas.text({plot_.x - 6, y + 4}, label_of(y_, tick),
-                {.size = kLetter, .paint = kFaint, .align = Align::kRight});
+                {.size = kLetter, .paint = kScale, .align = Align::kRight});
   }
   canvas.line(std::vector<Point>{{plot_.x, plot_.y}, {plot_.x, bottom}, {right, bottom}}, border);
 
-  canvas.text({plot_.x, plot_.y - 10}, title_, {.size = 13, .paint = kInk, .bold = true});
+  canvas.text({plot_.x, plot_.y - 10}, title_, {.size = 13, .paint = kLetters, .bold = true});
   canvas.text({plot_.x + plot_.width / 2, bottom + 30}, x_.label,
-              {.size = 12, .paint = kInk, .align = Align::kCentre});
+              {.size = 12, .paint = kLetters, .align = Align::kCentre});
   canvas.text({plot_.x - 42, plot_.y + plot_.height / 2}, y_.label,
-              {.size = 12, .paint = kInk, .align = Align::kCentre}, 1);
+              {.size = 12, .paint = kLetters, .align = Align::kCentre}, 1);
 }
 
 void Chart::draw_curve(Canvas& canvas, std::span<const double> x, std::span<const double> y,

@@ -4,32 +4,24 @@
 #include <cmath>
 
 #include "cards.hpp"
+#include "film_style.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/render/palette.hpp"
 
 namespace fricid::film {
 namespace {
 
-constexpr double kHeader = 44, kStripsTop = 470;
-constexpr int kMainWidth = 860;  // of the picture with all arms; the enlarged one has the rest
-constexpr double kGap = 4;
-constexpr double kInset = 230;             // side of an enlarged picture in another
-constexpr double kPast = 4;                // [s] that the friction strips show
-constexpr double kTrailPast = 1.5;         // [s] of path behind each tip
-constexpr double kLeastZoom = 0.15;        // [m] half height, so that a flange is recognised
-constexpr double kLeastInset = 0.04;       // [m] the same where millimetres matter
-constexpr double kTipMargin = 0.06;        // [m] around the joints' paths
-constexpr double kPortraitTurn = 35;       // [deg] from the view of the film
-constexpr float kGhost = 0.65f;            // opacity
+constexpr int kMainWidth = 860;       // of the picture with all arms; the enlarged one has the rest
+constexpr double kInset = 230;        // side of an enlarged picture in another
+constexpr double kTrailPast = 1.5;    // [s] of path behind each tip
+constexpr double kLeastZoom = 0.15;   // [m] half height, so that a flange is recognised
+constexpr double kLeastInset = 0.04;  // [m] the same where millimetres matter
+constexpr double kTipMargin = 0.06;   // [m] around the joints' paths
+constexpr double kPortraitTurn = 35;  // [deg] from the view of the film
+constexpr float kGhost = 0.65f;       // opacity
 constexpr std::size_t kMostPoints = 1000;  // of a curve
 
-constexpr Paint kInk{0.13f, 0.13f, 0.15f, 1}, kFaint{0.42f, 0.42f, 0.45f, 1}, kVeil{1, 1, 1, 0.82f};
-const Paint kTruth = paint_of(render::kTruthColour), kDarkTruth{0.3f, 0.3f, 0.3f, 1},
-            kTruthArm{0.8f, 0.81f, 0.83f, 1};
-
-std::span<const double> row_of(const RowMatrix& values, int row) {
-  return {values.data() + row * values.cols(), static_cast<std::size_t>(values.cols())};
-}
+constexpr Paint kDarkTruth{0.3f, 0.3f, 0.3f, 1};
 
 std::string millimetres(double value) {
   return fmt::format("{:.{}f} mm", value, value < 0.995 ? 2 : value < 99.95 ? 1 : 0);
@@ -154,7 +146,7 @@ std::vector<Trail> Comparison::trails(int row) const {
 }
 
 std::vector<PaintedArm> Comparison::arms(int row) const {
-  std::vector<PaintedArm> arms{{row_of(film_.q, row), kTruthArm}};
+  std::vector<PaintedArm> arms{{row_of(film_.q, row), kPlainArm}};
   for (const FilmModel& model : film_.models)
     arms.push_back({row_of(model.q, row), paint_of(model.colour, kGhost)});
   return arms;
@@ -237,7 +229,7 @@ void Comparison::draw_side_by_side(Canvas& canvas, int row) {
   const double width = std::floor((kFilmWidth - kGap * (count - 1)) / count);
   for (std::size_t m = 0; m < film_.models.size(); ++m) {
     const FilmModel& model = film_.models[m];
-    const std::vector<PaintedArm> arms{{row_of(film_.q, row), kTruthArm},
+    const std::vector<PaintedArm> arms{{row_of(film_.q, row), kPlainArm},
                                        {row_of(model.q, row), paint_of(model.colour, kGhost)}};
     std::vector<Trail> both = trails(row);
     both = {both[0], both[m + 1]};

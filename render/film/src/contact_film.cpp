@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "film_style.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/contact_file.hpp"
 #include "fricid/data/loop_file.hpp"
@@ -20,17 +21,9 @@
 namespace fricid::film {
 namespace {
 
-constexpr double kHeader = 44, kStripsTop = 470, kGap = 4;
-constexpr double kPast = 4;                        // [s] that the strips show
-constexpr double kAlarmShown = 0.3;                // [s] for which an arm stays red
-constexpr double kAzimuth = 135, kElevation = -8;  // [deg]
-constexpr Paint kInk{0.13f, 0.13f, 0.15f, 1}, kFaint{0.42f, 0.42f, 0.45f, 1}, kVeil{1, 1, 1, 0.82f},
-    kAlarm{0.84f, 0.15f, 0.12f, 1}, kCalm{0.8f, 0.81f, 0.83f, 1};
-const Paint kTruth = paint_of(render::kTruthColour);
-
-std::span<const double> row_of(const RowMatrix& values, int row) {
-  return {values.data() + row * values.cols(), static_cast<std::size_t>(values.cols())};
-}
+constexpr double kAlarmShown = 0.3;  // [s] for which an arm stays red
+constexpr double kAzimuth = 135;     // [deg]
+constexpr Paint kAlarm{0.84f, 0.15f, 0.12f, 1};
 
 }  // namespace
 
@@ -108,7 +101,7 @@ ContactFrames::ContactFrames(const ContactFilm& film, ArmPainter& painter)
   }
   const double aspect =
       kFilmWidth / (kStripsTop - kHeader) / static_cast<double>(film.observers.size());
-  view_ = view_of(outline, kAzimuth, kElevation, painter.field_of_view(), aspect);
+  view_ = view_of(outline, kAzimuth, kFrontElevation, painter.field_of_view(), aspect);
   view_.distance *= 1.1;
   std::vector<double> torques(film.tau_ext.col(film.joint).begin(),
                               film.tau_ext.col(film.joint).end());
@@ -127,7 +120,7 @@ void ContactFrames::draw_arm(Canvas& canvas, const FilmObserver& observer, const
   bool alarm = false;
   for (int k = film_.row(film_.t[row] - kAlarmShown); k <= row; ++k)
     alarm = alarm || observer.level(k) > 1;
-  const std::vector<PaintedArm> arms{{row_of(film_.q, row), alarm ? kAlarm : kCalm}};
+  const std::vector<PaintedArm> arms{{row_of(film_.q, row), alarm ? kAlarm : kPlainArm}};
   painter_.keep_backdrop(view_, static_cast<int>(box.width), static_cast<int>(box.height));
   canvas.picture(
       painter_.paint(view_, static_cast<int>(box.width), static_cast<int>(box.height), arms), box);

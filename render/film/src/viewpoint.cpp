@@ -4,17 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include "film_style.hpp"
 
 namespace fricid::film {
 namespace {
 
 constexpr double kOutlinePeriod = 0.2;  // [s]
-constexpr double kElevation = -8;       // [deg]
 constexpr double kRadians = std::numbers::pi / 180;
-
-std::span<const double> row_of(const RowMatrix& values, Eigen::Index row) {
-  return {values.data() + row * values.cols(), static_cast<std::size_t>(values.cols())};
-}
 
 /// Axes of a camera in the world.
 struct CameraAxes {
@@ -74,8 +70,9 @@ View telling_view(const FilmPaths& paths, const ArmPainter& painter, double aspe
   View best;
   double largest = -1;
   for (int azimuth = 0; azimuth < 360; azimuth += 15) {
-    const View view = view_of(paths.outline, azimuth, kElevation, painter.field_of_view(), aspect);
-    const CameraAxes axes(azimuth, kElevation);
+    const View view =
+        view_of(paths.outline, azimuth, kFrontElevation, painter.field_of_view(), aspect);
+    const CameraAxes axes(azimuth, kFrontElevation);
     double seen = 0;
     for (const auto& tips : paths.models)
       for (std::size_t k = 0; k < tips.size(); k += 10) {

@@ -14,7 +14,6 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr int kLanes = kLaneCount<PackD>;
 constexpr double kFirstStep = 0.4;    // of the simplex, in scaled coordinates
 constexpr double kDifference = 1e-5;  // of the Jacobian, in scaled coordinates
 constexpr double kBlock = 1;          // [s] beyond which residuals count as independent
@@ -94,13 +93,13 @@ void for_each_row(const JointFrictionData& data, const friction::RobotFriction& 
     return for_each_known_row(data, friction, coordinates, x, wanted, f);
   const auto p = static_cast<Eigen::Index>(wanted.size());
   // Lane 0 of every pass holds x itself, the others one shifted coordinate each.
-  constexpr Eigen::Index kColumns = kLanes - 1;
+  constexpr Eigen::Index kColumns = PackD::kLanes - 1;
   const Eigen::Index passes = std::max<Eigen::Index>(1, (p + kColumns - 1) / kColumns);
   std::vector<double> step(wanted.size()), shifted(x.begin(), x.end()), theta(x.size());
   std::vector<std::vector<PackD>> lanes(static_cast<std::size_t>(passes),
                                         std::vector<PackD>(x.size()));
   for (Eigen::Index pass = 0; pass < passes; ++pass)
-    for (int lane = 0; lane < kLanes; ++lane) {
+    for (int lane = 0; lane < PackD::kLanes; ++lane) {
       const auto column = static_cast<std::size_t>(pass * kColumns + lane - 1);
       const bool moves = lane > 0 && column < wanted.size();
       const std::size_t i = moves ? wanted[column] : 0;
@@ -328,7 +327,7 @@ void refine(const JointFrictionData& data, const friction::RobotFriction& fricti
     for (Eigen::Index i = 0; i < p; ++i) x[free[static_cast<std::size_t>(i)]] = c[i];
   };
   int linearised = 0;
-  const int passes = (static_cast<int>(p) + kLanes - 2) / (kLanes - 1);
+  const int passes = (static_cast<int>(p) + PackD::kLanes - 2) / (PackD::kLanes - 1);
   const int of_one = friction::Tangent::is_known(friction) ? 1 : passes * data.sequences();
   const optimise::Minimum found = optimise::damped_least_squares(
       [&](const Eigen::VectorXd& c, double value) {

@@ -14,10 +14,9 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr int kLanes = kLaneCount<PackD>;
-constexpr int kPromising = 2 * kLanes;  // orders of a grid that are looked at closely
-constexpr double kLoadStep = 1e-4;      // of 1 N m and the load
-constexpr double kLoadMargin = 2;       // by which a predicted load may err
+constexpr int kPromising = 2 * PackD::kLanes;  // orders of a grid that are looked at closely
+constexpr double kLoadStep = 1e-4;             // of 1 N m and the load
+constexpr double kLoadMargin = 2;              // by which a predicted load may err
 
 using Columns = fricid::Group<PackD, 2>;  // filtered side by side
 
@@ -84,7 +83,7 @@ JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequenc
     for (const friction::Input<double>& in : series.at) q.back().push_back(in.q);
   }
   run_in_ = run_in(q, all);
-  groups_ = side_by_side(cut_motion(q, all, dt_, kLanes, decimated_.every()));
+  groups_ = side_by_side(cut_motion(q, all, dt_, PackD::kLanes, decimated_.every()));
   travel_ = std::max(0.0, highest - lowest);
   target_mean_square_ = rows_ > 0 ? square / rows_ - std::pow(sum / rows_, 2) : 0;
 }
@@ -92,15 +91,16 @@ JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequenc
 std::vector<JointFrictionData::Group> JointFrictionData::side_by_side(
     std::span<const MotionPiece> pieces) const {
   std::vector<Group> groups;
-  for (std::size_t first = 0; first < pieces.size(); first += kLanes) {
-    const auto own = pieces.subspan(first, std::min<std::size_t>(kLanes, pieces.size() - first));
+  for (std::size_t first = 0; first < pieces.size(); first += PackD::kLanes) {
+    const auto own =
+        pieces.subspan(first, std::min<std::size_t>(PackD::kLanes, pieces.size() - first));
     Group& group = groups.emplace_back();
     group.pieces.assign(own.begin(), own.end());
     int longest = 0;
     for (const MotionPiece& piece : own) longest = std::max(longest, piece.end - piece.start);
     group.at.resize(static_cast<std::size_t>(longest));
     group.over.resize(group.at.size());
-    for (int lane = 0; lane < kLanes; ++lane) {
+    for (int lane = 0; lane < PackD::kLanes; ++lane) {
       // empty lanes repeat the first piece; a lane stands still after the end of its piece
       const MotionPiece& piece = own[static_cast<std::size_t>(lane) < own.size() ? lane : 0];
       const Series& series = series_[static_cast<std::size_t>(piece.sequence)];
@@ -179,7 +179,7 @@ void JointFrictionData::low_pass(PerSample& x) const {
   };
   for (std::size_t first = 0, last; first < x.size(); first = last) {
     const std::size_t size = of(first).size();
-    for (last = first + 1; last < std::min(x.size(), first + kLanes); ++last)
+    for (last = first + 1; last < std::min(x.size(), first + PackD::kLanes); ++last)
       if (of(last).size() != size) break;
     if (last == first + 1) {
       low_pass_.apply(of(first), alone);
@@ -221,9 +221,9 @@ std::vector<double> JointFrictionData::promising_orders(const PerSample& f,
   low_pass(left);
   for (std::size_t s = 0; s < series_.size(); ++s) {
     const Series& series = series_[s];
-    for (int first = series.range.begin; first < series.range.end; first += kLanes) {
+    for (int first = series.range.begin; first < series.range.end; first += PackD::kLanes) {
       PackD q(0), v(0), correlated(0), size(0);  // of eight samples; none beyond the end
-      for (int lane = 0; lane < std::min(kLanes, series.range.end - first); ++lane) {
+      for (int lane = 0; lane < std::min(PackD::kLanes, series.range.end - first); ++lane) {
         const auto k = static_cast<std::size_t>(first + lane);
         q.set(lane, series.at[k].q);
         v.set(lane, series.at[k].v);
@@ -250,7 +250,7 @@ std::vector<double> JointFrictionData::promising_orders(const PerSample& f,
   std::vector<std::pair<double, double>> best;  // -explained, order
   for (std::size_t i = 0; i < count; ++i) {
     double a = 0, b = 0, size = 0;
-    for (int lane = 0; lane < kLanes; ++lane)
+    for (int lane = 0; lane < PackD::kLanes; ++lane)
       a += sine[i][lane], b += cosine[i][lane], size += square[i][lane];
     best.emplace_back(-(a * a + b * b) / std::max(size, 1e-300),
                       grid.first + grid.step * static_cast<double>(i));
@@ -274,7 +274,7 @@ RippleTerm JointFrictionData::strongest_ripple(const friction::RobotFriction& fr
   // per order, in lanes, moments of (1, F[f sin nq], F[f cos nq], target - F[f]) over the used rows
   Columns n, sum[4][4] = {};
   for (std::size_t i = 0; i < orders.size(); ++i)
-    n.x[i / kLanes].set(static_cast<int>(i % kLanes), orders[i]);
+    n.x[i / PackD::kLanes].set(static_cast<int>(i % PackD::kLanes), orders[i]);
   std::vector<Columns> sine, cosine, work;
   for (std::size_t s = 0; s < series_.size(); ++s) {
     const Series& series = series_[s];
@@ -303,7 +303,7 @@ RippleTerm JointFrictionData::strongest_ripple(const friction::RobotFriction& fr
     Eigen::Matrix4d moments = Eigen::Matrix4d::Zero();
     for (int a = 0; a < 4; ++a)
       for (int b = a; b < 4; ++b)
-        moments(a, b) = sum[a][b].x[i / kLanes][static_cast<int>(i % kLanes)];
+        moments(a, b) = sum[a][b].x[i / PackD::kLanes][static_cast<int>(i % PackD::kLanes)];
     moments /= std::max(1, rows_);
     moments(0, 0) += prior_.weight;
     moments.triangularView<Eigen::StrictlyLower>() = moments.transpose();

@@ -21,7 +21,7 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr int kLanes = TorqueWindows<PackF>::lanes();
+constexpr int kWindowLanes = TorqueWindows<PackF>::lanes();
 constexpr int kSamplesWorthThreads = 100;  // of a pack; below, starting threads takes longer
 
 /// Root mean square of the target over the rows that count, per joint (n) [N m].
@@ -103,7 +103,7 @@ class TorqueProblem {
         response_(response),
         split_(split_recordings(data.recordings, options.hold_out)),
         rng_(options.seed, 0),
-        parts_(static_cast<std::size_t>((options.batch + kLanes - 1) / kLanes)),
+        parts_(static_cast<std::size_t>((options.batch + kWindowLanes - 1) / kWindowLanes)),
         losses_(parts_.size()),
         no_pi_bar_(Eigen::VectorXd::Zero(start.arm().robot.pi.size())),
         adam_(start.c().size()) {
@@ -125,8 +125,8 @@ class TorqueProblem {
         draw_windows(data_.recordings, split_, steps_ + 2 * margin_, options_.batch, 0, rng_);
     for (Window& window : windows) window.begin += margin_;
     parallel_for(static_cast<int>(parts_.size()), threads_, [&](int p) {
-      const auto i = static_cast<std::size_t>(p), first = i * kLanes;
-      const auto count = std::min<std::size_t>(kLanes, windows.size() - first);
+      const auto i = static_cast<std::size_t>(p), first = i * kWindowLanes;
+      const auto count = std::min<std::size_t>(kWindowLanes, windows.size() - first);
       parts_[i].setZero(static_cast<Eigen::Index>(theta.size()));
       rollouts_[i].set_parameters(theta);
       losses_[i] = rollouts_[i].loss(std::span(windows).subspan(first, count), z_);

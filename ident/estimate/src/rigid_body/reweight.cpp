@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr int kReweightings = 12;
-constexpr double kHuber = 2.5;           // residuals beyond this many sigma weigh less
-constexpr double kSmallestSigma = 1e-9;  // share of the torque's rms: noise-free data stay solvable
+constexpr double kHuber = 2.5;  // residuals beyond this many sigma weigh less
 
 }  // namespace
 

@@ -11,7 +11,7 @@ namespace fricid::estimate {
 namespace {
 
 constexpr double kLengths[] = {0.1, 0.2, 0.4, 0.8, 1.6, 3.2};  // [rad]
-constexpr double kRidge = 1e-9;  // of Y'Y: parameters that the motion does not show
+constexpr double kUnseenRidge = 1e-9;  // of Y'Y: parameters that the motion does not show
 
 }  // namespace
 
@@ -20,7 +20,7 @@ Cable strongest_cable(const ArmTorqueData& data, const Arm& arm, int j) {
   const Eigen::VectorXd left = -data.residual(arm, j);  // of tau
   const double size = left.squaredNorm();
   Eigen::MatrixXd YY = joint.YY;
-  YY.diagonal().array() += kRidge * YY.trace() + 1e-300;
+  YY.diagonal().array() += kUnseenRidge * YY.trace() + 1e-300;
   const Eigen::LDLT<Eigen::MatrixXd> rigid_body(YY);
   const double scale = dynamics::travel_scale(arm.robot.joints[static_cast<std::size_t>(j)]);
   // F[z] of a spring that is relaxed where each recording begins: F of one of 1 N m/rad

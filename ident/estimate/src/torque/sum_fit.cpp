@@ -12,7 +12,6 @@ namespace {
 using friction::SumPart;
 
 constexpr double kPartsGain = 1e-3;  // smallest gain of a step where fits are only compared
-constexpr double kRoughGain = 1e-2;  // .. where a part may be off anyway
 constexpr int kSweeps = 2;           // over the parts
 // Least gain of the best of many: share of the mean square, and standard errors unless it halves
 // the mean square.

@@ -18,6 +18,9 @@ namespace fricid::estimate {
 
 struct Prepared;
 
+/// Smallest gain of a step of fits that may be thrown away.
+inline constexpr double kRoughGain = 1e-2;
+
 /// What the fits of one job share.
 class JointFits {
  public:
