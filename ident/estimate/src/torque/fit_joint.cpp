@@ -25,8 +25,7 @@ namespace {
 // Conventional laws that the sum has to beat, the linear one first.
 constexpr std::pair<const char*, int> kRivals[] = {
     {"coulomb_viscous", 0}, {"stribeck", 0}, {"dahl", 0}, {"lugre", 0}, {"gms", 4}};
-constexpr double kRoughGain = 1e-2;  // smallest gain of a step where a law may be lost anyway:
-constexpr double kLost = 10;         // times the held-out torque error of the sum
+constexpr double kLost = 10;  // a law is lost beyond this many held-out torque errors of the sum
 // Choices of parts: another one where the load of the last moved by so much of it.
 constexpr int kMostChoices = 3;
 constexpr double kLoadOfAnother = 0.05;
@@ -190,7 +189,8 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
             fit_networks(fits, found[taken].arm, found[0].arm, parts, report.parts)) {
       found.push_back(*with);
       found.push_back(fits.on_windows(*with, report.model.label));
-      taken = found.size() - 2 + choose(std::span(found).last(2));
+      const std::size_t best = found.size() - 2 + choose(std::span(found).last(2));
+      if (kNetworksBetter * found[best].held_out < found[taken].held_out) taken = best;
     }
     for (PartEvidence& part : report.parts)
       if (part.part == friction::SumPart::kNetwork)
