@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <numbers>
 
 #include "excitation_judge.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/sim/streams.hpp"
@@ -22,7 +22,6 @@ namespace {
 using Problem = ExcitationProblem;
 using Judge = ExcitationJudge;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Criterion evaluations of the optimiser; 400 gain less than 0.4 in log det.
 constexpr int kEvaluations = 120;
 // Most shrinking steps; if limits are still violated, the box centre itself is not feasible.
@@ -208,11 +207,19 @@ std::string broken_limit(const TrajectoryReport& report, const ExcitationOptions
           "torque of {} exceeds torque_share = {} of its effort limit {}; allowed: other "
           "excitation.half_range, centre or torque_share, or a higher limit in the URDF",
           robot.joints[j].name, config.torque_share, robot.joints[j].effort);
-  if (report.clearance_m >= config.clearance_m)
-    return fmt::format(
-        "no random start of {} was inside the limits of position, velocity, "
-        "acceleration and jerk; raise restarts or shrink half_range",
-        config.restarts);
+  for (const JointMargins& joint : report.joints) {
+    const std::array<std::pair<const char*, double>, 4> margins{
+        {{"position", joint.position_rad},
+         {"velocity", joint.velocity},
+         {"acceleration", joint.acceleration},
+         {"jerk", joint.jerk}}};
+    for (const auto& [name, left] : margins)
+      if (left < 0)
+        return fmt::format(
+            "{} of {} exceeds its limit by {:.2g} in the best motion of {} random starts; raise "
+            "restarts or shrink half_range",
+            name, joint.joint, -left, config.restarts);
+  }
   return fmt::format(
       "{}: {:.3f} m apart at their nearest in the best motion found; allowed: clearance_m = {} or "
       "more; lower it, or shrink half_range",

@@ -1,8 +1,10 @@
 #include "fricid/sim/excitation.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "arms.hpp"
@@ -153,6 +155,29 @@ TEST(Excitation, SaysWhichLimitCannotBeKept) {
   small = small_scene("kr6_gms");
   small.excitation.centre[1] = 0.5;
   EXPECT_THAT(refusal(small), HasSubstr("joint_a2: box"));
+}
+
+// Claim: a motion whose end is the end of its box is no violation, however its angles are rounded.
+TEST(Excitation, MayTouchTheEndOfItsBox) {
+  const TempFile file("box.toml", fmt::format(R"(
+[robot]
+urdf = "{}"
+[excitation]
+half_range = 1.2
+velocity_share = 0.5
+train = 2
+validation = 1
+restarts = 6
+)",
+                                              source("models/test/arm_7r.urdf").string()));
+  const scene::Problem problem = resolve(scene::load_scene(file.path()));
+  const MujocoArm arm = make_arm(problem);
+  const Excitation excitation =
+      design_excitation(problem.scene.excitation, arm, problem.robot, 1, 2);
+  double nearest = 1;
+  for (const TrajectoryReport& report : excitation.reports)
+    for (const JointMargins& joint : report.joints) nearest = std::min(nearest, joint.position_rad);
+  EXPECT_NEAR(nearest, 0, 1e-9) << "one does touch it";
 }
 
 // Two links on a base above a floor, spheres that overlap at the joints. Left are base - second
