@@ -168,6 +168,9 @@ velocity_share = 0.5
 train = 2
 validation = 1
 restarts = 6
+[[friction.law]]
+law = "viscous"
+Fv = 1
 )",
                                               source("models/test/arm_7r.urdf").string()));
   const scene::Problem problem = resolve(scene::load_scene(file.path()));
