@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "fricid/estimate/coordinates.hpp"
 #include "fricid/estimate/wash_out.hpp"
 #include "fricid/estimate/windows/multi_step.hpp"
+#include "fricid/estimate/windows/window_refinement.hpp"
 #include "fricid/system/driven_friction.hpp"
 #include "fricid/system/initial_state.hpp"
 #include "kr6_truth.hpp"
@@ -203,6 +206,25 @@ TEST_F(MultiStep, GaussNewtonRecoversTheBristlesToo) {
   for (std::size_t p = 0; p < truth.friction.theta.size(); ++p)
     EXPECT_NEAR(report.arm.friction.theta[p] / truth.friction.theta[p], 1, p % 3 == 1 ? 0.1 : 0.01)
         << truth.friction.model.parameters()[p].symbol;
+}
+
+// Windows do not make up for what they cannot explain by another inertia.
+TEST_F(MultiStep, RefinementStaysNearTheInertiaOfTheTorque) {
+  start = truth;
+  const int wrist = start.robot.armature_begin() + 5;
+  start.robot.pi[wrist] /= 4;
+  const ArmCoordinates coordinates(start, {});
+  ArmPoint point(coordinates, start);
+  const Eigen::VectorXd c = point.c();
+  const TorquePull nothing{c,
+                           {0,
+                            Eigen::VectorXd::Zero(c.size()),
+                            1e-6 * Eigen::MatrixXd::Identity(c.size(), c.size()),
+                            {}}};
+  const MultiStepReport report = refine_on_windows(start, nothing, recordings, options, "wrist", 2);
+  EXPECT_LT(report.arm.robot.pi[wrist], 1.6 * start.robot.pi[wrist]);
+  // further steps would follow the rollouts to the inertia of the truth
+  EXPECT_LT(std::ranges::min(report.history.held_out), 0.5 * report.history.best_held_out());
 }
 
 TEST_F(MultiStep, TakesGaussNewtonStepsUnlessTold) {

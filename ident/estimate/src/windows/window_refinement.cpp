@@ -13,6 +13,7 @@
 #include "fricid/estimate/wash_out.hpp"
 #include "fricid/optimise/gauss_newton.hpp"
 #include "friction/friction_search.hpp"
+#include "rigid_body/joint_inertia.hpp"
 #include "support.hpp"
 #include "training.hpp"
 
@@ -27,6 +28,9 @@ constexpr double kSmallestGain = 5e-3;  // share of the loss; steps that lower i
 constexpr double kFirstDamping = 1e-3;
 constexpr double kLeastLoss = 1e-12;  // noise-free data stay solvable
 constexpr int kTrial = 32;            // windows on which leaps are compared
+// Most times that an inertia grows or shrinks. Where friction is wrong or motion slow, a heavier
+// arm drifts less.
+constexpr double kMostInertia = 1.5;
 const optimise::DampingOptions kDamping{.longest = 0.3,
                                         .keep_direction = true,
                                         .ridge = 1,
@@ -156,10 +160,14 @@ MultiStepReport refine_on_windows(const Arm& start, const TorquePull& torque,
   MultiStepReport report;
   optimise::DescentHistory& history = report.history;
   ArmPoint best = point;
+  const Eigen::VectorXd inertia = joint_inertia(start.robot, recordings);
   const auto look = [&](int iteration) {
+    const Eigen::ArrayXd times =
+        joint_inertia(point.arm().robot, recordings).array() / inertia.array();
+    const bool plausible = times.maxCoeff() < kMostInertia && times.minCoeff() > 1 / kMostInertia;
     history.checked.push_back(iteration);
     history.held_out.push_back(held_out_error(point.arm(), recordings, split, options.judge, jobs));
-    if (history.held_out.back() < history.best_held_out()) {
+    if (plausible && history.held_out.back() < history.best_held_out()) {
       history.best = static_cast<int>(history.held_out.size()) - 1;
       best = point;
     }
