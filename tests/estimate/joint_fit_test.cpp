@@ -41,6 +41,19 @@ TEST(ArmTorqueFit, DoesNotDependOnTheNumberOfThreads) {
   EXPECT_EQ(one.arm.robot.pi, three.arm.robot.pi);
 }
 
+// Motion that hardly rests says nothing of static friction: it is then that of sliding.
+TEST(ArmTorqueFit, StaticFrictionThatNothingShowsIsThatOfSliding) {
+  const std::vector<std::vector<double>> theta{{6, 3000, 3}, {4.8, 2400, 2.4}, {3, 1500, 1.5}};
+  const Prepared prepared = noisy_logs(arm_with({{{"dahl", 0, {}}}}, theta), 24);
+  const JointFits fits(prepared, logs().windows, 2);
+  const Arm start = fits.start(friction::JointSpec{{{"gms", 4, {}}}});
+  const Arm fitted = fits.on_torque(start, JointFits::Rows::kAll).arm;
+  for (int j = 0; j < 3; ++j) {
+    const double Fc = parameter(fitted, j, "gms", "Fc"), Fs = parameter(fitted, j, "gms", "Fs");
+    EXPECT_NEAR(Fs / Fc, 1, 0.15) << j;  // .2 off without a pull
+  }
+}
+
 // What a fit holds stays, what it may move ends inside its bounds.
 TEST(ArmTorqueFit, KeepsToItsLimits) {
   const JointFits fits(logs().prepared, logs().windows, 2);

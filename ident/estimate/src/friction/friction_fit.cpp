@@ -13,11 +13,28 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kSpread = 1.2;  // sd of the random starts in log coordinates: a factor of about 3
+constexpr double kSpread = 1.2;   // sd of the random starts in log coordinates: a factor of about 3
+constexpr double kUnseen = 0.01;  // gain in mean square that static friction needs to be its own
 constexpr double kOnBound = 1e-3;  // distance in scaled coordinates that counts as on the bound
 
 bool on_bound(const SearchCoordinates& coordinates, std::span<const double> x, std::size_t i) {
   return x[i] - coordinates.lower()[i] < kOnBound || coordinates.upper()[i] - x[i] < kOnBound;
+}
+
+/// Static friction that the motion hardly shows may be anything: it is then that of sliding.
+void level_unseen_static_friction(const JointFrictionData& data,
+                                  const friction::RobotFriction& friction,
+                                  const SearchCoordinates& coordinates, SearchMinimum& best) {
+  const int Fc = friction::find_parameter(friction, 0, friction::Role::kCoulomb),
+            Fs = friction::find_parameter(friction, 0, friction::Role::kStatic);
+  if (Fc < 0 || Fs < 0 || coordinates.is_held(static_cast<std::size_t>(Fs))) return;
+  std::vector<double> theta(best.x.size());
+  coordinates.to_theta(best.x, theta);
+  theta[static_cast<std::size_t>(Fs)] = theta[static_cast<std::size_t>(Fc)];
+  const double value = data.mean_square(friction, theta);
+  if (!(value < (1 + kUnseen) * best.value)) return;
+  best.x = coordinates.to_scaled(theta);
+  best.value = value;
 }
 
 // Standard errors and correlation of what was free at the end.
@@ -93,6 +110,7 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
     fit.evaluations += best.evaluations;
   }
 
+  if (best.value < kBadValue) level_unseen_static_friction(data, friction, coordinates, best);
   coordinates.to_theta(best.x, fit.theta);
   for (std::size_t i = 0; i < fit.theta.size(); ++i) {
     const auto& parameter = friction.parameters()[i];

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -29,6 +30,9 @@ constexpr double kLongestStep = 1;    // of one iteration in any coordinate
 constexpr double kStepRidge = 1;
 // A weight w of a network counts like a row in which the torque errs by this share of Fn w.
 constexpr double kOutputPull = 0.5, kInputPull = 0.15;
+// Static friction counts like a row in which the torque errs by sigma where it differs from Coulomb
+// friction by this share: motion that never rests says little of it.
+constexpr double kStaticPull = 0.05;
 constexpr double kFirstGain = 1e-2;  // smallest gain of a pass that another follows
 
 /// A joint's friction and its place in theta.
@@ -84,6 +88,18 @@ Eigen::MatrixXd friction_jacobian(const ArmTorqueData::Joint& joint,
   return J;
 }
 
+/// Coulomb friction of the law whose static friction theta[p] is; nothing where it is another
+/// parameter.
+std::optional<double> coulomb_beside(const friction::Friction& friction, std::size_t p) {
+  const std::vector<friction::ParameterRef>& parameters = friction.model.parameters();
+  if (parameters[p].info.role != friction::Role::kStatic) return {};
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].joint == parameters[p].joint && parameters[i].law == parameters[p].law &&
+        parameters[i].info.role == friction::Role::kCoulomb)
+      return friction.theta[i];
+  return {};
+}
+
 /// The objective of one pass, sigma held.
 class Problem {
  public:
@@ -102,7 +118,7 @@ class Problem {
       sigma_[j] = std::max({std::sqrt(data.residual(start.arm(), j).squaredNorm() / rows),
                             kSmallestSigma * std::sqrt(tau.squaredNorm() / rows), 1e-12});
     }
-    add_pulls(options.friction_prior);
+    add_pulls(options.friction_prior, options.pull_static);
   }
 
   double value(const Eigen::VectorXd& c) {
@@ -234,9 +250,9 @@ class Problem {
     double centre, weight;
   };
 
-  /// Small weights of networks, or those of the prior, are what the data have to move; with a prior
-  /// the other parameters too.
-  void add_pulls(const std::optional<FrictionPrior>& prior) {
+  /// Small weights of networks, or those of the prior, and static friction equal to Coulomb
+  /// friction are what the data have to move; with a prior the other parameters too.
+  void add_pulls(const std::optional<FrictionPrior>& prior, bool pull_static) {
     using enum friction::Role;
     const friction::Friction& friction = point_.arm().friction;
     const std::vector<std::size_t>& moved = point_.coordinates().friction();
@@ -245,6 +261,8 @@ class Problem {
       const friction::ParameterRef& p = friction.model.parameters()[moved[i]];
       const auto c = static_cast<Eigen::Index>(i);
       const double known = prior ? prior->theta[moved[i]] : 0;
+      if (const std::optional<double> Fc = coulomb_beside(friction, moved[i]); Fc && pull_static)
+        pulls_.push_back({moved[i], c, *Fc, 1 / std::pow(kStaticPull * *Fc, 2)});
       if (p.joint != friction::kWholeRobot && friction::is_weight(p.info.role)) {
         const int scale = friction::find_parameter(friction.model, p.joint, kNetworkTorque);
         const double size = (p.info.role == kOutputWeight ? kOutputPull : kInputPull) *

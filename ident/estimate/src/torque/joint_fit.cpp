@@ -319,6 +319,8 @@ ArmTorqueFit JointFits::on_torque(const Arm& start, Rows rows, bool find_ripples
   ArmTorqueOptions options = torque_options(start);
   options.find_ripples = find_ripples;
   options.smallest_gain = smallest_gain;
+  // parts are compared without the pull: banks of springs stand for other memories by Fs < Fc
+  options.pull_static = rows == Rows::kAll;
   const ArmTorqueData& data = rows == Rows::kAll ? all_ : training_;
   ArmTorqueFit fit = fit_arm_torque(data, start, options, jobs_);
   options.find_ripples = false;

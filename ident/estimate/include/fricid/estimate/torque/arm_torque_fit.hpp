@@ -29,6 +29,7 @@ struct ArmTorqueOptions {
   RigidBodyOptions rigid_body;
   Eigen::VectorXd nominal;  ///< pi about which the prior of the rigid body is
   std::optional<FrictionPrior> friction_prior;
+  bool pull_static = true;  ///< static friction to that of sliding, where the data say nothing
   CoordinateOptions coordinates;
 };
 
