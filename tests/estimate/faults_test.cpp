@@ -185,7 +185,7 @@ TEST(Faults, FrictionAboveEveryTorqueIsNotTrusted) {
   const Prepared prepared = prepare(arm.robot, {}, std::vector{make_log(arm, {})}, 2);
   FitReport report = fit_conventional(prepared, model_of_one_start("dahl"), 1, 2);
   ASSERT_TRUE(report.usable()) << text_of(report.faults);
-  report.joints[0].theta[0] = 1e4;
+  report.model.arm.friction.theta[0] = 1e4;
   const std::vector<Fault> faults = faults_of(prepared, report);
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].joint, "j1");
@@ -199,6 +199,9 @@ TEST(Faults, CoulombFrictionOnItsUpperBoundIsNotTrusted) {
   FitReport report = fit_conventional(prepared, model_of_one_start("dahl"), 1, 2);
   prepared.recordings[0].filtered_tau.col(1) *= 1e5;  // so that such friction is none too much
   report.joints[1].theta[0] = 1e4 * (1 - 1e-4);
+  report.model.arm.friction
+      .theta[static_cast<std::size_t>(report.model.arm.friction.model.parameter_begin(1))] =
+      report.joints[1].theta[0];
   report.joints[1].at_bound = {"Fc"};
   const std::vector<Fault> faults = faults_of(prepared, report);
   ASSERT_EQ(faults.size(), 1u) << text_of(faults);
@@ -206,7 +209,8 @@ TEST(Faults, CoulombFrictionOnItsUpperBoundIsNotTrusted) {
   EXPECT_EQ(faults[0].found, "Fc = 1e+04 N m ended on the upper bound of its law");
 }
 
-// As of the Stribeck curve of a joint that only ever moves slowly: Fs holds the friction.
+// Of a Stribeck curve Fs may hold the friction of a joint that only ever moves slowly. At speeds
+// that the motion has not, it may be anything.
 TEST(Faults, CoulombFrictionOnItsLowerBoundIsNoFaultButItsStaticFrictionMayBe) {
   const Arm arm = coulomb_arm(5e-3);
   const Prepared prepared = prepare(arm.robot, {}, std::vector{make_log(arm, {})}, 2);
@@ -214,12 +218,49 @@ TEST(Faults, CoulombFrictionOnItsLowerBoundIsNoFaultButItsStaticFrictionMayBe) {
   const auto& parameters = report.model.arm.friction.model.parameters();
   ASSERT_EQ(parameters[0].symbol, "Fc");
   ASSERT_EQ(parameters[1].symbol, "Fs");
-  report.joints[1].theta[0] = std::nextafter(parameters[0].info.lower, 1);  // of a logarithm
+  std::vector<double>& theta = report.model.arm.friction.theta;
+  const auto of_j2 = static_cast<std::size_t>(report.model.arm.friction.model.parameter_begin(1));
+  const double sliding = theta[of_j2];
+  theta[of_j2] = std::nextafter(parameters[0].info.lower, 1);  // of a logarithm
+  report.joints[1].theta[0] = theta[of_j2];
   report.joints[1].at_bound = {"Fc"};
   EXPECT_EQ(text_of(faults_of(prepared, report)), "");
-  report.joints[1].theta[1] = 1e4;
-  EXPECT_THAT(text_of(faults_of(prepared, report)),
-              HasSubstr("j2: friction of 1e+04 N m, while its torque ranged over"));
+  theta[of_j2 + 1] = 1e4;
+  for (const double Fc : {theta[of_j2], sliding}) {
+    theta[of_j2] = Fc;
+    EXPECT_THAT(text_of(faults_of(prepared, report)),
+                HasSubstr("j2: friction of 1e+04 N m, while its torque ranged over"));
+  }
+}
+
+// Sums of laws are fitted all joints at once and have no fits of single joints.
+TEST(Faults, SumsAreCheckedLikeConventionalLaws) {
+  const Arm arm = coulomb_arm(5e-3);
+  const Prepared prepared = prepare(arm.robot, {}, std::vector{make_log(arm, {})}, 2);
+  FitReport report = fit_conventional(prepared, model_of_one_start("simple"), 1, 2);
+  report.joints.clear();
+  const friction::JointSpec joint{{{"stribeck", 0, {}}, {"maxwell_slip", 1, {}}}};
+  friction::Friction& friction = report.model.arm.friction;
+  friction.model = friction::RobotFriction(std::vector<friction::JointSpec>(3, joint));
+  friction.theta.clear();
+  // Fc Fs vs Fv v0, K W: a spring that never slips holds 2 N m/rad times the travel
+  for (const double size : {1.0, 0.8, 0.5})
+    for (const double value : {4 * size, 4.2 * size, 0.05, 2 * size, 0.01, 2 * size, 1e4})
+      friction.theta.push_back(value);
+  EXPECT_EQ(text_of(faults_of(prepared, report)), "");
+  friction.theta[1] = 1e3;
+  EXPECT_THAT(text_of(faults_of(prepared, report)), HasSubstr("j1: friction of 1.01e+03 N m"));
+}
+
+TEST(Faults, InertiaFarAboveTheRobotsFileIsNotTrusted) {
+  const Arm arm = coulomb_arm(5e-3);
+  const Prepared prepared = prepare(arm.robot, {}, std::vector{make_log(arm, {})}, 2);
+  FitReport report = fit_conventional(prepared, model_of_one_start("simple"), 1, 2);
+  ASSERT_TRUE(report.usable()) << text_of(report.faults);
+  report.model.arm.robot.pi[report.model.arm.robot.armature_begin() + 2] = 5;
+  const std::string text = text_of(faults_of(prepared, report));
+  EXPECT_THAT(text, testing::ContainsRegex("j3: inertia of 5[.0-9]* kg m.2, [0-9]+ times that of "
+                                           "the robot's file with its armature; record more"));
 }
 
 // Too short for the base parameters: nominal values carry them, and the fit says so.

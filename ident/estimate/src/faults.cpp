@@ -6,6 +6,7 @@
 #include "fricid/base/not_finite.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "rigid_body/joint_inertia.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -13,6 +14,7 @@ namespace {
 constexpr double kPoor = 0.5;       // R2 of a joint's training torque
 constexpr double kSignificant = 4;  // standard errors
 constexpr double kStill = 5e-3;     // [rad or m] of travel within which friction settles
+constexpr double kMostInertia = 5;  // times the robot's file; usual armatures hold within 4
 
 /// Motion and torque of one joint in the training data.
 struct Seen {
@@ -31,34 +33,50 @@ Seen look_at(std::span<const signals::Recording> sequences, int j) {
   return {high - low, most - least};
 }
 
-/// What a fitted law says of friction that does not grow with speed.
-struct Levels {
-  double sum = 0;        ///< of Coulomb friction and of the elements' levels [N m]
-  std::string at_upper;  ///< one that ended on its upper bound, "Fc = 1e+04 N m"; empty: none
-};
-
-/// Coulomb friction on its lower bound is no fault: the law then has none, or its static friction
-/// stands for it and counts in its place.
-Levels levels_of(const friction::RobotFriction& model, int joint, const JointFrictionFit& fit) {
+/// Greatest friction at low speed that the laws of a joint have there [N m]: of each law the sum of
+/// Coulomb friction and of the elements' levels, or its static friction where that is more. A
+/// spring that the travel does not load to its level counts by what it holds.
+double friction_level(const friction::Friction& friction, int joint, double travel) {
   using enum friction::Role;
-  Levels levels;
-  const auto begin = static_cast<std::size_t>(model.parameter_begin(joint));
-  double at_rest = 0;
-  bool slides_freely = false;
-  for (std::size_t i = 0; i < fit.theta.size(); ++i) {
-    const friction::ParameterRef& parameter = model.parameters()[begin + i];
-    const friction::ParameterInfo& info = parameter.info;
-    const double value = fit.theta[i];
-    if (info.role == kStatic) at_rest = value;
-    if (info.role != kCoulomb && info.role != kLevel) continue;
-    levels.sum += value;
-    if (std::ranges::count(fit.at_bound, parameter.symbol) == 0) continue;
-    const bool upper = value > (info.lower + info.upper) / 2;
-    if (upper) levels.at_upper = fmt::format("{} = {:.3g} {}", parameter.symbol, value, info.unit);
-    slides_freely |= !upper && info.role == kCoulomb;
+  const std::vector<friction::ParameterRef>& parameters = friction.model.parameters();
+  const auto begin = static_cast<std::size_t>(friction.model.parameter_begin(joint)),
+             end = static_cast<std::size_t>(friction.model.parameter_begin(joint + 1));
+  const auto stiffness = [&](const friction::ParameterRef& level) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (parameters[i].law == level.law && parameters[i].info.role == kStiffness &&
+          parameters[i].symbol.substr(1) == level.symbol.substr(1))
+        return friction.theta[i];
+    return kInfinity;
+  };
+  std::vector<double> sliding, at_rest;
+  for (std::size_t i = begin; i < end; ++i) {
+    const auto law = static_cast<std::size_t>(parameters[i].law);
+    if (law >= sliding.size()) sliding.resize(law + 1), at_rest.resize(law + 1);
+    const double value = friction.theta[i];
+    if (parameters[i].info.role == kCoulomb) sliding[law] += value;
+    if (parameters[i].info.role == kLevel)
+      sliding[law] += std::min(value, stiffness(parameters[i]) * travel);
+    if (parameters[i].info.role == kStatic) at_rest[law] += value;
   }
-  if (slides_freely) levels.sum += at_rest;
-  return levels;
+  double level = 0;
+  for (std::size_t law = 0; law < sliding.size(); ++law)
+    level += std::max(sliding[law], at_rest[law]);
+  return level;
+}
+
+/// A level that ended on its upper bound, "Fc = 1e+04 N m"; empty: none. Coulomb friction on its
+/// lower bound is no fault: the law then has none, or its static friction stands for it.
+std::string level_at_upper_bound(const friction::RobotFriction& model, int joint,
+                                 const JointFrictionFit& fit) {
+  const auto begin = static_cast<std::size_t>(model.parameter_begin(joint));
+  for (std::size_t i = 0; i < fit.theta.size(); ++i) {
+    const auto& [of, law, owner, symbol, info] = model.parameters()[begin + i];
+    const bool level = info.role == friction::Role::kCoulomb || info.role == friction::Role::kLevel;
+    if (level && fit.theta[i] > (info.lower + info.upper) / 2 &&
+        std::ranges::count(fit.at_bound, symbol) > 0)
+      return fmt::format("{} = {:.3g} {}", symbol, fit.theta[i], info.unit);
+  }
+  return {};
 }
 
 std::string more_data(const Prepared& prepared) {
@@ -83,10 +101,13 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
     faults.push_back({"", "rigid body: " + rigid.message, more_data(prepared)});
 
   const friction::RobotFriction& friction = report.model.arm.friction.model;
+  const Eigen::VectorXd usual = joint_inertia(prepared.robot, prepared.recordings),
+                        inertia = joint_inertia(report.model.arm.robot, prepared.recordings);
   for (std::size_t i = 0; i < report.r2.size(); ++i) {
     const int j = static_cast<int>(i);
     const dynamics::Joint& joint = prepared.robot.joints[i];
     const Seen seen = look_at(prepared.recordings, j);
+    const bool guessed = std::ranges::count(prepared.options.guesses.armature, j) > 0;
     const auto add = [&](std::string found, std::string remedy) {
       faults.push_back({joint.name, std::move(found), std::move(remedy)});
     };
@@ -104,11 +125,10 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           fmt::format(
               "{}look for a wrong sign, unit or delay (`fricid check`), a load or coupling "
               "missing in the robot's file; {}",
-              std::ranges::count(prepared.options.guesses.armature, j) > 0
-                  ? fmt::format(
-                        "state its armature, robot.armature = {{{} = {:.2g}}} was guessed; ",
-                        joint.name, prepared.robot.pi[prepared.robot.armature_begin() + j])
-                  : "",
+              guessed ? fmt::format(
+                            "state its armature, robot.armature = {{{} = {:.2g}}} was guessed; ",
+                            joint.name, prepared.robot.pi[prepared.robot.armature_begin() + j])
+                      : "",
               more_data(prepared)));
     if (i < report.couplings.size() && matters(report.couplings[i], report.r2[i]))
       add(fmt::format("friction depends on the speed of {} too ({:.0f} % of the residual)",
@@ -117,9 +137,15 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           fmt::format("a coupled wrist, differential or belt: declare it, {}, or use only the "
                       "other joints",
                       declaration_of(report.couplings[i], j, prepared.robot)));
-    if (i >= report.joints.size()) continue;
-    const JointFrictionFit& fit = report.joints[i];
-    const auto& [level, at_upper] = levels_of(friction, j, fit);
+    if (inertia[j] > kMostInertia * usual[j])
+      add(fmt::format(
+              "inertia of {:.3g} {}, {:.0f} times that of the robot's file with {} armature",
+              inertia[j], joint.type == dynamics::JointType::kRevolute ? "kg m^2" : "kg",
+              inertia[j] / usual[j], guessed ? "a usual" : "its"),
+          more_data(prepared));
+    const double level = friction_level(report.model.arm.friction, j, seen.travel);
+    const std::string at_upper =
+        i < report.joints.size() ? level_at_upper_bound(friction, j, report.joints[i]) : "";
     if (level > seen.torque_range)
       add(fmt::format("friction of {:.3g} N m, while its torque ranged over {:.3g} N m", level,
                       seen.torque_range),
@@ -130,12 +156,13 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           "look for a wrong torque unit (`fricid check`)");
     else if (!at_upper.empty())
       add(fmt::format("{} ended on the upper bound of its law", at_upper), more_data(prepared));
-    else if (prepared.rigid_body.Fc_beside.size() > j &&
+    else if (i < report.joints.size() && prepared.rigid_body.Fc_beside.size() > j &&
              prepared.rigid_body.Fc_beside[j] < -kSignificant * prepared.rigid_body.Fc_se[j])
       add(fmt::format("Coulomb friction came out negative, {:.2g} +- {:.1g} N m",
                       prepared.rigid_body.Fc_beside[j], prepared.rigid_body.Fc_se[j]),
           "look for a wrong sign or delay (`fricid check`); " + more_data(prepared));
-    if (fit.outcome == Outcome::kFailed) add("friction: " + fit.message, more_data(prepared));
+    if (i < report.joints.size() && report.joints[i].outcome == Outcome::kFailed)
+      add("friction: " + report.joints[i].message, more_data(prepared));
   }
   return faults;
 }
