@@ -29,6 +29,7 @@ constexpr double kLost = 10;  // a law is lost beyond this many held-out torque 
 // Choices of parts: another one where the load of the last moved by so much of it.
 constexpr int kMostChoices = 3;
 constexpr double kLoadOfAnother = 0.05;
+constexpr double kNetworksGain = 1.25;  // rollouts of the best law over those of networks
 constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
 
 /// The arm of the method conventional, if it has a result.
@@ -190,7 +191,7 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
       found.push_back(*with);
       found.push_back(fits.on_windows(*with, report.model.label));
       const std::size_t best = found.size() - 2 + choose(std::span(found).last(2));
-      if (kNetworksBetter * found[best].held_out < found[taken].held_out) taken = best;
+      if (kNetworksGain * found[best].held_out < found[taken].held_out) taken = best;
     }
     for (PartEvidence& part : report.parts)
       if (part.part == friction::SumPart::kNetwork)

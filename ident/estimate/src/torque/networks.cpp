@@ -18,7 +18,8 @@ using friction::SumPart;
 
 constexpr double kSmallestGain = 1e-3;  // of a step where fits are only compared
 constexpr int kPasses = 3;              // each weighs the joints by what the last one left
-constexpr double kWorse = 4;            // errors of the torque that better rollouts may cost
+constexpr double kBetter = 1.5;         // errors of rollouts that networks have to better
+constexpr double kWorse = 4;            // .. and of the torque that this may cost
 constexpr double kLeastGain = 0.2;      // held-out mean square of a joint: less betters no rollout
 constexpr double kEnough = 1;           // .. of one joint at least: half of it goes
 constexpr double kNetworkTorque = 3;    // Fn: times the residual without networks
@@ -173,8 +174,7 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
     return candidate.torque >= kWorse * trials[0].torque;
   });
   const Candidate& best = cheap[choose(cheap)];
-  const bool worth_it =
-      has_networks(best.arm) && kNetworksBetter * best.held_out < trials[0].held_out;
+  const bool worth_it = has_networks(best.arm) && kBetter * best.held_out < trials[0].held_out;
   if (!worth_it) return std::nullopt;
   const Arm arm = fits.on_torque(best.arm, kAll, false).arm;
   return fits.judged(best.name, arm, seconds_since(begin));

@@ -8,17 +8,13 @@
 
 namespace fricid::estimate {
 
-/// Times that networks have to better the mean square error of held-out rollouts: of the same fits
-/// without them, and of the best law without any, however it was fitted.
-inline constexpr double kNetworksBetter = 1.5;
-
 /// What is fitted to the training rows alone, so that the held-out ones have the say: the friction
 /// of `plain` again, and networks beside the sum. Where one at least halves what a joint leaves, in
 /// all joints that are better with one: networks beside Stribeck friction and beside a bank,
 /// without the other parts, since a part that is fitted to what no law describes takes values that
 /// a network then has to undo; the better of the two with the other parts; and of each joint the
 /// best of all these. Where networks better the rollouts by more than their standard error and
-/// `kNetworksBetter` times, the one that `choose` takes is fitted once more, to all rows.
+/// by half, the one that `choose` takes is fitted once more, to all rows.
 /// @param plain     the arm to better
 /// @param sum       where the fits start
 /// @param parts     of the sum, per joint
