@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -328,6 +329,66 @@ TEST(Doctor, APositionThatFreezesUntilTheEndIsStuck) {
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].joint, 5);
   EXPECT_EQ(found[0].signal, "q");
+}
+
+/// One joint along q(t), by an encoder of some step [rad], with a torque that has noise.
+Dataset log_of(const std::function<double(double)>& q, double seconds, double rate_hz,
+               double step) {
+  Rng rng(3, 0);
+  Dataset d;
+  d.name = "one joint";
+  d.joint_names = {"j1"};
+  d.rate_hz = rate_hz;
+  const auto length = static_cast<Eigen::Index>(seconds * rate_hz);
+  d.t = Eigen::VectorXd::LinSpaced(length, 0, static_cast<double>(length - 1)) / rate_hz;
+  d.q.resize(length, 1);
+  d.tau.resize(length, 1);
+  for (Eigen::Index k = 0; k < length; ++k) {
+    const double t = d.t[k], speed = (q(t + 1e-4) - q(t - 1e-4)) / 2e-4;
+    d.q(k, 0) = std::round(q(t) / step) * step;
+    d.tau(k, 0) = 3 * std::sin(q(t)) + 2 * std::tanh(100 * speed) + speed + 0.01 * rng.normal();
+  }
+  return d;
+}
+
+/// By `travel` along a quintic from 1 s to 7 s.
+double quintic_move(double t, double travel) {
+  const double s = std::clamp((t - 1) / 6, 0.0, 1.0);
+  return travel * s * s * s * (10 - 15 * s + 6 * s * s);
+}
+
+constexpr double kCountsOf4096 = 2 * std::numbers::pi / 4096;
+constexpr double kHundredthDegree = 0.01 * std::numbers::pi / 180;
+
+TEST(Doctor, ACoarseEncoderThatComesToRestIsNeitherStuckNorSaturated) {
+  for (const double step : {kCountsOf4096, kHundredthDegree, 0.1 * kHundredthDegree})
+    for (const double rate_hz : {50.0, 200.0, 1000.0})
+      for (const double travel : {0.05, 0.3, 1.5}) {
+        SCOPED_TRACE(fmt::format("step {} rad, {} Hz, {} rad", step, rate_hz, travel));
+        const Dataset d =
+            log_of([&](double t) { return quintic_move(t, travel); }, 12, rate_hz, step);
+        const auto findings = diagnose(d);
+        EXPECT_TRUE(of_kind(findings, "stuck").empty()) << text_of(findings, d);
+        EXPECT_TRUE(of_kind(findings, "saturated").empty()) << text_of(findings, d);
+      }
+}
+
+TEST(Doctor, ACoarseEncoderIsNotSaturatedWhereTheJointReverses) {
+  for (const double amplitude : {0.02, 0.1, 0.5}) {
+    const Dataset d =
+        log_of([&](double t) { return amplitude * std::sin(1.3 * t); }, 30, 200, kCountsOf4096);
+    EXPECT_TRUE(of_kind(diagnose(d), "saturated").empty()) << text_of(diagnose(d), d);
+  }
+}
+
+TEST(Doctor, ACoarseEncoderThatFreezesInMotionIsStuck) {
+  for (const double step : {kCountsOf4096, kHundredthDegree})
+    for (const double rate_hz : {50.0, 200.0, 1000.0}) {
+      SCOPED_TRACE(fmt::format("step {} rad, {} Hz", step, rate_hz));
+      const Dataset d =
+          log_of([](double t) { return quintic_move(std::min(t, 4.0), 1.5); }, 12, rate_hz, step);
+      EXPECT_EQ(of_kind(diagnose(d), "stuck").size(), 1u) << text_of(diagnose(d), d);
+    }
 }
 
 TEST(Doctor, AJointThatStandsStillIsNamedSo) {

@@ -10,19 +10,23 @@ namespace {
 
 using data::RowMatrix;
 
-constexpr double kCoarsePosition = 1e-4;    // [rad] a tenth of the travel before sliding
-constexpr double kCoarseTorque = 0.02;      // of the range
-constexpr double kStuck = 0.5;              // [s] of one and the same value
-constexpr double kStill = 5e-3;             // [rad or m] of travel within which friction settles
-constexpr int kFinish = 3, kApproach = 12;  // samples before a run of one value, and before those
-constexpr double kStillFast = 0.6;          // of the speed of the approach
-constexpr double kSpike = 15;               // robust standard deviations
-constexpr double kLeap = 0.02;              // of the range, within a sample
-constexpr int kPlateau = 12;                // samples at the very extreme
-constexpr double kCrowding = 8;             // times as many as just below
-constexpr double kRepeated = 0.005;         // share of rows
-constexpr double kWarming = 5;              // [K]
-constexpr double kColdest = 200;            // [K] below it a temperature is no kelvin
+constexpr double kCoarsePosition = 1e-4;  // [rad] a tenth of the travel before sliding
+constexpr double kCoarseTorque = 0.02;    // of the range
+constexpr double kStuck = 0.5;            // [s] of one and the same value
+constexpr double kStill = 5e-3;           // [rad or m] of travel within which friction settles
+constexpr double kFinish = 0.02;          // [s] before a run of one value
+constexpr int kLeastFinish = 3;           // samples of it
+constexpr int kApproach = 4;              // times as long, before the finish
+constexpr double kStillFast = 0.6;        // of the speed of the approach
+constexpr double kSpike = 15;             // robust standard deviations
+constexpr double kLeap = 0.02;            // of the range, within a sample
+constexpr int kPlateau = 12;              // samples at the very extreme
+constexpr double kCrowding = 8;           // times as many as just below
+constexpr double kJustBelow = 0.01;       // of the range
+constexpr double kStepsBelow = 2.5;       // at least, where a channel has steps
+constexpr double kRepeated = 0.005;       // share of rows
+constexpr double kWarming = 5;            // [K]
+constexpr double kColdest = 200;          // [K] below it a temperature is no kelvin
 
 /// One column with what is needed of it many times.
 struct Channel {
@@ -31,6 +35,7 @@ struct Channel {
   const char* signal;
   int joint;
   double low = 0, high = 0;  // extremes of the finite values
+  double least_change = 0;   // between two samples that differ; 0: none do
 
   Channel(const data::Dataset& dataset, const RowMatrix& values, const char* name, int j)
       : d(dataset), x(values), signal(name), joint(j) {
@@ -40,6 +45,11 @@ struct Channel {
       if (!std::isfinite(x(k, j))) continue;
       low = std::min(low, x(k, j));
       high = std::max(high, x(k, j));
+    }
+    for (Eigen::Index k = 1; k < x.rows(); ++k) {
+      const double change = std::abs(x(k, j) - x(k - 1, j));
+      if (change > 1e-9 * range() && (least_change == 0 || change < least_change))
+        least_change = change;
     }
   }
   double operator[](Eigen::Index k) const { return x(k, joint); }
@@ -69,13 +79,10 @@ void check_missing(const Channel& c, Findings& findings) {
 
 // The step that all differences are whole multiples of; 0 when there is none.
 double quantisation_step(const Channel& c) {
-  double step = 0;
+  const double step = c.least_change;
   int standing = 0;
-  for (int k = 1; k < c.length(); ++k) {
-    const double difference = std::abs(c[k] - c[k - 1]);
-    if (difference == 0) ++standing;
-    if (difference > 1e-9 * c.range() && (step == 0 || difference < step)) step = difference;
-  }
+  for (int k = 1; k < c.length(); ++k)
+    if (c[k] == c[k - 1]) ++standing;
   if (step == 0 || standing * 20 < c.length()) return 0;
   int multiples = 0, moves = 0;
   for (int k = 1; k < c.length(); ++k) {
@@ -106,12 +113,13 @@ bool joint_moves(const Channel& q, int first, int last) {
 }
 
 // Whether a position that stays at one value over [first, last] got there at full speed. A joint
-// that comes to rest slows down.
+// that comes to rest slows down. The step of an encoder that ends the motion is no speed.
 bool ends_fast(const Channel& c, int first, int last) {
-  if (first <= kApproach + kFinish) return false;
-  const auto speed = [&](int from, int to) { return std::abs(c[to] - c[from]) / (to - from); };
-  const double finish = speed(first - kFinish, first);
-  const double approach = speed(first - kFinish - kApproach, first - kFinish);
+  const int samples = std::max(kLeastFinish, static_cast<int>(std::lround(kFinish / c.d.dt())));
+  const int finish_begin = first - samples, approach_begin = finish_begin - kApproach * samples;
+  if (approach_begin <= 0) return false;
+  const double finish = (std::abs(c[first] - c[finish_begin]) - c.least_change) / samples;
+  const double approach = std::abs(c[finish_begin] - c[approach_begin]) / (kApproach * samples);
   return finish > kStillFast * approach && finish * (last - first) > kLeap * c.range();
 }
 
@@ -154,7 +162,7 @@ bool check_still(const Channel& c, Findings& findings) {
 // torque.
 // @param q  position of the channel's joint
 void check_saturation(const Channel& c, const Channel& q, Findings& findings) {
-  const double width = 0.01 * c.range();
+  const double width = std::max(kJustBelow * c.range(), kStepsBelow * c.least_change);
   const bool is_position = c.signal == std::string_view("q");
   for (const double sign : {1.0, -1.0}) {
     const double extreme = sign > 0 ? c.high : c.low;
