@@ -28,12 +28,16 @@ const dynamics::RobotModel* pointer(const std::optional<dynamics::RobotModel>& r
   return robot ? &*robot : nullptr;
 }
 
+bool is_repaired(const doctor::Finding& finding, const std::vector<doctor::FindingKind>& fixed) {
+  return std::ranges::count(fixed, finding.kind) > 0 && doctor::can_be_repaired(finding);
+}
+
 /// @param fixed  kinds that were repaired, which are marked so and get no remedy
 void print_findings(const std::vector<doctor::Finding>& findings, const data::Dataset& d,
                     const std::vector<doctor::FindingKind>& fixed, std::FILE* stream) {
   for (const doctor::Finding& finding : findings) {
     const std::string text = doctor::to_text(finding, d);
-    if (std::ranges::count(fixed, finding.kind) > 0)
+    if (is_repaired(finding, fixed))
       print(fmt::format("{}: repaired{}\n", d.name,
                         text.substr(text.find(':'), text.find(';') - text.find(':'))),
             stream);
@@ -85,7 +89,7 @@ bool damaged(const std::vector<doctor::Finding>& findings) {
 bool misleads(const std::vector<doctor::Finding>& findings,
               const std::vector<doctor::FindingKind>& fixed) {
   return std::any_of(findings.begin(), findings.end(), [&](const doctor::Finding& f) {
-    return doctor::info_of(f.kind).misleads && std::ranges::count(fixed, f.kind) == 0;
+    return doctor::info_of(f.kind).misleads && !is_repaired(f, fixed);
   });
 }
 

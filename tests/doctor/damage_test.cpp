@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "doctor/injected.hpp"
+#include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/doctor/doctor.hpp"
@@ -389,6 +390,41 @@ TEST(Doctor, ACoarseEncoderThatFreezesInMotionIsStuck) {
           log_of([](double t) { return quintic_move(std::min(t, 4.0), 1.5); }, 12, rate_hz, step);
       EXPECT_EQ(of_kind(diagnose(d), "stuck").size(), 1u) << text_of(diagnose(d), d);
     }
+}
+
+/// One log behind the other, each with its own clock.
+Dataset joined(const Dataset& first, const Dataset& second) {
+  Dataset d = first;
+  d.t.resize(first.length() + second.length());
+  d.t << first.t, second.t;
+  for (RowMatrix Dataset::*table :
+       {&Dataset::q, &Dataset::tau, &Dataset::v, &Dataset::temperature}) {
+    (d.*table).resize(d.t.size(), d.n());
+    d.*table << first.*table, second.*table;
+  }
+  return d;
+}
+
+TEST(Doctor, TwoRecordingsInOneFileAreToldApart) {
+  const Dataset& first = clean_logs()[0].data;
+  const Dataset d = joined(first, clean_logs()[5].data);
+  const std::vector<Finding> findings = diagnose(d, &clean_logs()[0].robot);
+  const auto restarts = of_kind(findings, "restart");
+  ASSERT_EQ(restarts.size(), 1u) << text_of(findings, d);
+  EXPECT_NE(to_text(restarts[0], d).find(fmt::format("after row {}", first.length())),
+            std::string::npos)
+      << to_text(restarts[0], d);
+  EXPECT_TRUE(info_of(restarts[0].kind).misleads);
+  EXPECT_THROW(repair(d, findings, {}), UserError);
+  EXPECT_EQ(std::ranges::count_if(findings, is_damage), 1) << text_of(findings, d);
+}
+
+TEST(Doctor, AStampThatIsBackAloneIsNoSecondRecording) {
+  Dataset d = clean_logs()[0].data;
+  d.t[900] = d.t[100];
+  const std::vector<Finding> findings = diagnose(d, &clean_logs()[0].robot);
+  EXPECT_EQ(of_kind(findings, "duplicate").size(), 1u) << text_of(findings, d);
+  EXPECT_TRUE(of_kind(findings, "restart").empty()) << text_of(findings, d);
 }
 
 TEST(Doctor, AJointThatStandsStillIsNamedSo) {

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/rng.hpp"
@@ -79,6 +80,26 @@ TEST(Repair, GapsAreToldFromStampsThatAreLateAlone) {
   const data::Dataset filled = repair(d, gaps, kinds);
   ASSERT_EQ(filled.length(), kLength);
   EXPECT_EQ(filled.q(kLength - 1, 0), kLength - 1);
+}
+
+TEST(Repair, TakesWholeTurnsOutAndNoOtherJump) {
+  const std::vector<FindingKind> kinds{FindingKind::kJump};
+  for (const double turns : {1.0, -2.0}) {
+    data::Dataset d = log_with_a_gap(0);
+    const data::RowMatrix q = d.q;
+    d.q.bottomRows(40).array() += 2 * std::numbers::pi * turns;
+    const std::vector<Finding> jump{{.kind = FindingKind::kJump,
+                                     .signal = "q",
+                                     .joint = 0,
+                                     .size = d.q(60, 0) - q(60, 0) + 0.05,
+                                     .rows = {60}}};
+    EXPECT_LT((repair(d, jump, kinds).q - q).cwiseAbs().maxCoeff(), 1e-12);
+  }
+  for (const double size : {-0.5895, 3.5}) {
+    const std::vector<Finding> jump{
+        {.kind = FindingKind::kJump, .signal = "q", .joint = 0, .size = size, .rows = {60}}};
+    EXPECT_THROW(repair(log_with_a_gap(0), jump, kinds), UserError) << size;
+  }
 }
 
 TEST(DiagnosisFile, HoldsWhatWasFoundAndWhatToDo) {

@@ -18,7 +18,9 @@ double median(std::vector<double> x);
 /// gap those that follow are late too.
 std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz);
 
-/// rate, gap, duplicate, jitter, clock_drift.
+/// restart: where another recording begins.
+void check_restarts(const data::Dataset& d, Findings& findings);
+/// rate, gap, duplicate, jitter, clock_drift. @pre one recording
 void check_clock(const data::Dataset& d, Findings& findings);
 /// missing, stuck, still, quantised, saturated, spike, jump, repeated, temperature_unit and _trend.
 void check_signals(const data::Dataset& d, Findings& findings);

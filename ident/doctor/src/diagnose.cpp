@@ -56,6 +56,8 @@ void leave_out(data::RowMatrix& x, const Finding& f, const Eigen::VectorXd& t) {
 
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot) {
   Findings findings;
+  check_restarts(d, findings);
+  if (!findings.empty()) return findings;
   check_clock(d, findings);
   check_signals(d, findings);
   join_missing(d, findings);
@@ -66,7 +68,9 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
   for (const FindingKind kind :
        {FindingKind::kJitter, FindingKind::kClockDrift, FindingKind::kDuplicate, FindingKind::kGap,
         FindingKind::kSpike, FindingKind::kRepeated, FindingKind::kJump})
-    if (std::ranges::count(findings, kind, &Finding::kind) > 0) mended.push_back(kind);
+    if (std::ranges::any_of(findings,
+                            [&](const Finding& f) { return f.kind == kind && can_be_repaired(f); }))
+      mended.push_back(kind);
   data::Dataset even = mended.empty() ? d : repair(d, findings, mended);
   for (data::RowMatrix* x : {&even.q, &even.tau, &even.v}) bridge(*x);
   for (const Finding& f : findings)

@@ -18,6 +18,7 @@ using data::Dataset;
 using data::RowMatrix;
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+constexpr double kTurn = 2 * std::numbers::pi;
 
 /// Every table of a data set that it has.
 std::vector<RowMatrix*> tables(Dataset& d) {
@@ -132,8 +133,7 @@ void apply(Dataset& d, const Finding& f) {
     }
     if (names_signal(f, "tau")) d.tau.col(f.joint).swap(d.tau.col(f.other));
   } else if (f.kind == FindingKind::kJump) {
-    const double turns = 2 * std::numbers::pi * std::round(f.size / (2 * std::numbers::pi));
-    d.q.col(f.joint).tail(d.length() - f.rows[0]).array() -= turns;
+    d.q.col(f.joint).tail(d.length() - f.rows[0]).array() -= kTurn * std::round(f.size / kTurn);
   } else if (f.kind == FindingKind::kSpike) {
     for (const int k : f.rows) (names_signal(f, "q") ? d.q : d.tau)(k, f.joint) = kMissing;
   } else if (f.kind == FindingKind::kRepeated) {
@@ -174,14 +174,26 @@ std::vector<FindingKind> fixes_of(std::span<const std::string> names) {
   return kinds;
 }
 
+bool can_be_repaired(const Finding& f) {
+  constexpr double kMotion = 0.2;  // [rad] of the joint during the jump, at most
+  if (f.kind != FindingKind::kJump) return info_of(f.kind).fixable;
+  const double turns = std::round(f.size / kTurn);
+  return turns != 0 && std::abs(f.size - kTurn * turns) < kMotion;
+}
+
 Dataset repair(const Dataset& d, std::span<const Finding> findings,
                std::span<const FindingKind> kinds) {
-  for (const FindingKind kind : kinds)
-    if (std::ranges::count(findings, kind, &Finding::kind) == 0)
-      throw UserError("--fix {}: nothing of that name was found", name_of(kind));
+  const auto restart = std::ranges::find(findings, FindingKind::kRestart, &Finding::kind);
+  if (restart != findings.end())
+    throw UserError("the clock goes {:.4g} {}: two recordings in one file; {}", restart->size,
+                    restart->unit, info_of(restart->kind).remedy);
   std::vector<const Finding*> chosen;
   for (const Finding& f : findings)
-    if (std::ranges::count(kinds, f.kind) > 0) chosen.push_back(&f);
+    if (std::ranges::count(kinds, f.kind) > 0 && can_be_repaired(f)) chosen.push_back(&f);
+  for (const FindingKind kind : kinds)
+    if (std::ranges::count(chosen, kind, &Finding::kind) == 0)
+      throw UserError("--fix {}: nothing of that name was found that can be repaired",
+                      name_of(kind));
   std::ranges::stable_sort(chosen, {}, [](const Finding* f) { return order_of(f->kind); });
 
   Dataset repaired = d;

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -6,12 +8,13 @@
 namespace fricid::doctor {
 namespace {
 
-constexpr double kGap = 1.5;          // periods
-constexpr double kJitter = 0.01;      // of the period
-constexpr double kDrift = 5e-4;       // of the period
-constexpr int kBlocks = 10;           // of the log, for drift
-constexpr double kCertain = 6;        // standard errors
-constexpr std::size_t kMostGaps = 8;  // listed one by one; more are one finding
+constexpr double kGap = 1.5;            // periods
+constexpr double kJitter = 0.01;        // of the period
+constexpr double kDrift = 5e-4;         // of the period
+constexpr int kBlocks = 10;             // of the log, for drift
+constexpr double kCertain = 6;          // standard errors
+constexpr double kBack = 0.1;           // [s] that a clock which starts again goes back
+constexpr std::size_t kMostListed = 8;  // one by one; more are one finding
 
 // Periods that are neither gaps nor repeats, in blocks of equal count.
 std::vector<std::vector<double>> regular_periods(const data::Dataset& d, double period) {
@@ -63,6 +66,18 @@ void check_regularity(const data::Dataset& d, double period, Findings& findings)
                         .unit = "% of the period"});
 }
 
+// Appends those of one kind.
+void append(Findings some, Findings& findings) {
+  if (some.size() > kMostListed) {
+    Finding all = some.front();
+    all.end_s = some.back().end_s;
+    all.count = static_cast<int>(some.size());
+    for (std::size_t i = 1; i < some.size(); ++i) all.size += some[i].size;
+    some = {all};
+  }
+  findings.insert(findings.end(), some.begin(), some.end());
+}
+
 }  // namespace
 
 double median(std::vector<double> x) {
@@ -104,6 +119,26 @@ std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz) {
   return lost;
 }
 
+// A stamp that is back alone is a duplicate: the next one is later than all before.
+void check_restarts(const data::Dataset& d, Findings& findings) {
+  Findings restarts;
+  double latest = d.t[0];
+  for (int k = 1; k < d.length(); ++k) {
+    const double back = d.t[k - 1] - d.t[k];
+    if (back > kBack && k + 1 < d.length() && d.t[k + 1] <= latest) {
+      restarts.push_back({.kind = FindingKind::kRestart,
+                          .signal = "t",
+                          .begin_s = d.t[k - 1],
+                          .end_s = d.t[k],
+                          .size = back,
+                          .unit = fmt::format("s back after row {}", k)});
+      latest = d.t[k];
+    }
+    latest = std::max(latest, d.t[k]);
+  }
+  append(std::move(restarts), findings);
+}
+
 void check_clock(const data::Dataset& d, Findings& findings) {
   findings.push_back({.kind = FindingKind::kRate,
                       .signal = "t",
@@ -135,14 +170,7 @@ void check_clock(const data::Dataset& d, Findings& findings) {
                       .end_s = rising[k],
                       .size = static_cast<double>(lost[k]),
                       .unit = "samples"});
-  if (gaps.size() > kMostGaps) {
-    Finding all = gaps.front();
-    all.end_s = gaps.back().end_s;
-    all.count = static_cast<int>(gaps.size());
-    for (std::size_t i = 1; i < gaps.size(); ++i) all.size += gaps[i].size;
-    gaps = {all};
-  }
-  findings.insert(findings.end(), gaps.begin(), gaps.end());
+  append(std::move(gaps), findings);
   if (repeats.count > 0) findings.push_back(repeats);
   check_regularity(d, 1 / d.rate_hz, findings);
 }

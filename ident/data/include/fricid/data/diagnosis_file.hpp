@@ -21,6 +21,7 @@ enum class FindingKind {
   kRate,
   kGap,
   kDuplicate,
+  kRestart,
   kJitter,
   kClockDrift,
   kMissing,
@@ -45,8 +46,9 @@ enum class FindingKind {
   kSegments
 };
 constexpr std::string_view names(FindingKind) {
-  return "rate|gap|duplicate|jitter|clock_drift|missing|quantised|stuck|still|saturated|spike|jump|"
-         "repeated|velocity|angle_unit|length_unit|torque_unit|mount|sign|swapped|delay|"
+  return "rate|gap|duplicate|restart|jitter|clock_drift|missing|quantised|stuck|still|saturated|"
+         "spike|"
+         "jump|repeated|velocity|angle_unit|length_unit|torque_unit|mount|sign|swapped|delay|"
          "delay_unknown|temperature_unit|temperature_trend|segments";
 }
 

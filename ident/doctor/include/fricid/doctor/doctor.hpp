@@ -19,12 +19,16 @@ namespace fricid::doctor {
 /// under every hypothesis (a mount, a sign, a swap, degrees, a delay): mount, sign, swapped,
 /// angle_unit, torque_unit, delay. With `robot` the regressors are its nominal torques and its
 /// limits are checked; without it a wrong sign shows only as negative inertia or negative friction.
+/// Of a file of several recordings only restart.
 /// @return notes and damage, times first
 /// @pre d.t, d.q, d.tau have equal lengths of at least 2; d.rate_hz is the usual rate
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot = nullptr);
 
 /// The kinds of these names. @throws UserError for one that is none or cannot be repaired
 std::vector<FindingKind> fixes_of(std::span<const std::string> names);
+
+/// Whether `repair` mends this: of jumps only those by whole turns.
+bool can_be_repaired(const Finding& finding);
 
 /// The log with the findings of some kinds repaired; `source` lists the repairs.
 ///
@@ -36,7 +40,7 @@ std::vector<FindingKind> fixes_of(std::span<const std::string> names);
 ///     sign, swapped, angle_unit    applied to the signals that the finding names
 ///     delay        torque is moved back in time, by linear interpolation
 ///     velocity, temperature_unit   the velocity is removed; 273.15 K are added
-/// @throws UserError for a kind that was not found
+/// @throws UserError for a kind of which nothing that can be repaired was found, and for a restart
 /// @pre the kinds can be repaired
 data::Dataset repair(const data::Dataset& d, std::span<const Finding> findings,
                      std::span<const FindingKind> kinds);
