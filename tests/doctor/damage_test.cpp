@@ -427,6 +427,30 @@ TEST(Doctor, AStampThatIsBackAloneIsNoSecondRecording) {
   EXPECT_TRUE(of_kind(findings, "restart").empty()) << text_of(findings, d);
 }
 
+TEST(Doctor, ATorqueThatWasNotLoggedIsConstant) {
+  for (const double value : {0.0, -3.5})
+    for (const bool with_robot : {true, false}) {
+      Dataset d = clean_logs()[0].data;
+      d.tau.col(1).setConstant(value);
+      const std::vector<Finding> findings =
+          diagnose(d, with_robot ? &clean_logs()[0].robot : nullptr);
+      const auto constant = of_kind(findings, "constant");
+      ASSERT_EQ(constant.size(), 1u) << text_of(findings, d);
+      EXPECT_EQ(constant[0].joint, 1);
+      EXPECT_EQ(constant[0].signal, "tau");
+      EXPECT_EQ(constant[0].size, value);
+      EXPECT_EQ(std::ranges::count_if(findings, is_damage), 1) << text_of(findings, d);
+    }
+}
+
+TEST(Doctor, ATorqueThatIsMissingThroughoutContradictsNoVelocity) {
+  Dataset d = clean_logs()[0].data;
+  d.tau.col(1).setConstant(std::nan(""));
+  const std::vector<Finding> findings = diagnose(d, &clean_logs()[0].robot);
+  EXPECT_EQ(of_kind(findings, "missing").size(), 1u) << text_of(findings, d);
+  EXPECT_TRUE(of_kind(findings, "velocity").empty()) << text_of(findings, d);
+}
+
 TEST(Doctor, AJointThatStandsStillIsNamedSo) {
   Dataset d = clean_logs()[0].data;
   d.q.col(3).setConstant(0.4);

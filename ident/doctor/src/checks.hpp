@@ -22,7 +22,8 @@ std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz);
 void check_restarts(const data::Dataset& d, Findings& findings);
 /// rate, gap, duplicate, jitter, clock_drift. @pre one recording
 void check_clock(const data::Dataset& d, Findings& findings);
-/// missing, stuck, still, quantised, saturated, spike, jump, repeated, temperature_unit and _trend.
+/// missing, stuck, constant, still, quantised, saturated, spike, jump, repeated, temperature_unit
+/// and _trend.
 void check_signals(const data::Dataset& d, Findings& findings);
 /// Moving and holding.
 void find_segments(const data::Dataset& d, Findings& findings);

@@ -30,7 +30,7 @@ void check_velocity(const data::Dataset& d, Findings& findings) {
       slope += motion.v(i, j) * motion.v(i, j);
       logged += v * v;
     }
-    if (slope < kResting * kResting * motion.length()) continue;
+    if (!(slope > kResting * kResting * motion.length())) continue;
     const double factor = dot / slope;
     const double rest = logged > 0 ? 1 - dot * factor / logged : 1;
     if (std::abs(factor - 1) < kFactor && rest < kRest) continue;

@@ -277,6 +277,22 @@ bool found(const Findings& findings, FindingKind kind, const Channel& c) {
   });
 }
 
+// @param q  position of the channel's joint, which moves unless it is `still`
+void check_torque(const Channel& tau, const Channel& q, bool still, Findings& findings) {
+  if (tau.range() == 0) {
+    if (!still)
+      findings.push_back(tau.finding(FindingKind::kConstant, 0, tau.length() - 1, tau.high, "N m"));
+    return;
+  }
+  const bool steps = check_quantisation(tau, kCoarseTorque * tau.range(), "N m", findings);
+  if (!steps) {
+    check_saturation(tau, q, findings);
+    check_spikes(tau, findings);
+  }
+  if (!found(findings, FindingKind::kSaturated, tau))
+    check_stuck(tau, q, steps ? 10 * kStuck : kStuck, findings);
+}
+
 }  // namespace
 
 void check_signals(const data::Dataset& d, Findings& findings) {
@@ -291,13 +307,7 @@ void check_signals(const data::Dataset& d, Findings& findings) {
       check_spikes(q, findings);
       check_jumps(q, findings);
     }
-    const bool steps = check_quantisation(tau, kCoarseTorque * tau.range(), "N m", findings);
-    if (!steps) {
-      check_saturation(tau, q, findings);
-      check_spikes(tau, findings);
-    }
-    if (!found(findings, FindingKind::kSaturated, tau))
-      check_stuck(tau, q, steps ? 10 * kStuck : kStuck, findings);
+    check_torque(tau, q, still, findings);
     if (d.v.size() > 0) {
       const Channel v(d, d.v, "v", j);
       check_missing(v, findings);

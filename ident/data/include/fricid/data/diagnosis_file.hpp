@@ -27,6 +27,7 @@ enum class FindingKind {
   kMissing,
   kQuantised,
   kStuck,
+  kConstant,
   kStill,
   kSaturated,
   kSpike,
@@ -46,10 +47,9 @@ enum class FindingKind {
   kSegments
 };
 constexpr std::string_view names(FindingKind) {
-  return "rate|gap|duplicate|restart|jitter|clock_drift|missing|quantised|stuck|still|saturated|"
-         "spike|"
-         "jump|repeated|velocity|angle_unit|length_unit|torque_unit|mount|sign|swapped|delay|"
-         "delay_unknown|temperature_unit|temperature_trend|segments";
+  return "rate|gap|duplicate|restart|jitter|clock_drift|missing|quantised|stuck|constant|still|"
+         "saturated|spike|jump|repeated|velocity|angle_unit|length_unit|torque_unit|mount|sign|"
+         "swapped|delay|delay_unknown|temperature_unit|temperature_trend|segments";
 }
 
 /// One thing found.
