@@ -58,6 +58,22 @@ TEST(DoctorCalibration, AWrongMountHidesNoSign) {
   EXPECT_EQ(judge(d, hanging.robot, {"sign", 1}).others, 0);
 }
 
+// Five seconds of slow motion, in which friction that lags leaves the shift of the torque open.
+TEST(DoctorCalibration, AShortSlowLogHasADelayBeyondTheSearchOnlyWhereOneWasPutIn) {
+  const CleanLog slow = simulate_log(4);
+  for (const double late_s : {0.0, 0.4}) {
+    data::Dataset d = decimated(slow.data, kEvery);
+    delay_torque(d, late_s * d.rate_hz);
+    const auto rows = Eigen::seqN(0, static_cast<Eigen::Index>(5 * d.rate_hz));
+    d.t = Eigen::VectorXd(d.t(rows));
+    for (data::RowMatrix* x : {&d.q, &d.tau, &d.v, &d.temperature})
+      *x = data::RowMatrix((*x)(rows, Eigen::all));
+    const Judged judged = judge(d, slow.robot, {"delay_unknown"});
+    EXPECT_EQ(judged.found, late_s > 0) << judged.said;
+    EXPECT_EQ(judged.others, 0) << judged.said;
+  }
+}
+
 // The spindle of a SCARA in millimetres; where the other joints are in degrees, 0.0573 of that.
 TEST(DoctorCalibration, ASlidingJointThatIsNotInMetresIsNamed) {
   const CleanLog scara = simulate_log(7);

@@ -202,6 +202,7 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   constexpr double kSmallest = 0.5, kFriction = 0.002, kShift = 0.001;
   constexpr double kCertain = 3;    // standard errors
   constexpr double kBetter = 1;     // standard errors of what held-out stretches gain
+  constexpr double kBeyond = 5;     // the same, where the best shift is an end of the search
   constexpr double kEarly = 0.01;   // [s] by which the torque of an elastic gear may lead
   constexpr double kClear = 0.035;  // log of the factor of the residuals' variance
   const DelayCurves curves = delay_curves(d, robot, motion, sight);
@@ -228,7 +229,7 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   const Eigen::ArrayXd left = pooled(curves.fitted, -1);
   const std::optional<double> best = lowest(left);
   if (!best) {
-    if (is_of_one_joint(curves)) return;
+    if (gain < kBeyond * gain_error || is_of_one_joint(curves)) return;
     finding.kind = FindingKind::kDelayUnknown;
     finding.size = 1e3 * (left[0] < left[left.size() - 1] ? kEarliest : kLatest);
     finding.unit = "ms, the end of the search";
