@@ -31,7 +31,7 @@ constexpr double kStepRidge = 1;
 // A weight w of a network counts like a row in which the torque errs by this share of Fn w.
 constexpr double kOutputPull = 0.5, kInputPull = 0.15;
 // Static friction counts like a row in which the torque errs by sigma where it differs from Coulomb
-// friction by this share: motion that never rests says little of it.
+// friction by this share of the greater: motion that never rests says little of it.
 constexpr double kStaticPull = 0.05;
 constexpr double kFirstGain = 1e-2;  // smallest gain of a pass that another follows
 
@@ -262,7 +262,8 @@ class Problem {
       const auto c = static_cast<Eigen::Index>(i);
       const double known = prior ? prior->theta[moved[i]] : 0;
       if (const std::optional<double> Fc = coulomb_beside(friction, moved[i]); Fc && pull_static)
-        pulls_.push_back({moved[i], c, *Fc, 1 / std::pow(kStaticPull * *Fc, 2)});
+        pulls_.push_back({moved[i], c, *Fc,
+                          1 / std::pow(kStaticPull * std::max(*Fc, friction.theta[moved[i]]), 2)});
       if (p.joint != friction::kWholeRobot && friction::is_weight(p.info.role)) {
         const int scale = friction::find_parameter(friction.model, p.joint, kNetworkTorque);
         const double size = (p.info.role == kOutputWeight ? kOutputPull : kInputPull) *
