@@ -89,13 +89,6 @@ std::vector<Injection> make_injections() {
          return Injected{};
        },
        true},
-      {"the same, position in steps of 0.005 degrees",
-       [](D d, R, Rng&) {
-         come_to_rest(d);
-         d.q = (d.q.array() / (0.005 * kDegree)).round() * (0.005 * kDegree);
-         return Injected{};
-       },
-       true},
       {"5 to 60 samples lost",
        [](D d, R, Rng& rng) {
          const int lost = 5 + static_cast<int>(55 * rng.uniform()), at = any_row(d, 0.5, rng);
@@ -264,6 +257,13 @@ std::vector<Injection> make_injections() {
          d.q.col(j).tail(d.length() - any_row(d, 0.5, rng)).array() += 2 * std::numbers::pi;
          return Injected{"jump", j};
        }},
+      {"comes to rest, position in steps of 0.005 degrees",
+       [](D d, R, Rng&) {
+         come_to_rest(d);
+         d.q = (d.q.array() / (0.005 * kDegree)).round() * (0.005 * kDegree);
+         return Injected{};
+       },
+       true},
   };
 }
 

@@ -27,7 +27,7 @@ struct Injection {
   bool harmless = false;  ///< no damage must be found
 };
 
-/// Without damage first, in the order of the table.
+/// In the order of the table; the place of a kind seeds what is random in it.
 const std::vector<Injection>& injections();
 
 /// A robot as its file might have it: links and armatures off by some 15 %; without armatures if
