@@ -144,7 +144,7 @@ class BadLog(ProgramTest):
         self.assert_refused(self.import_log(**data), pattern, self.folder / "out" / "log.h5")
 
     def good_rows(self):
-        return [(round(0.004 * k, 6), 0.01 * k, 1.0) for k in range(50)]
+        return [(round(0.004 * k, 6), 0.01 * k, 1 + 0.01 * (k % 7)) for k in range(50)]
 
     def test_good_log_is_imported(self):
         self.assertEqual(self.import_log(self.good_rows()).returncode, 0)
