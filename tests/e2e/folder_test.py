@@ -5,7 +5,7 @@ import unittest
 from fricid_program import TINY, ProgramTest, fricid
 
 CONTRACT = ('joint_names = ["j1"]\n[position]\ncolumns = ["q{}"]\n[torque]\ncolumns = ["tau{}"]\n')
-LOG = "t,q1,tau1\n" + "".join(f"{round(0.004 * k, 6)},{0.01 * k},1\n" for k in range(50))
+LOG = "t,q1,tau1\n" + "".join(f"{round(0.004 * k, 6)},{0.01 * k},{1 + 0.01 * (k % 7)}\n" for k in range(50))
 
 
 class RunFolderRule(ProgramTest):
