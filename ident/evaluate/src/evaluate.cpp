@@ -108,9 +108,10 @@ void add_doubts(const Contest& contest, ModelResult& result) {
         result.doubts.push_back(fmt::format("{}: the torque of {} has no finite value",
                                             recording.name, recording.joint_names[j]));
       else if (r2 < 0)
-        result.doubts.push_back(
-            fmt::format("{}: R2 {:.2g} of the torque of {}: worse than predicting its mean",
-                        recording.name, r2, recording.joint_names[j]));
+        result.doubts.push_back(fmt::format(
+            "{}: R2 {:.2g} of the torque of {}: worse than predicting its mean; train on motion as "
+            "fast and of this kind",
+            recording.name, r2, recording.joint_names[j]));
   }
 }
 
