@@ -14,7 +14,7 @@ namespace {
 constexpr double kPoor = 0.5;       // R2 of a joint's training torque
 constexpr double kSignificant = 4;  // standard errors
 constexpr double kStill = 5e-3;     // [rad or m] of travel within which friction settles
-constexpr double kMostInertia = 5;  // times the robot's file; usual armatures hold within 4
+constexpr double kMostOfFile = 5;   // times the robot's file; usual armatures hold within 4
 
 /// Motion and torque of one joint in the training data.
 struct Seen {
@@ -137,7 +137,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           fmt::format("a coupled wrist, differential or belt: declare it, {}, or use only the "
                       "other joints",
                       declaration_of(report.couplings[i], j, prepared.robot)));
-    if (inertia[j] > kMostInertia * usual[j])
+    if (inertia[j] > kMostOfFile * usual[j])
       add(fmt::format(
               "inertia of {:.3g} {}, {:.0f} times that of the robot's file with {} armature",
               inertia[j], joint.type == dynamics::JointType::kRevolute ? "kg m^2" : "kg",

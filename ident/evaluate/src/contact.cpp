@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "fricid/base/not_finite.hpp"
 #include "fricid/evaluate/compensation.hpp"
@@ -15,7 +14,7 @@ namespace {
 
 /// Value that a share of the sorted values does not exceed.
 double quantile(const std::vector<double>& sorted, double share) {
-  if (sorted.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (sorted.empty()) return kNan;
   const auto i = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
   return sorted[std::clamp<std::size_t>(i, 1, sorted.size()) - 1];
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "fricid/base/not_finite.hpp"
 #include "fricid/evaluate/averages.hpp"
@@ -45,7 +44,7 @@ std::vector<const Summary*> better_at_a_horizon(const Evaluation& evaluation, co
 
 const Summary* best_with_band(const Evaluation& evaluation) {
   const Summary* best = nullptr;
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const Summary* summary : fitted_summaries(evaluation)) {
     if (summary->band_coverage.empty() || !(summary->q_mse_geometric_mean.back() < least)) continue;
     best = summary;

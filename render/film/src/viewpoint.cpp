@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
 #include "film_style.hpp"
 
 namespace fricid::film {

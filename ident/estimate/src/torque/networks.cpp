@@ -16,13 +16,12 @@ using friction::LvmParts;
 using friction::Memory;
 using friction::SumPart;
 
-constexpr double kSmallestGain = 1e-3;  // of a step where fits are only compared
-constexpr int kPasses = 3;              // each weighs the joints by what the last one left
-constexpr double kBetter = 1.5;         // errors of rollouts that networks have to better
-constexpr double kWorse = 4;            // .. and of the torque that this may cost
-constexpr double kLeastGain = 0.2;      // held-out mean square of a joint: less betters no rollout
-constexpr double kEnough = 1;           // .. of one joint at least: half of it goes
-constexpr double kNetworkTorque = 3;    // Fn: times the residual without networks
+constexpr int kPasses = 3;            // each weighs the joints by what the last one left
+constexpr double kBetter = 1.5;       // errors of rollouts that networks have to better
+constexpr double kWorse = 4;          // .. and of the torque that this may cost
+constexpr double kLeastGain = 0.2;    // held-out mean square of a joint: less betters no rollout
+constexpr double kEnough = 1;         // .. of one joint at least: half of it goes
+constexpr double kNetworkTorque = 3;  // Fn: times the residual without networks
 
 /// Memory, viscous torque and a network in the joints that want one.
 std::vector<LvmParts> bare(std::vector<LvmParts> parts, const std::vector<bool>& wants,
@@ -76,7 +75,7 @@ class Trials {
   const std::vector<Candidate>& all() const { return found_; }
 
   void add(std::string name, const Arm& start, int passes = kPasses,
-           double smallest_gain = kSmallestGain) {
+           double smallest_gain = kPartsGain) {
     const auto begin = std::chrono::steady_clock::now();
     Arm arm = start;
     for (int pass = 0; pass < passes; ++pass)
@@ -86,7 +85,7 @@ class Trials {
 
   /// From what `from` has of it, networks at zero and of the size of what is left without them.
   void add_sum(std::string name, const Arm& from, const std::vector<LvmParts>& parts,
-               int passes = kPasses, double smallest_gain = kSmallestGain) {
+               int passes = kPasses, double smallest_gain = kPartsGain) {
     Arm start = fits_.start(parts);
     for (int j = 0; j < fits_.n(); ++j) {
       const int Fn =

@@ -11,8 +11,7 @@ namespace {
 
 using friction::SumPart;
 
-constexpr double kPartsGain = 1e-3;  // smallest gain of a step where fits are only compared
-constexpr int kSweeps = 2;           // over the parts
+constexpr int kSweeps = 2;  // over the parts
 // Least gain of the best of many: share of the mean square, and standard errors unless it halves
 // the mean square.
 constexpr double kWaveGain = 0.05, kWaveErrors = 2, kHalf = 1;

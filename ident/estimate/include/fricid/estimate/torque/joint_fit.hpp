@@ -18,8 +18,8 @@ namespace fricid::estimate {
 
 struct Prepared;
 
-/// Smallest gain of a step of fits that may be thrown away.
-inline constexpr double kRoughGain = 1e-2;
+/// Smallest gain of a step of fits that are only compared, and of fits that may be thrown away.
+inline constexpr double kPartsGain = 1e-3, kRoughGain = 1e-2;
 
 /// What the fits of one job share.
 class JointFits {
