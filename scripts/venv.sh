@@ -5,6 +5,9 @@
 set -euo pipefail
 folder=$1 requirements=$2
 shift 2
+mkdir -p "$(dirname "$folder")"
+exec 9>"$folder.lock"
+flock 9  # two jobs that need it at once
 if ! cmp -s "$requirements" "$folder/installed.txt"; then
   rm -rf "$folder"
   "${PYTHON:-python3}" -m venv "$folder"

@@ -13,6 +13,7 @@
 #include "fricid/friction/robot_friction.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/regression.hpp"
+#include "rigid_body/reweight.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -42,15 +43,26 @@ Unknowns unknowns_of(const dynamics::RobotModel& robot, const dynamics::BasePara
   return unknowns;
 }
 
-// Rows divided by the noise of their joint.
-Eigen::MatrixXd whitened(const Regression& data, const Unknowns& unknowns,
-                         const Eigen::VectorXd& sigma) {
-  Eigen::MatrixXd X(data.rows.rows(), static_cast<Eigen::Index>(unknowns.columns.size()));
+// Solution without a prior, rows weighed by the noise of their joint.
+struct Solution {
+  Eigen::MatrixXd covariance;
+  Eigen::VectorXd standard_error;
+};
+
+Solution solve(const Regression& data, const Unknowns& unknowns, const Eigen::VectorXd& sigma) {
+  const Eigen::MatrixXd X = data.rows(Eigen::all, unknowns.columns);
+  Weighted solved;
+  solved.weight.resize(X.rows());
   for (Eigen::Index r = 0; r < X.rows(); ++r)
-    for (Eigen::Index c = 0; c < X.cols(); ++c)
-      X(r, c) = data.rows(r, unknowns.columns[static_cast<std::size_t>(c)]) /
-                sigma[data.joint[static_cast<std::size_t>(r)]];
-  return X;
+    solved.weight[r] = std::pow(sigma[data.joint[static_cast<std::size_t>(r)]], -2);
+  solved.H = X.transpose() * solved.weight.asDiagonal() * X;
+  Solution out{.covariance = invert(solved.H, nullptr), .standard_error = {}};
+  solved.x = out.covariance * (X.transpose() * solved.weight.cwiseProduct(data.tau));
+  out.standard_error =
+      jackknife_root(X, data.tau, solved, data.block, Eigen::MatrixXd::Zero(X.cols(), X.cols()))
+          .rowwise()
+          .norm();
+  return out;
 }
 
 // "strongly correlated with A, B in these data": the most correlated others.
@@ -80,14 +92,13 @@ void judge_parameters(const dynamics::RobotModel& robot,
   RigidBodyFit counts;
   const Regression data = stack(robot, recordings, options, nullptr, counts);
   const Unknowns unknowns = unknowns_of(robot, base, data);
-  const Eigen::MatrixXd X = whitened(data, unknowns, fit.sigma);
-  const Eigen::MatrixXd covariance = invert(X.transpose() * X, nullptr);
+  const auto [covariance, standard_error] = solve(data, unknowns, fit.sigma);
 
   const auto b = static_cast<Eigen::Index>(base.columns.size());
   const int n = robot.n(), p = robot.parameter_count();
-  for (Eigen::Index i = 0; i < X.cols(); ++i) {
+  for (Eigen::Index i = 0; i < standard_error.size(); ++i) {
     ParameterVerdict v{.name = unknowns.names[static_cast<std::size_t>(i)]};
-    v.standard_error = std::sqrt(covariance(i, i));
+    v.standard_error = standard_error[i];
     if (i < b) {
       v.value = fit.base[i];
       v.size = fit.base_size[i];

@@ -198,8 +198,11 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
         fit.offset_prior_sd[torque.joint] =
             prior_sd(robot.linear_begin() + static_cast<Eigen::Index>(i));
 
-  const Weighted solved = reweight(pick(data.rows, columns), data.tau, data.joint, n,
-                                   options.robust, prior_information, prior_mean);
+  const Eigen::MatrixXd X = pick(data.rows, columns);
+  const Weighted solved =
+      reweight(X, data.tau, data.joint, n, options.robust, prior_information, prior_mean);
+  const Eigen::MatrixXd jackknife =
+      jackknife_root(X, data.tau, solved, data.block, prior_information);
   const Eigen::MatrixXd covariance = invert(solved.H, &fit.condition);
   fit.sigma = solved.sigma;
   if (with_prior && !options.prior.use)
@@ -214,10 +217,7 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
       with_prior ? base.K : Eigen::MatrixXd(Eigen::MatrixXd::Identity(b, b));
   fit.base_names = base.names;
   fit.base = to_base * solved.x.head(head);
-  fit.base_se = (to_base * covariance.topLeftCorner(head, head) * to_base.transpose())
-                    .diagonal()
-                    .cwiseMax(0)
-                    .cwiseSqrt();
+  fit.base_se = (to_base * jackknife.topRows(head)).rowwise().norm();
 
   const Eigen::VectorXd sizes = sizes_that_matter(shares);
   fit.base_size.resize(b);
@@ -229,13 +229,14 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   // Linear friction.
   for (auto* vector : {&fit.Fc, &fit.Fv, &fit.offset, &fit.Fc_se, &fit.Fv_se, &fit.offset_se})
     vector->setZero(n);
+  const Eigen::VectorXd friction_se = jackknife.bottomRows(f).rowwise().norm();
   for (Eigen::Index i = 0; i < f; ++i) {
     const int kind = (friction[static_cast<std::size_t>(i)] - p) / n;
     const int j = (friction[static_cast<std::size_t>(i)] - p) % n;
     auto& value = kind == 0 ? fit.Fc : kind == 1 ? fit.Fv : fit.offset;
     auto& se = kind == 0 ? fit.Fc_se : kind == 1 ? fit.Fv_se : fit.offset_se;
     value[j] = solved.x[head + i];
-    se[j] = std::sqrt(std::max(0.0, covariance(head + i, head + i)));
+    se[j] = friction_se[i];
   }
 
   // The physical parameters nearest to the estimate, friction marginalised.

@@ -51,6 +51,8 @@ Regression joined(const Columns& at, int link, const Regression& without, const 
   all.tau << without.tau, with.tau;
   all.joint = without.joint;
   for (const int j : with.joint) all.joint.push_back(at.n + j);
+  all.block = without.block;
+  for (const int b : with.block) all.block.push_back(without.block.back() + 1 + b);
   return all;
 }
 
@@ -137,12 +139,12 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   mean.head(at.p) = nominal.robot.pi;
   Regression data = joined(at, frame.link, first, second);
   set_curves(at, data.tau, data);
+  const Eigen::MatrixXd precision = wide_precision(at, nominal);
   Weighted solved;
   for (int pass = 0; pass < kPasses; ++pass) {
     // noise of the measured torque in a regressor would be a bias
     if (pass > 0) set_curves(at, data.rows * solved.x, data);
-    solved = reweight(data.rows, data.tau, data.joint, 2 * at.n, options.robust,
-                      wide_precision(at, nominal), mean);
+    solved = reweight(data.rows, data.tau, data.joint, 2 * at.n, options.robust, precision, mean);
   }
   fit.sigma = solved.sigma;
 
@@ -151,14 +153,16 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   const Eigen::MatrixXd covariance =
       T * invert(solved.H, nullptr).bottomRightCorner<kLoad, kLoad>() * T.transpose();
   fit.free = T * solved.x.tail<kLoad>();
-  fit.standard_error = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::MatrixXd jackknife =
+      T * jackknife_root(data.rows, data.tau, solved, data.block, precision).bottomRows<kLoad>();
+  fit.standard_error = jackknife.rowwise().norm();
   const Eigen::MatrixXd root = inverse_root(covariance);
   fit.pi = fit_physical_body(root, root * fit.free, ball(fit.free[0]));
   fit.size << fit.pi[0], Eigen::Vector3d::Constant(fit.pi.segment<3>(1).norm()),
       Eigen::Matrix<double, 6, 1>::Constant((fit.pi[4] + fit.pi[6] + fit.pi[9]) / 3);
 
   const Eigen::Matrix<double, 10, 10> J = body_jacobian(fit.pi);
-  const Vector10 error = (J * covariance * J.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+  const Vector10 error = (J * jackknife).rowwise().norm();
   fit.body = dynamics::body_of(fit.pi);
   fit.body_error = {error[0], error.segment<3>(1), symmetric(error.tail<6>())};
 

@@ -9,6 +9,8 @@ namespace fricid::estimate {
 namespace {
 
 constexpr double kStandstill = 0.1;  // share of the least speed that counts as standing
+constexpr double kBlock = 1;         // [s]
+constexpr int kLeastBlocks = 10, kMostBlocks = 60;        // of all sequences, about
 constexpr double kShareOfSpeed = 0.15, kFastRows = 0.05;  // of a slow joint's own speed
 
 int friction_column(int p, int n, int kind, int j) { return p + kind * n + j; }
@@ -89,6 +91,10 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
   out.joint.reserve(static_cast<std::size_t>(count));
   dynamics::Workspace<double> ws(robot);
   Eigen::MatrixXd Y(n, p);
+  double seconds = 0;
+  for (const signals::Recording& s : sequences) seconds += s.length() * s.dt;
+  const double block = std::max(std::min(kBlock, seconds / kLeastBlocks), seconds / kMostBlocks);
+  int begin_block = 0;  // of the sequence
   for (std::size_t i = 0; i < sequences.size(); ++i) {
     const signals::Recording& s = sequences[i];
     const int every = signals::decimation(s.dt, options.cutoff_hz);
@@ -108,8 +114,10 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
         out.rows(r, friction_column(p, n, 1, j)) = s.narrow.v(k, j);
         if (options.offset) out.rows(r, friction_column(p, n, 2, j)) = 1;
         out.joint.push_back(j);
+        out.block.push_back(begin_block + static_cast<int>(k * s.dt / block));
       }
     }
+    begin_block += 1 + static_cast<int>(s.length() * s.dt / block);
   }
   return out;
 }

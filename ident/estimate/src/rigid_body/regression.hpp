@@ -13,6 +13,9 @@ struct Regression {
   Eigen::MatrixXd rows;    ///< (N x (p + 3 n))
   Eigen::VectorXd tau;     ///< (N) [N m]
   std::vector<int> joint;  ///< (N)
+  /// (N) block of time, ascending, beyond which residuals count as independent: a second, in a
+  /// short log less
+  std::vector<int> block;
 };
 
 /// Stacks the rows that `options` let in, decimated; counts them in `fit`.

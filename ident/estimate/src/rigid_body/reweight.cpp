@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "rigid_body/information.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
@@ -37,6 +38,7 @@ Weighted reweight(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
       const double s = out.sigma[group[static_cast<std::size_t>(r)]];
       w[r] = robust_weight[r] / (s * s);
     }
+    out.weight = w;
     const Eigen::MatrixXd H_data = X.transpose() * w.asDiagonal() * X;
     out.H = H_data + prior_information;
     const Eigen::VectorXd g = X.transpose() * w.cwiseProduct(tau) + prior_information * prior_mean;
@@ -63,6 +65,36 @@ Weighted reweight(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
         robust_weight[r] = size <= kHuber ? 1 : kHuber / size;
       }
   }
+  return out;
+}
+
+Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
+                               const Weighted& solved, const std::vector<int>& block,
+                               const Eigen::MatrixXd& prior_information) {
+  const Eigen::Index blocks = block.empty() ? 0 : block.back() + 1;
+  const Eigen::VectorXd pull = solved.weight.cwiseProduct(tau - X * solved.x);
+  const Eigen::VectorXd scale = solved.H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(X.cols(), blocks);
+  for (auto first = block.begin(); first != block.end();) {
+    const auto last = std::upper_bound(first, block.end(), *first);
+    const Eigen::Index begin = first - block.begin(), rows = last - first;
+    const auto Xb = X.middleRows(begin, rows);
+    const Eigen::MatrixXd without =
+        solved.H - Xb.transpose() * solved.weight.segment(begin, rows).asDiagonal() * Xb;
+    const Eigen::LDLT<Eigen::MatrixXd> factor(
+        Eigen::MatrixXd(scale.asDiagonal() * without * scale.asDiagonal()));
+    const Eigen::VectorXd score = Xb.transpose() * pull.segment(begin, rows);
+    root.col(*first) =
+        scale.asDiagonal() * factor.solve(Eigen::VectorXd(scale.asDiagonal() * -score));
+    if (!root.col(*first).allFinite()) root.col(*first) = -(invert(without, nullptr) * score);
+    first = last;
+  }
+  const auto count = static_cast<double>(std::max<Eigen::Index>(1, blocks));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> prior(prior_information);
+  Eigen::MatrixXd out(X.cols(), blocks + X.cols());
+  out << root * std::sqrt((count - 1) / count),
+      invert(solved.H, nullptr) * prior.eigenvectors() *
+          prior.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
   return out;
 }
 

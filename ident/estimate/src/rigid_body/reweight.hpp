@@ -7,9 +7,10 @@
 namespace fricid::estimate {
 
 struct Weighted {
-  Eigen::VectorXd x;      ///< solution
-  Eigen::MatrixXd H;      ///< information X' W X (+ prior)
-  Eigen::VectorXd sigma;  ///< (groups)
+  Eigen::VectorXd x;       ///< solution
+  Eigen::MatrixXd H;       ///< information X' W X (+ prior)
+  Eigen::VectorXd sigma;   ///< (groups)
+  Eigen::VectorXd weight;  ///< (N) of each row in H
 };
 
 /// Solves tau = X x + e, e of group g ~ N(0, sigma_g^2), with the sigmas found by iteration.
@@ -19,5 +20,19 @@ struct Weighted {
 Weighted reweight(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
                   const std::vector<int>& group, int groups, bool robust,
                   const Eigen::MatrixXd& prior_information, const Eigen::VectorXd& prior_mean);
+
+/// Root D (unknowns x ..) of the covariance D D' of the solution by the jackknife over blocks, the
+/// weights as they are: column b is sqrt((B - 1) / B) times the change of x without block b,
+///
+///     -(H - X_b' W_b X_b)^-1 X_b' W_b e_b,
+///
+/// and, with P the prior information, the columns of H^-1 P^(1/2) follow. It holds where residuals
+/// are correlated within a block, as what friction's memory leaves of a rigid model, and where a
+/// few blocks hold all that is known of an unknown; H^-1 does not.
+/// @param block  (N) block of each row, ascending from 0
+/// Source: MacKinnon, Nielsen & Webb, J. Econometrics 232 (2023), CV3.
+Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
+                               const Weighted& solved, const std::vector<int>& block,
+                               const Eigen::MatrixXd& prior_information);
 
 }  // namespace fricid::estimate
