@@ -98,14 +98,14 @@ bool misleads(const std::vector<doctor::Finding>& findings,
 Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const std::vector<doctor::FindingKind> fixes = doctor::fixes_of(options.fixes);
   const data::Contract contract = data::load_contract(options.contract);
-  const auto robot =
-      workflow::robot_of_log(options.robot, contract.joint_names, data::couplings_of(contract));
+  const auto robot = workflow::robot_of_log(options.robot, contract.couplings);
   const std::vector<fs::path> paths = outputs_of(options);
   std::vector<data::Dataset> sets;
   std::vector<data::DiagnosisFile> reports;
   bool sound = true;
   for (const fs::path& log : options.logs) {
-    const data::Dataset read = data::read_log(log, contract);
+    const data::Dataset read =
+        workflow::as_of_robot(data::read_log(log, contract), robot, options.contract.string());
     const auto findings = doctor::diagnose(read, pointer(robot));
     sound = sound && !misleads(findings, fixes);
     try {

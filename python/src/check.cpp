@@ -66,9 +66,8 @@ void bind_check(nb::module_& m) {
          bool mend_inertia) {
         return job(nb::none(), [&] {
           workflow::Subject subject;
-          subject.robot =
-              workflow::robot_of_log(robot_at(robot, mount, mend_inertia), log.joint_names);
-          subject.sets.push_back(log);
+          subject.robot = workflow::robot_of_log(robot_at(robot, mount, mend_inertia));
+          subject.sets.push_back(workflow::as_of_robot(log, subject.robot, log.name));
           return report_of(subject);
         });
       },

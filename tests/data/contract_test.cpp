@@ -49,6 +49,31 @@ class Import : public FolderTest {
   }
 };
 
+// Reference: the torque is 100 t two and a half samples late; one sample is lost at 40 ms.
+TEST_F(Import, AKnownDelayOfTheTorqueIsTakenOut) {
+  std::string log = "t,q1,q2,tau1,tau2\n";
+  for (int k = 0; k < 20; ++k)
+    if (k != 10) log += fmt::format("{},{},0,{},1\n", 0.004 * k, k, 0.4 * (k - 2.5));
+  for (const double sign : {1.0, -1.0}) {
+    const Dataset d = read_log(write("log.csv", log),
+                               contract(kContract + fmt::format("delay_s = {}\n", sign * 0.01)));
+    EXPECT_EQ(d.length(), 16);
+    EXPECT_EQ(d.q(0, 0), sign > 0 ? 0 : 3);
+    EXPECT_EQ(d.t[0], 0);
+    int missing = 0;
+    for (int k = 0; k < d.length(); ++k) {
+      if (std::isnan(d.tau(k, 0)))
+        ++missing;
+      else
+        EXPECT_NEAR(d.tau(k, 0), 0.4 * (d.q(k, 0) - (sign > 0 ? 0 : 5)), 1e-12) << k;
+    }
+    EXPECT_EQ(missing, 2);
+    EXPECT_THAT(d.source, testing::HasSubstr("moved back"));
+  }
+  EXPECT_THAT(log_error(kLog, std::string(kContract) + "delay_s = 0.5\n"),
+              testing::HasSubstr("delay_s = 0.5 of a log of 0.012 s"));
+}
+
 // Stamps in whole milliseconds: 3, 3, 4, 3, 3, 4 ms are 300 Hz, also where samples are lost.
 TEST_F(Import, TheRateIsNotThatOfOneRoundedPeriod) {
   for (const double rate : {60.0, 128.0, 300.0})
@@ -99,6 +124,7 @@ TEST_F(Import, SeparatorsLineEndsAndDecimalCommas) {
   EXPECT_TRUE(same("\xEF\xBB\xBF# made by a logger\n\n" + std::string(kLog) + "\n# end\n"));
   EXPECT_TRUE(same(with(kLog, '\n', ",\n")));
   EXPECT_TRUE(same(replaced(kLog, "t,q1", "\"t\",\"q1\"")));
+  EXPECT_TRUE(same(replaced(kLog, "note\n", "note\ns,rad,rad,Nm,Nm,-\n")));  // a row of units
   EXPECT_TRUE(same(replaced(kLog, "q1,q2", "Q1,Q2")));
   EXPECT_TRUE(same(with(with(kLog, ',', ";"), '.', ","),
                    std::string("decimal_comma = true\n") + kContract));

@@ -76,6 +76,20 @@ TEST_F(LogPartTest, WeldedJointsLeaveALogThatHasThemAtRest) {
             "the log where it rests (\"x[FROM:TO]\"), or let it move");
 }
 
+// A data set keeps the order of its contract; a robot has its own.
+TEST_F(LogPartTest, JointsAreTakenByName) {
+  const Dataset d = ten_samples();
+  const Dataset other = of_joints(d, {"c", "a", "b"}, {}, "x");
+  EXPECT_EQ(other.joint_names, (std::vector<std::string>{"c", "a", "b"}));
+  EXPECT_EQ(other.q.col(0), d.q.col(2));
+  EXPECT_EQ(other.tau.col(1), d.tau.col(0));
+  EXPECT_EQ(message_of([&] {
+              of_joints(d, {"a", "elbow"}, {}, "x");
+            }),
+            "x: joints a b c; elbow of the robot is not logged: allowed: all that move; where it "
+            "rests, fix = {elbow = POSITION} in [robot] of a scene, or type=\"fixed\" in the URDF");
+}
+
 /// Two joints that swing, at 100 Hz.
 Dataset swinging(const std::string& name, int samples) {
   Dataset d;

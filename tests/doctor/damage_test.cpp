@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -425,6 +426,22 @@ TEST(Doctor, AStampThatIsBackAloneIsNoSecondRecording) {
   const std::vector<Finding> findings = diagnose(d, &clean_logs()[0].robot);
   EXPECT_EQ(of_kind(findings, "duplicate").size(), 1u) << text_of(findings, d);
   EXPECT_TRUE(of_kind(findings, "restart").empty()) << text_of(findings, d);
+}
+
+TEST(Doctor, AStampThatIsAheadAloneIsNoSecondRecording) {
+  const Dataset& whole = clean_logs()[0].data;
+  Dataset d = whole;
+  d.t[900] = 1e3;
+  const std::vector<Finding> findings = diagnose(d, &clean_logs()[0].robot);
+  EXPECT_TRUE(of_kind(findings, "restart").empty()) << text_of(findings, d);
+  ASSERT_EQ(of_kind(findings, "duplicate").size(), 1u) << text_of(findings, d);
+  EXPECT_EQ(of_kind(findings, "duplicate")[0].rows, std::vector<int>{900});
+  ASSERT_EQ(of_kind(findings, "gap").size(), 1u) << text_of(findings, d);
+  EXPECT_EQ(of_kind(findings, "gap")[0].size, 1);
+  const Dataset mended =
+      repair(d, findings, std::array{FindingKind::kDuplicate, FindingKind::kGap});
+  EXPECT_LT((mended.t - whole.t).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_EQ(mended.q.row(901), whole.q.row(901));
 }
 
 TEST(Doctor, ATorqueThatWasNotLoggedIsConstant) {

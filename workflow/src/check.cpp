@@ -6,6 +6,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/contract.hpp"
+#include "fricid/data/log_part.hpp"
 #include "fricid/data/training_part.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/dynamics/nominal.hpp"
@@ -21,23 +22,40 @@ namespace fricid::workflow {
 
 namespace fs = std::filesystem;
 
-std::optional<dynamics::RobotModel> robot_of_log(const RobotOfLog& of_log,
-                                                 const std::vector<std::string>& joints,
-                                                 std::vector<dynamics::Coupling> couplings) {
+namespace {
+
+std::vector<std::string> names_of(const dynamics::RobotModel& robot) {
+  std::vector<std::string> names;
+  for (const dynamics::Joint& joint : robot.joints) names.push_back(joint.name);
+  return names;
+}
+
+}  // namespace
+
+std::optional<dynamics::RobotModel> robot_of_log(
+    const RobotOfLog& of_log, const std::vector<dynamics::NamedCoupling>& couplings) {
   const fs::path& urdf = of_log.urdf;
   if (urdf.empty()) return {};
   scene::RobotSection section;
   section.mount = of_log.mount;
   dynamics::RobotModel robot =
       dynamics::load_urdf(urdf, scene::mount_rotation(section), {}, of_log.mend_inertia);
-  std::vector<std::string> names;
-  for (const dynamics::Joint& joint : robot.joints) names.push_back(joint.name);
-  if (names != joints)
-    throw UserError("{}: joints {}; allowed: those of the log, {}", urdf.string(),
-                    fmt::join(names, " "), fmt::join(joints, " "));
-  robot.couplings = std::move(couplings);
+  robot.couplings = dynamics::couplings_of(couplings, names_of(robot), "coupling",
+                                           [](std::string_view) { return "contract"; });
   dynamics::require_inertia(robot, urdf.string());
   return robot;
+}
+
+data::Dataset as_of_robot(const data::Dataset& log,
+                          const std::optional<dynamics::RobotModel>& robot,
+                          const std::string& where) {
+  if (!robot) return log;
+  const std::vector<std::string> joints = names_of(*robot);
+  for (const std::string& joint : log.joint_names)
+    if (std::ranges::count(joints, joint) == 0)
+      throw UserError("{}: joint {}; allowed: those that move in the robot's file, {}", where,
+                      joint, fmt::join(joints, " "));
+  return data::of_joints(log, joints, {}, where);
 }
 
 Subject subject_of_run(const fs::path& folder) {
@@ -66,15 +84,15 @@ Subject subject_of_log(const fs::path& log, const fs::path& contract, const Robo
   if (contract.empty() && kind != ".h5" && kind != ".hdf5")
     throw UserError("{}: a log needs --contract FILE; `fricid template contract` prints one",
                     log.string());
-  std::vector<dynamics::Coupling> couplings;
   if (contract.empty()) {
-    subject.sets.push_back(data::load_dataset(log));
+    subject.robot = robot_of_log(robot);
+    subject.sets.push_back(as_of_robot(data::load_dataset(log), subject.robot, log.string()));
   } else {
     const data::Contract columns = data::load_contract(contract);
-    subject.sets.push_back(data::read_log(log, columns));
-    couplings = data::couplings_of(columns);
+    subject.robot = robot_of_log(robot, columns.couplings);
+    subject.sets.push_back(
+        as_of_robot(data::read_log(log, columns), subject.robot, contract.string()));
   }
-  subject.robot = robot_of_log(robot, subject.sets[0].joint_names, std::move(couplings));
   return subject;
 }
 

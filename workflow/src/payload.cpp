@@ -48,9 +48,11 @@ data::PayloadFile find_payload(const Subject& without, const std::vector<data::D
     throw UserError("payload: needs a robot: --robot URDF, or the folder of a run");
   const dynamics::RobotModel& robot = *without.robot;
   const dynamics::Frame& carrier = frame_of(robot, frame);
+  std::vector<data::Dataset> loaded;
+  for (const data::Dataset& d : with) loaded.push_back(as_of_robot(d, robot, d.name));
   const estimate::PayloadFit fit =
       estimate::payload_least_squares(robot, carrier, recordings_of(without.sets, without),
-                                      recordings_of(with, without), without.identify);
+                                      recordings_of(loaded, without), without.identify);
   return {.without = names_of(without.sets),
           .with = names_of(with),
           .robot = robot.name,

@@ -7,6 +7,7 @@
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/log_reader.hpp"
 #include "logs/columns.hpp"
@@ -182,6 +183,40 @@ class Columns {
   std::size_t next_ = 0;
 };
 
+/// The torque at t_k becomes that logged at t_k + delay, on a straight line between two samples,
+/// missing across a gap. Rows whose torque was not logged go.
+/// @param lines  of the rows, or empty
+void move_torque_back(Dataset& d, double delay, std::vector<int>& lines) {
+  constexpr double kGap = 1.5;  // periods
+  const double first = d.t.minCoeff(), last = d.t.maxCoeff();
+  const RowMatrix logged = d.tau;
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index k = 0; k < d.t.size(); ++k) {
+    const double wanted = d.t[k] + delay;
+    if (wanted < first || wanted > last) continue;
+    kept.push_back(k);
+    Eigen::Index i = k;  // the sample at or before `wanted`
+    while (i > 0 && d.t[i] > wanted) --i;
+    while (i + 2 < d.t.size() && d.t[i + 1] <= wanted) ++i;
+    const double period = d.t[i + 1] - d.t[i], share = (wanted - d.t[i]) / period;
+    if (share == 0)
+      d.tau.row(k) = logged.row(i);
+    else if (share > 0 && share <= 1 && period <= kGap / d.rate_hz)
+      d.tau.row(k) = (1 - share) * logged.row(i) + share * logged.row(i + 1);
+    else
+      d.tau.row(k).setConstant(kNan);
+  }
+  for (RowMatrix* table : {&d.q, &d.v, &d.tau, &d.temperature})
+    if (table->size() > 0) *table = RowMatrix((*table)(kept, Eigen::all));
+  d.t = Eigen::VectorXd(d.t(kept));
+  d.t.array() -= d.t[0];
+  if (!lines.empty()) {
+    for (std::size_t i = 0; i < kept.size(); ++i)
+      lines[i] = lines[static_cast<std::size_t>(kept[i])];
+    lines.resize(kept.size());
+  }
+}
+
 Dataset read(const std::filesystem::path& path, const Contract& given, std::vector<int>& lines) {
   const std::string file = path.string();
   const LogReader& reader = reader_for(path, given.format, given.skip_rows);
@@ -254,6 +289,13 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
         n, [](std::size_t) { return 1.0; },
         [&](std::size_t) { return contract.temperature.unit == "C" ? 273.15 : 0.0; });
   lines = std::move(table.lines);
+  if (torque.delay_s != 0) {
+    if (std::abs(torque.delay_s) > (d.t.maxCoeff() - d.t.minCoeff()) / 2)
+      throw UserError("{}: [torque] delay_s = {} of a log of {:.4g} s; allowed: at most half of it",
+                      file, torque.delay_s, d.t.maxCoeff() - d.t.minCoeff());
+    move_torque_back(d, torque.delay_s, lines);
+    d.source += fmt::format(", tau moved back by {} s", torque.delay_s);
+  }
   return d;
 }
 

@@ -31,13 +31,18 @@ Dataset of_joints(const Dataset& d, const std::vector<std::string>& joints,
   constexpr double kStill = 0.02;  // [rad or m] from where a joint is welded
   if (d.joint_names == joints) return d;
   std::vector<Eigen::Index> columns;
+  for (const std::string& joint : joints) {
+    const auto column = std::ranges::find(d.joint_names, joint);
+    if (column == d.joint_names.end())
+      throw UserError(
+          "{}: joints {}; {} of the robot is not logged: allowed: all that move; where it rests, "
+          "fix = {{{} = POSITION}} in [robot] of a scene, or type=\"fixed\" in the URDF",
+          where, fmt::join(d.joint_names, " "), joint, joint);
+    columns.push_back(column - d.joint_names.begin());
+  }
   for (std::size_t j = 0; j < d.joint_names.size(); ++j) {
     const std::string& name = d.joint_names[j];
     const auto column = static_cast<Eigen::Index>(j);
-    if (std::ranges::find(joints, name) != joints.end()) {
-      columns.push_back(column);
-      continue;
-    }
     const auto weld = welds.find(name);
     if (weld == welds.end()) continue;
     for (const double q : d.q.col(column))

@@ -18,6 +18,9 @@ double median(std::vector<double> x);
 /// gap those that follow are late too.
 std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz);
 
+/// Rows whose stamps rise: without repeats, and without a single stamp that is ahead of the next.
+std::vector<int> rising_rows(const Eigen::VectorXd& t);
+
 /// restart: where another recording begins.
 void check_restarts(const data::Dataset& d, Findings& findings);
 /// rate, gap, duplicate, jitter, clock_drift. @pre one recording

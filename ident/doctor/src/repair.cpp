@@ -59,13 +59,9 @@ void make_uniform(Dataset& d) {
 }
 
 void drop_duplicates(Dataset& d) {
-  std::vector<int> kept;
-  for (int k = 0; k < d.length(); ++k)
-    if (kept.empty() || d.t[k] > d.t[kept.back()]) kept.push_back(k);
+  const std::vector<int> kept = rising_rows(d.t);
   choose_rows(d, kept);
-  Eigen::VectorXd t(static_cast<Eigen::Index>(kept.size()));
-  for (std::size_t i = 0; i < kept.size(); ++i) t[static_cast<Eigen::Index>(i)] = d.t[kept[i]];
-  d.t = t;
+  d.t = Eigen::VectorXd(d.t(kept));
 }
 
 // Samples lost are counted gap by gap, so that a drifting clock adds up nowhere.

@@ -66,6 +66,12 @@ void check_regularity(const data::Dataset& d, double period, Findings& findings)
                         .unit = "% of the period"});
 }
 
+// Whether the stamp of row k alone is ahead: the next ones go on from the one before it.
+bool is_ahead_alone(const Eigen::VectorXd& t, int k) {
+  if (k < 1 || k + 2 >= t.size()) return false;
+  return t[k + 1] > t[k - 1] && t[k + 2] > t[k + 1] && t[k] >= t[k + 2];
+}
+
 // Appends those of one kind.
 void append(Findings some, Findings& findings) {
   if (some.size() > kMostListed) {
@@ -119,13 +125,23 @@ std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz) {
   return lost;
 }
 
+std::vector<int> rising_rows(const Eigen::VectorXd& t) {
+  std::vector<int> rows;
+  for (int k = 0; k < t.size(); ++k) {
+    if (!rows.empty() && rows.back() == k - 1 && is_ahead_alone(t, k - 1)) rows.pop_back();
+    if (rows.empty() || t[k] > t[rows.back()]) rows.push_back(k);
+  }
+  return rows;
+}
+
 // A stamp that is back alone is a duplicate: the next one is later than all before.
 void check_restarts(const data::Dataset& d, Findings& findings) {
   Findings restarts;
   double latest = d.t[0];
   for (int k = 1; k < d.length(); ++k) {
+    if (is_ahead_alone(d.t, k)) continue;
     const double back = d.t[k - 1] - d.t[k];
-    if (back > kBack && k + 1 < d.length() && d.t[k + 1] <= latest) {
+    if (back > kBack && !is_ahead_alone(d.t, k - 1) && k + 1 < d.length() && d.t[k + 1] <= latest) {
       restarts.push_back({.kind = FindingKind::kRestart,
                           .signal = "t",
                           .begin_s = d.t[k - 1],
@@ -148,10 +164,10 @@ void check_clock(const data::Dataset& d, Findings& findings) {
                       .unit = "Hz"});
 
   Finding repeats{.kind = FindingKind::kDuplicate, .signal = "t", .unit = "rows", .count = 0};
-  std::vector<double> rising{d.t[0]};
-  for (int k = 1; k < d.length(); ++k) {
-    if (d.t[k] > rising.back()) {
-      rising.push_back(d.t[k]);
+  const std::vector<int> rows = rising_rows(d.t);
+  for (int k = 0, next = 0; k < d.length(); ++k) {
+    if (next < static_cast<int>(rows.size()) && rows[static_cast<std::size_t>(next)] == k) {
+      ++next;
       continue;
     }
     if (repeats.count++ == 0) repeats.begin_s = d.t[k];
@@ -160,15 +176,15 @@ void check_clock(const data::Dataset& d, Findings& findings) {
     repeats.rows.push_back(k);
   }
   Findings gaps;
-  const std::vector<int> lost = lost_before(
-      Eigen::VectorXd::Map(rising.data(), static_cast<Eigen::Index>(rising.size())), d.rate_hz);
-  for (std::size_t k = 1; k < rising.size(); ++k)
-    if (lost[k] > 0)
+  const Eigen::VectorXd rising = d.t(rows);
+  const std::vector<int> lost = lost_before(rising, d.rate_hz);
+  for (Eigen::Index k = 1; k < rising.size(); ++k)
+    if (const int count = lost[static_cast<std::size_t>(k)]; count > 0)
       gaps.push_back({.kind = FindingKind::kGap,
                       .signal = "t",
                       .begin_s = rising[k - 1],
                       .end_s = rising[k],
-                      .size = static_cast<double>(lost[k]),
+                      .size = static_cast<double>(count),
                       .unit = "samples"});
   append(std::move(gaps), findings);
   if (repeats.count > 0) findings.push_back(repeats);

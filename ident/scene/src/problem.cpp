@@ -137,7 +137,7 @@ void check_contract(const Scene& scene, const fs::path& path) {
   if (path.empty()) return;
   std::vector<std::string> moving = data::load_contract(path).joint_names;
   std::erase_if(moving, [&](const std::string& joint) { return scene.robot.fix.contains(joint); });
-  if (moving == scene.joints) return;
+  if (std::ranges::is_permutation(moving, scene.joints)) return;
   throw UserError("{}: data.contract has the joints {}; allowed: those of the robot, {}{}",
                   scene.origin.place("data.contract"), fmt::join(moving, ", "),
                   fmt::join(scene.joints, ", "),

@@ -133,6 +133,17 @@ std::vector<std::size_t> pick(const std::vector<std::string>& names,
   return picked;
 }
 
+// Whether the cells are words, as a row of units below the header is.
+bool has_no_number(const std::vector<std::string_view>& cells,
+                   const std::vector<std::size_t>& picked, bool decimal_comma) {
+  return std::ranges::all_of(picked, [&](std::size_t i) {
+    constexpr std::string_view kBeginsANumber = "0123456789+-.,";
+    double value = 0;
+    return !cells[i].empty() && kBeginsANumber.find(cells[i].front()) == std::string_view::npos &&
+           !parse_number(cells[i], decimal_comma, value);
+  });
+}
+
 }  // namespace
 
 std::string_view without_lines(std::string_view text, int count) {
@@ -168,6 +179,7 @@ LogTable parse_csv(std::string_view text, const std::string& file,
     if (cells.size() != names.size())
       throw UserError("{}: {} cells; allowed: {}, as in the header", lines.where(), cells.size(),
                       names.size());
+    if (table.lines.empty() && has_no_number(cells, picked, style.decimal_comma)) continue;
     for (std::size_t i = 0; i < picked.size(); ++i) {
       double value = 0;
       if (!parse_number(cells[picked[i]], style.decimal_comma, value))

@@ -39,10 +39,15 @@ struct RobotOfLog {
 Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::path& contract,
                        const RobotOfLog& robot);
 
-/// Nothing for an empty path. @throws UserError when its joints are not those of the log
-std::optional<dynamics::RobotModel> robot_of_log(const RobotOfLog& robot,
-                                                 const std::vector<std::string>& joints,
-                                                 std::vector<dynamics::Coupling> couplings = {});
+/// Nothing for an empty path. @param couplings  of the contract
+std::optional<dynamics::RobotModel> robot_of_log(
+    const RobotOfLog& robot, const std::vector<dynamics::NamedCoupling>& couplings = {});
+
+/// The log with its joints in the order of the robot, if there is one.
+/// @throws UserError naming `where` when they are others than those of the robot
+data::Dataset as_of_robot(const data::Dataset& log,
+                          const std::optional<dynamics::RobotModel>& robot,
+                          const std::string& where);
 
 /// Data sets as regressions take them: in motor coordinates, smoothed.
 /// @pre subject.robot @throws UserError on data that cannot be used, or of other joints than those

@@ -65,6 +65,7 @@ struct TorqueColumns {
   std::vector<double> scale;
   std::vector<double> percent_of;
   std::vector<double> torque_constant;
+  double delay_s = 0;
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -81,6 +82,10 @@ struct TorqueColumns {
                       "value of 100 % (rated torque, largest current); []: columns are not in %"));
     archive("torque_constant", torque_constant,
             per_joint("N m/A", 0, 1e4, "motor torque per ampere (current only)"));
+    archive("delay_s", delay_s,
+            number("s", -1, 1,
+                   "known time by which the torque of a row is later than its motion: it is moved "
+                   "back by it"));
   }
 };
 

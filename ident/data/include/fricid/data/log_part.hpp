@@ -23,8 +23,10 @@ struct LogPart {
 /// @throws UserError unless from < to, both numbers
 LogPart log_part(const std::string& text);
 
-/// The columns of some joints. The others are welded, those of `welds` at a known position.
-/// @throws UserError naming `where` when one of `welds` is elsewhere or moves
+/// The columns of some joints, in their order, by name. The others are welded, those of `welds` at
+/// a known position.
+/// @throws UserError naming `where` when a joint is not logged, or one of `welds` is elsewhere or
+/// moves
 Dataset of_joints(const Dataset& dataset, const std::vector<std::string>& joints,
                   const std::map<std::string, double>& welds, const std::string& where);
 
