@@ -16,6 +16,7 @@ namespace fricid::estimate {
 namespace {
 
 constexpr double kWarms = 0.5;           // [K] sd of a temperature that says something
+constexpr double kBothWays = 0.05;       // share of the sliding in the rarer direction, at least
 constexpr double kLeastFriction = 0.01;  // share of the torque: a start has some
 constexpr double kBlock = 1;             // [s] beyond which residuals count as independent
 
@@ -28,6 +29,19 @@ constexpr double kPromisingCable = 0.1;  // gain on the training rows
 /// What makes friction grow with the load.
 bool is_growth(friction::Role role) {
   return role == friction::Role::kLoadGrowth || role == friction::Role::kLoadCoefficient;
+}
+
+/// Share of the samples above `min_speed` that move in the rarer direction.
+double share_of_rarer_direction(std::span<const signals::Recording> recordings, int joint,
+                                double min_speed) {
+  double forward = 0, back = 0;
+  for (const signals::Recording& r : recordings) {
+    const auto v = r.narrow.v.col(joint).array();
+    const auto used = r.use.col(joint).template cast<double>();
+    forward += ((v > min_speed).template cast<double>() * used).sum();
+    back += ((v < -min_speed).template cast<double>() * used).sum();
+  }
+  return std::min(forward, back) / std::max(1.0, forward + back);
 }
 
 /// First sample up to which x covers an interval; its size where it never does, 0 for an interval
@@ -88,6 +102,9 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
   }
   temperature_ = sum / count;
   has_temperature_ = square / count - temperature_ * temperature_ > kWarms * kWarms;
+  for (int j = 0; j < n(); ++j)
+    slides_both_ways_.push_back(
+        share_of_rarer_direction(recordings_, j, prepared.options.min_speed_rad_s) >= kBothWays);
   take_load_of(start(friction::JointSpec{{{"coulomb_viscous", 0, {}}}}));
 }
 
@@ -203,9 +220,18 @@ bool JointFits::is_short() const {
 }
 
 std::vector<friction::LvmParts> JointFits::all_parts() const {
-  friction::LvmParts parts;
-  parts.temperature = has_temperature_;
-  return std::vector<friction::LvmParts>(static_cast<std::size_t>(n()), parts);
+  friction::LvmParts all;
+  all.temperature = has_temperature_;
+  std::vector<friction::LvmParts> parts(static_cast<std::size_t>(n()), all);
+  for (int j = 0; j < n(); ++j)
+    parts[static_cast<std::size_t>(j)].asymmetry = can_show(friction::SumPart::kAsymmetry, j);
+  return parts;
+}
+
+bool JointFits::can_show(friction::SumPart part, int joint) const {
+  if (part == friction::SumPart::kTemperature) return has_temperature_;
+  return part != friction::SumPart::kAsymmetry ||
+         slides_both_ways_[static_cast<std::size_t>(joint)];
 }
 
 int JointFits::n() const { return prepared_.robot.n(); }

@@ -76,7 +76,7 @@ class SumChoice {
       bool any = false;
       for (const SumPart part : {SumPart::kTemperature, SumPart::kRipple, SumPart::kLoad,
                                  SumPart::kPowerFlow, SumPart::kAsymmetry})
-        if (part != SumPart::kTemperature || fits_->has_temperature()) any = try_part(part) || any;
+        any = try_part(part) || any;
       if (!any) return;
     }
   }
@@ -218,7 +218,8 @@ class SumChoice {
   }
   Parts switched(SumPart part) const {
     Parts out = parts_;
-    for (friction::LvmParts& of_joint : out) set(of_joint, part, true);
+    for (int j = 0; j < fits_->n(); ++j)
+      if (fits_->can_show(part, j)) set(out[static_cast<std::size_t>(j)], part, true);
     return out;
   }
 
@@ -235,7 +236,7 @@ class SumChoice {
     int lacking = 0, taken = 0;
     for (int j = 0; j < fits_->n(); ++j) {
       friction::LvmParts& of_joint = parts_[static_cast<std::size_t>(j)];
-      if (has(of_joint, part)) continue;
+      if (has(of_joint, part) || !fits_->can_show(part, j)) continue;
       PartEvidence found = fits_->compare(with, fitted_, j, part);
       found.on = earns(found);
       ++lacking;

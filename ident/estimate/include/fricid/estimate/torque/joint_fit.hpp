@@ -101,9 +101,11 @@ class JointFits {
   bool has_room_for_windows() const;
   /// Whether fewer than ten seconds are held out.
   bool is_short() const;
-  /// All parts of the laws in every joint, temperature where it varies.
+  /// All parts of the laws in every joint that its motion can show.
   std::vector<friction::LvmParts> all_parts() const;
-  bool has_temperature() const { return has_temperature_; }
+  /// Whether the data tell a part from the others: temperature where it varies, direction where the
+  /// joint slides in both, the rarer one in a twentieth of its sliding at least.
+  bool can_show(friction::SumPart part, int joint) const;
   int n() const;
   int jobs() const { return jobs_; }
 
@@ -132,6 +134,7 @@ class JointFits {
   double prior_sd_ = 0;
   double temperature_ = 0;
   bool has_temperature_ = false;
+  std::vector<bool> slides_both_ways_;
 };
 
 /// Where stiffness and cap of a spring are in theta.
