@@ -263,6 +263,35 @@ TEST(Faults, InertiaFarAboveTheRobotsFileIsNotTrusted) {
                                            "the robot's file with its armature; record more"));
 }
 
+// Without limits nothing says how large a rotor usually is: the guess is that of the links.
+TEST(Faults, ARotorThatNoLimitTellsIsNoFault) {
+  const Arm arm = coulomb_arm(5e-3);
+  dynamics::RobotModel file = arm.robot;
+  file.pi.segment(file.armature_begin(), file.n()).setZero();
+  for (const bool limits : {true, false}) {
+    if (!limits)
+      for (dynamics::Joint& joint : file.joints) joint.velocity = joint.effort = 0;
+    const Prepared prepared = prepare(file, {}, std::vector{make_log(arm, {})}, 2);
+    FitReport report = fit_conventional(prepared, model_of_one_start("simple"), 1, 2);
+    ASSERT_TRUE(report.usable()) << text_of(report.faults);
+    report.model.arm.robot.pi[report.model.arm.robot.armature_begin() + 2] = 9;
+    EXPECT_THAT(text_of(faults_of(prepared, report)),
+                limits ? HasSubstr("with a usual armature; state its armature, "
+                                   "robot.armature = {j3 = ...}; record more")
+                       : HasSubstr(""));
+    EXPECT_EQ(faults_of(prepared, report).empty(), !limits);
+  }
+}
+
+// As of a wrong mount or a coupling that is not stated.
+TEST(Faults, NegativeViscousFrictionIsNotTrusted) {
+  const Arm arm = coulomb_arm(5e-3);
+  data::Dataset log = make_log(arm, {.torque_noise = 0.2});
+  log.tau.col(1) -= 4 * signals::make_recording(log, 10).narrow.v.col(1);
+  EXPECT_THAT(text_of(fit(arm.robot, {log}).faults),
+              testing::ContainsRegex("j2: viscous friction came out negative, -2[.0-9]* [+]- "));
+}
+
 // Too short for the base parameters: nominal values carry them, and the fit says so.
 TEST(Faults, AShortLogTakesTheNominalValues) {
   const Arm arm = coulomb_arm(5e-3);

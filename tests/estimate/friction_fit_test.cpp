@@ -222,6 +222,19 @@ TEST(FitConventional, SimpleTakesLinearFrictionFromTheRegression) {
   }
 }
 
+// Friction that does not know the load, and noise: under the measured torque as load the noise would
+// explain itself, |tau| sgn(v) with a coefficient near 1.
+TEST(FitConventional, FrictionDoesNotExplainItselfAsItsLoad) {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("coulomb_viscous", {4, 2, 1e-3}, arm.robot.n());
+  LogOptions options;
+  options.torque_noise = 5;
+  const auto logs = logs_of(arm, options, 2);
+  const Prepared prepared = prepare(arm.robot, {}, logs, 2);
+  const FitReport report = fit_conventional(prepared, model("load_dependent"), 1, 2);
+  for (int j = 0; j < arm.robot.n(); ++j) EXPECT_LT(theta_of(report, j, "mu_m"), 0.05) << j;
+}
+
 std::string saved(const FitReport& report) { return data::to_json(fit_file(report)); }
 
 TEST(FitConventional, ReportIsTheSameBytesForAnyNumberOfJobs) {

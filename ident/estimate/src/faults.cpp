@@ -137,12 +137,16 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           fmt::format("a coupled wrist, differential or belt: declare it, {}, or use only the "
                       "other joints",
                       declaration_of(report.couplings[i], j, prepared.robot)));
-    if (inertia[j] > kMostOfFile * usual[j])
+    // without limits a usual armature is that of the links, and a rotor may be any times as much
+    const bool rotor_unknown = guessed && !(joint.velocity > 0 && joint.effort > 0);
+    if (inertia[j] > kMostOfFile * usual[j] && !rotor_unknown)
       add(fmt::format(
               "inertia of {:.3g} {}, {:.0f} times that of the robot's file with {} armature",
               inertia[j], joint.type == dynamics::JointType::kRevolute ? "kg m^2" : "kg",
               inertia[j] / usual[j], guessed ? "a usual" : "its"),
-          more_data(prepared));
+          (guessed ? fmt::format("state its armature, robot.armature = {{{} = ...}}; ", joint.name)
+                   : "") +
+              more_data(prepared));
     const double level = friction_level(report.model.arm.friction, j, seen.travel);
     const std::string at_upper =
         i < report.joints.size() ? level_at_upper_bound(friction, j, report.joints[i]) : "";
@@ -161,6 +165,12 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
       add(fmt::format("Coulomb friction came out negative, {:.2g} +- {:.1g} N m",
                       prepared.rigid_body.Fc_beside[j], prepared.rigid_body.Fc_se[j]),
           "look for a wrong sign or delay (`fricid check`); " + more_data(prepared));
+    if (prepared.rigid_body.Fv_beside.size() > j &&
+        prepared.rigid_body.Fv_beside[j] < -kSignificant * prepared.rigid_body.Fv_se[j])
+      add(fmt::format("viscous friction came out negative, {:.2g} +- {:.1g} N m s/rad",
+                      prepared.rigid_body.Fv_beside[j], prepared.rigid_body.Fv_se[j]),
+          "look for a wrong mount, sign, delay or coupling (`fricid check`); " +
+              more_data(prepared));
     if (i < report.joints.size() && report.joints[i].outcome == Outcome::kFailed)
       add("friction: " + report.joints[i].message, more_data(prepared));
   }

@@ -56,6 +56,15 @@ bool is_linear(const friction::RobotFriction& one) {
          });
 }
 
+// What the regression found of a parameter of linear friction.
+double linear_value(const Prepared& prepared, const friction::ParameterInfo& info, int joint) {
+  using enum friction::Role;
+  return info.role == kCoulomb   ? prepared.rigid_body.Fc_beside[joint]
+         : info.role == kViscous ? prepared.rigid_body.Fv_beside[joint]
+                                 : smoothing_speed(prepared.robot, prepared.recordings,
+                                                   prepared.options.cutoff_hz, joint);
+}
+
 // The friction of the regression as the law's.
 JointFrictionFit linear_fit(const Prepared& prepared, const JointFrictionData& data,
                             const friction::RobotFriction& one, int joint) {
@@ -68,10 +77,7 @@ JointFrictionFit linear_fit(const Prepared& prepared, const JointFrictionData& d
   for (const friction::ParameterRef& parameter : one.parameters()) {
     const friction::ParameterInfo& info = parameter.info;
     const bool coulomb = info.role == kCoulomb, viscous = info.role == kViscous;
-    const double value = coulomb   ? rigid.Fc_beside[joint]
-                         : viscous ? rigid.Fv_beside[joint]
-                                   : smoothing_speed(prepared.robot, prepared.recordings,
-                                                     prepared.options.cutoff_hz, joint);
+    const double value = linear_value(prepared, info, joint);
     fit.theta.push_back(std::clamp(value, info.lower, info.upper));
     fit.standard_error.push_back(coulomb   ? rigid.Fc_se[joint]
                                  : viscous ? rigid.Fv_se[joint]
@@ -89,6 +95,31 @@ JointFrictionFit linear_fit(const Prepared& prepared, const JointFrictionData& d
                                  : fmt::format("rms {:.4g} N m of {:.4g} by the regression",
                                                fit.rms, std::sqrt(data.target_mean_square()));
   return fit;
+}
+
+/// The robot with Coulomb and viscous friction as the regression found them.
+Arm linear_arm(const Prepared& prepared) {
+  const friction::JointSpec spec{{{"coulomb_viscous", 0, {}}}};
+  Arm arm{prepared.robot, {}};
+  arm.robot.pi = prepared.rigid_body.pi;
+  arm.friction.model =
+      friction::RobotFriction(std::vector(static_cast<std::size_t>(prepared.robot.n()), spec));
+  for (const friction::ParameterRef& p : arm.friction.model.parameters())
+    arm.friction.theta.push_back(
+        std::clamp(linear_value(prepared, p.info, p.joint), p.info.lower, p.info.upper));
+  return arm;
+}
+
+/// The recordings with the load that linear friction predicts. The measured torque as load would
+/// explain itself: friction of |tau| sgn(v) is the whole torque of a joint that is mostly friction.
+std::vector<signals::Recording> under_linear_load(const Prepared& prepared, int jobs) {
+  const Arm arm = linear_arm(prepared);
+  std::vector<signals::Recording> out = prepared.recordings;
+  parallel_for(static_cast<int>(out.size()), jobs, [&](int i) {
+    signals::Recording& r = out[static_cast<std::size_t>(i)];
+    r.load = predict_torque(arm, r, prepared.options.cutoff_hz);
+  });
+  return out;
 }
 
 /// A rigid body found beside a law's torque, with the linear friction and the reasons of the
@@ -250,6 +281,10 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
   for (std::size_t s = 0; s < friction_torque.size(); ++s)
     friction_torque[s].resize(prepared.recordings[s].length(), n);
 
+  std::vector<signals::Recording> loaded;
+  if (one.reads_load()) loaded = under_linear_load(prepared, jobs);
+  const std::span<const signals::Recording> recordings =
+      loaded.empty() ? prepared.recordings : loaded;
   int evaluations = 0;
   for (int pass = 0; pass < passes; ++pass) {
     if (pass > 0) {
@@ -265,7 +300,7 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
     std::vector<double> share(static_cast<std::size_t>(n));
     parallel_for(n, jobs, [&](int j) {
       const auto i = static_cast<std::size_t>(j);
-      const JointFrictionData data(prepared.recordings, target, j, cutoff,
+      const JointFrictionData data(recordings, target, j, cutoff,
                                    offset_prior(prepared.rigid_body, j));
       FrictionFitOptions options;
       options.seed = static_cast<std::uint64_t>(seed);

@@ -14,7 +14,7 @@ namespace fricid::estimate {
 namespace {
 
 constexpr double kSpread = 1.2;   // sd of the random starts in log coordinates: a factor of about 3
-constexpr double kUnseen = 0.01;  // gain in mean square that static friction needs to be its own
+constexpr double kUnseen = 0.01;  // gain in mean square that a parameter needs to be its own
 constexpr double kOnBound = 1e-3;  // distance in scaled coordinates that counts as on the bound
 
 bool on_bound(const SearchCoordinates& coordinates, std::span<const double> x, std::size_t i) {
@@ -35,6 +35,34 @@ void level_unseen_static_friction(const JointFrictionData& data,
   if (!(value < (1 + kUnseen) * best.value)) return;
   best.x = coordinates.to_scaled(theta);
   best.value = value;
+}
+
+/// Growth with the load that the motion hardly shows may be anything, where a joint's torque is
+/// mostly friction: then friction does not grow.
+void leave_out_unseen_growth(const JointFrictionData& data, const friction::RobotFriction& friction,
+                             const SearchCoordinates& coordinates, std::vector<double> start,
+                             FrictionFitOptions options, SearchMinimum& best) {
+  bool any = false;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const friction::Role role = friction.parameters()[i].info.role;
+    if (coordinates.is_held(i)) {
+      options.held.push_back(i);
+    } else if (role == friction::Role::kLoadGrowth || role == friction::Role::kLoadCoefficient) {
+      start[i] = 0;
+      options.held.push_back(i);
+      any = true;
+    }
+  }
+  if (!any) return;
+  const SearchCoordinates without(friction, start, options.held);
+  const SearchMinimum found =
+      search(data, friction, without, without.to_scaled(start), options);
+  if (!(found.value < (1 + kUnseen) * best.value)) return;
+  std::vector<double> theta(start.size());
+  without.to_theta(found.x, theta);
+  best.x = coordinates.to_scaled(theta);
+  best.value = found.value;
+  best.converged = found.converged;
 }
 
 // Standard errors and correlation of what was free at the end.
@@ -110,7 +138,10 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
     fit.evaluations += best.evaluations;
   }
 
-  if (best.value < kBadValue) level_unseen_static_friction(data, friction, coordinates, best);
+  if (best.value < kBadValue) {
+    leave_out_unseen_growth(data, friction, coordinates, start, options, best);
+    level_unseen_static_friction(data, friction, coordinates, best);
+  }
   coordinates.to_theta(best.x, fit.theta);
   for (std::size_t i = 0; i < fit.theta.size(); ++i) {
     const auto& parameter = friction.parameters()[i];

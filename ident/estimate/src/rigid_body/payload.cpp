@@ -21,7 +21,8 @@ namespace {
 using dynamics::Vector10;
 
 constexpr int kLoad = 10;   // parameters of a body
-constexpr int kPasses = 3;  // of the regression
+constexpr int kPasses = 4;  // of the regression
+constexpr double kGrowth = 0.1;  // sd of friction over the torque of the motor, beforehand
 
 // A load so wide that it only decides what the data leave open: a ton, a metre away.
 Vector10 widest() { return Vector10{{1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3}}; }
@@ -75,6 +76,7 @@ Eigen::MatrixXd wide_precision(const Columns& at, const dynamics::Nominal& nomin
   const Eigen::MatrixXd pull = weak_pull(nominal.robot, nominal.guesses);
   precision.topLeftCorner(at.p, at.p) = pull.transpose() * pull;
   precision.diagonal().head(at.load()).array() += 1e-12;  // linear torques and friction not excited
+  precision.diagonal().segment(at.growth(), at.n).setConstant(1 / (kGrowth * kGrowth));
   precision.diagonal().tail(kLoad) = widest().cwiseAbs2().cwiseInverse();
   return precision;
 }
@@ -138,12 +140,12 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(at.size());
   mean.head(at.p) = nominal.robot.pi;
   Regression data = joined(at, frame.link, first, second);
-  set_curves(at, data.tau, data);
   const Eigen::MatrixXd precision = wide_precision(at, nominal);
+  const Eigen::VectorXd no_growth = Eigen::VectorXd::Zero(data.tau.size());
   Weighted solved;
   for (int pass = 0; pass < kPasses; ++pass) {
-    // noise of the measured torque in a regressor would be a bias
-    if (pass > 0) set_curves(at, data.rows * solved.x, data);
+    // the measured torque in a regressor would explain itself where an axis is mostly friction
+    set_curves(at, pass > 0 ? Eigen::VectorXd(data.rows * solved.x) : no_growth, data);
     solved = reweight(data.rows, data.tau, data.joint, 2 * at.n, options.robust, precision, mean);
   }
   fit.sigma = solved.sigma;
@@ -168,11 +170,15 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
 
   const bool finite = fit.pi.allFinite() && fit.standard_error.allFinite();
   constexpr double kDetermined = 0.5;  // of the size
+  constexpr double kSeen = 3;          // standard errors of the mass
   const auto lost = (fit.standard_error.array() > kDetermined * fit.size.array()).count();
   fit.outcome = !finite    ? Outcome::kFailed
                 : lost > 0 ? Outcome::kIllConditioned
                            : Outcome::kConverged;
-  fit.message = !finite    ? "no finite solution"
+  fit.message = !finite ? "no finite solution"
+                : fit.body.m < kSeen * fit.body_error.m
+                    ? fmt::format("no load is seen: mass {:.2g} +- {:.2g} kg", fit.body.m,
+                                  fit.body_error.m)
                 : lost > 0 ? fmt::format(
                                  "{} of 10 parameters have a standard error above half of "
                                  "their size: turn the load about more axes",

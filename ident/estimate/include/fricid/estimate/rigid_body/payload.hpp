@@ -45,7 +45,9 @@ struct PayloadFit {
 ///
 ///     b sqrt(|v|) sgn(v) + mu |tau| sgn(v)
 ///
-/// per joint, tau the motor torque by the fit of the pass before: what grows with the load. What of
+/// per joint, tau the motor torque by the fit of the pass before, mu ~ N(0, 0.1^2): what grows with
+/// the load. The first pass is without it. By the measured torque an axis that is mostly friction
+/// would be explained by itself, with mu = 1, and say nothing of the load. What of
 /// the arm neither log shows stays near the nominal values, and phi does not depend on it. `pi` of
 /// the result is the body nearest to phi in the metric of its covariance.
 /// @param frame  that carries the load; not of the base
