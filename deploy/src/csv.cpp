@@ -38,7 +38,8 @@ Exported write_csv(const data::ModelFile& model) {
       text += fmt::format("{},{:.9g},{:.9g}\n", csv_cell(joint.name), v, tau_f[j]);
     }
   }
-  Exported exported{.files = {{code_name(model) + "_friction.csv", text}}, .losses = {}};
+  Exported exported{.files = {{code_name(model) + "_friction.csv", text}},
+                    .losses = torques_left_out(model.arm.robot, false)};
   exported.losses.emplace_back(fmt::format(
       "steady sliding alone, at q = 0, no load, {} K, other joints at rest: presliding, hysteresis "
       "and what depends on q, load or temperature are left out",

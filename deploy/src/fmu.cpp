@@ -142,7 +142,7 @@ Exported write_fmu(const data::ModelFile& model) {
                               {"sources/buildDescription.xml", build},
                               {"sources/fmu.c", source},
                               {"sources/" + name + "_friction.h", header}};
-  Exported exported{.files = {}, .losses = {}};
+  Exported exported{.files = {}, .losses = torques_left_out(model.arm.robot, false)};
   if (auto library = compiled(name, header, source))
     files.push_back({fmt::format("binaries/{}/{}.so", kPlatform, name), std::move(*library)});
   else

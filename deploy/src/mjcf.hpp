@@ -30,8 +30,4 @@ std::string motor_name(const dynamics::RobotModel& robot, int motor);
 /// The content of a fixed tendon whose length is the angle of a motor.
 Xml motor_angle(const dynamics::RobotModel& robot, int motor);
 
-/// One sentence for each torque of position that is not exported.
-/// @param springs_said  linear springs are
-std::vector<std::string> torques_left_out(const dynamics::RobotModel& robot, bool springs_said);
-
 }  // namespace fricid::deploy

@@ -355,7 +355,8 @@ Exported write_onnx(const data::ModelFile& model) {
                                               "load, temperature, z, dt), tau_f at z_next; dt = 0 "
                                               "leaves z",
                                               model.label, model.arm.robot.name))}},
-      .losses = {"single precision"}};
+      .losses = torques_left_out(model.arm.robot, false)};
+  exported.losses.emplace_back("single precision");
   if (model.arm.robot.coupled())
     exported.losses.push_back("q, v and torques are those of the motors: " +
                               motors_in_words(model.arm.robot));

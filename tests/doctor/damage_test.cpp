@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -418,6 +419,19 @@ TEST(Doctor, TwoRecordingsInOneFileAreToldApart) {
   EXPECT_TRUE(info_of(restarts[0].kind).misleads);
   EXPECT_THROW(repair(d, findings, {}), UserError);
   EXPECT_EQ(std::ranges::count_if(findings, is_damage), 1) << text_of(findings, d);
+}
+
+// Gravity of the file turned by 14 degrees against that of the log.
+TEST(Doctor, ABaseOnASlopeIsFound) {
+  const auto& clean = clean_logs()[0];
+  EXPECT_TRUE(of_kind(diagnose(clean.data, &clean.robot), "mount").empty());
+  // the same motion and torque of a robot whose file has its base turned the other way
+  dynamics::RobotModel leaning = clean.robot;
+  leaning.gravity = Eigen::AngleAxisd(0.25, Eigen::Vector3d::UnitX()) * clean.robot.gravity;
+  const std::vector<Finding> findings = diagnose(clean.data, &leaning);
+  const auto mount = of_kind(findings, "mount");
+  ASSERT_EQ(mount.size(), 1u) << text_of(findings, clean.data);
+  EXPECT_NE(mount[0].unit.find("mount_rpy"), std::string::npos) << mount[0].unit;
 }
 
 TEST(Doctor, AStampThatIsBackAloneIsNoSecondRecording) {

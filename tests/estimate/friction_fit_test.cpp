@@ -222,8 +222,8 @@ TEST(FitConventional, SimpleTakesLinearFrictionFromTheRegression) {
   }
 }
 
-// Friction that does not know the load, and noise: under the measured torque as load the noise would
-// explain itself, |tau| sgn(v) with a coefficient near 1.
+// Friction that does not know the load, and noise: under the measured torque as load the noise
+// would explain itself, |tau| sgn(v) with a coefficient near 1.
 TEST(FitConventional, FrictionDoesNotExplainItselfAsItsLoad) {
   Arm arm{small_arm(), {}};
   arm.friction = same_law("coulomb_viscous", {4, 2, 1e-3}, arm.robot.n());

@@ -59,7 +59,7 @@ constexpr std::array kKinds{
     KindInfo{FindingKind::kTorqueUnit, kDamage, "all masses and friction are scaled",
              "correct kind, gear_ratio or scale of [torque] in the contract", false, true},
     KindInfo{FindingKind::kMount, kDamage,
-             "gravity is the wrong way round: signs and masses seem wrong",
+             "gravity points another way: signs and masses seem wrong",
              "mount of [robot] in the scene; --mount of import and check", false, true},
     KindInfo{FindingKind::kSign, kDamage,
              "friction would drive the joint; inertia would be negative",

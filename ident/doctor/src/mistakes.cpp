@@ -6,6 +6,8 @@
 #include <numbers>
 #include <optional>
 
+#include <Eigen/Geometry>
+
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/system/transmission.hpp"
@@ -20,7 +22,10 @@ constexpr double kDegree = std::numbers::pi / 180;
 // Log of the factor by which the unexplained variances of all joints must fall, in sum, before a
 // hypothesis is believed; a nominal model is some 20 % wrong and keeps no wrong one below it.
 constexpr double kBelief = 1.6;
+constexpr double kBeliefInSlope = 2 * kBelief;  // of any angles
 constexpr double kUnderstood = 0.3;  // mean share unexplained where another mount is believed
+constexpr double kLeastTilt = 0.06;  // [rad] of another mount
+constexpr int kMostTilts = 6;        // of one size
 constexpr double kWorse = 0.4;       // log of the factor by which one joint may become worse
 constexpr int kMistakes = 4;         // found one after the other
 // Factors of the nominal torques that are no modelling error: of most joints alike, and of one,
@@ -364,10 +369,15 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
   return account;
 }
 
-/// The robot on its head or on a side, whichever explains most of the torque as it stands; nothing
-/// where that is the mount as it is stated.
-std::optional<dynamics::RobotModel> better_mount(const dynamics::RobotModel& robot,
-                                                 const Sight& sight) {
+/// Another mount that explains more of the torque, and what it has to gain to be believed.
+struct OtherMount {
+  dynamics::RobotModel robot;
+  double belief;
+};
+
+/// The robot on a slope, on its head or on a side, whichever explains most of the torque as it
+/// stands; those that are the mount as it is stated, within a few degrees, are left out.
+std::vector<OtherMount> other_mounts(const dynamics::RobotModel& robot, const Sight& sight) {
   const Eigen::Vector3d g = robot.gravity;
   std::vector<Eigen::Vector3d> gravities{g, -g};
   for (int axis = 0; axis < 3; ++axis) {
@@ -381,11 +391,35 @@ std::optional<dynamics::RobotModel> better_mount(const dynamics::RobotModel& rob
     turned.gravity = gravity;
     return log_unexplained(Judge(&turned, robot.n()).explain(sight));
   };
-  const auto best = std::ranges::min_element(gravities, {}, unexplained);
-  if (best == gravities.begin()) return {};
-  dynamics::RobotModel turned = robot;
-  turned.gravity = *best;
-  return turned;
+  const Eigen::Vector3d upright = *std::ranges::min_element(gravities, {}, unexplained);
+  Eigen::Vector3d best = upright;
+  double least = unexplained(best);
+  // on a slope: tilted further while that explains more
+  for (const double tilt : {0.3, 0.1, 0.03}) {
+    for (int moves = 0; moves < kMostTilts; ++moves) {
+      const Eigen::Vector3d now = best, across = now.unitOrthogonal();
+      for (const Eigen::Vector3d& axis :
+           {across, Eigen::Vector3d(-across), Eigen::Vector3d(now.cross(across).normalized()),
+            Eigen::Vector3d(-now.cross(across).normalized())}) {
+        const Eigen::Vector3d tilted = Eigen::AngleAxisd(tilt, axis) * now;
+        if (const double left = unexplained(tilted); left < least) least = left, best = tilted;
+      }
+      if (best == now) break;
+    }
+  }
+  std::vector<OtherMount> mounts;
+  for (const auto& [gravity, belief] : {std::pair{best, kBeliefInSlope}, {upright, kBelief}}) {
+    if (gravity.dot(g) > std::cos(kLeastTilt) * g.squaredNorm()) continue;
+    mounts.push_back({robot, belief});
+    mounts.back().robot.gravity = gravity;
+  }
+  return mounts;
+}
+
+/// Angles of `mount_rpy` that have this direction of the base up.
+std::string mount_of(const Eigen::Vector3d& up) {
+  return fmt::format("mount = \"rpy\", mount_rpy = [{:.2f}, {:.2f}, 0]", std::atan2(up[1], up[2]),
+                     -std::asin(std::clamp(up[0], -1.0, 1.0)));
 }
 
 }  // namespace
@@ -394,17 +428,18 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
                    Sight& sight, Findings& findings) {
   Account best = account_for(d, robot, motion, sight);
   std::optional<Finding> mount;
-  if (const auto turned = robot ? better_mount(*robot, sight) : std::nullopt) {
-    Account other = account_for(d, &*turned, motion, sight);
+  for (const auto& [turned, belief] :
+       robot ? other_mounts(*robot, sight) : std::vector<OtherMount>{}) {
+    Account other = account_for(d, &turned, motion, sight);
     const double gained = best.cost() - other.cost();
-    if (gained > kBelief && other.unexplained() < kUnderstood) {
+    if (!mount && gained > belief && other.unexplained() < kUnderstood) {
       best = std::move(other);
-      const Eigen::Vector3d up = -turned->gravity.normalized();
+      const Eigen::Vector3d up = -turned.gravity.normalized();
       mount = describe(d, motion, {FindingKind::kMount, false, true}, std::exp(gained / d.n()), "");
       mount->joint = -1;
       mount->unit = fmt::format(
-          "times less of each joint unexplained where ({:.2g} {:.2g} {:.2g}) of the base is up",
-          up[0], up[1], up[2]);
+          "times less of each joint unexplained where ({:.2g} {:.2g} {:.2g}) of the base is up: {}",
+          up[0], up[1], up[2], mount_of(up));
     }
   }
   if (mount) findings.push_back(*mount);

@@ -55,8 +55,7 @@ void leave_out_unseen_growth(const JointFrictionData& data, const friction::Robo
   }
   if (!any) return;
   const SearchCoordinates without(friction, start, options.held);
-  const SearchMinimum found =
-      search(data, friction, without, without.to_scaled(start), options);
+  const SearchMinimum found = search(data, friction, without, without.to_scaled(start), options);
   if (!(found.value < (1 + kUnseen) * best.value)) return;
   std::vector<double> theta(start.size());
   without.to_theta(found.x, theta);

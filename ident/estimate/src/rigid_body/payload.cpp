@@ -20,8 +20,8 @@ namespace {
 
 using dynamics::Vector10;
 
-constexpr int kLoad = 10;   // parameters of a body
-constexpr int kPasses = 4;  // of the regression
+constexpr int kLoad = 10;        // parameters of a body
+constexpr int kPasses = 4;       // of the regression
 constexpr double kGrowth = 0.1;  // sd of friction over the torque of the motor, beforehand
 
 // A load so wide that it only decides what the data leave open: a ton, a metre away.
@@ -175,15 +175,15 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   fit.outcome = !finite    ? Outcome::kFailed
                 : lost > 0 ? Outcome::kIllConditioned
                            : Outcome::kConverged;
-  fit.message = !finite ? "no finite solution"
-                : fit.body.m < kSeen * fit.body_error.m
-                    ? fmt::format("no load is seen: mass {:.2g} +- {:.2g} kg", fit.body.m,
-                                  fit.body_error.m)
-                : lost > 0 ? fmt::format(
-                                 "{} of 10 parameters have a standard error above half of "
-                                 "their size: turn the load about more axes",
-                                 lost)
-                           : fmt::format("{} equations", data.tau.size());
+  fit.message =
+      !finite ? "no finite solution"
+      : fit.body.m < kSeen * fit.body_error.m
+          ? fmt::format("no load is seen: mass {:.2g} +- {:.2g} kg", fit.body.m, fit.body_error.m)
+      : lost > 0 ? fmt::format(
+                       "{} of 10 parameters have a standard error above half of "
+                       "their size: turn the load about more axes",
+                       lost)
+                 : fmt::format("{} equations", data.tau.size());
   return fit;
 }
 
