@@ -47,6 +47,22 @@ TEST(MakeRecording, DifferentiatesTheFilteredPosition) {
   }
 }
 
+// Reference: the speed of the motion. A piece of a log begins and ends in motion; rollouts start
+// from its first sample.
+TEST(MakeRecording, KnowsTheSpeedAtBothEnds) {
+  const double w = kTurn * 0.7;
+  Rng rng(3, 0);
+  const auto log = make_log(
+      500, [&](double t) { return std::sin(w * t + 0.9) + 4e-6 * rng.normal(); },
+      [](double) { return 0.0; });
+  const Recording out = make_recording(log, kLowPass);
+  for (const int k : {0, 499}) {
+    const double v = w * std::cos(w * log.t[k] + 0.9), a = w * w;  // at most
+    EXPECT_NEAR(out.wide.v(k, 0), v, 2e-4 * a) << k;
+    EXPECT_NEAR(out.wide.q(k, 0), log.q(k, 0), 1e-5) << k;
+  }
+}
+
 // Reference: a unit mass under held torque. q at the samples is exact, so the second difference of
 // q must equal the torque in force around each sample: a log shifted by one sample fails here.
 TEST(MakeRecording, AlignsHeldTorqueWithTheAccelerationOfAUnitMass) {

@@ -16,7 +16,8 @@ constexpr double kForgotten =
 
 }  // namespace
 
-ZeroPhaseButterworth::ZeroPhaseButterworth(double cutoff_hz, double rate_hz) : rate_hz_(rate_hz) {
+ZeroPhaseButterworth::ZeroPhaseButterworth(double cutoff_hz, double rate_hz)
+    : rate_hz_(rate_hz), cutoff_hz_(cutoff_hz) {
   if (!(cutoff_hz > 0 && cutoff_hz < rate_hz / 2))
     throw UserError("cut-off frequency = {} Hz is outside (0, {}) for a log at {} Hz", cutoff_hz,
                     rate_hz / 2, rate_hz);

@@ -5,6 +5,9 @@
 #include <cstdint>
 #include <utility>
 
+#include <Eigen/Cholesky>
+
+#include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/error.hpp"
 
 namespace fricid::signals {
@@ -32,14 +35,55 @@ void bridge(Eigen::Ref<Eigen::VectorXd> x, std::vector<std::uint8_t>& missing) {
   for (Eigen::Index i = last + 1; last >= 0 && i < size; ++i) x[i] = x[last];
 }
 
-// (q_{k+1} - q_{k-1}) / (2 dt); the end rows, never used, repeat their neighbours.
+// (q_{k+1} - q_{k-1}) / (2 dt), at the ends the slope of a parabola through three samples.
 RowMatrix central_difference(const RowMatrix& q, double dt) {
   const Eigen::Index T = q.rows();
   RowMatrix v(T, q.cols());
   v.middleRows(1, T - 2) = (q.bottomRows(T - 2) - q.topRows(T - 2)) / (2 * dt);
-  v.row(0) = v.row(1);
-  v.row(T - 1) = v.row(T - 2);
+  v.row(0) = (-3 * q.row(0) + 4 * q.row(1) - q.row(2)) / (2 * dt);
+  v.row(T - 1) = (3 * q.row(T - 1) - 4 * q.row(T - 2) + q.row(T - 3)) / (2 * dt);
   return v;
+}
+
+// Second derivative per sample^2 of the parabola through the first `count` values of x(0), x(1),
+// ..; 0 where it is within three standard errors.
+template <class X>
+double curvature_at_edge(const X& x, Eigen::Index count) {
+  constexpr double kCertain = 3;
+  Eigen::MatrixXd A(count, 3);
+  Eigen::VectorXd y(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const auto at = static_cast<double>(k);
+    A.row(k) << 1, at, at * at / 2;
+    y[k] = x(k) - x(0);
+  }
+  const Eigen::Matrix3d H = A.transpose() * A;
+  const Eigen::Vector3d fit = H.ldlt().solve(A.transpose() * y);
+  const double variance = (y - A * fit).squaredNorm() / static_cast<double>(count - 3);
+  const double error = std::sqrt(variance * H.ldlt().solve(Eigen::Vector3d::Unit(2))[2]);
+  return std::abs(fit[2]) > kCertain * error ? fit[2] : 0;
+}
+
+// What bends a record at its ends: parabolas that fade within some periods of the filter, which
+// passes them. A record that begins or ends in motion has no other curvature left there, where its
+// odd reflection would turn the acceleration round and the filter take a mean of both.
+Eigen::VectorXd bends_at_edges(const Eigen::VectorXd& x, double cutoff_hz, double rate_hz) {
+  constexpr double kFade = 3;  // periods of the cut-off
+  constexpr Eigen::Index kFewest = 8;
+  const double period = rate_hz / cutoff_hz;
+  const Eigen::Index T = x.size();
+  const Eigen::Index count =
+      std::clamp<Eigen::Index>(std::lround(period), kFewest, std::max(kFewest, T / 2));
+  Eigen::VectorXd bends = Eigen::VectorXd::Zero(T);
+  const double begin = curvature_at_edge(x, count), end = curvature_at_edge(x.reverse(), count);
+  for (Eigen::Index k = 0; k < T; ++k) {
+    const auto parabola = [&](double a, Eigen::Index from_edge) {
+      const auto at = static_cast<double>(from_edge);
+      return a / 2 * at * at * std::exp(-at / (kFade * period));
+    };
+    bends[k] = parabola(begin, k) + parabola(end, T - 1 - k);
+  }
+  return bends;
 }
 
 // Standard deviation of white noise on each column of x (n), from the part that a filter removed.
@@ -110,7 +154,11 @@ Recording make_recording(Dataset log, double cutoff_hz) {
     // Torque in force around t_k: mean of the values held before and after it.
     if (held)
       for (int k = T - 1; k > 0; --k) column[k] = 0.5 * (column[k - 1] + column[k]);
+    const Eigen::VectorXd bends = held ? Eigen::VectorXd::Zero(T).eval()
+                                       : bends_at_edges(column, by.cutoff_hz(), by.rate_hz());
+    column -= bends;
     by.apply(std::span<double>(column.data(), static_cast<std::size_t>(T)), work);
+    column += bends;
     if (!column.allFinite())
       throw UserError("{}: joint {}: numbers too large for a filter", log.name, joint);
     return column;

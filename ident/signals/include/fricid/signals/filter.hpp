@@ -33,6 +33,7 @@ class ZeroPhaseButterworth {
 
   double gain(double frequency_hz) const;  ///< |H|^2 [1]
   double rate_hz() const { return rate_hz_; }
+  double cutoff_hz() const { return cutoff_hz_; }
   int padding() const { return padding_; }  ///< samples after which the slowest pole is below 1e-15
 
   /// Impulse response g_d = direct [d = 0] + Re sum_i gain_i pole_i^|d|.
@@ -50,7 +51,7 @@ class ZeroPhaseButterworth {
   class Cascade;
 
   std::array<Section, 2> sections_;
-  double warped_cutoff_, rate_hz_;
+  double warped_cutoff_, rate_hz_, cutoff_hz_;
   int padding_;
 };
 
