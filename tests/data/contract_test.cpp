@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "fricid/base/rng.hpp"
 #include "fricid/data/log_reader.hpp"
 #include "scene_folder.hpp"
 #include "source_dir.hpp"
@@ -85,6 +86,32 @@ TEST_F(Import, TheRateIsNotThatOfOneRoundedPeriod) {
       const Dataset d = read_log(write("log.csv", log), contract());
       EXPECT_NEAR(d.rate_hz, rate, 1e-3 * rate) << rate << " " << gaps;
     }
+}
+
+// Samples that are taken in time and stamped late by 20 us or so of 4 ms, as in bags of ROS.
+TEST_F(Import, SlightJitterIsEvenedOut) {
+  const auto log_of = [](double sd, double late) {
+    Rng rng(1, 0);
+    std::string log = "t,q1,q2,tau1,tau2\n";
+    for (int k = 0; k < 2000; ++k)
+      log += fmt::format("{:.7f},{},0,0,1\n", 0.004 * k + sd * rng.normal() + (k == 700 ? late : 0),
+                         k % 3);
+    return log;
+  };
+  for (const double sd : {13e-6, 40e-6, 80e-6}) {
+    std::vector<std::string> warnings;
+    const Dataset d = import_log(write("log.csv", log_of(sd, 3e-4)), contract(),
+                                 [&](const std::string& warning) { warnings.push_back(warning); });
+    EXPECT_NEAR(d.rate_hz, 250, 0.02);
+    EXPECT_LT((d.t.array() * d.rate_hz - Eigen::ArrayXd::LinSpaced(2000, 0, 1999)).abs().maxCoeff(),
+              1e-9);
+    EXPECT_THAT(d.source, testing::HasSubstr("made even")) << sd;
+    EXPECT_THAT(warnings, ElementsAre(testing::HasSubstr("samples are taken as even"))) << sd;
+    EXPECT_EQ(d.q(701, 0), 701 % 3);
+  }
+  EXPECT_THAT(import(log_of(0, 0)).source, testing::Not(testing::HasSubstr("even")));
+  for (const auto& [sd, late] : {std::pair(200e-6, 0.0), std::pair(0.0, 1e-3)})
+    EXPECT_THAT(log_error(log_of(sd, late)), testing::HasSubstr("jitter in time")) << sd;
 }
 
 TEST_F(Import, ReadsColumnsByPattern) {

@@ -9,6 +9,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/base/text.hpp"
+#include "fricid/data/sample_times.hpp"
 #include "fricid/doctor/doctor.hpp"
 
 namespace fricid::doctor {
@@ -54,9 +55,7 @@ void choose_rows(Dataset& d, const std::vector<int>& from) {
   }
 }
 
-void make_uniform(Dataset& d) {
-  d.t = Eigen::VectorXd::LinSpaced(d.length(), 0, d.length() - 1) / d.rate_hz;
-}
+void make_uniform(Dataset& d) { d.t = data::even_times(d.length(), d.rate_hz); }
 
 void drop_duplicates(Dataset& d) {
   const std::vector<int> kept = rising_rows(d.t);
@@ -186,8 +185,11 @@ Dataset repair(const Dataset& d, std::span<const Finding> findings,
   std::vector<const Finding*> chosen;
   for (const Finding& f : findings)
     if (std::ranges::count(kinds, f.kind) > 0 && can_be_repaired(f)) chosen.push_back(&f);
+  const auto is_chosen = [&](FindingKind kind) {
+    return std::ranges::count(chosen, kind, &Finding::kind) > 0;
+  };
   for (const FindingKind kind : kinds)
-    if (std::ranges::count(chosen, kind, &Finding::kind) == 0)
+    if (!is_chosen(kind) && kind != FindingKind::kJitter)
       throw UserError("--fix {}: nothing of that name was found that can be repaired",
                       name_of(kind));
   std::ranges::stable_sort(chosen, {}, [](const Finding* f) { return order_of(f->kind); });
@@ -200,7 +202,8 @@ Dataset repair(const Dataset& d, std::span<const Finding> findings,
     apply(repaired, *f);
     last = f->kind;
   }
-  for (const FindingKind kind : kinds) repaired.source += fmt::format("; fixed {}", name_of(kind));
+  for (const FindingKind kind : kinds)
+    if (is_chosen(kind)) repaired.source += fmt::format("; fixed {}", name_of(kind));
   return repaired;
 }
 

@@ -40,7 +40,8 @@ bool can_be_repaired(const Finding& finding);
 ///     sign, swapped, angle_unit    applied to the signals that the finding names
 ///     delay        torque is moved back in time, by linear interpolation
 ///     velocity, temperature_unit   the velocity is removed; 273.15 K are added
-/// @throws UserError for a kind of which nothing that can be repaired was found, and for a restart
+/// @throws UserError for a kind of which nothing that can be repaired was found (but for jitter,
+///         which the reader may have evened out), and for a restart
 /// @pre the kinds can be repaired
 data::Dataset repair(const data::Dataset& d, std::span<const Finding> findings,
                      std::span<const FindingKind> kinds);
