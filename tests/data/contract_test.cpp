@@ -327,6 +327,13 @@ TEST_F(Import, Files) {
   EXPECT_EQ(log_error("\n\n# nothing\n"), "log.csv: an empty file");
   EXPECT_EQ(log_error("t,q1,q2,tau1,tau2\n"), "log.csv: 0 rows of numbers; allowed: at least 2");
   EXPECT_EQ(log_error(std::string("t,q1\0,q2", 8)), "log.csv: not a text file");
+  std::string little, big;
+  for (const char c : std::string(kLog)) {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  for (const std::string& text : {little, big, "\xFF\xFE" + little, "\xFE\xFF" + big})
+    EXPECT_EQ(log_error(text), "log.csv: text in UTF-16; allowed: saved as UTF-8");
   EXPECT_EQ(message_of([&] { import_log(path("none.csv"), contract()); }),
             "none.csv: cannot be read: No such file or directory");
   EXPECT_THAT(message_of([&] { import_log(folder, contract()); }), testing::HasSubstr("folder"));
@@ -353,9 +360,11 @@ TEST_F(Import, ContractMistakes) {
             "contract.toml:1: unknown key seperator; nearest known key: separator");
   EXPECT_EQ(contract_error("[position]\ncolumns = \"q{}\"\n"),
             "contract.toml: joint_names is missing: joints of the robot");
-  EXPECT_EQ(contract_error(replaced(kContract, "columns = \"q{}\"\n", "")),
-            "contract.toml:2: position.columns names 0 columns; allowed: 2, one per joint, or one "
-            "pattern with {}");
+  EXPECT_EQ(
+      contract_error(replaced(kContract, "columns = \"q{}\"\n", "")),
+      "contract.toml:2: position.columns names 0 columns; allowed: 2, one per joint, or one "
+      "pattern with {}; or none with format = \"...\", one of mcap db3 hdf5 kuka_trace rsi_xml "
+      "rsi_csv ur_csv franka_csv");
   EXPECT_EQ(contract_error(replaced(kContract, "[torque]\n", "[torque]\nkind = \"current\"\n")),
             "contract.toml:5: gear_ratio is missing; torque.kind = \"current\" needs it");
   EXPECT_EQ(contract_error("gear_ratio = 100\n" +
