@@ -120,7 +120,7 @@ TEST_F(RosBag, AnArmInTwoMessagesOfOneStampIsOneRow) {
   Database one, two;
   write_bag(one, apart);
   EXPECT_EQ(error(one),
-            "log.db3: elbow and shoulder come in messages of different stamps; allowed: the joints "
+            "log.db3: shoulder and elbow come in messages of different stamps; allowed: the joints "
             "of the contract in one message, or in messages of one stamp");
   write_bag(two, twice);
   EXPECT_THAT(error(two), HasSubstr("log.db3: sample 21: t = 0.08 s after 0.08 s"));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "bytes.hpp"
@@ -128,15 +129,14 @@ void JointStateTable::require_joints_together() const {
                                [&](std::size_t i) { return !std::isnan(table_.columns[i][row]); });
   };
   std::set<std::string> seen;
-  std::vector<std::string> some, others;  // of a row
+  std::vector<std::string> some, others;  // of the first row
   for (std::size_t row = 0; row < stamps_.size(); ++row) {
     std::vector<std::string> present, absent;
     for (const auto& joint : joints_) (has(joint, row) ? present : absent).push_back(joint.first);
     if (absent.empty()) return;
     if (present.empty()) continue;
+    if (seen.empty()) std::tie(some, others) = std::pair(present, absent);
     seen.insert(present.begin(), present.end());
-    some = present;
-    others = absent;
   }
   if (seen.size() < joints_.size()) return;  // a joint without any value is another fault
   throw UserError(
