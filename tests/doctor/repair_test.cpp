@@ -127,6 +127,21 @@ TEST(Repair, FindsAndMendsEveryClockThatTheReaderRefuses) {
   EXPECT_GT(refused, 200);
 }
 
+// A gap that is not to be filled is not closed up either.
+TEST(Repair, EvenTimesKeepGapsAndRepeatedRows) {
+  data::Dataset d = log_with_a_gap(0.2);
+  Rng rng(1, 0);
+  for (int k = 0; k < d.length(); ++k) d.t[k] += 4e-4 * rng.normal();
+  d.t[20] = d.t[19];  // in place of its own
+  const std::vector<Finding> jitter{{.kind = FindingKind::kJitter, .signal = "t"}};
+  const std::vector<FindingKind> kinds{FindingKind::kJitter};
+  const data::Dataset even = repair(d, jitter, kinds);
+  EXPECT_NEAR(even.t[19], 0.19, 1e-12);
+  EXPECT_NEAR(even.t[20], 0.19, 1e-12);
+  EXPECT_NEAR(even.t[49], 0.49, 1e-12);
+  EXPECT_NEAR(even.t[50], 0.7, 1e-12);
+}
+
 // The reader evens slight jitter out: a script that names it goes on.
 TEST(Repair, JitterMayBeNamedWhereThereIsNone) {
   const std::vector<FindingKind> jitter{FindingKind::kJitter}, gap{FindingKind::kGap};

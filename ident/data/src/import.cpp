@@ -223,7 +223,7 @@ void even_out(Dataset& d, const std::string& file, const Warn& warn) {
   if (!is_slight_jitter(d.t, d.rate_hz)) return;
   const std::string size =
       fmt::format("{:.2g} % rms", 100 * d.rate_hz * quality_of_clock(d.t, d.rate_hz).jitter_s);
-  d.t = even_times(d.length(), d.rate_hz);
+  d.t = Eigen::VectorXd::LinSpaced(d.length(), 0, d.length() - 1) / d.rate_hz;
   d.source += fmt::format(", periods that varied by {} made even", size);
   if (warn) warn(fmt::format("{}: periods vary by {}: samples are taken as even", file, size));
 }

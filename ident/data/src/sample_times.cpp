@@ -71,8 +71,4 @@ bool is_slight_jitter(const Eigen::VectorXd& t, double rate_hz) {
   return !even && clock.jitter_s <= kSlight * period && !clock.drifts;
 }
 
-Eigen::VectorXd even_times(Eigen::Index length, double rate_hz) {
-  return Eigen::VectorXd::LinSpaced(length, 0, static_cast<double>(length - 1)) / rate_hz;
-}
-
 }  // namespace fricid::data

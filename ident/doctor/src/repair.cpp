@@ -9,7 +9,6 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/base/text.hpp"
-#include "fricid/data/sample_times.hpp"
 #include "fricid/doctor/doctor.hpp"
 
 namespace fricid::doctor {
@@ -55,7 +54,17 @@ void choose_rows(Dataset& d, const std::vector<int>& from) {
   }
 }
 
-void make_uniform(Dataset& d) { d.t = data::even_times(d.length(), d.rate_hz); }
+// Lost samples and repeated rows stay what they are, for the reader to refuse.
+void make_uniform(Dataset& d) {
+  const std::vector<int> rising = rising_rows(d.t);
+  const std::vector<int> lost = lost_before(d.t(rising), d.rate_hz);
+  double at = -1;
+  std::size_t next = 0;
+  for (int k = 0; k < d.length(); ++k) {
+    if (next < rising.size() && rising[next] == k) at += 1 + lost[next++];
+    d.t[k] = at / d.rate_hz;
+  }
+}
 
 void drop_duplicates(Dataset& d) {
   const std::vector<int> kept = rising_rows(d.t);

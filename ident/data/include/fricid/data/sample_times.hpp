@@ -25,7 +25,4 @@ ClockQuality quality_of_clock(const Eigen::VectorXd& t, double rate_hz);
 /// clock does not drift.
 bool is_slight_jitter(const Eigen::VectorXd& t, double rate_hz);
 
-/// 0, 1, 2, ... periods.
-Eigen::VectorXd even_times(Eigen::Index length, double rate_hz);
-
 }  // namespace fricid::data

@@ -34,7 +34,7 @@ bool can_be_repaired(const Finding& finding);
 ///
 ///     gap          rows of missing values where samples are lost
 ///     duplicate    the later of two rows of equal time is dropped
-///     jitter, clock_drift    times are replaced by uniform ones
+///     jitter, clock_drift    times are replaced by uniform ones, but for gaps and duplicates
 ///     spike, repeated        the samples become missing values
 ///     jump         whole turns are removed from the position
 ///     sign, swapped, angle_unit    applied to the signals that the finding names
