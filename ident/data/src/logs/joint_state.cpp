@@ -1,6 +1,7 @@
 #include "joint_state.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <tuple>
@@ -55,16 +56,19 @@ JointState parse_joint_state(std::string_view data, const std::string& file) {
 }
 
 void JointStateNames::add(const JointState& state) {
-  std::vector<std::string> names{"stamp"};
-  for (const auto& [kind, values] :
-       {std::pair("position.", &state.position), std::pair("velocity.", &state.velocity),
-        std::pair("effort.", &state.effort)})
-    if (!values->empty())
-      for (const std::string& joint : state.names) names.push_back(kind + joint);
-  if (names == last_) return;
-  for (const std::string& name : names)
+  const std::array<bool, 3> arrays{!state.position.empty(), !state.velocity.empty(),
+                                   !state.effort.empty()};
+  if (!names_.empty() && state.names == last_joints_ && arrays == last_arrays_) return;
+  last_joints_ = state.names;
+  last_arrays_ = arrays;
+  const auto know = [&](const std::string& name) {
     if (known_.insert(name).second) names_.push_back(name);
-  last_ = std::move(names);
+  };
+  know("stamp");
+  constexpr std::array kArrays{"position.", "velocity.", "effort."};
+  for (std::size_t i = 0; i < arrays.size(); ++i)
+    if (arrays[i])
+      for (const std::string& joint : state.names) know(kArrays[i] + joint);
 }
 
 JointStateTable::JointStateTable(const std::vector<std::string>& names,

@@ -7,6 +7,7 @@
 // halves of an arm.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <set>
@@ -39,7 +40,8 @@ class JointStateNames {
   std::vector<std::string> take() { return std::move(names_); }
 
  private:
-  std::vector<std::string> names_, last_;
+  std::vector<std::string> names_, last_joints_;
+  std::array<bool, 3> last_arrays_{};  // which of them the last message had
   std::set<std::string> known_;
 };
 
