@@ -104,8 +104,9 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   std::vector<data::DiagnosisFile> reports;
   bool sound = true;
   for (const fs::path& log : options.logs) {
-    const data::Dataset read =
-        workflow::as_of_robot(data::read_log(log, contract), robot, options.contract.string());
+    const auto warn = [](const std::string& warning) { print(warning + "\n", stderr); };
+    const data::Dataset read = workflow::as_of_robot(data::read_log(log, contract, warn), robot,
+                                                     options.contract.string());
     const auto findings = doctor::diagnose(read, pointer(robot));
     sound = sound && !misleads(findings, fixes);
     try {
@@ -116,7 +117,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
     reports.push_back(doctor::diagnosis_file(findings, sets.back()));
     const std::vector<std::string> warnings = judge(sets.back(), log, contract, fixes.empty());
     print_findings(findings, read, fixes, stderr);
-    for (const std::string& warning : warnings) print(warning + "\n", stderr);
+    std::ranges::for_each(warnings, warn);
   }
   const std::string_view warning = data::warning_of_kind(contract.torque.kind);
   print(fmt::format("{}: torque.kind = \"{}\": {}\n", printable(options.contract.string()),
@@ -183,6 +184,7 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
   const workflow::Subject subject = subject_of(options);
   if (!subject.robot && !options.design.empty())
     throw UserError("--design: needs a robot: --robot URDF, or the folder of a run");
+  for (const std::string& warning : subject.warnings) print(warning + "\n", stderr);
   const workflow::CheckReport report = workflow::check(subject);
   for (std::size_t i = 0; i < subject.sets.size() && !common.json; ++i) {
     const data::Dataset& d = subject.sets[i];

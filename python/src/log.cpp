@@ -86,7 +86,11 @@ void bind_log(nb::module_& m) {
       .def_static(
           "read",
           [](const fs::path& path, const fs::path& contract) {
-            Dataset log = data::import_log(path, data::load_contract(contract));
+            std::vector<std::string> warnings;
+            Dataset log =
+                data::import_log(path, data::load_contract(contract),
+                                 [&](const std::string& warning) { warnings.push_back(warning); });
+            warn(warnings);
             warn(data::check_dataset(log, path.string()));
             return log;
           },

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "fricid/base/rng.hpp"
 #include "fricid/data/log_reader.hpp"
 #include "scene_folder.hpp"
 #include "source_dir.hpp"
@@ -85,6 +86,32 @@ TEST_F(Import, TheRateIsNotThatOfOneRoundedPeriod) {
       const Dataset d = read_log(write("log.csv", log), contract());
       EXPECT_NEAR(d.rate_hz, rate, 1e-3 * rate) << rate << " " << gaps;
     }
+}
+
+// Samples that are taken in time and stamped late by 20 us or so of 4 ms, as in bags of ROS.
+TEST_F(Import, SlightJitterIsEvenedOut) {
+  const auto log_of = [](double sd, double late) {
+    Rng rng(1, 0);
+    std::string log = "t,q1,q2,tau1,tau2\n";
+    for (int k = 0; k < 2000; ++k)
+      log += fmt::format("{:.7f},{},0,0,1\n", 0.004 * k + sd * rng.normal() + (k == 700 ? late : 0),
+                         k % 3);
+    return log;
+  };
+  for (const double sd : {13e-6, 40e-6, 80e-6}) {
+    std::vector<std::string> warnings;
+    const Dataset d = import_log(write("log.csv", log_of(sd, 3e-4)), contract(),
+                                 [&](const std::string& warning) { warnings.push_back(warning); });
+    EXPECT_NEAR(d.rate_hz, 250, 0.02);
+    EXPECT_LT((d.t.array() * d.rate_hz - Eigen::ArrayXd::LinSpaced(2000, 0, 1999)).abs().maxCoeff(),
+              1e-9);
+    EXPECT_THAT(d.source, testing::HasSubstr("made even")) << sd;
+    EXPECT_THAT(warnings, ElementsAre(testing::HasSubstr("samples are taken as even"))) << sd;
+    EXPECT_EQ(d.q(701, 0), 701 % 3);
+  }
+  EXPECT_THAT(import(log_of(0, 0)).source, testing::Not(testing::HasSubstr("even")));
+  for (const auto& [sd, late] : {std::pair(200e-6, 0.0), std::pair(0.0, 1e-3)})
+    EXPECT_THAT(log_error(log_of(sd, late)), testing::HasSubstr("jitter in time")) << sd;
 }
 
 TEST_F(Import, ReadsColumnsByPattern) {
@@ -300,6 +327,13 @@ TEST_F(Import, Files) {
   EXPECT_EQ(log_error("\n\n# nothing\n"), "log.csv: an empty file");
   EXPECT_EQ(log_error("t,q1,q2,tau1,tau2\n"), "log.csv: 0 rows of numbers; allowed: at least 2");
   EXPECT_EQ(log_error(std::string("t,q1\0,q2", 8)), "log.csv: not a text file");
+  std::string little, big;
+  for (const char c : std::string(kLog)) {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  for (const std::string& text : {little, big, "\xFF\xFE" + little, "\xFE\xFF" + big})
+    EXPECT_EQ(log_error(text), "log.csv: text in UTF-16; allowed: saved as UTF-8");
   EXPECT_EQ(message_of([&] { import_log(path("none.csv"), contract()); }),
             "none.csv: cannot be read: No such file or directory");
   EXPECT_THAT(message_of([&] { import_log(folder, contract()); }), testing::HasSubstr("folder"));
@@ -326,9 +360,11 @@ TEST_F(Import, ContractMistakes) {
             "contract.toml:1: unknown key seperator; nearest known key: separator");
   EXPECT_EQ(contract_error("[position]\ncolumns = \"q{}\"\n"),
             "contract.toml: joint_names is missing: joints of the robot");
-  EXPECT_EQ(contract_error(replaced(kContract, "columns = \"q{}\"\n", "")),
-            "contract.toml:2: position.columns names 0 columns; allowed: 2, one per joint, or one "
-            "pattern with {}");
+  EXPECT_EQ(
+      contract_error(replaced(kContract, "columns = \"q{}\"\n", "")),
+      "contract.toml:2: position.columns names 0 columns; allowed: 2, one per joint, or one "
+      "pattern with {}; or none with format = \"...\", one of mcap db3 hdf5 kuka_trace rsi_xml "
+      "rsi_csv ur_csv franka_csv");
   EXPECT_EQ(contract_error(replaced(kContract, "[torque]\n", "[torque]\nkind = \"current\"\n")),
             "contract.toml:5: gear_ratio is missing; torque.kind = \"current\" needs it");
   EXPECT_EQ(contract_error("gear_ratio = 100\n" +

@@ -88,6 +88,29 @@ TEST_F(LogFormats, Hdf5OfThisAndOtherPrograms) {
               expected);
 }
 
+// MATLAB stores a matrix by columns: in its HDF5 files rows and columns are exchanged.
+TEST_F(LogFormats, Hdf5OfMatlabLiesTheOtherWayRound) {
+  const Dataset expected = import(csv_sample(Recording(50)));
+  const Contract terms =
+      contract(std::string(kJoints) + "format = \"hdf5\"\n[torque]\ncolumns = \"tau{}\"\n");
+  for (const bool row : {false, true})
+    for (const bool turned : {false, true}) {
+      write_hdf5(path("log.h5"), "MATLAB 7.3 MAT-file/1", [&](H5Writer& file) {
+        if (row)
+          file.matrix("t", expected.t.transpose(), "s");
+        else
+          file.vector("t", expected.t, "s");
+        file.matrix("q", turned ? RowMatrix(expected.q.transpose()) : expected.q, "rad");
+        file.matrix("tau", expected.tau.transpose(), "N m");
+        file.matrix("gain", RowMatrix::Ones(1, 3), "");
+      });
+      expect_same(import_log(path("log.h5"), terms), expected);
+    }
+  write("log.mat", "MATLAB 5.0 MAT-file Platform: posix\n" + std::string(100, '\0'));
+  EXPECT_EQ(message_of([&] { import_log(path("log.mat"), terms); }),
+            "log.mat: a MAT-file of version 5; allowed: one saved by save(..., '-v7.3')");
+}
+
 TEST_F(LogFormats, LostRsiPacketsAreAGap) {
   LogSample sample = rsi_xml_sample(Recording(100));
   std::string& text = sample.files[0].second;
@@ -143,7 +166,8 @@ TEST_F(LogFormats, Mistakes) {
               HasSubstr("NextGenDrive#1.r64: missing"));
   EXPECT_THAT(
       message_of([&] { contract(std::string(kJoints) + "[torque]\ncolumns = \"tau{}\"\n"); }),
-      HasSubstr("position.columns names 0 columns"));
+      HasSubstr("position.columns names 0 columns; allowed: 2, one per joint, or one pattern with "
+                "{}; or none with format = \"...\", one of mcap db3 hdf5 kuka_trace "));
   EXPECT_THAT(message_of([&] {
                 contract(csv_sample(r).contract +
                          "[[coupling]]\njoint = \"wrist\"\nmotor = \"elbow\"\nfactor = 1\n");

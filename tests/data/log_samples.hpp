@@ -221,19 +221,40 @@ inline std::string compressed(const std::string& text, const std::string& how) {
   return stored;
 }
 
-/// sensor_msgs/msg/JointState of sample k, as CDR. Drivers do not promise the order of joints.
-inline std::string joint_state_message(const Recording& r, int k) {
+/// sensor_msgs/msg/JointState as CDR.
+struct JointStateSample {
+  long long nanosec;  ///< after the first message's second
+  std::vector<std::string> names;
+  std::vector<double> q, v, tau;
+};
+inline std::string joint_state_message(const JointStateSample& state) {
   ByteWriter cdr;
-  const long long nanosec = 999'000'000LL + 4'000'000LL * k;
-  cdr.number(static_cast<std::int32_t>(1'700'000'000 + nanosec / 1'000'000'000))
-      .number(static_cast<std::uint32_t>(nanosec % 1'000'000'000))
+  cdr.number(static_cast<std::int32_t>(1'700'000'000 + state.nanosec / 1'000'000'000))
+      .number(static_cast<std::uint32_t>(state.nanosec % 1'000'000'000))
       .text("", true)
       .align(4)
-      .number(std::uint32_t{2});
-  for (const char* name : {"elbow", "shoulder"}) cdr.align(4).text(name, true);
-  for (const RowMatrix* x : {&r.q, &r.v, &r.tau})
-    cdr.align(4).number(std::uint32_t{2}).align(8).number((*x)(k, 1)).number((*x)(k, 0));
+      .number(static_cast<std::uint32_t>(state.names.size()));
+  for (const std::string& name : state.names) cdr.align(4).text(name, true);
+  for (const std::vector<double>* x : {&state.q, &state.v, &state.tau}) {
+    cdr.align(4).number(static_cast<std::uint32_t>(x->size()));
+    if (!x->empty()) cdr.align(8);
+    for (const double value : *x) cdr.number(value);
+  }
   return std::string("\0\1\0\0", 4) + cdr.bytes();
+}
+
+inline long long nanosec_of(int k) { return 999'000'000LL + 4'000'000LL * k; }
+
+/// Sample k. Drivers do not promise the order of joints.
+inline JointStateSample joint_state(const Recording& r, int k) {
+  return {nanosec_of(k),
+          {"elbow", "shoulder"},
+          {r.q(k, 1), r.q(k, 0)},
+          {r.v(k, 1), r.v(k, 0)},
+          {r.tau(k, 1), r.tau(k, 0)}};
+}
+inline std::string joint_state_message(const Recording& r, int k) {
+  return joint_state_message(joint_state(r, k));
 }
 
 inline LogSample mcap_sample(const Recording& r, const std::string& compression = "") {
@@ -323,7 +344,7 @@ inline std::string blob_literal(const std::string& bytes) {
 }
 
 /// The tables of a ROS 2 bag, with camera images beside the joint states.
-inline void write_bag(Database& bag, const Recording& r) {
+inline void write_bag(Database& bag, const std::vector<JointStateSample>& messages) {
   bag.run(
          "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,"
          " serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL)")
@@ -335,11 +356,16 @@ inline void write_bag(Database& bag, const Recording& r) {
       .run(
           "INSERT INTO topics VALUES (2, '/joint_states', 'sensor_msgs/msg/JointState', 'cdr', "
           "'')");
-  for (int k = 0; k < r.length(); ++k)
+  for (const JointStateSample& state : messages)
     bag.run(fmt::format(
         "INSERT INTO messages (topic_id, timestamp, data) VALUES (1, {0}, x'00'),"
         " (2, {0}, {1})",
-        1'700'000'000'999'000'000LL + 4'000'000LL * k, blob_literal(joint_state_message(r, k))));
+        1'700'000'000'000'000'000LL + state.nanosec, blob_literal(joint_state_message(state))));
+}
+inline void write_bag(Database& bag, const Recording& r) {
+  std::vector<JointStateSample> messages;
+  for (int k = 0; k < r.length(); ++k) messages.push_back(joint_state(r, k));
+  write_bag(bag, messages);
 }
 
 inline LogSample db3_sample(const Recording& r) {

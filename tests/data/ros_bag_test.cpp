@@ -50,6 +50,82 @@ TEST_F(RosBag, OfTwoTopicsOneIsNamed) {
   EXPECT_EQ(error(bag, "topic = \"/image\"\n"), "log.db3: found no joint states on /image");
 }
 
+// joint_state_broadcaster and a gripper on one topic, at the same times or between them.
+TEST_F(RosBag, MessagesOfOtherJointsArePassedOver) {
+  const Recording r(50);
+  Database alone;
+  write_bag(alone, r);
+  const Dataset expected = import(alone);
+  for (const long long late : {0LL, 2'000'000LL}) {
+    std::vector<JointStateSample> messages;
+    for (int k = 0; k < r.length(); ++k) {
+      messages.push_back({nanosec_of(k) - late, {"finger"}, {0.01}, {0.0}, {}});
+      messages.push_back(joint_state(r, k));
+    }
+    Database bag;
+    write_bag(bag, messages);
+    const Dataset d = import(bag);
+    EXPECT_EQ(d.t, expected.t) << late;
+    EXPECT_EQ(d.q, expected.q) << late;
+    EXPECT_EQ(d.tau, expected.tau) << late;
+  }
+}
+
+TEST_F(RosBag, ColumnsAreThoseOfAllMessages) {
+  const Recording r(50);
+  std::vector<JointStateSample> messages;
+  for (int k = 0; k < r.length(); ++k) messages.push_back(joint_state(r, k));
+  messages[0].tau.clear();
+  messages[7].tau.clear();
+  Database bag;
+  write_bag(bag, messages);
+  const Dataset d = import(bag);
+  ASSERT_EQ(d.length(), 50);
+  for (int k = 0; k < d.length(); ++k) {
+    EXPECT_EQ(d.q(k, 0), r.q(k, 0));
+    EXPECT_EQ(std::isnan(d.tau(k, 0)), k == 0 || k == 7) << k;
+  }
+}
+
+// The other half may come a sample late; a message that comes twice stays two rows.
+TEST_F(RosBag, AnArmInTwoMessagesOfOneStampIsOneRow) {
+  const Recording r(50);
+  const auto half = [&](int k, int j, long long late) {
+    return JointStateSample{nanosec_of(k) + late,
+                            {j == 0 ? "shoulder" : "elbow"},
+                            {r.q(k, j)},
+                            {r.v(k, j)},
+                            {r.tau(k, j)}};
+  };
+  for (const int behind : {0, 1}) {
+    std::vector<JointStateSample> messages;
+    for (int k = 0; k < r.length() + behind; ++k) {
+      if (k < r.length()) messages.push_back(half(k, 0, 0));
+      if (k >= behind) messages.push_back(half(k - behind, 1, 0));
+    }
+    Database bag;
+    write_bag(bag, messages);
+    const Dataset d = import(bag);
+    EXPECT_EQ(d.q, r.q) << behind;
+    EXPECT_EQ(d.v, r.v) << behind;
+    EXPECT_EQ(d.tau, r.tau) << behind;
+  }
+  std::vector<JointStateSample> apart, twice;
+  for (int k = 0; k < r.length(); ++k) {
+    apart.push_back(half(k, 0, 0));
+    apart.push_back(half(k, 1, 1'000'000));
+    twice.push_back(joint_state(r, k));
+    if (k == 20) twice.push_back(twice.back());
+  }
+  Database one, two;
+  write_bag(one, apart);
+  EXPECT_EQ(error(one),
+            "log.db3: shoulder and elbow come in messages of different stamps; allowed: the joints "
+            "of the contract in one message, or in messages of one stamp");
+  write_bag(two, twice);
+  EXPECT_THAT(error(two), HasSubstr("log.db3: sample 21: t = 0.08 s after 0.08 s"));
+}
+
 TEST_F(RosBag, OtherEncodingsAreNamed) {
   Database bag;
   write_bag(bag, Recording(20));

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -80,6 +82,72 @@ TEST(Repair, GapsAreToldFromStampsThatAreLateAlone) {
   const data::Dataset filled = repair(d, gaps, kinds);
   ASSERT_EQ(filled.length(), kLength);
   EXPECT_EQ(filled.q(kLength - 1, 0), kLength - 1);
+}
+
+// Clocks of every kind of error and size: what a data set may not be, the doctor finds and repairs.
+TEST(Repair, FindsAndMendsEveryClockThatTheReaderRefuses) {
+  constexpr int kLength = 3000;
+  const std::array<FindingKind, 4> of_times{FindingKind::kGap, FindingKind::kDuplicate,
+                                            FindingKind::kJitter, FindingKind::kClockDrift};
+  Rng rng(1, 0);
+  int refused = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    data::Dataset d;
+    d.name = "log";
+    d.joint_names = {"a"};
+    d.rate_hz = 250;
+    const double jitter = trial % 5 == 0 ? 0 : std::pow(10, -4 + 3.3 * rng.uniform());
+    const double late = trial % 3 == 0 ? 0 : 2 * rng.uniform();  // one stamp, and all after it
+    const double drift = trial % 4 == 0 ? 0.02 * rng.uniform() : 0;
+    const bool gap = trial % 2 == 0;
+    const int rounded = trial % 7 == 0 ? 1 : 0;
+    d.t.resize(kLength);
+    for (int k = 0; k < kLength; ++k) {
+      const bool is_late = gap ? k >= 1000 : k == 1000;
+      const double periods =
+          k * (1 + drift * k / kLength) + jitter * rng.normal() + (is_late ? late : 0);
+      d.t[k] = periods / d.rate_hz;
+      if (rounded) d.t[k] = std::round(d.t[k] * 3000) / 3000;
+    }
+    d.q = d.tau = data::RowMatrix::Random(kLength, 1);
+    try {
+      data::check_dataset(d, "log");
+      continue;
+    } catch (const UserError&) {
+      ++refused;
+    }
+    const std::vector<Finding> findings = diagnose(d);
+    std::vector<FindingKind> kinds;
+    for (const FindingKind kind : of_times)
+      if (std::ranges::count(findings, kind, &Finding::kind) > 0) kinds.push_back(kind);
+    EXPECT_FALSE(kinds.empty()) << trial << " " << jitter << " " << late << " " << drift;
+    EXPECT_NO_THROW(data::check_dataset(repair(d, findings, kinds), "log"))
+        << trial << " " << jitter << " " << late << " " << drift;
+  }
+  EXPECT_GT(refused, 200);
+}
+
+// A gap that is not to be filled is not closed up either.
+TEST(Repair, EvenTimesKeepGapsAndRepeatedRows) {
+  data::Dataset d = log_with_a_gap(0.2);
+  Rng rng(1, 0);
+  for (int k = 0; k < d.length(); ++k) d.t[k] += 4e-4 * rng.normal();
+  d.t[20] = d.t[19];  // in place of its own
+  const std::vector<Finding> jitter{{.kind = FindingKind::kJitter, .signal = "t"}};
+  const std::vector<FindingKind> kinds{FindingKind::kJitter};
+  const data::Dataset even = repair(d, jitter, kinds);
+  EXPECT_NEAR(even.t[19], 0.19, 1e-12);
+  EXPECT_NEAR(even.t[20], 0.19, 1e-12);
+  EXPECT_NEAR(even.t[49], 0.49, 1e-12);
+  EXPECT_NEAR(even.t[50], 0.7, 1e-12);
+}
+
+// The reader evens slight jitter out: a script that names it goes on.
+TEST(Repair, JitterMayBeNamedWhereThereIsNone) {
+  const std::vector<FindingKind> jitter{FindingKind::kJitter}, gap{FindingKind::kGap};
+  const data::Dataset d = log_with_a_gap(0);
+  EXPECT_EQ(repair(d, {}, jitter).source, d.source);
+  EXPECT_THROW(repair(d, {}, gap), UserError);
 }
 
 TEST(Repair, TakesWholeTurnsOutAndNoOtherJump) {

@@ -1,5 +1,6 @@
 #include "fricid/estimate/rigid_body/least_squares.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <cmath>
 #include <limits>
@@ -30,6 +31,20 @@ std::vector<signals::Recording> filtered(std::span<const data::Dataset> logs) {
   std::vector<signals::Recording> out;
   for (const data::Dataset& log : logs) out.push_back(signals::make_recording(log, kCutoff));
   return out;
+}
+
+// A torque that a driver leaves out of every seventh message: no row is far enough from one.
+TEST(RigidBodyLeastSquares, SaysWhereMissingValuesTakeAllRows) {
+  const Arm arm = coulomb_arm();
+  std::vector<data::Dataset> logs = clean_logs(arm, {}, 1);
+  int lacking = 0;
+  for (Eigen::Index k = 0; k < logs[0].tau.rows(); k += 7, ++lacking)
+    logs[0].tau.row(k).setConstant(std::numeric_limits<double>::quiet_NaN());
+  const RigidBodyFit fit = rigid_body_least_squares(arm.robot, filtered(logs), {});
+  EXPECT_THAT(fit.message, testing::StartsWith("0 rows of sliding joints for "));
+  EXPECT_THAT(fit.message,
+              testing::HasSubstr(fmt::format("; {} of {} samples lack a position or a torque",
+                                             lacking, logs[0].tau.rows())));
 }
 
 // A robot that differs from the truth by what a CAD file may be wrong.

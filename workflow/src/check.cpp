@@ -62,8 +62,11 @@ Subject subject_of_run(const fs::path& folder) {
   const RunFolder run(folder);
   require_own_folder(run);
   const scene::Problem problem = scene::load_problem(run.scene());
-  Subject subject{
-      {}, problem.robot, problem.scene.identify, problem.scene.excitation, problem.mjcf_path};
+  Subject subject{.sets = {},
+                  .robot = problem.robot,
+                  .identify = problem.scene.identify,
+                  .excitation = problem.scene.excitation,
+                  .mjcf = problem.mjcf_path};
   for (auto* name : {RunFolder::training, RunFolder::validation})
     for (data::Dataset& set : load_recordings(run, name, problem.scene.joints))
       subject.sets.push_back(std::move(set));
@@ -90,8 +93,9 @@ Subject subject_of_log(const fs::path& log, const fs::path& contract, const Robo
   } else {
     const data::Contract columns = data::load_contract(contract);
     subject.robot = robot_of_log(robot, columns.couplings);
-    subject.sets.push_back(
-        as_of_robot(data::read_log(log, columns), subject.robot, contract.string()));
+    const data::Dataset read = data::read_log(
+        log, columns, [&](const std::string& warning) { subject.warnings.push_back(warning); });
+    subject.sets.push_back(as_of_robot(read, subject.robot, contract.string()));
   }
   return subject;
 }

@@ -38,7 +38,7 @@ std::vector<data::Dataset> import_logs(const scene::Problem& part, std::span<con
   std::vector<data::Dataset> sets(logs.size());
   for (const auto& [path, parts] : parts_of) {
     const data::Dataset whole =
-        contract ? data::import_log(path, *contract) : data::load_dataset(path);
+        contract ? data::import_log(path, *contract, say) : data::load_dataset(path);
     for (const std::size_t i : parts) {
       sets[i] = data::of_joints(data::cut(whole, data::log_part(logs[i].log), path.string()),
                                 part.scene.joints, part.scene.robot.fix, path.string());

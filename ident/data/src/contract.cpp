@@ -9,6 +9,7 @@
 #include "fricid/config/toml_file.hpp"
 #include "fricid/config/toml_reader.hpp"
 #include "fricid/config/toml_writer.hpp"
+#include "fricid/data/log_reader.hpp"
 
 namespace fricid::data {
 namespace {
@@ -64,8 +65,16 @@ class ContractCheck {
   std::string line_of(std::string_view key) const { return place_of_key(file_, key); }
   void count(std::string_view key, const Names& columns, bool optional) const {
     if (columns.size() == n_ || (optional && columns.empty())) return;
-    throw UserError("{}: {} names {} columns; allowed: {}, one per joint, or one pattern with {{}}",
-                    line_of(key), key, columns.size(), n_);
+    throw UserError(
+        "{}: {} names {} columns; allowed: {}, one per joint, or one pattern with {{}}{}",
+        line_of(key), key, columns.size(), n_,
+        key == "position.columns" && columns.empty() ? formats_with_own() : "");
+  }
+  static std::string formats_with_own() {
+    std::vector<std::string_view> names;
+    for (const LogReader& reader : log_readers())
+      if (!reader.defaults.position.empty()) names.push_back(reader.name);
+    return fmt::format("; or none with format = \"...\", one of {}", fmt::join(names, " "));
   }
   void signs(std::string_view key, const std::vector<double>& values) const {
     for (const double value : values)

@@ -6,12 +6,12 @@
 #include "check_times.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/data/sample_times.hpp"
 #include "fricid/data/signal_file.hpp"
 
 namespace fricid::data {
 namespace {
 
-constexpr double kJitter = 0.01;                   // of the sample period
 constexpr double kDegrees = 4 * std::numbers::pi;  // no joint turns further between its stops
 
 void check_shape(const Dataset& d, const RowMatrix& values, const char* name,
@@ -66,10 +66,10 @@ void check_times(const Eigen::VectorXd& t, double rate_hz,
     if (dt <= 0)
       throw UserError("{}: t = {:.9g} s after {:.9g} s; allowed: rising times", place(k), t[k],
                       t[k - 1]);
-    if (std::abs(dt - period) > kJitter * period)
+    if (!is_one_period(dt, rate_hz))
       throw UserError(
           "{}: {} in time: {:.6g} s after the sample before; allowed: {:.6g} s within {:g} %",
-          place(k), dt > 1.5 * period ? "gap" : "jitter", dt, period, 100 * kJitter);
+          place(k), dt > kGap * period ? "gap" : "jitter", dt, period, 100 * kUnevenness);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "fricid/base/not_finite.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/log_reader.hpp"
+#include "fricid/data/sample_times.hpp"
 #include "logs/columns.hpp"
 
 namespace fricid::data {
@@ -217,7 +218,18 @@ void move_torque_back(Dataset& d, double delay, std::vector<int>& lines) {
   }
 }
 
-Dataset read(const std::filesystem::path& path, const Contract& given, std::vector<int>& lines) {
+// Makes times that jitter a little even.
+void even_out(Dataset& d, const std::string& file, const Warn& warn) {
+  if (!is_slight_jitter(d.t, d.rate_hz)) return;
+  const std::string size =
+      fmt::format("{:.2g} % rms", 100 * d.rate_hz * quality_of_clock(d.t, d.rate_hz).jitter_s);
+  d.t = Eigen::VectorXd::LinSpaced(d.length(), 0, d.length() - 1) / d.rate_hz;
+  d.source += fmt::format(", periods that varied by {} made even", size);
+  if (warn) warn(fmt::format("{}: periods vary by {}: samples are taken as even", file, size));
+}
+
+Dataset read(const std::filesystem::path& path, const Contract& given, std::vector<int>& lines,
+             const Warn& warn) {
   const std::string file = path.string();
   const LogReader& reader = reader_for(path, given.format, given.skip_rows);
   const LogStyle style{separator_of(given.separator), given.decimal_comma, given.topic,
@@ -289,6 +301,7 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
         n, [](std::size_t) { return 1.0; },
         [&](std::size_t) { return contract.temperature.unit == "C" ? 273.15 : 0.0; });
   lines = std::move(table.lines);
+  even_out(d, file, warn);
   if (torque.delay_s != 0) {
     if (std::abs(torque.delay_s) > (d.t.maxCoeff() - d.t.minCoeff()) / 2)
       throw UserError("{}: [torque] delay_s = {} of a log of {:.4g} s; allowed: at most half of it",
@@ -310,14 +323,14 @@ std::string_view warning_of_kind(std::string_view kind) {
   return "";
 }
 
-Dataset read_log(const std::filesystem::path& path, const Contract& contract) {
+Dataset read_log(const std::filesystem::path& path, const Contract& contract, const Warn& warn) {
   std::vector<int> lines;
-  return read(path, contract, lines);
+  return read(path, contract, lines, warn);
 }
 
-Dataset import_log(const std::filesystem::path& path, const Contract& contract) {
+Dataset import_log(const std::filesystem::path& path, const Contract& contract, const Warn& warn) {
   std::vector<int> lines;
-  Dataset d = read(path, contract, lines);
+  Dataset d = read(path, contract, lines, warn);
   try {
     check_times(d.t, d.rate_hz, [&](int k) {
       return lines.empty()

@@ -54,8 +54,16 @@ void choose_rows(Dataset& d, const std::vector<int>& from) {
   }
 }
 
+// Lost samples and repeated rows stay what they are, for the reader to refuse.
 void make_uniform(Dataset& d) {
-  d.t = Eigen::VectorXd::LinSpaced(d.length(), 0, d.length() - 1) / d.rate_hz;
+  const std::vector<int> rising = rising_rows(d.t);
+  const std::vector<int> lost = lost_before(d.t(rising), d.rate_hz);
+  double at = -1;
+  std::size_t next = 0;
+  for (int k = 0; k < d.length(); ++k) {
+    if (next < rising.size() && rising[next] == k) at += 1 + lost[next++];
+    d.t[k] = at / d.rate_hz;
+  }
 }
 
 void drop_duplicates(Dataset& d) {
@@ -186,8 +194,11 @@ Dataset repair(const Dataset& d, std::span<const Finding> findings,
   std::vector<const Finding*> chosen;
   for (const Finding& f : findings)
     if (std::ranges::count(kinds, f.kind) > 0 && can_be_repaired(f)) chosen.push_back(&f);
+  const auto is_chosen = [&](FindingKind kind) {
+    return std::ranges::count(chosen, kind, &Finding::kind) > 0;
+  };
   for (const FindingKind kind : kinds)
-    if (std::ranges::count(chosen, kind, &Finding::kind) == 0)
+    if (!is_chosen(kind) && kind != FindingKind::kJitter)
       throw UserError("--fix {}: nothing of that name was found that can be repaired",
                       name_of(kind));
   std::ranges::stable_sort(chosen, {}, [](const Finding* f) { return order_of(f->kind); });
@@ -200,7 +211,8 @@ Dataset repair(const Dataset& d, std::span<const Finding> findings,
     apply(repaired, *f);
     last = f->kind;
   }
-  for (const FindingKind kind : kinds) repaired.source += fmt::format("; fixed {}", name_of(kind));
+  for (const FindingKind kind : kinds)
+    if (is_chosen(kind)) repaired.source += fmt::format("; fixed {}", name_of(kind));
   return repaired;
 }
 

@@ -4,65 +4,39 @@
 #include <cmath>
 
 #include "checks.hpp"
+#include "fricid/data/sample_times.hpp"
 
 namespace fricid::doctor {
 namespace {
 
-constexpr double kGap = 1.5;            // periods
-constexpr double kJitter = 0.01;        // of the period
-constexpr double kDrift = 5e-4;         // of the period
-constexpr int kBlocks = 10;             // of the log, for drift
-constexpr double kCertain = 6;          // standard errors
 constexpr double kBack = 0.1;           // [s] that a clock which starts again goes back
 constexpr std::size_t kMostListed = 8;  // one by one; more are one finding
 
-// Periods that are neither gaps nor repeats, in blocks of equal count.
-std::vector<std::vector<double>> regular_periods(const data::Dataset& d, double period) {
-  std::vector<double> all;
-  for (int k = 1; k < d.length(); ++k) {
-    const double dt = d.t[k] - d.t[k - 1];
-    if (dt > 0 && dt < kGap * period) all.push_back(dt);
-  }
-  std::vector<std::vector<double>> blocks;
-  const std::size_t size = std::max<std::size_t>(2, all.size() / kBlocks);
-  for (std::size_t at = 0; at + size <= all.size(); at += size)
-    blocks.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(at),
-                        all.begin() + static_cast<std::ptrdiff_t>(at + size));
-  return blocks;
-}
-
-void check_regularity(const data::Dataset& d, double period, Findings& findings) {
-  const auto blocks = regular_periods(d, period);
-  if (blocks.size() < 2) return;
-  // Two stamps make a period: their errors cancel in a mean but for the ends.
-  std::vector<double> means;
-  double squares = 0;
-  std::size_t count = 0;
-  for (const std::vector<double>& block : blocks) {
-    double sum = 0;
-    for (const double dt : block) sum += dt;
-    means.push_back(sum / static_cast<double>(block.size()));
-    for (const double dt : block) squares += (dt - means.back()) * (dt - means.back());
-    count += block.size();
-  }
-  const double spread = std::sqrt(squares / static_cast<double>(count));
-  const double begin = d.t[0], end = d.t[d.length() - 1];
-  if (spread > kJitter * period)
+// Jitter where periods scatter, or where one of them is what the reader refuses: not even, though
+// no sample is lost in it and the clock does not drift.
+void check_regularity(const data::Dataset& d, const Eigen::VectorXd& rising,
+                      const std::vector<int>& lost, Findings& findings) {
+  const data::ClockQuality clock = data::quality_of_clock(d.t, d.rate_hz);
+  const double period = 1 / d.rate_hz, begin = d.t[0], end = d.t[d.length() - 1];
+  double farthest = 0;
+  for (Eigen::Index k = 1; k < rising.size(); ++k)
+    if (const double dt = rising[k] - rising[k - 1];
+        lost[static_cast<std::size_t>(k)] == 0 && !data::is_one_period(dt, d.rate_hz))
+      farthest = std::max(farthest, std::abs(dt - period));
+  const bool scatters = clock.jitter_s > data::kUnevenness * period;
+  if (scatters || (farthest > 0 && !clock.drifts))
     findings.push_back({.kind = FindingKind::kJitter,
                         .signal = "t",
                         .begin_s = begin,
                         .end_s = end,
-                        .size = 1e3 * spread,
-                        .unit = "ms rms"});
-  const auto [low, high] = std::minmax_element(means.begin(), means.end());
-  const double drift = (*high - *low) / period;
-  const double error = 2 * spread / static_cast<double>(blocks[0].size()) / period;
-  if (drift > kDrift && drift > kCertain * error)
+                        .size = 1e3 * (scatters ? clock.jitter_s : farthest),
+                        .unit = scatters ? "ms rms" : "ms at most"});
+  if (clock.drifts)
     findings.push_back({.kind = FindingKind::kClockDrift,
                         .signal = "t",
                         .begin_s = begin,
                         .end_s = end,
-                        .size = 100 * drift,
+                        .size = 100 * clock.drift,
                         .unit = "% of the period"});
 }
 
@@ -99,7 +73,7 @@ std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz) {
   std::vector<int> lost(static_cast<std::size_t>(t.size()), 0);
   std::vector<Eigen::Index> late{0};  // rows that come after a gap or too late
   for (Eigen::Index k = 1; k < t.size(); ++k)
-    if (t[k] - t[k - 1] > kGap * period) late.push_back(k);
+    if (t[k] - t[k - 1] > data::kGap * period) late.push_back(k);
   late.push_back(t.size());
   // usual difference of rows first .. last - 1 from an even clock
   const auto usual = [&](Eigen::Index first, Eigen::Index last) {
@@ -188,7 +162,7 @@ void check_clock(const data::Dataset& d, Findings& findings) {
                       .unit = "samples"});
   append(std::move(gaps), findings);
   if (repeats.count > 0) findings.push_back(repeats);
-  check_regularity(d, 1 / d.rate_hz, findings);
+  check_regularity(d, rising, lost, findings);
 }
 
 }  // namespace fricid::doctor

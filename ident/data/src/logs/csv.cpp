@@ -40,11 +40,19 @@ void split(std::string_view line, char separator, std::vector<std::string_view>&
   }
 }
 
+// Whether a text begins with the mark of UTF-16, or with one of its letters.
+bool is_utf16(std::string_view text) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) return true;
+  return text.size() > 3 && (text[0] == '\0') != (text[1] == '\0') &&
+         (text[0] == '\0') == (text[2] == '\0') && (text[1] == '\0') == (text[3] == '\0');
+}
+
 // Reads the lines of a text one by one, comments and blank ones left out.
 class Lines {
  public:
   explicit Lines(std::string_view text, const std::string& file) : rest_(text), file_(file) {
     if (rest_.starts_with("\xEF\xBB\xBF")) rest_.remove_prefix(3);
+    if (is_utf16(text)) throw UserError("{}: text in UTF-16; allowed: saved as UTF-8", file);
     if (rest_.find('\0') != std::string_view::npos) throw UserError("{}: not a text file", file);
   }
   bool next(std::string_view& line) {

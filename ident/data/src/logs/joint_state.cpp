@@ -1,7 +1,10 @@
 #include "joint_state.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "bytes.hpp"
@@ -52,21 +55,31 @@ JointState parse_joint_state(std::string_view data, const std::string& file) {
   return state;
 }
 
-std::vector<std::string> columns_of(const JointState& state) {
-  std::vector<std::string> names{"stamp"};
-  for (const auto& [kind, values] :
-       {std::pair("position.", &state.position), std::pair("velocity.", &state.velocity),
-        std::pair("effort.", &state.effort)})
-    if (!values->empty())
-      for (const std::string& joint : state.names) names.push_back(kind + joint);
-  return names;
+void JointStateNames::add(const JointState& state) {
+  const std::array<bool, 3> arrays{!state.position.empty(), !state.velocity.empty(),
+                                   !state.effort.empty()};
+  if (!names_.empty() && state.names == last_joints_ && arrays == last_arrays_) return;
+  last_joints_ = state.names;
+  last_arrays_ = arrays;
+  const auto know = [&](const std::string& name) {
+    if (known_.insert(name).second) names_.push_back(name);
+  };
+  know("stamp");
+  constexpr std::array kArrays{"position.", "velocity.", "effort."};
+  for (std::size_t i = 0; i < arrays.size(); ++i)
+    if (arrays[i])
+      for (const std::string& joint : state.names) know(kArrays[i] + joint);
 }
 
 JointStateTable::JointStateTable(const std::vector<std::string>& names,
                                  const std::vector<std::string>& wanted, const std::string& file)
-    : row_(wanted.size()) {
-  for (std::size_t i = 0; i < wanted.size(); ++i)
-    places_[names[find_column(names, wanted[i], file)]].push_back(i);
+    : file_(file), row_(wanted.size()) {
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const std::string& name = names[find_column(names, wanted[i], file)];
+    places_[name].push_back(i);
+    if (const std::size_t dot = name.find('.'); dot != std::string::npos)
+      joints_[name.substr(dot + 1)].push_back(i);
+  }
   table_.columns.resize(wanted.size());
 }
 
@@ -77,20 +90,68 @@ void JointStateTable::put(const std::string& name, double value) {
 }
 
 void JointStateTable::add(const JointState& state) {
-  if (first_) {
+  if (std::ranges::none_of(state.names,
+                           [&](const std::string& joint) { return joints_.contains(joint); }))
+    return;
+  if (stamps_.empty()) {
     first_sec_ = state.sec;
     first_nanosec_ = state.nanosec;
-    first_ = false;
   }
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const std::int64_t seconds = state.sec - first_sec_, nanoseconds = state.nanosec - first_nanosec_;
+  const std::int64_t stamp = kSecond * seconds + nanoseconds;
   std::ranges::fill(row_, std::numeric_limits<double>::quiet_NaN());
-  put("stamp", static_cast<double>(state.sec - first_sec_) +
-                   1e-9 * static_cast<double>(state.nanosec - first_nanosec_));
+  put("stamp", static_cast<double>(seconds) + 1e-9 * static_cast<double>(nanoseconds));
   for (std::size_t j = 0; j < state.names.size(); ++j) {
     if (j < state.position.size()) put("position." + state.names[j], state.position[j]);
     if (j < state.velocity.size()) put("velocity." + state.names[j], state.velocity[j]);
     if (j < state.effort.size()) put("effort." + state.names[j], state.effort[j]);
   }
+  constexpr std::size_t kBack = 8;  // rows: the other part of an arm comes soon
+  for (std::size_t row = stamps_.size(); row > 0 && row + kBack > stamps_.size(); --row)
+    if (stamps_[row - 1] == stamp && joins(row - 1)) {
+      for (std::size_t i = 0; i < row_.size(); ++i)
+        if (!std::isnan(row_[i])) table_.columns[i][row - 1] = row_[i];
+      return;
+    }
+  stamps_.push_back(stamp);
   for (std::size_t i = 0; i < row_.size(); ++i) table_.columns[i].push_back(row_[i]);
+}
+
+// Whether a message of the same stamp says nothing that a row has already.
+bool JointStateTable::joins(std::size_t row) const {
+  return std::ranges::all_of(joints_, [&](const auto& joint) {
+    return std::ranges::all_of(joint.second, [&](std::size_t i) {
+      return std::isnan(row_[i]) || std::isnan(table_.columns[i][row]);
+    });
+  });
+}
+
+void JointStateTable::require_joints_together() const {
+  const auto has = [&](const auto& joint, std::size_t row) {
+    return std::ranges::any_of(joint.second,
+                               [&](std::size_t i) { return !std::isnan(table_.columns[i][row]); });
+  };
+  std::set<std::string> seen;
+  std::vector<std::string> some, others;  // of the first row
+  for (std::size_t row = 0; row < stamps_.size(); ++row) {
+    std::vector<std::string> present, absent;
+    for (const auto& joint : joints_) (has(joint, row) ? present : absent).push_back(joint.first);
+    if (absent.empty()) return;
+    if (present.empty()) continue;
+    if (seen.empty()) std::tie(some, others) = std::pair(present, absent);
+    seen.insert(present.begin(), present.end());
+  }
+  if (seen.size() < joints_.size()) return;  // a joint without any value is another fault
+  throw UserError(
+      "{}: {} and {} come in messages of different stamps; allowed: the joints of the contract in "
+      "one message, or in messages of one stamp",
+      file_, fmt::join(some, " "), fmt::join(others, " "));
+}
+
+LogTable JointStateTable::take() {
+  require_joints_together();
+  return std::move(table_);
 }
 
 UserError no_joint_states(const std::string& file, const std::string& topic) {

@@ -3,11 +3,14 @@
 //     stamp.sec i32, stamp.nanosec u32, frame_id, name[], position[], velocity[], effort[]
 //
 // Columns are stamp [s, from the first message on], position.NAME, velocity.NAME and effort.NAME
-// with the joints' names.
+// with the joints' names. Several publishers may share a topic, the arm and its gripper, or two
+// halves of an arm.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,26 +33,42 @@ struct JointState {
 /// @throws UserError when it is torn or of another encoding
 JointState parse_joint_state(std::string_view data, const std::string& file);
 
-std::vector<std::string> columns_of(const JointState& state);
+/// The columns that any of the messages has, in the order in which they appear.
+class JointStateNames {
+ public:
+  void add(const JointState& state);
+  std::vector<std::string> take() { return std::move(names_); }
+
+ private:
+  std::vector<std::string> names_, last_joints_;
+  std::array<bool, 3> last_arrays_{};  // which of them the last message had
+  std::set<std::string> known_;
+};
 
 /// The wanted columns of message after message; a joint or array that a message lacks is missing
-/// there.
+/// there. Messages without any of the wanted joints are passed over; those of one stamp with
+/// different joints are one row.
 class JointStateTable {
  public:
-  /// @param names  columns of the first message
+  /// @param names  columns of the messages
   /// @throws UserError for a column that is not among them
   JointStateTable(const std::vector<std::string>& names, const std::vector<std::string>& wanted,
                   const std::string& file);
   void add(const JointState& state);
-  LogTable take() { return std::move(table_); }
+  /// @throws UserError when the joints never come together
+  LogTable take();
 
  private:
   void put(const std::string& name, double value);
+  bool joins(std::size_t row) const;
+  void require_joints_together() const;
 
+  std::string file_;
   std::map<std::string, std::vector<std::size_t>> places_;  // wanted columns of a name
+  std::map<std::string, std::vector<std::size_t>> joints_;  // wanted columns of a joint
   LogTable table_;
   std::vector<double> row_;
-  bool first_ = true;
+  std::vector<std::int64_t> stamps_;  // [ns] of each row, from the first on
   std::int64_t first_sec_ = 0, first_nanosec_ = 0;
 };
 

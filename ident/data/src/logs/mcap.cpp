@@ -16,11 +16,11 @@ namespace {
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 constexpr int kFooter = 0x02, kSchema = 0x03, kChannel = 0x04, kMessage = 0x05, kChunk = 0x06;
 
-/// Walks a file and hands over the joint states of one topic. `visit` returns false to stop.
+/// Walks a file and hands over the joint states of one topic.
 class Walker {
  public:
   Walker(const std::string& file, const LogStyle& style,
-         std::function<bool(const JointState&)> visit)
+         std::function<void(const JointState&)> visit)
       : file_(file), topic_(style.topic), visit_(std::move(visit)) {}
 
   void walk(std::string_view bytes) {
@@ -60,7 +60,7 @@ class Walker {
       } else if (opcode == kChannel) {
         add_channel(content);
       } else if (opcode == kMessage) {
-        if (!take_message(content)) return false;
+        take_message(content);
       } else if (opcode == kChunk && may_hold_chunks) {
         if (!walk_chunk(content)) return false;
       }
@@ -91,19 +91,19 @@ class Walker {
     }
   }
 
-  bool take_message(Bytes& content) {
-    if (!channels_.contains(content.number<std::uint16_t>())) return true;
+  void take_message(Bytes& content) {
+    if (!channels_.contains(content.number<std::uint16_t>())) return;
     if (!others_.empty() && !named_) throw two_topics(file_, topic_, *others_.begin());
     content.take(4 + 8 + 8);  // sequence, times
     const std::string_view data = content.take(content.size());
     any_ = true;
-    return visit_(parse_joint_state(data, file_));
+    visit_(parse_joint_state(data, file_));
   }
 
   const std::string& file_;
   std::string topic_;
   bool named_ = !topic_.empty(), any_ = false;
-  std::function<bool(const JointState&)> visit_;
+  std::function<void(const JointState&)> visit_;
   std::set<std::uint16_t> schemas_, channels_;
   std::set<std::string> others_;
 };
@@ -112,21 +112,15 @@ class Walker {
 
 std::vector<std::string> mcap_names(std::string_view bytes, const std::string& file,
                                     const LogStyle& style) {
-  std::vector<std::string> names;
-  Walker(file, style, [&](const JointState& state) {
-    names = columns_of(state);
-    return false;
-  }).walk(bytes);
-  return names;
+  JointStateNames names;
+  Walker(file, style, [&](const JointState& state) { names.add(state); }).walk(bytes);
+  return names.take();
 }
 
 LogTable parse_mcap(std::string_view bytes, const std::string& file,
                     const std::vector<std::string>& wanted, const LogStyle& style) {
   JointStateTable table(mcap_names(bytes, file, style), wanted, file);
-  Walker(file, style, [&](const JointState& state) {
-    table.add(state);
-    return true;
-  }).walk(bytes);
+  Walker(file, style, [&](const JointState& state) { table.add(state); }).walk(bytes);
   return table.take();
 }
 

@@ -13,11 +13,11 @@
 
 namespace fricid::data {
 
-/// Names in the first message. @throws UserError when there is none
+/// Names in any of the messages. @throws UserError when there is none
 std::vector<std::string> mcap_names(std::string_view bytes, const std::string& file,
                                     const LogStyle& style);
 
-/// Messages in the order of the file; a joint or array that a message lacks is missing there.
+/// Rows as `JointStateTable` makes them of messages in the order of the file.
 /// @throws UserError naming the byte: no MCAP, torn, damaged, two topics and none named
 LogTable parse_mcap(std::string_view bytes, const std::string& file,
                     const std::vector<std::string>& wanted, const LogStyle& style);

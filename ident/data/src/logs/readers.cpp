@@ -31,11 +31,43 @@ bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
 }
 
+// Tables as they lie in a file, or the other way round, as MATLAB stores them: rows are samples. A
+// vector may lie either way; a matrix is turned if only its other side is as long as the longest
+// vector.
+class Tables {
+ public:
+  explicit Tables(const H5Reader& file) : file_(file) {
+    for (const std::string& table : file.names()) {
+      const TableShape shape = file.shape(table);
+      if (std::min(shape.rows, shape.columns) == 1)
+        longest_ = std::max({longest_, shape.rows, shape.columns});
+    }
+  }
+  std::int64_t columns(const std::string& table) const {
+    const TableShape shape = file_.shape(table);
+    return is_turned(shape) ? shape.rows : shape.columns;
+  }
+  RowMatrix matrix(const std::string& table) const {
+    RowMatrix values = file_.matrix(table);
+    if (is_turned({values.rows(), values.cols()})) values = values.transpose().eval();
+    return values;
+  }
+
+ private:
+  bool is_turned(const TableShape& shape) const {
+    return shape.rows != longest_ && shape.columns == longest_;
+  }
+
+  const H5Reader& file_;
+  std::int64_t longest_ = 0;  // vector; 0: none
+};
+
 Names hdf5_names(const fs::path& path, const LogStyle&) {
   const H5Reader file(path, "");
+  const Tables tables(file);
   Names names;
   for (const std::string& table : file.names()) {
-    const std::int64_t columns = file.shape(table).columns;
+    const std::int64_t columns = tables.columns(table);
     require_within(limits::kHdf5Columns, names.size() + static_cast<std::uint64_t>(columns),
                    path.string());
     for (std::int64_t j = 0; j < columns; ++j) names.push_back(column_name(table, columns, j));
@@ -45,16 +77,17 @@ Names hdf5_names(const fs::path& path, const LogStyle&) {
 
 LogTable read_hdf5(const fs::path& path, const Names& wanted, const LogStyle&) {
   const H5Reader file(path, "");
+  const Tables tables(file);
   LogTable log;
   log.columns.resize(wanted.size());
   for (const std::string& table : file.names()) {
-    const std::int64_t columns = file.shape(table).columns;
+    const std::int64_t columns = tables.columns(table);
     std::optional<RowMatrix> values;  // read once a column of it is wanted
     for (std::int64_t j = 0; j < columns; ++j) {
       const std::string name = lower_case(column_name(table, columns, j));
       for (std::size_t i = 0; i < wanted.size(); ++i) {
         if (lower_case(wanted[i]) != name) continue;
-        if (!values) values = file.matrix(table);
+        if (!values) values = tables.matrix(table);
         if (values->rows() == 0) continue;  // Eigen has no column of none
         log.columns[i].assign(values->col(j).begin(), values->col(j).end());
       }
@@ -171,6 +204,9 @@ const LogReader& reader_for(const fs::path& path, std::string_view format, int s
   std::string head(kHead, '\0');
   file.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file.gcount())));
+  if (head.starts_with("MATLAB 5.0 MAT-file"))
+    throw UserError("{}: a MAT-file of version 5; allowed: one saved by save(..., '-v7.3')",
+                    path.string());
   const auto reader_of = [&](std::string_view content) -> const LogReader& {
     return *std::ranges::find_if(kReaders, [&](const LogReader& reader) {
       return format == "auto" ? reader.recognises(content) : reader.name == format;

@@ -87,14 +87,14 @@ class Bag {
     require_tables();
   }
 
-  /// Hands over the joint states of one topic until `visit` returns false.
-  void walk(const std::string& topic, const std::function<bool(const JointState&)>& visit) const {
+  /// Hands over the joint states of one topic.
+  void walk(const std::string& topic, const std::function<void(const JointState&)>& visit) const {
     Query messages = query("SELECT data FROM messages WHERE topic_id = ? ORDER BY rowid");
     messages.bind(topic_id(topic));
     bool any = false;
     while (messages.next()) {
       any = true;
-      if (!visit(parse_joint_state(messages.bytes(0), file_))) return;
+      visit(parse_joint_state(messages.bytes(0), file_));
     }
     if (!any) throw no_joint_states(file_, topic);
   }
@@ -178,21 +178,15 @@ class Bag {
 }  // namespace
 
 std::vector<std::string> bag_names(const fs::path& path, const LogStyle& style) {
-  std::vector<std::string> names;
-  Bag(path).walk(style.topic, [&](const JointState& state) {
-    names = columns_of(state);
-    return false;
-  });
-  return names;
+  JointStateNames names;
+  Bag(path).walk(style.topic, [&](const JointState& state) { names.add(state); });
+  return names.take();
 }
 
 LogTable read_bag(const fs::path& path, const std::vector<std::string>& wanted,
                   const LogStyle& style) {
   JointStateTable table(bag_names(path, style), wanted, path.string());
-  Bag(path).walk(style.topic, [&](const JointState& state) {
-    table.add(state);
-    return true;
-  });
+  Bag(path).walk(style.topic, [&](const JointState& state) { table.add(state); });
   return table.take();
 }
 

@@ -15,11 +15,10 @@
 
 namespace fricid::data {
 
-/// Names in the first message. @throws UserError when there is none
+/// Names in any of the messages. @throws UserError when there is none
 std::vector<std::string> bag_names(const std::filesystem::path& path, const LogStyle& style);
 
-/// Messages in the order in which they were recorded; a joint or array that a message lacks is
-/// missing there.
+/// Rows as `JointStateTable` makes them of messages in the order in which they were recorded.
 /// @throws UserError for a database that is no bag, torn or damaged, for two topics and none named,
 ///         and for messages that still lie in a journal beside the file
 LogTable read_bag(const std::filesystem::path& path, const std::vector<std::string>& wanted,

@@ -150,6 +150,20 @@ std::vector<JointInertia> find_without_inertia(const dynamics::RobotModel& robot
   return largest;
 }
 
+// What takes rows away although the arm moves; empty where nothing is missing.
+std::string missing_values(std::span<const signals::Recording> sequences) {
+  Eigen::Index lacking = 0, all = 0;
+  for (const signals::Recording& r : sequences) {
+    all += r.length();
+    for (Eigen::Index k = 0; k < r.length(); ++k)
+      lacking += r.log.q.row(k).hasNaN() || r.log.tau.row(k).hasNaN();
+  }
+  if (lacking == 0) return {};
+  return fmt::format(
+      "; {} of {} samples lack a position or a torque, and the samples around each take no part",
+      lacking, all);
+}
+
 /// Solves the regression; `fit` holds its counts.
 RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
                    const Regression& data, const RigidBodyOptions& options, RigidBodyFit fit) {
@@ -174,8 +188,8 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   columns.insert(columns.end(), friction.begin(), friction.end());
   const Eigen::Index unknowns = with_prior ? f : b + f;
   if (data.rows.rows() <= unknowns) {
-    fit.message =
-        fmt::format("{} rows of sliding joints for {} unknowns", data.rows.rows(), unknowns);
+    fit.message = fmt::format("{} rows of sliding joints for {} unknowns{}", data.rows.rows(),
+                              unknowns, missing_values(sequences));
     fit.pi = robot.pi;
     return fit;
   }

@@ -24,7 +24,8 @@ struct Subject {
   std::optional<dynamics::RobotModel> robot;  ///< none: parameters are not examined
   estimate::RigidBodyOptions identify{};
   sim::ExcitationOptions excitation{};
-  std::filesystem::path mjcf{};  ///< absolute; empty: none
+  std::filesystem::path mjcf{};         ///< absolute; empty: none
+  std::vector<std::string> warnings{};  ///< of reading the data, one line each
 };
 
 /// The existing training and validation data of a run folder. @throws UserError

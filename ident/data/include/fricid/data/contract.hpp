@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -157,16 +158,22 @@ std::string contract_template();
 /// Limits of a fit to torque of this kind, in one line; empty: none.
 std::string_view warning_of_kind(std::string_view kind);
 
+/// Takes warnings, one line each.
+using Warn = std::function<void(const std::string&)>;
+
 /// Reads a log without checking its times: they may have gaps, repeat or jitter, which the doctor
-/// reports (`fricid/doctor/doctor.hpp`). t starts at 0; rate_hz is the usual rate. Text may have
-/// lines that start with # or are blank; empty cells and "nan" are missing values.
+/// reports (`fricid/doctor/doctor.hpp`). Slight jitter (`is_slight_jitter`) is evened out, which
+/// `source` and a warning say. t starts at 0; rate_hz is the usual rate. Text may have lines that
+/// start with # or are blank; empty cells and "nan" are missing values.
 /// @throws UserError "file:line: ..." for a missing column, a cell that is no number, a row of
 ///         another length, a file that is empty or torn
-Dataset read_log(const std::filesystem::path& path, const Contract& contract);
+Dataset read_log(const std::filesystem::path& path, const Contract& contract,
+                 const Warn& warn = {});
 
 /// As read_log, but refuses uneven times.
 /// @throws UserError as read_log, and for a time that does not rise, a gap or jitter above 1 % of
 ///         the period
-Dataset import_log(const std::filesystem::path& path, const Contract& contract);
+Dataset import_log(const std::filesystem::path& path, const Contract& contract,
+                   const Warn& warn = {});
 
 }  // namespace fricid::data

@@ -34,13 +34,14 @@ bool can_be_repaired(const Finding& finding);
 ///
 ///     gap          rows of missing values where samples are lost
 ///     duplicate    the later of two rows of equal time is dropped
-///     jitter, clock_drift    times are replaced by uniform ones
+///     jitter, clock_drift    times are replaced by uniform ones, but for gaps and duplicates
 ///     spike, repeated        the samples become missing values
 ///     jump         whole turns are removed from the position
 ///     sign, swapped, angle_unit    applied to the signals that the finding names
 ///     delay        torque is moved back in time, by linear interpolation
 ///     velocity, temperature_unit   the velocity is removed; 273.15 K are added
-/// @throws UserError for a kind of which nothing that can be repaired was found, and for a restart
+/// @throws UserError for a kind of which nothing that can be repaired was found (but for jitter,
+///         which the reader may have evened out), and for a restart
 /// @pre the kinds can be repaired
 data::Dataset repair(const data::Dataset& d, std::span<const Finding> findings,
                      std::span<const FindingKind> kinds);
