@@ -248,5 +248,5 @@ def test_check_of_runs_files_and_arrays(run, log, tmp_path):
     damaged = fricid.check(fricid.Log(swapped, log.tau, log.rate_hz, joint_names=log.joint_names), robot=robot)
     assert not damaged.whole
     assert "swapped: q of joint_a2 and joint_a3" in damaged.text
-    with pytest.raises(fricid.UserError, match="joints .*; allowed: those of the log"):
+    with pytest.raises(fricid.UserError, match="joint .*; allowed: those that move in the robot's file"):
         fricid.check(log, robot=SOURCE / "models/test/pendulum.urdf")
