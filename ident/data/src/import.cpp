@@ -188,7 +188,6 @@ class Columns {
 /// missing across a gap. Rows whose torque was not logged go.
 /// @param lines  of the rows, or empty
 void move_torque_back(Dataset& d, double delay, std::vector<int>& lines) {
-  constexpr double kGap = 1.5;  // periods
   const double first = d.t.minCoeff(), last = d.t.maxCoeff();
   const RowMatrix logged = d.tau;
   std::vector<Eigen::Index> kept;
