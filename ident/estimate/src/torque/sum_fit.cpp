@@ -293,8 +293,10 @@ Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmPar
   SumChoice taken(fits, &from);
   if (fits.is_short()) {
     const SumChoice added(fits, nullptr);
+    // a few seconds tell little of either: of torque and rollouts both count
     const auto error = [&](const SumChoice& sum) {
-      return fits.held_out_torque(sum.fitted(JointFits::Rows::kTraining));
+      const Candidate judged = fits.judged("", sum.fitted(JointFits::Rows::kTraining), 0);
+      return judged.torque * judged.held_out;
     };
     if (error(added) < error(taken)) taken = added;
   }
