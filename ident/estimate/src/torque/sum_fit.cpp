@@ -20,6 +20,7 @@ constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in 
 // gains parameters over independent rows, some thousandths.
 constexpr double kTrainingGain = 0.2;
 constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
+constexpr double kTie = 1.1;           // held-out torques, between which rollouts decide
 constexpr double kWorseByChance = 2;   // a few held-out seconds do not speak against a prior
 
 /// What was picked from many, a wave by its order or a cable by its length, has to gain more than
@@ -293,12 +294,13 @@ Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmPar
   SumChoice taken(fits, &from);
   if (fits.is_short()) {
     const SumChoice added(fits, nullptr);
-    // a few seconds tell little of either: of torque and rollouts both count
-    const auto error = [&](const SumChoice& sum) {
-      const Candidate judged = fits.judged("", sum.fitted(JointFits::Rows::kTraining), 0);
-      return judged.torque * judged.held_out;
+    const auto judged = [&](const SumChoice& sum) {
+      return fits.judged("", sum.fitted(JointFits::Rows::kTraining), 0);
     };
-    if (error(added) < error(taken)) taken = added;
+    const Candidate with = judged(added), without = judged(taken);
+    const bool tie =
+        std::max(with.torque, without.torque) < kTie * std::min(with.torque, without.torque);
+    if (tie ? with.held_out < without.held_out : with.torque < without.torque) taken = added;
   }
   if (const std::optional<Arm>& prior = fits.prior()) {
     const auto like = [&](JointFits::Rows rows) {
