@@ -68,8 +68,7 @@ constexpr std::array kKinds{
              "order of columns in the contract, or --fix swapped", true, true},
     KindInfo{FindingKind::kDelay, kDamage, "friction and inertia leak into each other",
              "log both in the same cycle; delay_s of [torque] in the contract, where it is known, "
-             "or --fix "
-             "delay moves the torque back",
+             "or --fix delay moves the torque back",
              true, true},
     KindInfo{FindingKind::kDelayUnknown, kDamage, "friction and inertia leak into each other",
              "log motion and torque by one clock, and move fast enough that a delay shows", false,

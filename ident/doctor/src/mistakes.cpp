@@ -430,9 +430,10 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
   std::optional<Finding> mount;
   for (const auto& [turned, belief] :
        robot ? other_mounts(*robot, sight) : std::vector<OtherMount>{}) {
+    if (mount) break;
     Account other = account_for(d, &turned, motion, sight);
     const double gained = best.cost() - other.cost();
-    if (!mount && gained > belief && other.unexplained() < kUnderstood) {
+    if (gained > belief && other.unexplained() < kUnderstood) {
       best = std::move(other);
       const Eigen::Vector3d up = -turned.gravity.normalized();
       mount = describe(d, motion, {FindingKind::kMount, false, true}, std::exp(gained / d.n()), "");

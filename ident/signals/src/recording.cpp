@@ -68,21 +68,24 @@ double curvature_at_edge(const X& x, Eigen::Index count) {
 // passes them. A record that begins or ends in motion has no other curvature left there, where its
 // odd reflection would turn the acceleration round and the filter take a mean of both.
 Eigen::VectorXd bends_at_edges(const Eigen::VectorXd& x, double cutoff_hz, double rate_hz) {
-  constexpr double kFade = 3;  // periods of the cut-off
+  constexpr double kFade = 3;         // periods of the cut-off
+  constexpr double kUnderflow = 746;  // exp(-746) = 0
   constexpr Eigen::Index kFewest = 8;
   const double period = rate_hz / cutoff_hz;
   const Eigen::Index T = x.size();
   const Eigen::Index count =
       std::clamp<Eigen::Index>(std::lround(period), kFewest, std::max(kFewest, T / 2));
   Eigen::VectorXd bends = Eigen::VectorXd::Zero(T);
-  const double begin = curvature_at_edge(x, count), end = curvature_at_edge(x.reverse(), count);
-  for (Eigen::Index k = 0; k < T; ++k) {
-    const auto parabola = [&](double a, Eigen::Index from_edge) {
-      const auto at = static_cast<double>(from_edge);
-      return a / 2 * at * at * std::exp(-at / (kFade * period));
-    };
-    bends[k] = parabola(begin, k) + parabola(end, T - 1 - k);
-  }
+  const auto add_parabola = [&](double a, auto&& from_edge) {
+    if (a == 0) return;
+    const auto faded = static_cast<Eigen::Index>(std::min(kUnderflow * kFade * period, 1e18));
+    for (Eigen::Index k = 0; k < std::min(T, faded); ++k) {
+      const auto at = static_cast<double>(k);
+      from_edge[k] += a / 2 * at * at * std::exp(-at / (kFade * period));
+    }
+  };
+  add_parabola(curvature_at_edge(x, count), bends);
+  add_parabola(curvature_at_edge(x.reverse(), count), bends.reverse());
   return bends;
 }
 
