@@ -18,6 +18,7 @@
 #include "fricid/scene/problem.hpp"
 #include "fricid/sim/sensors.hpp"
 #include "fricid/sim/simulate.hpp"
+#include "fricid/system/transmission.hpp"
 #include "source_dir.hpp"
 
 namespace fricid::doctor {
@@ -432,6 +433,19 @@ TEST(Doctor, ABaseOnASlopeIsFound) {
   const auto mount = of_kind(findings, "mount");
   ASSERT_EQ(mount.size(), 1u) << text_of(findings, clean.data);
   EXPECT_NE(mount[0].unit.find("mount_rpy"), std::string::npos) << mount[0].unit;
+}
+
+// The torques of two coupled motors beside the positions of their joints.
+TEST(Doctor, TorquesOfCoupledMotorsAreNoTorquesOfJoints) {
+  auto [log, robot] = clean_logs()[0];
+  robot.couplings = {{.joint = 2, .motor = 1, .factor = -1}};
+  EXPECT_TRUE(of_kind(diagnose(log, &robot), "coupled").empty());
+  log.tau = Transmission(robot).torque_to_motors(log.tau);
+  const std::vector<Finding> findings = diagnose(log, &robot);
+  const auto coupled = of_kind(findings, "coupled");
+  ASSERT_EQ(coupled.size(), 1u) << text_of(findings, log);
+  EXPECT_EQ(coupled[0].signal, "tau");
+  EXPECT_NE(coupled[0].unit.find("columns of motors"), std::string::npos) << coupled[0].unit;
 }
 
 TEST(Doctor, AStampThatIsBackAloneIsNoSecondRecording) {

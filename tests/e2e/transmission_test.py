@@ -130,6 +130,21 @@ class Transmission(ProgramTest):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("\nfriction: Coulomb and viscous identified on every joint\n", done.stdout)
 
+        # torques of motors beside positions of joints are no torques about the joints
+        rows = (self.folder / "motors.csv").read_text().splitlines()
+        mixed = [rows[0]]
+        for row in rows[1:]:
+            value = row.split(",")
+            value[6] = f"{float(value[6]) - float(value[5]):.10g}"
+            mixed.append(",".join(value))
+        self.write("mixed.csv", "\n".join(mixed) + "\n")
+        self.write("mixed.toml", CONTRACT.replace('format = "hdf5"\n', ""))
+        scene = LOGS.replace("contract.toml", "mixed.toml").replace('"truth/data/train_0.h5", "truth/data/train_1.h5"', '"mixed.csv"')
+        done = fricid("identify", self.write("mixed_scene.toml", scene + COUPLING), "-o", self.folder / "mixed")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r"simple_s1: its torque leaves \d\S* times less unexplained if its columns are those of the coupled motors; "
+                                      r'in the contract \[\[coupling\]\] and kind = "motor_torque"')
+
         # models carry the coupling into what is made of them
         model = coupled / "models" / "simple_s1.json"
         self.assertEqual(load(model)["robot"]["couplings"], [{"joint": 5, "motor": 4, "factor": -1.0}])

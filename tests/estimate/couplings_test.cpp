@@ -41,13 +41,15 @@ TEST(Couplings, FrictionOfAMotorBetweenTwoJointsIsFound) {
   const auto apart = [](double t) {
     return std::array{std::sin(1.3 * t), 0.8 * std::sin(2.1 * t + 1)};
   };
-  for (const double side : {1.0, -1.0}) {
+  for (const double factor : {1.0, -1.0, 0.6, -2.5}) {
     const std::vector<Coupling> found =
         couplings(apart, [&](double, const std::array<double, 2>& v) {
-          return 2 * sign(v[0]) + 3 * sign(v[0] + side * v[1]);
+          return 2 * sign(v[0]) + 3 * sign(v[0] + factor * v[1]);
         });
     EXPECT_EQ(found[0].with, 1);
-    EXPECT_EQ(found[0].sign, side);
+    EXPECT_NEAR(found[0].factor / factor, 1, std::abs(factor) == 1 ? 0 : 0.05) << factor;
+    EXPECT_NEAR(declared_factor(found[0], 0), -1 / found[0].factor,
+                1e-12);  // of joint 1, the outer
     EXPECT_GT(found[0].share, 0.9);
     EXPECT_TRUE(matters(found[0], found[0].r2));
   }

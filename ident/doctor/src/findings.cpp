@@ -66,6 +66,10 @@ constexpr std::array kKinds{
              "sign in the contract, or --fix sign", true, true},
     KindInfo{FindingKind::kSwapped, kDamage, "two joints are identified as each other",
              "order of columns in the contract, or --fix swapped", true, true},
+    KindInfo{FindingKind::kCoupled, kDamage, "friction and inertia of coupled joints are mixed",
+             "of columns of motors [[coupling]] in the contract, with kind = \"motor_torque\" or "
+             "unit = \"motor_rad\" (gear_ratio 1 where it is in them); of joints neither",
+             false, true},
     KindInfo{FindingKind::kDelay, kDamage, "friction and inertia leak into each other",
              "log both in the same cycle; delay_s of [torque] in the contract, where it is known, "
              "or --fix delay moves the torque back",

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -37,10 +38,18 @@ struct Hypothesis {
   FindingKind kind;
   bool moves = false, forces = false;  // concerns q v a, concerns tau
   int joint = 0, other = -1;
-  double factor = 1;
+  double factor = 1;                      // of the column of `joint`, where there is no other
+  const Transmission* coupled = nullptr;  // of columns of motors read as those of joints,
+  bool at_joints = false;                 // or the other way round
 
   Sight undone(Sight s) const {
-    if (other >= 0) {
+    if (coupled) {
+      if (moves)
+        for (RowMatrix* x : {&s.q, &s.v, &s.a})
+          *x = at_joints ? coupled->to_motors(*x) : coupled->to_joints(*x);
+      if (forces)
+        s.tau = at_joints ? coupled->torque_to_motors(s.tau) : coupled->torque_to_joints(s.tau);
+    } else if (other >= 0) {
       if (moves) {
         for (RowMatrix* x : {&s.q, &s.v, &s.a}) x->col(joint).swap(x->col(other));
         std::swap(s.rows[static_cast<std::size_t>(joint)], s.rows[static_cast<std::size_t>(other)]);
@@ -172,8 +181,14 @@ class Judge {
   std::optional<Transmission> motors_;
 };
 
-std::vector<Hypothesis> hypotheses(bool with_robot, int n) {
+/// @param motors  of the robot; nullptr: none is known
+std::vector<Hypothesis> hypotheses(const Transmission* motors, int n) {
   std::vector<Hypothesis> all;
+  const bool with_robot = motors;
+  if (motors && motors->coupled())
+    for (const bool at_joints : {false, true})
+      for (const auto& [moves, forces] : {std::pair{false, true}, {true, false}, {true, true}})
+        all.push_back({FindingKind::kCoupled, moves, forces, -1, -1, 1, motors, at_joints});
   for (int j = 0; j < n; ++j) {
     all.push_back({FindingKind::kSign, false, true, j, -1, -1});
     if (!with_robot) continue;
@@ -214,7 +229,8 @@ bool velocity_follows(const data::Dataset& d, const Motion& motion, int j) {
 Finding describe(const data::Dataset& d, const Motion& motion, const Hypothesis& h, double size,
                  const char* unit) {
   std::string signal = h.moves ? "q" : "";
-  if (h.moves && velocity_follows(d, motion, h.joint)) signal += " v";
+  if (h.moves && d.v.size() > 0 && (h.joint < 0 || velocity_follows(d, motion, h.joint)))
+    signal += " v";
   if (h.forces) signal += h.moves ? " tau" : "tau";
   return {.kind = h.kind,
           .signal = signal,
@@ -346,7 +362,9 @@ bool is_absurd(const Hypothesis& h, const std::vector<Explained>& after) {
 Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
                     const Sight& sight) {
   Judge judge(robot, d.n());
-  const std::vector<Hypothesis> all = hypotheses(robot != nullptr, d.n());
+  const std::optional<Transmission> motors =
+      robot ? std::optional<Transmission>(*robot) : std::nullopt;
+  const std::vector<Hypothesis> all = hypotheses(motors ? &*motors : nullptr, d.n());
   Account account{sight, judge.explain(sight), {}};
   for (int mistake = 0; mistake < kMistakes; ++mistake) {
     double best = kBelief;
@@ -363,8 +381,11 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
     if (!believed) break;
     account.sight = believed->undone(std::move(account.sight));
     account.explained = then;
-    account.mistakes.push_back(
-        describe(d, motion, *believed, std::exp(best), "times less unexplained if undone"));
+    account.mistakes.push_back(describe(d, motion, *believed, std::exp(best),
+                                        !believed->coupled ? "times less unexplained if undone"
+                                        : believed->at_joints
+                                            ? "times less unexplained as columns of joints"
+                                            : "times less unexplained as columns of motors"));
   }
   return account;
 }

@@ -1,11 +1,13 @@
 #include "fricid/estimate/couplings.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 
 #include <fmt/format.h>
 
+#include "fricid/system/transmission.hpp"
 #include "rigid_body/information.hpp"
 
 namespace fricid::estimate {
@@ -15,8 +17,15 @@ constexpr double kApart = 0.02;      // [s] between samples that are looked at
 constexpr double kCoupled = 0.4;     // share of a joint's residual
 constexpr double kExplained = 0.97;  // R2 above which a coupling does not matter
 constexpr int kStretches = 5;        // of the rows, each predicted from the others
+constexpr double kMisread = 10;      // factor by which reading the torque otherwise must gain
 constexpr int kJump = 5;             // samples over which a torque jumps as a motor reverses
 constexpr double kSure = 4;          // standard errors of that jump
+// Factors of the other joint's speed that are tried; the best is varied. Where it goes beyond the
+// outermost, the friction is that of one motor, of which a little of another speed mimics the lag.
+constexpr std::array kFactors{1.0, 0.5, 2.0};
+constexpr double kLargest = 4;
+constexpr double kFirstStep = 1.3, kLastStep = 1.005;
+constexpr double kOne = 0.03;  // from 1, within which a factor is taken for 1
 
 Eigen::VectorXd least_squares(Eigen::MatrixXd H, const Eigen::VectorXd& g) {
   H.diagonal() *= 1 + 1e-9;
@@ -109,6 +118,38 @@ bool jumps_with_motor(const Rows& rows, const Eigen::MatrixXd& X) {
   return found[kJoint] > kSure * std::sqrt(std::max(0.0, error_square) * inverse(kJoint, kJoint));
 }
 
+/// Varies the factor of a coupling while that explains more.
+/// @param consider  takes another factor where it explains more
+/// @return whether the best lies among those that motors have
+template <class Consider>
+bool refine(Coupling& best, const Consider& consider) {
+  for (double step = kFirstStep; step > kLastStep; step = std::sqrt(step))
+    for (double before = 0; before != best.factor;) {
+      before = best.factor;
+      consider(best.with, before * step);
+      consider(best.with, before / step);
+      if (const double size = std::abs(best.factor); std::max(size, 1 / size) > kLargest)
+        return false;
+    }
+  if (std::abs(std::abs(best.factor) - 1) < kOne) best.factor = std::copysign(1, best.factor);
+  return true;
+}
+
+/// Log of the share of the torque's variance that a regression leaves, in sum over the joints.
+double log_unexplained(std::span<const signals::Recording> recordings, const RigidBodyFit& fit) {
+  double sum = 0;
+  for (Eigen::Index j = 0; j < fit.sigma.size(); ++j) {
+    double torque = 0, square = 0, count = 0;
+    for (const signals::Recording& r : recordings) {
+      torque += r.filtered_tau.col(j).sum();
+      square += r.filtered_tau.col(j).squaredNorm();
+      count += static_cast<double>(r.filtered_tau.rows());
+    }
+    sum += std::log(fit.sigma[j] * fit.sigma[j] / (square / count - std::pow(torque / count, 2)));
+  }
+  return sum;
+}
+
 }  // namespace
 
 std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordings,
@@ -125,17 +166,61 @@ std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordi
     const Left own = left_by(X.leftCols(3), rows.torque);
     Coupling& best = found[static_cast<std::size_t>(j)];
     best.r2 = 1 - own.fitted / rows.variance;
+    if (!(own.held_out > 0)) continue;
+    const auto turn_with = [&](int k, double factor) {
+      X.col(4) = rows.v.col(j) + factor * rows.v.col(k);
+      X.col(3) = X.col(4).array().sign().matrix();
+    };
+    const auto share = [&] { return 1 - left_by(X, rows.torque).held_out / own.held_out; };
+    const auto consider = [&](int k, double factor) {
+      turn_with(k, factor);
+      if (!jumps_with_motor(rows, X)) return;
+      if (const double now = share(); now > best.share) best = {k, factor, now, best.r2};
+    };
     for (int k = 0; k < n; ++k)
-      for (const double sign : {1.0, -1.0}) {
-        if (k == j || !(own.held_out > 0)) continue;
-        X.col(4) = rows.v.col(j) + sign * rows.v.col(k);
-        X.col(3) = X.col(4).array().sign().matrix();
-        if (!jumps_with_motor(rows, X)) continue;
-        const double share = 1 - left_by(X, rows.torque).held_out / own.held_out;
-        if (share > best.share) best = {k, sign, share, best.r2};
-      }
+      for (const double factor : kFactors)
+        for (const double sign : {1.0, -1.0})
+          if (k != j) consider(k, sign * factor);
+    if (best.with >= 0 && !refine(best, consider)) best = {.r2 = best.r2};
   }
   return found;
+}
+
+std::optional<MisreadTorque> find_misread_torque(const dynamics::RobotModel& robot,
+                                                 std::span<const signals::Recording> recordings,
+                                                 const RigidBodyOptions& options,
+                                                 const RigidBodyFit& fit) {
+  std::optional<MisreadTorque> misread;
+  if (!robot.coupled() || fit.sigma.size() == 0) return misread;
+  const double as_read = log_unexplained(recordings, fit);
+  const Transmission transmission(robot);
+  double best = std::log(kMisread);
+  for (const bool of_motors : {true, false}) {
+    std::vector<signals::Recording> other(recordings.begin(), recordings.end());
+    for (signals::Recording& r : other)
+      r.filtered_tau = of_motors ? transmission.torque_to_joints(r.filtered_tau)
+                                 : transmission.torque_to_motors(r.filtered_tau);
+    const RigidBodyFit of_other = rigid_body_least_squares(robot, other, options);
+    if (of_other.sigma.size() == 0) continue;
+    const double gain = as_read - log_unexplained(other, of_other);
+    if (!(gain > best)) continue;
+    best = gain;
+    misread = {of_motors, std::exp(gain)};
+  }
+  return misread;
+}
+
+std::string in_words(const MisreadTorque& misread) {
+  return fmt::format(
+      "its torque leaves {:.1f} times less unexplained if its columns are those of {}",
+      misread.factor, misread.of_motors ? "the coupled motors" : "joints");
+}
+
+std::string remedy_of(const MisreadTorque& misread) {
+  return misread.of_motors
+             ? "in the contract [[coupling]] and kind = \"motor_torque\" (gear_ratio 1 where the "
+               "columns are multiplied by it), or log the torque about the joints"
+             : "kind = \"joint_torque\" in the contract, and [[robot.coupling]] in the scene";
 }
 
 bool matters(const Coupling& coupling, double r2) {
@@ -146,11 +231,16 @@ const std::string& name_of_other(const Coupling& coupling, const dynamics::Robot
   return robot.joints[static_cast<std::size_t>(coupling.with)].name;
 }
 
+double declared_factor(const Coupling& coupling, int joint) {
+  return -(joint > coupling.with ? coupling.factor : 1 / coupling.factor);
+}
+
 std::string declaration_of(const Coupling& coupling, int joint, const dynamics::RobotModel& robot) {
   const auto [outer, inner] = std::minmax(joint, coupling.with, std::greater());
-  return fmt::format("[[robot.coupling]] joint = \"{}\", motor = \"{}\", factor = {:g}",
+  return fmt::format("[[robot.coupling]] joint = \"{}\", motor = \"{}\", factor = {:.3g}",
                      robot.joints[static_cast<std::size_t>(outer)].name,
-                     robot.joints[static_cast<std::size_t>(inner)].name, -coupling.sign);
+                     robot.joints[static_cast<std::size_t>(inner)].name,
+                     declared_factor(coupling, joint));
 }
 
 }  // namespace fricid::estimate

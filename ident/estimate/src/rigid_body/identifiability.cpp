@@ -121,6 +121,7 @@ void look_at_fit(const dynamics::RobotModel& robot, std::span<const signals::Rec
   options.guesses = std::move(nominal.guesses);
   const RigidBodyFit fit = rigid_body_least_squares(nominal.robot, recordings, options);
   report.without_inertia = fit.without_inertia;
+  report.misread = find_misread_torque(nominal.robot, recordings, options, fit);
   report.couplings =
       find_couplings(recordings, friction_target(nominal.robot, fit.pi, recordings, 1));
 }

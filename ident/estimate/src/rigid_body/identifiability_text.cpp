@@ -43,8 +43,8 @@ data::CheckedIdentifiability checked(const Identifiability& report,
   file.mended_links = robot.mended_links;
   for (std::size_t j = 0; j < report.couplings.size(); ++j)
     if (const Coupling& c = report.couplings[j]; matters(c, c.r2))
-      file.couplings.push_back(
-          {robot.joints[j].name, name_of_other(c, robot), -c.sign, 100 * c.share});
+      file.couplings.push_back({robot.joints[j].name, name_of_other(c, robot),
+                                declared_factor(c, static_cast<int>(j)), 100 * c.share});
   for (const ParameterVerdict& v : report.parameters)
     file.parameters.push_back({.name = v.name,
                                .verdict = std::string(name_of(v.verdict)),
@@ -143,6 +143,8 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
                         fmt::join(without_inertia(report, robot), ", "));
   if (!robot.mended_links.empty())
     text += fmt::format("; inertia mended of {}", fmt::join(robot.mended_links, ", "));
+  if (report.misread)
+    text += fmt::format("; {}: {}", in_words(*report.misread), remedy_of(*report.misread));
   text += '\n';
   text += lacking.empty()
               ? "friction: Coulomb and viscous identified on every joint"

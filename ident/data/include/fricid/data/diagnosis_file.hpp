@@ -40,6 +40,7 @@ enum class FindingKind {
   kMount,
   kSign,
   kSwapped,
+  kCoupled,
   kDelay,
   kDelayUnknown,
   kTemperatureUnit,
@@ -49,7 +50,7 @@ enum class FindingKind {
 constexpr std::string_view names(FindingKind) {
   return "rate|gap|duplicate|restart|jitter|clock_drift|missing|quantised|stuck|constant|still|"
          "saturated|spike|jump|repeated|velocity|angle_unit|length_unit|torque_unit|mount|sign|"
-         "swapped|delay|delay_unknown|temperature_unit|temperature_trend|segments";
+         "swapped|coupled|delay|delay_unknown|temperature_unit|temperature_trend|segments";
 }
 
 /// One thing found.

@@ -34,6 +34,7 @@ struct Prepared {
   std::vector<signals::Recording> recordings;
   RigidBodyFit rigid_body;
   RigidBodyOptions options;                 ///< of the rigid-body fit
+  std::optional<MisreadTorque> misread;     ///< of coupled motors
   std::optional<data::FittedTo> fitted_to;  ///< none: the recordings are all training data
 };
 
