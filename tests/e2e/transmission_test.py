@@ -142,7 +142,7 @@ class Transmission(ProgramTest):
         scene = LOGS.replace("contract.toml", "mixed.toml").replace('"truth/data/train_0.h5", "truth/data/train_1.h5"', '"mixed.csv"')
         done = fricid("identify", self.write("mixed_scene.toml", scene + COUPLING), "-o", self.folder / "mixed")
         self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertRegex(done.stderr, r"simple_s1: its torque leaves \d\S* times less unexplained if its columns are those of the coupled motors; "
+        self.assertRegex(done.stderr, r"simple_s1: the torque leaves \d\S* times less unexplained if its columns are those of the coupled motors; "
                                       r'in the contract \[\[coupling\]\] and kind = "motor_torque"')
 
         # models carry the coupling into what is made of them

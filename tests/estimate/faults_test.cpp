@@ -309,5 +309,58 @@ TEST(Faults, AShortLogTakesTheNominalValues) {
   EXPECT_EQ(bare.prior, "");
 }
 
+Arm lugre_arm() {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("lugre", {4, 4.4, 0.05, 8000, 40, 2}, arm.robot.n());
+  return arm;
+}
+
+/// A log of noisy torque.
+data::Dataset noisy_log(const Arm& arm) {
+  LogOptions options;
+  options.torque_noise = 0.3;
+  return make_log(arm, options);
+}
+
+TEST(Faults, ATorqueThatContradictsTheOtherJointsIsNamedWithItsFactor) {
+  const Arm arm = coulomb_arm(5e-3);
+  std::vector<data::Dataset> logs;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    LogOptions options;
+    options.torque_noise = 0.1;
+    options.peak_speed = 3;
+    options.seed = seed;
+    logs.push_back(make_log(arm, options));
+  }
+  const FitReport right = fit(arm.robot, logs);
+  EXPECT_TRUE(right.usable()) << text_of(right.faults);
+  for (data::Dataset& log : logs) log.tau.col(1) *= 0.6;
+  const FitReport report = fit(arm.robot, logs);
+  EXPECT_FALSE(report.usable());
+  ASSERT_EQ(report.faults.size(), 1u) << text_of(report.faults);
+  EXPECT_EQ(report.faults[0].joint, arm.robot.joints[1].name);
+  EXPECT_THAT(report.faults[0].found, HasSubstr("its torque is 0.6"));
+  EXPECT_THAT(report.faults[0].remedy, HasSubstr("1.6"));
+}
+
+TEST(Faults, ASpringThatTheFileLacksIsNamed) {
+  const Arm arm = lugre_arm();
+  data::Dataset log = noisy_log(arm);
+  log.tau.col(1) += 60 * log.q.col(1);
+  const FitReport report = fit(arm.robot, {log});
+  EXPECT_FALSE(report.usable());
+  EXPECT_THAT(text_of(report.faults),
+              HasSubstr(arm.robot.joints[1].name + ": its torque goes with its own angle"));
+  EXPECT_THAT(text_of(report.faults), HasSubstr("[[robot.torque]]"));
+  // stated, it is found and no fault
+  dynamics::RobotModel with_spring = arm.robot;
+  dynamics::add_linear_torque(
+      with_spring,
+      {.name = "spring", .joint = 1, .shape = dynamics::LinearTorque::Shape::kLinear, .k = 1});
+  const FitReport right = fit(with_spring, {log});
+  EXPECT_TRUE(right.usable()) << text_of(right.faults);
+  EXPECT_NEAR(right.rigid_body.pi[with_spring.linear_begin()], 60, 1);
+}
+
 }  // namespace
 }  // namespace fricid::estimate

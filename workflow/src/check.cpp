@@ -100,7 +100,17 @@ Subject subject_of_log(const fs::path& log, const fs::path& contract, const Robo
   return subject;
 }
 
+namespace {
+
+bool misleads(const std::vector<doctor::Finding>& findings) {
+  return std::ranges::any_of(
+      findings, [](const doctor::Finding& f) { return doctor::info_of(f.kind).misleads; });
+}
+
+}  // namespace
+
 bool CheckReport::whole() const {
+  if (parameters && !parameters->doubts.empty()) return false;
   return std::ranges::none_of(findings, [](const std::vector<doctor::Finding>& of_set) {
     return std::ranges::any_of(of_set, doctor::is_damage);
   });
@@ -140,6 +150,8 @@ CheckReport check(const Subject& subject) {
   estimate::IdentifiabilityOptions how;
   how.rigid_body = subject.identify;
   report.parameters = estimate::examine_data(*robot, recordings, how);
+  // a wrong column contradicts the others, and has been named
+  if (std::ranges::any_of(report.findings, misleads)) report.parameters->doubts.clear();
   return report;
 }
 

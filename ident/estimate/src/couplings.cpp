@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "fricid/system/transmission.hpp"
 #include "rigid_body/information.hpp"
 
 namespace fricid::estimate {
@@ -17,7 +16,6 @@ constexpr double kApart = 0.02;      // [s] between samples that are looked at
 constexpr double kCoupled = 0.4;     // share of a joint's residual
 constexpr double kExplained = 0.97;  // R2 above which a coupling does not matter
 constexpr int kStretches = 5;        // of the rows, each predicted from the others
-constexpr double kMisread = 10;      // factor by which reading the torque otherwise must gain
 constexpr int kJump = 5;             // samples over which a torque jumps as a motor reverses
 constexpr double kSure = 4;          // standard errors of that jump
 // Factors of the other joint's speed that are tried; the best is varied. Where it goes beyond the
@@ -135,21 +133,6 @@ bool refine(Coupling& best, const Consider& consider) {
   return true;
 }
 
-/// Log of the share of the torque's variance that a regression leaves, in sum over the joints.
-double log_unexplained(std::span<const signals::Recording> recordings, const RigidBodyFit& fit) {
-  double sum = 0;
-  for (Eigen::Index j = 0; j < fit.sigma.size(); ++j) {
-    double torque = 0, square = 0, count = 0;
-    for (const signals::Recording& r : recordings) {
-      torque += r.filtered_tau.col(j).sum();
-      square += r.filtered_tau.col(j).squaredNorm();
-      count += static_cast<double>(r.filtered_tau.rows());
-    }
-    sum += std::log(fit.sigma[j] * fit.sigma[j] / (square / count - std::pow(torque / count, 2)));
-  }
-  return sum;
-}
-
 }  // namespace
 
 std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordings,
@@ -184,43 +167,6 @@ std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordi
     if (best.with >= 0 && !refine(best, consider)) best = {.r2 = best.r2};
   }
   return found;
-}
-
-std::optional<MisreadTorque> find_misread_torque(const dynamics::RobotModel& robot,
-                                                 std::span<const signals::Recording> recordings,
-                                                 const RigidBodyOptions& options,
-                                                 const RigidBodyFit& fit) {
-  std::optional<MisreadTorque> misread;
-  if (!robot.coupled() || fit.sigma.size() == 0) return misread;
-  const double as_read = log_unexplained(recordings, fit);
-  const Transmission transmission(robot);
-  double best = std::log(kMisread);
-  for (const bool of_motors : {true, false}) {
-    std::vector<signals::Recording> other(recordings.begin(), recordings.end());
-    for (signals::Recording& r : other)
-      r.filtered_tau = of_motors ? transmission.torque_to_joints(r.filtered_tau)
-                                 : transmission.torque_to_motors(r.filtered_tau);
-    const RigidBodyFit of_other = rigid_body_least_squares(robot, other, options);
-    if (of_other.sigma.size() == 0) continue;
-    const double gain = as_read - log_unexplained(other, of_other);
-    if (!(gain > best)) continue;
-    best = gain;
-    misread = {of_motors, std::exp(gain)};
-  }
-  return misread;
-}
-
-std::string in_words(const MisreadTorque& misread) {
-  return fmt::format(
-      "its torque leaves {:.1f} times less unexplained if its columns are those of {}",
-      misread.factor, misread.of_motors ? "the coupled motors" : "joints");
-}
-
-std::string remedy_of(const MisreadTorque& misread) {
-  return misread.of_motors
-             ? "in the contract [[coupling]] and kind = \"motor_torque\" (gear_ratio 1 where the "
-               "columns are multiplied by it), or log the torque about the joints"
-             : "kind = \"joint_torque\" in the contract, and [[robot.coupling]] in the scene";
 }
 
 bool matters(const Coupling& coupling, double r2) {

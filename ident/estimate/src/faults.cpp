@@ -99,8 +99,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
   const RigidBodyFit& rigid = report.rigid_body;
   if (rigid.outcome == Outcome::kIllConditioned || rigid.outcome == Outcome::kFailed)
     faults.push_back({"", "rigid body: " + rigid.message, more_data(prepared)});
-  if (prepared.misread)
-    faults.push_back({"", in_words(*prepared.misread), remedy_of(*prepared.misread)});
+  faults.insert(faults.end(), prepared.contradictions.begin(), prepared.contradictions.end());
 
   const friction::RobotFriction& friction = report.model.arm.friction.model;
   const Eigen::VectorXd usual = joint_inertia(prepared.robot, prepared.recordings),

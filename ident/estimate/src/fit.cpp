@@ -16,6 +16,7 @@
 #include "fricid/system/driven_friction.hpp"
 #include "fricid/system/initial_state.hpp"
 #include "fricid/system/transmission.hpp"
+#include "rigid_body/contradictions.hpp"
 #include "rigid_body/regression.hpp"
 #include "support.hpp"
 
@@ -212,7 +213,7 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
   out.options.guesses = std::move(nominal.guesses);
   out.options.offset = false;  // the robot has them
   out.rigid_body = rigid_body_least_squares(out.robot, out.recordings, out.options);
-  out.misread = find_misread_torque(out.robot, out.recordings, out.options, out.rigid_body);
+  out.contradictions = find_contradictions(out.robot, out.recordings, out.options, out.rigid_body);
   for (const JointInertia& found : out.rigid_body.without_inertia) {
     const int k = out.robot.armature_begin() + found.joint;
     out.robot.pi[k] = out.rigid_body.pi[k];  // held there in further fits too

@@ -11,6 +11,7 @@
 #include "fricid/dynamics/base_parameters.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/friction/robot_friction.hpp"
+#include "rigid_body/contradictions.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/regression.hpp"
 #include "rigid_body/reweight.hpp"
@@ -121,7 +122,8 @@ void look_at_fit(const dynamics::RobotModel& robot, std::span<const signals::Rec
   options.guesses = std::move(nominal.guesses);
   const RigidBodyFit fit = rigid_body_least_squares(nominal.robot, recordings, options);
   report.without_inertia = fit.without_inertia;
-  report.misread = find_misread_torque(nominal.robot, recordings, options, fit);
+  for (const Fault& fault : find_contradictions(nominal.robot, recordings, options, fit))
+    report.doubts.push_back(in_words(fault));
   report.couplings =
       find_couplings(recordings, friction_target(nominal.robot, fit.pi, recordings, 1));
 }

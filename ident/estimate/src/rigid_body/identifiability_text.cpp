@@ -41,6 +41,7 @@ data::CheckedIdentifiability checked(const Identifiability& report,
   file.message = report.message;
   file.without_inertia = without_inertia(report, robot);
   file.mended_links = robot.mended_links;
+  file.doubts = report.doubts;
   for (std::size_t j = 0; j < report.couplings.size(); ++j)
     if (const Coupling& c = report.couplings[j]; matters(c, c.r2))
       file.couplings.push_back({robot.joints[j].name, name_of_other(c, robot),
@@ -82,6 +83,7 @@ std::string to_text(const Identifiability& report, const dynamics::RobotModel& r
                         percent > 999 ? "> " : "", std::min(percent, 999.0),
                         v.words.empty() ? "" : ": ", v.words);
   }
+  for (const std::string& doubt : report.doubts) text += fmt::format("doubt: {}\n", doubt);
   for (const JointInertia& found : report.without_inertia)
     text += fmt::format(
         "inertia: {}: {:.2g} +- {:.1g} kg m^2 by its torque: a fit holds its armature\n",
@@ -107,6 +109,9 @@ std::string to_text(const Identifiability& report, const dynamics::RobotModel& r
 
 std::string to_summary(const Identifiability& report, const dynamics::RobotModel& robot) {
   if (!report.message.empty()) return fmt::format("parameters: none: {}\n", report.message);
+  std::string text;
+  for (const std::string& doubt : report.doubts)
+    text += fmt::format("not to be trusted: {}\n", doubt);
   int all = 0, weak = 0, lost = 0;
   for (const ParameterVerdict& v : report.parameters) {
     if (is_friction(v)) continue;
@@ -135,16 +140,14 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
   for (const FamilyVerdict& f : report.families)
     (f.supported ? supported : not_supported).push_back(f.family);
 
-  std::string text = fmt::format(
-      "rigid body: {} of {} base parameters identified, {} weakly, {} not{}", all - weak - lost,
-      all, weak, lost, lost > 0 ? "; these need nominal values" : "");
+  text += fmt::format("rigid body: {} of {} base parameters identified, {} weakly, {} not{}",
+                      all - weak - lost, all, weak, lost,
+                      lost > 0 ? "; these need nominal values" : "");
   if (!report.without_inertia.empty())
     text += fmt::format("; no inertia in the torque of {}: a fit holds the armature",
                         fmt::join(without_inertia(report, robot), ", "));
   if (!robot.mended_links.empty())
     text += fmt::format("; inertia mended of {}", fmt::join(robot.mended_links, ", "));
-  if (report.misread)
-    text += fmt::format("; {}: {}", in_words(*report.misread), remedy_of(*report.misread));
   text += '\n';
   text += lacking.empty()
               ? "friction: Coulomb and viscous identified on every joint"

@@ -111,7 +111,7 @@ struct CheckedIdentifiability {
   std::vector<CheckedGrouping> groupings;
   std::vector<CheckedJoint> joints;
   std::vector<CheckedFamily> families;
-  std::vector<std::string> without_inertia, mended_links;
+  std::vector<std::string> without_inertia, mended_links, doubts;
   std::vector<CheckedCoupling> couplings;
 
   template <class Archive>
@@ -125,6 +125,8 @@ struct CheckedIdentifiability {
     archive("without_inertia", without_inertia,
             text("joints whose torque shows no inertia: a fit holds their armature"));
     archive("mended_links", mended_links, kMendedLinks);
+    archive("doubts", doubts,
+            text("why the torque as it is read is not to be trusted, with what to do"));
     archive.sections("couplings", couplings, "joints with friction that another joint's motor has");
   }
 };

@@ -1,7 +1,6 @@
 // Friction that depends on the speeds of two joints.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,24 +39,5 @@ const std::string& name_of_other(const Coupling& coupling, const dynamics::Robot
 double declared_factor(const Coupling& coupling, int joint);
 /// The keys of a scene that declare it.
 std::string declaration_of(const Coupling& coupling, int joint, const dynamics::RobotModel& robot);
-
-/// Columns of torque that were taken for those of joints and are those of coupled motors, or the
-/// other way round.
-struct MisreadTorque {
-  bool of_motors = true;  ///< what the columns are
-  double factor = 1;      ///< by which their unexplained variance falls if they are read so [1]
-};
-
-/// Whether the rigid body with linear friction explains the torque of a robot with coupled motors
-/// far better if its columns are read the other way.
-/// @param fit  of the torque as it is read
-std::optional<MisreadTorque> find_misread_torque(const dynamics::RobotModel& robot,
-                                                 std::span<const signals::Recording> recordings,
-                                                 const RigidBodyOptions& options,
-                                                 const RigidBodyFit& fit);
-
-/// What was found, and what to do about it.
-std::string in_words(const MisreadTorque& misread);
-std::string remedy_of(const MisreadTorque& misread);
 
 }  // namespace fricid::estimate

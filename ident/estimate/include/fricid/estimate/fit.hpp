@@ -13,6 +13,7 @@
 #include "fricid/data/model_file.hpp"
 #include "fricid/estimate/couplings.hpp"
 #include "fricid/estimate/em/em.hpp"
+#include "fricid/estimate/fault.hpp"
 #include "fricid/estimate/friction/friction_fit.hpp"
 #include "fricid/estimate/friction/torque_training.hpp"
 #include "fricid/estimate/options/model.hpp"
@@ -34,7 +35,7 @@ struct Prepared {
   std::vector<signals::Recording> recordings;
   RigidBodyFit rigid_body;
   RigidBodyOptions options;                 ///< of the rigid-body fit
-  std::optional<MisreadTorque> misread;     ///< of coupled motors
+  std::vector<Fault> contradictions;        ///< see `find_contradictions`
   std::optional<data::FittedTo> fitted_to;  ///< none: the recordings are all training data
 };
 
@@ -43,16 +44,6 @@ struct Prepared {
 /// @throws UserError when the data do not fit the robot or the filter
 Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& options,
                  std::span<const data::Dataset> train, int jobs);
-
-/// Something that a fit to be trusted does not have.
-struct Fault {
-  std::string joint;   ///< empty: the whole robot
-  std::string found;   ///< "R2 -249 on its own training torque"
-  std::string remedy;  ///< what the user can do
-};
-
-/// "joint_a2: R2 -249 on its own training torque; record more ...".
-std::string in_words(const Fault& fault);
 
 /// The laws of a model fitted without a stretch of a recording.
 struct FitWithout {

@@ -70,7 +70,7 @@ struct Identifiability {
   /// Joints whose armature a fit will hold, see `RigidBodyFit::without_inertia`.
   std::vector<JointInertia> without_inertia;
   std::vector<Coupling> couplings;  ///< (n) beside Coulomb and viscous friction
-  std::optional<MisreadTorque> misread;
+  std::vector<std::string> doubts;  ///< of the torque as it is read, with what to do
 };
 
 struct IdentifiabilityOptions {
