@@ -235,6 +235,22 @@ TEST(FitConventional, FrictionDoesNotExplainItselfAsItsLoad) {
   for (int j = 0; j < arm.robot.n(); ++j) EXPECT_LT(theta_of(report, j, "mu_m"), 0.05) << j;
 }
 
+// A spike of static friction about v = 0 explains reversals that a law cannot describe, by hundreds
+// of newton metres.
+TEST(FitConventional, StaticFrictionIsAtMostSomeTimesThatOfSliding) {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("coulomb_viscous", {4, 2, 1e-3}, arm.robot.n());
+  LogOptions options;
+  options.torque_noise = 0.3;
+  options.encoder_noise = 1e-5;
+  const Prepared prepared = prepare(arm.robot, {}, logs_of(arm, options, 2), 2);
+  for (const char* law : {"stribeck", "lugre", "gms"}) {
+    const FitReport report = fit_conventional(prepared, model(law), 1, 2);
+    for (int j = 0; j < arm.robot.n(); ++j)
+      EXPECT_LT(theta_of(report, j, "Fs"), 3.5 * theta_of(report, j, "Fc")) << law << ", " << j;
+  }
+}
+
 std::string saved(const FitReport& report) { return data::to_json(fit_file(report)); }
 
 TEST(FitConventional, ReportIsTheSameBytesForAnyNumberOfJobs) {

@@ -15,7 +15,9 @@ namespace {
 
 constexpr double kSpread = 1.2;   // sd of the random starts in log coordinates: a factor of about 3
 constexpr double kUnseen = 0.01;  // gain in mean square that a parameter needs to be its own
-constexpr double kOnBound = 1e-3;  // distance in scaled coordinates that counts as on the bound
+constexpr double kUsualStatic = 2;    // static friction over that of sliding
+constexpr double kAboutAsMuch = 0.2;  // more of the mean square
+constexpr double kOnBound = 1e-3;     // distance in scaled coordinates that counts as on the bound
 
 bool on_bound(const SearchCoordinates& coordinates, std::span<const double> x, std::size_t i) {
   return x[i] - coordinates.lower()[i] < kOnBound || coordinates.upper()[i] - x[i] < kOnBound;
@@ -35,6 +37,35 @@ void level_unseen_static_friction(const JointFrictionData& data,
   if (!(value < (1 + kUnseen) * best.value)) return;
   best.x = coordinates.to_scaled(theta);
   best.value = value;
+}
+
+/// Static friction above all torque that friction had to explain is a spike about v = 0 that stands
+/// for something else, and no law to simulate with: then it is twice that of sliding, if that
+/// explains about as much.
+void bound_static_friction(const JointFrictionData& data, const friction::RobotFriction& friction,
+                           const SearchCoordinates& coordinates, FrictionFitOptions options,
+                           SearchMinimum& best) {
+  const int Fc = friction::find_parameter(friction, 0, friction::Role::kCoulomb),
+            Fs = friction::find_parameter(friction, 0, friction::Role::kStatic);
+  if (Fc < 0 || Fs < 0 || coordinates.is_held(static_cast<std::size_t>(Fs))) return;
+  std::vector<double> theta(best.x.size());
+  coordinates.to_theta(best.x, theta);
+  const auto at = [&](int i) -> double& { return theta[static_cast<std::size_t>(i)]; };
+  if (at(Fs) < data.largest_target()) return;
+  for (std::size_t i = 0; i < theta.size(); ++i)
+    if (coordinates.is_held(i)) options.held.push_back(i);
+  options.held.push_back(static_cast<std::size_t>(Fs));
+  SearchMinimum found{{}, kBadValue, false, 0};
+  for (int pass = 0; pass < 2; ++pass) {  // Fc moves as well
+    at(Fs) = kUsualStatic * at(Fc);
+    const SearchCoordinates bounded(friction, theta, options.held);
+    found = search(data, friction, bounded, bounded.to_scaled(theta), options);
+    bounded.to_theta(found.x, theta);
+  }
+  if (!(found.value < (1 + kAboutAsMuch) * best.value)) return;
+  best.x = coordinates.to_scaled(theta);
+  best.value = found.value;
+  best.converged = found.converged;
 }
 
 /// Growth with the load that the motion hardly shows may be anything, where a joint's torque is
@@ -139,6 +170,7 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
 
   if (best.value < kBadValue) {
     leave_out_unseen_growth(data, friction, coordinates, start, options, best);
+    bound_static_friction(data, friction, coordinates, options, best);
     level_unseen_static_friction(data, friction, coordinates, best);
   }
   coordinates.to_theta(best.x, fit.theta);
