@@ -89,7 +89,7 @@ bool damaged(const std::vector<doctor::Finding>& findings) {
 bool misleads(const std::vector<doctor::Finding>& findings,
               const std::vector<doctor::FindingKind>& fixed) {
   return std::any_of(findings.begin(), findings.end(), [&](const doctor::Finding& f) {
-    return doctor::info_of(f.kind).misleads && !is_repaired(f, fixed);
+    return doctor::misleads(f) && !is_repaired(f, fixed);
   });
 }
 

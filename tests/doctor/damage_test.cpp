@@ -436,6 +436,20 @@ TEST(Doctor, ABaseOnASlopeIsFound) {
 }
 
 // The torques of two coupled motors beside the positions of their joints.
+TEST(Doctor, TorqueAtItsLimitForAShareOfTheLogMisleadsAndCanBeLeftOut) {
+  auto [log, robot] = clean_logs()[0];
+  const double most = 0.5 * log.tau.col(0).cwiseAbs().maxCoeff();
+  log.tau.col(0) = log.tau.col(0).cwiseMax(-most).cwiseMin(most);
+  const auto findings = of_kind(diagnose(log, &robot), "saturated");
+  ASSERT_FALSE(findings.empty());
+  for (const Finding& found : findings)
+    EXPECT_EQ(misleads(found), found.count > 0.01 * log.length()) << found.count;
+  EXPECT_TRUE(std::ranges::any_of(findings, misleads));
+  const Dataset repaired = repair(log, findings, {{FindingKind::kSaturated}});
+  for (int k = 0; k < log.length(); ++k)
+    EXPECT_EQ(std::isnan(repaired.tau(k, 0)), std::abs(log.tau(k, 0)) == most) << k;
+}
+
 TEST(Doctor, TorquesOfCoupledMotorsAreNoTorquesOfJoints) {
   auto [log, robot] = clean_logs()[0];
   robot.couplings = {{.joint = 2, .motor = 1, .factor = -1}};

@@ -103,8 +103,7 @@ Subject subject_of_log(const fs::path& log, const fs::path& contract, const Robo
 namespace {
 
 bool misleads(const std::vector<doctor::Finding>& findings) {
-  return std::ranges::any_of(
-      findings, [](const doctor::Finding& f) { return doctor::info_of(f.kind).misleads; });
+  return std::ranges::any_of(findings, [](const auto& f) { return doctor::misleads(f); });
 }
 
 }  // namespace

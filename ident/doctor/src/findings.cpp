@@ -39,9 +39,12 @@ constexpr std::array kKinds{
     KindInfo{FindingKind::kStill, kDamage,
              "of this joint neither friction nor inertia can be identified",
              "move it, or weld it in the URDF: type=\"fixed\"", false},
-    KindInfo{FindingKind::kSaturated, kDamage,
-             "what lies beyond the limit is lost; large torques look small",
-             "move more slowly, or widen the range of the logged channel", false},
+    KindInfo{
+        FindingKind::kSaturated, kDamage,
+        "what lies beyond the limit is lost; large torques look small",
+        "move more slowly, or widen the range of the logged channel; --fix saturated makes the "
+        "samples at the limit missing",
+        true},
     KindInfo{FindingKind::kSpike, kDamage, "single wrong samples weigh much in a fit",
              "--fix spike makes them missing", true},
     KindInfo{FindingKind::kJump, kDamage, "an infinite velocity, another pose afterwards",
@@ -125,7 +128,7 @@ data::DiagnosisFile diagnosis_file(std::span<const Finding> findings, const data
     data::DiagnosedFinding& own = file.findings.emplace_back();
     own = {.kind = f.kind,
            .severity = kind.severity,
-           .misleads = kind.misleads,
+           .misleads = misleads(f),
            .signal = f.signal,
            .joints = {},
            .begin_s = f.begin_s,

@@ -138,7 +138,7 @@ void apply(Dataset& d, const Finding& f) {
     if (names_signal(f, "tau")) d.tau.col(f.joint).swap(d.tau.col(f.other));
   } else if (f.kind == FindingKind::kJump) {
     d.q.col(f.joint).tail(d.length() - f.rows[0]).array() -= kTurn * std::round(f.size / kTurn);
-  } else if (f.kind == FindingKind::kSpike) {
+  } else if (f.kind == FindingKind::kSpike || f.kind == FindingKind::kSaturated) {
     for (const int k : f.rows) (names_signal(f, "q") ? d.q : d.tau)(k, f.joint) = kMissing;
   } else if (f.kind == FindingKind::kRepeated) {
     for (const int k : f.rows)

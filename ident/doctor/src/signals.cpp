@@ -21,6 +21,7 @@ constexpr double kStillFast = 0.6;        // of the speed of the approach
 constexpr double kSpike = 15;             // robust standard deviations
 constexpr double kLeap = 0.02;            // of the range, within a sample
 constexpr int kPlateau = 12;              // samples at the very extreme
+constexpr double kClipped = 0.01;         // share of a torque at its limit that misleads
 constexpr double kCrowding = 8;           // times as many as just below
 constexpr double kJustBelow = 0.01;       // of the range
 constexpr double kStepsBelow = 2.5;       // at least, where a channel has steps
@@ -160,6 +161,7 @@ bool check_still(const Channel& c, Findings& findings) {
 // Many samples at the very extreme and few just below: an amplifier or a number at its end. A
 // single run that ends in a leap is a channel that stuck there; a joint that rests keeps its
 // torque.
+// A fit to a torque of which a share lies there is wrong.
 // @param q  position of the channel's joint
 void check_saturation(const Channel& c, const Channel& q, Findings& findings) {
   const double width = std::max(kJustBelow * c.range(), kStepsBelow * c.least_change);
@@ -167,7 +169,8 @@ void check_saturation(const Channel& c, const Channel& q, Findings& findings) {
   for (const double sign : {1.0, -1.0}) {
     const double extreme = sign > 0 ? c.high : c.low;
     const auto is_top = [&](int k) { return sign * (extreme - c[k]) <= 1e-9 * c.range(); };
-    int at = 0, near = 0, first = -1, last = 0, longest = 0, plateaus = 0;
+    int near = 0, longest = 0, plateaus = 0;
+    std::vector<int> at;
     bool leaps = false;
     for (int k = 0; k < c.length(); ++k) {
       if (!is_top(k)) {
@@ -185,17 +188,18 @@ void check_saturation(const Channel& c, const Channel& q, Findings& findings) {
             leaps || (end + 1 < c.length() && sign * (extreme - c[end + 1]) > kLeap * c.range());
       }
       if (!rests) {
-        at += run;
+        for (int i = k; i <= end; ++i) at.push_back(i);
         longest = std::max(longest, run);
-        if (first < 0) first = k;
-        last = end;
       }
       k = end;
     }
-    if (longest < kPlateau || at < kCrowding * near || (leaps && plateaus == 1)) continue;
-    Finding finding = c.finding(FindingKind::kSaturated, first, last, extreme, "");
+    const auto count = static_cast<int>(at.size());
+    if (longest < kPlateau || count < kCrowding * near || (leaps && plateaus == 1)) continue;
+    Finding finding = c.finding(FindingKind::kSaturated, at.front(), at.back(), extreme, "");
     finding.unit = is_position ? "rad" : "N m";
-    finding.count = at;
+    finding.count = count;
+    finding.is_severe = !is_position && count > kClipped * c.length();
+    finding.rows = std::move(at);
     findings.push_back(finding);
   }
 }

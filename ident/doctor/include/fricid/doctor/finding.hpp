@@ -21,7 +21,7 @@ struct KindInfo {
   std::string_view consequence;  ///< what a fit would suffer
   std::string_view remedy;       ///< what the user can do
   bool fixable;                  ///< `repair` can
-  bool misleads = false;         ///< a fit would be wrong, not only less accurate
+  bool misleads = false;         ///< a fit would be wrong, however large it is
 };
 const KindInfo& info_of(FindingKind kind);
 
@@ -37,7 +37,13 @@ struct Finding {
   std::string unit{};       //
   int count = 1;            ///< how often
   std::vector<int> rows{};  ///< samples that `repair` changes; empty for kinds without
+  bool is_severe = false;   ///< misleads, though others of its kind do not
 };
+
+/// Whether a fit would be wrong, not only less accurate.
+inline bool misleads(const Finding& finding) {
+  return finding.is_severe || info_of(finding.kind).misleads;
+}
 
 inline bool is_damage(const Finding& finding) {
   return info_of(finding.kind).severity == Severity::kDamage;
