@@ -110,8 +110,9 @@ class HeldOut(ProgramTest):
     def test_one_recording_counts_once(self):
         shutil.copy(self.folder / "other/validation_0.h5", self.folder / "copy.h5")
         self.assert_refused(self.evaluate("other/validation_0.h5", "copy.h5"),
-                            r"copy\.h5: the data of .*other/validation_0\.h5; allowed: each recording once")
-        self.assert_refused(self.evaluate("run/data/validation_0.h5"), r"validation_0 of the run")
+                            r"copy\.h5: all of it is in other_validation_0; allowed: each recording once")
+        self.assert_refused(self.evaluate("turned.h5", "copy.h5"), r"copy\.h5: all of it is in turned")
+        self.assert_refused(self.evaluate("run/data/validation_0.h5"), r"all of it is in validation_0;")
 
     def test_training_data_are_not_held_out(self):
         for name in ("run/data/train_0.h5", "train.h5"):

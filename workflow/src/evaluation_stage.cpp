@@ -8,7 +8,6 @@
 
 #include "fitted_model.hpp"
 #include "fricid/base/error.hpp"
-#include "fricid/base/files.hpp"
 #include "fricid/base/names.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/data/artefact.hpp"
@@ -119,6 +118,15 @@ void refuse_training(const data::Dataset& recording, std::span<const data::Datas
           file.string(), shared * recording.dt(), learnt.name);
 }
 
+/// @throws UserError when all of a recording is in one that is held out already
+void refuse_again(const data::Dataset& recording, std::span<const evaluate::Trajectory> held_out,
+                  const fs::path& file) {
+  for (const evaluate::Trajectory& known : held_out)
+    if (data::samples_in_common(recording, known.data) == recording.length())
+      throw UserError("--data {}: all of it is in {}; allowed: each recording once", file.string(),
+                      known.data.name);
+}
+
 /// @param training  recordings that the models were fitted to
 HeldOut load_held_out(const Task& task, const RunFolder& folder,
                       std::span<const data::Dataset> training) {
@@ -141,6 +149,7 @@ HeldOut load_held_out(const Task& task, const RunFolder& folder,
                       fmt::join(task.problem.scene.joints, " "), fmt::join(read.joint_names, " "));
     data::Dataset own = joints_of(read, robot, "the robot of the run", further.file.string(), fix);
     refuse_training(own, training, further.file);
+    refuse_again(own, held_out.trajectories, further.file);
     own.name = further.name;
     add_recording(held_out, std::move(own), read.joint_names, further.file, truth_of(further.file),
                   cutoff);
@@ -363,7 +372,6 @@ bool may_name_a_recording(const std::string& name) {
 
 /// Data sets with names that no recording of the run has: that of the file, else with the folder
 /// before it, else numbered; such that no two files of results have one name.
-/// @throws UserError when one is there twice, or is a recording that the run holds out itself
 std::vector<FurtherData> named_apart(const Job& job, const std::vector<FitRequest>& fits,
                                      const std::vector<fs::path>& files) {
   const RunFolder& run = job.run.folder();
@@ -382,18 +390,10 @@ std::vector<FurtherData> named_apart(const Job& job, const std::vector<FitReques
            std::ranges::none_of(results(recording),
                                 [&](const std::string& name) { return taken.contains(name); });
   };
-  std::map<std::string, std::string> contents;  // what holds it, by hash
-  for (int i = 0; is_there(run.recording(RunFolder::validation(i))); ++i) {
+  for (int i = 0; is_there(run.recording(RunFolder::validation(i))); ++i)
     take(RunFolder::validation(i));
-    contents[sha256_of_file(run.recording(RunFolder::validation(i)))] =
-        RunFolder::validation(i) + " of the run, which is evaluated anyway";
-  }
   std::vector<FurtherData> data;
   for (const fs::path& file : files) {
-    const auto [known, first] = contents.try_emplace(sha256_of_file(file), file.string());
-    if (!first)
-      throw UserError("--data {}: the data of {}; allowed: each recording once", file.string(),
-                      known->second);
     const std::string stem = file.stem().string();
     std::string longer = fmt::format("{}_{}", origin_of(file), stem);
     if (!may_name_a_recording(longer + "_1000")) longer = "further";
