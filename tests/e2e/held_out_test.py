@@ -130,8 +130,15 @@ class HeldOut(ProgramTest):
         outputs = next(stage for stage in text["stages"] if stage["name"] == "evaluate")["outputs"]
         outputs.append(outputs[-1])
         manifest.write_text(json.dumps(text))
-        self.assert_refused(self.evaluate(), r"is there twice; allowed: once; --fresh starts over")
-        done = fricid("run", self.run, "--fresh", "--no-video")
+        self.assert_refused(self.evaluate(), r"is there twice; allowed: once; with --fresh what is wrong there is done again")
+        fits = (self.run / "fit/simple_s1.json").stat().st_mtime_ns
+        done = fricid("evaluate", self.run, "--fresh")  # the fits stand
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual((self.run / "fit/simple_s1.json").stat().st_mtime_ns, fits)
+        self.assertIn("evaluate: up to date", self.evaluate().stderr)
+        manifest.write_text("{")  # nothing stands
+        self.assert_refused(self.evaluate(), r"manifest\.json:1: not JSON.*; with --fresh")
+        done = fricid("identify", self.run, "--fresh")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.evaluate().returncode, 0)
 

@@ -30,7 +30,7 @@ The files that `fricid run` writes. A run folder is new, empty, or that of an ea
 renamed, so a reader sees the old file or the new one. A stage runs again when one of its inputs has
 changed; `manifest.json` lists the inputs of each by name and SHA-256. Only the manifest holds times: all
 other files of two equal runs have the same bytes, except the report, which shows the manifest.
-`--fresh` does every stage again, and starts over where the manifest cannot be used.
+`--fresh` does every stage again, also one whose record in the manifest cannot be used.
 
 This page is generated from the program's structs: build the target `run_folder_docs` to renew it.
 

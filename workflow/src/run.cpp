@@ -24,21 +24,53 @@ std::string cpu_name() {
   return "unknown";
 }
 
-/// @param fresh  start over where the manifest cannot be used
+/// A manifest as it stands in its file.
+struct Unchecked : Manifest {
+  void check() const = delete;
+};
+
+/// The stages that can be used of a manifest that as a whole cannot.
+Manifest sound_part(const fs::path& file) {
+  Manifest sound;
+  const auto may_stand = [&] {
+    try {
+      sound.check(file.string());
+      return true;
+    } catch (const UserError&) {
+      return false;
+    }
+  };
+  try {
+    const auto all = data::load<Unchecked>(file);
+    sound.fitted_by_name = all.fitted_by_name;
+    if (!may_stand()) sound.fitted_by_name.clear();
+    for (const StageRecord& stage : all.stages) {
+      sound.stages.push_back(stage);
+      if (!may_stand()) sound.stages.pop_back();
+    }
+  } catch (const UserError&) {
+    return {};  // no manifest at all
+  }
+  return sound;
+}
+
+/// @param fresh  leave out what cannot be used
 Manifest read_manifest(const fs::path& file, bool fresh) {
   if (!fs::exists(file)) return {};
-  if (data::format_of(file) == "fricid.manifest/1")
+  Manifest manifest;
+  bool earlier = false;
+  try {
+    earlier = data::format_of(file) == "fricid.manifest/1";
+    if (!earlier) manifest = data::load<Manifest>(file);
+  } catch (const UserError& error) {
+    if (!fresh) throw UserError("{}; with --fresh what is wrong there is done again", error.what());
+    manifest = sound_part(file);
+  }
+  if (earlier)
     throw UserError(
         "{}: made by an earlier version of fricid (fricid.manifest/1); name another folder with -o "
         "or remove this one",
         file.string());
-  Manifest manifest;
-  try {
-    manifest = data::load<Manifest>(file);
-  } catch (const UserError& error) {
-    if (fresh) return {};
-    throw UserError("{}; --fresh starts over", error.what());
-  }
   // what an altered record says was done is done again
   std::erase_if(manifest.stages,
                 [](const StageRecord& record) { return record.seal != seal_of(record); });
