@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <map>
+
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/base/names.hpp"
@@ -142,15 +144,22 @@ Verdict simulate(const RunOptions& options, const CommonOptions& common) {
 Verdict compare(const std::vector<fs::path>& folders, const std::string& against,
                 const fs::path& output, const CommonOptions& common) {
   std::vector<evaluate::ComparedRun> runs;
+  std::map<fs::path, fs::path> seen;
   for (const fs::path& path : folders) {
+    const auto [other, first] = seen.try_emplace(fs::weakly_canonical(path / ""), path);
+    if (!first)
+      throw UserError("{}: the folder of {}; allowed: each run once", path.string(),
+                      other->second.string());
     const workflow::RunFolder folder(path);
     if (!fs::exists(folder.evaluation()))
       throw UserError("{}: found no evaluation; run `fricid evaluate` first",
                       folder.evaluation().string());
     runs.push_back({path.string(), data::load<evaluate::Evaluation>(folder.evaluation()), {}});
-    if (workflow::is_run_folder(path))
-      runs.back().fit_seconds =
-          workflow::fit_seconds(data::load<workflow::Manifest>(folder.manifest()));
+    if (!workflow::is_run_folder(path)) continue;
+    const auto manifest = data::load<workflow::Manifest>(folder.manifest());
+    runs.back().fit_seconds = workflow::fit_seconds(manifest);
+    runs.back().problem = workflow::problem_key(manifest);
+    runs.back().fits = workflow::fit_keys(manifest);
   }
   const evaluate::Comparison comparison = evaluate::compare_runs(runs, against);
   const std::string text =

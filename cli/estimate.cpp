@@ -4,6 +4,7 @@
 #include "commands.hpp"
 #include "fricid/data/signal_file.hpp"
 #include "fricid/estimate/online/online_log.hpp"
+#include "fricid/workflow/check.hpp"
 #include "outputs.hpp"
 #include "terminal.hpp"
 
@@ -12,7 +13,8 @@ namespace fricid::cli {
 Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common) {
   require_not_input("-o", options.output, {options.model, options.log});
   const data::ModelFile model = data::load_model(options.model);
-  const data::Dataset log = data::load_dataset(options.log);
+  const data::Dataset log = workflow::joints_of(data::load_dataset(options.log), model.arm.robot,
+                                                "model " + model.name, options.log.string());
   const estimate::OnlineLog estimated = estimate::estimate_log(
       model, log, {.particles = options.particles, .step = {8, 4}, .seed = options.seed});
   data::save_signals<data::EstimateSignals>(estimated, options.output);

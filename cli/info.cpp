@@ -6,6 +6,7 @@
 #include "fricid/base/files.hpp"
 #include "fricid/base/json.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/config/paths.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/hdf5.hpp"
@@ -47,12 +48,12 @@ void print_model(const std::filesystem::path& path) {
                     model.name, model.label, model.seed, model.free_parameters));
   const auto& parameters = arm.friction.model.parameters();
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const int joint = parameters[i].joint;
-    print(fmt::format(
-        "  {:<12}{:<18}{:<10}{:>12.6g} {}\n",
-        joint == friction::kWholeRobot ? "whole robot"
-                                       : arm.robot.joints[static_cast<std::size_t>(joint)].name,
-        parameters[i].owner, parameters[i].symbol, arm.friction.theta[i], parameters[i].info.unit));
+    const int at = parameters[i].joint;
+    const dynamics::Joint* joint =
+        at == friction::kWholeRobot ? nullptr : &arm.robot.joints[static_cast<std::size_t>(at)];
+    print(fmt::format("  {:<12}{:<18}{:<10}{:>12.6g} {}\n", joint ? joint->name : "whole robot",
+                      parameters[i].owner, parameters[i].symbol, arm.friction.theta[i],
+                      unit_of_joint(parameters[i].info.unit, joint && slides(*joint))));
   }
 }
 

@@ -98,13 +98,14 @@ bool misleads(const std::vector<doctor::Finding>& findings,
 Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const std::vector<doctor::FindingKind> fixes = doctor::fixes_of(options.fixes);
   const data::Contract contract = data::load_contract(options.contract);
-  const auto robot = workflow::robot_of_log(options.robot, contract.couplings);
+  const auto warn = [](const std::string& warning) { print(warning + "\n", stderr); };
+  const auto robot = workflow::robot_of_log(options.robot, contract.joint_names,
+                                            options.contract.string(), warn, contract.couplings);
   const std::vector<fs::path> paths = outputs_of(options);
   std::vector<data::Dataset> sets;
   std::vector<data::DiagnosisFile> reports;
   bool sound = true;
   for (const fs::path& log : options.logs) {
-    const auto warn = [](const std::string& warning) { print(warning + "\n", stderr); };
     const data::Dataset read = workflow::as_of_robot(data::read_log(log, contract, warn), robot,
                                                      options.contract.string());
     const auto findings = doctor::diagnose(read, pointer(robot));

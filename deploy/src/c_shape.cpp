@@ -1,6 +1,7 @@
 #include "c_shape.hpp"
 
 #include "c_text.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/friction/same_structure.hpp"
 
 namespace fricid::deploy {
@@ -82,7 +83,8 @@ std::string loop_variable(const CBody& body) { return body.loops ? "  int i;\n" 
 std::string none_if_empty(const std::string& text) { return text.empty() ? "void" : text; }
 
 std::string table(const std::string& name, const std::vector<double>& values,
-                  const std::vector<friction::ParameterRef>& refs, const std::string& prefix) {
+                  const std::vector<friction::ParameterRef>& refs, bool slides,
+                  const std::string& prefix) {
   std::string text = fmt::format("static const {}_real {}[{}] = {{\n", prefix, name, values.size());
   std::string weights;
   const auto end_line = [&] {
@@ -97,9 +99,9 @@ std::string table(const std::string& name, const std::vector<double>& values,
       continue;
     }
     end_line();
-    text += fmt::format(
-        "  {} {}\n", number,
-        c_comment(fmt::format("{} {} [{}]", refs[i].owner, refs[i].symbol, refs[i].info.unit)));
+    text += fmt::format("  {} {}\n", number,
+                        c_comment(fmt::format("{} {} [{}]", refs[i].owner, refs[i].symbol,
+                                              unit_of_joint(refs[i].info.unit, slides))));
   }
   end_line();
   return text + "};\n\n";
@@ -112,10 +114,13 @@ Parts parts_of(const data::ModelFile& model, std::string prefix) {
   Parts parts{.prefix = std::move(prefix),
               .friction = {robot, traced_theta(model.arm.friction)},
               .joint_names = {},
+              .slides = {},
               .shapes = {},
               .shape_of = {}};
-  for (const dynamics::Joint& joint : model.arm.robot.joints)
+  for (const dynamics::Joint& joint : model.arm.robot.joints) {
     parts.joint_names.push_back(joint.name);
+    parts.slides.push_back(dynamics::slides(joint));
+  }
   parts.shape_of.assign(parts.joint_names.size(), -1);
   std::vector<JointSpec> known;
   for (std::size_t j = 0; j < robot.joints().size(); ++j) {
@@ -183,8 +188,9 @@ std::string tables(const Parts& parts) {
     const auto begin = static_cast<std::size_t>(model.parameter_begin(joint));
     const auto size = static_cast<std::size_t>(shape.model.parameter_count());
     if (size > 0)
-      text += table(name, stored(shape, theta.subspan(begin, size)), shape.model.parameters(),
-                    parts.prefix);
+      text +=
+          table(name, stored(shape, theta.subspan(begin, size)), shape.model.parameters(),
+                joint < parts.n() && parts.slides[static_cast<std::size_t>(joint)], parts.prefix);
   };
   for (int j = 0; j < parts.n(); ++j)
     if (const Shape* shape = parts.of(j)) {

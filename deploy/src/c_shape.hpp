@@ -32,6 +32,7 @@ struct Parts {
   std::string prefix;
   friction::Friction friction;  ///< with the parameters of a trace
   std::vector<std::string> joint_names;
+  std::vector<bool> slides;  ///< per joint
   std::vector<Shape> shapes;
   std::vector<int> shape_of;  ///< (n) -1: no friction
   int whole = -1;

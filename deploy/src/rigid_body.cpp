@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/base/xml.hpp"
 #include "fricid/deploy/c_header.hpp"
 #include "fricid/dynamics/body.hpp"
@@ -248,8 +249,9 @@ std::vector<std::string> torques_left_out(const RobotModel& robot, bool springs_
   for (int i = 0; i < static_cast<int>(robot.linear_torques.size()); ++i) {
     const LinearTorque& torque = robot.linear_torques[static_cast<std::size_t>(i)];
     if (springs_said && torque.shape == LinearTorque::Shape::kLinear) continue;
-    losses.push_back(fmt::format("the torque {} ({:.6g} N m) is left out", torque.name,
-                                 robot.pi[robot.linear_begin() + i]));
+    const bool slides = dynamics::slides(robot.joints[static_cast<std::size_t>(torque.joint)]);
+    losses.push_back(fmt::format("the torque {} ({:.6g} {}) is left out", torque.name,
+                                 robot.pi[robot.linear_begin() + i], unit_of_joint("N m", slides)));
   }
   return losses;
 }

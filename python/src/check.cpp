@@ -24,6 +24,7 @@ using Report = std::tuple<bool, std::string, std::string>;
 Report report_of(const workflow::Subject& subject) {
   const workflow::CheckReport report = workflow::check(subject);
   std::string words;
+  for (const std::string& warning : subject.warnings) words += warning + "\n";
   for (std::size_t i = 0; i < subject.sets.size(); ++i)
     for (const doctor::Finding& finding : report.findings[i])
       words += subject.sets[i].name + ": " + doctor::to_text(finding, subject.sets[i]) + "\n";
@@ -66,7 +67,9 @@ void bind_check(nb::module_& m) {
          bool mend_inertia) {
         return job(nb::none(), [&] {
           workflow::Subject subject;
-          subject.robot = workflow::robot_of_log(robot_at(robot, mount, mend_inertia));
+          subject.robot = workflow::robot_of_log(
+              robot_at(robot, mount, mend_inertia), log.joint_names, log.name,
+              [&](const std::string& line) { subject.warnings.push_back(line); });
           subject.sets.push_back(workflow::as_of_robot(log, subject.robot, log.name));
           return report_of(subject);
         });

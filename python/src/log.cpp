@@ -50,9 +50,7 @@ Dataset make_log(const ArrayLike& q, const ArrayLike& tau, double rate_hz,
   if (joint_names && std::ssize(*joint_names) != d.n())
     throw UserError("joint_names: {} names; allowed: {}, one per column of q", joint_names->size(),
                     d.n());
-  for (int j = 0; j < d.n(); ++j)
-    d.joint_names.push_back(joint_names ? (*joint_names)[static_cast<std::size_t>(j)]
-                                        : fmt::format("joint_{}", j + 1));
+  d.joint_names = joint_names ? std::move(*joint_names) : default_names(d.n());
   warn(data::check_dataset(d, d.name));
   return d;
 }
@@ -63,6 +61,12 @@ std::optional<View> optional_view(nb::handle log, const RowMatrix& signal) {
 const Dataset& of(nb::handle log) { return nb::cast<const Dataset&>(log); }
 
 }  // namespace
+
+std::vector<std::string> default_names(int n) {
+  std::vector<std::string> names;
+  for (int j = 0; j < n; ++j) names.push_back(fmt::format("joint_{}", j + 1));
+  return names;
+}
 
 void bind_log(nb::module_& m) {
   using nb::literals::operator""_a;

@@ -2,9 +2,15 @@
 
 #include <nanobind/nanobind.h>
 
+#include <string>
+#include <vector>
+
 #include "fricid/data/dataset.hpp"
 
 namespace fricid::python {
+
+/// Names of joints that nobody named: joint_1, joint_2, ...
+std::vector<std::string> default_names(int n);
 
 /// Log: a recording as arrays.
 void bind_log(nanobind::module_& m);

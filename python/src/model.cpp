@@ -13,6 +13,7 @@
 #include "arrays.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/pack.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/deploy/export.hpp"
 #include "fricid/system/driven_friction.hpp"
 
@@ -40,13 +41,15 @@ class Friction {
     for (std::size_t i = 0; i < all.size(); ++i) {
       const friction::ParameterRef& p = all[i];
       nb::dict row;
-      row["joint"] = p.joint == friction::kWholeRobot
-                         ? std::string()
-                         : file_->arm.robot.joints[static_cast<std::size_t>(p.joint)].name;
+      const dynamics::Joint* joint =
+          p.joint == friction::kWholeRobot
+              ? nullptr
+              : &file_->arm.robot.joints[static_cast<std::size_t>(p.joint)];
+      row["joint"] = joint ? joint->name : std::string();
       row["owner"] = p.owner;
       row["symbol"] = p.symbol;
       row["value"] = friction().theta[i];
-      row["unit"] = std::string(p.info.unit);
+      row["unit"] = unit_of_joint(p.info.unit, joint && slides(*joint));
       row["meaning"] = std::string(p.info.meaning);
       rows.append(row);
     }

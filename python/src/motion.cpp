@@ -4,6 +4,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -16,7 +17,9 @@
 #include "fricid/evaluate/options.hpp"
 #include "fricid/evaluate/rollout_of_log.hpp"
 #include "fricid/system/transmission.hpp"
+#include "fricid/workflow/check.hpp"
 #include "job.hpp"
+#include "log.hpp"
 
 namespace fricid::python {
 namespace {
@@ -52,8 +55,20 @@ struct Motion {
 };
 const Motion& of(nb::handle motion) { return nb::cast<const Motion&>(motion); }
 
-Motion rollout(const Model& model, const data::Dataset& log, double start_s,
+/// The log with its joints in the order of the model; names that nobody gave are those of its
+/// order.
+data::Dataset for_model(const data::Dataset& log, const data::ModelFile& file) {
+  const dynamics::RobotModel& robot = file.arm.robot;
+  const bool unnamed = log.joint_names == default_names(log.n()) && log.n() == robot.n() &&
+                       std::ranges::none_of(robot.joints, [&](const dynamics::Joint& joint) {
+                         return std::ranges::count(log.joint_names, joint.name) > 0;
+                       });
+  return unnamed ? log : workflow::joints_of(log, robot, "model " + file.name, log.name);
+}
+
+Motion rollout(const Model& model, const data::Dataset& given, double start_s,
                std::optional<double> seconds, double cutoff_hz, const nb::object& progress) {
+  const data::Dataset log = for_model(given, *model.file);
   const int begin = samples_in(start_s, log, "start_s");
   const int steps = seconds ? samples_in(*seconds, log, "seconds") : log.length() - 1 - begin;
   return job(progress, [&] {

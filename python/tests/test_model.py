@@ -176,6 +176,17 @@ def test_rollout_follows_the_log(model, log):
             model.rollout(log, **bad)
 
 
+def test_rollout_takes_joints_by_name(model, log):
+    turned = fricid.Log(log.q[:, ::-1], log.tau[:, ::-1], log.rate_hz, joint_names=log.joint_names[::-1])
+    unnamed = fricid.Log(log.q, log.tau, log.rate_hz)
+    expected = model.rollout(fricid.Log(log.q, log.tau, log.rate_hz, joint_names=log.joint_names), seconds=1.0)
+    for other in (turned, unnamed):
+        np.testing.assert_array_equal(model.rollout(other, seconds=1.0).q, expected.q)
+    others = fricid.Log(log.q, log.tau, log.rate_hz, joint_names=[f"a{i}" for i in range(6)])
+    with pytest.raises(fricid.UserError, match="found a0 a1 a2 a3 a4 a5; allowed: those of model lugre, joint_a1 .*, in any order"):
+        model.rollout(others)
+
+
 def test_simulate_is_the_same_open_loop(model, log):
     """From the state of a rollout, under the same torque, the same motion."""
     whole = model.rollout(log, seconds=2.0)

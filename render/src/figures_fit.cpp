@@ -1,13 +1,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 
 #include "figure_parts.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/signals/overview.hpp"
 #include "fricid/sim/excitation_file.hpp"
@@ -187,7 +190,7 @@ Figure parameters(const Run& run) {
   for (int j = 0; j < run.n(); ++j) joints.emplace_back(j, run.joint(j));
 
   std::map<std::string, std::vector<Series>> by_symbol;
-  std::map<std::string, std::string> units;
+  std::map<std::string, std::set<std::string, std::greater<>>> units;  // those that turn first
   std::vector<std::string> order;
   const std::vector<RunModel> models = run.fitted();
   for (std::size_t m = 0; m < models.size(); ++m) {
@@ -201,8 +204,10 @@ Figure parameters(const Run& run) {
       const friction::ParameterRef& parameter = friction.parameters()[static_cast<std::size_t>(i)];
       if (!is_shown(parameter, friction)) continue;
       Series& series = own[parameter.symbol];
-      units[parameter.symbol] =
-          parameter.info.has_unit() ? fmt::format("[{}]", parameter.info.unit) : "";
+      if (parameter.info.has_unit() && parameter.joint >= 0 && parameter.joint < run.n()) {
+        const bool slides = run.slides[static_cast<std::size_t>(parameter.joint)];
+        units[parameter.symbol].insert(unit_of_joint(parameter.info.unit, slides));
+      }
       const double value = theta[static_cast<std::size_t>(i)];
       const data::FittedParameter* fitted = fit ? fitted_parameter(*fit, friction, i) : nullptr;
       const double error = fitted == nullptr ? kNaN : fitted->standard_error;
@@ -238,7 +243,9 @@ Figure parameters(const Run& run) {
     std::vector<Series> series = by_symbol[symbol];
     if (truth.x.empty() && series.size() < 2) continue;
     Panel panel{.title = symbol,
-                .y_label = units[symbol],
+                .y_label = units[symbol].empty()
+                               ? std::string()
+                               : fmt::format("[{}]", fmt::join(units[symbol], ", ")),
                 .series = std::move(series),
                 .x_range = {-0.6, run.n() - 0.4},
                 .x_tics = {}};

@@ -103,6 +103,31 @@ Dataset swinging(const std::string& name, int samples) {
   return d;
 }
 
+TEST(SamplesInCommon, AreFoundWhereverTheyBegin) {
+  const Dataset whole = swinging("a", 1000);
+  EXPECT_EQ(samples_in_common(whole, whole), 1000);
+  EXPECT_EQ(samples_in_common(rows_of(whole, 300, 200), whole), 200);
+  EXPECT_EQ(samples_in_common(whole, rows_of(whole, 300, 200)), 200);
+  Dataset later = rows_of(whole, 300, 200);
+  later.t.array() += 7;
+  EXPECT_EQ(samples_in_common(later, whole), 200);
+  EXPECT_EQ(samples_in_common(rows_of(whole, 0, 500), rows_of(whole, 500, 500)), 0);
+}
+
+// Two logs of a robot at rest are not the same log, nor are two with one sample that is alike.
+TEST(SamplesInCommon, AreThoseOfMotion) {
+  Dataset rest = swinging("a", 100), other = swinging("b", 100);
+  rest.q.setConstant(0.5);
+  rest.tau.setConstant(1);
+  EXPECT_EQ(samples_in_common(rest, rest), 0);
+  other.tau.array() += 1e-6;
+  other.tau.row(50) = rest.tau.row(50);
+  EXPECT_EQ(samples_in_common(other, swinging("a", 100)), 0);
+  Dataset missing = swinging("a", 100);
+  missing.q.row(20).setConstant(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(samples_in_common(missing, missing), 100);
+}
+
 TEST(TrainingPart, IsAllOfWhatIsShort) {
   const std::vector<Dataset> logs{swinging("a", 1000), swinging("b", 600)};
   const TrainingPart part = training_part(logs, 1600);

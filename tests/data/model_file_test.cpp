@@ -153,6 +153,40 @@ TEST_F(ModelJson, ARobotWithoutFrictionIsAModelToo) {
   EXPECT_TRUE(friction.theta.empty());
 }
 
+// A file of before has the units of a joint that turns; it is read.
+TEST_F(ModelJson, FrictionOfASlidingJointIsAForce) {
+  ModelFile model = make_model();
+  friction::Friction& friction = model.arm.friction;
+  friction.model = friction::RobotFriction({{{{"lugre", 0, {}}}}, {{{"lugre", 0, {}}}}});
+  friction.theta = friction::default_theta(friction.model);
+  save_model(model, path("turning.json"));
+  model.arm.robot.joints[1].type = dynamics::JointType::kPrismatic;
+  model.arm.robot.joints[1].continuous = false;
+  model.arm.robot.joints[1].lower = -1;
+  model.arm.robot.joints[1].upper = 1;
+  save_model(model, path("a.json"));
+  const auto unit = [](const std::string& text, int joint, const char* symbol) {
+    return nlohmann::json::parse(
+               text)["friction"][static_cast<std::size_t>(joint)][0]["parameters"][symbol]["unit"]
+        .get<std::string>();
+  };
+  const std::string text = read("a.json");
+  EXPECT_EQ(unit(text, 0, "Fc"), "N m");
+  EXPECT_EQ(unit(text, 0, "sigma2"), "N m s/rad");
+  EXPECT_EQ(unit(text, 1, "Fc"), "N");
+  EXPECT_EQ(unit(text, 1, "sigma0"), "N/m");
+  EXPECT_EQ(unit(text, 1, "sigma2"), "N s/m");
+  EXPECT_EQ(unit(text, 1, "vs"), "m/s");
+  EXPECT_EQ(load_model(path("a.json")).arm.friction.theta, friction.theta);
+
+  auto older = nlohmann::ordered_json::parse(text);
+  older["friction"] = nlohmann::ordered_json::parse(read("turning.json"))["friction"];
+  write("older.json", older.dump());
+  EXPECT_EQ(load_model(path("older.json")).arm.friction.theta, friction.theta);
+  older["friction"][1][0]["parameters"]["Fc"]["unit"] = "kN";
+  EXPECT_THAT(error_of(older.dump()), testing::HasSubstr("found \"kN\"; allowed: N"));
+}
+
 TEST_F(ModelJson, TruncatedAtEveryByteIsAnError) {
   ModelFile model = make_model();
   friction::Friction& friction = model.arm.friction;  // few parameters: every byte costs a file

@@ -69,6 +69,19 @@ TEST(CHeader, SameModelSameBytes) {
   for (const data::ModelFile& model : all_models()) EXPECT_EQ(c_header(model), c_header(model));
 }
 
+TEST(CHeader, FrictionOfASlidingJointIsAForce) {
+  data::ModelFile model = robot_with("lugre");
+  EXPECT_THAT(c_header(model), Not(HasSubstr("Fc [N] ")));
+  model.arm.robot.joints[0].type = dynamics::JointType::kPrismatic;
+  add_linear_torque(model.arm.robot, {.name = "offset", .joint = 0}, 2);
+  add_linear_torque(model.arm.robot, {.name = "other", .joint = 1}, 3);
+  EXPECT_THAT(c_header(model), HasSubstr("Fc [N] "));
+  EXPECT_THAT(c_header(model), HasSubstr("Fc [N m] "));
+  EXPECT_THAT(export_model(model, "c").losses,
+              testing::IsSupersetOf(
+                  {HasSubstr("offset (2 N) is left out"), HasSubstr("other (3 N m) is left out")}));
+}
+
 TEST(CHeader, NamesAreIdentifiers) {
   data::ModelFile model;
   model.name = "1-a.b";

@@ -435,7 +435,6 @@ TEST(Doctor, ABaseOnASlopeIsFound) {
   EXPECT_NE(mount[0].unit.find("mount_rpy"), std::string::npos) << mount[0].unit;
 }
 
-// The torques of two coupled motors beside the positions of their joints.
 TEST(Doctor, TorqueAtItsLimitForAShareOfTheLogMisleadsAndCanBeLeftOut) {
   auto [log, robot] = clean_logs()[0];
   const double most = 0.5 * log.tau.col(0).cwiseAbs().maxCoeff();
@@ -450,6 +449,7 @@ TEST(Doctor, TorqueAtItsLimitForAShareOfTheLogMisleadsAndCanBeLeftOut) {
     EXPECT_EQ(std::isnan(repaired.tau(k, 0)), std::abs(log.tau(k, 0)) == most) << k;
 }
 
+// The torques of two coupled motors beside the positions of their joints.
 TEST(Doctor, TorquesOfCoupledMotorsAreNoTorquesOfJoints) {
   auto [log, robot] = clean_logs()[0];
   robot.couplings = {{.joint = 2, .motor = 1, .factor = -1}};

@@ -2,13 +2,17 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <string>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/files.hpp"
 #include "fricid/dynamics/physical_inertia.hpp"
+#include "fricid/dynamics/rest_positions.hpp"
 #include "fricid/dynamics/robot_model.hpp"
 #include "robots.hpp"
 #include "source_dir.hpp"
+#include "temporary_folder.hpp"
 
 namespace fricid::dynamics::test {
 namespace {
@@ -278,6 +282,37 @@ TEST(UrdfError, Joint) {
             "r.urdf: no revolute, continuous or prismatic joint");
   EXPECT_EQ(message("<robot name=\"r\">\n<link name=\"base\"/>\n</robot>"),
             "r.urdf: no revolute, continuous or prismatic joint");
+}
+
+// urdfdom says "joint xml is not initialized correctly".
+TEST(UrdfError, LimitsThatAreMissing) {
+  const std::string remedy =
+      "; allowed: <limit lower= upper= velocity= effort=/> (0: no limit of velocity or effort)";
+  const std::string turning = ", type=\"continuous\" where it turns without end, or type=\"fixed\"";
+  EXPECT_EQ(message(one_joint(kInertial, "")),
+            "r.urdf:4: joint turn: revolute without <limit>" + remedy + turning);
+  EXPECT_EQ(message(one_joint(kInertial, R"(<limit lower="-1" upper="1" velocity="2"/>)")),
+            "r.urdf:4: joint turn: revolute without <limit> with effort" + remedy + turning);
+  EXPECT_EQ(message(one_joint(kInertial, R"(<limit lower="-1" upper="1" effort="2"/>)")),
+            "r.urdf:4: joint turn: revolute without <limit> with velocity" + remedy + turning);
+  EXPECT_EQ(message(one_joint(kInertial, "", "prismatic")),
+            "r.urdf:4: joint turn: prismatic without <limit>" + remedy + ", or type=\"fixed\"");
+}
+
+using UrdfFile = TemporaryFolder;
+
+// What follows another joint is placed with it.
+TEST_F(UrdfFile, JointsRestAtZeroOrAtTheirLimitNearestToIt) {
+  const auto rest = [&](const std::string& limit) {
+    write_file_atomically(folder / "r.urdf", one_joint(kInertial, limit));
+    return rest_positions(folder / "r.urdf").at("turn");
+  };
+  EXPECT_EQ(rest(kLimit), 0);
+  EXPECT_EQ(rest(R"(<limit lower="-2" upper="-1" velocity="2" effort="3"/>)"), -1);
+  EXPECT_EQ(rest(R"(<limit lower="0.5" upper="1" velocity="2" effort="3"/>)"), 0.5);
+  write_file_atomically(folder / "r.urdf", gripper());
+  const std::map<std::string, double> expected{{"finger_one", 0}, {"turn", 0}};
+  EXPECT_EQ(rest_positions(folder / "r.urdf"), expected);
 }
 
 TEST(UrdfError, OwnElement) {

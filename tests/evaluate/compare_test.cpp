@@ -122,6 +122,30 @@ TEST(Compare, AgainstAModel) {
   EXPECT_THROW(compare_runs(runs, "lmv"), UserError);
 }
 
+// One name is not yet one problem: other robots or data are no repetition.
+TEST(Compare, ListsRunsOfOtherProblemsApart) {
+  std::vector<ComparedRun> runs{run("s", 1e-6, 1e-3, 1e-5), run("s", 4e-6, 4e-3, 4e-5),
+                                run("s", 1, 2, 1.5), run("t", 1, 2, 1.5)};
+  runs[0].place = "run/a", runs[1].place = "run/b", runs[2].place = "run/c";
+  runs[0].problem = runs[1].problem = "arm";
+  runs[2].problem = "other arm";
+  const auto scenes_of = [&] {
+    std::vector<std::pair<std::string, int>> found;
+    for (const ComparedScene& scene : compare_runs(runs).scenes)
+      found.emplace_back(scene.scene, scene.runs);
+    return found;
+  };
+  using Scenes = std::vector<std::pair<std::string, int>>;
+  EXPECT_EQ(scenes_of(), (Scenes{{"s (run/a, run/b)", 2}, {"s (run/c)", 1}, {"t", 1}}));
+  // nor are fits of one name with other settings
+  runs[2].problem = "arm";
+  EXPECT_EQ(scenes_of(), (Scenes{{"s", 3}, {"t", 1}}));
+  runs[0].fits = {{"lvm_s1", "x"}};
+  runs[1].fits = {{"lvm_s2", "y"}};
+  runs[2].fits = {{"lvm_s1", "z"}};
+  EXPECT_EQ(scenes_of(), (Scenes{{"s (run/a, run/b)", 2}, {"s (run/c)", 1}, {"t", 1}}));
+}
+
 TEST(Compare, RefusesOtherHorizons) {
   const std::vector<ComparedRun> mixed{run("s", 1e-6, 1e-3, 1e-5, 1),
                                        run("s", 1e-6, 1e-3, 1e-5, 10)};

@@ -100,6 +100,21 @@ TEST(Compensation, TheTableHasARowPerModel) {
   EXPECT_THAT(text, HasSubstr("limit cycle, gain 1.1"));
 }
 
+TEST(Compensation, TablesShowEveryGain) {
+  CompensationFile file = two_models();
+  file.loops[2].feedback_J = 77;
+  const std::string text = to_markdown(file);
+  EXPECT_THAT(text, HasSubstr("gain 1 and 1.1."));
+  for (const char* title : {"RMS at reversals [mrad]", "RMS in sliding [mrad]",
+                            "energy of the feedback [J]", "joints in a limit cycle"})
+    for (const char* gain : {", gain 1 ", ", gain 1.1 "})
+      EXPECT_THAT(text, HasSubstr(std::string("| ") + title + gain));
+  EXPECT_THAT(text, HasSubstr("77"));
+
+  std::erase_if(file.loops, [](const LoopScore& loop) { return loop.gain == 1.1; });
+  EXPECT_THAT(to_markdown(file), HasSubstr("| RMS at reversals [mrad] |"));
+}
+
 class CompensationOnDisk : public TemporaryFolder {};
 
 TEST_F(CompensationOnDisk, IsReadAsWritten) {

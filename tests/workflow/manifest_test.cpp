@@ -83,6 +83,27 @@ TEST(ManifestTest, SecondsOfAModelAreTheMeanOverItsFits) {
   EXPECT_THAT(fit_seconds(manifest), ElementsAre(Pair("dahl", 7), Pair("lugre", 2.5)));
 }
 
+// Runs that differ in their seeds alone are comparable.
+TEST(ManifestTest, TheKeyOfAProblemIsThatOfItsData) {
+  const auto key = [](const std::string& seed, const std::string& urdf, const std::string& identify,
+                      const std::string& model) {
+    Manifest manifest;
+    manifest.at("data").inputs = {
+        {"URDF", urdf}, {"scene [robot]", "r"}, {"scene name", seed + "n"}, {"scene seed", seed}};
+    manifest.at("data").outputs = {{"data/train_0.h5", seed + urdf}};
+    manifest.at("evaluate").inputs = {{"data/train_0.h5", seed + urdf},
+                                      {"scene [evaluate]", seed},
+                                      {"scene [identify]", identify}};
+    manifest.at(stage_of({"lvm", 1})).inputs = {{"scene [[model]]", model}};
+    EXPECT_THAT(fit_keys(manifest), ElementsAre(Pair("lvm_s1", model)));
+    return problem_key(manifest);
+  };
+  EXPECT_EQ(key("1", "u", "i", "m"), key("2", "u", "i", "n"));
+  EXPECT_NE(key("1", "u", "i", "m"), key("1", "v", "i", "m"));
+  EXPECT_NE(key("1", "u", "i", "m"), key("1", "u", "j", "m"));
+  EXPECT_EQ(problem_key({}), "");
+}
+
 using ManifestFile = TemporaryFolder;
 
 TEST_F(ManifestFile, ComesBackAsItWas) {

@@ -30,11 +30,17 @@ The files that `fricid run` writes. A run folder is new, empty, or that of an ea
 renamed, so a reader sees the old file or the new one. A stage runs again when one of its inputs has
 changed; `manifest.json` lists the inputs of each by name and SHA-256. Only the manifest holds times: all
 other files of two equal runs have the same bytes, except the report, which shows the manifest.
+`--fresh` does every stage again, also one whose record in the manifest cannot be used.
 
 This page is generated from the program's structs: build the target `run_folder_docs` to renew it.
 
 | stage | reads | file | holds |
 |---|---|---|---|
+)";
+
+constexpr const char* kRecordings = R"(
+RECORDING is train_0, validation_0, ...; of `evaluate --data FILE` the name of the file. Where a recording or result of the run has that name,
+the folder of the file comes before it (of RUN/data/validation_0.h5 RUN_validation_0), and a number behind it where that is taken too.
 )";
 
 struct Row {
@@ -90,6 +96,7 @@ std::string run_folder_page() {
   for (const Row& row : rows)
     page += fmt::format("| {} | {} | `{}` | {} |\n", row.stage, row.reads, run.name_of(row.file),
                         row.holds);
+  page += kRecordings;
   page += artefact_section<workflow::Manifest>("manifest.json", "The stages of the run.");
   page += artefact_section<sim::ExcitationFile>("excitation.json", "Design of the trajectories.");
   page += artefact_section<data::DiagnosisFile>("data/RECORDING.doctor.json",

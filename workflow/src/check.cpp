@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <ranges>
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/contract.hpp"
@@ -10,6 +11,7 @@
 #include "fricid/data/training_part.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/dynamics/nominal.hpp"
+#include "fricid/dynamics/rest_positions.hpp"
 #include "fricid/scene/problem.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
@@ -30,16 +32,34 @@ std::vector<std::string> names_of(const dynamics::RobotModel& robot) {
   return names;
 }
 
+template <class Names>
+[[noreturn]] void refuse_joint(const std::string& joint, const Names& allowed,
+                               const std::string& where) {
+  throw UserError("{}: joint {}; allowed: those that move in the robot's file, {}", where, joint,
+                  fmt::join(allowed, " "));
+}
+
 }  // namespace
 
 std::optional<dynamics::RobotModel> robot_of_log(
-    const RobotOfLog& of_log, const std::vector<dynamics::NamedCoupling>& couplings) {
+    const RobotOfLog& of_log, const std::vector<std::string>& logged, const std::string& where,
+    const std::function<void(const std::string&)>& say,
+    const std::vector<dynamics::NamedCoupling>& couplings) {
   const fs::path& urdf = of_log.urdf;
   if (urdf.empty()) return {};
+  dynamics::Welds welds{dynamics::rest_positions(urdf)};
+  for (const std::string& joint : logged)
+    if (!welds.at.contains(joint)) refuse_joint(joint, std::views::keys(welds.at), where);
+  for (const std::string& joint : logged) welds.at.erase(joint);
+  std::vector<std::string> fixed;
+  for (const auto& [joint, position] : welds.at)
+    fixed.push_back(fmt::format("{} at {:.4g}", joint, position));
   scene::RobotSection section;
   section.mount = of_log.mount;
   dynamics::RobotModel robot =
-      dynamics::load_urdf(urdf, scene::mount_rotation(section), {}, of_log.mend_inertia);
+      dynamics::load_urdf(urdf, scene::mount_rotation(section), welds, of_log.mend_inertia);
+  if (!fixed.empty() && say)
+    say(fmt::format("{}: not logged, taken as fixed: {}", where, fmt::join(fixed, ", ")));
   robot.couplings = dynamics::couplings_of(couplings, names_of(robot), "coupling",
                                            [](std::string_view) { return "contract"; });
   dynamics::require_inertia(robot, urdf.string());
@@ -52,10 +72,27 @@ data::Dataset as_of_robot(const data::Dataset& log,
   if (!robot) return log;
   const std::vector<std::string> joints = names_of(*robot);
   for (const std::string& joint : log.joint_names)
-    if (std::ranges::count(joints, joint) == 0)
-      throw UserError("{}: joint {}; allowed: those that move in the robot's file, {}", where,
-                      joint, fmt::join(joints, " "));
+    if (std::ranges::count(joints, joint) == 0) refuse_joint(joint, joints, where);
   return data::of_joints(log, joints, {}, where);
+}
+
+data::Dataset joints_of(const data::Dataset& log, const dynamics::RobotModel& robot,
+                        const std::string& whose, const std::string& where,
+                        const std::map<std::string, double>& welds) {
+  const std::vector<std::string> joints = names_of(robot);
+  const auto logged = [&](const std::string& joint) {
+    return std::ranges::count(log.joint_names, joint) > 0;
+  };
+  const auto known = [&](const std::string& joint) {
+    return std::ranges::count(joints, joint) > 0 || welds.contains(joint);
+  };
+  if (!std::ranges::all_of(joints, logged) || !std::ranges::all_of(log.joint_names, known))
+    throw UserError("{}: {}found {}; allowed: those of {}, {}, in any order", where,
+                    log.n() == robot.n()
+                        ? std::string()
+                        : fmt::format("{} joints, {} has {}: ", log.n(), whose, robot.n()),
+                    fmt::join(log.joint_names, " "), whose, fmt::join(joints, " "));
+  return data::of_joints(log, joints, welds, where);
 }
 
 Subject subject_of_run(const fs::path& folder) {
@@ -87,14 +124,16 @@ Subject subject_of_log(const fs::path& log, const fs::path& contract, const Robo
   if (contract.empty() && kind != ".h5" && kind != ".hdf5")
     throw UserError("{}: a log needs --contract FILE; `fricid template contract` prints one",
                     log.string());
+  const auto say = [&](const std::string& line) { subject.warnings.push_back(line); };
   if (contract.empty()) {
-    subject.robot = robot_of_log(robot);
-    subject.sets.push_back(as_of_robot(data::load_dataset(log), subject.robot, log.string()));
+    const data::Dataset read = data::load_dataset(log);
+    subject.robot = robot_of_log(robot, read.joint_names, log.string(), say);
+    subject.sets.push_back(as_of_robot(read, subject.robot, log.string()));
   } else {
     const data::Contract columns = data::load_contract(contract);
-    subject.robot = robot_of_log(robot, columns.couplings);
-    const data::Dataset read = data::read_log(
-        log, columns, [&](const std::string& warning) { subject.warnings.push_back(warning); });
+    subject.robot =
+        robot_of_log(robot, columns.joint_names, contract.string(), say, columns.couplings);
+    const data::Dataset read = data::read_log(log, columns, say);
     subject.sets.push_back(as_of_robot(read, subject.robot, contract.string()));
   }
   return subject;

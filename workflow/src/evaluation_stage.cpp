@@ -1,6 +1,10 @@
 // The stage that evaluates fits: gathers held-out data, truth and models; scoring is evaluate's.
 #include <fmt/format.h>
 #include <algorithm>
+#include <functional>
+#include <map>
+#include <set>
+#include <span>
 
 #include "fitted_model.hpp"
 #include "fricid/base/error.hpp"
@@ -8,10 +12,12 @@
 #include "fricid/base/parallel.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/fit_file.hpp"
+#include "fricid/data/log_part.hpp"
 #include "fricid/data/training_part.hpp"
 #include "fricid/evaluate/evaluate.hpp"
 #include "fricid/signals/recording.hpp"
 #include "fricid/sim/simulate.hpp"
+#include "fricid/workflow/check.hpp"
 #include "fricid/workflow/job.hpp"
 #include "fricid/workflow/recordings.hpp"
 #include "fricid/workflow/section.hpp"
@@ -24,12 +30,19 @@ using enum Section;
 
 constexpr Section kEvaluated[] = {kName, kRobot, kFriction, kPlant, kIdentify, kEvaluate};
 
+/// A data set of `--data`, and the name of the recording in tables and files.
+struct FurtherData {
+  fs::path file;
+  std::string name;
+};
+
 /// Input of the stage's work: the declared part of the scene, and the fits to evaluate.
 struct Task {
   scene::Problem problem;
   std::vector<FitRequest> fits;
-  std::vector<fs::path> further_data;
+  std::vector<FurtherData> further_data;
   int jobs;
+  std::function<void(const std::string&)> say;
 };
 
 /// Held-out recordings with their truth, if known.
@@ -53,15 +66,22 @@ sim::Truth load_truth_of(const data::Dataset& data, const fs::path& data_file,
   return truth;
 }
 
-void add_recording(HeldOut& held_out, const fs::path& data_file, const fs::path& truth_file,
-                   double cutoff_hz) {
+/// @param at_joints  the recording with the joints of the robot
+/// @param in_file    its joints as they stand in the file
+void add_recording(HeldOut& held_out, data::Dataset at_joints,
+                   const std::vector<std::string>& in_file, const fs::path& data_file,
+                   const fs::path& truth_file, double cutoff_hz) {
   evaluate::Trajectory trajectory;
-  trajectory.data = data::load_dataset(data_file);
+  trajectory.data = std::move(at_joints);
   signals::Motion motion = signals::make_recording(trajectory.data, cutoff_hz).narrow;
   trajectory.q = std::move(motion.q);
   trajectory.v = std::move(motion.v);
   trajectory.a = std::move(motion.a);
   if (is_there(truth_file)) {
+    if (in_file != trajectory.data.joint_names)
+      throw UserError("{}: found a truth of the joints {}; allowed: in the order of the robot, {}",
+                      truth_file.string(), fmt::join(in_file, ", "),
+                      fmt::join(trajectory.data.joint_names, ", "));
     held_out.truths.push_back(load_truth_of(trajectory.data, data_file, truth_file));
     const sim::Trace& trace = held_out.truths.back().trace;
     trajectory.truth = evaluate::Reference{trace.q, trace.v, trace.tau_f, trace.z};
@@ -88,19 +108,51 @@ void require_horizons(const Task& task, const HeldOut& held_out) {
         scene.origin.place("evaluate.horizons_s"), shortest, longest);
 }
 
-HeldOut load_held_out(const Task& task, const RunFolder& folder) {
+/// @throws UserError when the models were fitted to samples of a recording
+void refuse_training(const data::Dataset& recording, std::span<const data::Dataset> training,
+                     const fs::path& file) {
+  for (const data::Dataset& learnt : training)
+    if (const int shared = data::samples_in_common(recording, learnt); shared > 0)
+      throw UserError(
+          "--data {}: {:.3g} s of it are in {}, which is trained on; allowed: other recordings",
+          file.string(), shared * recording.dt(), learnt.name);
+}
+
+/// @throws UserError when all of a recording is in one that is held out already
+void refuse_again(const data::Dataset& recording, std::span<const evaluate::Trajectory> held_out,
+                  const fs::path& file) {
+  for (const evaluate::Trajectory& known : held_out)
+    if (data::samples_in_common(recording, known.data) == recording.length())
+      throw UserError("--data {}: all of it is in {}; allowed: each recording once", file.string(),
+                      known.data.name);
+}
+
+/// @param training  recordings that the models were fitted to
+HeldOut load_held_out(const Task& task, const RunFolder& folder,
+                      std::span<const data::Dataset> training) {
   HeldOut held_out;
   const double cutoff = task.problem.scene.identify.cutoff_hz;
   for (int i = 0; is_there(folder.recording(RunFolder::validation(i))); ++i) {
     const std::string name = RunFolder::validation(i);
-    add_recording(held_out, folder.recording(name), folder.truth(name), cutoff);
+    data::Dataset own = data::load_dataset(folder.recording(name));
+    const std::vector<std::string> joints = own.joint_names;
+    add_recording(held_out, std::move(own), joints, folder.recording(name), folder.truth(name),
+                  cutoff);
   }
-  const int n = task.problem.robot.n();
-  for (const fs::path& file : task.further_data) {
-    add_recording(held_out, file, truth_of(file), cutoff);
-    if (const int joints = held_out.trajectories.back().data.n(); joints != n)
-      throw UserError("{}: {} joints; allowed: {}, those of the robot of the run", file.string(),
-                      joints, n);
+  const dynamics::RobotModel& robot = task.problem.robot;
+  const std::map<std::string, double>& fix = task.problem.scene.robot.fix;
+  for (const FurtherData& further : task.further_data) {
+    const data::Dataset read = data::load_dataset(further.file);
+    if (fix.empty() && read.n() != robot.n())
+      throw UserError("{}: {} joints; allowed: {}, those of the robot of the run, {}; found {}",
+                      further.file.string(), read.n(), robot.n(),
+                      fmt::join(task.problem.scene.joints, " "), fmt::join(read.joint_names, " "));
+    data::Dataset own = joints_of(read, robot, "the robot of the run", further.file.string(), fix);
+    refuse_training(own, training, further.file);
+    refuse_again(own, held_out.trajectories, further.file);
+    own.name = further.name;
+    add_recording(held_out, std::move(own), read.joint_names, further.file, truth_of(further.file),
+                  cutoff);
   }
   if (held_out.trajectories.empty())
     throw UserError("{}: found no validation data to evaluate on",
@@ -129,12 +181,12 @@ std::vector<evaluate::Rollout> simulator_rollouts(const Task& task, const HeldOu
   return rollouts;
 }
 
-/// The recordings that the models were fitted to, driven by the motion that fits see.
-std::vector<evaluate::Trajectory> load_training(const Task& task, const RunFolder& folder) {
+/// What of the recordings the models were fitted to, driven by the motion that fits see.
+std::vector<evaluate::Trajectory> driven_training(const Task& task,
+                                                  std::vector<data::Dataset> recordings) {
   std::vector<evaluate::Trajectory> training;
   const std::vector<data::Dataset> all =
-      first_seconds(load_recordings(folder, RunFolder::training, task.problem.scene.joints),
-                    task.problem.scene.identify.first_s);
+      first_seconds(std::move(recordings), task.problem.scene.identify.first_s);
   for (data::Dataset& dataset : data::training_part(all).recordings) {
     evaluate::Trajectory& recording = training.emplace_back();
     recording.data = std::move(dataset);
@@ -253,7 +305,11 @@ std::vector<fs::path> save(const evaluate::Evaluation& evaluation,
 }
 
 Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
-  const HeldOut held_out = load_held_out(task, visible);
+  std::vector<data::Dataset> training =
+      load_recordings(visible, RunFolder::training, task.problem.scene.joints);
+  const HeldOut held_out = load_held_out(task, visible, training);
+  for (const auto& [file, name] : task.further_data)
+    if (name != file.stem()) task.say(fmt::format("--data {}: called {}", file.string(), name));
   const evaluate::EvaluateOptions& options = task.problem.scene.evaluate;
   const auto starts =
       evaluate::plan_starts(held_out.trajectories, options.horizons_s, options.starts);
@@ -263,7 +319,7 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   evaluate::Contest contest;
   contest.scene = task.problem.scene.name;
   contest.trajectories = held_out.trajectories;
-  contest.training = load_training(task, visible);
+  contest.training = driven_training(task, std::move(training));
   contest.robot = task.problem.robot;
   for (const FitRequest& fit : task.fits) {
     contest.models.push_back(load_fitted(visible, fit.id(), task.problem.scene.joints));
@@ -289,10 +345,71 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   return done;
 }
 
+/// Models of which results are written, as they stand in names of files.
+std::set<std::string> labels_of(const RunFolder& run, const std::vector<FitRequest>& fits) {
+  std::set<std::string> labels;
+  const auto add = [&](const FitId& id) { labels.insert({id.model, id.name()}); };
+  for (const FitRequest& fit : fits) add(fit.id());
+  for (const char* truth : {"oracle", "simulator"}) add({truth, 1});
+  for (const fs::path& folder : external_folders(run, fits)) add({folder.filename(), 1});
+  return labels;
+}
+
+/// The folder that a data set is from: that of its run, or the one it lies in.
+std::string origin_of(const fs::path& file) {
+  const fs::path folder = fs::weakly_canonical(file).parent_path();
+  return (folder.filename() == "data" ? folder.parent_path() : folder).filename().string();
+}
+
+bool may_name_a_recording(const std::string& name) {
+  try {
+    require_name(Named::kTrajectory, name, "");
+    return true;
+  } catch (const UserError&) {
+    return false;
+  }
+}
+
+/// Data sets with names that no recording of the run has: that of the file, else with the folder
+/// before it, else numbered; such that no two files of results have one name.
+std::vector<FurtherData> named_apart(const Job& job, const std::vector<FitRequest>& fits,
+                                     const std::vector<fs::path>& files) {
+  const RunFolder& run = job.run.folder();
+  const std::set<std::string> labels = labels_of(run, fits);
+  std::set<std::string> taken;  // names of results
+  const auto results = [&](const std::string& recording) {
+    std::vector<std::string> names;
+    for (const std::string& label : labels) names.push_back(label + "_" + recording);
+    return names;
+  };
+  const auto take = [&](const std::string& recording) {
+    for (const std::string& name : results(recording)) taken.insert(name);
+  };
+  const auto is_free = [&](const std::string& recording) {
+    return may_name_a_recording(recording) && !is_there(run.recording(recording)) &&
+           std::ranges::none_of(results(recording),
+                                [&](const std::string& name) { return taken.contains(name); });
+  };
+  for (int i = 0; is_there(run.recording(RunFolder::validation(i))); ++i)
+    take(RunFolder::validation(i));
+  std::vector<FurtherData> data;
+  for (const fs::path& file : files) {
+    const std::string stem = file.stem().string();
+    std::string longer = fmt::format("{}_{}", origin_of(file), stem);
+    if (!may_name_a_recording(longer + "_1000")) longer = "further";
+    std::string name = is_free(stem) ? stem : longer;
+    for (int i = 2; !is_free(name); ++i) name = fmt::format("{}_{}", longer, i);
+    take(name);
+    data.push_back({file, name});
+  }
+  return data;
+}
+
 }  // namespace
 
-Stage evaluation_stage(const Job& job, const std::vector<fs::path>& further_data) {
+Stage evaluation_stage(const Job& job, const std::vector<fs::path>& files) {
   const std::vector<FitRequest> fits = fits_of(job).counted;
+  const std::vector<FurtherData> further_data = named_apart(job, fits, files);
   Stage stage{"evaluate", Inputs(job.run.folder()), {}};
   declare(stage.inputs, job.problem, kEvaluated);
   stage.inputs.text("MJCF", job.mjcf);
@@ -307,15 +424,15 @@ Stage evaluation_stage(const Job& job, const std::vector<fs::path>& further_data
   stage.inputs.text("methods of the fits", methods);
   for (std::size_t i = 0; i < further_data.size(); ++i) {
     const std::string name = fmt::format("--data {}", i);
-    stage.inputs.file(name, further_data[i]);
-    if (const fs::path truth = truth_of(further_data[i]); fs::exists(truth))
+    stage.inputs.file(name, further_data[i].file);
+    stage.inputs.text("name of " + name, further_data[i].name);
+    if (const fs::path truth = truth_of(further_data[i].file); fs::exists(truth))
       stage.inputs.file("truth of " + name, truth);
   }
   stage.inputs.files_below(job.run.folder().external());
-  stage.work = [task = Task{part_of(job.problem, kEvaluated), fits, further_data, job.jobs},
-                out = job.run.folder()](const RunFolder& visible) {
-    return work(task, visible, out);
-  };
+  stage.work =
+      [task = Task{part_of(job.problem, kEvaluated), fits, further_data, job.jobs, job.say},
+       out = job.run.folder()](const RunFolder& visible) { return work(task, visible, out); };
   return stage;
 }
 

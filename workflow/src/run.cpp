@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <stdexcept>
 #include <thread>
 
 #include "fricid/base/error.hpp"
@@ -23,14 +24,53 @@ std::string cpu_name() {
   return "unknown";
 }
 
-Manifest read_manifest(const fs::path& file) {
+/// A manifest as it stands in its file.
+struct Unchecked : Manifest {
+  void check() const = delete;
+};
+
+/// The stages that can be used of a manifest that as a whole cannot.
+Manifest sound_part(const fs::path& file) {
+  Manifest sound;
+  const auto may_stand = [&] {
+    try {
+      sound.check(file.string());
+      return true;
+    } catch (const UserError&) {
+      return false;
+    }
+  };
+  try {
+    const auto all = data::load<Unchecked>(file);
+    sound.fitted_by_name = all.fitted_by_name;
+    if (!may_stand()) sound.fitted_by_name.clear();
+    for (const StageRecord& stage : all.stages) {
+      sound.stages.push_back(stage);
+      if (!may_stand()) sound.stages.pop_back();
+    }
+  } catch (const UserError&) {
+    return {};  // no manifest at all
+  }
+  return sound;
+}
+
+/// @param fresh  leave out what cannot be used
+Manifest read_manifest(const fs::path& file, bool fresh) {
   if (!fs::exists(file)) return {};
-  if (data::format_of(file) == "fricid.manifest/1")
+  Manifest manifest;
+  bool earlier = false;
+  try {
+    earlier = data::format_of(file) == "fricid.manifest/1";
+    if (!earlier) manifest = data::load<Manifest>(file);
+  } catch (const UserError& error) {
+    if (!fresh) throw UserError("{}; with --fresh what is wrong there is done again", error.what());
+    manifest = sound_part(file);
+  }
+  if (earlier)
     throw UserError(
         "{}: made by an earlier version of fricid (fricid.manifest/1); name another folder with -o "
         "or remove this one",
         file.string());
-  Manifest manifest = data::load<Manifest>(file);
   // what an altered record says was done is done again
   std::erase_if(manifest.stages,
                 [](const StageRecord& record) { return record.seal != seal_of(record); });
@@ -89,7 +129,7 @@ Run::Run(fs::path path, bool fresh)
       program_(sha256_of_file(running_file())) {
   create(folder_.path());
   lock_ = std::make_unique<FileLock>(folder_.lock());
-  manifest_ = read_manifest(folder_.manifest());
+  manifest_ = read_manifest(folder_.manifest(), fresh);
   remove_left_temporaries(folder_.path());
   if (fresh_) fs::remove_all(folder_.checkpoints());
   manifest_.version = kVersion;
@@ -172,6 +212,9 @@ bool Run::perform(const Stage& stage) {
   for (const fs::path& file : done.files)
     record.outputs.push_back({folder_.name_of(file), sha256_of_file(file)});
   std::ranges::sort(record.outputs, {}, &Content::name);
+  const auto twice = std::ranges::adjacent_find(record.outputs, {}, &Content::name);
+  if (twice != record.outputs.end())
+    throw std::logic_error("two outputs are called " + twice->name);
 
   StageRecord& kept = manifest_.at(stage.name);
   const std::vector<Content> old = std::move(kept.outputs);

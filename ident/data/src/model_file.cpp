@@ -7,6 +7,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/friction_keys.hpp"
 #include "fricid/data/written_model.hpp"
@@ -42,36 +43,43 @@ WrittenRobot written(const RobotModel& robot) {
 }
 
 /// The next parameters of theta under their symbols.
-WrittenParameters written(const std::vector<ParameterInfo>& infos, const double*& theta) {
+WrittenParameters written(const std::vector<ParameterInfo>& infos, bool slides,
+                          const double*& theta) {
   WrittenParameters parameters;
   for (const ParameterInfo& info : infos)
-    parameters.emplace_back(info.symbol, WrittenParameter{*theta++, std::string(info.unit)});
+    parameters.emplace_back(info.symbol,
+                            WrittenParameter{*theta++, unit_of_joint(info.unit, slides)});
   return parameters;
 }
 
 /// One list of laws per joint; a robot without friction has empty ones.
-void write_friction(const Friction& friction, int n, WrittenModel& file) {
+void write_friction(const Friction& friction, const RobotModel& robot, WrittenModel& file) {
+  const int n = robot.n();
   const double* theta = friction.theta.data();
   file.friction.resize(static_cast<std::size_t>(n));
   const std::vector<friction::JointSpec>& joints = friction.model.joints();
-  for (std::size_t j = 0; j < joints.size(); ++j)
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const bool slides = dynamics::slides(robot.joints[j]);
     for (const friction::LawSpec& law : joints[j].laws) {
       WrittenLaw& own = file.friction[j].emplace_back();
       own.law = law.law;
       own.elements = law.elements;
-      own.parameters = written(friction::parameters_of_law(law.law, law.elements), theta);
+      own.parameters = written(friction::parameters_of_law(law.law, law.elements), slides, theta);
       for (const friction::ModifierSpec& modifier : law.modifiers)
         own.modifiers.push_back(
             {modifier.name, modifier.order,
-             written(friction::parameters_of_modifier(modifier.name, modifier.order), theta)});
+             written(friction::parameters_of_modifier(modifier.name, modifier.order), slides,
+                     theta)});
     }
+  }
   if (!friction.model.has_whole()) return;
   const friction::RobotLawSpec& whole = friction.model.whole();
   WrittenRobotLaw& own = file.friction_of_robot.emplace();
   own.law = whole.law;
   own.elements = whole.elements;
-  own.parameters = written(
-      friction::parameters_of_robot_law(whole.law, {n, whole.elements, whole.latents}), theta);
+  own.parameters =
+      written(friction::parameters_of_robot_law(whole.law, {n, whole.elements, whole.latents}),
+              false, theta);
   if (friction::find_robot_law(whole.law).most_latents > 0) own.latents = whole.latents;
 }
 
@@ -191,8 +199,10 @@ RobotModel read_robot(const WrittenRobot& file, const Place& place) {
   return robot;
 }
 
+/// @param slides  whether the units are those of a sliding joint; those of one that turns are read
+/// there too
 void read_parameters(const WrittenParameters& file, const std::vector<ParameterInfo>& infos,
-                     const Place& place, std::vector<double>& theta) {
+                     bool slides, const Place& place, std::vector<double>& theta) {
   for (std::size_t i = 0; i < infos.size(); ++i) {
     const ParameterInfo& info = infos[i];
     const Place own = place / info.symbol;
@@ -203,7 +213,9 @@ void read_parameters(const WrittenParameters& file, const std::vector<ParameterI
                            : std::ranges::find_if(file, is_own);
     if (found == file.end()) throw UserError("{}: found no {}", own.file, own.path);
     const auto& [value, unit] = found->second;
-    if (unit != info.unit) (own / "unit").refuse_text(unit, info.unit);
+    if (const std::string allowed = unit_of_joint(info.unit, slides);
+        unit != allowed && unit != info.unit)
+      (own / "unit").refuse_text(unit, allowed);
     if (!(value >= info.lower && value <= info.upper))
       (own / "value").refuse(value, fmt::format("{:g} to {:g}", info.lower, info.upper));
     theta.push_back(value);
@@ -228,19 +240,20 @@ void require_count(int count, const friction::LawInfo& row, int none, const Plac
     place.require_range(count, none, none);
 }
 
-friction::LawSpec read_law(const WrittenLaw& file, const Place& place, std::vector<double>& theta) {
+friction::LawSpec read_law(const WrittenLaw& file, bool slides, const Place& place,
+                           std::vector<double>& theta) {
   const friction::LawInfo& row = row_of(file.law, friction::law_table(), place / "law");
   require_count(file.elements, row, 0, place / "elements");
   friction::LawSpec law{.law = file.law, .elements = file.elements, .modifiers = {}};
-  read_parameters(file.parameters, friction::parameters_of_law(law.law, law.elements),
+  read_parameters(file.parameters, friction::parameters_of_law(law.law, law.elements), slides,
                   place / "parameters", theta);
   for (std::size_t m = 0; m < file.modifiers.size(); ++m) {
     const auto& [name, order, parameters] = file.modifiers[m];
     const Place own = (place / "modifiers").at(m);
     require_count(order, row_of(name, friction::modifier_table(), own / "modifier"), 1,
                   own / "order");
-    read_parameters(parameters, friction::parameters_of_modifier(name, order), own / "parameters",
-                    theta);
+    read_parameters(parameters, friction::parameters_of_modifier(name, order), slides,
+                    own / "parameters", theta);
     law.modifiers.push_back({.name = name, .order = order});
   }
   return law;
@@ -259,11 +272,12 @@ friction::RobotLawSpec read_robot_law(const WrittenRobotLaw& file, int n, const 
   const friction::RobotLawSize size{n, whole.elements, whole.latents};
   read_parameters(file.parameters,
                   place.checked([&] { return friction::parameters_of_robot_law(whole.law, size); }),
-                  place / "parameters", theta);
+                  false, place / "parameters", theta);
   return whole;
 }
 
-Friction read_friction(const WrittenModel& file, int n, const Place& root) {
+Friction read_friction(const WrittenModel& file, const RobotModel& robot, const Place& root) {
+  const int n = robot.n();
   const Place place = root / "friction";
   if (std::ssize(file.friction) != n)
     place.refuse(fmt::format("{} lists", file.friction.size()),
@@ -272,7 +286,8 @@ Friction read_friction(const WrittenModel& file, int n, const Place& root) {
   std::vector<double> theta;
   for (std::size_t j = 0; j < joints.size(); ++j)
     for (std::size_t i = 0; i < file.friction[j].size(); ++i)
-      joints[j].laws.push_back(read_law(file.friction[j][i], place.at(j).at(i), theta));
+      joints[j].laws.push_back(read_law(file.friction[j][i], dynamics::slides(robot.joints[j]),
+                                        place.at(j).at(i), theta));
   friction::RobotLawSpec whole;
   if (file.friction_of_robot)
     whole = read_robot_law(*file.friction_of_robot, n, root / "friction_of_robot", theta);
@@ -310,7 +325,7 @@ WrittenModel written(const ModelFile& model) {
                     .free_parameters = model.free_parameters,
                     .budget = model.budget,
                     .robot = written(model.arm.robot)};
-  write_friction(model.arm.friction, model.arm.robot.n(), file);
+  write_friction(model.arm.friction, model.arm.robot, file);
   if (const auto& noise = model.noise)
     file.noise = {noise->dt, noise->q, noise->v, noise->z, noise->R};
   return file;
@@ -344,7 +359,7 @@ ModelFile parse_model(std::string_view text, const std::string& where) {
                   .is_oracle = file.is_oracle};
   model.arm.robot = read_robot(file.robot, root / "robot");
   const int n = model.arm.robot.n();
-  model.arm.friction = read_friction(file, n, root);
+  model.arm.friction = read_friction(file, model.arm.robot, root);
   if (file.noise)
     model.noise = read_noise(*file.noise, n, model.arm.friction.model.state_size(), root / "noise");
   return model;

@@ -16,6 +16,7 @@
 #include "fricid/base/files.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/dynamics/rest_positions.hpp"
 #include "fricid/dynamics/robot_model.hpp"
 
 namespace fricid::dynamics {
@@ -89,6 +90,22 @@ void check_name(Named kind, const tinyxml2::XMLElement& element, const std::stri
     require_name(kind, name, fmt::format("{}:{}", source, element.GetLineNum()));
 }
 
+/// Limits that urdfdom demands. @throws UserError naming what is missing
+void require_limit(const tinyxml2::XMLElement& joint, const std::string& place) {
+  const std::string_view type = joint.Attribute("type") ? joint.Attribute("type") : "";
+  if (type != "revolute" && type != "prismatic") return;
+  const tinyxml2::XMLElement* limit = joint.FirstChildElement("limit");
+  if (limit && limit->Attribute("effort") && limit->Attribute("velocity")) return;
+  const std::string_view missing = !limit                        ? ""
+                                   : !limit->Attribute("effort") ? " with effort"
+                                                                 : " with velocity";
+  throw UserError(
+      "{}: {} without <limit>{}; allowed: <limit lower= upper= velocity= effort=/> (0: no limit of "
+      "velocity or effort){}, or type=\"fixed\"",
+      place, type, missing,
+      type == "revolute" ? ", type=\"continuous\" where it turns without end" : "");
+}
+
 Document read_document(const std::string& text, const std::string& source) {
   tinyxml2::XMLDocument xml;
   if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
@@ -112,6 +129,7 @@ Document read_document(const std::string& text, const std::string& source) {
     JointElement& joint = document.joints[e->Attribute("name")];
     joint.line = e->GetLineNum();
     joint.order = order++;
+    require_limit(*e, document.at_joint(e->Attribute("name")));
     const tinyxml2::XMLElement* own = e->FirstChildElement("fricid");
     if (!own) continue;
     const std::string place = document.at_joint(e->Attribute("name"));
@@ -176,6 +194,11 @@ bool mend(urdf::Inertial& inertial) {
   inertial.ixx = J(0, 0), inertial.iyy = J(1, 1), inertial.izz = J(2, 2);
   inertial.ixy = J(0, 1), inertial.ixz = J(0, 2), inertial.iyz = J(1, 2);
   return true;
+}
+
+bool moves(const urdf::Joint& joint) {
+  return joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS ||
+         joint.type == urdf::Joint::PRISMATIC;
 }
 
 /// Walks the tree from the base, adds joints, lumps links behind fixed joints.
@@ -256,11 +279,6 @@ class Builder {
   static Matrix3d inertia_about_com(const urdf::Inertial& inertial) {
     const Matrix3d R = to_eigen(inertial.origin.rotation);
     return R * inertia_matrix(inertial) * R.transpose();
-  }
-
-  static bool moves(const urdf::Joint& joint) {
-    return joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS ||
-           joint.type == urdf::Joint::PRISMATIC;
   }
 
   /// @throws UserError for a weld of an unknown or fixed joint, or beyond its limits
@@ -383,6 +401,21 @@ class Builder {
 };
 
 }  // namespace
+
+std::map<std::string, double> rest_positions(const std::filesystem::path& path) {
+  const std::string text = read_file(path);
+  read_document(text, path.string());
+  std::map<std::string, double> positions;
+  const urdf::ModelInterfaceSharedPtr tree = parse_tree(text, path.string());
+  for (const auto& [name, joint] : tree->joints_) {
+    if (!moves(*joint) || joint->mimic) continue;
+    double position = 0;
+    if (joint->limits && joint->type != urdf::Joint::CONTINUOUS)
+      position = std::max(joint->limits->lower, std::min(joint->limits->upper, position));
+    positions[name] = position;
+  }
+  return positions;
+}
 
 RobotModel load_urdf(const std::filesystem::path& path, const Matrix3d& mount, const Welds& welds,
                      bool mend_inertia) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "fricid/base/not_finite.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/estimate/fit.hpp"
 #include "rigid_body/joint_inertia.hpp"
@@ -64,9 +65,10 @@ double friction_level(const friction::Friction& friction, int joint, double trav
   return level;
 }
 
-/// A level that ended on its upper bound, "Fc = 1e+04 N m"; empty: none. Coulomb friction on its
-/// lower bound is no fault: the law then has none, or its static friction stands for it.
-std::string level_at_upper_bound(const friction::RobotFriction& model, int joint,
+/// A level of a joint that ended on its upper bound, "Fc = 1e+04 N m"; empty: none. Coulomb
+/// friction on its lower bound is no fault: the law then has none, or its static friction stands
+/// for it.
+std::string level_at_upper_bound(const friction::RobotFriction& model, int joint, bool slides,
                                  const JointFrictionFit& fit) {
   const auto begin = static_cast<std::size_t>(model.parameter_begin(joint));
   for (std::size_t i = 0; i < fit.theta.size(); ++i) {
@@ -74,7 +76,7 @@ std::string level_at_upper_bound(const friction::RobotFriction& model, int joint
     const bool level = info.role == friction::Role::kCoulomb || info.role == friction::Role::kLevel;
     if (level && fit.theta[i] > (info.lower + info.upper) / 2 &&
         std::ranges::count(fit.at_bound, symbol) > 0)
-      return fmt::format("{} = {:.3g} {}", symbol, fit.theta[i], info.unit);
+      return fmt::format("{} = {:.3g} {}", symbol, fit.theta[i], unit_of_joint(info.unit, slides));
   }
   return {};
 }
@@ -108,6 +110,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
     const int j = static_cast<int>(i);
     const dynamics::Joint& joint = prepared.robot.joints[i];
     const Seen seen = look_at(prepared.recordings, j);
+    const std::string torque = unit_of_joint("N m", slides(joint));
     const bool guessed = std::ranges::count(prepared.options.guesses.armature, j) > 0;
     const auto add = [&](std::string found, std::string remedy) {
       faults.push_back({joint.name, std::move(found), std::move(remedy)});
@@ -150,26 +153,29 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
               more_data(prepared));
     const double level = friction_level(report.model.arm.friction, j, seen.travel);
     const std::string at_upper =
-        i < report.joints.size() ? level_at_upper_bound(friction, j, report.joints[i]) : "";
+        i < report.joints.size()
+            ? level_at_upper_bound(friction, j, slides(joint), report.joints[i])
+            : "";
     if (level > seen.torque_range)
-      add(fmt::format("friction of {:.3g} N m, while its torque ranged over {:.3g} N m", level,
-                      seen.torque_range),
+      add(fmt::format("friction of {:.3g} {}, while its torque ranged over {:.3g} {}", level,
+                      torque, seen.torque_range, torque),
           more_data(prepared));
     else if (joint.effort > 0 && level > joint.effort)
-      add(fmt::format("friction of {:.3g} N m, above its effort limit {:.3g} N m", level,
-                      joint.effort),
+      add(fmt::format("friction of {:.3g} {}, above its effort limit {:.3g} {}", level, torque,
+                      joint.effort, torque),
           "look for a wrong torque unit (`fricid check`)");
     else if (!at_upper.empty())
       add(fmt::format("{} ended on the upper bound of its law", at_upper), more_data(prepared));
     else if (i < report.joints.size() && prepared.rigid_body.Fc_beside.size() > j &&
              prepared.rigid_body.Fc_beside[j] < -kSignificant * prepared.rigid_body.Fc_se[j])
-      add(fmt::format("Coulomb friction came out negative, {:.2g} +- {:.1g} N m",
-                      prepared.rigid_body.Fc_beside[j], prepared.rigid_body.Fc_se[j]),
+      add(fmt::format("Coulomb friction came out negative, {:.2g} +- {:.1g} {}",
+                      prepared.rigid_body.Fc_beside[j], prepared.rigid_body.Fc_se[j], torque),
           "look for a wrong sign or delay (`fricid check`); " + more_data(prepared));
     if (prepared.rigid_body.Fv_beside.size() > j &&
         prepared.rigid_body.Fv_beside[j] < -kSignificant * prepared.rigid_body.Fv_se[j])
-      add(fmt::format("viscous friction came out negative, {:.2g} +- {:.1g} N m s/rad",
-                      prepared.rigid_body.Fv_beside[j], prepared.rigid_body.Fv_se[j]),
+      add(fmt::format("viscous friction came out negative, {:.2g} +- {:.1g} {}",
+                      prepared.rigid_body.Fv_beside[j], prepared.rigid_body.Fv_se[j],
+                      unit_of_joint("N m s/rad", slides(joint))),
           "look for a wrong mount, sign, delay or coupling (`fricid check`); " +
               more_data(prepared));
     if (i < report.joints.size() && report.joints[i].outcome == Outcome::kFailed)

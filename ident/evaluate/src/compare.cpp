@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/names.hpp"
 #include "fricid/evaluate/headroom.hpp"
 #include "markdown.hpp"
 
@@ -151,19 +152,46 @@ Markdown markdown(const ComparedScene& scene) {
       inside.size() == 1 ? Markdown() : Markdown::of("\n{}", markdown_table(inside)));
 }
 
+/// Whether two runs differ in their seeds alone, and in the models that they have.
+bool comparable(const ComparedRun& a, const ComparedRun& b) {
+  return a.evaluation.scene == b.evaluation.scene && a.problem == b.problem &&
+         std::ranges::all_of(a.fits, [&](const auto& fit) {
+           const auto same = b.fits.find(fit.first);
+           return same == b.fits.end() || same->second == fit.second;
+         });
+}
+
+/// "run/a, run/b, run/c and 4 more"
+std::string places_of(std::span<const ComparedRun> runs) {
+  constexpr std::size_t kShown = 3;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kShown, runs.size()); ++i)
+    text += (i == 0 ? "" : ", ") + printable(runs[i].place);
+  return runs.size() > kShown ? fmt::format("{} and {} more", text, runs.size() - kShown) : text;
+}
+
 }  // namespace
 
 Comparison compare_runs(std::span<const ComparedRun> runs, const std::string& against) {
-  std::vector<std::string> order;
-  std::map<std::string, std::vector<ComparedRun>> by_scene;
+  std::vector<std::vector<ComparedRun>> groups;
+  std::map<std::string, int> groups_named;
   for (const ComparedRun& run : runs) {
-    std::vector<ComparedRun>& of_scene = by_scene[run.evaluation.scene];
-    if (of_scene.empty()) order.push_back(run.evaluation.scene);
-    of_scene.push_back(run);
+    auto group = std::ranges::find_if(groups, [&](const std::vector<ComparedRun>& others) {
+      return std::ranges::all_of(others, [&](const auto& other) { return comparable(run, other); });
+    });
+    if (group == groups.end()) {
+      group = groups.insert(group, std::vector<ComparedRun>());
+      ++groups_named[run.evaluation.scene];
+    }
+    group->push_back(run);
   }
   Comparison comparison;
-  for (const std::string& name : order)
-    comparison.scenes.push_back(compare_scene(name, by_scene.at(name), against));
+  for (const std::vector<ComparedRun>& group : groups) {
+    const std::string& name = group.front().evaluation.scene;
+    comparison.scenes.push_back(compare_scene(
+        groups_named[name] == 1 ? name : fmt::format("{} ({})", name, places_of(group)), group,
+        against));
+  }
   if (std::ranges::all_of(comparison.scenes,
                           [&](const ComparedScene& scene) { return scene.against != against; }))
     throw UserError("no model \"{}\"; allowed: one of the runs", against);

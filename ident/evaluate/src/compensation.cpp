@@ -159,23 +159,35 @@ std::string to_markdown(const CompensationFile& file) {
         }))
       gains.push_back(gain);
   if (gains.empty()) return {};
-  const double first = gains.front();
+  Markdown all;
+  for (const double gain : gains)
+    all += Markdown::of("{}{:g}", gain == gains.front() ? Markdown() : Markdown::of(" and "), gain);
   Markdown text = Markdown::of(
-      "Friction fed forward, its states driven by the {} motion, gain {:g}. Columns: fastest speed "
+      "Friction fed forward, its states driven by the {} motion, gain {}. Columns: fastest speed "
       "of the path, bandwidth of the controller. Ratios at reversals: geometric mean over "
       "them.\n\n",
-      escaped(file.drive), first);
-  text += table(
-      file, first, Markdown::of("RMS at reversals [mrad]"),
-      [](const LoopScore& loop) { return digits(1e3 * rms(loop.reversal_rad)); }, true);
-  text += Markdown::of("\n");
-  text += table(
-      file, first, Markdown::of("RMS in sliding [mrad]"),
-      [](const LoopScore& loop) { return digits(1e3 * rms(loop.sliding_rad)); }, false);
-  text += Markdown::of("\n");
-  text += table(
-      file, first, Markdown::of("energy of the feedback [J]"),
-      [](const LoopScore& loop) { return digits(loop.feedback_J); }, false);
+      escaped(file.drive), all);
+  const auto at = [&](double gain) {
+    return gains.size() > 1 ? Markdown::of(", gain {:g}", gain) : Markdown();
+  };
+  for (const double gain : gains) {
+    text += table(
+        file, gain, Markdown::of("RMS at reversals [mrad]{}", at(gain)),
+        [](const LoopScore& loop) { return digits(1e3 * rms(loop.reversal_rad)); }, true);
+    text += Markdown::of("\n");
+  }
+  for (const double gain : gains) {
+    text += table(
+        file, gain, Markdown::of("RMS in sliding [mrad]{}", at(gain)),
+        [](const LoopScore& loop) { return digits(1e3 * rms(loop.sliding_rad)); }, false);
+    text += Markdown::of("\n");
+  }
+  for (const double gain : gains) {
+    if (gain != gains.front()) text += Markdown::of("\n");
+    text += table(
+        file, gain, Markdown::of("energy of the feedback [J]{}", at(gain)),
+        [](const LoopScore& loop) { return digits(loop.feedback_J); }, false);
+  }
   for (const double gain : gains) {
     text += Markdown::of("\n");
     text += table(

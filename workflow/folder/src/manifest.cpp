@@ -77,6 +77,31 @@ std::optional<FitId> fit_of(std::string_view stage) {
   return FitId::parse(stage.substr(kIdentify.size()));
 }
 
+std::string problem_key(const Manifest& manifest) {
+  std::string text;
+  const auto add = [&](std::string_view stage, auto&& counts) {
+    const StageRecord* record = manifest.find(stage);
+    for (const Content& input : record == nullptr ? std::vector<Content>() : record->inputs)
+      if (counts(std::string_view(input.name)))
+        text += fmt::format("{} {}\n", input.sha256, input.name);
+  };
+  add("data", [](std::string_view name) { return name != "scene name" && name != "scene seed"; });
+  if (text.empty()) return {};
+  add("evaluate", [](std::string_view name) {
+    return name == "scene [identify]" || name.starts_with("--data ");
+  });
+  return sha256_of_text(text);
+}
+
+std::map<std::string, std::string> fit_keys(const Manifest& manifest) {
+  std::map<std::string, std::string> keys;
+  for (const StageRecord& stage : manifest.stages)
+    if (const auto fit = fit_of(stage.name))
+      for (const Content& input : stage.inputs)
+        if (input.name == "scene [[model]]") keys[fit->name()] = input.sha256;
+  return keys;
+}
+
 std::map<std::string, double> fit_seconds(const Manifest& manifest) {
   std::map<std::string, std::pair<double, int>> sums;
   for (const StageRecord& stage : manifest.stages)

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,9 +42,15 @@ struct RobotOfLog {
 Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::path& contract,
                        const RobotOfLog& robot);
 
-/// Nothing for an empty path. @param couplings  of the contract
+/// The robot of a log with the joints `logged`: other moving joints of its file are taken as fixed,
+/// at zero or at their limit nearest to it. Nothing for an empty path.
+/// @param couplings  of the contract
+/// @param say        takes a line about joints that are taken as fixed
+/// @throws UserError naming `where` when a logged joint is none of the file
 std::optional<dynamics::RobotModel> robot_of_log(
-    const RobotOfLog& robot, const std::vector<dynamics::NamedCoupling>& couplings = {});
+    const RobotOfLog& robot, const std::vector<std::string>& logged, const std::string& where,
+    const std::function<void(const std::string&)>& say,
+    const std::vector<dynamics::NamedCoupling>& couplings = {});
 
 /// The log with its joints in the order of the robot, if there is one.
 /// @throws UserError naming `where` when they are others than those of the robot
@@ -55,6 +63,14 @@ data::Dataset as_of_robot(const data::Dataset& log,
 /// of the subject
 std::vector<signals::Recording> recordings_of(const std::vector<data::Dataset>& sets,
                                               const Subject& subject);
+
+/// The log with the joints of the robot of a model or run, in their order, by name.
+/// @param whose  "model lvm", for messages
+/// @param welds  joints that are fixed: they may be logged, at their positions
+/// @throws UserError naming `where` when the log lacks a joint or has another one
+data::Dataset joints_of(const data::Dataset& log, const dynamics::RobotModel& robot,
+                        const std::string& whose, const std::string& where,
+                        const std::map<std::string, double>& welds = {});
 
 struct CheckReport {
   std::vector<std::vector<doctor::Finding>> findings;  ///< one list per data set

@@ -33,6 +33,10 @@ Dataset of_joints(const Dataset& dataset, const std::vector<std::string>& joints
 /// Samples [first, first + length).
 Dataset rows_of(const Dataset& dataset, Eigen::Index first, Eigen::Index length);
 
+/// Samples of `dataset` that are those of `other` too: equal positions and torques over stretches
+/// of motion, wherever these begin. @pre both have the same joints
+int samples_in_common(const Dataset& dataset, const Dataset& other);
+
 /// The samples of a part. @throws UserError naming `where` when there are fewer than two
 Dataset cut(const Dataset& dataset, const LogPart& part, const std::string& where);
 

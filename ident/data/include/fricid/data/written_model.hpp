@@ -146,7 +146,9 @@ struct WrittenParameter {
   template <class Archive>
   void visit(Archive& archive) {
     archive("value", value, finite("", "within the bounds of the law's table"));
-    archive("unit", unit, text("of the value, that of the law's table"));
+    archive(
+        "unit", unit,
+        text("of the value: that of the law's table; of a joint that slides N for N m, m for rad"));
   }
 };
 

@@ -85,7 +85,8 @@ struct ComparedScene {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("scene", scene, text("name of the scene"));
+    archive("scene", scene,
+            text("name of the scene; where runs of other problems have it too, with the folders"));
     archive("runs", runs, number("", 1, 1e9, "number of runs"));
     archive("horizons_s", horizons_s, number("s", 0, 1e9, "lengths of the rollouts"));
     archive("headroom", headroom, not_negative("1", "per horizon, of the means over the runs"));
@@ -110,9 +111,13 @@ struct ComparedRun {
   std::string place;  ///< its folder, for messages
   Evaluation evaluation;
   std::map<std::string, double> fit_seconds;  ///< by model, mean over seeds [s]
+  std::string problem = {};                   ///< key of robot, data and settings; empty: unknown
+  std::map<std::string, std::string> fits = {};  ///< key of the settings of each fit, "lvm_s1"
 };
 
-/// Groups runs by scene. A model counts in the runs that have it.
+/// Groups runs by scene: those of one name and problem, whose fits of one name have the same
+/// settings. Groups of one name are told apart by their folders. A model counts in the runs that
+/// have it.
 /// @param against  name of a model, to whose errors those of every model are put in a ratio in the
 ///                 scenes that have it; empty: none
 /// @throws UserError when runs of one scene differ in their horizons, or none has that model

@@ -79,7 +79,7 @@ double rms(const std::vector<double>& of_joints);
 double reversal_ratio(const CompensationFile& file, std::string_view model, double gain,
                       std::string_view other);
 
-/// Tables: errors and energy at the first gain, joints in a limit cycle at every gain.
+/// Tables at every gain: errors, energy, joints in a limit cycle.
 std::string to_markdown(const CompensationFile& file);
 
 }  // namespace fricid::evaluate

@@ -100,6 +100,12 @@ std::string stage_of(const FitId& fit);
 /// The inverse. Empty: a stage that makes no fit.
 std::optional<FitId> fit_of(std::string_view stage);
 
+/// Key of what a run is made of: robot, data and [identify], apart from name and seed of the scene.
+/// Empty: its data were not made.
+std::string problem_key(const Manifest& manifest);
+/// Key of the settings of every fit, by its name: "lvm_s1".
+std::map<std::string, std::string> fit_keys(const Manifest& manifest);
+
 /// Wall clock of the fits by model, mean over seeds [s].
 std::map<std::string, double> fit_seconds(const Manifest& manifest);
 
