@@ -362,5 +362,25 @@ TEST(Faults, ASpringThatTheFileLacksIsNamed) {
   EXPECT_NEAR(right.rigid_body.pi[with_spring.linear_begin()], 60, 1);
 }
 
+// The joints reverse about once in the time that the filter remembers either way.
+TEST(Faults, JointsThatReverseWithinTheMemoryOfTheFilterAreIdentified) {
+  const Arm arm = coulomb_arm(5e-3);
+  LogOptions options;
+  options.torque_noise = 0.1;
+  options.seconds = 24;
+  RigidBodyOptions slow;
+  slow.cutoff_hz = 3;
+  const std::vector<data::Dataset> logs{make_log(arm, options)};
+  const FitReport report =
+      fit_conventional(prepare(arm.robot, slow, logs, 2), model_of_one_start("simple"), 1, 2);
+  EXPECT_TRUE(report.usable()) << text_of(report.faults);
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    const double scale = std::array{1.0, 0.8, 0.5}[static_cast<std::size_t>(j)];
+    const JointFrictionFit& joint = report.joints[static_cast<std::size_t>(j)];
+    EXPECT_NEAR(joint.theta[0], 4 * scale, 0.05 * 4 * scale) << j;
+    EXPECT_NEAR(joint.theta[1], 2 * scale, 0.1 * 2 * scale) << j;
+  }
+}
+
 }  // namespace
 }  // namespace fricid::estimate

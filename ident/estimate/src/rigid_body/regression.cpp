@@ -1,6 +1,7 @@
 #include "rigid_body/regression.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "fricid/dynamics/algorithms.hpp"
@@ -10,7 +11,9 @@ namespace {
 
 constexpr double kStandstill = 0.1;  // share of the least speed that counts as standing
 constexpr double kBlock = 1;         // [s]
-constexpr int kLeastBlocks = 10, kMostBlocks = 60;        // of all sequences, about
+constexpr int kLeastBlocks = 10, kMostBlocks = 60;  // of all sequences, about
+constexpr std::array kSharesOfMemory{1.0, 0.6, 0.4, 0.25};
+constexpr double kLeastLeft = 0.25;                       // of the fast rows
 constexpr double kShareOfSpeed = 0.15, kFastRows = 0.05;  // of a slow joint's own speed
 
 int friction_column(int p, int n, int kind, int j) { return p + kind * n + j; }
@@ -38,15 +41,18 @@ double least_speed(std::span<const signals::Recording> sequences, int j, double 
   return std::min(min_speed, kShareOfSpeed * *fast);
 }
 
+bool is_fast(const signals::Recording& s, int j, int k, double min_speed) {
+  return s.use(k, j) && std::abs(s.narrow.v(k, j)) > min_speed;
+}
+
 // Rows of joint j that may enter: fast, and neither standing nor turning within the filter's
 // memory.
 std::vector<bool> sliding_rows(const signals::Recording& s, int j, double min_speed,
-                               const RigidBodyOptions& options) {
-  const int memory =
-      static_cast<int>(std::lround(options.memory_periods / (options.cutoff_hz * s.dt)));
+                               double memory_s) {
+  const int memory = static_cast<int>(std::lround(memory_s / s.dt));
   std::vector<bool> rows(static_cast<std::size_t>(s.length()));
   for (int k = 0; k < s.length(); ++k)
-    rows[static_cast<std::size_t>(k)] = s.use(k, j) && std::abs(s.narrow.v(k, j)) > min_speed;
+    rows[static_cast<std::size_t>(k)] = is_fast(s, j, k, min_speed);
   for (int k = 0; k + 1 < s.length(); ++k) {
     const double v = s.wide.v(k, j), next = s.wide.v(k + 1, j);
     if (v * next > 0 && std::abs(v) >= kStandstill * min_speed) continue;
@@ -54,6 +60,24 @@ std::vector<bool> sliding_rows(const signals::Recording& s, int j, double min_sp
     for (int i = std::max(0, k - memory); i < end; ++i) rows[static_cast<std::size_t>(i)] = false;
   }
   return rows;
+}
+
+// Time about a reversal of joint j that is left out [s]: the filter's memory, or as much less as
+// leaves a share of the fast rows of a joint that reverses often.
+double memory_of(std::span<const signals::Recording> sequences, int j, double min_speed,
+                 const RigidBodyOptions& options) {
+  std::ptrdiff_t fast = 0;
+  for (const signals::Recording& s : sequences)
+    for (int k = 0; k < s.length(); ++k) fast += is_fast(s, j, k, min_speed);
+  double memory = options.memory_periods / options.cutoff_hz;
+  for (const double share : kSharesOfMemory) {
+    memory = share * options.memory_periods / options.cutoff_hz;
+    std::ptrdiff_t left = 0;
+    for (const signals::Recording& s : sequences)
+      left += std::ranges::count(sliding_rows(s, j, min_speed, memory), true);
+    if (static_cast<double>(left) >= kLeastLeft * static_cast<double>(fast)) break;
+  }
+  return memory;
 }
 
 }  // namespace
@@ -64,8 +88,11 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
   fit.rows.assign(static_cast<std::size_t>(n), 0);
   fit.rows_total = fit.equations = fit.rows;
 
-  std::vector<double> speed;
-  for (int j = 0; j < n; ++j) speed.push_back(least_speed(sequences, j, options.min_speed_rad_s));
+  std::vector<double> speed, memory;
+  for (int j = 0; j < n; ++j) {
+    speed.push_back(least_speed(sequences, j, options.min_speed_rad_s));
+    memory.push_back(memory_of(sequences, j, speed.back(), options));
+  }
 
   // Count, then fill.
   Eigen::Index count = 0;
@@ -75,7 +102,7 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
     const int every = signals::decimation(s.dt, options.cutoff_hz);
     for (int j = 0; j < n; ++j) {
       const auto at = static_cast<std::size_t>(j);
-      used[i].push_back(sliding_rows(s, j, speed[at], options));
+      used[i].push_back(sliding_rows(s, j, speed[at], memory[at]));
       fit.rows_total[at] += s.length();
       for (int k = 0; k < s.length(); ++k) {
         if (!used[i][at][static_cast<std::size_t>(k)]) continue;

@@ -38,8 +38,9 @@ struct RigidBodyOptions {
   // Not keys of a scene.
   /// Rows with |v_j| > min_speed_rad_s enter unless joint j stands or turns within so many periods
   /// of the cut-off: the filter spreads the torque of a reversal, which the sign of a velocity
-  /// tells badly, over that time. A slow joint's rows enter above 15 % of the speed that it exceeds
-  /// 5 % of the time, where that is less.
+  /// tells badly, over that time. Of a joint that reverses so often that less than a quarter of its
+  /// fast rows are left it is shorter, down to a quarter. A slow joint's rows enter above 15 % of
+  /// the speed that it exceeds 5 % of the time, where that is less.
   double memory_periods = 2.5;
   bool robust = true;  ///< Huber weights beyond 2.5 sigma
   bool offset = true;  ///< a constant torque per joint beside Coulomb and viscous friction
