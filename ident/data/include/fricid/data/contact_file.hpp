@@ -27,7 +27,8 @@ struct ContactSignals {
     archive.stamp("model", model, text("name of the model"));
     archive.stamp("log", log, text("name of the log"));
     archive.times(t);
-    archive.of_joints("tau_ext", tau_ext, signal("N m", "external torque; NaN where it is not known"));
+    archive.of_joints("tau_ext", tau_ext,
+                      signal("N m", "external torque; NaN where it is not known"));
     archive.of_joints("tau_f", tau_f, signal("N m", "friction torque of the model; NaN likewise"));
   }
 };
