@@ -200,6 +200,9 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
     print(fmt::format("parameters: not examined: {}\n", report.not_examined), stderr);
   } else {
     if (!common.json) {
+      if (const std::string_view warning = data::warning_of_torque(subject.sets.front());
+          !warning.empty())
+        print(fmt::format("torque: {}\n", warning));
       print(estimate::to_summary(*report.parameters, *subject.robot));
       if (options.verbose) print(estimate::to_text(*report.parameters, *subject.robot));
     }

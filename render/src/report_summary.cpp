@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "fricid/data/contract.hpp"
 #include "fricid/evaluate/averages.hpp"
 #include "fricid/evaluate/verdict.hpp"
 #include "html.hpp"
@@ -316,7 +317,13 @@ Html summary_section(const Record& record) {
   const Evaluation& evaluation = record.run.evaluation;
   const std::vector<const Summary*> fitted = evaluate::fitted_summaries(evaluation);
   if (fitted.empty()) return Html::of("<p class=\"abstract\">No model was fitted.</p>\n");
-  const Html verdicts = distrust_section(fitted) + joint_table(record);
+  const std::string_view of_torque = data::warning_of_torque(record.run.measured);
+  const Html verdicts =
+      (of_torque.empty()
+           ? Html()
+           : Html::of("<p class=\"abstract\">Of the friction in this report: {}.</p>\n",
+                      html::escaped(of_torque))) +
+      distrust_section(fitted) + joint_table(record);
   const Summary* best = evaluate::best_model(evaluation);
   if (best == nullptr) return verdicts;
   return verdicts + Html::of("<p class=\"abstract\">{} {} {}</p>\n",

@@ -67,6 +67,9 @@ TEST_F(LogFormats, TorqueOfAnotherMeaningIsSaid) {
   EXPECT_EQ(import(franka_csv_sample(Recording(20))).source,
             "import log.csv, tau from link_torque");
   EXPECT_NE(warning_of_kind("link_torque"), "");
+  EXPECT_EQ(warning_of_torque(import(franka_csv_sample(Recording(20)))),
+            warning_of_kind("link_torque"));
+  EXPECT_EQ(warning_of_torque(import(csv_sample(Recording(50)))), "");
   EXPECT_EQ(warning_of_kind("current"), "");
 }
 

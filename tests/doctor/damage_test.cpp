@@ -12,9 +12,11 @@
 
 #include "doctor/injected.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/doctor/doctor.hpp"
+#include "fricid/dynamics/algorithms.hpp"
 #include "fricid/scene/problem.hpp"
 #include "fricid/sim/sensors.hpp"
 #include "fricid/sim/simulate.hpp"
@@ -319,6 +321,111 @@ TEST(Doctor, AnArmThatComesToRestIsNotStuck) {
   for (const std::size_t i : {0u, 5u, 13u}) {
     const Dataset d = come_to_rest(clean_logs()[i].data);
     const auto findings = diagnose(d, &clean_logs()[i].robot);
+    EXPECT_TRUE(of_kind(findings, "stuck").empty()) << text_of(findings, d);
+  }
+}
+
+/// A log of the arm with friction on every joint, joint `turning` fast enough to turn many times.
+Dataset log_with_turns(const dynamics::RobotModel& robot, int turning) {
+  Rng rng(5, 0);
+  Dataset d;
+  d.name = "turns";
+  d.rate_hz = 250;
+  const int n = robot.n(), T = 5000;
+  d.t = Eigen::VectorXd::LinSpaced(T, 0, (T - 1) / d.rate_hz);
+  d.q.resize(T, n);
+  d.tau.resize(T, n);
+  dynamics::Workspace<double> ws(robot);
+  std::vector<double> q(6), v(6), a(6), tau(6);
+  for (const auto& joint : robot.joints) d.joint_names.push_back(joint.name);
+  for (int k = 0; k < T; ++k) {
+    for (int j = 0; j < n; ++j) {
+      const auto i = static_cast<std::size_t>(j);
+      q[i] = v[i] = a[i] = 0;
+      for (const double w : {0.6 + 0.07 * j, 1.9 - 0.11 * j}) {
+        const double size = (j == turning ? 40 : 0.4) * 0.6 / w;
+        q[i] += size * std::sin(w * d.t[k] + j);
+        v[i] += size * w * std::cos(w * d.t[k] + j);
+        a[i] -= size * w * w * std::sin(w * d.t[k] + j);
+      }
+    }
+    dynamics::rnea<double>(robot, ws, {robot.pi.data(), static_cast<std::size_t>(robot.pi.size())},
+                           q, v, a, tau);
+    for (int j = 0; j < n; ++j) {
+      const auto i = static_cast<std::size_t>(j);
+      const double effort = robot.joints[i].effort;
+      d.q(k, j) = q[i];
+      d.tau(k, j) = tau[i] + 0.05 * effort * (v[i] > 0 ? 1 : -1) + 0.02 * effort * v[i] +
+                    1e-3 * effort * rng.normal();
+    }
+  }
+  return d;
+}
+
+TEST(Doctor, FindsDegreesOfAContinuousJoint) {
+  for (const int j : {0, 1, 2, 3, 4}) {
+    dynamics::RobotModel robot = clean_logs()[0].robot;
+    robot.joints[static_cast<std::size_t>(j)].continuous = true;
+    Dataset d = clean_logs()[0].data;
+    d.v.resize(0, 0);
+    d.q.col(j) *= 180 / std::numbers::pi;
+    ASSERT_GT(d.q.col(j).cwiseAbs().maxCoeff(), 4 * std::numbers::pi);
+    const auto found = of_kind(diagnose(d, &robot), "angle_unit");
+    ASSERT_EQ(found.size(), 1u) << "joint " << j << text_of(diagnose(d, &robot), d);
+    EXPECT_EQ(found[0].joint, j);
+  }
+}
+
+// Where the torque does not tell.
+TEST(Doctor, FindsDegreesOfAContinuousJointByItsVelocity) {
+  dynamics::RobotModel robot = clean_logs()[0].robot;
+  robot.joints[5].continuous = true;
+  Dataset d = clean_logs()[0].data;
+  d.q.col(5) *= 180 / std::numbers::pi;
+  const auto found = of_kind(diagnose(d, &robot), "angle_unit");
+  ASSERT_EQ(found.size(), 1u) << text_of(diagnose(d, &robot), d);
+  EXPECT_EQ(found[0].joint, 5);
+  EXPECT_EQ(found[0].signal, "q");
+}
+
+TEST(Doctor, AContinuousJointMayTurn) {
+  for (int j = 0; j < 6; ++j) {
+    dynamics::RobotModel robot = clean_logs()[0].robot;
+    robot.joints[static_cast<std::size_t>(j)].continuous = true;
+    const Dataset d = log_with_turns(robot, j);
+    ASSERT_GT(d.q.col(j).cwiseAbs().maxCoeff(), 4 * std::numbers::pi);
+    const auto findings = diagnose(d, &robot);
+    EXPECT_TRUE(of_kind(findings, "angle_unit").empty()) << "joint " << j << text_of(findings, d);
+  }
+}
+
+// It rests, and the arm has moved on when samples come again.
+TEST(Doctor, AnArmThatRestsBeforeAGapIsNotStuck) {
+  for (const bool lacks_rows : {true, false}) {
+    const Dataset rested = come_to_rest(clean_logs()[0].data);
+    int end = rested.length() - 1;
+    for (int k = 1; k + 1 < rested.length(); ++k)
+      if (rested.q.row(k) == rested.q.row(k - 1) && rested.q.row(k) == rested.q.row(k + 1)) end = k;
+    Dataset d = rested;
+    constexpr int kLost = 400;
+    Dataset moving = clean_logs()[0].data;
+    const int before = end - 200, after = 1500;
+    const auto put = [&](data::RowMatrix Dataset::*x) {
+      if ((rested.*x).size() == 0) return;
+      data::RowMatrix& out = d.*x;
+      const Eigen::Index gap = lacks_rows ? 0 : kLost;
+      out.resize(before + gap + after, rested.n());
+      out.topRows(before) = (rested.*x).topRows(before);
+      out.middleRows(before, gap).setConstant(kNan);
+      out.bottomRows(after) = (moving.*x).topRows(after);
+    };
+    for (data::RowMatrix Dataset::*x :
+         {&Dataset::q, &Dataset::tau, &Dataset::v, &Dataset::temperature})
+      put(x);
+    d.t.resize(d.q.rows());
+    for (Eigen::Index k = 0; k < d.t.size(); ++k)
+      d.t[k] = static_cast<double>(k + (lacks_rows && k >= before ? kLost : 0)) / d.rate_hz;
+    const auto findings = diagnose(d, &clean_logs()[0].robot);
     EXPECT_TRUE(of_kind(findings, "stuck").empty()) << text_of(findings, d);
   }
 }

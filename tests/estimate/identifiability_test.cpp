@@ -188,6 +188,39 @@ TEST(Identifiability, AFitHasNoConfidenceInWhatTheCheckRefuses) {
   EXPECT_GE(told, 3);
 }
 
+// A vertical sliding joint cannot tell mass and armature from a constant torque.
+TEST(Identifiability, ErrorsAreThoseOfAFit) {
+  Arm arm = coulomb_arm();
+  arm.robot.joints[0].type = dynamics::JointType::kPrismatic;
+  const std::vector<data::Dataset> logs{noisy(make_log(arm, {}), 0.5, 4e-6, 1)};
+  const Identifiability check = examine(arm.robot, logs);
+  const Prepared fit = prepare(arm.robot, {}, logs, 1);
+  ASSERT_EQ(fit.rigid_body.prior, "");
+  for (int j = 0; j < 3; ++j) {
+    const std::string& joint = arm.robot.joints[static_cast<std::size_t>(j)].name;
+    for (const auto& [name, error] : {std::pair{" Coulomb friction", fit.rigid_body.Fc_se[j]},
+                                      {" viscous friction", fit.rigid_body.Fv_se[j]}})
+      EXPECT_NEAR(find(check, joint + name).standard_error, error, 1e-6 * error) << joint << name;
+  }
+  int alike = 0;
+  for (std::size_t i = 0; i < fit.rigid_body.base_names.size(); ++i)
+    for (const ParameterVerdict& v : check.parameters)
+      if (v.name == fit.rigid_body.base_names[i]) {
+        const double error = fit.rigid_body.base_se[static_cast<Eigen::Index>(i)];
+        EXPECT_NEAR(v.standard_error, error, 1e-6 * error) << v.name;
+        ++alike;
+      }
+  EXPECT_GE(alike, 5);
+}
+
+TEST(Identifiability, SlidingJointsAreSlower) {
+  Arm arm = coulomb_arm();
+  const std::vector<data::Dataset> logs{make_log(arm, {.peak_speed = 0.1})};
+  EXPECT_THAT(examine(arm.robot, logs).families[0].words, HasSubstr("lacking on j1"));
+  arm.robot.joints[0].type = dynamics::JointType::kPrismatic;
+  EXPECT_THAT(examine(arm.robot, logs).families[0].words, testing::Not(HasSubstr("lacking on j1")));
+}
+
 // Oracle: a link that turns about a vertical axis shows its inertia about it and nothing else.
 TEST(Identifiability, NamesTheCombinationAParameterHidesIn) {
   const Arm arm = coulomb_arm();

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/estimate/contact/contact_log.hpp"
 #include "kr6_truth.hpp"
 
@@ -20,12 +21,9 @@ using fricid::test::kSamplePeriod;
 
 constexpr double kBandwidth = 10;  // [Hz]
 
-/// What the observer of `model` finds when `truth` moves and `external` (n) acts from sample
-/// `from`.
-RowMatrix observed(const Arm& truth, const Arm& model, const Eigen::RowVectorXd& external, int from,
-                   int T = 1500) {
+/// A log in which `truth` moves and `external` (n) acts from sample `from`.
+data::Dataset pushed(const Arm& truth, const Eigen::RowVectorXd& external, int from, int T = 1500) {
   const test::Recording recording = test::record(truth, HangingMotion(3), T, {8});
-  data::ModelFile file{.name = "model", .label = "model", .arm = model};
   data::Dataset log;
   log.joint_names = {"a1", "a2", "a3", "a4", "a5", "a6"};
   log.rate_hz = 1 / kSamplePeriod;
@@ -34,7 +32,18 @@ RowMatrix observed(const Arm& truth, const Arm& model, const Eigen::RowVectorXd&
   log.tau = recording.tau;
   // the motor gives less than what moves the arm: the rest comes from outside
   log.tau.bottomRows(T - from).rowwise() -= external;
-  return observe_log(file, log, {.bandwidth_hz = kBandwidth}).tau_ext;
+  return log;
+}
+
+data::ContactSignals observe(const Arm& model, const data::Dataset& log) {
+  return observe_log({.name = "model", .label = "model", .arm = model}, log,
+                     {.bandwidth_hz = kBandwidth});
+}
+
+/// What the observer of `model` finds in it.
+RowMatrix observed(const Arm& truth, const Arm& model, const Eigen::RowVectorXd& external,
+                   int from) {
+  return observe(model, pushed(truth, external, from)).tau_ext;
 }
 
 const Eigen::RowVectorXd kNothing = Eigen::RowVectorXd::Zero(6),
@@ -61,6 +70,29 @@ TEST(MomentumObserver, IsALowPassOfTheExternalTorque) {
     for (int j = 0; j < 6; ++j)
       EXPECT_NEAR(change(kFrom + 1 + samples, j) / kPush[j], share, 1e-9)
           << "joint " << j << " after " << samples;
+  }
+}
+
+// Behind missing samples it begins anew; until it has settled nothing is known.
+TEST(MomentumObserver, LeavesOutGapsAndSettlesBehindThem) {
+  const Arm arm{hanging_kr6(), kr6_friction("gms")};
+  const data::Dataset whole = pushed(arm, kPush, 700);
+  const RowMatrix expected = observe(arm, whole).tau_ext;
+  constexpr int kBegin = 1000, kEnd = 1025, kSettled = 1100;
+  for (RowMatrix data::Dataset::*signal : {&data::Dataset::q, &data::Dataset::tau}) {
+    data::Dataset log = whole;
+    (log.*signal).block(kBegin, 1, kEnd - kBegin, 1).setConstant(kNan);
+    const data::ContactSignals found = observe(arm, log);
+    EXPECT_EQ(found.tau_ext.topRows(kBegin), expected.topRows(kBegin));
+    for (const RowMatrix* x : {&found.tau_ext, &found.tau_f})
+      EXPECT_TRUE(x->middleRows(kBegin + 1, kEnd - kBegin).array().isNaN().all());
+    for (int j = 0; j < 6; ++j) EXPECT_TRUE(std::isfinite(found.tau_ext(kSettled, j))) << j;
+    for (int k = kEnd; k < expected.rows(); ++k)
+      for (int j = 0; j < 6; ++j)
+        if (std::isfinite(found.tau_ext(k, j))) {
+          ASSERT_NEAR(found.tau_ext(k, j), expected(k, j), 0.02 * std::abs(kPush[j]) + 0.25)
+              << "joint " << j << " at sample " << k;
+        }
   }
 }
 

@@ -38,6 +38,14 @@ TEST_F(Report, NamesTheBestModelAndItsDistanceFromTheOracle) {
                               "no model here closes this headroom."));
 }
 
+TEST_F(Report, SaysWhatFrictionATorqueBeyondTheGearShows) {
+  const auto says = HasSubstr("what is identified is the friction beyond the sensor");
+  EXPECT_THAT(page(), Not(says));
+  trajectory.data.source = "import log.csv, tau from link_torque; fixed gap";
+  data::save_dataset(trajectory.data, run.recording(kTrajectory));
+  EXPECT_THAT(page(), says);
+}
+
 TEST_F(Report, SaysWhichJointsSlide) {
   EXPECT_THAT(page(), Not(HasSubstr("(m, N)")));
   let_slide(1);

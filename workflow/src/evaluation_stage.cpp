@@ -11,6 +11,7 @@
 #include "fricid/base/names.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/data/artefact.hpp"
+#include "fricid/data/contract.hpp"
 #include "fricid/data/fit_file.hpp"
 #include "fricid/data/log_part.hpp"
 #include "fricid/data/training_part.hpp"
@@ -297,8 +298,14 @@ std::vector<fs::path> save(const evaluate::Evaluation& evaluation,
     for (std::size_t i = 0; i < summary.bands.size(); ++i)
       evaluate::save_band(summary.bands[i], trajectories[i].data, summary.name,
                           add(out.band(summary.name, trajectories[i].data.name)));
-  write_file_atomically(add(out.table()), evaluate::to_markdown(evaluation));
-  write_file_atomically(add(out.torque_table()), evaluate::to_torque_markdown(evaluation, joints));
+  std::string note;
+  if (!trajectories.empty())
+    if (const auto of_torque = data::warning_of_torque(trajectories.front().data);
+        !of_torque.empty())
+      note = fmt::format("\nOf the friction here: {}.\n", of_torque);
+  write_file_atomically(add(out.table()), evaluate::to_markdown(evaluation) + note);
+  write_file_atomically(add(out.torque_table()),
+                        evaluate::to_torque_markdown(evaluation, joints) + note);
   write_file_atomically(add(out.table_csv()), evaluate::to_csv(evaluation));
   data::save(evaluation, add(out.evaluation()));
   return files;

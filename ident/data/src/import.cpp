@@ -40,6 +40,8 @@ bool counts_at_motor(std::string_view kind) { return kind == "motor_torque" || k
 
 namespace {
 
+constexpr const char* kTorqueFrom = ", tau from ";  // in a source, before the kind
+
 // Rates at which the motion of a robot is logged [Hz]: beyond them the unit of the times is wrong.
 constexpr double kSlowest = 1, kFastest = 1e5;
 
@@ -249,7 +251,7 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
   require_name(Named::kTrajectory, d.name, path.string());
   d.joint_names = contract.joint_names;
   d.source = "import " + path.filename().string();
-  if (contract.torque.kind != "joint_torque") d.source += ", tau from " + contract.torque.kind;
+  if (contract.torque.kind != "joint_torque") d.source += kTorqueFrom + contract.torque.kind;
   Columns columns(table, wanted, file);
   const double second = per_second(contract.time.unit);
   d.t = Eigen::Map<const Eigen::VectorXd>(table.columns[0].data(), length);
@@ -318,7 +320,15 @@ std::string_view warning_of_kind(std::string_view kind) {
     return "the controller's friction model is not in the torque: what is identified is the "
            "friction that it lacks";
   if (kind == "link_torque")
-    return "the torque is measured beyond the gear: friction of the gear cannot be identified";
+    return "the torque is measured beyond the gear: what is identified is the friction beyond the "
+           "sensor, not that of the gear";
+  return "";
+}
+
+std::string_view warning_of_torque(const Dataset& dataset) {
+  for (const char* kind : {"gear_torque_less_friction", "link_torque"})
+    if (dataset.source.find(kTorqueFrom + std::string(kind)) != std::string::npos)
+      return warning_of_kind(kind);
   return "";
 }
 

@@ -226,6 +226,21 @@ bool velocity_follows(const data::Dataset& d, const Motion& motion, int j) {
   return dot > 0.5 * square;
 }
 
+// Whether the logged velocity is that of a position in degrees, in radians.
+bool velocity_tells_degrees(const data::Dataset& d, const Motion& motion, int j) {
+  if (d.v.size() == 0) return false;
+  double dot = 0, square = 0, logged_square = 0;
+  for (int i = 0; i < motion.length(); ++i) {
+    const double logged = d.v(motion.samples[static_cast<std::size_t>(i)], j);
+    if (!std::isfinite(logged)) continue;
+    dot += logged * motion.v(i, j);
+    square += motion.v(i, j) * motion.v(i, j);
+    logged_square += logged * logged;
+  }
+  return dot > 0.5 * kDegree * square && dot < 2 * kDegree * square &&
+         dot * dot > 0.5 * square * logged_square;
+}
+
 Finding describe(const data::Dataset& d, const Motion& motion, const Hypothesis& h, double size,
                  const char* unit) {
   std::string signal = h.moves ? "q" : "";
@@ -266,13 +281,15 @@ void check_lengths(const data::Dataset& d, const dynamics::RobotModel* robot, co
 
 }  // namespace
 
-// Positions far outside the limits, or beyond two turns either way, are degrees.
+// Positions far outside the limits, or beyond two turns either way, are degrees. A continuous joint
+// may turn: there degrees must explain more of the torque, or the velocity must say so.
 void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
                   Sight& sight, Findings& findings) {
+  constexpr double kTwoTurns = 4 * std::numbers::pi;
   Findings found;
   for (int j = 0; j < d.n(); ++j) {
     const double largest = sight.q.col(j).cwiseAbs().maxCoeff();
-    double allowed = 4 * std::numbers::pi;
+    double allowed = kTwoTurns;
     if (robot) {
       const dynamics::Joint& joint = robot->joints[static_cast<std::size_t>(j)];
       if (slides(joint) || joint.continuous) continue;
@@ -282,6 +299,19 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
     if (largest <= allowed) continue;
     const Hypothesis degrees{FindingKind::kAngleUnit, true, false, j, -1, kDegree};
     sight = degrees.undone(std::move(sight));
+    found.push_back(describe(d, motion, degrees, largest, "rad at most, as it stands"));
+  }
+  for (int j = 0; robot && j < d.n(); ++j) {
+    const dynamics::Joint& joint = robot->joints[static_cast<std::size_t>(j)];
+    const double largest = sight.q.col(j).cwiseAbs().maxCoeff();
+    if (slides(joint) || !joint.continuous || largest <= kTwoTurns) continue;
+    const Hypothesis degrees{FindingKind::kAngleUnit, true, false, j, -1, kDegree};
+    Sight undone = degrees.undone(sight);
+    Judge judge(robot, d.n());
+    if (!velocity_tells_degrees(d, motion, j) &&
+        gain(judge.explain(sight), judge.explain(undone)) <= kBelief)
+      continue;
+    sight = std::move(undone);
     found.push_back(describe(d, motion, degrees, largest, "rad at most, as it stands"));
   }
   check_lengths(d, robot, sight, findings);

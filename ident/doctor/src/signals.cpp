@@ -124,9 +124,15 @@ bool ends_fast(const Channel& c, int first, int last) {
   return finish > kStillFast * approach && finish * (last - first) > kLeap * c.range();
 }
 
+// Whether samples are missing between k and the next.
+bool gap_follows(const Channel& c, int k) {
+  return !std::isfinite(c[k + 1]) || c.d.t[k + 1] - c.d.t[k] > 1.5 * c.d.dt();
+}
+
 // Whether it was cut off there: it leaps when it comes back, or ended at full speed.
 bool is_cut_off(const Channel& c, int first, int last) {
-  if (last + 1 < c.length()) return std::abs(c[last + 1] - c[last]) > kLeap * c.range();
+  if (last + 1 < c.length() && !gap_follows(c, last))
+    return std::abs(c[last + 1] - c[last]) > kLeap * c.range();
   return ends_fast(c, first, last);
 }
 

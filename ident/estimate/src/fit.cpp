@@ -18,6 +18,7 @@
 #include "fricid/system/transmission.hpp"
 #include "rigid_body/contradictions.hpp"
 #include "rigid_body/regression.hpp"
+#include "rigid_body/regression_start.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
@@ -186,6 +187,13 @@ FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::
   return target;
 }
 
+RegressionStart start_of_regression(const dynamics::RobotModel& robot, RigidBodyOptions options) {
+  dynamics::Nominal nominal = dynamics::complete(robot);
+  options.guesses = std::move(nominal.guesses);
+  options.offset = false;  // the robot has them
+  return {with_offsets(std::move(nominal.robot)), std::move(options)};
+}
+
 Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& options,
                  std::span<const data::Dataset> train, int jobs) {
   if (train.empty()) throw UserError("no training data");
@@ -207,11 +215,9 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
     out.recordings[s] =
         signals::make_recording(motors.to_motors(part.recordings[s]), options.cutoff_hz);
   });
-  dynamics::Nominal nominal = dynamics::complete(robot);
-  out.robot = with_offsets(std::move(nominal.robot));
-  out.options = options;
-  out.options.guesses = std::move(nominal.guesses);
-  out.options.offset = false;  // the robot has them
+  RegressionStart start = start_of_regression(robot, options);
+  out.robot = std::move(start.robot);
+  out.options = std::move(start.options);
   out.rigid_body = rigid_body_least_squares(out.robot, out.recordings, out.options);
   out.contradictions = find_contradictions(out.robot, out.recordings, out.options, out.rigid_body);
   for (const JointInertia& found : out.rigid_body.without_inertia) {

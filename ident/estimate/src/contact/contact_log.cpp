@@ -1,23 +1,50 @@
 #include "fricid/estimate/contact/contact_log.hpp"
 
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <optional>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/estimate/contact/momentum_observer.hpp"
 #include "fricid/estimate/online/online_log.hpp"
 #include "fricid/system/transmission.hpp"
+#include "missing.hpp"
 
 namespace fricid::estimate {
 namespace {
 
-/// Missing values are those before; 0 at the start.
-void hold_missing(RowMatrix& x) {
-  for (Eigen::Index k = 0; k < x.rows(); ++k)
-    for (Eigen::Index j = 0; j < x.cols(); ++j)
-      if (!std::isfinite(x(k, j))) x(k, j) = k > 0 ? x(k - 1, j) : 0;
-}
+constexpr double kTimeConstants = 5;  // within which the low-pass settles
+constexpr double kSlid = 1e-3;        // [rad or m] in a gap, beyond which friction has changed
+constexpr double kSettling = 5e-3;    // [rad or m] of travel within which friction settles
+
+/// Which joints know their torque again after a gap.
+class Settling {
+ public:
+  Settling(Eigen::Index n, double dt, double bandwidth_hz)
+      : samples_(2 + std::ceil(kTimeConstants / (2 * std::numbers::pi * bandwidth_hz * dt))),
+        begin_(Eigen::RowVectorXd::Zero(n)),
+        travel_(Eigen::RowVectorXd::Zero(n)) {}
+
+  /// The observer begins anew at q, `before` the last known positions.
+  void begin(const Eigen::RowVectorXd& before, const Eigen::RowVectorXd& q) {
+    since_ = 0;
+    begin_ = q;
+    travel_ = ((q - before).array().abs() < kSlid)
+                  .select(0.0, Eigen::RowVectorXd::Constant(q.size(), kSettling));
+  }
+  void step(const Eigen::RowVectorXd& q) {
+    ++since_;
+    travel_ = ((q - begin_).array().abs() >= kSettling).select(0.0, travel_);
+  }
+  bool settled(Eigen::Index j) const { return since_ >= samples_ && travel_[j] == 0; }
+
+ private:
+  double samples_, since_ = std::numeric_limits<double>::infinity();
+  Eigen::RowVectorXd begin_, travel_;  // still to come from there
+};
 
 }  // namespace
 
@@ -28,41 +55,59 @@ data::ContactSignals observe_log(const data::ModelFile& model, const data::Datas
     throw UserError("{}: {} joints, model {} has {}", at_joints.name, at_joints.n(), model.name, n);
   const Transmission motors(model.arm.robot);
   data::Dataset log = motors.to_motors(at_joints);
-  hold_missing(log.q);
-  hold_missing(log.tau);
   if (log.temperature.size() == 0) log.temperature.setConstant(T, n, kRoomTemperature);
-  hold_missing(log.temperature);
+  hold_missing(log.temperature, kRoomTemperature);
+  RowMatrix held_tau = log.tau, held_q = log.q;
+  hold_missing(held_tau, 0);
+  hold_missing(held_q, 0);
 
   data::ContactSignals out;
   out.joint_names = log.joint_names;
   out.model = model.name;
   out.log = log.name;
   out.t = log.t;
-  out.tau_ext.setZero(T, n);
-  out.tau_f.setZero(T, n);
+  out.tau_ext.setConstant(T, n, kNan);
+  out.tau_f.setConstant(T, n, kNan);
   MomentumObserver observer(model.arm, log.dt(), options.bandwidth_hz);
   std::optional<OnlineEstimator> filter;
   if (options.particles > 0)
     filter.emplace(begin_online(
-        model, log.q.row(0), log.rate_hz,
+        model, held_q.row(0), log.rate_hz,
         {.particles = options.particles, .step = {8, 4}, .seed = options.seed}, log.name));
   const auto row = [n](const RowMatrix& x, int k) {
     return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
   };
+  // the torque of a sample moves the arm to the next
+  const auto is_whole = [&](int k) {
+    return log.q.row(k).allFinite() && (k == 0 || log.tau.row(k - 1).allFinite());
+  };
+  Settling settling(n, log.dt(), options.bandwidth_hz);
+  int last_whole = -1;
   for (int k = 0; k < T; ++k) {
     if (k % 1000 == 0) throw_if_stopped();
-    const auto held = row(log.tau, std::max(0, k - 1)), q = row(log.q, k),
+    const auto tau = row(held_tau, std::max(0, k - 1)), q = row(log.q, k),
                temperature = row(log.temperature, k);
-    std::span<const double> r;
-    if (filter) {
-      const Eigen::VectorXd& tau_f = filter->estimate().tau_f;  // at the sample before
-      r = observer.step_with(held, q, {tau_f.data(), static_cast<std::size_t>(n)});
-      if (k > 0) filter->step(held, q, temperature);
-    } else {
-      r = observer.step(held, q, temperature);
+    if (is_whole(k)) {
+      if (last_whole != k - 1) {
+        observer.restart();
+        settling.begin(held_q.row(std::max(0, last_whole)), log.q.row(k));
+      }
+      last_whole = k;
+      settling.step(log.q.row(k));
+      std::span<const double> r;
+      if (filter) {
+        const Eigen::VectorXd& tau_f = filter->estimate().tau_f;  // at the sample before
+        r = observer.step_with(tau, q, {tau_f.data(), static_cast<std::size_t>(n)});
+      } else {
+        r = observer.step(tau, q, temperature);
+      }
+      for (int j = 0; j < n; ++j) {
+        if (!settling.settled(j)) continue;
+        out.tau_ext(k, j) = r[static_cast<std::size_t>(j)];
+        out.tau_f(k, j) = observer.friction()[static_cast<std::size_t>(j)];
+      }
     }
-    std::copy(r.begin(), r.end(), out.tau_ext.row(k).data());
-    std::copy(observer.friction().begin(), observer.friction().end(), out.tau_f.row(k).data());
+    if (filter && k > 0) filter->step(tau, q, temperature);
   }
   if (motors.coupled()) {
     out.tau_ext = motors.torque_to_joints(out.tau_ext);

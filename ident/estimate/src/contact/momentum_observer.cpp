@@ -26,7 +26,7 @@ MomentumObserver::MomentumObserver(Arm arm, double dt, double bandwidth_hz)
       weightless_(without_weight(arm_.robot)),
       ws_(arm_.robot),
       weightless_ws_(weightless_),
-      follower_(arm_.friction, dt),
+      follower_(std::in_place, arm_.friction, dt),
       dt_(dt),
       share_(-std::expm1(-2 * std::numbers::pi * bandwidth_hz * dt)) {
   if (arm_.friction.model.joint_count() != arm_.robot.n())
@@ -91,11 +91,18 @@ std::span<const double> MomentumObserver::advance(std::span<const double> tau,
   return r_;
 }
 
+void MomentumObserver::restart() {
+  samples_ = 0;
+  std::ranges::fill(r_, 0.0);
+  const std::vector<double> z(follower_->z().begin(), follower_->z().end());
+  follower_.emplace(arm_.friction, dt_, z);
+}
+
 std::span<const double> MomentumObserver::step(std::span<const double> tau,
                                                std::span<const double> q,
                                                std::span<const double> temperature) {
   if (measure(tau, q))
-    std::ranges::copy(follower_.follow(q_, mean_v_, mean_tau_, temperature), tau_f_.begin());
+    std::ranges::copy(follower_->follow(q_, mean_v_, mean_tau_, temperature), tau_f_.begin());
   return advance(tau, q);
 }
 

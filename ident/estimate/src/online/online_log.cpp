@@ -9,6 +9,7 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/estimate/memory.hpp"
 #include "fricid/system/transmission.hpp"
+#include "missing.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -77,7 +78,11 @@ OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& at_joi
   require_memory(
       2 * memory_of_filter(options.particles, 2 * n + nz) + 8.0 * T * (2 * (3 * n + nz) + 3),
       log.name, fmt::format("the filter of {} particles", options.particles));
-  OnlineEstimator estimator = begin_online(model, log.q.row(0), log.rate_hz, options, log.name);
+  RowMatrix tau = log.tau, q = log.q, temperature = log.temperature;
+  hold_missing(tau, 0);
+  hold_missing(q, 0);
+  hold_missing(temperature, kRoomTemperature);
+  OnlineEstimator estimator = begin_online(model, q.row(0), log.rate_hz, options, log.name);
 
   OnlineLog out;
   out.joint_names = log.joint_names;
@@ -95,14 +100,11 @@ OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& at_joi
   const auto row = [n](const RowMatrix& x, int t) {
     return std::span<const double>(x.row(t).data(), static_cast<std::size_t>(n));
   };
-  RowMatrix tau = log.tau;
   for (int t = 0; t + 1 < T; ++t) {
     throw_if_stopped();
-    for (int j = 0; j < n; ++j)
-      if (!std::isfinite(tau(t, j))) tau(t, j) = t > 0 ? tau(t - 1, j) : 0;
-    const auto temperature =
-        log.temperature.size() > 0 ? row(log.temperature, t) : std::span<const double>();
-    put(out, t + 1, estimator.step(row(tau, t), row(log.q, t + 1), temperature));
+    const auto temperature_now =
+        temperature.size() > 0 ? row(temperature, t) : std::span<const double>();
+    put(out, t + 1, estimator.step(row(tau, t), row(log.q, t + 1), temperature_now));
     if (t % kChunk == 0) progress.advance(kChunk, fmt::format("ESS {:.0f}", out.ess[t + 1]));
   }
   if (motors.coupled()) to_joints(motors, out);

@@ -9,18 +9,18 @@
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
-#include "fricid/dynamics/nominal.hpp"
 #include "fricid/friction/robot_friction.hpp"
 #include "rigid_body/contradictions.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/regression.hpp"
-#include "rigid_body/reweight.hpp"
+#include "rigid_body/regression_start.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr double kIdentified = 0.1, kWeak = 0.5;
 constexpr double kConfused = 0.9;  // correlation worth a word
+constexpr const char* kConstantTorque = " constant torque";
 
 // Names and columns of the unknowns: base parameters, then the friction that any row excites.
 struct Unknowns {
@@ -32,8 +32,8 @@ Unknowns unknowns_of(const dynamics::RobotModel& robot, const dynamics::BasePara
                      const Regression& data) {
   Unknowns unknowns{base.columns, base.names};
   const int p = robot.parameter_count(), n = robot.n();
-  const char* kinds[] = {"Coulomb friction", "viscous friction", "constant torque"};
-  for (int kind = 0; kind < 3; ++kind)
+  const char* kinds[] = {"Coulomb friction", "viscous friction"};
+  for (int kind = 0; kind < 2; ++kind)
     for (int j = 0; j < n; ++j) {
       const int column = p + kind * n + j;
       if (data.rows.col(column).squaredNorm() == 0) continue;
@@ -44,26 +44,14 @@ Unknowns unknowns_of(const dynamics::RobotModel& robot, const dynamics::BasePara
   return unknowns;
 }
 
-// Solution without a prior, rows weighed by the noise of their joint.
-struct Solution {
-  Eigen::MatrixXd covariance;
-  Eigen::VectorXd standard_error;
-};
-
-Solution solve(const Regression& data, const Unknowns& unknowns, const Eigen::VectorXd& sigma) {
+// Covariance without a prior, rows weighed by the noise of their joint.
+Eigen::MatrixXd covariance_of(const Regression& data, const Unknowns& unknowns,
+                              const Eigen::VectorXd& sigma) {
   const Eigen::MatrixXd X = data.rows(Eigen::all, unknowns.columns);
-  Weighted solved;
-  solved.weight.resize(X.rows());
+  Eigen::VectorXd weight(X.rows());
   for (Eigen::Index r = 0; r < X.rows(); ++r)
-    solved.weight[r] = std::pow(sigma[data.joint[static_cast<std::size_t>(r)]], -2);
-  solved.H = X.transpose() * solved.weight.asDiagonal() * X;
-  Solution out{.covariance = invert(solved.H, nullptr), .standard_error = {}};
-  solved.x = out.covariance * (X.transpose() * solved.weight.cwiseProduct(data.tau));
-  out.standard_error =
-      jackknife_root(X, data.tau, solved, data.block, Eigen::MatrixXd::Zero(X.cols(), X.cols()))
-          .rowwise()
-          .norm();
-  return out;
+    weight[r] = std::pow(sigma[data.joint[static_cast<std::size_t>(r)]], -2);
+  return invert(X.transpose() * weight.asDiagonal() * X, nullptr);
 }
 
 // "strongly correlated with A, B in these data": the most correlated others.
@@ -93,39 +81,43 @@ void judge_parameters(const dynamics::RobotModel& robot,
   RigidBodyFit counts;
   const Regression data = stack(robot, recordings, options, nullptr, counts);
   const Unknowns unknowns = unknowns_of(robot, base, data);
-  const auto [covariance, standard_error] = solve(data, unknowns, fit.sigma);
+  const Eigen::MatrixXd covariance = covariance_of(data, unknowns, fit.sigma);
 
   const auto b = static_cast<Eigen::Index>(base.columns.size());
   const int n = robot.n(), p = robot.parameter_count();
-  for (Eigen::Index i = 0; i < standard_error.size(); ++i) {
-    ParameterVerdict v{.name = unknowns.names[static_cast<std::size_t>(i)]};
-    v.standard_error = standard_error[i];
-    if (i < b) {
-      v.value = fit.base[i];
-      v.size = fit.base_size[i];
+  for (std::size_t i = 0; i < unknowns.columns.size(); ++i) {
+    const int column = unknowns.columns[i], j = (column - p) % n;
+    const auto at = static_cast<Eigen::Index>(i);
+    ParameterVerdict v{.name = unknowns.names[i]};
+    if (at < b) {
+      const bool shows = data.rows.col(column).squaredNorm() > 0;
+      for (const dynamics::LinearTorque& torque : robot.linear_torques)
+        if (v.name == torque.name && torque.shape == dynamics::LinearTorque::Shape::kConstant)
+          v.name = robot.joints[static_cast<std::size_t>(torque.joint)].name + kConstantTorque;
+      if (!shows && v.name != unknowns.names[i]) continue;
+      v.value = fit.base[at];
+      v.standard_error = shows ? fit.base_se[at] : std::numeric_limits<double>::infinity();
+      v.size = fit.base_size[at];
     } else {
-      const int column = unknowns.columns[static_cast<std::size_t>(i)] - p, j = column % n;
-      const Eigen::VectorXd& values = column < n ? fit.Fc : column < 2 * n ? fit.Fv : fit.offset;
-      v.value = values[j];
-      v.size = std::max(std::abs(v.value), fit.friction_size[column]);
+      const bool coulomb = column < p + n;
+      v.value = (coulomb ? fit.Fc : fit.Fv)[j];
+      v.standard_error = (coulomb ? fit.Fc_se : fit.Fv_se)[j];
+      v.size = std::max(std::abs(v.value), fit.friction_size[column - p]);
     }
     v.verdict = judge(v.standard_error, v.size);
-    if (v.verdict != Verdict::kIdentified) v.words = confusion(i, covariance, unknowns);
+    if (v.verdict != Verdict::kIdentified) v.words = confusion(at, covariance, unknowns);
     report.parameters.push_back(v);
   }
 }
 
 /// What the regression of a fit finds beside parameters.
 void look_at_fit(const dynamics::RobotModel& robot, std::span<const signals::Recording> recordings,
-                 RigidBodyOptions options, Identifiability& report) {
-  dynamics::Nominal nominal = dynamics::complete(robot);
-  options.guesses = std::move(nominal.guesses);
-  const RigidBodyFit fit = rigid_body_least_squares(nominal.robot, recordings, options);
+                 const RigidBodyOptions& options, Identifiability& report) {
+  const RigidBodyFit fit = rigid_body_least_squares(robot, recordings, options);
   report.without_inertia = fit.without_inertia;
-  for (const Fault& fault : find_contradictions(nominal.robot, recordings, options, fit))
+  for (const Fault& fault : find_contradictions(robot, recordings, options, fit))
     report.doubts.push_back(in_words(fault));
-  report.couplings =
-      find_couplings(recordings, friction_target(nominal.robot, fit.pi, recordings, 1));
+  report.couplings = find_couplings(recordings, friction_target(robot, fit.pi, recordings, 1));
 }
 
 void group_parameters(const dynamics::RobotModel& robot, Identifiability& report) {
@@ -220,8 +212,8 @@ struct Demand {
   bool (*met)(const Coverage&);
 };
 
-constexpr Demand kSpeeds{"speeds up to 0.2 rad/s or more",
-                         [](const Coverage& c) { return c.fastest >= 0.2; }};
+constexpr Demand kSpeeds{"speeds up to 0.2 rad/s (0.02 m/s) or more",
+                         [](const Coverage& c) { return c.fastest >= (c.slides ? 0.02 : 0.2); }};
 constexpr Demand kTurns{"2 reversals or more", [](const Coverage& c) { return c.reversals >= 2; }};
 constexpr Demand kSlow{"half a second below the Stribeck speed",
                        [](const Coverage& c) { return c.slow_s >= 0.5; }};
@@ -332,14 +324,18 @@ Identifiability examine_data(const dynamics::RobotModel& robot,
                              std::span<const signals::Recording> recordings,
                              const IdentifiabilityOptions& options) {
   Identifiability report;
-  RigidBodyOptions rigid = options.rigid_body;
-  rigid.prior.use = rigid.prior_where_needed = false;
-  judge_parameters(robot, recordings, rigid, report);
-  group_parameters(robot, report);
-  look_at_fit(robot, recordings, options.rigid_body, report);
+  const RegressionStart start = start_of_regression(robot, options.rigid_body);
+  RigidBodyOptions alone = start.options;
+  alone.prior.use = alone.prior_where_needed = false;
+  judge_parameters(start.robot, recordings, alone, report);
+  group_parameters(start.robot, report);
+  look_at_fit(start.robot, recordings, start.options, report);
   double seconds = 0;
   for (const signals::Recording& s : recordings) seconds += s.dt * s.length();
-  for (int j = 0; j < robot.n(); ++j) report.joints.push_back(cover(recordings, j, options));
+  for (int j = 0; j < robot.n(); ++j) {
+    report.joints.push_back(cover(recordings, j, options));
+    report.joints.back().slides = slides(robot.joints[static_cast<std::size_t>(j)]);
+  }
   judge_families(robot, seconds, report);
   return report;
 }

@@ -18,8 +18,8 @@ struct ContactSignals {
   std::vector<std::string> joint_names;  ///< (n)
   std::string model, log;                ///< names
   Eigen::VectorXd t;                     ///< (T) [s]
-  RowMatrix tau_ext;                     ///< (T, n) [N m]
-  RowMatrix tau_f;                       ///< (T, n) friction of the model [N m]
+  RowMatrix tau_ext;                     ///< (T, n) [N m]; NaN: not known
+  RowMatrix tau_f;                       ///< (T, n) friction of the model [N m]; NaN likewise
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -27,8 +27,9 @@ struct ContactSignals {
     archive.stamp("model", model, text("name of the model"));
     archive.stamp("log", log, text("name of the log"));
     archive.times(t);
-    archive.of_joints("tau_ext", tau_ext, signal("N m", "external torque"));
-    archive.of_joints("tau_f", tau_f, signal("N m", "friction torque of the model"));
+    archive.of_joints("tau_ext", tau_ext,
+                      signal("N m", "external torque; NaN where it is not known"));
+    archive.of_joints("tau_f", tau_f, signal("N m", "friction torque of the model; NaN likewise"));
   }
 };
 

@@ -157,6 +157,8 @@ std::string contract_template();
 
 /// Limits of a fit to torque of this kind, in one line; empty: none.
 std::string_view warning_of_kind(std::string_view kind);
+/// The same for a data set, whose source names the kind.
+std::string_view warning_of_torque(const Dataset& dataset);
 
 /// Takes warnings, one line each.
 using Warn = std::function<void(const std::string&)>;

@@ -1,6 +1,7 @@
 // External torque of an arm from positions and motor torques.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,8 +24,8 @@ namespace fricid::estimate {
 /// velocity is the difference of two positions; all other torques are those between, at the last
 /// sample but one. So r lags the low-pass by one sample.
 ///
-/// An arm with coupled motors is observed in motor coordinates. Owns its arm; does not allocate
-/// after it was made.
+/// An arm with coupled motors is observed in motor coordinates. Owns its arm; a step does not
+/// allocate.
 class MomentumObserver {
  public:
   /// @throws UserError when robot and friction differ in their number of joints
@@ -44,6 +45,10 @@ class MomentumObserver {
   std::span<const double> step_with(std::span<const double> tau, std::span<const double> q,
                                     std::span<const double> tau_f);
 
+  /// The next sample is a first one, since samples are missing before it: r begins at zero, the
+  /// state of the friction where it was. Allocates.
+  void restart();
+
   /// Friction torque at the last sample but one (n) [N m].
   std::span<const double> friction() const { return tau_f_; }
 
@@ -56,7 +61,7 @@ class MomentumObserver {
   Arm arm_;
   dynamics::RobotModel weightless_;  ///< without gravity and linear torques
   dynamics::Workspace<double> ws_, weightless_ws_;
-  FrictionFollower follower_;
+  std::optional<FrictionFollower> follower_;
   double dt_, share_;
   int samples_ = 0;
   std::vector<double> r_, q_, v_, p_, tau_, tau_f_;  ///< of the last sample

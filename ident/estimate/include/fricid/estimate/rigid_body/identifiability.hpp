@@ -28,7 +28,7 @@ Verdict judge(double standard_error, double size);
 struct ParameterVerdict {
   std::string name{};         ///< "joint_a2 m cx + 0.3 joint_a3 m"
   double value = 0;           ///< estimate of the linear regression
-  double standard_error = 0;  ///< predicted from the regressor and the noise seen
+  double standard_error = 0;  ///< of the regression
   double size = 0;            ///< reference of the error, see `judged_size`
   Verdict verdict = Verdict::kNot;
   std::string words{};  ///< why not identified, or what it is confused with; empty: identified
@@ -42,6 +42,7 @@ struct Grouping {
 
 /// Friction regimes that the motion of one joint covers.
 struct Coverage {
+  bool slides = false;           ///< rad are m
   double fastest = 0;            ///< [rad/s]
   double slow_s = 0;             ///< time moving below `stribeck_speed` [s]
   int reversals = 0;             ///< reversals after enough travel for friction to settle
@@ -79,10 +80,9 @@ struct IdentifiabilityOptions {
   double presliding = 2e-3;      ///< travel of presliding after a reversal [rad]
 };
 
-/// Regresses the torque on rigid body and linear friction as `rigid_body_least_squares` does,
-/// without a prior, and takes the standard errors, s_i = sqrt((X' W X)^-1_ii); coverage and
-/// families from the motion; joints without inertia and couplings from the regression of a fit,
-/// with guesses and prior.
+/// Regresses the torque on rigid body and linear friction as a fit does (`prepare`), without a
+/// prior, and takes its standard errors; coverage and families from the motion; joints without
+/// inertia and couplings from the regression of a fit, with guesses and prior.
 Identifiability examine_data(const dynamics::RobotModel& robot,
                              std::span<const signals::Recording> recordings,
                              const IdentifiabilityOptions& options);
