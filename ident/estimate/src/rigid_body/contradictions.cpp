@@ -89,6 +89,18 @@ int middle_of(const Eigen::VectorXd& x) {
   return order[order.size() / 2];
 }
 
+/// Factors s of the torque columns of a robot whose joints share inertial parameters:
+///
+///     tau_j = s_j Y_j pi + Fc_j F[sign v_j] + Fv_j v_j + offset_j + e_j.
+///
+/// Their common factor is that of all masses and cannot be told: the middle one is called 1.
+struct TorqueScales {
+  Eigen::VectorXd value;           ///< (n); empty: not found
+  Eigen::VectorXd standard_error;  ///< (n)
+  /// Log of the factor by which they lower the unexplained variance, in sum over the joints.
+  double gain = 0;
+};
+
 /// Joints whose factor is not 1, where the factors explain far more.
 std::vector<int> scaled_joints(const TorqueScales& scales) {
   std::vector<int> joints;
@@ -118,12 +130,11 @@ struct Springs {
   double gain = 0;
 };
 
+/// @param sigma  of the residuals without springs
 Springs find_springs(dynamics::RobotModel robot, std::span<const signals::Recording> recordings,
-                     const RigidBodyOptions& options) {
+                     const RigidBodyOptions& options, Eigen::VectorXd sigma) {
   Springs springs;
   const int n = robot.n();
-  const Stacked without = stacked(robot, recordings, options);
-  Eigen::VectorXd sigma = solve(without.X(), without.data, n).sigma;
   for (double best = kGain; best > 0;) {
     best = 0;
     std::pair<int, Eigen::VectorXd> with;
@@ -191,13 +202,9 @@ std::vector<Fault> find_misread_columns(const dynamics::RobotModel& robot,
   return faults;
 }
 
-}  // namespace
-
-TorqueScales find_torque_scales(const dynamics::RobotModel& robot,
-                                std::span<const signals::Recording> recordings,
-                                const RigidBodyOptions& options) {
-  const int n = robot.n();
-  const Stacked all = stacked(robot, recordings, options);
+/// Least squares in pi, s and friction by Gauss-Newton, no prior but s_j = 1 +- 0.5.
+/// @param plain  solution of `all` with s = 1
+TorqueScales find_torque_scales(const Stacked& all, const Weighted& plain, int n) {
   const Regression& data = all.data;
   const Eigen::Index b = all.base, m = std::ssize(all.columns);
   if (n < 2 || data.rows.rows() <= m + 2 * n) return {};
@@ -209,7 +216,7 @@ TorqueScales find_torque_scales(const dynamics::RobotModel& robot,
   Eigen::MatrixXd X = Eigen::MatrixXd::Zero(data.rows.rows(), size);
   X.leftCols(m) = all.X();
   const Eigen::MatrixXd Y = X.leftCols(b);
-  Weighted apart = solve(X.leftCols(m), data, n);
+  Weighted apart = plain;
   for (int pass = 0; pass < kPasses; ++pass) {
     set_growth(Y * apart.x.head(b), data, n, growth, X);
     apart = solve(X.leftCols(factors), data, n);
@@ -251,14 +258,18 @@ TorqueScales find_torque_scales(const dynamics::RobotModel& robot,
   return scales;
 }
 
+}  // namespace
+
 std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
                                        std::span<const signals::Recording> recordings,
                                        const RigidBodyOptions& options, const RigidBodyFit& fit) {
   if (fit.sigma.size() == 0) return {};
   std::vector<Fault> faults = find_misread_columns(robot, recordings, options, fit);
   if (!faults.empty() || !fit.prior.empty()) return faults;
-  const TorqueScales scales = find_torque_scales(robot, recordings, options);
-  const Springs springs = find_springs(robot, recordings, options);
+  const Stacked all = stacked(robot, recordings, options);
+  const Weighted plain = solve(all.X(), all.data, robot.n());
+  const TorqueScales scales = find_torque_scales(all, plain, robot.n());
+  const Springs springs = find_springs(robot, recordings, options, plain.sigma);
   const auto name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
   if (springs.gain > scales.gain) {
     for (const int j : springs.joints)
