@@ -13,6 +13,7 @@
 #include "rigid_body/information.hpp"
 #include "rigid_body/regression.hpp"
 #include "rigid_body/reweight.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -20,6 +21,7 @@ namespace {
 using dynamics::LinearTorque;
 
 constexpr double kWidth = 0.5;       // sd of a factor's prior about 1
+constexpr int kWeighings = 12;       // by the noise of the joints
 constexpr int kMostSteps = 40;       // of Gauss-Newton
 constexpr double kConverged = 1e-3;  // change of a factor
 constexpr double kSmallest = 0.02;   // factor over the largest: below, no torque of these bodies
@@ -29,53 +31,147 @@ constexpr int kPasses = 3;           // of friction that grows with the load of 
 constexpr double kGain = 2.5;
 constexpr double kLeast = 0.03, kCertain = 4;  // distance of a factor from 1: [1], standard errors
 
-/// Linear regression on the base parameters and the friction that any row excites.
-struct Stacked {
-  Regression data;
-  std::vector<int> columns;  ///< base parameters, then friction
-  Eigen::Index base = 0;     ///< number of the former
+using Columns = std::vector<Eigen::Index>;
 
-  Eigen::MatrixXd X() const { return data.rows(Eigen::all, columns); }
+/// The robot with a spring, c0 q + c1 sin q + c2 cos q, at every joint beside gravity.
+dynamics::RobotModel with_springs(dynamics::RobotModel robot) {
+  using enum LinearTorque::Shape;
+  for (int j = 0; j < robot.n(); ++j)
+    for (const LinearTorque::Shape shape : {kLinear, kSin, kCos}) {
+      const auto is_it = [&](const LinearTorque& torque) {
+        return torque.joint == j && torque.shape == shape && torque.k == 1;
+      };
+      if (std::ranges::none_of(robot.linear_torques, is_it))
+        dynamics::add_linear_torque(robot, {.name = "spring", .joint = j, .shape = shape, .k = 1});
+    }
+  return robot;
+}
+
+/// The rows of one joint, y = X x + e, and their normal equations.
+struct JointRows {
+  Columns at;  ///< in the stacked regression
+  Eigen::MatrixXd X, XX;
+  Eigen::VectorXd y, Xy;
+
+  void set_column(Eigen::Index k, const Eigen::VectorXd& x) {
+    X.col(k) = x;
+    XX.row(k) = x.transpose() * X;
+    XX.col(k) = XX.row(k).transpose();
+    Xy[k] = x.dot(y);
+  }
+  /// ||y - X x||^2
+  double squares(const Eigen::VectorXd& x) const {
+    return std::max(0.0, y.squaredNorm() - x.dot(2 * Xy - XX * x));
+  }
 };
 
-Stacked stacked(const dynamics::RobotModel& robot, std::span<const signals::Recording> recordings,
-                const RigidBodyOptions& options) {
+/// The torque of a robot in all columns that may explain it, by joint. Each joint's noise is its
+/// own, so that every regression on some of the columns follows from the normal equations.
+struct Stacked {
+  std::vector<JointRows> joints;
+  std::vector<Eigen::VectorXd> coulomb;  ///< of each joint: F[sign v_j]
+  std::vector<int> block;                ///< of each row; see `Regression`
+  Eigen::Index rows = 0;
+  /// First the base parameters of the robot as it is given, then friction that any row excites,
+  /// friction that grows with the load (n), springs.
+  Eigen::Index base = 0, plain = 0, with_growth = 0, size = 0;
+  std::vector<Columns> springs;  ///< of each joint
+
+  int n() const { return static_cast<int>(joints.size()); }
+  Columns first(Eigen::Index count) const {
+    Columns columns(static_cast<std::size_t>(count));
+    std::iota(columns.begin(), columns.end(), 0);
+    return columns;
+  }
+};
+
+Stacked stack_all(const dynamics::RobotModel& robot, std::span<const signals::Recording> recordings,
+                  const RigidBodyOptions& options) {
+  const dynamics::RobotModel sprung = with_springs(robot);
+  const int n = robot.n(), p = sprung.parameter_count();
   RigidBodyFit counts;
-  Stacked all{stack(robot, recordings, options, nullptr, counts),
-              dynamics::base_parameters(robot).columns};
-  all.base = std::ssize(all.columns);
-  const int p = robot.parameter_count();
-  for (int k = p; k < p + 3 * robot.n(); ++k)
-    if (all.data.rows.col(k).squaredNorm() > 0) all.columns.push_back(k);
+  const Regression data = stack(sprung, recordings, options, nullptr, counts);
+  Stacked all;
+  all.block = data.block;
+  all.rows = data.rows.rows();
+  std::vector<int> columns, of_springs;
+  for (const int k : dynamics::base_parameters(sprung).columns)
+    (k < robot.parameter_count() ? columns : of_springs).push_back(k);
+  all.base = std::ssize(columns);
+  for (int k = p; k < p + 3 * n; ++k)
+    if (data.rows.col(k).squaredNorm() > 0) columns.push_back(k);
+  all.plain = std::ssize(columns);
+  all.with_growth = all.plain + n;
+  all.size = all.with_growth + std::ssize(of_springs);
+  all.springs.resize(static_cast<std::size_t>(n));
+  for (std::size_t i = 0; i < of_springs.size(); ++i) {
+    const auto k = static_cast<std::size_t>(of_springs[i] - sprung.linear_begin());
+    all.springs[static_cast<std::size_t>(sprung.linear_torques[k].joint)].push_back(
+        all.with_growth + static_cast<Eigen::Index>(i));
+  }
+
+  for (int j = 0; j < n; ++j) {
+    JointRows rows;
+    for (std::size_t r = 0; r < data.joint.size(); ++r)
+      if (data.joint[r] == j) rows.at.push_back(static_cast<Eigen::Index>(r));
+    rows.X.setZero(std::ssize(rows.at), all.size);
+    rows.X.leftCols(all.plain) = data.rows(rows.at, columns);
+    rows.X.rightCols(std::ssize(of_springs)) = data.rows(rows.at, of_springs);
+    rows.y = data.tau(rows.at);
+    rows.XX = rows.X.transpose() * rows.X;
+    rows.Xy = rows.X.transpose() * rows.y;
+    all.coulomb.push_back(data.rows(rows.at, p + j));
+    all.joints.push_back(std::move(rows));
+  }
   return all;
 }
 
-/// Least squares of tau on X, each joint's noise being its own.
-Weighted solve(const Eigen::MatrixXd& X, const Regression& data, int n) {
-  return reweight(X, data.tau, data.joint, n, false, Eigen::MatrixXd::Zero(X.cols(), X.cols()),
-                  Eigen::VectorXd::Zero(X.cols()));
-}
-
-/// Writes friction that grows with the load, F[sign v_j] |Y pi|, to the n last columns of X.
-/// @param rigid  (N) Y pi
-void set_growth(const Eigen::VectorXd& rigid, const Regression& data, int n, Eigen::Index first,
-                Eigen::MatrixXd& X) {
-  const Eigen::Index coulomb = data.rows.cols() - 3 * n;
-  X.middleCols(first, n).setZero();
-  for (Eigen::Index r = 0; r < X.rows(); ++r) {
-    const int j = data.joint[static_cast<std::size_t>(r)];
-    X(r, first + j) = data.rows(r, coulomb + j) * std::abs(rigid[r]);
+/// Writes friction that grows with the load, F[sign v_j] |Y_j pi|, to its columns.
+void set_growth(const Eigen::VectorXd& pi, Stacked& all) {
+  for (int j = 0; j < all.n(); ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    JointRows& rows = all.joints[at];
+    const Eigen::VectorXd rigid = rows.X.leftCols(all.base) * pi;
+    rows.set_column(all.plain + j, all.coulomb[at].cwiseProduct(rigid.cwiseAbs()));
   }
 }
 
-/// Standard deviation of the residuals of each joint.
-Eigen::VectorXd sigma_of(const Eigen::VectorXd& residual, const std::vector<int>& joint, int n) {
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(n), count = Eigen::VectorXd::Zero(n);
-  for (std::size_t r = 0; r < joint.size(); ++r) {
-    squares[joint[r]] += std::pow(residual[static_cast<Eigen::Index>(r)], 2);
-    count[joint[r]] += 1;
+struct Solution {
+  Eigen::VectorXd x;
+  Eigen::VectorXd sigma;  ///< of the residuals of each joint
+};
+
+double sigma_of(double squares, const JointRows& rows) {
+  const double floor = kSmallestSigma * rows.y.norm();
+  return std::sqrt(std::max({squares, floor * floor, 1e-300}) /
+                   std::max(1.0, static_cast<double>(rows.at.size())));
+}
+
+/// Least squares on some columns, weighed by the noise that it leaves to each joint.
+Solution solve(const Stacked& all, const Columns& columns) {
+  const auto m = std::ssize(columns);
+  Solution solution{{}, Eigen::VectorXd::Zero(all.n())};
+  for (int j = 0; j < all.n(); ++j) {
+    const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+    solution.sigma[j] = sigma_of(rows.y.squaredNorm(), rows);
   }
-  return (squares.array() / count.array().max(1)).max(1e-24).sqrt().matrix();
+  for (int i = 0; i < kWeighings; ++i) {
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(m, m);
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(m);
+    for (int j = 0; j < all.n(); ++j) {
+      const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+      const double weight = std::pow(solution.sigma[j], -2);
+      H += weight * rows.XX(columns, columns);
+      g += weight * rows.Xy(columns);
+    }
+    solution.x = Eigen::VectorXd::Zero(all.size);
+    solution.x(columns) = invert(H, nullptr) * g;
+    for (int j = 0; j < all.n(); ++j) {
+      const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+      solution.sigma[j] = sigma_of(rows.squares(solution.x), rows);
+    }
+  }
+  return solution;
 }
 
 double gain_of(const Eigen::VectorXd& sigma, const Eigen::VectorXd& less) {
@@ -96,7 +192,7 @@ int middle_of(const Eigen::VectorXd& x) {
 /// Their common factor is that of all masses and cannot be told: the middle one is called 1.
 struct TorqueScales {
   Eigen::VectorXd value;           ///< (n); empty: not found
-  Eigen::VectorXd standard_error;  ///< (n)
+  Eigen::VectorXd standard_error;  ///< (n); 0 where the gain is not worth a word
   /// Log of the factor by which they lower the unexplained variance, in sum over the joints.
   double gain = 0;
 };
@@ -111,19 +207,6 @@ std::vector<int> scaled_joints(const TorqueScales& scales) {
   return joints;
 }
 
-/// The robot with a spring at joint j beside gravity.
-dynamics::RobotModel with_spring(dynamics::RobotModel robot, int j) {
-  using enum LinearTorque::Shape;
-  for (const LinearTorque::Shape shape : {kLinear, kSin, kCos}) {
-    const auto is_it = [&](const LinearTorque& torque) {
-      return torque.joint == j && torque.shape == shape && torque.k == 1;
-    };
-    if (std::ranges::none_of(robot.linear_torques, is_it))
-      dynamics::add_linear_torque(robot, {.name = "spring", .joint = j, .shape = shape, .k = 1});
-  }
-  return robot;
-}
-
 /// The joints whose springs, one after the other, explain most.
 struct Springs {
   std::vector<int> joints;
@@ -131,25 +214,27 @@ struct Springs {
 };
 
 /// @param sigma  of the residuals without springs
-Springs find_springs(dynamics::RobotModel robot, std::span<const signals::Recording> recordings,
-                     const RigidBodyOptions& options, Eigen::VectorXd sigma) {
+Springs find_springs(const Stacked& all, Eigen::VectorXd sigma) {
   Springs springs;
-  const int n = robot.n();
+  Columns columns = all.first(all.plain);
   for (double best = kGain; best > 0;) {
     best = 0;
     std::pair<int, Eigen::VectorXd> with;
-    for (int j = 0; j < n; ++j) {
-      if (std::ranges::count(springs.joints, j) > 0) continue;
-      const Stacked all = stacked(with_spring(robot, j), recordings, options);
-      if (all.data.rows.rows() <= std::ssize(all.columns)) continue;
-      const Eigen::VectorXd less = solve(all.X(), all.data, n).sigma;
+    for (int j = 0; j < all.n(); ++j) {
+      const Columns& own = all.springs[static_cast<std::size_t>(j)];
+      if (own.empty() || std::ranges::count(springs.joints, j) > 0) continue;
+      Columns more = columns;
+      more.insert(more.end(), own.begin(), own.end());
+      if (all.rows <= std::ssize(more)) continue;
+      const Eigen::VectorXd less = solve(all, more).sigma;
       if (const double gain = gain_of(sigma, less); gain > std::max(best, kGain))
         best = gain, with = {j, less};
     }
     if (best == 0) break;
+    const Columns& own = all.springs[static_cast<std::size_t>(with.first)];
+    columns.insert(columns.end(), own.begin(), own.end());
     springs.joints.push_back(with.first);
     springs.gain += best;
-    robot = with_spring(std::move(robot), with.first);
     sigma = with.second;
   }
   return springs;
@@ -202,59 +287,84 @@ std::vector<Fault> find_misread_columns(const dynamics::RobotModel& robot,
   return faults;
 }
 
-/// Least squares in pi, s and friction by Gauss-Newton, no prior but s_j = 1 +- 0.5.
-/// @param plain  solution of `all` with s = 1
-TorqueScales find_torque_scales(const Stacked& all, const Weighted& plain, int n) {
-  const Regression& data = all.data;
-  const Eigen::Index b = all.base, m = std::ssize(all.columns);
-  if (n < 2 || data.rows.rows() <= m + 2 * n) return {};
+/// Columns of joint j for the unknowns base parameters, friction and growth, factors s (n), about
+/// pi and s: with the target y + s_j Y pi the row is
+///
+///     s_j Y pi_new + s_new,j (Y pi) + friction.
+Eigen::MatrixXd about(const Stacked& all, const Eigen::VectorXd& pi, double s, int j) {
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(all.size, all.with_growth + all.n());
+  T.topLeftCorner(all.with_growth, all.with_growth).setIdentity();
+  T.diagonal().head(all.base).setConstant(s);
+  T.col(all.with_growth + j).head(all.base) = pi;
+  return T;
+}
 
-  // Unknowns: base parameters, linear friction, growth of friction with the load, and the factors
-  // s. About pi and s of the last step
-  //     tau + s (Y pi) = s Y pi_new + (Y pi) s_new + friction.
-  const Eigen::Index growth = m, factors = m + n, size = m + 2 * n;
-  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(data.rows.rows(), size);
-  X.leftCols(m) = all.X();
-  const Eigen::MatrixXd Y = X.leftCols(b);
-  Weighted apart = plain;
+/// Standard errors of the factors over the middle one by the jackknife.
+/// @param solved  information and weights at the solution pi, s
+Eigen::VectorXd errors_of(const Stacked& all, const Eigen::VectorXd& pi, const Eigen::VectorXd& s,
+                          Weighted solved, const Eigen::VectorXd& sigma,
+                          const Eigen::MatrixXd& prior) {
+  const int n = all.n();
+  Eigen::MatrixXd X(all.rows, solved.x.size());
+  Eigen::VectorXd y(all.rows);
+  solved.weight.resize(all.rows);
+  for (int j = 0; j < n; ++j) {
+    const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+    X(rows.at, Eigen::all) = rows.X * about(all, pi, s[j], j);
+    y(rows.at) = rows.y + s[j] * (rows.X.leftCols(all.base) * pi);
+    solved.weight(rows.at).setConstant(std::pow(sigma[j], -2));
+  }
+  const Eigen::MatrixXd root = jackknife_root(X, y, solved, all.block, prior).bottomRows(n);
+  const int middle = middle_of(s);
+  Eigen::VectorXd errors(n);
+  for (int j = 0; j < n; ++j)
+    errors[j] = (root.row(j) - root.row(middle) * (s[j] / s[middle])).norm() / s[middle];
+  return errors;
+}
+
+/// Least squares in pi, s and friction by Gauss-Newton, no prior but s_j = 1 +- 0.5.
+/// @param plain  solution with s = 1 and without growth
+TorqueScales find_torque_scales(Stacked all, const Solution& plain) {
+  const int n = all.n();
+  const Eigen::Index size = all.with_growth + n;
+  if (n < 2 || all.rows <= size) return {};
+  Solution apart = plain;
   for (int pass = 0; pass < kPasses; ++pass) {
-    set_growth(Y * apart.x.head(b), data, n, growth, X);
-    apart = solve(X.leftCols(factors), data, n);
+    set_growth(apart.x.head(all.base), all);
+    apart = solve(all, all.first(all.with_growth));
   }
   Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(size, size);
   prior.bottomRightCorner(n, n).diagonal().setConstant(std::pow(kWidth, -2));
-  Eigen::VectorXd pi = apart.x.head(b), s = Eigen::VectorXd::Ones(n), y = data.tau;
-  Weighted solved{.x = {}, .H = {}, .sigma = apart.sigma, .weight = apart.weight};
+  Eigen::VectorXd pi = apart.x.head(all.base), s = Eigen::VectorXd::Ones(n), sigma = apart.sigma;
+  Weighted solved;
   double change = 1;
   for (int step = 0; step < kMostSteps && change > kConverged; ++step) {
-    const Eigen::VectorXd rigid = Y * pi;
-    set_growth(rigid, data, n, growth, X);
-    X.rightCols(n).setZero();
-    for (Eigen::Index r = 0; r < X.rows(); ++r) {
-      const int j = data.joint[static_cast<std::size_t>(r)];
-      X.row(r).head(b) = s[j] * Y.row(r);
-      X(r, factors + j) = rigid[r];
-      y[r] = data.tau[r] + s[j] * rigid[r];
-      solved.weight[r] = std::pow(solved.sigma[j], -2);
+    set_growth(pi, all);
+    solved.H = prior;
+    Eigen::VectorXd g = prior * Eigen::VectorXd::Ones(size);
+    std::vector<Eigen::MatrixXd> T;
+    for (int j = 0; j < n; ++j) {
+      const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+      const double weight = std::pow(sigma[j], -2);
+      T.push_back(about(all, pi, s[j], j));
+      solved.H += weight * (T.back().transpose() * (rows.XX * T.back()));
+      g += weight * (T.back().transpose() * (rows.Xy + s[j] * (rows.XX.leftCols(all.base) * pi)));
     }
-    const Eigen::MatrixXd weighted = solved.weight.asDiagonal() * X;
-    solved.H = X.transpose() * weighted + prior;
-    solved.x = invert(solved.H, nullptr) *
-               (weighted.transpose() * y + prior * Eigen::VectorXd::Ones(size));
+    solved.x = invert(solved.H, nullptr) * g;
     if (!solved.x.allFinite()) return {};
-    solved.sigma = sigma_of(y - X * solved.x, data.joint, n);
+    for (int j = 0; j < n; ++j) {
+      const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+      Eigen::VectorXd x = T[static_cast<std::size_t>(j)] * solved.x;
+      x.head(all.base) -= s[j] * pi;
+      sigma[j] = sigma_of(rows.squares(x), rows);
+    }
     change = (solved.x.tail(n) - s).cwiseAbs().maxCoeff();
-    pi = solved.x.head(b);
+    pi = solved.x.head(all.base);
     s = solved.x.tail(n);
   }
   if (change > kConverged || !(s.minCoeff() > kSmallest * s.maxCoeff())) return {};
-
-  const Eigen::MatrixXd root = jackknife_root(X, y, solved, data.block, prior).bottomRows(n);
-  const int middle = middle_of(s);
-  TorqueScales scales{s / s[middle], Eigen::VectorXd::Zero(n), gain_of(apart.sigma, solved.sigma)};
-  for (int j = 0; j < n; ++j)
-    scales.standard_error[j] =
-        (root.row(j) - root.row(middle) * scales.value[j]).norm() / s[middle];
+  TorqueScales scales{s / s[middle_of(s)], Eigen::VectorXd::Zero(n), gain_of(apart.sigma, sigma)};
+  if (scales.gain > kGain) scales.standard_error = errors_of(all, pi, s, solved, sigma, prior);
   return scales;
 }
 
@@ -266,10 +376,10 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   if (fit.sigma.size() == 0) return {};
   std::vector<Fault> faults = find_misread_columns(robot, recordings, options, fit);
   if (!faults.empty() || !fit.prior.empty()) return faults;
-  const Stacked all = stacked(robot, recordings, options);
-  const Weighted plain = solve(all.X(), all.data, robot.n());
-  const TorqueScales scales = find_torque_scales(all, plain, robot.n());
-  const Springs springs = find_springs(robot, recordings, options, plain.sigma);
+  const Stacked all = stack_all(robot, recordings, options);
+  const Solution plain = solve(all, all.first(all.plain));
+  const TorqueScales scales = find_torque_scales(all, plain);
+  const Springs springs = find_springs(all, plain.sigma);
   const auto name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
   if (springs.gain > scales.gain) {
     for (const int j : springs.joints)
