@@ -157,7 +157,7 @@ TEST(JointFits, ArePulledToAPrior) {
   const Arm prior = sibling(1.3);
   for (const double sd : {1e-4, 10.0}) {
     JointFits fits(logs().prepared, logs().windows, 2);
-    fits.take_prior(prior, sd);
+    fits.take_prior(ArmPrior{prior, sd});
     const Arm fitted = fits.on_torque(prior, JointFits::Rows::kAll).arm;
     for (int j = 0; j < 3; ++j) {
       const double known = parameter(prior, j, "dahl", "Fc"),

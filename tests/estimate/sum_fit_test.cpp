@@ -66,7 +66,7 @@ TEST(SumFit, TakesTheLawsOfAPriorOnAShortLog) {
   std::vector<friction::LvmParts> parts;
   std::vector<PartEvidence> evidence;
   const Arm prior = sibling(1.1);
-  fits.take_prior(prior, 0.2);
+  fits.take_prior(ArmPrior{prior, 0.2});
   fits.take_load_of(fits.on_torque(prior, JointFits::Rows::kTraining).arm);
   const Candidate found = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence);
   EXPECT_EQ(found.name, "like the prior");
@@ -100,6 +100,30 @@ TEST(FitModel, RefusesAPriorOfAnotherArmOrLaw) {
   EXPECT_NE(error(lacking).find("a rigid body of"), std::string::npos) << error(lacking);
   config.laws[0].modifiers = {"load"};
   EXPECT_NE(error(sibling(1.1)).find("other laws"), std::string::npos);
+  std::filesystem::remove(file);
+}
+
+// A prior of another arm of the same joints, laws and friction five times as high, moves nothing.
+TEST(FitModel, LeavesOutAPriorThatTheTorqueContradicts) {
+  const std::string file = testing::TempDir() + "fricid_wrong_prior.json";
+  ModelOptions config;
+  config.name = "mine";
+  config.method = Method::kJoint;
+  config.laws = {{.law = "dahl", .elements = 4, .modifiers = {"load", "ripple"}}};
+  const auto fitted = [&](const Arm* prior) {
+    config.prior = prior ? file : "";
+    if (prior) data::save_model({.name = "other", .label = "other", .arm = *prior}, file);
+    ConventionalFits conventional(logs().prepared);
+    return fit_model(conventional, config, 1, 2);
+  };
+  const Arm right = sibling(1.1), wrong = sibling(5);
+  const FitReport without = fitted(nullptr), with_wrong = fitted(&wrong),
+                  with_right = fitted(&right);
+  for (std::size_t i = 0; i < without.model.arm.friction.theta.size(); ++i)
+    EXPECT_NEAR(with_wrong.model.arm.friction.theta[i] / without.model.arm.friction.theta[i], 1, 0.01);
+  EXPECT_NE(with_wrong.message.find("the prior is left out"), std::string::npos);
+  EXPECT_NE(with_right.model.arm.friction.theta, without.model.arm.friction.theta);
+  EXPECT_EQ(with_right.message.find("left out"), std::string::npos);
   std::filesystem::remove(file);
 }
 

@@ -73,6 +73,13 @@ Arm load_prior(const std::string& file, const Prepared& prepared) {
   return arm;
 }
 
+Arm roughly_fitted(JointFits& fits, const Arm& start) {
+  return fits
+      .under_own_load(fits.on_torque(start, JointFits::Rows::kTraining, true, kRoughGain).arm,
+                      JointFits::Rows::kTraining, kRoughGain)
+      .arm;
+}
+
 /// `start`, or fitted again from cables where it has single springs and the held-out torque is then
 /// explained better.
 Arm with_soft_springs(JointFits& fits, const Arm& start) {
@@ -85,6 +92,19 @@ Arm with_soft_springs(JointFits& fits, const Arm& start) {
   if (fits.held_out_torque(soft) < fits.held_out_torque(start)) return soft;
   fits.take_springs_of(start);
   return start;
+}
+
+/// `with`, fitted roughly with the prior, or what is fitted from `start` where held-out torque
+/// contradicts the prior, which is then forgotten.
+Arm without_wrong_prior(JointFits& fits, const Arm& with, const Arm& start) {
+  const double error = fits.held_out_torque(with);
+  const ArmPrior prior = *fits.prior();
+  fits.take_prior(std::nullopt);
+  const Arm without = roughly_fitted(fits, start);
+  if (!fits.keeps_prior(error, fits.held_out_torque(without))) return without;
+  fits.take_prior(prior);
+  fits.take_load_of(with);
+  return with;
 }
 
 /// Candidates for the model that contains the laws: the sum, and conventional laws, fitted like it
@@ -155,16 +175,14 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   Arm start = sum ? fits.start(fits.all_parts()) : fits.start(joint_spec_of(config));
   if (!config.prior.empty()) {
     const Arm prior = load_prior(config.prior, prepared);
-    fits.take_prior(prior, config.prior_sd);
+    fits.take_prior(ArmPrior{prior, config.prior_sd});
     if (!sum && !fits.is_like_prior(start))
       throw UserError("{}: other laws than those of model {}; allowed as a prior: the same ones",
                       config.prior, config.name);
-    start = prior;
   }
-  start =
-      fits.under_own_load(fits.on_torque(start, JointFits::Rows::kTraining, true, kRoughGain).arm,
-                          JointFits::Rows::kTraining, kRoughGain)
-          .arm;
+  const Arm own_start = start;
+  start = roughly_fitted(fits, fits.prior() ? fits.prior()->arm : own_start);
+  if (!sum && fits.prior()) start = without_wrong_prior(fits, start, own_start);
   if (!sum) start = with_soft_springs(fits, start);
   Progress progress(fmt::format("fit {}", report.model.label),
                     sum ? 3 + 2 * static_cast<int>(std::size(kRivals)) : 1);
@@ -209,6 +227,8 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   report.outcome = finite ? Outcome::kConverged : Outcome::kFailed;
   report.message = fmt::format("{} of {} candidates, held-out error {:.2e} rad2", best->name,
                                found.size(), best->held_out);
+  if (!config.prior.empty() && !fits.is_like_prior(found.front().arm))
+    report.message += "; the prior is left out: held-out torque contradicts it";
   if (!finite) return report;
   const std::vector<Arm> folds = fits.cross_fit(best->arm);
   for (std::size_t f = 0; f < folds.size(); ++f)

@@ -21,6 +21,7 @@ constexpr double kLeastFriction = 0.01;  // share of the torque: a start has som
 constexpr double kBlock = 1;             // [s] beyond which residuals count as independent
 
 constexpr double kFewSeconds = 10;                         // held out
+constexpr double kWorseByChance = 2;                       // with a prior, on few seconds
 constexpr double kMostLoadGain = 0.9, kCutLoadGain = 0.5;  // d friction / d load
 constexpr int kMostCuts = 3;
 constexpr int kMostLoads = 6;            // passes
@@ -196,14 +197,15 @@ JointFits::UnderOwnLoad JointFits::under_own_load(const Arm& start, Rows rows,
   return out;
 }
 
-void JointFits::take_prior(Arm arm, double sd) {
-  prior_ = std::move(arm);
-  prior_sd_ = sd;
+void JointFits::take_prior(std::optional<ArmPrior> prior) { prior_ = std::move(prior); }
+
+bool JointFits::keeps_prior(double with, double without) const {
+  return with < (is_short() ? kWorseByChance : 1) * without;
 }
 
 bool JointFits::is_like_prior(const Arm& arm) const {
   return prior_ && std::ranges::equal(arm.friction.model.parameters(),
-                                      prior_->friction.model.parameters(), friction::is_same);
+                                      prior_->arm.friction.model.parameters(), friction::is_same);
 }
 
 bool JointFits::has_room_for_windows() const {
@@ -319,8 +321,8 @@ ArmTorqueOptions JointFits::torque_options(const Arm& arm) const {
   options.coordinates.limits = limits_of(arm);
   if (is_like_prior(arm)) {
     options.rigid_body.prior.use = true;
-    options.nominal = prior_->robot.pi;
-    options.friction_prior = {prior_->friction.theta, prior_sd_};
+    options.nominal = prior_->arm.robot.pi;
+    options.friction_prior = {prior_->arm.friction.theta, prior_->sd};
   }
   return options;
 }

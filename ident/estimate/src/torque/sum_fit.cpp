@@ -21,7 +21,6 @@ constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in 
 constexpr double kTrainingGain = 0.2;
 constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
 constexpr double kTie = 1.1;           // held-out torques, between which rollouts decide
-constexpr double kWorseByChance = 2;   // a few held-out seconds do not speak against a prior
 
 /// What was picked from many, a wave by its order or a cable by its length, has to gain more than
 /// by chance.
@@ -302,14 +301,13 @@ Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmPar
         std::max(with.torque, without.torque) < kTie * std::min(with.torque, without.torque);
     if (tie ? with.held_out < without.held_out : with.torque < without.torque) taken = added;
   }
-  if (const std::optional<Arm>& prior = fits.prior()) {
+  if (const std::optional<ArmPrior>& prior = fits.prior()) {
     const auto like = [&](JointFits::Rows rows) {
       fits.take_viscous_of(fits.all_parts());
-      return fits.on_torque(*prior, rows).arm;
+      return fits.on_torque(prior->arm, rows).arm;
     };
-    if (fits.held_out_torque(like(JointFits::Rows::kTraining)) <
-        (fits.is_short() ? kWorseByChance : 1) *
-            fits.held_out_torque(taken.fitted(JointFits::Rows::kTraining)))
+    if (fits.keeps_prior(fits.held_out_torque(like(JointFits::Rows::kTraining)),
+                         fits.held_out_torque(taken.fitted(JointFits::Rows::kTraining))))
       return fits.judged("like the prior", like(JointFits::Rows::kAll), seconds_since(begin));
   }
   parts = taken.parts();

@@ -21,6 +21,12 @@ struct Prepared;
 /// Smallest gain of a step of fits that are only compared, and of fits that may be thrown away.
 inline constexpr double kPartsGain = 1e-3, kRoughGain = 1e-2;
 
+/// What is known of an arm before its log.
+struct ArmPrior {
+  Arm arm;        ///< its pi is the centre of the rigid body's prior
+  double sd = 0;  ///< of friction, see `FrictionPrior`
+};
+
 /// What the fits of one job share.
 class JointFits {
  public:
@@ -39,10 +45,12 @@ class JointFits {
   /// may not slip for the whole of it.
   void take_springs_of(const Arm& arm);
 
-  /// Sums of the same laws are pulled to `arm` from now on, whose pi is the centre of the rigid
-  /// body's prior. @param sd  of friction, see `FrictionPrior`
-  void take_prior(Arm arm, double sd);
-  const std::optional<Arm>& prior() const { return prior_; }
+  /// Sums of the same laws are pulled to a prior from now on, or no longer.
+  void take_prior(std::optional<ArmPrior> prior);
+  const std::optional<ArmPrior>& prior() const { return prior_; }
+  /// Whether a prior stays, by the held-out torque of fits to the training rows with and without
+  /// it: a few seconds speak against it only where it errs far more.
+  bool keeps_prior(double with, double without) const;
   /// Whether an arm is of the laws of the prior.
   bool is_like_prior(const Arm& arm) const;
 
@@ -130,8 +138,7 @@ class JointFits {
   Rollouts judging_;  // held out; of long logs also the starts from rest, which are rare
   std::vector<bool> has_viscous_;   // per joint
   ArmTorqueData::Springs springs_;  // see take_springs_of
-  std::optional<Arm> prior_;
-  double prior_sd_ = 0;
+  std::optional<ArmPrior> prior_;
   double temperature_ = 0;
   bool has_temperature_ = false;
   std::vector<bool> slides_both_ways_;
