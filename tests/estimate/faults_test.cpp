@@ -382,5 +382,93 @@ TEST(Faults, JointsThatReverseWithinTheMemoryOfTheFilterAreIdentified) {
   }
 }
 
+// The arm slows down and stands for two seconds, held by its motors or by brakes.
+TEST(Faults, TimeInWhichBrakesHoldTheArmIsNamed) {
+  const Arm arm = lugre_arm();
+  data::Dataset log = noisy_log(arm);
+  const int T = log.length(), stop = T / 2, slows = 50, rests = 500;
+  const dynamics::RobotModel& robot = arm.robot;
+  data::Dataset held = log;
+  held.q.conservativeResize(stop + slows + rests, Eigen::NoChange);
+  held.tau.conservativeResize(stop + slows + rests, Eigen::NoChange);
+  held.t =
+      Eigen::VectorXd::LinSpaced(stop + slows + rests, 0, (stop + slows + rests - 1) / log.rate_hz);
+  const Eigen::RowVectorXd step = log.q.row(stop) - log.q.row(stop - 1);
+  for (int k = stop; k < held.length(); ++k)
+    held.q.row(k) =
+        held.q.row(k - 1) + step * std::max(0.0, 1 - static_cast<double>(k - stop) / slows);
+  dynamics::Workspace<double> ws(robot);
+  const auto n = static_cast<std::size_t>(robot.n());
+  const std::vector<double> zero(n, 0.0);
+  for (int k = stop; k < held.length(); ++k) {
+    std::vector<double> gravity(n);
+    dynamics::rnea<double>(robot, ws, {robot.pi.data(), static_cast<std::size_t>(robot.pi.size())},
+                           {held.q.row(k).data(), n}, zero, zero, gravity);
+    for (std::size_t j = 0; j < n; ++j) held.tau(k, static_cast<Eigen::Index>(j)) = gravity[j];
+  }
+  held.name = "held";
+  EXPECT_TRUE(fit(robot, {log, held}).usable()) << text_of(fit(robot, {log, held}).faults);
+
+  held.tau.bottomRows(rests).setZero();
+  const FitReport report = fit(robot, {log, held});
+  EXPECT_FALSE(report.usable());
+  EXPECT_THAT(text_of(report.faults),
+              HasSubstr("the arm stands and the torque is not what holds "));
+  EXPECT_THAT(text_of(report.faults), HasSubstr(" s of held"));
+  EXPECT_THAT(text_of(report.faults), HasSubstr("from = .., to = .."));
+}
+
+TEST(Faults, TimeInWhichTheDrivesAreOffIsNamed) {
+  const Arm arm = lugre_arm();
+  data::Dataset log = noisy_log(arm);
+  log.tau.middleRows(log.length() / 2, 500).setZero();
+  const FitReport report = fit(arm.robot, {log});
+  EXPECT_FALSE(report.usable());
+  EXPECT_THAT(text_of(report.faults), HasSubstr("the arm moves and every torque is zero"));
+}
+
+/// Logs of the same motion as seed 1 and 2 of an arm and of another.
+std::vector<data::Dataset> logs_of(const Arm& arm, const Arm& other) {
+  LogOptions options;
+  options.torque_noise = 0.1;
+  options.seconds = 24;
+  std::vector<data::Dataset> logs{make_log(arm, options)};
+  options.seed = 2;
+  logs.push_back(make_log(other, options));
+  return logs;
+}
+
+TEST(Faults, LogsOfAnotherLoadContradictEachOther) {
+  const Arm arm = coulomb_arm(5e-3);
+  Arm loaded = arm;
+  dynamics::add_payload(loaded.robot, {.name = "", .link = arm.robot.n() - 1}, 3, {0.1, 0, 0.1},
+                        Eigen::Matrix3d::Identity() * 0.01);
+  EXPECT_TRUE(fit(arm.robot, logs_of(arm, arm)).usable());
+  const FitReport report = fit(arm.robot, logs_of(arm, loaded));
+  EXPECT_FALSE(report.usable());
+  EXPECT_THAT(text_of(report.faults), HasSubstr("the logs contradict each other: "));
+  EXPECT_THAT(text_of(report.faults), HasSubstr("another load"));
+}
+
+// Friction may differ where temperatures say why.
+TEST(Faults, LogsOfOtherFrictionContradictEachOtherWithoutTemperatures) {
+  const Arm cold = coulomb_arm(5e-3);
+  Arm warm = cold;
+  for (double& value : warm.friction.theta) value *= 0.6;
+  for (int j = 0; j < cold.robot.n(); ++j) {
+    const auto v0 = static_cast<std::size_t>(
+        friction::find_parameter(cold.friction.model, j, friction::Role::kSmoothingSpeed));
+    warm.friction.theta[v0] = cold.friction.theta[v0];
+  }
+  std::vector<data::Dataset> logs = logs_of(cold, warm);
+  const FitReport report = fit(cold.robot, logs);
+  EXPECT_FALSE(report.usable());
+  EXPECT_THAT(text_of(report.faults), testing::ContainsRegex("contradict each other: .*friction"));
+  EXPECT_THAT(text_of(report.faults), HasSubstr("log the temperature"));
+  for (std::size_t i = 0; i < 2; ++i)
+    logs[i].temperature.setConstant(logs[i].length(), cold.robot.n(), i == 0 ? 293 : 313);
+  EXPECT_TRUE(fit(cold.robot, logs).usable()) << text_of(fit(cold.robot, logs).faults);
+}
+
 }  // namespace
 }  // namespace fricid::estimate

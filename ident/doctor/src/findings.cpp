@@ -32,7 +32,7 @@ constexpr std::array kKinds{
              "friction before sliding is hidden between the steps, acceleration is noise",
              "log more digits (KUKA RSI: raise Precision of the ETHERNET object)", false},
     KindInfo{FindingKind::kStuck, kDamage, "the signal is no measurement there",
-             "log this channel again", false, true},
+             "log this channel again; where the drives were off, leave that time out", false, true},
     KindInfo{FindingKind::kConstant, kDamage,
              "a torque that was not logged: of this joint nothing can be identified",
              "log it, or name its column in [torque] of the contract", false, true},

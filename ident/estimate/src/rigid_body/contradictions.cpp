@@ -8,20 +8,17 @@
 #include <fmt/format.h>
 
 #include "fricid/base/eigen_instances.hpp"
-#include "fricid/dynamics/base_parameters.hpp"
 #include "fricid/system/transmission.hpp"
+#include "rigid_body/contradicting_logs.hpp"
 #include "rigid_body/information.hpp"
-#include "rigid_body/regression.hpp"
+#include "rigid_body/joint_rows.hpp"
 #include "rigid_body/reweight.hpp"
-#include "support.hpp"
+#include "rigid_body/undriven.hpp"
 
 namespace fricid::estimate {
 namespace {
 
-using dynamics::LinearTorque;
-
 constexpr double kWidth = 0.5;       // sd of a factor's prior about 1
-constexpr int kWeighings = 12;       // by the noise of the joints
 constexpr int kMostSteps = 40;       // of Gauss-Newton
 constexpr double kConverged = 1e-3;  // change of a factor
 constexpr double kSmallest = 0.02;   // factor over the largest: below, no torque of these bodies
@@ -30,153 +27,6 @@ constexpr int kPasses = 3;           // of friction that grows with the load of 
 // that the linear regression has not lets springs and factors gain up to 1.8.
 constexpr double kGain = 2.5;
 constexpr double kLeast = 0.03, kCertain = 4;  // distance of a factor from 1: [1], standard errors
-
-using Columns = std::vector<Eigen::Index>;
-
-/// The robot with a spring, c0 q + c1 sin q + c2 cos q, at every joint beside gravity.
-dynamics::RobotModel with_springs(dynamics::RobotModel robot) {
-  using enum LinearTorque::Shape;
-  for (int j = 0; j < robot.n(); ++j)
-    for (const LinearTorque::Shape shape : {kLinear, kSin, kCos}) {
-      const auto is_it = [&](const LinearTorque& torque) {
-        return torque.joint == j && torque.shape == shape && torque.k == 1;
-      };
-      if (std::ranges::none_of(robot.linear_torques, is_it))
-        dynamics::add_linear_torque(robot, {.name = "spring", .joint = j, .shape = shape, .k = 1});
-    }
-  return robot;
-}
-
-/// The rows of one joint, y = X x + e, and their normal equations.
-struct JointRows {
-  Columns at;  ///< in the stacked regression
-  Eigen::MatrixXd X, XX;
-  Eigen::VectorXd y, Xy;
-
-  void set_column(Eigen::Index k, const Eigen::VectorXd& x) {
-    X.col(k) = x;
-    XX.row(k) = x.transpose() * X;
-    XX.col(k) = XX.row(k).transpose();
-    Xy[k] = x.dot(y);
-  }
-  /// ||y - X x||^2
-  double squares(const Eigen::VectorXd& x) const {
-    return std::max(0.0, y.squaredNorm() - x.dot(2 * Xy - XX * x));
-  }
-};
-
-/// The torque of a robot in all columns that may explain it, by joint. Each joint's noise is its
-/// own, so that every regression on some of the columns follows from the normal equations.
-struct Stacked {
-  std::vector<JointRows> joints;
-  std::vector<Eigen::VectorXd> coulomb;  ///< of each joint: F[sign v_j]
-  std::vector<int> block;                ///< of each row; see `Regression`
-  Eigen::Index rows = 0;
-  /// First the base parameters of the robot as it is given, then friction that any row excites,
-  /// friction that grows with the load (n), springs.
-  Eigen::Index base = 0, plain = 0, with_growth = 0, size = 0;
-  std::vector<Columns> springs;  ///< of each joint
-
-  int n() const { return static_cast<int>(joints.size()); }
-  Columns first(Eigen::Index count) const {
-    Columns columns(static_cast<std::size_t>(count));
-    std::iota(columns.begin(), columns.end(), 0);
-    return columns;
-  }
-};
-
-Stacked stack_all(const dynamics::RobotModel& robot, std::span<const signals::Recording> recordings,
-                  const RigidBodyOptions& options) {
-  const dynamics::RobotModel sprung = with_springs(robot);
-  const int n = robot.n(), p = sprung.parameter_count();
-  RigidBodyFit counts;
-  const Regression data = stack(sprung, recordings, options, nullptr, counts);
-  Stacked all;
-  all.block = data.block;
-  all.rows = data.rows.rows();
-  std::vector<int> columns, of_springs;
-  for (const int k : dynamics::base_parameters(sprung).columns)
-    (k < robot.parameter_count() ? columns : of_springs).push_back(k);
-  all.base = std::ssize(columns);
-  for (int k = p; k < p + 3 * n; ++k)
-    if (data.rows.col(k).squaredNorm() > 0) columns.push_back(k);
-  all.plain = std::ssize(columns);
-  all.with_growth = all.plain + n;
-  all.size = all.with_growth + std::ssize(of_springs);
-  all.springs.resize(static_cast<std::size_t>(n));
-  for (std::size_t i = 0; i < of_springs.size(); ++i) {
-    const auto k = static_cast<std::size_t>(of_springs[i] - sprung.linear_begin());
-    all.springs[static_cast<std::size_t>(sprung.linear_torques[k].joint)].push_back(
-        all.with_growth + static_cast<Eigen::Index>(i));
-  }
-
-  for (int j = 0; j < n; ++j) {
-    JointRows rows;
-    for (std::size_t r = 0; r < data.joint.size(); ++r)
-      if (data.joint[r] == j) rows.at.push_back(static_cast<Eigen::Index>(r));
-    rows.X.setZero(std::ssize(rows.at), all.size);
-    rows.X.leftCols(all.plain) = data.rows(rows.at, columns);
-    rows.X.rightCols(std::ssize(of_springs)) = data.rows(rows.at, of_springs);
-    rows.y = data.tau(rows.at);
-    rows.XX = rows.X.transpose() * rows.X;
-    rows.Xy = rows.X.transpose() * rows.y;
-    all.coulomb.push_back(data.rows(rows.at, p + j));
-    all.joints.push_back(std::move(rows));
-  }
-  return all;
-}
-
-/// Writes friction that grows with the load, F[sign v_j] |Y_j pi|, to its columns.
-void set_growth(const Eigen::VectorXd& pi, Stacked& all) {
-  for (int j = 0; j < all.n(); ++j) {
-    const auto at = static_cast<std::size_t>(j);
-    JointRows& rows = all.joints[at];
-    const Eigen::VectorXd rigid = rows.X.leftCols(all.base) * pi;
-    rows.set_column(all.plain + j, all.coulomb[at].cwiseProduct(rigid.cwiseAbs()));
-  }
-}
-
-struct Solution {
-  Eigen::VectorXd x;
-  Eigen::VectorXd sigma;  ///< of the residuals of each joint
-};
-
-double sigma_of(double squares, const JointRows& rows) {
-  const double floor = kSmallestSigma * rows.y.norm();
-  return std::sqrt(std::max({squares, floor * floor, 1e-300}) /
-                   std::max(1.0, static_cast<double>(rows.at.size())));
-}
-
-/// Least squares on some columns, weighed by the noise that it leaves to each joint.
-Solution solve(const Stacked& all, const Columns& columns) {
-  const auto m = std::ssize(columns);
-  Solution solution{{}, Eigen::VectorXd::Zero(all.n())};
-  for (int j = 0; j < all.n(); ++j) {
-    const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
-    solution.sigma[j] = sigma_of(rows.y.squaredNorm(), rows);
-  }
-  for (int i = 0; i < kWeighings; ++i) {
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(m, m);
-    Eigen::VectorXd g = Eigen::VectorXd::Zero(m);
-    for (int j = 0; j < all.n(); ++j) {
-      const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
-      const double weight = std::pow(solution.sigma[j], -2);
-      H += weight * rows.XX(columns, columns);
-      g += weight * rows.Xy(columns);
-    }
-    solution.x = Eigen::VectorXd::Zero(all.size);
-    solution.x(columns) = invert(H, nullptr) * g;
-    for (int j = 0; j < all.n(); ++j) {
-      const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
-      solution.sigma[j] = sigma_of(rows.squares(solution.x), rows);
-    }
-  }
-  return solution;
-}
-
-double gain_of(const Eigen::VectorXd& sigma, const Eigen::VectorXd& less) {
-  return 2 * (sigma.array() / less.array()).log().sum();
-}
 
 int middle_of(const Eigen::VectorXd& x) {
   std::vector<int> order(static_cast<std::size_t>(x.size()));
@@ -214,9 +64,10 @@ struct Springs {
 };
 
 /// @param sigma  of the residuals without springs
-Springs find_springs(const Stacked& all, Eigen::VectorXd sigma) {
+Springs find_springs(const StackedByJoint& all, Eigen::VectorXd sigma) {
   Springs springs;
-  Columns columns = all.first(all.plain);
+  Columns columns(static_cast<std::size_t>(all.plain));
+  std::iota(columns.begin(), columns.end(), 0);
   for (double best = kGain; best > 0;) {
     best = 0;
     std::pair<int, Eigen::VectorXd> with;
@@ -291,7 +142,7 @@ std::vector<Fault> find_misread_columns(const dynamics::RobotModel& robot,
 /// pi and s: with the target y + s_j Y pi the row is
 ///
 ///     s_j Y pi_new + s_new,j (Y pi) + friction.
-Eigen::MatrixXd about(const Stacked& all, const Eigen::VectorXd& pi, double s, int j) {
+Eigen::MatrixXd about(const StackedByJoint& all, const Eigen::VectorXd& pi, double s, int j) {
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(all.size, all.with_growth + all.n());
   T.topLeftCorner(all.with_growth, all.with_growth).setIdentity();
   T.diagonal().head(all.base).setConstant(s);
@@ -301,8 +152,8 @@ Eigen::MatrixXd about(const Stacked& all, const Eigen::VectorXd& pi, double s, i
 
 /// Standard errors of the factors over the middle one by the jackknife.
 /// @param solved  information and weights at the solution pi, s
-Eigen::VectorXd errors_of(const Stacked& all, const Eigen::VectorXd& pi, const Eigen::VectorXd& s,
-                          Weighted solved, const Eigen::VectorXd& sigma,
+Eigen::VectorXd errors_of(const StackedByJoint& all, const Eigen::VectorXd& pi,
+                          const Eigen::VectorXd& s, Weighted solved, const Eigen::VectorXd& sigma,
                           const Eigen::MatrixXd& prior) {
   const int n = all.n();
   Eigen::MatrixXd X(all.rows, solved.x.size());
@@ -324,14 +175,14 @@ Eigen::VectorXd errors_of(const Stacked& all, const Eigen::VectorXd& pi, const E
 
 /// Least squares in pi, s and friction by Gauss-Newton, no prior but s_j = 1 +- 0.5.
 /// @param plain  solution with s = 1 and without growth
-TorqueScales find_torque_scales(Stacked all, const Solution& plain) {
+TorqueScales find_torque_scales(StackedByJoint all, const Solution& plain) {
   const int n = all.n();
   const Eigen::Index size = all.with_growth + n;
   if (n < 2 || all.rows <= size) return {};
   Solution apart = plain;
   for (int pass = 0; pass < kPasses; ++pass) {
     set_growth(apart.x.head(all.base), all);
-    apart = solve(all, all.first(all.with_growth));
+    apart = solve(all, all.with_growth);
   }
   Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(size, size);
   prior.bottomRightCorner(n, n).diagonal().setConstant(std::pow(kWidth, -2));
@@ -375,9 +226,13 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
                                        const RigidBodyOptions& options, const RigidBodyFit& fit) {
   if (fit.sigma.size() == 0) return {};
   std::vector<Fault> faults = find_misread_columns(robot, recordings, options, fit);
+  if (!faults.empty()) return faults;
+  faults = find_undriven(robot, recordings, options, fit);
   if (!faults.empty() || !fit.prior.empty()) return faults;
-  const Stacked all = stack_all(robot, recordings, options);
-  const Solution plain = solve(all, all.first(all.plain));
+  const StackedByJoint all = stack_by_joint(robot, recordings, options);
+  faults = find_contradicting_logs(all, recordings);
+  if (!faults.empty()) return faults;
+  const Solution plain = solve(all, all.plain);
   const TorqueScales scales = find_torque_scales(all, plain);
   const Springs springs = find_springs(all, plain.sigma);
   const auto name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };

@@ -115,7 +115,8 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
   Regression out;
   out.rows.setZero(count, p + 3 * n);
   out.tau.resize(count);
-  out.joint.reserve(static_cast<std::size_t>(count));
+  for (std::vector<int>* of_rows : {&out.joint, &out.sequence})
+    of_rows->reserve(static_cast<std::size_t>(count));
   dynamics::Workspace<double> ws(robot);
   Eigen::MatrixXd Y(n, p);
   double seconds = 0;
@@ -141,6 +142,7 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
         out.rows(r, friction_column(p, n, 1, j)) = s.narrow.v(k, j);
         if (options.offset) out.rows(r, friction_column(p, n, 2, j)) = 1;
         out.joint.push_back(j);
+        out.sequence.push_back(static_cast<int>(i));
         out.block.push_back(begin_block + static_cast<int>(k * s.dt / block));
       }
     }

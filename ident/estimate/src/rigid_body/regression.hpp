@@ -10,9 +10,10 @@ namespace fricid::estimate {
 
 /// tau = rows x + e with x = (pi, Fc, Fv, offset), one row per joint and sample that enters.
 struct Regression {
-  Eigen::MatrixXd rows;    ///< (N x (p + 3 n))
-  Eigen::VectorXd tau;     ///< (N) [N m]
-  std::vector<int> joint;  ///< (N)
+  Eigen::MatrixXd rows;       ///< (N x (p + 3 n))
+  Eigen::VectorXd tau;        ///< (N) [N m]
+  std::vector<int> joint;     ///< (N)
+  std::vector<int> sequence;  ///< (N)
   /// (N) block of time, ascending, beyond which residuals count as independent: a second, in a
   /// short log less
   std::vector<int> block;

@@ -1,0 +1,151 @@
+#include "rigid_body/joint_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/dynamics/base_parameters.hpp"
+#include "rigid_body/information.hpp"
+#include "rigid_body/regression.hpp"
+#include "support.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+using dynamics::LinearTorque;
+
+constexpr int kWeighings = 12;  // by the noise of the joints
+
+/// The robot with a spring at every joint beside gravity.
+dynamics::RobotModel with_springs(dynamics::RobotModel robot) {
+  using enum LinearTorque::Shape;
+  for (int j = 0; j < robot.n(); ++j)
+    for (const LinearTorque::Shape shape : {kLinear, kSin, kCos}) {
+      const auto is_it = [&](const LinearTorque& torque) {
+        return torque.joint == j && torque.shape == shape && torque.k == 1;
+      };
+      if (std::ranges::none_of(robot.linear_torques, is_it))
+        dynamics::add_linear_torque(robot, {.name = "spring", .joint = j, .shape = shape, .k = 1});
+    }
+  return robot;
+}
+
+}  // namespace
+
+void JointRows::set_column(Eigen::Index k, const Eigen::VectorXd& x) {
+  X.col(k) = x;
+  XX.row(k) = x.transpose() * X;
+  XX.col(k) = XX.row(k).transpose();
+  Xy[k] = x.dot(y);
+}
+
+double JointRows::squares(const Eigen::VectorXd& x) const {
+  return std::max(0.0, y.squaredNorm() - x.dot(2 * Xy - XX * x));
+}
+
+StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
+                              std::span<const signals::Recording> recordings,
+                              const RigidBodyOptions& options) {
+  const dynamics::RobotModel sprung = with_springs(robot);
+  const int n = robot.n(), p = sprung.parameter_count();
+  RigidBodyFit counts;
+  const Regression data = stack(sprung, recordings, options, nullptr, counts);
+  StackedByJoint all;
+  all.block = data.block;
+  all.sequence = data.sequence;
+  all.rows = data.rows.rows();
+  std::vector<int> columns, of_springs;
+  for (const int k : dynamics::base_parameters(sprung).columns)
+    (k < robot.parameter_count() ? columns : of_springs).push_back(k);
+  all.names = dynamics::base_parameters(robot).names;
+  all.base = std::ssize(columns);
+  const char* kinds[] = {"Coulomb friction", "viscous friction", "constant torque"};
+  for (int k = 0; k < 3 * n; ++k) {
+    if (!(data.rows.col(p + k).squaredNorm() > 0)) continue;
+    columns.push_back(p + k);
+    all.names.push_back(
+        fmt::format("{} of {}", kinds[k / n], robot.joints[static_cast<std::size_t>(k % n)].name));
+  }
+  all.plain = std::ssize(columns);
+  all.with_growth = all.plain + n;
+  all.size = all.with_growth + std::ssize(of_springs);
+  all.springs.resize(static_cast<std::size_t>(n));
+  for (std::size_t i = 0; i < of_springs.size(); ++i) {
+    const auto k = static_cast<std::size_t>(of_springs[i] - sprung.linear_begin());
+    all.springs[static_cast<std::size_t>(sprung.linear_torques[k].joint)].push_back(
+        all.with_growth + static_cast<Eigen::Index>(i));
+  }
+
+  for (int j = 0; j < n; ++j) {
+    JointRows rows;
+    for (std::size_t r = 0; r < data.joint.size(); ++r)
+      if (data.joint[r] == j) rows.at.push_back(static_cast<Eigen::Index>(r));
+    rows.X.setZero(std::ssize(rows.at), all.size);
+    rows.X.leftCols(all.plain) = data.rows(rows.at, columns);
+    rows.X.rightCols(std::ssize(of_springs)) = data.rows(rows.at, of_springs);
+    rows.y = data.tau(rows.at);
+    rows.XX = rows.X.transpose() * rows.X;
+    rows.Xy = rows.X.transpose() * rows.y;
+    all.coulomb.push_back(data.rows(rows.at, p + j));
+    all.joints.push_back(std::move(rows));
+  }
+  return all;
+}
+
+void set_growth(const Eigen::VectorXd& pi, StackedByJoint& all) {
+  for (int j = 0; j < all.n(); ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    JointRows& rows = all.joints[at];
+    const Eigen::VectorXd rigid = rows.X.leftCols(all.base) * pi;
+    rows.set_column(all.plain + j, all.coulomb[at].cwiseProduct(rigid.cwiseAbs()));
+  }
+}
+
+double sigma_of(double squares, const JointRows& rows) {
+  const double floor = kSmallestSigma * rows.y.norm();
+  return std::sqrt(std::max({squares, floor * floor, 1e-300}) /
+                   std::max(1.0, static_cast<double>(rows.at.size())));
+}
+
+Solution solve(const StackedByJoint& all, const Columns& columns) {
+  const auto m = std::ssize(columns);
+  Solution solution{{}, Eigen::VectorXd::Zero(all.size), Eigen::VectorXd::Zero(all.n())};
+  for (int j = 0; j < all.n(); ++j) {
+    const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+    solution.sigma[j] = sigma_of(rows.y.squaredNorm(), rows);
+  }
+  for (int i = 0; i < kWeighings; ++i) {
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(m, m);
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(m);
+    for (int j = 0; j < all.n(); ++j) {
+      const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+      const double weight = std::pow(solution.sigma[j], -2);
+      H += weight * rows.XX(columns, columns);
+      g += weight * rows.Xy(columns);
+    }
+    solution.x = Eigen::VectorXd::Zero(all.size);
+    const Eigen::MatrixXd covariance = invert(H, nullptr);
+    solution.x(columns) = covariance * g;
+    solution.error(columns) = covariance.diagonal().cwiseSqrt();
+    for (int j = 0; j < all.n(); ++j) {
+      const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+      solution.sigma[j] = sigma_of(rows.squares(solution.x), rows);
+    }
+  }
+  return solution;
+}
+
+Solution solve(const StackedByJoint& all, Eigen::Index first) {
+  Columns columns(static_cast<std::size_t>(first));
+  std::iota(columns.begin(), columns.end(), 0);
+  return solve(all, columns);
+}
+
+double gain_of(const Eigen::VectorXd& sigma, const Eigen::VectorXd& less) {
+  return 2 * (sigma.array() / less.array()).log().sum();
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,70 @@
+// The torque of an arm by joint, for regressions on any of the columns that may explain it.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "fricid/dynamics/robot_model.hpp"
+#include "fricid/estimate/options/rigid_body.hpp"
+#include "fricid/signals/recording.hpp"
+
+namespace fricid::estimate {
+
+using Columns = std::vector<Eigen::Index>;
+
+/// The rows of one joint, y = X x + e, and their normal equations.
+struct JointRows {
+  Columns at;  ///< in the stacked regression
+  Eigen::MatrixXd X, XX;
+  Eigen::VectorXd y, Xy;
+
+  void set_column(Eigen::Index k, const Eigen::VectorXd& x);
+  /// ||y - X x||^2
+  double squares(const Eigen::VectorXd& x) const;
+};
+
+/// The torque of a robot in all columns that may explain it, by joint. Each joint's noise is its
+/// own, so that every regression on some of the columns follows from the normal equations.
+struct StackedByJoint {
+  std::vector<JointRows> joints;
+  std::vector<Eigen::VectorXd> coulomb;  ///< of each joint: F[sign v_j]
+  std::vector<int> block, sequence;      ///< of each row; see `Regression`
+  Eigen::Index rows = 0;
+  /// First the base parameters of the robot as it is given, then friction that any row excites,
+  /// friction that grows with the load (n), springs.
+  Eigen::Index base = 0, plain = 0, with_growth = 0, size = 0;
+  std::vector<Columns> springs;    ///< of each joint
+  std::vector<std::string> names;  ///< of the plain columns
+
+  int n() const { return static_cast<int>(joints.size()); }
+};
+
+/// A spring of joint j is c0 q + c1 sin q + c2 cos q, less what gravity explains anyway.
+StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
+                              std::span<const signals::Recording> recordings,
+                              const RigidBodyOptions& options);
+
+/// Writes friction that grows with the load, F[sign v_j] |Y_j pi|, to its columns.
+void set_growth(const Eigen::VectorXd& pi, StackedByJoint& all);
+
+struct Solution {
+  Eigen::VectorXd x;      ///< 0 in columns left out
+  Eigen::VectorXd error;  ///< of x, residuals counting as independent
+  Eigen::VectorXd sigma;  ///< of the residuals of each joint
+};
+
+/// Least squares on some columns, weighed by the noise that it leaves to each joint.
+Solution solve(const StackedByJoint& all, const Columns& columns);
+/// The same on the first columns.
+Solution solve(const StackedByJoint& all, Eigen::Index first);
+
+/// Standard deviation of residuals of one joint.
+double sigma_of(double squares, const JointRows& rows);
+
+/// Log of the factor by which the unexplained variance falls, in sum over the joints.
+double gain_of(const Eigen::VectorXd& sigma, const Eigen::VectorXd& less);
+
+}  // namespace fricid::estimate

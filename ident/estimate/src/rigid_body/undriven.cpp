@@ -1,0 +1,139 @@
+#include "rigid_body/undriven.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "rigid_body/regression.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kRest = 0.1;         // of the least speed of the regression
+constexpr double kShortestRun = 0.3;  // [s]
+constexpr double kZero = 0.03;        // of the root mean square of a joint's torque
+// What friction bears at rest, in Coulomb friction: of any torque; where all torques are zero,
+// which motors that are on seldom give.
+constexpr double kBorne = 3, kBorneOff = 1.5;
+constexpr double kSigmas = 6;   // standard deviations of the regression
+constexpr double kBetween = 2;  // [s] of runs that are one
+constexpr std::size_t kNamed = 4;
+
+/// First and last sample.
+struct Run {
+  int first = 0, last = 0;
+};
+
+/// Runs of samples in which a condition holds for long enough.
+std::vector<Run> runs_of(const signals::Recording& r, const std::function<bool(int)>& holds) {
+  const int shortest = static_cast<int>(std::ceil(kShortestRun / r.dt));
+  std::vector<Run> runs;
+  for (int k = 0; k < r.length(); ++k) {
+    if (!holds(k)) continue;
+    const int first = k;
+    while (k + 1 < r.length() && holds(k + 1)) ++k;
+    if (k - first + 1 >= shortest) runs.push_back({first, k});
+  }
+  return runs;
+}
+
+Eigen::VectorXd rms_of(std::span<const signals::Recording> recordings) {
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(recordings.front().n());
+  double rows = 0;
+  for (const signals::Recording& r : recordings) {
+    squares += r.filtered_tau.colwise().squaredNorm().transpose();
+    rows += static_cast<double>(r.filtered_tau.rows());
+  }
+  return (squares / rows).cwiseSqrt();
+}
+
+/// Where and when, "1.2 to 3.4 s of train": runs with little between them are one.
+class Times {
+ public:
+  void add(const signals::Recording& r, const Run& run) {
+    if (!runs_.empty() && log_ == &r && (run.first - runs_.back().last) * r.dt < kBetween) {
+      runs_.back().last = run.last;
+      words_.pop_back();
+    } else {
+      runs_.push_back(run);
+    }
+    log_ = &r;
+    words_.push_back(fmt::format("{:.4g} to {:.4g} s of {}", r.log.t[runs_.back().first],
+                                 r.log.t[runs_.back().last], r.log.name));
+  }
+  bool empty() const { return words_.empty(); }
+  std::string words() const {
+    const std::size_t named = std::min(kNamed, words_.size());
+    return fmt::format(
+        "{}{}",
+        fmt::join(words_.begin(), words_.begin() + static_cast<std::ptrdiff_t>(named), ", "),
+        words_.size() > named ? fmt::format(" and {} times more", words_.size() - named) : "");
+  }
+
+ private:
+  std::vector<Run> runs_;
+  std::vector<std::string> words_;
+  const signals::Recording* log_ = nullptr;
+};
+
+}  // namespace
+
+std::vector<Fault> find_undriven(const dynamics::RobotModel& robot,
+                                 std::span<const signals::Recording> recordings,
+                                 const RigidBodyOptions& options, const RigidBodyFit& fit) {
+  const int n = robot.n();
+  const Eigen::VectorXd rms = rms_of(recordings);
+  const FrictionTorques friction = friction_target(robot, fit.pi, recordings, 1);
+  Eigen::VectorXd least_speed(n);
+  for (int j = 0; j < n; ++j)
+    least_speed[j] =
+        options.min_speed_rad_s * dynamics::travel_scale(robot.joints[static_cast<std::size_t>(j)]);
+  Times held, moved;
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const signals::Recording& r = recordings[i];
+    const auto is_zero = [&](int k) {
+      return (r.filtered_tau.row(k).transpose().cwiseAbs().array() < kZero * rms.array()).all();
+    };
+    const auto stands = [&](int k) {
+      return r.use.row(k).any() &&
+             (r.narrow.v.row(k).transpose().cwiseAbs().array() < kRest * least_speed.array()).all();
+    };
+    for (const Run& run : runs_of(r, stands)) {
+      const int samples = run.last - run.first + 1;
+      int zeros = 0;
+      for (int k = run.first; k <= run.last; ++k) zeros += is_zero(k);
+      const double borne = 2 * zeros > samples ? kBorneOff : kBorne;
+      const auto squares = friction[i].middleRows(run.first, samples).array().square();
+      const Eigen::ArrayXd torque = squares.colwise().mean().sqrt().transpose();
+      if ((torque > borne * fit.Fc.array().max(0) + kSigmas * fit.sigma.array()).any())
+        held.add(r, run);
+    }
+    for (const Run& run : runs_of(r, [&](int k) { return is_zero(k) && !stands(k); })) {
+      const auto speeds = r.narrow.v.middleRows(run.first, run.last - run.first + 1).cwiseAbs();
+      if ((speeds.colwise().maxCoeff().transpose().array() > least_speed.array()).any())
+        moved.add(r, run);
+    }
+  }
+  constexpr const char* kRemedy =
+      "leave that time out: train = [{file = .., from = .., to = ..}, ..] in [data]";
+  std::vector<Fault> faults;
+  if (!held.empty())
+    faults.push_back({"",
+                      "the arm stands and the torque is not what holds it: a brake, a stop or "
+                      "drives that are off, " +
+                          held.words(),
+                      kRemedy});
+  if (!moved.empty())
+    faults.push_back(
+        {"",
+         "the arm moves and every torque is zero: drives that are off, or a hand, " + moved.words(),
+         kRemedy});
+  return faults;
+}
+
+}  // namespace fricid::estimate
