@@ -3,10 +3,12 @@
 
 #include <Eigen/QR>
 #include <cmath>
+#include <numbers>
 
 #include "arm_data.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/rigid_body/identifiability.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -467,7 +469,48 @@ TEST(Faults, LogsOfOtherFrictionContradictEachOtherWithoutTemperatures) {
   EXPECT_THAT(text_of(report.faults), HasSubstr("log the temperature"));
   for (std::size_t i = 0; i < 2; ++i)
     logs[i].temperature.setConstant(logs[i].length(), cold.robot.n(), i == 0 ? 293 : 313);
-  EXPECT_TRUE(fit(cold.robot, logs).usable()) << text_of(fit(cold.robot, logs).faults);
+  EXPECT_THAT(text_of(fit(cold.robot, logs).faults), HasSubstr("modifiers = [\"temperature\"]"));
+  ModelOptions with_temperature = model_of_one_start("coulomb_viscous");
+  with_temperature.modifiers = {"temperature"};
+  EXPECT_THAT(
+      text_of(fit_conventional(prepare(cold.robot, {}, logs, 2), with_temperature, 1, 2).faults),
+      testing::Not(HasSubstr("contradict")));
+}
+
+// To and fro at one speed, as friction is often tested: what the speed varies by is the
+// controller's answer to the torque.
+TEST(Faults, OneSpeedTellsNoViscousFriction) {
+  const Arm arm = coulomb_arm(5e-3);
+  data::Dataset log = make_log(arm, {.torque_noise = 0.1});
+  const int n = arm.robot.n(), half = 500;
+  dynamics::Workspace<double> ws(arm.robot);
+  const std::vector<double> zero(static_cast<std::size_t>(n), 0.0);
+  for (int k = 0; k < log.length(); ++k) {
+    const double phase = std::numbers::pi * k / half;
+    for (int j = 0; j < n; ++j) log.q(k, j) = 0.4 * std::asin(0.998 * std::sin(phase + j)) / 1.5;
+  }
+  const signals::Recording motion = signals::make_recording(log, 10);
+  for (int k = 0; k < log.length(); ++k) {
+    std::vector<double> gravity(static_cast<std::size_t>(n));
+    dynamics::rnea<double>(arm.robot, ws,
+                           {arm.robot.pi.data(), static_cast<std::size_t>(arm.robot.pi.size())},
+                           {log.q.row(k).data(), static_cast<std::size_t>(n)}, zero, zero, gravity);
+    for (int j = 0; j < n; ++j) {
+      const double v = motion.narrow.v(k, j), usual = v > 0 ? 0.21 : -0.21;
+      log.tau(k, j) = gravity[static_cast<std::size_t>(j)] + (v > 0 ? 5 : -5) - 50 * (v - usual);
+    }
+  }
+  const FitReport report = fit(arm.robot, {log});
+  EXPECT_FALSE(report.usable());
+  EXPECT_THAT(text_of(report.faults), HasSubstr("slides at one speed"));
+  EXPECT_THAT(text_of(report.faults),
+              testing::Not(HasSubstr("viscous friction came out negative")));
+  const Identifiability found = examine_data(arm.robot, std::vector{motion}, {});
+  for (const ParameterVerdict& p : found.parameters) {
+    if (p.name.find("viscous") == std::string::npos) continue;
+    EXPECT_EQ(p.verdict, Verdict::kNot) << p.name;
+    EXPECT_THAT(p.words, HasSubstr("one speed"));
+  }
 }
 
 }  // namespace

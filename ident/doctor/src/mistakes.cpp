@@ -420,6 +420,24 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
   return account;
 }
 
+/// The axis of all joints in the base frame, where they turn about parallel ones: gravity along it
+/// is in no torque, so that a tilt across it and a lighter arm are the same.
+std::optional<Eigen::Vector3d> common_axis(const dynamics::RobotModel& robot) {
+  constexpr double kParallel = 1e-3;  // sine of the angle between two
+  std::vector<Eigen::Matrix3d> to_base;
+  std::optional<Eigen::Vector3d> common;
+  for (const dynamics::Joint& joint : robot.joints) {
+    const Eigen::Matrix3d parent = joint.parent < 0
+                                       ? Eigen::Matrix3d::Identity()
+                                       : to_base[static_cast<std::size_t>(joint.parent)];
+    to_base.emplace_back(parent * joint.R0);
+    const Eigen::Vector3d axis = to_base.back() * joint.axis;
+    if (slides(joint) || (common && common->cross(axis).norm() > kParallel)) return std::nullopt;
+    if (!common) common = axis;
+  }
+  return common;
+}
+
 /// Another mount that explains more of the torque, and what it has to gain to be believed.
 struct OtherMount {
   dynamics::RobotModel robot;
@@ -446,12 +464,14 @@ std::vector<OtherMount> other_mounts(const dynamics::RobotModel& robot, const Si
   Eigen::Vector3d best = upright;
   double least = unexplained(best);
   // on a slope: tilted further while that explains more
+  const std::optional<Eigen::Vector3d> turned_about = common_axis(robot);
   for (const double tilt : {0.3, 0.1, 0.03}) {
     for (int moves = 0; moves < kMostTilts; ++moves) {
       const Eigen::Vector3d now = best, across = now.unitOrthogonal();
-      for (const Eigen::Vector3d& axis :
-           {across, Eigen::Vector3d(-across), Eigen::Vector3d(now.cross(across).normalized()),
-            Eigen::Vector3d(-now.cross(across).normalized())}) {
+      std::vector<Eigen::Vector3d> axes{across, now.cross(across).normalized()};
+      if (turned_about) axes = {*turned_about};
+      for (const Eigen::Vector3d& axis : std::vector(axes)) axes.emplace_back(-axis);
+      for (const Eigen::Vector3d& axis : axes) {
         const Eigen::Vector3d tilted = Eigen::AngleAxisd(tilt, axis) * now;
         if (const double left = unexplained(tilted); left < least) least = left, best = tilted;
       }
@@ -473,6 +493,17 @@ std::string mount_of(const Eigen::Vector3d& up) {
                      -std::asin(std::clamp(up[0], -1.0, 1.0)));
 }
 
+/// Gravity turned about the axis of all joints is the same as a wrong zero of the first.
+std::string zero_instead(const dynamics::RobotModel& robot, const Eigen::Vector3d& gravity) {
+  const std::optional<Eigen::Vector3d> axis = common_axis(robot);
+  if (!axis) return "";
+  const double turned =
+      std::atan2(axis->dot(robot.gravity.cross(gravity)),
+                 robot.gravity.dot(gravity) - axis->dot(robot.gravity) * axis->dot(gravity));
+  return fmt::format(", or where offset_rad of {} is {:.2f} more", robot.joints.front().name,
+                     -turned);
+}
+
 }  // namespace
 
 void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
@@ -490,8 +521,9 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
       mount = describe(d, motion, {FindingKind::kMount, false, true}, std::exp(gained / d.n()), "");
       mount->joint = -1;
       mount->unit = fmt::format(
-          "times less of each joint unexplained where ({:.2g} {:.2g} {:.2g}) of the base is up: {}",
-          up[0], up[1], up[2], mount_of(up));
+          "times less of each joint unexplained where ({:.2g} {:.2g} {:.2g}) of the base is up: "
+          "{}{}",
+          up[0], up[1], up[2], mount_of(up), zero_instead(*robot, turned.gravity));
     }
   }
   if (mount) findings.push_back(*mount);

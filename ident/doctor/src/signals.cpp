@@ -234,19 +234,47 @@ void check_spikes(const Channel& c, Findings& findings) {
   if (spike.count > 0) findings.push_back(spike);
 }
 
-// A step in the position that stays: a resolver that lost whole turns.
+// Whether the step before sample k is none of the motion: far beyond what the steps about it, their
+// spread and the bends of the whole log allow.
+// @param bend  robust standard deviation of a step from the mean of its neighbours
+bool leaps(const Channel& c, int k, double bend) {
+  constexpr int kNear = 5;            // steps on either side
+  constexpr double kSmallest = 5e-3;  // of the range
+  constexpr double kBends = 15, kSpreads = 4;
+  if (k - kNear < 1 || k + kNear >= c.length()) return false;
+  double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0;
+  for (int i = k - kNear; i <= k + kNear; ++i) {
+    if (i == k) continue;
+    const double step = c[i] - c[i - 1];
+    if (!std::isfinite(step)) return false;
+    low = std::min(low, step);
+    high = std::max(high, step);
+    sum += step;
+  }
+  const double leap = std::abs(c[k] - c[k - 1] - sum / (2 * kNear));
+  return leap > kSmallest * c.range() && leap > kBends * bend &&
+         leap > kSpreads * (high - low + c.least_change);
+}
+
+// A step in the position that stays: a resolver that lost whole turns, an encoder that was reset.
 void check_jumps(const Channel& c, Findings& findings) {
   constexpr double kSmallest = 0.2, kAbove = 20;  // [rad], times the usual step
-  std::vector<double> steps;
+  std::vector<double> steps, bends;
   for (int k = 1; k < c.length(); ++k)
     if (std::isfinite(c[k] - c[k - 1])) steps.push_back(std::abs(c[k] - c[k - 1]));
+  for (int k = 2; k + 1 < c.length(); ++k)
+    if (const double bend = std::abs(c[k] - c[k - 1] - (c[k + 1] - c[k - 2] - c[k] + c[k - 1]) / 2);
+        bend > 0)
+      bends.push_back(bend);
   if (steps.empty()) return;
+  const double bend = 1.48 * median(bends);
   const auto ninth = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() * 9 / 10);
   std::nth_element(steps.begin(), ninth, steps.end());
   const double usual = *ninth;
   for (int k = 1; k + 1 < c.length(); ++k) {
     const double step = c[k] - c[k - 1];
-    if (!(std::abs(step) >= kSmallest && std::abs(step) >= kAbove * usual)) continue;
+    if (!(std::abs(step) >= kSmallest && std::abs(step) >= kAbove * usual) && !leaps(c, k, bend))
+      continue;
     if (std::abs(c[k + 1] - c[k - 1]) < 0.5 * std::abs(step)) continue;  // a spike
     if (k > 1 && std::abs(c[k] - c[k - 2]) < 0.5 * std::abs(step)) continue;
     if (c.d.t[k] - c.d.t[k - 1] > 1.5 * c.d.dt()) continue;  // a gap

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -101,9 +102,13 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
   const RigidBodyFit& rigid = report.rigid_body;
   if (rigid.outcome == Outcome::kIllConditioned || rigid.outcome == Outcome::kFailed)
     faults.push_back({"", "rigid body: " + rigid.message, more_data(prepared)});
-  faults.insert(faults.end(), prepared.contradictions.begin(), prepared.contradictions.end());
-
   const friction::RobotFriction& friction = report.model.arm.friction.model;
+  const bool has_temperature = std::ranges::any_of(friction.parameters(), [](const auto& p) {
+    return p.info.role == friction::Role::kTemperatureCoefficient;
+  });
+  std::ranges::copy_if(prepared.contradictions, std::back_inserter(faults),
+                       [&](const Fault& f) { return !(f.without_temperature && has_temperature); });
+
   const Eigen::VectorXd usual = joint_inertia(prepared.robot, prepared.recordings),
                         inertia = joint_inertia(report.model.arm.robot, prepared.recordings);
   for (std::size_t i = 0; i < report.r2.size(); ++i) {
@@ -115,12 +120,19 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
     const auto add = [&](std::string found, std::string remedy) {
       faults.push_back({joint.name, std::move(found), std::move(remedy)});
     };
+    const bool one_speed = prepared.rigid_body.moves_at_one_speed(j);
     if (seen.travel < kStill) {
       add(fmt::format("moves by {:.2g} {} in all training data", seen.travel,
                       joint.type == dynamics::JointType::kRevolute ? "rad" : "m"),
           fmt::format("move it, or exclude it: [robot] hold = [\"{}\"]", joint.name));
       continue;
     }
+    if (one_speed)
+      add(fmt::format("slides at one speed, {:.2g} to {:.2g} {}: Coulomb and viscous friction "
+                      "cannot be told apart",
+                      prepared.rigid_body.slow[j], prepared.rigid_body.fast[j],
+                      unit_of_joint("rad/s", slides(joint))),
+          "record other speeds too (`fricid check --design`)");
     if (!std::isfinite(report.residual_rms[i]) && friction.reads_load())
       add("its torque has no finite value: friction grows with the load by more than the load",
           "leave what grows with the load out of the laws of the model; " + more_data(prepared));
@@ -166,12 +178,12 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           "look for a wrong torque unit (`fricid check`)");
     else if (!at_upper.empty())
       add(fmt::format("{} ended on the upper bound of its law", at_upper), more_data(prepared));
-    else if (i < report.joints.size() && prepared.rigid_body.Fc_beside.size() > j &&
+    else if (!one_speed && i < report.joints.size() && prepared.rigid_body.Fc_beside.size() > j &&
              prepared.rigid_body.Fc_beside[j] < -kSignificant * prepared.rigid_body.Fc_se[j])
       add(fmt::format("Coulomb friction came out negative, {:.2g} +- {:.1g} {}",
                       prepared.rigid_body.Fc_beside[j], prepared.rigid_body.Fc_se[j], torque),
           "look for a wrong sign or delay (`fricid check`); " + more_data(prepared));
-    if (prepared.rigid_body.Fv_beside.size() > j &&
+    if (!one_speed && prepared.rigid_body.Fv_beside.size() > j &&
         prepared.rigid_body.Fv_beside[j] < -kSignificant * prepared.rigid_body.Fv_se[j])
       add(fmt::format("viscous friction came out negative, {:.2g} +- {:.1g} {}",
                       prepared.rigid_body.Fv_beside[j], prepared.rigid_body.Fv_se[j],

@@ -127,16 +127,18 @@ std::vector<Fault> find_contradicting_logs(const StackedByJoint& all,
                        of_each = variances(squares, together, std::ssize(logs) * all.plain);
 
   const bool bodies = (of_friction / of_each).log().maxCoeff() > kLogGain;
-  const bool has_temperature = std::ranges::all_of(
-      recordings, [](const signals::Recording& r) { return r.log.temperature.size() > 0; });
-  if (!bodies && (has_temperature || !((of_one / of_friction).log().maxCoeff() > kLogGain)))
-    return {};
+  if (!bodies && !((of_one / of_friction).log().maxCoeff() > kLogGain)) return {};
   Fault fault = bodies ? name_difference(logs, recordings, all, 0, all.base)
                        : name_difference(logs, recordings, all, all.base, all.plain);
+  const bool has_temperature = std::ranges::all_of(
+      recordings, [](const signals::Recording& r) { return r.log.temperature.size() > 0; });
   fault.remedy = bodies
-                     ? "fit logs with another load or another base apart (`fricid payload` finds "
-                       "a load from two logs)"
-                     : "fit them apart, or log the temperature of the gears";
+                     ? "fit logs with another load or another base apart (`fricid payload` finds a "
+                       "load from two logs)"
+                 : has_temperature ? "fit them apart, or with friction that depends on the "
+                                     "temperature: the lvm, or modifiers = [\"temperature\"]"
+                                   : "fit them apart, or log the temperature of the gears";
+  fault.without_temperature = !bodies && has_temperature;
   return {fault};
 }
 

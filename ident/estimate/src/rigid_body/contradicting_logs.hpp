@@ -12,7 +12,7 @@ namespace fricid::estimate {
 
 /// Two logs whose bodies differ, as by a load, or else whose friction does, as on another day,
 /// where fits with bodies or friction of each log's own leave a joint twelve times less variance.
-/// Friction of logs with temperatures may differ. Short logs are not judged.
+/// Short logs are not judged.
 /// @param all  of the recordings
 std::vector<Fault> find_contradicting_logs(const StackedByJoint& all,
                                            std::span<const signals::Recording> recordings);

@@ -105,7 +105,13 @@ void judge_parameters(const dynamics::RobotModel& robot,
       v.size = std::max(std::abs(v.value), fit.friction_size[column - p]);
     }
     v.verdict = judge(v.standard_error, v.size);
-    if (v.verdict != Verdict::kIdentified) v.words = confusion(at, covariance, unknowns);
+    if (at >= b && fit.moves_at_one_speed(j)) {
+      v.verdict = Verdict::kNot;
+      v.words = fmt::format("all its sliding is at one speed, {:.2g} to {:.2g}", fit.slow[j],
+                            fit.fast[j]);
+    } else if (v.verdict != Verdict::kIdentified) {
+      v.words = confusion(at, covariance, unknowns);
+    }
     report.parameters.push_back(v);
   }
 }

@@ -301,6 +301,11 @@ std::string undetermined(const RigidBodyFit& fit) {
 
 }  // namespace
 
+bool RigidBodyFit::moves_at_one_speed(int joint) const {
+  constexpr double kOneSpeed = 1.5;  // fastest over slowest row
+  return fast.size() > joint && fast[joint] > 0 && fast[joint] < kOneSpeed * slow[joint];
+}
+
 RigidBodyOptions as_needed(RigidBodyOptions options, const RigidBodyFit& fit) {
   options.prior.use = !fit.prior.empty();
   for (const JointInertia& joint : fit.without_inertia)

@@ -14,6 +14,7 @@ constexpr double kBlock = 1;         // [s]
 constexpr int kLeastBlocks = 10, kMostBlocks = 60;  // of all sequences, about
 constexpr std::array kSharesOfMemory{1.0, 0.6, 0.4, 0.25};
 constexpr double kLeastLeft = 0.25;                       // of the fast rows
+constexpr double kFewSpeeds = 0.05;                       // of the rows, slower or faster
 constexpr double kShareOfSpeed = 0.15, kFastRows = 0.05;  // of a slow joint's own speed
 
 int friction_column(int p, int n, int kind, int j) { return p + kind * n + j; }
@@ -80,6 +81,19 @@ double memory_of(std::span<const signals::Recording> sequences, int j, double mi
   return memory;
 }
 
+// Speed that a share of the rows of each joint do not reach.
+Eigen::VectorXd quantiles(std::vector<std::vector<double>>& speeds, double share) {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(std::ssize(speeds));
+  for (std::size_t j = 0; j < speeds.size(); ++j) {
+    if (speeds[j].empty()) continue;
+    const auto at = speeds[j].begin() +
+                    static_cast<std::ptrdiff_t>(share * static_cast<double>(speeds[j].size() - 1));
+    std::ranges::nth_element(speeds[j], at);
+    out[static_cast<Eigen::Index>(j)] = *at;
+  }
+  return out;
+}
+
 }  // namespace
 
 Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
@@ -119,6 +133,7 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
     of_rows->reserve(static_cast<std::size_t>(count));
   dynamics::Workspace<double> ws(robot);
   Eigen::MatrixXd Y(n, p);
+  std::vector<std::vector<double>> speeds(static_cast<std::size_t>(n));
   double seconds = 0;
   for (const signals::Recording& s : sequences) seconds += s.length() * s.dt;
   const double block = std::max(std::min(kBlock, seconds / kLeastBlocks), seconds / kMostBlocks);
@@ -141,6 +156,7 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
         out.rows(r, friction_column(p, n, 0, j)) = shape ? (*shape)[i](k, j) : coulomb(k, j);
         out.rows(r, friction_column(p, n, 1, j)) = s.narrow.v(k, j);
         if (options.offset) out.rows(r, friction_column(p, n, 2, j)) = 1;
+        speeds[static_cast<std::size_t>(j)].push_back(std::abs(s.narrow.v(k, j)));
         out.joint.push_back(j);
         out.sequence.push_back(static_cast<int>(i));
         out.block.push_back(begin_block + static_cast<int>(k * s.dt / block));
@@ -148,6 +164,8 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
     }
     begin_block += 1 + static_cast<int>(s.length() * s.dt / block);
   }
+  fit.slow = quantiles(speeds, kFewSpeeds);
+  fit.fast = quantiles(speeds, 1 - kFewSpeeds);
   return out;
 }
 

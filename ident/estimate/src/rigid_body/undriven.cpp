@@ -9,13 +9,14 @@
 #include <fmt/ranges.h>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "rigid_body/regression.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr double kRest = 0.1;         // of the least speed of the regression
-constexpr double kShortestRun = 0.3;  // [s]
+constexpr double kShortestRun = 0.2;  // [s]
 constexpr double kZero = 0.03;        // of the root mean square of a joint's torque
 // What friction bears at rest, in Coulomb friction: of any torque; where all torques are zero,
 // which motors that are on seldom give.
@@ -90,9 +91,14 @@ std::vector<Fault> find_undriven(const dynamics::RobotModel& robot,
   const Eigen::VectorXd rms = rms_of(recordings);
   const FrictionTorques friction = friction_target(robot, fit.pi, recordings, 1);
   Eigen::VectorXd least_speed(n);
-  for (int j = 0; j < n; ++j)
+  Eigen::ArrayXd borne(n), noise(n);  // of joints whose friction is known
+  for (int j = 0; j < n; ++j) {
+    const bool known = fit.equations[static_cast<std::size_t>(j)] > 0;
+    borne[j] = known ? std::max(0.0, fit.Fc[j]) : kInfinity;
+    noise[j] = kSigmas * fit.sigma[j];
     least_speed[j] =
         options.min_speed_rad_s * dynamics::travel_scale(robot.joints[static_cast<std::size_t>(j)]);
+  }
   Times held, moved;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const signals::Recording& r = recordings[i];
@@ -100,18 +106,17 @@ std::vector<Fault> find_undriven(const dynamics::RobotModel& robot,
       return (r.filtered_tau.row(k).transpose().cwiseAbs().array() < kZero * rms.array()).all();
     };
     const auto stands = [&](int k) {
-      return r.use.row(k).any() &&
+      return r.log.q.row(k).allFinite() && r.log.tau.row(k).allFinite() &&
              (r.narrow.v.row(k).transpose().cwiseAbs().array() < kRest * least_speed.array()).all();
     };
     for (const Run& run : runs_of(r, stands)) {
       const int samples = run.last - run.first + 1;
       int zeros = 0;
       for (int k = run.first; k <= run.last; ++k) zeros += is_zero(k);
-      const double borne = 2 * zeros > samples ? kBorneOff : kBorne;
+      const double most = 2 * zeros > samples ? kBorneOff : kBorne;
       const auto squares = friction[i].middleRows(run.first, samples).array().square();
       const Eigen::ArrayXd torque = squares.colwise().mean().sqrt().transpose();
-      if ((torque > borne * fit.Fc.array().max(0) + kSigmas * fit.sigma.array()).any())
-        held.add(r, run);
+      if ((torque > most * borne + noise).any()) held.add(r, run);
     }
     for (const Run& run : runs_of(r, [&](int k) { return is_zero(k) && !stands(k); })) {
       const auto speeds = r.narrow.v.middleRows(run.first, run.last - run.first + 1).cwiseAbs();

@@ -10,6 +10,8 @@ struct Fault {
   std::string joint;   ///< empty: the whole robot
   std::string found;   ///< "R2 -249 on its own training torque"
   std::string remedy;  ///< what the user can do
+  /// Not of a model whose friction depends on the temperature.
+  bool without_temperature = false;
 };
 
 /// "joint_a2: R2 -249 on its own training torque; record more ...".

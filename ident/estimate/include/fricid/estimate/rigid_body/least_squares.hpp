@@ -47,6 +47,7 @@ struct RigidBodyFit {
   std::vector<int> rows,
       rows_total;                  ///< (n) samples used and available per joint at the log's rate
   std::vector<int> equations;      ///< (n) rows of the regression after decimation
+  Eigen::VectorXd slow, fast;      ///< (n) speeds of all but a tenth of a joint's rows [rad/s]
   Eigen::VectorXd sigma;           ///< (n) standard deviation of the residual [N m]
   Eigen::VectorXd Fc, Fv, offset;  ///< (n) linear friction [N m], [N m s/rad], [N m]
   Eigen::VectorXd Fc_se, Fv_se, offset_se;
@@ -59,6 +60,10 @@ struct RigidBodyFit {
   /// (n) of the prior about zero of the robot's constant torque at each joint; infinite: none [N m]
   Eigen::VectorXd offset_prior_sd;
   double seconds = 0;
+
+  /// Whether Coulomb and viscous friction of a joint cannot be told apart: what its speed varies by
+  /// is the answer of its controller to the torque.
+  bool moves_at_one_speed(int joint) const;
 };
 
 /// Friction torque of a model, per sequence (T, n), filtered as the measured torque.
