@@ -74,6 +74,16 @@ TEST(Choose, TheTorqueDecidesBetweenRolloutsThatAreAlike) {
   EXPECT_EQ(choose(std::vector{worse, best}), 1u);
 }
 
+// A torque two percent less is none less.
+TEST(Choose, TheSimplerOfTwoThatAreAlikeIsTaken) {
+  Candidate sum = dozen({-9, -11, -10, -10}, -8, 1),
+            law = dozen({-8.9, -11.1, -9.9, -10}, -8, 1.02);
+  sum.parameters = 60, law.parameters = 20;
+  EXPECT_EQ(choose(std::vector{sum, law}), 1u);
+  law.torque = 1.1;
+  EXPECT_EQ(choose(std::vector{sum, law}), 0u);
+}
+
 // A network is taken only where it betters the rollouts beyond their standard error.
 TEST(Choose, ANetworkHasToBeNeeded) {
   Candidate plain = dozen({-9, -11, -10, -10}, -8, 2);

@@ -36,7 +36,9 @@ namespace {
 
 constexpr int kFewRollouts = 10;  // of a second: their differences
 constexpr double kChance = 3;     // below this factor are taken for chance
-constexpr double kRival = 2;      // .. and what a law has to better the sum by, which contains it
+// Held-out torques that are one: they were seen, and a law with more parameters lowers them anyway.
+constexpr double kTie = 1.03;
+constexpr double kRival = 2;  // .. and what a law has to better the sum by, which contains it
 
 std::ptrdiff_t fallen(const RolloutErrors& errors) {
   const double least = std::log(kFallenSquare);
@@ -91,6 +93,13 @@ std::size_t choose(std::span<const Candidate> candidates) {
   };
   for (std::size_t i = 0; i < candidates.size(); ++i)
     if (from[i] && !beaten(i) && (!from[taken] || beaten(taken) || error(i) < error(taken)))
+      taken = i;
+  if (few_rollouts(candidates[taken])) return taken;
+  const double tie = kTie * candidates[taken].torque;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (from[i] && candidates[i].torque < tie &&
+        std::pair(candidates[i].parameters, candidates[i].held_out) <
+            std::pair(candidates[taken].parameters, candidates[taken].held_out))
       taken = i;
   return taken;
 }

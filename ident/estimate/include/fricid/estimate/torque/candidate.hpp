@@ -39,9 +39,10 @@ bool has_networks(const Arm& arm);
 /// by more than a standard error; where rollouts of a second are fewer than ten, by more than a
 /// factor of three.
 std::vector<bool> eligible(std::span<const Candidate> candidates);
-/// Of those the one with the least held-out torque error. Where rollouts are so few, the one with
-/// the least product of that and the rollouts' error, of a rival times two, but none that another
-/// betters in both. One with networks only where all have them; the best where there is none.
+/// Of those the one with the least held-out torque error, of those within 3 % of it the one with
+/// fewest parameters. Where rollouts are so few, the one with the least product of that and the
+/// rollouts' error, of a rival times two, but none that another betters in both. One with networks
+/// only where all have them; the best where there is none.
 /// @return index
 std::size_t choose(std::span<const Candidate> candidates);
 
