@@ -595,6 +595,21 @@ TEST(Doctor, APendulumOfAnotherWeightStandsUpright) {
   EXPECT_NE(mount[0].unit.find("offset_rad of j is -0.2"), std::string::npos) << mount[0].unit;
 }
 
+// One log per joint is a usual test.
+TEST(Doctor, AJointThatMovesInAnotherLogIsNotStill) {
+  const auto& [log, robot] = clean_logs()[0];
+  Dataset resting = log;
+  resting.q.col(4).setConstant(0.3);
+  resting.v.col(4).setZero();
+  const auto still = [&](const std::vector<Dataset>& logs) {
+    std::size_t count = 0;
+    for (const auto& findings : diagnose(logs, &robot)) count += of_kind(findings, "still").size();
+    return count;
+  };
+  EXPECT_EQ(still({resting, resting}), 2u);
+  EXPECT_EQ(still({resting, log}), 0u);
+}
+
 TEST(Doctor, TorqueAtItsLimitForAShareOfTheLogMisleadsAndCanBeLeftOut) {
   auto [log, robot] = clean_logs()[0];
   const double most = 0.5 * log.tau.col(0).cwiseAbs().maxCoeff();

@@ -66,6 +66,7 @@ struct LogOptions {
   double torque_noise = 0;   ///< sd of the logged torque [N m]
   double encoder_noise = 0;  ///< sd of the logged position [rad]
   std::uint64_t seed = 1;
+  int moving = -1;  ///< the only joint that moves; -1: all
 };
 
 /// Tracks a random Fourier trajectory (period 12 s) with held computed torque and logs q and tau.
@@ -78,7 +79,8 @@ inline data::Dataset make_log(const Arm& arm, const LogOptions& options) {
   std::vector<std::array<double, kHarmonics>> amplitude(n), phase(n);
   for (std::size_t j = 0; j < n; ++j)
     for (std::size_t k = 0; k < kHarmonics; ++k) {
-      amplitude[j][k] = options.peak_speed * rng.normal() / 4;  // of the velocity
+      const bool moves = options.moving < 0 || options.moving == static_cast<int>(j);
+      amplitude[j][k] = moves * options.peak_speed * rng.normal() / 4;  // of the velocity
       phase[j][k] = 2 * std::numbers::pi * rng.uniform();
     }
 

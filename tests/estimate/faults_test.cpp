@@ -440,6 +440,20 @@ std::vector<data::Dataset> logs_of(const Arm& arm, const Arm& other) {
   return logs;
 }
 
+// One joint at a time: each log knows another joint's friction.
+TEST(Faults, LogsOfOneJointEachDoNotContradictEachOther) {
+  const Arm arm = coulomb_arm(5e-3);
+  std::vector<data::Dataset> logs;
+  for (int moving = 0; moving < arm.robot.n(); ++moving) {
+    LogOptions options;
+    options.torque_noise = 0.1;
+    options.seed = static_cast<std::uint64_t>(moving + 1);
+    options.moving = moving;
+    logs.push_back(make_log(arm, options));
+  }
+  EXPECT_THAT(text_of(fit(arm.robot, logs).faults), testing::Not(HasSubstr("contradict")));
+}
+
 TEST(Faults, LogsOfAnotherLoadContradictEachOther) {
   const Arm arm = coulomb_arm(5e-3);
   Arm loaded = arm;
@@ -472,9 +486,11 @@ TEST(Faults, LogsOfOtherFrictionContradictEachOtherWithoutTemperatures) {
   EXPECT_THAT(text_of(fit(cold.robot, logs).faults), HasSubstr("modifiers = [\"temperature\"]"));
   ModelOptions with_temperature = model_of_one_start("coulomb_viscous");
   with_temperature.modifiers = {"temperature"};
-  EXPECT_THAT(
-      text_of(fit_conventional(prepare(cold.robot, {}, logs, 2), with_temperature, 1, 2).faults),
-      testing::Not(HasSubstr("contradict")));
+  const FitReport of_temperature =
+      fit_conventional(prepare(cold.robot, {}, logs, 2), with_temperature, 1, 2);
+  EXPECT_THAT(text_of(of_temperature.faults), testing::Not(HasSubstr("contradict")));
+  // Coulomb friction at the mean temperature of the logs: half way between 4 and 2.4 N m
+  EXPECT_NEAR(of_temperature.joints[0].theta[0], std::sqrt(4 * 2.4), 0.1);
 }
 
 // To and fro at one speed, as friction is often tested: what the speed varies by is the

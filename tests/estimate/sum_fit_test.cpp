@@ -120,7 +120,8 @@ TEST(FitModel, LeavesOutAPriorThatTheTorqueContradicts) {
   const FitReport without = fitted(nullptr), with_wrong = fitted(&wrong),
                   with_right = fitted(&right);
   for (std::size_t i = 0; i < without.model.arm.friction.theta.size(); ++i)
-    EXPECT_NEAR(with_wrong.model.arm.friction.theta[i] / without.model.arm.friction.theta[i], 1, 0.01);
+    EXPECT_NEAR(with_wrong.model.arm.friction.theta[i] / without.model.arm.friction.theta[i], 1,
+                0.01);
   EXPECT_NE(with_wrong.message.find("the prior is left out"), std::string::npos);
   EXPECT_NE(with_right.model.arm.friction.theta, without.model.arm.friction.theta);
   EXPECT_EQ(with_right.message.find("left out"), std::string::npos);

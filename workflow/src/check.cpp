@@ -173,7 +173,7 @@ std::vector<signals::Recording> recordings_of(const std::vector<data::Dataset>& 
 CheckReport check(const Subject& subject) {
   CheckReport report;
   const dynamics::RobotModel* robot = subject.robot ? &*subject.robot : nullptr;
-  for (const data::Dataset& d : subject.sets) report.findings.push_back(doctor::diagnose(d, robot));
+  report.findings = doctor::diagnose(subject.sets, robot);
   if (robot == nullptr) {
     report.not_examined = "no robot is named";
     return report;

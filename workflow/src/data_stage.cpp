@@ -43,12 +43,13 @@ Done import(const scene::Problem& part, const RunFolder& out,
             const std::function<void(const std::string&)>& say) {
   const std::vector<data::Dataset> sets = import_logs(part, logs_of_data(part), say);
   Done done;
-  for (const data::Dataset& dataset : sets) {
-    const auto findings = doctor::diagnose(dataset, &part.robot);
-    for (const doctor::Finding& finding : findings)
+  const auto findings = doctor::diagnose(sets, &part.robot);
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    const data::Dataset& dataset = sets[i];
+    for (const doctor::Finding& finding : findings[i])
       if (doctor::is_damage(finding)) say(dataset.name + ": " + doctor::to_text(finding, dataset));
     done.files.push_back(out.diagnosis(dataset.name));
-    data::save(doctor::diagnosis_file(findings, dataset), done.files.back());
+    data::save(doctor::diagnosis_file(findings[i], dataset), done.files.back());
   }
   for (const data::Dataset& dataset : sets) {
     done.files.push_back(out.recording(dataset.name));

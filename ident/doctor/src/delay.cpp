@@ -171,6 +171,19 @@ std::optional<Estimate> common_delay(const DelayCurves& curves) {
   return Estimate{sum / weight, std::sqrt(chi_squared / (count - 1) / weight)};
 }
 
+/// Whether joint j slides at several speeds. At one its speed varies only as its controller answers
+/// the torque, and that is no delay.
+bool has_speeds(const Sight& sight, int j) {
+  constexpr double kFew = 0.05, kOneSpeed = 1.5;
+  std::vector<double> speeds;
+  for (const int r : sight.rows[static_cast<std::size_t>(j)])
+    speeds.push_back(std::abs(sight.v(r, j)));
+  if (speeds.empty()) return false;
+  std::ranges::sort(speeds);
+  const auto few = static_cast<std::size_t>(kFew * static_cast<double>(speeds.size() - 1));
+  return speeds[speeds.size() - 1 - few] > kOneSpeed * speeds[few];
+}
+
 DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& robot,
                          const Motion& motion, const Sight& sight) {
   constexpr double kStep = 0.002, kFinest = 0.5;  // [s], [samples]
@@ -180,7 +193,7 @@ DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& rob
   for (int j = 0; j < d.n(); ++j) {
     const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
     const Eigen::MatrixXd X = regressors(robot, sight, j, columns, rows);
-    if (X.rows() < 3 * X.cols()) continue;
+    if (X.rows() < 3 * X.cols() || !has_speeds(sight, j)) continue;
     Eigen::MatrixXd T(X.rows(), steps);
     for (int i = 0; i < steps; ++i) {
       const Eigen::VectorXd all = motion.torque(j, curves.delay_of(i));

@@ -89,4 +89,23 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
   return findings;
 }
 
+std::vector<std::vector<Finding>> diagnose(std::span<const data::Dataset> logs,
+                                           const dynamics::RobotModel* robot) {
+  std::vector<std::vector<Finding>> of_logs;
+  for (const data::Dataset& log : logs) of_logs.push_back(diagnose(log, robot));
+  const auto still_in = [](const Findings& findings, int joint) {
+    return std::ranges::any_of(findings, [joint](const Finding& f) {
+      return f.kind == FindingKind::kStill && f.joint == joint;
+    });
+  };
+  const std::vector<Findings> all = of_logs;
+  for (Findings& findings : of_logs)
+    std::erase_if(findings, [&](const Finding& f) {
+      return f.kind == FindingKind::kStill && std::ranges::any_of(all, [&](const Findings& other) {
+               return !still_in(other, f.joint);
+             });
+    });
+  return of_logs;
+}
+
 }  // namespace fricid::doctor

@@ -156,6 +156,17 @@ void widen_errors(const RigidBodyFit& rigid, const friction::RobotFriction& one,
 
 }  // namespace
 
+Temperatures temperatures_of(std::span<const signals::Recording> recordings) {
+  double sum = 0, square = 0, count = 0;
+  for (const signals::Recording& r : recordings) {
+    sum += r.temperature.sum();
+    square += r.temperature.squaredNorm();
+    count += static_cast<double>(r.temperature.size());
+  }
+  const double mean = sum / count;
+  return {mean, std::sqrt(std::max(0.0, square / count - mean * mean))};
+}
+
 friction::JointSpec joint_spec_of(const ModelOptions& config) {
   const auto law_of = [&](std::string_view name, int elements,
                           const std::vector<std::string>& modifiers) -> friction::LawSpec {
@@ -293,6 +304,7 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
   if (one.reads_load()) loaded = under_linear_load(prepared, jobs);
   const std::span<const signals::Recording> recordings =
       loaded.empty() ? prepared.recordings : loaded;
+  const double temperature = temperatures_of(prepared.recordings).mean;
   int evaluations = 0;
   for (int pass = 0; pass < passes; ++pass) {
     if (pass > 0) {
@@ -317,8 +329,14 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
       const double smallest = 0.01 * data.largest_target();
       const friction::FrictionGuess guess{std::max(prepared.rigid_body.Fc[j], smallest),
                                           std::max(prepared.rigid_body.Fv[j], 0.0)};
-      const std::vector<double> start =
+      std::vector<double> start =
           pass == 0 ? friction::start_from(one, guess) : report.joints[i].theta;
+      // Coulomb friction is that at the temperature of the log, not at one that is fitted
+      for (std::size_t p = 0; p < start.size(); ++p)
+        if (one.parameters()[p].info.role == friction::Role::kTemperature) {
+          start[p] = temperature;
+          options.held.push_back(p);
+        }
       report.joints[i] = linear ? linear_fit(prepared, data, one, j)
                                 : fit_joint_friction(data, one, start, options);
       const PerSample f = data.predict(one, report.joints[i].theta);

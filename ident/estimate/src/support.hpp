@@ -26,6 +26,12 @@ inline std::vector<friction::ModifierSpec> modifiers_of(const std::vector<std::s
   return modifiers;
 }
 
+/// Mean and standard deviation of the temperature of all joints [K].
+struct Temperatures {
+  double mean = 0, sd = 0;
+};
+Temperatures temperatures_of(std::span<const signals::Recording> recordings);
+
 /// The friction of one joint that a scene asks for: a sum, a law of the table or its short name.
 /// @throws UserError on a name that is no law
 friction::JointSpec joint_spec_of(const ModelOptions& options);

@@ -84,7 +84,7 @@ Eigen::ArrayXd variances(const Solution& fit, const StackedByJoint& together) {
   Eigen::VectorXd squares(together.n());
   for (int j = 0; j < together.n(); ++j)
     squares[j] = together.joints[static_cast<std::size_t>(j)].squares(fit.x);
-  return variances(squares, together, together.plain);
+  return variances(squares, together, fit.unknowns);
 }
 
 /// The unknown among `first` to `end` in which two logs differ most by their errors.
@@ -97,7 +97,7 @@ Fault name_difference(std::span<const Log> logs, std::span<const signals::Record
       for (Eigen::Index k = first; k < end; ++k) {
         const Solution &x = logs[a].alone, &y = logs[b].alone;
         const double z = std::abs(x.x[k] - y.x[k]) / std::hypot(x.error[k], y.error[k]);
-        if (!(z > most)) continue;
+        if (x.error[k] == 0 || y.error[k] == 0 || !(z > most)) continue;
         most = z;
         found = fmt::format("{} is {:.3g} in {} and {:.3g} in {}",
                             all.names[static_cast<std::size_t>(k)], x.x[k],
@@ -118,13 +118,16 @@ std::vector<Fault> find_contradicting_logs(const StackedByJoint& all,
   const StackedByJoint together = rows_of(all, sequences, false),
                        own_friction = rows_of(all, sequences, true);
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(all.n());
-  for (const Log& log : logs)
+  Eigen::Index unknowns = 0;
+  for (const Log& log : logs) {
+    unknowns += log.alone.unknowns;
     for (int j = 0; j < all.n(); ++j)
       squares[j] += log.rows.joints[static_cast<std::size_t>(j)].squares(log.alone.x);
+  }
   const Eigen::ArrayXd of_one = variances(solve(together, together.plain), together),
                        of_friction =
                            variances(solve(own_friction, own_friction.plain), own_friction),
-                       of_each = variances(squares, together, std::ssize(logs) * all.plain);
+                       of_each = variances(squares, together, unknowns);
 
   const bool bodies = (of_friction / of_each).log().maxCoeff() > kLogGain;
   if (!bodies && !((of_one / of_friction).log().maxCoeff() > kLogGain)) return {};

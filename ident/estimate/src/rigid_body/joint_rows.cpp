@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -110,9 +111,14 @@ double sigma_of(double squares, const JointRows& rows) {
                    std::max(1.0, static_cast<double>(rows.at.size())));
 }
 
-Solution solve(const StackedByJoint& all, const Columns& columns) {
+Solution solve(const StackedByJoint& all, const Columns& asked) {
+  Columns columns;
+  std::ranges::copy_if(asked, std::back_inserter(columns), [&](Eigen::Index k) {
+    return std::ranges::any_of(all.joints,
+                               [k](const JointRows& rows) { return rows.XX(k, k) > 0; });
+  });
   const auto m = std::ssize(columns);
-  Solution solution{{}, Eigen::VectorXd::Zero(all.size), Eigen::VectorXd::Zero(all.n())};
+  Solution solution{{}, Eigen::VectorXd::Zero(all.size), Eigen::VectorXd::Zero(all.n()), m};
   for (int j = 0; j < all.n(); ++j) {
     const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
     solution.sigma[j] = sigma_of(rows.y.squaredNorm(), rows);

@@ -51,13 +51,14 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
 void set_growth(const Eigen::VectorXd& pi, StackedByJoint& all);
 
 struct Solution {
-  Eigen::VectorXd x;      ///< 0 in columns left out
+  Eigen::VectorXd x;      ///< 0 in columns left out, and in those of zeros
   Eigen::VectorXd error;  ///< of x, residuals counting as independent
   Eigen::VectorXd sigma;  ///< of the residuals of each joint
+  Eigen::Index unknowns = 0;
 };
 
 /// Least squares on some columns, weighed by the noise that it leaves to each joint.
-Solution solve(const StackedByJoint& all, const Columns& columns);
+Solution solve(const StackedByJoint& all, const Columns& asked);
 /// The same on the first columns.
 Solution solve(const StackedByJoint& all, Eigen::Index first);
 

@@ -95,14 +95,9 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
       judging_.whole.push_back({i, 0});
     }
   windows_.torque_scale = torque_rms(prepared.recordings);
-  double sum = 0, square = 0, count = 0;
-  for (const signals::Recording& r : prepared.recordings) {
-    sum += r.temperature.sum();
-    square += r.temperature.squaredNorm();
-    count += static_cast<double>(r.temperature.size());
-  }
-  temperature_ = sum / count;
-  has_temperature_ = square / count - temperature_ * temperature_ > kWarms * kWarms;
+  const Temperatures temperatures = temperatures_of(prepared.recordings);
+  temperature_ = temperatures.mean;
+  has_temperature_ = temperatures.sd > kWarms;
   for (int j = 0; j < n(); ++j)
     slides_both_ways_.push_back(
         share_of_rarer_direction(recordings_, j, prepared.options.min_speed_rad_s) >= kBothWays);

@@ -24,6 +24,11 @@ namespace fricid::doctor {
 /// @pre d.t, d.q, d.tau have equal lengths of at least 2; d.rate_hz is the usual rate
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot = nullptr);
 
+/// The same of logs that are used together: a joint that moves in any of them is not still.
+/// @return of each log
+std::vector<std::vector<Finding>> diagnose(std::span<const data::Dataset> logs,
+                                           const dynamics::RobotModel* robot);
+
 /// The kinds of these names. @throws UserError for one that is none or cannot be repaired
 std::vector<FindingKind> fixes_of(std::span<const std::string> names);
 
