@@ -59,13 +59,26 @@ Xml bodies_of(const dynamics::RobotModel& robot, int parent) {
 }  // namespace
 
 std::string mjcf_of(const dynamics::RobotModel& robot) {
+  constexpr double kColumn = 0.04;  // [m] radius of what carries the first joints
+  Xml carrier =
+      Xml::of("<geom type=\"cylinder\" size=\"0.06 0.02\" contype=\"0\" conaffinity=\"0\"/>\n");
+  for (const dynamics::Joint& joint : robot.joints)
+    if (joint.parent < 0 && joint.p0.norm() > kColumn)
+      carrier += Xml::of(
+          "<geom type=\"capsule\" size=\"{}\" fromto=\"0 0 0 {}\" contype=\"0\" "
+          "conaffinity=\"0\"/>\n",
+          kColumn, numbers(joint.p0));
   return Xml::of(
              "<mujoco model={}>\n<compiler angle=\"radian\" balanceinertia=\"false\"/>\n"
-             "<option gravity=\"0 0 {:.17g}\"/>\n<worldbody>\n<light pos=\"1 -1 3\" dir=\"-0.3 0.3 "
-             "-1\"/>\n"
-             "<body name=\"carrier of the robot\">\n<geom type=\"cylinder\" size=\"0.06 0.02\" "
-             "contype=\"0\" conaffinity=\"0\"/>\n{}</body>\n</worldbody>\n</mujoco>\n",
-             xml_attribute(robot.name), -robot.gravity.norm(), bodies_of(robot, -1))
+             "<option gravity=\"0 0 {:.17g}\"/>\n"
+             "<visual>\n<global offwidth=\"1920\" offheight=\"1080\" fovy=\"32\"/>\n"
+             "<headlight ambient=\"0.35 0.35 0.36\" diffuse=\"0.3 0.3 0.3\"/>\n</visual>\n"
+             "<asset>\n<texture type=\"skybox\" builtin=\"gradient\" width=\"256\" height=\"1536\" "
+             "rgb1=\"0.78 0.82 0.87\" rgb2=\"0.9 0.915 0.935\"/>\n</asset>\n"
+             "<worldbody>\n<light directional=\"true\" pos=\"1.6 -2 4\" dir=\"-0.5 0.55 -1\" "
+             "diffuse=\"0.6 0.6 0.58\"/>\n"
+             "<body name=\"carrier of the robot\">\n{}{}</body>\n</worldbody>\n</mujoco>\n",
+             xml_attribute(robot.name), -robot.gravity.norm(), carrier, bodies_of(robot, -1))
       .text();
 }
 

@@ -50,6 +50,34 @@ TEST_F(ViewerTest, AScreenshotNeedsNoDisplay) {
   EXPECT_GT(share_differing(shot, Image(shot.width, shot.height), 20), 0.5);  // not black
 }
 
+// An arm of half the size under the ceiling, of a URDF alone, stands in the middle of the picture.
+TEST_F(ViewerTest, AnArmWithoutMjcfIsInSight) {
+  const std::filesystem::path urdf = folder / "pendulum.urdf", hung = folder / "pendulum.toml";
+  write_file_atomically(urdf,
+                        R"(<robot name="pendulum"><link name="base"/><link name="l1"><inertial>
+               <origin xyz="0 0 .3"/><mass value="4"/>
+               <inertia ixx=".05" iyy=".05" izz=".01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+               <joint name="j" type="revolute"><parent link="base"/><child link="l1"/>
+               <origin xyz="0 0 .5"/><axis xyz="0 1 0"/>
+               <limit lower="-3" upper="3" velocity="6" effort="60"/></joint></robot>)");
+  write_file_atomically(hung,
+                        "[robot]\nurdf = \"pendulum.urdf\"\nmount = \"ceiling\"\nguess_armature = "
+                        "true\n[friction]\n");
+  ViewerOptions options;
+  options.renderer = "osmesa";
+  options.screenshot = png("ceiling");
+  view(hung, options);
+  const Image shot = load_png(png("ceiling"));
+  const auto blue_less = [&](int x, int y) {  // the sky is bluish, the arm grey or orange
+    const std::uint8_t* pixel = shot.row(y) + 3 * x;
+    return pixel[2] <= pixel[0] + 2;
+  };
+  int arm = 0;
+  for (int y = shot.height / 8; y < shot.height / 2; ++y)
+    for (int x = shot.width / 6; x < shot.width / 2; ++x) arm += blue_less(x, y);
+  EXPECT_GT(arm, 2000);
+}
+
 TEST_F(ViewerTest, WhatIsDoneIsSeen) {
   ViewerOptions options =
       script("seek 1.9\nshot " + png("all") + "\nshot " + png("again") + "\ntoggle gms\nshot " +

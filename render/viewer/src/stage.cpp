@@ -16,8 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kFirstDistance = 2.1;  // [m]
-
 int joint_of(const Stage& stage, const std::string& name) {
   const auto& joints = stage.problem.robot.joints;
   const auto found = std::find_if(joints.begin(), joints.end(),
@@ -139,10 +137,6 @@ Stage make_stage(const fs::path& target) {
   if (friction) stage.live = std::make_unique<LiveArm>(*stage.arm, stage.problem, *friction);
   if (stage.live) stage.live->swings = true;
   if (!stage.live && !stage.film) throw UserError("{}: found nothing to show", target.string());
-  stage.view = {{0.1, 0, stage.problem.scene.robot.mount == scene::Mount::kCeiling ? 1.05 : 0.5},
-                kFirstDistance,
-                135,
-                -8};
   return stage;
 }
 

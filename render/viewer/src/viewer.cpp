@@ -17,6 +17,7 @@
 #include "fricid/base/files.hpp"
 #include "fricid/base/json.hpp"
 #include "fricid/base/progress.hpp"
+#include "fricid/film/viewpoint.hpp"
 #include "imgui_gl.hpp"
 #include "panels.hpp"
 
@@ -48,7 +49,6 @@ void load_settings(Stage& stage) {
     double speed = stage.speed;
     read("azimuth_deg", view.azimuth_deg);
     read("elevation_deg", view.elevation_deg);
-    read("distance", view.distance);
     read("speed", speed);
     stage.view = std::move(view);
     stage.speed = speed;
@@ -62,7 +62,6 @@ void load_settings(Stage& stage) {
 void save_settings(const Stage& stage) {
   const nlohmann::json settings{{"azimuth_deg", stage.view.azimuth_deg},
                                 {"elevation_deg", stage.view.elevation_deg},
-                                {"distance", stage.view.distance},
                                 {"speed", stage.speed}};
   try {
     write_file_atomically(settings_file(), settings.dump(2) + "\n");
@@ -73,6 +72,19 @@ void save_settings(const Stage& stage) {
 
 std::span<const double> row_of(const film::RowMatrix& values, int row) {
   return {values.data() + row * values.cols(), static_cast<std::size_t>(values.cols())};
+}
+
+/// From the front, so far that the whole motion of a replay or, about its pose, the live arm is
+/// seen.
+film::View first_view(const Stage& stage, film::ArmPainter& painter) {
+  constexpr double kAzimuth = 135, kElevation = -8;          // [deg]
+  constexpr double kAspect = 1.6;                            // of the picture beside the panels
+  constexpr double kAroundMotion = 1.15, kAroundPose = 1.5;  // distance
+  const auto points = stage.film ? film::paths_of(*stage.film, painter).outline
+                                 : painter.joints(stage.live->state().q);
+  film::View view = film::view_of(points, kAzimuth, kElevation, painter.field_of_view(), kAspect);
+  view.distance *= stage.film ? kAroundMotion : kAroundPose;
+  return view;
 }
 
 film::Image paint(const Stage& stage, film::ArmPainter& painter, int width, int height) {
@@ -203,6 +215,7 @@ void view_offscreen(Stage& stage, const ViewerOptions& options) {
   const auto context = film::make_gl_context(options.renderer, options.width, options.height);
   film::ArmPainter painter(*stage.arm, stage.problem.scene.robot.payload_frame, options.width,
                            options.height, film::PaintQuality::final(), context->functions());
+  stage.view = first_view(stage, painter);
   Gui gui(context->functions());
   ImGuiIO& io = ImGui::GetIO();
   io.DisplaySize = {static_cast<float>(options.width), static_cast<float>(options.height)};
@@ -250,6 +263,7 @@ void view_in_window(Stage& stage, const ViewerOptions& options) {
                                          : film::PaintQuality::standard();
   film::ArmPainter painter(*stage.arm, stage.problem.scene.robot.payload_frame, options.width,
                            options.height, quality, functions);
+  stage.view = first_view(stage, painter);
   Gui gui(functions);
   ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
   if (!options.script.empty()) {
