@@ -106,6 +106,7 @@ bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
       job.say(
           fmt::format("{}: {}", id, estimate::in_words({fault.joint, fault.found, fault.remedy})));
     healthy = fit.usable && healthy;
+    if (!fit.usable && fit.faults.empty()) job.say(fmt::format("{}: {}", id, fit.message));
   }
   return healthy;
 }
