@@ -196,6 +196,16 @@ class Onnxruntime(unittest.TestCase):
             z = np.full((1, law["states"]), 1e-3, np.float32)
             np.testing.assert_array_equal(friction(motion_of(law)[700:701], z, dt=0)[1], z)
 
+    def test_a_lost_sample_keeps_the_state(self):
+        for law in LAWS:
+            with self.subTest(law["name"]):
+                instants = np.repeat(motion_of(law)[700:701], 2, axis=0)
+                instants[0] = np.nan
+                z = np.full((2, law["states"]), 1e-3, np.float32)
+                after = Onnx(law)(instants, z)[1]
+                np.testing.assert_array_equal(after[0], z[0])
+                self.assertTrue(np.isfinite(after[1]).all())
+
 
 class Mujoco(unittest.TestCase):
     def test_every_law_loads_and_moves(self):
