@@ -98,6 +98,20 @@ TEST(CHeader, FrictionOfASlidingJointIsAForce) {
                   {HasSubstr("offset (2 N) is left out"), HasSubstr("other (3 N m) is left out")}));
 }
 
+TEST(Csv, NamesTheUnitsOfJointsThatSlide) {
+  data::ModelFile model = robot_with("lugre");
+  const auto lines_of = [&] { return export_model(model, "csv").files[0].text; };
+  EXPECT_THAT(lines_of(), testing::StartsWith("joint,velocity_rad_s,friction_Nm\n"));
+  for (dynamics::Joint& joint : model.arm.robot.joints) joint.name = "j";
+  model.arm.robot.joints[0].type = dynamics::JointType::kPrismatic;
+  EXPECT_THAT(lines_of(),
+              testing::StartsWith(
+                  "joint,velocity_rad_s,friction_Nm,velocity_m_s,friction_N\n\"j\",,,-3,-"));
+  EXPECT_THAT(lines_of(), testing::ContainsRegex("\n\"j\",-3,-[0-9.]*,,\n"));
+  model.arm.robot.joints[1].type = dynamics::JointType::kPrismatic;
+  EXPECT_THAT(lines_of(), testing::StartsWith("joint,velocity_m_s,friction_N\n\"j\",-3,-"));
+}
+
 TEST(CHeader, NamesAreIdentifiers) {
   data::ModelFile model;
   model.name = "1-a.b";

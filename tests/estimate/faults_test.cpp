@@ -384,3 +384,13 @@ TEST(Faults, JointsThatReverseWithinTheMemoryOfTheFilterAreIdentified) {
 
 }  // namespace
 }  // namespace fricid::estimate
+TEST(Faults, ASpringOfASlidingJointIsLinear) {
+  Arm arm = coulomb_arm(5e-3);
+  arm.robot.joints[0].type = dynamics::JointType::kPrismatic;
+  data::Dataset log = make_log(arm, {.torque_noise = 0.2});
+  log.tau.col(0) += 200 * log.q.col(0);
+  const std::string said = text_of(fit(arm.robot, {log}).faults);
+  EXPECT_THAT(said, HasSubstr("j1: its force goes with its own position"));
+  EXPECT_THAT(said, HasSubstr("terms = [\"q\"]"));
+}
+
