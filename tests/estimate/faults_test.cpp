@@ -316,6 +316,17 @@ TEST(Faults, ATorqueThatDoesNotVaryIsNamed) {
   EXPECT_THAT(text_of(report.faults) + report.brief(), testing::Not(HasSubstr("nan")));
 }
 
+TEST(Faults, ASpeedThatTheMotionLacksIsLoweredInWords) {
+  const Arm arm = coulomb_arm(5e-3);
+  const std::vector<data::Dataset> logs{make_log(arm, {})};
+  RigidBodyOptions options;
+  EXPECT_EQ(prepare(arm.robot, options, logs, 2).rigid_body.slower, "");
+  options.min_speed_rad_s = 50;
+  EXPECT_THAT(prepare(arm.robot, options, logs, 2).rigid_body.slower,
+              testing::MatchesRegex("min_speed_rad_s = 50 is too fast for the motion: rows enter "
+                                    "from 0.[0-9]* rad/s of j1, .* rad/s of j3"));
+}
+
 // Too short for the base parameters: nominal values carry them, and the fit says so.
 TEST(Faults, AShortLogTakesTheNominalValues) {
   const Arm arm = coulomb_arm(5e-3);

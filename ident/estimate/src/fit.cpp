@@ -133,6 +133,7 @@ RigidBodyFit beside_law(RigidBodyFit fit, const RigidBodyFit& linear) {
         &RigidBodyFit::offset_se, &RigidBodyFit::Fc_beside, &RigidBodyFit::Fv_beside})
     fit.*part = linear.*part;
   fit.prior = linear.prior;
+  fit.slower = linear.slower;
   fit.without_inertia = linear.without_inertia;
   return fit;
 }
