@@ -59,12 +59,14 @@ void print_tables(const workflow::Job& job) {
   print_file(folder.torque_table());
 }
 
-/// Prints what must not be trusted. @return whether all may be trusted
+/// Prints what must not be trusted, and horizons that rank nothing. @return whether there is none
 bool trusted(const evaluate::Evaluation& evaluation) {
   for (const evaluate::Summary& summary : evaluation.summary)
     for (const std::string& doubt : summary.doubts)
       say(fmt::format("not to be trusted: {}: {}", summary.label, doubt));
-  return evaluation.trusted();
+  for (const std::string& why : evaluation.meaningless)
+    if (!why.empty()) say("cannot rank models at " + why);
+  return evaluation.trusted() && evaluation.meaningful();
 }
 
 /// Short result of a run, and the paths of its files.
@@ -126,8 +128,7 @@ Verdict run(const RunOptions& options, const CommonOptions& common) {
     print_json_file(job.run.folder().evaluation());
   else
     print_result(job, evaluation);
-  return trusted(evaluation) && sound && healthy && evaluation.meaningful() ? Verdict::kDone
-                                                                            : Verdict::kNo;
+  return trusted(evaluation) && sound && healthy ? Verdict::kDone : Verdict::kNo;
 }
 
 Verdict simulate(const RunOptions& options, const CommonOptions& common) {
@@ -194,7 +195,7 @@ Verdict evaluate(const RunOptions& options, const CommonOptions& common) {
     print_json_file(job.run.folder().evaluation());
   else
     print_tables(job);
-  return trusted(evaluation) && evaluation.meaningful() ? Verdict::kDone : Verdict::kNo;
+  return trusted(evaluation) ? Verdict::kDone : Verdict::kNo;
 }
 
 }  // namespace fricid::cli

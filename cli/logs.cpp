@@ -64,7 +64,26 @@ std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
   }
 }
 
-/// Output files of the logs. @throws UserError when two are the same file, or one is an input
+std::string path_of(const fs::path& log) { return fs::weakly_canonical(log).string(); }
+
+/// @throws UserError when a data set is there that was not made of this log
+void refuse_other_data(const fs::path& log, const fs::path& output) {
+  if (!fs::exists(output)) return;
+  const fs::path beside = workflow::RunFolder::diagnosis_beside(output);
+  std::string made_of = "a file that `fricid import` did not make";
+  if (fs::exists(beside)) {
+    const auto diagnosis = data::load<data::DiagnosisFile>(beside);
+    if (!diagnosis.log || *diagnosis.log == path_of(log)) return;
+    made_of = "that of " + *diagnosis.log;
+  }
+  throw UserError(
+      "{}: its data set would replace {}, {}; allowed: another folder with -o, or another name of "
+      "the log",
+      log.string(), output.string(), made_of);
+}
+
+/// Output files of the logs.
+/// @throws UserError when two are the same file, or one is an input or made of another log
 std::vector<fs::path> outputs_of(const ImportOptions& options) {
   std::vector<fs::path> paths, taken;
   for (const fs::path& input : options.logs) taken.push_back(fs::weakly_canonical(input));
@@ -76,6 +95,7 @@ std::vector<fs::path> outputs_of(const ImportOptions& options) {
           "{}: its data set would go to {}, which is another log or its data set; "
           "name another folder with -o, or import the logs one by one",
           log.string(), paths.back().string());
+    refuse_other_data(log, paths.back());
     taken.push_back(place);
   }
   return paths;
@@ -116,6 +136,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
       throw UserError("{}: {}", log.string(), error.what());
     }
     reports.push_back(doctor::diagnosis_file(findings, sets.back()));
+    reports.back().log = path_of(log);
     const std::vector<std::string> warnings = judge(sets.back(), log, contract, fixes.empty());
     print_findings(findings, read, fixes, stderr);
     std::ranges::for_each(warnings, warn);
@@ -126,8 +147,8 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
                     warning.empty() ? "taken as motor torque times gear ratio" : warning),
         stderr);
   for (std::size_t i = 0; i < sets.size(); ++i) {
-    data::save_dataset(sets[i], paths[i]);
     data::save(reports[i], workflow::RunFolder::diagnosis_beside(paths[i]));
+    data::save_dataset(sets[i], paths[i]);
     print(printable(paths[i].string()) + "\n");
   }
   return sound ? Verdict::kDone : Verdict::kNo;

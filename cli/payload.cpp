@@ -21,7 +21,9 @@ Verdict find_payload(const PayloadOptions& options, const CommonOptions& common)
   const data::PayloadFile payload = workflow::find_payload(without, with.sets, options.frame);
   if (!options.output.empty()) data::save(payload, options.output);
   print(common.json ? visible_json(data::to_json(payload)) : workflow::to_text(payload));
-  return payload.outcome == data::Outcome::kConverged ? Verdict::kDone : Verdict::kNo;
+  if (payload.outcome == data::Outcome::kConverged) return Verdict::kDone;
+  print(payload.message + "\n", stderr);
+  return Verdict::kNo;
 }
 
 }  // namespace fricid::cli

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "fricid/base/csv.hpp"
@@ -8,6 +9,25 @@
 
 namespace fricid::deploy {
 namespace {
+
+// Joints that slide have columns of their own, since their units are others.
+struct Columns {
+  bool turn = false, slide = false;
+
+  explicit Columns(const std::vector<dynamics::Joint>& joints)
+      : turn(!std::ranges::all_of(joints, dynamics::slides)),
+        slide(std::ranges::any_of(joints, dynamics::slides)) {}
+
+  std::string header() const {
+    return fmt::format("joint{}{}\n", turn ? ",velocity_rad_s,friction_Nm" : "",
+                       slide ? ",velocity_m_s,friction_N" : "");
+  }
+  std::string line(const dynamics::Joint& joint, double v, double tau_f) const {
+    const bool slides = dynamics::slides(joint);
+    return fmt::format("{}{},{:.9g},{:.9g}{}\n", csv_cell(joint.name), turn && slides ? ",," : "",
+                       v, tau_f, slide && !slides ? ",," : "");
+  }
+};
 
 // Speeds from 1e-4 of the fastest on, evenly on a logarithmic scale.
 std::vector<double> speeds(double fastest) {
@@ -26,7 +46,8 @@ Exported write_csv(const data::ModelFile& model) {
   constexpr double kUsual = 3;  // [rad/s] where no limit is given
   const friction::Friction& friction = model.arm.friction;
   const auto n = static_cast<std::size_t>(model.arm.robot.n());
-  std::string text = "joint,velocity_rad_s,friction_Nm\n";
+  const Columns columns(model.arm.robot.joints);
+  std::string text = columns.header();
   std::vector<double> tau_f(n);
   for (std::size_t j = 0; j < n; ++j) {
     const dynamics::Joint& joint = model.arm.robot.joints[j];
@@ -35,7 +56,7 @@ Exported write_csv(const data::ModelFile& model) {
       in[j].v = v;
       if (friction.model.joint_count() > 0)
         friction.model.steady_torque<double>(friction.theta, in, tau_f);
-      text += fmt::format("{},{:.9g},{:.9g}\n", csv_cell(joint.name), v, tau_f[j]);
+      text += columns.line(joint, v, tau_f[j]);
     }
   }
   Exported exported{.files = {{code_name(model) + "_friction.csv", text}},

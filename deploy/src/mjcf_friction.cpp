@@ -369,7 +369,7 @@ Exported write_mjcf_friction(const data::ModelFile& model, const Motion* held_ou
                        "springs that yield: integrator Euler, implicit or implicitfast; RK4 and "
                        "discrete let them yield differently") +
                    Xml::of("\n");
-  exported.files.push_back({code_name(model) + ".xml", mjcf_text(model, extras)});
+  exported.files.push_back({code_name(model) + "_friction.xml", mjcf_text(model, extras)});
   return exported;
 }
 

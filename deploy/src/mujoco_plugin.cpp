@@ -28,8 +28,9 @@ Exported write_plugin(const data::ModelFile& model) {
       "<config key=\"content\" value={}/>\n</instance>\n</plugin>\n</extension>\n</mujoco>\n",
       xml_attribute(name + " friction"), xml_attribute(in_one_line(model)));
   return {.files = {{extension, text.text()},
-                    {name + ".xml", mjcf_text(model, {.rest = Xml::of("<include file={}/>\n",
-                                                                      xml_attribute(extension))})}},
+                    {name + "_plugin.xml",
+                     mjcf_text(model, {.rest = Xml::of("<include file={}/>\n",
+                                                       xml_attribute(extension))})}},
           .losses = torques_left_out(model.arm.robot, true)};
 }
 

@@ -301,6 +301,30 @@ class OnnxWriter {
   std::vector<std::vector<std::string>> layers_;
 };
 
+/// Whether the inputs of each joint are finite, and last whether those of all are.
+std::vector<std::string> finite_inputs(OnnxGraph& onnx, const Leaves& leaves) {
+  std::vector<std::string> finite;
+  const std::string zero = onnx.constant(0);
+  std::string all = zero;
+  for (std::size_t j = 0; j < leaves.fields[0].size(); ++j) {
+    std::string own = zero;
+    // x - x is 0 of finite x alone
+    for (const std::vector<std::string>& field : leaves.fields)
+      own = onnx.node("Add", {own, onnx.node("Sub", {field[j], field[j]})});
+    finite.push_back(onnx.node("Equal", {own, zero}));
+    all = onnx.node("Add", {all, own});
+  }
+  finite.push_back(onnx.node("Equal", {all, zero}));
+  return finite;
+}
+
+/// The joint that has a state; one more than there are: the whole robot has it.
+int owner_of(const friction::RobotFriction& friction, int state) {
+  int owner = 0;
+  while (owner < friction.joint_count() && state >= friction.state_begin(owner + 1)) ++owner;
+  return owner;
+}
+
 }  // namespace
 
 Exported write_onnx(const data::ModelFile& model) {
@@ -336,10 +360,13 @@ Exported write_onnx(const data::ModelFile& model) {
   Leaves after = before;
   if (states > 0) {
     OnnxWriter step(onnx, traced.step, theta, before);
+    const std::vector<std::string> finite = finite_inputs(onnx, before);
     const std::string moves = onnx.node("Less", {onnx.constant(0), "dt"});
     for (int i = 0; i < states; ++i) {
       std::string& z = after.z[static_cast<std::size_t>(i)];
-      z = onnx.node("Where", {moves, step.value(traced.z_next[static_cast<std::size_t>(i)]), z});
+      const std::string& next = step.value(traced.z_next[static_cast<std::size_t>(i)]);
+      const std::string& known = finite[static_cast<std::size_t>(owner_of(friction, i))];
+      z = onnx.node("Where", {onnx.node("And", {moves, known}), next, z});
     }
   }
   OnnxWriter torque(onnx, traced.torque, theta, after);

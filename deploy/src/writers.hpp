@@ -14,12 +14,13 @@ Exported write_urdf(const data::ModelFile& model);
 /// NAME.xml: the rigid body as MJCF. @throws UserError when an inertia is not physical
 Exported write_mjcf(const data::ModelFile& model);
 
-/// NAME_extension.xml: the instance of the MuJoCo plugin, to be included in an MJCF; NAME.xml: the
-/// rigid body with it. @throws UserError when an inertia is not physical
+/// NAME_extension.xml: the instance of the MuJoCo plugin, to be included in an MJCF;
+/// NAME_plugin.xml: the rigid body with it. @throws UserError when an inertia is not physical
 Exported write_plugin(const data::ModelFile& model);
 
-/// NAME.xml: the rigid body with friction as fixed tendons, dcmotors, frictionloss and damping.
-/// Where these differ from the law, the error along a motion is a loss and a comment of the file.
+/// NAME_friction.xml: the rigid body with friction as fixed tendons, dcmotors, frictionloss and
+/// damping. Where these differ from the law, the error along a motion is a loss and a comment of
+/// the file.
 /// @throws UserError for a law of the whole robot, or when an inertia is not physical
 Exported write_mjcf_friction(const data::ModelFile& model, const Motion* held_out);
 

@@ -61,11 +61,12 @@ Html best_sentence(const Evaluation& evaluation, const Summary& best) {
 
 Html oracle_sentence(const Record& record, const Summary& best) {
   const Evaluation& evaluation = record.run.evaluation;
-  std::vector<Html> errors, ratios, shares;
+  std::vector<Html> errors, ratios, shares, reached;
   for (const std::size_t h : evaluate::quoted_horizons(evaluation.horizons_s)) {
     if (!std::isfinite(evaluation.oracle[h])) continue;
     errors.push_back(angle(evaluation.oracle[h]));
     ratios.push_back(html::number(best.ratio_to_oracle[h]));
+    if (!(best.ratio_to_oracle[h] > 1)) reached.push_back(horizon(evaluation.horizons_s[h]));
     if (const double closed = best.headroom_closed[h]; std::isfinite(closed))
       shares.push_back(html::percent(closed));
   }
@@ -77,15 +78,23 @@ Html oracle_sentence(const Record& record, const Summary& best) {
                                                 "motor torque's RMS unexplained.",
                                                 model_label(best), html::percent(left)));
   }
-  const Html text = Html::of(
-      "The true model under the same noisy torque is off by {}, so the squared error of {} is {} "
-      "times the smallest possible one",
-      html::enumeration(errors), model_label(best), html::enumeration(ratios));
-  if (best.is_conventional) return text + Html::of(": no model here closes this headroom.");
-  return text + Html::of(
-                    "; of the logarithmic distance between the best conventional model "
-                    "and the oracle it closes {}.",
-                    html::enumeration(shares));
+  Html text = Html::of("The true model under the same noisy torque is off by {}",
+                       html::enumeration(errors));
+  text += reached.empty()
+              ? Html::of(", so the squared error of {} is {} times the smallest possible one",
+                         model_label(best), html::enumeration(ratios))
+              : Html::of(
+                    "; the squared error of {} is {} times as large, so within {} no model "
+                    "can be told to be better",
+                    model_label(best), html::enumeration(ratios), html::enumeration(reached));
+  if (!best.is_conventional && !shares.empty())
+    text += Html::of(
+        "; of the logarithmic distance between the best conventional model and the oracle it "
+        "closes {}",
+        html::enumeration(shares));
+  else if (reached.empty())
+    text += Html::of(": no model here closes this headroom");
+  return text + Html::of(".");
 }
 
 Html failure_sentence(const Record& record, const Summary& best) {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/deploy/export.hpp"
 #include "held_out.hpp"
 #include "law_errors.hpp"
@@ -29,6 +30,21 @@ void expect_equal_to_engine(const std::string& compiler, const std::string& opti
 
 TEST(CHeader, EveryLawAndModifierIsTheEngineWithEveryCompiler) {
   for (const std::string& compiler : c_compilers()) expect_equal_to_engine(compiler, "", kBar);
+}
+
+// A sample that is lost or overflows: of one joint, of the other, of both.
+TEST(CHeader, KeepsStateAndTorqueWhereInputsAreNotFinite) {
+  std::vector<friction::Input<double>> inputs = motion();
+  const std::size_t n = 2;
+  for (std::size_t k = 0; k < inputs.size() / n; ++k) {
+    if (k % 40 < 3) inputs[k * n] = {kNan, kNan, kNan, kNan};
+    if (k % 40 == 2 || k % 40 == 9)
+      inputs[k * n + 1] = {kInfinity, -kInfinity, kInfinity, kInfinity};
+  }
+  const OwnFolder folder;
+  const auto models = all_models();
+  const auto errors = header_errors(models, inputs, kDt, c_compilers().front(), "", folder.path());
+  for (std::size_t i = 0; i < models.size(); ++i) EXPECT_LE(errors[i], kBar) << models[i].name;
 }
 
 TEST(CHeader, FollowsHeldOutMotion) {
@@ -80,6 +96,20 @@ TEST(CHeader, FrictionOfASlidingJointIsAForce) {
   EXPECT_THAT(export_model(model, "c").losses,
               testing::IsSupersetOf(
                   {HasSubstr("offset (2 N) is left out"), HasSubstr("other (3 N m) is left out")}));
+}
+
+TEST(Csv, NamesTheUnitsOfJointsThatSlide) {
+  data::ModelFile model = robot_with("lugre");
+  const auto lines_of = [&] { return export_model(model, "csv").files[0].text; };
+  EXPECT_THAT(lines_of(), testing::StartsWith("joint,velocity_rad_s,friction_Nm\n"));
+  for (dynamics::Joint& joint : model.arm.robot.joints) joint.name = "j";
+  model.arm.robot.joints[0].type = dynamics::JointType::kPrismatic;
+  EXPECT_THAT(lines_of(),
+              testing::StartsWith(
+                  "joint,velocity_rad_s,friction_Nm,velocity_m_s,friction_N\n\"j\",,,-3,-"));
+  EXPECT_THAT(lines_of(), testing::ContainsRegex("\n\"j\",-3,-[0-9.]*,,\n"));
+  model.arm.robot.joints[1].type = dynamics::JointType::kPrismatic;
+  EXPECT_THAT(lines_of(), testing::StartsWith("joint,velocity_m_s,friction_N\n\"j\",-3,-"));
 }
 
 TEST(CHeader, NamesAreIdentifiers) {

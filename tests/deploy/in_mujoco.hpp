@@ -10,7 +10,7 @@
 
 namespace fricid::deploy::test {
 
-/// Writes the export and loads its NAME.xml, the last of its files.
+/// Writes the export and loads the last of its files, the MJCF.
 inline sim::MjModelPtr in_mujoco(const Exported& exported) {
   sim::initialise_mujoco();
   const OwnFolder folder;

@@ -48,16 +48,38 @@ friction::RobotFriction joints_with(const friction::JointSpec& joint) {
   return friction::RobotFriction(std::vector<friction::JointSpec>(kJoints, joint));
 }
 
-// tau_f at each instant, before the step, sample by sample.
+bool is_finite(const friction::Input<double>& in) {
+  return std::isfinite(in.q) && std::isfinite(in.v) && std::isfinite(in.load) &&
+         std::isfinite(in.temperature);
+}
+
+// tau_f at each instant, before the step, sample by sample. Joints whose inputs are not finite keep
+// torque and state; under a law of the whole robot all do.
 std::vector<double> engine_torques(const data::ModelFile& model, const Inputs& motion, double dt) {
   const friction::Friction& friction = model.arm.friction;
   const auto n = static_cast<std::size_t>(friction.model.joint_count());
   std::vector<double> z(static_cast<std::size_t>(friction.model.state_size())), tau(n), all;
   for (std::size_t k = 0; k < motion.size() / n; ++k) {
-    const std::span in = std::span(motion).subspan(k * n, n);
-    friction.model.torque<double>(friction.theta, in, z, tau);
+    Inputs in(motion.begin() + static_cast<std::ptrdiff_t>(k * n),
+              motion.begin() + static_cast<std::ptrdiff_t>(k * n + n));
+    const bool held = friction.model.has_whole() && !std::ranges::all_of(in, is_finite);
+    std::vector<double> tau_now(n), z_now = z;
+    std::vector<std::size_t> known;
+    for (std::size_t j = 0; j < n; ++j)
+      if (is_finite(in[j]) && !held)
+        known.push_back(j);
+      else
+        in[j] = {};
+    friction.model.torque<double>(friction.theta, in, z, tau_now);
+    friction.model.step<double>(friction.theta, in, dt, z_now);
+    if (friction.model.has_whole() && !held) z = z_now;
+    for (const std::size_t j : known) {
+      tau[j] = tau_now[j];
+      const auto begin = friction.model.state_begin(static_cast<int>(j)),
+                 end = friction.model.state_begin(static_cast<int>(j) + 1);
+      std::copy(z_now.begin() + begin, z_now.begin() + end, z.begin() + begin);
+    }
     all.insert(all.end(), tau.begin(), tau.end());
-    friction.model.step<double>(friction.theta, in, dt, z);
   }
   return all;
 }

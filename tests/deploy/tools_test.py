@@ -118,7 +118,7 @@ def onnx_torques(law):
 
 
 def plugin_model(law):
-    return mujoco.MjModel.from_xml_path(str(SAMPLES / "plugin" / f"{code_name(law)}.xml"))
+    return mujoco.MjModel.from_xml_path(str(SAMPLES / "plugin" / f"{code_name(law)}_plugin.xml"))
 
 
 def moved(model, data, steps):
@@ -196,6 +196,16 @@ class Onnxruntime(unittest.TestCase):
             z = np.full((1, law["states"]), 1e-3, np.float32)
             np.testing.assert_array_equal(friction(motion_of(law)[700:701], z, dt=0)[1], z)
 
+    def test_a_lost_sample_keeps_the_state(self):
+        for law in LAWS:
+            with self.subTest(law["name"]):
+                instants = np.repeat(motion_of(law)[700:701], 2, axis=0)
+                instants[0] = np.nan
+                z = np.full((2, law["states"]), 1e-3, np.float32)
+                after = Onnx(law)(instants, z)[1]
+                np.testing.assert_array_equal(after[0], z[0])
+                self.assertTrue(np.isfinite(after[1]).all())
+
 
 class Mujoco(unittest.TestCase):
     def test_every_law_loads_and_moves(self):
@@ -222,7 +232,7 @@ class Mujoco(unittest.TestCase):
             mujoco.mj_resetData(model, data)
 
     def test_wrong_joint_is_a_sentence(self):
-        text = (SAMPLES / "plugin" / "gms_s1.xml").read_text().replace("joint 2", "elbow")
+        text = (SAMPLES / "plugin" / "gms_s1_plugin.xml").read_text().replace("joint 2", "elbow")
         wrong = SAMPLES / "plugin" / "wrong.xml"
         wrong.write_text(text)
         with self.assertRaisesRegex(Exception, "the MJCF has no joint joint 2"):
@@ -357,7 +367,7 @@ int main(void) {
                                capture_output=True, text=True)
         self.assertEqual(built.returncode, 0, built.stderr)
         said = subprocess.run(["./main"], capture_output=True, text=True).stdout
-        model = mujoco.MjModel.from_xml_path("lvm_s1.xml")
+        model = mujoco.MjModel.from_xml_path("lvm_s1_plugin.xml")
         data = mujoco.MjData(model)
         moved(model, data, 500)
         self.assertGreater(np.ptp(data.qpos), 1e-3)
@@ -369,7 +379,7 @@ int main(void) {
         (self.folder / "mujoco_plugin").mkdir()
         shutil.copy(os.environ["FRICID_PLUGIN"], "mujoco_plugin")
         program = ("import mujoco\nmujoco.mj_loadAllPluginLibraries('mujoco_plugin')\n"
-                   "m = mujoco.MjModel.from_xml_path('lvm_s1.xml')\nprint(m.npluginstate)")
+                   "m = mujoco.MjModel.from_xml_path('lvm_s1_plugin.xml')\nprint(m.npluginstate)")
         done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
         self.assertEqual(done.stdout.split(), ["2"], done.stderr)
 

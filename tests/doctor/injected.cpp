@@ -257,6 +257,14 @@ std::vector<Injection> make_injections() {
          d.q.col(j).tail(d.length() - any_row(d, 0.5, rng)).array() += 2 * std::numbers::pi;
          return Injected{"jump", j};
        }},
+      {"position slips by 1 to 10 degrees",
+       [](D d, R robot, Rng& rng) {
+         const int j = any_joint(d, rng);
+         if (!turns(robot, j)) return Injected{};
+         d.q.col(j).tail(d.length() - any_row(d, 0.5, rng)).array() +=
+             (1 + 9 * rng.uniform()) * kDegree;
+         return Injected{"jump", j};
+       }},
       {"comes to rest, position in steps of 0.005 degrees",
        [](D d, R, Rng&) {
          come_to_rest(d);

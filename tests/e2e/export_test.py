@@ -10,7 +10,7 @@ import unittest
 from fricid_program import ProgramTest, fricid
 
 FORMATS = {"c": "simple_s1_friction.h", "csv": "simple_s1_friction.csv", "urdf": "simple_s1.urdf",
-           "mjcf": "simple_s1.xml", "mjcf_friction": "simple_s1.xml", "fmu": "simple_s1.fmu",
+           "mjcf": "simple_s1.xml", "mjcf_friction": "simple_s1_friction.xml", "fmu": "simple_s1.fmu",
            "onnx": "simple_s1_friction.onnx"}
 
 
@@ -60,12 +60,20 @@ class Export(ProgramTest):
                 (out / name).unlink()
             self.assertEqual(*texts)
 
+    def test_formats_in_one_folder_keep_their_files(self):
+        out, written = self.folder / "out", []
+        for format in (*FORMATS, "plugin"):
+            done = fricid("export", self.model(), format, "-o", out, "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            written += json.loads(done.stdout)["files"]
+        self.assertEqual(len(written), len(set(written)), written)
+
     def test_plugin_is_named(self):
         out = self.folder / "out"
         done = fricid("export", self.model(), "plugin", "-o", out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(sorted(p.name for p in out.iterdir()),
-                         ["simple_s1.xml", "simple_s1_extension.xml"])
+                         ["simple_s1_extension.xml", "simple_s1_plugin.xml"])
         library = re.search("note: load (.*) before the model", done.stdout)[1]
         self.assertTrue(pathlib.Path(library).exists(), library)
 

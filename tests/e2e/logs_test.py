@@ -44,6 +44,20 @@ class Logs(ProgramTest):
         self.assertEqual(self.findings(self.folder / "a.doctor.json"), set())
         self.assertEqual(fricid("check", self.folder / "a.h5").returncode, 0)
 
+    def test_a_log_of_the_same_name_keeps_its_data_set(self):
+        logs = []
+        for folder in ("one", "two"):
+            (self.folder / folder).mkdir()
+            logs.append(self.log(f"{folder}/a.csv"))
+        importing = ["--contract", self.contract, "-o", self.folder / "data"]
+        for _ in range(2):
+            self.assertEqual(fricid("import", logs[0], *importing).returncode, 0)
+        self.assert_refused(fricid("import", logs[1], *importing),
+                            r"two/a\.csv: its data set would replace .*a\.h5, that of .*one/a\.csv; "
+                            "allowed: another folder with -o, or another name")
+        (self.folder / "data/a.doctor.json").unlink()
+        self.assert_refused(fricid("import", logs[0], *importing), r"would replace .*a\.h5, a file that")
+
     def test_lost_samples_are_found_and_filled_when_named(self):
         log = self.log("a.csv", lost=range(900, 940))
         refused = fricid("import", log, "--contract", self.contract, "-o", self.folder)

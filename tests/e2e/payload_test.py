@@ -96,6 +96,13 @@ class Payload(ProgramTest):
             scene = self.write("run.toml", f'extends = "{TINY}"\n' + text)
             self.assert_refused(fricid("run", scene, "-o", self.folder / "run"), r"run\.toml:\d+: " + why)
 
+    def test_swapped_logs(self):
+        bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, LOAD)
+        done = fricid("payload", loaded, bare / "data/train_0.h5")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r"show (1\.9|2)\S* \+- \S+ kg less than those without it: swap the two")
+        self.assertNotIn("payload_kg", done.stdout)
+
     def test_mistakes(self):
         bare = self.simulate("bare", 3)
         log = bare / "data/train_0.h5"

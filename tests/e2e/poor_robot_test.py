@@ -225,6 +225,11 @@ class PoorRobot(ProgramTest):
         for validation in ('["train.csv"]', '["copy.csv"]', '["copy.csv[6:]"]'):
             self.assert_refused(fricid("run", self.scene(self.urdf, validation=validation), "-o", self.out),
                                 r"data\.validation has .*, which is trained on as .*train\.csv", self.out)
+        self.log("validation.csv", "validation")
+        for train in ('["train.csv", "train.csv"]', '["train.csv", "copy.csv"]', '["train.csv[:4]", "train.csv[3:]"]'):
+            self.assert_refused(fricid("run", self.scene(self.urdf, train=train), "-o", self.out),
+                                r"data\.train has .*, whose samples are in .*train\.csv.* too; allowed: each sample once",
+                                self.out)
         parts = self.scene(self.urdf, train='["train.csv[:4.2]"]', validation='["train.csv[4.2:]"]')
         done = fricid("run", parts, "-o", self.out)
         self.assertIn(done.returncode, (0, 1), done.stderr)

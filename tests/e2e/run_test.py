@@ -69,6 +69,23 @@ class WholeJob(ProgramTest):
         self.job("run")
         self.assertEqual(before, {p: p.stat().st_mtime_ns for p in folder.rglob("*.h5")})
 
+    def test_says_why_a_horizon_cannot_rank_models(self):
+        scene = self.tiny(changes={"min_headroom = 1": "min_headroom = 1e9"})
+        folder = self.folder / "run"
+        why = r"(?m)^cannot rank models at 0\.1 s: the best conventional model's MSE .* is needed$"
+        for command in (["run", scene, "-o", folder], ["evaluate", folder]):
+            done = fricid(*command)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertRegex(done.stderr, why)
+
+    def test_says_which_speeds_replace_one_that_is_too_fast(self):
+        scene = self.tiny(changes={"[render]": "[identify]\nmin_speed_rad_s = 20\n[render]"})
+        folder = self.folder / "run"
+        done = fricid("run", scene, "-o", folder)
+        self.assertRegex(done.stderr, r"(?m)^simple_s1: min_speed_rad_s = 20 is too fast for the motion: rows enter from "
+                                      r"[0-9.]+ rad/s of joint_a1, .* of joint_a6$")
+        self.assertIn("min_speed_rad_s = 20 is too fast", (folder / "report.html").read_text())
+
     def test_two_runs_in_one_folder_are_refused(self):
         first = subprocess.Popen([PROGRAM, "run", str(TINY), "-o", str(self.folder / "run")],
                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

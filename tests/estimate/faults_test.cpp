@@ -294,6 +294,41 @@ TEST(Faults, NegativeViscousFrictionIsNotTrusted) {
               testing::ContainsRegex("j2: viscous friction came out negative, -2[.0-9]* [+]- "));
 }
 
+// Friction falls with the speed where the joint is that slow.
+TEST(Faults, NegativeViscousFrictionOfASlowJointNamesTheStribeckCurve) {
+  const auto text =
+      HasSubstr("speeds below 0.2 rad/s lie on the falling part of the Stribeck curve");
+  const Arm arm = coulomb_arm(5e-4);
+  for (const bool slow : {true, false}) {
+    data::Dataset log = make_log(arm, {.peak_speed = slow ? 0.05 : 1.5, .torque_noise = 0.02});
+    log.tau.col(1) -= 8 * signals::make_recording(log, 10).narrow.v.col(1);
+    const std::string said = text_of(fit(arm.robot, {log}).faults);
+    EXPECT_THAT(said, HasSubstr("j2: viscous friction came out negative"));
+    EXPECT_EQ(testing::Matches(text)(said), slow) << said;
+  }
+}
+
+TEST(Faults, ATorqueThatDoesNotVaryIsNamed) {
+  const Arm arm = coulomb_arm(5e-3);
+  data::Dataset log = make_log(arm, {.torque_noise = 0.2});
+  log.tau.col(2).setConstant(1.5);
+  const FitReport report = fit(arm.robot, {log});
+  EXPECT_THAT(text_of(report.faults),
+              HasSubstr("j3: its training torque does not vary; log the torque"));
+  EXPECT_THAT(text_of(report.faults) + report.brief(), testing::Not(HasSubstr("nan")));
+}
+
+TEST(Faults, ASpeedThatTheMotionLacksIsLoweredInWords) {
+  const Arm arm = coulomb_arm(5e-3);
+  const std::vector<data::Dataset> logs{make_log(arm, {})};
+  RigidBodyOptions options;
+  EXPECT_EQ(prepare(arm.robot, options, logs, 2).rigid_body.slower, "");
+  options.min_speed_rad_s = 50;
+  EXPECT_THAT(prepare(arm.robot, options, logs, 2).rigid_body.slower,
+              testing::MatchesRegex("min_speed_rad_s = 50 is too fast for the motion: rows enter "
+                                    "from 0.[0-9]* rad/s of j1, .* rad/s of j3"));
+}
+
 // Too short for the base parameters: nominal values carry them, and the fit says so.
 TEST(Faults, AShortLogTakesTheNominalValues) {
   const Arm arm = coulomb_arm(5e-3);
@@ -362,6 +397,16 @@ TEST(Faults, ASpringThatTheFileLacksIsNamed) {
   const FitReport right = fit(with_spring, {log});
   EXPECT_TRUE(right.usable()) << text_of(right.faults);
   EXPECT_NEAR(right.rigid_body.pi[with_spring.linear_begin()], 60, 1);
+}
+
+TEST(Faults, ASpringOfASlidingJointIsLinear) {
+  Arm arm = coulomb_arm(5e-3);
+  arm.robot.joints[0].type = dynamics::JointType::kPrismatic;
+  data::Dataset log = make_log(arm, {.torque_noise = 0.2});
+  log.tau.col(0) += 200 * log.q.col(0);
+  const std::string said = text_of(fit(arm.robot, {log}).faults);
+  EXPECT_THAT(said, HasSubstr("j1: its force goes with its own position"));
+  EXPECT_THAT(said, HasSubstr("terms = [\"q\"]"));
 }
 
 // The joints reverse about once in the time that the filter remembers either way.

@@ -96,6 +96,33 @@ TEST(MomentumObserver, LeavesOutGapsAndSettlesBehindThem) {
   }
 }
 
+// A push on an arm that stands moves nothing that friction would not.
+TEST(MomentumObserver, WithParticlesFeelsAPushAtRest) {
+  const Arm arm{hanging_kr6(), kr6_friction("lugre")};
+  data::Dataset log = pushed(arm, kNothing, 0);
+  constexpr int kPushed = 1000;
+  log.q.rowwise() = Eigen::RowVectorXd(log.q.row(0));
+  const auto n = static_cast<std::size_t>(arm.robot.n());
+  dynamics::Workspace<double> ws(arm.robot);
+  const std::vector<double> zero(n);
+  std::vector<double> gravity(n);
+  dynamics::rnea<double>(arm.robot, ws,
+                         {arm.robot.pi.data(), static_cast<std::size_t>(arm.robot.pi.size())},
+                         {log.q.row(0).data(), n}, zero, zero, gravity);
+  log.tau.rowwise() = Eigen::Map<const Eigen::RowVectorXd>(gravity.data(), log.tau.cols());
+  log.tau.bottomRows(log.length() - kPushed).rowwise() -= kPush;
+  const LatentNoise noise{.dt = kSamplePeriod,
+                          .q = Eigen::VectorXd::Constant(6, 1e-12),
+                          .v = Eigen::VectorXd::Constant(6, 1e-8),
+                          .z = Eigen::VectorXd::Constant(6, 1e-12),
+                          .R = Eigen::VectorXd::Constant(6, 1.6e-11)};
+  const data::ModelFile model{.name = "model", .label = "model", .arm = arm, .noise = noise};
+  const RowMatrix found =
+      observe_log(model, log, {.bandwidth_hz = kBandwidth, .particles = 50}).tau_ext;
+  for (int j = 0; j < 6; ++j)
+    EXPECT_NEAR(found(found.rows() - 1, j), kPush[j], 0.02 * std::abs(kPush[j])) << j;
+}
+
 // Wrong friction is a contact that is not there.
 TEST(MomentumObserver, TakesWrongFrictionForContact) {
   const Arm truth{hanging_kr6(), kr6_friction("maxwell_slip")},

@@ -120,6 +120,16 @@ TEST(Payload, TwoLogsOfTheSameArmHaveNone) {
   EXPECT_LT(fit.body.m, 0.05);
 }
 
+TEST(Payload, InTheOtherLogIsAFailure) {
+  const Logs bare = simulate(kNone, 1), loaded = simulate(kGripper, 2);
+  const PayloadFit fit = payload_least_squares(bare.robot, flange(bare.robot),
+                                               {&loaded.recording, 1}, {&bare.recording, 1}, {});
+  EXPECT_EQ(fit.outcome, Outcome::kFailed);
+  EXPECT_THAT(fit.message,
+              testing::MatchesRegex("the logs with the load show (4\\.9|5).* kg less than those "
+                                    "without it: swap the two"));
+}
+
 // Oracle: the other way round, from a frame to its link.
 TEST(Payload, IsToldInTheAxesOfItsFrame) {
   const Eigen::Matrix3d R = Eigen::Quaterniond(0.5, -0.1, 0.7, 0.2).normalized().toRotationMatrix();

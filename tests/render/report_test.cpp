@@ -38,6 +38,18 @@ TEST_F(Report, NamesTheBestModelAndItsDistanceFromTheOracle) {
                               "no model here closes this headroom."));
 }
 
+TEST_F(Report, ClaimsNoHeadroomWhereTheTruthIsNoBetter) {
+  edit_evaluation([](evaluate::Evaluation& evaluation) {
+    evaluation.summary[2].ratio_to_oracle.assign(evaluation.horizons_s.size(), 0.75);
+  });
+  const std::string page = this->page();
+  EXPECT_THAT(page, HasSubstr("the squared error of simple is 0.75"));
+  EXPECT_THAT(page, HasSubstr("times as large, so within 1&#8239;s"));
+  EXPECT_THAT(page, HasSubstr("no model can be told to be better."));
+  EXPECT_THAT(page, Not(HasSubstr("smallest possible one")));
+  EXPECT_THAT(page, Not(HasSubstr("headroom.")));
+}
+
 TEST_F(Report, SaysWhatFrictionATorqueBeyondTheGearShows) {
   const auto says = HasSubstr("what is identified is the friction beyond the sensor");
   EXPECT_THAT(page(), Not(says));

@@ -102,9 +102,11 @@ bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
     const Stage stage = make_stage(job, request, shared);
     if (!job.run.perform(stage)) job.say(stage.name + ": up to date");
     const auto fit = data::load<data::FitFile>(job.run.folder().fit(request.id()));
+    if (fit.rigid_body.slower) job.say(fmt::format("{}: {}", id, *fit.rigid_body.slower));
     for (const data::FittedFault& fault : fit.faults)
       job.say(
           fmt::format("{}: {}", id, estimate::in_words({fault.joint, fault.found, fault.remedy})));
+    if (!fit.usable && fit.faults.empty()) job.say(fmt::format("{}: {}", id, fit.message));
     healthy = fit.usable && healthy;
   }
   return healthy;

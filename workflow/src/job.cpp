@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/data/log_part.hpp"
@@ -25,20 +27,50 @@ void refuse_sources_inside(const scene::Problem& problem, const RunFolder& folde
   }
 }
 
-/// @throws UserError when a validation log has samples in common with a training log
+/// A log of the scene, and what tells it from others.
+struct KnownLog {
+  std::string name;
+  data::LogPart part;
+  std::string sha256;
+
+  bool shares_samples_with(const KnownLog& other) const {
+    return part.overlaps(other.part) && sha256 == other.sha256;
+  }
+};
+
+std::vector<KnownLog> known(const scene::Problem& problem, const std::vector<std::string>& logs) {
+  std::vector<KnownLog> found;
+  for (const std::string& log : logs)
+    found.push_back({log, data::log_part(log), sha256_of_file(scene::find_log(problem, log))});
+  return found;
+}
+
+/// @throws UserError when two logs of a key have samples in common
+void refuse_repeated_logs(const scene::Problem& problem, std::string_view key,
+                          const std::vector<KnownLog>& logs) {
+  for (auto log = logs.begin(); log != logs.end(); ++log) {
+    const auto first = std::find_if(logs.begin(), log, [&](const KnownLog& before) {
+      return before.shares_samples_with(*log);
+    });
+    if (first != log)
+      throw UserError("{}: data.{} has {}, whose samples are in {} too; allowed: each sample once",
+                      problem.scene.name, key, log->name, first->name);
+  }
+}
+
+/// @throws UserError when samples count twice: of two logs, or learnt and judged
 void refuse_shared_logs(const scene::Problem& problem) {
-  const scene::DataSection& logs = problem.scene.data;
-  for (const std::string& train : logs.train)
-    for (const std::string& validation : logs.validation) {
-      const data::LogPart learnt = data::log_part(train), judged = data::log_part(validation);
-      if (!learnt.overlaps(judged) || sha256_of_file(scene::find_log(problem, train)) !=
-                                          sha256_of_file(scene::find_log(problem, validation)))
-        continue;
-      throw UserError(
-          "{}: data.validation has {}, which is trained on as {}; allowed: other recordings, or "
-          "parts of one by seconds: train = [\"{}[0:20]\"], validation = [\"{}[20:]\"]",
-          problem.scene.name, validation, train, learnt.file, judged.file);
-    }
+  const std::vector<KnownLog> train = known(problem, problem.scene.data.train),
+                              validation = known(problem, problem.scene.data.validation);
+  refuse_repeated_logs(problem, "train", train);
+  refuse_repeated_logs(problem, "validation", validation);
+  for (const KnownLog& learnt : train)
+    for (const KnownLog& judged : validation)
+      if (learnt.shares_samples_with(judged))
+        throw UserError(
+            "{}: data.validation has {}, which is trained on as {}; allowed: other recordings, or "
+            "parts of one by seconds: train = [\"{}[0:20]\"], validation = [\"{}[20:]\"]",
+            problem.scene.name, judged.name, learnt.name, learnt.part.file, judged.part.file);
 }
 
 /// @param ran  whether the scene is that of a run folder, whose arm was compared with the URDF

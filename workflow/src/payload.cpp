@@ -76,11 +76,13 @@ std::string to_text(const data::PayloadFile& p) {
     for (const double x : values) shown.push_back(fmt::format("{:.4g}", x));
     return fmt::format("[{}]", fmt::join(shown, ", "));
   };
+  const std::string outcome = fmt::format("# {}: {}\n", name_of(p.outcome), p.message);
+  if (p.outcome == data::Outcome::kFailed) return outcome;
   return fmt::format(
-      "# {}: {}\n[robot]\npayload_frame = \"{}\"\npayload_kg = {:.5g}  # +- {:.2g}\n"
+      "{}[robot]\npayload_frame = \"{}\"\npayload_kg = {:.5g}  # +- {:.2g}\n"
       "payload_com = {}  # m, +- {}\npayload_inertia = {}  # kg m^2, +- {}\n",
-      name_of(p.outcome), p.message, p.frame, p.mass, p.mass_error, numbers(p.com),
-      numbers(p.com_error), numbers(p.inertia), numbers(p.inertia_error));
+      outcome, p.frame, p.mass, p.mass_error, numbers(p.com), numbers(p.com_error),
+      numbers(p.inertia), numbers(p.inertia_error));
 }
 
 }  // namespace fricid::workflow

@@ -122,7 +122,7 @@ std::string to_text(const Finding& f, const data::Dataset& d) {
 
 data::DiagnosisFile diagnosis_file(std::span<const Finding> findings, const data::Dataset& d) {
   data::DiagnosisFile file{
-      .data = d.name, .source = d.source, .joints = d.joint_names, .findings = {}};
+      .data = d.name, .source = d.source, .log = {}, .joints = d.joint_names, .findings = {}};
   for (const Finding& f : findings) {
     const KindInfo& kind = info_of(f.kind);
     data::DiagnosedFinding& own = file.findings.emplace_back();

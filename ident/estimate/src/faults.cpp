@@ -17,22 +17,27 @@ constexpr double kPoor = 0.5;       // R2 of a joint's training torque
 constexpr double kSignificant = 4;  // standard errors
 constexpr double kStill = 5e-3;     // [rad or m] of travel within which friction settles
 constexpr double kMostOfFile = 5;   // times the robot's file; usual armatures hold within 4
+constexpr double kSlow = 0.2;       // [rad/s] up to which friction may fall with the speed
+constexpr double kConstant = 1e-9;  // range of a torque, over its size, that is rounding
 
 /// Motion and torque of one joint in the training data.
 struct Seen {
   double travel = 0;        // [rad or m]
+  double speed = 0;         // the largest [rad/s or m/s]
   double torque_range = 0;  // [N m]
+  double torque = 0;        // the largest
 };
 
 Seen look_at(std::span<const signals::Recording> sequences, int j) {
-  double low = kInfinity, high = -kInfinity, least = kInfinity, most = -kInfinity;
+  double low = kInfinity, high = -kInfinity, least = kInfinity, most = -kInfinity, speed = 0;
   for (const signals::Recording& s : sequences) {
     low = std::min(low, s.narrow.q.col(j).minCoeff());
     high = std::max(high, s.narrow.q.col(j).maxCoeff());
+    speed = std::max(speed, s.narrow.v.col(j).cwiseAbs().maxCoeff());
     least = std::min(least, s.filtered_tau.col(j).minCoeff());
     most = std::max(most, s.filtered_tau.col(j).maxCoeff());
   }
-  return {high - low, most - least};
+  return {high - low, speed, most - least, std::max(std::abs(least), std::abs(most))};
 }
 
 /// Greatest friction at low speed that the laws of a joint have there [N m]: of each law the sum of
@@ -90,6 +95,51 @@ std::string more_data(const Prepared& prepared) {
              : "record more and faster motion (`fricid check --design`)";
 }
 
+/// What to do about a joint whose torque is not explained.
+std::string remedy_of_torque(const Prepared& prepared, int j) {
+  const bool guessed = std::ranges::count(prepared.options.guesses.armature, j) > 0;
+  return fmt::format(
+      "{}look for a wrong sign, unit or delay (`fricid check`), a load or coupling missing in the "
+      "robot's file; {}",
+      guessed ? fmt::format("state its armature, robot.armature = {{{} = {:.2g}}} was guessed; ",
+                            prepared.robot.joints[static_cast<std::size_t>(j)].name,
+                            prepared.robot.pi[prepared.robot.armature_begin() + j])
+              : "",
+      more_data(prepared));
+}
+
+/// What is wrong with the torque that a model gives a joint; `found` empty: nothing.
+Fault fault_of_torque(const Prepared& prepared, const FitReport& report, int j, const Seen& seen) {
+  const auto i = static_cast<std::size_t>(j);
+  const std::string& name = prepared.robot.joints[i].name;
+  const bool finite = std::isfinite(report.residual_rms[i]);
+  if (!finite && report.model.arm.friction.model.reads_load())
+    return {name,
+            "its torque has no finite value: friction grows with the load by more than the load",
+            "leave what grows with the load out of the laws of the model; " + more_data(prepared)};
+  if (!finite) return {name, "its torque has no finite value", more_data(prepared)};
+  if (seen.torque_range <= kConstant * seen.torque)
+    return {
+        name, "its training torque does not vary",
+        fmt::format("log the torque of its motor, or exclude it: [robot] hold = [\"{}\"]", name)};
+  if (report.r2[i] >= kPoor) return {};
+  return {name, fmt::format("R2 {:.3g} on its own training torque", report.r2[i]),
+          remedy_of_torque(prepared, j)};
+}
+
+/// What to do about viscous friction below zero.
+std::string remedy_of_viscous(const Prepared& prepared, const dynamics::Joint& joint,
+                              const Seen& seen) {
+  const std::string look = "look for a wrong mount, sign, delay or coupling (`fricid check`)";
+  const double slow = kSlow * dynamics::travel_scale(joint);
+  if (seen.speed > slow) return look + "; " + more_data(prepared);
+  const std::string unit = unit_of_joint("rad/s", slides(joint));
+  return fmt::format(
+      "speeds below {:.2g} {} lie on the falling part of the Stribeck curve: record faster motion, "
+      "the fastest was {:.2g} {}; or {}",
+      slow, unit, seen.speed, unit, look);
+}
+
 }  // namespace
 
 std::string in_words(const Fault& fault) {
@@ -133,19 +183,8 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
                       prepared.rigid_body.slow[j], prepared.rigid_body.fast[j],
                       unit_of_joint("rad/s", slides(joint))),
           "record other speeds too (`fricid check --design`)");
-    if (!std::isfinite(report.residual_rms[i]) && friction.reads_load())
-      add("its torque has no finite value: friction grows with the load by more than the load",
-          "leave what grows with the load out of the laws of the model; " + more_data(prepared));
-    else if (!(report.r2[i] >= kPoor))
-      add(fmt::format("R2 {:.3g} on its own training torque", report.r2[i]),
-          fmt::format(
-              "{}look for a wrong sign, unit or delay (`fricid check`), a load or coupling "
-              "missing in the robot's file; {}",
-              guessed ? fmt::format(
-                            "state its armature, robot.armature = {{{} = {:.2g}}} was guessed; ",
-                            joint.name, prepared.robot.pi[prepared.robot.armature_begin() + j])
-                      : "",
-              more_data(prepared)));
+    if (Fault fault = fault_of_torque(prepared, report, j, seen); !fault.found.empty())
+      faults.push_back(std::move(fault));
     if (i < report.couplings.size() && matters(report.couplings[i], report.r2[i]))
       add(fmt::format("friction depends on the speed of {} too ({:.0f} % of the residual)",
                       name_of_other(report.couplings[i], prepared.robot),
@@ -188,8 +227,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
       add(fmt::format("viscous friction came out negative, {:.2g} +- {:.1g} {}",
                       prepared.rigid_body.Fv_beside[j], prepared.rigid_body.Fv_se[j],
                       unit_of_joint("N m s/rad", slides(joint))),
-          "look for a wrong mount, sign, delay or coupling (`fricid check`); " +
-              more_data(prepared));
+          remedy_of_viscous(prepared, joint, seen));
     if (i < report.joints.size() && report.joints[i].outcome == Outcome::kFailed)
       add("friction: " + report.joints[i].message, more_data(prepared));
   }

@@ -133,6 +133,7 @@ RigidBodyFit beside_law(RigidBodyFit fit, const RigidBodyFit& linear) {
         &RigidBodyFit::offset_se, &RigidBodyFit::Fc_beside, &RigidBodyFit::Fv_beside})
     fit.*part = linear.*part;
   fit.prior = linear.prior;
+  fit.slower = linear.slower;
   fit.without_inertia = linear.without_inertia;
   return fit;
 }
@@ -242,12 +243,15 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
 }
 
 std::string FitReport::brief() const {
-  double r2_mean = 0;
-  for (const double value : r2) r2_mean += value / static_cast<double>(r2.size());
-  return fmt::format(
-      "{} seed {}: {}{}, R2 {:.4f} on training torque, {} parameters, {:.1f} s{}", model.name,
-      model.seed, usable() ? "" : "NOT TO BE TRUSTED: ", name_of(outcome), r2_mean,
-      model.free_parameters, seconds, fitted_to ? ", fitted to " + data::in_words(*fitted_to) : "");
+  double sum = 0, finite = 0;
+  for (const double value : r2)
+    if (std::isfinite(value)) sum += value, finite += 1;
+  const std::string explained =
+      finite > 0 ? fmt::format("R2 {:.4f} on training torque", sum / finite) : "no finite torque";
+  return fmt::format("{} seed {}: {}{}, {}, {} parameters, {:.1f} s{}", model.name, model.seed,
+                     usable() ? "" : "NOT TO BE TRUSTED: ", name_of(outcome), explained,
+                     model.free_parameters, seconds,
+                     fitted_to ? ", fitted to " + data::in_words(*fitted_to) : "");
 }
 
 double smoothing_speed(const dynamics::RobotModel& robot,

@@ -9,24 +9,26 @@ namespace fricid::estimate {
 namespace {
 
 data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit, const dynamics::RobotModel& robot) {
-  data::FittedRigidBody body{.outcome = fit.outcome,
-                             .message = fit.message,
-                             .prior = fit.prior,
-                             .held_armatures = {},
-                             .mended_links = robot.mended_links,
-                             .condition = fit.condition,
-                             .rows = fit.rows,
-                             .rows_total = fit.rows_total,
-                             .equations = fit.equations,
-                             .sigma = fit.sigma,
-                             .Fc = fit.Fc,
-                             .Fv = fit.Fv,
-                             .offset = fit.offset,
-                             .Fc_se = fit.Fc_se,
-                             .Fv_se = fit.Fv_se,
-                             .offset_se = fit.offset_se,
-                             .law_factor = fit.law_factor,
-                             .base = {}};
+  data::FittedRigidBody body{
+      .outcome = fit.outcome,
+      .message = fit.message,
+      .prior = fit.prior,
+      .slower = fit.slower.empty() ? std::nullopt : std::optional(fit.slower),
+      .held_armatures = {},
+      .mended_links = robot.mended_links,
+      .condition = fit.condition,
+      .rows = fit.rows,
+      .rows_total = fit.rows_total,
+      .equations = fit.equations,
+      .sigma = fit.sigma,
+      .Fc = fit.Fc,
+      .Fv = fit.Fv,
+      .offset = fit.offset,
+      .Fc_se = fit.Fc_se,
+      .Fv_se = fit.Fv_se,
+      .offset_se = fit.offset_se,
+      .law_factor = fit.law_factor,
+      .base = {}};
   for (const JointInertia& found : fit.without_inertia)
     body.held_armatures.push_back(
         {.joint = robot.joints[static_cast<std::size_t>(found.joint)].name,

@@ -81,6 +81,10 @@ void warn_of_regression(const data::FittedRigidBody& rigid, const std::string& n
     warnings.push_back({name, fmt::format("condition of the regression {:.3g}", rigid.condition),
                         "some base parameters are poorly determined; see their standard errors",
                         "design the excitation anew, move more, or record longer"});
+  if (rigid.slower)
+    warnings.push_back({name, *rigid.slower,
+                        "the speed asked for would have left too few rows of these joints",
+                        "lower `min_speed_rad_s`, or record faster motion"});
   std::vector<std::string> few;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     if (j >= rigid.rows.size() || j >= rigid.rows_total.size()) break;

@@ -19,6 +19,7 @@ namespace {
 constexpr double kTimeConstants = 5;  // within which the low-pass settles
 constexpr double kSlid = 1e-3;        // [rad or m] in a gap, beyond which friction has changed
 constexpr double kSettling = 5e-3;    // [rad or m] of travel within which friction settles
+constexpr double kRest = 0.5;         // [s] within so little travel: the arm stands
 
 /// Which joints know their torque again after a gap.
 class Settling {
@@ -44,6 +45,23 @@ class Settling {
  private:
   double samples_, since_ = std::numeric_limits<double>::infinity();
   Eigen::RowVectorXd begin_, travel_;  // still to come from there
+};
+
+/// Whether the arm stands: no joint has left where it was for some time.
+class Rest {
+ public:
+  explicit Rest(double dt) : samples_(kRest / dt) {}
+
+  bool step(const Eigen::RowVectorXd& q) {
+    const bool stays = at_.size() > 0 && (q - at_).cwiseAbs().maxCoeff() < kSettling;
+    if (!stays) at_ = q;
+    since_ = stays ? since_ + 1 : 0;
+    return since_ >= samples_;
+  }
+
+ private:
+  double samples_, since_ = 0;
+  Eigen::RowVectorXd at_;
 };
 
 }  // namespace
@@ -82,6 +100,7 @@ data::ContactSignals observe_log(const data::ModelFile& model, const data::Datas
     return log.q.row(k).allFinite() && (k == 0 || log.tau.row(k - 1).allFinite());
   };
   Settling settling(n, log.dt(), options.bandwidth_hz);
+  Rest rest(log.dt());
   int last_whole = -1;
   for (int k = 0; k < T; ++k) {
     if (k % 1000 == 0) throw_if_stopped();
@@ -95,9 +114,10 @@ data::ContactSignals observe_log(const data::ModelFile& model, const data::Datas
       last_whole = k;
       settling.step(log.q.row(k));
       std::span<const double> r;
-      if (filter) {
+      // at rest the filter would take a push for friction, which holds the arm in both cases
+      if (const bool stands = rest.step(log.q.row(k)); filter && !stands) {
         const Eigen::VectorXd& tau_f = filter->estimate().tau_f;  // at the sample before
-        r = observer.step_with(tau, q, {tau_f.data(), static_cast<std::size_t>(n)});
+        r = observer.step_with(tau, q, temperature, {tau_f.data(), static_cast<std::size_t>(n)});
       } else {
         r = observer.step(tau, q, temperature);
       }

@@ -108,8 +108,9 @@ std::span<const double> MomentumObserver::step(std::span<const double> tau,
 
 std::span<const double> MomentumObserver::step_with(std::span<const double> tau,
                                                     std::span<const double> q,
+                                                    std::span<const double> temperature,
                                                     std::span<const double> tau_f) {
-  measure(tau, q);
+  if (measure(tau, q)) follower_->follow(q_, mean_v_, mean_tau_, temperature);
   std::ranges::copy(tau_f, tau_f_.begin());
   return advance(tau, q);
 }

@@ -91,6 +91,17 @@ Springs find_springs(const StackedByJoint& all, Eigen::VectorXd sigma) {
   return springs;
 }
 
+/// A joint that slides has no angle: what depends on its position is a spring or an offset.
+Fault spring_at(const dynamics::Joint& joint) {
+  const bool slides = dynamics::slides(joint);
+  return {joint.name,
+          fmt::format("its {} goes with its own {} more than gravity and inertia explain",
+                      slides ? "force" : "torque", slides ? "position" : "angle"),
+          fmt::format("a spring, counterbalance or cable that the robot's file lacks: "
+                      "[[robot.torque]] joint = \"{}\", terms = [{}]",
+                      joint.name, slides ? "\"q\"" : "\"q\", \"sin(q)\", \"cos(q)\"")};
+}
+
 /// Log of the share of the torque's variance that a regression leaves, in sum over the joints.
 double log_unexplained(std::span<const signals::Recording> recordings, const RigidBodyFit& fit) {
   double sum = 0;
@@ -238,12 +249,7 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   const auto name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
   if (springs.gain > scales.gain) {
     for (const int j : springs.joints)
-      faults.push_back({name(j),
-                        "its torque goes with its own angle more than gravity and inertia explain",
-                        fmt::format("a spring, counterbalance or cable that the robot's file "
-                                    "lacks: [[robot.torque]] joint = \"{}\", terms = [\"q\", "
-                                    "\"sin(q)\", \"cos(q)\"]",
-                                    name(j))});
+      faults.push_back(spring_at(robot.joints[static_cast<std::size_t>(j)]));
   } else if (scales.gain > kGain) {
     for (const int j : scaled_joints(scales))
       faults.push_back(

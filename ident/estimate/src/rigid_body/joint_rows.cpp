@@ -20,11 +20,12 @@ using dynamics::LinearTorque;
 
 constexpr int kWeighings = 12;  // by the noise of the joints
 
-/// The robot with a spring at every joint beside gravity.
+/// The robot with a spring at every joint beside gravity; linear where it slides.
 dynamics::RobotModel with_springs(dynamics::RobotModel robot) {
   using enum LinearTorque::Shape;
   for (int j = 0; j < robot.n(); ++j)
     for (const LinearTorque::Shape shape : {kLinear, kSin, kCos}) {
+      if (shape != kLinear && slides(robot.joints[static_cast<std::size_t>(j)])) continue;
       const auto is_it = [&](const LinearTorque& torque) {
         return torque.joint == j && torque.shape == shape && torque.k == 1;
       };

@@ -6,8 +6,10 @@
 #include <limits>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "rigid_body/inertia_prior.hpp"
@@ -299,6 +301,20 @@ std::string undetermined(const RigidBodyFit& fit) {
              : fit.message;
 }
 
+/// See `RigidBodyFit::slower`. The usual speed is lowered as a matter of course.
+std::string slower_than_asked(const dynamics::RobotModel& robot, const RigidBodyOptions& options,
+                              const std::vector<double>& least_speed) {
+  if (options.min_speed_rad_s == RigidBodyOptions{}.min_speed_rad_s) return {};
+  std::vector<std::string> slower;
+  for (std::size_t j = 0; j < least_speed.size(); ++j)
+    if (const dynamics::Joint& joint = robot.joints[j]; least_speed[j] < options.min_speed_rad_s)
+      slower.push_back(fmt::format("{:.2g} {} of {}", least_speed[j],
+                                   unit_of_joint("rad/s", slides(joint)), joint.name));
+  if (slower.empty()) return {};
+  return fmt::format("min_speed_rad_s = {:.3g} is too fast for the motion: rows enter from {}",
+                     options.min_speed_rad_s, fmt::join(slower, ", "));
+}
+
 }  // namespace
 
 bool RigidBodyFit::moves_at_one_speed(int joint) const {
@@ -341,6 +357,7 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
     fit.without_inertia = without;
   }
   fit.prior = why;
+  fit.slower = slower_than_asked(robot, options, fit.least_speed);
   fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return fit;
 }

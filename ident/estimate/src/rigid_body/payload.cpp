@@ -27,14 +27,14 @@ constexpr double kGrowth = 0.1;  // sd of friction over the torque of the motor,
 // A load so wide that it only decides what the data leave open: a ton, a metre away.
 Vector10 widest() { return Vector10{{1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3}}; }
 
-/// Unknowns: arm (p), friction without (3 n), friction with (3 n), the bend of its viscous curve
-/// (n), its growth with the torque (n), load (10).
+/// Unknowns: arm (p), friction without (5 n), friction with (5 n), load (10). Friction is that of
+/// the regression (3 n), the bend of its viscous curve (n) and its growth with the torque (n).
 struct Columns {
   int p, n;
-  int friction(bool with) const { return p + (with ? 3 * n : 0); }
-  int bend() const { return p + 6 * n; }
-  int growth() const { return bend() + n; }
-  int load() const { return growth() + n; }
+  int friction(bool with) const { return p + (with ? 5 * n : 0); }
+  int bend(bool with) const { return friction(with) + 3 * n; }
+  int growth(bool with) const { return friction(with) + 4 * n; }
+  int load() const { return p + 10 * n; }
   int size() const { return load() + kLoad; }
 };
 
@@ -57,16 +57,17 @@ Regression joined(const Columns& at, int link, const Regression& without, const 
   return all;
 }
 
-// What friction has in common in both logs: a viscous curve that is no line, and growth of the
+// Friction that is not in the regression: a viscous curve that is no line, and growth of the
 // Coulomb friction with the torque of the motor.
 // @param tau  (N) that torque
 void set_curves(const Columns& at, const Eigen::VectorXd& tau, Regression& all) {
   for (Eigen::Index r = 0; r < tau.size(); ++r) {
     const int group = all.joint[static_cast<std::size_t>(r)], j = group % at.n;
-    const int friction = at.friction(group >= at.n) + j;
+    const bool with = group >= at.n;
+    const int friction = at.friction(with) + j;
     const double coulomb = all.rows(r, friction), v = all.rows(r, friction + at.n);
-    all.rows(r, at.bend() + j) = std::copysign(std::sqrt(std::abs(v)), v);
-    all.rows(r, at.growth() + j) = std::abs(tau[r]) * coulomb;
+    all.rows(r, at.bend(with) + j) = std::copysign(std::sqrt(std::abs(v)), v);
+    all.rows(r, at.growth(with) + j) = std::abs(tau[r]) * coulomb;
   }
 }
 
@@ -76,7 +77,8 @@ Eigen::MatrixXd wide_precision(const Columns& at, const dynamics::Nominal& nomin
   const Eigen::MatrixXd pull = weak_pull(nominal.robot, nominal.guesses);
   precision.topLeftCorner(at.p, at.p) = pull.transpose() * pull;
   precision.diagonal().head(at.load()).array() += 1e-12;  // linear torques and friction not excited
-  precision.diagonal().segment(at.growth(), at.n).setConstant(1 / (kGrowth * kGrowth));
+  for (const bool with : {false, true})
+    precision.diagonal().segment(at.growth(with), at.n).setConstant(1 / (kGrowth * kGrowth));
   precision.diagonal().tail(kLoad) = widest().cwiseAbs2().cwiseInverse();
   return precision;
 }
@@ -113,6 +115,35 @@ Vector10 ball(double mass) {
   constexpr double kRadius = 0.1, kLightest = 1e-3;
   const double m = std::max(mass, kLightest), I = 0.4 * m * kRadius * kRadius;
   return Vector10{{m, 0, 0, 0, I, 0, I, 0, 0, I}};
+}
+
+// Outcome and message of a solution.
+void judge(Eigen::Index equations, PayloadFit& fit) {
+  constexpr double kDetermined = 0.5;  // of the size
+  constexpr double kSeen = 3;          // standard errors of the mass
+  const auto lost = (fit.standard_error.array() > kDetermined * fit.size.array()).count();
+  const double lighter = -fit.free[0], error = fit.standard_error[0];
+  if (!fit.pi.allFinite() || !fit.standard_error.allFinite()) {
+    fit.message = "no finite solution";
+    return;
+  }
+  if (lighter > kSeen * error) {
+    fit.message = fmt::format(
+        "the logs with the load show {:.3g} +- {:.1g} kg less than those without it: swap the two",
+        lighter, error);
+    return;
+  }
+  fit.outcome = lost > 0 ? Outcome::kIllConditioned : Outcome::kConverged;
+  if (fit.body.m < kSeen * fit.body_error.m)
+    fit.message =
+        fmt::format("no load is seen: mass {:.2g} +- {:.2g} kg", fit.body.m, fit.body_error.m);
+  else if (lost > 0)
+    fit.message = fmt::format(
+        "{} of 10 parameters have a standard error above half of their size: turn the load about "
+        "more axes",
+        lost);
+  else
+    fit.message = fmt::format("{} equations", equations);
 }
 
 }  // namespace
@@ -168,22 +199,7 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   fit.body = dynamics::body_of(fit.pi);
   fit.body_error = {error[0], error.segment<3>(1), symmetric(error.tail<6>())};
 
-  const bool finite = fit.pi.allFinite() && fit.standard_error.allFinite();
-  constexpr double kDetermined = 0.5;  // of the size
-  constexpr double kSeen = 3;          // standard errors of the mass
-  const auto lost = (fit.standard_error.array() > kDetermined * fit.size.array()).count();
-  fit.outcome = !finite    ? Outcome::kFailed
-                : lost > 0 ? Outcome::kIllConditioned
-                           : Outcome::kConverged;
-  fit.message =
-      !finite ? "no finite solution"
-      : fit.body.m < kSeen * fit.body_error.m
-          ? fmt::format("no load is seen: mass {:.2g} +- {:.2g} kg", fit.body.m, fit.body_error.m)
-      : lost > 0 ? fmt::format(
-                       "{} of 10 parameters have a standard error above half of "
-                       "their size: turn the load about more axes",
-                       lost)
-                 : fmt::format("{} equations", data.tau.size());
+  judge(data.tau.size(), fit);
   return fit;
 }
 

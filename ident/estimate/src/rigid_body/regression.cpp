@@ -101,11 +101,12 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
   const int n = robot.n(), p = robot.parameter_count();
   fit.rows.assign(static_cast<std::size_t>(n), 0);
   fit.rows_total = fit.equations = fit.rows;
+  fit.least_speed.clear();
 
-  std::vector<double> speed, memory;
+  std::vector<double> memory;
   for (int j = 0; j < n; ++j) {
-    speed.push_back(least_speed(sequences, j, options.min_speed_rad_s));
-    memory.push_back(memory_of(sequences, j, speed.back(), options));
+    fit.least_speed.push_back(least_speed(sequences, j, options.min_speed_rad_s));
+    memory.push_back(memory_of(sequences, j, fit.least_speed.back(), options));
   }
 
   // Count, then fill.
@@ -116,7 +117,7 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
     const int every = signals::decimation(s.dt, options.cutoff_hz);
     for (int j = 0; j < n; ++j) {
       const auto at = static_cast<std::size_t>(j);
-      used[i].push_back(sliding_rows(s, j, speed[at], memory[at]));
+      used[i].push_back(sliding_rows(s, j, fit.least_speed[at], memory[at]));
       fit.rows_total[at] += s.length();
       for (int k = 0; k < s.length(); ++k) {
         if (!used[i][at][static_cast<std::size_t>(k)]) continue;

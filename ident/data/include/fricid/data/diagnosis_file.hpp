@@ -1,6 +1,7 @@
 // What is wrong with a recording: the files data/NAME.doctor.json of a run folder.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -87,6 +88,7 @@ struct DiagnosisFile {
   static constexpr std::string_view kFormat = "fricid.doctor/1";
 
   std::string data, source;
+  std::optional<std::string> log;  ///< that was imported by itself
   std::vector<std::string> joints;
   std::vector<DiagnosedFinding> findings;
 
@@ -94,6 +96,7 @@ struct DiagnosisFile {
   void visit(Archive& archive) {
     archive("data", data, text("name of the recording"));
     archive("source", source, text("where its samples come from"));
+    archive("log", log, text("path of the log, of `fricid import` alone"));
     archive("joints", joints, text("names of its joints"));
     archive.sections("findings", findings,
                      "those of the times first, then of signals and dynamics");

@@ -118,6 +118,7 @@ struct FittedRigidBody {
   Outcome outcome = Outcome::kFailed;
   std::string message;
   std::string prior;  ///< why the nominal values entered; empty: they did not
+  std::optional<std::string> slower;
   std::vector<HeldArmature> held_armatures;
   std::vector<std::string> mended_links;
   double condition = 0;
@@ -133,6 +134,8 @@ struct FittedRigidBody {
     archive("outcome", outcome, choice("how the regression ended"));
     archive("message", message, text("the same in words"));
     archive("prior", prior, text("why nominal values entered as a prior; empty: they did not"));
+    archive("slower", slower,
+            text("speeds of rows of joints that are too slow for the min_speed_rad_s asked for"));
     archive.sections("held_armatures", held_armatures,
                      "joints whose torque shows no inertia: the armature is held");
     archive("mended_links", mended_links, kMendedLinks);

@@ -12,7 +12,7 @@ namespace fricid::estimate {
 struct ObserverOptions {
   double bandwidth_hz = 10;
   /// 0: friction follows the measured motion in open loop; else so many particles (OnlineEstimator)
-  /// estimate its states.
+  /// estimate its states while the arm moves.
   int particles = 0;
   std::uint64_t seed = 1;
 };
@@ -20,6 +20,8 @@ struct ObserverOptions {
 /// The momentum observer of a model over a log, from its first sample; at the joints. Where
 /// positions or torques are missing it is restarted behind them; its results are NaN until it has
 /// settled: for five of its time constants and, for a joint that moved meanwhile, within 5 mrad.
+/// While no joint leaves 5 mrad for half a second, particles cannot tell a push from friction: it
+/// follows the motion there as without them.
 /// @throws UserError when the joints differ, or particles have no noise model; Stopped on Ctrl-C
 data::ContactSignals observe_log(const data::ModelFile& model, const data::Dataset& log,
                                  const ObserverOptions& options);

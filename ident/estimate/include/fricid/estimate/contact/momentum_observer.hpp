@@ -41,8 +41,10 @@ class MomentumObserver {
   std::span<const double> step(std::span<const double> tau, std::span<const double> q,
                                std::span<const double> temperature);
 
-  /// The same with the friction torque at the last sample (n) [N m] from elsewhere.
+  /// The same with the friction torque at the last sample (n) [N m] from elsewhere; the state of
+  /// the friction follows the motion on.
   std::span<const double> step_with(std::span<const double> tau, std::span<const double> q,
+                                    std::span<const double> temperature,
                                     std::span<const double> tau_f);
 
   /// The next sample is a first one, since samples are missing before it: r begins at zero, the

@@ -28,6 +28,8 @@ struct RigidBodyFit {
   Outcome outcome = Outcome::kFailed;
   std::string message = "rigid_body_least_squares was not called";
   std::string prior;  ///< why the nominal values entered as a prior; empty: they did not
+  /// Speeds above which rows of joints entered that are too slow for the one asked for; empty: none
+  std::string slower;
   /// Joints that the torque gives no inertia, within a standard error, and less than nominal:
   /// friction that lags behind the speed, or a delay, looks like a negative one. The armature of
   /// each is held in `pi`, since a link without inertia cannot be simulated: at its nominal value,
@@ -45,11 +47,12 @@ struct RigidBodyFit {
   double condition = 0;           ///< of the weighted observation matrix, columns of unit length
 
   std::vector<int> rows,
-      rows_total;                  ///< (n) samples used and available per joint at the log's rate
-  std::vector<int> equations;      ///< (n) rows of the regression after decimation
-  Eigen::VectorXd slow, fast;      ///< (n) speeds of all but a tenth of a joint's rows [rad/s]
-  Eigen::VectorXd sigma;           ///< (n) standard deviation of the residual [N m]
-  Eigen::VectorXd Fc, Fv, offset;  ///< (n) linear friction [N m], [N m s/rad], [N m]
+      rows_total;                   ///< (n) samples used and available per joint at the log's rate
+  std::vector<int> equations;       ///< (n) rows of the regression after decimation
+  std::vector<double> least_speed;  ///< (n) above which rows entered [rad/s]
+  Eigen::VectorXd slow, fast;       ///< (n) speeds of all but a tenth of a joint's rows [rad/s]
+  Eigen::VectorXd sigma;            ///< (n) standard deviation of the residual [N m]
+  Eigen::VectorXd Fc, Fv, offset;   ///< (n) linear friction [N m], [N m s/rad], [N m]
   Eigen::VectorXd Fc_se, Fv_se, offset_se;
   /// (n) Coulomb and viscous friction of the same regression beside `pi`, which moves them where
   /// the unconstrained estimate is no body

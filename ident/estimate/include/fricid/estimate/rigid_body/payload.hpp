@@ -40,8 +40,8 @@ struct PayloadFit {
 ///     tau = Y(q, v, a) pi + Y_L(q, v, a) phi + friction'    with it
 ///
 /// for phi, the ten parameters of the load beside the link L that carries it (Khalil, Gautier &
-/// Lemoine, ICRA 2007). The arm is the same in both. Friction is Coulomb, viscous and an offset in
-/// either, since temperature changes it, and in both the same
+/// Lemoine, ICRA 2007). The arm is the same in both. Friction is each log's own, since temperature
+/// changes it: Coulomb, viscous, an offset and
 ///
 ///     b sqrt(|v|) sgn(v) + mu |tau| sgn(v)
 ///
@@ -49,7 +49,8 @@ struct PayloadFit {
 /// the load. The first pass is without it. By the measured torque an axis that is mostly friction
 /// would be explained by itself, with mu = 1, and say nothing of the load. What of
 /// the arm neither log shows stays near the nominal values, and phi does not depend on it. `pi` of
-/// the result is the body nearest to phi in the metric of its covariance.
+/// the result is the body nearest to phi in the metric of its covariance. A mass clearly below zero
+/// is a failure: the load is in the other log.
 /// @param frame  that carries the load; not of the base
 /// @throws UserError when the frame does not move
 PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynamics::Frame& frame,
