@@ -57,6 +57,8 @@ TEST_F(LogPartTest, PartsOfALogHaveNoSampleInCommonAndNoneIsLost) {
   EXPECT_EQ(cut(d, log_part("x"), "x").length(), 10);
   EXPECT_EQ(message_of([&] { cut(d, log_part("x[7:]"), "x"); }),
             "x: 0 samples from 7 to inf s; the log has 0.9 s");
+  EXPECT_EQ(message_of([&] { cut(d, log_part("x[0.4:2]"), "x"); }),
+            "x: a part that ends at 2 s; the log has 1 s");
 }
 
 TEST_F(LogPartTest, WeldedJointsLeaveALogThatHasThemAtRest) {

@@ -38,7 +38,7 @@ TEST(DoctorCalibration, FindsDamageOfEveryKindAndNoneWhereThereIsNone) {
       }
     }
   }
-  EXPECT_EQ(damaged, 3 * 26);
+  EXPECT_EQ(damaged, 3 * 27);
   EXPECT_GE(found, 74);  // 95 %
   EXPECT_LE(others, 4);
 }

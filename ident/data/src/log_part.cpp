@@ -129,6 +129,11 @@ int samples_in_common(const Dataset& dataset, const Dataset& other) {
 
 Dataset cut(const Dataset& d, const LogPart& part, const std::string& where) {
   if (d.length() == 0) return d;
+  constexpr double kPastEnd = 0.01;  // of the log's length: lengths are rounded
+  const double seconds_of_log = d.t[d.length() - 1] - d.t[0] + d.dt();
+  if (std::isfinite(part.to_s) && part.to_s > (1 + kPastEnd) * seconds_of_log)
+    throw UserError("{}: a part that ends at {} s; the log has {:.4g} s", where, part.to_s,
+                    seconds_of_log);
   // half a sample of tolerance: times are rounded
   const double begin = d.t[0] - d.dt() / 2;
   const auto row_at = [&](double seconds) {

@@ -73,9 +73,11 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
       mended.push_back(kind);
   data::Dataset even = mended.empty() ? d : repair(d, findings, mended);
   for (data::RowMatrix* x : {&even.q, &even.tau, &even.v}) bridge(*x);
-  for (const Finding& f : findings)
-    if (f.kind == FindingKind::kStuck && f.signal != "v")
+  for (const Finding& f : findings) {
+    const bool slips = f.kind == FindingKind::kJump && !can_be_repaired(f);
+    if (slips || (f.kind == FindingKind::kStuck && f.signal != "v"))
       leave_out(f.signal == "q" ? even.q : even.tau, f, even.t);
+  }
   const std::size_t before = findings.size();
   check_dynamics(even, robot, findings);
   std::vector<FindingKind> misnamed;

@@ -21,8 +21,9 @@ constexpr double kZero = 0.03;        // of the root mean square of a joint's to
 // What friction bears at rest, in Coulomb friction: of any torque; where all torques are zero,
 // which motors that are on seldom give.
 constexpr double kBorne = 3, kBorneOff = 1.5;
-constexpr double kSigmas = 6;   // standard deviations of the regression
-constexpr double kBetween = 2;  // [s] of runs that are one
+constexpr double kSigmas = 6;    // standard deviations of the regression
+constexpr double kMargin = 0.3;  // [s] about a run, in which a brake closes
+constexpr double kBetween = 2;   // [s] of runs that are one
 constexpr std::size_t kNamed = 4;
 
 /// First and last sample.
@@ -64,6 +65,10 @@ class Times {
       runs_.push_back(run);
     }
     log_ = &r;
+    if (runs_.size() == 1) {
+      before_ = std::max(0.0, runs_[0].first * r.dt - kMargin);
+      after_ = runs_[0].last * r.dt + kMargin;
+    }
     words_.push_back(fmt::format("{:.4g} to {:.4g} s of {}", r.log.t[runs_.back().first],
                                  r.log.t[runs_.back().last], r.log.name));
   }
@@ -75,9 +80,16 @@ class Times {
         fmt::join(words_.begin(), words_.begin() + static_cast<std::ptrdiff_t>(named), ", "),
         words_.size() > named ? fmt::format(" and {} times more", words_.size() - named) : "");
   }
+  /// The first of them cut out.
+  std::string remedy() const {
+    return fmt::format(
+        "leave that time out: train = [\"LOG[:{:.4g}]\", \"LOG[{:.4g}:]\"] in [data]", before_,
+        after_);
+  }
 
  private:
   std::vector<Run> runs_;
+  double before_ = 0, after_ = 0;  // [s] from the start of the log
   std::vector<std::string> words_;
   const signals::Recording* log_ = nullptr;
 };
@@ -124,20 +136,18 @@ std::vector<Fault> find_undriven(const dynamics::RobotModel& robot,
         moved.add(r, run);
     }
   }
-  constexpr const char* kRemedy =
-      "leave that time out: train = [{file = .., from = .., to = ..}, ..] in [data]";
   std::vector<Fault> faults;
   if (!held.empty())
     faults.push_back({"",
                       "the arm stands and the torque is not what holds it: a brake, a stop or "
                       "drives that are off, " +
                           held.words(),
-                      kRemedy});
+                      held.remedy()});
   if (!moved.empty())
     faults.push_back(
         {"",
          "the arm moves and every torque is zero: drives that are off, or a hand, " + moved.words(),
-         kRemedy});
+         moved.remedy()});
   return faults;
 }
 
