@@ -27,10 +27,21 @@ struct Logs {
   signals::Recording recording;
 };
 
+/// Friction of gears that are warm: less of it, and it grows less with the load.
+void warm_up(friction::Friction& friction) {
+  for (std::size_t i = 0; i < friction.theta.size(); ++i) {
+    const friction::ParameterRef& parameter = friction.model.parameters()[i];
+    if (friction::is_torque(parameter.info.role)) friction.theta[i] *= 0.6;
+    if (parameter.symbol.starts_with("mu")) friction.theta[i] *= 0.5;
+  }
+}
+
 /// 31 s of the KR 6 with the friction of a scene.
-Logs simulate(const Load& load, std::uint64_t seed, const char* scene = "kr6_lugre") {
+Logs simulate(const Load& load, std::uint64_t seed, const char* scene = "kr6_lugre",
+              bool warm = false) {
   scene::Scene s = scene::load_scene(source_dir() / fmt::format("scenes/{}.toml", scene));
   s.seed = seed;
+  if (warm) warm_up(*s.friction);
   s.excitation.train = s.excitation.repeats = 1;
   s.excitation.validation = 0;
   s.excitation.criterion = sim::Criterion::kNone;
@@ -98,6 +109,16 @@ TEST(Payload, IsFoundUnderFrictionThatGrowsWithTheLoad) {
     for (int k = 0; k < 3; ++k)
       EXPECT_NEAR(fit.body.c[k], load.com[static_cast<std::size_t>(k)], 2e-3) << scene << ' ' << k;
   }
+}
+
+TEST(Payload, IsFoundUnderFrictionThatHasWarmed) {
+  const Load load{2.5, {0.02, -0.01, 0.08}, {0.012, 0.014, 0.008, 0.001, 0, -0.001}};
+  const Logs bare = simulate(kNone, 1, "kr6_load"), loaded = simulate(load, 2, "kr6_load", true);
+  const PayloadFit fit = payload_least_squares(bare.robot, flange(bare.robot), {&bare.recording, 1},
+                                               {&loaded.recording, 1}, {});
+  EXPECT_NEAR(fit.body.m, load.kg, 0.01 * load.kg);
+  for (int k = 0; k < 3; ++k)
+    EXPECT_NEAR(fit.body.c[k], load.com[static_cast<std::size_t>(k)], 2e-3) << k;
 }
 
 // A small weight has hardly any inertia about itself: free estimates of it are those of no body.
