@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "rigid_body/information.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -20,52 +23,79 @@ struct Log {
   Solution alone;
 };
 
-/// The rows of some recordings, the friction of each in columns of its own where asked for.
-StackedByJoint rows_of(const StackedByJoint& all, std::span<const int> sequences,
-                       bool own_friction) {
-  const Eigen::Index friction = all.plain - all.base;
-  const auto copies = own_friction ? std::ssize(sequences) : 1;
-  StackedByJoint out;
-  out.base = all.base;
-  out.size = out.plain = all.base + copies * friction;
-  for (const JointRows& joint : all.joints) {
-    Columns chosen;
-    std::vector<std::ptrdiff_t> copy;
-    for (std::size_t i = 0; i < joint.at.size(); ++i) {
-      const int sequence = all.sequence[static_cast<std::size_t>(joint.at[i])];
-      const auto found = std::ranges::find(sequences, sequence);
-      if (found == sequences.end()) continue;
+/// Normal equations of one recording's rows of a joint on the first columns.
+JointRows rows_of(const JointRows& joint, const std::vector<int>& sequence, int recording,
+                  Eigen::Index columns) {
+  Columns chosen;
+  for (std::size_t i = 0; i < joint.at.size(); ++i)
+    if (sequence[static_cast<std::size_t>(joint.at[i])] == recording)
       chosen.push_back(static_cast<Eigen::Index>(i));
-      copy.push_back(own_friction ? found - sequences.begin() : 0);
-    }
-    JointRows rows;
-    rows.at = chosen;
-    rows.X.setZero(std::ssize(chosen), out.size);
-    for (Eigen::Index r = 0; r < rows.X.rows(); ++r) {
-      const auto row = joint.X.row(chosen[static_cast<std::size_t>(r)]);
-      rows.X.row(r).head(all.base) = row.head(all.base);
-      rows.X.row(r).segment(all.base + copy[static_cast<std::size_t>(r)] * friction, friction) =
-          row.segment(all.base, friction);
-    }
-    rows.y = joint.y(chosen);
-    rows.XX = rows.X.transpose() * rows.X;
-    rows.Xy = rows.X.transpose() * rows.y;
-    out.rows += rows.X.rows();
-    out.joints.push_back(std::move(rows));
-  }
-  return out;
+  const Eigen::MatrixXd X = joint.X.leftCols(columns)(chosen, Eigen::all);
+  const Eigen::VectorXd y = joint.y(chosen);
+  JointRows rows;
+  rows.XX = X.transpose() * X;
+  rows.Xy = X.transpose() * y;
+  rows.yy = y.squaredNorm();
+  rows.count = static_cast<double>(chosen.size());
+  return rows;
 }
 
 std::vector<Log> long_logs(const StackedByJoint& all, int recordings) {
   std::vector<Log> logs;
   for (int i = 0; i < recordings; ++i) {
-    const int sequences[] = {i};
-    StackedByJoint rows = rows_of(all, sequences, false);
-    if (rows.rows < kRowsPerUnknown * all.plain) continue;
-    Solution alone = solve(rows, rows.plain);
-    logs.push_back({i, std::move(rows), std::move(alone)});
+    Log log;
+    log.sequence = i;
+    log.rows.base = all.base;
+    log.rows.size = log.rows.plain = all.plain;
+    for (const JointRows& joint : all.joints) {
+      log.rows.joints.push_back(rows_of(joint, all.sequence, i, all.plain));
+      log.rows.rows += static_cast<Eigen::Index>(log.rows.joints.back().count);
+    }
+    if (log.rows.rows < kRowsPerUnknown * all.plain) continue;
+    log.alone = solve(log.rows, all.plain);
+    logs.push_back(std::move(log));
   }
   return logs;
+}
+
+/// The rows of a joint on the first `base` columns, the best of the others, its friction, taken
+/// out (Schur complement). @param unknowns  counts these
+JointRows without_friction(const JointRows& rows, Eigen::Index base, Eigen::Index& unknowns) {
+  Columns friction;
+  for (Eigen::Index k = base; k < rows.Xy.size(); ++k)
+    if (rows.XX(k, k) > 0) friction.push_back(k);
+  unknowns += std::ssize(friction);
+  const Eigen::MatrixXd across = rows.XX(friction, Eigen::seqN(0, base));
+  const Eigen::VectorXd own = rows.Xy(friction);
+  const Eigen::MatrixXd inverse = invert(rows.XX(friction, friction), nullptr);
+  JointRows out;
+  out.XX = rows.XX.topLeftCorner(base, base) - across.transpose() * inverse * across;
+  out.Xy = rows.Xy.head(base) - across.transpose() * (inverse * own);
+  out.yy = rows.yy - own.dot(inverse * own);
+  out.count = rows.count;
+  return out;
+}
+
+/// All logs as one regression, each joint's rows being `of` those of a log.
+StackedByJoint joined(const std::vector<Log>& logs, Eigen::Index size,
+                      const std::function<JointRows(const JointRows&)>& of) {
+  StackedByJoint sum;
+  sum.size = sum.plain = size;
+  for (const Log& log : logs) {
+    sum.rows += log.rows.rows;
+    for (std::size_t j = 0; j < log.rows.joints.size(); ++j) {
+      const JointRows rows = of(log.rows.joints[j]);
+      if (sum.joints.size() == j) {
+        sum.joints.push_back(rows);
+        continue;
+      }
+      sum.joints[j].XX += rows.XX;
+      sum.joints[j].Xy += rows.Xy;
+      sum.joints[j].yy += rows.yy;
+      sum.joints[j].count += rows.count;
+    }
+  }
+  return sum;
 }
 
 /// Variances of each joint that a fit leaves, the unknowns spent.
@@ -80,11 +110,13 @@ Eigen::ArrayXd variances(const Eigen::VectorXd& squares, const StackedByJoint& t
   return out;
 }
 
-Eigen::ArrayXd variances(const Solution& fit, const StackedByJoint& together) {
+/// @param unknowns  beside those of the fit
+Eigen::ArrayXd variances_of_fit(const StackedByJoint& together, Eigen::Index unknowns) {
+  const Solution fit = solve(together, together.plain);
   Eigen::VectorXd squares(together.n());
   for (int j = 0; j < together.n(); ++j)
     squares[j] = together.joints[static_cast<std::size_t>(j)].squares(fit.x);
-  return variances(squares, together, fit.unknowns);
+  return variances(squares, together, fit.unknowns + unknowns);
 }
 
 /// The unknown among `first` to `end` in which two logs differ most by their errors.
@@ -113,21 +145,20 @@ std::vector<Fault> find_contradicting_logs(const StackedByJoint& all,
                                            std::span<const signals::Recording> recordings) {
   const std::vector<Log> logs = long_logs(all, static_cast<int>(recordings.size()));
   if (logs.size() < 2) return {};
-  std::vector<int> sequences;
-  for (const Log& log : logs) sequences.push_back(log.sequence);
-  const StackedByJoint together = rows_of(all, sequences, false),
-                       own_friction = rows_of(all, sequences, true);
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(all.n());
-  Eigen::Index unknowns = 0;
+  Eigen::Index unknowns = 0, of_frictions = 0;
   for (const Log& log : logs) {
     unknowns += log.alone.unknowns;
     for (int j = 0; j < all.n(); ++j)
       squares[j] += log.rows.joints[static_cast<std::size_t>(j)].squares(log.alone.x);
   }
-  const Eigen::ArrayXd of_one = variances(solve(together, together.plain), together),
-                       of_friction =
-                           variances(solve(own_friction, own_friction.plain), own_friction),
-                       of_each = variances(squares, together, unknowns);
+  const StackedByJoint one = joined(logs, all.plain, std::identity());
+  const StackedByJoint bodies_alone = joined(logs, all.base, [&](const JointRows& rows) {
+    return without_friction(rows, all.base, of_frictions);
+  });
+  const Eigen::ArrayXd of_one = variances_of_fit(one, 0),
+                       of_friction = variances_of_fit(bodies_alone, of_frictions),
+                       of_each = variances(squares, one, unknowns);
 
   const bool bodies = (of_friction / of_each).log().maxCoeff() > kLogGain;
   if (!bodies && !((of_one / of_friction).log().maxCoeff() > kLogGain)) return {};

@@ -45,7 +45,7 @@ void JointRows::set_column(Eigen::Index k, const Eigen::VectorXd& x) {
 }
 
 double JointRows::squares(const Eigen::VectorXd& x) const {
-  return std::max(0.0, y.squaredNorm() - x.dot(2 * Xy - XX * x));
+  return std::max(0.0, yy - x.dot(2 * Xy - XX * x));
 }
 
 StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
@@ -91,6 +91,8 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
     rows.y = data.tau(rows.at);
     rows.XX = rows.X.transpose() * rows.X;
     rows.Xy = rows.X.transpose() * rows.y;
+    rows.yy = rows.y.squaredNorm();
+    rows.count = static_cast<double>(rows.at.size());
     all.coulomb.push_back(data.rows(rows.at, p + j));
     all.joints.push_back(std::move(rows));
   }
@@ -107,9 +109,8 @@ void set_growth(const Eigen::VectorXd& pi, StackedByJoint& all) {
 }
 
 double sigma_of(double squares, const JointRows& rows) {
-  const double floor = kSmallestSigma * rows.y.norm();
-  return std::sqrt(std::max({squares, floor * floor, 1e-300}) /
-                   std::max(1.0, static_cast<double>(rows.at.size())));
+  const double floor = kSmallestSigma * kSmallestSigma * rows.yy;
+  return std::sqrt(std::max({squares, floor, 1e-300}) / std::max(1.0, rows.count));
 }
 
 Solution solve(const StackedByJoint& all, const Columns& asked) {
@@ -122,7 +123,7 @@ Solution solve(const StackedByJoint& all, const Columns& asked) {
   Solution solution{{}, Eigen::VectorXd::Zero(all.size), Eigen::VectorXd::Zero(all.n()), m};
   for (int j = 0; j < all.n(); ++j) {
     const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
-    solution.sigma[j] = sigma_of(rows.y.squaredNorm(), rows);
+    solution.sigma[j] = sigma_of(rows.yy, rows);
   }
   for (int i = 0; i < kWeighings; ++i) {
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(m, m);

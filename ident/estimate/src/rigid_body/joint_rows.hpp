@@ -15,11 +15,16 @@ namespace fricid::estimate {
 
 using Columns = std::vector<Eigen::Index>;
 
-/// The rows of one joint, y = X x + e, and their normal equations.
+/// The rows of one joint, y = X x + e, and their normal equations, of which alone regressions are
+/// made.
 struct JointRows {
   Columns at;  ///< in the stacked regression
-  Eigen::MatrixXd X, XX;
-  Eigen::VectorXd y, Xy;
+  Eigen::MatrixXd X;
+  Eigen::VectorXd y;
+  Eigen::MatrixXd XX;  ///< X' X
+  Eigen::VectorXd Xy;  ///< X' y
+  double yy = 0;       ///< |y|^2
+  double count = 0;    ///< of rows
 
   void set_column(Eigen::Index k, const Eigen::VectorXd& x);
   /// ||y - X x||^2
