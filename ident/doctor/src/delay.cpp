@@ -9,6 +9,7 @@
 #include "fricid/base/lowest_point.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
+#include "fricid/signals/speed_range.hpp"
 #include "fricid/system/transmission.hpp"
 #include "sight.hpp"
 
@@ -171,17 +172,12 @@ std::optional<Estimate> common_delay(const DelayCurves& curves) {
   return Estimate{sum / weight, std::sqrt(chi_squared / (count - 1) / weight)};
 }
 
-/// Whether joint j slides at several speeds. At one its speed varies only as its controller answers
-/// the torque, and that is no delay.
+/// Whether joint j slides at several speeds, without which there is no delay to be found.
 bool has_speeds(const Sight& sight, int j) {
-  constexpr double kFew = 0.05, kOneSpeed = 1.5;
   std::vector<double> speeds;
   for (const int r : sight.rows[static_cast<std::size_t>(j)])
     speeds.push_back(std::abs(sight.v(r, j)));
-  if (speeds.empty()) return false;
-  std::ranges::sort(speeds);
-  const auto few = static_cast<std::size_t>(kFew * static_cast<double>(speeds.size() - 1));
-  return speeds[speeds.size() - 1 - few] > kOneSpeed * speeds[few];
+  return !signals::speed_range(speeds).is_one();
 }
 
 DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& robot,

@@ -180,7 +180,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
     if (one_speed)
       add(fmt::format("slides at one speed, {:.2g} to {:.2g} {}: Coulomb and viscous friction "
                       "cannot be told apart",
-                      prepared.rigid_body.slow[j], prepared.rigid_body.fast[j],
+                      prepared.rigid_body.speeds[i].slow, prepared.rigid_body.speeds[i].fast,
                       unit_of_joint("rad/s", slides(joint))),
           "record other speeds too (`fricid check --design`)");
     if (Fault fault = fault_of_torque(prepared, report, j, seen); !fault.found.empty())

@@ -107,8 +107,8 @@ void judge_parameters(const dynamics::RobotModel& robot,
     v.verdict = judge(v.standard_error, v.size);
     if (at >= b && fit.moves_at_one_speed(j)) {
       v.verdict = Verdict::kNot;
-      v.words = fmt::format("all its sliding is at one speed, {:.2g} to {:.2g}", fit.slow[j],
-                            fit.fast[j]);
+      const auto& [slow, fast] = fit.speeds[static_cast<std::size_t>(j)];
+      v.words = fmt::format("all its sliding is at one speed, {:.2g} to {:.2g}", slow, fast);
     } else if (v.verdict != Verdict::kIdentified) {
       v.words = confusion(at, covariance, unknowns);
     }

@@ -318,8 +318,8 @@ std::string slower_than_asked(const dynamics::RobotModel& robot, const RigidBody
 }  // namespace
 
 bool RigidBodyFit::moves_at_one_speed(int joint) const {
-  constexpr double kOneSpeed = 1.5;  // fastest over slowest row
-  return fast.size() > joint && fast[joint] > 0 && fast[joint] < kOneSpeed * slow[joint];
+  const auto at = static_cast<std::size_t>(joint);
+  return at < speeds.size() && speeds[at].is_one();
 }
 
 RigidBodyOptions as_needed(RigidBodyOptions options, const RigidBodyFit& fit) {

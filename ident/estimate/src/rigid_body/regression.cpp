@@ -14,7 +14,6 @@ constexpr double kBlock = 1;         // [s]
 constexpr int kLeastBlocks = 10, kMostBlocks = 60;  // of all sequences, about
 constexpr std::array kSharesOfMemory{1.0, 0.6, 0.4, 0.25};
 constexpr double kLeastLeft = 0.25;                       // of the fast rows
-constexpr double kFewSpeeds = 0.05;                       // of the rows, slower or faster
 constexpr double kShareOfSpeed = 0.15, kFastRows = 0.05;  // of a slow joint's own speed
 
 int friction_column(int p, int n, int kind, int j) { return p + kind * n + j; }
@@ -79,19 +78,6 @@ double memory_of(std::span<const signals::Recording> sequences, int j, double mi
     if (static_cast<double>(left) >= kLeastLeft * static_cast<double>(fast)) break;
   }
   return memory;
-}
-
-// Speed that a share of the rows of each joint do not reach.
-Eigen::VectorXd quantiles(std::vector<std::vector<double>>& speeds, double share) {
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(std::ssize(speeds));
-  for (std::size_t j = 0; j < speeds.size(); ++j) {
-    if (speeds[j].empty()) continue;
-    const auto at = speeds[j].begin() +
-                    static_cast<std::ptrdiff_t>(share * static_cast<double>(speeds[j].size() - 1));
-    std::ranges::nth_element(speeds[j], at);
-    out[static_cast<Eigen::Index>(j)] = *at;
-  }
-  return out;
 }
 
 }  // namespace
@@ -165,8 +151,8 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
     }
     begin_block += 1 + static_cast<int>(s.length() * s.dt / block);
   }
-  fit.slow = quantiles(speeds, kFewSpeeds);
-  fit.fast = quantiles(speeds, 1 - kFewSpeeds);
+  fit.speeds.clear();
+  for (std::vector<double>& of_joint : speeds) fit.speeds.push_back(signals::speed_range(of_joint));
   return out;
 }
 

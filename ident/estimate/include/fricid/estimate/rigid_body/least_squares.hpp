@@ -12,6 +12,7 @@
 #include "fricid/estimate/options/rigid_body.hpp"
 #include "fricid/estimate/report.hpp"
 #include "fricid/signals/recording.hpp"
+#include "fricid/signals/speed_range.hpp"
 
 namespace fricid::estimate {
 
@@ -50,9 +51,9 @@ struct RigidBodyFit {
       rows_total;                   ///< (n) samples used and available per joint at the log's rate
   std::vector<int> equations;       ///< (n) rows of the regression after decimation
   std::vector<double> least_speed;  ///< (n) above which rows entered [rad/s]
-  Eigen::VectorXd slow, fast;       ///< (n) speeds of all but a tenth of a joint's rows [rad/s]
-  Eigen::VectorXd sigma;            ///< (n) standard deviation of the residual [N m]
-  Eigen::VectorXd Fc, Fv, offset;   ///< (n) linear friction [N m], [N m s/rad], [N m]
+  std::vector<signals::SpeedRange> speeds;  ///< (n) of the rows
+  Eigen::VectorXd sigma;                    ///< (n) standard deviation of the residual [N m]
+  Eigen::VectorXd Fc, Fv, offset;           ///< (n) linear friction [N m], [N m s/rad], [N m]
   Eigen::VectorXd Fc_se, Fv_se, offset_se;
   /// (n) Coulomb and viscous friction of the same regression beside `pi`, which moves them where
   /// the unconstrained estimate is no body
@@ -64,8 +65,7 @@ struct RigidBodyFit {
   Eigen::VectorXd offset_prior_sd;
   double seconds = 0;
 
-  /// Whether Coulomb and viscous friction of a joint cannot be told apart: what its speed varies by
-  /// is the answer of its controller to the torque.
+  /// Whether Coulomb and viscous friction of a joint cannot be told apart.
   bool moves_at_one_speed(int joint) const;
 };
 
