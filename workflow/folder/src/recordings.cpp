@@ -1,5 +1,7 @@
 #include "fricid/workflow/recordings.hpp"
 
+#include <algorithm>
+
 #include "fricid/base/error.hpp"
 #include "fricid/data/log_part.hpp"
 
@@ -28,7 +30,7 @@ std::vector<data::Dataset> first_seconds(std::vector<data::Dataset> recordings, 
   for (data::Dataset& recording : recordings) {
     const double length = recording.length() * recording.dt();
     if (seconds < 2 * recording.dt() && !first.empty()) break;
-    first.push_back(data::cut(recording, {"", 0, seconds}, recording.name));
+    first.push_back(data::cut(recording, {"", 0, std::min(seconds, length)}, recording.name));
     seconds -= length;
   }
   return first;
