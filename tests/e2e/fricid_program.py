@@ -1,9 +1,12 @@
 """Helpers of the end-to-end tests: run the program, compare run folders."""
+import atexit
+import functools
 import json
 import os
 import pathlib
 import subprocess
 import tempfile
+import time
 import unittest
 
 PROGRAM = os.environ["FRICID_PROGRAM"]
@@ -28,6 +31,18 @@ def results(folder):
             continue
         found[name] = path.read_bytes()
     return found
+
+
+@functools.cache
+def tiny_run():
+    """The tiny scene run once for all tests of a file, which leave it as it is; and the seconds that it took."""
+    holder = tempfile.TemporaryDirectory()
+    atexit.register(holder.cleanup)
+    folder = pathlib.Path(holder.name) / "run"
+    begin = time.monotonic()
+    done = fricid("run", TINY, "-o", folder)
+    assert done.returncode == 0, done.stderr
+    return folder, time.monotonic() - begin
 
 
 class ProgramTest(unittest.TestCase):

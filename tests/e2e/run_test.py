@@ -6,7 +6,7 @@ import subprocess
 import time
 import unittest
 
-from fricid_program import PROGRAM, TINY, ProgramTest, fricid, load
+from fricid_program import PROGRAM, TINY, ProgramTest, fricid, load, tiny_run
 
 
 class WholeJob(ProgramTest):
@@ -17,7 +17,7 @@ class WholeJob(ProgramTest):
         return folder
 
     def test_writes_the_files_of_the_contract(self):
-        folder = self.job("run")
+        folder, _ = tiny_run()
         for name in ("manifest.json", "scene.toml", "data/train_0.h5", "data/validation_0.h5",
                      "truth/train_0.h5", "models/lugre_s1.json", "fit/lugre_s1.json",
                      "rollouts/lugre_s1_validation_0.h5", "evaluation.json", "table.md", "table.csv"):
@@ -30,7 +30,7 @@ class WholeJob(ProgramTest):
         # Headroom and every ratio in a table are only as honest as the baselines. Here LuGre is the
         # truth's own family: measured 2 to 2.7 and 19 to 27 oracles at 0.1 s and 1 s. The end has one
         # rollout, which one breakaway decides: 254 and 2400 oracles on two processors.
-        evaluation = load(self.job("run") / "evaluation.json")
+        evaluation = load(tiny_run()[0] / "evaluation.json")
         models = {m["name"]: m for m in evaluation["summary"]}
         q = {name: m["q_mse_geometric_mean"] for name, m in models.items()}
         for horizon, oracles in enumerate((10, 60)):
@@ -52,21 +52,21 @@ class WholeJob(ProgramTest):
             self.assertLess(q["lvm"][horizon], q["gms"][horizon] / 20)
 
     def test_same_bytes_for_any_number_of_threads(self):
-        one = self.job("one", "--jobs", 1)
-        self.assert_same_results(one, self.job("two", "--jobs", 2))
-        self.assert_same_results(one, self.job("three", "--jobs", 3))
+        of_all_cores, _ = tiny_run()
+        self.assert_same_results(of_all_cores, self.job("one", "--jobs", 1))
+        self.assert_same_results(of_all_cores, self.job("three", "--jobs", 3))
 
     def test_scene_as_run_gives_the_same_bytes(self):
-        one = self.job("one")
+        one, _ = tiny_run()
         again = self.folder / "again"
         done = fricid("run", one / "scene.toml", "-o", again)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assert_same_results(one, again)
 
     def test_second_call_does_nothing(self):
-        folder = self.job("run")
+        folder, _ = tiny_run()
         before = {p: p.stat().st_mtime_ns for p in folder.rglob("*.h5")}
-        self.job("run")
+        self.assertEqual(fricid("run", TINY, "-o", folder).returncode, 0)
         self.assertEqual(before, {p: p.stat().st_mtime_ns for p in folder.rglob("*.h5")})
 
     def test_says_why_a_horizon_cannot_rank_models(self):
@@ -106,14 +106,8 @@ class Interrupted(ProgramTest):
         return subprocess.Popen([PROGRAM, "run", str(TINY), "-o", str(folder)], stdout=subprocess.DEVNULL,
                                 stderr=subprocess.DEVNULL, **options)
 
-    def reference(self):
-        begin = time.monotonic()
-        done = fricid("run", TINY, "-o", self.folder / "reference")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return self.folder / "reference", time.monotonic() - begin
-
     def test_killed_at_random_times_and_resumed(self):
-        reference, seconds = self.reference()
+        reference, seconds = tiny_run()
         rng = random.Random(1)
         folder = self.folder / "killed"
         for _ in range(6):
@@ -125,7 +119,7 @@ class Interrupted(ProgramTest):
         self.assert_same_results(reference, folder)
 
     def test_ctrl_c_keeps_what_is_finished(self):
-        reference, seconds = self.reference()
+        reference, seconds = tiny_run()
         folder = self.folder / "stopped"
         job = self.start(folder)
         time.sleep(0.4 * seconds)
