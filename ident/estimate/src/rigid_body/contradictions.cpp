@@ -9,6 +9,7 @@
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/system/transmission.hpp"
+#include "rigid_body/changes.hpp"
 #include "rigid_body/contradicting_logs.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/joint_rows.hpp"
@@ -241,7 +242,11 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   faults = find_undriven(robot, recordings, options, fit);
   if (!faults.empty() || !fit.prior.empty()) return faults;
   const StackedByJoint all = stack_by_joint(robot, recordings, options);
-  faults = find_contradicting_logs(all, recordings);
+  const Changes changes = find_changes(robot, all, recordings);
+  if (changes.what == Change::kOffset || changes.what == Change::kFactor) faults = changes.faults;
+  // logs that differ in their bodies or friction are named by the parameter that differs
+  if (faults.empty()) faults = find_contradicting_logs(all, recordings);
+  if (faults.empty()) faults = changes.faults;
   if (!faults.empty()) return faults;
   const Solution plain = solve(all, all.plain);
   const TorqueScales scales = find_torque_scales(all, plain);

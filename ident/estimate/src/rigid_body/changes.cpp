@@ -1,0 +1,294 @@
+#include "rigid_body/changes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/dynamics/base_parameters.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kPiece = 6;         // length of a piece [s]
+constexpr int kMostPieces = 60;      // of all logs
+constexpr double kChangeGain = 2.5;  // log of the variance of a joint
+constexpr double kWorth = 0.01;      // of the joint's torque, root mean square
+constexpr int kReweighings = 6;      // by the noise of the joints
+constexpr double kNothing = 1e-9;    // eigenvalue over the largest: what the rows do not determine
+
+/// A stretch of one recording, and its rows by joint.
+struct Piece {
+  int sequence = 0;
+  double begin_s = 0, end_s = 0;
+  std::vector<JointRows> joints;
+};
+
+/// Inverse where the rows determine anything, zero elsewhere.
+/// @param size  of the columns, square
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& H, const Eigen::VectorXd& size) {
+  const Eigen::VectorXd scale = size.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      Eigen::MatrixXd(scale.asDiagonal() * H * scale.asDiagonal()));
+  Eigen::VectorXd values = eigen.eigenvalues();
+  const double least = kNothing * values.maxCoeff();
+  for (double& value : values) value = value > least ? 1 / value : 0;
+  return scale.asDiagonal() * eigen.eigenvectors() * values.asDiagonal() *
+         eigen.eigenvectors().transpose() * scale.asDiagonal();
+}
+
+/// Every recording in pieces of equal length.
+std::vector<Piece> cut_in_pieces(const StackedByJoint& all,
+                                 std::span<const signals::Recording> recordings) {
+  double seconds = 0;
+  for (const signals::Recording& r : recordings) seconds += r.dt * r.length();
+  const double length = std::max(kPiece, seconds / kMostPieces);
+  const std::size_t logs = recordings.size();
+  std::vector<int> first(logs), count(logs), begin(logs, all.block.empty() ? 0 : all.block.back()),
+      end(logs, 0);
+  for (std::size_t r = 0; r < all.block.size(); ++r) {
+    const auto s = static_cast<std::size_t>(all.sequence[r]);
+    begin[s] = std::min(begin[s], all.block[r]);
+    end[s] = std::max(end[s], all.block[r] + 1);
+  }
+  std::vector<Piece> pieces;
+  for (std::size_t s = 0; s < logs; ++s) {
+    const double of_log = recordings[s].dt * recordings[s].length();
+    first[s] = static_cast<int>(pieces.size());
+    count[s] = std::max(1, static_cast<int>(std::lround(of_log / length)));
+    for (int i = 0; i < count[s]; ++i)
+      pieces.push_back(
+          {static_cast<int>(s), of_log * i / count[s], of_log * (i + 1) / count[s], {}});
+  }
+  const auto piece_of = [&](Eigen::Index row) {
+    const auto r = static_cast<std::size_t>(row);
+    const auto s = static_cast<std::size_t>(all.sequence[r]);
+    return static_cast<std::size_t>(first[s] +
+                                    (all.block[r] - begin[s]) * count[s] / (end[s] - begin[s]));
+  };
+  for (const JointRows& joint : all.joints) {
+    std::vector<Columns> chosen(pieces.size());
+    for (std::size_t i = 0; i < joint.at.size(); ++i)
+      chosen[piece_of(joint.at[i])].push_back(static_cast<Eigen::Index>(i));
+    for (std::size_t p = 0; p < pieces.size(); ++p) {
+      const Eigen::MatrixXd X = joint.X.leftCols(all.plain)(chosen[p], Eigen::all);
+      const Eigen::VectorXd y = joint.y(chosen[p]);
+      JointRows rows;
+      rows.XX = X.transpose() * X;
+      rows.Xy = X.transpose() * y;
+      rows.yy = y.squaredNorm();
+      rows.count = static_cast<double>(chosen[p].size());
+      pieces[p].joints.push_back(std::move(rows));
+    }
+  }
+  return pieces;
+}
+
+/// All pieces as one.
+Piece joined(std::span<const Piece> pieces) {
+  Piece whole = pieces[0];
+  for (const Piece& piece : pieces.subspan(1))
+    for (std::size_t j = 0; j < whole.joints.size(); ++j) {
+      whole.joints[j].XX += piece.joints[j].XX;
+      whole.joints[j].Xy += piece.joints[j].Xy;
+      whole.joints[j].yy += piece.joints[j].yy;
+    }
+  return whole;
+}
+
+/// Of each joint the columns (plain, m) in which a piece may differ from the others by theta (m).
+using Freedom = std::vector<Eigen::MatrixXd>;
+
+/// A fit of all pieces.
+struct PiecewiseFit {
+  std::vector<Eigen::VectorXd> theta;  ///< of each piece, about their mean
+  std::vector<Eigen::MatrixXd> H;      ///< information on theta
+  Eigen::ArrayXd variance;             ///< (n) that it leaves, unknowns spent
+};
+
+/// Least squares in common parameters x and the theta of each piece, which are taken out of its
+/// normal equations (Schur complement).
+PiecewiseFit fit_pieces(const StackedByJoint& all, std::span<const Piece> pieces,
+                        const Freedom& freedom, const Eigen::VectorXd& sigma) {
+  const Eigen::Index m = freedom[0].cols();
+  const auto n = static_cast<std::size_t>(all.n());
+  Eigen::VectorXd weight = sigma.cwiseAbs2().cwiseInverse(), squares;
+  PiecewiseFit fit;
+  double spent = 0;
+  for (int pass = 0; pass < kReweighings; ++pass) {
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(all.plain, all.plain);
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(all.plain), size = g;
+    std::vector<Eigen::MatrixXd> inverses, across;
+    std::vector<Eigen::VectorXd> own;
+    spent = static_cast<double>(all.plain);
+    fit.H.clear();
+    for (const Piece& piece : pieces) {
+      Eigen::MatrixXd A = Eigen::MatrixXd::Zero(m, m), C = Eigen::MatrixXd::Zero(m, all.plain);
+      Eigen::VectorXd b = Eigen::VectorXd::Zero(m);
+      for (std::size_t j = 0; j < n; ++j) {
+        const JointRows& rows = piece.joints[j];
+        const double w = weight[static_cast<Eigen::Index>(j)];
+        const Eigen::MatrixXd BX = w * (freedom[j].transpose() * rows.XX);
+        A += BX * freedom[j];
+        C += BX;
+        b += w * (freedom[j].transpose() * rows.Xy);
+        H += w * rows.XX;
+        g += w * rows.Xy;
+        size += w * rows.XX.diagonal();
+      }
+      inverses.push_back(pseudo_inverse(A, A.diagonal()));
+      spent += (inverses.back() * A).trace();
+      H -= C.transpose() * inverses.back() * C;
+      g -= C.transpose() * (inverses.back() * b);
+      fit.H.push_back(std::move(A));
+      across.push_back(std::move(C));
+      own.push_back(std::move(b));
+    }
+    const Eigen::VectorXd x = pseudo_inverse(H, size) * g;
+    squares = Eigen::VectorXd::Zero(all.n());
+    fit.theta.clear();
+    for (std::size_t p = 0; p < pieces.size(); ++p) {
+      fit.theta.push_back(inverses[p] * (own[p] - across[p] * x));
+      for (std::size_t j = 0; j < n; ++j)
+        squares[static_cast<Eigen::Index>(j)] +=
+            pieces[p].joints[j].squares(x + freedom[j] * fit.theta[p]);
+    }
+    for (std::size_t j = 0; j < n; ++j) {
+      const auto at = static_cast<Eigen::Index>(j);
+      weight[at] = std::pow(sigma_of(squares[at], all.joints[j]), -2);
+    }
+  }
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(m);
+  for (const Eigen::VectorXd& theta : fit.theta) mean += theta / static_cast<double>(pieces.size());
+  for (Eigen::VectorXd& theta : fit.theta) theta -= mean;
+  const double left = 1 - spent / static_cast<double>(all.rows);
+  fit.variance = left > 0 ? Eigen::ArrayXd(weight.array().inverse() / left)
+                          : Eigen::ArrayXd::Constant(all.n(), HUGE_VAL);
+  return fit;
+}
+
+/// @param x  common parameters of a fit without changes
+Freedom freedom_of(Change what, const dynamics::RobotModel& robot, const StackedByJoint& all,
+                   const Eigen::VectorXd& x) {
+  const int n = all.n();
+  if (what == Change::kLoad) {
+    Eigen::MatrixXd load = Eigen::MatrixXd::Zero(all.plain, 10);
+    load.topRows(all.base) = dynamics::base_parameters(robot).K.middleCols(10 * (n - 1), 10);
+    return Freedom(static_cast<std::size_t>(n), load);
+  }
+  Freedom freedom(static_cast<std::size_t>(n), Eigen::MatrixXd::Zero(all.plain, n));
+  for (int j = 0; j < n; ++j) {
+    auto column = freedom[static_cast<std::size_t>(j)].col(j);
+    if (what == Change::kFactor) column = x.head(all.plain);
+    for (Eigen::Index k = 0; k < all.plain; ++k) {
+      const std::string& name = all.names[static_cast<std::size_t>(k)];
+      const std::string& joint = robot.joints[static_cast<std::size_t>(j)].name;
+      const bool is_offset = name == joint + " 1" || name == "constant torque of " + joint;
+      const bool is_friction =
+          name == "Coulomb friction of " + joint || name == "viscous friction of " + joint;
+      if (what == Change::kOffset && is_offset) column[k] = 1;
+      if (what == Change::kFriction && is_friction) column[k] = x[k];
+    }
+  }
+  return freedom;
+}
+
+std::string span_of(const Piece& piece, std::span<const signals::Recording> recordings) {
+  const signals::Recording& r = recordings[static_cast<std::size_t>(piece.sequence)];
+  return fmt::format("{:.3g} to {:.3g} s of {}", r.log.t[0] + piece.begin_s,
+                     r.log.t[0] + piece.end_s, r.log.name);
+}
+
+constexpr const char* kParts =
+    "train on what lies between changes: train = [\"LOG[:a]\"] in [data]";
+
+/// The pieces in which joint j differs most.
+Fault name_change(Change what, const dynamics::Joint& joint, int j, const PiecewiseFit& fit,
+                  std::span<const Piece> pieces, std::span<const signals::Recording> recordings) {
+  const auto [least, most] = std::ranges::minmax_element(
+      fit.theta, {}, [j](const Eigen::VectorXd& theta) { return theta[j]; });
+  const auto at = [&](auto theta) {
+    return span_of(pieces[static_cast<std::size_t>(theta - fit.theta.begin())], recordings);
+  };
+  const auto [before, after] = std::minmax(least, most);
+  const double factor = (1 + (*after)[j]) / (1 + (*before)[j]);
+  switch (what) {
+    case Change::kOffset:
+      return {joint.name,
+              fmt::format("a constant torque comes and goes: {:.3g} {} from {} against {}",
+                          (*after)[j] - (*before)[j], slides(joint) ? "N" : "N m", at(after),
+                          at(before)),
+              fmt::format("an offset of its torque that jumps or drifts; {}", kParts)};
+    case Change::kFactor:
+      return {joint.name,
+              fmt::format("its torque changes its scale: by a factor of {:.3g} from {} to {}",
+                          factor, at(before), at(after)),
+              fmt::format("its torque constant or the scale of its column is not one; {}", kParts)};
+    default:
+      return {joint.name,
+              fmt::format("its friction changes by a factor of {:.3g} from {} to {}", factor,
+                          at(before), at(after)),
+              fmt::format("log the temperature of the gears, or {}", kParts)};
+  }
+}
+
+/// The two pieces, one after the other, between which the load changes most.
+Fault name_load(const dynamics::RobotModel& robot, const PiecewiseFit& fit,
+                std::span<const Piece> pieces, std::span<const signals::Recording> recordings) {
+  double most = -1;
+  std::size_t at = 1;
+  for (std::size_t p = 1; p < pieces.size(); ++p) {
+    const Eigen::VectorXd step = fit.theta[p] - fit.theta[p - 1];
+    if (const double torque = step.dot(fit.H[p] * step); torque > most) most = torque, at = p;
+  }
+  return {
+      "",
+      fmt::format("the load on {} changes, as between {} and {}", robot.joints.back().link,
+                  span_of(pieces[at - 1], recordings), span_of(pieces[at], recordings)),
+      fmt::format("`fricid payload` finds a load from two logs, without and with it; {}", kParts)};
+}
+
+}  // namespace
+
+Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& all,
+                     std::span<const signals::Recording> recordings) {
+  Changes found;
+  const std::vector<Piece> pieces = cut_in_pieces(all, recordings);
+  if (pieces.size() < 2) return found;
+  const Solution one = solve(all, all.plain);
+  const Piece whole = joined(pieces);
+  double best = 0;
+  for (const Change what : {Change::kOffset, Change::kFactor, Change::kFriction, Change::kLoad}) {
+    const Freedom freedom = freedom_of(what, robot, all, one.x);
+    // a joint's factor that is wrong throughout does not change
+    const Eigen::ArrayXd before = fit_pieces(all, {&whole, 1}, freedom, one.sigma).variance;
+    const PiecewiseFit fit = fit_pieces(all, pieces, freedom, one.sigma);
+    const Eigen::ArrayXd gain = (before / fit.variance).log();
+    std::vector<int> joints;
+    for (int j = 0; j < all.n(); ++j) {
+      const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+      const double torque = rows.yy / std::max(1.0, rows.count);
+      if (gain[j] > kChangeGain && before[j] - fit.variance[j] > kWorth * kWorth * torque)
+        joints.push_back(j);
+    }
+    if (joints.empty() || !(gain.sum() > best)) continue;
+    best = gain.sum();
+    found = {what, {}};
+    if (what == Change::kLoad) {
+      found.faults = {name_load(robot, fit, pieces, recordings)};
+      continue;
+    }
+    const bool has_temperature = std::ranges::all_of(
+        recordings, [](const signals::Recording& r) { return r.log.temperature.size() > 0; });
+    for (const int j : joints) {
+      found.faults.push_back(
+          name_change(what, robot.joints[static_cast<std::size_t>(j)], j, fit, pieces, recordings));
+      found.faults.back().without_temperature = what == Change::kFriction && has_temperature;
+    }
+  }
+  return found;
+}
+
+}  // namespace fricid::estimate
