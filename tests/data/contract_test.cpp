@@ -380,6 +380,32 @@ TEST_F(Import, ContractMistakes) {
       "contract.toml:2: separator = \"comma\"; allowed: another one with decimal_comma");
 }
 
+TEST_F(Import, AColumnIsOneSignalOfOneJoint) {
+  EXPECT_EQ(contract_error(replaced(kContract, "\"q{}\"", "[\"q1\", \"q1\"]")),
+            "contract.toml:3: column \"q1\" is position of joint elbow and position of joint "
+            "shoulder (contract.toml:3); allowed: a column of its own for each");
+  EXPECT_EQ(contract_error(replaced(kContract, "\"tau{}\"", "[\"tau1\", \"q1\"]")),
+            "contract.toml:5: column \"q1\" is torque of joint elbow and position of joint "
+            "shoulder (contract.toml:3); allowed: a column of its own for each");
+  EXPECT_THAT(contract_error(std::string(kContract) + "[velocity]\ncolumns = \"tau{}\"\n"),
+              StartsWith("contract.toml:7: column \"tau1\" is velocity of joint shoulder"));
+  const Contract shared =
+      contract(std::string(kContract) + "[temperature]\ncolumns = [\"T\", \"T\"]\n");
+  EXPECT_THAT(shared.temperature.columns, ElementsAre("T", "T"));
+}
+
+TEST_F(Import, AJointIsNamedOnce) {
+  EXPECT_EQ(contract_error(replaced(kContract, "\"elbow\"", "\"shoulder\"")),
+            "contract.toml:1: joint_names has \"shoulder\" twice; allowed: every joint once");
+}
+
+TEST_F(Import, ANegativeGearRatioIsASign) {
+  for (const char* ratio : {"-50", "[100, -50]"})
+    EXPECT_EQ(contract_error(fmt::format("gear_ratio = {}\n", ratio) + kContract),
+              "contract.toml:1: gear_ratio has -50; allowed: its size, and sign = -1 for this "
+              "joint in each of [position], [velocity] and [torque] that is measured at the motor");
+}
+
 TEST_F(Import, TemplateIsAContract) {
   const Contract c = contract(contract_template());
   EXPECT_EQ(c.n(), 6);
