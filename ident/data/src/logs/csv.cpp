@@ -242,13 +242,12 @@ LogTable parse_csv(std::string_view text, const std::string& file,
     for (std::size_t i = 0; i < picked.size(); ++i) {
       double value = 0;
       if (!parse_number(cells[picked[i]], style.decimal_comma, value))
-        throw UserError(
-            "{}: {} = {}; allowed: a number; nan, null, none or nothing where it is missing{}",
-            lines.where(), wanted[i], in_quotes(cells[picked[i]]),
-            parse_number(cells[picked[i]], !style.decimal_comma, value)
-                ? fmt::format("; with decimal_comma = {} in the contract it is one",
-                              !style.decimal_comma)
-                : "");
+        throw UserError("{}: {} = {}; allowed: a number{}", lines.where(), wanted[i],
+                        in_quotes(cells[picked[i]]),
+                        parse_number(cells[picked[i]], !style.decimal_comma, value)
+                            ? fmt::format(", and with decimal_comma = {} in the contract it is one",
+                                          !style.decimal_comma)
+                            : "; nan, null, none or nothing where it is missing");
       table.columns[i].push_back(value);
     }
     table.lines.push_back(lines.number());
