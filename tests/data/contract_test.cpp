@@ -34,6 +34,8 @@ constexpr char kLog[] =
     "5.008,0.12,0.22,-1e1,+3,0\n"
     "5.012,0.13,0.23,1,4,0\n";
 
+constexpr char kOrMissing[] = "; nan, null, none or nothing where it is missing";
+
 class Import : public FolderTest {
  protected:
   Contract contract(const std::string& text = kContract) const {
@@ -211,6 +213,42 @@ TEST_F(Import, EmptyCellsAreMissingValues) {
   EXPECT_EQ(d.q(1, 1), 0.21);
 }
 
+TEST_F(Import, WordsForMissingValues) {
+  for (const char* word : {"null", "NULL", "None", "NaN", "nan"}) {
+    const Dataset d = import(replaced(kLog, "0.11,", std::string(word) + ","));
+    EXPECT_TRUE(std::isnan(d.q(1, 0))) << word;
+    EXPECT_EQ(d.q(1, 1), 0.21) << word;
+  }
+  EXPECT_EQ(log_error(replaced(kLog, "0.11,", "-,")),
+            std::string("log.csv:3: q1 = \"-\"; allowed: a number") + kOrMissing);
+}
+
+// As numpy.savetxt writes it.
+TEST_F(Import, ACommentAboveTheNumbersIsTheHeader) {
+  const Dataset expected = import(kLog);
+  for (const char* mark : {"#", "# ", "## "}) {
+    const Dataset d = import(std::string("# of today\n") + mark + kLog);
+    EXPECT_EQ(d.t, expected.t) << mark;
+    EXPECT_EQ(d.q, expected.q) << mark;
+    EXPECT_EQ(d.tau, expected.tau) << mark;
+  }
+  EXPECT_EQ(import(std::string("# a,b,c,d,e,f\n") + kLog).q, expected.q);
+  EXPECT_EQ(log_error(std::string("# ") + replaced(kLog, "0.21", "O.21")),
+            std::string("log.csv:3: q2 = \"O.21\"; allowed: a number") + kOrMissing);
+  EXPECT_EQ(log_error(std::string("# ") + replaced(kLog, "tau2", "tau_2")),
+            "log.csv:1: no column \"tau2\"; nearest: \"tau1\"");
+}
+
+TEST_F(Import, ALogWithoutHeaderIsToldSo) {
+  const std::string numbers = std::string(kLog).substr(std::string(kLog).find('\n') + 1);
+  for (const std::string& above : {std::string(), std::string("# no names\n")})
+    EXPECT_EQ(log_error(above + numbers),
+              fmt::format("log.csv:{}: no column \"t\"; this line is taken for the header and "
+                          "holds numbers; allowed: a line of names above the numbers, with or "
+                          "without #",
+                          above.empty() ? 1 : 2));
+}
+
 TEST_F(Import, RateIsWholeDespiteRoundedTimes) {
   std::string log = "t,q1,q2,tau1,tau2\n";
   for (int k = 0; k < 100; ++k) {
@@ -245,9 +283,9 @@ TEST_F(Import, TimeThatDoesNotRise) {
 
 TEST_F(Import, Cells) {
   EXPECT_EQ(log_error(replaced(kLog, "0.21", "O.21")),
-            "log.csv:3: q2 = \"O.21\"; allowed: a number");
+            std::string("log.csv:3: q2 = \"O.21\"; allowed: a number") + kOrMissing);
   EXPECT_EQ(log_error(replaced(kLog, "0.21", "0.21 rad")),
-            "log.csv:3: q2 = \"0.21 rad\"; allowed: a number");
+            std::string("log.csv:3: q2 = \"0.21 rad\"; allowed: a number") + kOrMissing);
   EXPECT_EQ(log_error(replaced(kLog, "0.21", "inf")),
             "log.csv:3: q2 = inf; allowed: finite, or nan where missing");
   EXPECT_EQ(log_error(replaced(kLog, "0.21,", "")),
@@ -274,7 +312,7 @@ TEST_F(Import, RowsAboveTheHeaderAreSkipped) {
   EXPECT_EQ(d.q, expected.q);
   EXPECT_EQ(d.tau, expected.tau);
   EXPECT_EQ(log_error(five + replaced(kLog, "0.21", "O.21"), skipping(5)),
-            "log.csv:8: q2 = \"O.21\"; allowed: a number");
+            std::string("log.csv:8: q2 = \"O.21\"; allowed: a number") + kOrMissing);
   EXPECT_EQ(log_error(five + kLog),
             "log.csv:1: no column \"t\"; found: Robot, KR 6, \"R700\"; line 6 has all columns: "
             "skip_rows = 5 in the contract");
@@ -378,6 +416,32 @@ TEST_F(Import, ContractMistakes) {
   EXPECT_EQ(
       contract_error("decimal_comma = true\nseparator = \"comma\"\n" + std::string(kContract)),
       "contract.toml:2: separator = \"comma\"; allowed: another one with decimal_comma");
+}
+
+TEST_F(Import, AColumnIsOneSignalOfOneJoint) {
+  EXPECT_EQ(contract_error(replaced(kContract, "\"q{}\"", "[\"q1\", \"q1\"]")),
+            "contract.toml:3: column \"q1\" is position of joint elbow and position of joint "
+            "shoulder (contract.toml:3); allowed: a column of its own for each");
+  EXPECT_EQ(contract_error(replaced(kContract, "\"tau{}\"", "[\"tau1\", \"q1\"]")),
+            "contract.toml:5: column \"q1\" is torque of joint elbow and position of joint "
+            "shoulder (contract.toml:3); allowed: a column of its own for each");
+  EXPECT_THAT(contract_error(std::string(kContract) + "[velocity]\ncolumns = \"tau{}\"\n"),
+              StartsWith("contract.toml:7: column \"tau1\" is velocity of joint shoulder"));
+  const Contract shared =
+      contract(std::string(kContract) + "[temperature]\ncolumns = [\"T\", \"T\"]\n");
+  EXPECT_THAT(shared.temperature.columns, ElementsAre("T", "T"));
+}
+
+TEST_F(Import, AJointIsNamedOnce) {
+  EXPECT_EQ(contract_error(replaced(kContract, "\"elbow\"", "\"shoulder\"")),
+            "contract.toml:1: joint_names has \"shoulder\" twice; allowed: every joint once");
+}
+
+TEST_F(Import, ANegativeGearRatioIsASign) {
+  for (const char* ratio : {"-50", "[100, -50]"})
+    EXPECT_EQ(contract_error(fmt::format("gear_ratio = {}\n", ratio) + kContract),
+              "contract.toml:1: gear_ratio has -50; allowed: its size, and sign = -1 for this "
+              "joint in each of [position], [velocity] and [torque] that is measured at the motor");
 }
 
 TEST_F(Import, TemplateIsAContract) {

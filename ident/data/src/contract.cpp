@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
 
 #include "columns_of_joints.hpp"
 #include "fricid/base/error.hpp"
@@ -10,6 +13,7 @@
 #include "fricid/config/toml_reader.hpp"
 #include "fricid/config/toml_writer.hpp"
 #include "fricid/data/log_reader.hpp"
+#include "logs/columns.hpp"
 
 namespace fricid::data {
 namespace {
@@ -25,6 +29,32 @@ void fill(std::vector<double>& values, int n, double value) {
   if (values.empty()) values.assign(static_cast<std::size_t>(n), value);
 }
 
+void refuse_twins(const Names& joints, const std::string& where) {
+  for (auto joint = joints.begin(); joint != joints.end(); ++joint)
+    if (std::find(joints.begin(), joint, *joint) != joint)
+      throw UserError("{}: joint_names has {} twice; allowed: every joint once", where,
+                      in_quotes(*joint));
+}
+
+// A motor that turns against its joint has a sign, not a negative ratio.
+void refuse_negative_ratio(const TomlFile& file) {
+  constexpr std::string_view kKey = "gear_ratio";
+  const auto refuse = [&](const toml::node& ratio) {
+    const std::optional<double> value = ratio.value<double>();
+    if (value && *value < 0)
+      throw UserError(
+          "{}: gear_ratio has {}; allowed: its size, and sign = -1 for this joint in each of "
+          "[position], [velocity] and [torque] that is measured at the motor",
+          place_of_key(file, kKey), *value);
+  };
+  const toml::node* ratios = file.table.get(kKey);
+  if (!ratios) return;
+  if (const toml::array* array = ratios->as_array())
+    for (const toml::node& ratio : *array) refuse(ratio);
+  else
+    refuse(*ratios);
+}
+
 // Rules across the keys of a contract.
 class ContractCheck {
  public:
@@ -37,6 +67,7 @@ class ContractCheck {
     count("torque.columns", contract_.torque.columns, false);
     count("velocity.columns", contract_.velocity.columns, true);
     count("temperature.columns", contract_.temperature.columns, true);
+    refuse_shared_columns();
     signs("position.sign", contract_.position.sign);
     signs("velocity.sign", contract_.velocity.sign);
     signs("torque.sign", contract_.torque.sign);
@@ -76,6 +107,30 @@ class ContractCheck {
       if (!reader.defaults.position.empty()) names.push_back(reader.name);
     return fmt::format("; or none with format = \"...\", one of {}", fmt::join(names, " "));
   }
+  // A column is the position, the torque or the velocity of one joint. Temperatures may share one.
+  void refuse_shared_columns() const {
+    struct Use {
+      std::string_view key;
+      std::size_t joint;
+    };
+    std::map<std::string, Use> uses;
+    const std::pair<std::string_view, const Names&> sections[]{
+        {"position.columns", contract_.position.columns},
+        {"torque.columns", contract_.torque.columns},
+        {"velocity.columns", contract_.velocity.columns}};
+    for (const auto& [key, columns] : sections)
+      for (std::size_t j = 0; j < columns.size(); ++j) {
+        const auto [first, is_new] = uses.try_emplace(columns[j], Use{key, j});
+        if (is_new) continue;
+        const Use& other = first->second;
+        throw UserError(
+            "{}: column {} is {} of joint {} and {} of joint {} ({}); allowed: a column of its own "
+            "for each",
+            line_of(key), in_quotes(columns[j]), signal_of(key), contract_.joint_names[j],
+            signal_of(other.key), contract_.joint_names[other.joint], line_of(other.key));
+      }
+  }
+  static std::string_view signal_of(std::string_view key) { return key.substr(0, key.find('.')); }
   void signs(std::string_view key, const std::vector<double>& values) const {
     for (const double value : values)
       if (std::abs(value) != 1)
@@ -109,6 +164,8 @@ Contract load_contract(const std::filesystem::path& path) {
   const Names joints = contract.joint_names;
   for (const std::string& joint : joints)
     require_name(Named::kJoint, joint, place_of_key(file, "joint_names"));
+  refuse_twins(joints, place_of_key(file, "joint_names"));
+  refuse_negative_ratio(file);
   TomlReader reader(file.table, "", file.path, joints);
   contract.visit(reader);
   reader.refuse_unknown();

@@ -68,8 +68,15 @@ std::size_t find_column(const std::vector<std::string>& names, const std::string
                                 : fmt::format("nearest: {}", in_quotes(meant)));
 }
 
+// Words that loggers write where they have no value.
+bool is_missing(std::string_view text) {
+  if (text.empty()) return true;
+  const std::string word = lower_case(text.substr(0, 5));
+  return word == "nan" || word == "null" || word == "none";
+}
+
 bool parse_number(std::string_view text, bool decimal_comma, double& value) {
-  if (text.empty()) {
+  if (is_missing(text)) {
     value = std::numeric_limits<double>::quiet_NaN();
     return true;
   }

@@ -21,7 +21,7 @@ std::string as_utf8(std::string_view text);
 std::size_t find_column(const std::vector<std::string>& names, const std::string& name,
                         const std::string& where);
 
-/// False when the text is no number; "" and "nan" are missing values.
+/// False when the text is no number; "", "nan", "null" and "none" in any case are missing values.
 bool parse_number(std::string_view text, bool decimal_comma, double& value);
 
 }  // namespace fricid::data

@@ -47,6 +47,8 @@ bool is_utf16(std::string_view text) {
          (text[0] == '\0') == (text[2] == '\0') && (text[1] == '\0') == (text[3] == '\0');
 }
 
+bool is_comment(std::string_view content) { return content.starts_with('#'); }
+
 // Reads the lines of a text one by one, comments and blank ones left out.
 class Lines {
  public:
@@ -62,9 +64,16 @@ class Lines {
       line = rest_.substr(0, end);
       rest_.remove_prefix(std::min(end + 1, rest_.size()));
       const std::string_view content = strip(line);
-      if (!content.empty() && content.front() != '#') return true;
+      if (!content.empty() && !is_comment(content)) return true;
+      comment_ = content;
     }
     return false;
+  }
+  /// What the line directly above holds behind its #; empty: it is no comment.
+  std::string_view comment_above() const {
+    std::string_view content = comment_;
+    while (is_comment(content)) content.remove_prefix(1);
+    return trimmed(content);
   }
   /// Passes over lines, whatever they hold.
   void skip(int count) {
@@ -75,10 +84,22 @@ class Lines {
   std::string where() const { return fmt::format("{}:{}", file_, number_); }
 
  private:
-  std::string_view rest_;
+  std::string_view rest_, comment_;
   const std::string& file_;
   int number_ = 0;
 };
+
+bool is_number(std::string_view cell, bool decimal_comma) {
+  double value = 0;
+  return !cell.empty() && parse_number(cell, decimal_comma, value);
+}
+
+// Whether cells are those of a row of samples: the first is a number, and half of them are.
+bool are_numbers(const std::vector<std::string_view>& cells, bool decimal_comma) {
+  const auto numbers = std::ranges::count_if(
+      cells, [&](std::string_view cell) { return is_number(cell, decimal_comma); });
+  return is_number(cells[0], decimal_comma) && 2 * numbers >= std::ssize(cells);
+}
 
 std::vector<std::string> names_of_header(std::string_view line, char separator,
                                          std::string_view prefix) {
@@ -92,17 +113,42 @@ std::vector<std::string> names_of_header(std::string_view line, char separator,
   return names;
 }
 
-std::vector<std::string> read_header(Lines& lines, const LogStyle& style, char& separator,
-                                     std::string_view prefix, const std::string& file) {
-  std::string_view line;
+// The names of the columns, and whether the line that holds them is one of samples too.
+struct Header {
+  std::vector<std::string> names;
+  char separator = '\0';
+  std::string where;  ///< of its line
+  int line = 0;       ///< 0: a comment above the line that was read
+  bool holds_numbers = false;
+};
+
+// The first line, or, where that holds numbers, the comment directly above with as many cells: as
+// numpy.savetxt writes a header. Then the rows begin with the line in `lines`.
+Header read_header(Lines& lines, std::string_view& line, const LogStyle& style,
+                   std::string_view prefix, const std::string& file) {
   lines.skip(style.skip_rows);
   if (!lines.next(line))
     throw UserError("{}: {}", file,
                     style.skip_rows == 0
                         ? "an empty file"
                         : fmt::format("no header after skip_rows = {} lines", style.skip_rows));
-  separator = style.separator == '\0' ? find_separator(line) : style.separator;
-  return names_of_header(line, separator, prefix);
+  const auto separator_of = [&](std::string_view text) {
+    return style.separator == '\0' ? find_separator(text) : style.separator;
+  };
+  std::vector<std::string_view> cells, cells_above;
+  if (const std::string_view above = lines.comment_above(); !above.empty()) {
+    const char separator = separator_of(above);
+    split(above, separator, cells_above);
+    split(line, separator, cells);
+    if (cells.size() == cells_above.size() && are_numbers(cells, style.decimal_comma) &&
+        !are_numbers(cells_above, style.decimal_comma))
+      return {names_of_header(above, separator, prefix), separator,
+              fmt::format("{}:{}", file, lines.number() - 1)};
+  }
+  const char separator = separator_of(line);
+  split(line, separator, cells);
+  return {names_of_header(line, separator, prefix), separator, lines.where(), lines.number(),
+          are_numbers(cells, style.decimal_comma)};
 }
 
 // The line among the first that names all wanted columns; 0: none.
@@ -125,18 +171,24 @@ int find_header(std::string_view text, const std::string& file,
   return 0;
 }
 
-// Places of the wanted columns; where another line is the header the message says so.
-std::vector<std::size_t> pick(const std::vector<std::string>& names,
-                              const std::vector<std::string>& wanted, const std::string& where,
-                              int here, const std::function<int()>& header) {
+// Places of the wanted columns; where another line is the header, or there is none, the message
+// says so.
+std::vector<std::size_t> pick(const Header& header, const std::vector<std::string>& wanted,
+                              const std::function<int()>& find) {
   std::vector<std::size_t> picked;
   try {
-    for (const std::string& name : wanted) picked.push_back(find_column(names, name, where));
+    for (const std::string& name : wanted)
+      picked.push_back(find_column(header.names, name, header.where));
   } catch (const UserError& error) {
-    const int line = header();
-    if (line == 0 || line == here) throw;
-    throw UserError("{}; line {} has all columns: skip_rows = {} in the contract", error.what(),
-                    line, line - 1);
+    if (const int line = find(); line != 0 && line != header.line)
+      throw UserError("{}; line {} has all columns: skip_rows = {} in the contract", error.what(),
+                      line, line - 1);
+    if (header.holds_numbers)
+      throw UserError(
+          "{}: no column {}; this line is taken for the header and holds numbers; allowed: a line "
+          "of names above the numbers, with or without #",
+          header.where, in_quotes(wanted[0]));
+    throw;
   }
   return picked;
 }
@@ -163,26 +215,25 @@ std::string_view without_lines(std::string_view text, int count) {
 std::vector<std::string> csv_names(std::string_view text, const std::string& file,
                                    const LogStyle& style, std::string_view prefix) {
   Lines lines(text, file);
-  char separator = '\0';
-  return read_header(lines, style, separator, prefix, file);
+  std::string_view line;
+  return read_header(lines, line, style, prefix, file).names;
 }
 
 LogTable parse_csv(std::string_view text, const std::string& file,
                    const std::vector<std::string>& wanted, const LogStyle& style,
                    std::string_view prefix) {
   Lines lines(text, file);
-  char separator = '\0';
-  const std::vector<std::string> names = read_header(lines, style, separator, prefix, file);
-  const std::vector<std::size_t> picked = pick(names, wanted, lines.where(), lines.number(), [&] {
-    return find_header(text, file, wanted, style, prefix);
-  });
+  std::string_view line;
+  const Header header = read_header(lines, line, style, prefix, file);
+  const std::vector<std::string>& names = header.names;
+  const std::vector<std::size_t> picked =
+      pick(header, wanted, [&] { return find_header(text, file, wanted, style, prefix); });
 
   LogTable table;
   table.columns.resize(picked.size());
   std::vector<std::string_view> cells;
-  std::string_view line;
-  while (lines.next(line)) {
-    split(line, separator, cells);
+  for (bool has_row = header.line == 0 || lines.next(line); has_row; has_row = lines.next(line)) {
+    split(line, header.separator, cells);
     if (cells.size() == names.size() + 1 && cells.back().empty()) cells.pop_back();
     if (cells.size() != names.size())
       throw UserError("{}: {} cells; allowed: {}, as in the header", lines.where(), cells.size(),
@@ -196,7 +247,7 @@ LogTable parse_csv(std::string_view text, const std::string& file,
                         parse_number(cells[picked[i]], !style.decimal_comma, value)
                             ? fmt::format(", and with decimal_comma = {} in the contract it is one",
                                           !style.decimal_comma)
-                            : "");
+                            : "; nan, null, none or nothing where it is missing");
       table.columns[i].push_back(value);
     }
     table.lines.push_back(lines.number());

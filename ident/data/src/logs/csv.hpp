@@ -1,4 +1,5 @@
-// Text with one header line, then rows of the same length. What lies above the header is skipped by
+// Text with one header line, then rows of the same length. The header may be a comment, where it
+// lies directly above the numbers and has as many cells. What lies above the header is skipped by
 // count (`LogStyle::skip_rows`).
 #pragma once
 
