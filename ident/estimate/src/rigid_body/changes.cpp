@@ -16,8 +16,9 @@ constexpr double kPiece = 6;         // length of a piece [s]
 constexpr int kMostPieces = 60;      // of all logs
 constexpr double kChangeGain = 2.5;  // log of the variance of a joint
 constexpr double kWorth = 0.01;      // of the joint's torque, root mean square
-constexpr int kReweighings = 6;      // by the noise of the joints
-constexpr double kNothing = 1e-9;    // eigenvalue over the largest: what the rows do not determine
+constexpr double kMuch = 1.25;     // factor of friction, which warms and cools a little in any log
+constexpr int kReweighings = 6;    // by the noise of the joints
+constexpr double kNothing = 1e-9;  // eigenvalue over the largest: what the rows do not determine
 
 /// A stretch of one recording, and its rows by joint.
 struct Piece {
@@ -195,6 +196,13 @@ Freedom freedom_of(Change what, const dynamics::RobotModel& robot, const Stacked
   return freedom;
 }
 
+/// Largest over smallest friction of joint j among the pieces.
+double range_of(const PiecewiseFit& fit, int j) {
+  const auto [least, most] =
+      std::ranges::minmax(fit.theta, {}, [j](const Eigen::VectorXd& theta) { return theta[j]; });
+  return (1 + most[j]) / std::max(1e-9, 1 + least[j]);
+}
+
 std::string span_of(const Piece& piece, std::span<const signals::Recording> recordings) {
   const signals::Recording& r = recordings[static_cast<std::size_t>(piece.sequence)];
   return fmt::format("{:.3g} to {:.3g} s of {}", r.log.t[0] + piece.begin_s,
@@ -270,7 +278,8 @@ Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& al
     for (int j = 0; j < all.n(); ++j) {
       const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
       const double torque = rows.yy / std::max(1.0, rows.count);
-      if (gain[j] > kChangeGain && before[j] - fit.variance[j] > kWorth * kWorth * torque)
+      if (gain[j] > kChangeGain && before[j] - fit.variance[j] > kWorth * kWorth * torque &&
+          (what != Change::kFriction || range_of(fit, j) > kMuch))
         joints.push_back(j);
     }
     if (joints.empty() || !(gain.sum() > best)) continue;

@@ -29,7 +29,7 @@ struct Changes {
 ///     the ten inertial parameters of a load on the last link.
 ///
 /// What leaves a joint twelve times less variance than one fit of all pieces, by a hundredth of its
-/// torque or more, changes; of several the one that explains most.
+/// torque or more, changes, friction by a quarter or more; of several the one that explains most.
 /// @param all  of the recordings
 Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& all,
                      std::span<const signals::Recording> recordings);

@@ -1,0 +1,87 @@
+// What changes while an arm is logged is found and named; what does not, is not.
+#include <gmock/gmock.h>
+
+#include <fmt/ranges.h>
+
+#include "arm_data.hpp"
+#include "fricid/estimate/rigid_body/identifiability.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const LogOptions kLong{.seconds = 36, .torque_noise = 0.1};
+
+std::string doubts_of(const dynamics::RobotModel& robot, const data::Dataset& log) {
+  const std::vector<signals::Recording> recordings{signals::make_recording(log, 10)};
+  return fmt::format("{}", fmt::join(examine_data(robot, recordings, {}).doubts, "\n"));
+}
+
+/// One reference tracked by an arm, from the middle on by another.
+data::Dataset changing(const Arm& first, const Arm& then) {
+  data::Dataset log = make_log(first, kLong);
+  const data::Dataset other = make_log(then, kLong);
+  const int half = log.length() / 2;
+  log.q.bottomRows(half) = other.q.bottomRows(half);
+  log.tau.bottomRows(half) = other.tau.bottomRows(half);
+  return log;
+}
+
+TEST(Changes, ThereAreNoneInALogThatHasNone) {
+  const Arm arm = coulomb_arm(5e-3);
+  EXPECT_THAT(doubts_of(arm.robot, make_log(arm, kLong)), IsEmpty());
+}
+
+TEST(Changes, LoadThatIsPickedUp) {
+  const Arm arm = coulomb_arm(5e-3);
+  Arm loaded = arm;
+  dynamics::add_payload(loaded.robot, {.name = "", .link = arm.robot.n() - 1}, 2, {0.1, 0, 0.1},
+                        Eigen::Matrix3d::Identity() * 0.01);
+  EXPECT_THAT(doubts_of(arm.robot, changing(arm, loaded)),
+              ContainsRegex("the load on .* changes, as between 12 to 18 s of .* and 18 to 24 s"));
+}
+
+TEST(Changes, FrictionThatFalls) {
+  const Arm cold = coulomb_arm(5e-3);
+  Arm warm = cold;
+  for (int j = 0; j < cold.robot.n(); ++j)
+    for (const friction::Role role : {friction::Role::kCoulomb, friction::Role::kViscous})
+      if (const int at = friction::find_parameter(cold.friction.model, j, role); at >= 0)
+        warm.friction.theta[static_cast<std::size_t>(at)] *= 0.7;
+  EXPECT_THAT(doubts_of(cold.robot, changing(cold, warm)),
+              ContainsRegex("friction changes by a factor of 0\\.(69|7)"));
+}
+
+// In steps and as a drift: the second joint's constant, and its offset.
+TEST(Changes, FactorAndOffsetOfTheTorque) {
+  const Arm arm = coulomb_arm(5e-3);
+  const std::string& joint = arm.robot.joints[1].name;
+  const data::Dataset log = make_log(arm, kLong);
+  for (const bool drifts : {false, true}) {
+    data::Dataset scaled = log, moved = log;
+    for (int k = 0; k < log.length(); ++k) {
+      const double past = static_cast<double>(k) / log.length();
+      const double share = drifts ? past : past > 0.5;
+      scaled.tau(k, 1) *= 1 + 0.15 * share;
+      moved.tau(k, 1) += 3 * share;
+    }
+    EXPECT_THAT(doubts_of(arm.robot, scaled),
+                ContainsRegex(joint + ": its torque changes its scale: by a factor of 1\\.1[2-6]"));
+    EXPECT_THAT(doubts_of(arm.robot, moved),
+                ContainsRegex(joint + ": a constant torque comes and goes: (2\\.[4-9]|3)"));
+  }
+}
+
+// A factor that is wrong throughout is another fault.
+TEST(Changes, WrongFactorIsNone) {
+  const Arm arm = coulomb_arm(5e-3);
+  data::Dataset log = make_log(arm, kLong);
+  log.tau.col(1) *= 1.3;
+  EXPECT_THAT(doubts_of(arm.robot, log), testing::Not(HasSubstr("changes")));
+}
+
+}  // namespace
+}  // namespace fricid::estimate
