@@ -35,12 +35,12 @@ def results(folder):
 
 @functools.cache
 def tiny_run():
-    """The tiny scene run once for all tests of a file, which leave it as it is; and the seconds that it took."""
+    """The tiny scene run once, on two threads, for all tests of a file, which leave it as it is; and the seconds that it took."""
     holder = tempfile.TemporaryDirectory()
     atexit.register(holder.cleanup)
     folder = pathlib.Path(holder.name) / "run"
     begin = time.monotonic()
-    done = fricid("run", TINY, "-o", folder)
+    done = fricid("run", TINY, "-o", folder, "--jobs", 2)
     assert done.returncode == 0, done.stderr
     return folder, time.monotonic() - begin
 

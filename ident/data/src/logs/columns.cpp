@@ -68,18 +68,13 @@ std::size_t find_column(const std::vector<std::string>& names, const std::string
                                 : fmt::format("nearest: {}", in_quotes(meant)));
 }
 
-// Words that loggers write where they have no value.
-bool is_missing(std::string_view text) {
-  if (text.empty()) return true;
-  const std::string word = lower_case(text.substr(0, 5));
-  return word == "nan" || word == "null" || word == "none";
-}
-
 bool parse_number(std::string_view text, bool decimal_comma, double& value) {
-  if (is_missing(text)) {
+  const std::string_view cell = text;
+  const auto missing = [&] {
     value = std::numeric_limits<double>::quiet_NaN();
     return true;
-  }
+  };
+  if (text.empty()) return missing();
   if (text.front() == '+') text.remove_prefix(1);
   std::string with_point;
   if (decimal_comma) {
@@ -88,7 +83,10 @@ bool parse_number(std::string_view text, bool decimal_comma, double& value) {
     text = with_point;
   }
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
+  if (error == std::errc() && end == text.data() + text.size()) return true;
+  // words that loggers write where they have no value; "nan" was a number
+  const std::string word = lower_case(cell.substr(0, 5));
+  return (word == "null" || word == "none") && missing();
 }
 
 }  // namespace fricid::data

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include <fmt/format.h>
 
 #include "fricid/base/eigen_instances.hpp"
-#include "fricid/dynamics/base_parameters.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -73,16 +71,8 @@ std::vector<Piece> cut_in_pieces(const StackedByJoint& all,
     std::vector<Columns> chosen(pieces.size());
     for (std::size_t i = 0; i < joint.at.size(); ++i)
       chosen[piece_of(joint.at[i])].push_back(static_cast<Eigen::Index>(i));
-    for (std::size_t p = 0; p < pieces.size(); ++p) {
-      const Eigen::MatrixXd X = joint.X.leftCols(all.plain)(chosen[p], Eigen::all);
-      const Eigen::VectorXd y = joint.y(chosen[p]);
-      JointRows rows;
-      rows.XX = X.transpose() * X;
-      rows.Xy = X.transpose() * y;
-      rows.yy = y.squaredNorm();
-      rows.count = static_cast<double>(chosen[p].size());
-      pieces[p].joints.push_back(std::move(rows));
-    }
+    for (std::size_t p = 0; p < pieces.size(); ++p)
+      pieces[p].joints.push_back(normal_equations(joint, chosen[p], all.plain));
   }
   return pieces;
 }
@@ -91,11 +81,7 @@ std::vector<Piece> cut_in_pieces(const StackedByJoint& all,
 Piece joined(std::span<const Piece> pieces) {
   Piece whole = pieces[0];
   for (const Piece& piece : pieces.subspan(1))
-    for (std::size_t j = 0; j < whole.joints.size(); ++j) {
-      whole.joints[j].XX += piece.joints[j].XX;
-      whole.joints[j].Xy += piece.joints[j].Xy;
-      whole.joints[j].yy += piece.joints[j].yy;
-    }
+    for (std::size_t j = 0; j < whole.joints.size(); ++j) whole.joints[j].add(piece.joints[j]);
   return whole;
 }
 
@@ -171,27 +157,22 @@ PiecewiseFit fit_pieces(const StackedByJoint& all, std::span<const Piece> pieces
 }
 
 /// @param x  common parameters of a fit without changes
-Freedom freedom_of(Change what, const dynamics::RobotModel& robot, const StackedByJoint& all,
-                   const Eigen::VectorXd& x) {
+Freedom freedom_of(Change what, const StackedByJoint& all, const Eigen::VectorXd& x) {
   const int n = all.n();
   if (what == Change::kLoad) {
     Eigen::MatrixXd load = Eigen::MatrixXd::Zero(all.plain, 10);
-    load.topRows(all.base) = dynamics::base_parameters(robot).K.middleCols(10 * (n - 1), 10);
+    load.topRows(all.base) = all.K.middleCols(10 * (n - 1), 10);
     return Freedom(static_cast<std::size_t>(n), load);
   }
   Freedom freedom(static_cast<std::size_t>(n), Eigen::MatrixXd::Zero(all.plain, n));
   for (int j = 0; j < n; ++j) {
-    auto column = freedom[static_cast<std::size_t>(j)].col(j);
+    const auto at = static_cast<std::size_t>(j);
+    auto column = freedom[at].col(j);
     if (what == Change::kFactor) column = x.head(all.plain);
-    for (Eigen::Index k = 0; k < all.plain; ++k) {
-      const std::string& name = all.names[static_cast<std::size_t>(k)];
-      const std::string& joint = robot.joints[static_cast<std::size_t>(j)].name;
-      const bool is_offset = name == joint + " 1" || name == "constant torque of " + joint;
-      const bool is_friction =
-          name == "Coulomb friction of " + joint || name == "viscous friction of " + joint;
-      if (what == Change::kOffset && is_offset) column[k] = 1;
-      if (what == Change::kFriction && is_friction) column[k] = x[k];
-    }
+    if (what == Change::kOffset && all.offset[at] >= 0) column[all.offset[at]] = 1;
+    if (what == Change::kFriction)
+      for (const Eigen::Index k : {all.Fc[at], all.Fv[at]})
+        if (k >= 0) column[k] = x[k];
   }
   return freedom;
 }
@@ -261,15 +242,14 @@ Fault name_load(const dynamics::RobotModel& robot, const PiecewiseFit& fit,
 }  // namespace
 
 Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& all,
-                     std::span<const signals::Recording> recordings) {
+                     const Solution& one, std::span<const signals::Recording> recordings) {
   Changes found;
   const std::vector<Piece> pieces = cut_in_pieces(all, recordings);
   if (pieces.size() < 2) return found;
-  const Solution one = solve(all, all.plain);
   const Piece whole = joined(pieces);
   double best = 0;
   for (const Change what : {Change::kOffset, Change::kFactor, Change::kFriction, Change::kLoad}) {
-    const Freedom freedom = freedom_of(what, robot, all, one.x);
+    const Freedom freedom = freedom_of(what, all, one.x);
     // a joint's factor that is wrong throughout does not change
     const Eigen::ArrayXd before = fit_pieces(all, {&whole, 1}, freedom, one.sigma).variance;
     const PiecewiseFit fit = fit_pieces(all, pieces, freedom, one.sigma);

@@ -31,7 +31,8 @@ struct Changes {
 /// What leaves a joint twelve times less variance than one fit of all pieces, by a hundredth of its
 /// torque or more, changes, friction by a quarter or more; of several the one that explains most.
 /// @param all  of the recordings
+/// @param one  its solution on the plain columns
 Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& all,
-                     std::span<const signals::Recording> recordings);
+                     const Solution& one, std::span<const signals::Recording> recordings);
 
 }  // namespace fricid::estimate

@@ -23,23 +23,6 @@ struct Log {
   Solution alone;
 };
 
-/// Normal equations of one recording's rows of a joint on the first columns.
-JointRows rows_of(const JointRows& joint, const std::vector<int>& sequence, int recording,
-                  Eigen::Index columns) {
-  Columns chosen;
-  for (std::size_t i = 0; i < joint.at.size(); ++i)
-    if (sequence[static_cast<std::size_t>(joint.at[i])] == recording)
-      chosen.push_back(static_cast<Eigen::Index>(i));
-  const Eigen::MatrixXd X = joint.X.leftCols(columns)(chosen, Eigen::all);
-  const Eigen::VectorXd y = joint.y(chosen);
-  JointRows rows;
-  rows.XX = X.transpose() * X;
-  rows.Xy = X.transpose() * y;
-  rows.yy = y.squaredNorm();
-  rows.count = static_cast<double>(chosen.size());
-  return rows;
-}
-
 std::vector<Log> long_logs(const StackedByJoint& all, int recordings) {
   std::vector<Log> logs;
   for (int i = 0; i < recordings; ++i) {
@@ -48,7 +31,11 @@ std::vector<Log> long_logs(const StackedByJoint& all, int recordings) {
     log.rows.base = all.base;
     log.rows.size = log.rows.plain = all.plain;
     for (const JointRows& joint : all.joints) {
-      log.rows.joints.push_back(rows_of(joint, all.sequence, i, all.plain));
+      Columns chosen;
+      for (std::size_t r = 0; r < joint.at.size(); ++r)
+        if (all.sequence[static_cast<std::size_t>(joint.at[r])] == i)
+          chosen.push_back(static_cast<Eigen::Index>(r));
+      log.rows.joints.push_back(normal_equations(joint, chosen, all.plain));
       log.rows.rows += static_cast<Eigen::Index>(log.rows.joints.back().count);
     }
     if (log.rows.rows < kRowsPerUnknown * all.plain) continue;
@@ -84,15 +71,10 @@ StackedByJoint joined(const std::vector<Log>& logs, Eigen::Index size,
   for (const Log& log : logs) {
     sum.rows += log.rows.rows;
     for (std::size_t j = 0; j < log.rows.joints.size(); ++j) {
-      const JointRows rows = of(log.rows.joints[j]);
-      if (sum.joints.size() == j) {
-        sum.joints.push_back(rows);
-        continue;
-      }
-      sum.joints[j].XX += rows.XX;
-      sum.joints[j].Xy += rows.Xy;
-      sum.joints[j].yy += rows.yy;
-      sum.joints[j].count += rows.count;
+      if (sum.joints.size() == j)
+        sum.joints.push_back(of(log.rows.joints[j]));
+      else
+        sum.joints[j].add(of(log.rows.joints[j]));
     }
   }
   return sum;

@@ -242,13 +242,13 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   faults = find_undriven(robot, recordings, options, fit);
   if (!faults.empty() || !fit.prior.empty()) return faults;
   const StackedByJoint all = stack_by_joint(robot, recordings, options);
-  const Changes changes = find_changes(robot, all, recordings);
+  const Solution plain = solve(all, all.plain);
+  const Changes changes = find_changes(robot, all, plain, recordings);
   if (changes.what == Change::kOffset || changes.what == Change::kFactor) faults = changes.faults;
   // logs that differ in their bodies or friction are named by the parameter that differs
   if (faults.empty()) faults = find_contradicting_logs(all, recordings);
   if (faults.empty()) faults = changes.faults;
   if (!faults.empty()) return faults;
-  const Solution plain = solve(all, all.plain);
   const TorqueScales scales = find_torque_scales(all, plain);
   const Springs springs = find_springs(all, plain.sigma);
   const auto name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -48,6 +49,26 @@ double JointRows::squares(const Eigen::VectorXd& x) const {
   return std::max(0.0, yy - x.dot(2 * Xy - XX * x));
 }
 
+void JointRows::add(const JointRows& other) {
+  XX += other.XX;
+  Xy += other.Xy;
+  yy += other.yy;
+  count += other.count;
+}
+
+JointRows normal_equations(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
+  JointRows rows;
+  rows.XX = X.transpose() * X;
+  rows.Xy = X.transpose() * y;
+  rows.yy = y.squaredNorm();
+  rows.count = static_cast<double>(y.size());
+  return rows;
+}
+
+JointRows normal_equations(const JointRows& joint, const Columns& chosen, Eigen::Index columns) {
+  return normal_equations(joint.X.leftCols(columns)(chosen, Eigen::all), joint.y(chosen));
+}
+
 StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
                               std::span<const signals::Recording> recordings,
                               const RigidBodyOptions& options) {
@@ -62,11 +83,23 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
   std::vector<int> columns, of_springs;
   for (const int k : dynamics::base_parameters(sprung).columns)
     (k < robot.parameter_count() ? columns : of_springs).push_back(k);
-  all.names = dynamics::base_parameters(robot).names;
+  dynamics::BaseParameters base = dynamics::base_parameters(robot);
+  all.names = std::move(base.names);
+  all.K = std::move(base.K);
   all.base = std::ssize(columns);
+  all.Fc = all.Fv = all.offset = Columns(static_cast<std::size_t>(n), -1);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i] < robot.linear_begin()) continue;
+    const LinearTorque& torque =
+        robot.linear_torques[static_cast<std::size_t>(columns[i] - robot.linear_begin())];
+    if (torque.shape == LinearTorque::Shape::kConstant)
+      all.offset[static_cast<std::size_t>(torque.joint)] = static_cast<Eigen::Index>(i);
+  }
   const char* kinds[] = {"Coulomb friction", "viscous friction", "constant torque"};
+  Columns* of_kind[] = {&all.Fc, &all.Fv, &all.offset};
   for (int k = 0; k < 3 * n; ++k) {
     if (!(data.rows.col(p + k).squaredNorm() > 0)) continue;
+    (*of_kind[k / n])[static_cast<std::size_t>(k % n)] = std::ssize(columns);
     columns.push_back(p + k);
     all.names.push_back(
         fmt::format("{} of {}", kinds[k / n], robot.joints[static_cast<std::size_t>(k % n)].name));
@@ -82,17 +115,17 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
   }
 
   for (int j = 0; j < n; ++j) {
-    JointRows rows;
+    Columns at;
     for (std::size_t r = 0; r < data.joint.size(); ++r)
-      if (data.joint[r] == j) rows.at.push_back(static_cast<Eigen::Index>(r));
-    rows.X.setZero(std::ssize(rows.at), all.size);
-    rows.X.leftCols(all.plain) = data.rows(rows.at, columns);
-    rows.X.rightCols(std::ssize(of_springs)) = data.rows(rows.at, of_springs);
-    rows.y = data.tau(rows.at);
-    rows.XX = rows.X.transpose() * rows.X;
-    rows.Xy = rows.X.transpose() * rows.y;
-    rows.yy = rows.y.squaredNorm();
-    rows.count = static_cast<double>(rows.at.size());
+      if (data.joint[r] == j) at.push_back(static_cast<Eigen::Index>(r));
+    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(std::ssize(at), all.size);
+    X.leftCols(all.plain) = data.rows(at, columns);
+    X.rightCols(std::ssize(of_springs)) = data.rows(at, of_springs);
+    const Eigen::VectorXd y = data.tau(at);
+    JointRows rows = normal_equations(X, y);
+    rows.at = std::move(at);
+    rows.X = std::move(X);
+    rows.y = y;
     all.coulomb.push_back(data.rows(rows.at, p + j));
     all.joints.push_back(std::move(rows));
   }

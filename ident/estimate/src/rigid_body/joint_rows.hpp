@@ -29,7 +29,14 @@ struct JointRows {
   void set_column(Eigen::Index k, const Eigen::VectorXd& x);
   /// ||y - X x||^2
   double squares(const Eigen::VectorXd& x) const;
+  /// The normal equations of its rows and those of `other`.
+  void add(const JointRows& other);
 };
+
+/// Normal equations alone: without rows.
+JointRows normal_equations(const Eigen::MatrixXd& X, const Eigen::VectorXd& y);
+/// The same of some rows of a joint on its first `columns`. @param chosen  among the rows of X
+JointRows normal_equations(const JointRows& joint, const Columns& chosen, Eigen::Index columns);
 
 /// The torque of a robot in all columns that may explain it, by joint. Each joint's noise is its
 /// own, so that every regression on some of the columns follows from the normal equations.
@@ -42,6 +49,8 @@ struct StackedByJoint {
   /// friction that grows with the load (n), springs.
   Eigen::Index base = 0, plain = 0, with_growth = 0, size = 0;
   std::vector<Columns> springs;    ///< of each joint
+  Eigen::MatrixXd K;               ///< (base, parameters of the robot), see `BaseParameters`
+  Columns Fc, Fv, offset;          ///< (n) column of each joint; -1: no row excites it
   std::vector<std::string> names;  ///< of the plain columns
 
   int n() const { return static_cast<int>(joints.size()); }
