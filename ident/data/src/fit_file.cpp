@@ -15,7 +15,8 @@ namespace {
 /// All lists per joint are of one length, or empty where nothing is known.
 void check_joints(const FitFile& fit, const std::string& place) {
   const FittedRigidBody& body = fit.rigid_body;
-  const std::array<std::pair<std::string_view, std::ptrdiff_t>, 12> lists{
+  const FittedLoadGrowth growth = body.load_growth.value_or(FittedLoadGrowth());
+  const std::array<std::pair<std::string_view, std::ptrdiff_t>, 14> lists{
       {{"joints", std::ssize(fit.joints)},
        {"rows_used", std::ssize(body.rows)},
        {"rows_total", std::ssize(body.rows_total)},
@@ -27,7 +28,9 @@ void check_joints(const FitFile& fit, const std::string& place) {
        {"coulomb_se_Nm", body.Fc_se.size()},
        {"viscous_se_Nms_rad", body.Fv_se.size()},
        {"offset_se_Nm", body.offset_se.size()},
-       {"law_factor", body.law_factor.size()}}};
+       {"law_factor", body.law_factor.size()},
+       {"load_growth.coefficient", growth.coefficient.size()},
+       {"load_growth.standard_error", growth.standard_error.size()}}};
   std::ptrdiff_t joints = 0;
   for (const auto& [key, size] : lists) {
     if (size == 0) continue;

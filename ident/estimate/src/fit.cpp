@@ -59,10 +59,11 @@ bool is_linear(const friction::RobotFriction& one) {
 }
 
 // What the regression found of a parameter of linear friction.
-double linear_value(const Prepared& prepared, const friction::ParameterInfo& info, int joint) {
+double linear_value(const Prepared& prepared, const RigidBodyFit& rigid,
+                    const friction::ParameterInfo& info, int joint) {
   using enum friction::Role;
-  return info.role == kCoulomb   ? prepared.rigid_body.Fc_beside[joint]
-         : info.role == kViscous ? prepared.rigid_body.Fv_beside[joint]
+  return info.role == kCoulomb   ? rigid.Fc_beside[joint]
+         : info.role == kViscous ? rigid.Fv_beside[joint]
                                  : smoothing_speed(prepared.robot, prepared.recordings,
                                                    prepared.options.cutoff_hz, joint);
 }
@@ -79,7 +80,7 @@ JointFrictionFit linear_fit(const Prepared& prepared, const JointFrictionData& d
   for (const friction::ParameterRef& parameter : one.parameters()) {
     const friction::ParameterInfo& info = parameter.info;
     const bool coulomb = info.role == kCoulomb, viscous = info.role == kViscous;
-    const double value = linear_value(prepared, info, joint);
+    const double value = linear_value(prepared, rigid, info, joint);
     fit.theta.push_back(std::clamp(value, info.lower, info.upper));
     fit.standard_error.push_back(coulomb   ? rigid.Fc_se[joint]
                                  : viscous ? rigid.Fv_se[joint]
@@ -99,16 +100,25 @@ JointFrictionFit linear_fit(const Prepared& prepared, const JointFrictionData& d
   return fit;
 }
 
-/// The robot with Coulomb and viscous friction as the regression found them.
+/// The robot with friction as the regression found it: Coulomb, viscous, and its growth with the
+/// load where the data show it.
 Arm linear_arm(const Prepared& prepared) {
-  const friction::JointSpec spec{{{"coulomb_viscous", 0, {}}}};
+  using enum friction::Role;
+  const std::string law = prepared.under_load ? "load_dependent" : "coulomb_viscous";
   Arm arm{prepared.robot, {}};
-  arm.robot.pi = prepared.rigid_body.pi;
-  arm.friction.model =
-      friction::RobotFriction(std::vector(static_cast<std::size_t>(prepared.robot.n()), spec));
+  arm.friction.model = friction::RobotFriction(
+      std::vector(static_cast<std::size_t>(prepared.robot.n()), friction::JointSpec{{{law, 0, {}}}}));
+  const RigidBodyFit& rigid = prepared.rigid_body_of(arm.friction.model);
+  arm.robot.pi = rigid.pi;
+  const auto value_of = [&](const friction::ParameterInfo& info, int joint) {
+    return info.role == kLoadCoefficient ? rigid.growth[joint]
+           : info.role == kLoadGrowth    ? 0
+           : info.role == kLoadSmoothing ? info.typical
+                                         : linear_value(prepared, rigid, info, joint);
+  };
   for (const friction::ParameterRef& p : arm.friction.model.parameters())
     arm.friction.theta.push_back(
-        std::clamp(linear_value(prepared, p.info, p.joint), p.info.lower, p.info.upper));
+        std::clamp(value_of(p.info, p.joint), p.info.lower, p.info.upper));
   return arm;
 }
 
@@ -132,6 +142,7 @@ RigidBodyFit beside_law(RigidBodyFit fit, const RigidBodyFit& linear) {
        {&RigidBodyFit::Fv, &RigidBodyFit::offset, &RigidBodyFit::Fc_se, &RigidBodyFit::Fv_se,
         &RigidBodyFit::offset_se, &RigidBodyFit::Fc_beside, &RigidBodyFit::Fv_beside})
     fit.*part = linear.*part;
+  fit.lacks_growth = linear.lacks_growth;
   fit.prior = linear.prior;
   fit.slower = linear.slower;
   fit.without_inertia = linear.without_inertia;
@@ -236,6 +247,12 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
     const int k = out.robot.armature_begin() + found.joint;
     out.robot.pi[k] = out.rigid_body.pi[k];  // held there in further fits too
   }
+  out.under_load =
+      rigid_body_under_load(out.robot, out.recordings, out.options, out.rigid_body);
+  if (out.under_load) {
+    widen_errors(*out.under_load, out.rigid_body);
+    out.rigid_body.lacks_growth = true;
+  }
   if (out.rigid_body.Fc.size() != robot.n())
     throw UserError("{}: {}; allowed: training data in which the arm moves", robot.name,
                     out.rigid_body.message);
@@ -293,7 +310,8 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
   report.model.arm.robot = robot;
   report.model.arm.friction.model = friction::RobotFriction(
       std::vector<friction::JointSpec>(static_cast<std::size_t>(n), joint_spec));
-  report.rigid_body = prepared.rigid_body;
+  const RigidBodyFit& rigid = prepared.rigid_body_of(one);
+  report.rigid_body = rigid;
   report.joints.resize(static_cast<std::size_t>(n));
   report.residual_rms.resize(static_cast<std::size_t>(n));
   report.r2.resize(static_cast<std::size_t>(n));
@@ -312,11 +330,10 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
   int evaluations = 0;
   for (int pass = 0; pass < passes; ++pass) {
     if (pass > 0) {
-      RigidBodyOptions options = as_needed(prepared.options, prepared.rigid_body);
+      RigidBodyOptions options = as_needed(prepared.options, rigid);
       options.memory_periods = kMemoryOfAShape;
       report.rigid_body = beside_law(
-          rigid_body_least_squares(robot, prepared.recordings, options, &friction_torque),
-          prepared.rigid_body);
+          rigid_body_least_squares(robot, prepared.recordings, options, &friction_torque), rigid);
     }
     const FrictionTorques target =
         friction_target(robot, report.rigid_body.pi, prepared.recordings, jobs);
@@ -325,14 +342,15 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
     parallel_for(n, jobs, [&](int j) {
       const auto i = static_cast<std::size_t>(j);
       const JointFrictionData data(recordings, target, j, cutoff,
-                                   offset_prior(prepared.rigid_body, j));
+                                   offset_prior(rigid, j));
       FrictionFitOptions options;
       options.seed = static_cast<std::uint64_t>(seed);
       options.stream = static_cast<std::uint64_t>(j);
       options.starts = pass == 0 ? config.starts : 1;
+      options.grows = rigid.shows_growth(j);
       const double smallest = 0.01 * data.largest_target();
-      const friction::FrictionGuess guess{std::max(prepared.rigid_body.Fc[j], smallest),
-                                          std::max(prepared.rigid_body.Fv[j], 0.0)};
+      const friction::FrictionGuess guess{std::max(rigid.Fc[j], smallest),
+                                          std::max(rigid.Fv[j], 0.0)};
       std::vector<double> start =
           pass == 0 ? friction::start_from(one, guess) : report.joints[i].theta;
       // Coulomb friction is that at the temperature of the log, not at one that is fitted
@@ -370,7 +388,8 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
     }
   }
 
-  widen_errors(prepared.rigid_body, one, report.joints);
+  if (prepared.under_load && !linear) widen_errors(*prepared.under_load, report.rigid_body);
+  widen_errors(rigid, one, report.joints);
   report.model.arm.robot.pi = report.rigid_body.pi;
   for (const JointFrictionFit& joint : report.joints)
     report.model.arm.friction.theta.insert(report.model.arm.friction.theta.end(),

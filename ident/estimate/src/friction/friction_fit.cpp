@@ -169,7 +169,8 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
   }
 
   if (best.value < kBadValue) {
-    leave_out_unseen_growth(data, friction, coordinates, start, options, best);
+    if (!options.grows)
+      leave_out_unseen_growth(data, friction, coordinates, start, options, best);
     bound_static_friction(data, friction, coordinates, options, best);
     level_unseen_static_friction(data, friction, coordinates, best);
   }

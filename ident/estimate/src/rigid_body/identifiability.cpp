@@ -78,6 +78,8 @@ void judge_parameters(const dynamics::RobotModel& robot,
     report.message = fit.message;
     return;
   }
+  if (auto under_load = rigid_body_under_load(robot, recordings, options, fit))
+    fit = *std::move(under_load);
   RigidBodyFit counts;
   const Regression data = stack(robot, recordings, options, nullptr, counts);
   const Unknowns unknowns = unknowns_of(robot, base, data);
@@ -114,6 +116,16 @@ void judge_parameters(const dynamics::RobotModel& robot,
     }
     report.parameters.push_back(v);
   }
+  for (int j = 0; j < n; ++j)
+    if (fit.shows_growth(j))
+      report.parameters.push_back(
+          {.name = fmt::format("{}{}", robot.joints[static_cast<std::size_t>(j)].name,
+                               kFrictionPerTorque),
+           .value = fit.growth[j],
+           .standard_error = fit.growth_se[j],
+           .size = fit.growth[j],
+           .verdict = judge(fit.growth_se[j], fit.growth[j]),
+           .words = {}});
 }
 
 /// What the regression of a fit finds beside parameters.

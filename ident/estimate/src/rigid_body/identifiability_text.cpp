@@ -15,7 +15,8 @@ const ParameterVerdict* find(const Identifiability& report, const std::string& n
 }
 
 bool is_friction(const ParameterVerdict& v) {
-  return v.name.ends_with(" friction") || v.name.ends_with(" constant torque");
+  return v.name.ends_with(" friction") || v.name.ends_with(kFrictionPerTorque) ||
+         v.name.ends_with(" constant torque");
 }
 
 std::vector<std::string> without_inertia(const Identifiability& report,
@@ -158,6 +159,15 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
           fmt::format("; that of {} depends on the speed of {} too: {}, if one motor turns both",
                       robot.joints[j].name, name_of_other(c, robot),
                       declaration_of(c, static_cast<int>(j), robot));
+  std::vector<std::string> growth;
+  for (const ParameterVerdict& v : report.parameters)
+    if (v.name.ends_with(kFrictionPerTorque))
+      growth.push_back(fmt::format("{} {}", with_error(&v),
+                                   v.name.substr(0, v.name.size() - kFrictionPerTorque.size())));
+  if (!growth.empty())
+    text += fmt::format("; it grows with the torque of the motor ({}): take a law with load, others "
+                        "find bodies that are too heavy",
+                        fmt::join(growth, ", "));
   text += '\n';
   text += fmt::format(
       "laws: {}{}\n", supported.empty() ? "none" : fmt::format("{}", fmt::join(supported, ", ")),

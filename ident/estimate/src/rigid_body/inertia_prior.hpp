@@ -5,6 +5,9 @@
 
 namespace fricid::estimate {
 
+/// Standard deviation, before any data, of friction over the torque of the motor [1].
+constexpr double kUsualGrowth = 0.1;
+
 /// Whether the nominal values enter a fit as a prior.
 inline bool has_prior(const RigidBodyOptions& options) {
   return options.prior.use || !options.held_armatures.empty();

@@ -24,6 +24,11 @@ constexpr double kWorstCondition = 1e4;  // above it the base parameters are cal
 constexpr double kLeastUsual = 1. / 3;   // of a guessed armature: some gears have as little
 constexpr double kOffset = 0.1;          // sd of an offset over the torque's rms, under a prior
 constexpr int kPoses = 20;               // per recording, of the inertia of a joint
+constexpr int kLoadPasses = 8;           // of friction that grows with the torque of the last pass
+constexpr double kStillGrowth = 1e-4;    // change of that growth
+constexpr double kLeastGrowth = 0.01;    // that is shown, ..
+constexpr double kGrowthErrors = 6;      // .. in standard errors, ..
+constexpr double kGrowthGain = 1.2;      // .. in log of the variance that it explains of its joint
 
 // Columns of `full` listed in `columns`.
 Eigen::MatrixXd pick(const Eigen::MatrixXd& full, const std::vector<int>& columns) {
@@ -75,7 +80,8 @@ namespace {
 
 /// Precision (p + columns of friction) of linear friction and offsets under a prior. In a log whose
 /// joints slide in one direction the sum of Coulomb friction and offset is known, not its parts:
-/// the offset is small, friction within the torque. Offsets with a stated width keep it.
+/// the offset is small, friction within the torque. Offsets with a stated width keep it. Growth of
+/// friction has its own prior.
 /// @param shares  see `shares_of_torque`
 Eigen::VectorXd precision_of_friction(const dynamics::RobotModel& robot,
                                       const Eigen::MatrixXd& shares,
@@ -94,7 +100,7 @@ Eigen::VectorXd precision_of_friction(const dynamics::RobotModel& robot,
     }
   for (std::size_t i = 0; i < friction.size(); ++i) {
     const int kind = (friction[i] - p) / n, j = (friction[i] - p) % n;
-    if (kind != 1)
+    if (kind == 0 || kind == 2)
       precision[p + static_cast<Eigen::Index>(i)] =
           precision_of(j, friction[i], kind == 2 ? kOffset : 1);
   }
@@ -166,6 +172,45 @@ std::string missing_values(std::span<const signals::Recording> sequences) {
       lacking, all);
 }
 
+/// What a regression solves for: base parameters, or all standard parameters under a prior; then
+/// the friction that any row excites, growth with the load last.
+struct Unknowns {
+  std::vector<int> columns, friction;  ///< of the regression; friction is the end of columns
+  Eigen::MatrixXd prior_information;
+  Eigen::VectorXd prior_mean;
+  Eigen::MatrixXd shares;  ///< see `shares_of_torque`
+
+  Eigen::Index head() const { return std::ssize(columns) - std::ssize(friction); }
+};
+
+Unknowns unknowns_of(const dynamics::RobotModel& robot, const Regression& data,
+                     const RigidBodyOptions& options) {
+  const int n = robot.n(), p = robot.parameter_count();
+  const bool with_prior = has_prior(options);
+  Unknowns out;
+  if (with_prior)
+    for (int k = 0; k < p; ++k) out.columns.push_back(k);
+  else
+    out.columns = dynamics::base_parameters(robot).columns;
+  for (int k = p; k < static_cast<int>(data.rows.cols()); ++k)
+    if (data.rows.col(k).squaredNorm() > 0) out.friction.push_back(k);
+  out.columns.insert(out.columns.end(), out.friction.begin(), out.friction.end());
+  const auto size = std::ssize(out.columns);
+  out.prior_information = Eigen::MatrixXd::Zero(size, size);
+  out.prior_mean = Eigen::VectorXd::Zero(size);
+  out.shares = shares_of_torque(data, n);
+  if (with_prior) {
+    out.prior_information.topLeftCorner(p, p) = prior_precision(robot, options);
+    out.prior_mean.head(p) = robot.pi;
+    out.prior_information.diagonal() +=
+        precision_of_friction(robot, out.shares, out.friction, options.linear_prior_sd);
+  }
+  for (Eigen::Index k = out.head(); k < size; ++k)
+    if (out.columns[static_cast<std::size_t>(k)] >= p + 3 * n)
+      out.prior_information(k, k) = std::pow(kUsualGrowth, -2);
+  return out;
+}
+
 /// Solves the regression; `fit` holds its counts.
 RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
                    const Regression& data, const RigidBodyOptions& options, RigidBodyFit fit) {
@@ -173,37 +218,15 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   const int n = robot.n(), p = robot.parameter_count();
   const dynamics::BaseParameters base = dynamics::base_parameters(robot);
   const auto b = static_cast<Eigen::Index>(base.columns.size());
-
-  // Friction columns that any row excites.
-  std::vector<int> friction;
-  for (int k = p; k < p + 3 * n; ++k)
-    if (data.rows.col(k).squaredNorm() > 0) friction.push_back(k);
-  const auto f = static_cast<Eigen::Index>(friction.size());
-
-  // Unknowns: base parameters, or all standard parameters under a prior; then friction.
-  std::vector<int> columns;
-  if (with_prior)
-    for (int k = 0; k < p; ++k) columns.push_back(k);
-  else
-    columns = base.columns;
-  const auto head = static_cast<Eigen::Index>(columns.size());
-  columns.insert(columns.end(), friction.begin(), friction.end());
+  const auto [columns, friction, prior_information, prior_mean, shares] =
+      unknowns_of(robot, data, options);
+  const auto f = std::ssize(friction), head = std::ssize(columns) - f;
   const Eigen::Index unknowns = with_prior ? f : b + f;
   if (data.rows.rows() <= unknowns) {
     fit.message = fmt::format("{} rows of sliding joints for {} unknowns{}", data.rows.rows(),
                               unknowns, missing_values(sequences));
     fit.pi = robot.pi;
     return fit;
-  }
-
-  Eigen::MatrixXd prior_information = Eigen::MatrixXd::Zero(head + f, head + f);
-  Eigen::VectorXd prior_mean = Eigen::VectorXd::Zero(head + f);
-  const Eigen::MatrixXd shares = shares_of_torque(data, n);
-  if (with_prior) {
-    prior_information.topLeftCorner(p, p) = prior_precision(robot, options);
-    prior_mean.head(p) = robot.pi;
-    prior_information.diagonal() +=
-        precision_of_friction(robot, shares, friction, options.linear_prior_sd);
   }
   const auto prior_sd = [&](Eigen::Index k) { return 1 / std::sqrt(prior_information(k, k)); };
   fit.offset_prior_sd.setConstant(n, std::numeric_limits<double>::infinity());
@@ -219,7 +242,10 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
       reweight(X, data.tau, data.joint, n, options.robust, prior_information, prior_mean);
   const Eigen::MatrixXd jackknife =
       jackknife_root(X, data.tau, solved, data.block, prior_information);
-  const Eigen::MatrixXd covariance = invert(solved.H, &fit.condition);
+  const auto growing = std::ranges::count_if(friction, [&](int k) { return k >= p + 3 * n; });
+  const auto certain = head + f - growing;  // without growth, which has a prior of its own
+  invert(solved.H.topLeftCorner(certain, certain), &fit.condition);
+  const Eigen::MatrixXd covariance = invert(solved.H, nullptr);
   fit.sigma = solved.sigma;
   if (with_prior && !options.prior.use)
     fit.condition = condition_of(data, base.columns, friction, fit.sigma);
@@ -240,19 +266,22 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   for (Eigen::Index i = 0; i < b; ++i)
     fit.base_size[i] =
         std::max(std::abs(fit.base[i]), sizes[base.columns[static_cast<std::size_t>(i)]]);
-  fit.friction_size = sizes.tail(3 * n);
+  fit.friction_size = sizes.segment(p, 3 * n);
 
   // Linear friction.
-  for (auto* vector : {&fit.Fc, &fit.Fv, &fit.offset, &fit.Fc_se, &fit.Fv_se, &fit.offset_se})
-    vector->setZero(n);
+  Eigen::VectorXd* const values[] = {&fit.Fc, &fit.Fv, &fit.offset, &fit.growth};
+  Eigen::VectorXd* const errors[] = {&fit.Fc_se, &fit.Fv_se, &fit.offset_se, &fit.growth_se};
+  const int kinds = growing > 0 ? 4 : 3;
+  for (int kind = 0; kind < kinds; ++kind) {
+    values[kind]->setZero(n);
+    errors[kind]->setZero(n);
+  }
   const Eigen::VectorXd friction_se = jackknife.bottomRows(f).rowwise().norm();
   for (Eigen::Index i = 0; i < f; ++i) {
     const int kind = (friction[static_cast<std::size_t>(i)] - p) / n;
     const int j = (friction[static_cast<std::size_t>(i)] - p) % n;
-    auto& value = kind == 0 ? fit.Fc : kind == 1 ? fit.Fv : fit.offset;
-    auto& se = kind == 0 ? fit.Fc_se : kind == 1 ? fit.Fv_se : fit.offset_se;
-    value[j] = solved.x[head + i];
-    se[j] = friction_se[i];
+    (*values[kind])[j] = solved.x[head + i];
+    (*errors[kind])[j] = friction_se[i];
   }
 
   // The physical parameters nearest to the estimate, friction marginalised.
@@ -315,7 +344,59 @@ std::string slower_than_asked(const dynamics::RobotModel& robot, const RigidBody
                      options.min_speed_rad_s, fmt::join(slower, ", "));
 }
 
+/// Rows with columns (n) of friction that grows with the load, all zero: no joint has any yet.
+Regression with_room_for_growth(Regression data, int n) {
+  data.rows.conservativeResize(Eigen::NoChange, data.rows.cols() + n);
+  data.rows.rightCols(n).setZero();
+  return data;
+}
+
+/// Sets the columns of growth of the joints, F[sign v_j] |tau_j|.
+/// @param torque  (N) tau of the rows
+void set_growth(const std::vector<int>& joints, int n, const Eigen::VectorXd& torque,
+                Regression& data) {
+  const Eigen::Index growth = data.rows.cols() - n, coulomb = growth - 3 * n;
+  data.rows.rightCols(n).setZero();
+  for (Eigen::Index r = 0; r < torque.size(); ++r)
+    if (const int j = data.joint[static_cast<std::size_t>(r)]; std::ranges::count(joints, j) > 0)
+      data.rows(r, growth + j) = std::abs(torque[r]) * data.rows(r, coulomb + j);
+}
+
+/// What the regression predicts, and the growth that it finds.
+struct UnderLoad {
+  Eigen::VectorXd torque;  ///< (N)
+  Eigen::VectorXd growth;  ///< (n)
+  Eigen::VectorXd sigma;   ///< (n)
+};
+
+UnderLoad weigh_under_load(const dynamics::RobotModel& robot, const Regression& data,
+                           const RigidBodyOptions& options) {
+  const int n = robot.n();
+  const Unknowns unknowns = unknowns_of(robot, data, options);
+  const Eigen::MatrixXd X = pick(data.rows, unknowns.columns);
+  const Weighted solved = reweight(X, data.tau, data.joint, n, options.robust,
+                                   unknowns.prior_information, unknowns.prior_mean);
+  UnderLoad out{X * solved.x, Eigen::VectorXd::Zero(n), solved.sigma};
+  const int growth = robot.parameter_count() + 3 * n;
+  for (std::size_t k = 0; k < unknowns.columns.size(); ++k)
+    if (unknowns.columns[k] >= growth)
+      out.growth[unknowns.columns[k] - growth] = solved.x[static_cast<Eigen::Index>(k)];
+  return out;
+}
+
+/// Whether growth explains far more of a joint. @param sigma  (n) of the residuals without
+bool explains_more(const UnderLoad& found, const Eigen::VectorXd& sigma) {
+  return ((found.growth.array() > kLeastGrowth) &&
+          (2 * (sigma.array() / found.sigma.array()).log() > kGrowthGain))
+      .any();
+}
+
 }  // namespace
+
+bool RigidBodyFit::shows_growth(int joint) const {
+  constexpr double kSeen = 4;  // standard errors
+  return growth.size() > joint && growth[joint] > kSeen * growth_se[joint];
+}
 
 bool RigidBodyFit::moves_at_one_speed(int joint) const {
   const auto at = static_cast<std::size_t>(joint);
@@ -360,6 +441,53 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
   fit.slower = slower_than_asked(robot, options, fit.least_speed);
   fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return fit;
+}
+
+std::optional<RigidBodyFit> rigid_body_under_load(const dynamics::RobotModel& robot,
+                                                  std::span<const signals::Recording> sequences,
+                                                  const RigidBodyOptions& options,
+                                                  const RigidBodyFit& without) {
+  const int n = robot.n();
+  if (without.sigma.size() != n) return {};
+  const RigidBodyOptions known = as_needed(options, without);
+  RigidBodyFit counts;
+  Regression data = with_room_for_growth(stack(robot, sequences, known, nullptr, counts), n);
+  UnderLoad found = weigh_under_load(robot, data, known);
+  std::vector<int> growing;
+  for (int j = 0; j < n; ++j)
+    if (without.Fc_se[j] > 0) growing.push_back(j);
+  for (int pass = 0; pass < kLoadPasses; ++pass) {
+    set_growth(growing, n, found.torque, data);
+    const UnderLoad next = weigh_under_load(robot, data, known);
+    const double change = (next.growth - found.growth).cwiseAbs().maxCoeff();
+    found = next;
+    if (!explains_more(found, without.sigma)) return {};
+    const auto falls = [&](int j) { return !(found.growth[j] > 0); };
+    if (std::erase_if(growing, falls) == 0 && change < kStillGrowth) break;
+  }
+  RigidBodyFit fit = solve(robot, sequences, data, known, counts);
+  if (!((fit.growth.array() > kGrowthErrors * fit.growth_se.array()) &&
+        (fit.growth.array() > kLeastGrowth))
+           .any())
+    return {};
+  fit.prior = without.prior;
+  fit.slower = without.slower;
+  fit.without_inertia = without.without_inertia;
+  return fit;
+}
+
+void widen_errors(const RigidBodyFit& under_load, RigidBodyFit& fit) {
+  fit.growth = under_load.growth;
+  fit.growth_se = under_load.growth_se;
+  const auto widen = [](Eigen::VectorXd& error, const Eigen::VectorXd& value,
+                        const Eigen::VectorXd& of_other) {
+    if (value.size() == of_other.size())
+      error = (error.array().square() + (value - of_other).array().square()).sqrt();
+  };
+  widen(fit.base_se, fit.base, under_load.base);
+  widen(fit.Fc_se, fit.Fc, under_load.Fc);
+  widen(fit.Fv_se, fit.Fv, under_load.Fv);
+  widen(fit.offset_se, fit.offset, under_load.offset);
 }
 
 }  // namespace fricid::estimate

@@ -161,7 +161,6 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   FitReport report;
   report.method = Method::kJoint;
   report.fitted_to = prepared.fitted_to;
-  report.rigid_body = prepared.rigid_body;
   report.model.name = config.name;
   report.model.label = config.label.empty() ? config.name : config.label;
   report.model.seed = seed;
@@ -220,6 +219,7 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   const auto best = found.begin() + static_cast<std::ptrdiff_t>(taken);
   best->taken = true;
   report.model.arm = best->arm;
+  report.rigid_body = prepared.rigid_body_of(best->arm.friction.model);
   report.model.budget = fmt::format("{} candidates", found.size());
   report.model.free_parameters =
       best->parameters + static_cast<int>(prepared.rigid_body.base.size());

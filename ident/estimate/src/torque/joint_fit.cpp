@@ -236,12 +236,13 @@ int JointFits::n() const { return prepared_.robot.n(); }
 Arm JointFits::start(std::vector<friction::JointSpec> joints) const {
   Arm arm;
   arm.robot = prepared_.robot;
-  arm.robot.pi = prepared_.rigid_body.pi;
+  const RigidBodyFit& rigid = prepared_.rigid_body_of(friction::RobotFriction(joints));
+  arm.robot.pi = rigid.pi;
   SumStart start{.joints = {}, .load = windows_.torque_scale, .temperature = temperature_};
   for (int j = 0; j < n(); ++j) {
     const double torque = windows_.torque_scale[static_cast<std::size_t>(j)];
-    start.joints.push_back({std::max(prepared_.rigid_body.Fc[j], kLeastFriction * torque),
-                            std::max(prepared_.rigid_body.Fv[j], 0.0)});
+    start.joints.push_back({std::max(rigid.Fc[j], kLeastFriction * torque),
+                            std::max(rigid.Fv[j], 0.0)});
   }
   return start_sum(arm, std::move(joints), start);
 }

@@ -113,6 +113,22 @@ struct HeldArmature {
   }
 };
 
+/// Friction that grows with the torque of the motor, see estimate::rigid_body_under_load.
+struct FittedLoadGrowth {
+  bool modelled = false;
+  Eigen::VectorXd coefficient, standard_error;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("modelled", modelled,
+            flag("whether the law has it; if not, the bodies are scaled by it, and the standard "
+                 "errors of `rigid_body` contain that"));
+    archive("coefficient", coefficient,
+            not_negative("1", "per joint, Coulomb friction per torque of the motor"));
+    archive("standard_error", standard_error, not_negative("1", "per joint"));
+  }
+};
+
 /// The regression of the rigid body with linear friction.
 struct FittedRigidBody {
   Outcome outcome = Outcome::kFailed;
@@ -124,6 +140,7 @@ struct FittedRigidBody {
   double condition = 0;
   std::vector<int> rows, rows_total, equations;
   Eigen::VectorXd sigma, Fc, Fv, offset, Fc_se, Fv_se, offset_se, law_factor;
+  std::optional<FittedLoadGrowth> load_growth;
   std::vector<FittedBaseParameter> base;
 
   template <class Archive>
@@ -155,6 +172,8 @@ struct FittedRigidBody {
             per_joint("1",
                       "per joint, of the law's torque beside which the rigid body was found, about "
                       "1; empty: it was found beside the linear friction"));
+    archive.section("load_growth", load_growth,
+                    "friction that grows with the load, where the data show it");
     archive.sections("base_parameters", base, "base parameters of the rigid body");
   }
 };

@@ -34,9 +34,16 @@ struct Prepared {
   dynamics::RobotModel robot;
   std::vector<signals::Recording> recordings;
   RigidBodyFit rigid_body;
+  /// Beside friction that grows with the load; none: the data do not show any
+  std::optional<RigidBodyFit> under_load;
   RigidBodyOptions options;                 ///< of the rigid-body fit
   std::vector<Fault> contradictions;        ///< see `find_contradictions`
   std::optional<data::FittedTo> fitted_to;  ///< none: the recordings are all training data
+
+  /// The regression with the friction that a law has.
+  const RigidBodyFit& rigid_body_of(const friction::RobotFriction& law) const {
+    return under_load && law.reads_load() ? *under_load : rigid_body;
+  }
 };
 
 /// Filters the training data (long ones in part, see `data::training_part`) and identifies the

@@ -201,6 +201,7 @@ struct FrictionFitOptions {
   int iterations = 40;            ///< of Levenberg-Marquardt, per start
   double tolerance = 1e-4;        ///< of Nelder-Mead, on the scaled parameters
   std::vector<std::size_t> held;  ///< indices in theta of parameters that keep their start
+  bool grows = false;  ///< whether the regression shows that friction grows with the load
 };
 
 /// Best parameters of one joint and how they were reached.

@@ -23,6 +23,9 @@ constexpr std::string_view names(Verdict) {
 }
 Verdict judge(double standard_error, double size);
 
+/// After a joint's name: its Coulomb friction over the torque of its motor [1].
+inline constexpr std::string_view kFrictionPerTorque = " friction per torque";
+
 /// One unknown of the linear model: a base parameter, or Coulomb, viscous or constant friction of a
 /// joint.
 struct ParameterVerdict {

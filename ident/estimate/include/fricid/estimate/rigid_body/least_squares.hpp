@@ -1,6 +1,7 @@
 // Rigid-body parameters by weighted linear least squares on the inverse-dynamics model.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -55,6 +56,12 @@ struct RigidBodyFit {
   Eigen::VectorXd sigma;                    ///< (n) standard deviation of the residual [N m]
   Eigen::VectorXd Fc, Fv, offset;           ///< (n) linear friction [N m], [N m s/rad], [N m]
   Eigen::VectorXd Fc_se, Fv_se, offset_se;
+  /// (n) friction over the torque of the motor [1], as `rigid_body_under_load` found it; empty: the
+  /// data do not show any
+  Eigen::VectorXd growth, growth_se;
+  /// Whether this regression has no such growth although the data show it: the bodies are scaled by
+  /// it, and the standard errors contain that.
+  bool lacks_growth = false;
   /// (n) Coulomb and viscous friction of the same regression beside `pi`, which moves them where
   /// the unconstrained estimate is no body
   Eigen::VectorXd Fc_beside, Fv_beside;
@@ -65,6 +72,8 @@ struct RigidBodyFit {
   Eigen::VectorXd offset_prior_sd;
   double seconds = 0;
 
+  /// Whether its friction grows with the load, by four standard errors.
+  bool shows_growth(int joint) const;
   /// Whether Coulomb and viscous friction of a joint cannot be told apart.
   bool moves_at_one_speed(int joint) const;
 };
@@ -90,6 +99,26 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
                                       std::span<const signals::Recording> sequences,
                                       const RigidBodyOptions& options,
                                       const FrictionTorques* shape = nullptr);
+
+/// The same regression with Coulomb friction that grows with the torque of the motor,
+///
+///     tau_j = Y_j(q, v, a) pi + (Fc_j + g_j |tau_j|) F[sign v_j] + Fv_j v_j + offset_j + e_j,
+///
+/// where the data show it: g_j above 0.01 and six standard errors, and a residual variance of that
+/// joint that falls by a factor of three. Else nothing. Without g_j friction of a gear that is
+/// loaded scales what its motor moves: where the motor drives, tau = (Y pi + Fc)/(1 - g).
+/// |tau_j| on the right is what the regression itself predicts, by repetition: measured, it would
+/// explain itself. g ~ N(0, 0.1^2) beforehand; joints of negative g have none. Standard errors are
+/// conditional on that load.
+/// @param without  the fit by `rigid_body_least_squares`
+std::optional<RigidBodyFit> rigid_body_under_load(const dynamics::RobotModel& robot,
+                                                  std::span<const signals::Recording> sequences,
+                                                  const RigidBodyOptions& options,
+                                                  const RigidBodyFit& without);
+
+/// Adds the distance to the regression under load to the standard errors, in quadrature, and takes
+/// over its growth: a fit that has it otherwise, or lacks it, is off by about as much.
+void widen_errors(const RigidBodyFit& under_load, RigidBodyFit& fit);
 
 /// The options with the prior and the held armatures that a fit was found to need, for further fits
 /// of the same log.

@@ -1,0 +1,102 @@
+// Friction that grows with the torque of the motor scales the bodies that a regression without it
+// finds; where the data show it, it is found beside them.
+#include <gmock/gmock.h>
+
+#include "arm_data.hpp"
+#include "fricid/dynamics/base_parameters.hpp"
+#include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/rigid_body/identifiability.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double kGrowth = 0.1;
+
+/// Coulomb friction of 2 N m and a tenth of the torque of the motor, in both directions of power.
+Arm loaded_arm() {
+  Arm arm{small_arm(), {}};
+  arm.friction =
+      same_law("load_dependent", {2, kGrowth, kGrowth, 0, 0, 2, 5e-3, 0.1}, arm.robot.n());
+  return arm;
+}
+
+std::vector<data::Dataset> logs_of(const Arm& arm) {
+  return {make_log(arm, {.seconds = 36, .torque_noise = 0.1, .seed = 7})};
+}
+
+Prepared prepared_of(const Arm& arm) { return prepare(arm.robot, {}, logs_of(arm), 1); }
+
+/// Largest distance of base parameters from the truth: of all in standard errors, of those that
+/// `with` tells to two per cent in the sizes that matter.
+struct Misses {
+  double size = 0, errors = 0;
+};
+
+Misses worst(const RigidBodyFit& fit, const RigidBodyFit& with, const Eigen::VectorXd& truth) {
+  const Eigen::ArrayXd off = (fit.base - truth).array().abs();
+  const auto told = with.base_se.array() < 0.02 * with.base_size.array();
+  return {told.select(off / with.base_size.array(), 0).maxCoeff(),
+          (off / fit.base_se.array()).maxCoeff()};
+}
+
+TEST(FrictionUnderLoad, BodiesAreRightBesideIt) {
+  const Arm arm = loaded_arm();
+  const Prepared prepared = prepared_of(arm);
+  ASSERT_TRUE(prepared.under_load);
+  Eigen::VectorXd pi = Eigen::VectorXd::Zero(prepared.robot.parameter_count());
+  pi.head(arm.robot.parameter_count()) = arm.robot.pi;  // offsets are zero
+  const Eigen::VectorXd truth = dynamics::base_parameters(prepared.robot).K * pi;
+
+  const RigidBodyFit& fit = *prepared.under_load;
+  for (int j = 1; j < arm.robot.n(); ++j) {
+    EXPECT_TRUE(fit.shows_growth(j));
+    EXPECT_NEAR(fit.growth[j], kGrowth, 0.01) << j;
+  }
+  const Misses with = worst(fit, fit, truth), without = worst(prepared.rigid_body, fit, truth);
+  EXPECT_LT(with.size, 0.03);
+  EXPECT_LT(with.errors, 5);
+  EXPECT_GT(without.size, 0.08);  // 1 / (1 - g)
+  EXPECT_LT(without.errors, 3);   // which its standard errors contain
+  EXPECT_TRUE(prepared.rigid_body.lacks_growth);
+  EXPECT_FALSE(fit.lacks_growth);
+}
+
+TEST(FrictionUnderLoad, IsLookedForInTheLawsThatHaveIt) {
+  const Prepared prepared = prepared_of(loaded_arm());
+  ModelOptions simple{.name = "simple"}, with{.name = "load_dependent"};
+  const FitReport a = fit_conventional(prepared, simple, 1, 2),
+                  b = fit_conventional(prepared, with, 1, 2);
+  ASSERT_TRUE(fit_file(a).rigid_body.load_growth && fit_file(b).rigid_body.load_growth);
+  EXPECT_FALSE(fit_file(a).rigid_body.load_growth->modelled);
+  EXPECT_TRUE(fit_file(b).rigid_body.load_growth->modelled);
+  for (int j = 0; j < 3; ++j)
+    EXPECT_LT(b.residual_rms[static_cast<std::size_t>(j)],
+              0.7 * a.residual_rms[static_cast<std::size_t>(j)]);
+}
+
+TEST(FrictionUnderLoad, IsNotSeenWhereThereIsNone) {
+  const Arm coulomb = coulomb_arm(5e-3);
+  Arm stribeck = coulomb;
+  stribeck.friction = same_law("lugre", {3, 4.5, 0.1, 3000, 30, 2}, 3);
+  for (const Arm& arm : {coulomb, stribeck}) {
+    const Prepared prepared = prepared_of(arm);
+    EXPECT_FALSE(prepared.under_load);
+    EXPECT_FALSE(prepared.rigid_body.lacks_growth);
+  }
+}
+
+TEST(FrictionUnderLoad, IsSaidByCheck) {
+  const auto summary_of = [](const Arm& arm) {
+    const std::vector<data::Dataset> logs = logs_of(arm);
+    const std::vector<signals::Recording> recordings{signals::make_recording(logs[0], 10)};
+    return to_summary(examine_data(arm.robot, recordings, {}), arm.robot);
+  };
+  EXPECT_THAT(summary_of(loaded_arm()), HasSubstr("it grows with the torque of the motor (0."));
+  EXPECT_THAT(summary_of(coulomb_arm(5e-3)), Not(HasSubstr("grows")));
+}
+
+}  // namespace
+}  // namespace fricid::estimate
