@@ -7,7 +7,10 @@
 #include <cmath>
 #include <vector>
 
+#include "arm_data.hpp"
+#include "fricid/estimate/torque/by_period.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
+#include "fricid/signals/recording.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -18,6 +21,7 @@ std::vector<signals::Recording> recordings_of(const std::vector<int>& lengths) {
     made[i].dt = 0.1;
     made[i].held_tau.setZero(lengths[i], 1);
     made[i].use.setConstant(lengths[i], 1, true);
+    made[i].narrow.q = RowMatrix::Random(lengths[i], 1);  // each another motion
   }
   return made;
 }
@@ -45,6 +49,43 @@ TEST(Folds, LeaveOutEverySampleOnce) {
   const std::vector<Fold> of_two = folds_of(two);
   for (const Stretch& stretch : of_two[0].left_out)
     EXPECT_EQ(stretch.end - stretch.begin, 125);  // 25 s in stretches of at least 10 s
+}
+
+// make_log's reference repeats after 12 s: three periods and what is left over.
+TEST(ByPeriod, CutsAMotionThatRepeats) {
+  const Arm arm = coulomb_arm(5e-3);
+  const std::vector<signals::Recording> whole{
+      signals::make_recording(make_log(arm, {.seconds = 40}), 10),
+      signals::make_recording(make_log(arm, {.seconds = 12, .seed = 2}), 10)};
+  const ByPeriod cut = by_period(whole);
+  EXPECT_NEAR(cut.longest_s, 12, 0.01);
+  ASSERT_EQ(cut.recordings.size(), 4u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const signals::Recording& part = cut.recordings[i];
+    const Origin origin = cut.origins[i];
+    EXPECT_EQ(origin.recording, 0);
+    EXPECT_EQ(origin.begin, static_cast<int>(i) * part.length());
+    EXPECT_EQ(part.wide.v, whole[0].wide.v.middleRows(origin.begin, part.length()));
+    EXPECT_EQ(part.log.q, whole[0].log.q.middleRows(origin.begin, part.length()));
+    EXPECT_FALSE(part.use.row(0).any());  // friction has a state that is not known
+  }
+  EXPECT_EQ(cut.recordings[3].length(), whole[1].length());
+
+  // of two motions, each fold leaves one out in all its periods
+  const std::vector<Fold> folds = folds_of(cut.recordings);
+  ASSERT_EQ(folds.size(), 2u);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(folds[0].left_out_of(i) && !folds[1].left_out_of(i));
+  // of a single one, the same phase of all its periods
+  const std::vector<Fold> of_one = folds_of(std::span(cut.recordings).first(3));
+  ASSERT_EQ(of_one.size(), 5u);
+  const int length = cut.recordings[0].length();
+  for (int k = 0; k < 5; ++k)
+    for (int i = 0; i < 3; ++i) {
+      const auto out = of_one[static_cast<std::size_t>(k)].left_out_of(i);
+      ASSERT_TRUE(out);
+      EXPECT_EQ(out->begin, k * length / 5);
+      EXPECT_EQ(out->end, (k + 1) * length / 5);
+    }
 }
 
 Candidate candidate(std::vector<double> seconds, double whole, double torque) {

@@ -7,6 +7,7 @@
 #include "fricid/base/parallel.hpp"
 #include "fricid/estimate/fit.hpp"
 #include "fricid/estimate/memory.hpp"
+#include "fricid/estimate/torque/by_period.hpp"
 #include "rigid_body/regression.hpp"
 #include "support.hpp"
 #include "torque/fit_joint.hpp"
@@ -219,9 +220,10 @@ FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, 
   }
 
   Arm arm = report.model.arm;
+  const ByPeriod periods = by_period(prepared.recordings);
   TorqueData explained;
   if (whole || method == Method::kTorque)
-    explained = torque_data(arm, prepared.recordings, config.torque.filtered);
+    explained = torque_data(arm, periods.recordings, config.torque.filtered);
   if (whole) {
     arm = robot_law_start(arm, config, static_cast<std::uint64_t>(seed), explained);
   } else if (learned) {
@@ -256,7 +258,7 @@ FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, 
     options.torque_scale = torque_rms(prepared.recordings);
     options.seed = static_cast<std::uint64_t>(seed);
     report.multi_step =
-        train_multi_step(arm, prepared.recordings, options, report.model.label, jobs);
+        train_multi_step(arm, periods.recordings, options, report.model.label, jobs);
     take(*report.multi_step,
          fmt::format("{} steps (windows)", report.multi_step->history.loss.size()));
     report.model.noise = assumed_noise(report.model.arm, prepared.recordings);

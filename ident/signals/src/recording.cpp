@@ -129,6 +129,13 @@ RowMatrix held_torque(ConstRowMatrix tau) {
   return held;
 }
 
+void leave_out_run_in(Recording& r) {
+  const RowMatrix& q = r.narrow.q;
+  for (Eigen::Index j = 0; j < q.cols(); ++j)
+    for (Eigen::Index k = 0; k < q.rows() && std::abs(q(k, j) - q(0, j)) < kWashout; ++k)
+      r.use(k, j) = false;
+}
+
 Recording make_recording(Dataset log, double cutoff_hz) {
   const ZeroPhaseButterworth low_pass(cutoff_hz, log.rate_hz);
   const ZeroPhaseButterworth wide(wide_band(cutoff_hz, log.rate_hz), log.rate_hz);
@@ -196,8 +203,7 @@ Recording make_recording(Dataset log, double cutoff_hz) {
   skip(T - edge, T);
   for (int k = 0; k < T; ++k)
     if (missing[static_cast<std::size_t>(k)]) skip(k - near, k + near + 1);
-  for (int j = 0; j < n; ++j)
-    for (int k = 0; k < T && std::abs(q(k, j) - q(0, j)) < kWashout; ++k) out.use(k, j) = false;
+  leave_out_run_in(out);
 
   out.load = out.filtered_tau;
   out.held_tau = held_torque(log.tau);

@@ -227,14 +227,20 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   report.outcome = finite ? Outcome::kConverged : Outcome::kFailed;
   report.message = fmt::format("{} of {} candidates, held-out error {:.2e} rad2", best->name,
                                found.size(), best->held_out);
+  if (const double period = fits.periods().longest_s; period > 0)
+    report.message += fmt::format("; the motion repeats after {:.3g} s: every period's end is held out", period);
   if (!config.prior.empty() && !fits.is_like_prior(found.front().arm))
     report.message += "; the prior is left out: held-out torque contradicts it";
   if (!finite) return report;
   const std::vector<Arm> folds = fits.cross_fit(best->arm);
   for (std::size_t f = 0; f < folds.size(); ++f)
-    for (std::size_t i = 0; i < prepared.recordings.size(); ++i)
-      if (const auto stretch = fits.folds()[f].left_out_of(static_cast<int>(i)))
-        report.without.push_back({prepared.recordings[i].log.name, *stretch, folds[f]});
+    for (std::size_t i = 0; i < fits.periods().recordings.size(); ++i)
+      if (const auto stretch = fits.folds()[f].left_out_of(static_cast<int>(i))) {
+        const auto [recording, begin] = fits.periods().origins[i];
+        report.without.push_back({fits.periods().recordings[i].log.name,
+                                  {recording, begin + stretch->begin, begin + stretch->end},
+                                  folds[f]});
+      }
   report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   score_torque(prepared, prepared.options.cutoff_hz, jobs, report);
   report.faults = faults_of(prepared, report);

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fricid/signals/periods.hpp"
+
 namespace fricid::estimate {
 namespace {
 
-constexpr int kMostFolds = 4;  // of several recordings
-constexpr int kFifths = 5;     // of a single one
+constexpr std::ptrdiff_t kMostFolds = 4;  // of several motions
+constexpr int kFifths = 5;                // of a single one
 
 /// Cuts samples [begin, end) into equal stretches.
 void add_stretches(const signals::Recording& recording, int index, int begin, int end,
@@ -18,23 +20,42 @@ void add_stretches(const signals::Recording& recording, int index, int begin, in
     out.push_back({index, begin + i * length / parts, begin + (i + 1) * length / parts});
 }
 
+/// Recordings of one motion together, in the order of their first.
+std::vector<std::vector<int>> by_motion(std::span<const signals::Recording> recordings) {
+  std::vector<std::vector<int>> motions;
+  for (int i = 0; i < std::ssize(recordings); ++i) {
+    const auto q_of = [&](int of) -> const RowMatrix& {
+      return recordings[static_cast<std::size_t>(of)].narrow.q;
+    };
+    const auto same = [&](const std::vector<int>& motion) {
+      return signals::is_same_motion(q_of(motion.front()), q_of(i));
+    };
+    const auto found = std::ranges::find_if(motions, same);
+    if (found == motions.end())
+      motions.push_back({i});
+    else
+      found->push_back(i);
+  }
+  return motions;
+}
+
 }  // namespace
 
 std::vector<Fold> folds_of(std::span<const signals::Recording> recordings) {
-  const int n = static_cast<int>(recordings.size());
-  std::vector<Fold> folds(static_cast<std::size_t>(n == 1 ? kFifths : std::min(n, kMostFolds)));
-  if (n == 1) {
-    const int length = recordings[0].length();
-    for (int k = 0; k < kFifths; ++k)
-      add_stretches(recordings[0], 0, k * length / kFifths, (k + 1) * length / kFifths,
-                    folds[static_cast<std::size_t>(k)].left_out);
-    return folds;
-  }
-  for (int i = 0; i < n; ++i) {
-    const signals::Recording& recording = recordings[static_cast<std::size_t>(i)];
-    add_stretches(recording, i, 0, recording.length(),
-                  folds[static_cast<std::size_t>(i) % folds.size()].left_out);
-  }
+  const std::vector<std::vector<int>> motions = by_motion(recordings);
+  const auto count = std::ssize(motions);
+  std::vector<Fold> folds(static_cast<std::size_t>(count == 1 ? kFifths : std::min(count, kMostFolds)));
+  for (std::size_t m = 0; m < motions.size(); ++m)
+    for (const int i : motions[m]) {
+      const signals::Recording& recording = recordings[static_cast<std::size_t>(i)];
+      const int length = recording.length();
+      if (count > 1)
+        add_stretches(recording, i, 0, length, folds[m % folds.size()].left_out);
+      else
+        for (int k = 0; k < kFifths; ++k)
+          add_stretches(recording, i, k * length / kFifths, (k + 1) * length / kFifths,
+                        folds[static_cast<std::size_t>(k)].left_out);
+    }
   return folds;
 }
 

@@ -81,16 +81,18 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
     : prepared_(prepared),
       windows_(windows),
       jobs_(jobs),
-      split_(split_recordings(prepared.recordings, windows.hold_out)),
-      recordings_(prepared.recordings),
+      periods_(by_period(prepared.recordings)),
+      split_(split_recordings(periods_.recordings, windows.hold_out)),
+      recordings_(periods_.recordings),
       all_(prepared.robot, recordings_, prepared.options.cutoff_hz),
       training_(prepared.robot, recordings_, prepared.options.cutoff_hz, {}, split_.train_end),
       held_out_(prepared.robot, recordings_, prepared.options.cutoff_hz, split_.test_begin),
-      folds_(folds_of(prepared.recordings)),
-      judging_(held_out_rollouts(prepared.recordings, split_)),
+      folds_(folds_of(periods_.recordings)),
+      judging_(held_out_rollouts(periods_.recordings, split_)),
       has_viscous_(static_cast<std::size_t>(prepared.robot.n()), true) {
   if (!is_short())
     for (int i = 0; i < static_cast<int>(recordings_.size()); ++i) {
+      if (periods_.origins[static_cast<std::size_t>(i)].begin > 0) continue;  // in motion
       judging_.seconds.push_back({i, 0});
       judging_.whole.push_back({i, 0});
     }
@@ -210,9 +212,8 @@ bool JointFits::has_room_for_windows() const {
 
 bool JointFits::is_short() const {
   double seconds = 0;
-  for (std::size_t s = 0; s < prepared_.recordings.size(); ++s)
-    seconds +=
-        prepared_.recordings[s].dt * (prepared_.recordings[s].length() - split_.test_begin[s]);
+  for (std::size_t s = 0; s < recordings_.size(); ++s)
+    seconds += recordings_[s].dt * (recordings_[s].length() - split_.test_begin[s]);
   return seconds < kFewSeconds;
 }
 
@@ -236,13 +237,12 @@ int JointFits::n() const { return prepared_.robot.n(); }
 Arm JointFits::start(std::vector<friction::JointSpec> joints) const {
   Arm arm;
   arm.robot = prepared_.robot;
-  const RigidBodyFit& rigid = prepared_.rigid_body_of(friction::RobotFriction(joints));
-  arm.robot.pi = rigid.pi;
+  arm.robot.pi = prepared_.rigid_body.pi;
   SumStart start{.joints = {}, .load = windows_.torque_scale, .temperature = temperature_};
   for (int j = 0; j < n(); ++j) {
     const double torque = windows_.torque_scale[static_cast<std::size_t>(j)];
-    start.joints.push_back({std::max(rigid.Fc[j], kLeastFriction * torque),
-                            std::max(rigid.Fv[j], 0.0)});
+    start.joints.push_back({std::max(prepared_.rigid_body.Fc[j], kLeastFriction * torque),
+                            std::max(prepared_.rigid_body.Fv[j], 0.0)});
   }
   return start_sum(arm, std::move(joints), start);
 }
@@ -282,7 +282,7 @@ Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) co
   out.name = std::move(name);
   out.arm = arm;
   out.seconds = seconds;
-  out.rollouts = rollout_errors(arm, prepared_.recordings, judging_, windows_.judge, jobs_);
+  out.rollouts = rollout_errors(arm, periods_.recordings, judging_, windows_.judge, jobs_);
   out.held_out = std::exp(out.rollouts.mean());
   out.torque = held_out_torque(arm);
   out.parameters =
@@ -496,7 +496,7 @@ Candidate JointFits::on_windows(const Candidate& start, std::string_view label) 
   options.limits = limits;
   const MultiStepReport trained =
       refine_on_windows(start.arm, torque_pull(all_, start.arm, torque, jobs_),
-                        prepared_.recordings, options, label, jobs_);
+                        periods_.recordings, options, label, jobs_);
   Candidate out = judged(start.name + ", windows", trained.arm, trained.seconds);
   out.rival = start.rival;
   return out;

@@ -60,6 +60,9 @@ struct Recording {
 /// @throws UserError on a log shorter than 8 / cutoff_hz, a column without or with giant numbers
 Recording make_recording(Dataset log, double cutoff_hz);
 
+/// Marks the rows of a joint before its first kWashout of travel unused.
+void leave_out_run_in(Recording& recording);
+
 /// Measured torque (T, n) [N m] with missing (NaN) values replaced by the last one, zero before the
 /// first.
 RowMatrix held_torque(ConstRowMatrix tau);

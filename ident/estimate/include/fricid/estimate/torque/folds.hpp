@@ -23,8 +23,8 @@ struct Fold {
 };
 inline constexpr double kLongestStretch = 10;  // [s]
 
-/// At most four folds, each of which leaves out whole recordings, every recording once; of a single
-/// recording five fifths.
+/// At most four folds, each of which leaves out all recordings of some motions
+/// (`signals::is_same_motion`), every recording once; of a single motion five fifths.
 std::vector<Fold> folds_of(std::span<const signals::Recording> recordings);
 
 /// The recordings without the rows that a fold leaves out: no fit uses them, while motion still

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fricid/estimate/torque/arm_torque_fit.hpp"
+#include "fricid/estimate/torque/by_period.hpp"
 #include "fricid/estimate/torque/cable.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
 #include "fricid/estimate/torque/folds.hpp"
@@ -90,6 +91,8 @@ class JointFits {
   /// One arm per fold, fitted to the torque of what it does not leave out, from `fitted`.
   std::vector<Arm> cross_fit(const Arm& fitted) const;
   const std::vector<Fold>& folds() const { return folds_; }
+  /// What the recordings of folds and splits are.
+  const ByPeriod& periods() const { return periods_; }
 
   /// Mean over joints of residual / torque variance, held-out rows [1].
   double held_out_torque(const Arm& arm) const;
@@ -131,6 +134,7 @@ class JointFits {
   const Prepared& prepared_;
   MultiStepOptions windows_;
   int jobs_;
+  ByPeriod periods_;
   Split split_;
   std::vector<signals::Recording> recordings_;  // with the load
   ArmTorqueData all_, training_, held_out_;
