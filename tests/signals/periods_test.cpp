@@ -22,8 +22,9 @@ RowMatrix swing(const std::vector<double>& frequencies, double seconds, std::uin
       q(k, j) = 2e-4 * rng.normal();
       for (std::size_t i = 0; i < frequencies.size(); ++i) {
         const double phase = static_cast<double>(j + 1) * (1 + static_cast<double>(i));
-        q(k, j) += 0.3 * std::sin(2 * std::numbers::pi * frequencies[i] *
-                                      static_cast<double>(k) / kSampleRate + phase);
+        q(k, j) += 0.3 * std::sin(2 * std::numbers::pi * frequencies[i] * static_cast<double>(k) /
+                                      kSampleRate +
+                                  phase);
       }
     }
   return q;
@@ -37,7 +38,9 @@ std::vector<double> harmonics_of(double period) {
 
 TEST(PeriodOf, MotionThatRepeats) {
   for (const double period : {5.0, 7.33, 14.2857})
-    EXPECT_NEAR(period_of(swing(harmonics_of(period), 45), 1 / kSampleRate), period * kSampleRate, 1) << period;
+    EXPECT_NEAR(period_of(swing(harmonics_of(period), 45), 1 / kSampleRate), period * kSampleRate,
+                1)
+        << period;
 }
 
 TEST(PeriodOf, StandingBetweenDoesNotCount) {
@@ -48,7 +51,9 @@ TEST(PeriodOf, StandingBetweenDoesNotCount) {
 }
 
 TEST(PeriodOf, NoneOfMotionThatDoesNot) {
-  EXPECT_EQ(period_of(swing({0.1, 0.1 * std::numbers::sqrt2, 0.3 * std::numbers::e, 0.77}, 60), 1 / kSampleRate), 0);
+  EXPECT_EQ(period_of(swing({0.1, 0.1 * std::numbers::sqrt2, 0.3 * std::numbers::e, 0.77}, 60),
+                      1 / kSampleRate),
+            0);
   EXPECT_EQ(period_of(swing(harmonics_of(40), 45), 1 / kSampleRate), 0);  // little more than one
   EXPECT_EQ(period_of(RowMatrix::Constant(9000, 2, 0.5), 1 / kSampleRate), 0);
   EXPECT_EQ(period_of(RowMatrix::Zero(2, 2), 1 / kSampleRate), 0);

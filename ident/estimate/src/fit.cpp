@@ -106,8 +106,8 @@ Arm linear_arm(const Prepared& prepared) {
   using enum friction::Role;
   const std::string law = prepared.under_load ? "load_dependent" : "coulomb_viscous";
   Arm arm{prepared.robot, {}};
-  arm.friction.model = friction::RobotFriction(
-      std::vector(static_cast<std::size_t>(prepared.robot.n()), friction::JointSpec{{{law, 0, {}}}}));
+  arm.friction.model = friction::RobotFriction(std::vector(
+      static_cast<std::size_t>(prepared.robot.n()), friction::JointSpec{{{law, 0, {}}}}));
   const RigidBodyFit& rigid = prepared.rigid_body_of(arm.friction.model);
   arm.robot.pi = rigid.pi;
   const auto value_of = [&](const friction::ParameterInfo& info, int joint) {
@@ -117,8 +117,7 @@ Arm linear_arm(const Prepared& prepared) {
                                          : linear_value(prepared, rigid, info, joint);
   };
   for (const friction::ParameterRef& p : arm.friction.model.parameters())
-    arm.friction.theta.push_back(
-        std::clamp(value_of(p.info, p.joint), p.info.lower, p.info.upper));
+    arm.friction.theta.push_back(std::clamp(value_of(p.info, p.joint), p.info.lower, p.info.upper));
   return arm;
 }
 
@@ -247,8 +246,7 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
     const int k = out.robot.armature_begin() + found.joint;
     out.robot.pi[k] = out.rigid_body.pi[k];  // held there in further fits too
   }
-  out.under_load =
-      rigid_body_under_load(out.robot, out.recordings, out.options, out.rigid_body);
+  out.under_load = rigid_body_under_load(out.robot, out.recordings, out.options, out.rigid_body);
   if (out.under_load) {
     widen_errors(*out.under_load, out.rigid_body);
     out.rigid_body.lacks_growth = true;
@@ -341,8 +339,7 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
     std::vector<double> share(static_cast<std::size_t>(n));
     parallel_for(n, jobs, [&](int j) {
       const auto i = static_cast<std::size_t>(j);
-      const JointFrictionData data(recordings, target, j, cutoff,
-                                   offset_prior(rigid, j));
+      const JointFrictionData data(recordings, target, j, cutoff, offset_prior(rigid, j));
       FrictionFitOptions options;
       options.seed = static_cast<std::uint64_t>(seed);
       options.stream = static_cast<std::uint64_t>(j);

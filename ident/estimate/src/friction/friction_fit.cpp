@@ -169,8 +169,7 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
   }
 
   if (best.value < kBadValue) {
-    if (!options.grows)
-      leave_out_unseen_growth(data, friction, coordinates, start, options, best);
+    if (!options.grows) leave_out_unseen_growth(data, friction, coordinates, start, options, best);
     bound_static_friction(data, friction, coordinates, options, best);
     level_unseen_static_friction(data, friction, coordinates, best);
   }

@@ -165,9 +165,10 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
       growth.push_back(fmt::format("{} {}", with_error(&v),
                                    v.name.substr(0, v.name.size() - kFrictionPerTorque.size())));
   if (!growth.empty())
-    text += fmt::format("; it grows with the torque of the motor ({}): take a law with load, others "
-                        "find bodies that are too heavy",
-                        fmt::join(growth, ", "));
+    text += fmt::format(
+        "; it grows with the torque of the motor ({}): take a law with load, others "
+        "find bodies that are too heavy",
+        fmt::join(growth, ", "));
   text += '\n';
   text += fmt::format(
       "laws: {}{}\n", supported.empty() ? "none" : fmt::format("{}", fmt::join(supported, ", ")),

@@ -20,8 +20,8 @@ namespace {
 
 using dynamics::Vector10;
 
-constexpr int kLoad = 10;        // parameters of a body
-constexpr int kPasses = 4;       // of the regression
+constexpr int kLoad = 10;   // parameters of a body
+constexpr int kPasses = 4;  // of the regression
 
 // A load so wide that it only decides what the data leave open: a ton, a metre away.
 Vector10 widest() { return Vector10{{1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3}}; }
@@ -77,7 +77,9 @@ Eigen::MatrixXd wide_precision(const Columns& at, const dynamics::Nominal& nomin
   precision.topLeftCorner(at.p, at.p) = pull.transpose() * pull;
   precision.diagonal().head(at.load()).array() += 1e-12;  // linear torques and friction not excited
   for (const bool with : {false, true})
-    precision.diagonal().segment(at.growth(with), at.n).setConstant(1 / (kUsualGrowth * kUsualGrowth));
+    precision.diagonal()
+        .segment(at.growth(with), at.n)
+        .setConstant(1 / (kUsualGrowth * kUsualGrowth));
   precision.diagonal().tail(kLoad) = widest().cwiseAbs2().cwiseInverse();
   return precision;
 }

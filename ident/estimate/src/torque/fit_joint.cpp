@@ -228,7 +228,8 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   report.message = fmt::format("{} of {} candidates, held-out error {:.2e} rad2", best->name,
                                found.size(), best->held_out);
   if (const double period = fits.periods().longest_s; period > 0)
-    report.message += fmt::format("; the motion repeats after {:.3g} s: every period's end is held out", period);
+    report.message +=
+        fmt::format("; the motion repeats after {:.3g} s: every period's end is held out", period);
   if (!config.prior.empty() && !fits.is_like_prior(found.front().arm))
     report.message += "; the prior is left out: held-out torque contradicts it";
   if (!finite) return report;

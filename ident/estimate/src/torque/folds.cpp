@@ -44,7 +44,8 @@ std::vector<std::vector<int>> by_motion(std::span<const signals::Recording> reco
 std::vector<Fold> folds_of(std::span<const signals::Recording> recordings) {
   const std::vector<std::vector<int>> motions = by_motion(recordings);
   const auto count = std::ssize(motions);
-  std::vector<Fold> folds(static_cast<std::size_t>(count == 1 ? kFifths : std::min(count, kMostFolds)));
+  std::vector<Fold> folds(
+      static_cast<std::size_t>(count == 1 ? kFifths : std::min(count, kMostFolds)));
   for (std::size_t m = 0; m < motions.size(); ++m)
     for (const int i : motions[m]) {
       const signals::Recording& recording = recordings[static_cast<std::size_t>(i)];

@@ -495,8 +495,8 @@ Candidate JointFits::on_windows(const Candidate& start, std::string_view label) 
   MultiStepOptions options = windows_;
   options.limits = limits;
   const MultiStepReport trained =
-      refine_on_windows(start.arm, torque_pull(all_, start.arm, torque, jobs_),
-                        periods_.recordings, options, label, jobs_);
+      refine_on_windows(start.arm, torque_pull(all_, start.arm, torque, jobs_), periods_.recordings,
+                        options, label, jobs_);
   Candidate out = judged(start.name + ", windows", trained.arm, trained.seconds);
   out.rival = start.rival;
   return out;
