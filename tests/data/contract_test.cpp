@@ -90,6 +90,19 @@ TEST_F(Import, TheRateIsNotThatOfOneRoundedPeriod) {
     }
 }
 
+// Stamps that are late by up to the period, some of which look like gaps; with samples lost, too.
+TEST_F(Import, LateStampsDoNotChangeTheRate) {
+  for (const bool gaps : {false, true}) {
+    Rng rng(1, 0);
+    std::string log = "t,q1,q2,tau1,tau2\n";
+    for (int k = 0; k < 15'000; ++k) {
+      const double late = std::min(4e-3, std::abs(1e-3 * rng.normal()));
+      if (!gaps || k % 3000 > 40) log += fmt::format("{:.7f},{},0,0,1\n", 0.004 * k + late, k);
+    }
+    EXPECT_NEAR(read_log(write("log.csv", log), contract()).rate_hz, 250, gaps ? 2e-2 : 2e-3);
+  }
+}
+
 // Samples that are taken in time and stamped late by 20 us or so of 4 ms, as in bags of ROS.
 TEST_F(Import, SlightJitterIsEvenedOut) {
   const auto log_of = [](double sd, double late) {

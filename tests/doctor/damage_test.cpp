@@ -121,6 +121,12 @@ std::vector<Damage> damages() {
          Rng rng(1, 0);
          for (int k = 0; k < d.length(); ++k) d.t[k] += 0.05 * d.dt() * rng.normal();
        }},
+      {"times late by up to the period", "jitter", "t", -1, -1,
+       [](Dataset& d) {
+         Rng rng(2, 0);
+         for (int k = 0; k < d.length(); ++k)
+           d.t[k] += d.dt() * std::min(1.0, std::abs(0.25 * rng.normal()));
+       }},
       {"clock that slows by 1 %", "clock_drift", "t", -1, -1,
        [](Dataset& d) {
          const double T = d.t[d.length() - 1];

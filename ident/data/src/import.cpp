@@ -90,10 +90,8 @@ double rate_of(const Eigen::VectorXd& t) {
       if (std::abs(dt - period) < 0.5 * period) sum += dt, ++count;
     if (count > 0) period = sum / count;
   }
-  // The whole length knows the period best, unless samples are lost or repeated.
-  const double length = t[t.size() - 1] - t[0], number = static_cast<double>(t.size() - 1);
-  if (std::abs(length / period - number) < 0.5) period = length / number;
-  const double rate = 1 / period, whole = std::round(rate);
+  const double rate = period > 0 ? rate_by_line(t, 1 / period) : 1 / period;
+  const double whole = std::round(rate);
   return std::abs(rate - whole) < 1e-6 * whole ? whole : rate;
 }
 

@@ -14,13 +14,6 @@ using Findings = std::vector<Finding>;
 /// The upper of two middle ones; 0 of none.
 double median(std::vector<double> x);
 
-/// Samples lost before each row (T), by rising times: a stamp that is late alone is jitter; after a
-/// gap those that follow are late too.
-std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz);
-
-/// Rows whose stamps rise: without repeats, and without a single stamp that is ahead of the next.
-std::vector<int> rising_rows(const Eigen::VectorXd& t);
-
 /// restart: where another recording begins.
 void check_restarts(const data::Dataset& d, Findings& findings);
 /// rate, gap, duplicate, jitter, clock_drift. @pre one recording

@@ -9,6 +9,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/base/text.hpp"
+#include "fricid/data/sample_times.hpp"
 #include "fricid/doctor/doctor.hpp"
 
 namespace fricid::doctor {
@@ -56,8 +57,8 @@ void choose_rows(Dataset& d, const std::vector<int>& from) {
 
 // Lost samples and repeated rows stay what they are, for the reader to refuse.
 void make_uniform(Dataset& d) {
-  const std::vector<int> rising = rising_rows(d.t);
-  const std::vector<int> lost = lost_before(d.t(rising), d.rate_hz);
+  const std::vector<int> rising = data::rising_rows(d.t);
+  const std::vector<int> lost = data::lost_before(d.t(rising), d.rate_hz);
   double at = -1;
   std::size_t next = 0;
   for (int k = 0; k < d.length(); ++k) {
@@ -67,14 +68,14 @@ void make_uniform(Dataset& d) {
 }
 
 void drop_duplicates(Dataset& d) {
-  const std::vector<int> kept = rising_rows(d.t);
+  const std::vector<int> kept = data::rising_rows(d.t);
   choose_rows(d, kept);
   d.t = Eigen::VectorXd(d.t(kept));
 }
 
 // Samples lost are counted gap by gap, so that a drifting clock adds up nowhere.
 void fill_gaps(Dataset& d) {
-  const std::vector<int> lost = lost_before(d.t, d.rate_hz);
+  const std::vector<int> lost = data::lost_before(d.t, d.rate_hz);
   double samples = d.length();
   for (const int count : lost) samples += count;
   const std::string where = d.source.empty() ? d.name : fmt::format("{} ({})", d.name, d.source);
