@@ -103,6 +103,43 @@ TEST_F(Import, LateStampsDoNotChangeTheRate) {
   }
 }
 
+// Stamps of 4 ms samples in whole steps of 10 ms or 5 ms, rounded or cut off.
+TEST_F(Import, TimesInStepsCoarserThanTheSamplesAreMadeEven) {
+  using Whole = double (*)(double);
+  const auto log_of = [](double step, Whole to_whole, int lost) {
+    std::string log = "t,q1,q2,tau1,tau2\n";
+    for (int k = 0; k < 6000; ++k)
+      if (k < 3000 || k >= 3000 + lost)
+        log += fmt::format("{:.4f},{},0,{},1\n", step * to_whole(0.004 * k / step + 1e-9), k, k);
+    return log;
+  };
+  for (const double step : {5e-3, 1e-2})
+    for (const Whole to_whole : {Whole{std::floor}, Whole{std::round}}) {
+      std::vector<std::string> warnings;
+      const Dataset d = import_log(write("log.csv", log_of(step, to_whole, 0)), contract(),
+                                   [&](const std::string& line) { warnings.push_back(line); });
+      EXPECT_NEAR(d.rate_hz, 250, 1e-3);
+      EXPECT_NEAR(d.t[5999], 0.004 * 5999, 1e-4);
+      EXPECT_EQ(d.q(5999, 0), 5999);
+      EXPECT_THAT(d.source, testing::HasSubstr("made even"));
+      EXPECT_THAT(warnings, ElementsAre(testing::HasSubstr("coarser than the samples")));
+      EXPECT_THAT(log_error(log_of(step, to_whole, 50)),
+                  testing::AllOf(testing::HasSubstr("coarser than the samples"),
+                                 testing::HasSubstr("a time with more digits")));
+    }
+}
+
+// A row that is written twice has one time and is no sample of its own.
+TEST_F(Import, RowsWrittenTwiceAreNoCoarseTimes) {
+  std::string log = "t,q1,q2,tau1,tau2\n";
+  for (int k = 0; k < 2000; ++k)
+    for (int i = 0; i < (k % 3 == 0 ? 2 : 1); ++i)
+      log += fmt::format("{:.3f},{},0,0,1\n", 0.004 * k, k);
+  const Dataset d = read_log(write("log.csv", log), contract());
+  EXPECT_NEAR(d.rate_hz, 250, 1e-6);
+  EXPECT_EQ(d.t[1], 0);
+}
+
 // Samples that are taken in time and stamped late by 20 us or so of 4 ms, as in bags of ROS.
 TEST_F(Import, SlightJitterIsEvenedOut) {
   const auto log_of = [](double sd, double late) {

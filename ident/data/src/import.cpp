@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "check_times.hpp"
 #include "columns_of_joints.hpp"
@@ -74,7 +75,13 @@ char separator_of(const std::string& name) {
                                : '\0';
 }
 
-// Rate of the samples, exactly whole where it is within a part in a million.
+// A rate, exactly whole where it is within a part in a million.
+double whole_rate(double rate) {
+  const double whole = std::round(rate);
+  return std::abs(rate - whole) < 1e-6 * whole ? whole : rate;
+}
+
+// Rate of the samples.
 double rate_of(const Eigen::VectorXd& t) {
   std::vector<double> periods;
   for (int k = 1; k < t.size(); ++k) periods.push_back(t[k] - t[k - 1]);
@@ -90,9 +97,7 @@ double rate_of(const Eigen::VectorXd& t) {
       if (std::abs(dt - period) < 0.5 * period) sum += dt, ++count;
     if (count > 0) period = sum / count;
   }
-  const double rate = period > 0 ? rate_by_line(t, 1 / period) : 1 / period;
-  const double whole = std::round(rate);
-  return std::abs(rate - whole) < 1e-6 * whole ? whole : rate;
+  return whole_rate(period > 0 ? rate_by_line(t, 1 / period) : 1 / period);
 }
 
 bool has(const Names& names, const std::string& name) {
@@ -217,12 +222,38 @@ void move_torque_back(Dataset& d, double delay, std::vector<int>& lines) {
   }
 }
 
+void make_even(Dataset& d) {
+  d.t = Eigen::VectorXd::LinSpaced(d.length(), 0, d.length() - 1) / d.rate_hz;
+}
+
+// Makes the times of a clock that is coarser than the samples even.
+// @return whether it is one
+bool even_out_steps(Dataset& d, const std::string& file, const Warn& warn) {
+  const std::optional<CoarseClock> clock = coarse_clock(d);
+  if (!clock) return false;
+  const std::string size = fmt::format("{:.4g} ms", 1e3 * clock->step_s);
+  if (!clock->fits_even)
+    throw UserError(
+        "{}: time stamps in steps of {}, coarser than the samples, of which some are missed or "
+        "uneven; allowed: a time with more digits",
+        file, size);
+  d.rate_hz = whole_rate(clock->rate_hz);
+  make_even(d);
+  d.source += fmt::format(", times in steps of {} made even", size);
+  if (warn)
+    warn(
+        fmt::format("{}: time stamps in steps of {}, coarser than the samples: these are taken as "
+                    "even, {:.7g} Hz; log the time with more digits",
+                    file, size, d.rate_hz));
+  return true;
+}
+
 // Makes times that jitter a little even.
 void even_out(Dataset& d, const std::string& file, const Warn& warn) {
   if (!is_slight_jitter(d.t, d.rate_hz)) return;
   const std::string size =
       fmt::format("{:.2g} % rms", 100 * d.rate_hz * quality_of_clock(d.t, d.rate_hz).jitter_s);
-  d.t = Eigen::VectorXd::LinSpaced(d.length(), 0, d.length() - 1) / d.rate_hz;
+  make_even(d);
   d.source += fmt::format(", periods that varied by {} made even", size);
   if (warn) warn(fmt::format("{}: periods vary by {}: samples are taken as even", file, size));
 }
@@ -257,8 +288,6 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
   for (int k = 0; k < length; ++k)
     if (!std::isfinite(d.t[k]))
       throw UserError("{}: t = {}; allowed: a finite time", columns.place_of(k), d.t[k]);
-  d.rate_hz = rate_of(d.t);
-  require_plausible_rate(d.rate_hz, contract.time, columns.place_of(1));
   const auto zero = [](std::size_t) { return 0.0; };
   columns.take(
       1, [](std::size_t) { return 1.0; }, zero);
@@ -299,8 +328,11 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
     d.temperature = columns.take(
         n, [](std::size_t) { return 1.0; },
         [&](std::size_t) { return contract.temperature.unit == "C" ? 273.15 : 0.0; });
+  const bool was_coarse = even_out_steps(d, file, warn);
+  if (!was_coarse) d.rate_hz = rate_of(d.t);
+  require_plausible_rate(d.rate_hz, contract.time, columns.place_of(1));
+  if (!was_coarse) even_out(d, file, warn);
   lines = std::move(table.lines);
-  even_out(d, file, warn);
   if (torque.delay_s != 0) {
     if (std::abs(torque.delay_s) > (d.t.maxCoeff() - d.t.minCoeff()) / 2)
       throw UserError("{}: [torque] delay_s = {} of a log of {:.4g} s; allowed: at most half of it",

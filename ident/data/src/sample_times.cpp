@@ -33,6 +33,17 @@ Eigen::VectorXd without_gaps(const Eigen::VectorXd& t, double rate_hz) {
   return s;
 }
 
+// Numbers of `count` rows about their middle, from -1/2 to 1/2.
+Eigen::VectorXd rows_about_middle(Eigen::Index count) {
+  return Eigen::VectorXd::LinSpaced(count, 0, 1).array() - 0.5;
+}
+
+// Time from the first to the last row along the line through all stamps.
+double length_of_line(const Eigen::VectorXd& t) {
+  const Eigen::VectorXd row = rows_about_middle(t.size());
+  return row.dot(t) / row.squaredNorm();
+}
+
 // Mean period of rows [first, first + count): from the usual stamp of their first half to that of
 // their second, so that no single stamp counts, and none is wrong by what all are late.
 double usual_period(const Eigen::VectorXd& s, Eigen::Index first, Eigen::Index count,
@@ -102,9 +113,44 @@ std::vector<int> rising_rows(const Eigen::VectorXd& t) {
 
 double rate_by_line(const Eigen::VectorXd& t, double rate_hz) {
   const Eigen::VectorXd s = without_gaps(t, rate_hz);
-  const Eigen::VectorXd row = Eigen::VectorXd::LinSpaced(s.size(), 0, 1).array() - 0.5;
-  const double length = row.dot(s) / row.squaredNorm();
+  const double length = length_of_line(s);
   return length > 0 ? static_cast<double>(s.size() - 1) / length : rate_hz;
+}
+
+std::optional<CoarseClock> coarse_clock(const Dataset& d) {
+  constexpr double kFewest = 0.01;   // of the rows, that have the stamp of the row before
+  constexpr int kLeast = 10;         // of them
+  constexpr double kRepeats = 0.1;   // of the rows: fewer of an uneven clock are repeats
+  constexpr double kCoarser = 1.01;  // than the samples
+  constexpr double kWhole = 1e-3;    // of a step, that a period is off a whole number of them
+  const Eigen::Index T = d.t.size();
+  CoarseClock clock;
+  Eigen::Index equal = 0, copies = 0;
+  for (Eigen::Index k = 1; k < T; ++k) {
+    const double dt = d.t[k] - d.t[k - 1];
+    if (dt > 0) {
+      if (clock.step_s == 0 || dt < clock.step_s) clock.step_s = dt;
+      continue;
+    }
+    if (dt < 0) return {};
+    ++equal;
+    if (d.q.row(k) == d.q.row(k - 1) && d.tau.row(k) == d.tau.row(k - 1)) ++copies;
+  }
+  if (equal < kLeast || static_cast<double>(equal) < kFewest * static_cast<double>(T) ||
+      2 * copies > equal)
+    return {};
+  for (Eigen::Index k = 1; k < T; ++k) {
+    const double steps = (d.t[k] - d.t[k - 1]) / clock.step_s;
+    if (!(std::abs(steps - std::round(steps)) < kWhole)) return {};
+  }
+  const double length = length_of_line(d.t);
+  if (!(length > 0)) return {};
+  clock.rate_hz = static_cast<double>(T - 1) / length;
+  if (clock.step_s * clock.rate_hz < kCoarser) return {};
+  const Eigen::ArrayXd off = d.t.array() - d.t.mean() - length * rows_about_middle(T).array();
+  clock.fits_even = off.abs().maxCoeff() <= (1 + kWhole) * clock.step_s;
+  if (!clock.fits_even && static_cast<double>(equal) < kRepeats * static_cast<double>(T)) return {};
+  return clock;
 }
 
 ClockQuality quality_of_clock(const Eigen::VectorXd& t, double rate_hz) {

@@ -3,7 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
+
+#include "fricid/data/dataset.hpp"
 
 namespace fricid::data {
 
@@ -27,6 +30,17 @@ std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz);
 /// that are late do not change it, as a mean of those periods that look regular would.
 /// @param rate_hz  the rate, roughly
 double rate_by_line(const Eigen::VectorXd& t, double rate_hz);
+
+/// A clock with fewer steps than there are samples: some stamps equal the one before, all others
+/// are whole steps later.
+struct CoarseClock {
+  double step_s = 0;
+  double rate_hz = 0;      ///< of the line through the stamps
+  bool fits_even = false;  ///< no stamp is off that line by more than a step: no sample is missed
+};
+/// @param d  of which the rate is not used
+/// @return none where most rows of one stamp are copies, which are repeats, or hardly any are
+std::optional<CoarseClock> coarse_clock(const Dataset& d);
 
 /// What a clock does over a log, seen in its periods that are neither gaps nor repeats.
 struct ClockQuality {
