@@ -127,6 +127,13 @@ std::vector<Damage> damages() {
          for (int k = 0; k < d.length(); ++k)
            d.t[k] += d.dt() * std::min(1.0, std::abs(0.25 * rng.normal()));
        }},
+      {"counter of 32 bits in us", "wrap", "t", -1, -1,
+       [](Dataset& d) { d.t.tail(d.length() - 1200).array() -= 0x1p32 / 1e6; }},
+      {"counter of 31 bits in ns", "wrap", "t", -1, -1,
+       [](Dataset& d) {
+         constexpr double kRange = 0x1p31 / 1e9;
+         for (double& t : d.t) t -= kRange * std::floor((t + 1) / kRange);
+       }},
       {"clock that slows by 1 %", "clock_drift", "t", -1, -1,
        [](Dataset& d) {
          const double T = d.t[d.length() - 1];

@@ -81,6 +81,18 @@ double whole_rate(double rate) {
   return std::abs(rate - whole) < 1e-6 * whole ? whole : rate;
 }
 
+// The most rows in which the clock does not begin again.
+Eigen::VectorXd longest_rise(const Eigen::VectorXd& t) {
+  constexpr double kBack = 0.1;  // [s]
+  Eigen::Index first = 0, begin = 0, count = 0;
+  for (Eigen::Index k = 1; k <= t.size(); ++k) {
+    if (k < t.size() && t[k - 1] - t[k] <= kBack) continue;
+    if (k - first > count) begin = first, count = k - first;
+    first = k;
+  }
+  return t.segment(begin, count);
+}
+
 // Rate of the samples.
 double rate_of(const Eigen::VectorXd& t) {
   std::vector<double> periods;
@@ -97,7 +109,7 @@ double rate_of(const Eigen::VectorXd& t) {
       if (std::abs(dt - period) < 0.5 * period) sum += dt, ++count;
     if (count > 0) period = sum / count;
   }
-  return whole_rate(period > 0 ? rate_by_line(t, 1 / period) : 1 / period);
+  return whole_rate(period > 0 ? rate_by_line(longest_rise(t), 1 / period) : 1 / period);
 }
 
 bool has(const Names& names, const std::string& name) {

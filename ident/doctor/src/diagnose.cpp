@@ -57,6 +57,11 @@ void leave_out(data::RowMatrix& x, const Finding& f, const Eigen::VectorXd& t) {
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot) {
   Findings findings;
   check_restarts(d, findings);
+  if (!findings.empty() && findings[0].kind == FindingKind::kWrap) {
+    const Findings others = diagnose(repair(d, findings, {{FindingKind::kWrap}}), robot);
+    findings.insert(findings.end(), others.begin(), others.end());
+    return findings;
+  }
   if (!findings.empty()) return findings;
   check_clock(d, findings);
   check_signals(d, findings);

@@ -20,6 +20,8 @@ constexpr std::array kKinds{
     KindInfo{FindingKind::kRestart, kDamage,
              "two recordings in one file; nothing else was examined",
              "split the file there, a recording each", false, true},
+    KindInfo{FindingKind::kWrap, kDamage, "the time goes back where its counter is full",
+             "--fix wrap lets it go on; or log a counter of 64 bits", true, true},
     KindInfo{FindingKind::kJitter, kDamage, "velocity and acceleration are noisy",
              "log the controller's own time stamps; if samples are taken evenly, --fix jitter",
              true},

@@ -95,6 +95,10 @@ void fill_gaps(Dataset& d) {
             d.rate_hz;
 }
 
+void let_time_go_on(Dataset& d, const Finding& wrap) {
+  for (const int k : wrap.rows) d.t.tail(d.length() - k).array() += wrap.size;
+}
+
 // Torque at t_k taken from t_k + delay.
 void advance_torque(Dataset& d, double delay) {
   const RowMatrix old = d.tau;
@@ -126,6 +130,7 @@ void apply(Dataset& d, const Finding& f) {
   if (f.kind == FindingKind::kDuplicate) return drop_duplicates(d);
   if (f.kind == FindingKind::kJitter || f.kind == FindingKind::kClockDrift) return make_uniform(d);
   if (f.kind == FindingKind::kDelay) return advance_torque(d, f.size);
+  if (f.kind == FindingKind::kWrap) return let_time_go_on(d, f);
   if (f.kind == FindingKind::kVelocity) return d.v.resize(0, 0);
   if (f.kind == FindingKind::kSign) return scale(d, f, -1);
   if (f.kind == FindingKind::kAngleUnit) return scale(d, f, std::numbers::pi / 180);
@@ -147,10 +152,12 @@ void apply(Dataset& d, const Finding& f) {
   }
 }
 
-// Repairs of given rows come first, then those that change the rows, then those that need even
-// times.
+// A wrapped counter comes first, then repairs of given rows, then those that change the rows, then
+// those that need even times.
 int order_of(FindingKind kind) {
   switch (kind) {
+    case FindingKind::kWrap:
+      return 0;
     case FindingKind::kDuplicate:
       return 2;
     case FindingKind::kGap:

@@ -40,6 +40,16 @@ void check_regularity(const data::Dataset& d, const Eigen::VectorXd& rising,
                         .unit = "% of the period"});
 }
 
+// What a counter of 31 or 32 bits that counts ms, us or ns goes back by when it is full; 0: none
+// of them goes back so far. [s]
+double range_of_counter(double back, double period) {
+  constexpr double kLost = 2;  // periods, about the step of one
+  for (const double ticks : {0x1p31, 0x1p32})
+    for (const double second : {1e3, 1e6, 1e9})
+      if (std::abs(back + period - ticks / second) <= kLost * period) return ticks / second;
+  return 0;
+}
+
 // Appends those of one kind.
 void append(Findings some, Findings& findings) {
   if (some.size() > kMostListed) {
@@ -64,12 +74,22 @@ double median(std::vector<double> x) {
 // A stamp that is back alone is a duplicate: the next one is later than all before.
 void check_restarts(const data::Dataset& d, Findings& findings) {
   Findings restarts;
+  Finding wrap{.kind = FindingKind::kWrap, .signal = "t", .count = 0};
   double latest = d.t[0];
   for (int k = 1; k < d.length(); ++k) {
     if (data::is_ahead_alone(d.t, k)) continue;
     const double back = d.t[k - 1] - d.t[k];
     if (back > kBack && !data::is_ahead_alone(d.t, k - 1) && k + 1 < d.length() &&
         d.t[k + 1] <= latest) {
+      const double range = range_of_counter(back, 1 / d.rate_hz);
+      if (range > 0 && (wrap.count == 0 || wrap.size == range)) {
+        if (wrap.count++ == 0) wrap.begin_s = d.t[k - 1];
+        wrap.size = range;
+        wrap.end_s = d.t[k] + wrap.count * range;
+        wrap.rows.push_back(k);
+        latest = d.t[k];
+        continue;
+      }
       restarts.push_back({.kind = FindingKind::kRestart,
                           .signal = "t",
                           .begin_s = d.t[k - 1],
@@ -79,6 +99,10 @@ void check_restarts(const data::Dataset& d, Findings& findings) {
       latest = d.t[k];
     }
     latest = std::max(latest, d.t[k]);
+  }
+  if (restarts.empty() && wrap.count > 0) {
+    wrap.unit = fmt::format("s back after row {}, the range of its counter", wrap.rows[0]);
+    restarts.push_back(wrap);
   }
   append(std::move(restarts), findings);
 }

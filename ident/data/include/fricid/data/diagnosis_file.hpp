@@ -23,6 +23,7 @@ enum class FindingKind {
   kGap,
   kDuplicate,
   kRestart,
+  kWrap,
   kJitter,
   kClockDrift,
   kMissing,
@@ -49,7 +50,8 @@ enum class FindingKind {
   kSegments
 };
 constexpr std::string_view names(FindingKind) {
-  return "rate|gap|duplicate|restart|jitter|clock_drift|missing|quantised|stuck|constant|still|"
+  return "rate|gap|duplicate|restart|wrap|jitter|clock_drift|missing|quantised|stuck|constant|"
+         "still|"
          "saturated|spike|jump|repeated|velocity|angle_unit|length_unit|torque_unit|mount|sign|"
          "swapped|coupled|delay|delay_unknown|temperature_unit|temperature_trend|segments";
 }
