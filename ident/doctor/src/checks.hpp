@@ -18,8 +18,8 @@ double median(std::vector<double> x);
 void check_restarts(const data::Dataset& d, Findings& findings);
 /// rate, gap, duplicate, jitter, clock_drift. @pre one recording
 void check_clock(const data::Dataset& d, Findings& findings);
-/// missing, stuck, constant, still, quantised, saturated, spike, jump, repeated, temperature_unit
-/// and _trend.
+/// missing, stuck, same, constant, still, quantised, saturated, spike, jump, repeated,
+/// temperature_unit and _trend.
 void check_signals(const data::Dataset& d, Findings& findings);
 /// Moving and holding.
 void find_segments(const data::Dataset& d, Findings& findings);

@@ -35,6 +35,10 @@ constexpr std::array kKinds{
              "log more digits (KUKA RSI: raise Precision of the ETHERNET object)", false},
     KindInfo{FindingKind::kStuck, kDamage, "the signal is no measurement there",
              "log this channel again; where the drives were off, leave that time out", false, true},
+    KindInfo{FindingKind::kSame, kDamage, "one column under two headers: one joint was not logged",
+             "log the channel of each joint under its own header; fix one of two fingers that one "
+             "motor moves",
+             false, true},
     KindInfo{FindingKind::kConstant, kDamage,
              "a torque that was not logged: of this joint nothing can be identified",
              "log it, or name its column in [torque] of the contract", false, true},

@@ -29,6 +29,7 @@ enum class FindingKind {
   kMissing,
   kQuantised,
   kStuck,
+  kSame,
   kConstant,
   kStill,
   kSaturated,
@@ -50,9 +51,9 @@ enum class FindingKind {
   kSegments
 };
 constexpr std::string_view names(FindingKind) {
-  return "rate|gap|duplicate|restart|wrap|jitter|clock_drift|missing|quantised|stuck|constant|"
-         "still|"
-         "saturated|spike|jump|repeated|velocity|angle_unit|length_unit|torque_unit|mount|sign|"
+  return "rate|gap|duplicate|restart|wrap|jitter|clock_drift|missing|quantised|stuck|same|constant|"
+         "still|saturated|spike|jump|repeated|velocity|angle_unit|length_unit|torque_unit|mount|"
+         "sign|"
          "swapped|coupled|delay|delay_unknown|temperature_unit|temperature_trend|segments";
 }
 
