@@ -13,6 +13,7 @@
 #include "fricid/data/log_reader.hpp"
 #include "fricid/data/sample_times.hpp"
 #include "logs/columns.hpp"
+#include "units.hpp"
 
 namespace fricid::data {
 
@@ -284,6 +285,7 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
                                &contract.velocity.columns, &contract.temperature.columns})
     wanted.insert(wanted.end(), columns->begin(), columns->end());
   LogTable table = reader.read(path, wanted, style);
+  check_units(table, contract, file);
   const int length = static_cast<int>(table.columns[0].size());
   if (length < 2) throw UserError("{}: {} rows of numbers; allowed: at least 2", file, length);
 
