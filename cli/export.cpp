@@ -74,13 +74,17 @@ Verdict export_models(const ExportOptions& options, const CommonOptions& common)
     for (std::string& loss : one.losses)
       if (std::ranges::find(all.losses, loss) == all.losses.end())
         all.losses.push_back(std::move(loss));
+    for (std::string& note : one.notes)
+      if (std::ranges::find(all.notes, note) == all.notes.end())
+        all.notes.push_back(std::move(note));
   }
   if (fs::exists(options.output) && !fs::is_directory(options.output))
     throw UserError("{}: found a file; allowed: a folder", options.output.string());
   deploy::save(all, options.output);
 
   if (common.json) {
-    nlohmann::json result = {{"files", nlohmann::json::array()}, {"losses", all.losses}};
+    nlohmann::json result = {
+        {"files", nlohmann::json::array()}, {"losses", all.losses}, {"notes", all.notes}};
     for (const deploy::TextFile& file : all.files)
       result["files"].push_back((options.output / file.name).string());
     print_json(result);
@@ -89,6 +93,7 @@ Verdict export_models(const ExportOptions& options, const CommonOptions& common)
   for (const deploy::TextFile& file : all.files)
     print((options.output / file.name).string() + "\n");
   for (const std::string& loss : all.losses) print("note: " + loss + "\n");
+  for (const std::string& note : all.notes) print("note: " + note + "\n");
   if (extends)
     for (const deploy::TextFile& file : all.files)
       print("note: add <include file=\"" + file.name + "\"/> to " + options.mjcf.string() + "\n");

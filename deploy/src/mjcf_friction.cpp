@@ -20,6 +20,13 @@ using friction::LawSpec;
 using friction::RobotFriction;
 using friction::Role;
 
+constexpr std::string_view kStartElsewhere =
+    "springs that yield are relaxed at q = 0 and would move an arm that starts elsewhere. In "
+    "Python, after each time that d.qpos is set:\n"
+    "    mujoco.mj_forward(m, d)\n"
+    "    for a, length in zip(m.tendon_plasticadr, d.ten_length):\n"
+    "        if a >= 0: d.plastic[a : a + 2] = length";
+
 /// A fixed tendon with a spring that yields: one element of a Maxwell slip bank.
 struct Spring {
   double stiffness;  ///< [N m/rad]
@@ -364,11 +371,18 @@ Exported write_mjcf_friction(const data::ModelFile& model, const Motion* held_ou
             rms(law, j), motion.name));
   }
   for (const std::string& loss : exported.losses) extras.head += xml_comment(loss) + Xml::of("\n");
-  if (!extras.tendons.empty())
+  if (!extras.tendons.empty()) {
+    exported.notes.emplace_back(kStartElsewhere);
+    for (std::string_view rest = kStartElsewhere; !rest.empty();) {  // a comment per line
+      const std::size_t end = std::min(rest.find('\n'), rest.size());
+      extras.head += xml_comment(rest.substr(0, end)) + Xml::of("\n");
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
     extras.head += xml_comment(
                        "springs that yield: integrator Euler, implicit or implicitfast; RK4 and "
                        "discrete let them yield differently") +
                    Xml::of("\n");
+  }
   exported.files.push_back({code_name(model) + "_friction.xml", mjcf_text(model, extras)});
   return exported;
 }

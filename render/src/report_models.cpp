@@ -185,7 +185,8 @@ Html health(const Record& record, const FittedModel& fitted) {
   item("Method", html::escaped(fit.method));
   item("Outcome", html::escaped(name_of(fit.outcome)) +
                       (fit.usable ? Html() : Html::of(" <b class=\"bad\">not usable</b>")));
-  item("In words", html::escaped(fit.message));
+  item("In words",
+       html::escaped(fit.prior_left_out ? fit.message + "; " + *fit.prior_left_out : fit.message));
   item("Fitted values", Html::of("{}", fit.parameters));
   if (fit.fitted_to) item("Fitted to", html::escaped(data::in_words(*fit.fitted_to)));
   if (const workflow::StageRecord* stage = record.manifest.find(workflow::stage_of(fitted.id)))

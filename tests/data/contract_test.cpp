@@ -7,9 +7,8 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "fricid/base/rng.hpp"
 #include "fricid/data/log_reader.hpp"
-#include "scene_folder.hpp"
+#include "import_fixture.hpp"
 #include "source_dir.hpp"
 
 namespace fricid::data {
@@ -19,38 +18,6 @@ using testing::ElementsAre;
 using testing::StartsWith;
 
 constexpr double kDegree = std::numbers::pi / 180;
-
-constexpr char kContract[] = R"(joint_names = ["shoulder", "elbow"]
-[position]
-columns = "q{}"
-[torque]
-columns = "tau{}"
-)";
-
-constexpr char kLog[] =
-    "t,q1,q2,tau1,tau2,note\n"
-    "5.000,0.1,0.2,1,2,0\n"
-    "5.004,0.11,0.21,1.5,2.5,0\n"
-    "5.008,0.12,0.22,-1e1,+3,0\n"
-    "5.012,0.13,0.23,1,4,0\n";
-
-constexpr char kOrMissing[] = "; nan, null, none or nothing where it is missing";
-
-class Import : public FolderTest {
- protected:
-  Contract contract(const std::string& text = kContract) const {
-    return load_contract(write("contract.toml", text));
-  }
-  Dataset import(const std::string& log, const std::string& text = kContract) const {
-    return import_log(write("log.csv", log), contract(text));
-  }
-  std::string log_error(const std::string& log, const std::string& text = kContract) const {
-    return message_of([&] { import(log, text); });
-  }
-  std::string contract_error(const std::string& text) const {
-    return message_of([&] { contract(text); });
-  }
-};
 
 // Reference: the torque is 100 t two and a half samples late; one sample is lost at 40 ms.
 TEST_F(Import, AKnownDelayOfTheTorqueIsTakenOut) {
@@ -75,45 +42,6 @@ TEST_F(Import, AKnownDelayOfTheTorqueIsTakenOut) {
   }
   EXPECT_THAT(log_error(kLog, std::string(kContract) + "delay_s = 0.5\n"),
               testing::HasSubstr("delay_s = 0.5 of a log of 0.012 s"));
-}
-
-// Stamps in whole milliseconds: 3, 3, 4, 3, 3, 4 ms are 300 Hz, also where samples are lost.
-TEST_F(Import, TheRateIsNotThatOfOneRoundedPeriod) {
-  for (const double rate : {60.0, 128.0, 300.0})
-    for (const bool gaps : {false, true}) {
-      std::string log = "t,q1,q2,tau1,tau2\n";
-      for (int k = 0; k < 6000; ++k)
-        if (!gaps || k % 500 > 7)
-          log += fmt::format("{},{},0,0,1\n", 1e-3 * std::floor(1e3 * k / rate), k);
-      const Dataset d = read_log(write("log.csv", log), contract());
-      EXPECT_NEAR(d.rate_hz, rate, 1e-3 * rate) << rate << " " << gaps;
-    }
-}
-
-// Samples that are taken in time and stamped late by 20 us or so of 4 ms, as in bags of ROS.
-TEST_F(Import, SlightJitterIsEvenedOut) {
-  const auto log_of = [](double sd, double late) {
-    Rng rng(1, 0);
-    std::string log = "t,q1,q2,tau1,tau2\n";
-    for (int k = 0; k < 2000; ++k)
-      log += fmt::format("{:.7f},{},0,0,1\n", 0.004 * k + sd * rng.normal() + (k == 700 ? late : 0),
-                         k % 3);
-    return log;
-  };
-  for (const double sd : {13e-6, 40e-6, 80e-6}) {
-    std::vector<std::string> warnings;
-    const Dataset d = import_log(write("log.csv", log_of(sd, 3e-4)), contract(),
-                                 [&](const std::string& warning) { warnings.push_back(warning); });
-    EXPECT_NEAR(d.rate_hz, 250, 0.02);
-    EXPECT_LT((d.t.array() * d.rate_hz - Eigen::ArrayXd::LinSpaced(2000, 0, 1999)).abs().maxCoeff(),
-              1e-9);
-    EXPECT_THAT(d.source, testing::HasSubstr("made even")) << sd;
-    EXPECT_THAT(warnings, ElementsAre(testing::HasSubstr("samples are taken as even"))) << sd;
-    EXPECT_EQ(d.q(701, 0), 701 % 3);
-  }
-  EXPECT_THAT(import(log_of(0, 0)).source, testing::Not(testing::HasSubstr("even")));
-  for (const auto& [sd, late] : {std::pair(200e-6, 0.0), std::pair(0.0, 1e-3)})
-    EXPECT_THAT(log_error(log_of(sd, late)), testing::HasSubstr("jitter in time")) << sd;
 }
 
 TEST_F(Import, ReadsColumnsByPattern) {
@@ -158,6 +86,38 @@ TEST_F(Import, SeparatorsLineEndsAndDecimalCommas) {
   EXPECT_TRUE(same(with(with(kLog, ',', ";"), '.', ","),
                    std::string("decimal_comma = true\n") + kContract));
   EXPECT_TRUE(same(kLog, std::string("separator = \"comma\"\n") + kContract));
+}
+
+TEST_F(Import, ARowOfUnitsIsHeldAgainstTheContract) {
+  const auto below = [](const char* units) {
+    return replaced(kLog, "note\n", fmt::format("note\n{}\n", units));
+  };
+  for (const char* units : {"s,rad,rad,Nm,Nm,-", "# s,rad,rad,Nm,Nm,-",
+                            "[s],[rad],[rad],[N m],[N*m],[1]", "sec,m,radians,N.m,?,words"})
+    EXPECT_EQ(import(below(units)).length(), 4) << units;
+  const std::string values = std::string(kLog).substr(std::string(kLog).find('\n') + 1);
+  EXPECT_EQ(import("# t,q1,q2,tau1,tau2,note\n# s,rad,rad,Nm,Nm,-\n" + values).length(), 4);
+  const auto error = [&](const char* units) { return log_error(below(units)); };
+  EXPECT_EQ(error("s,rad,deg,Nm,Nm,-"),
+            "log.csv:2: the row of units has \"deg\" for q2; the contract says otherwise: unit = "
+            "\"deg\" in [position]; where the row is wrong, leave it out");
+  EXPECT_THAT(error("# s,rad,\u00B0,Nm,Nm,-"), testing::HasSubstr("unit = \"deg\" in [position]"));
+  EXPECT_THAT(error("us,rad,rad,Nm,Nm,-"), testing::HasSubstr("unit = \"us\" in [time]"));
+  EXPECT_THAT(error("s,rad,mm,Nm,Nm,-"), testing::HasSubstr("scale = 0.001 in [position]"));
+  EXPECT_THAT(error("s,rad,rad,Nm,mNm,-"), testing::HasSubstr("scale = 0.001 in [torque]"));
+  EXPECT_EQ(import(below("s,deg,deg,Nmm,Nmm,-"),
+                   replaced(kContract, "\"q{}\"", "\"q{}\"\nunit = \"deg\"") + "scale = 0.001\n")
+                .tau(3, 1),
+            0.004);
+}
+
+TEST_F(Import, HeadersThatDifferInLetterCaseAreToldApart) {
+  EXPECT_EQ(import(replaced(kLog, "note", "Q1")).q(1, 0), 0.11);
+  EXPECT_EQ(log_error(replaced(replaced(kLog, "note", "TAU1"), "tau1", "Tau1")),
+            "log.csv:1: column \"tau1\" may be \"Tau1\" or \"TAU1\"; allowed: the name in its own "
+            "letter case");
+  EXPECT_EQ(log_error(kLog, replaced(kContract, "\"q{}\"", "[\"q1\", \"Q1\"]")),
+            "log.csv:1: \"q1\" and \"Q1\" of the contract are both column \"q1\"");
 }
 
 // Oracle: the formulas of the header, by hand.

@@ -24,6 +24,16 @@ TEST(MjcfFriction, MaxwellSlipIsTheLaw) {
   EXPECT_GE(exact.range, 5e-3) << "it slid";
 }
 
+// An arm with springs says how it is started off q = 0, on the terminal and in the file.
+TEST(MjcfFriction, SaysHowToStartElsewhere) {
+  const Exported springs = export_model(robot_with("maxwell_slip"), "mjcf_friction");
+  ASSERT_EQ(springs.notes.size(), 1U);
+  EXPECT_NE(springs.notes[0].find("d.plastic[a : a + 2] = length"), std::string::npos);
+  EXPECT_NE(springs.files[0].text.find("        if a >= 0: d.plastic[a : a + 2] = length -->\n"),
+            std::string::npos);
+  EXPECT_TRUE(export_model(robot_with("lugre_classic"), "mjcf_friction").notes.empty());
+}
+
 // Where it slides far, the error is that of the law in equal steps: half a step of motion, by which
 // positions are ahead of velocities.
 TEST(MjcfFriction, ErrorOfABankIsThatOfTheStep) {

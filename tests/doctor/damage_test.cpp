@@ -121,6 +121,19 @@ std::vector<Damage> damages() {
          Rng rng(1, 0);
          for (int k = 0; k < d.length(); ++k) d.t[k] += 0.05 * d.dt() * rng.normal();
        }},
+      {"times late by up to the period", "jitter", "t", -1, -1,
+       [](Dataset& d) {
+         Rng rng(2, 0);
+         for (int k = 0; k < d.length(); ++k)
+           d.t[k] += d.dt() * std::min(1.0, std::abs(0.25 * rng.normal()));
+       }},
+      {"counter of 32 bits in us", "wrap", "t", -1, -1,
+       [](Dataset& d) { d.t.tail(d.length() - 1200).array() -= 0x1p32 / 1e6; }},
+      {"counter of 31 bits in ns", "wrap", "t", -1, -1,
+       [](Dataset& d) {
+         constexpr double kRange = 0x1p31 / 1e9;
+         for (double& t : d.t) t -= kRange * std::floor((t + 1) / kRange);
+       }},
       {"clock that slows by 1 %", "clock_drift", "t", -1, -1,
        [](Dataset& d) {
          const double T = d.t[d.length() - 1];
@@ -173,6 +186,14 @@ std::vector<Damage> damages() {
        [](Dataset& d) { d.q.col(5).segment(900, 500).setConstant(d.q(900, 5)); }},
       {"torque 2 stuck for 1 s", "stuck", "tau", 1, -1,
        [](Dataset& d) { d.tau.col(1).segment(900, 250).setConstant(d.tau(900, 1)); }},
+      {"position 2 in the column of 3", "same", "q", 1, 2,
+       [](Dataset& d) { d.q.col(2) = d.q.col(1); }},
+      {"position 5 in the column of 1, of the other sign", "same", "q", 0, 4,
+       [](Dataset& d) { d.q.col(0) = -d.q.col(4); }},
+      {"torque 2 in the column of 3", "same", "tau", 1, 2,
+       [](Dataset& d) { d.tau.col(2) = d.tau.col(1); }},
+      {"torque 4 in the column of 6, of another gear", "same", "tau", 3, 5,
+       [](Dataset& d) { d.tau.col(5) = 0.7 * d.tau.col(3); }},
       {"spike in position 1", "spike", "q", 0, -1, [](Dataset& d) { d.q(1000, 0) += 0.05; }},
       {"spikes in torque 5", "spike", "tau", 4, -1,
        [](Dataset& d) {
@@ -683,6 +704,18 @@ TEST(Doctor, ATorqueThatIsMissingThroughoutContradictsNoVelocity) {
   const std::vector<Finding> findings = diagnose(d, &clean_logs()[0].robot);
   EXPECT_EQ(of_kind(findings, "missing").size(), 1u) << text_of(findings, d);
   EXPECT_TRUE(of_kind(findings, "velocity").empty()) << text_of(findings, d);
+}
+
+// Two joints that rest at one position, and two torques that were not logged.
+TEST(Doctor, ColumnsThatDoNotChangeAreNotTheSame) {
+  Dataset d = clean_logs()[0].data;
+  for (const int j : {3, 4}) {
+    d.q.col(j).setConstant(0.4);
+    d.v.col(j).setZero();
+    d.tau.col(j).setZero();
+  }
+  const auto findings = diagnose(d, &clean_logs()[0].robot);
+  EXPECT_TRUE(of_kind(findings, "same").empty()) << text_of(findings, d);
 }
 
 TEST(Doctor, AJointThatStandsStillIsNamedSo) {

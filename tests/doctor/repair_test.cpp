@@ -127,6 +127,33 @@ TEST(Repair, FindsAndMendsEveryClockThatTheReaderRefuses) {
   EXPECT_GT(refused, 200);
 }
 
+// Counters that begin again twice, and once where a sample is lost.
+TEST(Repair, LetsACounterThatWrapsGoOn) {
+  constexpr double kNanoseconds = 0x1p32 / 1e9, kMicroseconds = 0x1p32 / 1e6;
+  const std::vector<FindingKind> kinds{FindingKind::kWrap};
+  const auto count = [](const std::vector<Finding>& findings, FindingKind kind) {
+    return std::ranges::count(findings, kind, &Finding::kind);
+  };
+  data::Dataset d = log_with_a_gap(0);
+  d.t *= 10;
+  d.rate_hz = 10;
+  const Eigen::VectorXd whole = d.t;
+  for (double& t : d.t) t -= kNanoseconds * std::floor((t + 1) / kNanoseconds);
+  std::vector<Finding> findings = diagnose(d);
+  EXPECT_EQ(count(findings, FindingKind::kRestart), 0);
+  ASSERT_EQ(count(findings, FindingKind::kWrap), 1);
+  EXPECT_EQ(findings[0].count, 2);
+  EXPECT_LT((repair(d, findings, kinds).t - whole).cwiseAbs().maxCoeff(), 1e-9);
+
+  d = log_with_a_gap(0);
+  d.t.tail(30).array() += 0.01 - kMicroseconds;  // a sample is lost, too
+  findings = diagnose(d);
+  ASSERT_EQ(count(findings, FindingKind::kWrap), 1);
+  EXPECT_NEAR(repair(d, findings, kinds).t[99], 1, 1e-9);
+  d.t.tail(30).array() += 1;  // no range of a counter
+  EXPECT_EQ(count(diagnose(d), FindingKind::kRestart), 1);
+}
+
 // A gap that is not to be filled is not closed up either.
 TEST(Repair, EvenTimesKeepGapsAndRepeatedRows) {
   data::Dataset d = log_with_a_gap(0.2);

@@ -256,6 +256,23 @@ TEST(UrdfError, Inertia) {
             "element for Link [arm]");
 }
 
+TEST(UrdfError, OtherUnits) {
+  const auto error = [](double length, double mass) {
+    return message(one_joint(fmt::format(
+        R"(<inertial><origin xyz="{} 0 0"/><mass value="{}"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>)",
+        length, mass)));
+  };
+  EXPECT_EQ(error(0.2, 4900), "no error");
+  EXPECT_EQ(error(200, 5),
+            "r.urdf:4: joint turn: its link reaches 200 m from the first joint; allowed: up to 20 "
+            "m; a URDF is in metres: this one seems to be in millimetres (lengths times 0.001, "
+            "moments of inertia of kg mm^2 times 1e-6)");
+  EXPECT_EQ(error(0.2, 5100),
+            "r.urdf:3: link arm: mass = 5100 kg; allowed: up to 5000 kg; a URDF is in kilograms "
+            "and metres: this one seems to be in grams (masses and moments of inertia times "
+            "0.001)");
+}
+
 TEST(UrdfError, Joint) {
   EXPECT_EQ(
       message(one_joint(kInertial, kLimit, "planar")),

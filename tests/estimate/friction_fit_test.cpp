@@ -343,5 +343,28 @@ TEST(FitConventional, ALongLogIsFittedInPart) {
         << part.base_names[static_cast<std::size_t>(i)];
 }
 
+TEST(Prepare, SaysWhatBringsLogsToOneRate) {
+  const Arm arm = coulomb_arm();
+  std::vector<data::Dataset> logs = logs_of(arm, {}, 2);
+  logs[0].name = "train_0";
+  logs[1].name = "train_1";
+  const double rate = logs[0].rate_hz;
+  const auto error = [&](double factor) -> std::string {
+    logs[1].rate_hz = factor * rate;
+    try {
+      prepare(arm.robot, {}, logs, 2);
+    } catch (const UserError& e) {
+      return e.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(error(1), "no error");
+  EXPECT_THAT(error(2), testing::HasSubstr("one rate in a scene: filter train_1 and keep one row "
+                                           "in 2, or fit it in a scene of its own"));
+  EXPECT_THAT(error(0.25), testing::HasSubstr("filter train_0 and keep one row in 4"));
+  EXPECT_THAT(error(0.7), testing::HasSubstr("resample one of them"));
+  EXPECT_THAT(error(1.0001), testing::HasSubstr("give both even times of"));
+}
+
 }  // namespace
 }  // namespace fricid::estimate

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "fricid/base/error.hpp"
+#include "fricid/data/fit_file.hpp"
 #include "fricid/data/log_part.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/estimate/fit.hpp"
@@ -122,9 +123,11 @@ TEST(FitModel, LeavesOutAPriorThatTheTorqueContradicts) {
   for (std::size_t i = 0; i < without.model.arm.friction.theta.size(); ++i)
     EXPECT_NEAR(with_wrong.model.arm.friction.theta[i] / without.model.arm.friction.theta[i], 1,
                 0.01);
-  EXPECT_NE(with_wrong.message.find("the prior is left out"), std::string::npos);
+  EXPECT_NE(with_wrong.prior_left_out.value_or("").find("the prior is left out"),
+            std::string::npos);
   EXPECT_NE(with_right.model.arm.friction.theta, without.model.arm.friction.theta);
-  EXPECT_EQ(with_right.message.find("left out"), std::string::npos);
+  EXPECT_FALSE(with_right.prior_left_out);
+  EXPECT_EQ(fit_file(with_wrong).prior_left_out, with_wrong.prior_left_out);
   std::filesystem::remove(file);
 }
 

@@ -103,6 +103,7 @@ bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
     if (!job.run.perform(stage)) job.say(stage.name + ": up to date");
     const auto fit = data::load<data::FitFile>(job.run.folder().fit(request.id()));
     if (fit.rigid_body.slower) job.say(fmt::format("{}: {}", id, *fit.rigid_body.slower));
+    if (fit.prior_left_out) job.say(fmt::format("{}: {}", id, *fit.prior_left_out));
     for (const data::FittedFault& fault : fit.faults)
       job.say(
           fmt::format("{}: {}", id, estimate::in_words({fault.joint, fault.found, fault.remedy})));

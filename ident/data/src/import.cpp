@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "check_times.hpp"
 #include "columns_of_joints.hpp"
@@ -12,6 +13,7 @@
 #include "fricid/data/log_reader.hpp"
 #include "fricid/data/sample_times.hpp"
 #include "logs/columns.hpp"
+#include "units.hpp"
 
 namespace fricid::data {
 
@@ -74,7 +76,25 @@ char separator_of(const std::string& name) {
                                : '\0';
 }
 
-// Rate of the samples, exactly whole where it is within a part in a million.
+// A rate, exactly whole where it is within a part in a million.
+double whole_rate(double rate) {
+  const double whole = std::round(rate);
+  return std::abs(rate - whole) < 1e-6 * whole ? whole : rate;
+}
+
+// The most rows in which the clock does not begin again.
+Eigen::VectorXd longest_rise(const Eigen::VectorXd& t) {
+  constexpr double kBack = 0.1;  // [s]
+  Eigen::Index first = 0, begin = 0, count = 0;
+  for (Eigen::Index k = 1; k <= t.size(); ++k) {
+    if (k < t.size() && t[k - 1] - t[k] <= kBack) continue;
+    if (k - first > count) begin = first, count = k - first;
+    first = k;
+  }
+  return t.segment(begin, count);
+}
+
+// Rate of the samples.
 double rate_of(const Eigen::VectorXd& t) {
   std::vector<double> periods;
   for (int k = 1; k < t.size(); ++k) periods.push_back(t[k] - t[k - 1]);
@@ -90,11 +110,7 @@ double rate_of(const Eigen::VectorXd& t) {
       if (std::abs(dt - period) < 0.5 * period) sum += dt, ++count;
     if (count > 0) period = sum / count;
   }
-  // The whole length knows the period best, unless samples are lost or repeated.
-  const double length = t[t.size() - 1] - t[0], number = static_cast<double>(t.size() - 1);
-  if (std::abs(length / period - number) < 0.5) period = length / number;
-  const double rate = 1 / period, whole = std::round(rate);
-  return std::abs(rate - whole) < 1e-6 * whole ? whole : rate;
+  return whole_rate(period > 0 ? rate_by_line(longest_rise(t), 1 / period) : 1 / period);
 }
 
 bool has(const Names& names, const std::string& name) {
@@ -219,12 +235,38 @@ void move_torque_back(Dataset& d, double delay, std::vector<int>& lines) {
   }
 }
 
+void make_even(Dataset& d) {
+  d.t = Eigen::VectorXd::LinSpaced(d.length(), 0, d.length() - 1) / d.rate_hz;
+}
+
+// Makes the times of a clock that is coarser than the samples even.
+// @return whether it is one
+bool even_out_steps(Dataset& d, const std::string& file, const Warn& warn) {
+  const std::optional<CoarseClock> clock = coarse_clock(d);
+  if (!clock) return false;
+  const std::string size = fmt::format("{:.4g} ms", 1e3 * clock->step_s);
+  if (!clock->fits_even)
+    throw UserError(
+        "{}: time stamps in steps of {}, coarser than the samples, of which some are missed or "
+        "uneven; allowed: a time with more digits",
+        file, size);
+  d.rate_hz = whole_rate(clock->rate_hz);
+  make_even(d);
+  d.source += fmt::format(", times in steps of {} made even", size);
+  if (warn)
+    warn(
+        fmt::format("{}: time stamps in steps of {}, coarser than the samples: these are taken as "
+                    "even, {:.7g} Hz; log the time with more digits",
+                    file, size, d.rate_hz));
+  return true;
+}
+
 // Makes times that jitter a little even.
 void even_out(Dataset& d, const std::string& file, const Warn& warn) {
   if (!is_slight_jitter(d.t, d.rate_hz)) return;
   const std::string size =
       fmt::format("{:.2g} % rms", 100 * d.rate_hz * quality_of_clock(d.t, d.rate_hz).jitter_s);
-  d.t = Eigen::VectorXd::LinSpaced(d.length(), 0, d.length() - 1) / d.rate_hz;
+  make_even(d);
   d.source += fmt::format(", periods that varied by {} made even", size);
   if (warn) warn(fmt::format("{}: periods vary by {}: samples are taken as even", file, size));
 }
@@ -243,6 +285,7 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
                                &contract.velocity.columns, &contract.temperature.columns})
     wanted.insert(wanted.end(), columns->begin(), columns->end());
   LogTable table = reader.read(path, wanted, style);
+  check_units(table, contract, file);
   const int length = static_cast<int>(table.columns[0].size());
   if (length < 2) throw UserError("{}: {} rows of numbers; allowed: at least 2", file, length);
 
@@ -259,8 +302,6 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
   for (int k = 0; k < length; ++k)
     if (!std::isfinite(d.t[k]))
       throw UserError("{}: t = {}; allowed: a finite time", columns.place_of(k), d.t[k]);
-  d.rate_hz = rate_of(d.t);
-  require_plausible_rate(d.rate_hz, contract.time, columns.place_of(1));
   const auto zero = [](std::size_t) { return 0.0; };
   columns.take(
       1, [](std::size_t) { return 1.0; }, zero);
@@ -301,8 +342,11 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
     d.temperature = columns.take(
         n, [](std::size_t) { return 1.0; },
         [&](std::size_t) { return contract.temperature.unit == "C" ? 273.15 : 0.0; });
+  const bool was_coarse = even_out_steps(d, file, warn);
+  if (!was_coarse) d.rate_hz = rate_of(d.t);
+  require_plausible_rate(d.rate_hz, contract.time, columns.place_of(1));
+  if (!was_coarse) even_out(d, file, warn);
   lines = std::move(table.lines);
-  even_out(d, file, warn);
   if (torque.delay_s != 0) {
     if (std::abs(torque.delay_s) > (d.t.maxCoeff() - d.t.minCoeff()) / 2)
       throw UserError("{}: [torque] delay_s = {} of a log of {:.4g} s; allowed: at most half of it",

@@ -14,19 +14,12 @@ using Findings = std::vector<Finding>;
 /// The upper of two middle ones; 0 of none.
 double median(std::vector<double> x);
 
-/// Samples lost before each row (T), by rising times: a stamp that is late alone is jitter; after a
-/// gap those that follow are late too.
-std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz);
-
-/// Rows whose stamps rise: without repeats, and without a single stamp that is ahead of the next.
-std::vector<int> rising_rows(const Eigen::VectorXd& t);
-
-/// restart: where another recording begins.
+/// restart: where another recording begins; or wrap: where a counter began again.
 void check_restarts(const data::Dataset& d, Findings& findings);
 /// rate, gap, duplicate, jitter, clock_drift. @pre one recording
 void check_clock(const data::Dataset& d, Findings& findings);
-/// missing, stuck, constant, still, quantised, saturated, spike, jump, repeated, temperature_unit
-/// and _trend.
+/// missing, stuck, same, constant, still, quantised, saturated, spike, jump, repeated,
+/// temperature_unit and _trend.
 void check_signals(const data::Dataset& d, Findings& findings);
 /// Moving and holding.
 void find_segments(const data::Dataset& d, Findings& findings);

@@ -47,9 +47,9 @@ void join_missing(const data::Dataset& d, Findings& findings) {
 
 // What is no measurement takes no part in a regression.
 void leave_out(data::RowMatrix& x, const Finding& f, const Eigen::VectorXd& t) {
-  for (Eigen::Index k = 0; k < x.rows(); ++k)
-    if (t[k] >= f.begin_s && t[k] <= f.end_s)
-      x(k, f.joint) = std::numeric_limits<double>::quiet_NaN();
+  for (const int j : {f.joint, f.other})
+    for (Eigen::Index k = 0; k < x.rows() && j >= 0; ++k)
+      if (t[k] >= f.begin_s && t[k] <= f.end_s) x(k, j) = std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace
@@ -57,6 +57,11 @@ void leave_out(data::RowMatrix& x, const Finding& f, const Eigen::VectorXd& t) {
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot) {
   Findings findings;
   check_restarts(d, findings);
+  if (!findings.empty() && findings[0].kind == FindingKind::kWrap) {
+    const Findings others = diagnose(repair(d, findings, {{FindingKind::kWrap}}), robot);
+    findings.insert(findings.end(), others.begin(), others.end());
+    return findings;
+  }
   if (!findings.empty()) return findings;
   check_clock(d, findings);
   check_signals(d, findings);
@@ -75,7 +80,7 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
   for (data::RowMatrix* x : {&even.q, &even.tau, &even.v}) bridge(*x);
   for (const Finding& f : findings) {
     const bool slips = f.kind == FindingKind::kJump && !can_be_repaired(f);
-    if (slips || (f.kind == FindingKind::kStuck && f.signal != "v"))
+    if (slips || f.kind == FindingKind::kSame || (f.kind == FindingKind::kStuck && f.signal != "v"))
       leave_out(f.signal == "q" ? even.q : even.tau, f, even.t);
   }
   const std::size_t before = findings.size();

@@ -9,6 +9,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/base/text.hpp"
+#include "fricid/data/sample_times.hpp"
 #include "fricid/doctor/doctor.hpp"
 
 namespace fricid::doctor {
@@ -56,8 +57,8 @@ void choose_rows(Dataset& d, const std::vector<int>& from) {
 
 // Lost samples and repeated rows stay what they are, for the reader to refuse.
 void make_uniform(Dataset& d) {
-  const std::vector<int> rising = rising_rows(d.t);
-  const std::vector<int> lost = lost_before(d.t(rising), d.rate_hz);
+  const std::vector<int> rising = data::rising_rows(d.t);
+  const std::vector<int> lost = data::lost_before(d.t(rising), d.rate_hz);
   double at = -1;
   std::size_t next = 0;
   for (int k = 0; k < d.length(); ++k) {
@@ -67,14 +68,14 @@ void make_uniform(Dataset& d) {
 }
 
 void drop_duplicates(Dataset& d) {
-  const std::vector<int> kept = rising_rows(d.t);
+  const std::vector<int> kept = data::rising_rows(d.t);
   choose_rows(d, kept);
   d.t = Eigen::VectorXd(d.t(kept));
 }
 
 // Samples lost are counted gap by gap, so that a drifting clock adds up nowhere.
 void fill_gaps(Dataset& d) {
-  const std::vector<int> lost = lost_before(d.t, d.rate_hz);
+  const std::vector<int> lost = data::lost_before(d.t, d.rate_hz);
   double samples = d.length();
   for (const int count : lost) samples += count;
   const std::string where = d.source.empty() ? d.name : fmt::format("{} ({})", d.name, d.source);
@@ -92,6 +93,10 @@ void fill_gaps(Dataset& d) {
   d.t = begin +
         Eigen::VectorXd::LinSpaced(d.q.rows(), 0, static_cast<double>(d.q.rows() - 1)).array() /
             d.rate_hz;
+}
+
+void let_time_go_on(Dataset& d, const Finding& wrap) {
+  for (const int k : wrap.rows) d.t.tail(d.length() - k).array() += wrap.size;
 }
 
 // Torque at t_k taken from t_k + delay.
@@ -125,6 +130,7 @@ void apply(Dataset& d, const Finding& f) {
   if (f.kind == FindingKind::kDuplicate) return drop_duplicates(d);
   if (f.kind == FindingKind::kJitter || f.kind == FindingKind::kClockDrift) return make_uniform(d);
   if (f.kind == FindingKind::kDelay) return advance_torque(d, f.size);
+  if (f.kind == FindingKind::kWrap) return let_time_go_on(d, f);
   if (f.kind == FindingKind::kVelocity) return d.v.resize(0, 0);
   if (f.kind == FindingKind::kSign) return scale(d, f, -1);
   if (f.kind == FindingKind::kAngleUnit) return scale(d, f, std::numbers::pi / 180);
@@ -146,10 +152,12 @@ void apply(Dataset& d, const Finding& f) {
   }
 }
 
-// Repairs of given rows come first, then those that change the rows, then those that need even
-// times.
+// A wrapped counter comes first, then repairs of given rows, then those that change the rows, then
+// those that need even times.
 int order_of(FindingKind kind) {
   switch (kind) {
+    case FindingKind::kWrap:
+      return 0;
     case FindingKind::kDuplicate:
       return 2;
     case FindingKind::kGap:

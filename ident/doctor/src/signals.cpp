@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -300,6 +302,45 @@ void check_repeats(const data::Dataset& d, Findings& findings) {
   if (repeated.count > kRepeated * d.length()) findings.push_back(repeated);
 }
 
+// The factor by which one column is another, to rounding; 0: it is not, or too few of its samples
+// change to tell.
+double factor_between(const RowMatrix& x, int i, int j) {
+  constexpr double kRounding = 1e-14;  // of a sample
+  constexpr int kChanges = 10;
+  double factor = 0;
+  int changes = 0;
+  for (Eigen::Index k = 0; k < x.rows(); ++k) {
+    const double a = x(k, i), b = x(k, j);
+    if (std::isfinite(a) != std::isfinite(b)) return 0;
+    if (!std::isfinite(a)) continue;
+    if ((a == 0) != (b == 0)) return 0;
+    if (factor == 0 && a != 0) factor = b / a;
+    if (std::abs(b - factor * a) > kRounding * std::abs(b)) return 0;
+    if (k > 0 && std::isfinite(x(k - 1, i)) && a != x(k - 1, i)) ++changes;
+  }
+  return changes >= kChanges ? factor : 0;
+}
+
+// One column for two joints. Signs of the contract may differ, of a torque gears and constants too;
+// positions in proportion may be those of a straight motion.
+void check_same(const data::Dataset& d, const RowMatrix& x, const char* signal,
+                Findings& findings) {
+  const bool is_position = signal == std::string_view("q");
+  for (int j = 1; j < d.n(); ++j)
+    for (int i = 0; i < j; ++i) {
+      const double factor = factor_between(x, i, j);
+      if (factor == 0 || (is_position && std::abs(factor) != 1)) continue;
+      if (is_position && Channel(d, x, signal, i).range() <= kStill) continue;
+      Finding same =
+          Channel(d, x, signal, i)
+              .finding(FindingKind::kSame, 0, d.length() - 1, d.t[d.length() - 1] - d.t[0], "s");
+      same.other = j;
+      if (factor != 1) same.unit += fmt::format(", but for a factor of {:.4g}", factor);
+      findings.push_back(same);
+      break;
+    }
+}
+
 void check_temperature(const Channel& c, Findings& findings) {
   if (c.high < kColdest) {
     findings.push_back(c.finding(FindingKind::kTemperatureUnit, 0, c.length() - 1, c.high, "K"));
@@ -353,6 +394,8 @@ void check_signals(const data::Dataset& d, Findings& findings) {
     }
     if (d.temperature.size() > 0) check_temperature({d, d.temperature, "temperature", j}, findings);
   }
+  check_same(d, d.q, "q", findings);
+  check_same(d, d.tau, "tau", findings);
   check_repeats(d, findings);
 }
 

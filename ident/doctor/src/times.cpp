@@ -40,10 +40,14 @@ void check_regularity(const data::Dataset& d, const Eigen::VectorXd& rising,
                         .unit = "% of the period"});
 }
 
-// Whether the stamp of row k alone is ahead: the next ones go on from the one before it.
-bool is_ahead_alone(const Eigen::VectorXd& t, int k) {
-  if (k < 1 || k + 2 >= t.size()) return false;
-  return t[k + 1] > t[k - 1] && t[k + 2] > t[k + 1] && t[k] >= t[k + 2];
+// What a counter of 31 or 32 bits that counts ms, us or ns goes back by when it is full; 0: none
+// of them goes back so far. [s]
+double range_of_counter(double back, double period) {
+  constexpr double kLost = 2;  // periods, about the step of one
+  for (const double ticks : {0x1p31, 0x1p32})
+    for (const double second : {1e3, 1e6, 1e9})
+      if (std::abs(back + period - ticks / second) <= kLost * period) return ticks / second;
+  return 0;
 }
 
 // Appends those of one kind.
@@ -67,55 +71,25 @@ double median(std::vector<double> x) {
   return *middle;
 }
 
-std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz) {
-  constexpr Eigen::Index kAbout = 7, kFew = 3;  // rows on either side that tell
-  const double period = 1 / rate_hz;
-  std::vector<int> lost(static_cast<std::size_t>(t.size()), 0);
-  std::vector<Eigen::Index> late{0};  // rows that come after a gap or too late
-  for (Eigen::Index k = 1; k < t.size(); ++k)
-    if (t[k] - t[k - 1] > data::kGap * period) late.push_back(k);
-  late.push_back(t.size());
-  // usual difference of rows first .. last - 1 from an even clock
-  const auto usual = [&](Eigen::Index first, Eigen::Index last) {
-    std::vector<double> off;
-    for (Eigen::Index k = first; k < last; ++k)
-      off.push_back(t[k] - static_cast<double>(k) * period);
-    return median(off);
-  };
-  for (std::size_t i = 1; i + 1 < late.size(); ++i) {
-    const Eigen::Index k = late[i];
-    const Eigen::Index first = std::max(late[i - 1], k - kAbout),
-                       last = std::min(late[i + 1], k + kAbout);
-    double gap = usual(k, last) - usual(first, k);
-    if (k - first < kFew || last - k < kFew) {
-      gap = t[k] - t[k - 1] - period;
-      if (k + 1 < t.size()) gap = std::min(gap, t[k + 1] - t[k - 1] - 2 * period);
-      if (k > 1) gap = std::min(gap, t[k] - t[k - 2] - 2 * period);
-    }
-    constexpr double kMost = 2e9;
-    lost[static_cast<std::size_t>(k)] =
-        static_cast<int>(std::clamp(std::round(gap / period), 0.0, kMost));
-  }
-  return lost;
-}
-
-std::vector<int> rising_rows(const Eigen::VectorXd& t) {
-  std::vector<int> rows;
-  for (int k = 0; k < t.size(); ++k) {
-    if (!rows.empty() && rows.back() == k - 1 && is_ahead_alone(t, k - 1)) rows.pop_back();
-    if (rows.empty() || t[k] > t[rows.back()]) rows.push_back(k);
-  }
-  return rows;
-}
-
 // A stamp that is back alone is a duplicate: the next one is later than all before.
 void check_restarts(const data::Dataset& d, Findings& findings) {
   Findings restarts;
+  Finding wrap{.kind = FindingKind::kWrap, .signal = "t", .count = 0};
   double latest = d.t[0];
   for (int k = 1; k < d.length(); ++k) {
-    if (is_ahead_alone(d.t, k)) continue;
+    if (data::is_ahead_alone(d.t, k)) continue;
     const double back = d.t[k - 1] - d.t[k];
-    if (back > kBack && !is_ahead_alone(d.t, k - 1) && k + 1 < d.length() && d.t[k + 1] <= latest) {
+    if (back > kBack && !data::is_ahead_alone(d.t, k - 1) && k + 1 < d.length() &&
+        d.t[k + 1] <= latest) {
+      const double range = range_of_counter(back, 1 / d.rate_hz);
+      if (range > 0 && (wrap.count == 0 || wrap.size == range)) {
+        if (wrap.count++ == 0) wrap.begin_s = d.t[k - 1];
+        wrap.size = range;
+        wrap.end_s = d.t[k] + wrap.count * range;
+        wrap.rows.push_back(k);
+        latest = d.t[k];
+        continue;
+      }
       restarts.push_back({.kind = FindingKind::kRestart,
                           .signal = "t",
                           .begin_s = d.t[k - 1],
@@ -125,6 +99,10 @@ void check_restarts(const data::Dataset& d, Findings& findings) {
       latest = d.t[k];
     }
     latest = std::max(latest, d.t[k]);
+  }
+  if (restarts.empty() && wrap.count > 0) {
+    wrap.unit = fmt::format("s back after row {}, the range of its counter", wrap.rows[0]);
+    restarts.push_back(wrap);
   }
   append(std::move(restarts), findings);
 }
@@ -138,7 +116,7 @@ void check_clock(const data::Dataset& d, Findings& findings) {
                       .unit = "Hz"});
 
   Finding repeats{.kind = FindingKind::kDuplicate, .signal = "t", .unit = "rows", .count = 0};
-  const std::vector<int> rows = rising_rows(d.t);
+  const std::vector<int> rows = data::rising_rows(d.t);
   for (int k = 0, next = 0; k < d.length(); ++k) {
     if (next < static_cast<int>(rows.size()) && rows[static_cast<std::size_t>(next)] == k) {
       ++next;
@@ -151,7 +129,7 @@ void check_clock(const data::Dataset& d, Findings& findings) {
   }
   Findings gaps;
   const Eigen::VectorXd rising = d.t(rows);
-  const std::vector<int> lost = lost_before(rising, d.rate_hz);
+  const std::vector<int> lost = data::lost_before(rising, d.rate_hz);
   for (Eigen::Index k = 1; k < rising.size(); ++k)
     if (const int count = lost[static_cast<std::size_t>(k)]; count > 0)
       gaps.push_back({.kind = FindingKind::kGap,

@@ -160,11 +160,19 @@ Matrix3d inertia_matrix(const urdf::Inertial& i) {
   return Matrix3d{{i.ixx, i.ixy, i.ixz}, {i.ixy, i.iyy, i.iyz}, {i.ixz, i.iyz, i.izz}};
 }
 
+// What no arm exceeds: beyond it a file is not in metres and kilograms.
+constexpr double kLongest = 20, kHeaviest = 5000;  // [m] from the first joint, [kg] of a link
+
 /// @throws UserError unless mass > 0 (or nothing at all) and the inertia is that of a body
 void check_inertial(const urdf::Inertial& inertial, const std::string& place) {
   const Matrix3d I = inertia_matrix(inertial);
   if (inertial.mass == 0 && I.isZero(0)) return;
   if (!(inertial.mass > 0)) throw UserError("{}: mass = {} kg; must be > 0", place, inertial.mass);
+  if (inertial.mass > kHeaviest)
+    throw UserError(
+        "{}: mass = {:.6g} kg; allowed: up to {} kg; a URDF is in kilograms and metres: this one "
+        "seems to be in grams (masses and moments of inertia times 0.001)",
+        place, inertial.mass, kHeaviest);
   const Vector3d moments = Eigen::SelfAdjointEigenSolver<Matrix3d>(I).eigenvalues();
   const double trace = moments.sum();
   constexpr std::string_view kRemedy =
@@ -214,6 +222,7 @@ class Builder {
     if (model_.joints.empty())
       throw UserError("{}: no revolute, continuous or prismatic joint", document_.source);
     check_moving();
+    check_reach();
     fill_armature();
   }
   RobotModel model() && { return std::move(model_); }
@@ -384,6 +393,23 @@ class Builder {
       const Joint& joint = model_.joints[static_cast<size_t>(i)];
       throw UserError("{}: moved by joint {} but without mass; needs <inertial> with mass > 0",
                       document_.at_link(joint.link), joint.name);
+    }
+  }
+
+  /// The way along the links to each joint, and to the centre of mass behind it.
+  void check_reach() const {
+    std::vector<double> way(static_cast<std::size_t>(model_.n()), 0.0);
+    for (int i = 0; i < model_.n(); ++i) {
+      const auto j = static_cast<std::size_t>(i);
+      const Joint& joint = model_.joints[j];
+      if (joint.parent >= 0) way[j] = way[static_cast<std::size_t>(joint.parent)] + joint.p0.norm();
+      const double reach = way[j] + model_.pi.segment<3>(10 * i + 1).norm() / model_.pi(10 * i);
+      if (reach > kLongest)
+        throw UserError(
+            "{}: its link reaches {:.4g} m from the first joint; allowed: up to {} m; a URDF is in "
+            "metres: this one seems to be in millimetres (lengths times 0.001, moments of inertia "
+            "of kg mm^2 times 1e-6)",
+            document_.at_joint(joint.name), reach, kLongest);
     }
   }
 

@@ -216,6 +216,26 @@ RegressionStart start_of_regression(const dynamics::RobotModel& robot, RigidBody
   return {with_offsets(std::move(nominal.robot)), std::move(options)};
 }
 
+namespace {
+
+// What brings two recordings to one rate.
+std::string to_one_rate(const data::Dataset& a, const data::Dataset& b) {
+  constexpr double kAlike = 0.01;
+  const bool a_is_faster = a.rate_hz > b.rate_hz;
+  const data::Dataset& faster = a_is_faster ? a : b;
+  const double ratio = faster.rate_hz / (a_is_faster ? b : a).rate_hz;
+  if (ratio < 1 + kAlike)
+    return fmt::format("if both were sampled alike, give both even times of {:.5g} Hz",
+                       std::round(a.rate_hz));
+  const double whole = std::round(ratio);
+  if (std::abs(ratio - whole) < kAlike * whole)
+    return fmt::format("filter {} and keep one row in {:g}, or fit it in a scene of its own",
+                       faster.name, whole);
+  return "resample one of them, or fit each in a scene of its own";
+}
+
+}  // namespace
+
 Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& options,
                  std::span<const data::Dataset> train, int jobs) {
   if (train.empty()) throw UserError("no training data");
@@ -223,8 +243,9 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
     if (d.n() != robot.n())
       throw UserError("{}: {} joints, the robot has {}", d.name, d.n(), robot.n());
     if (d.rate_hz != train.front().rate_hz)
-      throw UserError("{}: rate {} Hz differs from {} Hz of {}", d.name, d.rate_hz,
-                      train.front().rate_hz, train.front().name);
+      throw UserError("{}: {:.7g} Hz, and {} {:.7g} Hz; allowed: one rate in a scene: {}", d.name,
+                      d.rate_hz, train.front().name, train.front().rate_hz,
+                      to_one_rate(d, train.front()));
   }
   Prepared out;
   const Transmission motors(robot);

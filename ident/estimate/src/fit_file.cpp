@@ -122,6 +122,7 @@ data::FitFile fit_file(const FitReport& report) {
                      .outcome = report.outcome,
                      .usable = report.usable(),
                      .message = report.message,
+                     .prior_left_out = report.prior_left_out,
                      .faults = {},
                      .objective = report.objective,
                      .parameters = report.model.free_parameters,

@@ -34,6 +34,7 @@ Motion motion_of(const signals::Dataset& log, const dynamics::RobotModel& robot)
 struct Exported {
   std::vector<TextFile> files;
   std::vector<std::string> losses;
+  std::vector<std::string> notes{};  ///< what is to be done where the files are used
 };
 
 /// A format of `fricid export`.

@@ -61,6 +61,9 @@ std::size_t find_column(const std::vector<std::string>& names, const std::string
   for (std::size_t i = 0; i < names.size(); ++i)
     if (lower_case(names[i]) == lower_case(name)) alike.push_back(i);
   if (alike.size() == 1) return alike[0];
+  if (alike.size() > 1)
+    throw UserError("{}: column {} may be {} or {}; allowed: the name in its own letter case",
+                    where, in_quotes(name), in_quotes(names[alike[0]]), in_quotes(names[alike[1]]));
   const std::vector<std::string_view> known(names.begin(), names.end());
   const std::string meant = nearest(name, known);
   throw UserError("{}: no column {}; {}", where, in_quotes(name),

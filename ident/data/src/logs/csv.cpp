@@ -7,6 +7,7 @@
 #include "columns.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
+#include "unit_words.hpp"
 
 namespace fricid::data {
 namespace {
@@ -58,6 +59,7 @@ class Lines {
     if (rest_.find('\0') != std::string_view::npos) throw UserError("{}: not a text file", file);
   }
   bool next(std::string_view& line) {
+    comment_ = before_comment_ = {};
     while (!rest_.empty()) {
       ++number_;
       const std::size_t end = std::min(rest_.find('\n'), rest_.size());
@@ -65,13 +67,15 @@ class Lines {
       rest_.remove_prefix(std::min(end + 1, rest_.size()));
       const std::string_view content = strip(line);
       if (!content.empty() && !is_comment(content)) return true;
+      before_comment_ = comment_;
       comment_ = content;
     }
     return false;
   }
-  /// What the line directly above holds behind its #; empty: it is no comment.
-  std::string_view comment_above() const {
-    std::string_view content = comment_;
+  /// What the line directly above holds behind its #, or the one above that; empty: it is no
+  /// comment.
+  std::string_view comment_above(int lines = 1) const {
+    std::string_view content = lines == 1 ? comment_ : before_comment_;
     while (is_comment(content)) content.remove_prefix(1);
     return trimmed(content);
   }
@@ -84,7 +88,7 @@ class Lines {
   std::string where() const { return fmt::format("{}:{}", file_, number_); }
 
  private:
-  std::string_view rest_, comment_;
+  std::string_view rest_, comment_, before_comment_;
   const std::string& file_;
   int number_ = 0;
 };
@@ -120,6 +124,7 @@ struct Header {
   std::string where;  ///< of its line
   int line = 0;       ///< 0: a comment above the line that was read
   bool holds_numbers = false;
+  std::vector<std::string_view> units{};  ///< of a comment between the names and the numbers
 };
 
 // The first line, or, where that holds numbers, the comment directly above with as many cells: as
@@ -141,9 +146,22 @@ Header read_header(Lines& lines, std::string_view& line, const LogStyle& style,
     split(above, separator, cells_above);
     split(line, separator, cells);
     if (cells.size() == cells_above.size() && are_numbers(cells, style.decimal_comma) &&
-        !are_numbers(cells_above, style.decimal_comma))
+        !are_numbers(cells_above, style.decimal_comma)) {
+      std::vector<std::string_view> cells_before;
+      if (const std::string_view before = lines.comment_above(2);
+          !before.empty() && std::ranges::all_of(cells_above, is_unit)) {
+        split(before, separator, cells_before);
+        if (cells_before.size() == cells.size())
+          return {names_of_header(before, separator, prefix),
+                  separator,
+                  fmt::format("{}:{}", file, lines.number() - 2),
+                  0,
+                  false,
+                  cells_above};
+      }
       return {names_of_header(above, separator, prefix), separator,
               fmt::format("{}:{}", file, lines.number() - 1)};
+    }
   }
   const char separator = separator_of(line);
   split(line, separator, cells);
@@ -177,8 +195,14 @@ std::vector<std::size_t> pick(const Header& header, const std::vector<std::strin
                               const std::function<int()>& find) {
   std::vector<std::size_t> picked;
   try {
-    for (const std::string& name : wanted)
+    for (const std::string& name : wanted) {
       picked.push_back(find_column(header.names, name, header.where));
+      for (std::size_t i = 0; i + 1 < picked.size(); ++i)
+        if (picked[i] == picked.back() && wanted[i] != name)
+          throw UserError("{}: {} and {} of the contract are both column {}", header.where,
+                          in_quotes(wanted[i]), in_quotes(name),
+                          in_quotes(header.names[picked[i]]));
+    }
   } catch (const UserError& error) {
     if (const int line = find(); line != 0 && line != header.line)
       throw UserError("{}; line {} has all columns: skip_rows = {} in the contract", error.what(),
@@ -231,14 +255,29 @@ LogTable parse_csv(std::string_view text, const std::string& file,
 
   LogTable table;
   table.columns.resize(picked.size());
+  const auto take_units = [&](const std::vector<std::string_view>& of_columns, int number) {
+    table.units.clear();
+    for (const std::size_t i : picked) table.units.emplace_back(of_columns[i]);
+    table.units_line = number;
+  };
+  if (!header.units.empty()) take_units(header.units, lines.number() - 1);
   std::vector<std::string_view> cells;
-  for (bool has_row = header.line == 0 || lines.next(line); has_row; has_row = lines.next(line)) {
+  bool has_row = header.line == 0 || lines.next(line);
+  if (const std::string_view below = lines.comment_above(); header.line != 0 && !below.empty()) {
+    split(below, header.separator, cells);
+    if (cells.size() == names.size() && std::ranges::all_of(cells, is_unit))
+      take_units(cells, lines.number() - 1);
+  }
+  for (; has_row; has_row = lines.next(line)) {
     split(line, header.separator, cells);
     if (cells.size() == names.size() + 1 && cells.back().empty()) cells.pop_back();
     if (cells.size() != names.size())
       throw UserError("{}: {} cells; allowed: {}, as in the header", lines.where(), cells.size(),
                       names.size());
-    if (table.lines.empty() && has_no_number(cells, picked, style.decimal_comma)) continue;
+    if (table.lines.empty() && has_no_number(cells, picked, style.decimal_comma)) {
+      take_units(cells, lines.number());
+      continue;
+    }
     for (std::size_t i = 0; i < picked.size(); ++i) {
       double value = 0;
       if (!parse_number(cells[picked[i]], style.decimal_comma, value))

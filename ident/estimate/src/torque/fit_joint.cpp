@@ -231,7 +231,7 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
     report.message +=
         fmt::format("; the motion repeats after {:.3g} s: every period's end is held out", period);
   if (!config.prior.empty() && !fits.is_like_prior(found.front().arm))
-    report.message += "; the prior is left out: held-out torque contradicts it";
+    report.prior_left_out = "the prior is left out: held-out torque contradicts it";
   if (!finite) return report;
   const std::vector<Arm> folds = fits.cross_fit(best->arm);
   for (std::size_t f = 0; f < folds.size(); ++f)

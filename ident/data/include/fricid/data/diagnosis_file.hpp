@@ -23,11 +23,13 @@ enum class FindingKind {
   kGap,
   kDuplicate,
   kRestart,
+  kWrap,
   kJitter,
   kClockDrift,
   kMissing,
   kQuantised,
   kStuck,
+  kSame,
   kConstant,
   kStill,
   kSaturated,
@@ -49,8 +51,9 @@ enum class FindingKind {
   kSegments
 };
 constexpr std::string_view names(FindingKind) {
-  return "rate|gap|duplicate|restart|jitter|clock_drift|missing|quantised|stuck|constant|still|"
-         "saturated|spike|jump|repeated|velocity|angle_unit|length_unit|torque_unit|mount|sign|"
+  return "rate|gap|duplicate|restart|wrap|jitter|clock_drift|missing|quantised|stuck|same|constant|"
+         "still|saturated|spike|jump|repeated|velocity|angle_unit|length_unit|torque_unit|mount|"
+         "sign|"
          "swapped|coupled|delay|delay_unknown|temperature_unit|temperature_trend|segments";
 }
 

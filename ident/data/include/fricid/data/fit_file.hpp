@@ -360,7 +360,8 @@ struct FitFile {
   Outcome outcome = Outcome::kFailed;
   bool usable = false;
   std::string message;
-  std::vector<FittedFault> faults;  ///< why not to trust it
+  std::optional<std::string> prior_left_out;  ///< why; none: it stayed, or there was none
+  std::vector<FittedFault> faults;            ///< why not to trust it
   std::vector<double> objective;
   int parameters = 0;
   std::optional<FittedTo> fitted_to;  ///< none: all training data
@@ -385,6 +386,8 @@ struct FitFile {
     archive("outcome", outcome, choice("how it ended"));
     archive("usable", usable, flag("whether the model may be trusted"));
     archive("message", message, text("the outcome in words"));
+    archive("prior_left_out", prior_left_out,
+            text("why the prior of the model was left out, in words"));
     archive.sections("faults", faults, "why not to trust it");
     archive("objective", objective,
             not_negative("1",

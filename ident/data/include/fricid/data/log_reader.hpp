@@ -14,6 +14,8 @@ namespace fricid::data {
 struct LogTable {
   std::vector<std::vector<double>> columns;  ///< NaN where a value is missing; equal lengths
   std::vector<int> lines;                    ///< line of the file of each row; empty if binary
+  std::vector<std::string> units{};  ///< of the columns, by a row below the header; or empty
+  int units_line = 0;                ///< of the file
 };
 
 /// How the numbers of a text file are written, and which signals of a file are meant.

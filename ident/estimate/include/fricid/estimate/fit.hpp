@@ -63,6 +63,7 @@ struct FitWithout {
 struct FitReport {
   Outcome outcome = Outcome::kFailed;
   std::string message = "fit_conventional was not called";
+  std::optional<std::string> prior_left_out;  ///< why, in words
   data::ModelFile model;
   RigidBodyFit rigid_body;               ///< the one in the model: re-estimated with this friction
   std::vector<JointFrictionFit> joints;  ///< (n)

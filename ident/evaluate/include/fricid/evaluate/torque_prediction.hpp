@@ -79,7 +79,10 @@ struct PredictionSignals {
     archive.of_joints("v", v, signal("rad/s", "velocity that drove the model"));
     archive.of_joints("tau", tau, signal("N m", "motor torque as measured"));
     archive.of_joints("tau_predicted", tau_predicted, signal("N m", "motor torque as predicted"));
-    archive.of_joints("tau_f", tau_f, signal("N m", "friction torque in tau_predicted"));
+    archive.of_joints(
+        "tau_f", tau_f,
+        signal("N m",
+               "friction torque in tau_predicted, the constant torque of the joint included"));
   }
 };
 /// @param q, v  zero-phase filtered motion (T, n)

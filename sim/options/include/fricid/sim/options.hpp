@@ -137,9 +137,10 @@ struct SensorOptions {
     archive("velocity", velocity, flag("log a measured velocity too"));
     archive("temperature", temperature, flag("log the temperature"));
     archive("temperature_start_K", temperature_start_K,
-            number("K", 200, 500, "temperature at the start of the recording"));
+            number("K", 200, 500, "temperature at the start of the first recording"));
     archive("temperature_rise_K", temperature_rise_K,
-            number("K", -200, 200, "warm-up over the whole recording: rise (1 - exp(-t / time))"));
+            number("K", -200, 200,
+                   "warm-up over all recordings, one behind the other: rise (1 - exp(-t / time))"));
     archive("temperature_time_s", temperature_time_s,
             number("s", 1e-3, 1e6, "time constant of the warm-up"));
   }

@@ -1,0 +1,108 @@
+// Rates and even times, of the time stamps of a log.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "fricid/base/rng.hpp"
+#include "import_fixture.hpp"
+
+namespace fricid::data {
+namespace {
+
+using testing::ElementsAre;
+
+// Stamps in whole milliseconds: 3, 3, 4, 3, 3, 4 ms are 300 Hz, also where samples are lost.
+TEST_F(Import, TheRateIsNotThatOfOneRoundedPeriod) {
+  for (const double rate : {60.0, 128.0, 300.0})
+    for (const bool gaps : {false, true}) {
+      std::string log = "t,q1,q2,tau1,tau2\n";
+      for (int k = 0; k < 6000; ++k)
+        if (!gaps || k % 500 > 7)
+          log += fmt::format("{},{},0,0,1\n", 1e-3 * std::floor(1e3 * k / rate), k);
+      const Dataset d = read_log(write("log.csv", log), contract());
+      EXPECT_NEAR(d.rate_hz, rate, 1e-3 * rate) << rate << " " << gaps;
+    }
+}
+
+// Stamps that are late by up to the period, some of which look like gaps; with samples lost, too.
+TEST_F(Import, LateStampsDoNotChangeTheRate) {
+  for (const bool gaps : {false, true}) {
+    Rng rng(1, 0);
+    std::string log = "t,q1,q2,tau1,tau2\n";
+    for (int k = 0; k < 15'000; ++k) {
+      const double late = std::min(4e-3, std::abs(1e-3 * rng.normal()));
+      if (!gaps || k % 3000 > 40) log += fmt::format("{:.7f},{},0,0,1\n", 0.004 * k + late, k);
+    }
+    EXPECT_NEAR(read_log(write("log.csv", log), contract()).rate_hz, 250, gaps ? 2e-2 : 2e-3);
+  }
+}
+
+// Stamps of 4 ms samples in whole steps of 10 ms or 5 ms, rounded or cut off.
+TEST_F(Import, TimesInStepsCoarserThanTheSamplesAreMadeEven) {
+  using Whole = double (*)(double);
+  const auto log_of = [](double step, Whole to_whole, int lost) {
+    std::string log = "t,q1,q2,tau1,tau2\n";
+    for (int k = 0; k < 6000; ++k)
+      if (k < 3000 || k >= 3000 + lost)
+        log += fmt::format("{:.4f},{},0,{},1\n", step * to_whole(0.004 * k / step + 1e-9), k, k);
+    return log;
+  };
+  for (const double step : {5e-3, 1e-2})
+    for (const Whole to_whole : {Whole{std::floor}, Whole{std::round}}) {
+      std::vector<std::string> warnings;
+      const Dataset d = import_log(write("log.csv", log_of(step, to_whole, 0)), contract(),
+                                   [&](const std::string& line) { warnings.push_back(line); });
+      EXPECT_NEAR(d.rate_hz, 250, 1e-3);
+      EXPECT_NEAR(d.t[5999], 0.004 * 5999, 1e-4);
+      EXPECT_EQ(d.q(5999, 0), 5999);
+      EXPECT_THAT(d.source, testing::HasSubstr("made even"));
+      EXPECT_THAT(warnings, ElementsAre(testing::HasSubstr("coarser than the samples")));
+      EXPECT_THAT(log_error(log_of(step, to_whole, 50)),
+                  testing::AllOf(testing::HasSubstr("coarser than the samples"),
+                                 testing::HasSubstr("a time with more digits")));
+    }
+}
+
+// A row that is written twice has one time and is no sample of its own.
+TEST_F(Import, RowsWrittenTwiceAreNoCoarseTimes) {
+  std::string log = "t,q1,q2,tau1,tau2\n";
+  for (int k = 0; k < 2000; ++k)
+    for (int i = 0; i < (k % 3 == 0 ? 2 : 1); ++i)
+      log += fmt::format("{:.3f},{},0,0,1\n", 0.004 * k, k);
+  const Dataset d = read_log(write("log.csv", log), contract());
+  EXPECT_NEAR(d.rate_hz, 250, 1e-6);
+  EXPECT_EQ(d.t[1], 0);
+}
+
+// Samples that are taken in time and stamped late by 20 us or so of 4 ms, as in bags of ROS.
+TEST_F(Import, SlightJitterIsEvenedOut) {
+  const auto log_of = [](double sd, double late) {
+    Rng rng(1, 0);
+    std::string log = "t,q1,q2,tau1,tau2\n";
+    for (int k = 0; k < 2000; ++k)
+      log += fmt::format("{:.7f},{},0,0,1\n", 0.004 * k + sd * rng.normal() + (k == 700 ? late : 0),
+                         k % 3);
+    return log;
+  };
+  for (const double sd : {13e-6, 40e-6, 80e-6}) {
+    std::vector<std::string> warnings;
+    const Dataset d = import_log(write("log.csv", log_of(sd, 3e-4)), contract(),
+                                 [&](const std::string& warning) { warnings.push_back(warning); });
+    EXPECT_NEAR(d.rate_hz, 250, 0.02);
+    EXPECT_LT((d.t.array() * d.rate_hz - Eigen::ArrayXd::LinSpaced(2000, 0, 1999)).abs().maxCoeff(),
+              1e-9);
+    EXPECT_THAT(d.source, testing::HasSubstr("made even")) << sd;
+    EXPECT_THAT(warnings, ElementsAre(testing::HasSubstr("samples are taken as even"))) << sd;
+    EXPECT_EQ(d.q(701, 0), 701 % 3);
+  }
+  EXPECT_THAT(import(log_of(0, 0)).source, testing::Not(testing::HasSubstr("even")));
+  for (const auto& [sd, late] : {std::pair(200e-6, 0.0), std::pair(0.0, 1e-3)})
+    EXPECT_THAT(log_error(log_of(sd, late)), testing::HasSubstr("jitter in time")) << sd;
+}
+
+}  // namespace
+}  // namespace fricid::data
