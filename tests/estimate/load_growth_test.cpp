@@ -66,7 +66,9 @@ TEST(FrictionUnderLoad, BodiesAreRightBesideIt) {
 
 TEST(FrictionUnderLoad, IsLookedForInTheLawsThatHaveIt) {
   const Prepared prepared = prepared_of(loaded_arm());
-  ModelOptions simple{.name = "simple"}, with{.name = "load_dependent"};
+  ModelOptions simple, with;
+  simple.name = "simple";
+  with.name = "load_dependent";
   const FitReport a = fit_conventional(prepared, simple, 1, 2),
                   b = fit_conventional(prepared, with, 1, 2);
   ASSERT_TRUE(fit_file(a).rigid_body.load_growth && fit_file(b).rigid_body.load_growth);
