@@ -66,15 +66,21 @@ struct LogOptions {
   double torque_noise = 0;   ///< sd of the logged torque [N m]
   double encoder_noise = 0;  ///< sd of the logged position [rad]
   std::uint64_t seed = 1;
-  int moving = -1;  ///< the only joint that moves; -1: all
+  int moving = -1;      ///< the only joint that moves; -1: all
+  bool repeats = true;  ///< after 12 s; else frequencies have no common period
 };
 
-/// Tracks a random Fourier trajectory (period 12 s) with held computed torque and logs q and tau.
+/// Tracks a random Fourier trajectory with held computed torque and logs q and tau.
 inline data::Dataset make_log(const Arm& arm, const LogOptions& options) {
   const auto n = static_cast<std::size_t>(arm.robot.n());
   const double dt = 0.004, w = 2 * std::numbers::pi / 12;
   const int T = static_cast<int>(options.seconds / dt);
   constexpr int kHarmonics = 8;
+  const auto frequency = [&](std::size_t harmonic) {
+    const auto k = static_cast<double>(harmonic + 1);
+    const double irrational = k * std::numbers::phi;
+    return w * (options.repeats ? k : k + 0.5 * (irrational - std::floor(irrational)));
+  };
   Rng rng(options.seed, 0), noise(options.seed, 1);
   std::vector<std::array<double, kHarmonics>> amplitude(n), phase(n);
   for (std::size_t j = 0; j < n; ++j)
@@ -100,7 +106,7 @@ inline data::Dataset make_log(const Arm& arm, const LogOptions& options) {
     for (std::size_t j = 0; j < n; ++j) {
       double qr = 0, vr = 0, ar = 0;
       for (std::size_t h = 0; h < kHarmonics; ++h) {
-        const double wk = w * static_cast<double>(h + 1), x = wk * log.t[k] + phase[j][h];
+        const double wk = frequency(h), x = wk * log.t[k] + phase[j][h];
         qr += amplitude[j][h] / wk * std::sin(x);
         vr += amplitude[j][h] * std::cos(x);
         ar -= amplitude[j][h] * wk * std::sin(x);

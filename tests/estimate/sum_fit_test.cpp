@@ -315,7 +315,7 @@ TEST(FitModel, LvmTakesNetworksWhereNoLawDescribesTheFriction) {
     theta.push_back({3 * size, 3.6 * size, 0.05, 90 * size, size,           // Fc Fs vs C Fv
                      1800 * size, 0.4, 600 * size, 0.35, 150 * size, 0.25,  // k, alpha
                      3 * size, 3.25 * size, 0.1, 2 * size, 0.01, 0.008});   // Fc Fs vs Fv v0 T
-  const Prepared prepared = noisy_logs(arm_with(joint, theta), 26);
+  const Prepared prepared = noisy_logs(arm_with(joint, theta), 50);
   ModelOptions config;
   config.name = config.law = "lvm";
   config.method = Method::kJoint;

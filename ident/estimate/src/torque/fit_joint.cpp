@@ -237,10 +237,11 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   for (std::size_t f = 0; f < folds.size(); ++f)
     for (std::size_t i = 0; i < fits.periods().recordings.size(); ++i)
       if (const auto stretch = fits.folds()[f].left_out_of(static_cast<int>(i))) {
-        const auto [recording, begin] = fits.periods().origins[i];
-        report.without.push_back({fits.periods().recordings[i].log.name,
-                                  {recording, begin + stretch->begin, begin + stretch->end},
-                                  folds[f]});
+        const Origin from = fits.periods().origins[i];
+        report.without.push_back(
+            {fits.periods().recordings[i].log.name,
+             {from.recording, from.begin + stretch->begin, from.begin + stretch->end},
+             folds[f]});
       }
   report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   score_torque(prepared, prepared.options.cutoff_hz, jobs, report);
