@@ -1,22 +1,20 @@
 #include "fricid/evaluate/repeats.hpp"
 
 #include <cmath>
-#include <limits>
+
+#include "fricid/signals/periods.hpp"
 
 namespace fricid::evaluate {
 namespace {
 
-constexpr double kLeft = 0.25;      // the motion has gone elsewhere
 constexpr double kCameBack = 1e-3;  // the motion has come back
-constexpr double kLagStep = 0.02;   // [s] of the first search
-constexpr double kLongest = 300;    // [s]
-constexpr int kSamples = 4000;      // looked at per lag
+constexpr signals::PeriodRange kRange{.shortest_s = 0, .longest_s = 300, .least_count = 2};
 
 /// Mean of squared differences of a column with itself `lag` samples later; missing ones left out.
-double squared_difference(ConstRowMatrix x, Eigen::Index j, int lag, int stride) {
+double squared_difference(ConstRowMatrix x, Eigen::Index j, int lag) {
   double sum = 0;
   int count = 0;
-  for (Eigen::Index k = 0; k + lag < x.rows(); k += stride) {
+  for (Eigen::Index k = 0; k + lag < x.rows(); ++k) {
     const double e = x(k + lag, j) - x(k, j);
     if (std::isnan(e)) continue;
     sum += e * e;
@@ -38,63 +36,27 @@ double variance(ConstRowMatrix x, Eigen::Index j) {
 }
 
 /// How unlike a motion is to itself one lag later: 0 the same, 1 unrelated.
-class Unlikeness {
- public:
-  explicit Unlikeness(const data::Dataset& dataset) : q_(dataset.q) {
-    constexpr double kMoves = 1e-3;  // [rad] sd of a joint that counts
-    for (Eigen::Index j = 0; j < q_.cols(); ++j)
-      if (const double v = variance(q_, j); v > kMoves * kMoves) moving_.emplace_back(j, v);
-  }
-  bool any() const { return !moving_.empty(); }
-  double operator()(int lag, int stride) const {
-    double sum = 0;
-    for (const auto& [j, v] : moving_) sum += squared_difference(q_, j, lag, stride) / (2 * v);
-    return sum / static_cast<double>(moving_.size());
-  }
-
- private:
-  ConstRowMatrix q_;
-  std::vector<std::pair<Eigen::Index, double>> moving_;
-};
-
-/// Lag [samples], or 0.
-int period_of(const data::Dataset& dataset) {
-  const Unlikeness unlikeness(dataset);
-  if (!unlikeness.any()) return 0;
-  const auto samples = [&](double seconds) {
-    return static_cast<int>(std::lround(seconds * dataset.rate_hz));
-  };
-  const int longest = std::min(dataset.length() / 2, samples(kLongest)),
-            step = std::max(1, samples(kLagStep)),
-            stride = std::max(1, dataset.length() / kSamples);
-  bool left = false;
-  for (int lag = step; lag <= longest; lag += step) {
-    const double here = unlikeness(lag, stride);
-    left |= here > kLeft;
-    if (!left || here > kLeft / 2) continue;
-    // Close to a return: its least lag lies within a step, or at a later one.
-    const int last = std::min(longest, lag + step);
-    int best = lag;
-    double least = std::numeric_limits<double>::infinity();
-    for (int near = lag - step + 1; near <= last; ++near)
-      if (const double value = unlikeness(near, stride); value < least) {
-        least = value;
-        best = near;
-      }
-    if (least < kCameBack && (best < last || last == longest)) return best;
-  }
-  return 0;
+double unlikeness(ConstRowMatrix q, int lag) {
+  constexpr double kMoves = 1e-3;  // [rad] sd of a joint that counts
+  double sum = 0;
+  int moving = 0;
+  for (Eigen::Index j = 0; j < q.cols(); ++j)
+    if (const double v = variance(q, j); v > kMoves * kMoves) {
+      sum += squared_difference(q, j, lag) / (2 * v);
+      ++moving;
+    }
+  return sum / moving;
 }
 
 }  // namespace
 
 Repeats find_repeats(const data::Dataset& dataset) {
-  const int period = period_of(dataset);
-  if (period == 0) return {};
+  const int period = signals::period_of(dataset.q, dataset.dt(), kRange);
+  if (period == 0 || !(unlikeness(dataset.q, period) < kCameBack)) return {};
   Repeats repeats{period * dataset.dt(), {}, {}};
   for (Eigen::Index j = 0; j < dataset.n(); ++j) {
-    repeats.q_sd.push_back(std::sqrt(squared_difference(dataset.q, j, period, 1) / 2));
-    repeats.tau_sd.push_back(std::sqrt(squared_difference(dataset.tau, j, period, 1) / 2));
+    repeats.q_sd.push_back(std::sqrt(squared_difference(dataset.q, j, period) / 2));
+    repeats.tau_sd.push_back(std::sqrt(squared_difference(dataset.tau, j, period) / 2));
   }
   return repeats;
 }

@@ -10,15 +10,13 @@
 namespace fricid::signals {
 namespace {
 
-constexpr double kStep = 0.02;                   // [s] of the search
-constexpr double kShortest = 4, kLongest = 120;  // [s]
-constexpr double kLeastPeriods = 1.2;            // in a log
+constexpr double kStep = 0.02;  // [s] of the search
 constexpr double kSame = 0.05, kNear = 0.1, kAway = 0.5;
-constexpr double kStill = 1e-3;   // [rad or m] sd of a joint that does not move
-constexpr double kMoving = 0.2;   // of the rms speed
-constexpr int kMoments = 2000;    // that are compared, at most
-constexpr int kFewest = 50;       // .. at least
-constexpr double kLength = 0.02;  // by which recordings of one motion may differ
+constexpr double kStill = 1e-3;     // [rad or m] sd of a joint that does not move
+constexpr double kMoving = 0.2;     // of the rms speed
+constexpr int kMoments = 2000;      // that are compared, at most
+constexpr int kFewestMoments = 50;  // .. at least
+constexpr double kLength = 0.02;    // by which recordings of one motion may differ
 
 /// Positions over their standard deviations, of the joints that move, every `stride` samples.
 struct Scaled {
@@ -33,14 +31,18 @@ Scaled scaled(ConstRowMatrix q, Eigen::Index stride) {
   for (Eigen::Index j = 0; j < q.cols(); ++j) {
     Eigen::VectorXd x(count);
     for (Eigen::Index k = 0; k < count; ++k) x[k] = q(k * stride, j);
-    const double sd = std::sqrt((x.array() - x.mean()).square().mean());
+    const auto known = x.array().isFinite();
+    const double of = static_cast<double>(known.count()),
+                 mean = known.select(x.array(), 0).sum() / of,
+                 sd = std::sqrt(known.select(x.array() - mean, 0).square().sum() / of);
     if (sd > kStill) out.x.col(joints++) = x / sd;
   }
   out.x.conservativeResize(count, joints);
   if (joints == 0 || count < 3) return out;
   const Eigen::VectorXd speed =
       (out.x.bottomRows(count - 2) - out.x.topRows(count - 2)).rowwise().norm();
-  const double least = kMoving * std::sqrt(speed.squaredNorm() / static_cast<double>(count - 2));
+  const double square = speed.array().isFinite().select(speed.array(), 0).square().sum();
+  const double least = kMoving * std::sqrt(square / static_cast<double>(count - 2));
   for (Eigen::Index k = 0; k < count - 2; ++k)
     if (speed[k] > least) out.moving.push_back(k + 1);
   return out;
@@ -49,13 +51,15 @@ Scaled scaled(ConstRowMatrix q, Eigen::Index stride) {
 /// The median distance of b, `lag` samples on, from a; infinite where too little can be compared.
 double distance(const Scaled& a, const RowMatrix& b, Eigen::Index lag) {
   const auto end = std::ranges::lower_bound(a.moving, b.rows() - lag) - a.moving.begin();
-  if (end < kFewest) return std::numeric_limits<double>::infinity();
+  if (end < kFewestMoments) return std::numeric_limits<double>::infinity();
   std::vector<double> squares;
   const auto every = std::max<std::ptrdiff_t>(1, end / kMoments);
   for (std::ptrdiff_t i = 0; i < end; i += every) {
     const Eigen::Index k = a.moving[static_cast<std::size_t>(i)];
-    squares.push_back((b.row(k + lag) - a.x.row(k)).squaredNorm());
+    const double square = (b.row(k + lag) - a.x.row(k)).squaredNorm();
+    if (std::isfinite(square)) squares.push_back(square);
   }
+  if (squares.empty()) return std::numeric_limits<double>::infinity();
   const auto middle = squares.begin() + std::ssize(squares) / 2;
   std::ranges::nth_element(squares, middle);
   return std::sqrt(*middle / static_cast<double>(a.x.cols()));
@@ -63,18 +67,19 @@ double distance(const Scaled& a, const RowMatrix& b, Eigen::Index lag) {
 
 }  // namespace
 
-int period_of(ConstRowMatrix q, double dt) {
+int period_of(ConstRowMatrix q, double dt, const PeriodRange& range) {
   const auto stride = std::max<Eigen::Index>(1, std::lround(kStep / dt));
   const Scaled coarse = scaled(q, stride);
   if (coarse.x.cols() == 0) return 0;
   const double step = static_cast<double>(stride) * dt;
   const auto last = static_cast<Eigen::Index>(
-      std::min(kLongest / step, static_cast<double>(coarse.x.rows()) / kLeastPeriods));
+      std::min(range.longest_s / step, static_cast<double>(coarse.x.rows()) / range.least_count));
   double away = 0, before = std::numeric_limits<double>::infinity();
-  for (Eigen::Index lag = 1; lag <= last; ++lag) {
-    const double at = distance(coarse, coarse.x, lag);
+  for (Eigen::Index lag = 1; lag <= last + 1; ++lag) {
+    const double at =
+        lag <= last ? distance(coarse, coarse.x, lag) : std::numeric_limits<double>::infinity();
     if (std::isfinite(at)) away = std::max(away, at);
-    const bool passed = static_cast<double>(lag) * step > kShortest && before < kNear &&
+    const bool passed = static_cast<double>(lag - 1) * step > range.shortest_s && before < kNear &&
                         at > before && away > kAway;
     before = at;
     if (!passed) continue;
@@ -82,7 +87,8 @@ int period_of(ConstRowMatrix q, double dt) {
     const Eigen::Index centre = (lag - 1) * stride;
     Eigen::Index best = centre;
     double least = std::numeric_limits<double>::infinity();
-    for (Eigen::Index k = centre - stride; k <= centre + stride; ++k)
+    const auto most = static_cast<Eigen::Index>(static_cast<double>(q.rows()) / range.least_count);
+    for (Eigen::Index k = centre - stride; k <= std::min(most, centre + stride); ++k)
       if (const double d = distance(fine, fine.x, k); d < least) least = d, best = k;
     if (least < kSame) return static_cast<int>(best);
   }

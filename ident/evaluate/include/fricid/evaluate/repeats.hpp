@@ -24,9 +24,8 @@ struct Repeats {
   }
 };
 
-/// The least lag P, at most half the recording and 300 s, by which the motion comes back: the mean
-/// over moving joints of mean (q(t + P) - q(t))^2 / (2 var q) has first risen above one quarter and
-/// then fallen below 1e-3, where it has its minimum.
+/// Of a motion that repeats (`signals::period_of`) at most half the recording and 300 s later, and
+/// all of it: the mean over moving joints of mean (q(t + P) - q(t))^2 / (2 var q) is below 1e-3.
 Repeats find_repeats(const data::Dataset& dataset);
 
 /// The measured torque (T, n) that belongs to the same motion one period later, or before where the
