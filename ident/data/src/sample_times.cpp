@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "fricid/base/upper_median.hpp"
+
 namespace fricid::data {
 namespace {
 
@@ -12,13 +14,6 @@ constexpr Eigen::Index kBlocks = 10;   // of the log, for drift
 constexpr double kCertain = 6;         // standard errors
 constexpr double kSlight = 0.03;       // of the period, rms
 constexpr double kSlightAtMost = 0.2;  // of the period
-
-double median(std::vector<double> x) {
-  if (x.empty()) return 0;
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  return *middle;
-}
 
 // Times of the rows that rise, each real gap closed to one period.
 Eigen::VectorXd without_gaps(const Eigen::VectorXd& t, double rate_hz) {
@@ -53,7 +48,7 @@ double usual_period(const Eigen::VectorXd& s, Eigen::Index first, Eigen::Index c
     std::vector<double> off;
     for (Eigen::Index k = begin; k < begin + half; ++k)
       off.push_back(s[k] - static_cast<double>(k) * period);
-    return median(std::move(off));
+    return upper_median(std::move(off));
   };
   return period + (usual(first + half) - usual(first)) / static_cast<double>(half);
 }
@@ -83,7 +78,7 @@ std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz) {
     std::vector<double> off;
     for (Eigen::Index k = first; k < last; ++k)
       off.push_back(t[k] - static_cast<double>(k) * period);
-    return median(off);
+    return upper_median(off);
   };
   for (std::size_t i = 1; i + 1 < late.size(); ++i) {
     const Eigen::Index k = late[i];

@@ -11,9 +11,6 @@ namespace fricid::doctor {
 
 using Findings = std::vector<Finding>;
 
-/// The upper of two middle ones; 0 of none.
-double median(std::vector<double> x);
-
 /// restart: where another recording begins; or wrap: where a counter began again.
 void check_restarts(const data::Dataset& d, Findings& findings);
 /// rate, gap, duplicate, jitter, clock_drift. @pre one recording

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "checks.hpp"
+#include "fricid/base/upper_median.hpp"
 
 namespace fricid::doctor {
 namespace {
@@ -219,7 +220,7 @@ void check_spikes(const Channel& c, Findings& findings) {
     const double bend = std::abs(c[k] - (c[k - 1] + c[k + 1]) / 2);
     if (bend > 0) bends.push_back(bend);  // not where a limit holds the signal
   }
-  const double sigma = std::max(1.48 * median(bends), 1e-6 * c.range());
+  const double sigma = std::max(1.48 * upper_median(bends), 1e-6 * c.range());
   Finding spike =
       c.finding(FindingKind::kSpike, 0, 0, 0, c.signal == std::string_view("q") ? "rad" : "N m");
   spike.count = 0;
@@ -269,7 +270,7 @@ void check_jumps(const Channel& c, Findings& findings) {
         bend > 0)
       bends.push_back(bend);
   if (steps.empty()) return;
-  const double bend = 1.48 * median(bends);
+  const double bend = 1.48 * upper_median(bends);
   const auto ninth = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() * 9 / 10);
   std::nth_element(steps.begin(), ninth, steps.end());
   const double usual = *ninth;

@@ -64,13 +64,6 @@ void append(Findings some, Findings& findings) {
 
 }  // namespace
 
-double median(std::vector<double> x) {
-  if (x.empty()) return 0;
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  return *middle;
-}
-
 // A stamp that is back alone is a duplicate: the next one is later than all before.
 void check_restarts(const data::Dataset& d, Findings& findings) {
   Findings restarts;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/upper_median.hpp"
 #include "fricid/config/paths.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/log_part.hpp"
@@ -18,9 +20,7 @@ double median(const Eigen::VectorXd& x) {
   for (const double value : x)
     if (std::isfinite(value)) values.push_back(value);
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return upper_median(std::move(values));
 }
 
 }  // namespace

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/upper_median.hpp"
 
 namespace fricid::signals {
 namespace {
@@ -60,9 +62,7 @@ double distance(const Scaled& a, const RowMatrix& b, Eigen::Index lag) {
     if (std::isfinite(square)) squares.push_back(square);
   }
   if (squares.empty()) return std::numeric_limits<double>::infinity();
-  const auto middle = squares.begin() + std::ssize(squares) / 2;
-  std::ranges::nth_element(squares, middle);
-  return std::sqrt(*middle / static_cast<double>(a.x.cols()));
+  return std::sqrt(upper_median(std::move(squares)) / static_cast<double>(a.x.cols()));
 }
 
 }  // namespace

@@ -8,17 +8,15 @@
 #include <numeric>
 #include <span>
 
+#include "fricid/base/upper_median.hpp"
+
 namespace fricid::smc {
 namespace {
 
 constexpr int kFewParticles = 20;
 
 double median(std::span<const double> values) {
-  std::vector<double> sorted(values.begin(), values.end());
-  if (sorted.empty()) return 0;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
+  return upper_median({values.begin(), values.end()});
 }
 
 }  // namespace
