@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kPoorCondition = 100;    // of the regression's columns, scaled to unit length
 constexpr double kStartsDisagree = 1.05;  // worst start over best, in RMS
-constexpr double kCertainGrowth = 4;      // standard errors, as RigidBodyFit::shows_growth
 constexpr double kFewRows = 0.5;          // share of the recording
 
 using Warnings = std::vector<Warning>;
@@ -81,7 +80,7 @@ std::string growth_in_words(const data::FittedLoadGrowth& growth,
                             std::span<const std::string> joints) {
   std::vector<std::string> words;
   for (Eigen::Index j = 0; j < std::min(growth.coefficient.size(), std::ssize(joints)); ++j)
-    if (growth.coefficient[j] > kCertainGrowth * growth.standard_error[j])
+    if (growth.is_seen(growth.coefficient[j], growth.standard_error[j]))
       words.push_back(fmt::format("{:.2g} +- {:.1g} of the torque of {}", growth.coefficient[j],
                                   growth.standard_error[j], joints[static_cast<std::size_t>(j)]));
   return enumeration(words);

@@ -10,6 +10,7 @@
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/unit_of_joint.hpp"
+#include "fricid/data/fit_file.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "rigid_body/inertia_prior.hpp"
@@ -394,8 +395,7 @@ bool explains_more(const UnderLoad& found, const Eigen::VectorXd& sigma) {
 }  // namespace
 
 bool RigidBodyFit::shows_growth(int joint) const {
-  constexpr double kSeen = 4;  // standard errors
-  return growth.size() > joint && growth[joint] > kSeen * growth_se[joint];
+  return growth.size() > joint && data::FittedLoadGrowth::is_seen(growth[joint], growth_se[joint]);
 }
 
 bool RigidBodyFit::moves_at_one_speed(int joint) const {

@@ -118,6 +118,12 @@ struct FittedLoadGrowth {
   bool modelled = false;
   Eigen::VectorXd coefficient, standard_error;
 
+  /// Whether a joint shows it: by four standard errors.
+  static bool is_seen(double coefficient, double standard_error) {
+    constexpr double kSeen = 4;
+    return coefficient > kSeen * standard_error;
+  }
+
   template <class Archive>
   void visit(Archive& archive) {
     archive("modelled", modelled,
