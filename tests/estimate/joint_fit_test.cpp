@@ -42,10 +42,11 @@ TEST(ArmTorqueFit, DoesNotDependOnTheNumberOfThreads) {
 }
 
 // A bank of springs stands for a bristle that no spring is by less static friction than the bristle
-// has, at speeds that the motion hardly has. The pull takes a good part of that back.
+// has, at speeds that the motion, a slow Fourier series, hardly has. The pull takes a good part of
+// that back.
 TEST(ArmTorqueFit, StaticFrictionIsPulledToThatOfSliding) {
   const std::vector<std::vector<double>> theta{{6, 3000, 3}, {4.8, 2400, 2.4}, {3, 1500, 1.5}};
-  const Prepared prepared = noisy_logs(arm_with({{{"dahl", 0, {}}}}, theta), 12);
+  const Prepared prepared = noisy_logs(arm_with({{{"dahl", 0, {}}}}, theta), 12, true);
   const JointFits fits(prepared, logs().windows, 2);
   const Arm start = fits.start(friction::JointSpec{{{"gms", 4, {}}}});
   const ArmTorqueData data(prepared.robot, prepared.recordings, prepared.options.cutoff_hz);

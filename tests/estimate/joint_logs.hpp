@@ -81,10 +81,10 @@ inline Arm arm_with(const friction::JointSpec& joint,
 }
 
 /// What its logs with noise say: without, fits that stop early have gains that no data could show.
-inline Prepared noisy_logs(const Arm& truth, double seconds) {
+inline Prepared noisy_logs(const Arm& truth, double seconds, bool repeats = false) {
   return prepared_of(
       truth, logs().prepared.options,
-      {.seconds = seconds, .torque_noise = 0.05, .encoder_noise = 4e-6, .repeats = false});
+      {.seconds = seconds, .torque_noise = 0.05, .encoder_noise = 4e-6, .repeats = repeats});
 }
 
 }  // namespace fricid::estimate
