@@ -25,11 +25,11 @@ class InitialState : public ::testing::TestWithParam<const char*> {
   friction::Friction friction = kr6_friction(GetParam());
 
   /// State after sliding at `speed` in the directions of `sign`.
-  std::vector<double> slid(const std::vector<double>& sign, double speed) {
+  std::vector<double> slid(const std::vector<double>& sign, double speed, double period = 0.004) {
     std::vector<double> z(static_cast<std::size_t>(friction.model.state_size()));
     Inputs in = at_rest();
     for (std::size_t j = 0; j < in.size(); ++j) in[j].v = sign[j] * speed;
-    for (int k = 0; k < 2000; ++k) friction.model.step<double>(friction.theta, in, 0.004, z);
+    for (int k = 0; k < 2000; ++k) friction.model.step<double>(friction.theta, in, period, z);
     return z;
   }
 };
@@ -66,13 +66,26 @@ TEST_P(InitialState, OfAMovingJointIsThatOfItsSpeed) {
     EXPECT_NEAR(found[i], z[i], 1e-6 * std::abs(z[i])) << "state " << i;
 }
 
-// A torque that no rest explains gets the nearest one.
-TEST_P(InitialState, StaysAtSlidingBeyondItsTorque) {
-  const std::vector<double> z = slid({1, 1, 1, 1, 1, 1}, 0.02);
+// A torque that no rest explains gets the nearest one: static friction.
+TEST_P(InitialState, CreepsBeyondItsTorque) {
+  const std::vector<double> z = slid({1, 1, 1, 1, 1, 1}, 2e-4, 0.2);
   const std::vector<double> found =
       state_at_torque(friction, at_rest(), std::vector<double>(6, 1e3));
   for (std::size_t i = 0; i < z.size(); ++i)
     EXPECT_NEAR(found[i], z[i], 2e-3 * std::abs(z[i])) << "state " << i;
+}
+
+// Rest may hold more than a short slide bends a cable to.
+TEST(StateAtTorque, BendsCables) {
+  const friction::Friction friction{
+      friction::RobotFriction(std::vector<friction::JointSpec>(
+          1, friction::JointSpec{{{"lugre", 0, {}}, {"maxwell_slip", 1, {}}}})),
+      {2.6, 3, 0.07, 4900, 5, 1.1, 2.2, 1.2}};
+  const Inputs in(1, friction::Input<double>{0.2, 0, 0, kRoomTemperature});
+  for (const double wanted : {4.0, -4.0, 2.0}) {
+    const std::vector<double> z = state_at_torque(friction, in, std::vector<double>{wanted});
+    EXPECT_NEAR(torque(friction, in, z).front(), wanted, 0.01 * std::abs(wanted));
+  }
 }
 
 // The rest of the torque balance is the rigid body's.

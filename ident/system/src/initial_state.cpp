@@ -12,6 +12,12 @@ constexpr double kRestSpeed = 0.02;      // a joint slower than this is at rest 
 constexpr double kApproach = 0.5;        // speed of the approach [rad/s]
 constexpr double kPeriod = 4e-3;         // of the steps while sliding [s]
 constexpr int kFast = 100, kSlow = 250;  // steps of sliding at kApproach and at kRestSpeed
+constexpr double kFarPeriod = 0.5;       // of the steps while sliding on at kRestSpeed [s]
+constexpr int kFar = 500;                // such steps, 5 rad together
+constexpr double kClose = 1e-3;          // share of the torque that may be lacking
+constexpr double kCreepSpeed = 2e-4;     // [rad/s]
+constexpr double kCreepPeriod = 0.2;     // [s]
+constexpr int kCreep = 250;              // such steps, 10 mrad together
 constexpr double kBackSpeed = 2e-3;      // [rad/s]
 constexpr double kFirstBack = 1e-6;      // of the way back [rad]
 constexpr double kGrowth = 1.05;         // of each piece of it over the one before
@@ -39,11 +45,27 @@ std::vector<double> state_at_torque(const friction::Friction& friction,
     model.step<double>(friction.theta, driven, kPeriod, z);
   }
 
-  // move back until the torque of a joint equals tau_f, within the last piece by the secant
   std::vector<char> done(n);
   const auto excess = [&](std::size_t j, const std::vector<double>& tau) {
     return direction(j) * (tau[j] - tau_f[j]);
   };
+
+  // a joint that holds more has slid on, until cables are bent, and crept to rest
+  const auto slide_on = [&](int steps, double period, double speed) {
+    for (int k = 0; k < steps; ++k) {
+      model.torque<double>(friction.theta, in, z, last);
+      for (std::size_t j = 0; j < n; ++j) {
+        done[j] = done[j] || !rests(j) || excess(j, last) > -kClose * std::abs(tau_f[j]);
+        if (rests(j)) driven[j].v = done[j] ? 0 : direction(j) * speed;
+      }
+      if (std::count(done.begin(), done.end(), 0) == 0) return;
+      model.step<double>(friction.theta, driven, period, z);
+    }
+  };
+  slide_on(kFar, kFarPeriod, kRestSpeed);
+  slide_on(kCreep, kCreepPeriod, kCreepSpeed);
+
+  // move back until the torque of a joint equals tau_f, within the last piece by the secant
   model.torque<double>(friction.theta, in, z, last);
   for (std::size_t j = 0; j < n; ++j) done[j] = !rests(j) || excess(j, last) <= 0;
   double piece = kFirstBack;

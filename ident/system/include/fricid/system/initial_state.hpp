@@ -14,8 +14,9 @@ namespace fricid {
 ///
 /// * a joint that moves, |v| > 0.02 rad/s, has been sliding at v;
 /// * a joint at rest has slid in the direction of its torque, slowed down, and moved back until its
-///   torque fell from the sliding torque to `tau_f`; without moving back if the sliding torque is
-///   smaller than `tau_f`.
+///   torque fell from the sliding torque to `tau_f`; where the sliding torque is smaller than
+///   `tau_f`, it has slid on instead, up to 5 rad, which bends cables, and crept until static
+///   friction held it.
 ///
 /// The state of a law of the whole robot starts at zero.
 ///
