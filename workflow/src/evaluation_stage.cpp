@@ -229,6 +229,26 @@ std::vector<evaluate::LeftOut> left_out_of(const RunFolder& folder, const FitId&
   return parts;
 }
 
+/// Arms that the data of a fit might as well have given.
+std::vector<Arm> draws_of(const RunFolder& folder, const FitId& id, const data::ModelFile& model) {
+  std::vector<Arm> arms;
+  const std::string place = folder.fit(id).string();
+  const auto draws = data::load<data::FitFile>(folder.fit(id)).draws;
+  if (!draws) return arms;
+  const auto parameters = std::ssize(model.arm.friction.theta);
+  if (draws->pi.cols() != model.arm.robot.pi.size() || draws->theta.cols() != parameters ||
+      draws->pi.rows() != draws->theta.rows())
+    throw UserError("{}: found draws of {} x {} + {} x {} parameters, expected {} + {} each", place,
+                    draws->pi.rows(), draws->pi.cols(), draws->theta.rows(), draws->theta.cols(),
+                    model.arm.robot.pi.size(), parameters);
+  for (Eigen::Index i = 0; i < draws->pi.rows(); ++i) {
+    Arm& arm = arms.emplace_back(model.arm);
+    arm.robot.pi = draws->pi.row(i);
+    Eigen::RowVectorXd::Map(arm.friction.theta.data(), parameters) = draws->theta.row(i);
+  }
+  return arms;
+}
+
 data::ModelFile oracle_model(const scene::Problem& problem) {
   data::ModelFile model;
   model.name = model.label = "oracle";
@@ -333,6 +353,7 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
     contest.faults.push_back(faults_of(visible, fit.id()));
     contest.left_out.push_back(
         left_out_of(visible, fit.id(), contest.models.back(), contest.training));
+    contest.draws.push_back(draws_of(visible, fit.id(), contest.models.back()));
     if (!is_conventional(fit, contest.models.back()))
       contest.unconventional.push_back(fit.model.name);
   }
@@ -343,6 +364,7 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
     contest.models.insert(contest.models.begin(), oracle_model(task.problem));
     contest.faults.insert(contest.faults.begin(), std::vector<std::string>());
     contest.left_out.emplace(contest.left_out.begin());
+    contest.draws.emplace(contest.draws.begin());
     contest.simulator_oracle = simulator_rollouts(task, held_out, starts, 1.0);
     contest.simulator_halved = simulator_rollouts(task, held_out, starts, 0.5);
   }

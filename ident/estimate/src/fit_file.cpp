@@ -134,7 +134,8 @@ data::FitFile fit_file(const FitReport& report) {
                      .em = {},
                      .candidates = {},
                      .parts = {},
-                     .without = {}};
+                     .without = {},
+                     .draws = {}};
   for (const Fault& fault : report.faults)
     file.faults.push_back({fault.joint, fault.found, fault.remedy});
   for (std::size_t j = 0; j < report.joints.size(); ++j) file.joints.push_back(joint_of(report, j));
@@ -153,6 +154,18 @@ data::FitFile fit_file(const FitReport& report) {
     file.without.push_back(
         {fit.recording, fit.left_out.begin, fit.left_out.end, fit.arm.robot.pi,
          Eigen::VectorXd::Map(fit.arm.friction.theta.data(), std::ssize(fit.arm.friction.theta))});
+  if (!report.draws.empty()) {
+    data::FittedDraws& draws = file.draws.emplace();
+    const auto count = std::ssize(report.draws);
+    const Arm& first = report.draws.front();
+    draws.pi.resize(count, first.robot.pi.size());
+    draws.theta.resize(count, std::ssize(first.friction.theta));
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Arm& arm = report.draws[static_cast<std::size_t>(i)];
+      draws.pi.row(i) = arm.robot.pi;
+      draws.theta.row(i) = Eigen::VectorXd::Map(arm.friction.theta.data(), draws.theta.cols());
+    }
+  }
   return file;
 }
 

@@ -60,15 +60,12 @@ BandScore score(const Band& band, const Trajectory& trajectory, int steps) {
 }
 
 std::vector<Band> open_loop_bands(std::span<const Member> members,
-                                  const dynamics::RobotModel& known,
                                   std::span<const Trajectory> trajectories,
                                   const EvaluateOptions& options, int jobs) {
   std::vector<Task> tasks;
-  std::vector<std::vector<double>> z0;  // [member * trajectories + trajectory]
   const std::vector<Start> starts = plan_starts(trajectories, options.horizons_s, 0);
   for (std::size_t m = 0; m < members.size(); ++m)
     for (std::size_t i = 0; i < trajectories.size(); ++i) {
-      z0.push_back(drive(*members[m].model, known, trajectories[i], {&starts[i], 1}).z0.front());
       for (int draw = 0; draw < options.draws; draw += PackD::kLanes) tasks.push_back({m, i, draw});
     }
 
@@ -87,10 +84,14 @@ std::vector<Band> open_loop_bands(std::span<const Member> members,
           draw_torque_error(error, trajectories[i].data.dt(), starts[i].steps + 1,
                             static_cast<std::uint64_t>(member.model->seed),
                             stream_of(Purpose::kBand, i, first + static_cast<int>(l))));
+    std::vector<std::vector<double>> z0;
     std::vector<OpenLoop> loops;
-    for (const RowMatrix& one : disturbance)
-      loops.push_back(
-          {&member.model->arm, &trajectories[i], starts[i], z0[m * trajectories.size() + i], &one});
+    for (std::size_t l = 0; l < count; ++l) {
+      const Arm& arm = member.arm(static_cast<std::size_t>(first) + l);
+      z0.push_back(first_state(arm, trajectories[i]));
+      loops.push_back({&arm, &trajectories[i], starts[i], {}, &disturbance[l]});
+    }
+    for (std::size_t l = 0; l < count; ++l) loops[l].z0 = z0[l];
     std::vector<Rollout> rollouts = roll_out(
         loops, {{options.substeps, member.fitted.leap}, options.diverged_rad, error.slow_gain});
     for (std::size_t l = 0; l < count; ++l)

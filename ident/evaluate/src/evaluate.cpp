@@ -222,14 +222,16 @@ void add_bands(const Contest& contest, const EvaluateOptions& options, int jobs,
     std::vector<Member> members;
     for (std::size_t m = 0; m < contest.models.size(); ++m) {
       const data::ModelFile& model = contest.models[m];
-      if (!model.is_oracle && model.name == summary.name) members.push_back({&model, errors[m]});
+      if (!model.is_oracle && model.name == summary.name)
+        members.push_back({&model, errors[m],
+                           m < contest.draws.size() ? contest.draws[m] : std::span<const Arm>()});
     }
     if (members.empty()) continue;
     for (ModelResult& result : report.models)
       for (const Member& member : members)
         if (result.name == member.model->name && result.seed == member.model->seed)
           result.torque_error = member.fitted.error;
-    summary.bands = open_loop_bands(members, contest.robot, contest.trajectories, options, jobs);
+    summary.bands = open_loop_bands(members, contest.trajectories, options, jobs);
     for (const double h : options.horizons_s) {
       std::vector<double> coverage, squares;
       for (std::size_t i = 0; i < contest.trajectories.size(); ++i) {

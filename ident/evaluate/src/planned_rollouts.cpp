@@ -13,6 +13,19 @@
 #include "fricid/system/transmission.hpp"
 
 namespace fricid::evaluate {
+namespace {
+
+/// A recording at the motors (T, n).
+struct AtMotors {
+  RowMatrix q, v, tau;
+};
+AtMotors at_motors(const Arm& arm, const Trajectory& trajectory) {
+  const Transmission motors(arm.robot);
+  return {motors.to_motors(trajectory.q), motors.to_motors(trajectory.v),
+          motors.torque_to_motors(held_torque(trajectory.data))};
+}
+
+}  // namespace
 
 std::vector<std::vector<int>> batches_of(std::span<const Start> starts) {
   std::vector<int> order(starts.size());
@@ -40,25 +53,29 @@ Plan make_plan(std::span<const Trajectory> trajectories, const EvaluateOptions& 
   return plan;
 }
 
+std::vector<double> first_state(const Arm& arm, const Trajectory& trajectory) {
+  const AtMotors at = at_motors(arm, trajectory);
+  return initial_friction_state(arm, trajectory.data.dt(), at.q, at.v, at.tau,
+                                trajectory.data.temperature);
+}
+
 Driven drive(const data::ModelFile& model, const dynamics::RobotModel& known,
              const Trajectory& trajectory, std::span<const Start> starts) {
   const data::Dataset& data = trajectory.data;
-  const Transmission motors(model.arm.robot);
-  const RowMatrix q = motors.to_motors(trajectory.q), v = motors.to_motors(trajectory.v),
-                  tau = motors.torque_to_motors(held_torque(data));
+  const AtMotors at = at_motors(model.arm, trajectory);
   const std::vector<double> start =
-      initial_friction_state(model.arm, data.dt(), q, v, tau, data.temperature);
+      initial_friction_state(model.arm, data.dt(), at.q, at.v, at.tau, data.temperature);
   const DrivenFriction driven =
-      drive_friction(model.arm.friction, data.dt(), q, v, tau, data.temperature, start);
+      drive_friction(model.arm.friction, data.dt(), at.q, at.v, at.tau, data.temperature, start);
   const bool from_truth = model.is_oracle && trajectory.truth && trajectory.truth->z.size() > 0;
   const RowMatrix& z = from_truth ? trajectory.truth->z : driven.z;
   if (z.cols() != driven.z.cols())
     throw UserError("{}: the true friction state has {} values, the oracle {} has {}", data.name,
                     z.cols(), model.name, driven.z.cols());
-  Driven result{motors.torque_to_joints(driven.tau_f), {}};
+  Driven result{Transmission(model.arm.robot).torque_to_joints(driven.tau_f), {}};
   result.tau_f.rowwise() += constant_friction(model.arm.robot, known);
-  for (const Start& at : starts)
-    result.z0.emplace_back(z.row(at.begin).begin(), z.row(at.begin).end());
+  for (const Start& from : starts)
+    result.z0.emplace_back(z.row(from.begin).begin(), z.row(from.begin).end());
   return result;
 }
 

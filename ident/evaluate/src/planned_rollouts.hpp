@@ -30,6 +30,9 @@ struct Driven {
   std::vector<std::vector<double>> z0;  ///< state at each planned start of the trajectory
 };
 
+/// Friction state of an arm at the first sample of a recording, see initial_friction_state.
+std::vector<double> first_state(const Arm& arm, const Trajectory& trajectory);
+
 /// @param known  the robot before identification, see constant_friction
 Driven drive(const data::ModelFile& model, const dynamics::RobotModel& known,
              const Trajectory& trajectory, std::span<const Start> starts);

@@ -10,6 +10,7 @@
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/parallel.hpp"
+#include "fricid/base/rng.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/friction/tangent.hpp"
 #include "fricid/optimise/damped_step.hpp"
@@ -34,6 +35,10 @@ constexpr double kOutputPull = 0.5, kInputPull = 0.15;
 // friction by this share of the greater: motion that never rests says little of it. At half of it a
 // UR10, which has a fifth of the friction at rest, errs up to a third more.
 constexpr double kStaticPull = 0.1;
+constexpr double kBlock = 1;  // of rows that depend on each other [s]
+constexpr Eigen::Index kFewestBlocks = 10;
+constexpr double kFarthestDraw = 2;  // in any coordinate
+constexpr std::uint64_t kDrawStream = 1 << 21;
 constexpr double kFirstGain = 1e-2;  // smallest gain of a pass that another follows
 
 /// A joint's friction and its place in theta.
@@ -137,6 +142,45 @@ class Problem {
       total += pull.weight * d * d;
     }
     return std::isfinite(total) ? total : kBadValue;
+  }
+
+  /// J' e / sigma^2 at c, summed over the rows of a block (coordinates, blocks).
+  Eigen::MatrixXd scores(const Eigen::VectorXd& c) {
+    point_.move_to(c);
+    const Arm& arm = point_.arm();
+    const Eigen::Index p = arm.robot.pi.size(), all = point_.coordinates().size(),
+                       of_friction = std::ssize(point_.coordinates().friction());
+    const Eigen::MatrixXd by_c = point_.jacobian();
+    std::vector<int> first{0};  // block of each recording
+    const auto length_of = [](const signals::Recording& r) {
+      return std::max(1, static_cast<int>(std::lround(kBlock / r.dt)));
+    };
+    for (const signals::Recording& r : data_.recordings())
+      first.push_back(first.back() + (r.length() + length_of(r) - 1) / length_of(r));
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(all, first.back());
+    std::vector<Eigen::MatrixXd> of_pi(models_.size(), Eigen::MatrixXd::Zero(p, first.back()));
+    parallel_for(data_.n(), jobs_, [&](int j) {
+      const auto i = static_cast<std::size_t>(j);
+      const ArmTorqueData::Joint& joint = data_.joint(j);
+      const optimise::Block block = block_of(models_[i]);
+      const double w = 1 / (sigma_[j] * sigma_[j]);
+      const JointFrictionData::Linear at = friction_rows_and_slopes(joint, models_[i], block, by_c);
+      const Eigen::VectorXd e = w * (joint.Y * arm.robot.pi + at.f - joint.tau);
+      Eigen::Index r = 0;
+      for (std::size_t s = 0; s < joint.row.size(); ++s) {
+        const int length = length_of(data_.recordings()[s]);
+        for (const int k : joint.row[s]) {
+          const Eigen::Index b = first[s] + k / length;
+          out.col(b).segment(block.begin, block.size) += e[r] * at.J.row(r).transpose();
+          of_pi[i].col(b) += e[r] * joint.Y.row(r).transpose();
+          ++r;
+        }
+      }
+    });
+    for (const Eigen::MatrixXd& joint : of_pi)
+      out.bottomRows(all - of_friction).noalias() +=
+          by_c.topRightCorner(p, all - of_friction).transpose() * joint;
+    return out;
   }
 
   optimise::Quadratic linearise(const Eigen::VectorXd& c, double known) {
@@ -322,6 +366,32 @@ TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
   point.move_to(point.c());
   Problem problem(data, point, options, jobs);
   return {point.c(), problem.linearise(point.c(), std::numeric_limits<double>::quiet_NaN())};
+}
+
+std::vector<Arm> draw_arms(const ArmTorqueData& data, const Arm& fitted,
+                           const ArmTorqueOptions& options, int count, std::uint64_t seed,
+                           int jobs) {
+  const ArmCoordinates coordinates(fitted, options.coordinates);
+  ArmPoint point(coordinates, fitted);
+  point.move_to(point.c());
+  const Eigen::VectorXd c = point.c();
+  Problem problem(data, point, options, jobs);
+  Eigen::MatrixXd scores = problem.scores(c);
+  if (scores.cols() < kFewestBlocks) return {};
+  scores.colwise() -= scores.rowwise().mean().eval();
+  Eigen::MatrixXd H = problem.linearise(c, std::numeric_limits<double>::quiet_NaN()).H;
+  H.diagonal().array() += kStepRidge;
+  const Eigen::MatrixXd moves = H.ldlt().solve(scores);
+  RowMatrix w(count, scores.cols());
+  fill_normal(seed, kDrawStream, 0, {w.data(), static_cast<std::size_t>(w.size())});
+  std::vector<Arm> arms;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    Eigen::VectorXd move = moves * w.row(i).transpose();
+    move *= std::min(1.0, kFarthestDraw / move.lpNorm<Eigen::Infinity>());
+    point.move_to(coordinates.box().clamp(c + move));
+    arms.push_back(point.arm());
+  }
+  return arms;
 }
 
 ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,

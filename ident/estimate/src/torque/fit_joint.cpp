@@ -30,6 +30,7 @@ constexpr double kLost = 10;  // a law is lost beyond this many held-out torque 
 constexpr int kMostChoices = 3;
 constexpr double kLoadOfAnother = 0.05;
 constexpr double kNetworksGain = 1.25;  // rollouts of the best law over those of networks
+constexpr int kDraws = 39;              // of arms, for bands
 constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
 
 /// The arm of the method conventional, if it has a result.
@@ -243,6 +244,7 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
              {from.recording, from.begin + stretch->begin, from.begin + stretch->end},
              folds[f]});
       }
+  report.draws = fits.draw_arms(best->arm, kDraws, static_cast<std::uint64_t>(seed));
   report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   score_torque(prepared, prepared.options.cutoff_hz, jobs, report);
   report.faults = faults_of(prepared, report);

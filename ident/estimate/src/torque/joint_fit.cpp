@@ -386,6 +386,10 @@ std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
   return arms;
 }
 
+std::vector<Arm> JointFits::draw_arms(const Arm& fitted, int count, std::uint64_t seed) const {
+  return estimate::draw_arms(all_, fitted, torque_options(fitted), count, seed, jobs_);
+}
+
 PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,
                                 friction::SumPart part) const {
   const Eigen::ArrayXd a = held_out_.residual(with, j).array().square(),

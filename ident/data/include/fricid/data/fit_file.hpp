@@ -340,6 +340,18 @@ struct FittedWithout {
   }
 };
 
+/// Parameters that the same data might as well have given, one draw per row.
+struct FittedDraws {
+  Eigen::MatrixXd pi, theta;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    const auto value = any_number("", "of the model, in its order, one draw per row");
+    archive("rigid_body", pi, value);
+    archive("friction", theta, value);
+  }
+};
+
 /// Training data of which a fit used pieces that are spread over all of them (`training_part`).
 struct FittedTo {
   double seconds = 0, of_seconds = 0;
@@ -379,6 +391,7 @@ struct FitFile {
   std::vector<FittedCandidate> candidates;   ///< of method joint
   std::vector<FittedPart> parts;             ///< of model lvm
   std::vector<FittedWithout> without;        ///< of method joint
+  std::optional<FittedDraws> draws;          ///< of method joint
 
   /// @throws UserError naming `place` when lists do not agree in length
   void check(const std::string& place) const;
@@ -410,6 +423,8 @@ struct FitFile {
     archive.sections("parts", parts, "of model lvm: effect of its parts on the held-out torque");
     archive.sections("without", without,
                      "of method joint: fits that left recordings out in turn, for its bands");
+    archive.section("draws", draws,
+                    "of method joint: parameters that the same data might as well have given");
   }
 };
 

@@ -81,6 +81,7 @@ struct FitReport {
   std::vector<Candidate> candidates;          ///< of method joint; the best was taken
   std::vector<PartEvidence> parts;            ///< of model lvm
   std::vector<FitWithout> without;            ///< of method joint
+  std::vector<Arm> draws;                     ///< of method joint, see `draw_arms`
 
   bool has_result() const {
     return outcome == Outcome::kConverged || outcome == Outcome::kIterationLimit;

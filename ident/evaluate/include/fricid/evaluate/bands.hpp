@@ -35,15 +35,18 @@ BandScore score(const Band& band, const Trajectory& trajectory, int steps);
 struct Member {
   const data::ModelFile* model;
   FittedTorqueError fitted;
+  std::span<const Arm> draws;  ///< arms that its data might as well have given; empty: its own
+
+  const Arm& arm(std::size_t draw) const {
+    return draws.empty() ? model->arm : draws[draw % draws.size()];
+  }
 };
 
 /// Bands of the seeds of a model together: `options.draws` rollouts of every member from the first
-/// sample of every recording, each under the measured torque and a torque error of its own,
-/// stepped by the leap of the member.
-/// @param known  the robot before identification, see constant_friction
+/// sample of every recording, each by another arm of its draws, under the measured torque and a
+/// torque error of its own, stepped by the leap of the member.
 /// @return one per trajectory; the same for any `jobs`
 std::vector<Band> open_loop_bands(std::span<const Member> members,
-                                  const dynamics::RobotModel& known,
                                   std::span<const Trajectory> trajectories,
                                   const EvaluateOptions& options, int jobs);
 

@@ -23,6 +23,8 @@ struct Contest {
   /// Per model, or empty: recordings that fits of it left out in turn, from which its torque error
   /// is estimated in their place.
   std::vector<std::vector<LeftOut>> left_out;
+  /// Per model, or empty: arms that its data might as well have given, for its band.
+  std::vector<std::vector<Arm>> draws;
   /// Models to roll out. Those with is_oracle start from the true friction state.
   std::vector<data::ModelFile> models;
   /// The robot before identification: constant torques that a model adds to it count as friction.

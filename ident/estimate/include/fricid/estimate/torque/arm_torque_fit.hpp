@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -55,6 +56,20 @@ struct ArmTorqueFit {
 /// @throws Stopped on Ctrl-C
 ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
                             const ArmTorqueOptions& options, int jobs);
+
+/// Arms that the same data might as well have given, by the multiplier bootstrap,
+///
+///     c - c_hat = (H + 1)^-1 sum_b w_b (s_b - mean s),   w_b ~ N(0, 1),   s_b = sum over block b
+///     of J' e / sigma^2
+///
+/// with H the matrix of a step at the fit and blocks of a second, all joints together: residuals of
+/// a second depend on each other, and the sum over blocks is right for errors of the model too
+/// (a sandwich). The ridge of one datum keeps what the data leave open within its own size.
+/// @param count  of arms
+/// @return none where there are fewer than ten blocks
+std::vector<Arm> draw_arms(const ArmTorqueData& data, const Arm& fitted,
+                           const ArmTorqueOptions& options, int count, std::uint64_t seed,
+                           int jobs);
 
 /// What the torque says of a fitted arm.
 TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
