@@ -29,7 +29,25 @@ struct Task {
   int first;  ///< draw
 };
 
+/// Mean over the members of the rollout by the arm that was fitted, under the measured torque.
+RowMatrix undisturbed(std::span<const Member> members, const Trajectory& trajectory,
+                      const Start& start, const EvaluateOptions& options) {
+  RowMatrix mean = RowMatrix::Zero(start.steps + 1, trajectory.data.n());
+  for (const Member& member : members) {
+    const Arm& arm = member.model->arm;
+    const std::vector<double> z0 = first_state(arm, trajectory);
+    const std::vector<OpenLoop> loop{{&arm, &trajectory, start, z0}};
+    mean +=
+        roll_out(loop, {{options.substeps, member.fitted.leap}, options.diverged_rad}).front().q;
+  }
+  return mean / static_cast<double>(members.size());
+}
+
 }  // namespace
+
+Band reflected(const Band& band, const RowMatrix& centre) {
+  return {2 * centre - band.high, 2 * centre - band.low};
+}
 
 Band band_of(std::span<const RowMatrix> draws) {
   const Eigen::Index rows = draws.front().rows(), n = draws.front().cols();
@@ -100,7 +118,9 @@ std::vector<Band> open_loop_bands(std::span<const Member> members,
   });
   std::vector<Band> bands(trajectories.size());
   parallel_for(static_cast<int>(bands.size()), jobs, [&](int i) {
-    bands[static_cast<std::size_t>(i)] = band_of(draws[static_cast<std::size_t>(i)]);
+    const auto at = static_cast<std::size_t>(i);
+    bands[at] =
+        reflected(band_of(draws[at]), undisturbed(members, trajectories[at], starts[at], options));
   });
   return bands;
 }

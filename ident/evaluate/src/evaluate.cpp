@@ -205,6 +205,10 @@ void add_ensembles(std::span<const Trajectory> trajectories, std::span<const dou
   }
 }
 
+std::span<const Arm> draws_of(const Contest& contest, std::size_t model) {
+  return model < contest.draws.size() ? contest.draws[model] : std::span<const Arm>();
+}
+
 /// Estimates the torque error of every fitted model and scores the resulting bands.
 void add_bands(const Contest& contest, const EvaluateOptions& options, int jobs,
                Evaluation& report) {
@@ -223,8 +227,7 @@ void add_bands(const Contest& contest, const EvaluateOptions& options, int jobs,
     for (std::size_t m = 0; m < contest.models.size(); ++m) {
       const data::ModelFile& model = contest.models[m];
       if (!model.is_oracle && model.name == summary.name)
-        members.push_back({&model, errors[m],
-                           m < contest.draws.size() ? contest.draws[m] : std::span<const Arm>()});
+        members.push_back({&model, errors[m], draws_of(contest, m)});
     }
     if (members.empty()) continue;
     for (ModelResult& result : report.models)

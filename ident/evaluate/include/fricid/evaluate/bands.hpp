@@ -24,6 +24,12 @@ struct Band {
 /// @param draws  (T, n) each [rad], at least 19
 Band band_of(std::span<const RowMatrix> draws);
 
+/// The band mirrored at `centre` (T, n), sample by sample. Draws are to the rollout what the
+/// rollout is to the truth: what a torque error moves on the mean, as a torque that trembles lets a
+/// bristle slip, has moved the rollout too, and the truth lies on its other side (basic bootstrap,
+/// Davison and Hinkley 1997, 5.2).
+Band reflected(const Band& band, const RowMatrix& centre);
+
 /// A band over the samples from the first one to a horizon. NaN beyond its length.
 struct BandScore {
   double coverage = 0;    ///< share of samples and joints inside
@@ -42,9 +48,10 @@ struct Member {
   }
 };
 
-/// Bands of the seeds of a model together: `options.draws` rollouts of every member from the first
-/// sample of every recording, each by another arm of its draws, under the measured torque and a
-/// torque error of its own, stepped by the leap of the member.
+/// Bands of the seeds of a model together, `reflected` at the mean of their rollouts:
+/// `options.draws` rollouts of every member from the first sample of every recording, each by
+/// another arm of its draws, under the measured torque and a torque error of its own, stepped by
+/// the leap of the member.
 /// @return one per trajectory; the same for any `jobs`
 std::vector<Band> open_loop_bands(std::span<const Member> members,
                                   std::span<const Trajectory> trajectories,
