@@ -64,6 +64,33 @@ TEST(ArmTorqueFit, StaticFrictionIsPulledToThatOfSliding) {
   }
 }
 
+// Draws differ from the fit as the fit does from the truth.
+TEST(DrawArms, SpreadAsTheFitErrs) {
+  const std::vector<std::vector<double>> theta{{6, 3000, 3}, {4.8, 2400, 2.4}, {3, 1500, 1.5}};
+  const Arm truth = arm_with({{{"dahl", 0, {}}}}, theta);
+  const Prepared prepared = prepared_of(
+      truth, logs().prepared.options, {.seconds = 24, .torque_noise = 1, .repeats = false});
+  const JointFits fits(prepared, logs().windows, 2);
+  const Arm fitted =
+      fits.on_torque(fits.start(truth.friction.model.joints()), JointFits::Rows::kAll).arm;
+  const std::vector<Arm> draws = fits.draw_arms(fitted, 39, 1);
+  ASSERT_EQ(draws.size(), 39u);
+  double squares = 0;
+  for (std::size_t i = 0; i < 9; ++i) {
+    double mean = 0, variance = 0;
+    for (const Arm& draw : draws) mean += draw.friction.theta[i] / 39;
+    for (const Arm& draw : draws) variance += std::pow(draw.friction.theta[i] - mean, 2) / 38;
+    EXPECT_LT(std::sqrt(variance), 0.05 * fitted.friction.theta[i]) << i;
+    const double z = (fitted.friction.theta[i] - truth.friction.theta[i]) / std::sqrt(variance);
+
+    squares += z * z / 9;
+  }
+  EXPECT_GT(squares, 0.3);
+  EXPECT_LT(squares, 3);
+  EXPECT_EQ(JointFits(prepared, logs().windows, 1).draw_arms(fitted, 39, 1)[38].robot.pi,
+            draws[38].robot.pi);
+}
+
 // What a fit holds stays, what it may move ends inside its bounds.
 TEST(ArmTorqueFit, KeepsToItsLimits) {
   const JointFits fits(logs().prepared, logs().windows, 2);

@@ -117,6 +117,36 @@ TEST(MakeRecording, FindsTheEncoderNoiseAtAHighCutoff) {
   EXPECT_NEAR(recording.noise_sd[0], kNoise, 0.1 * kNoise);
 }
 
+// A joint that swings, stands still for three seconds and swings on, under 20 urad of encoder
+// noise.
+TEST(MakeRecording, AJointAtRestDoesNotTremble) {
+  const double w = kTurn * 0.5, noise = 2e-5;
+  const auto motion = [&](double t) {
+    const double moving = t < 4 ? t : t < 7 ? 4.0 : t - 3;
+    return 0.1 * (1 - std::cos(w * moving));
+  };
+  Rng rng(3, 0);
+  const auto log = make_log(
+      2750, [&](double t) { return motion(t) + noise * rng.normal(); }, [](double) { return 0.0; });
+  const Recording out = make_recording(log, kLowPass);
+  EXPECT_NEAR(out.noise_sd[0], noise, 0.1 * noise);
+  double squares = 0;
+  for (int k = 1100; k < 1650; ++k) squares += std::pow(out.wide.v(k, 0), 2) / 550;
+  EXPECT_LT(std::sqrt(squares), 3e-5);  // .5 mrad/s where the noise passes
+  for (int k = 0; k < log.length(); ++k)
+    ASSERT_NEAR(out.wide.q(k, 0), motion(log.t[k]), 6 * noise) << k;
+}
+
+// What moves slowly but further than the noise goes on moving.
+TEST(MakeRecording, ASlowJointIsNotAtRest) {
+  const double noise = 4e-6, speed = 1e-3;
+  Rng rng(3, 0);
+  const auto log = make_log(
+      2000, [&](double t) { return speed * t + noise * rng.normal(); }, [](double) { return 0.0; });
+  const Recording out = make_recording(log, kLowPass);
+  for (int k = 100; k < 1900; ++k) ASSERT_NEAR(out.wide.q(k, 0), speed * log.t[k], 6 * noise) << k;
+}
+
 TEST(MakeRecording, RefusesWhatItCannotFilter) {
   const auto zero = [](double) { return 0.0; };
   EXPECT_THROW(make_recording(make_log(100, zero, zero), kLowPass), UserError);

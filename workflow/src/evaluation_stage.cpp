@@ -236,11 +236,9 @@ std::vector<Arm> draws_of(const RunFolder& folder, const FitId& id, const data::
   const auto draws = data::load<data::FitFile>(folder.fit(id)).draws;
   if (!draws) return arms;
   const auto parameters = std::ssize(model.arm.friction.theta);
-  if (draws->pi.cols() != model.arm.robot.pi.size() || draws->theta.cols() != parameters ||
-      draws->pi.rows() != draws->theta.rows())
-    throw UserError("{}: found draws of {} x {} + {} x {} parameters, expected {} + {} each", place,
-                    draws->pi.rows(), draws->pi.cols(), draws->theta.rows(), draws->theta.cols(),
-                    model.arm.robot.pi.size(), parameters);
+  if (draws->pi.cols() != model.arm.robot.pi.size() || draws->theta.cols() != parameters)
+    throw UserError("{}: found draws of {} + {} parameters, expected {} + {}", place,
+                    draws->pi.cols(), draws->theta.cols(), model.arm.robot.pi.size(), parameters);
   for (Eigen::Index i = 0; i < draws->pi.rows(); ++i) {
     Arm& arm = arms.emplace_back(model.arm);
     arm.robot.pi = draws->pi.row(i);

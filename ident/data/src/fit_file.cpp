@@ -71,6 +71,9 @@ void FitFile::check(const std::string& place) const {
       throw UserError("{}: correlation of {} is {} x {}; allowed: {} x {}", place, joint.joint,
                       joint.correlation.rows(), joint.correlation.cols(), size, size);
   }
+  if (draws && draws->pi.rows() != draws->theta.rows())
+    throw UserError("{}: draws.rigid_body has {} rows, draws.friction {}; allowed: as many", place,
+                    draws->pi.rows(), draws->theta.rows());
   if (torque) check_training(*torque, "torque", place);
   if (multi_step) check_training(*multi_step, "multi_step", place);
 }

@@ -15,6 +15,8 @@ namespace {
 
 constexpr double kWidest = 0.4;           // of the sample rate
 constexpr int kFrequencies = 1000;        // of the sum over the band
+constexpr double kRest = 0.3;             // shortest rest [s]
+constexpr double kNoiseRange = 6;         // standard deviations that noise spans
 constexpr double kNormalMedian = 0.6745;  // median of |x|, x ~ N(0, 1)
 
 // Bridges NaN by straight lines between neighbours (held at the ends); marks them in `missing`.
@@ -87,6 +89,36 @@ Eigen::VectorXd bends_at_edges(const Eigen::VectorXd& x, double cutoff_hz, doubl
   add_parabola(curvature_at_edge(x, count), bends);
   add_parabola(curvature_at_edge(x.reverse(), count), bends.reverse());
   return bends;
+}
+
+// Share of the variance of white noise that a filter leaves.
+double noise_share(const ZeroPhaseButterworth& filter) {
+  double share = 0;
+  for (int i = 0; i < kFrequencies; ++i) {
+    const double gain = filter.gain((i + 0.5) / kFrequencies * filter.rate_hz() / 2);
+    share += gain * gain / kFrequencies;
+  }
+  return share;
+}
+
+// Straight lines in place of `wide` in stretches of at least `shortest` samples over which `narrow`
+// stays within `range`.
+void straighten_rests(const Eigen::VectorXd& narrow, double range, Eigen::Index shortest,
+                      RowMatrix::ColXpr wide) {
+  const Eigen::Index T = narrow.size();
+  for (Eigen::Index begin = 0, end = 1; begin < T; begin = end) {
+    double low = narrow[begin], high = low;
+    for (end = begin + 1; end < T; ++end) {
+      const double next_low = std::min(low, narrow[end]), next_high = std::max(high, narrow[end]);
+      if (next_high - next_low > range) break;
+      low = next_low;
+      high = next_high;
+    }
+    const Eigen::Index length = end - begin;
+    if (length >= shortest)
+      wide.segment(begin, length) =
+          Eigen::VectorXd::LinSpaced(length, narrow[begin], narrow[end - 1]);
+  }
 }
 
 // Standard deviation of white noise on each column of x (n), from the part that a filter removed.
@@ -183,6 +215,12 @@ Recording make_recording(Dataset log, double cutoff_hz) {
     out.temperature.col(j) = column;
   }
 
+  out.noise_sd = noise_above_band(log.q, out.wide.q, wide);
+  const double left = std::sqrt(noise_share(low_pass));
+  for (int j = 0; j < n; ++j)
+    straighten_rests(out.narrow.q.col(j), kNoiseRange * left * out.noise_sd[j],
+                     static_cast<Eigen::Index>(std::ceil(kRest / dt)), out.wide.q.col(j));
+
   out.narrow.v = central_difference(out.narrow.q, dt);
   out.wide.v = central_difference(out.wide.q, dt);
   const RowMatrix& q = out.narrow.q;
@@ -207,7 +245,6 @@ Recording make_recording(Dataset log, double cutoff_hz) {
 
   out.load = out.filtered_tau;
   out.held_tau = held_torque(log.tau);
-  out.noise_sd = noise_above_band(log.q, out.wide.q, wide);
   out.log = std::move(log);
   return out;
 }

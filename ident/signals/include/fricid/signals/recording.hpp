@@ -54,7 +54,9 @@ struct Recording {
 /// Filters a log. The torque tau_k of a log is held over [t_k, t_{k+1}), while the central
 /// difference a_k averages the acceleration over (t_{k-1}, t_{k+1}) with a triangle; under held
 /// torque that average belongs to (tau_{k-1} + tau_k) / 2, which is therefore what `filtered_tau`
-/// holds at sample k. Missing values (NaN) are bridged by straight lines. Rows closer than
+/// holds at sample k. Where a joint moves less than its encoder's noise for .3 s or longer, `wide`
+/// is a straight line: under trembling of .2 mrad/s a bristle would lose in seconds what it holds
+/// at rest. Missing values (NaN) are bridged by straight lines. Rows closer than
 /// 2 / cutoff_hz to an end or 1 / cutoff_hz to a missing value are marked unused, and so are those
 /// of a joint before its first kWashout of travel.
 /// @throws UserError on a log shorter than 8 / cutoff_hz, a column without or with giant numbers
