@@ -236,6 +236,50 @@ std::string to_one_rate(const data::Dataset& a, const data::Dataset& b) {
 
 }  // namespace
 
+namespace {
+
+// Rests of a joint tell nothing of its friction where the noise of its encoder (one standard
+// deviation) is worth this share of it: then its torque wanders while nothing is seen to move.
+constexpr double kUnseen = 1.0 / 60;
+constexpr double kRestingShare = 0.02;  // of the rows, that matters
+
+/// Rows at rest go in joints whose bristles are too stiff for the encoder, by the stiffness of a
+/// Dahl law fitted to the others.
+void leave_out_rests(Prepared& prepared, int jobs) {
+  const double cutoff = prepared.options.cutoff_hz;
+  std::vector<signals::Recording> moving = prepared.recordings;
+  Eigen::ArrayXd used = Eigen::ArrayXd::Zero(prepared.robot.n()), left = used, noise = used;
+  for (signals::Recording& r : moving) {
+    used += r.use.cast<double>().colwise().sum().transpose();
+    r.use = r.use && !signals::at_rest(r, cutoff);
+    left += r.use.cast<double>().colwise().sum().transpose();
+    noise = noise.max(signals::resolution(r).array());
+  }
+  if ((left > (1 - kRestingShare) * used).all()) return;
+  const friction::RobotFriction one({friction::JointSpec{{{"dahl", 0, {}}}}});
+  const FrictionTorques target =
+      friction_target(prepared.robot, prepared.rigid_body.pi, prepared.recordings, jobs);
+  parallel_for(prepared.robot.n(), jobs, [&](int j) {
+    if (left[j] > (1 - kRestingShare) * used[j]) return;
+    const JointFrictionData data(moving, target, j, cutoff, offset_prior(prepared.rigid_body, j));
+    if (data.rows() == 0) return;
+    const friction::FrictionGuess guess{
+        std::max(prepared.rigid_body.Fc[j], 0.01 * data.largest_target()),
+        std::max(prepared.rigid_body.Fv[j], 0.0)};
+    const std::vector<double> theta =
+        fit_joint_friction(data, one, friction::start_from(one, guess), {}).theta;
+    const auto value = [&](friction::Role role) {
+      return theta[static_cast<std::size_t>(friction::find_parameter(one, 0, role))];
+    };
+    if (value(friction::Role::kStiffness) * noise[j] < kUnseen * value(friction::Role::kCoulomb))
+      return;
+    for (std::size_t s = 0; s < moving.size(); ++s)
+      prepared.recordings[s].use.col(j) = moving[s].use.col(j);
+  });
+}
+
+}  // namespace
+
 Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& options,
                  std::span<const data::Dataset> train, int jobs) {
   if (train.empty()) throw UserError("no training data");
@@ -267,6 +311,7 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
     const int k = out.robot.armature_begin() + found.joint;
     out.robot.pi[k] = out.rigid_body.pi[k];  // held there in further fits too
   }
+  leave_out_rests(out, jobs);
   out.under_load = rigid_body_under_load(out.robot, out.recordings, out.options, out.rigid_body);
   if (out.under_load) {
     widen_errors(*out.under_load, out.rigid_body);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -101,24 +102,42 @@ double noise_share(const ZeroPhaseButterworth& filter) {
   return share;
 }
 
-// Straight lines in place of `wide` in stretches of at least `shortest` samples over which `narrow`
-// stays within `range`.
-void straighten_rests(const Eigen::VectorXd& narrow, double range, Eigen::Index shortest,
-                      RowMatrix::ColXpr wide) {
-  const Eigen::Index T = narrow.size();
-  for (Eigen::Index begin = 0, end = 1; begin < T; begin = end) {
-    double low = narrow[begin], high = low;
-    for (end = begin + 1; end < T; ++end) {
-      const double next_low = std::min(low, narrow[end]), next_high = std::max(high, narrow[end]);
-      if (next_high - next_low > range) break;
-      low = next_low;
-      high = next_high;
-    }
-    const Eigen::Index length = end - begin;
-    if (length >= shortest)
-      wide.segment(begin, length) =
-          Eigen::VectorXd::LinSpaced(length, narrow[begin], narrow[end - 1]);
+// Standard deviation of each column: of its noise or of rounding to the least of its steps,
+// whichever is larger. (The median that finds noise sees none in a log in steps that mostly rests.)
+Eigen::VectorXd resolution(const RowMatrix& q, const Eigen::VectorXd& noise_sd) {
+  Eigen::VectorXd out = noise_sd;
+  for (Eigen::Index j = 0; j < q.cols(); ++j) {
+    double least = std::numeric_limits<double>::infinity();
+    for (Eigen::Index k = 1; k < q.rows(); ++k)
+      if (const double step = std::abs(q(k, j) - q(k - 1, j)); step > 0)
+        least = std::min(least, step);
+    if (std::isfinite(least)) out[j] = std::max(out[j], least / std::sqrt(12.0));
   }
+  return out;
+}
+
+// Samples [begin, end).
+struct Stretch {
+  Eigen::Index begin, end;
+};
+
+// Stretches of kRest and longer over which a joint stays within what the noise of its encoder spans
+// in the narrow band.
+std::vector<Stretch> rests_of(const Eigen::VectorXd& narrow_q, double noise_sd,
+                              const ZeroPhaseButterworth& low_pass) {
+  const double range = kNoiseRange * std::sqrt(noise_share(low_pass)) * noise_sd;
+  const auto shortest = static_cast<Eigen::Index>(std::ceil(kRest * low_pass.rate_hz()));
+  std::vector<Stretch> rests;
+  for (Eigen::Index begin = 0, end = 1; begin < narrow_q.size(); begin = end) {
+    double low = narrow_q[begin], high = low;
+    for (end = begin + 1; end < narrow_q.size(); ++end) {
+      low = std::min(low, narrow_q[end]);
+      high = std::max(high, narrow_q[end]);
+      if (high - low > range) break;
+    }
+    if (end - begin >= shortest) rests.push_back({begin, end});
+  }
+  return rests;
 }
 
 // Standard deviation of white noise on each column of x (n), from the part that a filter removed.
@@ -166,6 +185,22 @@ void leave_out_run_in(Recording& r) {
   for (Eigen::Index j = 0; j < q.cols(); ++j)
     for (Eigen::Index k = 0; k < q.rows() && std::abs(q(k, j) - q(0, j)) < kWashout; ++k)
       r.use(k, j) = false;
+}
+
+Eigen::VectorXd resolution(const Recording& r) { return resolution(r.log.q, r.noise_sd); }
+
+UseMask at_rest(const Recording& r, double cutoff_hz) {
+  const ZeroPhaseButterworth low_pass(cutoff_hz, 1 / r.dt);
+  const auto near = static_cast<Eigen::Index>(std::ceil(1 / (cutoff_hz * r.dt)));
+  const Eigen::VectorXd noise = resolution(r);
+  UseMask rests = UseMask::Constant(r.length(), r.n(), false);
+  for (Eigen::Index j = 0; j < rests.cols(); ++j)
+    for (const auto& [begin, end] : rests_of(r.narrow.q.col(j), noise[j], low_pass)) {
+      const Eigen::Index from = std::max<Eigen::Index>(0, begin - near),
+                         to = std::min(rests.rows(), end + near);
+      rests.col(j).segment(from, to - from).setConstant(true);
+    }
+  return rests;
 }
 
 Recording make_recording(Dataset log, double cutoff_hz) {
@@ -216,10 +251,10 @@ Recording make_recording(Dataset log, double cutoff_hz) {
   }
 
   out.noise_sd = noise_above_band(log.q, out.wide.q, wide);
-  const double left = std::sqrt(noise_share(low_pass));
   for (int j = 0; j < n; ++j)
-    straighten_rests(out.narrow.q.col(j), kNoiseRange * left * out.noise_sd[j],
-                     static_cast<Eigen::Index>(std::ceil(kRest / dt)), out.wide.q.col(j));
+    for (const auto& [begin, end] : rests_of(out.narrow.q.col(j), out.noise_sd[j], low_pass))
+      out.wide.q.col(j).segment(begin, end - begin) =
+          Eigen::VectorXd::LinSpaced(end - begin, out.narrow.q(begin, j), out.narrow.q(end - 1, j));
 
   out.narrow.v = central_difference(out.narrow.q, dt);
   out.wide.v = central_difference(out.wide.q, dt);

@@ -62,6 +62,14 @@ struct Recording {
 /// @throws UserError on a log shorter than 8 / cutoff_hz, a column without or with giant numbers
 Recording make_recording(Dataset log, double cutoff_hz);
 
+/// What the encoders do not tell apart (n) [rad]: standard deviation of their noise, or of rounding
+/// to their steps where that is larger.
+Eigen::VectorXd resolution(const Recording& recording);
+
+/// Samples (T, n) at which a joint moves less than its encoder's noise for .3 s or longer, or whose
+/// filtered torque sees such a rest, within 1 / cutoff_hz.
+UseMask at_rest(const Recording& recording, double cutoff_hz);
+
 /// Marks the rows of a joint before its first kWashout of travel unused.
 void leave_out_run_in(Recording& recording);
 
