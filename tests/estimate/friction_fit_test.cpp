@@ -3,12 +3,15 @@
 #include <gmock/gmock.h>
 
 #include "arm_data.hpp"
+#include "flywheel.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/log_part.hpp"
 #include "fricid/data/training_part.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "fricid/signals/recording.hpp"
+#include "fricid/system/driven_friction.hpp"
 #include "temporary_folder.hpp"
 
 namespace fricid::estimate {
@@ -341,6 +344,71 @@ TEST(FitConventional, ALongLogIsFittedInPart) {
   for (Eigen::Index i = 0; i < part.base.size(); ++i)
     EXPECT_NEAR(part.base[i], all.base[i], 4 * part.base_se[i])
         << part.base_names[static_cast<std::size_t>(i)];
+}
+
+/// A wheel that swings for 6 s and stands for 3 s in turn, its encoder in steps of 10 urad.
+struct RestingWheel {
+  static constexpr double kStep = 1e-5, kFc = 6, kFv = 2, kInertia = 0.3;
+  std::vector<bool> stands;
+  data::Dataset log;
+
+  /// @param sigma0  of its Dahl friction [N m/rad]
+  /// @param wander  friction within +-Fc at rest by reasons that no log shows
+  RestingWheel(double sigma0, bool wander) {
+    const double dt = 0.004, w = 2 * std::numbers::pi / 3;
+    const int T = 9000;
+    log.name = "wheel";
+    log.joint_names = {"joint"};
+    log.rate_hz = 1 / dt;
+    log.t = Eigen::VectorXd::LinSpaced(T, 0, (T - 1) * dt);
+    log.q.resize(T, 1);
+    log.tau.resize(T, 1);
+    RowMatrix q(T, 1), v(T, 1), a(T, 1);
+    for (int k = 0; k < T; ++k) {
+      const double phase = std::fmod(log.t[k], 9.0);
+      stands.push_back(phase >= 6);
+      const double x = w * std::min(phase, 6.0), size = stands.back() ? 0 : 1;
+      q(k, 0) = 0.5 * (1 - std::cos(x)) + 0.1 * (1 - std::cos(4 * x));
+      v(k, 0) = size * w * (0.5 * std::sin(x) + 0.4 * std::sin(4 * x));
+      a(k, 0) = size * w * w * (0.5 * std::cos(x) + 1.6 * std::cos(4 * x));
+    }
+    const friction::Friction friction{friction::RobotFriction({{{{"dahl", 0, {}}}}}),
+                                      {kFc, sigma0, kFv}};
+    const RowMatrix tau_f = drive_friction(friction, dt, q, v, v, RowMatrix()).tau_f;
+    Rng noise(1, 0);
+    for (int k = 0; k < T; ++k) {
+      const double f = wander && stands[static_cast<std::size_t>(k)]
+                           ? kFc * std::sin(0.7 * log.t[k])
+                           : tau_f(k, 0);
+      log.q(k, 0) = kStep * std::round(q(k, 0) / kStep);
+      log.tau(k, 0) = kInertia * a(k, 0) + f + 0.05 * noise.normal();
+    }
+  }
+};
+
+// Under a bristle that no encoder sees, the torque of a rest is whatever the controller left.
+TEST(Prepare, LeavesOutRestsOfStiffFriction) {
+  const RestingWheel wheel(1e6, true);
+  const Prepared prepared =
+      prepare(test::flywheel(RestingWheel::kInertia, 1).robot, {}, {&wheel.log, 1}, 1);
+  int used = 0;
+  for (int k = 0; k < wheel.log.length(); ++k)
+    used += wheel.stands[static_cast<std::size_t>(k)] && prepared.recordings[0].use(k, 0);
+  EXPECT_LT(used, 300);  // of 3000: edges, where filters settle
+  const FitReport report = fit_conventional(prepared, model("dahl"), 1, 1);
+  EXPECT_NEAR(theta_of(report, 0, "Fc"), RestingWheel::kFc, 0.01 * RestingWheel::kFc);
+  EXPECT_NEAR(theta_of(report, 0, "Fv"), RestingWheel::kFv, 0.02 * RestingWheel::kFv);
+}
+
+// A rest under a soft bristle tells how it was left.
+TEST(Prepare, KeepsRestsOfSoftFriction) {
+  const RestingWheel wheel(3000, false);
+  const Prepared prepared =
+      prepare(test::flywheel(RestingWheel::kInertia, 1).robot, {}, {&wheel.log, 1}, 1);
+  int left_out = 0;
+  for (int k = 100; k < wheel.log.length() - 100; ++k)
+    left_out += wheel.stands[static_cast<std::size_t>(k)] && !prepared.recordings[0].use(k, 0);
+  EXPECT_EQ(left_out, 0);
 }
 
 TEST(Prepare, SaysWhatBringsLogsToOneRate) {
