@@ -44,15 +44,38 @@ TEST(Changes, LoadThatIsPickedUp) {
               ContainsRegex("the load on .* changes, as between 12 to 18 s of .* and 18 to 24 s"));
 }
 
+/// The arm with its friction times a factor.
+Arm with_friction(Arm arm, double factor) {
+  for (int j = 0; j < arm.robot.n(); ++j)
+    for (const friction::Role role : {friction::Role::kCoulomb, friction::Role::kViscous})
+      if (const int at = friction::find_parameter(arm.friction.model, j, role); at >= 0)
+        arm.friction.theta[static_cast<std::size_t>(at)] *= factor;
+  return arm;
+}
+
 TEST(Changes, FrictionThatFalls) {
   const Arm cold = coulomb_arm(5e-3);
-  Arm warm = cold;
-  for (int j = 0; j < cold.robot.n(); ++j)
-    for (const friction::Role role : {friction::Role::kCoulomb, friction::Role::kViscous})
-      if (const int at = friction::find_parameter(cold.friction.model, j, role); at >= 0)
-        warm.friction.theta[static_cast<std::size_t>(at)] *= 0.7;
-  EXPECT_THAT(doubts_of(cold.robot, changing(cold, warm)),
+  EXPECT_THAT(doubts_of(cold.robot, changing(cold, with_friction(cold, 0.7))),
               ContainsRegex("friction changes by a factor of 0\\.(69|7)"));
+}
+
+// As any gear warms, and no scale of the torque changes instead.
+TEST(Changes, FrictionThatFallsALittle) {
+  const Arm cold = coulomb_arm(5e-3);
+  EXPECT_THAT(doubts_of(cold.robot, changing(cold, with_friction(cold, 0.86))), IsEmpty());
+}
+
+// A joint that stands for a while says nothing of its friction then.
+TEST(Changes, FrictionOfAJointThatStands) {
+  const Arm cold = coulomb_arm(5e-3);
+  LogOptions others = kLong;
+  others.moving = 0;
+  data::Dataset log = changing(cold, with_friction(cold, 0.86));
+  const data::Dataset standing = make_log(cold, others);
+  const int piece = log.length() / 6;
+  log.q.topRows(piece) = standing.q.topRows(piece);
+  log.tau.topRows(piece) = standing.tau.topRows(piece);
+  EXPECT_THAT(doubts_of(cold.robot, log), testing::Not(HasSubstr("friction changes")));
 }
 
 // In steps and as a drift: the second joint's constant, and its offset.

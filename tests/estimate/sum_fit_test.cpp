@@ -304,6 +304,45 @@ TEST(FitModel, LvmTakesTheCandidateThatHeldOutDataChoose) {
             held_out_error(taken.arm, logs().prepared.recordings, split, config.train.judge, 2));
   ASSERT_EQ(report.without.size(), 2u);
   EXPECT_NE(report.without[0].arm.friction.theta, report.without[1].arm.friction.theta);
+
+  // its base parameters are those of its bodies, not of the regression before it
+  ASSERT_EQ(report.draws.size(), 39u);
+  const data::FitFile file = fit_file(report);
+  const Eigen::VectorXd base = report.rigid_body.base_of_pi * report.model.arm.robot.pi;
+  for (Eigen::Index i = 0; i < base.size(); ++i) {
+    const data::FittedBaseParameter& of_file = file.rigid_body.base[static_cast<std::size_t>(i)];
+    EXPECT_EQ(of_file.physical, base[i]);
+    EXPECT_EQ(of_file.value, base[i]);
+    EXPECT_GT(report.rigid_body.base_se[i], 0);
+  }
+}
+
+// As of a wrist whose coupling nobody declared: a model of any law is then of the wrong joints.
+TEST(FitModel, JointFitsNameCoupledFriction) {
+  const Arm arm = coulomb_arm(5e-3);
+  std::vector<data::Dataset> coupled;
+  for (const std::uint64_t seed : {1, 2}) {
+    LogOptions options{.seconds = 24, .torque_noise = 0.05, .repeats = false};
+    options.seed = seed;
+    data::Dataset& log = coupled.emplace_back(make_log(arm, options));
+    const signals::Recording motion = signals::make_recording(log, 10);
+    for (Eigen::Index k = 0; k < log.tau.rows(); ++k) {
+      const double motor = 6 * std::tanh((motion.wide.v(k, 1) + motion.wide.v(k, 2)) / 0.02);
+      log.tau(k, 1) += motor;
+      log.tau(k, 2) += motor;
+    }
+  }
+  const Prepared prepared = prepare(arm.robot, {}, coupled, 2);
+  ConventionalFits conventional(prepared);
+  ModelOptions config;
+  config.name = "mine";
+  config.laws = {LawOptions{.law = "dahl"}};
+  config.method = Method::kJoint;
+  config.train = logs().windows;
+  const FitReport report = fit_model(conventional, config, 1, 2);
+  EXPECT_TRUE(std::ranges::any_of(report.faults, [](const Fault& fault) {
+    return fault.found.find("depends on the speed of") != std::string::npos;
+  }));
 }
 
 // Friction that lags behind the speed by a time is in no law of the sum. Beside a bank of springs,

@@ -9,16 +9,18 @@
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/estimate/fit.hpp"
 #include "rigid_body/joint_inertia.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 namespace {
 
-constexpr double kPoor = 0.5;       // R2 of a joint's training torque
-constexpr double kSignificant = 4;  // standard errors
-constexpr double kStill = 5e-3;     // [rad or m] of travel within which friction settles
-constexpr double kMostOfFile = 5;   // times the robot's file; usual armatures hold within 4
-constexpr double kSlow = 0.2;       // [rad/s] up to which friction may fall with the speed
-constexpr double kConstant = 1e-9;  // range of a torque, over its size, that is rounding
+constexpr double kPoor = 0.5;            // R2 of a joint's training torque
+constexpr double kSignificant = 4;       // standard errors
+constexpr double kWellExplained = 0.99;  // R2
+constexpr double kStill = 5e-3;          // [rad or m] of travel within which friction settles
+constexpr double kMostOfFile = 5;        // times the robot's file; usual armatures hold within 4
+constexpr double kSlow = 0.2;            // [rad/s] up to which friction may fall with the speed
+constexpr double kConstant = 1e-9;       // range of a torque, over its size, that is rounding
 
 /// Motion and torque of one joint in the training data.
 struct Seen {
@@ -202,6 +204,8 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           (guessed ? fmt::format("state its armature, robot.armature = {{{} = ...}}; ", joint.name)
                    : "") +
               more_data(prepared));
+    // a law that explains the torque need not have the sign of a straight line through its curve
+    const bool bears_regression = is_linear(friction, j) || !(report.r2[i] > kWellExplained);
     const double level = friction_level(report.model.arm.friction, j, seen.travel);
     const std::string at_upper =
         i < report.joints.size()
@@ -217,12 +221,12 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           "look for a wrong torque unit (`fricid check`)");
     else if (!at_upper.empty())
       add(fmt::format("{} ended on the upper bound of its law", at_upper), more_data(prepared));
-    else if (!one_speed && i < report.joints.size() && prepared.rigid_body.Fc_beside.size() > j &&
+    else if (!one_speed && bears_regression && prepared.rigid_body.Fc_beside.size() > j &&
              prepared.rigid_body.Fc_beside[j] < -kSignificant * prepared.rigid_body.Fc_se[j])
       add(fmt::format("Coulomb friction came out negative, {:.2g} +- {:.1g} {}",
                       prepared.rigid_body.Fc_beside[j], prepared.rigid_body.Fc_se[j], torque),
           "look for a wrong sign or delay (`fricid check`); " + more_data(prepared));
-    if (!one_speed && prepared.rigid_body.Fv_beside.size() > j &&
+    if (!one_speed && bears_regression && prepared.rigid_body.Fv_beside.size() > j &&
         prepared.rigid_body.Fv_beside[j] < -kSignificant * prepared.rigid_body.Fv_se[j])
       add(fmt::format("viscous friction came out negative, {:.2g} +- {:.1g} {}",
                       prepared.rigid_body.Fv_beside[j], prepared.rigid_body.Fv_se[j],

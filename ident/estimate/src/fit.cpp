@@ -48,16 +48,6 @@ dynamics::RobotModel with_offsets(dynamics::RobotModel robot) {
   return robot;
 }
 
-// Whether a law is Coulomb and viscous friction and no more but a smoothed step.
-bool is_linear(const friction::RobotFriction& one) {
-  using enum friction::Role;
-  return one.joints().front().laws.size() == 1 &&
-         std::ranges::all_of(one.parameters(), [](const auto& parameter) {
-           const friction::Role role = parameter.info.role;
-           return role == kCoulomb || role == kViscous || role == kSmoothingSpeed;
-         });
-}
-
 // What the regression found of a parameter of linear friction.
 double linear_value(const Prepared& prepared, const RigidBodyFit& rigid,
                     const friction::ParameterInfo& info, int joint) {
@@ -364,7 +354,7 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
   const double cutoff = prepared.options.cutoff_hz;
   const friction::JointSpec joint_spec = joint_spec_of(config);
   const friction::RobotFriction one({joint_spec});
-  const bool linear = is_linear(one) && prepared.rigid_body.Fc_beside.size() == n;
+  const bool linear = is_linear(one, 0) && prepared.rigid_body.Fc_beside.size() == n;
 
   FitReport report;
   report.fitted_to = prepared.fitted_to;

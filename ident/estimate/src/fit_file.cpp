@@ -39,13 +39,14 @@ data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit, const dynamics::Rob
          .inertia = found.value,
          .inertia_se = found.error,
          .armature = fit.pi[robot.armature_begin() + found.joint]});
+  const Eigen::VectorXd of_model = fit.base_of_pi * robot.pi;
   for (Eigen::Index i = 0; i < fit.base.size(); ++i) {
     const Verdict verdict = judge(fit.base_se[i], fit.base_size[i]);
     body.base.push_back({.name = fit.base_names[static_cast<std::size_t>(i)],
                          .verdict = std::string(name_of(verdict)),
                          .value = fit.base[i],
                          .standard_error = verdict == Verdict::kNot ? kNan : fit.base_se[i],
-                         .physical = fit.base_physical[i]});
+                         .physical = of_model[i]});
   }
   return body;
 }

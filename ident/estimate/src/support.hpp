@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <span>
@@ -35,6 +36,17 @@ Temperatures temperatures_of(std::span<const signals::Recording> recordings);
 /// The friction of one joint that a scene asks for: a sum, a law of the table or its short name.
 /// @throws UserError on a name that is no law
 friction::JointSpec joint_spec_of(const ModelOptions& options);
+
+/// Whether the friction of a joint is Coulomb and viscous and no more but a smoothed step.
+inline bool is_linear(const friction::RobotFriction& friction, int joint) {
+  using enum friction::Role;
+  return friction.joints()[static_cast<std::size_t>(joint)].laws.size() == 1 &&
+         std::ranges::all_of(friction.parameters(), [joint](const auto& parameter) {
+           const friction::Role role = parameter.info.role;
+           return parameter.joint != joint || role == kCoulomb || role == kViscous ||
+                  role == kSmoothingSpeed;
+         });
+}
 
 /// The prior of a joint's constant torque in the regression, for searches beside it: one row of a
 /// search is a share of the regression's independent rows.

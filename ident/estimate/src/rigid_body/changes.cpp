@@ -15,6 +15,7 @@ constexpr int kMostPieces = 60;      // of all logs
 constexpr double kChangeGain = 2.5;  // log of the variance of a joint
 constexpr double kWorth = 0.01;      // of the joint's torque, root mean square
 constexpr double kMuch = 1.25;     // factor of friction, which warms and cools a little in any log
+constexpr double kKnown = 0.05;    // largest standard error of a change that is named
 constexpr int kReweighings = 6;    // by the noise of the joints
 constexpr double kNothing = 1e-9;  // eigenvalue over the largest: what the rows do not determine
 
@@ -177,11 +178,29 @@ Freedom freedom_of(Change what, const StackedByJoint& all, const Eigen::VectorXd
   return freedom;
 }
 
+/// The pieces in which theta of joint j is least and most.
+struct Extremes {
+  std::size_t least = 0, most = 0;
+};
+
+/// Of the pieces that know a relative change themselves: one in which a joint stands says nothing
+/// of its friction.
+Extremes extremes_of(Change what, const PiecewiseFit& fit, int j) {
+  Extremes out;
+  bool any = false;
+  for (std::size_t p = 0; p < fit.theta.size(); ++p) {
+    if (what != Change::kOffset && !(fit.H[p](j, j) > 1 / (kKnown * kKnown))) continue;
+    if (!any || fit.theta[p][j] < fit.theta[out.least][j]) out.least = p;
+    if (!any || fit.theta[p][j] > fit.theta[out.most][j]) out.most = p;
+    any = true;
+  }
+  return out;
+}
+
 /// Largest over smallest friction of joint j among the pieces.
 double range_of(const PiecewiseFit& fit, int j) {
-  const auto [least, most] =
-      std::ranges::minmax(fit.theta, {}, [j](const Eigen::VectorXd& theta) { return theta[j]; });
-  return (1 + most[j]) / std::max(1e-9, 1 + least[j]);
+  const auto [least, most] = extremes_of(Change::kFriction, fit, j);
+  return (1 + fit.theta[most][j]) / std::max(1e-9, 1 + fit.theta[least][j]);
 }
 
 std::string span_of(const Piece& piece, std::span<const signals::Recording> recordings) {
@@ -195,20 +214,18 @@ constexpr const char* kParts =
 
 /// The pieces in which joint j differs most.
 Fault name_change(Change what, const dynamics::Joint& joint, int j, const PiecewiseFit& fit,
-                  std::span<const Piece> pieces, std::span<const signals::Recording> recordings) {
-  const auto [least, most] = std::ranges::minmax_element(
-      fit.theta, {}, [j](const Eigen::VectorXd& theta) { return theta[j]; });
-  const auto at = [&](auto theta) {
-    return span_of(pieces[static_cast<std::size_t>(theta - fit.theta.begin())], recordings);
-  };
+                  std::span<const Piece> pieces, std::span<const signals::Recording> recordings,
+                  bool has_temperature) {
+  const auto [least, most] = extremes_of(what, fit, j);
   const auto [before, after] = std::minmax(least, most);
-  const double factor = (1 + (*after)[j]) / (1 + (*before)[j]);
+  const auto at = [&](std::size_t piece) { return span_of(pieces[piece], recordings); };
+  const double factor = (1 + fit.theta[after][j]) / (1 + fit.theta[before][j]);
   switch (what) {
     case Change::kOffset:
       return {joint.name,
               fmt::format("a constant torque comes and goes: {:.3g} {} from {} against {}",
-                          (*after)[j] - (*before)[j], slides(joint) ? "N" : "N m", at(after),
-                          at(before)),
+                          fit.theta[after][j] - fit.theta[before][j], slides(joint) ? "N" : "N m",
+                          at(after), at(before)),
               fmt::format("an offset of its torque that jumps or drifts; {}", kParts)};
     case Change::kFactor:
       return {joint.name,
@@ -219,7 +236,9 @@ Fault name_change(Change what, const dynamics::Joint& joint, int j, const Piecew
       return {joint.name,
               fmt::format("its friction changes by a factor of {:.3g} from {} to {}", factor,
                           at(before), at(after)),
-              fmt::format("log the temperature of the gears, or {}", kParts)};
+              has_temperature ? "fit friction that depends on the temperature: the lvm, or "
+                                "modifiers = [\"temperature\"]"
+                              : fmt::format("log the temperature of the gears, or {}", kParts)};
   }
 }
 
@@ -258,13 +277,15 @@ Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& al
     for (int j = 0; j < all.n(); ++j) {
       const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
       const double torque = rows.yy / std::max(1.0, rows.count);
-      if (gain[j] > kChangeGain && before[j] - fit.variance[j] > kWorth * kWorth * torque &&
-          (what != Change::kFriction || range_of(fit, j) > kMuch))
+      if (gain[j] > kChangeGain && before[j] - fit.variance[j] > kWorth * kWorth * torque)
         joints.push_back(j);
     }
     if (joints.empty() || !(gain.sum() > best)) continue;
     best = gain.sum();
     found = {what, {}};
+    // friction that warms and cools a little is no fault, and no other change stands for it
+    if (what == Change::kFriction)
+      std::erase_if(joints, [&](int j) { return !(range_of(fit, j) > kMuch); });
     if (what == Change::kLoad) {
       found.faults = {name_load(robot, fit, pieces, recordings)};
       continue;
@@ -272,8 +293,8 @@ Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& al
     const bool has_temperature = std::ranges::all_of(
         recordings, [](const signals::Recording& r) { return r.log.temperature.size() > 0; });
     for (const int j : joints) {
-      found.faults.push_back(
-          name_change(what, robot.joints[static_cast<std::size_t>(j)], j, fit, pieces, recordings));
+      found.faults.push_back(name_change(what, robot.joints[static_cast<std::size_t>(j)], j, fit,
+                                         pieces, recordings, has_temperature));
       found.faults.back().without_temperature = what == Change::kFriction && has_temperature;
     }
   }

@@ -297,6 +297,7 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
     d << root * solved.x.head(head), pull * robot.pi;
   }
   fit.pi = fit_physical_inertia(robot, G, d, robot.pi);
+  fit.base_of_pi = base.K;
   fit.base_physical = base.K * fit.pi;
 
   // friction given these: the minimum over it of the same quadratic

@@ -12,10 +12,12 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/progress.hpp"
+#include "fricid/estimate/couplings.hpp"
 #include "fricid/estimate/torque/joint_fit.hpp"
 #include "fricid/estimate/torque/sum_fit.hpp"
 #include "fricid/friction/laws/memory_network.hpp"
 #include "friction/ripple_search.hpp"
+#include "rigid_body/regression.hpp"
 #include "support.hpp"
 #include "torque/networks.hpp"
 
@@ -32,6 +34,18 @@ constexpr double kLoadOfAnother = 0.05;
 constexpr double kNetworksGain = 1.25;  // rollouts of the best law over those of networks
 constexpr int kDraws = 39;              // of arms, for bands
 constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
+
+/// Base parameters of a robot that was fitted together with its friction, with standard deviations
+/// over `draws` of it.
+void take_base_of(std::span<const Arm> draws, const dynamics::RobotModel& robot,
+                  RigidBodyFit& fit) {
+  if (draws.empty() || fit.base.size() == 0) return;
+  fit.base = fit.base_physical = fit.base_of_pi * robot.pi;
+  fit.base_se.setZero();
+  for (const Arm& draw : draws)
+    fit.base_se += (fit.base_of_pi * (draw.robot.pi - robot.pi)).cwiseAbs2();
+  fit.base_se = (fit.base_se / static_cast<double>(draws.size())).cwiseSqrt();
+}
 
 /// The arm of the method conventional, if it has a result.
 std::optional<Arm> arm_of(ConventionalFits& fits, const char* law, int seed, int jobs) {
@@ -245,6 +259,10 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
              folds[f]});
       }
   report.draws = fits.draw_arms(best->arm, kDraws, static_cast<std::uint64_t>(seed));
+  take_base_of(report.draws, best->arm.robot, report.rigid_body);
+  report.couplings = find_couplings(
+      prepared.recordings,
+      friction_target(prepared.robot, prepared.rigid_body.pi, prepared.recordings, jobs));
   report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   score_torque(prepared, prepared.options.cutoff_hz, jobs, report);
   report.faults = faults_of(prepared, report);

@@ -43,6 +43,7 @@ struct RigidBodyFit {
   Eigen::VectorXd base;                 ///< (b) least-squares base parameters
   Eigen::VectorXd base_se;              ///< (b) their standard errors
   Eigen::VectorXd base_physical;        ///< (b) base parameters of `pi`
+  Eigen::MatrixXd base_of_pi;           ///< (b, 11 n + n_c) base parameters of a body
   /// (b) reference of an error: the value, or the one that would make 2 % of a joint's torque
   Eigen::VectorXd base_size;
   Eigen::VectorXd friction_size;  ///< (3 n) Fc, Fv, offset that would make 2 % of the torque
