@@ -265,6 +265,37 @@ TEST(Faults, InertiaFarAboveTheRobotsFileIsNotTrusted) {
                                            "the robot's file with its armature; record more"));
 }
 
+// Armatures without the square of the gear ratio, believed within 30 %.
+TEST(Faults, APriorThatTheTorqueContradictsIsNotTrusted) {
+  const Arm arm = coulomb_arm(5e-3);
+  RigidBodyOptions options;
+  options.prior.use = true;
+  for (const double factor : {1.0, 1e-4}) {
+    dynamics::RobotModel file = arm.robot;
+    file.pi.segment(file.armature_begin(), file.n()) *= factor;
+    const Prepared prepared = prepare(file, options, std::vector{make_log(arm, {})}, 2);
+    const std::string text =
+        text_of(fit_conventional(prepared, model_of_one_start("simple"), 1, 2).faults);
+    EXPECT_EQ(text.find("[identify.prior] contradicts its torque") != std::string::npos,
+              factor != 1)
+        << factor << text;
+  }
+}
+
+// A prior several of its standard deviations off, and data that know far better: under the spread
+// of the whole torque the prior would win, and the residual that it leaves would go on saying so.
+TEST(RigidBodyLeastSquares, DataThatKnowMoreThanThePriorMoveIt) {
+  const Arm arm = coulomb_arm(5e-3);
+  RigidBodyOptions options;
+  options.prior.use = true;
+  dynamics::RobotModel file = arm.robot;
+  file.pi.segment(file.armature_begin(), file.n()) *= 0.1;
+  const RigidBodyFit fit =
+      prepare(file, options, std::vector{make_log(arm, {.torque_noise = 0.02})}, 2).rigid_body;
+  for (int j = 0; j < arm.robot.n(); ++j)
+    EXPECT_LT(fit.sigma[j], 1.5 * fit.sigma_alone[j]) << j;
+}
+
 // Without limits nothing says how large a rotor usually is: the guess is that of the links.
 TEST(Faults, ARotorThatNoLimitTellsIsNoFault) {
   const Arm arm = coulomb_arm(5e-3);

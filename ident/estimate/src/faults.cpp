@@ -17,6 +17,7 @@ namespace {
 constexpr double kPoor = 0.5;            // R2 of a joint's training torque
 constexpr double kSignificant = 4;       // standard errors
 constexpr double kWellExplained = 0.99;  // R2
+constexpr double kContradicts = 2.5;     // residual under a prior, times that of the data alone
 constexpr double kStill = 5e-3;          // [rad or m] of travel within which friction settles
 constexpr double kMostOfFile = 5;        // times the robot's file; usual armatures hold within 4
 constexpr double kSlow = 0.2;            // [rad/s] up to which friction may fall with the speed
@@ -161,6 +162,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
   std::ranges::copy_if(prepared.contradictions, std::back_inserter(faults),
                        [&](const Fault& f) { return !(f.without_temperature && has_temperature); });
 
+  const Eigen::VectorXd& prior_alone = prepared.rigid_body.sigma_alone;
   const Eigen::VectorXd usual = joint_inertia(prepared.robot, prepared.recordings),
                         inertia = joint_inertia(report.model.arm.robot, prepared.recordings);
   for (std::size_t i = 0; i < report.r2.size(); ++i) {
@@ -194,6 +196,15 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           fmt::format("a coupled wrist, differential or belt: declare it, {}, or use only the "
                       "other joints",
                       declaration_of(report.couplings[i], j, prepared.robot)));
+    if (prior_alone.size() > j && prepared.rigid_body.sigma[j] > kContradicts * prior_alone[j])
+      add(fmt::format(
+              "[identify.prior] contradicts its torque: it leaves {:.3g} {}, the data alone "
+              "{:.3g}",
+              prepared.rigid_body.sigma[j], torque, prior_alone[j]),
+          "mend what the robot's file says of its inertia (an armature is the rotor's inertia "
+          "times "
+          "the square of the ratio; a counterweight is a mass), widen the prior, or fit without "
+          "it");
     // without limits a usual armature is that of the links, and a rotor may be any times as much
     const bool rotor_unknown = guessed && !(joint.velocity > 0 && joint.effort > 0);
     if (inertia[j] > kMostOfFile * usual[j] && !rotor_unknown)

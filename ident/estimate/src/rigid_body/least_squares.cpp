@@ -212,6 +212,18 @@ Unknowns unknowns_of(const dynamics::RobotModel& robot, const Regression& data,
   return out;
 }
 
+/// (n) Standard deviation of the residual without a prior; empty where there are too few rows.
+Eigen::VectorXd sigma_alone(const Regression& data, const std::vector<int>& base,
+                            const std::vector<int>& friction, int n, bool robust) {
+  std::vector<int> columns = base;
+  columns.insert(columns.end(), friction.begin(), friction.end());
+  const auto size = std::ssize(columns);
+  if (data.rows.rows() < 3 * size) return {};
+  const Weighted alone = reweight(pick(data.rows, columns), data.tau, data.joint, n, robust,
+                                  Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size));
+  return alone.x.allFinite() && alone.sigma.allFinite() ? alone.sigma : Eigen::VectorXd();
+}
+
 /// Solves the regression; `fit` holds its counts.
 RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
                    const Regression& data, const RigidBodyOptions& options, RigidBodyFit fit) {
@@ -239,8 +251,10 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
             prior_sd(robot.linear_begin() + static_cast<Eigen::Index>(i));
 
   const Eigen::MatrixXd X = pick(data.rows, columns);
-  const Weighted solved =
-      reweight(X, data.tau, data.joint, n, options.robust, prior_information, prior_mean);
+  if (options.prior.use)
+    fit.sigma_alone = sigma_alone(data, base.columns, friction, n, options.robust);
+  const Weighted solved = reweight(X, data.tau, data.joint, n, options.robust, prior_information,
+                                   prior_mean, fit.sigma_alone);
   const Eigen::MatrixXd jackknife =
       jackknife_root(X, data.tau, solved, data.block, prior_information);
   const auto growing = std::ranges::count_if(friction, [&](int k) { return k >= p + 3 * n; });

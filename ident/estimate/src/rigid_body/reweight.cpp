@@ -17,7 +17,8 @@ constexpr double kHuber = 2.5;  // residuals beyond this many sigma weigh less
 
 Weighted reweight(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
                   const std::vector<int>& group, int groups, bool robust,
-                  const Eigen::MatrixXd& prior_information, const Eigen::VectorXd& prior_mean) {
+                  const Eigen::MatrixXd& prior_information, const Eigen::VectorXd& prior_mean,
+                  const Eigen::VectorXd& first_sigma) {
   const Eigen::Index N = X.rows();
   const double floor =
       kSmallestSigma * std::max(1e-300, std::sqrt(tau.squaredNorm() / static_cast<double>(N)));
@@ -30,6 +31,7 @@ Weighted reweight(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
     out.sigma[j] += tau[r] * tau[r];
   }
   out.sigma = (out.sigma.array() / count.array().max(1)).sqrt().max(floor);
+  if (first_sigma.size() > 0) out.sigma = first_sigma.cwiseMax(floor);
 
   Eigen::VectorXd robust_weight = Eigen::VectorXd::Ones(N);
   for (int iteration = 0; iteration < kReweightings; ++iteration) {

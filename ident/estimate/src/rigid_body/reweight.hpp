@@ -17,9 +17,13 @@ struct Weighted {
 /// @param group              (N) group of each row
 /// @param robust             Huber weights beyond 2.5 sigma
 /// @param prior_information  of x ~ N(prior_mean, inverse of it); zero: none
+/// @param first_sigma        (groups) that the iteration begins with; empty: those of tau. It has
+///                           more than one end: under a large sigma a wrong prior wins, and makes
+///                           the residuals large
 Weighted reweight(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
                   const std::vector<int>& group, int groups, bool robust,
-                  const Eigen::MatrixXd& prior_information, const Eigen::VectorXd& prior_mean);
+                  const Eigen::MatrixXd& prior_information, const Eigen::VectorXd& prior_mean,
+                  const Eigen::VectorXd& first_sigma = {});
 
 /// Root D (unknowns x ..) of the covariance D D' of the solution by the jackknife over blocks, the
 /// weights as they are: column b is sqrt((B - 1) / B) times the change of x without block b,

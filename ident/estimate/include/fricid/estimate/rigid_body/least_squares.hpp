@@ -55,6 +55,7 @@ struct RigidBodyFit {
   std::vector<double> least_speed;  ///< (n) above which rows entered [rad/s]
   std::vector<signals::SpeedRange> speeds;  ///< (n) of the rows
   Eigen::VectorXd sigma;                    ///< (n) standard deviation of the residual [N m]
+  Eigen::VectorXd sigma_alone;              ///< (n) the same without the prior; empty: it has none
   Eigen::VectorXd Fc, Fv, offset;           ///< (n) linear friction [N m], [N m s/rad], [N m]
   Eigen::VectorXd Fc_se, Fv_se, offset_se;
   /// (n) friction over the torque of the motor [1], as `rigid_body_under_load` found it; empty: the
