@@ -114,6 +114,25 @@ class HeldOut(ProgramTest):
         self.assert_refused(self.evaluate("turned.h5", "copy.h5"), r"copy\.h5: all of it is in turned")
         self.assert_refused(self.evaluate("run/data/validation_0.h5"), r"all of it is in validation_0;")
 
+    def test_a_recording_that_does_not_belong_is_named(self):
+        rows = log(0.7).splitlines()
+        for k in range(251 * 7, 251 * 8):  # a collision
+            *others, elbow = rows[k].split(",")
+            rows[k] = ",".join([*others, str(float(elbow) + 60)])
+        self.write("hit.csv", "\n".join(rows) + "\n")
+        fricid("import", self.folder / "hit.csv", "--contract", self.folder / "contract.toml", "-o", self.folder)
+        done = self.evaluate("hit.h5")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r"does not belong: hit, elbow: from \d\S* to [78]\S* s \d+\S* N m of its torque are "
+                                      r"unexplained, .*; remedy: check that recording")
+        self.assertIn("Recordings that do not belong", (self.run / "table.md").read_text())
+        found = load(self.run / "evaluation.json")
+        self.assertFalse(found["trusted"])
+        self.assertEqual([(x["recording"], x["joint"]) for x in found["unexplained"]], [("hit", "elbow")])
+        fricid("render", self.run, "report")
+        self.assertIn("hit, elbow", (self.run / "report.html").read_text())
+        self.assertEqual(self.evaluate("other/validation_0.h5").returncode, 0)
+
     def test_training_data_are_not_held_out(self):
         for name in ("run/data/train_0.h5", "train.h5"):
             self.assert_refused(self.evaluate(name), r"12 s of it are in train_0, which is trained on",
