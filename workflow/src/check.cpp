@@ -159,6 +159,17 @@ std::vector<signals::Recording> recordings_of(const std::vector<data::Dataset>& 
   std::vector<signals::Recording> recordings;
   const Transmission motors(*subject.robot);
   for (const data::Dataset& d : sets) {
+std::vector<std::string> CheckReport::faults(const Subject& subject) const {
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < findings.size(); ++i)
+    for (const doctor::Finding& finding : findings[i])
+      if (doctor::is_damage(finding))
+        lines.push_back(subject.sets[i].name + ": " + doctor::to_text(finding, subject.sets[i]));
+  if (parameters)
+    for (const std::string& doubt : parameters->doubts) lines.push_back(doubt);
+  return lines;
+}
+
     data::check_dataset(d, d.name);
     if (d.joint_names != subject.sets.front().joint_names)
       throw UserError("{}: joints {}; allowed: those of {}, {}", d.name,

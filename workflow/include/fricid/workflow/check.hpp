@@ -80,6 +80,8 @@ struct CheckReport {
 
   /// Whether no data set is damaged.
   bool whole() const;
+  /// Damage and what contradicts in the data of the subject, one line each; none: it is whole.
+  std::vector<std::string> faults(const Subject& subject) const;
 };
 CheckReport check(const Subject& subject);
 
