@@ -128,6 +128,17 @@ class Payload(ProgramTest):
         self.assertRegex(done.stderr, r"show 1\.\d+ \+- \S+ times the torque of the arm .* scale of \[torque\]")
         self.assertNotIn("payload_kg", done.stdout)
 
+    def test_parts_of_logs(self):
+        bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, LOAD)
+        log = loaded / "data/train_0.h5"
+        done = fricid("payload", bare, f"{log}[0.5:]", "-o", self.folder / "out.json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertAlmostEqual(load(self.folder / "out.json")["mass_kg"], 2, delta=0.1)
+        self.assertRegex(fricid("check", f"{log}[1:4]").stdout, r"train_0: (3|2\.99\d) s at 500 Hz")
+        self.assert_refused(fricid("payload", bare, f"{log}[4:1]"), r"\[4:1\] is no part of a log; allowed: seconds")
+        self.assert_refused(fricid("check", f"{log}[0:1e5]"), r"ends at 100000 s; the log has")
+        self.assert_refused(fricid("payload", bare, f"{log}[1:]", "-o", log), r"-o .*: would replace .*train_0\.h5;")
+
     def test_mistakes(self):
         bare = self.simulate("bare", 3)
         log = bare / "data/train_0.h5"

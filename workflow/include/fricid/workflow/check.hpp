@@ -38,7 +38,7 @@ struct RobotOfLog {
   scene::Mount mount = scene::Mount::kFloor;
   bool mend_inertia = false;  ///< see `dynamics::load_urdf`
 };
-/// A data set (HDF5), or a log by its contract. @throws UserError
+/// A data set (HDF5), or a log by its contract; "FILE[FROM:TO]" is a part of it. @throws UserError
 Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::path& contract,
                        const RobotOfLog& robot);
 
