@@ -6,7 +6,7 @@ import shutil
 import tempfile
 import unittest
 
-from fricid_program import ProgramTest, fricid, load
+from fricid_program import TINY, ProgramTest, fricid, load
 
 CONTRACT = """
 joint_names = [{}]
@@ -132,6 +132,15 @@ class HeldOut(ProgramTest):
         fricid("render", self.run, "report")
         self.assertIn("hit, elbow", (self.run / "report.html").read_text())
         self.assertEqual(self.evaluate("other/validation_0.h5").returncode, 0)
+
+    def test_a_prior_of_another_robot_is_refused_before_any_fit(self):
+        model = self.run / "models/simple_s1.json"
+        scene = self.write("tiny.toml", f'extends = "{TINY}"\n[[model]]\nname = "late"\nlaw = "lugre"\nmethod = "joint"\n'
+                                        f'prior = "{model}"\n')
+        for command in ("identify", "run", "simulate"):
+            self.assert_refused(fricid(command, scene, "-o", self.folder / "out"),
+                                r"simple_s1\.json: joints shoulder, elbow; allowed as a prior: those of this robot, joint_a1",
+                                self.folder / "out")
 
     def test_training_data_are_not_held_out(self):
         for name in ("run/data/train_0.h5", "train.h5"):
