@@ -220,7 +220,7 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   constexpr double kBeyond = 5;     // the same, where the best shift is an end of the search
   constexpr double kEarly = 0.01;   // [s] by which the torque of an elastic gear may lead
   constexpr double kClear = 0.035;  // log of the factor of the residuals' variance
-  constexpr double kChance = 0.9;   // [s] over those of sliding: what friction that lags gains
+  constexpr double kChance = 2.5;   // [s^2] over the square of those of sliding: gains of friction
   const DelayCurves curves = delay_curves(d, robot, motion, sight);
   if (curves.joints() == 0) return;
   const Eigen::ArrayXd judged = pooled(curves.held_out, -1);
@@ -244,7 +244,8 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
                   .unit = "samples"};
   const Eigen::ArrayXd left = pooled(curves.fitted, -1);
   const std::optional<double> best = lowest(left);
-  if (best && left[undelayed] - left.minCoeff() < kChance / curves.seconds) return;
+  if (best && left[undelayed] - left.minCoeff() < kChance / (curves.seconds * curves.seconds))
+    return;
   if (!best) {
     if (gain < kBeyond * gain_error || is_of_one_joint(curves)) return;
     finding.kind = FindingKind::kDelayUnknown;
