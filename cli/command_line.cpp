@@ -227,7 +227,9 @@ int exit_code_of_command_line(int argc, char** argv,
 
   auto* check_command =
       app.add_subcommand("check", "check data: faults, and which parameters they identify");
-  check_command->add_option("DIR|LOG", check_options.target, "run folder, data set (HDF5), or log")
+  check_command
+      ->add_option("DIR|LOG", check_options.target,
+                   "run folder, data set (HDF5), or log; \"LOG[FROM:TO]\", in seconds, for a part")
       ->required();
   check_command->add_option("--contract", check_options.contract, "of a log (TOML)");
   check_command->add_option("--robot", check_options.robot.urdf, "URDF of the robot of a log");
@@ -245,9 +247,12 @@ int exit_code_of_command_line(int argc, char** argv,
       "identify a load: its mass, centre of mass and inertia, from logs without and with it");
   payload_command
       ->add_option("WITHOUT", payload_options.without,
-                   "run folder, data set (HDF5), or log without the load")
+                   "run folder, data set (HDF5), or log without the load; \"LOG[FROM:TO]\", in "
+                   "seconds, for a part")
       ->required();
-  payload_command->add_option("WITH", payload_options.with, "data set (HDF5), or log with the load")
+  payload_command
+      ->add_option("WITH", payload_options.with,
+                   "data set (HDF5), or log with the load, or a part of it")
       ->required();
   payload_command->add_option("--contract", payload_options.contract, "of both logs (TOML)");
   payload_command->add_option("--robot", payload_options.robot.urdf,

@@ -10,6 +10,7 @@
 #include "fricid/data/artefact.hpp"
 #include "fricid/evaluate/compare.hpp"
 #include "fricid/evaluate/evaluate.hpp"
+#include "fricid/evaluate/warnings.hpp"
 #include "fricid/workflow/payload.hpp"
 #include "job.hpp"
 #include "seeds.hpp"
@@ -64,6 +65,11 @@ bool trusted(const evaluate::Evaluation& evaluation) {
   for (const evaluate::Summary& summary : evaluation.summary)
     for (const std::string& doubt : summary.doubts)
       say(fmt::format("not to be trusted: {}: {}", summary.label, doubt));
+  for (const evaluate::Unexplained& torque : evaluation.unexplained) {
+    const evaluate::Warning warning = evaluate::warning_of(torque);
+    say(fmt::format("does not belong: {}: {}; {}; remedy: {}", warning.subject, warning.found,
+                    warning.meaning, warning.remedy));
+  }
   for (const std::string& why : evaluation.meaningless)
     if (!why.empty()) say("cannot rank models at " + why);
   return evaluation.trusted() && evaluation.meaningful();

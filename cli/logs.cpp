@@ -46,9 +46,9 @@ void print_findings(const std::vector<doctor::Finding>& findings, const data::Da
   }
 }
 
-/// Damage; notes too if `all`.
+/// What is told unasked; all notes too if `all`.
 std::vector<doctor::Finding> told(std::vector<doctor::Finding> findings, bool all) {
-  if (!all) std::erase_if(findings, [](const doctor::Finding& f) { return !doctor::is_damage(f); });
+  if (!all) std::erase_if(findings, [](const doctor::Finding& f) { return !doctor::is_told(f); });
   return findings;
 }
 

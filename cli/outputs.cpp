@@ -1,6 +1,7 @@
 #include "outputs.hpp"
 
 #include "fricid/base/error.hpp"
+#include "fricid/data/log_part.hpp"
 
 namespace fricid::cli {
 
@@ -10,9 +11,10 @@ void require_not_input(std::string_view option, const fs::path& output,
                        const std::vector<fs::path>& inputs) {
   if (output.empty()) return;
   for (const fs::path& input : inputs)
-    if (!input.empty() && fs::weakly_canonical(output) == fs::weakly_canonical(input))
-      throw UserError("{} {}: would replace {}; allowed: another name", option, output.string(),
-                      input.string());
+    for (const fs::path& file : {input, fs::path(data::log_part(input.string()).file)})
+      if (!file.empty() && fs::weakly_canonical(output) == fs::weakly_canonical(file))
+        throw UserError("{} {}: would replace {}; allowed: another name", option, output.string(),
+                        file.string());
 }
 
 }  // namespace fricid::cli

@@ -21,8 +21,12 @@ Verdict find_payload(const PayloadOptions& options, const CommonOptions& common)
   const data::PayloadFile payload = workflow::find_payload(without, with.sets, options.frame);
   if (!options.output.empty()) data::save(payload, options.output);
   print(common.json ? visible_json(data::to_json(payload)) : workflow::to_text(payload));
-  if (payload.outcome == data::Outcome::kConverged) return Verdict::kDone;
-  print(payload.message + "\n", stderr);
+  for (const std::string& doubt : payload.doubts)
+    print("not to be trusted: " + doubt + "\n", stderr);
+  if (payload.outcome != data::Outcome::kConverged)
+    print(payload.message + "\n", stderr);
+  else if (payload.doubts.empty())
+    return Verdict::kDone;
   return Verdict::kNo;
 }
 

@@ -9,6 +9,7 @@
 
 #include "c_shape.hpp"
 #include "c_text.hpp"
+#include "writers.hpp"
 
 namespace fricid::deploy {
 namespace {
@@ -186,6 +187,8 @@ std::string preamble(const Parts& parts, const data::ModelFile& model, const std
       " * double, or float where FRICID_FLOAT is defined. Needs C99 and <math.h> alone.\n"
       " */\n",
       p, read.empty() ? "nothing" : read, parts.whole < 0 ? "their joint" : "all joints");
+  if (model.arm.robot.coupled())
+    text += c_comment("Coupled motors: " + coordinates_in_words(model.arm.robot) + ".") + "\n";
   text += fmt::format(
       "#ifndef {0}_FRICTION_H\n#define {0}_FRICTION_H\n\n#include <math.h>\n\n"
       "#ifdef FRICID_FLOAT\ntypedef float {0}_real;\n#define {0}_R(x) ((float)(x))\n"

@@ -14,9 +14,7 @@ namespace {
 Exported write_c(const data::ModelFile& model) {
   Exported exported{.files = {{code_name(model) + "_friction.h", c_header(model)}},
                     .losses = torques_left_out(model.arm.robot, false)};
-  if (model.arm.robot.coupled())
-    exported.losses.push_back("q, v and torques are those of the motors: " +
-                              motors_in_words(model.arm.robot));
+  if (model.arm.robot.coupled()) exported.losses.push_back(coordinates_in_words(model.arm.robot));
   return exported;
 }
 

@@ -83,8 +83,9 @@ std::string model_description(const data::ModelFile& model, const std::string& n
              "variability=\"continuous\" unit=\"s\"/>\n{}</ModelVariables>\n"
              "<ModelStructure>\n{}</ModelStructure>\n</fmiModelDescription>\n",
              xml_attribute(name), literal(token.c_str()),
-             xml_attribute(
-                 fmt::format("joint friction of {}, robot {}", model.label, model.arm.robot.name)),
+             xml_attribute(fmt::format("joint friction of {}, robot {}{}{}", model.label,
+                                       model.arm.robot.name, model.arm.robot.coupled() ? ": " : "",
+                                       coordinates_in_words(model.arm.robot))),
              literal(name.c_str()), variables, outputs)
       .text();
 }
@@ -147,9 +148,7 @@ Exported write_fmu(const data::ModelFile& model) {
     files.push_back({fmt::format("binaries/{}/{}.so", kPlatform, name), std::move(*library)});
   else
     exported.losses.emplace_back("there is no C compiler `cc`, so the FMU has sources alone");
-  if (model.arm.robot.coupled())
-    exported.losses.push_back("q, v and torques are those of the motors: " +
-                              motors_in_words(model.arm.robot));
+  if (model.arm.robot.coupled()) exported.losses.push_back(coordinates_in_words(model.arm.robot));
   exported.files.push_back({name + ".fmu", zip(files)});
   return exported;
 }

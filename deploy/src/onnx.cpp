@@ -384,9 +384,7 @@ Exported write_onnx(const data::ModelFile& model) {
                                               model.label, model.arm.robot.name))}},
       .losses = torques_left_out(model.arm.robot, false)};
   exported.losses.emplace_back("single precision");
-  if (model.arm.robot.coupled())
-    exported.losses.push_back("q, v and torques are those of the motors: " +
-                              motors_in_words(model.arm.robot));
+  if (model.arm.robot.coupled()) exported.losses.push_back(coordinates_in_words(model.arm.robot));
   return exported;
 }
 

@@ -212,6 +212,14 @@ std::string motors_in_words(const RobotModel& robot) {
   return words;
 }
 
+std::string coordinates_in_words(const RobotModel& robot) {
+  if (!robot.coupled()) return "";
+  return fmt::format(
+      "q, v and torques are those of the motors: {}; the torque of a joint is the sum of those of "
+      "the motors, each times the factor of that joint",
+      motors_in_words(robot));
+}
+
 Exported write_urdf(const data::ModelFile& model) {
   const RobotModel& robot = model.arm.robot;
   const std::string base = base_name(robot);

@@ -33,6 +33,10 @@ Exported write_onnx(const data::ModelFile& model);
 /// "the motor of joint_a6 turns by joint_a6 + joint_a5": motors that turn by more than one joint.
 std::string motors_in_words(const dynamics::RobotModel& robot);
 
+/// That arrays of a friction are those of the motors, and how those of the joints follow: one
+/// sentence for coupled motors, else empty.
+std::string coordinates_in_words(const dynamics::RobotModel& robot);
+
 /// One sentence for each torque of position that is not exported.
 /// @param springs_said  linear springs are
 std::vector<std::string> torques_left_out(const dynamics::RobotModel& robot, bool springs_said);

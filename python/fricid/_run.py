@@ -100,6 +100,8 @@ class Run:
             evaluation = self.evaluation
             for model in evaluation["summary"]:
                 found += [f"{model['name']}: {doubt}" for doubt in model["doubts"]]
+            found += [f"{torque['recording']}, {torque['joint']}: its torque is unexplained"
+                      for torque in evaluation["unexplained"]]
             found += [line for line in evaluation["meaningless"] if line]
         return list(dict.fromkeys(found))
 

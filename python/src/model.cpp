@@ -34,6 +34,9 @@ class Friction {
 
   int n() const { return friction().model.joint_count(); }
   int state_size() const { return friction().model.state_size(); }
+  nb::ndarray<nb::numpy, double> motors_of_joints() const {
+    return to_numpy(file_->arm.robot.motors_of_joints(), false);
+  }
 
   nb::list parameters() const {
     nb::list rows;
@@ -226,10 +229,14 @@ nb::class_<Model> bind_model(nb::module_& m) {
   nb::class_<Friction>(
       m, "Friction",
       "Friction of a robot: a torque for every joint, and internal states z.\n\n"
+      "Where motors are coupled, q, v, load and torques are those of the motors, with C = "
+      "motors_of_joints: q @ C.T and v @ C.T of joints q, v; tau @ C are the joints' torques.\n\n"
       "Arrays are (n) or (N, n), joints or states along the last axis; (n) is used "
       "for every row. load is the torque through the gear [N m], zero if not "
       "given; temperature [K] is room temperature if not given.")
       .def_prop_ro("n", &Friction::n, "Number of joints.")
+      .def_prop_ro("motors_of_joints", &Friction::motors_of_joints,
+                   "C (n, n): angles of the motors C q of joint angles q; unity without coupling.")
       .def_prop_ro("state_size", &Friction::state_size, "Number of states, all joints together.")
       .def_prop_ro("parameters", &Friction::parameters,
                    nb::sig("def parameters(self) -> list[dict[str, object]]"),

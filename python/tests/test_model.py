@@ -33,6 +33,10 @@ def test_parameters_are_those_of_the_file(model, run):
     assert sigma0[0]["value"] == pytest.approx(5e3, rel=0.2)  # as injected
 
 
+def test_motors_of_a_robot_without_coupling_are_its_joints(model):
+    np.testing.assert_array_equal(model.friction.motors_of_joints, np.eye(6))
+
+
 def test_rows_of_a_batch_are_single_states(model, motion):
     q, v, z = motion
     tau = model.friction.torque(q, v, z)

@@ -91,6 +91,23 @@ TEST_F(LogFormats, Hdf5OfThisAndOtherPrograms) {
               expected);
 }
 
+TEST_F(LogFormats, AColumnThatAnHdf5FileLacksIsNamedWithThoseThatItHas) {
+  const Dataset expected = import(csv_sample(Recording(50)));
+  write_hdf5(path("log.h5"), "other/7", [&](H5Writer& file) {
+    file.vector("t", expected.t, "s");
+    file.matrix("angle", expected.q, "rad");
+    file.matrix("none", RowMatrix(0, 0), "");
+  });
+  try {
+    import_log(path("log.h5"), contract(std::string(kJoints) +
+                                        "format = \"hdf5\"\n[torque]\ncolumns = \"tau{}\"\n"));
+    ADD_FAILURE() << "read";
+  } catch (const UserError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("log.h5: q1 is missing; found angle1, angle2"));
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("and none (a group, a table of records, or "));
+  }
+}
+
 // MATLAB stores a matrix by columns: in its HDF5 files rows and columns are exchanged.
 TEST_F(LogFormats, Hdf5OfMatlabLiesTheOtherWayRound) {
   const Dataset expected = import(csv_sample(Recording(50)));

@@ -66,8 +66,14 @@ TEST(CoupledMotors, AreTendonsInMujocoAndWordsElsewhere) {
   }
   EXPECT_EQ(export_model(model, "csv").losses.back(),
             "velocity and friction are those of the motors: " + words);
-  EXPECT_EQ(export_model(model, "c").losses.back(),
-            "q, v and torques are those of the motors: " + words);
+  const std::string coordinates = "q, v and torques are those of the motors: " + words +
+                                  "; the torque of a joint is the sum of those of the motors, each "
+                                  "times the factor of that joint";
+  const Exported header = export_model(model, "c"), fmu = export_model(model, "fmu");
+  EXPECT_EQ(header.losses.back(), coordinates);
+  EXPECT_EQ(fmu.losses.back(), coordinates);
+  for (const Exported& one : {header, fmu})  // in the file itself
+    EXPECT_NE(one.files.front().text.find(coordinates), std::string::npos);
 }
 
 TEST(RigidBody, InertiaThatNoBodyHasIsRefused) {

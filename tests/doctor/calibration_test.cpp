@@ -74,6 +74,40 @@ TEST(DoctorCalibration, AShortSlowLogHasADelayBeyondTheSearchOnlyWhereOneWasPutI
   }
 }
 
+/// Samples from a time on, for some seconds.
+data::Dataset window_of(const data::Dataset& whole, double from_s, double seconds) {
+  data::Dataset d = whole;
+  const auto rows = Eigen::seqN(static_cast<Eigen::Index>(from_s * d.rate_hz),
+                                static_cast<Eigen::Index>(seconds * d.rate_hz));
+  d.t = Eigen::VectorXd(d.t(rows));
+  d.t.array() -= d.t[0];
+  for (data::RowMatrix* x : {&d.q, &d.tau, &d.v, &d.temperature})
+    if (x->rows() > 0) *x = data::RowMatrix((*x)(rows, Eigen::all));
+  return d;
+}
+
+// Three seconds of friction that lags look like a delay of a tenth of a second by chance.
+TEST(DoctorCalibration, AShortLogHasNoDelayByChance) {
+  int windows = 0, found = 0;
+  for (const int arm : {0, 1, 2, 6, 9, 13}) {
+    const CleanLog clean = simulate_log(arm);
+    const data::Dataset whole = decimated(clean.data, kEvery);
+    const double length = whole.t[whole.length() - 1];
+    for (double from = 0; from + 3 < length; from += 3) {
+      const std::string said = judge(window_of(whole, from, 3), clean.robot, {"delay"}).said;
+      EXPECT_EQ(said.find("delay"), std::string::npos) << clean.what << from << said;
+      ++windows;
+    }
+    data::Dataset late = whole;
+    delay_torque(late, 0.02 * late.rate_hz);
+    found += judge(window_of(late, 0, std::min(length, 12.0)), clean.robot,
+                   {"delay", -1, 0.02 * late.rate_hz})
+                 .found;
+  }
+  EXPECT_GE(windows, 28);
+  EXPECT_GE(found, 5);  // of 6
+}
+
 // The spindle of a SCARA in millimetres; where the other joints are in degrees, 0.0573 of that.
 TEST(DoctorCalibration, ASlidingJointThatIsNotInMetresIsNamed) {
   const CleanLog scara = simulate_log(7);

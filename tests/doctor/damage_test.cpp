@@ -645,6 +645,26 @@ TEST(Doctor, TorqueAtItsLimitForAShareOfTheLogMisleadsAndCanBeLeftOut) {
     EXPECT_EQ(std::isnan(repaired.tau(k, 0)), std::abs(log.tau(k, 0)) == most) << k;
 }
 
+TEST(Doctor, TorqueAtTheLimitOfTheDriveIsNoDamage) {
+  auto [log, robot] = clean_logs()[0];
+  const double most = 0.5 * log.tau.col(0).cwiseAbs().maxCoeff();
+  log.tau.col(0) = log.tau.col(0).cwiseMax(-most).cwiseMin(most);
+  robot.joints[0].effort = 1.005 * most;
+  const std::vector<Finding> findings = diagnose(log, &robot);
+  EXPECT_TRUE(of_kind(findings, "saturated").empty()) << text_of(findings, log);
+  const auto at_limit = of_kind(findings, "at_limit");
+  ASSERT_FALSE(at_limit.empty()) << text_of(findings, log);
+  for (const Finding& found : at_limit) {
+    EXPECT_FALSE(is_damage(found) || misleads(found));
+    EXPECT_TRUE(is_told(found));
+    EXPECT_EQ(found.joint, 0);
+    EXPECT_THAT(to_text(found, log), testing::HasSubstr("the drive was at its limit"));
+  }
+  robot.joints[0].effort = 1.02 * most;
+  EXPECT_TRUE(of_kind(diagnose(log, &robot), "at_limit").empty());
+  EXPECT_FALSE(of_kind(diagnose(log, &robot), "saturated").empty());
+}
+
 // The torques of two coupled motors beside the positions of their joints.
 TEST(Doctor, TorquesOfCoupledMotorsAreNoTorquesOfJoints) {
   auto [log, robot] = clean_logs()[0];

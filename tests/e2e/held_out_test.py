@@ -6,7 +6,7 @@ import shutil
 import tempfile
 import unittest
 
-from fricid_program import ProgramTest, fricid, load
+from fricid_program import TINY, ProgramTest, fricid, load
 
 CONTRACT = """
 joint_names = [{}]
@@ -113,6 +113,34 @@ class HeldOut(ProgramTest):
                             r"copy\.h5: all of it is in other_validation_0; allowed: each recording once")
         self.assert_refused(self.evaluate("turned.h5", "copy.h5"), r"copy\.h5: all of it is in turned")
         self.assert_refused(self.evaluate("run/data/validation_0.h5"), r"all of it is in validation_0;")
+
+    def test_a_recording_that_does_not_belong_is_named(self):
+        rows = log(0.7).splitlines()
+        for k in range(251 * 7, 251 * 8):  # a collision
+            *others, elbow = rows[k].split(",")
+            rows[k] = ",".join([*others, str(float(elbow) + 60)])
+        self.write("hit.csv", "\n".join(rows) + "\n")
+        fricid("import", self.folder / "hit.csv", "--contract", self.folder / "contract.toml", "-o", self.folder)
+        done = self.evaluate("hit.h5")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r"does not belong: hit, elbow: from \d\S* to [78]\S* s \d+\S* N m of its torque are "
+                                      r"unexplained, .*; remedy: check that recording")
+        self.assertIn("Recordings that do not belong", (self.run / "table.md").read_text())
+        found = load(self.run / "evaluation.json")
+        self.assertFalse(found["trusted"])
+        self.assertEqual([(x["recording"], x["joint"]) for x in found["unexplained"]], [("hit", "elbow")])
+        fricid("render", self.run, "report")
+        self.assertIn("hit, elbow", (self.run / "report.html").read_text())
+        self.assertEqual(self.evaluate("other/validation_0.h5").returncode, 0)
+
+    def test_a_prior_of_another_robot_is_refused_before_any_fit(self):
+        model = self.run / "models/simple_s1.json"
+        scene = self.write("tiny.toml", f'extends = "{TINY}"\n[[model]]\nname = "late"\nlaw = "lugre"\nmethod = "joint"\n'
+                                        f'prior = "{model}"\n')
+        for command in ("identify", "run", "simulate"):
+            self.assert_refused(fricid(command, scene, "-o", self.folder / "out"),
+                                r"simple_s1\.json: joints shoulder, elbow; allowed as a prior: those of this robot, joint_a1",
+                                self.folder / "out")
 
     def test_training_data_are_not_held_out(self):
         for name in ("run/data/train_0.h5", "train.h5"):

@@ -103,6 +103,42 @@ class Payload(ProgramTest):
         self.assertRegex(done.stderr, r"show (1\.9|2)\S* \+- \S+ kg less than those without it: swap the two")
         self.assertNotIn("payload_kg", done.stdout)
 
+    def as_csv(self, run, change=lambda torques: torques):
+        """A recording of a run as a log, with its torques changed."""
+        head, *rows = fricid("info", run / "data/train_0.h5", "--csv").stdout.splitlines()
+        columns = [i for i, name in enumerate(head.split(",")) if name.startswith("tau")]
+        for k, row in enumerate(rows):
+            cells = row.split(",")
+            for i, torque in zip(columns, change([float(cells[i]) for i in columns]), strict=True):
+                cells[i] = repr(torque)
+            rows[k] = ",".join(cells)
+        self.write("contract.toml", LOG_CONTRACT)
+        return self.write(f"{run.name}.csv", "\n".join([head, *rows]) + "\n")
+
+    def test_what_is_wrong_with_a_log_is_said(self):
+        bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, LOAD)
+        contract = ("--contract", self.folder / "contract.toml")
+        self.assertEqual(fricid("payload", bare, self.as_csv(loaded), *contract).returncode, 0)
+        turned = self.as_csv(loaded, lambda tau: [tau[0], tau[1], -tau[2], *tau[3:]])
+        done = fricid("payload", bare, turned, *contract)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r"not to be trusted: loaded: damage: sign: tau of joint_a3")
+        done = fricid("payload", bare, self.as_csv(loaded, lambda tau: [1.1 * x for x in tau]), *contract)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r"show 1\.\d+ \+- \S+ times the torque of the arm .* scale of \[torque\]")
+        self.assertNotIn("payload_kg", done.stdout)
+
+    def test_parts_of_logs(self):
+        bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, LOAD)
+        log = loaded / "data/train_0.h5"
+        done = fricid("payload", bare, f"{log}[0.5:]", "-o", self.folder / "out.json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertAlmostEqual(load(self.folder / "out.json")["mass_kg"], 2, delta=0.1)
+        self.assertRegex(fricid("check", f"{log}[1:4]").stdout, r"train_0: (3|2\.99\d) s at 500 Hz")
+        self.assert_refused(fricid("payload", bare, f"{log}[4:1]"), r"\[4:1\] is no part of a log; allowed: seconds")
+        self.assert_refused(fricid("check", f"{log}[0:1e5]"), r"ends at 100000 s; the log has")
+        self.assert_refused(fricid("payload", bare, f"{log}[1:]", "-o", log), r"-o .*: would replace .*train_0\.h5;")
+
     def test_mistakes(self):
         bare = self.simulate("bare", 3)
         log = bare / "data/train_0.h5"

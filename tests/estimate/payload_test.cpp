@@ -121,6 +121,20 @@ TEST(Payload, IsFoundUnderFrictionThatHasWarmed) {
     EXPECT_NEAR(fit.body.c[k], load.com[static_cast<std::size_t>(k)], 2e-3) << k;
 }
 
+// Else the scale is a load: 10 % of 50 kg.
+TEST(Payload, AnotherTorqueScaleIsNone) {
+  const Logs bare = simulate(kNone, 1), loaded = simulate(kGripper, 2);
+  for (const double scale : {0.9, 1.1}) {
+    signals::Recording scaled = loaded.recording;
+    scaled.log.tau *= scale;
+    scaled.filtered_tau *= scale;
+    const PayloadFit fit = payload_least_squares(bare.robot, flange(bare.robot),
+                                                 {&bare.recording, 1}, {&scaled, 1}, {});
+    EXPECT_EQ(fit.outcome, Outcome::kFailed) << fit.body.m;
+    EXPECT_THAT(fit.message, ::testing::HasSubstr(" times the torque of the arm")) << scale;
+  }
+}
+
 // A small weight has hardly any inertia about itself: free estimates of it are those of no body.
 TEST(Payload, IsABody) {
   const Load weight{1, {0, 0, 0.05}, {1e-4, 1e-4, 1e-4, 0, 0, 0}};

@@ -128,12 +128,18 @@ TEST(Warnings, OfAnEvaluation) {
   evaluation.summary[0].diverged = 1;
   evaluation.summary[0].rollouts = 4;
   evaluation.meaningless[1] = "headroom 2 below 10";
+  evaluation.unexplained = {{"validation_0", "a2", false, 3, 4.5, 0.3, 20, 0.5}};
+  EXPECT_FALSE(evaluation.trusted());
   const std::vector<Warning> warnings = warnings_of(evaluation);
-  ASSERT_EQ(warnings.size(), 3U);
+  ASSERT_EQ(warnings.size(), 4U);
   EXPECT_EQ(warnings[0].found, "a1 stood still");
   EXPECT_EQ(warnings[1].found, "1 of 4 rollouts diverged");
-  EXPECT_EQ(warnings[2].subject, "horizon 10 s");
-  EXPECT_EQ(warnings[2].found, "headroom 2 below 10");
+  EXPECT_EQ(warnings[2].subject, "validation_0, a2");
+  EXPECT_EQ(warnings[2].found,
+            "from 3 to 4.5 s 20 N m of its torque are unexplained, 40 times the residual on the "
+            "training data (R2 0.3 of the whole recording)");
+  EXPECT_EQ(warnings[3].subject, "horizon 10 s");
+  EXPECT_EQ(warnings[3].found, "headroom 2 below 10");
 }
 
 TEST(Warnings, AnExcitationThatBreaksALimitNamesItsRecording) {

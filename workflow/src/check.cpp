@@ -113,8 +113,13 @@ Subject subject_of_run(const fs::path& folder) {
   return subject;
 }
 
-Subject subject_of_log(const fs::path& log, const fs::path& contract, const RobotOfLog& robot) {
+Subject subject_of_log(const fs::path& of_log, const fs::path& contract, const RobotOfLog& robot) {
   Subject subject;
+  const data::LogPart part = data::log_part(of_log.string());
+  const fs::path log = part.file;
+  const auto in_part = [&](data::Dataset all) {
+    return log == of_log ? all : data::cut(all, part, log.string());
+  };
   const fs::path kind = log.extension();
   if (kind == ".toml")
     throw UserError(
@@ -126,14 +131,14 @@ Subject subject_of_log(const fs::path& log, const fs::path& contract, const Robo
                     log.string());
   const auto say = [&](const std::string& line) { subject.warnings.push_back(line); };
   if (contract.empty()) {
-    const data::Dataset read = data::load_dataset(log);
+    const data::Dataset read = in_part(data::load_dataset(log));
     subject.robot = robot_of_log(robot, read.joint_names, log.string(), say);
     subject.sets.push_back(as_of_robot(read, subject.robot, log.string()));
   } else {
     const data::Contract columns = data::load_contract(contract);
     subject.robot =
         robot_of_log(robot, columns.joint_names, contract.string(), say, columns.couplings);
-    const data::Dataset read = data::read_log(log, columns, say);
+    const data::Dataset read = in_part(data::read_log(log, columns, say));
     subject.sets.push_back(as_of_robot(read, subject.robot, contract.string()));
   }
   return subject;
@@ -152,6 +157,17 @@ bool CheckReport::whole() const {
   return std::ranges::none_of(findings, [](const std::vector<doctor::Finding>& of_set) {
     return std::ranges::any_of(of_set, doctor::is_damage);
   });
+}
+
+std::vector<std::string> CheckReport::faults(const Subject& subject) const {
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < findings.size(); ++i)
+    for (const doctor::Finding& finding : findings[i])
+      if (doctor::is_damage(finding))
+        lines.push_back(subject.sets[i].name + ": " + doctor::to_text(finding, subject.sets[i]));
+  if (parameters)
+    for (const std::string& doubt : parameters->doubts) lines.push_back(doubt);
+  return lines;
 }
 
 std::vector<signals::Recording> recordings_of(const std::vector<data::Dataset>& sets,

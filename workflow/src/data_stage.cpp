@@ -47,7 +47,7 @@ Done import(const scene::Problem& part, const RunFolder& out,
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const data::Dataset& dataset = sets[i];
     for (const doctor::Finding& finding : findings[i])
-      if (doctor::is_damage(finding)) say(dataset.name + ": " + doctor::to_text(finding, dataset));
+      if (doctor::is_told(finding)) say(dataset.name + ": " + doctor::to_text(finding, dataset));
     done.files.push_back(out.diagnosis(dataset.name));
     data::save(doctor::diagnosis_file(findings[i], dataset), done.files.back());
   }

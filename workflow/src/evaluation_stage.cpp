@@ -182,19 +182,26 @@ std::vector<evaluate::Rollout> simulator_rollouts(const Task& task, const HeldOu
   return rollouts;
 }
 
-/// What of the recordings the models were fitted to, driven by the motion that fits see.
-std::vector<evaluate::Trajectory> driven_training(const Task& task,
-                                                  std::vector<data::Dataset> recordings) {
-  std::vector<evaluate::Trajectory> training;
+/// What of the recordings the models were fitted to, under both filters.
+struct Training {
+  std::vector<evaluate::Trajectory> fitted;  ///< with the motion that fits see
+  std::vector<evaluate::Trajectory> judged;  ///< with that of held-out recordings
+};
+
+Training training_of(const Task& task, std::vector<data::Dataset> recordings) {
+  Training training;
   const std::vector<data::Dataset> all =
       first_seconds(std::move(recordings), task.problem.scene.identify.first_s);
   for (data::Dataset& dataset : data::training_part(all).recordings) {
-    evaluate::Trajectory& recording = training.emplace_back();
-    recording.data = std::move(dataset);
-    signals::Motion motion =
-        signals::make_recording(recording.data, task.problem.scene.identify.cutoff_hz).wide;
-    recording.q = std::move(motion.q);
-    recording.v = std::move(motion.v);
+    signals::Recording recording =
+        signals::make_recording(dataset, task.problem.scene.identify.cutoff_hz);
+    training.judged.push_back({dataset,
+                               std::move(recording.narrow.q),
+                               std::move(recording.narrow.v),
+                               std::move(recording.narrow.a),
+                               {}});
+    training.fitted.push_back(
+        {std::move(dataset), std::move(recording.wide.q), std::move(recording.wide.v), {}, {}});
   }
   return training;
 }
@@ -344,7 +351,9 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   evaluate::Contest contest;
   contest.scene = task.problem.scene.name;
   contest.trajectories = held_out.trajectories;
-  contest.training = driven_training(task, std::move(training));
+  Training learnt = training_of(task, std::move(training));
+  contest.training = std::move(learnt.fitted);
+  contest.learnt = std::move(learnt.judged);
   contest.robot = task.problem.robot;
   for (const FitRequest& fit : task.fits) {
     contest.models.push_back(load_fitted(visible, fit.id(), task.problem.scene.joints));

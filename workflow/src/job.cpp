@@ -7,6 +7,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/data/log_part.hpp"
+#include "fricid/estimate/prior.hpp"
 #include "fricid/sim/simulate.hpp"
 
 namespace fricid::workflow {
@@ -73,12 +74,19 @@ void refuse_shared_logs(const scene::Problem& problem) {
             problem.scene.name, judged.name, learnt.name, learnt.part.file, judged.part.file);
 }
 
+/// @throws UserError when a prior is not there, or of another robot
+void require_priors_of_robot(const scene::Problem& problem) {
+  scene::require_priors(problem);
+  for (const estimate::ModelOptions& model : problem.scene.models)
+    if (!model.prior.empty()) estimate::load_prior(model.prior, problem.robot);
+}
+
 /// @param ran  whether the scene is that of a run folder, whose arm was compared with the URDF
 /// before
 scene::Problem checked_problem(scene::Scene scene, std::optional<std::uint64_t> seed, bool ran) {
   if (seed) scene.seed = *seed;
   scene::Problem problem = scene::resolve(std::move(scene));
-  if (!ran) scene::require_priors(problem);
+  if (!ran) require_priors_of_robot(problem);
   if (!ran && problem.scene.simulates()) sim::make_arm(problem);
   if (scene::logs_are_there(problem)) refuse_shared_logs(problem);
   return problem;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include "fricid/base/error.hpp"
 #include "fricid/estimate/rigid_body/payload.hpp"
@@ -53,12 +55,17 @@ data::PayloadFile find_payload(const Subject& without, const std::vector<data::D
   const estimate::PayloadFit fit =
       estimate::payload_least_squares(robot, carrier, recordings_of(without.sets, without),
                                       recordings_of(loaded, without), without.identify);
+  Subject with_load{loaded, without.robot, without.identify};
+  std::vector<std::string> doubts;
+  for (const Subject* subject : {&without, &std::as_const(with_load)})
+    std::ranges::copy(check(*subject).faults(*subject), std::back_inserter(doubts));
   return {.without = names_of(without.sets),
           .with = names_of(with),
           .robot = robot.name,
           .frame = carrier.name,
           .outcome = fit.outcome,
           .message = fit.message,
+          .doubts = std::move(doubts),
           .mass = fit.body.m,
           .mass_error = fit.body_error.m,
           .com = list(fit.body.c),

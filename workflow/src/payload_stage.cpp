@@ -69,7 +69,8 @@ bool find_load(Job& job) {
   if (!job.run.perform(payload_stage(job))) job.say("payload: up to date");
   const auto found = data::load<data::PayloadFile>(job.run.folder().payload());
   job.say("payload: " + found.message);
-  return found.outcome == data::Outcome::kConverged;
+  for (const std::string& doubt : found.doubts) job.say("payload: not to be trusted: " + doubt);
+  return found.outcome == data::Outcome::kConverged && found.doubts.empty();
 }
 
 }  // namespace fricid::workflow

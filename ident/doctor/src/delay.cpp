@@ -58,6 +58,7 @@ constexpr int kFolds = 10;  // stretches of the log, each left out in turn
 /// Squares that regressions leave of the torque of each joint, moved back by each delay on a grid.
 struct DelayCurves {
   double first, step;  // of the grid [samples]
+  double seconds = 0;  // in which a joint slides, of the one that does so longest
   /// Per joint (delays, stretches): of regressions on the whole log, and on the other stretches.
   std::vector<Eigen::ArrayXXd> fitted, held_out;
 
@@ -184,7 +185,10 @@ DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& rob
                          const Motion& motion, const Sight& sight) {
   constexpr double kStep = 0.002, kFinest = 0.5;  // [s], [samples]
   const std::vector<int> columns = dynamics::base_parameters(robot).columns;
-  DelayCurves curves{kEarliest / d.dt(), std::max(kStep / d.dt(), kFinest), {}, {}};
+  DelayCurves curves{.first = kEarliest / d.dt(),
+                     .step = std::max(kStep / d.dt(), kFinest),
+                     .fitted = {},
+                     .held_out = {}};
   const int steps = static_cast<int>((kLatest - kEarliest) / d.dt() / curves.step) + 1;
   for (int j = 0; j < d.n(); ++j) {
     const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
@@ -195,6 +199,8 @@ DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& rob
       const Eigen::VectorXd all = motion.torque(j, curves.delay_of(i));
       for (Eigen::Index r = 0; r < X.rows(); ++r) T(r, i) = all[rows[static_cast<std::size_t>(r)]];
     }
+    curves.seconds = std::max(
+        curves.seconds, d.length() * d.dt() * static_cast<double>(X.rows()) / motion.length());
     add_joint(X, T, curves);
   }
   return curves;
@@ -214,6 +220,7 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   constexpr double kBeyond = 5;     // the same, where the best shift is an end of the search
   constexpr double kEarly = 0.01;   // [s] by which the torque of an elastic gear may lead
   constexpr double kClear = 0.035;  // log of the factor of the residuals' variance
+  constexpr double kChance = 2.5;   // [s^2] over the square of those of sliding: gains of friction
   const DelayCurves curves = delay_curves(d, robot, motion, sight);
   if (curves.joints() == 0) return;
   const Eigen::ArrayXd judged = pooled(curves.held_out, -1);
@@ -237,6 +244,8 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
                   .unit = "samples"};
   const Eigen::ArrayXd left = pooled(curves.fitted, -1);
   const std::optional<double> best = lowest(left);
+  if (best && left[undelayed] - left.minCoeff() < kChance / (curves.seconds * curves.seconds))
+    return;
   if (!best) {
     if (gain < kBeyond * gain_error || is_of_one_joint(curves)) return;
     finding.kind = FindingKind::kDelayUnknown;

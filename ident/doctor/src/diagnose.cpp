@@ -45,6 +45,19 @@ void join_missing(const data::Dataset& d, Findings& findings) {
   findings.insert(findings.begin(), std::move(all));
 }
 
+// Torque that is constant at the effort limit of its joint is what the drive gave.
+void know_limits(const dynamics::RobotModel& robot, Findings& findings) {
+  constexpr double kSame = 0.01;  // of the limit
+  for (Finding& f : findings) {
+    if (f.kind != FindingKind::kSaturated || f.signal != "tau" || robot.coupled()) continue;
+    const double effort = robot.joints[static_cast<std::size_t>(f.joint)].effort;
+    if (std::abs(std::abs(f.size) - effort) > kSame * effort) continue;
+    f.kind = FindingKind::kAtLimit;
+    f.is_severe = false;
+    f.rows.clear();
+  }
+}
+
 // What is no measurement takes no part in a regression.
 void leave_out(data::RowMatrix& x, const Finding& f, const Eigen::VectorXd& t) {
   for (const int j : {f.joint, f.other})
@@ -65,6 +78,7 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
   if (!findings.empty()) return findings;
   check_clock(d, findings);
   check_signals(d, findings);
+  if (robot != nullptr) know_limits(*robot, findings);
   join_missing(d, findings);
   find_segments(d, findings);
 

@@ -48,9 +48,13 @@ constexpr std::array kKinds{
     KindInfo{
         FindingKind::kSaturated, kDamage,
         "what lies beyond the limit is lost; large torques look small",
-        "move more slowly, or widen the range of the logged channel; --fix saturated makes the "
-        "samples at the limit missing",
+        "move more slowly, or widen the range of the logged channel; if the drive gave no more, "
+        "effort of the joint's <limit> in the URDF is to say so; --fix saturated makes the samples "
+        "at the limit missing",
         true},
+    KindInfo{FindingKind::kAtLimit, kNote,
+             "the drive was at its limit in the robot's file: taken as the torque that it gave", "",
+             false},
     KindInfo{FindingKind::kSpike, kDamage, "single wrong samples weigh much in a fit",
              "--fix spike makes them missing", true},
     KindInfo{FindingKind::kJump, kDamage, "an infinite velocity, another pose afterwards",

@@ -38,6 +38,7 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
 /// Appends delay or delay_unknown: the delay of the torque at which regressions on rigid body and
 /// friction of all joints explain most. It is reported where it also betters what regressions
 /// explain of stretches that they were not fitted to, by more than the standard error of that.
+/// A short log must gain more, since friction that lags gains by chance.
 void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, const Motion& motion,
                  const Sight& sight, Findings& findings);
 

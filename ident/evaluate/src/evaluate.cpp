@@ -80,19 +80,36 @@ std::vector<std::vector<Rollout>> roll_out_all(const Contest& contest,
 
 /// Torque that every fitted model predicts, [model][trajectory]; none of a trajectory without an
 /// acceleration.
-std::vector<std::vector<TorquePrediction>> predict_all(const Contest& contest, int jobs) {
-  const std::size_t models = contest.models.size(), trajectories = contest.trajectories.size();
+std::vector<std::vector<TorquePrediction>> predict_all(const Contest& contest,
+                                                       std::span<const Trajectory> recordings,
+                                                       int jobs) {
+  const std::size_t models = contest.models.size(), trajectories = recordings.size();
   std::vector predictions(models, std::vector<TorquePrediction>(trajectories));
   parallel_for(static_cast<int>(models * trajectories), jobs, [&](int task) {
     throw_if_stopped();
     const auto m = static_cast<std::size_t>(task) / trajectories;
     const auto i = static_cast<std::size_t>(task) % trajectories;
-    const Trajectory& trajectory = contest.trajectories[i];
+    const Trajectory& trajectory = recordings[i];
     if (contest.models[m].is_oracle || trajectory.a.size() == 0) return;
     predictions[m][i] = torque_prediction(contest.models[m].arm, contest.robot, trajectory.data,
                                           trajectory.q, trajectory.v, trajectory.a);
   });
   return predictions;
+}
+
+/// Held-out torque that no model explains whose fit found no fault in itself.
+std::vector<Unexplained> unexplained_of(const Contest& contest,
+                                        std::span<const std::vector<TorquePrediction>> predictions,
+                                        int jobs) {
+  const std::vector<std::vector<TorquePrediction>> learnt =
+      predict_all(contest, contest.learnt, jobs);
+  std::vector<Judge> judges;
+  for (std::size_t m = 0; m < contest.models.size(); ++m) {
+    const bool is_faulty = m < contest.faults.size() && !contest.faults[m].empty();
+    if (!contest.models[m].is_oracle && !is_faulty && predictions[m].front().tau.size() > 0)
+      judges.push_back({predictions[m], learnt[m]});
+  }
+  return find_unexplained(contest.trajectories, contest.learnt, judges);
 }
 
 /// Adds doubts from open loops and the torque along held-out motion.
@@ -301,7 +318,9 @@ Evaluation evaluate(const Contest& contest, const EvaluateOptions& options, int 
 
   const std::vector<std::vector<Driven>> driven = drive_all(contest, plan, jobs);
   std::vector<std::vector<Rollout>> rollouts = roll_out_all(contest, driven, plan, options, jobs);
-  std::vector<std::vector<TorquePrediction>> predictions = predict_all(contest, jobs);
+  std::vector<std::vector<TorquePrediction>> predictions =
+      predict_all(contest, contest.trajectories, jobs);
+  report.unexplained = unexplained_of(contest, predictions, jobs);
 
   const auto settle = [&](const std::vector<Rollout>& made) {
     return settled(made, contest.trajectories, options.diverged_rad);

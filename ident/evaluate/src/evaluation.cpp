@@ -131,7 +131,8 @@ bool Evaluation::meaningful() const {
 }
 
 bool Evaluation::trusted() const {
-  return std::ranges::all_of(summary, [](const Summary& s) { return s.doubts.empty(); });
+  return unexplained.empty() &&
+         std::ranges::all_of(summary, [](const Summary& s) { return s.doubts.empty(); });
 }
 
 void Evaluation::check(const std::string& place) const {
@@ -153,6 +154,10 @@ void Evaluation::check(const std::string& place) const {
                          {"best_conventional", &best_conventional},
                          {"headroom", &headroom}});
   shape.per_horizon("", "meaningless", meaningless.size());
+  for (const Unexplained& torque : unexplained) {
+    require_label(torque.recording, "recording of unexplained", place);
+    require_label(torque.joint, "joint of unexplained", place);
+  }
 }
 
 }  // namespace fricid::evaluate

@@ -6,6 +6,7 @@
 #include "fricid/base/csv.hpp"
 #include "fricid/evaluate/averages.hpp"
 #include "fricid/evaluate/evaluate.hpp"
+#include "fricid/evaluate/warnings.hpp"
 #include "markdown.hpp"
 
 namespace fricid::evaluate {
@@ -123,11 +124,23 @@ Markdown friction_table(const Evaluation& report) {
 }
 
 Markdown doubts(const Evaluation& report) {
-  if (report.trusted()) return {};
-  Markdown text = Markdown::of("\nNot to be trusted, and excluded from the best models:\n\n");
+  Markdown text;
   for (const Summary& summary : report.summary)
     for (const std::string& doubt : summary.doubts)
       text += Markdown::of("- {}: {}\n", escaped(summary.label), escaped(doubt));
+  if (text.empty()) return {};
+  return Markdown::of("\nNot to be trusted, and excluded from the best models:\n\n") + text;
+}
+
+Markdown unexplained(const Evaluation& report) {
+  if (report.unexplained.empty()) return {};
+  Markdown text =
+      Markdown::of("\nRecordings that do not belong, on which no model can be judged:\n\n");
+  for (const Unexplained& torque : report.unexplained) {
+    const Warning warning = warning_of(torque);
+    text += Markdown::of("- {}: {}; {}; remedy: {}\n", escaped(warning.subject),
+                         escaped(warning.found), escaped(warning.meaning), escaped(warning.remedy));
+  }
   return text;
 }
 
@@ -146,6 +159,7 @@ std::string to_markdown(const Evaluation& report) {
                            : Markdown());
   text += error_table(report);
   text += doubts(report);
+  text += unexplained(report);
   text += Markdown::of(
       "\nBudget: residuals over all rows of a joint that the conventional fit evaluated, all "
       "joints together; steps of training on torque or windows; iterations of "

@@ -138,6 +138,13 @@ void warn_of_learning(const data::FitFile& fit, const std::string& name, Warning
 
 }  // namespace
 
+Warning warning_of(const Unexplained& torque) {
+  return {torque.recording + ", " + torque.joint, torque.in_words(),
+          "the recording is not of the arm as it was trained: another load, a stop or a collision, "
+          "closed brakes, a motion of another kind; it cannot rank models",
+          "check that recording, and leave it or that time out; or train on such motion too"};
+}
+
 std::vector<Warning> warnings_of(const Evaluation& evaluation) {
   Warnings warnings;
   for (const Summary& summary : evaluation.summary)
@@ -151,6 +158,7 @@ std::vector<Warning> warnings_of(const Evaluation& evaluation) {
            fmt::format("{} of {} rollouts diverged", summary.diverged, summary.rollouts),
            "in open loop the model departs from the robot; its errors are clamped",
            "use it for one-step prediction at most, or fit it by open-loop windows"});
+  for (const Unexplained& torque : evaluation.unexplained) warnings.push_back(warning_of(torque));
   for (std::size_t h = 0; h < evaluation.horizons_s.size(); ++h)
     if (!evaluation.meaningless[h].empty())
       warnings.push_back(

@@ -3,6 +3,8 @@
 #include <fstream>
 #include <optional>
 
+#include <fmt/ranges.h>
+
 #include "columns.hpp"
 #include "csv.hpp"
 #include "fricid/base/error.hpp"
@@ -62,17 +64,33 @@ class Tables {
   std::int64_t longest_ = 0;  // vector; 0: none
 };
 
-Names hdf5_names(const fs::path& path, const LogStyle&) {
-  const H5Reader file(path, "");
-  const Tables tables(file);
+Names columns_of(const H5Reader& file, const Tables& tables) {
   Names names;
   for (const std::string& table : file.names()) {
     const std::int64_t columns = tables.columns(table);
     require_within(limits::kHdf5Columns, names.size() + static_cast<std::uint64_t>(columns),
-                   path.string());
+                   file.path());
     for (std::int64_t j = 0; j < columns; ++j) names.push_back(column_name(table, columns, j));
   }
   return names;
+}
+
+Names hdf5_names(const fs::path& path, const LogStyle&) {
+  const H5Reader file(path, "");
+  return columns_of(file, Tables(file));
+}
+
+/// "t, q1, q2, and log (a group, a table of records, or empty)": columns, and what has none.
+std::string tables_in_words(const H5Reader& file, const Names& columns) {
+  Names others;
+  for (const std::string& table : file.names())
+    if (const TableShape shape = file.shape(table); shape.rows == 0 && shape.columns == 0)
+      others.push_back(table);
+  std::string words = columns.empty() ? "no column" : fmt::format("{}", fmt::join(columns, ", "));
+  if (!others.empty())
+    words +=
+        fmt::format(", and {} (a group, a table of records, or empty)", fmt::join(others, ", "));
+  return words;
 }
 
 LogTable read_hdf5(const fs::path& path, const Names& wanted, const LogStyle&) {
@@ -93,6 +111,13 @@ LogTable read_hdf5(const fs::path& path, const Names& wanted, const LogStyle&) {
       }
     }
   }
+  const Names found = columns_of(file, tables);
+  for (const std::string& name : wanted)
+    if (std::ranges::none_of(
+            found, [&](const std::string& known) { return lower_case(known) == lower_case(name); }))
+      throw UserError(
+          "{}: {} is missing; found {}; allowed: tables of numbers at the top of the file",
+          path.string(), name, tables_in_words(file, found));
   for (std::size_t i = 1; i < wanted.size(); ++i)
     if (log.columns[i].size() != log.columns[0].size())
       throw UserError("{}: {} has {} rows; allowed: {}, as {}", path.string(), wanted[i],

@@ -118,14 +118,52 @@ Vector10 ball(double mass) {
   return Vector10{{m, 0, 0, 0, I, 0, I, 0, 0, I}};
 }
 
+/// By how much the torque of the arm without the load is larger in the logs with it, as a share:
+/// one more unknown, of the column that the solution gives that torque.
+struct Excess {
+  double share = 0, error = 0;
+
+  bool is_seen() const {
+    constexpr double kSigmas = 5, kLeast = 0.02;  // below: the torque constant of a warm motor
+    return std::abs(share) > std::max(kSigmas * error, kLeast);
+  }
+};
+
+Excess excess_of(const Columns& at, Regression data, const Eigen::VectorXd& x, bool robust,
+                 const Eigen::MatrixXd& precision, const Eigen::VectorXd& mean) {
+  Regression wider = std::move(data);
+  const Eigen::VectorXd arm = wider.rows.leftCols(at.p) * x.head(at.p);
+  wider.rows.conservativeResize(Eigen::NoChange, at.size() + 1);
+  for (Eigen::Index r = 0; r < arm.size(); ++r)
+    wider.rows(r, at.size()) = wider.joint[static_cast<std::size_t>(r)] < at.n ? 0 : arm[r];
+  Eigen::MatrixXd wide = Eigen::MatrixXd::Zero(at.size() + 1, at.size() + 1);
+  wide.topLeftCorner(at.size(), at.size()) = precision;
+  wide(at.size(), at.size()) = 1;
+  Eigen::VectorXd about = Eigen::VectorXd::Zero(at.size() + 1);
+  about.head(at.size()) = mean;
+  const Weighted solved =
+      reweight(wider.rows, wider.tau, wider.joint, 2 * at.n, robust, wide, about);
+  return {solved.x[at.size()],
+          jackknife_root(wider.rows, wider.tau, solved, wider.block, wide).bottomRows<1>().norm()};
+}
+
 // Outcome and message of a solution.
-void judge(Eigen::Index equations, PayloadFit& fit) {
+void judge(Eigen::Index equations, const Excess& excess, PayloadFit& fit) {
   constexpr double kDetermined = 0.5;  // of the size
   constexpr double kSeen = 3;          // standard errors of the mass
   const auto lost = (fit.standard_error.array() > kDetermined * fit.size.array()).count();
   const double lighter = -fit.free[0], error = fit.standard_error[0];
   if (!fit.pi.allFinite() || !fit.standard_error.allFinite()) {
     fit.message = "no finite solution";
+    return;
+  }
+  if (excess.is_seen()) {
+    fit.message = fmt::format(
+        "the logs with the load show {:.3g} +- {:.1g} times the torque of the arm that those "
+        "without "
+        "it show: another arm, another zero of a joint, or another torque scale in one of the two; "
+        "make scale of [torque] in the contract agree, or record both alike",
+        1 + excess.share, excess.error);
     return;
   }
   if (lighter > kSeen * error) {
@@ -200,7 +238,7 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   fit.body = dynamics::body_of(fit.pi);
   fit.body_error = {error[0], error.segment<3>(1), symmetric(error.tail<6>())};
 
-  judge(data.tau.size(), fit);
+  judge(data.tau.size(), excess_of(at, data, solved.x, options.robust, precision, mean), fit);
   return fit;
 }
 

@@ -21,9 +21,10 @@ constexpr double kZero = 0.03;        // of the root mean square of a joint's to
 // What friction bears at rest, in Coulomb friction: of any torque; where all torques are zero,
 // which motors that are on seldom give.
 constexpr double kBorne = 3, kBorneOff = 1.5;
-constexpr double kSigmas = 6;    // standard deviations of the regression
-constexpr double kMargin = 0.3;  // [s] about a run, in which a brake closes
-constexpr double kBetween = 2;   // [s] of runs that are one
+constexpr double kSigmas = 6;        // standard deviations of the regression
+constexpr double kMargin = 0.3;      // [s] about a run, in which a brake closes
+constexpr double kBetween = 2;       // [s] of runs that are one
+constexpr double kShortestPart = 1;  // [s] of a log that is worth a line of a scene
 constexpr std::size_t kNamed = 4;
 
 /// First and last sample.
@@ -68,6 +69,7 @@ class Times {
     if (runs_.size() == 1) {
       before_ = std::max(0.0, runs_[0].first * r.dt - kMargin);
       after_ = runs_[0].last * r.dt + kMargin;
+      length_ = r.length() * r.dt;
     }
     words_.push_back(fmt::format("{:.4g} to {:.4g} s of {}", r.log.t[runs_.back().first],
                                  r.log.t[runs_.back().last], r.log.name));
@@ -80,16 +82,19 @@ class Times {
         fmt::join(words_.begin(), words_.begin() + static_cast<std::ptrdiff_t>(named), ", "),
         words_.size() > named ? fmt::format(" and {} times more", words_.size() - named) : "");
   }
-  /// The first of them cut out.
+  /// The first of them cut out, and what of the log is left before and behind.
   std::string remedy() const {
-    return fmt::format(
-        "leave that time out: train = [\"LOG[:{:.4g}]\", \"LOG[{:.4g}:]\"] in [data]", before_,
-        after_);
+    std::vector<std::string> parts;
+    if (before_ >= kShortestPart) parts.push_back(fmt::format("\"LOG[:{:.4g}]\"", before_));
+    if (length_ - after_ >= kShortestPart) parts.push_back(fmt::format("\"LOG[{:.4g}:]\"", after_));
+    if (parts.empty()) return "leave that log out";
+    return fmt::format("leave that time out: train = [{}] in [data]", fmt::join(parts, ", "));
   }
 
  private:
   std::vector<Run> runs_;
   double before_ = 0, after_ = 0;  // [s] from the start of the log
+  double length_ = 0;              // [s] of that log
   std::vector<std::string> words_;
   const signals::Recording* log_ = nullptr;
 };

@@ -13,6 +13,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/estimate/couplings.hpp"
+#include "fricid/estimate/prior.hpp"
 #include "fricid/estimate/torque/joint_fit.hpp"
 #include "fricid/estimate/torque/sum_fit.hpp"
 #include "fricid/friction/laws/memory_network.hpp"
@@ -54,38 +55,6 @@ std::optional<Arm> arm_of(ConventionalFits& fits, const char* law, int seed, int
   const FitReport report = fits.fit(config, seed, jobs);
   if (!report.has_result()) return std::nullopt;
   return report.model.arm;
-}
-
-/// The arm of a model file, of the joints and the laws that these fits are of.
-/// @throws UserError when it is another arm, or not a sum of laws of its joints
-Arm load_prior(const std::string& file, const Prepared& prepared) {
-  const data::ModelFile model = data::load_model(file);
-  const auto joints_of = [](const dynamics::RobotModel& robot) {
-    std::vector<std::string> names;
-    for (const dynamics::Joint& joint : robot.joints) names.push_back(joint.name);
-    return fmt::format("{}", fmt::join(names, ", "));
-  };
-  const std::string found = joints_of(model.arm.robot), own = joints_of(prepared.robot);
-  if (found != own)
-    throw UserError("{}: joints {}; allowed as a prior: those of this robot, {}", file, found, own);
-  if (model.arm.robot.pi.size() != prepared.robot.pi.size())
-    throw UserError(
-        "{}: a rigid body of {} parameters; allowed as a prior: {}, those of this robot", file,
-        model.arm.robot.pi.size(), prepared.robot.pi.size());
-  const auto is_sum = [](const friction::JointSpec& joint) {
-    return !joint.laws.empty() && std::ranges::all_of(joint.laws, [](const friction::LawSpec& law) {
-      return !friction::is_learned(law.law) || law.law == friction::MemoryNetwork::kName;
-    });
-  };
-  const friction::RobotFriction& friction = model.arm.friction.model;
-  if (!std::ranges::all_of(friction.joints(), is_sum))
-    throw UserError("{}: friction of {}; allowed as a prior: an lvm or a sum of laws", file,
-                    model.name);
-  Arm arm{prepared.robot, model.arm.friction};
-  arm.robot.pi = model.arm.robot.pi;
-  for (const std::size_t term : ripple_terms(arm.friction.model))  // at other phases in each arm
-    arm.friction.theta[ripple_amplitude(term)] = 0;
-  return arm;
 }
 
 Arm roughly_fitted(JointFits& fits, const Arm& start) {
@@ -169,6 +138,36 @@ std::vector<Candidate> of_sum(ConventionalFits& conventional, JointFits& fits, c
 
 }  // namespace
 
+Arm load_prior(const std::string& file, const dynamics::RobotModel& robot) {
+  const data::ModelFile model = data::load_model(file);
+  const auto joints_of = [](const dynamics::RobotModel& of) {
+    std::vector<std::string> names;
+    for (const dynamics::Joint& joint : of.joints) names.push_back(joint.name);
+    return fmt::format("{}", fmt::join(names, ", "));
+  };
+  const std::string found = joints_of(model.arm.robot), own = joints_of(robot);
+  if (found != own)
+    throw UserError("{}: joints {}; allowed as a prior: those of this robot, {}", file, found, own);
+  if (model.arm.robot.pi.size() != robot.pi.size())
+    throw UserError(
+        "{}: a rigid body of {} parameters; allowed as a prior: {}, those of this robot", file,
+        model.arm.robot.pi.size(), robot.pi.size());
+  const auto is_sum = [](const friction::JointSpec& joint) {
+    return !joint.laws.empty() && std::ranges::all_of(joint.laws, [](const friction::LawSpec& law) {
+      return !friction::is_learned(law.law) || law.law == friction::MemoryNetwork::kName;
+    });
+  };
+  const friction::RobotFriction& friction = model.arm.friction.model;
+  if (!std::ranges::all_of(friction.joints(), is_sum))
+    throw UserError("{}: friction of {}; allowed as a prior: an lvm or a sum of laws", file,
+                    model.name);
+  Arm arm{robot, model.arm.friction};
+  arm.robot.pi = model.arm.robot.pi;
+  for (const std::size_t term : ripple_terms(arm.friction.model))  // at other phases in each arm
+    arm.friction.theta[ripple_amplitude(term)] = 0;
+  return arm;
+}
+
 FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, int seed,
                     int jobs) {
   const Prepared& prepared = conventional.prepared();
@@ -188,7 +187,7 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   JointFits fits(prepared, windows, jobs);
   Arm start = sum ? fits.start(fits.all_parts()) : fits.start(joint_spec_of(config));
   if (!config.prior.empty()) {
-    const Arm prior = load_prior(config.prior, prepared);
+    const Arm prior = load_prior(config.prior, prepared.robot);
     fits.take_prior(ArmPrior{prior, config.prior_sd});
     if (!sum && !fits.is_like_prior(start))
       throw UserError("{}: other laws than those of model {}; allowed as a prior: the same ones",

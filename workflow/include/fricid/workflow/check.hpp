@@ -38,7 +38,7 @@ struct RobotOfLog {
   scene::Mount mount = scene::Mount::kFloor;
   bool mend_inertia = false;  ///< see `dynamics::load_urdf`
 };
-/// A data set (HDF5), or a log by its contract. @throws UserError
+/// A data set (HDF5), or a log by its contract; "FILE[FROM:TO]" is a part of it. @throws UserError
 Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::path& contract,
                        const RobotOfLog& robot);
 
@@ -80,6 +80,8 @@ struct CheckReport {
 
   /// Whether no data set is damaged.
   bool whole() const;
+  /// Damage and what contradicts in the data of the subject, one line each; none: it is whole.
+  std::vector<std::string> faults(const Subject& subject) const;
 };
 CheckReport check(const Subject& subject);
 

@@ -9,7 +9,8 @@
 
 namespace fricid::workflow {
 
-/// The load that the arm of `without` carries in the recordings `with`.
+/// The load that the arm of `without` carries in the recordings `with`, and what `check` finds
+/// wrong in either.
 /// @param frame  that carries it; empty: flange or tool0, whichever the robot has
 /// @throws UserError without a robot, for a frame that it has not or that does not move, for logs
 /// of

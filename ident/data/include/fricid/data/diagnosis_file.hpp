@@ -33,6 +33,7 @@ enum class FindingKind {
   kConstant,
   kStill,
   kSaturated,
+  kAtLimit,
   kSpike,
   kJump,
   kRepeated,
@@ -52,7 +53,8 @@ enum class FindingKind {
 };
 constexpr std::string_view names(FindingKind) {
   return "rate|gap|duplicate|restart|wrap|jitter|clock_drift|missing|quantised|stuck|same|constant|"
-         "still|saturated|spike|jump|repeated|velocity|angle_unit|length_unit|torque_unit|mount|"
+         "still|saturated|at_limit|spike|jump|repeated|velocity|angle_unit|length_unit|torque_unit|"
+         "mount|"
          "sign|"
          "swapped|coupled|delay|delay_unknown|temperature_unit|temperature_trend|segments";
 }

@@ -17,6 +17,7 @@ struct PayloadFile {
   std::string robot, frame;
   Outcome outcome = Outcome::kFailed;
   std::string message;
+  std::vector<std::string> doubts;
   double mass = 0, mass_error = 0;
   std::vector<double> com, com_error, inertia, inertia_error;
   std::vector<double> parameters, free_parameters, parameter_errors;
@@ -35,6 +36,7 @@ struct PayloadFile {
     archive("frame", frame, text("frame that carries the load; all values are in its axes"));
     archive("outcome", outcome, choice("how the regression ended"));
     archive("message", message, text("one line about it"));
+    archive("doubts", doubts, text("what is wrong with the logs, one line each"));
     archive("mass_kg", mass, error("kg", "mass"));
     archive("mass_error_kg", mass_error, error("kg", "its standard error"));
     archive("com_m", com, any("m", "centre of mass (3)"));

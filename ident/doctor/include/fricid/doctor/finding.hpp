@@ -49,6 +49,11 @@ inline bool is_damage(const Finding& finding) {
   return info_of(finding.kind).severity == Severity::kDamage;
 }
 
+/// Whether to tell of it unasked: damage, and torque at the limit of the drive.
+inline bool is_told(const Finding& finding) {
+  return is_damage(finding) || finding.kind == FindingKind::kAtLimit;
+}
+
 /// One line: "damage: swapped: q tau of joint_a4 and joint_a5, 0-31.4 s: ...".
 std::string to_text(const Finding& finding, const data::Dataset& dataset);
 /// All findings as an artefact.

@@ -20,6 +20,9 @@ struct Contest {
   std::vector<Trajectory> trajectories;
   /// Training recordings, from which the torque errors are estimated; empty: no bands.
   std::vector<Trajectory> training;
+  /// The same under the filter of `trajectories`, with accelerations, by which these are judged;
+  /// empty: no recording is called unexplained.
+  std::vector<Trajectory> learnt;
   /// Per model, or empty: recordings that fits of it left out in turn, from which its torque error
   /// is estimated in their place.
   std::vector<std::vector<LeftOut>> left_out;

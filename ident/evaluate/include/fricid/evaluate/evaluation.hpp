@@ -12,6 +12,7 @@
 #include "fricid/evaluate/repeats.hpp"
 #include "fricid/evaluate/statistics.hpp"
 #include "fricid/evaluate/torque_prediction.hpp"
+#include "fricid/evaluate/unexplained.hpp"
 
 namespace fricid::evaluate {
 
@@ -197,10 +198,11 @@ struct Evaluation {
   /// One line per horizon that cannot rank models: the error of the best conventional model is less
   /// than `min_headroom` times the floor. Empty lines for the other horizons.
   std::vector<std::string> meaningless;
+  std::vector<Unexplained> unexplained;  ///< recordings that do not belong
 
   /// True when every horizon can rank models.
   bool meaningful() const;
-  /// True when no model is in doubt.
+  /// True when no model is in doubt, and no recording unexplained.
   bool trusted() const;
 
   /// @throws UserError naming `place` when the lists do not agree in length, or a name is not one:
@@ -232,9 +234,11 @@ struct Evaluation {
     archive("best_conventional", best_conventional,
             mse("per horizon, smallest geometric mean of q_mse of the conventional models"));
     archive.derived("meaningful", meaningful(), flag("every horizon can rank models"));
-    archive.derived("trusted", trusted(), flag("no model has doubts"));
+    archive.derived("trusted", trusted(), flag("no model has doubts, no recording is unexplained"));
     archive("meaningless", meaningless,
             text("per horizon, why it cannot rank models; empty: it can"));
+    archive.sections("unexplained", unexplained,
+                     "held-out torque that no trusted model explains as it does the training data");
   }
 };
 

@@ -16,7 +16,10 @@ struct Warning {
   std::string found, meaning, remedy;
 };
 
-/// Models in doubt, rollouts that diverged, horizons that cannot rank models.
+Warning warning_of(const Unexplained& torque);
+
+/// Models in doubt, recordings that do not belong, rollouts that diverged, horizons that cannot
+/// rank models.
 std::vector<Warning> warnings_of(const Evaluation& evaluation);
 
 /// Faults and outcome of a fit, parameters on a bound, several minima, a regression that is poorly
