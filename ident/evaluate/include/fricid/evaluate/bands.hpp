@@ -41,7 +41,7 @@ BandScore score(const Band& band, const Trajectory& trajectory, int steps);
 struct Member {
   const data::ModelFile* model;
   FittedTorqueError fitted;
-  std::span<const Arm> draws;  ///< arms that its data might as well have given; empty: its own
+  std::span<const Arm> draws = {};  ///< arms that its data might as well have given; empty: its own
 
   const Arm& arm(std::size_t draw) const {
     return draws.empty() ? model->arm : draws[draw % draws.size()];
