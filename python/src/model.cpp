@@ -235,7 +235,7 @@ nb::class_<Model> bind_model(nb::module_& m) {
       "for every row. load is the torque through the gear [N m], zero if not "
       "given; temperature [K] is room temperature if not given.")
       .def_prop_ro("n", &Friction::n, "Number of joints.")
-      .def_prop_ro("motors_of_joints", &Friction::motors_of_joints,
+      .def_prop_ro("motors_of_joints", &Friction::motors_of_joints, nb::rv_policy::copy,
                    "C (n, n): angles of the motors C q of joint angles q; unity without coupling.")
       .def_prop_ro("state_size", &Friction::state_size, "Number of states, all joints together.")
       .def_prop_ro("parameters", &Friction::parameters,

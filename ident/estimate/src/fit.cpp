@@ -236,6 +236,7 @@ constexpr double kRestingShare = 0.02;  // of the rows, that matters
 /// Rows at rest go in joints whose bristles are too stiff for the encoder, by the stiffness of a
 /// Dahl law fitted to the others.
 void leave_out_rests(Prepared& prepared, int jobs) {
+  if (prepared.rigid_body.Fc.size() != prepared.robot.n()) return;  // nothing moves
   const double cutoff = prepared.options.cutoff_hz;
   std::vector<signals::Recording> moving = prepared.recordings;
   Eigen::ArrayXd used = Eigen::ArrayXd::Zero(prepared.robot.n()), left = used, noise = used;

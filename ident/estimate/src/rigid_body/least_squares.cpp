@@ -212,13 +212,15 @@ Unknowns unknowns_of(const dynamics::RobotModel& robot, const Regression& data,
   return out;
 }
 
+constexpr Eigen::Index kRowsOfWellPosed = 10;  // else a joint may be fitted to the last digit
+
 /// (n) Standard deviation of the residual without a prior; empty where there are too few rows.
 Eigen::VectorXd sigma_alone(const Regression& data, const std::vector<int>& base,
                             const std::vector<int>& friction, int n, bool robust) {
   std::vector<int> columns = base;
   columns.insert(columns.end(), friction.begin(), friction.end());
   const auto size = std::ssize(columns);
-  if (data.rows.rows() < 3 * size) return {};
+  if (data.rows.rows() < kRowsOfWellPosed * size) return {};
   const Weighted alone = reweight(pick(data.rows, columns), data.tau, data.joint, n, robust,
                                   Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size));
   return alone.x.allFinite() && alone.sigma.allFinite() ? alone.sigma : Eigen::VectorXd();
