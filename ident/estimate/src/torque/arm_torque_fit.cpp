@@ -37,7 +37,7 @@ constexpr double kOutputPull = 0.5, kInputPull = 0.15;
 constexpr double kStaticPull = 0.1;
 constexpr double kBlock = 1;  // of rows that depend on each other [s]
 constexpr Eigen::Index kFewestBlocks = 10;
-constexpr double kFarthestDraw = 2;  // in any coordinate
+constexpr int kMostHalvings = 6;  // of a draw
 constexpr std::uint64_t kDrawStream = 1 << 21;
 constexpr double kFirstGain = 1e-2;  // smallest gain of a pass that another follows
 
@@ -379,15 +379,22 @@ std::vector<Arm> draw_arms(const ArmTorqueData& data, const Arm& fitted,
   Eigen::MatrixXd scores = problem.scores(c);
   if (scores.cols() < kFewestBlocks) return {};
   scores.colwise() -= scores.rowwise().mean().eval();
-  Eigen::MatrixXd H = problem.linearise(c, std::numeric_limits<double>::quiet_NaN()).H;
+  const optimise::Quadratic at = problem.linearise(c, std::numeric_limits<double>::quiet_NaN());
+  Eigen::MatrixXd H = at.H;
   H.diagonal().array() += kStepRidge;
   const Eigen::MatrixXd moves = H.ldlt().solve(scores);
   RowMatrix w(count, scores.cols());
   fill_normal(seed, kDrawStream, 0, {w.data(), static_cast<std::size_t>(w.size())});
+  const double least = problem.value(c);
   std::vector<Arm> arms;
   for (Eigen::Index i = 0; i < count; ++i) {
     Eigen::VectorXd move = moves * w.row(i).transpose();
-    move *= std::min(1.0, kFarthestDraw / move.lpNorm<Eigen::Infinity>());
+    for (int half = 0; half < kMostHalvings; ++half, move /= 2) {
+      const double quadratic = move.dot(at.H * move);
+      if (problem.value(coordinates.box().clamp(c + move)) - least - 2 * at.g.dot(move) <
+          2 * quadratic)
+        break;
+    }
     point.move_to(coordinates.box().clamp(c + move));
     arms.push_back(point.arm());
   }

@@ -64,7 +64,9 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
 ///
 /// with H the matrix of a step at the fit and blocks of a second, all joints together: residuals of
 /// a second depend on each other, and the sum over blocks is right for errors of the model too
-/// (a sandwich). The ridge of one datum keeps what the data leave open within its own size.
+/// (a sandwich). The ridge of one datum keeps what the data leave open within its own size. A draw
+/// is halved until the objective exceeds its quadratic by no more than the quadratic part: springs
+/// of a bank that stand for each other are straight lines in no coordinates.
 /// @param count  of arms
 /// @return none where there are fewer than ten blocks
 std::vector<Arm> draw_arms(const ArmTorqueData& data, const Arm& fitted,
