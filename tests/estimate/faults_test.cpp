@@ -292,8 +292,7 @@ TEST(RigidBodyLeastSquares, DataThatKnowMoreThanThePriorMoveIt) {
   file.pi.segment(file.armature_begin(), file.n()) *= 0.1;
   const RigidBodyFit fit =
       prepare(file, options, std::vector{make_log(arm, {.torque_noise = 0.02})}, 2).rigid_body;
-  for (int j = 0; j < arm.robot.n(); ++j)
-    EXPECT_LT(fit.sigma[j], 4 * fit.sigma_alone[j]) << j;
+  for (int j = 0; j < arm.robot.n(); ++j) EXPECT_LT(fit.sigma[j], 4 * fit.sigma_alone[j]) << j;
 }
 
 // Without limits nothing says how large a rotor usually is: the guess is that of the links.

@@ -68,8 +68,8 @@ TEST(ArmTorqueFit, StaticFrictionIsPulledToThatOfSliding) {
 TEST(DrawArms, SpreadAsTheFitErrs) {
   const std::vector<std::vector<double>> theta{{6, 3000, 3}, {4.8, 2400, 2.4}, {3, 1500, 1.5}};
   const Arm truth = arm_with({{{"dahl", 0, {}}}}, theta);
-  const Prepared prepared = prepared_of(
-      truth, logs().prepared.options, {.seconds = 24, .torque_noise = 1, .repeats = false});
+  const Prepared prepared = prepared_of(truth, logs().prepared.options,
+                                        {.seconds = 24, .torque_noise = 1, .repeats = false});
   const JointFits fits(prepared, logs().windows, 2);
   const Arm fitted =
       fits.on_torque(fits.start(truth.friction.model.joints()), JointFits::Rows::kAll).arm;

@@ -336,7 +336,8 @@ TEST(FitModel, JointFitsNameCoupledFriction) {
   ConventionalFits conventional(prepared);
   ModelOptions config;
   config.name = "mine";
-  config.laws = {LawOptions{.law = "dahl"}};
+  config.laws.resize(1);
+  config.laws[0].law = "dahl";
   config.method = Method::kJoint;
   config.train = logs().windows;
   const FitReport report = fit_model(conventional, config, 1, 2);
