@@ -46,7 +46,7 @@ RowMatrix undisturbed(std::span<const Member> members, const Trajectory& traject
 }  // namespace
 
 Band reflected(const Band& band, const RowMatrix& centre) {
-  return {2 * centre - band.high, 2 * centre - band.low};
+  return {(2 * centre - band.high).cwiseMin(centre), (2 * centre - band.low).cwiseMax(centre)};
 }
 
 Band band_of(std::span<const RowMatrix> draws) {

@@ -27,7 +27,8 @@ Band band_of(std::span<const RowMatrix> draws);
 /// The band mirrored at `centre` (T, n), sample by sample. Draws are to the rollout what the
 /// rollout is to the truth: what a torque error moves on the mean, as a torque that trembles lets a
 /// bristle slip, has moved the rollout too, and the truth lies on its other side (basic bootstrap,
-/// Davison and Hinkley 1997, 5.2).
+/// Davison and Hinkley 1997, 5.2). It contains `centre`: where a torque error frees a joint that
+/// sticks, all draws lie on one side of the rollout.
 Band reflected(const Band& band, const RowMatrix& centre);
 
 /// A band over the samples from the first one to a horizon. NaN beyond its length.
