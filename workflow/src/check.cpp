@@ -117,7 +117,7 @@ Subject subject_of_log(const fs::path& of_log, const fs::path& contract, const R
   Subject subject;
   const data::LogPart part = data::log_part(of_log.string());
   const fs::path log = part.file;
-  const auto in_part = [&](data::Dataset all) {
+  const auto in_part = [&](const data::Dataset& all) {
     return log == of_log ? all : data::cut(all, part, log.string());
   };
   const fs::path kind = log.extension();
