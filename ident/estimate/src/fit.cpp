@@ -48,6 +48,12 @@ dynamics::RobotModel with_offsets(dynamics::RobotModel robot) {
   return robot;
 }
 
+/// Where the search for a law begins: the linear friction of the regression, a hundredth of the
+/// largest torque at least.
+friction::FrictionGuess guess_of(const RigidBodyFit& rigid, const JointFrictionData& data, int j) {
+  return {std::max(rigid.Fc[j], 0.01 * data.largest_target()), std::max(rigid.Fv[j], 0.0)};
+}
+
 // What the regression found of a parameter of linear friction.
 double linear_value(const Prepared& prepared, const RigidBodyFit& rigid,
                     const friction::ParameterInfo& info, int joint) {
@@ -254,11 +260,9 @@ void leave_out_rests(Prepared& prepared, int jobs) {
     if (left[j] > (1 - kRestingShare) * used[j]) return;
     const JointFrictionData data(moving, target, j, cutoff, offset_prior(prepared.rigid_body, j));
     if (data.rows() == 0) return;
-    const friction::FrictionGuess guess{
-        std::max(prepared.rigid_body.Fc[j], 0.01 * data.largest_target()),
-        std::max(prepared.rigid_body.Fv[j], 0.0)};
-    const std::vector<double> theta =
-        fit_joint_friction(data, one, friction::start_from(one, guess), {}).theta;
+    const std::vector<double> start =
+        friction::start_from(one, guess_of(prepared.rigid_body, data, j));
+    const std::vector<double> theta = fit_joint_friction(data, one, start, {}).theta;
     const auto value = [&](friction::Role role) {
       return theta[static_cast<std::size_t>(friction::find_parameter(one, 0, role))];
     };
@@ -402,11 +406,8 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
       options.stream = static_cast<std::uint64_t>(j);
       options.starts = pass == 0 ? config.starts : 1;
       options.grows = rigid.shows_growth(j);
-      const double smallest = 0.01 * data.largest_target();
-      const friction::FrictionGuess guess{std::max(rigid.Fc[j], smallest),
-                                          std::max(rigid.Fv[j], 0.0)};
       std::vector<double> start =
-          pass == 0 ? friction::start_from(one, guess) : report.joints[i].theta;
+          pass == 0 ? friction::start_from(one, guess_of(rigid, data, j)) : report.joints[i].theta;
       // Coulomb friction is that at the temperature of the log, not at one that is fitted
       for (std::size_t p = 0; p < start.size(); ++p)
         if (one.parameters()[p].info.role == friction::Role::kTemperature) {

@@ -155,11 +155,17 @@ std::vector<Unexplained> find_unexplained(std::span<const Trajectory> held_out,
   std::vector<Unexplained> found;
   if (judges.empty() || training.empty() || held_out.empty()) return found;
   const int n = held_out.front().data.n();
+  std::vector<std::vector<Known>> known(static_cast<std::size_t>(n));  // [joint][judge]
+  std::vector<double> enough;
+  for (int j = 0; j < n; ++j) {
+    for (const Judge& judge : judges)
+      known[static_cast<std::size_t>(j)].push_back(known_of(training, judge, j));
+    enough.push_back(kShare * deviation(training, j));
+  }
   for (std::size_t i = 0; i < held_out.size(); ++i)
     for (int j = 0; j < n; ++j) {
-      std::vector<Known> known;
-      for (const Judge& judge : judges) known.push_back(known_of(training, judge, j));
-      if (auto torque = look_at(held_out[i], i, j, kShare * deviation(training, j), judges, known))
+      const auto at = static_cast<std::size_t>(j);
+      if (auto torque = look_at(held_out[i], i, j, enough[at], judges, known[at]))
         found.push_back(*std::move(torque));
     }
   return found;

@@ -160,8 +160,8 @@ void judge(Eigen::Index equations, const Excess& excess, PayloadFit& fit) {
   if (excess.is_seen()) {
     fit.message = fmt::format(
         "the logs with the load show {:.3g} +- {:.1g} times the torque of the arm that those "
-        "without "
-        "it show: another arm, another zero of a joint, or another torque scale in one of the two; "
+        "without it show: another arm, another zero of a joint, or another torque scale in one of "
+        "the two; "
         "make scale of [torque] in the contract agree, or record both alike",
         1 + excess.share, excess.error);
     return;

@@ -389,12 +389,11 @@ std::vector<Arm> draw_arms(const ArmTorqueData& data, const Arm& fitted,
   std::vector<Arm> arms;
   for (Eigen::Index i = 0; i < count; ++i) {
     Eigen::VectorXd move = moves * w.row(i).transpose();
-    for (int half = 0; half < kMostHalvings; ++half, move /= 2) {
-      const double quadratic = move.dot(at.H * move);
-      if (problem.value(coordinates.box().clamp(c + move)) - least - 2 * at.g.dot(move) <
-          2 * quadratic)
-        break;
-    }
+    const auto is_quadratic = [&] {
+      const double rise = problem.value(coordinates.box().clamp(c + move)) - least;
+      return rise - 2 * at.g.dot(move) < 2 * move.dot(at.H * move);
+    };
+    for (int half = 0; half < kMostHalvings && !is_quadratic(); ++half) move /= 2;
     point.move_to(coordinates.box().clamp(c + move));
     arms.push_back(point.arm());
   }
