@@ -18,16 +18,10 @@ function(fricid_precompile_headers)
                            <vector> <fmt/format.h> <Eigen/Core> <fricid/base/eigen_instances.hpp>)
 endfunction()
 
-# Lets a target use them. From a precompiled header, g++ 12 gives those warnings about strings of the
-# standard library that it holds back in system headers: they do not stop a build.
+# Lets a target use them.
 function(fricid_use_precompiled_headers target)
   target_precompile_headers(${target} REUSE_FROM fricid_headers)
   target_link_libraries(${target} PRIVATE fricid_base)
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    target_compile_options(
-      ${target} PRIVATE -Wno-error=array-bounds -Wno-error=stringop-overflow
-                        -Wno-error=stringop-overread -Wno-error=restrict)
-  endif()
 endfunction()
 
 # fricid_library(NAME SOURCES files... [PUBLIC targets...] [PRIVATE targets...])
@@ -68,10 +62,8 @@ function(fricid_options name)
   set_property(GLOBAL APPEND PROPERTY FRICID_INCLUDE_DIRS ${CMAKE_CURRENT_SOURCE_DIR}/options/include)
 endfunction()
 
-# Flags of every test. Tests wait for the compiler more than for the processor. g++ 12 then sees
-# uninitialised values in arrays of no elements and in its own AVX-512 headers, and strings copied
-# beyond their end, which it forgives in system headers unless they are precompiled. With ARCH: for
-# another instruction set than that of the libraries, none of which it may use then.
+# Flags of every test. Tests wait for the compiler more than for the processor. With ARCH: for another
+# instruction set than that of the libraries, none of which it may use then.
 function(fricid_test_flags target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "ARCH" "")
   set(abi fricid_abi)
@@ -82,11 +74,6 @@ function(fricid_test_flags target)
   endif()
   target_link_libraries(${target} PRIVATE GTest::gmock_main ${abi} fricid_flags)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    target_compile_options(
-      ${target} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized -Wno-array-bounds
-                        -Wno-stringop-overflow -Wno-stringop-overread -Wno-restrict)
-  endif()
 endfunction()
 
 # What all tests include, compiled once.
