@@ -209,7 +209,8 @@ Figure parameters(const Run& run) {
         units[parameter.symbol].insert(unit_of_joint(parameter.info.unit, slides));
       }
       const double value = theta[static_cast<std::size_t>(i)];
-      const data::FittedParameter* fitted = fit ? fitted_parameter(*fit, friction, i) : nullptr;
+      const data::FittedParameter* fitted =
+          fit ? data::fitted_parameter(*fit, friction, i) : nullptr;
       const double error = fitted == nullptr ? kNaN : fitted->standard_error;
       const double half = std::isfinite(error) ? kTwoSd * error : 0;
       series.x.push_back(

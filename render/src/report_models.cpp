@@ -31,7 +31,7 @@ Found found_in(const FittedModel& fitted, int joint, const std::string& law,
   const friction::RobotFriction& friction = fitted.file->arm.friction.model;
   const int i = friction::find_parameter(friction, joint, law, symbol);
   const data::FittedParameter* parameter =
-      i < 0 ? nullptr : fitted_parameter(*fitted.fit, friction, i);
+      i < 0 ? nullptr : data::fitted_parameter(*fitted.fit, friction, i);
   const auto& at_bound = fitted.fit->joints[static_cast<std::size_t>(joint)].at_bound;
   return {parameter == nullptr ? kNaN : parameter->standard_error,
           std::ranges::find(at_bound, symbol) != at_bound.end()};

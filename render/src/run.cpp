@@ -125,17 +125,6 @@ Look look_of_loop(const Run& run, const std::string& model) {
   return found == nullptr ? Look{.colour = kTruthColour} : found->look;
 }
 
-const data::FittedParameter* fitted_parameter(const data::FitFile& fit,
-                                              const friction::RobotFriction& friction, int i) {
-  const friction::ParameterRef& parameter = friction.parameters()[static_cast<std::size_t>(i)];
-  if (parameter.joint < 0 || parameter.joint >= std::ssize(fit.joints)) return nullptr;
-  const auto& found = fit.joints[static_cast<std::size_t>(parameter.joint)].parameters;
-  const int place = i - friction.parameter_begin(parameter.joint);
-  if (place >= std::ssize(found)) return nullptr;
-  const data::FittedParameter& own = found[static_cast<std::size_t>(place)];
-  return own.symbol == parameter.symbol ? &own : nullptr;
-}
-
 std::vector<double> to_vector(const Eigen::Ref<const Eigen::VectorXd>& x) {
   return {x.data(), x.data() + x.size()};
 }

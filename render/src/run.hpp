@@ -78,10 +78,6 @@ Run read_run(const workflow::RunFolder& folder);
 /// The look of what a closed loop feeds forward: of a model, the truth or nothing.
 Look look_of_loop(const Run& run, const std::string& model);
 
-/// The fit's record of entry i of theta; null without one.
-const data::FittedParameter* fitted_parameter(const data::FitFile& fit,
-                                              const friction::RobotFriction& friction, int i);
-
 /// y against x in the look of a model.
 Series curve(const RunModel& model, const Eigen::VectorXd& x,
              const Eigen::Ref<const Eigen::VectorXd>& y);

@@ -172,6 +172,22 @@ TEST(SumFit, ViscousFrictionThatLoadDoesNotScaleStaysOutOfTheMemory) {
   }
 }
 
+// A bristle with a Stribeck torque that does not wait for it: the memory's own would.
+TEST(SumFit, HasAStribeckTorqueBesideTheMemory) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, sigma0, Fv, then Ts, vs, v0
+    theta.push_back({6 * size, 1500 * size, 2 * size, 3 * size, 0.1, 0.01});
+  int beside = 0;
+  for (const friction::LvmParts& part :
+       parts_found({{{"dahl", 0, {}}, {"stribeck_peak", 0, {}}}}, theta))
+    beside += part.stribeck;
+  EXPECT_EQ(beside, 3);
+
+  for (std::vector<double>& of_joint : theta) of_joint.resize(3);
+  for (const friction::LvmParts& part : parts_found({{{"dahl", 0, {}}}}, theta))
+    EXPECT_FALSE(part.stribeck);
+}
+
 // Two viscous torques stand for each other: what one would make up for, the other has to show.
 TEST(SumFit, HasNoLinearViscousFrictionBesideThatOfAPower) {
   std::vector<std::vector<double>> theta;
@@ -315,6 +331,25 @@ TEST(FitModel, LvmTakesTheCandidateThatHeldOutDataChoose) {
     EXPECT_EQ(of_file.value, base[i]);
     EXPECT_GT(report.rigid_body.base_se[i], 0);
   }
+  // and the errors of its friction those of the draws
+  ASSERT_EQ(file.joints.size(), 3u);
+  const friction::Friction& friction = report.model.arm.friction;
+  int stated = 0;
+  for (int i = 0; i < friction.model.parameter_count(); ++i) {
+    const auto p = static_cast<std::size_t>(i);
+    const data::FittedParameter* found = data::fitted_parameter(file, friction.model, i);
+    ASSERT_NE(found, nullptr);
+    EXPECT_EQ(found->value, friction.theta[p]);
+    double square = 0;
+    for (const Arm& draw : report.draws)
+      square += std::pow(draw.friction.theta[p] - friction.theta[p], 2) / 39;
+    if (square == 0)
+      EXPECT_TRUE(std::isnan(found->standard_error));
+    else
+      EXPECT_NEAR(found->standard_error, std::sqrt(square), 1e-9 * std::sqrt(square));
+    stated += square > 0;
+  }
+  EXPECT_GE(stated, 9);
 }
 
 // As of a wrist whose coupling nobody declared: a model of any law is then of the wrong joints.

@@ -95,6 +95,15 @@ TEST(Compare, AveragesTheCoverageOfBandsAndTheFrictionAlongRollouts) {
             std::string::npos);
 }
 
+TEST(Compare, AddsTheIntervalsOfParameters) {
+  std::vector<ComparedRun> runs{run("s", 1e-6, 1e-3, 1e-5), run("s", 4e-6, 4e-3, 4e-5)};
+  EXPECT_EQ(to_markdown(compare_runs(runs)).find("hold the truth"), std::string::npos);
+  runs[0].evaluation.summary[2].intervals = {{.stated = 40, .hold = 36}, {}};
+  runs[1].evaluation.summary[2].intervals = {{.stated = 40, .hold = 34}, {}};
+  const std::string table = to_markdown(compare_runs(runs));
+  EXPECT_NE(table.find("70 of 80 (88 %)"), std::string::npos) << table;
+}
+
 TEST(Compare, TableNamesEveryScene) {
   const std::vector<ComparedRun> runs{run("s", 1e-6, 1e-3, 1e-5), run("t", 1, 2, 1.5)};
   const std::string text = to_markdown(compare_runs(runs));

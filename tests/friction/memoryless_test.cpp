@@ -44,6 +44,14 @@ TEST(Stribeck, FallsFromStaticToCoulomb) {
                 std::copysign(5 + 1.5 * std::exp(-std::pow(v / 0.05, 2)), v) + 2 * v, 1e-12);
 }
 
+TEST(StribeckPeak, IsWhatStribeckLosesWithSpeed) {
+  for (const double v : {0.001, 0.01, 0.05, -0.08, 1.0})
+    EXPECT_NEAR(
+        torque(StribeckPeak{}, {1.5, 0.05, 0.01}, v),
+        torque(Stribeck{}, {5, 6.5, 0.05, 0, 0.01}, v) - torque(CoulombViscous{}, {5, 0, 0.01}, v),
+        1e-12);
+}
+
 TEST(ViscousPower, IsThePowerAboveAndLinearBelowItsSmoothingSpeed) {
   const std::vector<double> theta = {3, 0.8, 1e-4};
   for (const double v : {0.1, -0.7, 5.0})

@@ -79,8 +79,8 @@ TEST(LvmSum, HasThePartsItIsAskedFor) {
                     .asymmetry = false,
                     .ripples = 0}),
             "lugre: viscous_power: viscous: ");
-  EXPECT_EQ(owners({.asymmetry = false, .ripples = 0, .cable = true}),
-            "gms:l viscous_power: viscous: load_dependent: maxwell_slip: ");
+  EXPECT_EQ(owners({.asymmetry = false, .ripples = 0, .stribeck = true, .cable = true}),
+            "gms:l viscous_power: viscous: load_dependent: stribeck_peak: maxwell_slip: ");
   EXPECT_EQ(owners({.memory = Memory::kNone, .load = false, .asymmetry = false, .network = 8}),
             "stribeck:r viscous_power: viscous: load_dependent: memory_network: ");
 }

@@ -372,6 +372,11 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
     contest.faults.insert(contest.faults.begin(), std::vector<std::string>());
     contest.left_out.emplace(contest.left_out.begin());
     contest.draws.emplace(contest.draws.begin());
+    contest.intervals.emplace_back();
+    for (std::size_t i = 0; i < task.fits.size(); ++i)
+      contest.intervals.push_back(evaluate::count_intervals(
+          contest.models[i + 1], data::load<data::FitFile>(visible.fit(task.fits[i].id())),
+          contest.models.front().arm));
     contest.simulator_oracle = simulator_rollouts(task, held_out, starts, 1.0);
     contest.simulator_halved = simulator_rollouts(task, held_out, starts, 0.5);
   }

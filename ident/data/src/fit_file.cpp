@@ -78,4 +78,15 @@ void FitFile::check(const std::string& place) const {
   if (multi_step) check_training(*multi_step, "multi_step", place);
 }
 
+const FittedParameter* fitted_parameter(const FitFile& fit, const friction::RobotFriction& friction,
+                                        int i) {
+  const friction::ParameterRef& parameter = friction.parameters()[static_cast<std::size_t>(i)];
+  if (parameter.joint < 0 || parameter.joint >= std::ssize(fit.joints)) return nullptr;
+  const auto& found = fit.joints[static_cast<std::size_t>(parameter.joint)].parameters;
+  const int place = i - friction.parameter_begin(parameter.joint);
+  if (place >= std::ssize(found)) return nullptr;
+  const FittedParameter& own = found[static_cast<std::size_t>(place)];
+  return own.symbol == parameter.symbol ? &own : nullptr;
+}
+
 }  // namespace fricid::data

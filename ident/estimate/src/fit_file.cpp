@@ -1,5 +1,6 @@
 #include "fricid/estimate/fit.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "fricid/base/not_finite.hpp"
@@ -74,6 +75,53 @@ data::FittedJoint joint_of(const FitReport& report, std::size_t j) {
   return joint;
 }
 
+/// Whether a value is on a bound of the table that is not zero: at zero a term is absent.
+bool on_bound(const friction::ParameterInfo& info, double value) {
+  return value == info.upper || (value == info.lower && value != 0);
+}
+
+/// Friction of a joint that was fitted together with the rigid body: errors and their correlation
+/// are those of the draws. A parameter that no draw moves is held: NaN.
+data::FittedJoint drawn_joint_of(const FitReport& report, std::size_t j) {
+  const friction::Friction& friction = report.model.arm.friction;
+  const auto begin = static_cast<std::size_t>(friction.model.parameter_begin(static_cast<int>(j))),
+             end =
+                 static_cast<std::size_t>(friction.model.parameter_begin(static_cast<int>(j) + 1));
+  const auto size = static_cast<Eigen::Index>(end - begin);
+  Eigen::MatrixXd off(size, std::ssize(report.draws));
+  for (std::size_t d = 0; d < report.draws.size(); ++d)
+    for (std::size_t i = begin; i < end; ++i)
+      off(static_cast<Eigen::Index>(i - begin), static_cast<Eigen::Index>(d)) =
+          report.draws[d].friction.theta[i] - friction.theta[i];
+  const Eigen::MatrixXd covariance = off * off.transpose() / static_cast<double>(off.cols());
+  const Eigen::VectorXd error = covariance.diagonal().cwiseSqrt();
+  data::FittedJoint joint{.joint = report.model.arm.robot.joints[j].name,
+                          .outcome = report.outcome,
+                          .message = "fitted together with the rigid body",
+                          .offset = 0,
+                          .rms = report.residual_rms[j],
+                          .explained = kNan,
+                          .residual_rms = report.residual_rms[j],
+                          .r2 = report.r2[j],
+                          .start_rms = {},
+                          .at_bound = {},
+                          .evaluations = 0,
+                          .parameters = {},
+                          .correlation = Eigen::MatrixXd::Constant(size, size, kNan)};
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const auto p = begin + static_cast<std::size_t>(i);
+    const friction::ParameterRef& parameter = friction.model.parameters()[p];
+    joint.parameters.push_back(
+        {parameter.symbol, friction.theta[p], error[i] > 0 ? error[i] : kNan});
+    if (error[i] > 0 && on_bound(parameter.info, friction.theta[p]))
+      joint.at_bound.push_back(parameter.symbol);
+    for (Eigen::Index k = 0; k < size; ++k)
+      if (error[i] > 0 && error[k] > 0)
+        joint.correlation(i, k) = std::clamp(covariance(i, k) / (error[i] * error[k]), -1., 1.);
+  }
+  return joint;
+}
+
 data::FittedTraining training_of(const TorqueReport& report) {
   return {.outcome = report.outcome,
           .message = report.message,
@@ -140,6 +188,9 @@ data::FitFile fit_file(const FitReport& report) {
   for (const Fault& fault : report.faults)
     file.faults.push_back({fault.joint, fault.found, fault.remedy});
   for (std::size_t j = 0; j < report.joints.size(); ++j) file.joints.push_back(joint_of(report, j));
+  if (report.method == Method::kJoint)
+    for (std::size_t j = 0; j < report.residual_rms.size(); ++j)
+      file.joints.push_back(drawn_joint_of(report, j));
   if (report.torque) file.torque = training_of(*report.torque);
   if (report.multi_step) file.multi_step = training_of(*report.multi_step);
   if (report.em) file.em = em_of(*report.em);

@@ -41,6 +41,10 @@ ComparedModel compare_model(const std::string& name, std::span<const ComparedRun
     seconds_spent.push_back(fit_seconds(*summary, run.fit_seconds));
     friction.push_back(summary->friction);
     friction_rollout.push_back(summary->friction_rollout);
+    if (summary->intervals) {
+      if (!model.intervals) model.intervals.emplace();
+      model.intervals->add(*summary->intervals);
+    }
     const std::vector<double>& q_mse = summary->q_mse_geometric_mean;
     const Summary* named = summary_of(run, against);
     for (std::size_t h = 0; h < horizons; ++h) {
@@ -140,16 +144,18 @@ Markdown markdown(const ComparedScene& scene) {
     if (!model.band_coverage.empty())
       append(inside.emplace_back(Cells{escaped(model.label)}), model.band_coverage, percent);
   }
+  const Markdown parameters = parameter_table(scene.models);
   Cells& headroom = errors.emplace_back(Cells{Markdown::of("*headroom*")});
   append(headroom, scene.headroom, digits);
   headroom.resize(errors[0].size());
   return Markdown::of(
-      "## {}: {} run{}\n\n{}\n{}\n{}{}{}", escaped(scene.scene), scene.runs,
+      "## {}: {} run{}\n\n{}\n{}\n{}{}{}{}", escaped(scene.scene), scene.runs,
       scene.runs == 1 ? Markdown() : Markdown::of("s"), markdown_table(errors),
       markdown_table(ratios),
       scene.against.empty() ? Markdown() : Markdown::of("{}\n", markdown_table(to_named)),
       markdown_table(closed),
-      inside.size() == 1 ? Markdown() : Markdown::of("\n{}", markdown_table(inside)));
+      inside.size() == 1 ? Markdown() : Markdown::of("\n{}", markdown_table(inside)),
+      parameters.empty() ? Markdown() : Markdown::of("\n{}", parameters));
 }
 
 /// Whether two runs differ in their seeds alone, and in the models that they have.

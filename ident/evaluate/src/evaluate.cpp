@@ -368,6 +368,7 @@ Evaluation evaluate(const Contest& contest, const EvaluateOptions& options, int 
       if (!model.is_oracle && predictions[m].front().tau.size() > 0)
         result.torque = std::move(predictions[m]);
       if (m < contest.faults.size()) result.doubts = contest.faults[m];
+      if (m < contest.intervals.size()) result.intervals = contest.intervals[m];
       add_doubts(contest, result);
     }
   for (const ExternalModel& external : contest.externals) {

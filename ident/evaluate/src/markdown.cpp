@@ -91,6 +91,12 @@ Markdown markdown_table(const std::vector<Cells>& rows) {
   return text;
 }
 
+Markdown held(const IntervalCount& count) {
+  if (count.stated == 0) return Markdown::of("–");
+  return Markdown::of("{} of {} ({:.0f} %)", count.hold, count.stated,
+                      100. * count.hold / count.stated);
+}
+
 Cells horizon_titles(const Markdown& first, const std::vector<double>& horizons_s) {
   Cells cells{first};
   append(cells, horizons_s, seconds);

@@ -30,6 +30,21 @@ Markdown markdown_table(const std::vector<Cells>& rows);
 /// First row of a table: `first`, then the horizons.
 Cells horizon_titles(const Markdown& first, const std::vector<double>& horizons_s);
 
+/// "92 of 120": intervals that hold the truth; a dash where none is stated.
+Markdown held(const IntervalCount& count);
+
+/// Intervals of the parameters of every model that states some; empty if none does.
+template <class Models>
+Markdown parameter_table(const Models& models) {
+  std::vector<Cells> rows{{Markdown::of("90 % intervals that hold the truth"),
+                           Markdown::of("base parameters"), Markdown::of("friction parameters")}};
+  for (const auto& model : models)
+    if (model.intervals && model.intervals->base.stated + model.intervals->friction.stated > 0)
+      rows.push_back(
+          {escaped(model.label), held(model.intervals->base), held(model.intervals->friction)});
+  return rows.size() == 1 ? Markdown() : markdown_table(rows);
+}
+
 template <class Values>
 void append(Cells& cells, const Values& values, Markdown (*format)(double)) {
   for (const double value : values) cells.push_back(format(value));

@@ -79,6 +79,9 @@ Summary summary_of(const Seeds& seeds, std::size_t horizons,
     summary.doubts.insert(summary.doubts.end(), model->doubts.begin(), model->doubts.end());
     summary.rollouts += static_cast<int>(model->scores.size());
     for (const RolloutScore& score : model->scores) summary.diverged += score.diverged;
+    if (!model->intervals) continue;
+    if (!summary.intervals) summary.intervals.emplace();
+    summary.intervals->add(*model->intervals);
   }
   for (std::size_t h = 0; h < horizons; ++h) {
     const auto q_mse = gather(seeds, [&](const RolloutScore& s) { return s.error.q_mse[h]; });

@@ -193,6 +193,12 @@ std::string to_markdown(const Evaluation& report) {
                 "the torque error on the training data: percent of the samples of q inside, "
                 "half width [rad], root mean square.\n\n") +
             bands;
+  if (const Markdown parameters = parameter_table(report.summary); !parameters.empty())
+    text +=
+        Markdown::of(
+            "\nNominal 90 % intervals of parameters, 1.645 standard errors on either side, that "
+            "hold the truth: of the rigid body, and of laws that the truth has.\n\n") +
+        parameters;
   if (has_friction(report)) {
     text += Markdown::of(
         "\nError of the friction torque, percent of its RMS, mean over joints. Driven by the "

@@ -24,6 +24,7 @@ JointSpec lvm_sum(const LvmParts& parts) {
   if (parts.viscous && !parts.inner_viscous)
     joint.laws.push_back(warm_and_directed({"viscous", 0, {}}));
   if (parts.power_flow) joint.laws.push_back({"load_dependent", 0, {}});
+  if (parts.stribeck) joint.laws.push_back({"stribeck_peak", 0, {}});
   if (parts.cable) joint.laws.push_back({"maxwell_slip", 1, {}});
   if (parts.network > 0) joint.laws.push_back({"memory_network", parts.network, {}});
   return joint;
@@ -63,6 +64,9 @@ void set(LvmParts& parts, SumPart part, bool on) {
       return;
     case SumPart::kInnerViscous:
       parts.inner_viscous = on;
+      return;
+    case SumPart::kStribeck:
+      parts.stribeck = on;
       return;
     case SumPart::kCable:
       parts.cable = on;

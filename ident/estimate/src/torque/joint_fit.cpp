@@ -10,6 +10,7 @@
 #include "fricid/estimate/fit.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
 #include "fricid/friction/laws/maxwell_slip.hpp"
+#include "fricid/friction/laws/stribeck_peak.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
@@ -469,6 +470,28 @@ Arm with_viscous_friction(const Arm& from, Arm to) {
           from.friction.theta[static_cast<std::size_t>(given)];
   }
   return to;
+}
+
+Arm with_stribeck_beside(Arm arm) {
+  using enum friction::Role;
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    const auto at = [&](int p) -> double& {
+      return arm.friction.theta[static_cast<std::size_t>(p)];
+    };
+    const auto beside = [&](const char* symbol) {
+      return friction::find_parameter(arm.friction.model, j, friction::StribeckPeak::kName, symbol);
+    };
+    if (beside("Ts") < 0) continue;
+    const auto in_memory = [&](friction::Role role) {
+      return friction::find_parameter(arm.friction.model, j, role);
+    };
+    const double Fc = at(in_memory(kCoulomb));
+    double& Fs = at(in_memory(kStatic));
+    at(beside("Ts")) = std::max(at(beside("Ts")), Fs - Fc);
+    at(beside("vs")) = at(in_memory(kStribeckVelocity));
+    Fs = Fc;
+  }
+  return arm;
 }
 
 Arm carried_over(const Arm& from, Arm to) {

@@ -53,6 +53,7 @@ class SumChoice {
     try_gaps();
     try_bristles_behind_gaps();
     if (try_inner_viscous()) try_bristles();
+    if (try_stribeck()) try_bristles();
     try_ripples();
     if (fits_->is_short()) return;  // a few seconds are no proof for a cable or against a part
     try_bristles_and_cables();
@@ -119,6 +120,25 @@ class SumChoice {
     });
   }
 
+  /// A Stribeck torque that waits for no spring, beside the memory as it is or, since a bank stands
+  /// for the two and neither alone is better than it, beside a bristle.
+  /// @return whether a joint has it
+  bool try_stribeck() {
+    const auto earns = [](const PartEvidence& part) { return part.on && explains_enough(part); };
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      const Parts before = parts_, beside = switched(SumPart::kStribeck);
+      if (beside != parts_)
+        take(SumPart::kStribeck, fit(from_fitted(beside), false, kRoughGain), earns);
+      Parts with = beside;
+      for (friction::LvmParts& of_joint : with) set(of_joint, SumPart::kBristle, true);
+      if (with == parts_) break;
+      const Arm both = fit(with_stribeck_beside(carried_over(bristles_, from_fitted(with))));
+      take_with_bristles(SumPart::kStribeck, with, both, earns);
+      if (parts_ == before) break;
+    }
+    return std::ranges::any_of(parts_, &friction::LvmParts::stribeck);
+  }
+
   /// Further waves over the joint angle, until no joint has one more.
   void try_ripples() {
     for (const SumPart part : {SumPart::kSecondRipple, SumPart::kThirdRipple}) {
@@ -173,8 +193,9 @@ class SumChoice {
   /// What says nothing beside the others goes, one part after the other: of two that stand for each
   /// other one stays.
   void leave_out_parts() {
-    for (const SumPart part : {SumPart::kPowerFlow, SumPart::kLoad, SumPart::kAsymmetry,
-                               SumPart::kTemperature, SumPart::kRipple, SumPart::kViscous})
+    for (const SumPart part :
+         {SumPart::kPowerFlow, SumPart::kLoad, SumPart::kAsymmetry, SumPart::kTemperature,
+          SumPart::kRipple, SumPart::kStribeck, SumPart::kViscous})
       leave_out(part);
   }
 

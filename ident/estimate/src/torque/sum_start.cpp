@@ -13,8 +13,9 @@ namespace {
 using friction::Role;
 
 constexpr double kStatic = 1.03;                       // Fs / Fc
+constexpr double kPeak = 0.1;                          // Ts / Fc
 constexpr double kStribeckSpeed = 0.06;                // [rad/s]
-constexpr double kSlowest = 0.02, kFastest = 0.5;      // of the Stribeck velocity [rad/s]
+constexpr double kSlowest = 0.02, kFastest = 1;        // of the Stribeck velocity [rad/s]
 constexpr double kAttraction = 30;                     // C / Fc [1/s]
 constexpr double kSlowReturn = 5, kFastReturn = 300;   // bounds of C / Fc [1/s]
 constexpr double kShortest = 1.5e-4, kLongest = 8e-3;  // lengths of the bank [rad]
@@ -51,6 +52,13 @@ int count_in_law(const friction::RobotFriction& model, const friction::Parameter
 /// Growth with the load is of the law of the load itself, or of a law that a modifier scales.
 bool is_of_load_law(const friction::RobotFriction& model, const friction::ParameterRef& p) {
   return count_in_law(model, p, Role::kLoadCoefficient) > 0;
+}
+
+/// The smoothing speed of a law with static friction that stands beside a memory.
+bool is_corner_of_static(const friction::RobotFriction& model, const friction::ParameterRef& p,
+                         const Holders& holders) {
+  return p.info.role == Role::kSmoothingSpeed && p.law != holders.coulomb &&
+         count_in_law(model, p, Role::kStatic) > 0;
 }
 
 bool is_load_corner(const friction::RobotFriction& model, const friction::ParameterRef& p) {
@@ -118,7 +126,7 @@ double start_value(const friction::RobotFriction& model, const friction::Paramet
     case Role::kCoulomb:
       return is_of_load_law(model, p) && p.law != holders.coulomb ? p.info.lower : guess.Fc;
     case Role::kStatic:
-      return kStatic * guess.Fc;
+      return (in_law(Role::kCoulomb) > 0 ? kStatic : kPeak) * guess.Fc;
     case Role::kLevel:
       return guess.Fc / in_law(Role::kLevel);
     case Role::kStribeckVelocity:
@@ -195,8 +203,9 @@ std::vector<Limit> sum_limits(const Arm& arm) {
     if (p.joint == friction::kWholeRobot) continue;
     const Holders& joint = holders[static_cast<std::size_t>(p.joint)];
     const double value = friction.theta[i];
+    const bool corner = is_corner_of_static(model, p, joint);
     const bool held =
-        (p.info.role == Role::kSmoothingSpeed && !is_load_corner(model, p)) ||
+        (p.info.role == Role::kSmoothingSpeed && !is_load_corner(model, p) && !corner) ||
         p.info.role == Role::kTemperature ||
         (p.info.role == Role::kCoulomb && p.law != joint.coulomb && is_of_load_law(model, p)) ||
         (p.info.role == Role::kViscous && p.law != joint.viscous);
@@ -206,6 +215,7 @@ std::vector<Limit> sum_limits(const Arm& arm) {
     const auto within = [&](double lower, double upper) {
       limits.push_back({i, std::min(value, lower), std::max(value, upper)});
     };
+    if (corner) within(scale * kCorner / kCornerRange, scale * kCorner * kCornerRange);
     if (is_load_corner(model, p)) {
       const double typical = p.info.role == Role::kLoadSmoothing ? kLoadFoot : scale * kLoadCorner;
       within(typical / kCornerRange, typical * kCornerRange);

@@ -12,6 +12,7 @@
 #include "fricid/base/enum_names.hpp"
 #include "fricid/base/field.hpp"
 #include "fricid/data/mended_links.hpp"
+#include "fricid/friction/robot_friction.hpp"
 
 namespace fricid::data {
 
@@ -37,11 +38,12 @@ struct FittedParameter {
   void visit(Archive& archive) {
     archive("symbol", symbol, text("of the law's table"));
     archive("value", value, any_number("", "in the unit of the law's table"));
-    archive(
-        "standard_error", standard_error,
-        not_negative("",
-                     "Coulomb and viscous: estimated together with the rigid body; others: with "
-                     "the rigid body given; null: unknown"));
+    archive("standard_error", standard_error,
+            not_negative(
+                "",
+                "of method joint: by draws, estimated together with the rigid body, as Coulomb "
+                "and viscous friction of others is; else with the rigid body given; null: "
+                "unknown, held or on a bound"));
   }
 };
 
@@ -315,7 +317,7 @@ struct FittedPart {
         text("backlash, load, power_flow, asymmetry, ripple, second_ripple, third_ripple, "
              "temperature, network; bristle: lugre instead of the bank; viscous: linear viscous "
              "torque beside that of a power; inner_viscous: in the memory, not beside it; "
-             "cable: a soft spring beside the memory"));
+             "stribeck: of the speed alone, beside the memory; cable: a soft spring beside it"));
     archive("gain", gain,
             any_number("1", "relative rise of the held-out mean square without the part"));
     archive("gain_se", error, not_negative("1", "standard error of gain, from blocks of a second"));
@@ -427,5 +429,9 @@ struct FitFile {
                     "of method joint: parameters that the same data might as well have given");
   }
 };
+
+/// The fit's record of entry i of theta; null without one.
+const FittedParameter* fitted_parameter(const FitFile& fit, const friction::RobotFriction& friction,
+                                        int i);
 
 }  // namespace fricid::data

@@ -33,6 +33,7 @@ struct ComparedModel {
   /// Share of q inside the 90 % bands, mean over the runs that have them; empty: none has.
   std::vector<double> band_coverage;
   double friction_rollout = 0;  ///< along the rollouts, mean over the runs; NaN without truth
+  std::optional<ParameterIntervals> intervals;  ///< of all runs; absent without truth
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -71,6 +72,8 @@ struct ComparedModel {
             value("1",
                   "error of the friction torque along the rollouts, mean over the runs; null "
                   "without truth"));
+    archive.section("intervals", intervals,
+                    "nominal 90 % intervals of its parameters, and how many hold the truth");
   }
 };
 

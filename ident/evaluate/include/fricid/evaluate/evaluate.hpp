@@ -28,6 +28,8 @@ struct Contest {
   std::vector<std::vector<LeftOut>> left_out;
   /// Per model, or empty: arms that its data might as well have given, for its band.
   std::vector<std::vector<Arm>> draws;
+  /// Per model, or empty: intervals of its parameters, where the truth is known.
+  std::vector<std::optional<ParameterIntervals>> intervals;
   /// Models to roll out. Those with is_oracle start from the true friction state.
   std::vector<data::ModelFile> models;
   /// The robot before identification: constant torques that a model adds to it count as friction.

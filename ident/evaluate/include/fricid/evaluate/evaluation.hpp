@@ -8,6 +8,7 @@
 
 #include "fricid/base/field.hpp"
 #include "fricid/evaluate/bands.hpp"
+#include "fricid/evaluate/intervals.hpp"
 #include "fricid/evaluate/metrics.hpp"
 #include "fricid/evaluate/repeats.hpp"
 #include "fricid/evaluate/statistics.hpp"
@@ -58,7 +59,8 @@ struct ModelResult {
   std::vector<RolloutScore> scores;
   /// Estimated on the training recordings; absent for oracles and without recordings.
   std::optional<TorqueError> torque_error;
-  std::vector<TorquePrediction> torque;  ///< one per trajectory; none for oracles
+  std::vector<TorquePrediction> torque;         ///< one per trajectory; none for oracles
+  std::optional<ParameterIntervals> intervals;  ///< absent for oracles and without truth
 
   std::vector<Rollout> rollouts;  ///< those from the first sample, one per trajectory; own files
 
@@ -80,6 +82,8 @@ struct ModelResult {
     archive.sections("trajectories", scores, "one rollout each, by trajectory and start");
     archive.sections("torque", torque,
                      "motor torque along the measured motion, one per trajectory");
+    archive.section("intervals", intervals,
+                    "nominal 90 % intervals of its parameters, and how many hold the truth");
     archive.section("torque_error", torque_error,
                     "random torque disturbance that accounts for the size of its open-loop error");
   }
@@ -120,6 +124,7 @@ struct Summary {
   /// Per horizon mean coverage and root mean square half width [rad] of the open-loop bands from
   /// the first sample, draws of all seeds together. Empty without a torque error.
   std::vector<double> band_coverage, band_half_width;
+  std::optional<ParameterIntervals> intervals;  ///< of all seeds; absent without truth
 
   std::vector<Band> bands;  ///< one per trajectory, or none; files of their own
 
@@ -172,6 +177,8 @@ struct Summary {
             number("1", 0, 1, "per horizon, share of samples inside the 90 % band"));
     archive("band_half_width", band_half_width,
             per_horizon("rad", "per horizon, root mean square"));
+    archive.section("intervals", intervals,
+                    "nominal 90 % intervals of its parameters, and how many hold the truth");
   }
 };
 

@@ -23,6 +23,7 @@
 #include "fricid/friction/laws/prandtl_ishlinskii.hpp"
 #include "fricid/friction/laws/preisach.hpp"
 #include "fricid/friction/laws/stribeck.hpp"
+#include "fricid/friction/laws/stribeck_peak.hpp"
 #include "fricid/friction/laws/viscous.hpp"
 #include "fricid/friction/laws/viscous_power.hpp"
 #include "fricid/friction/modifiers/asymmetry.hpp"
@@ -38,6 +39,7 @@ using Laws = std::tuple<  //
     None,                 //
     CoulombViscous,       //
     Stribeck,             //
+    StribeckPeak,         //
     LoadDependent,        //
     Viscous,              //
     ViscousPower,         //

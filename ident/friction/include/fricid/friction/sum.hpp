@@ -32,6 +32,7 @@ struct LvmParts {
   int ripples = 1;             ///< waves over the joint angle, of the memory
   bool viscous = true;         ///< linear viscous torque beside that of a power
   bool inner_viscous = false;  ///< the linear one under the memory's modifiers, not beside it
+  bool stribeck = false;       ///< a Stribeck torque of the speed alone, beside the memory
   bool backlash = false;       ///< a gap before the memory
   bool cable = false;          ///< a soft spring that slips late, beside the memory
   int network = 0;             ///< units of the network for what the laws leave; 0: none
@@ -52,25 +53,27 @@ enum class SumPart {
   kTemperature,
   kViscous,
   kInnerViscous,
+  kStribeck,
   kCable,
   kNetwork
 };
 constexpr std::string_view names(SumPart) {
   return "bristle|backlash|load|power_flow|asymmetry|ripple|second_ripple|third_ripple|temperature|"
-         "viscous|inner_viscous|cable|network";
+         "viscous|inner_viscous|stribeck|cable|network";
 }
 /// Switches a part on or off; kBristle: on in the place of the bank; kNetwork: of `kNetworkUnits`.
 void set(LvmParts& parts, SumPart part, bool on);
 
 /// The friction of one joint in which the laws of the table are special cases:
 ///
-///     tau = memory + viscous torque + load part + cable + network
+///     tau = memory + viscous torque + load part + Stribeck part + cable + network
 ///
 ///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry,
 ///                     backlash}
 ///     viscous torque  viscous_power and, with `viscous`, viscous, each {temperature, asymmetry};
 ///                     the linear one in the memory instead of beside it with `inner_viscous`
 ///     load part       load_dependent
+///     Stribeck part   stribeck_peak, which waits for no spring as that of the memory does
 ///     cable           maxwell_slip with one spring, of cables and hoses that a joint bends
 ///     network         memory_network, for what the laws leave
 ///

@@ -165,6 +165,9 @@ bool start_cables(std::span<const Cable> cables, friction::Friction& friction);
 /// `to` with the Stribeck curve of each joint's first law that `from` has there, whatever the laws.
 Arm with_stribeck_curves(const Arm& from, Arm to);
 
+/// Joints with a Stribeck torque beside their memory have that of the memory there, and none in it.
+Arm with_stribeck_beside(Arm arm);
+
 /// `to` with the linear viscous friction of `from`, both sums of the lvm: beside the memory or in
 /// it.
 Arm with_viscous_friction(const Arm& from, Arm to);

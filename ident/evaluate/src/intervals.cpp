@@ -1,0 +1,106 @@
+#include "fricid/evaluate/intervals.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "fricid/dynamics/base_parameters.hpp"
+
+namespace fricid::evaluate {
+namespace {
+
+constexpr double kQuantile = 1.645;  // of a normal distribution, 90 % in the middle
+
+/// The standard parameters of `truth` in the order of `model`; none if it has one that `model`
+/// lacks.
+std::optional<Eigen::VectorXd> pi_in_order_of(const dynamics::RobotModel& model,
+                                              const dynamics::RobotModel& truth) {
+  const std::vector<std::string> names = model.parameter_names(), known = truth.parameter_names();
+  Eigen::VectorXd pi = Eigen::VectorXd::Zero(model.parameter_count());
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const auto place = std::ranges::find(names, known[i]);
+    const double value = truth.pi[static_cast<Eigen::Index>(i)];
+    if (place != names.end())
+      pi[place - names.begin()] = value;
+    else if (value != 0)
+      return {};
+  }
+  return pi;
+}
+
+bool is_same(const friction::LawSpec& a, const friction::LawSpec& b) {
+  const auto same = [](const friction::ModifierSpec& x, const friction::ModifierSpec& y) {
+    return x.name == y.name && x.order == y.order;
+  };
+  return a.law == b.law && a.elements == b.elements &&
+         std::ranges::equal(a.modifiers, b.modifiers, same);
+}
+
+const friction::LawSpec& law_of(const friction::RobotFriction& friction,
+                                const friction::ParameterRef& parameter) {
+  return friction.joints()[static_cast<std::size_t>(parameter.joint)]
+      .laws[static_cast<std::size_t>(parameter.law)];
+}
+
+/// The true value of a parameter; none where the truth has another law there.
+std::optional<double> true_value(const friction::RobotFriction& friction,
+                                 const friction::ParameterRef& parameter,
+                                 const friction::Friction& truth) {
+  if (parameter.joint == friction::kWholeRobot) return {};
+  const auto& parameters = truth.model.parameters();
+  const auto same = std::ranges::find_if(parameters, [&](const friction::ParameterRef& other) {
+    return friction::is_same(parameter, other);
+  });
+  if (same == parameters.end() || !is_same(law_of(friction, parameter), law_of(truth.model, *same)))
+    return {};
+  return truth.theta[static_cast<std::size_t>(same - parameters.begin())];
+}
+
+}  // namespace
+
+void IntervalCount::add(double error, double standard_error) {
+  if (!(standard_error > 0)) return;  // none is stated
+  ++stated;
+  hold += std::abs(error) < kQuantile * standard_error;
+}
+
+void IntervalCount::add(const IntervalCount& other) {
+  stated += other.stated;
+  hold += other.hold;
+}
+
+void ParameterIntervals::add(const ParameterIntervals& other) {
+  base.add(other.base);
+  friction.add(other.friction);
+}
+
+ParameterIntervals count_intervals(const data::ModelFile& model, const data::FitFile& fit,
+                                   const Arm& truth) {
+  ParameterIntervals intervals;
+  const dynamics::RobotModel& robot = model.arm.robot;
+  const std::vector<data::FittedBaseParameter>& found = fit.rigid_body.base;
+  const dynamics::BaseParameters base = dynamics::base_parameters(robot);
+  if (const auto pi = pi_in_order_of(robot, truth.robot)) {
+    const Eigen::VectorXd value = base.K * *pi;
+    for (std::size_t i = 0; i < std::min(found.size(), base.names.size()); ++i)
+      if (found[i].name == base.names[i])
+        intervals.base.add(found[i].value - value[static_cast<Eigen::Index>(i)],
+                           found[i].standard_error);
+  }
+  const friction::RobotFriction& friction = model.arm.friction.model;
+  for (int i = 0; i < friction.parameter_count(); ++i) {
+    const data::FittedParameter* parameter = data::fitted_parameter(fit, friction, i);
+    if (parameter == nullptr) continue;
+    const friction::ParameterRef& place = friction.parameters()[static_cast<std::size_t>(i)];
+    const auto value = true_value(friction, place, truth.friction);
+    if (!value) continue;
+    double error = parameter->value - *value;
+    if (place.info.role == friction::Role::kPhase)
+      error = std::remainder(error, 2 * std::numbers::pi);
+    intervals.friction.add(error, parameter->standard_error);
+  }
+  return intervals;
+}
+
+}  // namespace fricid::evaluate
