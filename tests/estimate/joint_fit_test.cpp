@@ -65,7 +65,7 @@ TEST(ArmTorqueFit, StaticFrictionIsPulledToThatOfSliding) {
 }
 
 // Draws differ from the fit as the fit does from the truth.
-TEST(DrawArms, SpreadAsTheFitErrs) {
+TEST(ArmErrors, AreThoseOfTheFit) {
   const std::vector<std::vector<double>> theta{{6, 3000, 3}, {4.8, 2400, 2.4}, {3, 1500, 1.5}};
   const Arm truth = arm_with({{{"dahl", 0, {}}}}, theta);
   const Prepared prepared = prepared_of(truth, logs().prepared.options,
@@ -73,7 +73,8 @@ TEST(DrawArms, SpreadAsTheFitErrs) {
   const JointFits fits(prepared, logs().windows, 2);
   const Arm fitted =
       fits.on_torque(fits.start(truth.friction.model.joints()), JointFits::Rows::kAll).arm;
-  const std::vector<Arm> draws = fits.draw_arms(fitted, 39, 1);
+  const ArmErrors errors = fits.errors_of(fitted, 39, 1);
+  const std::vector<Arm>& draws = errors.draws;
   ASSERT_EQ(draws.size(), 39u);
   double squares = 0;
   for (std::size_t i = 0; i < 9; ++i) {
@@ -87,7 +88,7 @@ TEST(DrawArms, SpreadAsTheFitErrs) {
   }
   EXPECT_GT(squares, 0.3);
   EXPECT_LT(squares, 3);
-  EXPECT_EQ(JointFits(prepared, logs().windows, 1).draw_arms(fitted, 39, 1)[38].robot.pi,
+  EXPECT_EQ(JointFits(prepared, logs().windows, 1).errors_of(fitted, 39, 1).draws[38].robot.pi,
             draws[38].robot.pi);
 }
 

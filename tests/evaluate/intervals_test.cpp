@@ -56,7 +56,8 @@ TEST(Intervals, HoldTheTruthWithinTheirErrors) {
   of.fit.rigid_body.base[3].value += 0.17;
   of.fit.rigid_body.base[4].value += 0.16;
   of.fit.rigid_body.base[5].standard_error = kNan;
-  of.fit.joints[2].parameters[1].value -= 0.17;
+  of.model.arm.friction
+      .theta[static_cast<std::size_t>(truth.friction.model.parameter_begin(2) + 1)] -= 0.17;
   of.fit.joints[2].parameters[0].standard_error = kNan;
   const ParameterIntervals some = count_intervals(of.model, of.fit, truth);
   EXPECT_EQ(some.base.stated, base - 1);
@@ -93,10 +94,18 @@ TEST(Intervals, PhasesAreTheSameAfterATurn) {
   Fitted of = stated(truth, 0.01);
   for (int j = 0; j < 6; ++j) {
     const int i = friction::find_parameter(truth.friction.model, j, friction::Role::kPhase);
-    of.fit.joints[static_cast<std::size_t>(j)]
-        .parameters[static_cast<std::size_t>(i - truth.friction.model.parameter_begin(j))]
-        .value += 2 * std::numbers::pi;
+    of.model.arm.friction.theta[static_cast<std::size_t>(i)] += 2 * std::numbers::pi;
   }
+  const ParameterIntervals all = count_intervals(of.model, of.fit, truth);
+  EXPECT_EQ(all.friction.hold, all.friction.stated);
+}
+
+// Only the ratios of the shares of a bank count.
+TEST(Intervals, SharesOfABankAreThoseOfTheirSum) {
+  const Arm truth = kr6("gms");
+  Fitted of = stated(truth, 0.01);
+  for (const std::vector<std::size_t>& law : friction::shares(truth.friction.model))
+    for (const std::size_t i : law) of.model.arm.friction.theta[i] *= 3;
   const ParameterIntervals all = count_intervals(of.model, of.fit, truth);
   EXPECT_EQ(all.friction.hold, all.friction.stated);
 }

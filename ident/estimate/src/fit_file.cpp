@@ -80,20 +80,18 @@ bool on_bound(const friction::ParameterInfo& info, double value) {
   return value == info.upper || (value == info.lower && value != 0);
 }
 
-/// Friction of a joint that was fitted together with the rigid body: errors and their correlation
-/// are those of the draws. A parameter that no draw moves is held: NaN.
-data::FittedJoint drawn_joint_of(const FitReport& report, std::size_t j) {
+/// Friction of a joint that was fitted together with the rigid body. A parameter without an error
+/// is held: NaN.
+data::FittedJoint jointly_fitted(const FitReport& report, std::size_t j) {
   const friction::Friction& friction = report.model.arm.friction;
-  const auto begin = static_cast<std::size_t>(friction.model.parameter_begin(static_cast<int>(j))),
-             end =
-                 static_cast<std::size_t>(friction.model.parameter_begin(static_cast<int>(j) + 1));
-  const auto size = static_cast<Eigen::Index>(end - begin);
-  Eigen::MatrixXd off(size, std::ssize(report.draws));
-  for (std::size_t d = 0; d < report.draws.size(); ++d)
-    for (std::size_t i = begin; i < end; ++i)
-      off(static_cast<Eigen::Index>(i - begin), static_cast<Eigen::Index>(d)) =
-          report.draws[d].friction.theta[i] - friction.theta[i];
-  const Eigen::MatrixXd covariance = off * off.transpose() / static_cast<double>(off.cols());
+  const auto joint_number = static_cast<int>(j);
+  const int begin = friction.model.parameter_begin(joint_number),
+            size = friction.model.parameter_begin(joint_number + 1) - begin;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  if (const Eigen::MatrixXd& root = report.errors.root; root.size() > 0) {
+    const auto own = root.middleRows(report.model.arm.robot.pi.size() + begin, size);
+    covariance = own * own.transpose();
+  }
   const Eigen::VectorXd error = covariance.diagonal().cwiseSqrt();
   data::FittedJoint joint{.joint = report.model.arm.robot.joints[j].name,
                           .outcome = report.outcome,
@@ -109,7 +107,7 @@ data::FittedJoint drawn_joint_of(const FitReport& report, std::size_t j) {
                           .parameters = {},
                           .correlation = Eigen::MatrixXd::Constant(size, size, kNan)};
   for (Eigen::Index i = 0; i < size; ++i) {
-    const auto p = begin + static_cast<std::size_t>(i);
+    const auto p = static_cast<std::size_t>(begin + i);
     const friction::ParameterRef& parameter = friction.model.parameters()[p];
     joint.parameters.push_back(
         {parameter.symbol, friction.theta[p], error[i] > 0 ? error[i] : kNan});
@@ -190,7 +188,7 @@ data::FitFile fit_file(const FitReport& report) {
   for (std::size_t j = 0; j < report.joints.size(); ++j) file.joints.push_back(joint_of(report, j));
   if (report.method == Method::kJoint)
     for (std::size_t j = 0; j < report.residual_rms.size(); ++j)
-      file.joints.push_back(drawn_joint_of(report, j));
+      file.joints.push_back(jointly_fitted(report, j));
   if (report.torque) file.torque = training_of(*report.torque);
   if (report.multi_step) file.multi_step = training_of(*report.multi_step);
   if (report.em) file.em = em_of(*report.em);
@@ -206,14 +204,14 @@ data::FitFile fit_file(const FitReport& report) {
     file.without.push_back(
         {fit.recording, fit.left_out.begin, fit.left_out.end, fit.arm.robot.pi,
          Eigen::VectorXd::Map(fit.arm.friction.theta.data(), std::ssize(fit.arm.friction.theta))});
-  if (!report.draws.empty()) {
+  if (!report.errors.draws.empty()) {
     data::FittedDraws& draws = file.draws.emplace();
-    const auto count = std::ssize(report.draws);
-    const Arm& first = report.draws.front();
+    const auto count = std::ssize(report.errors.draws);
+    const Arm& first = report.errors.draws.front();
     draws.pi.resize(count, first.robot.pi.size());
     draws.theta.resize(count, std::ssize(first.friction.theta));
     for (Eigen::Index i = 0; i < count; ++i) {
-      const Arm& arm = report.draws[static_cast<std::size_t>(i)];
+      const Arm& arm = report.errors.draws[static_cast<std::size_t>(i)];
       draws.pi.row(i) = arm.robot.pi;
       draws.theta.row(i) = Eigen::VectorXd::Map(arm.friction.theta.data(), draws.theta.cols());
     }

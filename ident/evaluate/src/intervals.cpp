@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "fricid/dynamics/base_parameters.hpp"
 
@@ -57,6 +59,21 @@ std::optional<double> true_value(const friction::RobotFriction& friction,
   return truth.theta[static_cast<std::size_t>(same - parameters.begin())];
 }
 
+/// theta with the shares of every law summing to one, and by how much each entry was scaled.
+std::pair<std::vector<double>, std::vector<double>> with_unit_shares(
+    const friction::Friction& friction) {
+  std::vector<double> theta = friction.theta, scale(theta.size(), 1);
+  for (const std::vector<std::size_t>& law : friction::shares(friction.model)) {
+    double sum = 0;
+    for (const std::size_t i : law) sum += theta[i];
+    for (const std::size_t i : law) {
+      scale[i] = 1 / sum;
+      theta[i] /= sum;
+    }
+  }
+  return {std::move(theta), std::move(scale)};
+}
+
 }  // namespace
 
 void IntervalCount::add(double error, double standard_error) {
@@ -89,16 +106,20 @@ ParameterIntervals count_intervals(const data::ModelFile& model, const data::Fit
                            found[i].standard_error);
   }
   const friction::RobotFriction& friction = model.arm.friction.model;
+  const friction::Friction true_friction{truth.friction.model,
+                                         with_unit_shares(truth.friction).first};
+  const auto [theta, scale] = with_unit_shares(model.arm.friction);
   for (int i = 0; i < friction.parameter_count(); ++i) {
     const data::FittedParameter* parameter = data::fitted_parameter(fit, friction, i);
     if (parameter == nullptr) continue;
     const friction::ParameterRef& place = friction.parameters()[static_cast<std::size_t>(i)];
-    const auto value = true_value(friction, place, truth.friction);
+    const std::optional<double> value = true_value(friction, place, true_friction);
     if (!value) continue;
-    double error = parameter->value - *value;
+    const auto p = static_cast<std::size_t>(i);
+    double error = theta[p] - *value;
     if (place.info.role == friction::Role::kPhase)
       error = std::remainder(error, 2 * std::numbers::pi);
-    intervals.friction.add(error, parameter->standard_error);
+    intervals.friction.add(error, scale[p] * parameter->standard_error);
   }
   return intervals;
 }

@@ -206,6 +206,19 @@ bool is_same(const ParameterRef& a, const ParameterRef& b) {
   return a.joint == b.joint && a.law == b.law && a.owner == b.owner && a.symbol == b.symbol;
 }
 
+std::vector<std::vector<std::size_t>> shares(const RobotFriction& model) {
+  std::vector<std::vector<std::size_t>> laws;
+  const std::vector<ParameterRef>& all = model.parameters();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].info.role != Role::kShare) continue;
+    const bool begins = laws.empty() || all[laws.back().front()].joint != all[i].joint ||
+                        all[laws.back().front()].law != all[i].law;
+    if (begins) laws.emplace_back();
+    laws.back().push_back(i);
+  }
+  return laws;
+}
+
 void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta) {
   for (const auto& slot : model.slots_) {
     Rng rng(seed,

@@ -12,6 +12,7 @@
 #include "fricid/base/parallel.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/dynamics/algorithms.hpp"
+#include "fricid/estimate/torque/folds.hpp"
 #include "fricid/friction/tangent.hpp"
 #include "fricid/optimise/damped_step.hpp"
 #include "friction/friction_search.hpp"
@@ -144,21 +145,30 @@ class Problem {
     return std::isfinite(total) ? total : kBadValue;
   }
 
-  /// J' e / sigma^2 at c, summed over the rows of a block (coordinates, blocks).
+  /// J' e / sigma^2 at c, summed over the rows of a block (coordinates, blocks). Recordings of one
+  /// motion share their blocks.
   Eigen::MatrixXd scores(const Eigen::VectorXd& c) {
     point_.move_to(c);
     const Arm& arm = point_.arm();
     const Eigen::Index p = arm.robot.pi.size(), all = point_.coordinates().size(),
                        of_friction = std::ssize(point_.coordinates().friction());
     const Eigen::MatrixXd by_c = point_.jacobian();
-    std::vector<int> first{0};  // block of each recording
     const auto length_of = [](const signals::Recording& r) {
       return std::max(1, static_cast<int>(std::lround(kBlock / r.dt)));
     };
-    for (const signals::Recording& r : data_.recordings())
-      first.push_back(first.back() + (r.length() + length_of(r) - 1) / length_of(r));
-    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(all, first.back());
-    std::vector<Eigen::MatrixXd> of_pi(models_.size(), Eigen::MatrixXd::Zero(p, first.back()));
+    std::vector<int> first(data_.recordings().size());  // block of each recording
+    int blocks = 0;
+    for (const std::vector<int>& motion : by_motion(data_.recordings())) {
+      int longest = 0;
+      for (const int s : motion) {
+        const signals::Recording& r = data_.recordings()[static_cast<std::size_t>(s)];
+        first[static_cast<std::size_t>(s)] = blocks;
+        longest = std::max(longest, (r.length() + length_of(r) - 1) / length_of(r));
+      }
+      blocks += longest;
+    }
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(all, blocks);
+    std::vector<Eigen::MatrixXd> of_pi(models_.size(), Eigen::MatrixXd::Zero(p, blocks));
     parallel_for(data_.n(), jobs_, [&](int j) {
       const auto i = static_cast<std::size_t>(j);
       const ArmTorqueData::Joint& joint = data_.joint(j);
@@ -368,9 +378,8 @@ TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
   return {point.c(), problem.linearise(point.c(), std::numeric_limits<double>::quiet_NaN())};
 }
 
-std::vector<Arm> draw_arms(const ArmTorqueData& data, const Arm& fitted,
-                           const ArmTorqueOptions& options, int count, std::uint64_t seed,
-                           int jobs) {
+ArmErrors arm_errors(const ArmTorqueData& data, const Arm& fitted, const ArmTorqueOptions& options,
+                     int count, std::uint64_t seed, int jobs) {
   const ArmCoordinates coordinates(fitted, options.coordinates);
   ArmPoint point(coordinates, fitted);
   point.move_to(point.c());
@@ -386,7 +395,20 @@ std::vector<Arm> draw_arms(const ArmTorqueData& data, const Arm& fitted,
   RowMatrix w(count, scores.cols());
   fill_normal(seed, kDrawStream, 0, {w.data(), static_cast<std::size_t>(w.size())});
   const double least = problem.value(c);
-  std::vector<Arm> arms;
+  ArmErrors errors{.root = point.jacobian() * moves, .draws = {}};
+  // of shares of a sum of one, whatever the data leave of the sum
+  for (const std::vector<std::size_t>& law : friction::shares(fitted.friction.model)) {
+    const auto row_of = [&](std::size_t i) {
+      return errors.root.row(fitted.robot.pi.size() + static_cast<Eigen::Index>(i));
+    };
+    Eigen::RowVectorXd of_sum = Eigen::RowVectorXd::Zero(errors.root.cols());
+    double sum = 0;
+    for (const std::size_t i : law) {
+      of_sum += row_of(i);
+      sum += fitted.friction.theta[i];
+    }
+    for (const std::size_t i : law) row_of(i) -= fitted.friction.theta[i] / sum * of_sum;
+  }
   for (Eigen::Index i = 0; i < count; ++i) {
     Eigen::VectorXd move = moves * w.row(i).transpose();
     const auto is_quadratic = [&] {
@@ -395,9 +417,9 @@ std::vector<Arm> draw_arms(const ArmTorqueData& data, const Arm& fitted,
     };
     for (int half = 0; half < kMostHalvings && !is_quadratic(); ++half) move /= 2;
     point.move_to(coordinates.box().clamp(c + move));
-    arms.push_back(point.arm());
+    errors.draws.push_back(point.arm());
   }
-  return arms;
+  return errors;
 }
 
 ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,

@@ -36,16 +36,11 @@ constexpr double kNetworksGain = 1.25;  // rollouts of the best law over those o
 constexpr int kDraws = 39;              // of arms, for bands
 constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
 
-/// Base parameters of a robot that was fitted together with its friction, with standard deviations
-/// over `draws` of it.
-void take_base_of(std::span<const Arm> draws, const dynamics::RobotModel& robot,
-                  RigidBodyFit& fit) {
-  if (draws.empty() || fit.base.size() == 0) return;
+/// Base parameters of a robot that was fitted together with its friction.
+void take_base_of(const ArmErrors& errors, const dynamics::RobotModel& robot, RigidBodyFit& fit) {
+  if (errors.root.size() == 0 || fit.base.size() == 0) return;
   fit.base = fit.base_physical = fit.base_of_pi * robot.pi;
-  fit.base_se.setZero();
-  for (const Arm& draw : draws)
-    fit.base_se += (fit.base_of_pi * (draw.robot.pi - robot.pi)).cwiseAbs2();
-  fit.base_se = (fit.base_se / static_cast<double>(draws.size())).cwiseSqrt();
+  fit.base_se = (fit.base_of_pi * errors.root.topRows(robot.pi.size())).rowwise().norm();
 }
 
 /// The arm of the method conventional, if it has a result.
@@ -257,8 +252,8 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
              {from.recording, from.begin + stretch->begin, from.begin + stretch->end},
              folds[f]});
       }
-  report.draws = fits.draw_arms(best->arm, kDraws, static_cast<std::uint64_t>(seed));
-  take_base_of(report.draws, best->arm.robot, report.rigid_body);
+  report.errors = fits.errors_of(best->arm, kDraws, static_cast<std::uint64_t>(seed));
+  take_base_of(report.errors, best->arm.robot, report.rigid_body);
   report.couplings = find_couplings(
       prepared.recordings,
       friction_target(prepared.robot, prepared.rigid_body.pi, prepared.recordings, jobs));

@@ -20,7 +20,8 @@ void add_stretches(const signals::Recording& recording, int index, int begin, in
     out.push_back({index, begin + i * length / parts, begin + (i + 1) * length / parts});
 }
 
-/// Recordings of one motion together, in the order of their first.
+}  // namespace
+
 std::vector<std::vector<int>> by_motion(std::span<const signals::Recording> recordings) {
   std::vector<std::vector<int>> motions;
   for (int i = 0; i < std::ssize(recordings); ++i) {
@@ -38,8 +39,6 @@ std::vector<std::vector<int>> by_motion(std::span<const signals::Recording> reco
   }
   return motions;
 }
-
-}  // namespace
 
 std::vector<Fold> folds_of(std::span<const signals::Recording> recordings) {
   const std::vector<std::vector<int>> motions = by_motion(recordings);

@@ -282,10 +282,15 @@ Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) co
   Candidate out;
   out.name = std::move(name);
   out.arm = arm;
+  for (const std::vector<std::size_t>& law : friction::shares(arm.friction.model)) {
+    double sum = 0;
+    for (const std::size_t i : law) sum += arm.friction.theta[i];
+    for (const std::size_t i : law) out.arm.friction.theta[i] /= sum;
+  }
   out.seconds = seconds;
-  out.rollouts = rollout_errors(arm, periods_.recordings, judging_, windows_.judge, jobs_);
+  out.rollouts = rollout_errors(out.arm, periods_.recordings, judging_, windows_.judge, jobs_);
   out.held_out = std::exp(out.rollouts.mean());
-  out.torque = held_out_torque(arm);
+  out.torque = held_out_torque(out.arm);
   out.parameters =
       friction::free_parameter_count(arm.friction) - static_cast<int>(limits_of(arm).size());
   return out;
@@ -387,8 +392,8 @@ std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
   return arms;
 }
 
-std::vector<Arm> JointFits::draw_arms(const Arm& fitted, int count, std::uint64_t seed) const {
-  return estimate::draw_arms(all_, fitted, torque_options(fitted), count, seed, jobs_);
+ArmErrors JointFits::errors_of(const Arm& fitted, int count, std::uint64_t seed) const {
+  return arm_errors(all_, fitted, torque_options(fitted), count, seed, jobs_);
 }
 
 PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,

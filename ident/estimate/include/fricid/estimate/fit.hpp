@@ -19,6 +19,7 @@
 #include "fricid/estimate/options/model.hpp"
 #include "fricid/estimate/report.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
+#include "fricid/estimate/torque/arm_torque_fit.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
 #include "fricid/estimate/torque/folds.hpp"
 #include "fricid/estimate/windows/multi_step.hpp"
@@ -81,7 +82,7 @@ struct FitReport {
   std::vector<Candidate> candidates;          ///< of method joint; the best was taken
   std::vector<PartEvidence> parts;            ///< of model lvm
   std::vector<FitWithout> without;            ///< of method joint
-  std::vector<Arm> draws;                     ///< of method joint, see `draw_arms`
+  ArmErrors errors;                           ///< of method joint
 
   bool has_result() const {
     return outcome == Outcome::kConverged || outcome == Outcome::kIterationLimit;

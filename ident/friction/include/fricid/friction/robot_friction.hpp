@@ -187,6 +187,10 @@ int find_parameter(const RobotFriction& model, int joint, std::string_view owner
 /// Whether two models have the same parameter there: of the same joint, law, owner and symbol.
 bool is_same(const ParameterRef& a, const ParameterRef& b);
 
+/// Indices in theta of the shares (`Role::kShare`) of every law that has some: only their ratios
+/// matter.
+std::vector<std::vector<std::size_t>> shares(const RobotFriction& model);
+
 /// Writes random initial values of all network weights into theta and leaves the rest: the weights
 /// of law l of joint j are drawn from (seed, j, l), independent of other joints; those of the law
 /// of the whole robot from (seed, n), and may depend on its scales, which must be set before. An

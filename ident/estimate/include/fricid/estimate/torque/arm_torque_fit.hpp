@@ -57,21 +57,28 @@ struct ArmTorqueFit {
 ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
                             const ArmTorqueOptions& options, int jobs);
 
-/// Arms that the same data might as well have given, by the multiplier bootstrap,
+/// How far a fit may err.
+struct ArmErrors {
+  /// Root S of the covariance S S' of (pi, theta), one column per block; empty: unknown.
+  Eigen::MatrixXd root;
+  std::vector<Arm> draws;  ///< arms that the same data might as well have given
+};
+
+/// Errors by the sandwich of the step's matrix H and the scores s_b of blocks of a second, all
+/// joints together,
 ///
-///     c - c_hat = (H + 1)^-1 sum_b w_b (s_b - mean s),   w_b ~ N(0, 1),   s_b = sum over block b
-///     of J' e / sigma^2
+///     S = dx/dc (H + 1)^-1 (s_b - mean s)_b,   s_b = sum over block b of J' e / sigma^2:
 ///
-/// with H the matrix of a step at the fit and blocks of a second, all joints together: residuals of
-/// a second depend on each other, and the sum over blocks is right for errors of the model too
-/// (a sandwich). The ridge of one datum keeps what the data leave open within its own size. A draw
-/// is halved until the objective exceeds its quadratic by no more than the quadratic part: springs
-/// of a bank that stand for each other are straight lines in no coordinates.
-/// @param count  of arms
-/// @return none where there are fewer than ten blocks
-std::vector<Arm> draw_arms(const ArmTorqueData& data, const Arm& fitted,
-                           const ArmTorqueOptions& options, int count, std::uint64_t seed,
-                           int jobs);
+/// residuals of a second depend on each other, and the sum over blocks is right for errors of the
+/// model too. The same second of recordings of one motion is one block: what the model misses there
+/// it misses in all. The ridge of one datum keeps what the data leave open within its own size. Draws are
+/// those of the multiplier bootstrap, c - c_hat = (H + 1)^-1 sum_b w_b (s_b - mean s), w_b ~ N(0,
+/// 1), each halved until the objective exceeds its quadratic by no more than the quadratic part:
+/// springs of a bank that stand for each other are straight lines in no coordinates.
+/// @param count  of draws
+/// @return nothing where there are fewer than ten blocks
+ArmErrors arm_errors(const ArmTorqueData& data, const Arm& fitted, const ArmTorqueOptions& options,
+                     int count, std::uint64_t seed, int jobs);
 
 /// What the torque says of a fitted arm.
 TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,

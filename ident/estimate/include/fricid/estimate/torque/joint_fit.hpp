@@ -90,8 +90,8 @@ class JointFits {
   Candidate on_windows(const Candidate& start, std::string_view label) const;
   /// One arm per fold, fitted to the torque of what it does not leave out, from `fitted`.
   std::vector<Arm> cross_fit(const Arm& fitted) const;
-  /// Arms that the same torque might as well have given, see `estimate::draw_arms`.
-  std::vector<Arm> draw_arms(const Arm& fitted, int count, std::uint64_t seed) const;
+  /// How far a fit to all rows may err, see `arm_errors`.
+  ArmErrors errors_of(const Arm& fitted, int count, std::uint64_t seed) const;
   const std::vector<Fold>& folds() const { return folds_; }
   /// What the recordings of folds and splits are.
   const ByPeriod& periods() const { return periods_; }
