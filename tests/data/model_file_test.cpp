@@ -230,7 +230,7 @@ TEST_F(ModelJson, MistakesAreNamed) {
   EXPECT_EQ(changed("\"motor\": 0", "\"motor\": 2"),
             "bad.json: robot.couplings[0].motor: found 2; allowed: 0 to 1");
   EXPECT_THAT(changed("\"law\": \"gms\"", "\"law\": \"gm\""),
-              testing::StartsWith("bad.json: friction[0][9].law: found \"gm\"; allowed: "));
+              testing::StartsWith("bad.json: friction[0][10].law: found \"gm\"; allowed: "));
   EXPECT_THAT(changed("\"sigma0\"", "\"sigma9\""),
               testing::EndsWith(".parameters.sigma0"));  // found none
   EXPECT_THAT(changed("\"free_parameters\": 12", "\"free_parameters\": null"),
@@ -256,7 +256,7 @@ TEST_F(ModelJson, ParametersOutOfBoundsAreNamed) {
   model.arm.friction.theta[p] = -1;
   save_model(model, path("a.json"));
   EXPECT_EQ(message_of([&] { load_model(path("a.json")); }),
-            "a.json: friction[0][6].parameters.sigma0.value: found -1; allowed: 1 to 1e+08");
+            "a.json: friction[0][7].parameters.sigma0.value: found -1; allowed: 1 to 1e+08");
 }
 
 TEST_F(ModelJson, RobotsThatNoBodyCanBeAreRefused) {

@@ -92,6 +92,52 @@ TEST(ArmErrors, AreThoseOfTheFit) {
             draws[38].robot.pi);
 }
 
+// What a model misses in a motion it misses in every recording of it, which says nothing new.
+TEST(ArmErrors, DoNotShrinkWhereAMotionIsRepeated) {
+  const Prepared& prepared = logs().prepared;
+  const std::vector<signals::Recording> once(prepared.recordings.begin(),
+                                             prepared.recordings.begin() + 1);
+  const std::vector<signals::Recording> twice{once[0], once[0]};
+  ArmTorqueOptions options;
+  options.nominal = prepared.robot.pi;
+  const double cutoff_hz = prepared.options.cutoff_hz;
+  const ArmTorqueData of_once(prepared.robot, once, cutoff_hz),
+      of_twice(prepared.robot, twice, cutoff_hz);
+  const Arm start =
+      JointFits(prepared, logs().windows, 2).start(friction::JointSpec{{{"dahl", 0, {}}}});
+  const Arm fitted = fit_arm_torque(of_once, start, options, 2).arm;
+  const Eigen::VectorXd alone = arm_errors(of_once, fitted, options, 0, 1, 2).root.rowwise().norm(),
+                        both = arm_errors(of_twice, fitted, options, 0, 1, 2).root.rowwise().norm();
+  ASSERT_GT(alone.size(), 0);
+  int stated = 0;
+  for (Eigen::Index i = 0; i < alone.size(); ++i) {
+    EXPECT_GE(both[i], 0.9 * alone[i]) << i;  // as independent blocks 0.7; pulls weigh half as much
+    stated += alone[i] > 0;
+  }
+  EXPECT_GT(stated, 9);
+}
+
+TEST(ArmErrors, OfSharesAreThoseOfASumOfOne) {
+  const Prepared& prepared = logs().prepared;
+  const JointFits fits(prepared, logs().windows, 2);
+  const Arm fitted =
+      fits.on_torque(fits.start(friction::JointSpec{{{"gms", 3, {}}}}), JointFits::Rows::kAll).arm;
+  const ArmErrors errors = fits.errors_of(fitted, 0, 1);
+  const std::vector<std::vector<std::size_t>> shares = friction::shares(fitted.friction.model);
+  ASSERT_EQ(shares.size(), 3u);
+  for (const std::vector<std::size_t>& law : shares) {
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(errors.root.cols());
+    double largest = 0;
+    for (const std::size_t i : law) {
+      const auto row = errors.root.row(fitted.robot.pi.size() + static_cast<Eigen::Index>(i));
+      sum += row;
+      largest = std::max(largest, row.norm());
+    }
+    ASSERT_GT(largest, 0);
+    EXPECT_LT(sum.norm(), 1e-9 * largest);
+  }
+}
+
 // What a fit holds stays, what it may move ends inside its bounds.
 TEST(ArmTorqueFit, KeepsToItsLimits) {
   const JointFits fits(logs().prepared, logs().windows, 2);
