@@ -37,7 +37,7 @@ constexpr double kOutputPull = 0.5, kInputPull = 0.15;
 // UR10, which has a fifth of the friction at rest, errs up to a third more.
 constexpr double kStaticPull = 0.1;
 constexpr double kBlock = 1;  // of rows that depend on each other [s]
-constexpr Eigen::Index kFewestBlocks = 10;
+constexpr double kFewestBlocks = 10;
 constexpr int kMostHalvings = 6;  // of a draw
 constexpr std::uint64_t kDrawStream = 1 << 21;
 constexpr double kFirstGain = 1e-2;  // smallest gain of a pass that another follows
@@ -145,51 +145,58 @@ class Problem {
     return std::isfinite(total) ? total : kBadValue;
   }
 
-  /// J' e / sigma^2 at c, summed over the rows of a block (coordinates, blocks). Recordings of one
-  /// motion share their blocks.
-  Eigen::MatrixXd scores(const Eigen::VectorXd& c) {
+  /// Step from c that leaving a block of rows out makes, (H - B'B)^-1 B'e with B, e its rows of the
+  /// Jacobian and of the residual over sigma (coordinates, blocks). A block is a second of all
+  /// recordings of one motion.
+  Eigen::MatrixXd deletions(const Eigen::VectorXd& c, const Eigen::MatrixXd& H) {
     point_.move_to(c);
     const Arm& arm = point_.arm();
     const Eigen::Index p = arm.robot.pi.size(), all = point_.coordinates().size(),
-                       of_friction = std::ssize(point_.coordinates().friction());
+                       rest = all - std::ssize(point_.coordinates().friction());
     const Eigen::MatrixXd by_c = point_.jacobian();
-    const auto length_of = [](const signals::Recording& r) {
-      return std::max(1, static_cast<int>(std::lround(kBlock / r.dt)));
+    struct Part {
+      optimise::Block block;
+      Eigen::MatrixXd J, Y;  // by friction, by the rest
+      Eigen::VectorXd e;
+      std::vector<std::vector<Eigen::Index>> rows;  // of each block
     };
-    std::vector<int> first(data_.recordings().size());  // block of each recording
-    int blocks = 0;
-    for (const std::vector<int>& motion : by_motion(data_.recordings())) {
-      int longest = 0;
-      for (const int s : motion) {
-        const signals::Recording& r = data_.recordings()[static_cast<std::size_t>(s)];
-        first[static_cast<std::size_t>(s)] = blocks;
-        longest = std::max(longest, (r.length() + length_of(r) - 1) / length_of(r));
-      }
-      blocks += longest;
-    }
-    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(all, blocks);
-    std::vector<Eigen::MatrixXd> of_pi(models_.size(), Eigen::MatrixXd::Zero(p, blocks));
+    const std::vector<int> first = first_blocks();
+    std::vector<Part> parts(models_.size());
     parallel_for(data_.n(), jobs_, [&](int j) {
       const auto i = static_cast<std::size_t>(j);
       const ArmTorqueData::Joint& joint = data_.joint(j);
-      const optimise::Block block = block_of(models_[i]);
-      const double w = 1 / (sigma_[j] * sigma_[j]);
-      const JointFrictionData::Linear at = friction_rows_and_slopes(joint, models_[i], block, by_c);
-      const Eigen::VectorXd e = w * (joint.Y * arm.robot.pi + at.f - joint.tau);
+      Part& part = parts[i];
+      part.block = block_of(models_[i]);
+      const JointFrictionData::Linear at =
+          friction_rows_and_slopes(joint, models_[i], part.block, by_c);
+      part.J = at.J / sigma_[j];
+      part.Y = joint.Y * by_c.topRightCorner(p, rest) / sigma_[j];
+      part.e = (joint.Y * arm.robot.pi + at.f - joint.tau) / sigma_[j];
+      part.rows.resize(static_cast<std::size_t>(first.back()));
       Eigen::Index r = 0;
-      for (std::size_t s = 0; s < joint.row.size(); ++s) {
-        const int length = length_of(data_.recordings()[s]);
-        for (const int k : joint.row[s]) {
-          const Eigen::Index b = first[s] + k / length;
-          out.col(b).segment(block.begin, block.size) += e[r] * at.J.row(r).transpose();
-          of_pi[i].col(b) += e[r] * joint.Y.row(r).transpose();
-          ++r;
-        }
-      }
+      for (std::size_t s = 0; s < joint.row.size(); ++s)
+        for (const int k : joint.row[s])
+          part.rows[static_cast<std::size_t>(first[s] + k / block_length(s))].push_back(r++);
     });
-    for (const Eigen::MatrixXd& joint : of_pi)
-      out.bottomRows(all - of_friction).noalias() +=
-          by_c.topRightCorner(p, all - of_friction).transpose() * joint;
+    Eigen::MatrixXd out(all, first.back());
+    parallel_for(first.back(), jobs_, [&](int b) {
+      Eigen::MatrixXd left = H;
+      Eigen::VectorXd score = Eigen::VectorXd::Zero(all);
+      for (const Part& part : parts) {
+        const std::vector<Eigen::Index>& rows = part.rows[static_cast<std::size_t>(b)];
+        const Eigen::MatrixXd J = part.J(rows, Eigen::all), Y = part.Y(rows, Eigen::all);
+        const Eigen::VectorXd e = part.e(rows);
+        const auto [begin, size] = part.block;
+        left.block(begin, begin, size, size).noalias() -= J.transpose() * J;
+        const Eigen::MatrixXd beside = Y.transpose() * J;
+        left.block(all - rest, begin, rest, size) -= beside;
+        left.block(begin, all - rest, size, rest) -= beside.transpose();
+        left.bottomRightCorner(rest, rest).noalias() -= Y.transpose() * Y;
+        score.segment(begin, size) += J.transpose() * e;
+        score.tail(rest) += Y.transpose() * e;
+      }
+      out.col(b) = left.ldlt().solve(score);
+    });
     return out;
   }
 
@@ -298,6 +305,26 @@ class Problem {
     return at;
   }
 
+  int block_length(std::size_t recording) const {
+    return std::max(1, static_cast<int>(std::lround(kBlock / data_.recordings()[recording].dt)));
+  }
+
+  /// First block of each recording, and behind them the number of blocks.
+  std::vector<int> first_blocks() const {
+    std::vector<int> first(data_.recordings().size() + 1);
+    for (const std::vector<int>& motion : by_motion(data_.recordings())) {
+      int most = 0;
+      for (const int recording : motion) {
+        const auto s = static_cast<std::size_t>(recording);
+        first[s] = first.back();
+        const int length = block_length(s);
+        most = std::max(most, (data_.recordings()[s].length() + length - 1) / length);
+      }
+      first.back() += most;
+    }
+    return first;
+  }
+
   /// A parameter of friction, where it is pulled to and how hard.
   struct Pull {
     std::size_t theta;
@@ -385,14 +412,15 @@ ArmErrors arm_errors(const ArmTorqueData& data, const Arm& fitted, const ArmTorq
   point.move_to(point.c());
   const Eigen::VectorXd c = point.c();
   Problem problem(data, point, options, jobs);
-  Eigen::MatrixXd scores = problem.scores(c);
-  if (scores.cols() < kFewestBlocks) return {};
-  scores.colwise() -= scores.rowwise().mean().eval();
   const optimise::Quadratic at = problem.linearise(c, std::numeric_limits<double>::quiet_NaN());
   Eigen::MatrixXd H = at.H;
   H.diagonal().array() += kStepRidge;
-  const Eigen::MatrixXd moves = H.ldlt().solve(scores);
-  RowMatrix w(count, scores.cols());
+  Eigen::MatrixXd moves = problem.deletions(c, H);
+  const auto blocks = static_cast<double>(moves.cols());
+  if (blocks < kFewestBlocks) return {};
+  moves.colwise() -= moves.rowwise().mean().eval();
+  moves *= std::sqrt((blocks - 1) / blocks);
+  RowMatrix w(count, moves.cols());
   fill_normal(seed, kDrawStream, 0, {w.data(), static_cast<std::size_t>(w.size())});
   const double least = problem.value(c);
   ArmErrors errors{.root = point.jacobian() * moves, .draws = {}};

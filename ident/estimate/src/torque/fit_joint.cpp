@@ -239,6 +239,11 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   if (const double period = fits.periods().longest_s; period > 0)
     report.message +=
         fmt::format("; the motion repeats after {:.3g} s: every period's end is held out", period);
+  if (sum && fits.is_short())
+    report.message += fmt::format(
+        "; less than {:.0f} s are held out: no cable was looked for, and parts may be on "
+        "or off by chance",
+        kFewSeconds);
   if (!config.prior.empty() && !fits.is_like_prior(found.front().arm))
     report.prior_left_out = "the prior is left out: held-out torque contradicts it";
   if (!finite) return report;

@@ -21,7 +21,6 @@ constexpr double kBothWays = 0.05;       // share of the sliding in the rarer di
 constexpr double kLeastFriction = 0.01;  // share of the torque: a start has some
 constexpr double kBlock = 1;             // [s] beyond which residuals count as independent
 
-constexpr double kFewSeconds = 10;                         // held out
 constexpr double kWorseByChance = 2;                       // with a prior, on few seconds
 constexpr double kMostLoadGain = 0.9, kCutLoadGain = 0.5;  // d friction / d load
 constexpr int kMostCuts = 3;

@@ -64,17 +64,17 @@ struct ArmErrors {
   std::vector<Arm> draws;  ///< arms that the same data might as well have given
 };
 
-/// Errors by the sandwich of the step's matrix H and the scores s_b of blocks of a second, all
-/// joints together,
+/// Errors by a jackknife over blocks of a second, all joints together, in one step each,
 ///
-///     S = dx/dc (H + 1)^-1 (s_b - mean s)_b,   s_b = sum over block b of J' e / sigma^2:
+///     S = dx/dc (d_b - mean d)_b sqrt((m - 1)/m),   d_b = (H + 1 - B'B)^-1 B'e,
 ///
-/// residuals of a second depend on each other, and the sum over blocks is right for errors of the
-/// model too. The same second of recordings of one motion is one block: what the model misses there
-/// it misses in all. The ridge of one datum keeps what the data leave open within its own size. Draws are
-/// those of the multiplier bootstrap, c - c_hat = (H + 1)^-1 sum_b w_b (s_b - mean s), w_b ~ N(0,
-/// 1), each halved until the objective exceeds its quadratic by no more than the quadratic part:
-/// springs of a bank that stand for each other are straight lines in no coordinates.
+/// with H the matrix of a step and B, e the Jacobian and the residual of block b of m, over sigma:
+/// residuals of a second depend on each other, what the model misses counts like noise, and a block
+/// that alone holds what is known of a parameter shows it. The same second of recordings of one
+/// motion is one block: what the model misses there it misses in all. The ridge of one datum keeps
+/// what the data leave open within its own size. Draws are S w, w ~ N(0, 1), each halved until the
+/// objective exceeds its quadratic by no more than the quadratic part: springs of a bank that stand
+/// for each other are straight lines in no coordinates.
 /// @param count  of draws
 /// @return nothing where there are fewer than ten blocks
 ArmErrors arm_errors(const ArmTorqueData& data, const Arm& fitted, const ArmTorqueOptions& options,

@@ -19,6 +19,8 @@ namespace fricid::estimate {
 
 struct Prepared;
 
+/// A log is short where less is held out [s].
+inline constexpr double kFewSeconds = 10;
 /// Smallest gain of a step of fits that are only compared, and of fits that may be thrown away.
 inline constexpr double kPartsGain = 1e-3, kRoughGain = 1e-2;
 
@@ -112,7 +114,7 @@ class JointFits {
 
   /// Whether every recording is long enough to train on windows.
   bool has_room_for_windows() const;
-  /// Whether fewer than ten seconds are held out.
+  /// Whether fewer than `kFewSeconds` are held out.
   bool is_short() const;
   /// All parts of the laws in every joint that its motion can show.
   std::vector<friction::LvmParts> all_parts() const;
