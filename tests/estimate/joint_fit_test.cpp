@@ -138,6 +138,20 @@ TEST(ArmErrors, OfSharesAreThoseOfASumOfOne) {
   }
 }
 
+// A share that is hardly there stays one that a model file may have.
+TEST(JointFits, JudgeSharesOfASumOfOneWithinTheirBounds) {
+  const JointFits fits(logs().prepared, logs().windows, 2);
+  Arm arm = fits.start(friction::JointSpec{{{"gms", 3, {}}}});
+  const std::vector<std::size_t> law = friction::shares(arm.friction.model)[0];
+  arm.friction.theta[law[0]] = 1e-6;
+  arm.friction.theta[law[1]] = 30;
+  arm.friction.theta[law[2]] = 10;
+  const std::vector<double> theta = fits.judged("gms", arm, 0).arm.friction.theta;
+  EXPECT_EQ(theta[law[0]], 1e-6);
+  EXPECT_NEAR(theta[law[1]], 0.75, 1e-6);
+  EXPECT_NEAR(theta[law[2]], 0.25, 1e-6);
+}
+
 // What a fit holds stays, what it may move ends inside its bounds.
 TEST(ArmTorqueFit, KeepsToItsLimits) {
   const JointFits fits(logs().prepared, logs().windows, 2);

@@ -284,7 +284,9 @@ Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) co
   for (const std::vector<std::size_t>& law : friction::shares(arm.friction.model)) {
     double sum = 0;
     for (const std::size_t i : law) sum += arm.friction.theta[i];
-    for (const std::size_t i : law) out.arm.friction.theta[i] /= sum;
+    for (const std::size_t i : law)
+      out.arm.friction.theta[i] =
+          std::max(arm.friction.theta[i] / sum, arm.friction.model.parameters()[i].info.lower);
   }
   out.seconds = seconds;
   out.rollouts = rollout_errors(out.arm, periods_.recordings, judging_, windows_.judge, jobs_);
