@@ -141,9 +141,19 @@ TEST(Choose, ANetworkHasToBeNeeded) {
 TEST(Choose, RolloutsAndTorqueDecideWhereRolloutsAreFew) {
   const Candidate best = candidate({-9, -11, -10}, -8, 2);
   const Candidate near = candidate({-8.3, -10.3, -9.3}, -7.3, 0.9);
-  const Candidate far = candidate({-7.5, -9.5, -8.5}, -6.5, 0.1);
+  const Candidate far = candidate({-7.5, -9.5, -8.5}, -6.5, 0.6);
   EXPECT_EQ(choose(std::vector{best, near, far}), 1u);
   EXPECT_EQ(choose(std::vector{best, candidate({-8.3, -10.3, -9.3}, -7.3, 1.1)}), 0u);
+}
+
+// Good rollouts of a law that leaves four times the torque of another are chance.
+TEST(Choose, RolloutsOfALawThatLeavesTheTorqueDoNotCount) {
+  const Candidate chance = candidate({-9, -11, -10}, -8, 9), sum = candidate({-7, -9, -8}, -6, 1),
+                  law = candidate({-7.2, -9.2, -8.2}, -6.2, 1.1);
+  EXPECT_EQ(choose(std::vector{chance, sum, law}), 2u);
+  EXPECT_EQ(eligible(std::vector{chance, sum, law}), (std::vector{false, true, true}));
+  const Candidate fell = candidate({-7, -9, 0}, -6, 1);  // the one that explains the torque
+  EXPECT_EQ(choose(std::vector{chance, fell}), 0u);
 }
 
 // A law that the sum contains has to be better beyond chance.

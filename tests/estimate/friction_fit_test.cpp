@@ -431,7 +431,8 @@ TEST(Prepare, SaysWhatBringsLogsToOneRate) {
                                            "in 2, or fit it in a scene of its own"));
   EXPECT_THAT(error(0.25), testing::HasSubstr("filter train_0 and keep one row in 4"));
   EXPECT_THAT(error(0.7), testing::HasSubstr("resample one of them"));
-  EXPECT_THAT(error(1.0001), testing::HasSubstr("give both even times of"));
+  EXPECT_THAT(error(1.005), testing::HasSubstr("give both even times of"));
+  EXPECT_EQ(error(1.0001), "no error");  // two clocks
 }
 
 }  // namespace

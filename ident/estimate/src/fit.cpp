@@ -214,6 +214,9 @@ RegressionStart start_of_regression(const dynamics::RobotModel& robot, RigidBody
 
 namespace {
 
+// Rates that differ by less are one: clocks do, and a speed is then off by as much.
+constexpr double kOneRate = 1e-3;
+
 // What brings two recordings to one rate.
 std::string to_one_rate(const data::Dataset& a, const data::Dataset& b) {
   constexpr double kAlike = 0.01;
@@ -281,7 +284,7 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
   for (const data::Dataset& d : train) {
     if (d.n() != robot.n())
       throw UserError("{}: {} joints, the robot has {}", d.name, d.n(), robot.n());
-    if (d.rate_hz != train.front().rate_hz)
+    if (std::abs(d.rate_hz / train.front().rate_hz - 1) > kOneRate)
       throw UserError("{}: {:.7g} Hz, and {} {:.7g} Hz; allowed: one rate in a scene: {}", d.name,
                       d.rate_hz, train.front().name, train.front().rate_hz,
                       to_one_rate(d, train.front()));

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 namespace fricid::estimate {
@@ -32,13 +33,21 @@ Difference between(const RolloutErrors& a, const RolloutErrors& b) {
   return out;
 }
 
+bool has_networks(const Arm& arm) {
+  return std::ranges::any_of(arm.friction.model.parameters(), [](const auto& parameter) {
+    return friction::is_weight(parameter.info.role);
+  });
+}
+
 namespace {
 
 constexpr int kFewRollouts = 10;  // of a second: their differences
 constexpr double kChance = 3;     // below this factor are taken for chance
 // Held-out torques that are one: they were seen, and a law with more parameters lowers them anyway.
 constexpr double kTie = 1.03;
-constexpr double kRival = 2;  // .. and what a law has to better the sum by, which contains it
+// Rollouts that few samples of the torque agree with are good by chance.
+constexpr double kMostTorque = 4;  // of the least held-out torque error
+constexpr double kRival = 2;       // .. and what a law has to better the sum by, which contains it
 
 std::ptrdiff_t fallen(const RolloutErrors& errors) {
   const double least = std::log(kFallenSquare);
@@ -50,21 +59,49 @@ bool few_rollouts(const Candidate& candidate) {
   return std::ssize(candidate.rollouts.seconds) < kFewRollouts;
 }
 
-}  // namespace
-
-bool has_networks(const Arm& arm) {
-  return std::ranges::any_of(arm.friction.model.parameters(), [](const auto& parameter) {
-    return friction::is_weight(parameter.info.role);
-  });
+/// Whether a candidate explains the held-out torque as others without networks do.
+std::vector<bool> explains(std::span<const Candidate> candidates) {
+  const auto error = [](const Candidate& candidate) {
+    return std::tuple(!std::isfinite(candidate.held_out), has_networks(candidate.arm),
+                      candidate.torque);
+  };
+  const double least = std::ranges::min_element(candidates, {}, error)->torque;
+  std::vector<bool> out;
+  for (const Candidate& candidate : candidates)
+    out.push_back(candidate.torque <= kMostTorque * least);
+  return out;
 }
 
+/// The best rollouts among the candidates that explain the torque, or among all where those fall
+/// more often.
+std::size_t best_of(std::span<const Candidate> candidates) {
+  const std::vector<bool> explaining = explains(candidates);
+  std::size_t best = 0, explained = candidates.size();
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const auto better = [&](std::size_t than) {
+      return than == candidates.size() || candidates[i].held_out < candidates[than].held_out;
+    };
+    if (better(best)) best = i;
+    if (explaining[i] && better(explained)) explained = i;
+  }
+  const bool all = explained == candidates.size() ||
+                   fallen(candidates[explained].rollouts) > fallen(candidates[best].rollouts);
+  return all ? best : explained;
+}
+
+}  // namespace
+
 std::vector<bool> eligible(std::span<const Candidate> candidates) {
-  const auto best = std::ranges::min_element(candidates, {}, &Candidate::held_out);
   std::vector<bool> all;
-  for (const Candidate& candidate : candidates) {
-    const Difference worse = between(candidate.rollouts, best->rollouts);
-    all.push_back(fallen(candidate.rollouts) <= fallen(best->rollouts) &&
-                  std::isfinite(candidate.held_out) &&
+  if (candidates.empty()) return all;
+  const std::size_t first = best_of(candidates);
+  const Candidate& best = candidates[first];
+  const std::vector<bool> explaining = explains(candidates);
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Candidate& candidate = candidates[i];
+    const Difference worse = between(candidate.rollouts, best.rollouts);
+    all.push_back(fallen(candidate.rollouts) <= fallen(best.rollouts) &&
+                  std::isfinite(candidate.held_out) && (explaining[i] || !explaining[first]) &&
                   worse.mean <= (few_rollouts(candidate) ? std::max(worse.error, std::log(kChance))
                                                          : worse.error));
   }
@@ -77,8 +114,7 @@ std::size_t choose(std::span<const Candidate> candidates) {
   for (std::size_t i = 0; i < candidates.size(); ++i)
     plain[i] = from[i] && !has_networks(candidates[i].arm);
   if (std::ranges::count(plain, true) > 0) from = std::move(plain);
-  const auto best = std::ranges::min_element(candidates, {}, &Candidate::held_out);
-  auto taken = static_cast<std::size_t>(best - candidates.begin());
+  std::size_t taken = best_of(candidates);
   const auto error = [&](std::size_t i) {
     const Candidate& candidate = candidates[i];
     if (!few_rollouts(candidate)) return candidate.torque;

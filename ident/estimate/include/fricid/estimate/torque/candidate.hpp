@@ -37,7 +37,8 @@ bool has_networks(const Arm& arm);
 
 /// Which candidates' held-out rollouts fell no more often than those of the best, and are no worse
 /// by more than a standard error; where rollouts of a second are fewer than ten, by more than a
-/// factor of three.
+/// factor of three. A candidate whose held-out torque error is four times the least of all has good
+/// rollouts by chance: it is neither, unless all others fall more often.
 std::vector<bool> eligible(std::span<const Candidate> candidates);
 /// Of those the one with the least held-out torque error, of those within 3 % of it the one with
 /// fewest parameters. Where rollouts are so few, the one with the least product of that and the
