@@ -757,6 +757,20 @@ TEST(Doctor, MissingArmatureIsNoTorqueUnit) {
   }
 }
 
+// The mass of a light link lies elsewhere than its file says: gravity has the other sign, as if the
+// joint turned the other way round.
+TEST(Doctor, AWrongCentreOfMassIsNoSign) {
+  for (std::size_t i = 0; i < clean_logs().size(); ++i) {
+    Log log = clean_logs()[i];
+    for (int link = log.robot.n() - 2; link < log.robot.n(); ++link) {
+      dynamics::RobotModel file = log.robot;
+      auto moment = file.pi.segment<3>(10 * link + 1);
+      moment = -0.8 * (Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()) * Eigen::Vector3d(moment));
+      EXPECT_TRUE(of_kind(diagnose(log.data, &file), "sign").empty()) << "log " << i << " " << link;
+    }
+  }
+}
+
 // Twenty minutes of a torque in steps: every value is repeated, and none of the runs is looked at
 // by going through the log again, which would take hours.
 TEST(Doctor, ALongLogOfTorqueInStepsIsReadThroughOnce) {

@@ -75,7 +75,7 @@ constexpr std::array kKinds{
              "gravity points another way: signs and masses seem wrong",
              "mount of [robot] in the scene; --mount of import and check", false, true},
     KindInfo{FindingKind::kSign, kDamage,
-             "friction would drive the joint; inertia would be negative",
+             "friction would drive the joint, or masses lie on its other side",
              "sign in the contract, or --fix sign", true, true},
     KindInfo{FindingKind::kSwapped, kDamage, "two joints are identified as each other",
              "order of columns in the contract, or --fix swapped", true, true},

@@ -28,7 +28,11 @@ constexpr double kUnderstood = 0.3;  // mean share unexplained where another mou
 constexpr double kLeastTilt = 0.06;  // [rad] of another mount
 constexpr int kMostTilts = 6;        // of one size
 constexpr double kWorse = 0.4;       // log of the factor by which one joint may become worse
-constexpr int kMistakes = 4;         // found one after the other
+// A joint that is taken the wrong way round looks as if the mass of its link lay on the other side.
+// Any other place of it leaves not much less then; where one leaves less than this share, the place
+// in the file is wrong.
+constexpr double kMirrored = 0.5;
+constexpr int kMistakes = 4;  // found one after the other
 // Factors of the nominal torques that are no modelling error: of most joints alike, and of one,
 // whose light link may be anything in a file.
 constexpr double kFarOff = 8, kFarOffAlone = 30;
@@ -41,6 +45,9 @@ struct Hypothesis {
   double factor = 1;                      // of the column of `joint`, where there is no other
   const Transmission* coupled = nullptr;  // of columns of motors read as those of joints,
   bool at_joints = false;                 // or the other way round
+
+  /// Whether the joint turns the other way than taken.
+  bool mirrors() const { return kind == FindingKind::kSign && moves && forces; }
 
   Sight undone(Sight s) const {
     if (coupled) {
@@ -120,57 +127,74 @@ class Judge {
     motors_.emplace(*robot_);
   }
 
+  // Share of the torque of a joint that is unexplained if the centre of mass of its own link is
+  // free: that of a light link, a tool or a flange is often wrong in a file.
+  double unexplained_with_centre(const Sight& s, int joint) {
+    dynamics::RobotModel moment = *robot_;
+    RowMatrix centre(s.q.rows(), 3);
+    for (int axis = 0; axis < 3; ++axis) {
+      moment.pi.setZero();
+      moment.pi[10 * joint + 1 + axis] = 1;
+      centre.col(axis) = torques(s, moment).col(joint);
+    }
+    return explain(s, torques(s, *robot_), joint, centre).unexplained;
+  }
+
   // Positive parts of the torque are friction, with a robot also its nominal torque, friction that
   // grows with it and the armature of a file that states none. Without a robot inertia is, and
   // gravity any sine of any joint.
   std::vector<Explained> explain(const Sight& s) {
-    const RowMatrix nominal = robot_ ? torques(s) : RowMatrix();
-    const RowMatrix v = robot_ ? motors_->to_motors(s.v) : s.v;
+    const RowMatrix nominal = robot_ ? torques(s, *robot_) : RowMatrix();
     std::vector<Explained> all;
-    for (int j = 0; j < n_; ++j) {
-      const std::vector<int>& rows = s.rows[static_cast<std::size_t>(j)];
-      const auto size = static_cast<Eigen::Index>(rows.size());
-      Eigen::MatrixXd free = Eigen::MatrixXd::Ones(size, robot_ ? 1 : 1 + 2 * n_);
-      const bool bare = robot_ && robot_->pi[robot_->armature_begin() + j] == 0;
-      const Eigen::RowVectorXd acting = motors_on(robot_, n_, j);
-      const Eigen::Index of_motors = 3 * (acting.array() != 0).count();
-      Eigen::MatrixXd positive(size, 1 + of_motors + (robot_ ? 1 + bare : 0));
-      Eigen::VectorXd tau(size);
-      for (Eigen::Index r = 0; r < size; ++r) {
-        const int k = rows[static_cast<std::size_t>(r)];
-        positive(r, 0) = robot_ ? nominal(k, j) : s.a(k, j);
-        Eigen::Index next = 1;
-        for (int m = 0; m < n_; ++m) {
-          if (acting[m] == 0) continue;
-          const double speed = v(k, m), sign = speed > 0 ? 1 : -1;
-          positive.row(r).segment<3>(next) << acting[m] * sign, acting[m] * speed,
-              acting[m] * sign * std::sqrt(std::abs(speed));
-          next += 3;
-        }
-        if (robot_) positive(r, next++) = (v(k, j) > 0 ? 1 : -1) * std::abs(nominal(k, j));
-        if (bare) positive(r, next) = s.a(k, j);
-        for (int i = 0; !robot_ && i < n_; ++i) {
-          free(r, 1 + 2 * i) = std::sin(s.q(k, i));
-          free(r, 2 + 2 * i) = std::cos(s.q(k, i));
-        }
-        tau[r] = s.tau(k, j);
-      }
-      all.push_back(size > 3 * (free.cols() + positive.cols()) ? regress(free, positive, tau)
-                                                               : Explained{});
-    }
+    for (int j = 0; j < n_; ++j) all.push_back(explain(s, nominal, j, {}));
     return all;
   }
 
  private:
-  RowMatrix torques(const Sight& s) {
+  // @param nominal  torque with a robot
+  // @param further  (T, ..) torques that are free
+  Explained explain(const Sight& s, const RowMatrix& nominal, int j, const RowMatrix& further) {
+    const RowMatrix v = robot_ ? motors_->to_motors(s.v) : s.v;
+    const std::vector<int>& rows = s.rows[static_cast<std::size_t>(j)];
+    const auto size = static_cast<Eigen::Index>(rows.size());
+    const Eigen::Index of_gravity = robot_ ? 1 : 1 + 2 * n_;
+    Eigen::MatrixXd free = Eigen::MatrixXd::Ones(size, of_gravity + further.cols());
+    const bool bare = robot_ && robot_->pi[robot_->armature_begin() + j] == 0;
+    const Eigen::RowVectorXd acting = motors_on(robot_, n_, j);
+    const Eigen::Index of_motors = 3 * (acting.array() != 0).count();
+    Eigen::MatrixXd positive(size, 1 + of_motors + (robot_ ? 1 + bare : 0));
+    Eigen::VectorXd tau(size);
+    for (Eigen::Index r = 0; r < size; ++r) {
+      const int k = rows[static_cast<std::size_t>(r)];
+      positive(r, 0) = robot_ ? nominal(k, j) : s.a(k, j);
+      Eigen::Index next = 1;
+      for (int m = 0; m < n_; ++m) {
+        if (acting[m] == 0) continue;
+        const double speed = v(k, m), sign = speed > 0 ? 1 : -1;
+        positive.row(r).segment<3>(next) << acting[m] * sign, acting[m] * speed,
+            acting[m] * sign * std::sqrt(std::abs(speed));
+        next += 3;
+      }
+      if (robot_) positive(r, next++) = (v(k, j) > 0 ? 1 : -1) * std::abs(nominal(k, j));
+      if (bare) positive(r, next) = s.a(k, j);
+      for (int i = 0; !robot_ && i < n_; ++i) {
+        free(r, 1 + 2 * i) = std::sin(s.q(k, i));
+        free(r, 2 + 2 * i) = std::cos(s.q(k, i));
+      }
+      if (further.cols() > 0) free.row(r).tail(further.cols()) = further.row(k);
+      tau[r] = s.tau(k, j);
+    }
+    return size > 3 * (free.cols() + positive.cols()) ? regress(free, positive, tau) : Explained{};
+  }
+
+  RowMatrix torques(const Sight& s, const dynamics::RobotModel& robot) {
     const auto n = static_cast<std::size_t>(n_);
-    const std::span<const double> pi{robot_->pi.data(),
-                                     static_cast<std::size_t>(robot_->pi.size())};
+    const std::span<const double> pi{robot.pi.data(), static_cast<std::size_t>(robot.pi.size())};
     const RowMatrix q = motors_->to_motors(s.q), v = motors_->to_motors(s.v),
                     a = motors_->to_motors(s.a);
     RowMatrix tau(q.rows(), n_);
     for (Eigen::Index k = 0; k < q.rows(); ++k)
-      dynamics::rnea<double>(*robot_, *ws_, pi, {q.row(k).data(), n}, {v.row(k).data(), n},
+      dynamics::rnea<double>(robot, *ws_, pi, {q.row(k).data(), n}, {v.row(k).data(), n},
                              {a.row(k).data(), n}, {tau.row(k).data(), n});
     return motors_->torque_to_joints(tau);
   }
@@ -404,6 +428,10 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
       const std::vector<Explained> after = judge.explain(h.undone(account.sight));
       const double gained = gain(account.explained, after);
       if (gained <= best || is_absurd(h, after)) continue;
+      if (robot && h.mirrors() &&
+          judge.unexplained_with_centre(account.sight, h.joint) <
+              kMirrored * after[static_cast<std::size_t>(h.joint)].unexplained)
+        continue;
       best = gained;
       believed = &h;
       then = after;
@@ -532,9 +560,11 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
   findings.insert(findings.end(), best.mistakes.begin(), best.mistakes.end());
   if (!robot) return;
   const bool most = mostly_far_off(now);
+  Judge judge(robot, d.n());
   for (int j = 0; j < d.n(); ++j)
     if (const Explained& e = now[static_cast<std::size_t>(j)];
-        far_off(e, most ? kFarOff : kFarOffAlone))
+        far_off(e, most ? kFarOff : kFarOffAlone) &&
+        (most || judge.unexplained_with_centre(sight, j) >= kMirrored * e.unexplained))
       findings.push_back(describe(d, motion, {FindingKind::kTorqueUnit, false, true, j}, e.scale,
                                   "times the nominal torque"));
 }
