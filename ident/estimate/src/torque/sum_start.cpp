@@ -15,7 +15,8 @@ using friction::Role;
 constexpr double kStatic = 1.03;                       // Fs / Fc
 constexpr double kPeak = 0.1;                          // Ts / Fc
 constexpr double kStribeckSpeed = 0.06;                // [rad/s]
-constexpr double kSlowest = 0.02, kFastest = 1;        // of the Stribeck velocity [rad/s]
+constexpr double kSlowest = 0.02, kFastest = 0.5;      // of the Stribeck velocity [rad/s]
+constexpr double kFastestBeside = 1;                   // of a law beside the memory
 constexpr double kAttraction = 30;                     // C / Fc [1/s]
 constexpr double kSlowReturn = 5, kFastReturn = 300;   // bounds of C / Fc [1/s]
 constexpr double kShortest = 1.5e-4, kLongest = 8e-3;  // lengths of the bank [rad]
@@ -221,7 +222,8 @@ std::vector<Limit> sum_limits(const Arm& arm) {
       within(typical / kCornerRange, typical * kCornerRange);
     }
     if (p.info.role == Role::kLoadCoefficient) limits.push_back({i, p.info.lower, kMostLoss});
-    if (p.info.role == Role::kStribeckVelocity) within(kSlowest * scale, kFastest * scale);
+    if (p.info.role == Role::kStribeckVelocity)
+      within(kSlowest * scale, (p.law == joint.coulomb ? kFastest : kFastestBeside) * scale);
     const double Fc = coulomb_friction(friction, p);
     if (p.info.role == Role::kAttraction) within(kSlowReturn * Fc, kFastReturn * Fc);
     if (p.info.role == Role::kLoadGrowth && !is_of_load_law(model, p))
