@@ -167,6 +167,21 @@ TEST(Faults, FrictionThatOutgrowsItsOwnLoadIsNamed) {
   EXPECT_THAT(text_of(report.faults), HasSubstr("grows with the load by more than the load"));
 }
 
+// What holds a joint that rests is anything within its friction: no law knows it.
+TEST(Faults, TorqueAtRestWithinFrictionIsNoFault) {
+  const Arm arm = coulomb_arm(5e-3);
+  const std::vector<data::Dataset> logs{make_log(arm, {})};
+  const Prepared prepared = prepare(arm.robot, {}, logs, 2);
+  FitReport report = fit(arm.robot, logs);
+  ASSERT_TRUE(report.usable()) << text_of(report.faults);
+  EXPECT_GT(report.sliding_r2[1], 0.99);
+  report.r2[1] = -27;
+  report.resting_rms[1] = 0.9 * prepared.rigid_body.Fc[1];
+  EXPECT_EQ(text_of(faults_of(prepared, report)), "");
+  report.resting_rms[1] = 1.1 * prepared.rigid_body.Fc[1];
+  EXPECT_THAT(text_of(faults_of(prepared, report)), HasSubstr("j2: R2 -27"));
+}
+
 TEST(Faults, TorqueThatNothingExplainsIsNotTrusted) {
   const Arm arm = coulomb_arm(5e-3);
   data::Dataset log = make_log(arm, {});

@@ -376,7 +376,8 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
   report.rigid_body = rigid;
   report.joints.resize(static_cast<std::size_t>(n));
   report.residual_rms.resize(static_cast<std::size_t>(n));
-  report.r2.resize(static_cast<std::size_t>(n));
+  for (std::vector<double>* of_joints : {&report.r2, &report.sliding_r2, &report.resting_rms})
+    of_joints->resize(static_cast<std::size_t>(n));
 
   const int passes = linear ? 1 : kPasses;  // linear friction and rigid body are one regression
   Progress progress(fmt::format("fit {}", report.model.label), passes * n);
@@ -432,17 +433,15 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
 
     // Residual and explained variance of the whole torque.
     for (int j = 0; j < n; ++j) {
-      double residual = 0, sum = 0, square = 0, count = 0;
-      for (std::size_t s = 0; s < prepared.recordings.size(); ++s)
-        for (int k = 0; k < prepared.recordings[s].length(); ++k) {
-          if (!prepared.recordings[s].use(k, j)) continue;
-          const double tau = prepared.recordings[s].filtered_tau(k, j);
-          residual += std::pow(target[s](k, j) - friction_torque[s](k, j), 2);
-          sum += tau, square += tau * tau, count += 1;
-        }
-      const auto i = static_cast<std::size_t>(j);
-      report.residual_rms[i] = std::sqrt(residual / std::max(1.0, count));
-      report.r2[i] = 1 - residual / (square - sum * sum / std::max(1.0, count));
+      TorqueScore score;
+      for (std::size_t s = 0; s < prepared.recordings.size(); ++s) {
+        const signals::Recording& r = prepared.recordings[s];
+        for (int k = 0; k < r.length(); ++k)
+          if (r.use(k, j))
+            score.add(r.filtered_tau(k, j), target[s](k, j) - friction_torque[s](k, j),
+                      std::abs(r.narrow.v(k, j)) > prepared.options.min_speed_rad_s);
+      }
+      score.write(static_cast<std::size_t>(j), report);
     }
   }
 

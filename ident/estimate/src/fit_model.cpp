@@ -158,17 +158,15 @@ void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitRepor
     predicted[s] = predict_torque(report.model.arm, prepared.recordings[s], cutoff_hz);
   });
   for (int j = 0; j < prepared.robot.n(); ++j) {
-    double residual = 0, sum = 0, square = 0, rows = 0;
-    for (std::size_t s = 0; s < count; ++s)
-      for (int k = 0; k < prepared.recordings[s].length(); ++k) {
-        if (!prepared.recordings[s].use(k, j)) continue;
-        const double tau = prepared.recordings[s].filtered_tau(k, j);
-        residual += std::pow(tau - predicted[s](k, j), 2);
-        sum += tau, square += tau * tau, rows += 1;
-      }
-    const auto i = static_cast<std::size_t>(j);
-    report.residual_rms[i] = std::sqrt(residual / std::max(1.0, rows));
-    report.r2[i] = 1 - residual / (square - sum * sum / std::max(1.0, rows));
+    TorqueScore score;
+    for (std::size_t s = 0; s < count; ++s) {
+      const signals::Recording& r = prepared.recordings[s];
+      for (int k = 0; k < r.length(); ++k)
+        if (r.use(k, j))
+          score.add(r.filtered_tau(k, j), r.filtered_tau(k, j) - predicted[s](k, j),
+                    std::abs(r.narrow.v(k, j)) > prepared.options.min_speed_rad_s);
+    }
+    score.write(static_cast<std::size_t>(j), report);
   }
 }
 

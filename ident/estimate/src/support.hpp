@@ -57,6 +57,36 @@ inline OffsetPrior offset_prior(const RigidBodyFit& fit, int joint) {
   return {sd, std::pow(fit.sigma[joint] / sd, 2) / rows};
 }
 
+/// Residual of one joint's torque over its usable rows.
+class TorqueScore {
+ public:
+  /// @param slides  whether the joint moves faster than at the least speed of the regression
+  void add(double tau, double residual, bool slides) {
+    for (Sums* sums : {&all_, slides ? &sliding_ : &resting_}) {
+      sums->residual += residual * residual;
+      sums->tau += tau;
+      sums->square += tau * tau;
+      sums->rows += 1;
+    }
+  }
+  /// Writes the score of joint i into a report, whose lists are long enough.
+  template <class Report>
+  void write(std::size_t i, Report& report) const {
+    report.residual_rms[i] = all_.rms();
+    report.r2[i] = all_.r2();
+    report.sliding_r2[i] = sliding_.r2();
+    report.resting_rms[i] = resting_.rms();
+  }
+
+ private:
+  struct Sums {
+    double residual = 0, tau = 0, square = 0, rows = 0;
+    double rms() const { return std::sqrt(residual / std::max(1.0, rows)); }
+    double r2() const { return 1 - residual / (square - tau * tau / std::max(1.0, rows)); }
+  };
+  Sums all_, sliding_, resting_;
+};
+
 inline double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }

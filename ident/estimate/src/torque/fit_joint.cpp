@@ -174,7 +174,8 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   report.model.label = config.label.empty() ? config.name : config.label;
   report.model.seed = seed;
   report.residual_rms.resize(static_cast<std::size_t>(prepared.robot.n()));
-  report.r2.resize(report.residual_rms.size());
+  for (std::vector<double>* of_joints : {&report.r2, &report.sliding_r2, &report.resting_rms})
+    of_joints->resize(report.residual_rms.size());
 
   MultiStepOptions windows = config.train;
   windows.seed = static_cast<std::uint64_t>(seed);

@@ -195,7 +195,7 @@ class SumChoice {
   void leave_out_parts() {
     for (const SumPart part :
          {SumPart::kPowerFlow, SumPart::kLoad, SumPart::kAsymmetry, SumPart::kTemperature,
-          SumPart::kRipple, SumPart::kStribeck, SumPart::kViscous})
+          SumPart::kRipple, SumPart::kStribeck, SumPart::kBacklash, SumPart::kViscous})
       leave_out(part);
   }
 

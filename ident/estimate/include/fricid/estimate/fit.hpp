@@ -71,6 +71,8 @@ struct FitReport {
   std::vector<double> objective;  ///< per pass: mean over joints of residual / torque mean square
   std::vector<double> residual_rms;  ///< (n) inverse-dynamics residual, all usable rows [N m]
   std::vector<double> r2;            ///< (n) 1 - residual / torque variance on the training rows
+  std::vector<double> sliding_r2;    ///< (n) of the rows in which the joint slides
+  std::vector<double> resting_rms;   ///< (n) residual of the other rows [N m]
   std::vector<Coupling> couplings;   ///< (n)
   std::vector<Fault> faults;         ///< why not to trust it, see `faults_of`
   double seconds = 0;
