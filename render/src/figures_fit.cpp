@@ -20,6 +20,7 @@ namespace fricid::render {
 namespace {
 
 constexpr double kTwoSd = 2;
+constexpr std::size_t kMostTiles = 14;  // in a row of a correlation matrix
 constexpr double kRelated = 0.5,
                  kConfused = 0.9;  // |correlation| shown by a sign, and by a bold one
 
@@ -275,6 +276,23 @@ void add_sign(double x, double y, double value, Series& strokes) {
   strokes.y.insert(strokes.y.end(), {y - kArm, y + kArm, kBreak});
 }
 
+/// Parameters of a correlation matrix that are known, at most `kMostTiles`: those that are related
+/// most to another, in their order.
+std::vector<Eigen::Index> most_related(const Eigen::MatrixXd& correlation) {
+  std::vector<Eigen::Index> known;
+  for (Eigen::Index i = 0; i < correlation.rows(); ++i)
+    if (std::isfinite(correlation(i, i))) known.push_back(i);
+  if (known.size() <= kMostTiles) return known;
+  Eigen::VectorXd most = Eigen::VectorXd::Zero(correlation.rows());
+  for (const Eigen::Index i : known)
+    for (const Eigen::Index k : known)
+      if (k != i) most[i] = std::max(most[i], std::abs(correlation(i, k)));
+  std::ranges::stable_sort(known, std::greater(), [&](Eigen::Index i) { return most[i]; });
+  known.resize(kMostTiles);
+  std::ranges::sort(known);
+  return known;
+}
+
 Figure correlation(const Run& run, const RunModel& model) {
   Figure figure{.name = file_stem("correlation_" + model.name), .left_cm = 2.1};
   figure.caption = fmt::format(
@@ -284,14 +302,14 @@ Figure correlation(const Run& run, const RunModel& model) {
       model.label);
   const auto fit = run.fit(model);
   if (!fit) return figure;
+  bool some_left_out = false;
   for (std::size_t j = 0; j < fit->joints.size(); ++j) {
     const data::FittedJoint& joint = fit->joints[j];
     if (joint.correlation.size() == 0) continue;
     Panel panel{.title = run.joint(static_cast<int>(j))};
     Series tiles{.mark = Mark::kTiles}, signs{.width = 0.7}, bold{.width = 1.6};
-    std::vector<Eigen::Index> known;
-    for (Eigen::Index i = 0; i < joint.correlation.rows(); ++i)
-      if (std::isfinite(joint.correlation(i, i))) known.push_back(i);
+    const std::vector<Eigen::Index> known = most_related(joint.correlation);
+    some_left_out |= (joint.correlation.diagonal().array().isFinite().count()) > std::ssize(known);
     for (std::size_t a = 0; a < known.size(); ++a) {
       const std::string& symbol = joint.parameters[static_cast<std::size_t>(known[a])].symbol;
       panel.x_tics.emplace_back(a, symbol);
@@ -314,6 +332,9 @@ Figure correlation(const Run& run, const RunModel& model) {
     panel.series = {std::move(tiles), std::move(signs), std::move(bold)};
     figure.panels.push_back(std::move(panel));
   }
+  if (some_left_out)
+    figure.caption += fmt::format(
+        " Of each joint the {} parameters that are related most to another.", kMostTiles);
   return figure;
 }
 
