@@ -242,7 +242,8 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
         fmt::format("; the motion repeats after {:.3g} s: every period's end is held out", period);
   if (sum && fits.is_short())
     report.message += fmt::format(
-        "; less than {:.0f} s are held out: no cable was looked for, and parts may be on "
+        "; less than {:.0f} s are held out: no cable and no Stribeck torque beside the memory were "
+        "looked for, and parts may be on "
         "or off by chance",
         kFewSeconds);
   if (!config.prior.empty() && !fits.is_like_prior(found.front().arm))

@@ -53,9 +53,10 @@ class SumChoice {
     try_gaps();
     try_bristles_behind_gaps();
     if (try_inner_viscous()) try_bristles();
-    if (try_stribeck()) try_bristles();
+    // a few seconds are no proof for what stands beside the memory, or against a part
+    if (!fits_->is_short() && try_stribeck()) try_bristles();
     try_ripples();
-    if (fits_->is_short()) return;  // a few seconds are no proof for a cable or against a part
+    if (fits_->is_short()) return;
     try_bristles_and_cables();
     try_cables();
     leave_out_parts();
