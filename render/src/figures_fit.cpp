@@ -309,7 +309,7 @@ Figure correlation(const Run& run, const RunModel& model) {
     Panel panel{.title = run.joint(static_cast<int>(j))};
     Series tiles{.mark = Mark::kTiles}, signs{.width = 0.7}, bold{.width = 1.6};
     const std::vector<Eigen::Index> known = most_related(joint.correlation);
-    some_left_out |= (joint.correlation.diagonal().array().isFinite().count()) > std::ssize(known);
+    some_left_out |= joint.correlation.diagonal().array().isFinite().count() > std::ssize(known);
     for (std::size_t a = 0; a < known.size(); ++a) {
       const std::string& symbol = joint.parameters[static_cast<std::size_t>(known[a])].symbol;
       panel.x_tics.emplace_back(a, symbol);
