@@ -207,12 +207,11 @@ Training training_of(const Task& task, std::vector<data::Dataset> recordings) {
 }
 
 /// Parts of the training recordings, with arms that were not fitted to them.
-std::vector<evaluate::LeftOut> left_out_of(const RunFolder& folder, const FitId& id,
+std::vector<evaluate::LeftOut> left_out_of(const data::FitFile& file, const std::string& place,
                                            const data::ModelFile& model,
                                            std::span<const evaluate::Trajectory> training) {
   std::vector<evaluate::LeftOut> parts;
-  const std::string place = folder.fit(id).string();
-  for (const data::FittedWithout& fit : data::load<data::FitFile>(folder.fit(id)).without) {
+  for (const data::FittedWithout& fit : file.without) {
     const auto of = std::ranges::find(training, fit.recording,
                                       [](const auto& recording) { return recording.data.name; });
     const std::size_t parameters = model.arm.friction.theta.size();
@@ -237,10 +236,10 @@ std::vector<evaluate::LeftOut> left_out_of(const RunFolder& folder, const FitId&
 }
 
 /// Arms that the data of a fit might as well have given.
-std::vector<Arm> draws_of(const RunFolder& folder, const FitId& id, const data::ModelFile& model) {
+std::vector<Arm> draws_of(const data::FitFile& fit, const std::string& place,
+                          const data::ModelFile& model) {
   std::vector<Arm> arms;
-  const std::string place = folder.fit(id).string();
-  const auto draws = data::load<data::FitFile>(folder.fit(id)).draws;
+  const auto& draws = fit.draws;
   if (!draws) return arms;
   const auto parameters = std::ssize(model.arm.friction.theta);
   if (draws->pi.cols() != model.arm.robot.pi.size() || draws->theta.cols() != parameters)
@@ -263,8 +262,7 @@ data::ModelFile oracle_model(const scene::Problem& problem) {
 }
 
 /// Faults that a fit found in itself, one line each.
-std::vector<std::string> faults_of(const RunFolder& folder, const FitId& id) {
-  const auto fit = data::load<data::FitFile>(folder.fit(id));
+std::vector<std::string> faults_of(const data::FitFile& fit) {
   std::vector<std::string> lines;
   for (const data::FittedFault& fault : fit.faults)
     lines.push_back(
@@ -355,28 +353,29 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   contest.training = std::move(learnt.fitted);
   contest.learnt = std::move(learnt.judged);
   contest.robot = task.problem.robot;
+  const std::optional<data::ModelFile> oracle =
+      held_out.truths.empty() ? std::nullopt : std::optional(oracle_model(task.problem));
   for (const FitRequest& fit : task.fits) {
     contest.models.push_back(load_fitted(visible, fit.id(), task.problem.scene.joints));
-    contest.faults.push_back(faults_of(visible, fit.id()));
-    contest.left_out.push_back(
-        left_out_of(visible, fit.id(), contest.models.back(), contest.training));
-    contest.draws.push_back(draws_of(visible, fit.id(), contest.models.back()));
+    const data::ModelFile& model = contest.models.back();
+    const fs::path path = visible.fit(fit.id());
+    const auto file = data::load<data::FitFile>(path);
+    contest.faults.push_back(faults_of(file));
+    contest.left_out.push_back(left_out_of(file, path.string(), model, contest.training));
+    contest.draws.push_back(draws_of(file, path.string(), model));
+    if (oracle) contest.intervals.emplace_back(evaluate::count_intervals(model, file, oracle->arm));
     if (!is_conventional(fit, contest.models.back()))
       contest.unconventional.push_back(fit.model.name);
   }
   for (const fs::path& folder : external_folders(out, task.fits))
     contest.externals.push_back(
         evaluate::load_external_model(folder, held_out.trajectories, starts));
-  if (!held_out.truths.empty()) {
-    contest.models.insert(contest.models.begin(), oracle_model(task.problem));
+  if (oracle) {
+    contest.models.insert(contest.models.begin(), *oracle);
     contest.faults.insert(contest.faults.begin(), std::vector<std::string>());
     contest.left_out.emplace(contest.left_out.begin());
     contest.draws.emplace(contest.draws.begin());
-    contest.intervals.emplace_back();
-    for (std::size_t i = 0; i < task.fits.size(); ++i)
-      contest.intervals.push_back(evaluate::count_intervals(
-          contest.models[i + 1], data::load<data::FitFile>(visible.fit(task.fits[i].id())),
-          contest.models.front().arm));
+    contest.intervals.emplace(contest.intervals.begin());
     contest.simulator_oracle = simulator_rollouts(task, held_out, starts, 1.0);
     contest.simulator_halved = simulator_rollouts(task, held_out, starts, 0.5);
   }

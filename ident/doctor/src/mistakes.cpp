@@ -137,7 +137,7 @@ class Judge {
       moment.pi[10 * joint + 1 + axis] = 1;
       centre.col(axis) = torques(s, moment).col(joint);
     }
-    return explain(s, torques(s, *robot_), joint, centre).unexplained;
+    return explain(s, torques(s, *robot_), speeds_of_motors(s), joint, centre).unexplained;
   }
 
   // Positive parts of the torque are friction, with a robot also its nominal torque, friction that
@@ -145,16 +145,22 @@ class Judge {
   // gravity any sine of any joint.
   std::vector<Explained> explain(const Sight& s) {
     const RowMatrix nominal = robot_ ? torques(s, *robot_) : RowMatrix();
+    const RowMatrix v = speeds_of_motors(s);
     std::vector<Explained> all;
-    for (int j = 0; j < n_; ++j) all.push_back(explain(s, nominal, j, {}));
+    for (int j = 0; j < n_; ++j) all.push_back(explain(s, nominal, v, j, {}));
     return all;
   }
 
  private:
+  RowMatrix speeds_of_motors(const Sight& s) const {
+    return robot_ ? motors_->to_motors(s.v) : s.v;
+  }
+
   // @param nominal  torque with a robot
+  // @param v        of the motors
   // @param further  (T, ..) torques that are free
-  Explained explain(const Sight& s, const RowMatrix& nominal, int j, const RowMatrix& further) {
-    const RowMatrix v = robot_ ? motors_->to_motors(s.v) : s.v;
+  Explained explain(const Sight& s, const RowMatrix& nominal, const RowMatrix& v, int j,
+                    const RowMatrix& further) {
     const std::vector<int>& rows = s.rows[static_cast<std::size_t>(j)];
     const auto size = static_cast<Eigen::Index>(rows.size());
     const Eigen::Index of_gravity = robot_ ? 1 : 1 + 2 * n_;

@@ -432,17 +432,10 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
     report.objective.push_back(mean);
 
     // Residual and explained variance of the whole torque.
-    for (int j = 0; j < n; ++j) {
-      TorqueScore score;
-      for (std::size_t s = 0; s < prepared.recordings.size(); ++s) {
-        const signals::Recording& r = prepared.recordings[s];
-        for (int k = 0; k < r.length(); ++k)
-          if (r.use(k, j))
-            score.add(r.filtered_tau(k, j), target[s](k, j) - friction_torque[s](k, j),
-                      std::abs(r.narrow.v(k, j)) > prepared.options.min_speed_rad_s);
-      }
-      score.write(static_cast<std::size_t>(j), report);
-    }
+    for (int j = 0; j < n; ++j)
+      score_joint(
+          prepared.recordings, j, prepared.options.min_speed_rad_s,
+          [&](std::size_t s, int k) { return target[s](k, j) - friction_torque[s](k, j); }, report);
   }
 
   if (prepared.under_load && !linear) widen_errors(*prepared.under_load, report.rigid_body);

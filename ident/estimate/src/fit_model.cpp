@@ -157,17 +157,13 @@ void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitRepor
     const auto s = static_cast<std::size_t>(i);
     predicted[s] = predict_torque(report.model.arm, prepared.recordings[s], cutoff_hz);
   });
-  for (int j = 0; j < prepared.robot.n(); ++j) {
-    TorqueScore score;
-    for (std::size_t s = 0; s < count; ++s) {
-      const signals::Recording& r = prepared.recordings[s];
-      for (int k = 0; k < r.length(); ++k)
-        if (r.use(k, j))
-          score.add(r.filtered_tau(k, j), r.filtered_tau(k, j) - predicted[s](k, j),
-                    std::abs(r.narrow.v(k, j)) > prepared.options.min_speed_rad_s);
-    }
-    score.write(static_cast<std::size_t>(j), report);
-  }
+  for (int j = 0; j < prepared.robot.n(); ++j)
+    score_joint(
+        prepared.recordings, j, prepared.options.min_speed_rad_s,
+        [&](std::size_t s, int k) {
+          return prepared.recordings[s].filtered_tau(k, j) - predicted[s](k, j);
+        },
+        report);
 }
 
 LatentNoise assumed_noise(const Arm& arm, std::span<const signals::Recording> recordings) {

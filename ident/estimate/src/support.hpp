@@ -87,6 +87,22 @@ class TorqueScore {
   Sums all_, sliding_, resting_;
 };
 
+/// Scores the torque of joint j over its usable rows.
+/// @param residual   of sample k of recording s, residual(s, k) [N m]
+/// @param min_speed  above which the joint slides [rad/s]
+template <class Residual, class Report>
+void score_joint(std::span<const signals::Recording> recordings, int j, double min_speed,
+                 const Residual& residual, Report& report) {
+  TorqueScore score;
+  for (std::size_t s = 0; s < recordings.size(); ++s) {
+    const signals::Recording& r = recordings[s];
+    for (int k = 0; k < r.length(); ++k)
+      if (r.use(k, j))
+        score.add(r.filtered_tau(k, j), residual(s, k), std::abs(r.narrow.v(k, j)) > min_speed);
+  }
+  score.write(static_cast<std::size_t>(j), report);
+}
+
 inline double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }

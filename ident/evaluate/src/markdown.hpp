@@ -30,7 +30,7 @@ Markdown markdown_table(const std::vector<Cells>& rows);
 /// First row of a table: `first`, then the horizons.
 Cells horizon_titles(const Markdown& first, const std::vector<double>& horizons_s);
 
-/// "92 of 120": intervals that hold the truth; a dash where none is stated.
+/// "90 of 120 (75 %)": intervals that hold the truth; a dash where none is stated.
 Markdown held(const IntervalCount& count);
 
 /// Intervals of the parameters of every model that states some; empty if none does.

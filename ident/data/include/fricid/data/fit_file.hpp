@@ -39,11 +39,10 @@ struct FittedParameter {
     archive("symbol", symbol, text("of the law's table"));
     archive("value", value, any_number("", "in the unit of the law's table"));
     archive("standard_error", standard_error,
-            not_negative(
-                "",
-                "of method joint: by draws, estimated together with the rigid body, as Coulomb "
-                "and viscous friction of others is; else with the rigid body given; null: "
-                "unknown, held or on a bound"));
+            not_negative("",
+                         "of method joint: a jackknife, together with the rigid body, as Coulomb "
+                         "and viscous friction of others is; else with the rigid body given; null: "
+                         "unknown or held"));
   }
 };
 
