@@ -142,6 +142,14 @@ class HeldOut(ProgramTest):
                                 r"simple_s1\.json: joints shoulder, elbow; allowed as a prior: those of this robot, joint_a1",
                                 self.folder / "out")
 
+    def test_a_prior_of_the_same_robot(self):
+        scene = f'extends = "{TINY}"\n[[model]]\nname = "lugre"\nmethod = "joint"\n'
+        first = fricid("identify", self.write("first.toml", scene), "-o", self.folder / "first")
+        self.assertEqual(first.returncode, 0, first.stderr)
+        with_prior = f'{scene}prior = "{self.folder / "first/models/lugre_s1.json"}"\n'
+        second = fricid("identify", self.write("second.toml", with_prior), "-o", self.folder / "second")
+        self.assertEqual(second.returncode, 0, second.stderr)
+
     def test_training_data_are_not_held_out(self):
         for name in ("run/data/train_0.h5", "train.h5"):
             self.assert_refused(self.evaluate(name), r"12 s of it are in train_0, which is trained on",

@@ -19,6 +19,7 @@
 #include "fricid/friction/laws/memory_network.hpp"
 #include "friction/ripple_search.hpp"
 #include "rigid_body/regression.hpp"
+#include "rigid_body/regression_start.hpp"
 #include "support.hpp"
 #include "torque/networks.hpp"
 
@@ -143,10 +144,11 @@ Arm load_prior(const std::string& file, const dynamics::RobotModel& robot) {
   const std::string found = joints_of(model.arm.robot), own = joints_of(robot);
   if (found != own)
     throw UserError("{}: joints {}; allowed as a prior: those of this robot, {}", file, found, own);
-  if (model.arm.robot.pi.size() != robot.pi.size())
+  const Eigen::Index fitted = start_of_regression(robot, {}).robot.pi.size();
+  if (model.arm.robot.pi.size() != fitted)
     throw UserError(
         "{}: a rigid body of {} parameters; allowed as a prior: {}, those of this robot", file,
-        model.arm.robot.pi.size(), robot.pi.size());
+        model.arm.robot.pi.size(), fitted);
   const auto is_sum = [](const friction::JointSpec& joint) {
     return !joint.laws.empty() && std::ranges::all_of(joint.laws, [](const friction::LawSpec& law) {
       return !friction::is_learned(law.law) || law.law == friction::MemoryNetwork::kName;
