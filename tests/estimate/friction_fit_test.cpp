@@ -103,6 +103,31 @@ TEST(FitConventional, StandardErrorsCoverTheTruth) {
   EXPECT_LE(inside, count - 1);
 }
 
+// Reference: the injected truth. Presliding of .1 mrad passes within samples, and
+// within what the filter of the motion takes: no resampling of the log shows by how much stiffness
+// and damping are off.
+TEST(FitConventional, StandardErrorsHoldWhatTheMotionLost) {
+  Arm arm{small_arm(), {}};
+  arm.friction = same_law("lugre", {4, 4.6, 0.1, 40000, 20, 2}, arm.robot.n());
+  const FitReport report =
+      fit_conventional(prepare(arm.robot, {}, logs_of(arm, {}, 3), 2), model("lugre"), 1, 2);
+  ASSERT_TRUE(report.usable()) << report.message;
+  const std::vector<friction::ParameterRef>& parameters = arm.friction.model.parameters();
+  double beyond_blocks = 0;
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    const friction::ParameterRef& place = parameters[p];
+    const JointFrictionFit& fit = report.joints[static_cast<std::size_t>(place.joint)];
+    const auto i = p - static_cast<std::size_t>(arm.friction.model.parameter_begin(place.joint));
+    if (place.symbol != "sigma0" && place.symbol != "sigma1") continue;
+    const double error = std::abs(fit.theta[i] - arm.friction.theta[p]);
+    EXPECT_LT(error, 3 * fit.standard_error[i]) << place.symbol << " " << place.joint;
+    const double of_blocks = std::sqrt(
+        std::max(0.0, std::pow(fit.standard_error[i], 2) - std::pow(fit.motion_error[i], 2)));
+    beyond_blocks = std::max(beyond_blocks, error / of_blocks);
+  }
+  EXPECT_GT(beyond_blocks, 5);
+}
+
 // Of a joint that slides in one direction the sum of Coulomb friction and offset is known: as in
 // the regression, friction takes it.
 TEST(FitConventional, SlidingInOneDirectionIsFrictionNotOffset) {

@@ -34,7 +34,8 @@ Fitted stated(const Arm& arm, double error) {
     data::FittedJoint& joint = out.fit.joints.emplace_back();
     for (int i = friction.parameter_begin(j); i < friction.parameter_begin(j + 1); ++i) {
       const auto p = static_cast<std::size_t>(i);
-      joint.parameters.push_back({friction.parameters()[p].symbol, arm.friction.theta[p], error});
+      joint.parameters.push_back(
+          {friction.parameters()[p].symbol, arm.friction.theta[p], error, {}});
     }
   }
   return out;
@@ -97,6 +98,29 @@ TEST(Intervals, PhasesAreTheSameAfterATurn) {
     of.model.arm.friction.theta[static_cast<std::size_t>(i)] += 2 * std::numbers::pi;
   }
   const ParameterIntervals all = count_intervals(of.model, of.fit, truth);
+  EXPECT_EQ(all.friction.hold, all.friction.stated);
+}
+
+// A law that is fitted at another reference temperature has other torques there, and is the same.
+TEST(Intervals, TorquesUnderTemperatureAreThoseAtTheReferenceOfTheFit) {
+  Arm truth = kr6("dahl");
+  const friction::JointSpec joint{{{"dahl", 0, {{"temperature", 0}}}}};
+  truth.friction.model = friction::RobotFriction(std::vector(6, joint));
+  truth.friction.theta = friction::default_theta(truth.friction.model);
+  const double warmer = 10, beta = 0.02;
+  const auto& parameters = truth.friction.model.parameters();
+  Arm fitted = truth;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (parameters[i].symbol == "beta") truth.friction.theta[i] = beta;
+    if (parameters[i].symbol == "beta") fitted.friction.theta[i] = beta;
+    if (parameters[i].symbol == "T0") fitted.friction.theta[i] += warmer;
+    if (parameters[i].owner == "dahl") fitted.friction.theta[i] *= std::exp(-beta * warmer);
+  }
+  Fitted of = stated(fitted, 1e-6);
+  for (data::FittedJoint& fit : of.fit.joints)
+    std::erase_if(fit.parameters, [](const data::FittedParameter& p) { return p.symbol == "T0"; });
+  const ParameterIntervals all = count_intervals(of.model, of.fit, truth);
+  EXPECT_EQ(all.friction.stated, 6 * 4);
   EXPECT_EQ(all.friction.hold, all.friction.stated);
 }
 

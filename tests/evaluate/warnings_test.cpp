@@ -81,6 +81,12 @@ TEST(Warnings, AHeldArmatureIsSaid) {
                                          "armature is held at 0.5"));
 }
 
+TEST(Warnings, RemarksOnParametersAreSaid) {
+  data::FitFile fit = good_fit();
+  fit.remarks = {{"sigma0 is a guess", "so are reversals", "log faster"}};
+  EXPECT_THAT(found_in(fit), ElementsAre("sigma0 is a guess"));
+}
+
 TEST(Warnings, BoundsAndSeveralMinimaAreListedByJoint) {
   data::FitFile fit = good_fit();
   fit.joints[0].at_bound = {"Fc", "vs"};

@@ -104,6 +104,9 @@ bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
     const auto fit = data::load<data::FitFile>(job.run.folder().fit(request.id()));
     if (fit.rigid_body.slower) job.say(fmt::format("{}: {}", id, *fit.rigid_body.slower));
     if (fit.prior_left_out) job.say(fmt::format("{}: {}", id, *fit.prior_left_out));
+    if (fit.remarks)
+      for (const data::FittedRemark& remark : *fit.remarks)
+        job.say(fmt::format("{}: {}: {}; {}", id, remark.found, remark.meaning, remark.remedy));
     for (const data::FittedFault& fault : fit.faults)
       job.say(
           fmt::format("{}: {}", id, estimate::in_words({fault.joint, fault.found, fault.remedy})));

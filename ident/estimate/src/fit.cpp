@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@
 #include "fricid/system/driven_friction.hpp"
 #include "fricid/system/initial_state.hpp"
 #include "fricid/system/transmission.hpp"
+#include "friction/motion_errors.hpp"
 #include "rigid_body/contradictions.hpp"
 #include "rigid_body/regression.hpp"
 #include "rigid_body/regression_start.hpp"
@@ -390,6 +392,8 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
   const std::span<const signals::Recording> recordings =
       loaded.empty() ? prepared.recordings : loaded;
   const double temperature = temperatures_of(prepared.recordings).mean;
+  std::optional<MotionErrors> motion;
+  if (!linear) motion.emplace(recordings, cutoff, jobs);
   int evaluations = 0;
   for (int pass = 0; pass < passes; ++pass) {
     if (pass > 0) {
@@ -410,6 +414,10 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
       options.stream = static_cast<std::uint64_t>(j);
       options.starts = pass == 0 ? config.starts : 1;
       options.grows = rigid.shows_growth(j);
+      if (motion && pass + 1 == passes)
+        options.motion_error = [&](std::span<const double> theta) {
+          return motion->of(data, j, one, theta, data.used_rows());
+        };
       std::vector<double> start =
           pass == 0 ? friction::start_from(one, guess_of(rigid, data, j)) : report.joints[i].theta;
       // Coulomb friction is that at the temperature of the log, not at one that is fitted

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fricid/base/not_finite.hpp"
+#include "fricid/estimate/remarks.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 
 namespace fricid::estimate {
@@ -71,7 +72,10 @@ data::FittedJoint joint_of(const FitReport& report, std::size_t j) {
                           .correlation = fit.correlation};
   for (std::size_t i = 0; i < fit.theta.size(); ++i)
     joint.parameters.push_back({friction.parameters()[begin + i].symbol, fit.theta[i],
-                                i < fit.standard_error.size() ? fit.standard_error[i] : kNan});
+                                i < fit.standard_error.size() ? fit.standard_error[i] : kNan,
+                                i < fit.motion_error.size() && std::isfinite(fit.motion_error[i])
+                                    ? std::optional(fit.motion_error[i])
+                                    : std::nullopt});
   return joint;
 }
 
@@ -88,9 +92,11 @@ data::FittedJoint jointly_fitted(const FitReport& report, std::size_t j) {
   const int begin = friction.model.parameter_begin(joint_number),
             size = friction.model.parameter_begin(joint_number + 1) - begin;
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd of_motion = Eigen::VectorXd::Zero(size);
   if (const Eigen::MatrixXd& root = report.errors.root; root.size() > 0) {
     const auto own = root.middleRows(report.model.arm.robot.pi.size() + begin, size);
     covariance = own * own.transpose();
+    of_motion = own.rightCols(root.cols() - report.errors.blocks).rowwise().norm();
   }
   const Eigen::VectorXd error = covariance.diagonal().cwiseSqrt();
   data::FittedJoint joint{.joint = report.model.arm.robot.joints[j].name,
@@ -109,8 +115,8 @@ data::FittedJoint jointly_fitted(const FitReport& report, std::size_t j) {
   for (Eigen::Index i = 0; i < size; ++i) {
     const auto p = static_cast<std::size_t>(begin + i);
     const friction::ParameterRef& parameter = friction.model.parameters()[p];
-    joint.parameters.push_back(
-        {parameter.symbol, friction.theta[p], error[i] > 0 ? error[i] : kNan});
+    joint.parameters.push_back({parameter.symbol, friction.theta[p], error[i] > 0 ? error[i] : kNan,
+                                error[i] > 0 ? std::optional(of_motion[i]) : std::nullopt});
     if (error[i] > 0 && on_bound(parameter.info, friction.theta[p]))
       joint.at_bound.push_back(parameter.symbol);
     for (Eigen::Index k = 0; k < size; ++k)
@@ -171,6 +177,7 @@ data::FitFile fit_file(const FitReport& report) {
                      .message = report.message,
                      .prior_left_out = report.prior_left_out,
                      .faults = {},
+                     .remarks = {},
                      .objective = report.objective,
                      .parameters = report.model.free_parameters,
                      .fitted_to = report.fitted_to,
@@ -189,6 +196,10 @@ data::FitFile fit_file(const FitReport& report) {
   if (report.method == Method::kJoint)
     for (std::size_t j = 0; j < report.residual_rms.size(); ++j)
       file.joints.push_back(jointly_fitted(report, j));
+  if (std::vector<data::FittedRemark> remarks =
+          remarks_on(file.joints, report.model.arm.friction.model);
+      !remarks.empty())
+    file.remarks = std::move(remarks);
   if (report.torque) file.torque = training_of(*report.torque);
   if (report.multi_step) file.multi_step = training_of(*report.multi_step);
   if (report.em) file.em = em_of(*report.em);

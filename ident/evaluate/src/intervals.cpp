@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fricid/dynamics/base_parameters.hpp"
+#include "fricid/friction/modifiers/temperature.hpp"
 
 namespace fricid::evaluate {
 namespace {
@@ -45,10 +46,24 @@ const friction::LawSpec& law_of(const friction::RobotFriction& friction,
       .laws[static_cast<std::size_t>(parameter.law)];
 }
 
-/// The true value of a parameter; none where the truth has another law there.
-std::optional<double> true_value(const friction::RobotFriction& friction,
+/// A parameter of the temperature of a law; NaN where it does not depend on it.
+double of_temperature(const friction::Friction& friction, const friction::ParameterRef& of,
+                      friction::Role role) {
+  const std::vector<friction::ParameterRef>& parameters = friction.model.parameters();
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (const friction::ParameterRef& p = parameters[i]; p.joint == of.joint && p.law == of.law &&
+                                                         p.owner == friction::Temperature::kName &&
+                                                         p.info.role == role)
+      return friction.theta[i];
+  return std::nan("");
+}
+
+/// The true value of a parameter; none where the truth has another law there. Torques of a law
+/// under temperature are those at the reference temperature of `friction`, which no log determines.
+std::optional<double> true_value(const friction::Friction& fitted,
                                  const friction::ParameterRef& parameter,
                                  const friction::Friction& truth) {
+  const friction::RobotFriction& friction = fitted.model;
   if (parameter.joint == friction::kWholeRobot) return {};
   const auto& parameters = truth.model.parameters();
   const auto same = std::ranges::find_if(parameters, [&](const friction::ParameterRef& other) {
@@ -56,22 +71,22 @@ std::optional<double> true_value(const friction::RobotFriction& friction,
   });
   if (same == parameters.end() || !is_same(law_of(friction, parameter), law_of(truth.model, *same)))
     return {};
-  return truth.theta[static_cast<std::size_t>(same - parameters.begin())];
+  const double value = truth.theta[static_cast<std::size_t>(same - parameters.begin())];
+  using enum friction::Role;
+  const double warmer =
+      of_temperature(fitted, parameter, kTemperature) - of_temperature(truth, *same, kTemperature);
+  const bool is_torque = parameter.info.unit.starts_with("N m");
+  return is_torque && std::isfinite(warmer)
+             ? value * std::exp(-of_temperature(truth, *same, kTemperatureCoefficient) * warmer)
+             : value;
 }
 
-/// theta with the shares of every law summing to one, and by how much each entry was scaled.
-std::pair<std::vector<double>, std::vector<double>> with_unit_shares(
-    const friction::Friction& friction) {
-  std::vector<double> theta = friction.theta, scale(theta.size(), 1);
-  for (const std::vector<std::size_t>& law : friction::shares(friction.model)) {
-    double sum = 0;
-    for (const std::size_t i : law) sum += theta[i];
-    for (const std::size_t i : law) {
-      scale[i] = 1 / sum;
-      theta[i] /= sum;
-    }
-  }
-  return {std::move(theta), std::move(scale)};
+/// theta with the shares of every law summing to one.
+std::vector<double> with_unit_shares(const friction::Friction& friction) {
+  std::vector<double> theta = friction.theta;
+  const std::vector<double> sums = friction::sums_of_shares(friction);
+  for (std::size_t i = 0; i < theta.size(); ++i) theta[i] /= sums[i];
+  return theta;
 }
 
 }  // namespace
@@ -106,20 +121,20 @@ ParameterIntervals count_intervals(const data::ModelFile& model, const data::Fit
                            found[i].standard_error);
   }
   const friction::RobotFriction& friction = model.arm.friction.model;
-  const friction::Friction true_friction{truth.friction.model,
-                                         with_unit_shares(truth.friction).first};
-  const auto [theta, scale] = with_unit_shares(model.arm.friction);
+  const friction::Friction true_friction{truth.friction.model, with_unit_shares(truth.friction)};
+  const std::vector<double> theta = with_unit_shares(model.arm.friction),
+                            sums = friction::sums_of_shares(model.arm.friction);
   for (int i = 0; i < friction.parameter_count(); ++i) {
     const data::FittedParameter* parameter = data::fitted_parameter(fit, friction, i);
     if (parameter == nullptr) continue;
     const friction::ParameterRef& place = friction.parameters()[static_cast<std::size_t>(i)];
-    const std::optional<double> value = true_value(friction, place, true_friction);
+    const std::optional<double> value = true_value(model.arm.friction, place, true_friction);
     if (!value) continue;
     const auto p = static_cast<std::size_t>(i);
     double error = theta[p] - *value;
     if (place.info.role == friction::Role::kPhase)
       error = std::remainder(error, 2 * std::numbers::pi);
-    intervals.friction.add(error, scale[p] * parameter->standard_error);
+    intervals.friction.add(error, parameter->standard_error / sums[p]);
   }
   return intervals;
 }

@@ -40,6 +40,9 @@ void warn_of_trust(const data::FitFile& fit, const std::string& name, Warnings& 
                                     enumeration(mended)),
                         "it is a guess where the data do not determine it",
                         "correct the <inertia> of these links in the URDF"});
+  if (fit.remarks)
+    for (const data::FittedRemark& remark : *fit.remarks)
+      warnings.push_back({name, remark.found, remark.meaning, remark.remedy});
   if (!fit.usable && fit.faults.empty())
     warnings.push_back(
         {name, fmt::format("the fit ended as \"{}\": {}", name_of(fit.outcome), fit.message),

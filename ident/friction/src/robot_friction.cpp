@@ -219,6 +219,16 @@ std::vector<std::vector<std::size_t>> shares(const RobotFriction& model) {
   return laws;
 }
 
+std::vector<double> sums_of_shares(const Friction& friction) {
+  std::vector<double> sums(friction.theta.size(), 1);
+  for (const std::vector<std::size_t>& law : shares(friction.model)) {
+    double sum = 0;
+    for (const std::size_t i : law) sum += friction.theta[i];
+    for (const std::size_t i : law) sums[i] = sum;
+  }
+  return sums;
+}
+
 void initialise_weights(const RobotFriction& model, std::uint64_t seed, std::span<double> theta) {
   for (const auto& slot : model.slots_) {
     Rng rng(seed,

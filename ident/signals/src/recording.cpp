@@ -92,6 +92,15 @@ Eigen::VectorXd bends_at_edges(const Eigen::VectorXd& x, double cutoff_hz, doubl
   return bends;
 }
 
+// A position through a filter.
+Eigen::VectorXd low_passed(const Eigen::VectorXd& x, const ZeroPhaseButterworth& filter,
+                           std::vector<double>& work) {
+  const Eigen::VectorXd bends = bends_at_edges(x, filter.cutoff_hz(), filter.rate_hz());
+  Eigen::VectorXd out = x - bends;
+  filter.apply(std::span<double>(out.data(), static_cast<std::size_t>(out.size())), work);
+  return out + bends;
+}
+
 // Share of the variance of white noise that a filter leaves.
 double noise_share(const ZeroPhaseButterworth& filter) {
   double share = 0;
@@ -138,6 +147,24 @@ std::vector<Stretch> rests_of(const Eigen::VectorXd& narrow_q, double noise_sd,
     if (end - begin >= shortest) rests.push_back({begin, end});
   }
   return rests;
+}
+
+// Makes `wide` a straight line where a joint rests.
+void straighten_rests(Recording& r, const ZeroPhaseButterworth& low_pass) {
+  for (Eigen::Index j = 0; j < r.wide.q.cols(); ++j)
+    for (const auto& [begin, end] : rests_of(r.narrow.q.col(j), r.noise_sd[j], low_pass))
+      r.wide.q.col(j).segment(begin, end - begin) =
+          Eigen::VectorXd::LinSpaced(end - begin, r.narrow.q(begin, j), r.narrow.q(end - 1, j));
+}
+
+// Slopes at the samples, per sample, exact for polynomials of degree 4; near the ends those of
+// parabolas.
+Eigen::VectorXd slopes(const Eigen::VectorXd& x) {
+  const Eigen::Index T = x.size();
+  Eigen::VectorXd slope = central_difference(x, 1);
+  slope.segment(2, T - 4) =
+      (8 * (x.segment(3, T - 4) - x.segment(1, T - 4)) - x.tail(T - 4) + x.head(T - 4)) / 12;
+  return slope;
 }
 
 // Standard deviation of white noise on each column of x (n), from the part that a filter removed.
@@ -203,6 +230,45 @@ UseMask at_rest(const Recording& r, double cutoff_hz) {
   return rests;
 }
 
+Recording filtered_again(const Recording& recording, double cutoff_hz) {
+  const double rate = 1 / recording.dt;
+  const ZeroPhaseButterworth wide(wide_band(cutoff_hz, rate), rate);
+  Recording out = recording;
+  std::vector<double> work;
+  for (Eigen::Index j = 0; j < out.wide.q.cols(); ++j)
+    out.wide.q.col(j) = low_passed(out.wide.q.col(j), wide, work);
+  straighten_rests(out, ZeroPhaseButterworth(cutoff_hz, rate));
+  out.wide.v = central_difference(out.wide.q, out.dt);
+  return out;
+}
+
+Recording between_samples(const Recording& recording, int factor) {
+  const Eigen::Index T = recording.length(), n = recording.n(), fine = (T - 1) * factor + 1;
+  Recording out;
+  out.dt = recording.dt / factor;
+  for (RowMatrix* signal : {&out.wide.q, &out.held_tau, &out.load, &out.temperature})
+    signal->setZero(fine, n);
+  out.use.setConstant(fine, n, false);
+  const auto between = [&](Eigen::Index k, auto&& at) {
+    const Eigen::Index last = std::min(k / factor, T - 2);
+    at(last, static_cast<double>(k - last * factor) / factor);
+  };
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const Eigen::VectorXd q = recording.wide.q.col(j), slope = slopes(q);
+    for (Eigen::Index k = 0; k < fine; ++k)
+      between(k, [&](Eigen::Index i, double x) {
+        const double rise = q[i + 1] - q[i], y = 1 - x;
+        out.wide.q(k, j) =
+            y * q[i] + x * q[i + 1] + x * y * (y * (slope[i] - rise) + x * (rise - slope[i + 1]));
+        out.load(k, j) = y * recording.load(i, j) + x * recording.load(i + 1, j);
+        out.temperature(k, j) =
+            y * recording.temperature(i, j) + x * recording.temperature(i + 1, j);
+      });
+  }
+  out.wide.v = central_difference(out.wide.q, out.dt);
+  return out;
+}
+
 Recording make_recording(Dataset log, double cutoff_hz) {
   const ZeroPhaseButterworth low_pass(cutoff_hz, log.rate_hz);
   const ZeroPhaseButterworth wide(wide_band(cutoff_hz, log.rate_hz), log.rate_hz);
@@ -231,11 +297,10 @@ Recording make_recording(Dataset log, double cutoff_hz) {
     // Torque in force around t_k: mean of the values held before and after it.
     if (held)
       for (int k = T - 1; k > 0; --k) column[k] = 0.5 * (column[k - 1] + column[k]);
-    const Eigen::VectorXd bends = held ? Eigen::VectorXd::Zero(T).eval()
-                                       : bends_at_edges(column, by.cutoff_hz(), by.rate_hz());
-    column -= bends;
-    by.apply(std::span<double>(column.data(), static_cast<std::size_t>(T)), work);
-    column += bends;
+    if (held)
+      by.apply(std::span<double>(column.data(), static_cast<std::size_t>(T)), work);
+    else
+      column = low_passed(column, by, work);
     if (!column.allFinite())
       throw UserError("{}: joint {}: numbers too large for a filter", log.name, joint);
     return column;
@@ -251,10 +316,7 @@ Recording make_recording(Dataset log, double cutoff_hz) {
   }
 
   out.noise_sd = noise_above_band(log.q, out.wide.q, wide);
-  for (int j = 0; j < n; ++j)
-    for (const auto& [begin, end] : rests_of(out.narrow.q.col(j), out.noise_sd[j], low_pass))
-      out.wide.q.col(j).segment(begin, end - begin) =
-          Eigen::VectorXd::LinSpaced(end - begin, out.narrow.q(begin, j), out.narrow.q(end - 1, j));
+  straighten_rests(out, low_pass);
 
   out.narrow.v = central_difference(out.narrow.q, dt);
   out.wide.v = central_difference(out.wide.q, dt);

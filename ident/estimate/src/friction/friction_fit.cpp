@@ -98,19 +98,24 @@ void leave_out_unseen_growth(const JointFrictionData& data, const friction::Robo
 // Standard errors and correlation of what was free at the end.
 void set_uncertainty(const JointFrictionData& data, const friction::RobotFriction& friction,
                      const SearchCoordinates& coordinates, std::span<const double> x,
-                     JointFrictionFit& fit) {
+                     const FrictionFitOptions& options, JointFrictionFit& fit) {
   const auto p = static_cast<Eigen::Index>(x.size());
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   fit.standard_error.assign(x.size(), kNone);
+  fit.motion_error.assign(x.size(), kNone);
   fit.correlation = Eigen::MatrixXd::Constant(p, p, kNone);
   std::vector<std::size_t> free;
   for (std::size_t i = 0; i < x.size(); ++i)
     if (!coordinates.is_held(i) && !on_bound(coordinates, x, i)) free.push_back(i);
-  const Eigen::MatrixXd covariance = search_covariance(data, friction, coordinates, x, free);
+  const Eigen::VectorXd of_motion =
+      options.motion_error ? options.motion_error(fit.theta) : Eigen::VectorXd();
+  const SearchErrors errors = search_errors(data, friction, coordinates, x, free, of_motion);
+  const Eigen::MatrixXd& covariance = errors.covariance;
   for (Eigen::Index a = 0; a < covariance.rows(); ++a) {
     const std::size_t i = free[static_cast<std::size_t>(a)];
-    fit.standard_error[i] =
-        std::abs(coordinates.slope(i, fit.theta[i])) * std::sqrt(covariance(a, a));
+    const double slope = std::abs(coordinates.slope(i, fit.theta[i]));
+    fit.standard_error[i] = slope * std::sqrt(covariance(a, a));
+    if (of_motion.size() > 0) fit.motion_error[i] = slope * errors.of_motion[a];
     for (Eigen::Index b = 0; b < covariance.cols(); ++b)
       fit.correlation(static_cast<Eigen::Index>(i),
                       static_cast<Eigen::Index>(free[static_cast<std::size_t>(b)])) =
@@ -180,7 +185,7 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
     if (!coordinates.is_held(i) && on_bound(coordinates, best.x, i))
       fit.at_bound.push_back(parameter.symbol);
   }
-  set_uncertainty(data, friction, coordinates, best.x, fit);
+  set_uncertainty(data, friction, coordinates, best.x, options, fit);
   fit.offset = data.offset(friction, fit.theta);
   fit.rms = std::sqrt(best.value);
   fit.explained = data.target_mean_square() > 0 ? 1 - best.value / data.target_mean_square() : 0;

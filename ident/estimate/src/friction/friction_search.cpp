@@ -197,6 +197,18 @@ Eigen::MatrixXd sandwich(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
   return covariance;
 }
 
+// One value per used row, 0 at the others and everywhere where there are none.
+PerSample at_used_rows(const JointFrictionData& data, const Eigen::VectorXd& values) {
+  PerSample out;
+  Eigen::Index r = 0;
+  for (const std::vector<int>& used : data.used_rows()) {
+    out.emplace_back(static_cast<std::size_t>(data.length(static_cast<int>(out.size()))), 0.0);
+    if (values.size() == 0) continue;
+    for (const int k : used) out.back()[static_cast<std::size_t>(k)] = values[r++];
+  }
+  return out;
+}
+
 }  // namespace
 
 SearchCoordinates::SearchCoordinates(const friction::RobotFriction& friction,
@@ -233,10 +245,9 @@ double SearchCoordinates::slope(std::size_t i, double theta) const {
   return log_[i] ? theta : unit_[i];
 }
 
-Eigen::MatrixXd search_covariance(const JointFrictionData& data,
-                                  const friction::RobotFriction& friction,
-                                  const SearchCoordinates& coordinates, std::span<const double> x,
-                                  std::span<const std::size_t> free) {
+SearchErrors search_errors(const JointFrictionData& data, const friction::RobotFriction& friction,
+                           const SearchCoordinates& coordinates, std::span<const double> x,
+                           std::span<const std::size_t> free, const Eigen::VectorXd& motion_error) {
   struct Block {
     Eigen::VectorXd score, columns;
     Eigen::MatrixXd H;
@@ -244,12 +255,13 @@ Eigen::MatrixXd search_covariance(const JointFrictionData& data,
   };
   const auto p = static_cast<Eigen::Index>(free.size());
   const int length = std::max(1, static_cast<int>(std::lround(kBlock / data.dt())));
+  const PerSample motion = at_used_rows(data, motion_error);
   std::vector<Block> blocks;
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(p, p);
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(p);
-  double mean_residual = 0;
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(p), of_motion = mean;
+  double mean_residual = 0, mean_of_motion = 0;
   for_each_row(data, friction, coordinates, x, free,
-               [&](int, int k, const Eigen::VectorXd& column, double residual) {
+               [&](int s, int k, const Eigen::VectorXd& column, double residual) {
                  if (k % length == 0)
                    blocks.push_back({Eigen::VectorXd::Zero(p), Eigen::VectorXd::Zero(p),
                                      Eigen::MatrixXd::Zero(p, p)});
@@ -262,8 +274,12 @@ Eigen::MatrixXd search_covariance(const JointFrictionData& data,
                  block.H += column * column.transpose();
                  mean += column / data.rows();
                  mean_residual += residual / data.rows();
+                 const double m = motion[static_cast<std::size_t>(s)][static_cast<std::size_t>(k)];
+                 of_motion += m * column;
+                 mean_of_motion += m / data.rows();
                });
   for (const Block& block : blocks) H += block.H;
+  of_motion -= data.rows() * data.share_of_mean() * mean_of_motion * mean;
   // the constant beside the law is whatever fits best: rows count as what they are beside it
   H -= data.rows() * data.share_of_mean() * mean * mean.transpose();
   mean *= data.share_of_mean();
@@ -287,7 +303,9 @@ Eigen::MatrixXd search_covariance(const JointFrictionData& data,
     if (left_out.allFinite()) score = left_out;
     B += score * score.transpose();
   }
-  return sandwich(H, B);
+  const Eigen::MatrixXd of_motion_alone = sandwich(H, of_motion * of_motion.transpose());
+  return {sandwich(H, B + of_motion * of_motion.transpose()),
+          of_motion_alone.diagonal().cwiseSqrt()};
 }
 
 SearchMinimum search(const JointFrictionData& data, const friction::RobotFriction& friction,

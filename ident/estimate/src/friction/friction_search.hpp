@@ -41,7 +41,13 @@ class SearchCoordinates {
 /// Objective of a prediction that is not finite: finite for the optimiser.
 inline constexpr double kBadValue = 1e30;
 
-/// Covariance of the coordinates `free` at a minimum, the others held. With J the Jacobian of the
+/// How far the coordinates of a minimum may err.
+struct SearchErrors {
+  Eigen::MatrixXd covariance;
+  Eigen::VectorXd of_motion;  ///< standard deviation, part of it
+};
+
+/// Errors of the coordinates `free` at a minimum, the others held. With J the Jacobian of the
 /// residuals e, both beside the best constant, and blocks b of one second, the prior of the
 /// constant being one more block,
 ///
@@ -49,12 +55,12 @@ inline constexpr double kBadValue = 1e30;
 ///
 /// the jackknife over blocks, linear about the minimum. It holds for correlated residuals (those of
 /// filtered signals, or of a law that does not fit) and where few blocks hold what is known of a
-/// parameter, as breakaways do of Fs.
+/// parameter, as breakaways do of Fs. The error m that the motion makes adds (J'J)^-1 J'm.
 /// @see Bell & McCaffrey, Survey Methodology 28(2), 2002
-Eigen::MatrixXd search_covariance(const JointFrictionData& data,
-                                  const friction::RobotFriction& friction,
-                                  const SearchCoordinates& coordinates, std::span<const double> x,
-                                  std::span<const std::size_t> free);
+/// @param motion_error  of F[f] at the used rows [N m]; empty: none
+SearchErrors search_errors(const JointFrictionData& data, const friction::RobotFriction& friction,
+                           const SearchCoordinates& coordinates, std::span<const double> x,
+                           std::span<const std::size_t> free, const Eigen::VectorXd& motion_error);
 
 /// Where a search ended.
 struct SearchMinimum {

@@ -281,13 +281,11 @@ Candidate JointFits::judged(std::string name, const Arm& arm, double seconds) co
   Candidate out;
   out.name = std::move(name);
   out.arm = arm;
-  for (const std::vector<std::size_t>& law : friction::shares(arm.friction.model)) {
-    double sum = 0;
-    for (const std::size_t i : law) sum += arm.friction.theta[i];
-    for (const std::size_t i : law)
-      out.arm.friction.theta[i] =
-          std::max(arm.friction.theta[i] / sum, arm.friction.model.parameters()[i].info.lower);
-  }
+  const std::vector<double> sums = friction::sums_of_shares(arm.friction);
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    if (const friction::ParameterInfo& info = arm.friction.model.parameters()[i].info;
+        info.role == friction::Role::kShare)
+      out.arm.friction.theta[i] = std::max(arm.friction.theta[i] / sums[i], info.lower);
   out.seconds = seconds;
   out.rollouts = rollout_errors(out.arm, periods_.recordings, judging_, windows_.judge, jobs_);
   out.held_out = std::exp(out.rollouts.mean());

@@ -33,6 +33,7 @@ struct FittedParameter {
   std::string symbol;
   double value = 0;
   double standard_error = 0;  ///< NaN if the parameter was held fixed or the error is not known
+  std::optional<double> motion_error{};  ///< part of it that filter and samples of the motion make
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -43,6 +44,11 @@ struct FittedParameter {
                          "of method joint: a jackknife, together with the rigid body, as Coulomb "
                          "and viscous friction of others is; else with the rigid body given; null: "
                          "unknown or held"));
+    archive(
+        "motion_error", motion_error,
+        not_negative("",
+                     "part of standard_error: what the filter of the motion and the time between "
+                     "its samples may have changed; absent: not known"));
   }
 };
 
@@ -280,6 +286,19 @@ struct FittedFault {
   }
 };
 
+/// What the parameters of a fit do not say though they look as if they did. Its predictions may be
+/// good.
+struct FittedRemark {
+  std::string found, meaning, remedy;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("found", found, text("which parameters of which joints"));
+    archive("meaning", meaning, text("what they do not say"));
+    archive("remedy", remedy, text("what to do"));
+  }
+};
+
 /// One of several fits of which held-out data chose.
 struct FittedCandidate {
   std::string name;
@@ -379,8 +398,9 @@ struct FitFile {
   Outcome outcome = Outcome::kFailed;
   bool usable = false;
   std::string message;
-  std::optional<std::string> prior_left_out;  ///< why; none: it stayed, or there was none
-  std::vector<FittedFault> faults;            ///< why not to trust it
+  std::optional<std::string> prior_left_out;         ///< why; none: it stayed, or there was none
+  std::vector<FittedFault> faults;                   ///< why not to trust it
+  std::optional<std::vector<FittedRemark>> remarks;  ///< on parameters; none: nothing to say
   std::vector<double> objective;
   int parameters = 0;
   std::optional<FittedTo> fitted_to;  ///< none: all training data
@@ -409,6 +429,7 @@ struct FitFile {
     archive("prior_left_out", prior_left_out,
             text("why the prior of the model was left out, in words"));
     archive.sections("faults", faults, "why not to trust it");
+    archive.sections("remarks", remarks, "what parameters do not say though they look like it");
     archive("objective", objective,
             not_negative("1",
                          "per pass, mean over joints of residual / torque mean "

@@ -19,6 +19,7 @@
 #include "fricid/estimate/options/model.hpp"
 #include "fricid/estimate/report.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
+#include "fricid/estimate/torque/arm_errors.hpp"
 #include "fricid/estimate/torque/arm_torque_fit.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
 #include "fricid/estimate/torque/folds.hpp"

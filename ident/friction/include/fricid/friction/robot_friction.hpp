@@ -191,6 +191,10 @@ bool is_same(const ParameterRef& a, const ParameterRef& b);
 /// matter.
 std::vector<std::vector<std::size_t>> shares(const RobotFriction& model);
 
+/// Per parameter, the sum of its law's shares if it is one of them, else 1: theta divided by it
+/// has shares that sum to one.
+std::vector<double> sums_of_shares(const Friction& friction);
+
 /// Writes random initial values of all network weights into theta and leaves the rest: the weights
 /// of law l of joint j are drawn from (seed, j, l), independent of other joints; those of the law
 /// of the whole robot from (seed, n), and may depend on its scales, which must be set before. An

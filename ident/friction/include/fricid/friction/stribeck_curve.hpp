@@ -1,5 +1,5 @@
 // The Stribeck curve: friction level falling from Fs at rest to Fc at speed. Shared by stribeck,
-// lugre and gms.
+// stribeck_peak, lugre and gms.
 #pragma once
 
 #include "fricid/base/math.hpp"

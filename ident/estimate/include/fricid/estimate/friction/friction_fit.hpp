@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <string>
@@ -68,6 +69,7 @@ class JointFrictionData {
   /// From now on a single spring (maxwell_slip of one element) begins each sequence deflected by so
   /// much [rad or m], within its cap; at first by nothing. A short spring forgets that at once.
   void begin_springs_at(std::vector<double> deflection) { spring_ = std::move(deflection); }
+  const std::vector<double>& springs() const { return spring_; }  ///< empty: not deflected
 
   /// F[f].
   /// @param friction  structure of one joint
@@ -201,6 +203,8 @@ struct FrictionFitOptions {
   int iterations = 40;            ///< of Levenberg-Marquardt, per start
   double tolerance = 1e-4;        ///< of Nelder-Mead, on the scaled parameters
   std::vector<std::size_t> held;  ///< indices in theta of parameters that keep their start
+  /// Error of F[f] at the used rows that the motion makes [N m], see `MotionErrors`; empty: none.
+  std::function<Eigen::VectorXd(std::span<const double> theta)> motion_error;
   bool grows = false;  ///< whether the regression shows that friction grows with the load
 };
 
@@ -211,6 +215,7 @@ struct JointFrictionFit {
   std::vector<double> theta;  ///< (parameter_count)
   /// (parameter_count) with the rigid body known; NaN where held or on a bound.
   std::vector<double> standard_error;
+  std::vector<double> motion_error;  ///< (parameter_count) part of it; NaN where not known
   /// Of the parameters in the coordinates of the search (logarithms where the table says so); NaN
   /// in rows and columns of those that have no standard error.
   Eigen::MatrixXd correlation;

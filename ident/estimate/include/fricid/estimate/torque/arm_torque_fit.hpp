@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +10,6 @@
 #include "fricid/estimate/options/rigid_body.hpp"
 #include "fricid/estimate/report.hpp"
 #include "fricid/estimate/torque/arm_torque_data.hpp"
-#include "fricid/estimate/windows/window_refinement.hpp"
 #include "fricid/system/arm.hpp"
 
 namespace fricid::estimate {
@@ -56,32 +54,5 @@ struct ArmTorqueFit {
 /// @throws Stopped on Ctrl-C
 ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
                             const ArmTorqueOptions& options, int jobs);
-
-/// How far a fit may err.
-struct ArmErrors {
-  /// Root S of the covariance S S' of (pi, theta), one column per block; empty: unknown.
-  Eigen::MatrixXd root;
-  std::vector<Arm> draws;  ///< arms that the same data might as well have given
-};
-
-/// Errors by a jackknife over blocks of a second, all joints together, in one step each,
-///
-///     S = dx/dc (d_b - mean d)_b sqrt((m - 1)/m),   d_b = (H + 1 - B'B)^-1 B'e,
-///
-/// with H the matrix of a step and B, e the Jacobian and the residual of block b of m, over sigma:
-/// residuals of a second depend on each other, what the model misses counts like noise, and a block
-/// that alone holds what is known of a parameter shows it. The same second of recordings of one
-/// motion is one block: what the model misses there it misses in all. The ridge of one datum keeps
-/// what the data leave open within its own size. Draws are S w, w ~ N(0, 1), each halved until the
-/// objective exceeds its quadratic by no more than the quadratic part: springs of a bank that stand
-/// for each other are straight lines in no coordinates.
-/// @param count  of draws
-/// @return nothing where there are fewer than ten blocks
-ArmErrors arm_errors(const ArmTorqueData& data, const Arm& fitted, const ArmTorqueOptions& options,
-                     int count, std::uint64_t seed, int jobs);
-
-/// What the torque says of a fitted arm.
-TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
-                       const ArmTorqueOptions& options, int jobs);
 
 }  // namespace fricid::estimate

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "fricid/estimate/torque/arm_errors.hpp"
 #include "fricid/estimate/torque/arm_torque_fit.hpp"
 #include "fricid/estimate/torque/by_period.hpp"
 #include "fricid/estimate/torque/cable.hpp"

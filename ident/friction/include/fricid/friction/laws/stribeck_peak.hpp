@@ -6,6 +6,7 @@
 
 #include "fricid/base/math.hpp"
 #include "fricid/friction/law.hpp"
+#include "fricid/friction/stribeck_curve.hpp"
 
 namespace fricid::friction {
 
@@ -32,21 +33,21 @@ class StribeckPeak : public Stateless {
 
   template <class S>
   S torque(const S* theta, const Input<S>& in, const S*) const {
-    const S u = in.v / theta[kVs];
-    return theta[kTs] * exp(-(u * u)) * tanh(in.v / theta[kV0]);
+    return curve(theta, in.v).value * tanh(in.v / theta[kV0]);
   }
 
   template <class S>
   void torque_pullback(const S* theta, const Input<S>& in, const S*, const S& tau_bar, S* theta_bar,
                        Input<S>& in_bar, S*) const {
-    const S u = in.v / theta[kVs], r = in.v / theta[kV0];
-    const S peak = exp(-(u * u)), t = tanh(r);
-    const S u_bar = -tau_bar * theta[kTs] * t * S(2) * u * peak;
-    const S r_bar = tau_bar * theta[kTs] * peak * (S(1) - t * t);
-    theta_bar[kTs] += tau_bar * peak * t;
-    theta_bar[kVs] -= u_bar * u / theta[kVs];
+    const StribeckCurve<S> s = curve(theta, in.v);
+    const S r = in.v / theta[kV0];
+    const S t = tanh(r);
+    const S r_bar = tau_bar * s.value * (S(1) - t * t);
+    S Fc_bar(0);
     theta_bar[kV0] -= r_bar * r / theta[kV0];
-    in_bar.v += u_bar / theta[kVs] + r_bar / theta[kV0];
+    in_bar.v += r_bar / theta[kV0];
+    stribeck_curve_pullback(S(0), theta[kTs], theta[kVs], in.v, s, tau_bar * t, S(0), Fc_bar,
+                            theta_bar[kTs], theta_bar[kVs], in_bar.v);
   }
 
   template <class S>
@@ -55,6 +56,11 @@ class StribeckPeak : public Stateless {
   }
 
  private:
+  template <class S>
+  static StribeckCurve<S> curve(const S* theta, const S& v) {
+    return stribeck_curve(S(0), theta[kTs], theta[kVs], v);
+  }
+
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
       {"Ts", "N m", Role::kStatic, 0, 1e4, 1, Scale::kLinear,
        "torque at rest that speed takes away"},

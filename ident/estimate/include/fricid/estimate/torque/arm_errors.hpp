@@ -1,0 +1,45 @@
+// How far friction and rigid body that were fitted together may err.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "fricid/estimate/torque/arm_torque_fit.hpp"
+#include "fricid/estimate/windows/window_refinement.hpp"
+
+namespace fricid::estimate {
+
+/// How far a fit may err.
+struct ArmErrors {
+  /// Root S of the covariance S S' of (pi, theta): a column per block, then one per joint of what
+  /// its motion makes; empty: unknown.
+  Eigen::MatrixXd root;
+  Eigen::Index blocks = 0;  ///< columns of blocks
+  std::vector<Arm> draws;   ///< arms that the same data might as well have given
+};
+
+/// Errors by a jackknife over blocks of a second, all joints together, in one step each,
+///
+///     S = dx/dc (d_b - mean d)_b sqrt((m - 1)/m),   d_b = (H + 1 - B'B)^-1 B'e,
+///
+/// with H the matrix of a step and B, e the Jacobian and the residual of block b of m, over sigma:
+/// residuals of a second depend on each other, what the model misses counts like noise, and a block
+/// that alone holds what is known of a parameter shows it. The same second of recordings of one
+/// motion is one block: what the model misses there it misses in all. The ridge of one datum keeps
+/// what the data leave open within its own size. Columns behind those of the blocks are
+/// M = H^-1 J'm with m the error that the motion of a joint makes (`MotionErrors`). Draws are S w
+/// without them, w ~ N(0, 1), each halved until the objective exceeds its quadratic by no more than
+/// the quadratic part: springs of a bank that stand for each other are straight lines in no
+/// coordinates.
+/// @param count  of draws
+/// @return nothing where there are fewer than ten blocks
+ArmErrors arm_errors(const ArmTorqueData& data, const Arm& fitted, const ArmTorqueOptions& options,
+                     int count, std::uint64_t seed, int jobs);
+
+/// What the torque says of a fitted arm, less what its motion may have changed: the objective about
+/// c with (H^-1 + M M')^-1 for H, see `arm_errors`.
+TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
+                       const ArmTorqueOptions& options, int jobs);
+
+}  // namespace fricid::estimate

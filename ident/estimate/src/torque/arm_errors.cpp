@@ -1,0 +1,85 @@
+#include "fricid/estimate/torque/arm_errors.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "fricid/base/rng.hpp"
+#include "torque/arm_torque_problem.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kFewestBlocks = 10;
+constexpr int kMostHalvings = 6;  // of a draw
+constexpr std::uint64_t kDrawStream = 1 << 21;
+
+}  // namespace
+
+TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
+                       const ArmTorqueOptions& options, int jobs) {
+  const ArmCoordinates coordinates(fitted, options.coordinates);
+  ArmPoint point(coordinates, fitted);
+  point.move_to(point.c());
+  ArmTorqueProblem problem(data, point, options, jobs);
+  optimise::Quadratic at = problem.linearise(point.c(), std::numeric_limits<double>::quiet_NaN());
+  // (H^-1 + M M')^-1 = H - S (1 + S'M)^-1 S', M = H^-1 S
+  const Eigen::MatrixXd S = problem.motion_scores(
+      problem.rows_at(point.c()), MotionErrors(data.recordings(), data.cutoff_hz(), jobs));
+  Eigen::MatrixXd H = at.H;
+  H.diagonal().array() += kStepRidge;
+  Eigen::MatrixXd within = S.transpose() * H.ldlt().solve(S);
+  within.diagonal().array() += 1;
+  at.H -= S * within.ldlt().solve(S.transpose());
+  return {point.c(), std::move(at)};
+}
+
+ArmErrors arm_errors(const ArmTorqueData& data, const Arm& fitted, const ArmTorqueOptions& options,
+                     int count, std::uint64_t seed, int jobs) {
+  const ArmCoordinates coordinates(fitted, options.coordinates);
+  ArmPoint point(coordinates, fitted);
+  point.move_to(point.c());
+  const Eigen::VectorXd c = point.c();
+  ArmTorqueProblem problem(data, point, options, jobs);
+  const optimise::Quadratic at = problem.linearise(c, std::numeric_limits<double>::quiet_NaN());
+  Eigen::MatrixXd H = at.H;
+  H.diagonal().array() += kStepRidge;
+  const std::vector<ArmTorqueProblem::Rows> rows = problem.rows_at(c);
+  Eigen::MatrixXd moves = problem.deletions(rows, H);
+  const auto blocks = static_cast<double>(moves.cols());
+  if (blocks < kFewestBlocks) return {};
+  moves.colwise() -= moves.rowwise().mean().eval();
+  moves *= std::sqrt((blocks - 1) / blocks);
+  RowMatrix w(count, moves.cols());
+  fill_normal(seed, kDrawStream, 0, {w.data(), static_cast<std::size_t>(w.size())});
+  const double least = problem.value(c);
+  const Eigen::MatrixXd of_motion = H.ldlt().solve(
+      problem.motion_scores(rows, MotionErrors(data.recordings(), data.cutoff_hz(), jobs)));
+  const Eigen::MatrixXd by_c = point.jacobian();
+  ArmErrors errors{.root = Eigen::MatrixXd(by_c.rows(), moves.cols() + of_motion.cols()),
+                   .blocks = moves.cols(),
+                   .draws = {}};
+  errors.root << by_c * moves, by_c * of_motion;
+  // of shares of a sum of one, whatever the data leave of the sum
+  const std::vector<double> sums = friction::sums_of_shares(fitted.friction);
+  for (const std::vector<std::size_t>& law : friction::shares(fitted.friction.model)) {
+    const auto row_of = [&](std::size_t i) {
+      return errors.root.row(fitted.robot.pi.size() + static_cast<Eigen::Index>(i));
+    };
+    Eigen::RowVectorXd of_sum = Eigen::RowVectorXd::Zero(errors.root.cols());
+    for (const std::size_t i : law) of_sum += row_of(i);
+    for (const std::size_t i : law) row_of(i) -= fitted.friction.theta[i] / sums[i] * of_sum;
+  }
+  for (Eigen::Index i = 0; i < count; ++i) {
+    Eigen::VectorXd move = moves * w.row(i).transpose();
+    const auto is_quadratic = [&] {
+      const double rise = problem.value(coordinates.box().clamp(c + move)) - least;
+      return rise - 2 * at.g.dot(move) < 2 * move.dot(at.H * move);
+    };
+    for (int half = 0; half < kMostHalvings && !is_quadratic(); ++half) move /= 2;
+    point.move_to(coordinates.box().clamp(c + move));
+    errors.draws.push_back(point.arm());
+  }
+  return errors;
+}
+
+}  // namespace fricid::estimate

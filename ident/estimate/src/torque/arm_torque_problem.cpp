@@ -1,0 +1,347 @@
+#include "torque/arm_torque_problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/parallel.hpp"
+#include "fricid/estimate/torque/folds.hpp"
+#include "fricid/friction/tangent.hpp"
+#include "friction/friction_search.hpp"
+#include "rigid_body/inertia_prior.hpp"
+#include "rigid_body/regression.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kDifference = 1e-5;  // of the Jacobian, in coordinates
+// A weight w of a network counts like a row in which the torque errs by this share of Fn w.
+constexpr double kOutputPull = 0.5, kInputPull = 0.15;
+// Static friction counts like a row in which the torque errs by sigma where it differs from Coulomb
+// friction by this share of the greater: motion that never rests says little of it. At half of it a
+// UR10, which has a fifth of the friction at rest, errs up to a third more.
+constexpr double kStaticPull = 0.1;
+constexpr double kBlock = 1;  // of rows that depend on each other [s]
+
+/// d F[f] / d theta_p at the rows that count, for the parameters `wanted` of one joint, by forward
+/// differences, one parameter per lane. @param slope  dtheta_p/dc: size of a change
+Eigen::MatrixXd friction_jacobian(const ArmTorqueData::Joint& joint,
+                                  const friction::RobotFriction& one, std::span<const double> theta,
+                                  const std::vector<std::size_t>& wanted,
+                                  const Eigen::VectorXd& slope) {
+  constexpr std::size_t kColumns = PackD::kLanes - 1;  // lane 0 holds theta itself
+  Eigen::MatrixXd J(joint.tau.size(), std::ssize(wanted));
+  std::vector<double> step;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const double h = kDifference * slope[static_cast<Eigen::Index>(i)];
+    step.push_back(theta[wanted[i]] + h < one.parameters()[wanted[i]].info.upper ? h : -h);
+  }
+  std::vector<PackD> lanes, out, work;
+  for (std::size_t first = 0; first < wanted.size(); first += kColumns) {
+    const std::size_t count = std::min(kColumns, wanted.size() - first);
+    lanes.assign(theta.begin(), theta.end());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t p = wanted[first + i];
+      lanes[p].set(static_cast<int>(i) + 1, theta[p] + step[first + i]);
+    }
+    Eigen::Index r = 0;
+    for (std::size_t s = 0; s < joint.row.size(); ++s) {
+      joint.friction.residual(one, lanes, static_cast<int>(s), out, work);
+      for (const int k : joint.row[s]) {
+        const PackD& e = out[static_cast<std::size_t>(k)];
+        for (std::size_t i = 0; i < count; ++i)
+          J(r, static_cast<Eigen::Index>(first + i)) =
+              (e[static_cast<int>(i) + 1] - e[0]) / step[first + i];
+        ++r;
+      }
+    }
+  }
+  return J;
+}
+
+/// Coulomb friction of the law whose static friction theta[p] is; nothing where it is another
+/// parameter.
+std::optional<double> coulomb_beside(const friction::Friction& friction, std::size_t p) {
+  const std::vector<friction::ParameterRef>& parameters = friction.model.parameters();
+  if (parameters[p].info.role != friction::Role::kStatic) return {};
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].joint == parameters[p].joint && parameters[i].law == parameters[p].law &&
+        parameters[i].info.role == friction::Role::kCoulomb)
+      return friction.theta[i];
+  return {};
+}
+
+Eigen::MatrixXd prior(dynamics::RobotModel robot, const ArmTorqueOptions& options) {
+  robot.pi = options.nominal;
+  if (has_prior(options.rigid_body)) return prior_precision(robot, options.rigid_body);
+  const Eigen::MatrixXd pull = weak_pull(robot, options.rigid_body.guesses);
+  return pull.transpose() * pull;
+}
+
+}  // namespace
+
+std::vector<JointModel> joint_models(const friction::RobotFriction& model) {
+  std::vector<JointModel> out;
+  for (int j = 0; j < model.joint_count(); ++j) {
+    const auto begin = static_cast<std::size_t>(model.parameter_begin(j));
+    const auto end = static_cast<std::size_t>(model.parameter_begin(j + 1));
+    out.push_back({friction::RobotFriction({model.joints()[static_cast<std::size_t>(j)]}), begin,
+                   end - begin});
+  }
+  return out;
+}
+
+ArmTorqueProblem::ArmTorqueProblem(const ArmTorqueData& data, const ArmPoint& start,
+                                   const ArmTorqueOptions& options, int jobs)
+    : data_(data),
+      models_(joint_models(start.arm().friction.model)),
+      point_(start),
+      jobs_(jobs),
+      precision_(prior(start.arm().robot, options)),
+      centre_(options.nominal) {
+  sigma_.resize(data.n());
+  for (int j = 0; j < data.n(); ++j) {
+    const Eigen::VectorXd& tau = data.joint(j).tau;
+    const double rows = std::max<double>(1, static_cast<double>(tau.size()));
+    sigma_[j] = std::max({std::sqrt(data.residual(start.arm(), j).squaredNorm() / rows),
+                          kSmallestSigma * std::sqrt(tau.squaredNorm() / rows), 1e-12});
+  }
+  add_pulls(options.friction_prior, options.pull_static);
+}
+
+double ArmTorqueProblem::value(const Eigen::VectorXd& c) {
+  point_.move_to(c);
+  std::vector<double> sum(models_.size());
+  parallel_for(data_.n(), jobs_, [&](int j) {
+    sum[static_cast<std::size_t>(j)] =
+        data_.residual(point_.arm(), j).squaredNorm() / (sigma_[j] * sigma_[j]);
+  });
+  const Eigen::VectorXd off = point_.arm().robot.pi - centre_;
+  double total = off.dot(precision_ * off);
+  for (const double s : sum) total += s;
+  for (const Pull& pull : pulls_) {
+    const double d = point_.arm().friction.theta[pull.theta] - pull.centre;
+    total += pull.weight * d * d;
+  }
+  return std::isfinite(total) ? total : kBadValue;
+}
+
+optimise::Quadratic ArmTorqueProblem::linearise(const Eigen::VectorXd& c, double known) {
+  point_.move_to(c);
+  const Arm& arm = point_.arm();
+  const ArmCoordinates& coordinates = point_.coordinates();
+  const Eigen::Index p = arm.robot.pi.size(), all = coordinates.size(),
+                     of_friction = std::ssize(coordinates.friction()), rest = all - of_friction;
+  const Eigen::MatrixXd by_c = point_.jacobian();
+  const Eigen::MatrixXd G = by_c.topRightCorner(p, rest);  // dpi / d(the rest)
+  struct Part {
+    optimise::Block block;
+    Eigen::MatrixXd D, B;
+    Eigen::VectorXd g, g_pi;
+    double square = 0;
+  };
+  std::vector<Part> parts(models_.size());
+  parallel_for(data_.n(), jobs_, [&](int j) {
+    const auto i = static_cast<std::size_t>(j);
+    const ArmTorqueData::Joint& joint = data_.joint(j);
+    Part& part = parts[i];
+    part.block = block_of(models_[i]);
+    const double w = 1 / (sigma_[j] * sigma_[j]);
+    // columns by coordinate: of theta_p, times dtheta_p/dc
+    JointFrictionData::Linear at = friction_rows_and_slopes(joint, models_[i], part.block, by_c);
+    const Eigen::VectorXd e = joint.Y * arm.robot.pi + at.f - joint.tau;
+    part.D.noalias() = w * at.J.transpose() * at.J;
+    part.B.noalias() = w * (joint.Y.transpose() * at.J);
+    part.g.noalias() = w * at.J.transpose() * e;
+    part.g_pi.noalias() = w * joint.Y.transpose() * e;
+    part.square = w * e.squaredNorm();
+  });
+
+  Eigen::MatrixXd R = precision_;
+  const Eigen::VectorXd d = arm.robot.pi - centre_;
+  Eigen::VectorXd g_pi = precision_ * d;
+  optimise::Quadratic out{d.dot(g_pi), Eigen::VectorXd(all), Eigen::MatrixXd::Zero(all, all), {}};
+  for (int j = 0; j < data_.n(); ++j) {
+    const Part& part = parts[static_cast<std::size_t>(j)];
+    const auto [begin, size] = part.block;
+    R += data_.joint(j).YY / (sigma_[j] * sigma_[j]);
+    g_pi += part.g_pi;
+    out.value += part.square;
+    out.blocks.push_back(part.block);
+    out.g.segment(begin, size) = part.g;
+    out.H.block(begin, begin, size, size) = part.D;
+    out.H.block(of_friction, begin, rest, size).noalias() = G.transpose() * part.B;
+    out.H.block(begin, of_friction, size, rest) =
+        out.H.block(of_friction, begin, rest, size).transpose();
+  }
+  out.g.tail(rest).noalias() = G.transpose() * g_pi;
+  out.H.bottomRightCorner(rest, rest).noalias() = G.transpose() * R * G;
+  for (const Pull& pull : pulls_) {
+    const double off = arm.friction.theta[pull.theta] - pull.centre,
+                 slope = by_c(p + static_cast<Eigen::Index>(pull.theta), pull.coordinate);
+    out.value += pull.weight * off * off;
+    out.g[pull.coordinate] += pull.weight * off * slope;
+    out.H(pull.coordinate, pull.coordinate) += pull.weight * slope * slope;
+  }
+  // the objective is value + 2 g'dx + dx'H dx; its quadratic is half of that
+  if (!std::isnan(known)) out.value = known;
+  return out;
+}
+
+std::vector<ArmTorqueProblem::Rows> ArmTorqueProblem::rows_at(const Eigen::VectorXd& c) {
+  point_.move_to(c);
+  const Arm& arm = point_.arm();
+  const Eigen::Index p = arm.robot.pi.size(),
+                     rest = c.size() - std::ssize(point_.coordinates().friction());
+  const Eigen::MatrixXd by_c = point_.jacobian();
+  std::vector<Rows> rows(models_.size());
+  parallel_for(data_.n(), jobs_, [&](int j) {
+    const auto i = static_cast<std::size_t>(j);
+    const ArmTorqueData::Joint& joint = data_.joint(j);
+    const optimise::Block block = block_of(models_[i]);
+    const JointFrictionData::Linear at = friction_rows_and_slopes(joint, models_[i], block, by_c);
+    rows[i] = {.block = block,
+               .J = at.J / sigma_[j],
+               .Y = joint.Y * by_c.topRightCorner(p, rest) / sigma_[j],
+               .e = (joint.Y * arm.robot.pi + at.f - joint.tau) / sigma_[j]};
+  });
+  return rows;
+}
+
+Eigen::MatrixXd ArmTorqueProblem::motion_scores(const std::vector<Rows>& rows,
+                                                const MotionErrors& motion) const {
+  const Eigen::Index all = point_.coordinates().size();
+  Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(all, data_.n());
+  parallel_for(data_.n(), jobs_, [&](int j) {
+    const auto i = static_cast<std::size_t>(j);
+    const ArmTorqueData::Joint& joint = data_.joint(j);
+    Eigen::VectorXd m =
+        motion.of(joint.friction, j, models_[i].one, theta_of(models_[i]), joint.row) / sigma_[j];
+    joint.centre(m);
+    const auto& [block, J, Y, e] = rows[i];
+    scores.col(j).segment(block.begin, block.size) = J.transpose() * m;
+    scores.col(j).tail(Y.cols()) = Y.transpose() * m;
+  });
+  return scores;
+}
+
+Eigen::MatrixXd ArmTorqueProblem::deletions(const std::vector<Rows>& all_rows,
+                                            const Eigen::MatrixXd& H) const {
+  const std::vector<int> first = first_blocks();
+  std::vector<std::vector<std::vector<Eigen::Index>>> of_block(models_.size());
+  for (std::size_t i = 0; i < models_.size(); ++i) {
+    of_block[i].resize(static_cast<std::size_t>(first.back()));
+    const std::vector<std::vector<int>>& samples = data_.joint(static_cast<int>(i)).row;
+    Eigen::Index r = 0;
+    for (std::size_t s = 0; s < samples.size(); ++s)
+      for (const int k : samples[s])
+        of_block[i][static_cast<std::size_t>(first[s] + k / block_length(s))].push_back(r++);
+  }
+  Eigen::MatrixXd out(H.rows(), first.back());
+  parallel_for(first.back(), jobs_, [&](int b) {
+    Eigen::MatrixXd left = H;
+    Eigen::VectorXd score = Eigen::VectorXd::Zero(H.rows());
+    for (std::size_t i = 0; i < models_.size(); ++i) {
+      const std::vector<Eigen::Index>& rows = of_block[i][static_cast<std::size_t>(b)];
+      const Eigen::MatrixXd J = all_rows[i].J(rows, Eigen::all),
+                            Y = all_rows[i].Y(rows, Eigen::all);
+      const Eigen::VectorXd e = all_rows[i].e(rows);
+      const auto [begin, size] = all_rows[i].block;
+      const Eigen::Index rest = Y.cols(), behind = H.rows() - rest;
+      left.block(begin, begin, size, size).noalias() -= J.transpose() * J;
+      const Eigen::MatrixXd beside = Y.transpose() * J;
+      left.block(behind, begin, rest, size) -= beside;
+      left.block(begin, behind, size, rest) -= beside.transpose();
+      left.bottomRightCorner(rest, rest).noalias() -= Y.transpose() * Y;
+      score.segment(begin, size) += J.transpose() * e;
+      score.tail(rest) += Y.transpose() * e;
+    }
+    out.col(b) = left.ldlt().solve(score);
+  });
+  return out;
+}
+
+std::span<const double> ArmTorqueProblem::theta_of(const JointModel& model) const {
+  return std::span(point_.arm().friction.theta).subspan(model.begin, model.size);
+}
+
+optimise::Block ArmTorqueProblem::block_of(const JointModel& model) const {
+  const std::vector<std::size_t>& theta = point_.coordinates().friction();
+  const auto first = std::ranges::lower_bound(theta, model.begin);
+  const auto last = std::ranges::lower_bound(theta, model.begin + model.size);
+  return {first - theta.begin(), last - first};
+}
+
+JointFrictionData::Linear ArmTorqueProblem::friction_rows_and_slopes(
+    const ArmTorqueData::Joint& joint, const JointModel& model, const optimise::Block& block,
+    const Eigen::MatrixXd& by_c) const {
+  const Arm& arm = point_.arm();
+  const std::span<const double> theta = theta_of(model);
+  std::vector<std::size_t> wanted;
+  Eigen::VectorXd slope(block.size);
+  for (Eigen::Index k = 0; k < block.size; ++k) {
+    const std::size_t p =
+        point_.coordinates().friction()[static_cast<std::size_t>(block.begin + k)];
+    wanted.push_back(p - model.begin);
+    slope[k] = by_c(arm.robot.pi.size() + static_cast<Eigen::Index>(p), block.begin + k);
+  }
+  JointFrictionData::Linear at =
+      friction::Tangent::is_known(model.one)
+          ? joint.friction.linearise(model.one, theta, wanted, joint.row)
+          : JointFrictionData::Linear{joint.predict(model.one, theta),
+                                      friction_jacobian(joint, model.one, theta, wanted, slope)};
+  at.J *= slope.asDiagonal();
+  joint.centre(at.f);
+  joint.centre(at.J);
+  return at;
+}
+
+int ArmTorqueProblem::block_length(std::size_t recording) const {
+  return std::max(1, static_cast<int>(std::lround(kBlock / data_.recordings()[recording].dt)));
+}
+
+std::vector<int> ArmTorqueProblem::first_blocks() const {
+  std::vector<int> first(data_.recordings().size() + 1);
+  for (const std::vector<int>& motion : by_motion(data_.recordings())) {
+    int most = 0;
+    for (const int recording : motion) {
+      const auto s = static_cast<std::size_t>(recording);
+      first[s] = first.back();
+      const int length = block_length(s);
+      most = std::max(most, (data_.recordings()[s].length() + length - 1) / length);
+    }
+    first.back() += most;
+  }
+  return first;
+}
+
+void ArmTorqueProblem::add_pulls(const std::optional<FrictionPrior>& prior, bool pull_static) {
+  using enum friction::Role;
+  const friction::Friction& friction = point_.arm().friction;
+  const std::vector<std::size_t>& moved = point_.coordinates().friction();
+  const Eigen::MatrixXd by_c = point_.jacobian();
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    const friction::ParameterRef& p = friction.model.parameters()[moved[i]];
+    const auto c = static_cast<Eigen::Index>(i);
+    const double known = prior ? prior->theta[moved[i]] : 0;
+    if (const std::optional<double> Fc = coulomb_beside(friction, moved[i]); Fc && pull_static)
+      pulls_.push_back({moved[i], c, *Fc,
+                        1 / std::pow(kStaticPull * std::max(*Fc, friction.theta[moved[i]]), 2)});
+    if (p.joint != friction::kWholeRobot && friction::is_weight(p.info.role)) {
+      const int scale = friction::find_parameter(friction.model, p.joint, kNetworkTorque);
+      const double size = (p.info.role == kOutputWeight ? kOutputPull : kInputPull) *
+                          friction.theta[static_cast<std::size_t>(scale)] / sigma_[p.joint];
+      pulls_.push_back({moved[i], c, known, size * size});
+    } else if (prior && p.info.role != kWaveNumber && p.info.role != kAmplitude &&
+               p.info.role != kPhase) {
+      const double size =
+          p.info.scale == friction::Scale::kLog
+              ? std::abs(known)
+              : by_c(point_.arm().robot.pi.size() + static_cast<Eigen::Index>(moved[i]), c);
+      pulls_.push_back({moved[i], c, known, 1 / std::pow(prior->sd * size, 2)});
+    }
+  }
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,91 @@
+// The squares of the torque of all joints, as a function of friction and rigid body together.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "fricid/estimate/coordinates.hpp"
+#include "fricid/estimate/torque/arm_torque_data.hpp"
+#include "fricid/estimate/torque/arm_torque_fit.hpp"
+#include "fricid/optimise/damped_step.hpp"
+#include "friction/motion_errors.hpp"
+
+namespace fricid::estimate {
+
+// Pull to where a step starts. Half of the squares counts data: a coordinate moves by its own size
+// for a gain of one datum. Without it a step wanders along what the data leave open, above all
+// where a link's pseudo-inertia is nearly singular and its coordinates hardly act.
+inline constexpr double kStepRidge = 1;
+
+/// A joint's friction and its place in theta.
+struct JointModel {
+  friction::RobotFriction one;
+  std::size_t begin, size;
+};
+
+std::vector<JointModel> joint_models(const friction::RobotFriction& model);
+
+/// The objective of one pass of `fit_arm_torque`, sigma held.
+class ArmTorqueProblem {
+ public:
+  /// @param start  sets sigma; the coordinates are its own
+  ArmTorqueProblem(const ArmTorqueData& data, const ArmPoint& start,
+                   const ArmTorqueOptions& options, int jobs);
+
+  double value(const Eigen::VectorXd& c);
+  /// @param known  the value at c, if it is; NaN otherwise
+  optimise::Quadratic linearise(const Eigen::VectorXd& c, double known);
+
+  /// Rows of a joint over its sigma.
+  struct Rows {
+    optimise::Block block;
+    Eigen::MatrixXd J, Y;  ///< derivatives by its friction, and by what is not friction
+    Eigen::VectorXd e;
+  };
+  std::vector<Rows> rows_at(const Eigen::VectorXd& c);
+
+  /// J'm (coordinates, n) with m the error of each joint's rows that the motion makes
+  /// (`MotionErrors`).
+  /// @param rows  where `rows_at` was called last
+  Eigen::MatrixXd motion_scores(const std::vector<Rows>& rows, const MotionErrors& motion) const;
+
+  /// Step that leaving a block of rows out makes, (H - B'B)^-1 B'e with B, e its rows of the
+  /// Jacobian and of the residual over sigma (coordinates, blocks). A block is a second of all
+  /// recordings of one motion.
+  Eigen::MatrixXd deletions(const std::vector<Rows>& all_rows, const Eigen::MatrixXd& H) const;
+
+ private:
+  /// A parameter of friction, where it is pulled to and how hard.
+  struct Pull {
+    std::size_t theta;
+    Eigen::Index coordinate;
+    double centre, weight;
+  };
+
+  std::span<const double> theta_of(const JointModel& model) const;
+  /// Coordinates of one joint's friction.
+  optimise::Block block_of(const JointModel& model) const;
+  /// F[f] and its derivatives by the coordinates of a joint's friction.
+  JointFrictionData::Linear friction_rows_and_slopes(const ArmTorqueData::Joint& joint,
+                                                     const JointModel& model,
+                                                     const optimise::Block& block,
+                                                     const Eigen::MatrixXd& by_c) const;
+  int block_length(std::size_t recording) const;
+  /// First block of each recording, and behind them the number of blocks.
+  std::vector<int> first_blocks() const;
+  /// Small weights of networks, or those of the prior, and static friction equal to Coulomb
+  /// friction are what the data have to move; with a prior the other parameters too.
+  void add_pulls(const std::optional<FrictionPrior>& prior, bool pull_static);
+
+  const ArmTorqueData& data_;
+  std::vector<JointModel> models_;
+  std::vector<Pull> pulls_;
+  ArmPoint point_;
+  int jobs_;
+  Eigen::MatrixXd precision_;
+  Eigen::VectorXd centre_, sigma_;
+};
+
+}  // namespace fricid::estimate

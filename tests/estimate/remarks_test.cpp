@@ -1,0 +1,54 @@
+#include "fricid/estimate/remarks.hpp"
+
+#include <gmock/gmock.h>
+
+#include "fricid/base/not_finite.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+/// Two joints with LuGre friction that nothing can be said against.
+struct Fitted {
+  friction::RobotFriction friction{std::vector(2, friction::JointSpec{{{"lugre", 0, {}}}})};
+  std::vector<data::FittedJoint> joints;
+
+  Fitted() {
+    for (const char* name : {"shoulder", "elbow"}) {
+      data::FittedJoint& joint = joints.emplace_back();
+      joint.joint = name;
+      joint.parameters = {{"Fc", 4, 0.1, 0.01},    {"Fs", 5, 0.1, 0.01},
+                          {"vs", 0.1, 0.01, 0.01}, {"sigma0", 4000, 900, 900},
+                          {"sigma1", 5, kNan, {}}, {"sigma2", 2, 0.1, 0.01}};
+    }
+  }
+  std::vector<data::FittedRemark> remarks() const { return remarks_on(joints, friction); }
+};
+
+TEST(Remarks, NoneOnAGoodFit) { EXPECT_THAT(Fitted().remarks(), IsEmpty()); }
+
+TEST(Remarks, StiffnessThatTheMotionDoesNotResolve) {
+  Fitted fitted;
+  fitted.joints[1].parameters[3].motion_error = 1600;
+  const auto remarks = fitted.remarks();
+  ASSERT_THAT(remarks, SizeIs(1));
+  EXPECT_THAT(remarks[0].found, HasSubstr("sigma0 of elbow by 40 %"));
+  EXPECT_THAT(remarks[0].found, Not(HasSubstr("shoulder")));
+  EXPECT_THAT(remarks[0].remedy, HasSubstr("log at a higher rate"));
+}
+
+TEST(Remarks, StaticFrictionFarBelowThatOfSliding) {
+  Fitted fitted;
+  fitted.joints[0].parameters[1].value = 1.9;
+  const auto remarks = fitted.remarks();
+  ASSERT_THAT(remarks, SizeIs(1));
+  EXPECT_THAT(remarks[0].found, HasSubstr("shoulder (Fs 1.9 of 4)"));
+  EXPECT_THAT(remarks[0].meaning, HasSubstr("no break-away torque"));
+}
+
+}  // namespace
+}  // namespace fricid::estimate
