@@ -81,6 +81,16 @@ TEST(GaussNewton, OneHugeSampleDoesNotRuleTheMatrix) {
   EXPECT_LT((x - problem.wanted).norm(), 0.02 * problem.wanted.norm());
 }
 
+TEST(Outliers, AreLongerThanSoManyMediansOrNotFinite) {
+  Eigen::MatrixXf samples = Eigen::MatrixXf::Ones(2, 7);
+  samples.col(1) *= 29;
+  samples.col(3) *= 31;
+  samples(0, 4) = std::numeric_limits<float>::infinity();
+  samples(1, 6) = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<bool> expected{false, false, false, true, true, false, true};
+  EXPECT_EQ(outliers(samples, 30), expected);
+}
+
 TEST(GaussNewton, SkipsAGradientThatIsNotFinite) {
   const LeastSquares problem(8);
   const Eigen::VectorXd bound = Eigen::VectorXd::Constant(8, 1e3);

@@ -49,14 +49,29 @@ bool factorise(Eigen::MatrixXf& A, int jobs) {
   return true;
 }
 
+Eigen::VectorXf lengths(const Eigen::Ref<const Eigen::MatrixXf>& samples) {
+  return samples.colwise().stableNorm().transpose();
+}
+
+float median(Eigen::VectorXf x) {
+  const auto middle = x.begin() + x.size() / 2;
+  std::nth_element(x.begin(), middle, x.end());
+  return *middle;
+}
+
 }  // namespace
 
+std::vector<bool> outliers(const Eigen::Ref<const Eigen::MatrixXf>& samples, float times) {
+  const Eigen::VectorXf length = lengths(samples);
+  const float longest = times * median(length);
+  std::vector<bool> out;
+  for (const float l : length) out.push_back(!(l <= longest));
+  return out;
+}
+
 Eigen::VectorXf sample_weights(const Eigen::Ref<const Eigen::MatrixXf>& samples) {
-  const Eigen::VectorXf length = samples.colwise().stableNorm().transpose();
-  Eigen::VectorXf sorted = length;
-  const auto middle = sorted.begin() + sorted.size() / 2;
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const float longest = kOutlier * *middle;
+  const Eigen::VectorXf length = lengths(samples);
+  const float longest = kOutlier * median(length);
   return (length.array() > longest).select((longest / length.array()).square(), 1.F).matrix();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -26,8 +27,11 @@ constexpr int kIterations = 12;
 constexpr double kKeep = 0.5;           // of the curvature, from step to step
 constexpr double kSmallestGain = 5e-3;  // share of the loss; steps that lower it less are the last
 constexpr double kFirstDamping = 1e-3;
-constexpr double kLeastLoss = 1e-12;  // noise-free data stay solvable
-constexpr int kTrial = 32;            // windows on which leaps are compared
+constexpr float kExploded = 30;         // times the middle length of a gradient
+constexpr double kMostExploded = 5e-3;  // share of the windows beyond which steps are halved
+constexpr int kMostSubsteps = 64;       // of a sample
+constexpr double kLeastLoss = 1e-12;    // noise-free data stay solvable
+constexpr int kTrial = 32;              // windows on which leaps are compared
 // Most times that an inertia grows or shrinks. Where friction is wrong or motion slow, a heavier
 // arm drifts less.
 constexpr double kMostInertia = 1.5;
@@ -70,6 +74,17 @@ class WindowSet {
     Eigen::MatrixXf samples;  // of the curvature, one column per window
   };
   /// At a point. @param call  0, 1, ..: of random signs
+  int size() const { return static_cast<int>(windows_.size()); }
+
+  /// Leaves out the windows whose gradients have exploded, which is chaos.
+  void leave_out(const std::vector<bool>& exploded) {
+    std::vector<Window> kept;
+    for (std::size_t i = 0; i < windows_.size(); ++i)
+      if (!exploded[i]) kept.push_back(windows_[i]);
+    windows_ = std::move(kept);
+    packs_ = (size() + kLanes - 1) / kLanes;
+  }
+
   Linear linearise(const ArmPoint& point, std::span<const RowMatrix> z, std::uint64_t seed,
                    int call) {
     const auto packs = static_cast<std::size_t>(packs_);
@@ -93,9 +108,7 @@ class WindowSet {
       Eigen::VectorXd column;
       for (Eigen::Index k = 0; k < pi_bar.cols(); ++k) {
         point.pull_back(pi_bar.col(k), theta_bar.col(k), column);
-        auto sample = out.samples.col(p * kLanes + k);
-        sample = column.cast<float>();
-        if (!sample.allFinite()) sample.setZero();
+        out.samples.col(p * kLanes + k) = column.cast<float>();
       }
     });
     out.gradient = Eigen::VectorXd::Zero(point.c().size());
@@ -179,14 +192,18 @@ MultiStepReport refine_on_windows(const Arm& start, const TorquePull& torque,
   const std::vector<Window> windows =
       draw_windows(recordings, split, steps, kWindows, options.from_rest, rng);
   std::vector<RowMatrix> z = wash_out(point.arm(), recordings, jobs);
-  const StepOptions step = longest_leap(options, [&](StepOptions how) {
+  StepOptions step = longest_leap(options, [&](StepOptions how) {
     return WindowSet(point.arm(), recordings, how, steps, options.scales,
                      {windows.end() - kTrial, windows.end()}, jobs)
         .linearise(point, z, options.seed, 0)
         .gradient;
   });
   report.leap = step.leap;
-  WindowSet set(point.arm(), recordings, step, steps, options.scales, windows, jobs);
+  std::optional<WindowSet> set;
+  const auto make_set = [&] {
+    set.emplace(point.arm(), recordings, step, steps, options.scales, windows, jobs);
+  };
+  make_set();
 
   const auto pull = [&](const Eigen::VectorXd& c) {
     const Eigen::VectorXd s = c - torque.c;
@@ -201,7 +218,21 @@ MultiStepReport refine_on_windows(const Arm& start, const TorquePull& torque,
   for (int iteration = 0; iteration < iterations; ++iteration) {
     throw_if_stopped();
     if (iteration > 0) z = wash_out(point.arm(), recordings, jobs);
-    const WindowSet::Linear at = set.linearise(point, z, options.seed, iteration);
+    WindowSet::Linear at = set->linearise(point, z, options.seed, iteration);
+    std::vector<bool> exploded = optimise::outliers(at.samples, kExploded);
+    const auto count = [&] { return static_cast<double>(std::ranges::count(exploded, true)); };
+    while (iteration == 0 && step.substeps < kMostSubsteps &&
+           count() > kMostExploded * set->size()) {
+      step.substeps *= 2;
+      make_set();
+      at = set->linearise(point, z, options.seed, iteration);
+      exploded = optimise::outliers(at.samples, kExploded);
+    }
+    const bool fewer = count() > 0;
+    if (fewer) {
+      set->leave_out(exploded);
+      at = set->linearise(point, z, options.seed, iteration);
+    }
     history.loss.push_back(at.loss);
     if (!at.gradient.allFinite()) break;
     if (iteration == 0) {
@@ -214,14 +245,15 @@ MultiStepReport refine_on_windows(const Arm& start, const TorquePull& torque,
     const optimise::Quadratic here{weight * at.loss + pull(point.c()),
                                    weight * at.gradient + torque.about.g + torque.about.H * s,
                                    weight / mass * F.cast<double>() + torque.about.H};
-    const bool converged = iteration > 0 && last - here.value < kSmallestGain * weight * at.loss;
+    const bool converged =
+        iteration > 0 && !fewer && last - here.value < kSmallestGain * weight * at.loss;
     last = here.value;
     Eigen::VectorXd c = point.c();
     double value = here.value;
     const auto objective = [&](const Eigen::VectorXd& trial) {
       ArmPoint there = point;
       there.move_to(trial);
-      const double found = weight * set.loss(there.arm(), z) + pull(trial);
+      const double found = weight * set->loss(there.arm(), z) + pull(trial);
       return std::isfinite(found) ? found : kBadValue;
     };
     if (converged ||

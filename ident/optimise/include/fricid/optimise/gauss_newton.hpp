@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "fricid/optimise/box.hpp"
 
@@ -10,6 +11,9 @@ namespace fricid::optimise {
 /// Weight of the square of every sample (a column): outliers count as if they were ten times as
 /// long as the median sample. A single diverging rollout would dominate the matrix.
 Eigen::VectorXf sample_weights(const Eigen::Ref<const Eigen::MatrixXf>& samples);
+
+/// Whether each sample is more than `times` as long as the median one, or not finite.
+std::vector<bool> outliers(const Eigen::Ref<const Eigen::MatrixXf>& samples, float times);
 
 /// Stochastic Gauss-Newton with Levenberg's damping, momentum and a box. For a loss that is a mean
 /// of squares r' W r / 2 with Jacobian J = dr/dx, a sample s = J' W^1/2 e with independent random

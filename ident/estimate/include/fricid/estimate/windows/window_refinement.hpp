@@ -23,9 +23,11 @@ struct TorquePull {
 /// the torque says, n joints, and m how many windows the training part holds side by side: L counts
 /// as two independent numbers per joint and window of it, both terms as halves of squares of data
 /// in units of their size. Of the curvature of L every step samples one vector per window and
-/// forgets half of what earlier steps sampled. Returns the point on the way with the smallest
-/// held-out error, the start included, of those whose inertias are within a factor of 1.5 of what
-/// the torque says. Deterministic for a seed, whatever `jobs`.
+/// forgets half of what earlier steps sampled. Windows whose gradients explode are chaos, to which
+/// no step is downhill: where they are many, steps of the simulation are halved; those that are
+/// left over are left out. Returns the point on the way with the smallest held-out error, the start
+/// included, of those whose inertias are within a factor of 1.5 of what the torque says.
+/// Deterministic for a seed, whatever `jobs`.
 /// @throws UserError when a recording is shorter than two windows; Stopped on Ctrl-C
 MultiStepReport refine_on_windows(const Arm& start, const TorquePull& torque,
                                   std::span<const signals::Recording> recordings,
