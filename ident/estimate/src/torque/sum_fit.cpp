@@ -46,6 +46,7 @@ class SumChoice {
           friction::LvmParts{.load = false, .power_flow = false, .asymmetry = false, .ripples = 0});
     fits_->take_viscous_of(parts_);
     const Arm start = fits_->start(parts_);
+    fits_->take_springs_of(start);
     fitted_ =
         from ? fit(with_stribeck_curves(*from, carried_over(*from, start)), true) : fit(start);
     if (!from) add_parts();
@@ -64,7 +65,9 @@ class SumChoice {
 
   const std::vector<friction::LvmParts>& parts() const { return parts_; }
   const std::vector<PartEvidence>& evidence() const { return evidence_; }
-  /// With these parts, from what the choice ended with.
+  /// What the choice ended with.
+  const Arm& fitted() const { return fitted_; }
+  /// With these parts, from there.
   Arm fitted(JointFits::Rows rows) const {
     return fits_->on_torque(from_fitted(parts_), rows, false).arm;
   }
@@ -312,17 +315,18 @@ class SumChoice {
 Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmParts>& parts,
                   std::vector<PartEvidence>& evidence) {
   const auto begin = std::chrono::steady_clock::now();
+  const auto judged = [&](const SumChoice& sum) {
+    return fits.judged("", sum.fitted(JointFits::Rows::kTraining), 0);
+  };
   SumChoice taken(fits, &from);
-  if (fits.is_short()) {
-    const SumChoice added(fits, nullptr);
-    const auto judged = [&](const SumChoice& sum) {
-      return fits.judged("", sum.fitted(JointFits::Rows::kTraining), 0);
-    };
-    const Candidate with = judged(added), without = judged(taken);
-    const bool tie =
-        std::max(with.torque, without.torque) < kTie * std::min(with.torque, without.torque);
-    if (tie ? with.held_out < without.held_out : with.torque < without.torque) taken = added;
-  }
+  const Candidate all = judged(taken);
+  const SumChoice added(fits, nullptr);
+  const Candidate few = judged(added);
+  const bool tie = std::max(few.torque, all.torque) < kTie * std::min(few.torque, all.torque);
+  if (tie ? few.held_out < all.held_out : few.torque < all.torque)
+    taken = added;
+  else
+    fits.take_springs_of(taken.fitted());
   if (const std::optional<ArmPrior>& prior = fits.prior()) {
     const auto like = [&](JointFits::Rows rows) {
       fits.take_viscous_of(fits.all_parts());
