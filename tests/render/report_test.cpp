@@ -107,6 +107,11 @@ struct AddToTexts {
   void sections(std::string_view, std::vector<Part>& parts, std::string_view) {
     for (Part& part : parts) part.visit(*this);
   }
+  template <class Part>
+  void sections(std::string_view key, std::optional<std::vector<Part>>& parts,
+                std::string_view meaning) {
+    if (parts) sections(key, *parts, meaning);
+  }
 
  private:
   void add(std::string& value) {

@@ -50,6 +50,10 @@ class SumChoice {
     fitted_ =
         from ? fit(with_stribeck_curves(*from, carried_over(*from, start)), true) : fit(start);
     if (!from) add_parts();
+  }
+
+  /// What else may be in a joint, and what says nothing.
+  void complete() {
     try_bristles();
     try_gaps();
     try_bristles_behind_gaps();
@@ -319,11 +323,17 @@ Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmPar
     return fits.judged("", sum.fitted(JointFits::Rows::kTraining), 0);
   };
   SumChoice taken(fits, &from);
+  taken.complete();
   const Candidate all = judged(taken);
-  const SumChoice added(fits, nullptr);
-  const Candidate few = judged(added);
-  const bool tie = std::max(few.torque, all.torque) < kTie * std::min(few.torque, all.torque);
-  if (tie ? few.held_out < all.held_out : few.torque < all.torque)
+  SumChoice added(fits, nullptr);
+  bool better = false;
+  if (fits.is_short() || kTie * fits.held_out_torque(added.fitted()) < all.torque) {
+    added.complete();
+    const Candidate few = judged(added);
+    const bool tie = std::max(few.torque, all.torque) < kTie * std::min(few.torque, all.torque);
+    better = tie ? few.held_out < all.held_out : few.torque < all.torque;
+  }
+  if (better)
     taken = added;
   else
     fits.take_springs_of(taken.fitted());
