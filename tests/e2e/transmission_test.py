@@ -16,6 +16,8 @@ factor = -1
 TRUTH = f"""
 extends = "{SOURCE}/scenes/kr6_base.toml"
 seed = 5
+[plant]
+step_s = 0.0005
 [[friction.law]]
 law = "coulomb_viscous"
 Fc = {COULOMB}

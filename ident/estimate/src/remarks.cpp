@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "fricid/base/not_finite.hpp"
 #include "fricid/base/text.hpp"
 
 namespace fricid::estimate {

@@ -1,5 +1,6 @@
 #include "fricid/estimate/torque/arm_errors.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 

@@ -1,5 +1,6 @@
 #include "torque/arm_torque_problem.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "friction/friction_search.hpp"
 #include "rigid_body/inertia_prior.hpp"
 #include "rigid_body/regression.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 namespace {

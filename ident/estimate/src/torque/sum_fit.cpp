@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <utility>
 
 #include "support.hpp"
 
@@ -334,7 +335,7 @@ Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmPar
     better = tie ? few.held_out < all.held_out : few.torque < all.torque;
   }
   if (better)
-    taken = added;
+    taken = std::move(added);
   else
     fits.take_springs_of(taken.fitted());
   if (const std::optional<ArmPrior>& prior = fits.prior()) {
