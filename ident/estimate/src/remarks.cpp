@@ -1,29 +1,17 @@
 #include "fricid/estimate/remarks.hpp"
 
-#include <cmath>
 #include <string>
 
 #include <fmt/format.h>
 
-#include "fricid/base/not_finite.hpp"
 #include "fricid/base/text.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr double kUnresolved = 0.25;  // of a stiffness
 constexpr double kWeak = 0.5;         // static friction over that of sliding
-
-/// Value of the joint's Coulomb friction in the law of parameter p; NaN without one.
-double sliding_beside(const data::FittedJoint& joint, const friction::RobotFriction& friction,
-                      std::size_t begin, std::size_t p) {
-  const std::vector<friction::ParameterRef>& parameters = friction.parameters();
-  for (std::size_t i = 0; i < joint.parameters.size(); ++i)
-    if (parameters[begin + i].law == parameters[p].law &&
-        parameters[begin + i].info.role == friction::Role::kCoulomb)
-      return joint.parameters[i].value;
-  return kNan;
-}
 
 }  // namespace
 
@@ -40,8 +28,10 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
           parameter.motion_error.value_or(0) > kUnresolved * parameter.value)
         unresolved.push_back(fmt::format("{} of {} by {:.0f} %", parameter.symbol, joint.joint,
                                          100 * *parameter.motion_error / parameter.value));
-      const double Fc = sliding_beside(joint, friction, begin, begin + i);
-      if (role == friction::Role::kStatic && parameter.value < kWeak * Fc)
+      const int sliding = coulomb_beside(friction, begin + i);
+      if (role != friction::Role::kStatic || sliding < 0) continue;
+      const double Fc = joint.parameters[static_cast<std::size_t>(sliding) - begin].value;
+      if (parameter.value < kWeak * Fc)
         weak.push_back(fmt::format("{} ({} {:.2g} of {:.3g})", joint.joint, parameter.symbol,
                                    parameter.value, Fc));
     }

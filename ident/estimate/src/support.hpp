@@ -48,6 +48,16 @@ inline bool is_linear(const friction::RobotFriction& friction, int joint) {
          });
 }
 
+/// Index in theta of Coulomb friction in the law that parameter p belongs to; -1 without one.
+inline int coulomb_beside(const friction::RobotFriction& friction, std::size_t p) {
+  const std::vector<friction::ParameterRef>& parameters = friction.parameters();
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].joint == parameters[p].joint && parameters[i].law == parameters[p].law &&
+        parameters[i].info.role == friction::Role::kCoulomb)
+      return static_cast<int>(i);
+  return -1;
+}
+
 /// The prior of a joint's constant torque in the regression, for searches beside it: one row of a
 /// search is a share of the regression's independent rows.
 inline OffsetPrior offset_prior(const RigidBodyFit& fit, int joint) {

@@ -62,18 +62,6 @@ Eigen::MatrixXd friction_jacobian(const ArmTorqueData::Joint& joint,
   return J;
 }
 
-/// Coulomb friction of the law whose static friction theta[p] is; nothing where it is another
-/// parameter.
-std::optional<double> coulomb_beside(const friction::Friction& friction, std::size_t p) {
-  const std::vector<friction::ParameterRef>& parameters = friction.model.parameters();
-  if (parameters[p].info.role != friction::Role::kStatic) return {};
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].joint == parameters[p].joint && parameters[i].law == parameters[p].law &&
-        parameters[i].info.role == friction::Role::kCoulomb)
-      return friction.theta[i];
-  return {};
-}
-
 Eigen::MatrixXd prior(dynamics::RobotModel robot, const ArmTorqueOptions& options) {
   robot.pi = options.nominal;
   if (has_prior(options.rigid_body)) return prior_precision(robot, options.rigid_body);
@@ -327,9 +315,12 @@ void ArmTorqueProblem::add_pulls(const std::optional<FrictionPrior>& prior, bool
     const friction::ParameterRef& p = friction.model.parameters()[moved[i]];
     const auto c = static_cast<Eigen::Index>(i);
     const double known = prior ? prior->theta[moved[i]] : 0;
-    if (const std::optional<double> Fc = coulomb_beside(friction, moved[i]); Fc && pull_static)
-      pulls_.push_back({moved[i], c, *Fc,
-                        1 / std::pow(kStaticPull * std::max(*Fc, friction.theta[moved[i]]), 2)});
+    const int sliding = coulomb_beside(friction.model, moved[i]);
+    if (p.info.role == kStatic && sliding >= 0 && pull_static) {
+      const double Fc = friction.theta[static_cast<std::size_t>(sliding)];
+      pulls_.push_back(
+          {moved[i], c, Fc, 1 / std::pow(kStaticPull * std::max(Fc, friction.theta[moved[i]]), 2)});
+    }
     if (p.joint != friction::kWholeRobot && friction::is_weight(p.info.role)) {
       const int scale = friction::find_parameter(friction.model, p.joint, kNetworkTorque);
       const double size = (p.info.role == kOutputWeight ? kOutputPull : kInputPull) *
