@@ -22,6 +22,7 @@ constexpr double kZero = 0.03;        // of the root mean square of a joint's to
 // which motors that are on seldom give.
 constexpr double kBorne = 3, kBorneOff = 1.5;
 constexpr double kSigmas = 6;        // standard deviations of the regression
+constexpr double kErrors = 3;        // standard errors by which Coulomb friction may be larger
 constexpr double kMargin = 0.3;      // [s] about a run, in which a brake closes
 constexpr double kBetween = 2;       // [s] of runs that are one
 constexpr double kShortestPart = 1;  // [s] of a log that is worth a line of a scene
@@ -111,7 +112,7 @@ std::vector<Fault> find_undriven(const dynamics::RobotModel& robot,
   Eigen::ArrayXd borne(n), noise(n);  // of joints whose friction is known
   for (int j = 0; j < n; ++j) {
     const bool known = fit.equations[static_cast<std::size_t>(j)] > 0;
-    borne[j] = known ? std::max(0.0, fit.Fc[j]) : kInfinity;
+    borne[j] = known ? std::max(0.0, fit.Fc[j]) + kErrors * fit.Fc_se[j] : kInfinity;
     noise[j] = kSigmas * fit.sigma[j];
     least_speed[j] =
         options.min_speed_rad_s * dynamics::travel_scale(robot.joints[static_cast<std::size_t>(j)]);
