@@ -106,8 +106,11 @@ TEST(ArmErrors, DoNotShrinkWhereAMotionIsRepeated) {
   const Arm start =
       JointFits(prepared, logs().windows, 2).start(friction::JointSpec{{{"dahl", 0, {}}}});
   const Arm fitted = fit_arm_torque(of_once, start, options, 2).arm;
-  const Eigen::VectorXd alone = arm_errors(of_once, fitted, options, 0, 1, 2).root.rowwise().norm(),
-                        both = arm_errors(of_twice, fitted, options, 0, 1, 2).root.rowwise().norm();
+  const auto errors = [&](const ArmTorqueData& data) -> Eigen::VectorXd {
+    const MotionErrors motion(data.recordings(), cutoff_hz, 2);
+    return arm_errors(data, motion, fitted, options, 0, 1, 2).root.rowwise().norm();
+  };
+  const Eigen::VectorXd alone = errors(of_once), both = errors(of_twice);
   ASSERT_GT(alone.size(), 0);
   int stated = 0;
   for (Eigen::Index i = 0; i < alone.size(); ++i) {

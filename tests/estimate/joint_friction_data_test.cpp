@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "arm_data.hpp"
@@ -80,6 +81,43 @@ TEST(JointFrictionData, PiecesAddUpToTheWholeMotion) {
     initialise_weights(one, 1, theta);
     expect_whole(data, one, theta, logs, 1e-7);
   }
+}
+
+// Reference: the same motion logged forty times as often.
+TEST(JointFrictionData, StepsBetweenSamplesFollowTheMotion) {
+  constexpr int kFiner = 40;
+  const auto motion = [](double rate_hz) {
+    signals::Recording r;
+    r.dt = 1 / rate_hz;
+    const auto T = static_cast<Eigen::Index>(4 * rate_hz);
+    r.wide = {RowMatrix(T, 1), RowMatrix(T, 1), {}};
+    for (Eigen::Index k = 0; k < T; ++k) {
+      const double phase = 4 * std::numbers::pi * static_cast<double>(k) * r.dt;
+      r.wide.q(k, 0) = 0.01 * std::sin(phase);
+      r.wide.v(k, 0) = 0.04 * std::numbers::pi * std::cos(phase);
+    }
+    r.load = RowMatrix::Zero(T, 1);
+    r.temperature = RowMatrix::Constant(T, 1, kRoomTemperature);
+    r.use.setConstant(T, 1, true);
+    r.held_tau = r.load;
+    return r;
+  };
+  const friction::RobotFriction one({{{{"lugre", 0, {}}}}});
+  const std::vector<double> stiff{10, 15, 0.05, 6e4, 100, 2};  // Fc, Fs, vs, sigma0, sigma1, sigma2
+  const signals::Recording coarse = motion(200), fine = motion(200 * kFiner);
+  const RowMatrix every =
+      drive_friction({one, stiff}, fine.dt, fine.wide.q, fine.wide.v, fine.load, fine.temperature)
+          .tau_f;
+  RowMatrix exact(coarse.length(), 1);
+  for (int k = 0; k < coarse.length(); ++k) exact(k, 0) = every(kFiner * k, 0);
+  signals::ZeroPhaseButterworth(kCutoffHz, 1 / coarse.dt).apply(exact);
+  const auto error = [&](int steps) {
+    const FrictionDrive how{.steps = steps, .motion = {}};
+    const JointFrictionData data({&coarse, 1}, {}, 0, kCutoffHz, {}, {}, how);
+    return largest_error(data.predict(one, stiff)[0], exact, 0, coarse.length());
+  };
+  EXPECT_GT(error(1), 0.001);
+  EXPECT_LT(error(signals::steps_of_a_millisecond(coarse.dt)), error(1) / 5);
 }
 
 // A spring that slips after more travel than the joint has holds what it held at the start.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -13,6 +14,8 @@ namespace fricid::estimate {
 namespace {
 
 constexpr double kApart = 0.02;      // [s] between samples that are looked at
+constexpr int kReach = 2;            // joints between which motors are coupled are that close
+constexpr double kSlides = 0.1;      // of the joint's speed in root mean square
 constexpr double kCoupled = 0.4;     // share of a joint's residual
 constexpr double kExplained = 0.97;  // R2 above which a coupling does not matter
 constexpr int kStretches = 5;        // of the rows, each predicted from the others
@@ -60,7 +63,9 @@ struct Rows {
   double variance = 0;               ///< of the whole torque, times rows [N^2 m^2]
 };
 
-Rows rows_of(int j, std::span<const signals::Recording> recordings, const FrictionTorques& target) {
+/// @param least_speed  of the joint in the rows [rad/s]
+Rows rows_of(int j, std::span<const signals::Recording> recordings, const FrictionTorques& target,
+             double least_speed) {
   std::vector<Eigen::RowVectorXd> speeds;
   std::vector<double> torques;
   Rows rows;
@@ -70,8 +75,9 @@ Rows rows_of(int j, std::span<const signals::Recording> recordings, const Fricti
     const int every = std::max(1, static_cast<int>(std::lround(kApart / r.dt)));
     std::vector<Eigen::Index> row_of;  // of each sample that is looked at; -1: not used
     for (int k = 0; k < r.length(); k += every) {
-      row_of.push_back(r.use(k, j) ? std::ssize(torques) : -1);
-      if (!r.use(k, j)) continue;
+      const bool used = r.use(k, j) && std::abs(r.wide.v(k, j)) >= least_speed;
+      row_of.push_back(used ? std::ssize(torques) : -1);
+      if (!used) continue;
       const std::ptrdiff_t earlier = std::ssize(row_of) - 1 - kJump;
       rows.before.push_back(earlier < 0 ? -1 : row_of[static_cast<std::size_t>(earlier)]);
       speeds.push_back(r.wide.v.row(k));
@@ -85,6 +91,15 @@ Rows rows_of(int j, std::span<const signals::Recording> recordings, const Fricti
   for (Eigen::Index i = 0; i < count; ++i) rows.v.row(i) = speeds[static_cast<std::size_t>(i)];
   rows.variance = square - sum * sum / static_cast<double>(count);
   return rows;
+}
+
+double rms_speed(std::span<const signals::Recording> recordings, int j) {
+  double square = 0, samples = 0;
+  for (const signals::Recording& r : recordings) {
+    square += r.wide.v.col(j).squaredNorm();
+    samples += r.length();
+  }
+  return std::sqrt(square / samples);
 }
 
 /// Whether the torque jumps as a motor reverses that may turn the joint too: regression of
@@ -116,6 +131,35 @@ bool jumps_with_motor(const Rows& rows, const Eigen::MatrixXd& X) {
   return found[kJoint] > kSure * std::sqrt(std::max(0.0, error_square) * inverse(kJoint, kJoint));
 }
 
+/// What sign and speed of two joints together say beside those of one.
+class Motors {
+ public:
+  Motors(Rows rows, int j) : rows_(std::move(rows)), j_(j), X_(rows_.torque.size(), 5) {
+    if (!has_rows()) return;
+    X_.leftCols(3) << rows_.v.col(j).array().sign().matrix(), rows_.v.col(j),
+        Eigen::VectorXd::Ones(X_.rows());
+    own_ = left_by(X_.leftCols(3), rows_.torque);
+  }
+
+  bool has_rows() const { return rows_.torque.size() >= 10; }
+  /// R2 of the joint's own Coulomb and viscous friction.
+  double r2() const { return 1 - own_.fitted / rows_.variance; }
+  bool leaves_any() const { return own_.held_out > 0; }
+  /// Share of what that leaves which a motor at v_j + factor v_k explains, `Coupling::share`; none
+  /// where the torque does not jump with it.
+  double share(int k, double factor) {
+    X_.col(4) = rows_.v.col(j_) + factor * rows_.v.col(k);
+    X_.col(3) = X_.col(4).array().sign().matrix();
+    return jumps_with_motor(rows_, X_) ? 1 - left_by(X_, rows_.torque).held_out / own_.held_out : 0;
+  }
+
+ private:
+  Rows rows_;
+  int j_;
+  Eigen::MatrixXd X_;
+  Left own_;
+};
+
 /// Varies the factor of a coupling while that explains more.
 /// @param consider  takes another factor where it explains more
 /// @return whether the best lies among those that motors have
@@ -140,27 +184,20 @@ std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordi
   const int n = recordings.front().n();
   std::vector<Coupling> found(static_cast<std::size_t>(n));
   for (int j = 0; j < n; ++j) {
-    const Rows rows = rows_of(j, recordings, target);
-    const Eigen::Index count = rows.torque.size();
-    if (count < 10) continue;
-    Eigen::MatrixXd X(count, 5);
-    X.leftCols(3) << rows.v.col(j).array().sign().matrix(), rows.v.col(j),
-        Eigen::VectorXd::Ones(count);
-    const Left own = left_by(X.leftCols(3), rows.torque);
+    const double slides = kSlides * rms_speed(recordings, j);
+    Motors all(rows_of(j, recordings, target, 0), j),
+        sliding(rows_of(j, recordings, target, slides), j);
+    if (!all.has_rows()) continue;
     Coupling& best = found[static_cast<std::size_t>(j)];
-    best.r2 = 1 - own.fitted / rows.variance;
-    if (!(own.held_out > 0)) continue;
-    const auto turn_with = [&](int k, double factor) {
-      X.col(4) = rows.v.col(j) + factor * rows.v.col(k);
-      X.col(3) = X.col(4).array().sign().matrix();
-    };
-    const auto share = [&] { return 1 - left_by(X, rows.torque).held_out / own.held_out; };
+    best.r2 = all.r2();
+    if (!all.leaves_any() || !sliding.has_rows() || !sliding.leaves_any()) continue;
+    // at rest friction holds what any motion loads the joint with
     const auto consider = [&](int k, double factor) {
-      turn_with(k, factor);
-      if (!jumps_with_motor(rows, X)) return;
-      if (const double now = share(); now > best.share) best = {k, factor, now, best.r2};
+      double now = all.share(k, factor);
+      if (now > best.share) now = std::min(now, sliding.share(k, factor));
+      if (now > best.share) best = {k, factor, now, best.r2};
     };
-    for (int k = 0; k < n; ++k)
+    for (int k = std::max(0, j - kReach); k <= std::min(n - 1, j + kReach); ++k)
       for (const double factor : kFactors)
         for (const double sign : {1.0, -1.0})
           if (k != j) consider(k, sign * factor);

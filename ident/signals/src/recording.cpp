@@ -150,10 +150,10 @@ std::vector<Stretch> rests_of(const Eigen::VectorXd& narrow_q, double noise_sd,
 }
 
 // Makes `wide` a straight line where a joint rests.
-void straighten_rests(Recording& r, const ZeroPhaseButterworth& low_pass) {
-  for (Eigen::Index j = 0; j < r.wide.q.cols(); ++j)
+void straighten_rests(const Recording& r, const ZeroPhaseButterworth& low_pass, RowMatrix& q) {
+  for (Eigen::Index j = 0; j < q.cols(); ++j)
     for (const auto& [begin, end] : rests_of(r.narrow.q.col(j), r.noise_sd[j], low_pass))
-      r.wide.q.col(j).segment(begin, end - begin) =
+      q.col(j).segment(begin, end - begin) =
           Eigen::VectorXd::LinSpaced(end - begin, r.narrow.q(begin, j), r.narrow.q(end - 1, j));
 }
 
@@ -230,42 +230,33 @@ UseMask at_rest(const Recording& r, double cutoff_hz) {
   return rests;
 }
 
-Recording filtered_again(const Recording& recording, double cutoff_hz) {
+Motion filtered_again(const Recording& recording, double cutoff_hz) {
   const double rate = 1 / recording.dt;
   const ZeroPhaseButterworth wide(wide_band(cutoff_hz, rate), rate);
-  Recording out = recording;
+  Motion out{.q = recording.wide.q, .v = {}, .a = {}};
   std::vector<double> work;
-  for (Eigen::Index j = 0; j < out.wide.q.cols(); ++j)
-    out.wide.q.col(j) = low_passed(out.wide.q.col(j), wide, work);
-  straighten_rests(out, ZeroPhaseButterworth(cutoff_hz, rate));
-  out.wide.v = central_difference(out.wide.q, out.dt);
+  for (Eigen::Index j = 0; j < out.q.cols(); ++j)
+    out.q.col(j) = low_passed(recording.wide.q.col(j), wide, work);
+  straighten_rests(recording, ZeroPhaseButterworth(cutoff_hz, rate), out.q);
+  out.v = central_difference(out.q, recording.dt);
   return out;
 }
 
-Recording between_samples(const Recording& recording, int factor) {
-  const Eigen::Index T = recording.length(), n = recording.n(), fine = (T - 1) * factor + 1;
-  Recording out;
-  out.dt = recording.dt / factor;
-  for (RowMatrix* signal : {&out.wide.q, &out.held_tau, &out.load, &out.temperature})
-    signal->setZero(fine, n);
-  out.use.setConstant(fine, n, false);
-  const auto between = [&](Eigen::Index k, auto&& at) {
-    const Eigen::Index last = std::min(k / factor, T - 2);
-    at(last, static_cast<double>(k - last * factor) / factor);
-  };
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const Eigen::VectorXd q = recording.wide.q.col(j), slope = slopes(q);
-    for (Eigen::Index k = 0; k < fine; ++k)
-      between(k, [&](Eigen::Index i, double x) {
-        const double rise = q[i + 1] - q[i], y = 1 - x;
-        out.wide.q(k, j) =
-            y * q[i] + x * q[i + 1] + x * y * (y * (slope[i] - rise) + x * (rise - slope[i + 1]));
-        out.load(k, j) = y * recording.load(i, j) + x * recording.load(i + 1, j);
-        out.temperature(k, j) =
-            y * recording.temperature(i, j) + x * recording.temperature(i + 1, j);
-      });
+int steps_of_a_millisecond(double dt) {
+  constexpr double kMillisecond = 1e-3;
+  return std::max(1, static_cast<int>(std::lround(dt / kMillisecond)));
+}
+
+Eigen::VectorXd between_samples(const Eigen::VectorXd& q, int factor) {
+  const Eigen::Index intervals = q.size() - 1;
+  const Eigen::VectorXd slope = slopes(q);
+  Eigen::VectorXd out(intervals * factor + 1);
+  for (Eigen::Index k = 0; k < out.size(); ++k) {
+    const Eigen::Index i = std::min(k / factor, intervals - 1);
+    const double x = static_cast<double>(k - i * factor) / factor, y = 1 - x,
+                 rise = q[i + 1] - q[i];
+    out[k] = y * q[i] + x * q[i + 1] + x * y * (y * (slope[i] - rise) + x * (rise - slope[i + 1]));
   }
-  out.wide.v = central_difference(out.wide.q, out.dt);
   return out;
 }
 
@@ -316,7 +307,7 @@ Recording make_recording(Dataset log, double cutoff_hz) {
   }
 
   out.noise_sd = noise_above_band(log.q, out.wide.q, wide);
-  straighten_rests(out, low_pass);
+  straighten_rests(out, low_pass, out.wide.q);
 
   out.narrow.v = central_difference(out.narrow.q, dt);
   out.wide.v = central_difference(out.wide.q, dt);

@@ -95,7 +95,7 @@ bool JointFrictionData::drive(std::span<const Group> groups,
       if (k == longest) break;
       const auto step = static_cast<std::size_t>(k);
       if (!lanes.empty()) driver.torque(group.at[step], z, lanes);
-      driver.step(group.over[step], z);
+      driver.step(over_sample(group.over, step), z);
     }
   }
 

@@ -44,10 +44,12 @@ void turn(SinCos<S>& wave, const SinCos<S>& by) {
 
 JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequences,
                                      std::span<const RowMatrix> target, int joint, double cutoff_hz,
-                                     const OffsetPrior& prior, std::span<const SampleRange> ranges)
+                                     const OffsetPrior& prior, std::span<const SampleRange> ranges,
+                                     const FrictionDrive& how)
     : prior_(prior),
       dt_(sequences.front().dt),
       cutoff_hz_(cutoff_hz),
+      steps_(how.steps),
       low_pass_(cutoff_hz, 1 / sequences.front().dt),
       decimated_(low_pass_, signals::decimation(sequences.front().dt, cutoff_hz)) {
   double sum = 0, square = 0;
@@ -56,18 +58,26 @@ JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequenc
   std::vector<SampleRange> all;
   for (std::size_t i = 0; i < sequences.size(); ++i) {
     const signals::Recording& s = sequences[i];
+    const signals::Motion& motion = how.motion.empty() ? s.wide : how.motion[i];
     const auto T = static_cast<std::size_t>(s.length());
+    const Eigen::VectorXd path =
+        signals::between_samples(Eigen::VectorXd(motion.q.col(joint)), steps_);
     Series& series = series_.emplace_back();
     series.range = ranges.empty() ? SampleRange{0, s.length()} : ranges[i];
     all.push_back(series.range);
     series.target.assign(T, 0);
     series.weight.assign(T, 0);
     for (int k = 0; k < s.length(); ++k) {
-      const double at = s.wide.q(k, joint), next = s.wide.q(std::min(k + 1, s.length() - 1), joint);
-      const double load = s.load(k, joint), temperature = s.temperature(k, joint);
-      series.at.push_back({at, s.wide.v(k, joint), load, temperature});
-      series.over.push_back({next, (next - at) / dt_, load, temperature});
-      if (k < series.range.begin || k >= series.range.end || !s.use(k, joint)) continue;
+      const double at = motion.q(k, joint), load = s.load(k, joint),
+                   temperature = s.temperature(k, joint);
+      series.at.push_back({at, motion.v(k, joint), load, temperature});
+      for (Eigen::Index step = k * steps_; step < (k + 1) * steps_; ++step) {
+        const Eigen::Index last = path.size() - 1;
+        const double from = path[std::min(step, last)], to = path[std::min(step + 1, last)];
+        series.over.push_back({to, (to - from) / step_s(), load, temperature});
+      }
+      if (target.empty() || k < series.range.begin || k >= series.range.end || !s.use(k, joint))
+        continue;
       const auto row = static_cast<std::size_t>(k);
       const double value = target[i](k, joint);
       series.target[row] = value;
@@ -99,7 +109,8 @@ std::vector<JointFrictionData::Group> JointFrictionData::side_by_side(
     int longest = 0;
     for (const MotionPiece& piece : own) longest = std::max(longest, piece.end - piece.start);
     group.at.resize(static_cast<std::size_t>(longest));
-    group.over.resize(group.at.size());
+    const auto steps = static_cast<std::size_t>(steps_);
+    group.over.resize(group.at.size() * steps);
     for (int lane = 0; lane < PackD::kLanes; ++lane) {
       // empty lanes repeat the first piece; a lane stands still after the end of its piece
       const MotionPiece& piece = own[static_cast<std::size_t>(lane) < own.size() ? lane : 0];
@@ -107,11 +118,16 @@ std::vector<JointFrictionData::Group> JointFrictionData::side_by_side(
       for (int k = 0; k < longest; ++k) {
         const int sample = piece.start + k;
         const bool moves = sample < piece.end;
-        const auto row = static_cast<std::size_t>(std::min(sample, piece.end - 1));
-        friction::Input<double> at = series.at[row], over = series.over[row];
-        if (!moves) at.v = over.v = 0;
-        set_lane_of(group.at[static_cast<std::size_t>(k)], lane, at);
-        set_lane_of(group.over[static_cast<std::size_t>(k)], lane, over);
+        const auto row = static_cast<std::size_t>(std::min(sample, piece.end - 1)),
+                   to = static_cast<std::size_t>(k);
+        friction::Input<double> at = series.at[row];
+        if (!moves) at.v = 0;
+        set_lane_of(group.at[to], lane, at);
+        std::size_t step = to * steps;
+        for (friction::Input<double> over : over_sample(series.over, row)) {
+          if (!moves) over.v = 0;
+          set_lane_of(group.over[step++], lane, over);
+        }
       }
     }
   }
@@ -132,10 +148,10 @@ PerSample JointFrictionData::unfiltered(const friction::RobotFriction& friction,
       friction.torque<PackD>(theta, {&in, 1}, z, {&now, 1});
       for (const auto& [lane, sequence, sample] : lanes) f[sequence][sample] = now[lane];
     }
-    void step(const friction::Input<PackD>& in, std::span<PackD> z) {
-      friction.step<PackD>(theta, {&in, 1}, dt, z);
+    void step(std::span<const friction::Input<PackD>> over, std::span<PackD> z) {
+      for (const friction::Input<PackD>& in : over) friction.step<PackD>(theta, {&in, 1}, dt, z);
     }
-  } driver{friction, {theta.begin(), theta.end()}, dt_, {}, {}};
+  } driver{friction, {theta.begin(), theta.end()}, step_s(), {}, {}};
   for (const Series& series : series_) driver.f.emplace_back(series.at.size(), 0.0);
   drive(friction, theta, driver);
   return std::move(driver.f);
@@ -160,10 +176,10 @@ double JointFrictionData::load_gain(const friction::RobotFriction& friction,
       const PackD gain = abs((further - now) / h);
       for (const LaneSample& at : lanes) largest = std::max(largest, gain[at.lane]);
     }
-    void step(const friction::Input<PackD>& in, std::span<PackD> z) {
-      friction.step<PackD>(theta, {&in, 1}, dt, z);
+    void step(std::span<const friction::Input<PackD>> over, std::span<PackD> z) {
+      for (const friction::Input<PackD>& in : over) friction.step<PackD>(theta, {&in, 1}, dt, z);
     }
-  } driver{friction, {theta.begin(), theta.end()}, dt_, 0, {}};
+  } driver{friction, {theta.begin(), theta.end()}, step_s(), 0, {}};
   drive(friction, theta, driver);
   return driver.largest;
 }
@@ -335,9 +351,12 @@ void JointFrictionData::residual(const friction::RobotFriction& friction,
   const auto begin = static_cast<std::size_t>(series.range.begin),
              end = static_cast<std::size_t>(series.range.end);
   for (std::size_t k = 0; k < end; ++k) {
-    const friction::Input<PackD> at = spread(series.at[k]), over = spread(series.over[k]);
+    const friction::Input<PackD> at = spread(series.at[k]);
     if (k >= begin) friction.torque<PackD>(theta, {&at, 1}, z, {&out[k], 1});
-    friction.step<PackD>(theta, {&over, 1}, dt_, z);
+    for (const friction::Input<double>& in : over_sample(series.over, k)) {
+      const friction::Input<PackD> over = spread(in);
+      friction.step<PackD>(theta, {&over, 1}, step_s(), z);
+    }
   }
   low_pass_.apply(std::span(out).subspan(begin, end - begin), work);
   for (std::size_t k = begin; k < end; ++k)

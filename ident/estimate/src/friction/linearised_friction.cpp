@@ -218,13 +218,13 @@ JointFrictionData::Linear JointFrictionData::linearise_into(
       for (std::size_t i = 0; i < wanted.size(); ++i) now[i + 1] = by_theta[wanted[i]];
       kept.keep(lanes, now);
     }
-    void step(const friction::Input<PackD>& in, std::span<PackD> z) {
-      tangent.step(theta, {&in, 1}, dt, z);
+    void step(std::span<const friction::Input<PackD>> over, std::span<PackD> z) {
+      for (const friction::Input<PackD>& in : over) tangent.step(theta, {&in, 1}, dt, z);
       kept.step();
     }
   } driver{friction,
            wanted,
-           dt_,
+           step_s(),
            friction::Tangent(friction),
            {theta.begin(), theta.end()},
            std::vector<PackD>(static_cast<std::size_t>(friction.state_size())),

@@ -1,23 +1,23 @@
-#include "friction/motion_errors.hpp"
+#include "fricid/estimate/friction/motion_errors.hpp"
+
+#include <algorithm>
 
 #include "fricid/base/parallel.hpp"
 
 namespace fricid::estimate {
 namespace {
 
-constexpr int kFiner = 4;       // steps of friction in a sample
+constexpr int kSteps = 4;       // of friction in a sample, at least
 constexpr double kShown = 0.5;  // share of the error that the two variants show
 
 }  // namespace
 
 MotionErrors::MotionErrors(std::span<const signals::Recording> recordings, double cutoff_hz,
                            int jobs)
-    : again_(recordings.size()), between_(recordings.size()), cutoff_hz_(cutoff_hz) {
+    : recordings_(recordings), again_(recordings.size()), cutoff_hz_(cutoff_hz) {
   parallel_for(static_cast<int>(recordings.size()), jobs, [&](int i) {
     const auto s = static_cast<std::size_t>(i);
     again_[s] = signals::filtered_again(recordings[s], cutoff_hz);
-    again_[s].use.setConstant(false);  // no torque is compared
-    between_[s] = signals::between_samples(recordings[s], kFiner);
   });
 }
 
@@ -25,13 +25,13 @@ Eigen::VectorXd MotionErrors::of(const JointFrictionData& data, int joint,
                                  const friction::RobotFriction& friction,
                                  std::span<const double> theta,
                                  std::span<const std::vector<int>> row) const {
-  const std::vector<RowMatrix> none(again_.size());
-  const auto predict = [&](const std::vector<signals::Recording>& recordings) {
-    JointFrictionData variant(recordings, none, joint, cutoff_hz_);
+  const auto predict = [&](const FrictionDrive& how) {
+    JointFrictionData variant(recordings_, {}, joint, cutoff_hz_, {}, {}, how);
     variant.begin_springs_at(data.springs());
     return variant.predict(friction, theta);
   };
-  const PerSample again = predict(again_), between = predict(between_);
+  const PerSample again = predict({.steps = data.steps(), .motion = again_}),
+                  between = predict({.steps = std::max(data.steps(), kSteps)});
   Eigen::Index rows = 0;
   for (const std::vector<int>& samples : row) rows += std::ssize(samples);
   Eigen::VectorXd errors(rows);
@@ -39,7 +39,7 @@ Eigen::VectorXd MotionErrors::of(const JointFrictionData& data, int joint,
   for (std::size_t s = 0; s < row.size(); ++s)
     for (const int sample : row[s]) {
       const auto k = static_cast<std::size_t>(sample);
-      errors[r++] = (between[s][kFiner * k] - again[s][k]) / kShown;
+      errors[r++] = (between[s][k] - again[s][k]) / kShown;
     }
   return errors;
 }

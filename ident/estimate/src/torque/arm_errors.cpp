@@ -14,37 +14,50 @@ constexpr double kFewestBlocks = 10;
 constexpr int kMostHalvings = 6;  // of a draw
 constexpr std::uint64_t kDrawStream = 1 << 21;
 
+/// The objective of the torque about a fitted arm.
+struct AboutFit {
+  AboutFit(const ArmTorqueData& data, const Arm& fitted, const ArmTorqueOptions& options, int jobs)
+      : coordinates(fitted, options.coordinates),
+        point(projected(ArmPoint(coordinates, fitted))),
+        c(point.c()),
+        problem(data, point, options, jobs),
+        at(problem.linearise(c, std::numeric_limits<double>::quiet_NaN())),
+        H(at.H),
+        rows(problem.rows_at(c)) {
+    H.diagonal().array() += kStepRidge;
+  }
+  /// Onto what the coordinates can represent.
+  static ArmPoint projected(ArmPoint point) {
+    point.move_to(point.c());
+    return point;
+  }
+
+  ArmCoordinates coordinates;
+  ArmPoint point;
+  Eigen::VectorXd c;
+  ArmTorqueProblem problem;
+  optimise::Quadratic at;
+  Eigen::MatrixXd H;  // of a step
+  std::vector<ArmTorqueProblem::Rows> rows;
+};
+
 }  // namespace
 
-TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
+TorquePull torque_pull(const ArmTorqueData& data, const MotionErrors& motion, const Arm& fitted,
                        const ArmTorqueOptions& options, int jobs) {
-  const ArmCoordinates coordinates(fitted, options.coordinates);
-  ArmPoint point(coordinates, fitted);
-  point.move_to(point.c());
-  ArmTorqueProblem problem(data, point, options, jobs);
-  optimise::Quadratic at = problem.linearise(point.c(), std::numeric_limits<double>::quiet_NaN());
+  AboutFit fit(data, fitted, options, jobs);
   // (H^-1 + M M')^-1 = H - S (1 + S'M)^-1 S', M = H^-1 S
-  const Eigen::MatrixXd S = problem.motion_scores(
-      problem.rows_at(point.c()), MotionErrors(data.recordings(), data.cutoff_hz(), jobs));
-  Eigen::MatrixXd H = at.H;
-  H.diagonal().array() += kStepRidge;
-  Eigen::MatrixXd within = S.transpose() * H.ldlt().solve(S);
+  const Eigen::MatrixXd S = fit.problem.motion_scores(fit.rows, motion);
+  Eigen::MatrixXd within = S.transpose() * fit.H.ldlt().solve(S);
   within.diagonal().array() += 1;
-  at.H -= S * within.ldlt().solve(S.transpose());
-  return {point.c(), std::move(at)};
+  fit.at.H -= S * within.ldlt().solve(S.transpose());
+  return {fit.c, std::move(fit.at)};
 }
 
-ArmErrors arm_errors(const ArmTorqueData& data, const Arm& fitted, const ArmTorqueOptions& options,
-                     int count, std::uint64_t seed, int jobs) {
-  const ArmCoordinates coordinates(fitted, options.coordinates);
-  ArmPoint point(coordinates, fitted);
-  point.move_to(point.c());
-  const Eigen::VectorXd c = point.c();
-  ArmTorqueProblem problem(data, point, options, jobs);
-  const optimise::Quadratic at = problem.linearise(c, std::numeric_limits<double>::quiet_NaN());
-  Eigen::MatrixXd H = at.H;
-  H.diagonal().array() += kStepRidge;
-  const std::vector<ArmTorqueProblem::Rows> rows = problem.rows_at(c);
+ArmErrors arm_errors(const ArmTorqueData& data, const MotionErrors& motion, const Arm& fitted,
+                     const ArmTorqueOptions& options, int count, std::uint64_t seed, int jobs) {
+  AboutFit fit(data, fitted, options, jobs);
+  auto& [coordinates, point, c, problem, at, H, rows] = fit;
   Eigen::MatrixXd moves = problem.deletions(rows, H);
   const auto blocks = static_cast<double>(moves.cols());
   if (blocks < kFewestBlocks) return {};
@@ -53,8 +66,7 @@ ArmErrors arm_errors(const ArmTorqueData& data, const Arm& fitted, const ArmTorq
   RowMatrix w(count, moves.cols());
   fill_normal(seed, kDrawStream, 0, {w.data(), static_cast<std::size_t>(w.size())});
   const double least = problem.value(c);
-  const Eigen::MatrixXd of_motion = H.ldlt().solve(
-      problem.motion_scores(rows, MotionErrors(data.recordings(), data.cutoff_hz(), jobs)));
+  const Eigen::MatrixXd of_motion = H.ldlt().solve(problem.motion_scores(rows, motion));
   const Eigen::MatrixXd by_c = point.jacobian();
   ArmErrors errors{.root = Eigen::MatrixXd(by_c.rows(), moves.cols() + of_motion.cols()),
                    .blocks = moves.cols(),

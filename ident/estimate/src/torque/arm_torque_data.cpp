@@ -144,7 +144,8 @@ Eigen::VectorXd ArmTorqueData::squares(const Arm& arm, int j) const {
 JointFrictionData ArmTorqueData::friction_of(std::span<const RowMatrix> torque, int j,
                                              std::span<const std::vector<int>> row) const {
   return JointFrictionData(recordings_, torque, j, cutoff_hz_, {},
-                           needed(recordings_, row, cutoff_hz_));
+                           needed(recordings_, row, cutoff_hz_),
+                           {.steps = signals::steps_of_a_millisecond(recordings_.front().dt)});
 }
 
 Eigen::VectorXd ArmTorqueData::Joint::predict(const friction::RobotFriction& one,

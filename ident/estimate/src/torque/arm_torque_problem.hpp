@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "fricid/estimate/coordinates.hpp"
+#include "fricid/estimate/friction/motion_errors.hpp"
 #include "fricid/estimate/torque/arm_torque_data.hpp"
 #include "fricid/estimate/torque/arm_torque_fit.hpp"
 #include "fricid/optimise/damped_step.hpp"
-#include "friction/motion_errors.hpp"
 
 namespace fricid::estimate {
 

@@ -87,6 +87,7 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
       all_(prepared.robot, recordings_, prepared.options.cutoff_hz),
       training_(prepared.robot, recordings_, prepared.options.cutoff_hz, {}, split_.train_end),
       held_out_(prepared.robot, recordings_, prepared.options.cutoff_hz, split_.test_begin),
+      motion_errors_(recordings_, prepared.options.cutoff_hz, jobs),
       folds_(folds_of(periods_.recordings)),
       judging_(held_out_rollouts(periods_.recordings, split_)),
       has_viscous_(static_cast<std::size_t>(prepared.robot.n()), true) {
@@ -392,7 +393,7 @@ std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
 }
 
 ArmErrors JointFits::errors_of(const Arm& fitted, int count, std::uint64_t seed) const {
-  return arm_errors(all_, fitted, torque_options(fitted), count, seed, jobs_);
+  return arm_errors(all_, motion_errors_, fitted, torque_options(fitted), count, seed, jobs_);
 }
 
 PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,
@@ -526,8 +527,8 @@ Candidate JointFits::on_windows(const Candidate& start, std::string_view label) 
   MultiStepOptions options = windows_;
   options.limits = limits;
   const MultiStepReport trained =
-      refine_on_windows(start.arm, torque_pull(all_, start.arm, torque, jobs_), periods_.recordings,
-                        options, label, jobs_);
+      refine_on_windows(start.arm, torque_pull(all_, motion_errors_, start.arm, torque, jobs_),
+                        periods_.recordings, options, label, jobs_);
   Candidate out = judged(start.name + ", windows", trained.arm, trained.seconds);
   out.rival = start.rival;
   return out;

@@ -17,14 +17,15 @@ struct Coupling {
   int with = -1;      ///< k, the other joint; -1: none
   double factor = 1;  ///< of the other joint's speed
   /// Of the residual of the joint's own Coulomb and viscous friction, in stretches of the data that
-  /// neither regression was fitted to [1].
+  /// neither regression was fitted to; of all samples or of those that slide, the lesser [1].
   double share = 0;
   double r2 = 0;  ///< of the joint's torque with its own Coulomb and viscous friction
 };
 
 /// The strongest coupling of every joint (n): least squares of `target` on sign and speed of the
-/// joint, beside sign and speed of v_j + factor v_k, where the torque jumps as that motor reverses.
-/// Factors of either sign from a quarter to four are tried.
+/// joint, beside sign and speed of v_j + factor v_k, where the torque jumps as that motor reverses,
+/// while the joint slides too. Factors of either sign from a quarter to four are tried, of the two
+/// joints before and behind: gears couple neighbours.
 /// @param target  friction torque that the rigid body leaves, per recording (T, n) [N m]
 std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordings,
                                      const FrictionTorques& target);

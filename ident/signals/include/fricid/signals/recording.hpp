@@ -70,14 +70,16 @@ Eigen::VectorXd resolution(const Recording& recording);
 /// filtered torque sees such a rest, within 1 / cutoff_hz.
 UseMask at_rest(const Recording& recording, double cutoff_hz);
 
-/// The recording as friction would see it had the arm moved as `wide` says: `wide` filtered once
-/// more, straight at rest as before.
-Recording filtered_again(const Recording& recording, double cutoff_hz);
+/// The motion that friction would see had the arm moved as `wide` says: `wide` filtered once more,
+/// straight at rest as before, without accelerations.
+Motion filtered_again(const Recording& recording, double cutoff_hz);
 
-/// What drives friction, between the samples too: `wide` on cubic curves through its samples, the
-/// load and the temperature on straight lines, `factor` times as often. The log, `narrow` and the
-/// torques are left empty, and no row is used.
-Recording between_samples(const Recording& recording, int factor);
+/// Steps of friction in a sample, of about a millisecond: a joint with presliding of a few tenths
+/// of a milliradian turns within milliseconds.
+int steps_of_a_millisecond(double dt);
+
+/// q ((T - 1) factor + 1) on cubic curves through its samples, `factor` times as often.
+Eigen::VectorXd between_samples(const Eigen::VectorXd& q, int factor);
 
 /// Marks the rows of a joint before its first kWashout of travel unused.
 void leave_out_run_in(Recording& recording);

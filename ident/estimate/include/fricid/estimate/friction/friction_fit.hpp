@@ -41,6 +41,12 @@ struct OffsetPrior {
 /// A value per sample of every sequence.
 using PerSample = std::vector<std::vector<double>>;
 
+/// How recordings drive friction.
+struct FrictionDrive {
+  int steps = 1;                                 ///< in a sample
+  std::span<const signals::Motion> motion = {};  ///< per recording; empty: their wide motion
+};
+
 /// What one joint's friction has to explain: its inputs and its target torque over all sequences.
 ///
 /// The model is driven by the measured, wide-band motion ("teacher forcing"): with z_0 = 0,
@@ -48,23 +54,26 @@ using PerSample = std::vector<std::vector<double>>;
 ///     f_k     = torque(theta; q_k, v_k, load_k, z_k)         v_k central difference
 ///     z_{k+1} = step(theta; q_{k+1}, (q_{k+1} - q_k) / dt, load_k, dt, z_k)
 ///
-/// (`drive_friction`), and F[f] + c, through the filter of the measured torque, is compared with
-/// the target at used rows. The constant c is whatever fits best: without it a law that differs
-/// between the directions could not be told from an offset. It has a prior where the data do not
-/// tell it from friction, as in a joint that slides in one direction. It belongs to no model: the
-/// constant torque of a joint is the rigid body's.
+/// (`drive_friction`). With several steps in a sample q follows a cubic curve between the samples
+/// (`signals::between_samples`). F[f] + c, through the filter of the measured torque, is compared
+/// with the target at used rows. The constant c is whatever fits best: without it a law that
+/// differs between the directions could not be told from an offset. It has a prior where the data
+/// do not tell it from friction, as in a joint that slides in one direction. It belongs to no
+/// model: the constant torque of a joint is the rigid body's.
 ///
 /// Sequences are cut into pieces that are driven side by side (`cut_motion`). Where pieces meet,
 /// the state of the one is compared with that of the next; friction that has not forgotten its
 /// start there is driven again, each sequence in one piece.
 class JointFrictionData {
  public:
-  /// @param target  per sequence, torque of every joint that friction must explain (T, n) [N m]
+  /// @param target  per sequence, torque of every joint that friction must explain (T, n) [N m];
+  ///                empty: nothing is compared
   /// @param ranges  per sequence, samples at which torque is predicted, 0 elsewhere, and beyond
   ///                which the filter sees nothing; empty: all
   JointFrictionData(std::span<const signals::Recording> sequences,
                     std::span<const RowMatrix> target, int joint, double cutoff_hz,
-                    const OffsetPrior& prior = {}, std::span<const SampleRange> ranges = {});
+                    const OffsetPrior& prior = {}, std::span<const SampleRange> ranges = {},
+                    const FrictionDrive& how = {});
 
   /// From now on a single spring (maxwell_slip of one element) begins each sequence deflected by so
   /// much [rad or m], within its cap; at first by nothing. A short spring forgets that at once.
@@ -116,6 +125,7 @@ class JointFrictionData {
   double share_of_mean() const { return 1 / (1 + prior_.weight); }
 
   double dt() const { return dt_; }
+  int steps() const { return steps_; }  ///< of friction in a sample
   int sequences() const { return static_cast<int>(series_.size()); }
   int length(int sequence) const {
     return static_cast<int>(series_[static_cast<std::size_t>(sequence)].at.size());
@@ -135,13 +145,13 @@ class JointFrictionData {
   struct Series {
     SampleRange range;
     std::vector<friction::Input<double>> at;    // inputs of torque at sample k
-    std::vector<friction::Input<double>> over;  // inputs of step over [t_k, t_{k+1})
+    std::vector<friction::Input<double>> over;  // inputs of its steps over [t_k, t_{k+1})
     std::vector<double> target, weight;         // weight 1 at used rows, else 0
 
     std::size_t begin() const { return static_cast<std::size_t>(range.begin); }
     std::size_t size() const { return static_cast<std::size_t>(range.size()); }
   };
-  /// Pieces side by side, one per lane; in the order of their steps from their starts on.
+  /// Pieces side by side, one per lane; in the order of their samples from their starts on.
   struct Group {
     std::vector<MotionPiece> pieces;
     std::vector<friction::Input<PackD>> at, over;
@@ -156,8 +166,8 @@ class JointFrictionData {
   };
   std::vector<Group> side_by_side(std::span<const MotionPiece> pieces) const;
   /// Along every group calls driver.reset(), driver.torque(in, z, lanes) where lanes are past their
-  /// run-in, and driver.step(in, z). Returns whether every piece begins in the state in which the
-  /// one before it ends.
+  /// run-in, and driver.step(over, z) with the steps of a sample. Returns whether every piece
+  /// begins in the state in which the one before it ends.
   template <class Driver>
   bool drive(std::span<const Group> groups, const friction::RobotFriction& friction,
              Driver& driver) const;
@@ -187,7 +197,16 @@ class JointFrictionData {
   std::vector<Group> groups_;
   std::vector<double> spring_;  // per sequence, deflection at its first sample; empty: 0
   OffsetPrior prior_;
+  /// Inputs of the steps of friction over [t_k, t_{k+1}).
+  template <class Input>
+  std::span<const Input> over_sample(const std::vector<Input>& over, std::size_t k) const {
+    const auto steps = static_cast<std::size_t>(steps_);
+    return std::span(over).subspan(k * steps, steps);
+  }
+  double step_s() const { return dt_ / steps_; }
+
   double dt_, cutoff_hz_;
+  int steps_;
   signals::ZeroPhaseButterworth low_pass_;
   signals::DecimatedLowPass decimated_;
   int rows_ = 0;

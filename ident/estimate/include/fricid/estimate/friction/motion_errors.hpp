@@ -20,6 +20,7 @@ namespace fricid::estimate {
 /// the motion was: hence the 2, which is measured (docs/method.md#errors-of-parameters).
 class MotionErrors {
  public:
+  /// Of recordings that stay and whose motion does not change; their load may.
   MotionErrors(std::span<const signals::Recording> recordings, double cutoff_hz, int jobs);
 
   /// (rows) error of F[f] at the samples row[s] of every sequence [N m].
@@ -29,7 +30,8 @@ class MotionErrors {
                      std::span<const std::vector<int>> row) const;
 
  private:
-  std::vector<signals::Recording> again_, between_;
+  std::span<const signals::Recording> recordings_;
+  std::vector<signals::Motion> again_;  // of each, filtered again
   double cutoff_hz_;
 };
 

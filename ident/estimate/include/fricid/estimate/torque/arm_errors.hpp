@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "fricid/estimate/friction/motion_errors.hpp"
 #include "fricid/estimate/torque/arm_torque_fit.hpp"
 #include "fricid/estimate/windows/window_refinement.hpp"
 
@@ -32,14 +33,15 @@ struct ArmErrors {
 /// without them, w ~ N(0, 1), each halved until the objective exceeds its quadratic by no more than
 /// the quadratic part: springs of a bank that stand for each other are straight lines in no
 /// coordinates.
-/// @param count  of draws
+/// @param motion  of the recordings of `data`
+/// @param count   of draws
 /// @return nothing where there are fewer than ten blocks
-ArmErrors arm_errors(const ArmTorqueData& data, const Arm& fitted, const ArmTorqueOptions& options,
-                     int count, std::uint64_t seed, int jobs);
+ArmErrors arm_errors(const ArmTorqueData& data, const MotionErrors& motion, const Arm& fitted,
+                     const ArmTorqueOptions& options, int count, std::uint64_t seed, int jobs);
 
 /// What the torque says of a fitted arm, less what its motion may have changed: the objective about
 /// c with (H^-1 + M M')^-1 for H, see `arm_errors`.
-TorquePull torque_pull(const ArmTorqueData& data, const Arm& fitted,
+TorquePull torque_pull(const ArmTorqueData& data, const MotionErrors& motion, const Arm& fitted,
                        const ArmTorqueOptions& options, int jobs);
 
 }  // namespace fricid::estimate

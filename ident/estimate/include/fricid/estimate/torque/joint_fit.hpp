@@ -143,6 +143,7 @@ class JointFits {
   Split split_;
   std::vector<signals::Recording> recordings_;  // with the load
   ArmTorqueData all_, training_, held_out_;
+  MotionErrors motion_errors_;
   std::vector<Fold> folds_;
   Rollouts judging_;  // held out; of long logs also the starts from rest, which are rare
   std::vector<bool> has_viscous_;   // per joint
