@@ -42,9 +42,34 @@ TEST(MakeRecording, DifferentiatesTheFilteredPosition) {
   for (int k = 1000; k < 1500; ++k) {
     const double t = log.t[k];
     ASSERT_NEAR(out.narrow.v(k, 0), gain * std::cos(w * t) * std::sin(w * dt) / dt, 1e-9);
-    ASSERT_NEAR(out.narrow.a(k, 0), gain * std::sin(w * t) * 2 * (std::cos(w * dt) - 1) / (dt * dt),
-                1e-7);
+    ASSERT_NEAR(out.narrow.a(k, 0), -gain * std::sin(w * t) * w * w, 1e-6);
   }
+}
+
+// Reference: a mass with friction that goes with its position, pushed by torques that are held over
+// samples: the torque around a sample less that of friction at the sample is what accelerates it.
+TEST(MakeRecording, TorqueAndAccelerationAreThoseOfTheSamples) {
+  constexpr double kMass = 2, kStiffness = 3e3;  // resonates at 6 Hz
+  const double dt = 1 / kLogRate, w = std::sqrt(kStiffness / kMass);
+  Dataset log = make_log(
+      3000, [](double) { return 0.0; }, [](double) { return 0.0; });
+  double q = 0, v = 0;
+  for (int k = 0; k < log.length(); ++k) {
+    const double tau = 40 * std::sin(kTurn * 4 * log.t[k]) + 20 * std::sin(kTurn * 1.1 * log.t[k]);
+    log.q(k, 0) = q;
+    log.tau(k, 0) = tau;
+    const double rest = tau / kStiffness, x = q - rest;
+    q = rest + x * std::cos(w * dt) + v / w * std::sin(w * dt);
+    v = v * std::cos(w * dt) - w * x * std::sin(w * dt);
+  }
+  const Recording out = make_recording(log, kLowPass);
+  double left = 0, all = 0;
+  for (int k = 500; k < 2500; ++k) {
+    const double push = kMass * out.narrow.a(k, 0) + kStiffness * out.narrow.q(k, 0);
+    left += std::pow(out.filtered_tau(k, 0) - push, 2);
+    all += std::pow(out.filtered_tau(k, 0), 2);
+  }
+  EXPECT_LT(std::sqrt(left / all), 1e-4);
 }
 
 // Reference: the speed of the motion. A piece of a log begins and ends in motion; rollouts start

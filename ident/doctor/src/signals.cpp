@@ -280,7 +280,8 @@ void check_jumps(const Channel& c, Findings& findings) {
       continue;
     if (std::abs(c[k + 1] - c[k - 1]) < 0.5 * std::abs(step)) continue;  // a spike
     if (k > 1 && std::abs(c[k] - c[k - 2]) < 0.5 * std::abs(step)) continue;
-    if (c.d.t[k] - c.d.t[k - 1] > 1.5 * c.d.dt()) continue;  // a gap
+    if (std::abs(c.d.t[k] - c.d.t[k - 1] - c.d.dt()) > 0.5 * c.d.dt())
+      continue;  // a gap, a row twice
     Finding jump = c.finding(FindingKind::kJump, k - 1, k, step, "rad");
     jump.rows = {k};
     findings.push_back(jump);

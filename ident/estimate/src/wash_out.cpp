@@ -97,7 +97,7 @@ std::vector<RowMatrix> wash_out(const Arm& arm, std::span<const signals::Recordi
     z0[static_cast<std::size_t>(i)] =
         initial_friction_state(arm, r.dt, motion.q, motion.v, r.held_tau, r.temperature);
   });
-  const int steps = signals::steps_of_a_millisecond(dt);
+  const int steps = signals::friction_steps(dt);
   std::vector<RowMatrix> path(recordings.size());
   parallel_for(static_cast<int>(recordings.size()), jobs, [&](int i) {
     const auto at = static_cast<std::size_t>(i);

@@ -157,6 +157,21 @@ void straighten_rests(const Recording& r, const ZeroPhaseButterworth& low_pass, 
           Eigen::VectorXd::LinSpaced(end - begin, r.narrow.q(begin, j), r.narrow.q(end - 1, j));
 }
 
+// At the samples, what has the means x over two samples, weighted by a triangle: the solution y of
+// (y_{k-1} + 10 y_k + y_{k+1}) / 12 = x_k (Numerov), y = x at the ends.
+void take_out_means(Eigen::Ref<Eigen::VectorXd, 0, Eigen::InnerStride<>> x) {
+  constexpr double kBeside = 1.0 / 12, kOwn = 10.0 / 12;
+  const Eigen::Index T = x.size();
+  std::vector<double> above(static_cast<std::size_t>(T), 0.0);
+  for (Eigen::Index k = 1; k + 1 < T; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const double pivot = kOwn - kBeside * above[i - 1];
+    above[i] = kBeside / pivot;
+    x[k] = (x[k] - kBeside * x[k - 1]) / pivot;
+  }
+  for (Eigen::Index k = T - 2; k > 0; --k) x[k] -= above[static_cast<std::size_t>(k)] * x[k + 1];
+}
+
 // Slopes at the samples, per sample, exact for polynomials of degree 4; near the ends those of
 // parabolas.
 Eigen::VectorXd slopes(const Eigen::VectorXd& x) {
@@ -242,9 +257,9 @@ Motion filtered_again(const Recording& recording, double cutoff_hz) {
   return out;
 }
 
-int steps_of_a_millisecond(double dt) {
-  constexpr double kMillisecond = 1e-3;
-  return std::max(1, static_cast<int>(std::lround(dt / kMillisecond)));
+int friction_steps(double dt) {
+  constexpr double kStep = 2e-3;  // [s]
+  return std::max(1, static_cast<int>(std::lround(dt / kStep)));
 }
 
 Eigen::VectorXd between_samples(const Eigen::VectorXd& q, int factor) {
@@ -317,6 +332,10 @@ Recording make_recording(Dataset log, double cutoff_hz) {
       (q.bottomRows(T - 2) - 2 * q.middleRows(1, T - 2) + q.topRows(T - 2)) / (dt * dt);
   a.row(0) = a.row(1);
   a.row(T - 1) = a.row(T - 2);
+  for (int j = 0; j < n; ++j) {
+    take_out_means(a.col(j));
+    take_out_means(out.filtered_tau.col(j));
+  }
 
   const int edge = static_cast<int>(std::ceil(2 / (cutoff_hz * dt)));
   const int near = static_cast<int>(std::ceil(1 / (cutoff_hz * dt)));

@@ -7,8 +7,9 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr int kSteps = 4;       // of friction in a sample, at least
-constexpr double kShown = 0.5;  // share of the error that the two variants show
+constexpr int kSteps = 4;  // of friction in a sample, at least
+// share of the error that the two variants show, where friction goes straight between the samples
+constexpr double kShown = 0.5;
 
 }  // namespace
 
@@ -30,8 +31,9 @@ Eigen::VectorXd MotionErrors::of(const JointFrictionData& data, int joint,
     variant.begin_springs_at(data.springs());
     return variant.predict(friction, theta);
   };
-  const PerSample again = predict({.steps = data.steps(), .motion = again_}),
+  const PerSample again = predict({.steps = 1, .motion = again_}),
                   between = predict({.steps = std::max(data.steps(), kSteps)});
+  const double shown = data.steps() > 1 ? 1 : kShown;
   Eigen::Index rows = 0;
   for (const std::vector<int>& samples : row) rows += std::ssize(samples);
   Eigen::VectorXd errors(rows);
@@ -39,7 +41,7 @@ Eigen::VectorXd MotionErrors::of(const JointFrictionData& data, int joint,
   for (std::size_t s = 0; s < row.size(); ++s)
     for (const int sample : row[s]) {
       const auto k = static_cast<std::size_t>(sample);
-      errors[r++] = (between[s][k] - again[s][k]) / kShown;
+      errors[r++] = (between[s][k] - again[s][k]) / shown;
     }
   return errors;
 }

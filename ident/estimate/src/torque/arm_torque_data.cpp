@@ -145,7 +145,7 @@ JointFrictionData ArmTorqueData::friction_of(std::span<const RowMatrix> torque, 
                                              std::span<const std::vector<int>> row) const {
   return JointFrictionData(recordings_, torque, j, cutoff_hz_, {},
                            needed(recordings_, row, cutoff_hz_),
-                           {.steps = signals::steps_of_a_millisecond(recordings_.front().dt)});
+                           {.steps = signals::friction_steps(recordings_.front().dt)});
 }
 
 Eigen::VectorXd ArmTorqueData::Joint::predict(const friction::RobotFriction& one,

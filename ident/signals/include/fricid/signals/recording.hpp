@@ -51,14 +51,15 @@ struct Recording {
   const Motion& motion(Band band) const { return band == Band::kWide ? wide : narrow; }
 };
 
-/// Filters a log. The torque tau_k of a log is held over [t_k, t_{k+1}), while the central
-/// difference a_k averages the acceleration over (t_{k-1}, t_{k+1}) with a triangle; under held
-/// torque that average belongs to (tau_{k-1} + tau_k) / 2, which is therefore what `filtered_tau`
-/// holds at sample k. Where a joint moves less than its encoder's noise for .3 s or longer, `wide`
-/// is a straight line: under trembling of .2 mrad/s a bristle would lose in seconds what it holds
-/// at rest. Missing values (NaN) are bridged by straight lines. Rows closer than
-/// 2 / cutoff_hz to an end or 1 / cutoff_hz to a missing value are marked unused, and so are those
-/// of a joint before its first kWashout of travel.
+/// Filters a log. The torque tau_k of a log is held over [t_k, t_{k+1}), while the second
+/// difference of q averages the acceleration over (t_{k-1}, t_{k+1}) with a triangle; under held
+/// torque that average belongs to (tau_{k-1} + tau_k) / 2. Friction, which changes within a few
+/// samples where a joint reverses, is known at the samples: `narrow.a` and `filtered_tau` are what
+/// has these means, to fourth order in dt (Numerov). Where a joint moves less than its encoder's
+/// noise for .3 s or longer, `wide` is a straight line: under trembling of .2 mrad/s a bristle
+/// would lose in seconds what it holds at rest. Missing values (NaN) are bridged by straight lines.
+/// Rows closer than 2 / cutoff_hz to an end or 1 / cutoff_hz to a missing value are marked unused,
+/// and so are those of a joint before its first kWashout of travel.
 /// @throws UserError on a log shorter than 8 / cutoff_hz, a column without or with giant numbers
 Recording make_recording(Dataset log, double cutoff_hz);
 
@@ -74,9 +75,9 @@ UseMask at_rest(const Recording& recording, double cutoff_hz);
 /// straight at rest as before, without accelerations.
 Motion filtered_again(const Recording& recording, double cutoff_hz);
 
-/// Steps of friction in a sample, of about a millisecond: a joint with presliding of a few tenths
-/// of a milliradian turns within milliseconds.
-int steps_of_a_millisecond(double dt);
+/// Steps of friction in a sample, of about two milliseconds: a joint with presliding of a few
+/// tenths of a milliradian turns within as many.
+int friction_steps(double dt);
 
 /// q ((T - 1) factor + 1) on cubic curves through its samples, `factor` times as often.
 Eigen::VectorXd between_samples(const Eigen::VectorXd& q, int factor);
