@@ -6,8 +6,9 @@
 namespace fricid::estimate {
 namespace {
 
-// Orders of a gear: slower waves are load.
-constexpr double kFewestRipples = 20, kMostRipples = 1000;
+// Orders of a gear; slower waves, as of a gear that is eccentric, are looked for in what these
+// leave: beside them load, which goes with the joint angle too, would look like one.
+constexpr double kFewestRipples = 20, kFewestOfFurther = 1, kMostRipples = 1000;
 constexpr double kRippleGrid = 0.25;    // of the orders, in periods over the travel
 constexpr double kFinestOfGrid = 0.05;  // joints that turn on and on
 
@@ -23,10 +24,12 @@ std::vector<std::size_t> ripple_terms(const friction::RobotFriction& friction) {
 void seed_ripples(const JointFrictionData& data, const friction::RobotFriction& friction,
                   std::span<const std::size_t> terms, std::span<double> theta) {
   const double step = std::max(kRippleGrid * 2 * std::numbers::pi / data.travel(), kFinestOfGrid);
-  const int orders = static_cast<int>((kMostRipples - kFewestRipples) / step) + 1;
+  const std::size_t first = ripple_terms(friction).front();
   for (const std::size_t i : terms) {
     theta[ripple_amplitude(i)] = 0;
-    const RippleTerm term = data.strongest_ripple(friction, theta, {kFewestRipples, step, orders});
+    const double fewest = i == first ? kFewestRipples : kFewestOfFurther;
+    const RippleTerm term = data.strongest_ripple(
+        friction, theta, {fewest, step, static_cast<int>((kMostRipples - fewest) / step) + 1});
     const double values[] = {term.n, term.A, term.phi};
     for (std::size_t k = 0; k < 3; ++k) {
       const friction::ParameterInfo& info = friction.parameters()[i + k].info;
