@@ -59,7 +59,7 @@ TEST(ArmTorqueFit, StaticFrictionIsPulledToThatOfSliding) {
   };
   for (int j = 0; j < 3; ++j) {
     const double alone = missing(false, j), pulled = missing(true, j);
-    EXPECT_GT(alone, 0.1) << j;
+    EXPECT_GT(alone, 0.05) << j;
     EXPECT_LT(pulled, 0.7 * alone) << j;
   }
 }

@@ -50,5 +50,25 @@ TEST(Remarks, StaticFrictionFarBelowThatOfSliding) {
   EXPECT_THAT(remarks[0].meaning, HasSubstr("no break-away torque"));
 }
 
+TEST(Remarks, BreakAwayThatFallsWithinTheLeastSpeed) {
+  Fitted fitted;
+  fitted.joints[0].parameters[2].value = 0.02;
+  fitted.joints[0].at_bound = {"vs"};
+  const auto remarks = fitted.remarks();
+  ASSERT_THAT(remarks, SizeIs(1));
+  EXPECT_THAT(remarks[0].found, HasSubstr("Fs of shoulder (vs on its least, 0.02 rad/s)"));
+  fitted.joints[0].parameters[1].value = 4.1;  // it hardly falls
+  EXPECT_THAT(fitted.remarks(), IsEmpty());
+}
+
+TEST(Remarks, TorqueThatGoesWithThePosition) {
+  const Fitted fitted;
+  const std::vector<PositionWave> waves{{.n = 6, .share = 0.35}, {.n = 2, .share = 0.1}};
+  const auto remarks = remarks_on(fitted.joints, fitted.friction, waves);
+  ASSERT_THAT(remarks, SizeIs(1));
+  EXPECT_THAT(remarks[0].found, HasSubstr("shoulder (35 % by 6 periods per turn)"));
+  EXPECT_THAT(remarks[0].found, Not(HasSubstr("elbow")));
+}
+
 }  // namespace
 }  // namespace fricid::estimate

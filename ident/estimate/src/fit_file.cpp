@@ -6,6 +6,7 @@
 #include "fricid/base/not_finite.hpp"
 #include "fricid/estimate/remarks.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
+#include "fricid/estimate/torque/sum_start.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -99,6 +100,7 @@ data::FittedJoint jointly_fitted(const FitReport& report, std::size_t j) {
     of_motion = own.rightCols(root.cols() - report.errors.blocks).rowwise().norm();
   }
   const Eigen::VectorXd error = covariance.diagonal().cwiseSqrt();
+  const std::vector<std::size_t> slowest = slowest_stribeck_velocities(report.model.arm);
   data::FittedJoint joint{.joint = report.model.arm.robot.joints[j].name,
                           .outcome = report.outcome,
                           .message = "fitted together with the rigid body",
@@ -117,7 +119,8 @@ data::FittedJoint jointly_fitted(const FitReport& report, std::size_t j) {
     const friction::ParameterRef& parameter = friction.model.parameters()[p];
     joint.parameters.push_back({parameter.symbol, friction.theta[p], error[i] > 0 ? error[i] : kNan,
                                 error[i] > 0 ? std::optional(of_motion[i]) : std::nullopt});
-    if (error[i] > 0 && on_bound(parameter.info, friction.theta[p]))
+    if (error[i] > 0 &&
+        (on_bound(parameter.info, friction.theta[p]) || std::ranges::count(slowest, p) > 0))
       joint.at_bound.push_back(parameter.symbol);
     for (Eigen::Index k = 0; k < size; ++k)
       if (error[i] > 0 && error[k] > 0)
@@ -197,7 +200,7 @@ data::FitFile fit_file(const FitReport& report) {
     for (std::size_t j = 0; j < report.residual_rms.size(); ++j)
       file.joints.push_back(jointly_fitted(report, j));
   if (std::vector<data::FittedRemark> remarks =
-          remarks_on(file.joints, report.model.arm.friction.model);
+          remarks_on(file.joints, report.model.arm.friction.model, report.waves);
       !remarks.empty())
     file.remarks = std::move(remarks);
   if (report.torque) file.torque = training_of(*report.torque);

@@ -11,13 +11,17 @@ namespace fricid::estimate {
 namespace {
 
 constexpr double kUnresolved = 0.25;  // of a stiffness
+constexpr double kMost = 1;           // of a stiffness: beyond, how much is unknown
 constexpr double kWeak = 0.5;         // static friction over that of sliding
+constexpr double kBreaksAway = 1.1;   // the same of a break-away torque
+constexpr double kOfPosition = 0.2;   // share of a residual that is worth a word
 
 }  // namespace
 
 std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> joints,
-                                           const friction::RobotFriction& friction) {
-  std::vector<std::string> unresolved, weak;
+                                           const friction::RobotFriction& friction,
+                                           std::span<const PositionWave> waves) {
+  std::vector<std::string> unresolved, weak, narrow, of_position;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const data::FittedJoint& joint = joints[j];
     const auto begin = static_cast<std::size_t>(friction.parameter_begin(static_cast<int>(j)));
@@ -26,16 +30,34 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
       const friction::Role role = friction.parameters()[begin + i].info.role;
       if (role == friction::Role::kStiffness &&
           parameter.motion_error.value_or(0) > kUnresolved * parameter.value)
-        unresolved.push_back(fmt::format("{} of {} by {:.0f} %", parameter.symbol, joint.joint,
-                                         100 * *parameter.motion_error / parameter.value));
+        unresolved.push_back(
+            *parameter.motion_error > kMost * parameter.value
+                ? fmt::format("{} of {} by more than itself", parameter.symbol, joint.joint)
+                : fmt::format("{} of {} by {:.0f} %", parameter.symbol, joint.joint,
+                              100 * *parameter.motion_error / parameter.value));
       const int sliding = coulomb_beside(friction, begin + i);
       if (role != friction::Role::kStatic || sliding < 0) continue;
       const double Fc = joint.parameters[static_cast<std::size_t>(sliding) - begin].value;
+      const auto is_at_bound = [&](const data::FittedParameter& other) {
+        return std::ranges::count(joint.at_bound, other.symbol) > 0;
+      };
+      for (std::size_t k = 0; k < joint.parameters.size(); ++k)
+        if (const friction::ParameterRef& other = friction.parameters()[begin + k];
+            other.info.role == friction::Role::kStribeckVelocity &&
+            other.law == friction.parameters()[begin + i].law && is_at_bound(joint.parameters[k]) &&
+            parameter.value > kBreaksAway * Fc)
+          narrow.push_back(fmt::format("{} of {} ({} on its least, {:.2g} rad/s)", parameter.symbol,
+                                       joint.joint, joint.parameters[k].symbol,
+                                       joint.parameters[k].value));
       if (parameter.value < kWeak * Fc)
         weak.push_back(fmt::format("{} ({} {:.2g} of {:.3g})", joint.joint, parameter.symbol,
                                    parameter.value, Fc));
     }
   }
+  for (std::size_t j = 0; j < waves.size(); ++j)
+    if (waves[j].share > kOfPosition)
+      of_position.push_back(fmt::format("{} ({:.0f} % by {:.3g} periods per turn)", joints[j].joint,
+                                        100 * waves[j].share, waves[j].n));
   std::vector<data::FittedRemark> remarks;
   if (!unresolved.empty())
     remarks.push_back(
@@ -53,6 +75,17 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
          "another one than the joint, or where viscous friction is concave",
          "take break-away from a law with presliding that explains the torque better, or from slow "
          "reversals logged at a higher rate"});
+  if (!narrow.empty())
+    remarks.push_back({"break-away torque is not resolved: " + enumeration(narrow),
+                       "friction falls within less speed than that; the true break-away torque is "
+                       "larger",
+                       "log slow reversals at a higher rate and raise identify.cutoff_hz"});
+  if (!of_position.empty())
+    remarks.push_back({"what is left of the torque goes with the joint's own position: " +
+                           enumeration(of_position),
+                       "no law of friction has a torque that does not change sign with the speed, "
+                       "as of cogging, and open loops go astray by it",
+                       "declare it: [[robot.torque]] with terms = [\"sin(N q)\", \"cos(N q)\"]"});
   return remarks;
 }
 

@@ -16,20 +16,11 @@ struct Piece {
   int recording, begin, end;
 };
 
-/// Positions of a recording between its samples too, `steps` times as often.
-RowMatrix path_of(const RowMatrix& q, int steps) {
-  RowMatrix path((q.rows() - 1) * steps + 1, q.cols());
-  for (Eigen::Index j = 0; j < q.cols(); ++j)
-    path.col(j) = signals::between_samples(Eigen::VectorXd(q.col(j)), steps);
-  return path;
-}
-
 /// Drives the friction through up to one piece per lane, each from `run_in` samples ahead of it.
-/// @param path  per recording, positions at the steps, `steps` in a sample
 void wash_out_pieces(const friction::Friction& friction,
                      std::span<const signals::Recording> recordings, std::span<const Piece> pieces,
-                     int run_in, std::span<const RowMatrix> path, int steps,
-                     std::span<const std::vector<double>> z0, std::vector<RowMatrix>& z) {
+                     int run_in, signals::Band band, std::span<const std::vector<double>> z0,
+                     std::vector<RowMatrix>& z) {
   const friction::RobotFriction& model = friction.model;
   const auto n = static_cast<std::size_t>(model.joint_count());
   const std::vector<PackD> theta(friction.theta.begin(), friction.theta.end());
@@ -44,31 +35,28 @@ void wash_out_pieces(const friction::Friction& friction,
       for (std::size_t k = 0; k < state.size(); ++k)
         set_lane(state[k], static_cast<int>(i), z0[static_cast<std::size_t>(p.recording)][k]);
   }
-  const double step_s = recordings.front().dt / steps;
-  for (int step = first * steps; step < last * steps; ++step) {
+  for (int step = first; step < last; ++step) {
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       const Piece& p = pieces[i];
-      const int at_step = p.begin * steps + step, lane = static_cast<int>(i);
+      const int row = p.begin + step, lane = static_cast<int>(i);
       const auto at = static_cast<std::size_t>(p.recording);
       const signals::Recording& r = recordings[at];
-      const RowMatrix& q = path[at];
-      const int row = at_step / steps;
-      if (step >= 0 && step % steps == 0 && row < p.end)
+      const RowMatrix& q = r.motion(band).q;
+      if (step >= 0 && row < p.end)
         for (std::size_t k = 0; k < state.size(); ++k)
           z[at](row, static_cast<Eigen::Index>(k)) = fricid::lane(state[k], lane);
       // before its recording begins and after its piece ends a lane stands still
-      const bool moves = at_step >= 0 && row + 1 < p.end;
-      const int from = std::clamp(at_step, 0, (p.end - 1) * steps), to = moves ? from + 1 : from,
-                sample = from / steps;
+      const bool moves = row >= 0 && row + 1 < p.end;
+      const int from = std::clamp(row, 0, p.end - 1), to = moves ? row + 1 : from;
       for (std::size_t j = 0; j < n; ++j) {
         const auto c = static_cast<Eigen::Index>(j);
         set_lane(in[j].q, lane, q(to, c));
-        set_lane(in[j].v, lane, (q(to, c) - q(from, c)) / step_s);
-        set_lane(in[j].load, lane, r.held_tau(sample, c));
-        set_lane(in[j].temperature, lane, r.temperature(sample, c));
+        set_lane(in[j].v, lane, (q(to, c) - q(from, c)) / r.dt);
+        set_lane(in[j].load, lane, r.held_tau(from, c));
+        set_lane(in[j].temperature, lane, r.temperature(from, c));
       }
     }
-    model.step<PackD>(theta, in, step_s, state);
+    model.step<PackD>(theta, in, recordings.front().dt, state);
   }
 }
 
@@ -97,18 +85,12 @@ std::vector<RowMatrix> wash_out(const Arm& arm, std::span<const signals::Recordi
     z0[static_cast<std::size_t>(i)] =
         initial_friction_state(arm, r.dt, motion.q, motion.v, r.held_tau, r.temperature);
   });
-  const int steps = signals::friction_steps(dt);
-  std::vector<RowMatrix> path(recordings.size());
-  parallel_for(static_cast<int>(recordings.size()), jobs, [&](int i) {
-    const auto at = static_cast<std::size_t>(i);
-    path[at] = path_of(recordings[at].motion(band).q, steps);
-  });
   const int groups = (static_cast<int>(pieces.size()) + PackD::kLanes - 1) / PackD::kLanes;
   parallel_for(groups, jobs, [&](int g) {
     const auto begin = static_cast<std::size_t>(g * PackD::kLanes);
     const auto count = std::min<std::size_t>(PackD::kLanes, pieces.size() - begin);
-    wash_out_pieces(arm.friction, recordings, std::span(pieces).subspan(begin, count), run_in, path,
-                    steps, z0, z);
+    wash_out_pieces(arm.friction, recordings, std::span(pieces).subspan(begin, count), run_in, band,
+                    z0, z);
   });
   return z;
 }

@@ -257,12 +257,8 @@ Motion filtered_again(const Recording& recording, double cutoff_hz) {
   return out;
 }
 
-int friction_steps(double dt) {
-  constexpr double kStep = 2e-3;  // [s]
-  return std::max(1, static_cast<int>(std::lround(dt / kStep)));
-}
-
 Eigen::VectorXd between_samples(const Eigen::VectorXd& q, int factor) {
+  if (factor == 1) return q;
   const Eigen::Index intervals = q.size() - 1;
   const Eigen::VectorXd slope = slopes(q);
   Eigen::VectorXd out(intervals * factor + 1);

@@ -1,15 +1,12 @@
 #include "fricid/estimate/friction/motion_errors.hpp"
 
-#include <algorithm>
-
 #include "fricid/base/parallel.hpp"
 
 namespace fricid::estimate {
 namespace {
 
-constexpr int kSteps = 4;  // of friction in a sample, at least
-// share of the error that the two variants show, where friction goes straight between the samples
-constexpr double kShown = 0.5;
+constexpr int kSteps = 4;       // of friction in a sample, between them
+constexpr double kShown = 0.5;  // share of the error that the two variants show
 
 }  // namespace
 
@@ -32,8 +29,7 @@ Eigen::VectorXd MotionErrors::of(const JointFrictionData& data, int joint,
     return variant.predict(friction, theta);
   };
   const PerSample again = predict({.steps = 1, .motion = again_}),
-                  between = predict({.steps = std::max(data.steps(), kSteps)});
-  const double shown = data.steps() > 1 ? 1 : kShown;
+                  between = predict({.steps = kSteps});
   Eigen::Index rows = 0;
   for (const std::vector<int>& samples : row) rows += std::ssize(samples);
   Eigen::VectorXd errors(rows);
@@ -41,7 +37,7 @@ Eigen::VectorXd MotionErrors::of(const JointFrictionData& data, int joint,
   for (std::size_t s = 0; s < row.size(); ++s)
     for (const int sample : row[s]) {
       const auto k = static_cast<std::size_t>(sample);
-      errors[r++] = (between[s][k] - again[s][k]) / shown;
+      errors[r++] = (between[s][k] - again[s][k]) / kShown;
     }
   return errors;
 }

@@ -144,8 +144,7 @@ Eigen::VectorXd ArmTorqueData::squares(const Arm& arm, int j) const {
 JointFrictionData ArmTorqueData::friction_of(std::span<const RowMatrix> torque, int j,
                                              std::span<const std::vector<int>> row) const {
   return JointFrictionData(recordings_, torque, j, cutoff_hz_, {},
-                           needed(recordings_, row, cutoff_hz_),
-                           {.steps = signals::friction_steps(recordings_.front().dt)});
+                           needed(recordings_, row, cutoff_hz_));
 }
 
 Eigen::VectorXd ArmTorqueData::Joint::predict(const friction::RobotFriction& one,

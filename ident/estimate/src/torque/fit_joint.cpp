@@ -263,6 +263,7 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
       }
   report.errors = fits.errors_of(best->arm, kDraws, static_cast<std::uint64_t>(seed));
   take_base_of(report.errors, best->arm.robot, report.rigid_body);
+  report.waves = fits.waves_of(best->arm);
   report.couplings = find_couplings(
       prepared.recordings,
       friction_target(prepared.robot, prepared.rigid_body.pi, prepared.recordings, jobs));

@@ -432,6 +432,14 @@ std::vector<Cable> JointFits::promising_cables(const Arm& arm) const {
   return cables;
 }
 
+std::vector<PositionWave> JointFits::waves_of(const Arm& arm) const {
+  std::vector<PositionWave> waves(static_cast<std::size_t>(n()));
+  parallel_for(n(), jobs_, [&](int j) {
+    waves[static_cast<std::size_t>(j)] = strongest_wave(training_, held_out_, arm, j);
+  });
+  return waves;
+}
+
 std::optional<SpringIndices> single_spring(const friction::RobotFriction& friction, int joint) {
   const auto index = [&](const char* symbol) {
     return friction::find_parameter(friction, joint, friction::MaxwellSlip::kName, symbol);

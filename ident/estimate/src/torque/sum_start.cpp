@@ -232,6 +232,16 @@ std::vector<Limit> sum_limits(const Arm& arm) {
   return limits;
 }
 
+std::vector<std::size_t> slowest_stribeck_velocities(const Arm& arm) {
+  constexpr double kRounding = 1e-9;
+  std::vector<std::size_t> slowest;
+  for (const Limit& limit : sum_limits(arm))
+    if (arm.friction.model.parameters()[limit.parameter].info.role == Role::kStribeckVelocity &&
+        arm.friction.theta[limit.parameter] <= (1 + kRounding) * limit.lower)
+      slowest.push_back(limit.parameter);
+  return slowest;
+}
+
 std::vector<std::size_t> load_corners(const friction::RobotFriction& model) {
   std::vector<std::size_t> corners;
   for (std::size_t i = 0; i < model.parameters().size(); ++i)

@@ -10,8 +10,7 @@
 namespace fricid::estimate {
 
 /// Friction state of a model along every recording, washed out by the motion of one band: (T,
-/// state_size) each, from `initial_friction_state` on. Steps as `drive_friction` does, but of two
-/// milliseconds (`signals::friction_steps`) on a curve through the samples, and in
+/// state_size) each, from `initial_friction_state` on. Steps as `drive_friction` does, but in
 /// pieces of 4 s side by side, each begun 4 s earlier: after that much motion a joint no longer
 /// depends on the friction state it started with. A law of the whole robot is driven through each
 /// recording in one piece.

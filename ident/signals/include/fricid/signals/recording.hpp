@@ -75,10 +75,6 @@ UseMask at_rest(const Recording& recording, double cutoff_hz);
 /// straight at rest as before, without accelerations.
 Motion filtered_again(const Recording& recording, double cutoff_hz);
 
-/// Steps of friction in a sample, of about two milliseconds: a joint with presliding of a few
-/// tenths of a milliradian turns within as many.
-int friction_steps(double dt);
-
 /// q ((T - 1) factor + 1) on cubic curves through its samples, `factor` times as often.
 Eigen::VectorXd between_samples(const Eigen::VectorXd& q, int factor);
 

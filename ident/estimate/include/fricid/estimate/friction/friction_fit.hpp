@@ -125,7 +125,6 @@ class JointFrictionData {
   double share_of_mean() const { return 1 / (1 + prior_.weight); }
 
   double dt() const { return dt_; }
-  int steps() const { return steps_; }  ///< of friction in a sample
   int sequences() const { return static_cast<int>(series_.size()); }
   int length(int sequence) const {
     return static_cast<int>(series_[static_cast<std::size_t>(sequence)].at.size());

@@ -14,11 +14,10 @@ namespace fricid::estimate {
 /// in every recording alike: no resampling of the data shows what that does to a parameter. About
 /// as much is shown by making the one once more and the other less,
 ///
-///     F[f(q between the samples)] - F[f(q filtered again, straight between the samples)],
+///     2 (F[f(q between the samples)] - F[f(q filtered again)]).
 ///
-/// and twice that where friction goes straight between the samples itself: a second filter finds
-/// less to take than the first, and a curve through samples is smoother than the motion was. That
-/// this is enough is measured (docs/method.md#errors-of-parameters).
+/// A second filter finds less to take than the first, and a curve through samples is smoother than
+/// the motion was: hence the 2, which is measured (docs/method.md#errors-of-parameters).
 class MotionErrors {
  public:
   /// Of recordings that stay and whose motion does not change; their load may.

@@ -13,6 +13,7 @@
 #include "fricid/estimate/torque/cable.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
 #include "fricid/estimate/torque/folds.hpp"
+#include "fricid/estimate/torque/position_wave.hpp"
 #include "fricid/estimate/windows/multi_step.hpp"
 #include "fricid/friction/sum.hpp"
 
@@ -112,6 +113,9 @@ class JointFits {
   /// Per joint the `strongest_cable` in the training torque that `arm` leaves; K = 0 where that
   /// gains less than a tenth.
   std::vector<Cable> promising_cables(const Arm& arm) const;
+
+  /// Per joint the `strongest_wave` in the torque that `arm` leaves.
+  std::vector<PositionWave> waves_of(const Arm& arm) const;
 
   /// Whether every recording is long enough to train on windows.
   bool has_room_for_windows() const;

@@ -31,6 +31,8 @@ Arm start_sum(const Arm& arm, std::vector<friction::JointSpec> joints, const Sum
 /// torque does not determine it beyond), and what a sum has twice (linear viscous
 /// friction outside the law that holds it and Coulomb friction of load parts, see `start_sum`).
 std::vector<Limit> sum_limits(const Arm& arm);
+/// Indices in theta of Stribeck velocities on the least that `sum_limits` leaves them.
+std::vector<std::size_t> slowest_stribeck_velocities(const Arm& arm);
 
 /// Indices in theta of the speeds and loads below which the load parts fade (v0, l0).
 std::vector<std::size_t> load_corners(const friction::RobotFriction& model);

@@ -1,0 +1,64 @@
+#include "fricid/estimate/torque/position_wave.hpp"
+
+#include <numbers>
+
+#include <Eigen/Cholesky>
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kMostPeriods = 30, kStep = 0.25;
+constexpr Eigen::Index kFewestRows = 30;
+
+/// Positions of a joint at its rows, and what the arm leaves of its torque.
+struct Left {
+  Eigen::ArrayXd q;        // [rad]
+  Eigen::VectorXd torque;  // [N m]
+
+  /// 1, sin(n q), cos(n q).
+  Eigen::MatrixX3d wave(double n) const {
+    Eigen::MatrixX3d X(q.size(), 3);
+    X << Eigen::VectorXd::Ones(q.size()), (n * q).sin().matrix(), (n * q).cos().matrix();
+    return X;
+  }
+};
+
+Left left_of(const ArmTorqueData& data, const Arm& arm, int j) {
+  Left left{{}, -data.residual(arm, j)};
+  left.q.resize(left.torque.size());
+  Eigen::Index r = 0;
+  for (std::size_t s = 0; s < data.recordings().size(); ++s)
+    for (const int k : data.joint(j).row[s]) left.q[r++] = data.recordings()[s].narrow.q(k, j);
+  return left;
+}
+
+double variance(const Eigen::VectorXd& x) { return (x.array() - x.mean()).square().mean(); }
+
+}  // namespace
+
+PositionWave strongest_wave(const ArmTorqueData& training, const ArmTorqueData& held_out,
+                            const Arm& arm, int j) {
+  const Left fitted = left_of(training, arm, j), judged = left_of(held_out, arm, j);
+  if (std::min(fitted.q.size(), judged.q.size()) < kFewestRows) return {};
+  const double travel = fitted.q.maxCoeff() - fitted.q.minCoeff();
+  PositionWave best;
+  Eigen::Vector3d of_best;
+  double most = 0;
+  for (double n = kStep; n <= kMostPeriods; n += kStep) {
+    if (n * travel < 2 * std::numbers::pi) continue;
+    const Eigen::MatrixX3d X = fitted.wave(n);
+    const Eigen::Vector3d g = X.transpose() * fitted.torque,
+                          found = (X.transpose() * X).ldlt().solve(g);
+    if (const double explained = found.dot(g); explained > most) {
+      most = explained;
+      best.n = n;
+      of_best = found;
+    }
+  }
+  if (best.n == 0) return {};
+  const Eigen::VectorXd rest = judged.torque - judged.wave(best.n) * of_best;
+  best.share = std::max(0.0, 1 - variance(rest) / variance(judged.torque));
+  return best;
+}
+
+}  // namespace fricid::estimate
