@@ -24,6 +24,9 @@ constexpr double kDegree = std::numbers::pi / 180;
 // hypothesis is believed; a nominal model is some 20 % wrong and keeps no wrong one below it.
 constexpr double kBelief = 1.6;
 constexpr double kBeliefInSlope = 2 * kBelief;  // of any angles
+// What it gains by chance in the few seconds in which a joint slides: of one joint, and of each
+// under another gravity [s].
+constexpr double kChance = 4, kChanceOfMount = 2;
 constexpr double kUnderstood = 0.3;  // mean share unexplained where another mount is believed
 constexpr double kLeastTilt = 0.06;  // [rad] of another mount
 constexpr int kMostTilts = 6;        // of one size
@@ -374,6 +377,12 @@ double log_unexplained(const std::vector<Explained>& explained) {
   return sum;
 }
 
+/// Time in which a joint slides [s].
+double seconds_of(const data::Dataset& d, const Motion& motion, const Sight& sight, int j) {
+  const auto rows = static_cast<double>(sight.rows[static_cast<std::size_t>(j)].size());
+  return std::max(1.0, rows) / motion.length() * d.length() * d.dt();
+}
+
 /// The mistakes believed in, one after the other, under one direction of gravity.
 struct Account {
   Sight sight;  ///< with the mistakes undone
@@ -426,19 +435,26 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
       robot ? std::optional<Transmission>(*robot) : std::nullopt;
   const std::vector<Hypothesis> all = hypotheses(motors ? &*motors : nullptr, d.n());
   Account account{sight, judge.explain(sight), {}};
+  const auto needs = [&](const Hypothesis& h) {
+    double seconds = d.length() * d.dt();
+    for (const int j : {h.joint, h.other})
+      if (j >= 0) seconds = std::min(seconds, seconds_of(d, motion, sight, j));
+    return kBelief + kChance / seconds;
+  };
   for (int mistake = 0; mistake < kMistakes; ++mistake) {
-    double best = kBelief;
+    double best = 0, most = 0;
     const Hypothesis* believed = nullptr;
     std::vector<Explained> then;
     for (const Hypothesis& h : all) {
       const std::vector<Explained> after = judge.explain(h.undone(account.sight));
-      const double gained = gain(account.explained, after);
-      if (gained <= best || is_absurd(h, after)) continue;
+      const double gained = gain(account.explained, after), beyond = gained - needs(h);
+      if (beyond <= most || is_absurd(h, after)) continue;
       if (robot && h.mirrors() &&
           judge.unexplained_with_centre(account.sight, h.joint) <
               kMirrored * after[static_cast<std::size_t>(h.joint)].unexplained)
         continue;
       best = gained;
+      most = beyond;
       believed = &h;
       then = after;
     }
@@ -544,12 +560,14 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
                    Sight& sight, Findings& findings) {
   Account best = account_for(d, robot, motion, sight);
   std::optional<Finding> mount;
+  double chance = 0;
+  for (int j = 0; j < d.n(); ++j) chance += kChanceOfMount / seconds_of(d, motion, sight, j);
   for (const auto& [turned, belief] :
        robot ? other_mounts(*robot, sight) : std::vector<OtherMount>{}) {
     if (mount) break;
     Account other = account_for(d, &turned, motion, sight);
     const double gained = best.cost() - other.cost();
-    if (gained > belief && other.unexplained() < kUnderstood) {
+    if (gained > belief + chance && other.unexplained() < kUnderstood) {
       best = std::move(other);
       const Eigen::Vector3d up = -turned.gravity.normalized();
       mount = describe(d, motion, {FindingKind::kMount, false, true}, std::exp(gained / d.n()), "");
