@@ -757,6 +757,25 @@ TEST(Doctor, MissingArmatureIsNoTorqueUnit) {
   }
 }
 
+// A wrist whose torque is friction: physics does not tell its unit, its drive does.
+TEST(Doctor, ATorqueFarBeyondTheDriveIsInAnotherUnit) {
+  Log log = clean_logs()[0];
+  const int n = log.robot.n(), wrist = n - 1;
+  for (int k = 1; k < log.data.length(); ++k)
+    log.data.tau(k, wrist) = log.data.q(k, wrist) > log.data.q(k - 1, wrist) ? 2 : -2;
+  for (int j = 0; j < n; ++j)
+    log.robot.joints[static_cast<std::size_t>(j)].effort =
+        1.2 * log.data.tau.col(j).cwiseAbs().maxCoeff();
+  EXPECT_TRUE(of_kind(diagnose(log.data, &log.robot), "torque_unit").empty());
+  log.data.tau.col(wrist) *= 1000;
+  const auto found = of_kind(diagnose(log.data, &log.robot), "torque_unit");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].joint, wrist);
+  // limits that are all the same are nobody's
+  for (dynamics::Joint& joint : log.robot.joints) joint.effort = 10;
+  EXPECT_TRUE(of_kind(diagnose(log.data, &log.robot), "torque_unit").empty());
+}
+
 // The mass of a light link lies elsewhere than its file says: gravity has the other sign, as if the
 // joint turned the other way round.
 TEST(Doctor, AWrongCentreOfMassIsNoSign) {

@@ -39,6 +39,7 @@ constexpr int kMistakes = 4;  // found one after the other
 // Factors of the nominal torques that are no modelling error: of most joints alike, and of one,
 // whose light link may be anything in a file.
 constexpr double kFarOff = 8, kFarOffAlone = 30;
+constexpr double kBeyondEffort = 10;  // root mean square of a torque over the effort limit
 
 /// A mistake that the log may contain, undone.
 struct Hypothesis {
@@ -415,6 +416,18 @@ bool mostly_far_off(const std::vector<Explained>& all) {
   return 2 * far > std::ranges::count_if(all, tells);
 }
 
+/// Root mean square of a torque over the effort limit of its joint, where that is far beyond it; 0:
+/// it is not, or limits that are all the same are nobody's.
+double beyond_effort(const dynamics::RobotModel& robot, const Sight& sight, int j) {
+  const double effort = robot.joints[static_cast<std::size_t>(j)].effort;
+  const bool stated = std::ranges::any_of(
+      robot.joints, [&](const dynamics::Joint& other) { return other.effort != effort; });
+  if (!stated || !(effort > 0)) return 0;
+  const double times =
+      std::sqrt(sight.tau.col(j).squaredNorm() / static_cast<double>(sight.tau.rows())) / effort;
+  return times > kBeyondEffort ? times : 0;
+}
+
 /// Two joints are not swapped where one then would carry next to nothing of its nominal torque, or
 /// a multiple of it: so does a joint that stands still beside one that moves.
 bool is_absurd(const Hypothesis& h, const std::vector<Explained>& after) {
@@ -585,12 +598,15 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
   if (!robot) return;
   const bool most = mostly_far_off(now);
   Judge judge(robot, d.n());
-  for (int j = 0; j < d.n(); ++j)
-    if (const Explained& e = now[static_cast<std::size_t>(j)];
-        far_off(e, most ? kFarOff : kFarOffAlone) &&
+  for (int j = 0; j < d.n(); ++j) {
+    const Explained& e = now[static_cast<std::size_t>(j)];
+    const Hypothesis unit{FindingKind::kTorqueUnit, false, true, j};
+    if (far_off(e, most ? kFarOff : kFarOffAlone) &&
         (most || judge.unexplained_with_centre(sight, j) >= kMirrored * e.unexplained))
-      findings.push_back(describe(d, motion, {FindingKind::kTorqueUnit, false, true, j}, e.scale,
-                                  "times the nominal torque"));
+      findings.push_back(describe(d, motion, unit, e.scale, "times the nominal torque"));
+    else if (const double times = beyond_effort(*robot, sight, j); times > 0)
+      findings.push_back(describe(d, motion, unit, times, "times the effort limit"));
+  }
 }
 
 }  // namespace fricid::doctor
