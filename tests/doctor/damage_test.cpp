@@ -757,6 +757,24 @@ TEST(Doctor, MissingArmatureIsNoTorqueUnit) {
   }
 }
 
+// At a low rate a joint moves far in a sample, and not at all between a row and its copy.
+TEST(Doctor, ARowTwiceIsNoJump) {
+  constexpr int kTwice = 401;
+  Dataset d = decimated(clean_logs()[0].data, 2);
+  Rng rng(1, 0);
+  for (int k = 0; k < d.length(); ++k)  // to and fro at one speed
+    for (int j = 0; j < d.n(); ++j)
+      d.q(k, j) = 0.4 * std::asin(std::sin(3 * d.t[k] + j)) + 1e-6 * rng.normal();
+  for (int k = d.length() - 1; k > kTwice; --k) {
+    d.t[k] = d.t[k - 1];
+    for (RowMatrix* x : {&d.q, &d.tau, &d.v, &d.temperature})
+      if (x->size() > 0) x->row(k) = x->row(k - 1).eval();
+  }
+  const std::vector<Finding> found = diagnose(d);
+  EXPECT_EQ(of_kind(found, "duplicate").size(), 1u) << text_of(found, d);
+  EXPECT_TRUE(of_kind(found, "jump").empty()) << text_of(found, d);
+}
+
 // A wrist whose torque is friction: physics does not tell its unit, its drive does.
 TEST(Doctor, ATorqueFarBeyondTheDriveIsInAnotherUnit) {
   Log log = clean_logs()[0];
