@@ -56,7 +56,7 @@ TEST(SumStart, SlidingJointsHaveATenthOfTheSpeedsAndLengths) {
   for (const Limit& limit : sum_limits(start)) {
     const friction::ParameterRef& p = start.friction.model.parameters()[limit.parameter];
     if (p.symbol != "vs") continue;
-    EXPECT_NEAR(limit.lower, p.joint == 1 ? 0.002 : 0.02, 1e-12);
+    EXPECT_NEAR(limit.lower, p.joint == 1 ? 5e-4 : 5e-3, 1e-12);
   }
 }
 
