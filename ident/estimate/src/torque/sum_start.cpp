@@ -15,7 +15,7 @@ using friction::Role;
 constexpr double kStatic = 1.03;                       // Fs / Fc
 constexpr double kPeak = 0.1;                          // Ts / Fc
 constexpr double kStribeckSpeed = 0.06;                // [rad/s]
-constexpr double kSlowest = 0.005, kFastest = 0.5;      // of the Stribeck velocity [rad/s]
+constexpr double kSlowest = 0.005, kFastest = 0.5;     // of the Stribeck velocity [rad/s]
 constexpr double kFastestBeside = 1;                   // of a law beside the memory
 constexpr double kAttraction = 30;                     // C / Fc [1/s]
 constexpr double kSlowReturn = 5, kFastReturn = 300;   // bounds of C / Fc [1/s]
