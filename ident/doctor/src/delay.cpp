@@ -221,6 +221,7 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   constexpr double kEarly = 0.01;   // [s] by which the torque of an elastic gear may lead
   constexpr double kClear = 0.035;  // log of the factor of the residuals' variance
   constexpr double kChance = 2.5;   // [s^2] over the square of those of sliding: gains of friction
+  constexpr double kOfSize = 3;  // [1/s] gain by a delay of a second: ripples gain a little by any
   const DelayCurves curves = delay_curves(d, robot, motion, sight);
   if (curves.joints() == 0) return;
   const Eigen::ArrayXd judged = pooled(curves.held_out, -1);
@@ -244,7 +245,9 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
                   .unit = "samples"};
   const Eigen::ArrayXd left = pooled(curves.fitted, -1);
   const std::optional<double> best = lowest(left);
-  if (best && left[undelayed] - left.minCoeff() < kChance / (curves.seconds * curves.seconds))
+  const double gained = left[undelayed] - left.minCoeff();
+  if (best && gained < std::max(kChance / (curves.seconds * curves.seconds),
+                                kOfSize * d.dt() * std::abs(curves.delay_of(*best))))
     return;
   if (!best) {
     if (gain < kBeyond * gain_error || is_of_one_joint(curves)) return;
