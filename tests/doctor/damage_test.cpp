@@ -29,8 +29,6 @@ namespace {
 using data::Dataset;
 using data::RowMatrix;
 
-constexpr double kStep = 5e-4;  // [s] of the simulator: a doctor sees no finer
-
 struct Log {
   Dataset data;
   dynamics::RobotModel robot;
@@ -40,7 +38,7 @@ struct Log {
 std::vector<Log> simulate_logs(const std::string& scene, std::uint64_t seed) {
   scene::Scene e = scene::load_scene(source_dir() / "scenes" / (scene + ".toml"));
   e.seed = seed;
-  e.plant.step_s = kStep;
+  e.plant.step_s = kSimulatorStep;
   e.excitation.train = e.excitation.repeats = e.excitation.validation = 1;
   e.excitation.criterion = sim::Criterion::kNone;
   e.excitation.harmonics = 5;
@@ -257,7 +255,7 @@ const Log& fast_log() {
     e.excitation.harmonics = 5;
     e.excitation.base_rad_s = 0.6;
     e.sensors.rate_hz = 1000;
-    e.plant.step_s = kStep;
+    e.plant.step_s = kSimulatorStep;
     const scene::Problem problem = scene::resolve(std::move(e));
     return Log{sim::simulate(problem, 2).train[0], problem.robot};
   }();

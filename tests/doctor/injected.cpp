@@ -351,7 +351,7 @@ CleanLog simulate_log(int i) {
   s.excitation.harmonics = motion.harmonics;
   s.excitation.base_rad_s = motion.base_rad_s;
   s.sensors.rate_hz = 1000;
-  s.plant.step_s = 5e-4;  // a doctor sees no finer
+  s.plant.step_s = kSimulatorStep;
   s.sensors.velocity = s.sensors.temperature = true;
   const scene::Problem problem = scene::resolve(std::move(s));
   return {fmt::format("{}, {}", arm, motion.what), sim::simulate(problem, 1).train[0],

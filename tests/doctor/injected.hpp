@@ -12,6 +12,8 @@
 
 namespace fricid::doctor {
 
+inline constexpr double kSimulatorStep = 5e-4;  ///< of the logs [s]: a doctor sees no finer
+
 /// What was done to a log, and what the doctor must say of it.
 struct Injected {
   std::string name{};  ///< of the finding; empty: no damage must be found

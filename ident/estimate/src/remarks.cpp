@@ -62,8 +62,7 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
   if (!unresolved.empty())
     remarks.push_back(
         {"presliding is not resolved: what the motion lost to its filter and between its samples "
-         "may "
-         "have changed " +
+         "may have changed " +
              enumeration(unresolved),
          "these stiffnesses are guesses, and with them how a joint starts, reverses and is held",
          "log at a higher rate, raise identify.cutoff_hz, or record slower reversals"});
@@ -71,8 +70,7 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
     remarks.push_back(
         {"static friction below half of that of sliding: " + enumeration(weak),
          "it is no break-away torque: friction falls towards rest where the law has no presliding, "
-         "or "
-         "another one than the joint, or where viscous friction is concave",
+         "or another one than the joint, or where viscous friction is concave",
          "take break-away from a law with presliding that explains the torque better, or from slow "
          "reversals logged at a higher rate"});
   if (!narrow.empty())

@@ -149,7 +149,7 @@ std::vector<Stretch> rests_of(const Eigen::VectorXd& narrow_q, double noise_sd,
   return rests;
 }
 
-// Makes `wide` a straight line where a joint rests.
+// Makes q, of the joints of r, a straight line where a joint rests.
 void straighten_rests(const Recording& r, const ZeroPhaseButterworth& low_pass, RowMatrix& q) {
   for (Eigen::Index j = 0; j < q.cols(); ++j)
     for (const auto& [begin, end] : rests_of(r.narrow.q.col(j), r.noise_sd[j], low_pass))
