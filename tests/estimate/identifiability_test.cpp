@@ -107,6 +107,28 @@ TEST(Identifiability, AJointThatRestsTellsNothing) {
   EXPECT_TRUE(moving.families[0].supported) << moving.families[0].words;
 }
 
+// Slow motion makes no torque of inertias: what is off by more than the links have is not
+// identified, however little torque it makes.
+TEST(Identifiability, InertiaOfSlowMotionIsUnknown) {
+  const Arm arm = coulomb_arm();
+  const data::Dataset log = noisy(make_log(arm, {.seconds = 40, .peak_speed = 0.1}), 0.02, 4e-6, 1);
+  for (const ParameterVerdict& v : examine(arm.robot, {log}).parameters)
+    if (v.verdict == Verdict::kIdentified && v.name.find(" I") != std::string::npos) {
+      EXPECT_LT(v.standard_error, 0.3) << v.name;  // [kg m^2], of links with .01 to .2
+    }
+}
+
+// In the range of the Stribeck effect friction falls with the speed: that is no viscous friction.
+TEST(Identifiability, NegativeViscousFrictionIsNone) {
+  Arm arm = coulomb_arm();
+  arm.friction = same_law("stribeck", {4, 8, 0.1, 0.5, 5e-3}, arm.robot.n());
+  const data::Dataset log = noisy(make_log(arm, {.seconds = 40, .peak_speed = 0.1}), 0.05, 4e-6, 1);
+  const ParameterVerdict found = find(examine(arm.robot, {log}), "j1 viscous friction");
+  EXPECT_LT(found.value, 0);
+  EXPECT_EQ(found.verdict, Verdict::kNot);
+  EXPECT_THAT(found.words, HasSubstr("negative"));
+}
+
 // Friction that lags behind the speed looks like a negative inertia, which a fit does not believe.
 TEST(Identifiability, AJointWhoseTorqueShowsNoInertiaIsNamed) {
   const Arm arm = coulomb_arm();

@@ -1,5 +1,9 @@
 // Friction that grows with the torque of the motor scales the bodies that a regression without it
 // finds; where the data show it, it is found beside them.
+#include <algorithm>
+#include <array>
+#include <iterator>
+
 #include <gmock/gmock.h>
 
 #include "arm_data.hpp"
@@ -20,6 +24,18 @@ Arm loaded_arm() {
   Arm arm{small_arm(), {}};
   arm.friction =
       same_law("load_dependent", {2, kGrowth, kGrowth, 0, 0, 2, 5e-3, 0.1}, arm.robot.n());
+  return arm;
+}
+
+/// The same with the torque that reaches the link.
+Arm arm_loaded_behind_its_gears() {
+  Arm arm{small_arm(), {}};
+  arm.friction.model = friction::RobotFriction(std::vector(
+      static_cast<std::size_t>(arm.robot.n()),
+      friction::JointSpec{{{"coulomb_viscous", 0, {{"gear_load", 1}}}, {"viscous", 0, {}}}}));
+  for (int j = 0; j < arm.robot.n(); ++j)  // Fc, Fv, v0, mu, c, then Fv
+    std::ranges::copy(std::array{2.0, 0.0, 5e-3, kGrowth / 2, 2.0, 2.0},
+                      std::back_inserter(arm.friction.theta));
   return arm;
 }
 
@@ -64,6 +80,24 @@ TEST(FrictionUnderLoad, BodiesAreRightBesideIt) {
   EXPECT_FALSE(fit.lacks_growth);
 }
 
+// Growth with the torque of the link is the same up and down, and scales no weight.
+TEST(FrictionUnderLoad, IsThatOfTheLinkWhereThisLeavesLess) {
+  const Arm arm = arm_loaded_behind_its_gears();
+  const Prepared prepared = prepared_of(arm);
+  ASSERT_TRUE(prepared.under_load);
+  EXPECT_EQ(prepared.under_load->growth_of, GearSide::kLink);
+  EXPECT_EQ(prepared_of(loaded_arm()).under_load->growth_of, GearSide::kMotor);
+  for (int j = 1; j < arm.robot.n(); ++j)
+    EXPECT_NEAR(prepared.under_load->growth[j], kGrowth, 0.01) << j;
+  Eigen::VectorXd pi = Eigen::VectorXd::Zero(prepared.robot.parameter_count());
+  pi.head(arm.robot.parameter_count()) = arm.robot.pi;
+  const Eigen::VectorXd truth = dynamics::base_parameters(prepared.robot).K * pi;
+  EXPECT_LT(worst(*prepared.under_load, *prepared.under_load, truth).size, 0.03);
+  constexpr int kWeight = 1;  // of the second joint, which gravity loads most
+  EXPECT_NEAR(prepared.rigid_body.base[kWeight] / truth[kWeight], 1, kGrowth / 2);
+  EXPECT_GT(prepared_of(loaded_arm()).rigid_body.base[kWeight] / truth[kWeight], 1 + kGrowth / 2);
+}
+
 TEST(FrictionUnderLoad, IsLookedForInTheLawsThatHaveIt) {
   const Prepared prepared = prepared_of(loaded_arm());
   ModelOptions simple, with;
@@ -97,6 +131,8 @@ TEST(FrictionUnderLoad, IsSaidByCheck) {
     return to_summary(examine_data(arm.robot, recordings, {}), arm.robot);
   };
   EXPECT_THAT(summary_of(loaded_arm()), HasSubstr("it grows with the torque of the motor (0."));
+  EXPECT_THAT(summary_of(arm_loaded_behind_its_gears()),
+              HasSubstr("it grows with the torque that reaches the link (0."));
   EXPECT_THAT(summary_of(coulomb_arm(5e-3)), Not(HasSubstr("grows")));
 }
 

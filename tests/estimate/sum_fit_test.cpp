@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/fit_file.hpp"
@@ -159,6 +160,25 @@ TEST(SumFit, HasThePartsOfTheTruth) {
   EXPECT_EQ(load, 3);
   EXPECT_EQ(ripple, 3);
   EXPECT_GE(inner_viscous, 2);  // joint 0 shows it by 1.2 standard errors
+}
+
+// Growth with what reaches the link: 2 of 6 N m of friction differ from that with the motor's.
+TEST(SumFit, TellsTheLoadOfTheLinkFromThatOfTheMotor) {
+  const auto gears_of = [](const char* modifier, std::vector<double> growth) {
+    std::vector<std::vector<double>> theta;
+    for (const double size : {1.0, 0.8, 0.5}) {  // Fc, sigma0, Fv, mu (and c), then Fv beside
+      theta.push_back({6 * size, 3000 * size, 0});
+      std::ranges::copy(growth, std::back_inserter(theta.back()));
+      theta.back().push_back(2 * size);
+    }
+    int gears = 0;
+    for (const friction::LvmParts& part :
+         parts_found({{{"dahl", 0, {{modifier, 1}}}, {"viscous", 0, {}}}}, theta))
+      gears += part.gear_load;
+    return gears;
+  };
+  EXPECT_EQ(gears_of("gear_load", {0.03, 2}), 3);
+  EXPECT_EQ(gears_of("load", {0.03}), 0);
 }
 
 TEST(SumFit, ViscousFrictionThatLoadDoesNotScaleStaysOutOfTheMemory) {

@@ -144,13 +144,15 @@ struct JointSubject {
 
 /// Compositions: every modifier on laws of each kind, and what the ground-truth scenes inject.
 inline std::vector<JointSpec> compositions() {
-  const ModifierSpec load{"load"}, ripple{"ripple", 3}, temperature{"temperature"},
-      asymmetry{"asymmetry"}, backlash{"backlash"};
+  const ModifierSpec load{"load"}, gear_load{"gear_load"}, ripple{"ripple", 3},
+      temperature{"temperature"}, asymmetry{"asymmetry"}, backlash{"backlash"};
   return {
       {},
       {{{"coulomb_viscous", 0, {load, temperature}}}},
       {{{"stribeck", 0, {asymmetry, ripple}}}},
       {{{"coulomb_viscous", 0, {backlash}}}},
+      {{{"coulomb_viscous", 0, {gear_load}}}},
+      {{{"lugre", 0, {gear_load, asymmetry}}}},
       {{{"dahl", 0, {load, ripple, temperature, asymmetry}}}},
       {{{"dahl", 0, {backlash}}}},
       {{{"lugre", 0, {backlash, load}}, {"viscous_power", 0, {temperature}}}},

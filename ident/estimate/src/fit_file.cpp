@@ -34,8 +34,10 @@ data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit, const dynamics::Rob
       .load_growth = {},
       .base = {}};
   if (fit.growth.size() > 0)
-    body.load_growth = {
-        .modelled = !fit.lacks_growth, .coefficient = fit.growth, .standard_error = fit.growth_se};
+    body.load_growth = {.modelled = !fit.lacks_growth,
+                        .side = fit.growth_of,
+                        .coefficient = fit.growth,
+                        .standard_error = fit.growth_se};
   for (const JointInertia& found : fit.without_inertia)
     body.held_armatures.push_back(
         {.joint = robot.joints[static_cast<std::size_t>(found.joint)].name,

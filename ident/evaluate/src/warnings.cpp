@@ -78,14 +78,16 @@ void warn_of_joints(const data::FitFile& fit, const std::string& name, Warnings&
          "raise `starts` of this model and see whether the best one changes"});
 }
 
-/// "0.08 +- 0.001 of the torque of joint_2, ..": the joints that show it.
+/// "0.08 +- 0.001 of the motor's torque of joint_2, ..": the joints that show it.
 std::string growth_in_words(const data::FittedLoadGrowth& growth,
                             std::span<const std::string> joints) {
   std::vector<std::string> words;
   for (Eigen::Index j = 0; j < std::min(growth.coefficient.size(), std::ssize(joints)); ++j)
     if (growth.is_seen(growth.coefficient[j], growth.standard_error[j]))
-      words.push_back(fmt::format("{:.2g} +- {:.1g} of the torque of {}", growth.coefficient[j],
-                                  growth.standard_error[j], joints[static_cast<std::size_t>(j)]));
+      words.push_back(fmt::format("{:.2g} +- {:.1g} of the {}'s torque of {}",
+                                  growth.coefficient[j], growth.standard_error[j],
+                                  growth.is_of_motor() ? "motor" : "link",
+                                  joints[static_cast<std::size_t>(j)]));
   return enumeration(words);
 }
 
@@ -99,12 +101,17 @@ void warn_of_regression(const data::FittedRigidBody& rigid, const std::string& n
     warnings.push_back({name, *rigid.slower,
                         "the speed asked for would have left too few rows of these joints",
                         "lower `min_speed_rad_s`, or record faster motion"});
-  if (rigid.load_growth && !rigid.load_growth->modelled)
+  if (rigid.load_growth && !rigid.load_growth->modelled) {
+    const bool of_motor = rigid.load_growth->is_of_motor();
     warnings.push_back(
         {name, "friction grows with the load: " + growth_in_words(*rigid.load_growth, joints),
-         "this law has no such friction, so that its bodies are too heavy by about as much: where "
-         "the motor drives, g of friction per torque looks like 1/(1 - g) of load",
-         "take lvm, load_dependent or modifiers = [\"load\"] for masses and inertias"});
+         of_motor ? "this law has no such friction, so that its bodies are too heavy by about as "
+                    "much: where the motor drives, g of friction per torque looks like 1/(1 - g) "
+                    "of load"
+                  : "this law has no such friction: its Coulomb friction is that of a mean load",
+         of_motor ? "take lvm, load_dependent or modifiers = [\"load\"] for masses and inertias"
+                  : "take lvm or modifiers = [\"gear_load\"]"});
+  }
   std::vector<std::string> few;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     if (j >= rigid.rows.size() || j >= rigid.rows_total.size()) break;

@@ -14,7 +14,7 @@ JointSpec lvm_sum(const LvmParts& parts) {
   LawSpec memory{"gms", parts.elements, {}};
   if (parts.memory == Memory::kBristle) memory = {"lugre", 0, {}};
   if (parts.memory == Memory::kNone) memory = {"stribeck", 0, {}};
-  if (parts.load) memory.modifiers.push_back({"load", 1});
+  if (parts.load) memory.modifiers.push_back({parts.gear_load ? "gear_load" : "load", 1});
   if (parts.ripples > 0) memory.modifiers.push_back({"ripple", parts.ripples});
   memory = warm_and_directed(std::move(memory));
   if (parts.backlash) memory.modifiers.push_back({"backlash", 1});
@@ -40,6 +40,11 @@ void set(LvmParts& parts, SumPart part, bool on) {
       return;
     case SumPart::kLoad:
       parts.load = on;
+      parts.gear_load = parts.gear_load && on;
+      return;
+    case SumPart::kGearLoad:
+      parts.load = parts.load || on;
+      parts.gear_load = on;
       return;
     case SumPart::kPowerFlow:
       parts.power_flow = on;

@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kIdentified = 0.1, kWeak = 0.5;
 constexpr double kConfused = 0.9;  // correlation worth a word
+constexpr double kCertain = 3;     // standard errors below zero of friction
 constexpr const char* kConstantTorque = " constant torque";
 
 // Names and columns of the unknowns: base parameters, then the friction that any row excites.
@@ -111,11 +112,15 @@ void judge_parameters(const dynamics::RobotModel& robot,
       v.verdict = Verdict::kNot;
       const auto& [slow, fast] = fit.speeds[static_cast<std::size_t>(j)];
       v.words = fmt::format("all its sliding is at one speed, {:.2g} to {:.2g}", slow, fast);
+    } else if (at >= b && v.value < -kCertain * v.standard_error) {
+      v.verdict = Verdict::kNot;
+      v.words = "negative: friction falls with the speed here, or another torque looks like it";
     } else if (v.verdict != Verdict::kIdentified) {
       v.words = confusion(at, covariance, unknowns);
     }
     report.parameters.push_back(v);
   }
+  report.growth_of = fit.growth_of;
   for (int j = 0; j < n; ++j)
     if (fit.shows_growth(j))
       report.parameters.push_back(

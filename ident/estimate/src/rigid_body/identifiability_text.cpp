@@ -165,10 +165,15 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
       growth.push_back(fmt::format("{} {}", with_error(&v),
                                    v.name.substr(0, v.name.size() - kFrictionPerTorque.size())));
   if (!growth.empty())
-    text += fmt::format(
-        "; it grows with the torque of the motor ({}): take a law with load, others "
-        "find bodies that are too heavy",
-        fmt::join(growth, ", "));
+    text += report.growth_of == GearSide::kMotor
+                ? fmt::format(
+                      "; it grows with the torque of the motor ({}): take a law with load, "
+                      "others find bodies that are too heavy",
+                      fmt::join(growth, ", "))
+                : fmt::format(
+                      "; it grows with the torque that reaches the link ({}): take lvm or "
+                      "modifiers = [\"gear_load\"]",
+                      fmt::join(growth, ", "));
   text += '\n';
   text += fmt::format(
       "laws: {}{}\n", supported.empty() ? "none" : fmt::format("{}", fmt::join(supported, ", ")),

@@ -24,6 +24,7 @@ namespace {
 constexpr double kWorstCondition = 1e4;  // above it the base parameters are called ill conditioned
 constexpr double kLeastUsual = 1. / 3;   // of a guessed armature: some gears have as little
 constexpr double kOffset = 0.1;          // sd of an offset over the torque's rms, under a prior
+constexpr double kPossible = 10;         // times what the URDF gives the links: a size of errors
 constexpr int kPoses = 20;               // per recording, of the inertia of a joint
 constexpr int kLoadPasses = 8;           // of friction that grows with the torque of the last pass
 constexpr double kStillGrowth = 1e-4;    // change of that growth
@@ -57,6 +58,24 @@ Eigen::VectorXd sizes_that_matter(const Eigen::MatrixXd& shares) {
   constexpr double kShare = 0.02;
   const Eigen::ArrayXd largest = shares.colwise().maxCoeff().transpose();
   return (largest > 0).select(kShare / largest, 0.0).matrix();
+}
+
+// Size (p) that each standard parameter can have by the nominal inertia of its link, whatever the
+// direction; infinite where that is zero, and for linear torques.
+Eigen::VectorXd sizes_of_links(const dynamics::RobotModel& robot) {
+  constexpr int kOfLink = 10, kMass = 0, kIxx = 4, kIyy = 6, kIzz = 9;
+  Eigen::VectorXd size = Eigen::VectorXd::Zero(robot.parameter_count());
+  for (int link = 0; link < robot.n(); ++link) {
+    const auto pi = robot.pi.segment<kOfLink>(kOfLink * link);
+    const double inertia = pi[kIxx] + pi[kIyy] + pi[kIzz];
+    auto of_link = size.segment<kOfLink>(kOfLink * link);
+    of_link.setConstant(inertia);
+    of_link[kMass] = pi[kMass];
+    of_link.segment<3>(kMass + 1).setConstant(std::sqrt(std::max(0.0, pi[kMass] * inertia)));
+    const int armature = robot.armature_begin() + link;
+    size[armature] = std::max(robot.pi[armature], inertia);
+  }
+  return (size.array() > 0).select(size.array(), std::numeric_limits<double>::infinity()).matrix();
 }
 
 }  // namespace
@@ -280,9 +299,14 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
 
   const Eigen::VectorXd sizes = sizes_that_matter(shares);
   fit.base_size.resize(b);
-  for (Eigen::Index i = 0; i < b; ++i)
-    fit.base_size[i] =
-        std::max(std::abs(fit.base[i]), sizes[base.columns[static_cast<std::size_t>(i)]]);
+  const Eigen::VectorXd of_links = sizes_of_links(robot);
+  for (Eigen::Index i = 0; i < b; ++i) {
+    double possible = 0;
+    for (int k = 0; k < p; ++k)
+      if (base.K(i, k) != 0) possible += std::abs(base.K(i, k)) * of_links[k];
+    const double matters = sizes[base.columns[static_cast<std::size_t>(i)]];
+    fit.base_size[i] = std::max(std::abs(fit.base[i]), std::min(matters, kPossible * possible));
+  }
   fit.friction_size = sizes.segment(p, 3 * n);
 
   // Linear friction.
@@ -369,32 +393,34 @@ Regression with_room_for_growth(Regression data, int n) {
   return data;
 }
 
-/// Sets the columns of growth of the joints, F[sign v_j] |tau_j|.
-/// @param torque  (N) tau of the rows
-void set_growth(const std::vector<int>& joints, int n, const Eigen::VectorXd& torque,
+/// Sets the columns of growth of the joints, F[sign v_j] |load_j|.
+/// @param load  (N) of the rows
+void set_growth(const std::vector<int>& joints, int n, const Eigen::VectorXd& load,
                 Regression& data) {
   const Eigen::Index growth = data.rows.cols() - n, coulomb = growth - 3 * n;
   data.rows.rightCols(n).setZero();
-  for (Eigen::Index r = 0; r < torque.size(); ++r)
+  for (Eigen::Index r = 0; r < load.size(); ++r)
     if (const int j = data.joint[static_cast<std::size_t>(r)]; std::ranges::count(joints, j) > 0)
-      data.rows(r, growth + j) = std::abs(torque[r]) * data.rows(r, coulomb + j);
+      data.rows(r, growth + j) = std::abs(load[r]) * data.rows(r, coulomb + j);
 }
 
 /// What the regression predicts, and the growth that it finds.
 struct UnderLoad {
-  Eigen::VectorXd torque;  ///< (N)
+  Eigen::VectorXd load;    ///< (N)
   Eigen::VectorXd growth;  ///< (n)
   Eigen::VectorXd sigma;   ///< (n)
 };
 
 UnderLoad weigh_under_load(const dynamics::RobotModel& robot, const Regression& data,
-                           const RigidBodyOptions& options) {
+                           const RigidBodyOptions& options, GearSide side) {
   const int n = robot.n();
   const Unknowns unknowns = unknowns_of(robot, data, options);
   const Eigen::MatrixXd X = pick(data.rows, unknowns.columns);
   const Weighted solved = reweight(X, data.tau, data.joint, n, options.robust,
                                    unknowns.prior_information, unknowns.prior_mean);
-  UnderLoad out{X * solved.x, Eigen::VectorXd::Zero(n), solved.sigma};
+  const Eigen::Index loading = side == GearSide::kMotor ? X.cols() : unknowns.head();
+  UnderLoad out{X.leftCols(loading) * solved.x.head(loading), Eigen::VectorXd::Zero(n),
+                solved.sigma};
   const int growth = robot.parameter_count() + 3 * n;
   for (std::size_t k = 0; k < unknowns.columns.size(); ++k)
     if (unknowns.columns[k] >= growth)
@@ -408,6 +434,38 @@ bool explains_more(const UnderLoad& found, const Eigen::VectorXd& sigma) {
           (2 * (sigma.array() / found.sigma.array()).log() > kGrowthGain))
       .any();
 }
+
+/// Repeats the regression until the load that it predicts is that of the growth that it finds, in
+/// the last columns of `data`.
+/// @return joints whose friction grows; none where growth does not explain far more of any
+std::vector<int> find_growth(const dynamics::RobotModel& robot, const RigidBodyOptions& options,
+                             const RigidBodyFit& without, GearSide side, Regression& data) {
+  const int n = robot.n();
+  data.rows.rightCols(n).setZero();
+  UnderLoad found = weigh_under_load(robot, data, options, side);
+  std::vector<int> growing;
+  for (int j = 0; j < n; ++j)
+    if (without.Fc_se[j] > 0) growing.push_back(j);
+  for (int pass = 0; pass < kLoadPasses; ++pass) {
+    set_growth(growing, n, found.load, data);
+    const UnderLoad next = weigh_under_load(robot, data, options, side);
+    const double change = (next.growth - found.growth).cwiseAbs().maxCoeff();
+    found = next;
+    if (!explains_more(found, without.sigma)) return {};
+    const auto falls = [&](int j) { return !(found.growth[j] > 0); };
+    if (std::erase_if(growing, falls) == 0 && change < kStillGrowth) break;
+  }
+  return growing;
+}
+
+bool is_certain_growth(const RigidBodyFit& fit) {
+  return ((fit.growth.array() > kGrowthErrors * fit.growth_se.array()) &&
+          (fit.growth.array() > kLeastGrowth))
+      .any();
+}
+
+/// Log of the geometric mean over the joints of what a regression leaves.
+double spread(const RigidBodyFit& fit) { return fit.sigma.array().log().mean(); }
 
 }  // namespace
 
@@ -469,33 +527,25 @@ std::optional<RigidBodyFit> rigid_body_under_load(const dynamics::RobotModel& ro
   const RigidBodyOptions known = as_needed(options, without);
   RigidBodyFit counts;
   Regression data = with_room_for_growth(stack(robot, sequences, known, nullptr, counts), n);
-  UnderLoad found = weigh_under_load(robot, data, known);
-  std::vector<int> growing;
-  for (int j = 0; j < n; ++j)
-    if (without.Fc_se[j] > 0) growing.push_back(j);
-  for (int pass = 0; pass < kLoadPasses; ++pass) {
-    set_growth(growing, n, found.torque, data);
-    const UnderLoad next = weigh_under_load(robot, data, known);
-    const double change = (next.growth - found.growth).cwiseAbs().maxCoeff();
-    found = next;
-    if (!explains_more(found, without.sigma)) return {};
-    const auto falls = [&](int j) { return !(found.growth[j] > 0); };
-    if (std::erase_if(growing, falls) == 0 && change < kStillGrowth) break;
+  std::optional<RigidBodyFit> best;
+  for (const GearSide side : {GearSide::kMotor, GearSide::kLink}) {
+    const std::vector<int> growing = find_growth(robot, known, without, side, data);
+    if (growing.empty()) continue;
+    RigidBodyFit fit = solve(robot, sequences, data, known, counts);
+    fit.growth_of = side;
+    if (is_certain_growth(fit) && (!best || spread(fit) < spread(*best))) best = std::move(fit);
   }
-  RigidBodyFit fit = solve(robot, sequences, data, known, counts);
-  if (!((fit.growth.array() > kGrowthErrors * fit.growth_se.array()) &&
-        (fit.growth.array() > kLeastGrowth))
-           .any())
-    return {};
-  fit.prior = without.prior;
-  fit.slower = without.slower;
-  fit.without_inertia = without.without_inertia;
-  return fit;
+  if (!best) return {};
+  best->prior = without.prior;
+  best->slower = without.slower;
+  best->without_inertia = without.without_inertia;
+  return best;
 }
 
 void widen_errors(const RigidBodyFit& under_load, RigidBodyFit& fit) {
   fit.growth = under_load.growth;
   fit.growth_se = under_load.growth_se;
+  fit.growth_of = under_load.growth_of;
   const auto widen = [](Eigen::VectorXd& error, const Eigen::VectorXd& value,
                         const Eigen::VectorXd& of_other) {
     if (value.size() == of_other.size())

@@ -474,6 +474,19 @@ Arm with_stribeck_curves(const Arm& from, Arm to) {
   return to;
 }
 
+Arm with_load_growth(const Arm& from, Arm to) {
+  for (int j = 0; j < to.robot.n(); ++j) {
+    const auto mu = [&](const Arm& arm) {
+      const int load = friction::find_parameter(arm.friction.model, j, "load", "mu");
+      return load >= 0 ? load : friction::find_parameter(arm.friction.model, j, "gear_load", "mu");
+    };
+    if (mu(from) >= 0 && mu(to) >= 0)
+      to.friction.theta[static_cast<std::size_t>(mu(to))] =
+          from.friction.theta[static_cast<std::size_t>(mu(from))];
+  }
+  return to;
+}
+
 Arm with_viscous_friction(const Arm& from, Arm to) {
   for (int j = 0; j < to.robot.n(); ++j) {
     const int given = linear_viscous(from.friction.model, j),

@@ -16,6 +16,7 @@ constexpr int kSweeps = 2;  // over the parts
 // Least gain of the best of many: share of the mean square, and standard errors unless it halves
 // the mean square.
 constexpr double kWaveGain = 0.05, kWaveErrors = 2, kHalf = 1;
+constexpr double kGearErrors = 3;  // of load on the link's side of a gear, where it shows most
 constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in the memory, likewise
 // .. and of a part whose held-out gain is within its standard error: on the training rows. Chance
 // gains parameters over independent rows, some thousandths.
@@ -55,6 +56,7 @@ class SumChoice {
 
   /// What else may be in a joint, and what says nothing.
   void complete() {
+    try_gear_loads();
     try_bristles();
     try_gaps();
     try_bristles_behind_gaps();
@@ -89,6 +91,26 @@ class SumChoice {
         any = try_part(part) || any;
       if (!any) return;
     }
+  }
+
+  /// What the gear hands on as load, where there is one, instead of the motor's torque. The gears
+  /// of an arm are of one kind: where one shows it, the others need no proof.
+  void try_gear_loads() {
+    Parts with = parts_;
+    for (friction::LvmParts& of_joint : with)
+      if (of_joint.load || of_joint.power_flow) set(of_joint, SumPart::kGearLoad, true);
+    if (with == parts_) return;
+    const Arm gears = fit(with_load_growth(fitted_, from_fitted(with)));
+    bool proven = false;
+    for (int j = 0; j < fits_->n(); ++j) {
+      const PartEvidence part = fits_->compare(gears, fitted_, j, SumPart::kGearLoad);
+      proven = proven || (has(with[static_cast<std::size_t>(j)], SumPart::kGearLoad) &&
+                          part.gain > std::max(kWaveGain, kGearErrors * part.error));
+    }
+    take(SumPart::kGearLoad, gears, [&](const PartEvidence& part) {
+      return proven && part.on &&
+             has(with[static_cast<std::size_t>(part.joint)], SumPart::kGearLoad);
+    });
   }
 
   /// A bristle instead of the bank.

@@ -139,6 +139,8 @@ double start_value(const friction::RobotFriction& model, const friction::Paramet
       return count_in_joint(model, p, Role::kPowerViscous) > 0 ? 0.5 * guess.Fv : guess.Fv;
     case Role::kPowerViscous:
       return holders.viscous < 0 ? guess.Fv : 0.5 * guess.Fv;
+    case Role::kMotorViscous:
+      return guess.Fv;
     case Role::kExponent:
       return 0.6;
     case Role::kDamping:

@@ -120,10 +120,17 @@ struct HeldArmature {
   }
 };
 
-/// Friction that grows with the torque of the motor, see estimate::rigid_body_under_load.
+/// Side of the gear whose torque loads it: what the motor gives, or what reaches the link.
+enum class GearSide { kMotor, kLink };
+constexpr std::string_view names(GearSide) { return "motor|link"; }
+
+/// Friction that grows with the torque of a gear, see estimate::rigid_body_under_load.
 struct FittedLoadGrowth {
   bool modelled = false;
+  std::optional<GearSide> side;  ///< none: of the motor
   Eigen::VectorXd coefficient, standard_error;
+
+  bool is_of_motor() const { return side.value_or(GearSide::kMotor) == GearSide::kMotor; }
 
   /// Whether a joint shows it: by four standard errors.
   static bool is_seen(double coefficient, double standard_error) {
@@ -133,11 +140,15 @@ struct FittedLoadGrowth {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("modelled", modelled,
-            flag("whether the law has it; if not, the bodies are scaled by it, and the standard "
-                 "errors of `rigid_body` contain that"));
+    archive(
+        "modelled", modelled,
+        flag("whether the law has it; if not, growth with the motor's torque scales the bodies, "
+             "and the standard errors of `rigid_body` contain that"));
+    archive("side", side,
+            choice("side of the gear whose torque is the load: the motor's, or what reaches the "
+                   "link, which scales no body; absent: the motor's"));
     archive("coefficient", coefficient,
-            not_negative("1", "per joint, Coulomb friction per torque of the motor"));
+            not_negative("1", "per joint, Coulomb friction per torque of that side"));
     archive("standard_error", standard_error, not_negative("1", "per joint"));
   }
 };

@@ -4,6 +4,7 @@
 
 namespace fricid::estimate {
 
+using data::GearSide;
 using data::Outcome;
 
 }  // namespace fricid::estimate

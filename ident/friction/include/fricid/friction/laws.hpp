@@ -28,6 +28,7 @@
 #include "fricid/friction/laws/viscous_power.hpp"
 #include "fricid/friction/modifiers/asymmetry.hpp"
 #include "fricid/friction/modifiers/backlash.hpp"
+#include "fricid/friction/modifiers/gear_load.hpp"
 #include "fricid/friction/modifiers/load.hpp"
 #include "fricid/friction/modifiers/ripple.hpp"
 #include "fricid/friction/modifiers/temperature.hpp"
@@ -59,6 +60,7 @@ using Laws = std::tuple<  //
 
 using Modifiers = std::tuple<  //
     LoadModifier,              //
+    GearLoad,                  //
     Ripple,                    //
     Temperature,               //
     Viscosity,                 //

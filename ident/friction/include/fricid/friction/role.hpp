@@ -36,6 +36,7 @@ enum class Role {
   kLoadCoefficient,  ///< torque per torque of load
   kLoadGrowth,       ///< relative growth per torque of load
   kLoadSmoothing,    ///< over which |load| is smoothed
+  kMotorViscous,     ///< viscous friction that the load does not contain
   // temperature, direction, angle, play
   kTemperatureCoefficient,
   kTemperature,
@@ -67,7 +68,7 @@ inline constexpr auto kRoleUnits = [] {
   using enum Role;
   set("N m", kCoulomb, kStatic, kMemoryless, kLevel, kNetworkTorque, kLoadSmoothing, kLoadScale,
       kTorqueScale);
-  set("N m s/rad", kViscous, kDamping);
+  set("N m s/rad", kViscous, kDamping, kMotorViscous);
   set("N m (s/rad)^p", kPowerViscous);
   set("N m/rad", kStiffness);
   set("N m/s", kAttraction);

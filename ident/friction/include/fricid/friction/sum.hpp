@@ -27,6 +27,7 @@ struct LvmParts {
   int elements = 8;          ///< of the bank
   bool temperature = false;  ///< of the memory and viscous torque
   bool load = true;          ///< modifier of the memory
+  bool gear_load = false;    ///< of what the gear hands on, instead of the motor's torque
   bool power_flow = true;    ///< load, differently when motoring and when back-driving
   bool asymmetry = true;
   int ripples = 1;             ///< waves over the joint angle, of the memory
@@ -45,6 +46,7 @@ enum class SumPart {
   kBristle,
   kBacklash,
   kLoad,
+  kGearLoad,
   kPowerFlow,
   kAsymmetry,
   kRipple,
@@ -58,7 +60,8 @@ enum class SumPart {
   kNetwork
 };
 constexpr std::string_view names(SumPart) {
-  return "bristle|backlash|load|power_flow|asymmetry|ripple|second_ripple|third_ripple|temperature|"
+  return "bristle|backlash|load|gear_load|power_flow|asymmetry|ripple|second_ripple|third_ripple|"
+         "temperature|"
          "viscous|inner_viscous|stribeck|cable|network";
 }
 /// Switches a part on or off; kBristle: on in the place of the bank; kNetwork: of `kNetworkUnits`.
@@ -69,7 +72,7 @@ void set(LvmParts& parts, SumPart part, bool on);
 ///     tau = memory + viscous torque + load part + Stribeck part + cable + network
 ///
 ///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry,
-///                     backlash}
+///                     backlash}; gear_load instead of load with `gear_load`
 ///     viscous torque  viscous_power and, with `viscous`, viscous, each {temperature, asymmetry};
 ///                     the linear one in the memory instead of beside it with `inner_viscous`
 ///     load part       load_dependent

@@ -73,8 +73,9 @@ struct Identifiability {
   std::vector<FamilyVerdict> families;
   /// Joints whose armature a fit will hold, see `RigidBodyFit::without_inertia`.
   std::vector<JointInertia> without_inertia;
-  std::vector<Coupling> couplings;  ///< (n) beside Coulomb and viscous friction
-  std::vector<std::string> doubts;  ///< of the torque as it is read, with what to do
+  std::vector<Coupling> couplings;        ///< (n) beside Coulomb and viscous friction
+  GearSide growth_of = GearSide::kMotor;  ///< torque with which friction grows, where it does
+  std::vector<std::string> doubts;        ///< of the torque as it is read, with what to do
 };
 
 struct IdentifiabilityOptions {

@@ -44,7 +44,8 @@ struct RigidBodyFit {
   Eigen::VectorXd base_se;              ///< (b) their standard errors
   Eigen::VectorXd base_physical;        ///< (b) base parameters of `pi`
   Eigen::MatrixXd base_of_pi;           ///< (b, 11 n + n_c) base parameters of a body
-  /// (b) reference of an error: the value, or the one that would make 2 % of a joint's torque
+  /// (b) reference of an error: the value, or the one that would make 2 % of a joint's torque, at
+  /// most ten times what the nominal links have
   Eigen::VectorXd base_size;
   Eigen::VectorXd friction_size;  ///< (3 n) Fc, Fv, offset that would make 2 % of the torque
   double condition = 0;           ///< of the weighted observation matrix, columns of unit length
@@ -58,11 +59,12 @@ struct RigidBodyFit {
   Eigen::VectorXd sigma_alone;              ///< (n) the same without the prior; empty: it has none
   Eigen::VectorXd Fc, Fv, offset;           ///< (n) linear friction [N m], [N m s/rad], [N m]
   Eigen::VectorXd Fc_se, Fv_se, offset_se;
-  /// (n) friction over the torque of the motor [1], as `rigid_body_under_load` found it; empty: the
-  /// data do not show any
+  /// (n) friction over the torque on a side of the gear [1], as `rigid_body_under_load` found it;
+  /// empty: the data do not show any
   Eigen::VectorXd growth, growth_se;
-  /// Whether this regression has no such growth although the data show it: the bodies are scaled by
-  /// it, and the standard errors contain that.
+  GearSide growth_of = GearSide::kMotor;
+  /// Whether this regression has no such growth although the data show it: growth with the torque
+  /// of the motor scales the bodies, and the standard errors contain that.
   bool lacks_growth = false;
   /// (n) Coulomb and viscous friction of the same regression beside `pi`, which moves them where
   /// the unconstrained estimate is no body
@@ -102,15 +104,17 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
                                       const RigidBodyOptions& options,
                                       const FrictionTorques* shape = nullptr);
 
-/// The same regression with Coulomb friction that grows with the torque of the motor,
+/// The same regression with Coulomb friction that grows with a load l,
 ///
-///     tau_j = Y_j(q, v, a) pi + (Fc_j + g_j |tau_j|) F[sign v_j] + Fv_j v_j + offset_j + e_j,
+///     tau_j = Y_j(q, v, a) pi + (Fc_j + g_j |l_j|) F[sign v_j] + Fv_j v_j + offset_j + e_j,
 ///
+/// l being the torque of the motor or that which reaches the link, Y pi, whichever leaves less,
 /// where the data show it: g_j above 0.01 and six standard errors, and a residual variance of that
-/// joint that falls by a factor of three. Else nothing. Without g_j friction of a gear that is
-/// loaded scales what its motor moves: where the motor drives, tau = (Y pi + Fc)/(1 - g).
-/// |tau_j| on the right is what the regression itself predicts, by repetition: measured, it would
-/// explain itself. g ~ N(0, 0.1^2) beforehand; joints of negative g have none. Standard errors are
+/// joint that falls by a factor of three. Else nothing. Without g_j friction that grows with the
+/// torque of the motor scales what this moves: where it drives, tau = (Y pi + Fc)/(1 - g). Growth
+/// with that of the link scales nothing, since it is the same up and down.
+/// l is what the regression itself predicts, by repetition: measured, the torque would explain
+/// itself. g ~ N(0, 0.1^2) beforehand; joints of negative g have none. Standard errors are
 /// conditional on that load.
 /// @param without  the fit by `rigid_body_least_squares`
 std::optional<RigidBodyFit> rigid_body_under_load(const dynamics::RobotModel& robot,

@@ -176,6 +176,9 @@ Arm with_stribeck_curves(const Arm& from, Arm to);
 /// Joints with a Stribeck torque beside their memory have that of the memory there, and none in it.
 Arm with_stribeck_beside(Arm arm);
 
+/// `to` with the growth of the memory's friction with load that `from` has, whatever the load is.
+Arm with_load_growth(const Arm& from, Arm to);
+
 /// `to` with the linear viscous friction of `from`, both sums of the lvm: beside the memory or in
 /// it.
 Arm with_viscous_friction(const Arm& from, Arm to);
