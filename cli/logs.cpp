@@ -16,6 +16,7 @@
 #include "fricid/sim/excitation.hpp"
 #include "fricid/workflow/check.hpp"
 #include "fricid/workflow/run.hpp"
+#include "fricid/workflow/torque_timing.hpp"
 #include "outputs.hpp"
 #include "terminal.hpp"
 
@@ -113,6 +114,16 @@ bool misleads(const std::vector<doctor::Finding>& findings,
   });
 }
 
+data::Dataset read_as_of_robot(const fs::path& log, const data::Contract& contract,
+                               const std::optional<dynamics::RobotModel>& robot,
+                               const fs::path& where) {
+  const auto warn = [](const std::string& warning) { print(warning + "\n", stderr); };
+  std::vector<data::Dataset> read{
+      workflow::as_of_robot(data::read_log(log, contract, warn), robot, where.string())};
+  if (robot) workflow::settle_torque_timing(read, *robot, contract.torque, warn);
+  return read.front();
+}
+
 }  // namespace
 
 Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
@@ -126,8 +137,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   std::vector<data::DiagnosisFile> reports;
   bool sound = true;
   for (const fs::path& log : options.logs) {
-    const data::Dataset read = workflow::as_of_robot(data::read_log(log, contract, warn), robot,
-                                                     options.contract.string());
+    const data::Dataset read = read_as_of_robot(log, contract, robot, options.contract);
     const auto findings = doctor::diagnose(read, pointer(robot));
     sound = sound && !misleads(findings, fixes);
     try {

@@ -44,6 +44,30 @@ TEST_F(Import, AKnownDelayOfTheTorqueIsTakenOut) {
               testing::HasSubstr("delay_s = 0.5 of a log of 0.012 s"));
 }
 
+// Reference: the mean of t^2 and of t^3 over an interval; cubic curves have it exactly.
+TEST_F(Import, TorqueMeasuredAtItsSamplesIsHeldBetweenThem) {
+  std::string log = "t,q1,q2,tau1,tau2\n";
+  for (int k = 0; k < 12; ++k)
+    log += fmt::format("{},{},0,{},{}\n", 0.004 * k, k, k * k,
+                       k == 6 ? "" : std::to_string(k * k * k));
+  const auto read = [&](const char* timing) {
+    return read_log(write("log.csv", log),
+                    contract(kContract + fmt::format("timing = \"{}\"\n", timing)));
+  };
+  const Dataset held = read("held"), measured = read("measured");
+  EXPECT_EQ(held.length(), 12);
+  EXPECT_EQ(held.tau(3, 0), 9);
+  ASSERT_EQ(measured.length(), 11);
+  EXPECT_THAT(measured.source, testing::HasSubstr("measured at its samples"));
+  for (int k = 1; k < 10; ++k) EXPECT_NEAR(measured.tau(k, 0), k * k + k + 1. / 3, 1e-12) << k;
+  for (const int k : {1, 2, 3, 8, 9}) {
+    const double end = k + 1;
+    EXPECT_NEAR(measured.tau(k, 1), (end * end * end * end - k * k * k * k) / 4, 1e-9) << k;
+  }
+  EXPECT_EQ(measured.tau(4, 1), (4 * 4 * 4 + 5 * 5 * 5) / 2.);  // beside a gap: the straight line
+  EXPECT_TRUE(std::isnan(measured.tau(5, 1)) && std::isnan(measured.tau(6, 1)));
+}
+
 TEST_F(Import, ReadsColumnsByPattern) {
   const Dataset d = import(kLog);
   EXPECT_EQ(d.name, "log");

@@ -19,6 +19,7 @@
 #include "fricid/workflow/recordings.hpp"
 #include "fricid/workflow/run.hpp"
 #include "fricid/workflow/run_folder.hpp"
+#include "fricid/workflow/torque_timing.hpp"
 
 namespace fricid::workflow {
 
@@ -140,6 +141,7 @@ Subject subject_of_log(const fs::path& of_log, const fs::path& contract, const R
         robot_of_log(robot, columns.joint_names, contract.string(), say, columns.couplings);
     const data::Dataset read = in_part(data::read_log(log, columns, say));
     subject.sets.push_back(as_of_robot(read, subject.robot, contract.string()));
+    if (subject.robot) settle_torque_timing(subject.sets, *subject.robot, columns.torque, say);
   }
   return subject;
 }

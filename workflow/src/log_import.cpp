@@ -9,6 +9,7 @@
 
 #include "fricid/data/contract.hpp"
 #include "fricid/data/log_part.hpp"
+#include "fricid/workflow/torque_timing.hpp"
 
 namespace fricid::workflow {
 
@@ -46,6 +47,7 @@ std::vector<data::Dataset> import_logs(const scene::Problem& part, std::span<con
       sets[i].name = logs[i].recording;
     }
   }
+  if (contract) settle_torque_timing(sets, part.robot, contract->torque, say);
   return sets;
 }
 

@@ -6,6 +6,7 @@
 #include "check_times.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/data/log_part.hpp"
 #include "fricid/data/sample_times.hpp"
 #include "fricid/data/signal_file.hpp"
 
@@ -120,6 +121,23 @@ Dataset load_dataset(const std::filesystem::path& path) {
   d.source = printable(d.source);
   check_dataset(d, path.string());
   return d;
+}
+
+Dataset held_between_samples(Dataset log) {
+  const Eigen::Index intervals = log.length() - 1;
+  RowMatrix held(intervals, log.n());
+  for (Eigen::Index j = 0; j < held.cols(); ++j)
+    for (Eigen::Index k = 0; k < intervals; ++k) {
+      const auto tau = [&](Eigen::Index i) { return log.tau(k + i, j); };
+      held(k, j) = (tau(0) + tau(1)) / 2;
+      if (k == 0 || k + 1 == intervals) continue;
+      const double bend = (tau(0) + tau(1) - tau(-1) - tau(2)) / 24;
+      if (std::isfinite(bend)) held(k, j) += bend;
+    }
+  Dataset out = rows_of(log, 0, intervals);
+  out.tau = std::move(held);
+  out.source += ", tau measured at its samples";
+  return out;
 }
 
 }  // namespace fricid::data

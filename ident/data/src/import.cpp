@@ -354,6 +354,7 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
     move_torque_back(d, torque.delay_s, lines);
     d.source += fmt::format(", tau moved back by {} s", torque.delay_s);
   }
+  if (torque.timing == "measured") d = held_between_samples(std::move(d));
   return d;
 }
 

@@ -116,7 +116,7 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
   Regression out;
   out.rows.setZero(count, p + 3 * n);
   out.tau.resize(count);
-  for (std::vector<int>* of_rows : {&out.joint, &out.sequence})
+  for (std::vector<int>* of_rows : {&out.joint, &out.sequence, &out.sample})
     of_rows->reserve(static_cast<std::size_t>(count));
   dynamics::Workspace<double> ws(robot);
   Eigen::MatrixXd Y(n, p);
@@ -146,6 +146,7 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
         speeds[static_cast<std::size_t>(j)].push_back(std::abs(s.narrow.v(k, j)));
         out.joint.push_back(j);
         out.sequence.push_back(static_cast<int>(i));
+        out.sample.push_back(k);
         out.block.push_back(begin_block + static_cast<int>(k * s.dt / block));
       }
     }

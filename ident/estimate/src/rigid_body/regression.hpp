@@ -14,6 +14,7 @@ struct Regression {
   Eigen::VectorXd tau;        ///< (N) [N m]
   std::vector<int> joint;     ///< (N)
   std::vector<int> sequence;  ///< (N)
+  std::vector<int> sample;    ///< (N) of the sequence
   /// (N) block of time, ascending, beyond which residuals count as independent: a second, in a
   /// short log less
   std::vector<int> block;

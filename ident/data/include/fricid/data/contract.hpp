@@ -67,6 +67,7 @@ struct TorqueColumns {
   std::vector<double> percent_of;
   std::vector<double> torque_constant;
   double delay_s = 0;
+  std::string timing = "auto";
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -87,6 +88,11 @@ struct TorqueColumns {
             number("s", -1, 1,
                    "known time by which the torque of a row is later than its motion: it is moved "
                    "back by it"));
+    archive(
+        "timing", timing,
+        choice("auto|held|measured",
+               "when the torque of a row acts: held from its sample to the next, as that of a "
+               "controller, or measured at it; auto: as a regression finds, with delay_s held"));
   }
 };
 

@@ -27,4 +27,9 @@ Dataset load_dataset(const std::filesystem::path& path);
 /// @return warnings, one line each
 std::vector<std::string> check_dataset(const Dataset& dataset, const std::string& where);
 
+/// A log whose torque is measured at its samples as one whose torque is held between them: tau_k
+/// becomes the mean over [t_k, t_{k+1}) of cubic curves through the measured values (of straight
+/// lines beside a gap and at the ends). The last row goes; `source` says it.
+Dataset held_between_samples(Dataset log);
+
 }  // namespace fricid::data

@@ -1,0 +1,81 @@
+#include "fricid/estimate/rigid_body/torque_timing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/dynamics/base_parameters.hpp"
+#include "rigid_body/regression.hpp"
+#include "rigid_body/regression_start.hpp"
+#include "rigid_body/reweight.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr Eigen::Index kRowsPerUnknown = 10;
+
+/// Base parameters, and the friction that any row excites.
+std::vector<int> unknowns_of(const dynamics::RobotModel& robot, const Regression& data) {
+  std::vector<int> columns = dynamics::base_parameters(robot).columns;
+  for (int k = robot.parameter_count(); k < static_cast<int>(data.rows.cols()); ++k)
+    if (data.rows.col(k).squaredNorm() > 0) columns.push_back(k);
+  return columns;
+}
+
+/// (N) Change per sample of the torque that a fit predicts: measured, its noise would hide a delay.
+Eigen::VectorXd torque_rates(const dynamics::RobotModel& robot, const RigidBodyFit& fit,
+                             std::span<const signals::Recording> recordings,
+                             const Regression& data) {
+  std::vector<RowMatrix> predicted;
+  for (const signals::Recording& r : recordings)
+    predicted.push_back(rigid_body_torque(robot, fit.pi, r) +
+                        RowMatrix(r.narrow.v * fit.Fv.asDiagonal()));
+  Eigen::VectorXd rates(std::ssize(data.sample));
+  for (Eigen::Index r = 0; r < rates.size(); ++r) {
+    const auto at = static_cast<std::size_t>(r);
+    const RowMatrix& tau = predicted[static_cast<std::size_t>(data.sequence[at])];
+    const Eigen::Index k = data.sample[at], j = data.joint[at];
+    const Eigen::Index from = std::max<Eigen::Index>(0, k - 1),
+                       to = std::min<Eigen::Index>(tau.rows() - 1, k + 1);
+    rates[r] = (tau(to, j) - tau(from, j)) / static_cast<double>(to - from);
+  }
+  return rates;
+}
+
+}  // namespace
+
+bool TorqueTiming::is_at_samples() const {
+  constexpr double kAtSamples = 0.5, kBetween = kAtSamples / 2, kCertain = 3, kLeastGain = 0.5;
+  return gain > kLeastGain && std::abs(delay - kAtSamples) < kBetween - kCertain * standard_error;
+}
+
+std::optional<TorqueTiming> torque_timing(const dynamics::RobotModel& robot,
+                                          std::span<const signals::Recording> recordings,
+                                          const RigidBodyOptions& options) {
+  const RegressionStart start = start_of_regression(robot, options);
+  RigidBodyFit counts;
+  const Regression data = stack(start.robot, recordings, start.options, nullptr, counts);
+  const std::vector<int> columns = unknowns_of(start.robot, data);
+  const auto size = std::ssize(columns);
+  if (data.rows.rows() < kRowsPerUnknown * size) return {};
+  const RigidBodyFit fit = rigid_body_least_squares(start.robot, recordings, start.options);
+  if (fit.Fv.size() != robot.n()) return {};
+
+  const auto solved = [&](const Eigen::MatrixXd& X) {
+    return reweight(X, data.tau, data.joint, robot.n(), options.robust,
+                    Eigen::MatrixXd::Zero(X.cols(), X.cols()), Eigen::VectorXd::Zero(X.cols()));
+  };
+  Eigen::MatrixXd X(data.rows.rows(), size + 1);
+  X << data.rows(Eigen::all, columns), -torque_rates(start.robot, fit, recordings, data);
+  const Weighted without = solved(X.leftCols(size)), with = solved(X);
+  const Eigen::MatrixXd root =
+      jackknife_root(X, data.tau, with, data.block, Eigen::MatrixXd::Zero(size + 1, size + 1));
+  const TorqueTiming timing{.delay = with.x[size],
+                            .standard_error = root.row(size).norm(),
+                            .gain = 2 * (without.sigma.array() / with.sigma.array()).log().sum()};
+  return std::isfinite(timing.delay) && std::isfinite(timing.gain) ? std::optional(timing)
+                                                                   : std::nullopt;
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,49 @@
+#include "fricid/workflow/torque_timing.hpp"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "fricid/base/error.hpp"
+#include "fricid/data/training_part.hpp"
+#include "fricid/estimate/rigid_body/torque_timing.hpp"
+#include "fricid/signals/recording.hpp"
+#include "fricid/system/transmission.hpp"
+
+namespace fricid::workflow {
+namespace {
+
+/// Nothing where a log is no recording; who reads it on says why.
+std::optional<estimate::TorqueTiming> timing_of(std::span<const data::Dataset> sets,
+                                                const dynamics::RobotModel& robot) {
+  const estimate::RigidBodyOptions options;
+  const Transmission motors(robot);
+  std::vector<signals::Recording> recordings;
+  try {
+    for (const data::Dataset& set : data::training_part(sets).recordings)
+      recordings.push_back(signals::make_recording(motors.to_motors(set), options.cutoff_hz));
+  } catch (const UserError&) {
+    return {};
+  }
+  return estimate::torque_timing(robot, recordings, options);
+}
+
+}  // namespace
+
+void settle_torque_timing(std::vector<data::Dataset>& logs, const dynamics::RobotModel& robot,
+                          const data::TorqueColumns& torque,
+                          const std::function<void(const std::string&)>& say) {
+  if (torque.timing != "auto" || torque.delay_s != 0) return;
+  const std::optional<estimate::TorqueTiming> timing = timing_of(logs, robot);
+  if (!timing || !timing->is_at_samples()) return;
+  for (data::Dataset& log : logs) log = data::held_between_samples(std::move(log));
+  say(
+      fmt::format("the torque is measured at its samples ({:.2f} +- {:.2g} samples later than one "
+                  "held from them), and is taken as its mean between them; "
+                  "[torque] timing = \"held\" leaves it as it is",
+                  timing->delay, timing->standard_error));
+}
+
+}  // namespace fricid::workflow
