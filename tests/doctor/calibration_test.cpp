@@ -108,24 +108,6 @@ TEST(DoctorCalibration, AShortLogHasNoDelayByChance) {
   EXPECT_GE(found, 5);  // of 6
 }
 
-// Waves of the torque with a motor's turns gain a little by any shift of a tenth of a second.
-TEST(DoctorCalibration, RippleOfSlowMotionIsNoDelay) {
-  constexpr double kTurns = 100;
-  for (const int arm : {0, 1, 2, 6, 9, 13})
-    for (const double share : {0.01, 0.02, 0.04}) {
-      const CleanLog clean = simulate_log(arm);
-      data::Dataset d = window_of(decimated(clean.data, kEvery), 0, 20);
-      for (Eigen::Index j = 0; j < d.n(); ++j) {
-        const double size = share * std::sqrt(d.tau.col(j).squaredNorm() / d.length());
-        for (Eigen::Index k = 0; k < d.length(); ++k)
-          d.tau(k, j) += size * std::tanh(d.v(k, j) / 0.01) *
-                         std::sin(kTurns * d.q(k, j) + static_cast<double>(j));
-      }
-      const std::string said = judge(d, clean.robot, {}).said;
-      EXPECT_EQ(said.find("delay"), std::string::npos) << clean.what << " " << share << said;
-    }
-}
-
 // The spindle of a SCARA in millimetres; where the other joints are in degrees, 0.0573 of that.
 TEST(DoctorCalibration, ASlidingJointThatIsNotInMetresIsNamed) {
   const CleanLog scara = simulate_log(7);
