@@ -44,6 +44,35 @@ class Logs(ProgramTest):
         self.assertEqual(self.findings(self.folder / "a.doctor.json"), set())
         self.assertEqual(fricid("check", self.folder / "a.h5").returncode, 0)
 
+    def test_torque_that_is_measured_at_its_samples_is_told_from_held_torque(self):
+        pendulum = self.write("pendulum.urdf", """<robot name="pendulum"><link name="base"/>
+            <link name="arm"><inertial><mass value="4"/><origin xyz="0 0 -0.5"/>
+              <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+            <joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+              <limit lower="-3" upper="3" effort="100" velocity="10"/></joint></robot>""")
+
+        def check(late_s, timing):
+            rows = ["t,q1,tau1"]
+            for k in range(5000):
+                def motion(t, order):
+                    return sum(size * w**order * math.sin(w * t + order * math.pi / 2)
+                               for size, w in ((0.8, 1.3), (0.5, 3.1), (0.2, 6.7)))
+                t = 0.008 * k
+                at = t + late_s
+                tau = (4 * 0.5 * 9.81 * math.sin(motion(at, 0)) + 1.1 * motion(at, 2) + 2 * motion(at, 1)
+                       + 3 * math.copysign(1, motion(at, 1)))
+                rows.append(f"{t:.3f},{motion(t, 0):.8f},{tau:.6f}")
+            contract = self.write("one.toml", 'joint_names = ["shoulder"]\n[position]\ncolumns = "q{}"\n'
+                                  f'[torque]\ncolumns = "tau{{}}"\ntiming = "{timing}"\n')
+            done = fricid("check", self.write("one.csv", "\n".join(rows) + "\n"), "--contract", contract,
+                          "--robot", pendulum)
+            return done.stdout + done.stderr
+
+        said = "the torque is measured at its samples (0.5"
+        self.assertIn(said, check(0, "auto"))
+        self.assertNotIn("measured at its samples", check(0, "held"))
+        self.assertNotIn("measured at its samples", check(0.004, "auto"))  # as one held over 8 ms
+
     def test_a_log_of_the_same_name_keeps_its_data_set(self):
         logs = []
         for folder in ("one", "two"):

@@ -46,7 +46,7 @@ Eigen::VectorXd torque_rates(const dynamics::RobotModel& robot, const RigidBodyF
 }  // namespace
 
 bool TorqueTiming::is_at_samples() const {
-  constexpr double kAtSamples = 0.5, kBetween = kAtSamples / 2, kCertain = 3, kLeastGain = 0.5;
+  constexpr double kAtSamples = 0.5, kBetween = kAtSamples / 2, kCertain = 3, kLeastGain = 0.1;
   return gain > kLeastGain && std::abs(delay - kAtSamples) < kBetween - kCertain * standard_error;
 }
 

@@ -16,8 +16,8 @@ struct TorqueTiming {
   double gain = 0;
 
   /// Whether the torque is measured at its samples, which is half a sample later: within a quarter
-  /// of a sample by three standard errors, and with a gain of .5. Friction that lags looks like a
-  /// delay of milliseconds, and gains up to .4 by it (of 450 logs of five arms, 100 to 500 Hz).
+  /// of a sample by three standard errors, and with a gain of .1. Friction that lags looks like a
+  /// delay of milliseconds.
   bool is_at_samples() const;
 };
 
