@@ -118,6 +118,18 @@ TEST(Identifiability, InertiaOfSlowMotionIsUnknown) {
     }
 }
 
+// "4.000 +- 0.001": a value has the digits that its error leaves.
+TEST(Identifiability, ValuesHaveTheDigitsThatTheirErrorsLeave) {
+  const Arm arm = coulomb_arm();
+  const data::Dataset log = noisy(make_log(arm, {.seconds = 40}), 0.02, 4e-6, 1);
+  const Identifiability report = examine(arm.robot, {log});
+  const ParameterVerdict Fc = find(report, "j1 Coulomb friction");
+  const auto decimals = static_cast<int>(-std::floor(std::log10(Fc.standard_error)));
+  ASSERT_GE(decimals, 3);
+  EXPECT_THAT(to_summary(report, arm.robot),
+              HasSubstr(fmt::format("{:.{}f} +-", Fc.value, decimals)));
+}
+
 // In the range of the Stribeck effect friction falls with the speed: that is no viscous friction.
 TEST(Identifiability, NegativeViscousFrictionIsNone) {
   Arm arm = coulomb_arm();

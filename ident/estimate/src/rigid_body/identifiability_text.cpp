@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -27,11 +28,18 @@ std::vector<std::string> without_inertia(const Identifiability& report,
   return joints;
 }
 
+/// "4.02 +- 0.03": to the first digit of the error.
+std::string rounded(double value, double error) {
+  constexpr int kMostDecimals = 9;
+  const double decimals = -std::floor(std::log10(error));
+  if (!(decimals <= kMostDecimals)) return fmt::format("{:.6g} +- {:.1g}", value, error);
+  return fmt::format("{:.{}f} +- {:.1g}", value, std::max(0, static_cast<int>(decimals)), error);
+}
+
 /// "4.02 +- 0.03", "4 +- 1 weak", "not identified".
 std::string with_error(const ParameterVerdict* v) {
   if (!v || v->verdict == Verdict::kNot) return "not identified";
-  return fmt::format("{:.3g} +- {:.1g}{}", v->value, v->standard_error,
-                     v->verdict == Verdict::kWeak ? " weak" : "");
+  return rounded(v->value, v->standard_error) + (v->verdict == Verdict::kWeak ? " weak" : "");
 }
 
 }  // namespace
