@@ -240,8 +240,9 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   report.message = fmt::format("{} of {} candidates, held-out error {:.2e} rad2", best->name,
                                found.size(), best->held_out);
   if (const double period = fits.periods().longest_s; period > 0)
-    report.message +=
-        fmt::format("; the motion repeats after {:.3g} s: every period's end is held out", period);
+    report.message += fmt::format(
+        "; of motion that repeats (after {:.3g} s at most) the end of each period is held out",
+        period);
   if (sum && fits.is_short())
     report.message += fmt::format(
         "; less than {:.0f} s are held out: no cable and no Stribeck torque beside the memory were "
