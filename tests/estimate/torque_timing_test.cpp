@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "arm_data.hpp"
 
 namespace fricid::estimate {
@@ -36,6 +38,11 @@ TEST(TorqueTiming, TellsMeasuredFromHeldTorque) {
     EXPECT_LT(held->standard_error, 0.05);
     EXPECT_FALSE(held->is_at_samples());
     EXPECT_TRUE(at_samples->is_at_samples()) << at_samples->delay << " " << at_samples->gain;
+
+    data::Dataset last_rests = measured(log);
+    last_rests.q.col(2).setConstant(log.q(0, 2));
+    const auto of_two = timing_of(arm, last_rests);
+    EXPECT_TRUE(of_two && std::isfinite(of_two->gain));
   }
 }
 

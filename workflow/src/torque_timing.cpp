@@ -15,6 +15,8 @@
 namespace fricid::workflow {
 namespace {
 
+constexpr int kSamples = 80'000;  // tell the delay to some hundredths of one
+
 /// Nothing where a log is no recording; who reads it on says why.
 std::optional<estimate::TorqueTiming> timing_of(std::span<const data::Dataset> sets,
                                                 const dynamics::RobotModel& robot) {
@@ -22,7 +24,7 @@ std::optional<estimate::TorqueTiming> timing_of(std::span<const data::Dataset> s
   const Transmission motors(robot);
   std::vector<signals::Recording> recordings;
   try {
-    for (const data::Dataset& set : data::training_part(sets).recordings)
+    for (const data::Dataset& set : data::training_part(sets, kSamples).recordings)
       recordings.push_back(signals::make_recording(motors.to_motors(set), options.cutoff_hz));
   } catch (const UserError&) {
     return {};

@@ -71,11 +71,11 @@ std::optional<TorqueTiming> torque_timing(const dynamics::RobotModel& robot,
   const Weighted without = solved(X.leftCols(size)), with = solved(X);
   const Eigen::MatrixXd root =
       jackknife_root(X, data.tau, with, data.block, Eigen::MatrixXd::Zero(size + 1, size + 1));
-  const TorqueTiming timing{.delay = with.x[size],
-                            .standard_error = root.row(size).norm(),
-                            .gain = 2 * (without.sigma.array() / with.sigma.array()).log().sum()};
-  return std::isfinite(timing.delay) && std::isfinite(timing.gain) ? std::optional(timing)
-                                                                   : std::nullopt;
+  const double delay = with.x[size], error = root.row(size).norm();
+  if (!std::isfinite(delay) || !std::isfinite(error)) return {};
+  // of a joint that rests there is no residual
+  const Eigen::ArrayXd gains = 2 * (without.sigma.array() / with.sigma.array()).log();
+  return TorqueTiming{delay, error, gains.isFinite().select(gains, 0).sum()};
 }
 
 }  // namespace fricid::estimate
