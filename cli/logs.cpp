@@ -116,12 +116,11 @@ bool misleads(const std::vector<doctor::Finding>& findings,
 
 data::Dataset read_as_of_robot(const fs::path& log, const data::Contract& contract,
                                const std::optional<dynamics::RobotModel>& robot,
-                               const fs::path& where) {
-  const auto warn = [](const std::string& warning) { print(warning + "\n", stderr); };
-  std::vector<data::Dataset> read{
-      workflow::as_of_robot(data::read_log(log, contract, warn), robot, where.string())};
-  if (robot) workflow::settle_torque_timing(read, *robot, contract.torque, warn);
-  return read.front();
+                               const fs::path& where, const data::Warn& warn) {
+  data::Dataset read =
+      workflow::as_of_robot(data::read_log(log, contract, warn), robot, where.string());
+  if (robot) workflow::settle_torque_timing({&read, 1}, *robot, contract.torque, warn);
+  return read;
 }
 
 }  // namespace
@@ -137,7 +136,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   std::vector<data::DiagnosisFile> reports;
   bool sound = true;
   for (const fs::path& log : options.logs) {
-    const data::Dataset read = read_as_of_robot(log, contract, robot, options.contract);
+    const data::Dataset read = read_as_of_robot(log, contract, robot, options.contract, warn);
     const auto findings = doctor::diagnose(read, pointer(robot));
     sound = sound && !misleads(findings, fixes);
     try {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <optional>
-#include <span>
 #include <utility>
 
 #include "fricid/base/error.hpp"
@@ -34,7 +33,7 @@ std::optional<estimate::TorqueTiming> timing_of(std::span<const data::Dataset> s
 
 }  // namespace
 
-void settle_torque_timing(std::vector<data::Dataset>& logs, const dynamics::RobotModel& robot,
+void settle_torque_timing(std::span<data::Dataset> logs, const dynamics::RobotModel& robot,
                           const data::TorqueColumns& torque,
                           const std::function<void(const std::string&)>& say) {
   if (torque.timing != "auto" || torque.delay_s != 0) return;

@@ -212,8 +212,7 @@ Unknowns unknowns_of(const dynamics::RobotModel& robot, const Regression& data,
     for (int k = 0; k < p; ++k) out.columns.push_back(k);
   else
     out.columns = dynamics::base_parameters(robot).columns;
-  for (int k = p; k < static_cast<int>(data.rows.cols()); ++k)
-    if (data.rows.col(k).squaredNorm() > 0) out.friction.push_back(k);
+  out.friction = excited_friction(robot, data);
   out.columns.insert(out.columns.end(), out.friction.begin(), out.friction.end());
   const auto size = std::ssize(out.columns);
   out.prior_information = Eigen::MatrixXd::Zero(size, size);

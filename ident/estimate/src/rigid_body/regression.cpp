@@ -157,4 +157,11 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
   return out;
 }
 
+std::vector<int> excited_friction(const dynamics::RobotModel& robot, const Regression& data) {
+  std::vector<int> columns;
+  for (int k = robot.parameter_count(); k < static_cast<int>(data.rows.cols()); ++k)
+    if (data.rows.col(k).squaredNorm() > 0) columns.push_back(k);
+  return columns;
+}
+
 }  // namespace fricid::estimate

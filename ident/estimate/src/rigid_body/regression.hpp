@@ -25,6 +25,9 @@ struct Regression {
 Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
                  const RigidBodyOptions& options, const FrictionTorques* shape, RigidBodyFit& fit);
 
+/// Columns of the friction of `stack`, and of what a caller added, that any row excites.
+std::vector<int> excited_friction(const dynamics::RobotModel& robot, const Regression& data);
+
 /// Torque residual of the rigid body pi in every sequence, the target of friction fits.
 FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
                                 std::span<const signals::Recording> sequences, int jobs);

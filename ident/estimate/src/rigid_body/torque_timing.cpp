@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <vector>
 
 #include "fricid/base/eigen_instances.hpp"
@@ -14,14 +15,6 @@ namespace fricid::estimate {
 namespace {
 
 constexpr Eigen::Index kRowsPerUnknown = 10;
-
-/// Base parameters, and the friction that any row excites.
-std::vector<int> unknowns_of(const dynamics::RobotModel& robot, const Regression& data) {
-  std::vector<int> columns = dynamics::base_parameters(robot).columns;
-  for (int k = robot.parameter_count(); k < static_cast<int>(data.rows.cols()); ++k)
-    if (data.rows.col(k).squaredNorm() > 0) columns.push_back(k);
-  return columns;
-}
 
 /// (N) Change per sample of the torque that a fit predicts: measured, its noise would hide a delay.
 Eigen::VectorXd torque_rates(const dynamics::RobotModel& robot, const RigidBodyFit& fit,
@@ -56,7 +49,8 @@ std::optional<TorqueTiming> torque_timing(const dynamics::RobotModel& robot,
   const RegressionStart start = start_of_regression(robot, options);
   RigidBodyFit counts;
   const Regression data = stack(start.robot, recordings, start.options, nullptr, counts);
-  const std::vector<int> columns = unknowns_of(start.robot, data);
+  std::vector<int> columns = dynamics::base_parameters(start.robot).columns;
+  std::ranges::copy(excited_friction(start.robot, data), std::back_inserter(columns));
   const auto size = std::ssize(columns);
   if (data.rows.rows() < kRowsPerUnknown * size) return {};
   const RigidBodyFit fit = rigid_body_least_squares(start.robot, recordings, start.options);

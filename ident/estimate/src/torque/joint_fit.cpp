@@ -75,6 +75,19 @@ int linear_viscous(const friction::RobotFriction& model, int j) {
   return beside >= 0 ? beside : friction::find_parameter(model, j, friction::Role::kViscous);
 }
 
+/// Index in theta of the growth of the memory's friction with load, whatever the load is.
+int load_growth(const friction::RobotFriction& model, int j) {
+  const int of_motor = friction::find_parameter(model, j, "load", "mu");
+  return of_motor >= 0 ? of_motor : friction::find_parameter(model, j, "gear_load", "mu");
+}
+
+/// Parameter `wanted` of `to` becomes `given` of `from`; -1: there is none.
+void take_over(const Arm& from, int given, Arm& to, int wanted) {
+  if (given >= 0 && wanted >= 0)
+    to.friction.theta[static_cast<std::size_t>(wanted)] =
+        from.friction.theta[static_cast<std::size_t>(given)];
+}
+
 }  // namespace
 
 JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, int jobs)
@@ -464,37 +477,22 @@ bool start_cables(std::span<const Cable> cables, friction::Friction& friction) {
 Arm with_stribeck_curves(const Arm& from, Arm to) {
   using enum friction::Role;
   for (int j = 0; j < to.robot.n(); ++j)
-    for (const friction::Role role : {kCoulomb, kStatic, kStribeckVelocity}) {
-      const int given = find_parameter(from.friction.model, j, role),
-                wanted = find_parameter(to.friction.model, j, role);
-      if (given >= 0 && wanted >= 0)
-        to.friction.theta[static_cast<std::size_t>(wanted)] =
-            from.friction.theta[static_cast<std::size_t>(given)];
-    }
+    for (const friction::Role role : {kCoulomb, kStatic, kStribeckVelocity})
+      take_over(from, find_parameter(from.friction.model, j, role), to,
+                find_parameter(to.friction.model, j, role));
   return to;
 }
 
 Arm with_load_growth(const Arm& from, Arm to) {
-  for (int j = 0; j < to.robot.n(); ++j) {
-    const auto mu = [&](const Arm& arm) {
-      const int load = friction::find_parameter(arm.friction.model, j, "load", "mu");
-      return load >= 0 ? load : friction::find_parameter(arm.friction.model, j, "gear_load", "mu");
-    };
-    if (mu(from) >= 0 && mu(to) >= 0)
-      to.friction.theta[static_cast<std::size_t>(mu(to))] =
-          from.friction.theta[static_cast<std::size_t>(mu(from))];
-  }
+  for (int j = 0; j < to.robot.n(); ++j)
+    take_over(from, load_growth(from.friction.model, j), to, load_growth(to.friction.model, j));
   return to;
 }
 
 Arm with_viscous_friction(const Arm& from, Arm to) {
-  for (int j = 0; j < to.robot.n(); ++j) {
-    const int given = linear_viscous(from.friction.model, j),
-              wanted = linear_viscous(to.friction.model, j);
-    if (given >= 0 && wanted >= 0)
-      to.friction.theta[static_cast<std::size_t>(wanted)] =
-          from.friction.theta[static_cast<std::size_t>(given)];
-  }
+  for (int j = 0; j < to.robot.n(); ++j)
+    take_over(from, linear_viscous(from.friction.model, j), to,
+              linear_viscous(to.friction.model, j));
   return to;
 }
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <string>
-#include <vector>
 
 #include "fricid/data/contract.hpp"
 #include "fricid/data/dataset.hpp"
@@ -13,7 +13,7 @@ namespace fricid::workflow {
 
 /// Where the contract of logs of one campaign leaves it open, takes a torque that a regression over
 /// all of them finds to be measured at its samples as its mean between them, and says so.
-void settle_torque_timing(std::vector<data::Dataset>& logs, const dynamics::RobotModel& robot,
+void settle_torque_timing(std::span<data::Dataset> logs, const dynamics::RobotModel& robot,
                           const data::TorqueColumns& torque,
                           const std::function<void(const std::string&)>& say);
 
