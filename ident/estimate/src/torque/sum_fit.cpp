@@ -56,7 +56,7 @@ class SumChoice {
 
   /// What else may be in a joint, and what says nothing.
   void complete() {
-    try_gear_loads();
+    if (!fits_->is_short()) try_gear_loads();
     try_bristles();
     try_gaps();
     try_bristles_behind_gaps();
