@@ -79,6 +79,28 @@ TEST(RigidBodyLeastSquares, FindsTruthWithoutNoise) {
   }
 }
 
+// Reference: the injected truth, whose last link carries 5 kg that the robot's file does not know:
+// the physical parameters are those of the data, however far they are from the nominal ones.
+TEST(RigidBodyLeastSquares, PhysicalParametersFollowTheDataFarFromTheFile) {
+  constexpr double kMass = 5, kTurning = 0.02;
+  const Eigen::Vector3d centre(0.05, 0.02, 0.15);
+  Arm arm = coulomb_arm();
+  const dynamics::RobotModel file = wrong_cad(arm.robot);
+  const Eigen::Matrix3d I =
+      kTurning * Eigen::Matrix3d::Identity() +
+      kMass * (centre.squaredNorm() * Eigen::Matrix3d::Identity() - centre * centre.transpose());
+  dynamics::Vector10 load;
+  load << kMass, kMass * centre, I(0, 0), I(0, 1), I(1, 1), I(0, 2), I(1, 2), I(2, 2);
+  arm.robot.pi.segment<10>(10 * (arm.robot.n() - 1)) += load;
+  LogOptions options;
+  options.substeps = 200;
+  const auto sequences = filtered(clean_logs(arm, options, 3));
+  const RigidBodyFit fit = rigid_body_least_squares(file, sequences, {});
+  ASSERT_EQ(fit.outcome, Outcome::kConverged) << fit.message;
+  expect_base_parameters(arm.robot, fit.base, sequences, 2e-3);
+  expect_base_parameters(arm.robot, fit.base_physical, sequences, 2e-3);
+}
+
 // Estimates, standard errors and truth of all parameters of one fit: base, Fc, Fv, offset.
 struct Estimates {
   Eigen::VectorXd value, se, truth;

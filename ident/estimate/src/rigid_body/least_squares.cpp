@@ -244,6 +244,28 @@ Eigen::VectorXd sigma_alone(const Regression& data, const std::vector<int>& base
   return alone.x.allFinite() && alone.sigma.allFinite() ? alone.sigma : Eigen::VectorXd();
 }
 
+/// Minimises |G pi - d|^2 over physical parameters, pulled weakly to the nominal ones where G says
+/// nothing. A link that carries what its file does not know is far from them: where they are off by
+/// more than the pull allows, it grows as much weaker.
+Eigen::VectorXd nearest_physical(const dynamics::RobotModel& robot, const Eigen::MatrixXd& G,
+                                 const Eigen::VectorXd& d, const dynamics::Guesses& guesses) {
+  constexpr int kPulls = 6;
+  Eigen::MatrixXd pull = weak_pull(robot, guesses);
+  Eigen::MatrixXd all(G.rows() + pull.rows(), G.cols());
+  Eigen::VectorXd right(all.rows());
+  Eigen::VectorXd pi = robot.pi;
+  for (int i = 0; i < kPulls; ++i) {
+    all << G, pull;
+    right << d, pull * robot.pi;
+    pi = fit_physical_inertia(robot, all, right, robot.pi);
+    const Eigen::VectorXd off = pull * (pi - robot.pi);
+    const double rms = off.norm() / std::sqrt(static_cast<double>(off.size()));
+    if (!(rms > 1)) break;
+    pull /= rms;
+  }
+  return pi;
+}
+
 /// Solves the regression; `fit` holds its counts.
 RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
                    const Regression& data, const RigidBodyOptions& options, RigidBodyFit fit) {
@@ -326,16 +348,9 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
 
   // The physical parameters nearest to the estimate, friction marginalised.
   const Eigen::MatrixXd root = inverse_root(covariance.topLeftCorner(head, head));
-  Eigen::MatrixXd G = root;
-  Eigen::VectorXd d = root * solved.x.head(head);
-  if (!with_prior) {
-    const Eigen::MatrixXd pull = weak_pull(robot, options.guesses);
-    G.resize(head + p, p);
-    G << root * base.K, pull;
-    d.resize(head + p);
-    d << root * solved.x.head(head), pull * robot.pi;
-  }
-  fit.pi = fit_physical_inertia(robot, G, d, robot.pi);
+  const Eigen::VectorXd found = root * solved.x.head(head);
+  fit.pi = with_prior ? fit_physical_inertia(robot, root, found, robot.pi)
+                      : nearest_physical(robot, root * base.K, found, options.guesses);
   fit.base_of_pi = base.K;
   fit.base_physical = base.K * fit.pi;
 

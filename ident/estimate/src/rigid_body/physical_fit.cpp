@@ -12,8 +12,11 @@ namespace {
 
 constexpr double kSmallestArmature = 1e-9;  // a start for robots whose file states none [kg m^2]
 constexpr double kFirstBarrier = 1e3, kLastBarrier = 1e-6;  // weights, in units of the cost
+// .. the first at least this share of the cost at the start: under a lighter barrier the first
+// steps end at the edge of the cone, along which the next ones crawl
+constexpr double kShareOfCost = 0.1;
 constexpr double kBarrierStep = 0.2;
-constexpr int kNewtonSteps = 30;     // per barrier weight, at most
+constexpr int kNewtonSteps = 200;    // per barrier weight, at most; tiny bodies double in each
 constexpr double kDecrement = 1e-9;  // squared Newton decrement that counts as converged
 constexpr double kArmijo = 0.1;
 
@@ -72,7 +75,8 @@ Eigen::VectorXd fit_within(const Cone& cone, const Eigen::MatrixXd& G, const Eig
   const Eigen::Index m = G.rows(), p = pi.size();
   Eigen::MatrixXd stacked(m + cone.rows(), p);
   Eigen::VectorXd right(m + cone.rows());
-  for (double mu = kFirstBarrier; mu > kLastBarrier; mu *= kBarrierStep) {
+  const double first = std::max(kFirstBarrier, kShareOfCost * 0.5 * (G * pi - d).squaredNorm());
+  for (double mu = first; mu > kLastBarrier; mu *= kBarrierStep) {
     const auto cost = [&](const Eigen::VectorXd& x) {
       return 0.5 * (G * x - d).squaredNorm() + mu * cone.barrier(x);
     };
