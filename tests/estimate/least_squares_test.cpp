@@ -79,13 +79,15 @@ TEST(RigidBodyLeastSquares, FindsTruthWithoutNoise) {
   }
 }
 
-// Reference: the injected truth, whose last link carries 5 kg that the robot's file does not know:
-// the physical parameters are those of the data, however far they are from the nominal ones.
+// Reference: the injected truth, whose last link carries 5 kg while the robot's file has next to
+// nothing there: the physical parameters are those of the data, however far they are from the
+// nominal ones.
 TEST(RigidBodyLeastSquares, PhysicalParametersFollowTheDataFarFromTheFile) {
-  constexpr double kMass = 5, kTurning = 0.02;
+  constexpr double kMass = 5, kTurning = 0.02, kShare = 0.02;
   const Eigen::Vector3d centre(0.05, 0.02, 0.15);
   Arm arm = coulomb_arm();
-  const dynamics::RobotModel file = wrong_cad(arm.robot);
+  dynamics::RobotModel file = wrong_cad(arm.robot);
+  file.pi.segment<10>(10 * (file.n() - 1)) *= kShare;
   const Eigen::Matrix3d I =
       kTurning * Eigen::Matrix3d::Identity() +
       kMass * (centre.squaredNorm() * Eigen::Matrix3d::Identity() - centre * centre.transpose());
@@ -99,6 +101,13 @@ TEST(RigidBodyLeastSquares, PhysicalParametersFollowTheDataFarFromTheFile) {
   ASSERT_EQ(fit.outcome, Outcome::kConverged) << fit.message;
   expect_base_parameters(arm.robot, fit.base, sequences, 2e-3);
   expect_base_parameters(arm.robot, fit.base_physical, sequences, 2e-3);
+
+  options.torque_noise = 0.3;
+  const RigidBodyFit noisy =
+      rigid_body_least_squares(file, filtered(clean_logs(arm, options, 3)), {});
+  for (Eigen::Index i = 0; i < noisy.base.size(); ++i)
+    EXPECT_NEAR(noisy.base_physical[i], noisy.base[i], 5 * noisy.base_se[i])
+        << noisy.base_names[static_cast<std::size_t>(i)];
 }
 
 // Estimates, standard errors and truth of all parameters of one fit: base, Fc, Fv, offset.
