@@ -10,6 +10,7 @@
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/rng.hpp"
 
 namespace fricid::signals {
 namespace {
@@ -172,6 +173,18 @@ void take_out_means(Eigen::Ref<Eigen::VectorXd, 0, Eigen::InnerStride<>> x) {
   for (Eigen::Index k = T - 2; k > 0; --k) x[k] -= above[static_cast<std::size_t>(k)] * x[k + 1];
 }
 
+// Accelerations at the samples of a filtered motion, see `make_recording`.
+RowMatrix accelerations(const RowMatrix& q, double dt) {
+  const Eigen::Index T = q.rows();
+  RowMatrix a(T, q.cols());
+  a.middleRows(1, T - 2) =
+      (q.bottomRows(T - 2) - 2 * q.middleRows(1, T - 2) + q.topRows(T - 2)) / (dt * dt);
+  a.row(0) = a.row(1);
+  a.row(T - 1) = a.row(T - 2);
+  for (Eigen::Index j = 0; j < q.cols(); ++j) take_out_means(a.col(j));
+  return a;
+}
+
 // Slopes at the samples, per sample, exact for polynomials of degree 4; near the ends those of
 // parabolas.
 Eigen::VectorXd slopes(const Eigen::VectorXd& x) {
@@ -257,6 +270,22 @@ Motion filtered_again(const Recording& recording, double cutoff_hz) {
   return out;
 }
 
+Motion motion_of_noise(const Recording& recording, double cutoff_hz, std::uint64_t seed) {
+  const ZeroPhaseButterworth narrow(cutoff_hz, 1 / recording.dt);
+  const Eigen::VectorXd sd = resolution(recording);
+  Motion out{.q = RowMatrix(recording.length(), recording.n()), .v = {}, .a = {}};
+  Eigen::VectorXd draws(recording.length());
+  for (int j = 0; j < recording.n(); ++j) {
+    fill_normal(seed, static_cast<std::uint64_t>(j), 0,
+                {draws.data(), static_cast<std::size_t>(draws.size())});
+    out.q.col(j) = sd[j] * draws;
+  }
+  narrow.apply(out.q);
+  out.v = central_difference(out.q, recording.dt);
+  out.a = accelerations(out.q, recording.dt);
+  return out;
+}
+
 Eigen::VectorXd between_samples(const Eigen::VectorXd& q, int factor) {
   if (factor == 1) return q;
   const Eigen::Index intervals = q.size() - 1;
@@ -282,8 +311,7 @@ Recording make_recording(Dataset log, double cutoff_hz) {
 
   Recording out;
   out.dt = dt;
-  for (auto* signal : {&out.narrow.q, &out.narrow.a, &out.wide.q, &out.filtered_tau})
-    signal->resize(T, n);
+  for (auto* signal : {&out.narrow.q, &out.wide.q, &out.filtered_tau}) signal->resize(T, n);
   out.temperature = log.temperature;
   if (out.temperature.size() == 0) out.temperature = RowMatrix::Constant(T, n, kRoomTemperature);
 
@@ -322,16 +350,8 @@ Recording make_recording(Dataset log, double cutoff_hz) {
 
   out.narrow.v = central_difference(out.narrow.q, dt);
   out.wide.v = central_difference(out.wide.q, dt);
-  const RowMatrix& q = out.narrow.q;
-  RowMatrix& a = out.narrow.a;
-  a.middleRows(1, T - 2) =
-      (q.bottomRows(T - 2) - 2 * q.middleRows(1, T - 2) + q.topRows(T - 2)) / (dt * dt);
-  a.row(0) = a.row(1);
-  a.row(T - 1) = a.row(T - 2);
-  for (int j = 0; j < n; ++j) {
-    take_out_means(a.col(j));
-    take_out_means(out.filtered_tau.col(j));
-  }
+  out.narrow.a = accelerations(out.narrow.q, dt);
+  for (int j = 0; j < n; ++j) take_out_means(out.filtered_tau.col(j));
 
   const int edge = static_cast<int>(std::ceil(2 / (cutoff_hz * dt)));
   const int near = static_cast<int>(std::ceil(1 / (cutoff_hz * dt)));

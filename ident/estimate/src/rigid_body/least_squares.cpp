@@ -13,6 +13,7 @@
 #include "fricid/data/fit_file.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
+#include "rigid_body/dilution.hpp"
 #include "rigid_body/inertia_prior.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/regression.hpp"
@@ -268,7 +269,8 @@ Eigen::VectorXd nearest_physical(const dynamics::RobotModel& robot, const Eigen:
 
 /// Solves the regression; `fit` holds its counts.
 RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
-                   const Regression& data, const RigidBodyOptions& options, RigidBodyFit fit) {
+                   const Regression& data, const NoiseRows& noise, const RigidBodyOptions& options,
+                   RigidBodyFit fit) {
   const bool with_prior = has_prior(options);
   const int n = robot.n(), p = robot.parameter_count();
   const dynamics::BaseParameters base = dynamics::base_parameters(robot);
@@ -297,12 +299,15 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
     fit.sigma_alone = sigma_alone(data, base.columns, friction, n, options.robust);
   const Weighted solved = reweight(X, data.tau, data.joint, n, options.robust, prior_information,
                                    prior_mean, fit.sigma_alone);
-  const Eigen::MatrixXd jackknife =
+  const Eigen::MatrixXd diluted = dilution_root(noise, columns, solved.weight, solved.H, solved.x);
+  const Eigen::MatrixXd of_blocks =
       jackknife_root(X, data.tau, solved, data.block, prior_information);
+  Eigen::MatrixXd errors_root(X.cols(), of_blocks.cols() + diluted.cols());
+  errors_root << of_blocks, diluted;
   const auto growing = std::ranges::count_if(friction, [&](int k) { return k >= p + 3 * n; });
   const auto certain = head + f - growing;  // without growth, which has a prior of its own
   invert(solved.H.topLeftCorner(certain, certain), &fit.condition);
-  const Eigen::MatrixXd covariance = invert(solved.H, nullptr);
+  const Eigen::MatrixXd covariance = invert(solved.H, nullptr) + diluted * diluted.transpose();
   fit.sigma = solved.sigma;
   if (with_prior && !options.prior.use)
     fit.condition = condition_of(data, base.columns, friction, fit.sigma);
@@ -316,7 +321,7 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
       with_prior ? base.K : Eigen::MatrixXd(Eigen::MatrixXd::Identity(b, b));
   fit.base_names = base.names;
   fit.base = to_base * solved.x.head(head);
-  fit.base_se = (to_base * jackknife.topRows(head)).rowwise().norm();
+  fit.base_se = (to_base * errors_root.topRows(head)).rowwise().norm();
 
   const Eigen::VectorXd sizes = sizes_that_matter(shares);
   fit.base_size.resize(b);
@@ -338,7 +343,7 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
     values[kind]->setZero(n);
     errors[kind]->setZero(n);
   }
-  const Eigen::VectorXd friction_se = jackknife.bottomRows(f).rowwise().norm();
+  const Eigen::VectorXd friction_se = errors_root.bottomRows(f).rowwise().norm();
   for (Eigen::Index i = 0; i < f; ++i) {
     const int kind = (friction[static_cast<std::size_t>(i)] - p) / n;
     const int j = (friction[static_cast<std::size_t>(i)] - p) % n;
@@ -507,13 +512,14 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
   const auto begin = std::chrono::steady_clock::now();
   RigidBodyFit counts;
   const Regression data = stack(robot, sequences, options, shape, counts);
+  const NoiseRows noise = draw_noise_rows(robot, sequences, data, options.cutoff_hz);
   RigidBodyOptions used = options;
-  RigidBodyFit fit = solve(robot, sequences, data, used, counts);
+  RigidBodyFit fit = solve(robot, sequences, data, noise, used, counts);
   std::string why = options.prior.use ? "asked for" : "";
   if (options.prior_where_needed && !options.prior.use) {
     why = undetermined(fit);
     used.prior.use = !why.empty();
-    if (used.prior.use) fit = solve(robot, sequences, data, used, counts);
+    if (used.prior.use) fit = solve(robot, sequences, data, noise, used, counts);
   }
   if (const std::vector<JointInertia> without = fit.without_inertia;
       options.prior_where_needed && !without.empty()) {
@@ -523,7 +529,7 @@ RigidBodyFit rigid_body_least_squares(const dynamics::RobotModel& robot,
       if (std::ranges::count(options.guesses.armature, joint.joint) > 0)
         held.pi[held.armature_begin() + joint.joint] *= kLeastUsual;
     }
-    fit = solve(held, sequences, data, used, counts);
+    fit = solve(held, sequences, data, noise, used, counts);
     fit.without_inertia = without;
   }
   fit.prior = why;
@@ -541,11 +547,12 @@ std::optional<RigidBodyFit> rigid_body_under_load(const dynamics::RobotModel& ro
   const RigidBodyOptions known = as_needed(options, without);
   RigidBodyFit counts;
   Regression data = with_room_for_growth(stack(robot, sequences, known, nullptr, counts), n);
+  const NoiseRows noise = draw_noise_rows(robot, sequences, data, options.cutoff_hz);
   std::optional<RigidBodyFit> best;
   for (const GearSide side : {GearSide::kMotor, GearSide::kLink}) {
     const std::vector<int> growing = find_growth(robot, known, without, side, data);
     if (growing.empty()) continue;
-    RigidBodyFit fit = solve(robot, sequences, data, known, counts);
+    RigidBodyFit fit = solve(robot, sequences, data, noise, known, counts);
     fit.growth_of = side;
     if (is_certain_growth(fit) && (!best || spread(fit) < spread(*best))) best = std::move(fit);
   }

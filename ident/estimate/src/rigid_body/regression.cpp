@@ -157,6 +157,10 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
   return out;
 }
 
+int viscous_column(const dynamics::RobotModel& robot, int joint) {
+  return friction_column(robot.parameter_count(), robot.n(), 1, joint);
+}
+
 std::vector<int> excited_friction(const dynamics::RobotModel& robot, const Regression& data) {
   std::vector<int> columns;
   for (int k = robot.parameter_count(); k < static_cast<int>(data.rows.cols()); ++k)

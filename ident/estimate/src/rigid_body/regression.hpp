@@ -25,6 +25,9 @@ struct Regression {
 Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
                  const RigidBodyOptions& options, const FrictionTorques* shape, RigidBodyFit& fit);
 
+/// Column of the viscous friction of a joint.
+int viscous_column(const dynamics::RobotModel& robot, int joint);
+
 /// Columns of the friction of `stack`, and of what a caller added, that any row excites.
 std::vector<int> excited_friction(const dynamics::RobotModel& robot, const Regression& data);
 

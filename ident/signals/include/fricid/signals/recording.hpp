@@ -1,6 +1,8 @@
 // A recording: the log as read, and the filtered signals used by all methods.
 #pragma once
 
+#include <cstdint>
+
 #include <Eigen/Core>
 
 #include "fricid/signals/dataset.hpp"
@@ -74,6 +76,10 @@ UseMask at_rest(const Recording& recording, double cutoff_hz);
 /// The motion that friction would see had the arm moved as `wide` says: `wide` filtered once more,
 /// straight at rest as before, without accelerations.
 Motion filtered_again(const Recording& recording, double cutoff_hz);
+
+/// Motion that noise of the encoders, white and of their `resolution`, makes behind the filter of
+/// `narrow`: a draw.
+Motion motion_of_noise(const Recording& recording, double cutoff_hz, std::uint64_t seed);
 
 /// q ((T - 1) factor + 1) on cubic curves through its samples, `factor` times as often.
 Eigen::VectorXd between_samples(const Eigen::VectorXd& q, int factor);

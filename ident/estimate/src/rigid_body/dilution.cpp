@@ -1,0 +1,88 @@
+#include "rigid_body/dilution.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/dynamics/algorithms.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr Eigen::Index kMostRows = 20'000;  // of noise, about
+constexpr double kMostDiluted = 0.98;       // share of noise in a direction that is told apart
+constexpr std::uint64_t kSeed = 1;
+
+}  // namespace
+
+NoiseRows draw_noise_rows(const dynamics::RobotModel& robot,
+                          std::span<const signals::Recording> sequences, const Regression& data,
+                          double cutoff_hz) {
+  const int n = robot.n(), p = robot.parameter_count();
+  std::vector<signals::Motion> moved;
+  for (std::size_t i = 0; i < sequences.size(); ++i) {
+    const signals::Recording& s = sequences[i];
+    moved.push_back(signals::motion_of_noise(s, cutoff_hz, kSeed + i));
+    moved.back().q += s.narrow.q;
+    moved.back().v += s.narrow.v;
+    moved.back().a += s.narrow.a;
+  }
+  const Eigen::Index every = 1 + data.rows.rows() / kMostRows;
+  const auto same_sample = [&](std::size_t r, std::size_t other) {
+    return data.sequence[r] == data.sequence[other] && data.sample[r] == data.sample[other];
+  };
+  NoiseRows out;
+  Eigen::Index samples = 0;
+  for (std::size_t r = 0; r < data.joint.size(); ++r) {
+    if (r == 0 || !same_sample(r, r - 1)) ++samples;
+    if ((samples - 1) % every == 0) out.of.push_back(static_cast<Eigen::Index>(r));
+  }
+  out.share = static_cast<double>(out.of.size()) /
+              static_cast<double>(std::max<std::size_t>(1, data.joint.size()));
+  out.rows.setZero(std::ssize(out.of), data.rows.cols());
+  dynamics::Workspace<double> ws(robot);
+  Eigen::MatrixXd Y(n, p);
+  for (Eigen::Index i = 0; i < out.rows.rows(); ++i) {
+    const auto r = static_cast<std::size_t>(out.of[static_cast<std::size_t>(i)]);
+    const int k = data.sample[r], j = data.joint[r];
+    const signals::Motion& motion = moved[static_cast<std::size_t>(data.sequence[r])];
+    if (i == 0 ||
+        !same_sample(r, static_cast<std::size_t>(out.of[static_cast<std::size_t>(i - 1)]))) {
+      const auto row = [&](const RowMatrix& x) {
+        return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
+      };
+      dynamics::regressor(robot, ws, row(motion.q), row(motion.v), row(motion.a), Y);
+    }
+    const int viscous = viscous_column(robot, j);
+    out.rows.row(i).head(p) = Y.row(j) - data.rows.row(out.of[static_cast<std::size_t>(i)]).head(p);
+    out.rows(i, viscous) = motion.v(k, j) - data.rows(out.of[static_cast<std::size_t>(i)], viscous);
+  }
+  return out;
+}
+
+Eigen::MatrixXd dilution_root(const NoiseRows& noise, const std::vector<int>& columns,
+                              const Eigen::VectorXd& weight, const Eigen::MatrixXd& H,
+                              const Eigen::VectorXd& x) {
+  const auto unknowns = std::ssize(columns);
+  Eigen::MatrixXd N(noise.rows.rows(), unknowns);
+  for (Eigen::Index k = 0; k < unknowns; ++k)
+    N.col(k) = noise.rows.col(columns[static_cast<std::size_t>(k)]);
+  for (Eigen::Index i = 0; i < N.rows(); ++i)
+    N.row(i) *= std::sqrt(weight[noise.of[static_cast<std::size_t>(i)]] / noise.share);
+  const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(scaled);
+  if (cholesky.info() != Eigen::Success) return Eigen::MatrixXd::Zero(unknowns, 0);
+  const auto L = cholesky.matrixL();
+  const Eigen::MatrixXd half = L.solve(scale.asDiagonal() * N.transpose());  // L^-1 N' W^(1/2)
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      Eigen::MatrixXd(half * half.transpose()));
+  const Eigen::ArrayXd mu = eigen.eigenvalues().array().max(0.0).min(kMostDiluted);
+  const Eigen::VectorXd in_L = L.transpose() * Eigen::VectorXd(x.cwiseQuotient(scale));
+  const Eigen::ArrayXd y = (eigen.eigenvectors().transpose() * in_L).array();
+  const Eigen::MatrixXd to_x = scale.asDiagonal() * cholesky.matrixU().solve(eigen.eigenvectors());
+  return to_x * ((y.square() + 1).sqrt() * mu / (1 - mu)).matrix().asDiagonal();
+}
+
+}  // namespace fricid::estimate
