@@ -99,7 +99,7 @@ data::FittedJoint jointly_fitted(const FitReport& report, std::size_t j) {
   if (const Eigen::MatrixXd& root = report.errors.root; root.size() > 0) {
     const auto own = root.middleRows(report.model.arm.robot.pi.size() + begin, size);
     covariance = own * own.transpose();
-    of_motion = own.rightCols(root.cols() - report.errors.blocks).rowwise().norm();
+    of_motion = own.rightCols(root.cols() - report.errors.before_motion).rowwise().norm();
   }
   const Eigen::VectorXd error = covariance.diagonal().cwiseSqrt();
   const std::vector<std::size_t> slowest = slowest_stribeck_velocities(report.model.arm);

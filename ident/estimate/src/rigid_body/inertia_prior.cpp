@@ -91,6 +91,20 @@ Eigen::MatrixXd prior_precision(const dynamics::RobotModel& robot,
   return precision;
 }
 
+Eigen::MatrixXd held_scores(const dynamics::RobotModel& robot, const RigidBodyOptions& options) {
+  const auto held = std::ssize(options.held_armatures);
+  Eigen::MatrixXd scores(robot.parameter_count(), held);
+  if (held == 0) return scores;
+  const Eigen::MatrixXd precision = prior_precision(robot, options);
+  for (Eigen::Index i = 0; i < held; ++i) {
+    const int joint = options.held_armatures[static_cast<std::size_t>(i)];
+    const int k = robot.armature_begin() + joint;
+    scores.col(i) = precision.col(k) *
+                    (width(options.prior.armature, options.guesses.armature, joint) * robot.pi[k]);
+  }
+  return scores;
+}
+
 Eigen::MatrixXd weak_pull(const dynamics::RobotModel& robot, const dynamics::Guesses& guesses) {
   const int body = robot.linear_begin();
   Eigen::MatrixXd P = prior_covariance(robot, wide_prior(), guesses);

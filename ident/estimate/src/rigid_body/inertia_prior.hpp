@@ -17,6 +17,11 @@ inline bool has_prior(const RigidBodyOptions& options) {
 /// the rest wide, unless `prior.use`.
 Eigen::MatrixXd prior_precision(const dynamics::RobotModel& robot, const RigidBodyOptions& options);
 
+/// How the gradient of a fit moves with the armatures that are held in it (p x held): columns P e
+/// sd, P the precision, e of the armature, sd what a nominal value or a guess may be off by. Nobody
+/// measured them, although P is tight.
+Eigen::MatrixXd held_scores(const dynamics::RobotModel& robot, const RigidBodyOptions& options);
+
 /// Square root of a precision so wide that it only decides what the data leave open.
 Eigen::MatrixXd weak_pull(const dynamics::RobotModel& robot, const dynamics::Guesses& guesses);
 

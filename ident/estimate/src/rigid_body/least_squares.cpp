@@ -302,8 +302,10 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   const Eigen::MatrixXd diluted = dilution_root(noise, columns, solved.weight, solved.H, solved.x);
   const Eigen::MatrixXd of_blocks =
       jackknife_root(X, data.tau, solved, data.block, prior_information);
-  Eigen::MatrixXd errors_root(X.cols(), of_blocks.cols() + diluted.cols());
-  errors_root << of_blocks, diluted;
+  Eigen::MatrixXd of_held = Eigen::MatrixXd::Zero(X.cols(), std::ssize(options.held_armatures));
+  if (with_prior) of_held = invert(solved.H, nullptr).leftCols(p) * held_scores(robot, options);
+  Eigen::MatrixXd errors_root(X.cols(), of_blocks.cols() + diluted.cols() + of_held.cols());
+  errors_root << of_blocks, diluted, of_held;
   const auto growing = std::ranges::count_if(friction, [&](int k) { return k >= p + 3 * n; });
   const auto certain = head + f - growing;  // without growth, which has a prior of its own
   invert(solved.H.topLeftCorner(certain, certain), &fit.condition);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "fricid/base/rng.hpp"
+#include "rigid_body/inertia_prior.hpp"
 #include "torque/arm_torque_problem.hpp"
 
 namespace fricid::estimate {
@@ -68,10 +69,15 @@ ArmErrors arm_errors(const ArmTorqueData& data, const MotionErrors& motion, cons
   const double least = problem.value(c);
   const Eigen::MatrixXd of_motion = H.ldlt().solve(problem.motion_scores(rows, motion));
   const Eigen::MatrixXd by_c = point.jacobian();
-  ArmErrors errors{.root = Eigen::MatrixXd(by_c.rows(), moves.cols() + of_motion.cols()),
-                   .blocks = moves.cols(),
-                   .draws = {}};
-  errors.root << by_c * moves, by_c * of_motion;
+  dynamics::RobotModel nominal = fitted.robot;
+  nominal.pi = options.nominal;
+  const Eigen::MatrixXd of_held = H.ldlt().solve(by_c.topRows(nominal.pi.size()).transpose() *
+                                                 held_scores(nominal, options.rigid_body));
+  ArmErrors errors{
+      .root = Eigen::MatrixXd(by_c.rows(), moves.cols() + of_motion.cols() + of_held.cols()),
+      .before_motion = moves.cols() + of_held.cols(),
+      .draws = {}};
+  errors.root << by_c * moves, by_c * of_held, by_c * of_motion;
   // of shares of a sum of one, whatever the data leave of the sum
   const std::vector<double> sums = friction::sums_of_shares(fitted.friction);
   for (const std::vector<std::size_t>& law : friction::shares(fitted.friction.model)) {
