@@ -61,28 +61,29 @@ NoiseRows draw_noise_rows(const dynamics::RobotModel& robot,
   return out;
 }
 
-Eigen::MatrixXd dilution_root(const NoiseRows& noise, const std::vector<int>& columns,
-                              const Eigen::VectorXd& weight, const Eigen::MatrixXd& H,
-                              const Eigen::VectorXd& x) {
-  const auto unknowns = std::ssize(columns);
-  Eigen::MatrixXd N(noise.rows.rows(), unknowns);
-  for (Eigen::Index k = 0; k < unknowns; ++k)
-    N.col(k) = noise.rows.col(columns[static_cast<std::size_t>(k)]);
+Eigen::MatrixXd noise_information(const NoiseRows& noise, const std::vector<int>& columns,
+                                  const Eigen::VectorXd& weight) {
+  Eigen::MatrixXd N = noise.rows(Eigen::all, columns);
   for (Eigen::Index i = 0; i < N.rows(); ++i)
     N.row(i) *= std::sqrt(weight[noise.of[static_cast<std::size_t>(i)]] / noise.share);
+  return N.transpose() * N;
+}
+
+Eigen::MatrixXd dilution_root(const Eigen::MatrixXd& information, const Eigen::MatrixXd& H,
+                              const Eigen::VectorXd& score) {
   const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(scaled);
-  if (cholesky.info() != Eigen::Success) return Eigen::MatrixXd::Zero(unknowns, 0);
-  const auto L = cholesky.matrixL();
-  const Eigen::MatrixXd half = L.solve(scale.asDiagonal() * N.transpose());  // L^-1 N' W^(1/2)
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(
+      Eigen::MatrixXd(scale.asDiagonal() * H * scale.asDiagonal()));
+  if (cholesky.info() != Eigen::Success) return Eigen::MatrixXd::Zero(H.rows(), 0);
+  const auto in_L = [&](const Eigen::MatrixXd& x) {  // L^-1 x
+    return Eigen::MatrixXd(cholesky.matrixL().solve(scale.asDiagonal() * x));
+  };
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
-      Eigen::MatrixXd(half * half.transpose()));
+      in_L(in_L(information).transpose().eval()));
   const Eigen::ArrayXd mu = eigen.eigenvalues().array().max(0.0).min(kMostDiluted);
-  const Eigen::VectorXd in_L = L.transpose() * Eigen::VectorXd(x.cwiseQuotient(scale));
-  const Eigen::ArrayXd y = (eigen.eigenvectors().transpose() * in_L).array();
-  const Eigen::MatrixXd to_x = scale.asDiagonal() * cholesky.matrixU().solve(eigen.eigenvectors());
-  return to_x * ((y.square() + 1).sqrt() * mu / (1 - mu)).matrix().asDiagonal();
+  const Eigen::ArrayXd y = (eigen.eigenvectors().transpose() * in_L(score)).array();
+  return scale.asDiagonal() * cholesky.matrixU().solve(eigen.eigenvectors()) *
+         ((y.square() + mu.square()).sqrt() / (1 - mu)).matrix().asDiagonal();
 }
 
 }  // namespace fricid::estimate

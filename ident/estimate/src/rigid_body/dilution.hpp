@@ -21,18 +21,21 @@ NoiseRows draw_noise_rows(const dynamics::RobotModel& robot,
                           std::span<const signals::Recording> sequences, const Regression& data,
                           double cutoff_hz);
 
-/// Root D of the square D D' of the error of a weighted regression whose rows X = X0 + N contain
-/// noise N: x = x0 - H^-1 N'WN x0 in the mean, parameters are pulled to zero, most where the motion
-/// is hardly above the noise. With H = L L' and mu, V the eigenvalues and vectors of
-/// L^-1 N'WN L^-T, y = V' L' x,
+/// N'WN of a regression. @param weight  (N) of its rows
+Eigen::MatrixXd noise_information(const NoiseRows& noise, const std::vector<int>& columns,
+                                  const Eigen::VectorXd& weight);
+
+/// Root D of the square D D' of the error of weighted least squares whose rows X = X0 + N contain
+/// noise N: x - x0 = -H^-1 N'WN x0 in the mean, parameters are pulled to zero, most where the
+/// motion is hardly above the noise. With H = L L' and mu, V the eigenvalues and vectors of
+/// L^-1 N'WN L^-T, y = V' L^-1 N'WN x,
 ///
-///     D = L^-T V diag(sqrt(y^2 + 1) mu / (1 - mu)).
+///     D = L^-T V diag(sqrt(y^2 + mu^2) / (1 - mu)).
 ///
-/// @param columns  of the regression that x belongs to
-/// @param weight   (N) of the rows of the regression in H
+/// @param information  N'WN, in any coordinates of x
+/// @param score        N'WN x in the same
 /// Source: Fuller, Measurement Error Models, Wiley 1987, 2.2.
-Eigen::MatrixXd dilution_root(const NoiseRows& noise, const std::vector<int>& columns,
-                              const Eigen::VectorXd& weight, const Eigen::MatrixXd& H,
-                              const Eigen::VectorXd& x);
+Eigen::MatrixXd dilution_root(const Eigen::MatrixXd& information, const Eigen::MatrixXd& H,
+                              const Eigen::VectorXd& score);
 
 }  // namespace fricid::estimate

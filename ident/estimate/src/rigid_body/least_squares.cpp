@@ -299,7 +299,8 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
     fit.sigma_alone = sigma_alone(data, base.columns, friction, n, options.robust);
   const Weighted solved = reweight(X, data.tau, data.joint, n, options.robust, prior_information,
                                    prior_mean, fit.sigma_alone);
-  const Eigen::MatrixXd diluted = dilution_root(noise, columns, solved.weight, solved.H, solved.x);
+  const Eigen::MatrixXd of_noise = noise_information(noise, columns, solved.weight);
+  const Eigen::MatrixXd diluted = dilution_root(of_noise, solved.H, of_noise * solved.x);
   const Eigen::MatrixXd of_blocks =
       jackknife_root(X, data.tau, solved, data.block, prior_information);
   Eigen::MatrixXd of_held = Eigen::MatrixXd::Zero(X.cols(), std::ssize(options.held_armatures));

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "fricid/base/rng.hpp"
+#include "rigid_body/dilution.hpp"
 #include "rigid_body/inertia_prior.hpp"
 #include "torque/arm_torque_problem.hpp"
 
@@ -73,11 +74,15 @@ ArmErrors arm_errors(const ArmTorqueData& data, const MotionErrors& motion, cons
   nominal.pi = options.nominal;
   const Eigen::MatrixXd of_held = H.ldlt().solve(by_c.topRows(nominal.pi.size()).transpose() *
                                                  held_scores(nominal, options.rigid_body));
-  ArmErrors errors{
-      .root = Eigen::MatrixXd(by_c.rows(), moves.cols() + of_motion.cols() + of_held.cols()),
-      .before_motion = moves.cols() + of_held.cols(),
-      .draws = {}};
-  errors.root << by_c * moves, by_c * of_held, by_c * of_motion;
+  const Eigen::MatrixXd of_pi = by_c.topRows(nominal.pi.size());
+  const Eigen::MatrixXd noise = problem.noise_information();
+  const Eigen::MatrixXd diluted = dilution_root(of_pi.transpose() * noise * of_pi, H,
+                                                of_pi.transpose() * (noise * fitted.robot.pi));
+  const Eigen::Index before_motion = moves.cols() + of_held.cols() + diluted.cols();
+  ArmErrors errors{.root = Eigen::MatrixXd(by_c.rows(), before_motion + of_motion.cols()),
+                   .before_motion = before_motion,
+                   .draws = {}};
+  errors.root << by_c * moves, by_c * of_held, by_c * diluted, by_c * of_motion;
   // of shares of a sum of one, whatever the data leave of the sum
   const std::vector<double> sums = friction::sums_of_shares(fitted.friction);
   for (const std::vector<std::size_t>& law : friction::shares(fitted.friction.model)) {

@@ -216,6 +216,41 @@ Eigen::MatrixXd ArmTorqueProblem::motion_scores(const std::vector<Rows>& rows,
   return scores;
 }
 
+Eigen::MatrixXd ArmTorqueProblem::noise_information() const {
+  const dynamics::RobotModel& robot = point_.arm().robot;
+  const int n = robot.n(), p = robot.parameter_count();
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(p, p);
+  dynamics::Workspace<double> ws(robot);
+  Eigen::MatrixXd still(n, p), moved(n, p);
+  for (std::size_t s = 0; s < data_.recordings().size(); ++s) {
+    const signals::Recording& recording = data_.recordings()[s];
+    std::vector<std::vector<int>> joints(static_cast<std::size_t>(recording.length()));
+    for (int j = 0; j < n; ++j)
+      for (const int k : data_.joint(j).row[s]) joints[static_cast<std::size_t>(k)].push_back(j);
+    const signals::Motion noise = signals::motion_of_noise(recording, data_.cutoff_hz(), s);
+    const auto regressor_of = [&](const signals::Motion& motion, int k, Eigen::MatrixXd& Y) {
+      const auto row = [&](const RowMatrix& x) {
+        return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
+      };
+      dynamics::regressor(robot, ws, row(motion.q), row(motion.v), row(motion.a), Y);
+    };
+    const signals::Motion with_noise{.q = recording.narrow.q + noise.q,
+                                     .v = recording.narrow.v + noise.v,
+                                     .a = recording.narrow.a + noise.a};
+    for (int k = 0; k < recording.length(); ++k) {
+      const std::vector<int>& at = joints[static_cast<std::size_t>(k)];
+      if (at.empty()) continue;
+      regressor_of(recording.narrow, k, still);
+      regressor_of(with_noise, k, moved);
+      for (const int j : at) {
+        const Eigen::RowVectorXd row = (moved.row(j) - still.row(j)) / sigma_[j];
+        sum.selfadjointView<Eigen::Lower>().rankUpdate(row.transpose());
+      }
+    }
+  }
+  return sum.selfadjointView<Eigen::Lower>();
+}
+
 Eigen::MatrixXd ArmTorqueProblem::deletions(const std::vector<Rows>& all_rows,
                                             const Eigen::MatrixXd& H) const {
   const std::vector<int> first = first_blocks();

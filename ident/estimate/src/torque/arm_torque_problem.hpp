@@ -51,6 +51,10 @@ class ArmTorqueProblem {
   /// @param rows  where `rows_at` was called last
   Eigen::MatrixXd motion_scores(const std::vector<Rows>& rows, const MotionErrors& motion) const;
 
+  /// N'N over the squares of sigma (p x p), N being what noise of the encoders adds to the regressor
+  /// of the rows (`motion_of_noise`).
+  Eigen::MatrixXd noise_information() const;
+
   /// Step that leaving a block of rows out makes, (H - B'B)^-1 B'e with B, e its rows of the
   /// Jacobian and of the residual over sigma (coordinates, blocks). A block is a second of all
   /// recordings of one motion.

@@ -14,7 +14,8 @@ namespace fricid::estimate {
 /// How far a fit may err.
 struct ArmErrors {
   /// Root S of the covariance S S' of (pi, theta): a column per block, one per armature that was
-  /// held, then one per joint of what its motion makes; empty: unknown.
+  /// held, those of noise in the regressor, then one per joint of what its motion makes; empty:
+  /// unknown.
   Eigen::MatrixXd root;
   Eigen::Index before_motion = 0;  ///< columns before those of the motion
   std::vector<Arm> draws;          ///< arms that the same data might as well have given
@@ -29,7 +30,8 @@ struct ArmErrors {
 /// that alone holds what is known of a parameter shows it. The same second of recordings of one
 /// motion is one block: what the model misses there it misses in all. The ridge of one datum keeps
 /// what the data leave open within its own size. A held armature is no better known than before: it
-/// adds H^-1 times the score of its standard deviation. The last columns are M = H^-1 J'm with m
+/// adds H^-1 times the score of its standard deviation. Encoder noise pulls the rigid body to zero
+/// where the motion is hardly above it, `dilution_root`. The last columns are M = H^-1 J'm with m
 /// the error that the motion of a joint makes (`MotionErrors`). Draws are those of the blocks
 /// alone, S w, w ~ N(0, 1), each halved until the objective exceeds its quadratic by no more than
 /// the quadratic part: springs of a bank that stand for each other are straight lines in no
