@@ -12,26 +12,36 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kFewestBlocks = 10;
+constexpr Eigen::Index kFewestBlocks = 10;
 constexpr int kMostHalvings = 6;  // of a draw
 constexpr std::uint64_t kDrawStream = 1 << 21;
 
 /// The objective of the torque about a fitted arm.
 struct AboutFit {
-  AboutFit(const ArmTorqueData& data, const Arm& fitted, const ArmTorqueOptions& options, int jobs)
+  AboutFit(const ArmTorqueData& data, const Arm& fitted, const ArmTorqueOptions& options,
+           BodyCoordinates body, int jobs)
       : coordinates(fitted, options.coordinates),
         point(projected(ArmPoint(coordinates, fitted))),
         c(point.c()),
-        problem(data, point, options, jobs),
+        problem(data, point, options, jobs, body),
         at(problem.linearise(c, std::numeric_limits<double>::quiet_NaN())),
         H(at.H),
         rows(problem.rows_at(c)) {
-    H.diagonal().array() += kStepRidge;
+    // what the data leave open of pi the prior holds
+    const Eigen::Index held = body == BodyCoordinates::kPi ? fitted.robot.pi.size() : 0;
+    H.diagonal().head(H.rows() - held).array() += kStepRidge;
   }
   /// Onto what the coordinates can represent.
   static ArmPoint projected(ArmPoint point) {
     point.move_to(point.c());
     return point;
+  }
+  /// Root of the covariance of the jackknife (coordinates x blocks).
+  Eigen::MatrixXd jackknife() const {
+    Eigen::MatrixXd moves = problem.deletions(rows, H);
+    const auto blocks = static_cast<double>(moves.cols());
+    moves.colwise() -= moves.rowwise().mean().eval();
+    return moves * std::sqrt((blocks - 1) / blocks);
   }
 
   ArmCoordinates coordinates;
@@ -43,41 +53,27 @@ struct AboutFit {
   std::vector<ArmTorqueProblem::Rows> rows;
 };
 
-}  // namespace
+/// Root of the covariance of (pi, theta), see `ArmErrors`; its first columns are not of the motion.
+/// A fit at the edge of what is physical errs as the data alone would.
+ArmErrors errors_of(const ArmTorqueData& data, const MotionErrors& motion, const Arm& fitted,
+                    const ArmTorqueOptions& options, int jobs) {
+  const AboutFit fit(data, fitted, options, BodyCoordinates::kPi, jobs);
+  const Eigen::MatrixXd moves = fit.jackknife();
+  if (moves.cols() < kFewestBlocks) return {};
+  const Eigen::LDLT<Eigen::MatrixXd> solver = fit.H.ldlt();
+  const Eigen::MatrixXd of_motion = solver.solve(fit.problem.motion_scores(fit.rows, motion));
 
-TorquePull torque_pull(const ArmTorqueData& data, const MotionErrors& motion, const Arm& fitted,
-                       const ArmTorqueOptions& options, int jobs) {
-  AboutFit fit(data, fitted, options, jobs);
-  // (H^-1 + M M')^-1 = H - S (1 + S'M)^-1 S', M = H^-1 S
-  const Eigen::MatrixXd S = fit.problem.motion_scores(fit.rows, motion);
-  Eigen::MatrixXd within = S.transpose() * fit.H.ldlt().solve(S);
-  within.diagonal().array() += 1;
-  fit.at.H -= S * within.ldlt().solve(S.transpose());
-  return {fit.c, std::move(fit.at)};
-}
-
-ArmErrors arm_errors(const ArmTorqueData& data, const MotionErrors& motion, const Arm& fitted,
-                     const ArmTorqueOptions& options, int count, std::uint64_t seed, int jobs) {
-  AboutFit fit(data, fitted, options, jobs);
-  auto& [coordinates, point, c, problem, at, H, rows] = fit;
-  Eigen::MatrixXd moves = problem.deletions(rows, H);
-  const auto blocks = static_cast<double>(moves.cols());
-  if (blocks < kFewestBlocks) return {};
-  moves.colwise() -= moves.rowwise().mean().eval();
-  moves *= std::sqrt((blocks - 1) / blocks);
-  RowMatrix w(count, moves.cols());
-  fill_normal(seed, kDrawStream, 0, {w.data(), static_cast<std::size_t>(w.size())});
-  const double least = problem.value(c);
-  const Eigen::MatrixXd of_motion = H.ldlt().solve(problem.motion_scores(rows, motion));
-  const Eigen::MatrixXd by_c = point.jacobian();
   dynamics::RobotModel nominal = fitted.robot;
   nominal.pi = options.nominal;
-  const Eigen::MatrixXd of_held = H.ldlt().solve(by_c.topRows(nominal.pi.size()).transpose() *
-                                                 held_scores(nominal, options.rigid_body));
+  const Eigen::MatrixXd by_c = fit.problem.jacobian();
   const Eigen::MatrixXd of_pi = by_c.topRows(nominal.pi.size());
-  const Eigen::MatrixXd noise = problem.noise_information();
-  const Eigen::MatrixXd diluted = dilution_root(of_pi.transpose() * noise * of_pi, H,
-                                                of_pi.transpose() * (noise * fitted.robot.pi));
+  const Eigen::MatrixXd of_held =
+      solver.solve(of_pi.transpose() * held_scores(nominal, options.rigid_body));
+  const Eigen::MatrixXd noise = fit.problem.noise_information();
+  const Eigen::MatrixXd diluted =
+      dilution_root(of_pi.transpose() * noise * of_pi, fit.H,
+                    of_pi.transpose() * (noise * fit.point.arm().robot.pi));
+
   const Eigen::Index before_motion = moves.cols() + of_held.cols() + diluted.cols();
   ArmErrors errors{.root = Eigen::MatrixXd(by_c.rows(), before_motion + of_motion.cols()),
                    .before_motion = before_motion,
@@ -93,6 +89,32 @@ ArmErrors arm_errors(const ArmTorqueData& data, const MotionErrors& motion, cons
     for (const std::size_t i : law) of_sum += row_of(i);
     for (const std::size_t i : law) row_of(i) -= fitted.friction.theta[i] / sums[i] * of_sum;
   }
+  return errors;
+}
+
+}  // namespace
+
+TorquePull torque_pull(const ArmTorqueData& data, const MotionErrors& motion, const Arm& fitted,
+                       const ArmTorqueOptions& options, int jobs) {
+  AboutFit fit(data, fitted, options, BodyCoordinates::kPhysical, jobs);
+  // (H^-1 + M M')^-1 = H - S (1 + S'M)^-1 S', M = H^-1 S
+  const Eigen::MatrixXd S = fit.problem.motion_scores(fit.rows, motion);
+  Eigen::MatrixXd within = S.transpose() * fit.H.ldlt().solve(S);
+  within.diagonal().array() += 1;
+  fit.at.H -= S * within.ldlt().solve(S.transpose());
+  return {fit.c, std::move(fit.at)};
+}
+
+ArmErrors arm_errors(const ArmTorqueData& data, const MotionErrors& motion, const Arm& fitted,
+                     const ArmTorqueOptions& options, int count, std::uint64_t seed, int jobs) {
+  ArmErrors errors = errors_of(data, motion, fitted, options, jobs);
+  if (errors.root.size() == 0 || count == 0) return errors;
+  AboutFit fit(data, fitted, options, BodyCoordinates::kPhysical, jobs);
+  auto& [coordinates, point, c, problem, at, H, rows] = fit;
+  const Eigen::MatrixXd moves = fit.jackknife();
+  RowMatrix w(count, moves.cols());
+  fill_normal(seed, kDrawStream, 0, {w.data(), static_cast<std::size_t>(w.size())});
+  const double least = problem.value(c);
   for (Eigen::Index i = 0; i < count; ++i) {
     Eigen::VectorXd move = moves * w.row(i).transpose();
     const auto is_quadratic = [&] {

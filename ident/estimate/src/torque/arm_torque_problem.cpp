@@ -83,8 +83,9 @@ std::vector<JointModel> joint_models(const friction::RobotFriction& model) {
 }
 
 ArmTorqueProblem::ArmTorqueProblem(const ArmTorqueData& data, const ArmPoint& start,
-                                   const ArmTorqueOptions& options, int jobs)
+                                   const ArmTorqueOptions& options, int jobs, BodyCoordinates body)
     : data_(data),
+      body_(body),
       models_(joint_models(start.arm().friction.model)),
       point_(start),
       jobs_(jobs),
@@ -123,7 +124,7 @@ optimise::Quadratic ArmTorqueProblem::linearise(const Eigen::VectorXd& c, double
   const ArmCoordinates& coordinates = point_.coordinates();
   const Eigen::Index p = arm.robot.pi.size(), all = coordinates.size(),
                      of_friction = std::ssize(coordinates.friction()), rest = all - of_friction;
-  const Eigen::MatrixXd by_c = point_.jacobian();
+  const Eigen::MatrixXd by_c = jacobian();
   const Eigen::MatrixXd G = by_c.topRightCorner(p, rest);  // dpi / d(the rest)
   struct Part {
     optimise::Block block;
@@ -184,7 +185,7 @@ std::vector<ArmTorqueProblem::Rows> ArmTorqueProblem::rows_at(const Eigen::Vecto
   const Arm& arm = point_.arm();
   const Eigen::Index p = arm.robot.pi.size(),
                      rest = c.size() - std::ssize(point_.coordinates().friction());
-  const Eigen::MatrixXd by_c = point_.jacobian();
+  const Eigen::MatrixXd by_c = jacobian();
   std::vector<Rows> rows(models_.size());
   parallel_for(data_.n(), jobs_, [&](int j) {
     const auto i = static_cast<std::size_t>(j);
@@ -197,6 +198,13 @@ std::vector<ArmTorqueProblem::Rows> ArmTorqueProblem::rows_at(const Eigen::Vecto
                .e = (joint.Y * arm.robot.pi + at.f - joint.tau) / sigma_[j]};
   });
   return rows;
+}
+
+Eigen::MatrixXd ArmTorqueProblem::jacobian() const {
+  Eigen::MatrixXd by_c = point_.jacobian();
+  const Eigen::Index p = point_.arm().robot.pi.size();
+  if (body_ == BodyCoordinates::kPi) by_c.topRightCorner(p, p).setIdentity();
+  return by_c;
 }
 
 Eigen::MatrixXd ArmTorqueProblem::motion_scores(const std::vector<Rows>& rows,

@@ -27,12 +27,18 @@ struct JointModel {
 
 std::vector<JointModel> joint_models(const friction::RobotFriction& model);
 
+/// Coordinates of the rigid body in derivatives. Those of `ArmCoordinates` keep it physical, but a
+/// link at the edge of what is physical hardly moves with them, whatever the data say of it.
+enum class BodyCoordinates { kPhysical, kPi };
+
 /// The objective of one pass of `fit_arm_torque`, sigma held.
 class ArmTorqueProblem {
  public:
   /// @param start  sets sigma; the coordinates are its own
+  /// @param body   of `linearise`, `rows_at` and what is made of them; points are in c all the same
   ArmTorqueProblem(const ArmTorqueData& data, const ArmPoint& start,
-                   const ArmTorqueOptions& options, int jobs);
+                   const ArmTorqueOptions& options, int jobs,
+                   BodyCoordinates body = BodyCoordinates::kPhysical);
 
   double value(const Eigen::VectorXd& c);
   /// @param known  the value at c, if it is; NaN otherwise
@@ -46,13 +52,16 @@ class ArmTorqueProblem {
   };
   std::vector<Rows> rows_at(const Eigen::VectorXd& c);
 
+  /// d(pi, theta) by the coordinates of the derivatives, where `rows_at` was called last.
+  Eigen::MatrixXd jacobian() const;
+
   /// J'm (coordinates, n) with m the error of each joint's rows that the motion makes
   /// (`MotionErrors`).
   /// @param rows  where `rows_at` was called last
   Eigen::MatrixXd motion_scores(const std::vector<Rows>& rows, const MotionErrors& motion) const;
 
-  /// N'N over the squares of sigma (p x p), N being what noise of the encoders adds to the regressor
-  /// of the rows (`motion_of_noise`).
+  /// N'N over the squares of sigma (p x p), N being what noise of the encoders adds to the
+  /// regressor of the rows (`motion_of_noise`).
   Eigen::MatrixXd noise_information() const;
 
   /// Step that leaving a block of rows out makes, (H - B'B)^-1 B'e with B, e its rows of the
@@ -84,6 +93,7 @@ class ArmTorqueProblem {
   void add_pulls(const std::optional<FrictionPrior>& prior, bool pull_static);
 
   const ArmTorqueData& data_;
+  BodyCoordinates body_;
   std::vector<JointModel> models_;
   std::vector<Pull> pulls_;
   ArmPoint point_;
