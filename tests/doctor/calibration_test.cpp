@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "doctor/injected.hpp"
+#include "fricid/dynamics/algorithms.hpp"
+#include "fricid/dynamics/workspace.hpp"
 
 namespace fricid::doctor {
 namespace {
@@ -56,6 +58,40 @@ TEST(DoctorCalibration, AWrongMountHidesNoSign) {
   EXPECT_TRUE(judge(d, standing, {"sign", 1}).found);
   EXPECT_TRUE(judge(d, hanging.robot, {"sign", 1}).found);
   EXPECT_EQ(judge(d, hanging.robot, {"sign", 1}).others, 0);
+}
+
+// A driver that takes the weight of the arm off the torque that it logs.
+TEST(DoctorCalibration, FindsTorqueWithoutGravity) {
+  const CleanLog clean = simulate_log(6);
+  data::Dataset d = decimated(clean.data, kEvery);
+  const auto n = static_cast<std::size_t>(d.n());
+  const Eigen::VectorXd still = Eigen::VectorXd::Zero(d.n());
+  dynamics::Workspace<double> ws(clean.robot);
+  Eigen::RowVectorXd weight(d.n());
+  for (Eigen::Index k = 0; k < d.q.rows(); ++k) {
+    dynamics::rnea<double>(
+        clean.robot, ws, {clean.robot.pi.data(), static_cast<std::size_t>(clean.robot.pi.size())},
+        {d.q.row(k).data(), n}, {still.data(), n}, {still.data(), n}, {weight.data(), n});
+    d.tau.row(k) -= weight;
+  }
+  const Judged judged = judge(d, clean.robot, {"no_gravity"});
+  EXPECT_TRUE(judged.found) << judged.said;
+  EXPECT_EQ(judged.others, 0) << judged.said;
+}
+
+// Joints in the order of another program, last first: each pair is named, and --fix swaps it.
+TEST(DoctorCalibration, FindsAllJointsInReversedOrder) {
+  for (const int arm : {0, 5, 6, 14}) {
+    const CleanLog clean = simulate_log(arm);
+    data::Dataset d = decimated(clean.data, kEvery);
+    for (data::RowMatrix* x : {&d.q, &d.v, &d.tau})
+      if (x->size() > 0) *x = data::RowMatrix(x->rowwise().reverse());
+    for (int j = 0; j < d.n() - 1 - j; ++j) {
+      const Judged judged = judge(d, clean.robot, {"swapped", j});
+      EXPECT_TRUE(judged.found) << clean.what << ", joint " << j << ": " << judged.said;
+      EXPECT_EQ(judged.others, 0) << clean.what << ": " << judged.said;
+    }
+  }
 }
 
 // Five seconds of slow motion, in which friction that lags leaves the shift of the torque open.

@@ -74,6 +74,11 @@ constexpr std::array kKinds{
     KindInfo{FindingKind::kMount, kDamage,
              "gravity points another way: signs and masses seem wrong",
              "mount of [robot] in the scene; --mount of import and check", false, true},
+    KindInfo{FindingKind::kNoGravity, kDamage,
+             "a fit finds masses that balance themselves, and no model holds in open loop",
+             "log the whole torque of the motors, or add what the driver takes off for gravity to "
+             "the column",
+             false, true},
     KindInfo{FindingKind::kSign, kDamage,
              "friction would drive the joint, or masses lie on its other side",
              "sign in the contract, or --fix sign", true, true},

@@ -35,7 +35,8 @@ constexpr double kWorse = 0.4;       // log of the factor by which one joint may
 // Any other place of it leaves not much less then; where one leaves less than this share, the place
 // in the file is wrong.
 constexpr double kMirrored = 0.5;
-constexpr int kMistakes = 4;  // found one after the other
+constexpr double kWorseOfAll = 1.6;  // where all joints are concerned
+constexpr int kMistakes = 4;         // found one after the other
 // Factors of the nominal torques that are no modelling error: of most joints alike, and of one,
 // whose light link may be anything in a file.
 constexpr double kFarOff = 8, kFarOffAlone = 30;
@@ -49,6 +50,7 @@ struct Hypothesis {
   double factor = 1;                      // of the column of `joint`, where there is no other
   const Transmission* coupled = nullptr;  // of columns of motors read as those of joints,
   bool at_joints = false;                 // or the other way round
+  bool reversed = false;                  // concerns all columns, from the last to the first
 
   /// Whether the joint turns the other way than taken.
   bool mirrors() const { return kind == FindingKind::kSign && moves && forces; }
@@ -60,18 +62,25 @@ struct Hypothesis {
           *x = at_joints ? coupled->to_motors(*x) : coupled->to_joints(*x);
       if (forces)
         s.tau = at_joints ? coupled->torque_to_motors(s.tau) : coupled->torque_to_joints(s.tau);
+    } else if (reversed) {
+      for (int j = 0, n = static_cast<int>(s.q.cols()); j < n - 1 - j; ++j) swap(j, n - 1 - j, s);
     } else if (other >= 0) {
-      if (moves) {
-        for (RowMatrix* x : {&s.q, &s.v, &s.a}) x->col(joint).swap(x->col(other));
-        std::swap(s.rows[static_cast<std::size_t>(joint)], s.rows[static_cast<std::size_t>(other)]);
-      }
-      if (forces) s.tau.col(joint).swap(s.tau.col(other));
+      swap(joint, other, s);
     } else {
       if (moves)
         for (RowMatrix* x : {&s.q, &s.v, &s.a}) x->col(joint) *= factor;
       if (forces) s.tau.col(joint) *= factor;
     }
     return s;
+  }
+
+ private:
+  void swap(int one, int two, Sight& s) const {
+    if (moves) {
+      for (RowMatrix* x : {&s.q, &s.v, &s.a}) x->col(one).swap(x->col(two));
+      std::swap(s.rows[static_cast<std::size_t>(one)], s.rows[static_cast<std::size_t>(two)]);
+    }
+    if (forces) s.tau.col(one).swap(s.tau.col(two));
   }
 };
 
@@ -223,6 +232,11 @@ std::vector<Hypothesis> hypotheses(const Transmission* motors, int n) {
     for (const bool at_joints : {false, true})
       for (const auto& [moves, forces] : {std::pair{false, true}, {true, false}, {true, true}})
         all.push_back({FindingKind::kCoupled, moves, forces, -1, -1, 1, motors, at_joints});
+  if (with_robot && n > 2)
+    for (const auto& [moves, forces] : {std::pair{true, true}, {true, false}, {false, true}}) {
+      all.push_back({FindingKind::kSwapped, moves, forces, -1});
+      all.back().reversed = true;
+    }
   for (int j = 0; j < n; ++j) {
     all.push_back({FindingKind::kSign, false, true, j, -1, -1});
     if (!with_robot) continue;
@@ -237,11 +251,13 @@ std::vector<Hypothesis> hypotheses(const Transmission* motors, int n) {
   return all;
 }
 
-double gain(const std::vector<Explained>& before, const std::vector<Explained>& after) {
+// @param worse  log of the factor by which each joint may become worse
+double gain(const std::vector<Explained>& before, const std::vector<Explained>& after,
+            double worse = kWorse) {
   double sum = 0;
   for (std::size_t j = 0; j < before.size(); ++j) {
     const double log_ratio = std::log(before[j].unexplained / after[j].unexplained);
-    if (log_ratio < -kWorse) return -1;
+    if (log_ratio < -worse) return -1;
     sum += log_ratio;
   }
   return sum;
@@ -452,7 +468,7 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
     double seconds = d.length() * d.dt();
     for (const int j : {h.joint, h.other})
       if (j >= 0) seconds = std::min(seconds, seconds_of(d, motion, sight, j));
-    return kBelief + kChance / seconds;
+    return kBelief * (h.reversed ? d.n() : 1) + kChance / seconds;
   };
   for (int mistake = 0; mistake < kMistakes; ++mistake) {
     double best = 0, most = 0;
@@ -460,7 +476,8 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
     std::vector<Explained> then;
     for (const Hypothesis& h : all) {
       const std::vector<Explained> after = judge.explain(h.undone(account.sight));
-      const double gained = gain(account.explained, after), beyond = gained - needs(h);
+      const double gained = gain(account.explained, after, h.reversed ? kWorseOfAll : kWorse),
+                   beyond = gained - needs(h);
       if (beyond <= most || is_absurd(h, after)) continue;
       if (robot && h.mirrors() &&
           judge.unexplained_with_centre(account.sight, h.joint) <
@@ -474,11 +491,20 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
     if (!believed) break;
     account.sight = believed->undone(std::move(account.sight));
     account.explained = then;
-    account.mistakes.push_back(describe(d, motion, *believed, std::exp(best),
-                                        !believed->coupled ? "times less unexplained if undone"
-                                        : believed->at_joints
-                                            ? "times less unexplained as columns of joints"
-                                            : "times less unexplained as columns of motors"));
+    Finding found = describe(d, motion, *believed, std::exp(best),
+                             !believed->coupled    ? "times less unexplained if undone"
+                             : believed->at_joints ? "times less unexplained as columns of joints"
+                                                   : "times less unexplained as columns of motors");
+    if (believed->reversed) {
+      found.unit = "times less unexplained with all joints in reversed order";
+      for (int j = 0; j < d.n() - 1 - j; ++j) {
+        found.joint = j;
+        found.other = d.n() - 1 - j;
+        account.mistakes.push_back(found);
+      }
+    } else {
+      account.mistakes.push_back(std::move(found));
+    }
   }
   return account;
 }
@@ -508,7 +534,8 @@ struct OtherMount {
 };
 
 /// The robot on a slope, on its head or on a side, whichever explains most of the torque as it
-/// stands; those that are the mount as it is stated, within a few degrees, are left out.
+/// stands; those that are the mount as it is stated, within a few degrees, are left out. Last,
+/// without gravity: drivers take it off.
 std::vector<OtherMount> other_mounts(const dynamics::RobotModel& robot, const Sight& sight) {
   const Eigen::Vector3d g = robot.gravity;
   std::vector<Eigen::Vector3d> gravities{g, -g};
@@ -542,7 +569,9 @@ std::vector<OtherMount> other_mounts(const dynamics::RobotModel& robot, const Si
     }
   }
   std::vector<OtherMount> mounts;
-  for (const auto& [gravity, belief] : {std::pair{best, kBeliefInSlope}, {upright, kBelief}}) {
+  for (const auto& [gravity, belief] : {std::pair{best, kBeliefInSlope},
+                                        {upright, kBelief},
+                                        {Eigen::Vector3d::Zero().eval(), kBelief}}) {
     if (gravity.dot(g) > std::cos(kLeastTilt) * g.squaredNorm()) continue;
     mounts.push_back({robot, belief});
     mounts.back().robot.gravity = gravity;
@@ -577,19 +606,22 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
   for (int j = 0; j < d.n(); ++j) chance += kChanceOfMount / seconds_of(d, motion, sight, j);
   for (const auto& [turned, belief] :
        robot ? other_mounts(*robot, sight) : std::vector<OtherMount>{}) {
-    if (mount) break;
+    const bool weightless = turned.gravity.isZero();
+    if (mount && !weightless) continue;
     Account other = account_for(d, &turned, motion, sight);
     const double gained = best.cost() - other.cost();
-    if (gained > belief + chance && other.unexplained() < kUnderstood) {
-      best = std::move(other);
-      const Eigen::Vector3d up = -turned.gravity.normalized();
-      mount = describe(d, motion, {FindingKind::kMount, false, true}, std::exp(gained / d.n()), "");
-      mount->joint = -1;
-      mount->unit = fmt::format(
-          "times less of each joint unexplained where ({:.2g} {:.2g} {:.2g}) of the base is up: "
-          "{}{}",
-          up[0], up[1], up[2], mount_of(up), zero_instead(*robot, turned.gravity));
-    }
+    if (!(gained > belief + chance && other.unexplained() < kUnderstood)) continue;
+    best = std::move(other);
+    const FindingKind kind = weightless ? FindingKind::kNoGravity : FindingKind::kMount;
+    mount = describe(d, motion, {kind, false, true}, std::exp(gained / d.n()), "");
+    mount->joint = -1;
+    const Eigen::Vector3d up = -turned.gravity.normalized();
+    mount->unit =
+        weightless ? "times less of each joint unexplained where no gravity is in the torque"
+                   : fmt::format(
+                         "times less of each joint unexplained where ({:.2g} {:.2g} {:.2g}) of "
+                         "the base is up: {}{}",
+                         up[0], up[1], up[2], mount_of(up), zero_instead(*robot, turned.gravity));
   }
   if (mount) findings.push_back(*mount);
   sight = std::move(best.sight);

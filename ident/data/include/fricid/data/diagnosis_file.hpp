@@ -42,6 +42,7 @@ enum class FindingKind {
   kLengthUnit,
   kTorqueUnit,
   kMount,
+  kNoGravity,
   kSign,
   kSwapped,
   kCoupled,
@@ -54,9 +55,8 @@ enum class FindingKind {
 constexpr std::string_view names(FindingKind) {
   return "rate|gap|duplicate|restart|wrap|jitter|clock_drift|missing|quantised|stuck|same|constant|"
          "still|saturated|at_limit|spike|jump|repeated|velocity|angle_unit|length_unit|torque_unit|"
-         "mount|"
-         "sign|"
-         "swapped|coupled|delay|delay_unknown|temperature_unit|temperature_trend|segments";
+         "mount|no_gravity|sign|swapped|coupled|delay|delay_unknown|temperature_unit|"
+         "temperature_trend|segments";
 }
 
 /// One thing found.
