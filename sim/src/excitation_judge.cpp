@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/error.hpp"
@@ -32,9 +31,9 @@ std::vector<Bounds> make_bounds(const ExcitationOptions& config,
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
     const dynamics::Joint& joint = robot.joints[j];
     const bool limited = !joint.continuous && joint.upper > joint.lower;
-    const double middle = limited ? (joint.lower + joint.upper) / 2 : 0;
-    const double half = limited ? (joint.upper - joint.lower) / 2 : std::numbers::pi;
-    Bounds b{config.centre.empty() ? middle : config.centre[j],
+    const auto [lower, upper] = dynamics::travel_of(joint);
+    const double half = (upper - lower) / 2;
+    Bounds b{config.centre.empty() ? lower + half : config.centre[j],
              config.half_range.empty() ? 0.9 * half : config.half_range[j],
              or_infinity(config.velocity_share, joint.velocity),
              or_infinity(config.acceleration_share, joint.acceleration),

@@ -94,6 +94,23 @@ TEST(DoctorCalibration, FindsAllJointsInReversedOrder) {
   }
 }
 
+// Limits that a converter of URDFs put in for all joints, narrower than the motion: the torque
+// tells that no position is in degrees.
+TEST(DoctorCalibration, NarrowLimitsAreNoDegreesWhereTheTorqueContradicts) {
+  const CleanLog clean = simulate_log(6);
+  const data::Dataset d = decimated(clean.data, kEvery);
+  dynamics::RobotModel robot = clean.robot;
+  int beyond = 0;
+  for (int j = 0; j < robot.n(); ++j) {
+    dynamics::Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    joint.lower = -0.1, joint.upper = 0.1;
+    beyond += d.q.col(j).cwiseAbs().maxCoeff() > 0.7;
+  }
+  ASSERT_GT(beyond, 0);
+  const Judged judged = judge(d, robot, {});
+  EXPECT_EQ(judged.said, "");
+}
+
 // Five seconds of slow motion, in which friction that lags leaves the shift of the torque open.
 TEST(DoctorCalibration, AShortSlowLogHasADelayBeyondTheSearchOnlyWhereOneWasPutIn) {
   const CleanLog slow = simulate_log(4);

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <numbers>
 
 #include "robots.hpp"
 
@@ -81,6 +82,20 @@ TEST(BaseParameters, OfTheKr6) {
 }
 
 // Hung on a wall, gravity turns with the first joint: m cx and m cy of link 1 become visible.
+// Limits of a billion radians, as converters put in: the angles that are tried have digits left.
+TEST(BaseParameters, DoNotDependOnLimitsThatNobodyMeant) {
+  RobotModel model = load("kr6_r700/kr6_r700.urdf");
+  const BaseParameters base = base_parameters(model);
+  for (Joint& joint : model.joints) joint.lower = -1e9, joint.upper = 1e9;
+  const BaseParameters wide = base_parameters(model);
+  EXPECT_EQ(wide.names, base.names);
+  EXPECT_LT((wide.K - base.K).cwiseAbs().maxCoeff(), 1e-10);
+  for (const Joint& joint : model.joints) {
+    EXPECT_EQ(travel_of(joint).lower, -std::numbers::pi);
+    EXPECT_EQ(travel_of(joint).upper, std::numbers::pi);
+  }
+}
+
 TEST(BaseParameters, OfTheKr6OnAWallAreTwoMore) {
   RobotModel model = load("kr6_r700/kr6_r700.urdf");
   model.gravity = {9.81, 0, 0};

@@ -331,8 +331,9 @@ void check_lengths(const data::Dataset& d, const dynamics::RobotModel* robot, co
 
 }  // namespace
 
-// Positions far outside the limits, or beyond two turns either way, are degrees. A continuous joint
-// may turn: there degrees must explain more of the torque, or the velocity must say so.
+// Positions far outside the limits, unless the torque contradicts it, or beyond two turns either
+// way, are degrees. A continuous joint may turn: there degrees must explain more of the torque, or
+// the velocity must say so.
 void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
                   Sight& sight, Findings& findings) {
   constexpr double kTwoTurns = 4 * std::numbers::pi;
@@ -348,7 +349,12 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
     }
     if (largest <= allowed) continue;
     const Hypothesis degrees{FindingKind::kAngleUnit, true, false, j, -1, kDegree};
-    sight = degrees.undone(std::move(sight));
+    Sight undone = degrees.undone(sight);
+    // within two turns the limits may be nobody's, and the torque tells
+    Judge judge(robot, d.n());
+    if (robot && largest <= kTwoTurns && gain(judge.explain(sight), judge.explain(undone)) < 0)
+      continue;
+    sight = std::move(undone);
     found.push_back(describe(d, motion, degrees, largest, "rad at most, as it stands"));
   }
   for (int j = 0; robot && j < d.n(); ++j) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/rng.hpp"
@@ -30,8 +29,7 @@ MatrixXd random_regressors(const RobotModel& model) {
   for (int k = 0; k < states; ++k) {
     for (size_t i = 0; i < q.size(); ++i) {
       const Joint& joint = model.joints[i];
-      const double lower = joint.continuous ? -std::numbers::pi : joint.lower;
-      const double upper = joint.continuous ? std::numbers::pi : joint.upper;
+      const auto [lower, upper] = travel_of(joint);
       q[i] = lower + (upper - lower) * rng.uniform();
       v[i] = 2 * rng.normal();
       a[i] = 5 * rng.normal();

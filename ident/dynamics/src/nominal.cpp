@@ -39,8 +39,7 @@ JointInertia joint_inertia(const RobotModel& robot) {
   for (int pose = 0; pose < kPoses; ++pose) {
     for (std::size_t j = 0; j < n; ++j) {
       const Joint& joint = robot.joints[j];
-      const double lower = joint.continuous ? -std::numbers::pi : joint.lower;
-      const double upper = joint.continuous ? std::numbers::pi : joint.upper;
+      const auto [lower, upper] = travel_of(joint);
       q[static_cast<Eigen::Index>(j)] = lower + (upper - lower) * rng.uniform();
     }
     const VectorXd motors = C * q;

@@ -1,5 +1,7 @@
 #include "fricid/dynamics/robot_model.hpp"
 
+#include <numbers>
+
 #include <fmt/format.h>
 
 #include <Eigen/LU>
@@ -7,6 +9,15 @@
 #include "fricid/dynamics/couplings.hpp"
 
 namespace fricid::dynamics {
+
+Travel travel_of(const Joint& joint) {
+  constexpr double kNobodys = 100;  // [rad or m]
+  const bool limited = !joint.continuous && joint.upper > joint.lower;
+  if (limited && -joint.lower <= kNobodys && joint.upper <= kNobodys)
+    return {joint.lower, joint.upper};
+  const double half = slides(joint) ? 1 : std::numbers::pi;
+  return {-half, half};
+}
 
 std::vector<std::string> RobotModel::parameter_names() const {
   std::vector<std::string> names;

@@ -38,6 +38,14 @@ constexpr bool slides(const Joint& joint) { return joint.type == JointType::kPri
 /// same size that slides [m/s, m].
 constexpr double travel_scale(const Joint& joint) { return slides(joint) ? 0.1 : 1; }
 
+/// Positions that a joint takes [rad or m].
+struct Travel {
+  double lower, upper;
+};
+/// Its limits; half a turn or a metre either way where it has none, or such as nobody meant (more
+/// than a hundred rad or m either way).
+Travel travel_of(const Joint& joint);
+
 /// A frame fixed to link `link` (-1: base) with pose (R, p) in the link's frame.
 struct Frame {
   std::string name;
