@@ -88,7 +88,8 @@ TEST(BaseParameters, DoNotDependOnLimitsThatNobodyMeant) {
   const BaseParameters base = base_parameters(model);
   for (Joint& joint : model.joints) joint.lower = -1e9, joint.upper = 1e9;
   const BaseParameters wide = base_parameters(model);
-  EXPECT_EQ(wide.names, base.names);
+  EXPECT_EQ(wide.columns, base.columns);
+  ASSERT_EQ(wide.K.rows(), base.K.rows());
   EXPECT_LT((wide.K - base.K).cwiseAbs().maxCoeff(), 1e-10);
   for (const Joint& joint : model.joints) {
     EXPECT_EQ(travel_of(joint).lower, -std::numbers::pi);
