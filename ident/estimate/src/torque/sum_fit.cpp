@@ -94,19 +94,23 @@ class SumChoice {
   }
 
   /// What the gear hands on as load, where there is one, instead of the motor's torque. The gears
-  /// of an arm are of one kind: where one shows it, the others need no proof.
+  /// of an arm are of one kind: where one shows it and they gain together, the others need no
+  /// proof.
   void try_gear_loads() {
     Parts with = parts_;
     for (friction::LvmParts& of_joint : with)
       if (of_joint.load || of_joint.power_flow) set(of_joint, SumPart::kGearLoad, true);
     if (with == parts_) return;
     const Arm gears = fit(with_load_growth(fitted_, from_fitted(with)));
-    bool proven = false;
+    bool one_shows_it = false;
+    double together = 0;
     for (int j = 0; j < fits_->n(); ++j) {
+      if (!has(with[static_cast<std::size_t>(j)], SumPart::kGearLoad)) continue;
       const PartEvidence part = fits_->compare(gears, fitted_, j, SumPart::kGearLoad);
-      proven = proven || (has(with[static_cast<std::size_t>(j)], SumPart::kGearLoad) &&
-                          part.gain > std::max(kWaveGain, kGearErrors * part.error));
+      together += part.gain;
+      one_shows_it = one_shows_it || part.gain > std::max(kWaveGain, kGearErrors * part.error);
     }
+    const bool proven = one_shows_it && together > 0;
     take(SumPart::kGearLoad, gears, [&](const PartEvidence& part) {
       return proven && part.on &&
              has(with[static_cast<std::size_t>(part.joint)], SumPart::kGearLoad);
