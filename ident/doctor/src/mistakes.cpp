@@ -31,12 +31,12 @@ constexpr double kUnderstood = 0.3;  // mean share unexplained where another mou
 constexpr double kLeastTilt = 0.06;  // [rad] of another mount
 constexpr int kMostTilts = 6;        // of one size
 constexpr double kWorse = 0.4;       // log of the factor by which one joint may become worse
+constexpr double kWorseOfAll = 1.6;  // .. where all joints are concerned
 // A joint that is taken the wrong way round looks as if the mass of its link lay on the other side.
 // Any other place of it leaves not much less then; where one leaves less than this share, the place
 // in the file is wrong.
 constexpr double kMirrored = 0.5;
-constexpr double kWorseOfAll = 1.6;  // where all joints are concerned
-constexpr int kMistakes = 4;         // found one after the other
+constexpr int kMistakes = 4;  // found one after the other
 // Factors of the nominal torques that are no modelling error: of most joints alike, and of one,
 // whose light link may be anything in a file.
 constexpr double kFarOff = 8, kFarOffAlone = 30;
@@ -338,6 +338,10 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
                   Sight& sight, Findings& findings) {
   constexpr double kTwoTurns = 4 * std::numbers::pi;
   Findings found;
+  const auto gain_of = [&](const Sight& undone) {
+    Judge judge(robot, d.n());
+    return gain(judge.explain(sight), judge.explain(undone));
+  };
   for (int j = 0; j < d.n(); ++j) {
     const double largest = sight.q.col(j).cwiseAbs().maxCoeff();
     double allowed = kTwoTurns;
@@ -351,9 +355,7 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
     const Hypothesis degrees{FindingKind::kAngleUnit, true, false, j, -1, kDegree};
     Sight undone = degrees.undone(sight);
     // within two turns the limits may be nobody's, and the torque tells
-    Judge judge(robot, d.n());
-    if (robot && largest <= kTwoTurns && gain(judge.explain(sight), judge.explain(undone)) < 0)
-      continue;
+    if (robot && largest <= kTwoTurns && gain_of(undone) < 0) continue;
     sight = std::move(undone);
     found.push_back(describe(d, motion, degrees, largest, "rad at most, as it stands"));
   }
@@ -363,10 +365,7 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
     if (slides(joint) || !joint.continuous || largest <= kTwoTurns) continue;
     const Hypothesis degrees{FindingKind::kAngleUnit, true, false, j, -1, kDegree};
     Sight undone = degrees.undone(sight);
-    Judge judge(robot, d.n());
-    if (!velocity_tells_degrees(d, motion, j) &&
-        gain(judge.explain(sight), judge.explain(undone)) <= kBelief)
-      continue;
+    if (!velocity_tells_degrees(d, motion, j) && gain_of(undone) <= kBelief) continue;
     sight = std::move(undone);
     found.push_back(describe(d, motion, degrees, largest, "rad at most, as it stands"));
   }

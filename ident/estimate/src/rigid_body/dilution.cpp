@@ -16,18 +16,22 @@ constexpr std::uint64_t kSeed = 1;
 
 }  // namespace
 
+signals::Motion with_noise(const signals::Recording& recording, double cutoff_hz,
+                           std::uint64_t seed) {
+  signals::Motion out = signals::motion_of_noise(recording, cutoff_hz, seed);
+  out.q += recording.narrow.q;
+  out.v += recording.narrow.v;
+  out.a += recording.narrow.a;
+  return out;
+}
+
 NoiseRows draw_noise_rows(const dynamics::RobotModel& robot,
                           std::span<const signals::Recording> sequences, const Regression& data,
                           double cutoff_hz) {
   const int n = robot.n(), p = robot.parameter_count();
   std::vector<signals::Motion> moved;
-  for (std::size_t i = 0; i < sequences.size(); ++i) {
-    const signals::Recording& s = sequences[i];
-    moved.push_back(signals::motion_of_noise(s, cutoff_hz, kSeed + i));
-    moved.back().q += s.narrow.q;
-    moved.back().v += s.narrow.v;
-    moved.back().a += s.narrow.a;
-  }
+  for (std::size_t i = 0; i < sequences.size(); ++i)
+    moved.push_back(with_noise(sequences[i], cutoff_hz, kSeed + i));
   const Eigen::Index every = 1 + data.rows.rows() / kMostRows;
   const auto same_sample = [&](std::size_t r, std::size_t other) {
     return data.sequence[r] == data.sequence[other] && data.sample[r] == data.sample[other];
@@ -49,10 +53,7 @@ NoiseRows draw_noise_rows(const dynamics::RobotModel& robot,
     const signals::Motion& motion = moved[static_cast<std::size_t>(data.sequence[r])];
     if (i == 0 ||
         !same_sample(r, static_cast<std::size_t>(out.of[static_cast<std::size_t>(i - 1)]))) {
-      const auto row = [&](const RowMatrix& x) {
-        return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
-      };
-      dynamics::regressor(robot, ws, row(motion.q), row(motion.v), row(motion.a), Y);
+      regressor_at(robot, ws, motion, k, Y);
     }
     const int viscous = viscous_column(robot, j);
     out.rows.row(i).head(p) = Y.row(j) - data.rows.row(out.of[static_cast<std::size_t>(i)]).head(p);

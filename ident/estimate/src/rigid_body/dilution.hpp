@@ -1,6 +1,7 @@
 // What noise in the measured motion takes from the parameters that it is multiplied with.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,10 @@ struct NoiseRows {
   std::vector<Eigen::Index> of;  ///< row of the regression of each
   double share = 1;              ///< of the samples of the regression
 };
+
+/// The narrow motion of a recording with a draw of encoder noise, `signals::motion_of_noise`.
+signals::Motion with_noise(const signals::Recording& recording, double cutoff_hz,
+                           std::uint64_t seed);
 
 /// Y(q + dq, v + dv, a + da) - Y(q, v, a) and dv beside it, (dq, dv, da) being what noise of the
 /// encoders' resolution makes behind the filter; of every so many samples in a long log.

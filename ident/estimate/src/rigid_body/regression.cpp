@@ -131,10 +131,7 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
     Eigen::MatrixXd coulomb(s.length(), n);
     for (int j = 0; j < n; ++j) coulomb.col(j) = filtered_sign(s, j, options.cutoff_hz);
     for (int k = 0; k < s.length(); k += every) {
-      const auto row = [&](const RowMatrix& x) {
-        return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
-      };
-      dynamics::regressor(robot, ws, row(s.narrow.q), row(s.narrow.v), row(s.narrow.a), Y);
+      regressor_at(robot, ws, s.narrow, k, Y);
       for (int j = 0; j < n; ++j) {
         if (!used[i][static_cast<std::size_t>(j)][static_cast<std::size_t>(k)]) continue;
         const auto r = static_cast<Eigen::Index>(out.joint.size());
@@ -155,6 +152,14 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
   fit.speeds.clear();
   for (std::vector<double>& of_joint : speeds) fit.speeds.push_back(signals::speed_range(of_joint));
   return out;
+}
+
+void regressor_at(const dynamics::RobotModel& robot, dynamics::Workspace<double>& ws,
+                  const signals::Motion& motion, int k, Eigen::Ref<Eigen::MatrixXd> Y) {
+  const auto row = [&](const RowMatrix& x) {
+    return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(x.cols()));
+  };
+  dynamics::regressor(robot, ws, row(motion.q), row(motion.v), row(motion.a), Y);
 }
 
 int viscous_column(const dynamics::RobotModel& robot, int joint) {

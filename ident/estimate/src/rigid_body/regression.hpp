@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "fricid/dynamics/workspace.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
 
 namespace fricid::estimate {
@@ -24,6 +25,10 @@ struct Regression {
 /// @param shape  as `rigid_body_least_squares`
 Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
                  const RigidBodyOptions& options, const FrictionTorques* shape, RigidBodyFit& fit);
+
+/// Regressor Y (n x p) of sample k of a motion.
+void regressor_at(const dynamics::RobotModel& robot, dynamics::Workspace<double>& ws,
+                  const signals::Motion& motion, int k, Eigen::Ref<Eigen::MatrixXd> Y);
 
 /// Column of the viscous friction of a joint.
 int viscous_column(const dynamics::RobotModel& robot, int joint);

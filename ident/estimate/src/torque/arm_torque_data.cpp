@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "fricid/dynamics/algorithms.hpp"
+#include "rigid_body/regression.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -66,10 +67,7 @@ ArmTorqueData::ArmTorqueData(const dynamics::RobotModel& robot,
     const signals::Recording& r = recordings[s];
     std::fill(next.begin(), next.end(), 0);
     for (int k = 0; k < r.length(); k += signals::decimation(r.dt, cutoff_hz)) {
-      const auto row = [&](const RowMatrix& x) {
-        return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
-      };
-      dynamics::regressor(robot, ws, row(r.narrow.q), row(r.narrow.v), row(r.narrow.a), Y);
+      regressor_at(robot, ws, r.narrow, k, Y);
       for (std::size_t j = 0; j < joints_.size(); ++j) {
         Joint& joint = joints_[j];
         if (next[j] >= joint.row[s].size() || joint.row[s][next[j]] != k) continue;

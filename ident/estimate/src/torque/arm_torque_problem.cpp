@@ -10,6 +10,7 @@
 #include "fricid/estimate/torque/folds.hpp"
 #include "fricid/friction/tangent.hpp"
 #include "friction/friction_search.hpp"
+#include "rigid_body/dilution.hpp"
 #include "rigid_body/inertia_prior.hpp"
 #include "rigid_body/regression.hpp"
 #include "support.hpp"
@@ -235,21 +236,12 @@ Eigen::MatrixXd ArmTorqueProblem::noise_information() const {
     std::vector<std::vector<int>> joints(static_cast<std::size_t>(recording.length()));
     for (int j = 0; j < n; ++j)
       for (const int k : data_.joint(j).row[s]) joints[static_cast<std::size_t>(k)].push_back(j);
-    const signals::Motion noise = signals::motion_of_noise(recording, data_.cutoff_hz(), s);
-    const auto regressor_of = [&](const signals::Motion& motion, int k, Eigen::MatrixXd& Y) {
-      const auto row = [&](const RowMatrix& x) {
-        return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
-      };
-      dynamics::regressor(robot, ws, row(motion.q), row(motion.v), row(motion.a), Y);
-    };
-    const signals::Motion with_noise{.q = recording.narrow.q + noise.q,
-                                     .v = recording.narrow.v + noise.v,
-                                     .a = recording.narrow.a + noise.a};
+    const signals::Motion noisy = with_noise(recording, data_.cutoff_hz(), s);
     for (int k = 0; k < recording.length(); ++k) {
       const std::vector<int>& at = joints[static_cast<std::size_t>(k)];
       if (at.empty()) continue;
-      regressor_of(recording.narrow, k, still);
-      regressor_of(with_noise, k, moved);
+      regressor_at(robot, ws, recording.narrow, k, still);
+      regressor_at(robot, ws, noisy, k, moved);
       for (const int j : at) {
         const Eigen::RowVectorXd row = (moved.row(j) - still.row(j)) / sigma_[j];
         sum.selfadjointView<Eigen::Lower>().rankUpdate(row.transpose());
