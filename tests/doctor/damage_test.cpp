@@ -647,6 +647,28 @@ TEST(Doctor, TorqueAtItsLimitForAShareOfTheLogMisleadsAndCanBeLeftOut) {
     EXPECT_EQ(std::isnan(repaired.tau(k, 0)), std::abs(log.tau(k, 0)) == most) << k;
 }
 
+// Wherever the level cuts the torque: on a slope, or where it hardly changes and as many samples
+// lie just below. One run that ends in a leap is a channel that stuck.
+TEST(Doctor, TorqueClippedAtAnyLevelIsDamage) {
+  const auto& [clean, robot] = clean_logs()[0];
+  for (int j = 0; j < clean.n(); ++j)
+    for (const double share : {0.035, 0.06, 0.09, 0.15, 0.3}) {
+      Dataset log = clean;
+      std::vector<double> sorted(log.tau.col(j).begin(), log.tau.col(j).end());
+      std::ranges::sort(sorted);
+      const double least = sorted[static_cast<std::size_t>(share * log.length())];
+      log.tau.col(j) = log.tau.col(j).cwiseMax(least);
+      const std::vector<Finding> findings = diagnose(log, &robot);
+      EXPECT_TRUE(std::ranges::any_of(
+          findings,
+          [&](const Finding& f) {
+            const bool named = f.kind == FindingKind::kSaturated || f.kind == FindingKind::kStuck;
+            return named && f.signal == "tau" && f.joint == j && misleads(f);
+          }))
+          << "joint " << j + 1 << " at " << share << ": " << text_of(findings, log);
+    }
+}
+
 TEST(Doctor, TorqueAtTheLimitOfTheDriveIsNoDamage) {
   auto [log, robot] = clean_logs()[0];
   const double most = 0.5 * log.tau.col(0).cwiseAbs().maxCoeff();

@@ -26,6 +26,7 @@ constexpr double kLeap = 0.02;            // of the range, within a sample
 constexpr int kPlateau = 12;              // samples at the very extreme
 constexpr double kClipped = 0.01;         // share of a torque at its limit that misleads
 constexpr double kCrowding = 8;           // times as many as just below
+constexpr double kPiled = 4;              // times as many as of any value between the extremes
 constexpr double kJustBelow = 0.01;       // of the range
 constexpr double kStepsBelow = 2.5;       // at least, where a channel has steps
 constexpr double kRepeated = 0.005;       // share of rows
@@ -167,10 +168,38 @@ bool check_still(const Channel& c, Findings& findings) {
   return true;
 }
 
-// Many samples at the very extreme and few just below: an amplifier or a number at its end. A
-// single run that ends in a leap is a channel that stuck there; a joint that rests keeps its
-// torque.
-// A fit to a torque of which a share lies there is wrong.
+// How often one value between the extremes occurs at most, in all and in a row; rests of the joint
+// apart.
+struct MostOfOneValue {
+  int in_all = 0, in_a_row = 0;
+};
+
+MostOfOneValue most_of_one_value(const Channel& c, const Channel& q) {
+  MostOfOneValue most;
+  std::vector<double> values;
+  for (int k = 0; k < c.length(); ++k) {
+    int end = k;  // of the run
+    while (end + 1 < c.length() && c[end + 1] == c[k]) ++end;
+    const bool rests = (end - k) * c.d.dt() > kStuck && !joint_moves(q, k, end);
+    if (const int run = end - k + 1; c[k] > c.low && c[k] < c.high && !rests) {
+      most.in_a_row = std::max(most.in_a_row, run);
+      values.insert(values.end(), static_cast<std::size_t>(run), c[k]);
+    }
+    k = end;
+  }
+  std::ranges::sort(values);
+  for (auto first = values.begin(); first != values.end();) {
+    const auto next = std::upper_bound(first, values.end(), *first);
+    most.in_all = std::max(most.in_all, static_cast<int>(next - first));
+    first = next;
+  }
+  return most;
+}
+
+// Many samples at the very extreme and few just below, or of a torque far more than of any other
+// value, in all or in a row: an amplifier or a number at its end. A single run that ends in a leap
+// is a channel that stuck there; a joint that rests keeps its torque. A fit to a torque of which a
+// share lies there is wrong.
 // @param q  position of the channel's joint
 void check_saturation(const Channel& c, const Channel& q, Findings& findings) {
   const double width = std::max(kJustBelow * c.range(), kStepsBelow * c.least_change);
@@ -203,7 +232,14 @@ void check_saturation(const Channel& c, const Channel& q, Findings& findings) {
       k = end;
     }
     const auto count = static_cast<int>(at.size());
-    if (longest < kPlateau || count < kCrowding * near || (leaps && plateaus == 1)) continue;
+    const bool crowded = longest >= kPlateau && count >= kCrowding * near;
+    const auto piled = [&] {
+      if (is_position || count < kPlateau) return false;
+      const MostOfOneValue other = most_of_one_value(c, q);
+      return count >= kPiled * other.in_all ||
+             (longest >= kPlateau && longest >= kCrowding * other.in_a_row);
+    };
+    if ((leaps && plateaus == 1) || !(crowded || piled())) continue;
     Finding finding = c.finding(FindingKind::kSaturated, at.front(), at.back(), extreme, "");
     finding.unit = is_position ? "rad" : "N m";
     finding.count = count;
