@@ -6,6 +6,7 @@
 #include <map>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/deploy/c_header.hpp"
 #include "fricid/system/driven_friction.hpp"
 #include "fricid/system/transmission.hpp"
@@ -364,11 +365,12 @@ Exported write_mjcf_friction(const data::ModelFile& model, const Motion* held_ou
     const RowMatrix law = along(model.arm.friction), said = along(as_laws(natives));
     const RowMatrix error = said - law;
     for (int j = 0; j < robot.n(); ++j)
-      if (rms(error, j) > 1e-9 * rms(law, j))
+      if (const dynamics::Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+          rms(error, j) > 1e-9 * rms(law, j))
         exported.losses.push_back(fmt::format(
-            "{}, friction of {}: {:.3g} N m RMS from the law's {:.3g} N m RMS, along {}",
-            code_name(model), robot.joints[static_cast<std::size_t>(j)].name, rms(error, j),
-            rms(law, j), motion.name));
+            "{}, friction of {}: {:.3g} {} RMS from the law's {:.3g} {} RMS, along {}",
+            code_name(model), joint.name, rms(error, j), unit_of_joint("N m", slides(joint)),
+            rms(law, j), unit_of_joint("N m", slides(joint)), motion.name));
   }
   for (const std::string& loss : exported.losses) extras.head += xml_comment(loss) + Xml::of("\n");
   if (!extras.tendons.empty()) {

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/sim/excitation.hpp"
 
 namespace fricid::sim {
@@ -15,10 +16,13 @@ std::string trajectory_toml(const Fourier& series, const dynamics::RobotModel& r
       "# v(t) = sum_k a_k cos(k w t) + b_k sin(k w t);  period 2 pi / w; at rest at both ends\n";
   text += kTrajectoryFormat;
   text += fmt::format("w = {}  # rad/s\n", series.w);
-  for (int j = 0; j < series.n(); ++j)
-    text += fmt::format("\n[[joint]]\nname = \"{}\"\nq0 = {}  # rad\na = [{}]  # rad/s\nb = [{}]\n",
-                        robot.joints[static_cast<std::size_t>(j)].name, series.q0[j],
-                        list(series.a.row(j)), list(series.b.row(j)));
+  for (int j = 0; j < series.n(); ++j) {
+    const dynamics::Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    text += fmt::format("\n[[joint]]\nname = \"{}\"\nq0 = {}  # {}\na = [{}]  # {}\nb = [{}]\n",
+                        joint.name, series.q0[j], unit_of_joint("rad", slides(joint)),
+                        list(series.a.row(j)), unit_of_joint("rad/s", slides(joint)),
+                        list(series.b.row(j)));
+  }
   return text;
 }
 

@@ -363,8 +363,9 @@ TEST_F(Import, Files) {
 
 TEST_F(Import, DegreesWarn) {
   const Dataset d = import(replaced(kLog, "0.13", "13"));
-  EXPECT_THAT(check_dataset(d, "log.csv"),
-              ElementsAre("log.csv: |q| of shoulder reaches 13 rad, more than 4 pi: degrees?"));
+  EXPECT_THAT(
+      check_dataset(d, "log.csv"),
+      ElementsAre("log.csv: |q| of shoulder reaches 13, more than 4 pi: degrees, or millimetres?"));
 }
 
 TEST_F(Import, WrongJointCount) {

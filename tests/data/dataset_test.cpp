@@ -253,9 +253,9 @@ TEST(CheckDataset, DegreesWarn) {
   d.q.col(1) *= 4 * std::numbers::pi / d.q(0, 1);
   EXPECT_TRUE(check_dataset(d, "log.h5").empty());
   d.q.col(1) *= 180 / (4 * std::numbers::pi);
-  EXPECT_THAT(
-      check_dataset(d, "log.h5"),
-      testing::ElementsAre("log.h5: |q| of elbow reaches 180 rad, more than 4 pi: degrees?"));
+  EXPECT_THAT(check_dataset(d, "log.h5"),
+              testing::ElementsAre(
+                  "log.h5: |q| of elbow reaches 180, more than 4 pi: degrees, or millimetres?"));
 }
 
 TEST(CheckDataset, CoarseQuantisationWarns) {
@@ -266,7 +266,7 @@ TEST(CheckDataset, CoarseQuantisationWarns) {
   };
   EXPECT_TRUE(rounded(1e-5).empty());
   EXPECT_THAT(rounded(0.1 * std::numbers::pi / 180),
-              testing::ElementsAre("log.h5: q of shoulder moves in steps of 0.00175 rad: log it "
+              testing::ElementsAre("log.h5: q of shoulder moves in steps of 0.00175: log it "
                                    "with more digits"));
 }
 

@@ -95,15 +95,16 @@ std::vector<std::string> check_dataset(const Dataset& d, const std::string& wher
   for (int j = 0; j < d.n(); ++j)
     if (const double step = coarse_step(d.q.col(j)); step > 0)
       warnings.push_back(
-          fmt::format("{}: q of {} moves in steps of {:.3g} rad: log it with more digits", where,
+          fmt::format("{}: q of {} moves in steps of {:.3g}: log it with more digits", where,
                       d.joint_names[static_cast<std::size_t>(j)], step));
   for (int j = 0; j < d.n(); ++j) {
     double largest = 0;
     for (int k = 0; k < d.length(); ++k)
       if (std::abs(d.q(k, j)) > largest) largest = std::abs(d.q(k, j));
     if (largest > kDegrees)
-      warnings.push_back(fmt::format("{}: |q| of {} reaches {:.4g} rad, more than 4 pi: degrees?",
-                                     where, d.joint_names[static_cast<std::size_t>(j)], largest));
+      warnings.push_back(
+          fmt::format("{}: |q| of {} reaches {:.4g}, more than 4 pi: degrees, or millimetres?",
+                      where, d.joint_names[static_cast<std::size_t>(j)], largest));
   }
   return warnings;
 }

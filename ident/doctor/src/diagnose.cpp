@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "checks.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/doctor/doctor.hpp"
 
 namespace fricid::doctor {
@@ -65,6 +66,13 @@ void leave_out(data::RowMatrix& x, const Finding& f, const Eigen::VectorXd& t) {
       if (t[k] >= f.begin_s && t[k] <= f.end_s) x(k, j) = std::numeric_limits<double>::quiet_NaN();
 }
 
+// Sizes of joints that slide are lengths and forces.
+void name_units(const dynamics::RobotModel& robot, Findings& findings) {
+  for (Finding& f : findings)
+    if (f.joint >= 0)
+      f.unit = unit_of_joint(f.unit, slides(robot.joints[static_cast<std::size_t>(f.joint)]));
+}
+
 }  // namespace
 
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot) {
@@ -107,6 +115,7 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
       misnamed.push_back(kind);
   }
   check_velocity(misnamed.empty() ? even : repair(even, findings, misnamed), findings);
+  if (robot != nullptr) name_units(*robot, findings);
   return findings;
 }
 
