@@ -174,5 +174,23 @@ TEST(DoctorCalibration, ASlidingJointThatIsNotInMetresIsNamed) {
   }
 }
 
+TEST(DoctorCalibration, SizesOfASlidingJointAreForcesAndLengths) {
+  const CleanLog scara = simulate_log(7);
+  data::Dataset d = decimated(scara.data, kEvery);
+  const double most = 0.7 * d.tau.col(2).cwiseAbs().maxCoeff();
+  d.tau.col(2) = d.tau.col(2).cwiseMax(-most).cwiseMin(most);
+  d.tau.col(0) = d.tau.col(0).cwiseMin(0.5 * d.tau.col(0).maxCoeff());
+  d.q(d.length() / 2, 2) += 0.05;
+  int sliding = 0, turning = 0;
+  for (const Finding& f : diagnose(d, &scara.robot)) {
+    const bool slides = f.joint == 2, spike = f.kind == FindingKind::kSpike;
+    if (!spike && f.kind != FindingKind::kSaturated) continue;
+    EXPECT_EQ(f.unit, spike ? "m" : slides ? "N" : "N m");
+    ++(slides ? sliding : turning);
+  }
+  EXPECT_GE(sliding, 2);
+  EXPECT_EQ(turning, 1);
+}
+
 }  // namespace
 }  // namespace fricid::doctor

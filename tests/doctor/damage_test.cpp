@@ -832,6 +832,17 @@ TEST(Doctor, AWrongCentreOfMassIsNoSign) {
   }
 }
 
+// A load that the file has on the axis of the last joint, and that lies beside it.
+TEST(Doctor, ALoadBesideTheAxisIsNoTorqueUnit) {
+  const Log log = pendulum(0);
+  dynamics::RobotModel file = log.robot;
+  file.pi.segment<9>(1) /= 40;
+  file.pi[file.armature_begin()] = 0;
+  EXPECT_EQ(of_kind(diagnose(log.data, &file), "torque_unit").size(), 1u) << "4 kg, 0.3 m away";
+  file.pi[0] = 20;
+  EXPECT_TRUE(of_kind(diagnose(log.data, &file), "torque_unit").empty()) << "20 kg, 0.07 m away";
+}
+
 // Twenty minutes of a torque in steps: every value is repeated, and none of the runs is looked at
 // by going through the log again, which would take hours.
 TEST(Doctor, ALongLogOfTorqueInStepsIsReadThroughOnce) {

@@ -183,6 +183,19 @@ Fv = 1
   EXPECT_NEAR(nearest, 0, 1e-9) << "one does touch it";
 }
 
+TEST(Trajectory, IsInMetresForAJointThatSlides) {
+  const dynamics::RobotModel scara = dynamics::load_urdf(source("models/test/scara.urdf").string());
+  Fourier series;
+  series.q0 = Eigen::VectorXd::Zero(scara.n());
+  series.a = series.b = Eigen::MatrixXd::Ones(scara.n(), 1);
+  const std::string text = trajectory_toml(series, scara);
+  for (const dynamics::Joint& joint : scara.joints) {
+    const char* unit = slides(joint) ? "m" : "rad";
+    EXPECT_THAT(text, HasSubstr(fmt::format("\"{}\"\nq0 = 0  # {}\na = [1]  # {}/s\n", joint.name,
+                                            unit, unit)));
+  }
+}
+
 // Two links on a base above a floor, spheres that overlap at the joints. Left are base - second
 // link, first link - floor and second link - floor.
 TEST(Clearance, LeavesOutWhatCannotOrMustMeet) {

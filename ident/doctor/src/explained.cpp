@@ -46,6 +46,7 @@ Explained regress(const Eigen::MatrixXd& free, const Eigen::MatrixXd& positive,
     if (unexplained >= best.unexplained) continue;
     best.unexplained = unexplained;
     best.scale = rigid ? x[f] : 0;
+    best.rigid = best.scale * positive.col(0).norm() / std::sqrt(static_cast<double>(y.size()));
   }
   return best;
 }

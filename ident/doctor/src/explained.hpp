@@ -21,6 +21,7 @@ struct Explained {
   double unexplained = 1;    ///< share of the variance
   double friction_only = 1;  ///< the same without the rigid body
   double scale = 0;          ///< measured over nominal torque; 0: does not count
+  double rigid = 0;          ///< root mean square of the nominal torque times that [N m or N]
 };
 
 /// Judges a sight, with a robot or without.

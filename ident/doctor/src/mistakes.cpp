@@ -94,6 +94,14 @@ bool mostly_far_off(const std::vector<Explained>& all) {
   return 2 * far > std::ranges::count_if(all, tells);
 }
 
+/// Whether the rigid body's torque of a joint is that of a mass such as its link has, a hand's
+/// breadth from where the file has it: of a flange that carries something.
+bool may_be_centre(const dynamics::RobotModel& robot, const Explained& e, int j) {
+  constexpr double kReach = 0.1;     // [m]
+  constexpr double kGravity = 9.81;  // [m/s^2]
+  return e.scale > 1 && e.rigid < kGravity * kReach * robot.pi[10 * j];
+}
+
 /// Root mean square of a torque over the effort limit of its joint, where that is far beyond it; 0:
 /// it is not, or limits that are all the same are nobody's.
 double beyond_effort(const dynamics::RobotModel& robot, const Sight& sight, int j) {
@@ -208,8 +216,11 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
   for (int j = 0; j < d.n(); ++j) {
     const Explained& e = now[static_cast<std::size_t>(j)];
     const Hypothesis unit{FindingKind::kTorqueUnit, false, true, j};
-    if (far_off(e, most ? kFarOff : kFarOffAlone) &&
-        (most || judge.unexplained_with_centre(sight, j) >= kMirrored * e.unexplained))
+    const auto centre_explains = [&] {
+      return judge.unexplained_with_centre(sight, j) < kMirrored * e.unexplained;
+    };
+    if (far_off(e, most ? kFarOff : kFarOffAlone) && !may_be_centre(*robot, e, j) &&
+        (most || !centre_explains()))
       findings.push_back(describe(d, motion, unit, e.scale, "times the nominal torque"));
     else if (const double times = beyond_effort(*robot, sight, j); times > 0)
       findings.push_back(describe(d, motion, unit, times, "times the effort limit"));
