@@ -40,8 +40,8 @@ TEST(DoctorCalibration, FindsDamageOfEveryKindAndNoneWhereThereIsNone) {
       }
     }
   }
-  EXPECT_EQ(damaged, 3 * 27);
-  EXPECT_GE(found, 74);  // 95 %
+  EXPECT_EQ(damaged, 3 * 29);
+  EXPECT_GE(found, 80);  // 95 %
   EXPECT_LE(others, 4);
 }
 

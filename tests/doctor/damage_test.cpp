@@ -140,6 +140,15 @@ std::vector<Damage> damages() {
          const double T = d.t[d.length() - 1];
          d.t = d.t.array() * (1 + 0.005 * d.t.array() / T);
        }},
+      {"rows of a source of a quarter of the rate", "held", "q tau", -1, -1,
+       [](Dataset& d) {
+         for (int k = 0; k < d.length(); ++k)
+           for (RowMatrix* x : {&d.q, &d.v, &d.tau}) x->row(k) = x->row(k - k % 4).eval();
+       }},
+      {"torque of a source of a fifth of the rate", "held", "tau", -1, -1,
+       [](Dataset& d) {
+         for (int k = 0; k < d.length(); ++k) d.tau.row(k) = d.tau.row(k - k % 5).eval();
+       }},
       {"stale packets", "repeated", "q tau", -1, -1,
        [](Dataset& d) {
          for (int k = 1; k < d.length(); ++k)
@@ -830,6 +839,18 @@ TEST(Doctor, AWrongCentreOfMassIsNoSign) {
       EXPECT_TRUE(of_kind(diagnose(log.data, &file), "sign").empty()) << "log " << i << " " << link;
     }
   }
+}
+
+// Three rows in a row that are stale, of irregular packets, count all.
+TEST(Doctor, StaleRowsInARowAreAllCounted) {
+  Dataset d = clean_logs()[0].data;
+  int stale = 0;
+  for (int k = 30; k + 30 < d.length(); k += 17 + k % 5, stale += 3)
+    for (int i = 1; i < 4; ++i)
+      for (RowMatrix* x : {&d.q, &d.v, &d.tau}) x->row(k + i) = x->row(k).eval();
+  const auto found = of_kind(diagnose(d), "repeated");
+  ASSERT_EQ(found.size(), 1u) << text_of(diagnose(d), d);
+  EXPECT_NEAR(found[0].count, stale, 0.1 * stale);
 }
 
 // A load that the file has on the axis of the last joint, and that lies beside it.

@@ -124,6 +124,17 @@ std::vector<Injection> make_injections() {
              for (RowMatrix* x : tables(d)) x->row(k) = x->row(k - 1).eval();
          return Injected{"repeated"};
        }},
+      {"rows of a source of a third of the rate",
+       [](D d, R, Rng&) {
+         for (int k = 0; k < d.length(); ++k)
+           for (RowMatrix* x : tables(d)) x->row(k) = x->row(k - k % 3).eval();
+         return Injected{"held"};
+       }},
+      {"torque of a source of half the rate",
+       [](D d, R, Rng&) {
+         for (int k = 1; k < d.length(); k += 2) d.tau.row(k) = d.tau.row(k - 1).eval();
+         return Injected{"held"};
+       }},
       {"0.2 s missing",
        [](D d, R, Rng& rng) {
          const int j = any_joint(d, rng), at = any_row(d, 0.5, rng);

@@ -225,5 +225,43 @@ TEST(DiagnosisFile, HoldsWhatWasFoundAndWhatToDo) {
   EXPECT_EQ(file.findings[2].severity, data::Severity::kNote);
 }
 
+// Rows that are held three times: what is left is the source's log.
+TEST(Repair, KeepsTheRowsOfASlowerSource) {
+  constexpr int kHeld = 3, kLength = 600;
+  data::Dataset source = log_with_a_gap(0);
+  source.t = Eigen::VectorXd::LinSpaced(kLength, 0, (kLength - 1) * 0.03);
+  source.q.resize(kLength, 1);
+  source.tau.resize(kLength, 1);
+  for (int k = 0; k < kLength; ++k) {
+    source.q(k, 0) = std::sin(0.9 * source.t[k]);
+    source.tau(k, 0) = std::cos(0.7 * source.t[k]);
+  }
+  source.rate_hz = 100. / kHeld;
+  data::Dataset held = source;
+  held.rate_hz = 100;
+  held.t = Eigen::VectorXd::LinSpaced(kHeld * kLength, 0, (kHeld * kLength - 1) * 0.01);
+  held.q.resize(kHeld * kLength, 1);
+  held.tau.resize(kHeld * kLength, 1);
+  for (int k = 0; k < held.length(); ++k) {
+    held.q.row(k) = source.q.row(k / kHeld);
+    held.tau.row(k) = source.tau.row(k / kHeld);
+  }
+  const std::vector<Finding> findings = diagnose(held);
+  ASSERT_TRUE(std::ranges::count(findings, FindingKind::kHeld, &Finding::kind) == 1);
+  const data::Dataset repaired = repair(held, findings, {{FindingKind::kHeld}});
+  EXPECT_NEAR(repaired.rate_hz, source.rate_hz, 1e-9);
+  ASSERT_EQ(repaired.length(), kLength);
+  EXPECT_EQ(repaired.q, source.q);
+  EXPECT_EQ(repaired.tau, source.tau);
+  EXPECT_TRUE(repaired.t.isApprox(source.t));
+
+  // what else is found is of the log without these rows
+  std::vector<Finding> more = findings;
+  more.push_back({.kind = FindingKind::kSpike, .signal = "q", .joint = 0, .rows = {5}});
+  EXPECT_THROW(repair(held, more, {{FindingKind::kSpike}}), UserError);
+  const std::vector<FindingKind> both{FindingKind::kSpike, FindingKind::kHeld};
+  EXPECT_TRUE(std::isnan(repair(held, more, both).q(5, 0)));
+}
+
 }  // namespace
 }  // namespace fricid::doctor

@@ -226,6 +226,28 @@ TEST(RigidBodyLeastSquares, StandardErrorsHoldWhereTheMotionIsHardlyAboveTheNois
   RecordProperty("covered", std::to_string(found.ninety));
 }
 
+// Logs of which no one knows whether their torque is held from its samples or, as in every second
+// one, was measured at them.
+TEST(RigidBodyLeastSquares, StandardErrorsHoldWhereTheTimingOfTheTorqueIsUnknown) {
+  const auto disturbed = [](double unknown) {
+    return coverage(20,
+                    [unknown](const auto&, Rng& rng, data::Dataset& log) {
+                      const bool measured = rng.uniform() < 0.5;
+                      for (Eigen::Index k = log.tau.rows() - 1; k > 0; --k) {
+                        if (measured) log.tau.row(k) = (log.tau.row(k - 1) + log.tau.row(k)) / 2;
+                        for (Eigen::Index j = 0; j < log.tau.cols(); ++j)
+                          log.tau(k, j) += 0.01 * rng.normal();
+                      }
+                      log.torque_delay_sd = unknown * log.dt();
+                    },
+                    {.seconds = 24, .repeats = false});
+  };
+  const Coverage known = disturbed(0.35), taken_as_held = disturbed(0);
+  EXPECT_GE(known.ninety, 0.85);
+  EXPECT_GE(known.three, 0.98);
+  EXPECT_LT(taken_as_held.ninety, 0.75);
+}
+
 // Friction that lags behind the speed by a time T is T Fv a less: a negative inertia. The armature
 // of that joint is held, those of the others are found as without it.
 TEST(RigidBodyLeastSquares, AJointThatShowsNoInertiaKeepsItsNominalArmature) {

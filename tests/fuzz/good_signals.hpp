@@ -32,6 +32,7 @@ class Filler {
   void joints(std::vector<std::string>& names) { names = {"shoulder", "elbow"}; }
   void attribute(std::string_view, double& value, const Field&) { value = 100; }
   void attribute(std::string_view, std::string& value, const Field&) { value = "fuzz"; }
+  void attribute_or_zero(std::string_view, double& value, const Field&) { value = 0.001; }
   template <class Value>
   void stamp(std::string_view, const Value&, const Field&) {}
   template <class Write, class Read>

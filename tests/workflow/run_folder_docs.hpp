@@ -44,6 +44,9 @@ class FieldTable {
   void attribute(std::string_view key, const Value& /*value*/, const Field& field) {
     row(key, std::is_same_v<Value, std::string> ? "attribute, text" : "attribute, number", field);
   }
+  void attribute_or_zero(std::string_view key, double value, const Field& field) {
+    attribute(key, value, field);
+  }
   template <class Value>
   void stamp(std::string_view key, const Value& value, const Field& field) {
     attribute(key, value, field);

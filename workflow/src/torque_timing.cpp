@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -14,7 +16,9 @@
 namespace fricid::workflow {
 namespace {
 
-constexpr int kSamples = 80'000;  // tell the delay to some hundredths of one
+constexpr double kLater = 0.5;     // [samples] a torque measured at its samples than a held one
+constexpr double kMatters = 1e-3;  // [s] of what is not known, to be said
+constexpr int kSamples = 80'000;   // tell the delay to some hundredths of one
 
 /// Nothing where a log is no recording; who reads it on says why.
 std::optional<estimate::TorqueTiming> timing_of(std::span<const data::Dataset> sets,
@@ -38,8 +42,23 @@ void settle_torque_timing(std::span<data::Dataset> logs, const dynamics::RobotMo
                           const std::function<void(const std::string&)>& say) {
   if (torque.timing != "auto" || torque.delay_s != 0) return;
   const std::optional<estimate::TorqueTiming> timing = timing_of(logs, robot);
-  if (!timing || !timing->is_at_samples()) return;
-  for (data::Dataset& log : logs) log = data::held_between_samples(std::move(log));
+  if (!timing) return;
+  if (!timing->is_at_samples()) {
+    double slowest = 0;
+    for (data::Dataset& log : logs) {
+      log.torque_delay_sd = kLater * log.dt() * std::sqrt(timing->likelihood_at_samples(log.dt()));
+      slowest = std::max(slowest, log.torque_delay_sd);
+    }
+    if (slowest > kMatters)
+      say("the logs do not tell whether the torque is held from its samples or measured at them, "
+          "half a sample later: standard errors contain it, and [torque] timing = \"held\" or "
+          "\"measured\" in the contract ends it");
+    return;
+  }
+  for (data::Dataset& log : logs) {
+    log = data::held_between_samples(std::move(log));
+    log.torque_delay_sd = 0;
+  }
   say(
       fmt::format("the torque is measured at its samples ({:.2f} +- {:.2g} samples later than one "
                   "held from them), and is taken as its mean between them; "

@@ -81,6 +81,9 @@ std::vector<std::string> check_dataset(const Dataset& d, const std::string& wher
     throw UserError("{}: {} joint names for {} joints", where, d.joint_names.size(), d.n());
   if (!(d.rate_hz > 0) || !std::isfinite(d.rate_hz))
     throw UserError("{}: rate_hz = {}; allowed: a positive number", where, d.rate_hz);
+  if (!(d.torque_delay_sd >= 0) || !std::isfinite(d.torque_delay_sd))
+    throw UserError("{}: torque_delay_sd = {}; allowed: 0 or a positive number", where,
+                    d.torque_delay_sd);
   check_times(d.t, d.rate_hz, [&](int k) { return fmt::format("{}: sample {}", where, k); });
   check_shape(d, d.q, "q", where);
   check_shape(d, d.tau, "tau", where);

@@ -224,6 +224,14 @@ std::vector<std::string> H5Reader::joint_names() const {
   return names;
 }
 
+double H5Reader::number_attribute_or_zero(const std::string& name) const {
+  const bool present = [&] {
+    const Session session;
+    return H5Aexists(file_, name.c_str()) > 0;
+  }();
+  return present ? number_attribute(name) : 0;
+}
+
 double H5Reader::number_attribute(const std::string& name) const {
   const std::vector<double> numbers = numbers_attribute(name);
   if (numbers.size() != 1)

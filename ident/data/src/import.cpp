@@ -45,6 +45,7 @@ namespace {
 constexpr const char* kTorqueFrom = ", tau from ";  // in a source, before the kind
 
 // Rates at which the motion of a robot is logged [Hz]: beyond them the unit of the times is wrong.
+constexpr double kUnknownTiming = 0.5 * std::numbers::sqrt2 / 2;  // no delay or half a sample
 constexpr double kSlowest = 1, kFastest = 1e5;
 
 double per_second(std::string_view unit) {
@@ -355,6 +356,7 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
     d.source += fmt::format(", tau moved back by {} s", torque.delay_s);
   }
   if (torque.timing == "measured") d = held_between_samples(std::move(d));
+  if (torque.timing == "auto" && torque.delay_s == 0) d.torque_delay_sd = kUnknownTiming * d.dt();
   return d;
 }
 

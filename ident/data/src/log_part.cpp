@@ -71,7 +71,8 @@ Dataset rows_of(const Dataset& d, Eigen::Index first, Eigen::Index length) {
               .q = {},
               .tau = {},
               .v = {},
-              .temperature = {}};
+              .temperature = {},
+              .torque_delay_sd = d.torque_delay_sd};
   for (RowMatrix Dataset::*signal :
        {&Dataset::q, &Dataset::tau, &Dataset::v, &Dataset::temperature})
     if ((d.*signal).rows() > 0) out.*signal = (d.*signal).middleRows(first, length);

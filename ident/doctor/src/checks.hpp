@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "fricid/doctor/finding.hpp"
@@ -13,6 +14,8 @@ using Findings = std::vector<Finding>;
 
 /// restart: where another recording begins; or wrap: where a counter began again.
 void check_restarts(const data::Dataset& d, Findings& findings);
+/// held: positions or torques that change at every m-th row alone. @pre one recording
+std::optional<Finding> find_held(const data::Dataset& d);
 /// rate, gap, duplicate, jitter, clock_drift. @pre one recording
 void check_clock(const data::Dataset& d, Findings& findings);
 /// missing, stuck, same, constant, still, quantised, saturated, spike, jump, repeated,

@@ -78,12 +78,15 @@ void name_units(const dynamics::RobotModel& robot, Findings& findings) {
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot) {
   Findings findings;
   check_restarts(d, findings);
-  if (!findings.empty() && findings[0].kind == FindingKind::kWrap) {
-    const Findings others = diagnose(repair(d, findings, {{FindingKind::kWrap}}), robot);
+  if (findings.empty())
+    if (std::optional<Finding> held = find_held(d)) findings.push_back(std::move(*held));
+  if (!findings.empty()) {
+    const FindingKind kind = findings[0].kind;
+    if (kind == FindingKind::kRestart) return findings;
+    const Findings others = diagnose(repair(d, findings, {{kind}}), robot);
     findings.insert(findings.end(), others.begin(), others.end());
     return findings;
   }
-  if (!findings.empty()) return findings;
   check_clock(d, findings);
   check_signals(d, findings);
   if (robot != nullptr) know_limits(*robot, findings);

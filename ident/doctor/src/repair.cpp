@@ -95,6 +95,12 @@ void fill_gaps(Dataset& d) {
             d.rate_hz;
 }
 
+void keep_rows_of_source(Dataset& d, const Finding& held) {
+  choose_rows(d, held.rows);
+  d.t = Eigen::VectorXd(d.t(held.rows));
+  d.rate_hz /= held.size;
+}
+
 void let_time_go_on(Dataset& d, const Finding& wrap) {
   for (const int k : wrap.rows) d.t.tail(d.length() - k).array() += wrap.size;
 }
@@ -131,6 +137,7 @@ void apply(Dataset& d, const Finding& f) {
   if (f.kind == FindingKind::kJitter || f.kind == FindingKind::kClockDrift) return make_uniform(d);
   if (f.kind == FindingKind::kDelay) return advance_torque(d, f.size);
   if (f.kind == FindingKind::kWrap) return let_time_go_on(d, f);
+  if (f.kind == FindingKind::kHeld) return keep_rows_of_source(d, f);
   if (f.kind == FindingKind::kVelocity) return d.v.resize(0, 0);
   if (f.kind == FindingKind::kSign) return scale(d, f, -1);
   if (f.kind == FindingKind::kAngleUnit) return scale(d, f, std::numbers::pi / 180);
@@ -152,22 +159,25 @@ void apply(Dataset& d, const Finding& f) {
   }
 }
 
-// A wrapped counter comes first, then repairs of given rows, then those that change the rows, then
-// those that need even times.
+// A wrapped counter comes first and rows that are held next, since what else was found is of the
+// log without; then repairs of given rows, then those that change the rows, then those that need
+// even times.
 int order_of(FindingKind kind) {
   switch (kind) {
     case FindingKind::kWrap:
       return 0;
+    case FindingKind::kHeld:
+      return 1;
     case FindingKind::kDuplicate:
-      return 2;
-    case FindingKind::kGap:
       return 3;
+    case FindingKind::kGap:
+      return 4;
     case FindingKind::kJitter:
     case FindingKind::kClockDrift:
     case FindingKind::kDelay:
-      return 4;
+      return 5;
     default:
-      return 1;
+      return 2;
   }
 }
 
@@ -209,6 +219,11 @@ Dataset repair(const Dataset& d, std::span<const Finding> findings,
     if (!is_chosen(kind) && kind != FindingKind::kJitter)
       throw UserError("--fix {}: nothing of that name was found that can be repaired",
                       name_of(kind));
+  const bool held = std::ranges::count(findings, FindingKind::kHeld, &Finding::kind) > 0;
+  for (const Finding* f : chosen)
+    if (held && !is_chosen(FindingKind::kHeld) && f->kind != FindingKind::kWrap)
+      throw UserError("--fix {}: was looked for without the rows that are held; allowed: held,{}",
+                      name_of(f->kind), name_of(f->kind));
   std::ranges::stable_sort(chosen, {}, [](const Finding* f) { return order_of(f->kind); });
 
   Dataset repaired = d;

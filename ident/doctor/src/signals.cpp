@@ -324,18 +324,28 @@ void check_jumps(const Channel& c, Findings& findings) {
   }
 }
 
-// Rows that repeat the one before in every signal although a joint moves.
+// Rows that repeat the one before in every signal although a joint moves: before them and, of
+// several in a row, by a leap after them.
 void check_repeats(const data::Dataset& d, Findings& findings) {
+  constexpr double kLeaps = 1.5;  // times the step before
   Finding repeated{
       .kind = FindingKind::kRepeated, .signal = "q tau", .unit = "% of rows", .count = 0};
-  for (int k = 2; k < d.length(); ++k) {
-    if (d.q.row(k) != d.q.row(k - 1) || d.tau.row(k) != d.tau.row(k - 1)) continue;
-    const bool moves = ((d.q.row(k - 1) - d.q.row(k - 2)).array().abs() > 0).count() * 2 > d.n();
-    if (!moves) continue;
-    if (repeated.count++ == 0) repeated.begin_s = d.t[k];
-    repeated.end_s = d.t[k];
-    repeated.rows.push_back(k);
+  const auto same = [&](int k) {
+    return d.q.row(k) == d.q.row(k - 1) && d.tau.row(k) == d.tau.row(k - 1);
+  };
+  for (int first = 2, end = 0; first < d.length(); first = std::max(first + 1, end)) {
+    if (!same(first)) continue;
+    for (end = first + 1; end < d.length() && same(end);) ++end;
+    const auto step = [&](int k) { return (d.q.row(k) - d.q.row(k - 1)).cwiseAbs().eval(); };
+    const bool moves = (step(first - 1).array() > 0).count() * 2 > d.n();
+    const bool goes_on =
+        end - first == 1 || (end < d.length() && step(end).sum() > kLeaps * step(first - 1).sum());
+    if (!moves || !goes_on) continue;
+    if (repeated.rows.empty()) repeated.begin_s = d.t[first];
+    repeated.end_s = d.t[end - 1];
+    for (int k = first; k < end; ++k) repeated.rows.push_back(k);
   }
+  repeated.count = static_cast<int>(repeated.rows.size());
   repeated.size = 100.0 * repeated.count / d.length();
   if (repeated.count > kRepeated * d.length()) findings.push_back(repeated);
 }

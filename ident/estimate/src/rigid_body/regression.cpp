@@ -82,6 +82,13 @@ double memory_of(std::span<const signals::Recording> sequences, int j, double mi
 
 }  // namespace
 
+double late_by(const signals::Recording& recording, int k, int joint) {
+  const int from = std::max(0, k - 1), to = std::min(recording.length() - 1, k + 1);
+  return recording.log.torque_delay_sd *
+         (recording.filtered_tau(to, joint) - recording.filtered_tau(from, joint)) /
+         ((to - from) * recording.dt);
+}
+
 Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Recording> sequences,
                  const RigidBodyOptions& options, const FrictionTorques* shape, RigidBodyFit& fit) {
   const int n = robot.n(), p = robot.parameter_count();
@@ -116,6 +123,7 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
   Regression out;
   out.rows.setZero(count, p + 3 * n);
   out.tau.resize(count);
+  out.late.resize(count);
   for (std::vector<int>* of_rows : {&out.joint, &out.sequence, &out.sample})
     of_rows->reserve(static_cast<std::size_t>(count));
   dynamics::Workspace<double> ws(robot);
@@ -137,6 +145,7 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
         const auto r = static_cast<Eigen::Index>(out.joint.size());
         out.rows.row(r).head(p) = Y.row(j);
         out.tau[r] = s.filtered_tau(k, j);
+        out.late[r] = late_by(s, k, j);
         out.rows(r, friction_column(p, n, 0, j)) = shape ? (*shape)[i](k, j) : coulomb(k, j);
         out.rows(r, friction_column(p, n, 1, j)) = s.narrow.v(k, j);
         if (options.offset) out.rows(r, friction_column(p, n, 2, j)) = 1;

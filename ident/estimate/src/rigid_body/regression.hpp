@@ -16,6 +16,8 @@ struct Regression {
   std::vector<int> joint;     ///< (N)
   std::vector<int> sequence;  ///< (N)
   std::vector<int> sample;    ///< (N) of the sequence
+  /// (N) error of tau from what is not known of its timing, `Dataset::torque_delay_sd` [N m]
+  Eigen::VectorXd late;
   /// (N) block of time, ascending, beyond which residuals count as independent: a second, in a
   /// short log less
   std::vector<int> block;
@@ -29,6 +31,9 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
 /// Regressor Y (n x p) of sample k of a motion.
 void regressor_at(const dynamics::RobotModel& robot, dynamics::Workspace<double>& ws,
                   const signals::Motion& motion, int k, Eigen::Ref<Eigen::MatrixXd> Y);
+
+/// Error of a torque from what is not known of its timing: `torque_delay_sd` times its rate.
+double late_by(const signals::Recording& recording, int k, int joint);
 
 /// Column of the viscous friction of a joint.
 int viscous_column(const dynamics::RobotModel& robot, int joint);

@@ -201,14 +201,17 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   const Eigen::MatrixXd diluted = dilution_root(of_noise, solved.H, of_noise * solved.x);
   const Eigen::MatrixXd of_blocks =
       jackknife_root(X, data.tau, solved, data.block, prior_information);
+  const Eigen::MatrixXd inverse = invert(solved.H, nullptr);
   Eigen::MatrixXd of_held = Eigen::MatrixXd::Zero(X.cols(), std::ssize(options.held_armatures));
-  if (with_prior) of_held = invert(solved.H, nullptr).leftCols(p) * held_scores(robot, options);
-  Eigen::MatrixXd errors_root(X.cols(), of_blocks.cols() + diluted.cols() + of_held.cols());
-  errors_root << of_blocks, diluted, of_held;
+  if (with_prior) of_held = inverse.leftCols(p) * held_scores(robot, options);
+  const Eigen::VectorXd of_timing =
+      inverse * (X.transpose() * solved.weight.cwiseProduct(data.late));
+  Eigen::MatrixXd errors_root(X.cols(), of_blocks.cols() + diluted.cols() + of_held.cols() + 1);
+  errors_root << of_blocks, diluted, of_held, of_timing;
   const auto growing = std::ranges::count_if(friction, [&](int k) { return k >= p + 3 * n; });
   const auto certain = head + f - growing;  // without growth, which has a prior of its own
   invert(solved.H.topLeftCorner(certain, certain), &fit.condition);
-  const Eigen::MatrixXd covariance = invert(solved.H, nullptr) + diluted * diluted.transpose();
+  const Eigen::MatrixXd covariance = inverse + diluted * diluted.transpose();
   fit.sigma = solved.sigma;
   if (with_prior && !options.prior.use)
     fit.condition = condition_of(data, base.columns, friction, fit.sigma);

@@ -43,6 +43,13 @@ bool TorqueTiming::is_at_samples() const {
   return gain > kLeastGain && std::abs(delay - kAtSamples) < kBetween - kCertain * standard_error;
 }
 
+double TorqueTiming::likelihood_at_samples(double dt) const {
+  constexpr double kAtSamples = 0.5, kLag = 1e-3;  // [s]
+  const double variance = std::pow(standard_error, 2) + std::pow(kLag / dt, 2);
+  const double log_odds = (std::pow(delay, 2) - std::pow(delay - kAtSamples, 2)) / (2 * variance);
+  return 1 / (1 + std::exp(-log_odds));
+}
+
 std::optional<TorqueTiming> torque_timing(const dynamics::RobotModel& robot,
                                           std::span<const signals::Recording> recordings,
                                           const RigidBodyOptions& options) {

@@ -62,6 +62,7 @@ ArmErrors errors_of(const ArmTorqueData& data, const MotionErrors& motion, const
   if (moves.cols() < kFewestBlocks) return {};
   const Eigen::LDLT<Eigen::MatrixXd> solver = fit.H.ldlt();
   const Eigen::MatrixXd of_motion = solver.solve(fit.problem.motion_scores(fit.rows, motion));
+  const Eigen::VectorXd of_timing = solver.solve(fit.problem.timing_score(fit.rows));
 
   dynamics::RobotModel nominal = fitted.robot;
   nominal.pi = options.nominal;
@@ -74,11 +75,11 @@ ArmErrors errors_of(const ArmTorqueData& data, const MotionErrors& motion, const
       dilution_root(of_pi.transpose() * noise * of_pi, fit.H,
                     of_pi.transpose() * (noise * fit.point.arm().robot.pi));
 
-  const Eigen::Index before_motion = moves.cols() + of_held.cols() + diluted.cols();
+  const Eigen::Index before_motion = moves.cols() + of_held.cols() + diluted.cols() + 1;
   ArmErrors errors{.root = Eigen::MatrixXd(by_c.rows(), before_motion + of_motion.cols()),
                    .before_motion = before_motion,
                    .draws = {}};
-  errors.root << by_c * moves, by_c * of_held, by_c * diluted, by_c * of_motion;
+  errors.root << by_c * moves, by_c * of_held, by_c * diluted, by_c * of_timing, by_c * of_motion;
   // of shares of a sum of one, whatever the data leave of the sum
   const std::vector<double> sums = friction::sums_of_shares(fitted.friction);
   for (const std::vector<std::size_t>& law : friction::shares(fitted.friction.model)) {

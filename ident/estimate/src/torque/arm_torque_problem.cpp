@@ -208,21 +208,39 @@ Eigen::MatrixXd ArmTorqueProblem::jacobian() const {
   return by_c;
 }
 
-Eigen::MatrixXd ArmTorqueProblem::motion_scores(const std::vector<Rows>& rows,
-                                                const MotionErrors& motion) const {
+Eigen::MatrixXd ArmTorqueProblem::scores_of(
+    const std::vector<Rows>& rows, const std::function<Eigen::VectorXd(int)>& errors) const {
   const Eigen::Index all = point_.coordinates().size();
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(all, data_.n());
   parallel_for(data_.n(), jobs_, [&](int j) {
-    const auto i = static_cast<std::size_t>(j);
-    const ArmTorqueData::Joint& joint = data_.joint(j);
-    Eigen::VectorXd m =
-        motion.of(joint.friction, j, models_[i].one, theta_of(models_[i]), joint.row) / sigma_[j];
-    joint.centre(m);
-    const auto& [block, J, Y, e] = rows[i];
+    Eigen::VectorXd m = errors(j) / sigma_[j];
+    data_.joint(j).centre(m);
+    const auto& [block, J, Y, e] = rows[static_cast<std::size_t>(j)];
     scores.col(j).segment(block.begin, block.size) = J.transpose() * m;
     scores.col(j).tail(Y.cols()) = Y.transpose() * m;
   });
   return scores;
+}
+
+Eigen::MatrixXd ArmTorqueProblem::motion_scores(const std::vector<Rows>& rows,
+                                                const MotionErrors& motion) const {
+  return scores_of(rows, [&](int j) {
+    const ArmTorqueData::Joint& joint = data_.joint(j);
+    const JointModel& model = models_[static_cast<std::size_t>(j)];
+    return motion.of(joint.friction, j, model.one, theta_of(model), joint.row);
+  });
+}
+
+Eigen::VectorXd ArmTorqueProblem::timing_score(const std::vector<Rows>& rows) const {
+  const Eigen::MatrixXd of_joints = scores_of(rows, [&](int j) {
+    const ArmTorqueData::Joint& joint = data_.joint(j);
+    Eigen::VectorXd late(joint.tau.size());
+    Eigen::Index r = 0;
+    for (std::size_t s = 0; s < joint.row.size(); ++s)
+      for (const int k : joint.row[s]) late[r++] = late_by(data_.recordings()[s], k, j);
+    return late;
+  });
+  return of_joints.rowwise().sum();
 }
 
 Eigen::MatrixXd ArmTorqueProblem::noise_information() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -59,6 +60,8 @@ class ArmTorqueProblem {
   /// (`MotionErrors`).
   /// @param rows  where `rows_at` was called last
   Eigen::MatrixXd motion_scores(const std::vector<Rows>& rows, const MotionErrors& motion) const;
+  /// J'm (coordinates) with m the error of all rows that an unknown timing of the torque makes.
+  Eigen::VectorXd timing_score(const std::vector<Rows>& rows) const;
 
   /// N'N over the squares of sigma (p x p), N being what noise of the encoders adds to the
   /// regressor of the rows (`motion_of_noise`).
@@ -78,6 +81,9 @@ class ArmTorqueProblem {
   };
 
   std::span<const double> theta_of(const JointModel& model) const;
+  /// J'm (coordinates, n). @param errors  m of a joint's rows [N m]
+  Eigen::MatrixXd scores_of(const std::vector<Rows>& rows,
+                            const std::function<Eigen::VectorXd(int)>& errors) const;
   /// Coordinates of one joint's friction.
   optimise::Block block_of(const JointModel& model) const;
   /// F[f] and its derivatives by the coordinates of a joint's friction.

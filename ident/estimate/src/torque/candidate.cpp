@@ -44,10 +44,9 @@ namespace {
 constexpr int kFewRollouts = 10;  // of a second: their differences
 constexpr double kChance = 3;     // below this factor are taken for chance
 // Held-out torques that are one: they were seen, and a law with more parameters lowers them anyway.
-constexpr double kTie = 1.03;
+constexpr double kTie = 1.03, kTieOfFew = 1.06;  // the latter of laws, where rollouts are few
 // Rollouts that few samples of the torque agree with are good by chance.
 constexpr double kMostTorque = 4;  // of the least held-out torque error
-constexpr double kRival = 2;       // .. and what a law has to better the sum by, which contains it
 
 std::ptrdiff_t fallen(const RolloutErrors& errors) {
   const double least = std::log(kFallenSquare);
@@ -59,11 +58,10 @@ bool few_rollouts(const Candidate& candidate) {
   return std::ssize(candidate.rollouts.seconds) < kFewRollouts;
 }
 
-/// Whether a candidate explains the held-out torque as others without networks do.
+/// Whether a candidate explains the held-out torque as others do.
 std::vector<bool> explains(std::span<const Candidate> candidates) {
   const auto error = [](const Candidate& candidate) {
-    return std::tuple(!std::isfinite(candidate.held_out), has_networks(candidate.arm),
-                      candidate.torque);
+    return std::pair(!std::isfinite(candidate.held_out), candidate.torque);
   };
   const double least = std::ranges::min_element(candidates, {}, error)->torque;
   std::vector<bool> out;
@@ -108,36 +106,35 @@ std::vector<bool> eligible(std::span<const Candidate> candidates) {
   return all;
 }
 
+namespace {
+
+/// Of some candidates the one with fewest parameters among the least held-out torque error and what
+/// is near it; of as many, the one with the best rollouts. @pre there is one
+std::size_t simplest(std::span<const Candidate> candidates, const std::vector<std::size_t>& some,
+                     double tie) {
+  const auto torque = [&](std::size_t i) { return candidates[i].torque; };
+  const double most = tie * torque(*std::ranges::min_element(some, {}, torque));
+  return *std::ranges::min_element(some, {}, [&](std::size_t i) {
+    return std::tuple(torque(i) > most, candidates[i].parameters, candidates[i].held_out);
+  });
+}
+
+}  // namespace
+
 std::size_t choose(std::span<const Candidate> candidates) {
-  std::vector<bool> from = eligible(candidates);
-  std::vector<bool> plain = from;
-  for (std::size_t i = 0; i < candidates.size(); ++i)
-    plain[i] = from[i] && !has_networks(candidates[i].arm);
-  if (std::ranges::count(plain, true) > 0) from = std::move(plain);
-  std::size_t taken = best_of(candidates);
-  const auto error = [&](std::size_t i) {
-    const Candidate& candidate = candidates[i];
-    if (!few_rollouts(candidate)) return candidate.torque;
-    return (candidate.rival ? kRival : 1) * candidate.torque * candidate.held_out;
-  };
-  const auto beaten = [&](std::size_t i) {
-    for (std::size_t k = 0; k < candidates.size(); ++k)
-      if (from[k] && candidates[k].torque < candidates[i].torque &&
-          candidates[k].held_out < candidates[i].held_out)
-        return true;
-    return false;
-  };
-  for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (from[i] && !beaten(i) && (!from[taken] || beaten(taken) || error(i) < error(taken)))
-      taken = i;
-  if (few_rollouts(candidates[taken])) return taken;
-  const double tie = kTie * candidates[taken].torque;
-  for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (from[i] && candidates[i].torque < tie &&
-        std::pair(candidates[i].parameters, candidates[i].held_out) <
-            std::pair(candidates[taken].parameters, candidates[taken].held_out))
-      taken = i;
-  return taken;
+  const std::vector<bool> from = eligible(candidates);
+  std::vector<std::size_t> all, sums, rivals;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (!from[i]) continue;
+    all.push_back(i);
+    (candidates[i].rival ? rivals : sums).push_back(i);
+  }
+  if (all.empty()) return best_of(candidates);
+  if (!few_rollouts(candidates[all.front()])) return simplest(candidates, all, kTie);
+  // neither the torque nor the rollouts of a few seconds tell a sum from a law
+  const auto product = [&](std::size_t i) { return candidates[i].torque * candidates[i].held_out; };
+  if (!rivals.empty()) sums.push_back(simplest(candidates, rivals, kTieOfFew));
+  return *std::ranges::min_element(sums, {}, product);
 }
 
 }  // namespace fricid::estimate

@@ -170,11 +170,12 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
 
   std::vector<Candidate> cheap = trials.all();
   std::erase_if(cheap, [&](const Candidate& candidate) {
-    return candidate.torque >= kWorse * trials[0].torque;
+    return candidate.torque >= kWorse * trials[0].torque || !has_networks(candidate.arm);
   });
+  if (cheap.empty()) return std::nullopt;
   const Candidate& best = cheap[choose(cheap)];
-  const bool worth_it = has_networks(best.arm) && kBetter * best.held_out < trials[0].held_out;
-  if (!worth_it) return std::nullopt;
+  const Difference gain = between(trials[0].rollouts, best.rollouts);
+  if (gain.mean <= gain.error || kBetter * best.held_out >= trials[0].held_out) return std::nullopt;
   const Arm arm = fits.on_torque(best.arm, kAll, false).arm;
   return fits.judged(best.name, arm, seconds_since(begin));
 }

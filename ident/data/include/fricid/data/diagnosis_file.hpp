@@ -37,6 +37,7 @@ enum class FindingKind {
   kSpike,
   kJump,
   kRepeated,
+  kHeld,
   kVelocity,
   kAngleUnit,
   kLengthUnit,
@@ -54,8 +55,8 @@ enum class FindingKind {
 };
 constexpr std::string_view names(FindingKind) {
   return "rate|gap|duplicate|restart|wrap|jitter|clock_drift|missing|quantised|stuck|same|constant|"
-         "still|saturated|at_limit|spike|jump|repeated|velocity|angle_unit|length_unit|torque_unit|"
-         "mount|no_gravity|sign|swapped|coupled|delay|delay_unknown|temperature_unit|"
+         "still|saturated|at_limit|spike|jump|repeated|held|velocity|angle_unit|length_unit|"
+         "torque_unit|mount|no_gravity|sign|swapped|coupled|delay|delay_unknown|temperature_unit|"
          "temperature_trend|segments";
 }
 

@@ -326,9 +326,10 @@ struct FittedCandidate {
             not_negative("1", "residual share of the torque's variance, held-out rows"));
     archive("parameters", parameters, number("", 0, 1e9, "free parameters of the friction"));
     archive("eligible", eligible,
-            flag("whether its rollouts are within a standard error of the best"));
+            flag("whether its rollouts are as good as the best, but for chance"));
     archive("taken", taken,
-            flag("whether it was chosen: the least torque error of the eligible ones"));
+            flag("whether it was chosen: of the eligible ones the simplest near the least torque "
+                 "error"));
   }
 };
 

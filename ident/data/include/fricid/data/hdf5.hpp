@@ -68,6 +68,7 @@ class H5Reader {
   std::string unit(const std::string& name) const;
   std::string text_attribute(const std::string& name) const;
   double number_attribute(const std::string& name) const;
+  double number_attribute_or_zero(const std::string& name) const;  ///< 0: it is absent
   std::vector<std::string> texts_attribute(const std::string& name) const;
   std::vector<double> numbers_attribute(const std::string& name) const;
   /// Attribute joint_names, each what names.hpp allows.

@@ -24,6 +24,10 @@ class SignalWriter {
   void attribute(std::string_view key, const Value& value, const Field& /*field*/) {
     file_.attribute(std::string(key), value);
   }
+  /// Left out where it is zero.
+  void attribute_or_zero(std::string_view key, double value, const Field& field) {
+    if (value != 0) attribute(key, value, field);
+  }
   /// Written for other programs, never read.
   template <class Value>
   void stamp(std::string_view key, const Value& value, const Field& field) {
@@ -78,6 +82,9 @@ class SignalReader {
   }
   void attribute(std::string_view key, std::string& value, const Field& /*field*/) {
     value = file_.text_attribute(std::string(key));
+  }
+  void attribute_or_zero(std::string_view key, double& value, const Field& /*field*/) {
+    value = file_.number_attribute_or_zero(std::string(key));
   }
   template <class Value>
   void stamp(std::string_view /*key*/, const Value& /*value*/, const Field& /*field*/) {}

@@ -14,14 +14,14 @@ namespace fricid::doctor {
 /// Examines a log as it was read: times may have gaps, repeat or jitter.
 ///
 /// Of the times: rate, gap, duplicate, jitter, clock_drift, wrap; of a file of several recordings
-/// restart alone. Of each signal: missing, stuck, constant, still, quantised, saturated, spike,
-/// jump, repeated rows. Between signals: columns of two joints that are the same, a velocity that
-/// is not the derivative of the position. Against dynamics, by linear regression of the torque on
-/// the motion under every hypothesis (a mount, a sign, a swap, degrees, a delay): mount, sign,
-/// swapped, angle_unit, torque_unit, delay. With `robot` the regressors are its nominal torques,
-/// its limits are checked, and torque that stays at the effort of its joint is at_limit instead of
-/// saturated; without it a wrong sign shows only as negative inertia or negative
-/// friction.
+/// restart alone. Of rows that are held: held, then all others of the log without. Of each signal:
+/// missing, stuck, constant, still, quantised, saturated, spike, jump, repeated rows. Between
+/// signals: columns of two joints that are the same, a velocity that is not the derivative of the
+/// position. Against dynamics, by linear regression of the torque on the motion under every
+/// hypothesis (a mount, a sign, a swap, degrees, a delay): mount, sign, swapped, angle_unit,
+/// torque_unit, delay. With `robot` the regressors are its nominal torques, its limits are checked,
+/// and torque that stays at the effort of its joint is at_limit instead of saturated; without it a
+/// wrong sign shows only as negative inertia or negative friction.
 /// @return notes and damage, times first
 /// @pre d.t, d.q, d.tau have equal lengths of at least 2; d.rate_hz is the usual rate
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot = nullptr);
@@ -40,6 +40,7 @@ bool can_be_repaired(const Finding& finding);
 /// The log with the findings of some kinds repaired; `source` lists the repairs.
 ///
 ///     wrap         the time goes on where its counter began again
+///     held         the first row of each new value is kept, at the rate of the source
 ///     gap          rows of missing values where samples are lost
 ///     duplicate    the later of two rows of equal time is dropped
 ///     jitter, clock_drift    times are replaced by uniform ones, but for gaps and duplicates

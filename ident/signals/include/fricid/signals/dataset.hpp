@@ -32,6 +32,9 @@ struct Dataset {
   RowMatrix tau;                         ///< (T, n) motor torque at the joint [N m]
   RowMatrix v;                           ///< (T, n) [rad/s] or empty
   RowMatrix temperature;                 ///< (T, n) [K] or empty
+  /// Of what is not known of when a torque acts, standard deviation [s]: it may be measured at its
+  /// sample, half a sample later than one that is held from it.
+  double torque_delay_sd = 0;
 
   int length() const { return static_cast<int>(t.size()); }
   int n() const { return static_cast<int>(q.cols()); }
@@ -49,6 +52,9 @@ struct Dataset {
                       signal("N m", "motor torque at the joint, held until the next sample"));
     archive.of_joints_or_none("v", v, signal("rad/s", "velocity"));
     archive.of_joints_or_none("temperature", temperature, signal("K", "of the joint"));
+    archive.attribute_or_zero(
+        "torque_delay_sd", torque_delay_sd,
+        number("s", 0, 1, "of what is not known of when the torque acts; absent: 0"));
   }
 };
 

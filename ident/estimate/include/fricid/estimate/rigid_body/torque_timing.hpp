@@ -19,6 +19,9 @@ struct TorqueTiming {
   /// of a sample by three standard errors, and with a gain of .1. Friction that lags looks like a
   /// delay of milliseconds.
   bool is_at_samples() const;
+  /// How likely it is, held and measured being as likely beforehand.
+  /// @param dt  of the log [s]; friction that lags shifts the delay by about a millisecond
+  double likelihood_at_samples(double dt) const;
 };
 
 /// The regression of `rigid_body_least_squares`, without a prior, with a delay d of the torque that

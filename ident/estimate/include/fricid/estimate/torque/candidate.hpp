@@ -40,10 +40,10 @@ bool has_networks(const Arm& arm);
 /// factor of three. A candidate whose held-out torque error is four times the least of all has good
 /// rollouts by chance: it is neither, unless all others fall more often.
 std::vector<bool> eligible(std::span<const Candidate> candidates);
-/// Of those the one with the least held-out torque error, of those within 3 % of it the one with
-/// fewest parameters. Where rollouts are so few, the one with the least product of that and the
-/// rollouts' error, of a rival times two, but none that another betters in both. One with networks
-/// only where all have them; the best where there is none.
+/// Of those the one with fewest parameters among the least held-out torque error and what is within
+/// 3 % of it; of as many, the one with the best rollouts. Where rollouts are so few, one of the
+/// conventional laws is chosen so, within 6 %, and of that and the others the one with the least
+/// product of torque and rollout error. The best where none is eligible.
 /// @return index
 std::size_t choose(std::span<const Candidate> candidates);
 
