@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "fricid/data/log_part.hpp"
 #include "fricid/data/log_reader.hpp"
 #include "import_fixture.hpp"
 #include "source_dir.hpp"
@@ -66,6 +67,23 @@ TEST_F(Import, TorqueMeasuredAtItsSamplesIsHeldBetweenThem) {
   }
   EXPECT_EQ(measured.tau(4, 1), (4 * 4 * 4 + 5 * 5 * 5) / 2.);  // beside a gap: the straight line
   EXPECT_TRUE(std::isnan(measured.tau(5, 1)) && std::isnan(measured.tau(6, 1)));
+}
+
+// Held or measured half a sample later, as likely where the contract leaves it open: kept in files.
+TEST_F(Import, WhatIsNotKnownOfTheTimingOfATorqueIsKept) {
+  const auto unknown = [&](const std::string& line) {
+    return read_log(write("log.csv", kLog), contract(kContract + line)).torque_delay_sd;
+  };
+  const double half_a_sample = 0.5 / import(kLog).rate_hz;
+  EXPECT_NEAR(unknown(""), half_a_sample * std::sqrt(0.5), 1e-15);
+  for (const char* known : {"timing = \"held\"\n", "timing = \"measured\"\n", "delay_s = 0.004\n"})
+    EXPECT_EQ(unknown(known), 0) << known;
+  const Dataset read = import(kLog);
+  const std::filesystem::path file =
+      std::filesystem::path(write("log.csv", kLog)).parent_path() / "log.h5";
+  save_dataset(read, file);
+  EXPECT_EQ(load_dataset(file).torque_delay_sd, read.torque_delay_sd);
+  EXPECT_EQ(rows_of(read, 1, 2).torque_delay_sd, read.torque_delay_sd);
 }
 
 TEST_F(Import, ReadsColumnsByPattern) {
