@@ -97,6 +97,20 @@ TEST(Payload, IsFoundWithinTwoPercent) {
   EXPECT_TRUE(dynamics::is_physical(fit.pi));
 }
 
+TEST(Payload, AnUnknownTimingOfTheTorqueIsInItsErrors) {
+  Logs bare = simulate(kNone, 1), loaded = simulate(kGripper, 2);
+  const auto fitted = [&](double unknown) {
+    for (Logs* logs : {&bare, &loaded}) logs->recording.log.torque_delay_sd = unknown;
+    return payload_least_squares(bare.robot, flange(bare.robot), {&bare.recording, 1},
+                                 {&loaded.recording, 1}, {});
+  };
+  const PayloadFit exact = fitted(0), late = fitted(1e-3);
+  EXPECT_EQ(late.free, exact.free);
+  for (Eigen::Index i = 0; i < 10; ++i)
+    EXPECT_GE(late.standard_error[i], exact.standard_error[i]) << i;
+  EXPECT_GT(late.standard_error.norm(), 1.2 * exact.standard_error.norm());
+}
+
 // Friction that grows with the torque of the motor is in part in phase with gravity: as Coulomb
 // friction alone it moves the centre of mass by a centimetre.
 TEST(Payload, IsFoundUnderFrictionThatGrowsWithTheLoad) {

@@ -49,6 +49,8 @@ Regression joined(const Columns& at, int link, const Regression& without, const 
   all.rows.bottomRightCorner(second, kLoad) = with.rows.middleCols(kLoad * link, kLoad);
   all.tau.resize(first + second);
   all.tau << without.tau, with.tau;
+  all.late.resize(first + second);
+  all.late << without.late, with.late;
   all.joint = without.joint;
   for (const int j : with.joint) all.joint.push_back(at.n + j);
   all.block = without.block;
@@ -225,16 +227,19 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   const Eigen::MatrixXd covariance =
       T * invert(solved.H, nullptr).bottomRightCorner<kLoad, kLoad>() * T.transpose();
   fit.free = T * solved.x.tail<kLoad>();
-  const Eigen::MatrixXd jackknife =
-      T * jackknife_root(data.rows, data.tau, solved, data.block, precision).bottomRows<kLoad>();
-  fit.standard_error = jackknife.rowwise().norm();
+  const Eigen::MatrixXd of_blocks =
+      jackknife_root(data.rows, data.tau, solved, data.block, precision);
+  Eigen::MatrixXd errors(kLoad, of_blocks.cols() + 1);
+  errors << of_blocks.bottomRows<kLoad>(), moved_by(data.late, data.rows, solved).tail<kLoad>();
+  errors = (T * errors).eval();
+  fit.standard_error = errors.rowwise().norm();
   const Eigen::MatrixXd root = inverse_root(covariance);
   fit.pi = fit_physical_body(root, root * fit.free, ball(fit.free[0]));
   fit.size << fit.pi[0], Eigen::Vector3d::Constant(fit.pi.segment<3>(1).norm()),
       Eigen::Matrix<double, 6, 1>::Constant((fit.pi[4] + fit.pi[6] + fit.pi[9]) / 3);
 
   const Eigen::Matrix<double, 10, 10> J = body_jacobian(fit.pi);
-  const Vector10 error = (J * jackknife).rowwise().norm();
+  const Vector10 error = (J * errors).rowwise().norm();
   fit.body = dynamics::body_of(fit.pi);
   fit.body_error = {error[0], error.segment<3>(1), symmetric(error.tail<6>())};
 

@@ -100,4 +100,9 @@ Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& 
   return out;
 }
 
+Eigen::VectorXd moved_by(const Eigen::VectorXd& error, const Eigen::MatrixXd& X,
+                         const Weighted& solved) {
+  return invert(solved.H, nullptr) * (X.transpose() * solved.weight.cwiseProduct(error));
+}
+
 }  // namespace fricid::estimate

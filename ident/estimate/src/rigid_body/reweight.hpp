@@ -39,4 +39,9 @@ Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& 
                                const Weighted& solved, const std::vector<int>& block,
                                const Eigen::MatrixXd& prior_information);
 
+/// What an error of tau that rows have in common makes of the solution: H^-1 X' W error.
+/// @param error  (N)
+Eigen::VectorXd moved_by(const Eigen::VectorXd& error, const Eigen::MatrixXd& X,
+                         const Weighted& solved);
+
 }  // namespace fricid::estimate

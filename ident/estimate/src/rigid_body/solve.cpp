@@ -204,8 +204,7 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   const Eigen::MatrixXd inverse = invert(solved.H, nullptr);
   Eigen::MatrixXd of_held = Eigen::MatrixXd::Zero(X.cols(), std::ssize(options.held_armatures));
   if (with_prior) of_held = inverse.leftCols(p) * held_scores(robot, options);
-  const Eigen::VectorXd of_timing =
-      inverse * (X.transpose() * solved.weight.cwiseProduct(data.late));
+  const Eigen::VectorXd of_timing = moved_by(data.late, X, solved);
   Eigen::MatrixXd errors_root(X.cols(), of_blocks.cols() + diluted.cols() + of_held.cols() + 1);
   errors_root << of_blocks, diluted, of_held, of_timing;
   const auto growing = std::ranges::count_if(friction, [&](int k) { return k >= p + 3 * n; });
