@@ -364,13 +364,14 @@ Exported write_mjcf_friction(const data::ModelFile& model, const Motion* held_ou
   if (friction.joint_count() > 0) {
     const RowMatrix law = along(model.arm.friction), said = along(as_laws(natives));
     const RowMatrix error = said - law;
-    for (int j = 0; j < robot.n(); ++j)
-      if (const dynamics::Joint& joint = robot.joints[static_cast<std::size_t>(j)];
-          rms(error, j) > 1e-9 * rms(law, j))
-        exported.losses.push_back(fmt::format(
-            "{}, friction of {}: {:.3g} {} RMS from the law's {:.3g} {} RMS, along {}",
-            code_name(model), joint.name, rms(error, j), unit_of_joint("N m", slides(joint)),
-            rms(law, j), unit_of_joint("N m", slides(joint)), motion.name));
+    for (int j = 0; j < robot.n(); ++j) {
+      if (!(rms(error, j) > 1e-9 * rms(law, j))) continue;
+      const dynamics::Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+      const std::string unit = unit_of_joint("N m", slides(joint));
+      exported.losses.push_back(fmt::format(
+          "{}, friction of {}: {:.3g} {} RMS from the law's {:.3g} {} RMS, along {}",
+          code_name(model), joint.name, rms(error, j), unit, rms(law, j), unit, motion.name));
+    }
   }
   for (const std::string& loss : exported.losses) extras.head += xml_comment(loss) + Xml::of("\n");
   if (!extras.tendons.empty()) {

@@ -55,10 +55,7 @@ void settle_torque_timing(std::span<data::Dataset> logs, const dynamics::RobotMo
           "\"measured\" in the contract ends it");
     return;
   }
-  for (data::Dataset& log : logs) {
-    log = data::held_between_samples(std::move(log));
-    log.torque_delay_sd = 0;
-  }
+  for (data::Dataset& log : logs) log = data::held_between_samples(std::move(log));
   say(
       fmt::format("the torque is measured at its samples ({:.2f} +- {:.2g} samples later than one "
                   "held from them), and is taken as its mean between them; "

@@ -141,6 +141,7 @@ Dataset held_between_samples(Dataset log) {
   Dataset out = rows_of(log, 0, intervals);
   out.tau = std::move(held);
   out.source += ", tau measured at its samples";
+  out.torque_delay_sd = 0;
   return out;
 }
 

@@ -44,8 +44,9 @@ namespace {
 
 constexpr const char* kTorqueFrom = ", tau from ";  // in a source, before the kind
 
-// Rates at which the motion of a robot is logged [Hz]: beyond them the unit of the times is wrong.
 constexpr double kUnknownTiming = 0.5 * std::numbers::sqrt2 / 2;  // no delay or half a sample
+
+// Rates at which the motion of a robot is logged [Hz]: beyond them the unit of the times is wrong.
 constexpr double kSlowest = 1, kFastest = 1e5;
 
 double per_second(std::string_view unit) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "checks.hpp"
 #include "fricid/base/upper_median.hpp"
@@ -204,6 +205,7 @@ MostOfOneValue most_of_one_value(const Channel& c, const Channel& q) {
 void check_saturation(const Channel& c, const Channel& q, Findings& findings) {
   const double width = std::max(kJustBelow * c.range(), kStepsBelow * c.least_change);
   const bool is_position = c.signal == std::string_view("q");
+  std::optional<MostOfOneValue> other;  // looked for where an extreme may be one too many
   for (const double sign : {1.0, -1.0}) {
     const double extreme = sign > 0 ? c.high : c.low;
     const auto is_top = [&](int k) { return sign * (extreme - c[k]) <= 1e-9 * c.range(); };
@@ -235,9 +237,9 @@ void check_saturation(const Channel& c, const Channel& q, Findings& findings) {
     const bool crowded = longest >= kPlateau && count >= kCrowding * near;
     const auto piled = [&] {
       if (is_position || count < kPlateau) return false;
-      const MostOfOneValue other = most_of_one_value(c, q);
-      return count >= kPiled * other.in_all ||
-             (longest >= kPlateau && longest >= kCrowding * other.in_a_row);
+      if (!other) other = most_of_one_value(c, q);
+      return count >= kPiled * other->in_all ||
+             (longest >= kPlateau && longest >= kCrowding * other->in_a_row);
     };
     if ((leaps && plateaus == 1) || !(crowded || piled())) continue;
     Finding finding = c.finding(FindingKind::kSaturated, at.front(), at.back(), extreme, "");
@@ -328,26 +330,29 @@ void check_jumps(const Channel& c, Findings& findings) {
 // several in a row, by a leap after them.
 void check_repeats(const data::Dataset& d, Findings& findings) {
   constexpr double kLeaps = 1.5;  // times the step before
-  Finding repeated{
-      .kind = FindingKind::kRepeated, .signal = "q tau", .unit = "% of rows", .count = 0};
   const auto same = [&](int k) {
     return d.q.row(k) == d.q.row(k - 1) && d.tau.row(k) == d.tau.row(k - 1);
   };
+  const auto step = [&](int k) { return (d.q.row(k) - d.q.row(k - 1)).cwiseAbs().eval(); };
+  std::vector<int> rows;
   for (int first = 2, end = 0; first < d.length(); first = std::max(first + 1, end)) {
     if (!same(first)) continue;
     for (end = first + 1; end < d.length() && same(end);) ++end;
-    const auto step = [&](int k) { return (d.q.row(k) - d.q.row(k - 1)).cwiseAbs().eval(); };
     const bool moves = (step(first - 1).array() > 0).count() * 2 > d.n();
     const bool goes_on =
         end - first == 1 || (end < d.length() && step(end).sum() > kLeaps * step(first - 1).sum());
-    if (!moves || !goes_on) continue;
-    if (repeated.rows.empty()) repeated.begin_s = d.t[first];
-    repeated.end_s = d.t[end - 1];
-    for (int k = first; k < end; ++k) repeated.rows.push_back(k);
+    for (int k = first; k < end && moves && goes_on; ++k) rows.push_back(k);
   }
-  repeated.count = static_cast<int>(repeated.rows.size());
-  repeated.size = 100.0 * repeated.count / d.length();
-  if (repeated.count > kRepeated * d.length()) findings.push_back(repeated);
+  const auto count = static_cast<int>(rows.size());
+  if (!(count > kRepeated * d.length())) return;
+  findings.push_back({.kind = FindingKind::kRepeated,
+                      .signal = "q tau",
+                      .begin_s = d.t[rows.front()],
+                      .end_s = d.t[rows.back()],
+                      .size = 100.0 * count / d.length(),
+                      .unit = "% of rows",
+                      .count = count,
+                      .rows = std::move(rows)});
 }
 
 // The factor by which one column is another, to rounding; 0: it is not, or too few of its samples

@@ -224,13 +224,14 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
 
   // in the frame: free, then the nearest body
   const Eigen::Matrix<double, 10, 10> T = dynamics::inertia_in_frame(frame.R, frame.p);
-  const Eigen::MatrixXd covariance =
-      T * invert(solved.H, nullptr).bottomRightCorner<kLoad, kLoad>() * T.transpose();
+  const Eigen::MatrixXd inverse = invert(solved.H, nullptr);
+  const Eigen::MatrixXd covariance = T * inverse.bottomRightCorner<kLoad, kLoad>() * T.transpose();
   fit.free = T * solved.x.tail<kLoad>();
   const Eigen::MatrixXd of_blocks =
       jackknife_root(data.rows, data.tau, solved, data.block, precision);
   Eigen::MatrixXd errors(kLoad, of_blocks.cols() + 1);
-  errors << of_blocks.bottomRows<kLoad>(), moved_by(data.late, data.rows, solved).tail<kLoad>();
+  errors << of_blocks.bottomRows<kLoad>(),
+      moved_by(data.late, data.rows, solved, inverse).tail<kLoad>();
   errors = (T * errors).eval();
   fit.standard_error = errors.rowwise().norm();
   const Eigen::MatrixXd root = inverse_root(covariance);

@@ -101,8 +101,8 @@ Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& 
 }
 
 Eigen::VectorXd moved_by(const Eigen::VectorXd& error, const Eigen::MatrixXd& X,
-                         const Weighted& solved) {
-  return invert(solved.H, nullptr) * (X.transpose() * solved.weight.cwiseProduct(error));
+                         const Weighted& solved, const Eigen::MatrixXd& inverse) {
+  return inverse * (X.transpose() * solved.weight.cwiseProduct(error));
 }
 
 }  // namespace fricid::estimate

@@ -40,8 +40,9 @@ Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& 
                                const Eigen::MatrixXd& prior_information);
 
 /// What an error of tau that rows have in common makes of the solution: H^-1 X' W error.
-/// @param error  (N)
+/// @param error    (N)
+/// @param inverse  of H
 Eigen::VectorXd moved_by(const Eigen::VectorXd& error, const Eigen::MatrixXd& X,
-                         const Weighted& solved);
+                         const Weighted& solved, const Eigen::MatrixXd& inverse);
 
 }  // namespace fricid::estimate

@@ -20,6 +20,7 @@ namespace {
 constexpr double kWorstCondition = 1e4;  // above it the base parameters are called ill conditioned
 constexpr double kPossible = 10;         // times what the URDF gives the links: a size of errors
 constexpr int kPoses = 20;               // per recording, of the inertia of a joint
+constexpr Eigen::Index kRowsOfWellPosed = 10;  // else a joint may be fitted to the last digit
 
 // Size of each unknown that makes 2 % of the rms torque of the joint that it matters most to.
 Eigen::VectorXd sizes_that_matter(const Eigen::MatrixXd& shares) {
@@ -128,8 +129,6 @@ std::string missing_values(std::span<const signals::Recording> sequences) {
       lacking, all);
 }
 
-constexpr Eigen::Index kRowsOfWellPosed = 10;  // else a joint may be fitted to the last digit
-
 /// (n) Standard deviation of the residual without a prior; empty where there are too few rows.
 Eigen::VectorXd sigma_alone(const Regression& data, const std::vector<int>& base,
                             const std::vector<int>& friction, int n, bool robust) {
@@ -204,7 +203,7 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   const Eigen::MatrixXd inverse = invert(solved.H, nullptr);
   Eigen::MatrixXd of_held = Eigen::MatrixXd::Zero(X.cols(), std::ssize(options.held_armatures));
   if (with_prior) of_held = inverse.leftCols(p) * held_scores(robot, options);
-  const Eigen::VectorXd of_timing = moved_by(data.late, X, solved);
+  const Eigen::VectorXd of_timing = moved_by(data.late, X, solved, inverse);
   Eigen::MatrixXd errors_root(X.cols(), of_blocks.cols() + diluted.cols() + of_held.cols() + 1);
   errors_root << of_blocks, diluted, of_held, of_timing;
   const auto growing = std::ranges::count_if(friction, [&](int k) { return k >= p + 3 * n; });
