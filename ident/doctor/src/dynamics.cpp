@@ -21,15 +21,8 @@ void check_velocity(const data::Dataset& d, Findings& findings) {
       return f.kind == FindingKind::kStuck && f.joint == j;
     });
     if (stuck) continue;
-    double dot = 0, slope = 0, logged = 0;
-    for (int i = 0; i < motion.length(); ++i) {
-      const double v =
-          local_fit(d.v, j, motion.samples[static_cast<std::size_t>(i)], motion.half).c0;
-      if (!std::isfinite(v)) continue;
-      dot += v * motion.v(i, j);
-      slope += motion.v(i, j) * motion.v(i, j);
-      logged += v * v;
-    }
+    const auto [dot, slope, logged] =
+        compare_velocity(motion, j, [&](int k) { return local_fit(d.v, j, k, motion.half).c0; });
     if (!(slope > kResting * kResting * motion.length())) continue;
     const double factor = dot / slope;
     const double rest = logged > 0 ? 1 - dot * factor / logged : 1;

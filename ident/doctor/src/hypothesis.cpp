@@ -1,6 +1,5 @@
 #include "hypothesis.hpp"
 
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -12,14 +11,8 @@ using data::RowMatrix;
 // Whether the logged velocity goes with the logged position of joint j.
 bool velocity_follows(const data::Dataset& d, const Motion& motion, int j) {
   if (d.v.size() == 0) return false;
-  double dot = 0, square = 0;
-  for (int i = 0; i < motion.length(); ++i) {
-    const double logged = d.v(motion.samples[static_cast<std::size_t>(i)], j);
-    if (!std::isfinite(logged)) continue;
-    dot += logged * motion.v(i, j);
-    square += motion.v(i, j) * motion.v(i, j);
-  }
-  return dot > 0.5 * square;
+  const VelocityProducts sums = compare_velocity(motion, j, [&](int k) { return d.v(k, j); });
+  return sums.dot > 0.5 * sums.square;
 }
 
 }  // namespace

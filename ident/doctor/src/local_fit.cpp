@@ -102,4 +102,17 @@ Motion local_motion(const data::Dataset& d, int count, double half_s, int margin
   return motion;
 }
 
+VelocityProducts compare_velocity(const Motion& motion, int j,
+                                  const std::function<double(int)>& logged) {
+  VelocityProducts sums;
+  for (int i = 0; i < motion.length(); ++i) {
+    const double w = logged(motion.samples[static_cast<std::size_t>(i)]);
+    if (!std::isfinite(w)) continue;
+    sums.dot += w * motion.v(i, j);
+    sums.square += motion.v(i, j) * motion.v(i, j);
+    sums.logged += w * w;
+  }
+  return sums;
+}
+
 }  // namespace fricid::doctor

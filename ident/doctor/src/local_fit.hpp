@@ -1,6 +1,7 @@
 // Value, slope and curvature of a signal at a sample, by a parabola through its neighbours.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "fricid/data/dataset.hpp"
@@ -39,5 +40,14 @@ struct Motion {
 /// @param half_s  half the window of the local fits [s]
 /// @param margin  further samples on either side that must be finite, for `torque`
 Motion local_motion(const data::Dataset& d, int count, double half_s, int margin);
+
+/// Sums over the samples of a motion at which a joint's logged velocity w is finite.
+struct VelocityProducts {
+  double dot = 0, square = 0, logged = 0;  ///< w v, v^2, w^2
+};
+
+/// @param logged  velocity of joint j by the row of the log
+VelocityProducts compare_velocity(const Motion& motion, int j,
+                                  const std::function<double(int)>& logged);
 
 }  // namespace fricid::doctor

@@ -17,16 +17,9 @@ constexpr double kDegree = std::numbers::pi / 180;
 // Whether the logged velocity is that of a position in degrees, in radians.
 bool velocity_tells_degrees(const data::Dataset& d, const Motion& motion, int j) {
   if (d.v.size() == 0) return false;
-  double dot = 0, square = 0, logged_square = 0;
-  for (int i = 0; i < motion.length(); ++i) {
-    const double logged = d.v(motion.samples[static_cast<std::size_t>(i)], j);
-    if (!std::isfinite(logged)) continue;
-    dot += logged * motion.v(i, j);
-    square += motion.v(i, j) * motion.v(i, j);
-    logged_square += logged * logged;
-  }
+  const auto [dot, square, logged] = compare_velocity(motion, j, [&](int k) { return d.v(k, j); });
   return dot > 0.5 * kDegree * square && dot < 2 * kDegree * square &&
-         dot * dot > 0.5 * square * logged_square;
+         dot * dot > 0.5 * square * logged;
 }
 
 /// Sliding joints far outside their limits: not in metres.
