@@ -156,6 +156,32 @@ void couple_motors(mjSpec& spec, const dynamics::RobotModel& robot) {
   }
 }
 
+bool same_inertias(const mjModel& x, const mjModel& y) {
+  if (x.nbody != y.nbody || x.nv != y.nv) return false;
+  for (int b = 0; b < x.nbody; ++b) {
+    const auto same = [&](const mjtNum* of_x, const mjtNum* of_y, int size) {
+      return std::equal(of_x + size * b, of_x + size * (b + 1), of_y + size * b);
+    };
+    const bool moves = x.body_weldid[b] != 0;
+    if (moves && !(same(x.body_mass, y.body_mass, 1) && same(x.body_ipos, y.body_ipos, 3) &&
+                   same(x.body_iquat, y.body_iquat, 4) && same(x.body_inertia, y.body_inertia, 3)))
+      return false;
+  }
+  return true;
+}
+
+/// @param spec   that of `model`, without what is only seen afterwards
+/// @return the model without it; null where bodies take their inertia from it, or where other
+///         parts of the file refer to it
+MjModelPtr without_looks(mjSpec& spec, const mjModel& model) {
+  for (const mjtObj seen : {mjOBJ_GEOM, mjOBJ_SITE, mjOBJ_CAMERA, mjOBJ_LIGHT})
+    while (mjsElement* element = mjs_firstElement(&spec, seen))
+      if (mjs_delete(&spec, element) != 0) return nullptr;
+  MjModelPtr bare(mj_compile(&spec, nullptr));
+  if (bare && !same_inertias(model, *bare)) bare.reset();
+  return bare;
+}
+
 void disable_all_but_gravity(mjModel& model, double step) {
   model.opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_LIMIT |
                             mjDSBL_FRICTIONLOSS | mjDSBL_EQUALITY | mjDSBL_ACTUATION |
@@ -220,6 +246,8 @@ MujocoArm::MujocoArm(const std::filesystem::path& mjcf, const dynamics::RobotMod
   if (robot.coupled()) couple_motors(*spec, robot);
   if (turned || loaded || robot.coupled()) model_ = compile(*spec, mjcf);
   disable_all_but_gravity(*model_, step);
+  moving_ = without_looks(*spec, *model_);
+  if (moving_) disable_all_but_gravity(*moving_, step);
 
   if (const double mismatch = dynamics_mismatch(*this, robot); mismatch > kMismatchAllowed)
     throw UserError(

@@ -31,13 +31,13 @@ void copy_row(std::span<const double> values, RowMatrix& matrix, int row) {
 
 Plant::Plant(const MujocoArm& arm, const dynamics::RobotModel& robot,
              const friction::Friction& friction)
-    : arm_(arm), robot_(robot), data_(arm.make_data()), host_(friction, arm, robot) {
+    : arm_(arm), robot_(robot), data_(mj_makeData(&arm.moving())), host_(friction, arm, robot) {
   a_.resize(static_cast<std::size_t>(n()));
   tau_f_.resize(static_cast<std::size_t>(n()));
 }
 
 void Plant::set_state(const State& state) {
-  mj_resetData(&arm_.model(), data_.get());
+  mj_resetData(&arm_.moving(), data_.get());
   for (int j = 0; j < n(); ++j) {
     data_->qpos[arm_.qpos(j)] = state.q[static_cast<std::size_t>(j)];
     data_->qvel[arm_.dof(j)] = state.v[static_cast<std::size_t>(j)];
@@ -57,7 +57,7 @@ State Plant::state() const {
 }
 
 void Plant::physics_step(std::span<const double> tau, std::span<const double> temperature) {
-  mj_step1(&arm_.model(), data_.get());
+  mj_step1(&arm_.moving(), data_.get());
   const std::span<const double> tau_f = host_.torque(*data_, tau, temperature);
   for (int j = 0; j < n(); ++j) {
     const auto i = static_cast<std::size_t>(j);
@@ -69,7 +69,7 @@ void Plant::physics_step(std::span<const double> tau, std::span<const double> te
     data_->qfrc_applied[arm_.dof(torque.joint)] -=
         coefficient * shape(torque, data_->qpos[arm_.qpos(torque.joint)]);
   }
-  mj_step2(&arm_.model(), data_.get());
+  mj_step2(&arm_.moving(), data_.get());
   host_.step(*data_, tau, temperature, arm_.step());
 }
 
@@ -92,9 +92,9 @@ void Plant::push(int joint, const Eigen::Vector3d& force) {
 Eigen::VectorXd Plant::pushed_torque() const {
   Eigen::VectorXd tau = Eigen::VectorXd::Zero(n());
   if (pushed_ < 0) return tau;
-  const auto columns = static_cast<Eigen::Index>(arm_.model().nv);
+  const auto columns = static_cast<Eigen::Index>(arm_.moving().nv);
   RowMatrix jacobian(3, columns);
-  mj_jacBodyCom(&arm_.model(), data_.get(), jacobian.data(), nullptr, pushed_);
+  mj_jacBodyCom(&arm_.moving(), data_.get(), jacobian.data(), nullptr, pushed_);
   const Eigen::Map<const Eigen::Vector3d> force(data_->xfrc_applied + 6 * pushed_);
   for (int j = 0; j < n(); ++j) tau[j] = jacobian.col(arm_.dof(j)).dot(force);
   return tau;

@@ -62,6 +62,39 @@ TEST(MujocoArm, AcceptsAModelThatAgrees) {
   EXPECT_EQ(message_of(pendulum(""), pendulum_robot()), "accepted");
 }
 
+// What is only seen costs steps nothing and changes no bit of the motion.
+TEST(MujocoArm, MovesWithoutItsLooks) {
+  for (const char* name : {"kr6_full", "kr6_paper3"}) {
+    const scene::Problem problem = resolve(scene(name));
+    const MujocoArm arm = make_arm(problem);
+    EXPECT_GT(arm.model().ngeom, 0);
+    EXPECT_EQ(arm.moving().ngeom + arm.moving().nsite + arm.moving().ncam, 0);
+    const MjDataPtr seen = arm.make_data(), bare(mj_makeData(&arm.moving()));
+    for (int k = 0; k < 200; ++k)
+      for (const auto& [model, data] :
+           {std::pair(&arm.model(), seen.get()), std::pair(&arm.moving(), bare.get())}) {
+        for (int j = 0; j < arm.n(); ++j)
+          data->qfrc_applied[arm.dof(j)] = 20 * std::sin(.05 * k + j);
+        mj_step(model, data);
+      }
+    for (int j = 0; j < arm.n(); ++j) {
+      EXPECT_EQ(seen->qpos[arm.qpos(j)], bare->qpos[arm.qpos(j)]) << name << " joint " << j;
+      EXPECT_NE(bare->qvel[arm.dof(j)], 0);
+    }
+  }
+}
+
+// A body that takes its inertia from its geoms needs them.
+TEST(MujocoArm, KeepsLooksThatGiveInertia) {
+  // 2/5 m r^2 = .02 about the hinge's axis
+  const TempFile file("model.xml",
+                      "<mujoco><worldbody><body name='base'><body name='arm' pos='0 0 1'>"
+                      "<joint name='hinge' axis='0 1 0'/><geom pos='0 0 -0.3' "
+                      "size='0.158113883008419' mass='2'/></body></body></worldbody></mujoco>");
+  const MujocoArm arm(file.path(), pendulum_robot(), 5e-4);
+  EXPECT_EQ(&arm.moving(), &arm.model());
+}
+
 TEST(MujocoArm, RefusesFrictionOfMujoco) {
   EXPECT_THAT(message_of(pendulum("damping='0.1'"), pendulum_robot()), HasSubstr("damping 0.1"));
   EXPECT_THAT(message_of(pendulum("frictionloss='3'"), pendulum_robot()),

@@ -377,7 +377,9 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
     contest.draws.emplace(contest.draws.begin());
     contest.intervals.emplace(contest.intervals.begin());
     contest.simulator_oracle = simulator_rollouts(task, held_out, starts, 1.0);
-    contest.simulator_halved = simulator_rollouts(task, held_out, starts, 0.5);
+    const auto of_first = std::ranges::count(starts, 0, &evaluate::Start::trajectory);
+    contest.simulator_halved = simulator_rollouts(
+        task, held_out, std::span(starts).first(static_cast<std::size_t>(of_first)), 0.5);
   }
   Done done{save(evaluate::evaluate(contest, options, task.jobs), contest.trajectories,
                  contest.robot.joints, out)};

@@ -267,15 +267,16 @@ void add_bands(const Contest& contest, const EvaluateOptions& options, int jobs,
   }
 }
 
-void check_plan(std::span<const Rollout> rollouts, const Plan& plan, const std::string& what) {
-  bool agree = rollouts.size() == plan.starts.size();
+void check_plan(std::span<const Rollout> rollouts, std::span<const Start> starts,
+                const std::string& what) {
+  bool agree = rollouts.size() == starts.size();
   for (std::size_t i = 0; agree && i < rollouts.size(); ++i)
-    agree = rollouts[i].start.trajectory == plan.starts[i].trajectory &&
-            rollouts[i].start.begin == plan.starts[i].begin &&
-            rollouts[i].q.rows() == plan.starts[i].steps + 1;
+    agree = rollouts[i].start.trajectory == starts[i].trajectory &&
+            rollouts[i].start.begin == starts[i].begin &&
+            rollouts[i].q.rows() == starts[i].steps + 1;
   if (!agree)
     throw UserError("rollouts of {}: found {}, expected the {} planned starts", what,
-                    rollouts.size(), plan.starts.size());
+                    rollouts.size(), starts.size());
 }
 
 std::vector<Rollout> settled(std::vector<Rollout> rollouts,
@@ -297,11 +298,12 @@ Evaluation evaluate(const Contest& contest, const EvaluateOptions& options, int 
   const Plan plan = make_plan(contest.trajectories, options);
   if (plan.starts.empty()) throw UserError("evaluate: horizons_s is empty");
   if (!contest.simulator_oracle.empty())
-    check_plan(contest.simulator_oracle, plan, "the simulator's oracle");
+    check_plan(contest.simulator_oracle, plan.starts, "the simulator's oracle");
   if (!contest.simulator_halved.empty())
-    check_plan(contest.simulator_halved, plan, "the simulator at half its step");
+    check_plan(contest.simulator_halved, plan.by_trajectory.front(),
+               "the simulator at half its step");
   for (const ExternalModel& external : contest.externals)
-    check_plan(external.rollouts, plan, external.name);
+    check_plan(external.rollouts, plan.starts, external.name);
 
   Evaluation report;
   report.scene = contest.scene;
@@ -330,7 +332,8 @@ Evaluation evaluate(const Contest& contest, const EvaluateOptions& options, int 
 
   // Differences of whole sets of rollouts, before scoring keeps only some of them.
   if (!halved.empty() && !simulated.empty())
-    report.halving = difference(simulated, halved, contest.trajectories, options.horizons_s);
+    report.halving = difference(std::span(simulated).first(halved.size()), halved,
+                                contest.trajectories, options.horizons_s);
   const auto engine_oracle = std::find_if(contest.models.begin(), contest.models.end(),
                                           [](const data::ModelFile& m) { return m.is_oracle; });
   if (engine_oracle != contest.models.end() && !simulated.empty())

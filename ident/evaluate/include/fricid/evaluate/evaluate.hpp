@@ -38,8 +38,8 @@ struct Contest {
   /// Per model, or empty: faults of its fit, one line each.
   std::vector<std::vector<std::string>> faults;
   /// Rollouts by the simulator with the true model from the true state under the measured torque,
-  /// at the truth's physics step and at half of it; one per planned start, in that order, or empty
-  /// (real logs). The former are the first row of the report, "simulator".
+  /// at the truth's physics step (all planned starts in their order; the first row of the report,
+  /// "simulator") and at half of it (those of the first trajectory). Empty for real logs.
   std::vector<Rollout> simulator_oracle, simulator_halved;
   /// The last rows of the report. None counts as conventional, so they change no other row.
   std::vector<ExternalModel> externals;

@@ -193,7 +193,8 @@ struct Evaluation {
   std::vector<ModelResult> models;  ///< oracles first
   std::vector<Summary> summary;     ///< one per name, in the same order
   std::vector<double> oracle;       ///< geometric mean of q_mse [rad^2]
-  std::vector<double> halving;      ///< the same between the truth and the truth at half its step
+  /// The same between the truth and the truth at half its step, over the first recording.
+  std::vector<double> halving;
   /// Without truth, where the motion repeats: half the same between a model's rollouts under the
   /// torque of one period and of the next, for the model that makes least of the difference.
   std::vector<double> repeat;
@@ -231,7 +232,8 @@ struct Evaluation {
             not_negative("1", "per horizon, best conventional / oracle, or without one / floor"));
     archive("oracle", oracle, mse("per horizon, geometric mean of q_mse of the oracle"));
     archive("halving", halving,
-            mse("per horizon, between the truth and the truth at half its step"));
+            mse("per horizon, between the truth and the truth at half its step, over the first "
+                "recording"));
     archive("repeat", repeat,
             mse("per horizon, half the MSE between rollouts under the torques of two periods, "
                 "smallest over the models; logs whose motion repeats"));
