@@ -147,7 +147,8 @@ int exit_code_of_command_line(int argc, char** argv,
   identify_command->add_option("SCENE|DIR", run_options.target, "scene file or run folder")
       ->required();
   identify_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
-  identify_command->add_option("--model", run_options.models, "only these models (repeatable)");
+  identify_command->add_option("--model", run_options.models, "only these models (repeatable)")
+      ->allow_extra_args(false);
   identify_command->add_option("--seeds", run_options.seeds, "of the fits, e.g. 1-5 or 1,3")
       ->each([](const std::string& text) { parse_seeds(text); });
   add_common(*identify_command, common, "fricid identify run/kr6_demo --model lugre --seeds 1-5");
@@ -221,7 +222,8 @@ int exit_code_of_command_line(int argc, char** argv,
   import_command
       ->add_option("--fix", import_options.fixes,
                    "findings to repair, by name: gap,delay,... (docs/your_own_log.md)")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   add_common(*import_command, common, "fricid import log.csv --contract contract.toml -o data");
   import_command->callback([&] { command = [&] { return import_logs(import_options, common); }; });
 

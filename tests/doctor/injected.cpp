@@ -78,6 +78,23 @@ void come_to_rest(Dataset& d) {
   }
 }
 
+// Takes each sample late by up to `most` periods: at the time that is logged.
+void take_late(Dataset& d, double most, Rng& rng) {
+  const Dataset log = d;
+  for (int k = 0; k + 1 < d.length(); ++k) {
+    const double late = most * rng.uniform();
+    d.t[k] += late * d.dt();
+    const int next = std::min(k + 2, d.length() - 1), before = std::max(k - 1, 0);
+    for (const auto table : {&Dataset::q, &Dataset::v}) {
+      const RowMatrix& x = log.*table;
+      const double bend = late * (late - 1) / 4;  // of the parabola through four samples
+      (d.*table).row(k) = (1 - late) * x.row(k) + late * x.row(k + 1) +
+                          bend * (x.row(next) - x.row(k + 1) - x.row(k) + x.row(before));
+    }
+    d.tau.row(k) = (1 - late) * log.tau.row(k) + late * log.tau.row(k + 1);
+  }
+}
+
 std::vector<Injection> make_injections() {
   using D = Dataset&;
   using R = RobotModel&;
@@ -283,6 +300,11 @@ std::vector<Injection> make_injections() {
          return Injected{};
        },
        true},
+      {"taken up to a fifth of the period late, and stamped so",
+       [](D d, R, Rng& rng) {
+         take_late(d, 0.2, rng);
+         return Injected{"uneven"};
+       }},
   };
 }
 

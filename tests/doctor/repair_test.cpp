@@ -169,6 +169,36 @@ TEST(Repair, EvenTimesKeepGapsAndRepeatedRows) {
   EXPECT_NEAR(even.t[50], 0.7, 1e-12);
 }
 
+// Samples taken late, at the times that are logged: interpolated, they are those of even times.
+TEST(Repair, InterpolatesSamplesThatWereTakenUnevenly) {
+  constexpr int kLength = 3000;
+  data::Dataset d;
+  d.name = "log";
+  d.joint_names = {"a"};
+  d.rate_hz = 100;
+  d.t.resize(kLength);
+  d.q.resize(kLength, 1);
+  d.tau.resize(kLength, 1);
+  Rng rng(8, 0);
+  for (int k = 0; k < kLength; ++k) {
+    const double t = 0.01 * k + 4e-3 * rng.uniform();
+    d.t[k] = t;
+    d.q(k, 0) = std::sin(2 * t) + 1e-5 * rng.normal();
+    d.tau(k, 0) = std::cos(2 * t) + 0.01 * rng.normal();
+  }
+  const std::vector<Finding> findings = diagnose(d);
+  const auto names = [&](FindingKind kind) {
+    return std::ranges::count(findings, kind, &Finding::kind);
+  };
+  EXPECT_EQ(names(FindingKind::kUneven), 1);
+  EXPECT_EQ(
+      names(FindingKind::kJitter) + names(FindingKind::kGap) + names(FindingKind::kClockDrift), 0);
+  const data::Dataset even = repair(d, findings, {{FindingKind::kUneven}});
+  EXPECT_THAT(even.source, testing::HasSubstr("fixed uneven"));
+  for (int k = 0; k < even.length(); ++k)
+    EXPECT_NEAR(even.q(k, 0), std::sin(2 * even.t[k]), 8e-5) << k;
+}
+
 // The reader evens slight jitter out: a script that names it goes on.
 TEST(Repair, JitterMayBeNamedWhereThereIsNone) {
   const std::vector<FindingKind> jitter{FindingKind::kJitter}, gap{FindingKind::kGap};

@@ -20,18 +20,18 @@ class Logs(ProgramTest):
         super().setUp()
         self.contract = self.write("contract.toml", CONTRACT)
 
-    def log(self, name, lost=(), torque_sign=1):
-        """12 s of two swinging joints with inertia, gravity and friction; some rows lost."""
+    def log(self, name, lost=(), torque_sign=1, late=None):
+        """12 s of two swinging joints with inertia, gravity and friction; some rows lost, or taken late [s]."""
         rows = ["t,q1,q2,tau1,tau2"]
         for k in range(3000):
-            t = 0.004 * k
+            t = 0.004 * k + (late(k) if late else 0)
             q = [0.8 * math.sin(1.3 * t), 0.9 * math.sin(2.1 * t)]
             a = [-0.8 * 1.69 * math.sin(1.3 * t), -0.9 * 4.41 * math.sin(2.1 * t)]
             friction = [3 * math.copysign(1, math.cos(w * t)) for w in (1.3, 2.1)]
             tau = [20 * math.sin(q[0]) + 2 * a[0] + friction[0],
                    torque_sign * (5 * math.sin(q[0] + q[1]) + a[1] + friction[1])]
             if k not in lost:
-                rows.append(f"{t:.3f}," + ",".join(f"{x:.7f}" for x in q + tau))
+                rows.append(f"{t:.{7 if late else 3}f}," + ",".join(f"{x:.7f}" for x in q + tau))
         return self.write(name, "\n".join(rows) + "\n")
 
     def findings(self, path):
@@ -103,6 +103,16 @@ class Logs(ProgramTest):
         again = json.loads(fricid("check", self.folder / "a.h5", "--json").stdout)
         findings = again["doctor"][0]["findings"]
         self.assertEqual([f["signal"] for f in findings if f["name"] == "missing"], ["q, tau"], findings)
+
+    def test_samples_of_a_loop_that_sleeps_are_interpolated_when_named(self):
+        log = self.log("a.csv", late=lambda k: 0.0016 * (k * 0.6180339887 % 1))
+        refused = fricid("import", log, "--contract", self.contract, "-o", self.folder)
+        self.assert_refused(refused, r"a\.csv:\d+: jitter in time: .*--fix")
+        self.assertRegex(fricid("check", log, "--contract", self.contract).stdout, "damage: uneven: t.*--fix uneven")
+        done = fricid("import", "--contract", self.contract, "-o", self.folder, "--fix", "uneven", log)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.findings(self.folder / "a.doctor.json"), {"uneven"})
+        self.assertEqual(fricid("check", self.folder / "a.h5").returncode, 0)
 
     def test_a_repaired_data_set_is_what_a_scene_takes_without_a_contract(self):
         shutil.copy(SOURCE / "models/test/planar_2r.urdf", self.folder / "arm.urdf")

@@ -12,6 +12,7 @@
 #include "fricid/data/contract.hpp"
 #include "fricid/data/log_reader.hpp"
 #include "fricid/data/sample_times.hpp"
+#include "fricid/data/uneven_times.hpp"
 #include "logs/columns.hpp"
 #include "units.hpp"
 
@@ -263,14 +264,24 @@ bool even_out_steps(Dataset& d, const std::string& file, const Warn& warn) {
   return true;
 }
 
-// Makes times that jitter a little even.
-void even_out(Dataset& d, const std::string& file, const Warn& warn) {
-  if (!is_slight_jitter(d.t, d.rate_hz)) return;
+// Makes times that jitter a little even. Samples that were taken at their stamps are interpolated.
+// @return whether rows are still those of the file
+bool even_out(Dataset& d, const std::string& file, const Warn& warn) {
+  if (!is_slight_jitter(d.t, d.rate_hz)) return true;
   const std::string size =
       fmt::format("{:.2g} % rms", 100 * d.rate_hz * quality_of_clock(d.t, d.rate_hz).jitter_s);
-  make_even(d);
-  d.source += fmt::format(", periods that varied by {} made even", size);
-  if (warn) warn(fmt::format("{}: periods vary by {}: samples are taken as even", file, size));
+  const bool at_stamps = taken(d) == Taken::kAtStamps;
+  if (at_stamps)
+    d = at_even_times(std::move(d));
+  else
+    make_even(d);
+  d.source +=
+      fmt::format(", periods that varied by {} {}", size, at_stamps ? "interpolated" : "made even");
+  if (warn)
+    warn(fmt::format("{}: periods vary by {}: {}", file, size,
+                     at_stamps ? "the motion is smooth by the stamps, interpolated at even times"
+                               : "samples are taken as even"));
+  return !at_stamps;
 }
 
 Dataset read(const std::filesystem::path& path, const Contract& given, std::vector<int>& lines,
@@ -347,8 +358,7 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
   const bool was_coarse = even_out_steps(d, file, warn);
   if (!was_coarse) d.rate_hz = rate_of(d.t);
   require_plausible_rate(d.rate_hz, contract.time, columns.place_of(1));
-  if (!was_coarse) even_out(d, file, warn);
-  lines = std::move(table.lines);
+  if (was_coarse || even_out(d, file, warn)) lines = std::move(table.lines);
   if (torque.delay_s != 0) {
     if (std::abs(torque.delay_s) > (d.t.maxCoeff() - d.t.minCoeff()) / 2)
       throw UserError("{}: [torque] delay_s = {} of a log of {:.4g} s; allowed: at most half of it",

@@ -66,7 +66,7 @@ bool is_ahead_alone(const Eigen::VectorXd& t, int k) {
 }
 
 std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz) {
-  constexpr Eigen::Index kAbout = 7, kFew = 3;  // rows on either side that tell
+  constexpr Eigen::Index kAbout = 15, kFew = 3;  // rows on either side that tell
   const double period = 1 / rate_hz;
   std::vector<int> lost(static_cast<std::size_t>(t.size()), 0);
   std::vector<Eigen::Index> late{0};  // rows that come after a gap or too late

@@ -96,8 +96,9 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
   // The rest needs even times: what was found so far is mended for it, single wrong samples too.
   std::vector<FindingKind> mended;
   for (const FindingKind kind :
-       {FindingKind::kJitter, FindingKind::kClockDrift, FindingKind::kDuplicate, FindingKind::kGap,
-        FindingKind::kSpike, FindingKind::kRepeated, FindingKind::kJump})
+       {FindingKind::kJitter, FindingKind::kUneven, FindingKind::kClockDrift,
+        FindingKind::kDuplicate, FindingKind::kGap, FindingKind::kSpike, FindingKind::kRepeated,
+        FindingKind::kJump})
     if (std::ranges::any_of(findings,
                             [&](const Finding& f) { return f.kind == kind && can_be_repaired(f); }))
       mended.push_back(kind);

@@ -10,6 +10,7 @@
 #include "fricid/base/limits.hpp"
 #include "fricid/base/text.hpp"
 #include "fricid/data/sample_times.hpp"
+#include "fricid/data/uneven_times.hpp"
 #include "fricid/doctor/doctor.hpp"
 
 namespace fricid::doctor {
@@ -135,6 +136,7 @@ void apply(Dataset& d, const Finding& f) {
   if (f.kind == FindingKind::kGap) return fill_gaps(d);
   if (f.kind == FindingKind::kDuplicate) return drop_duplicates(d);
   if (f.kind == FindingKind::kJitter || f.kind == FindingKind::kClockDrift) return make_uniform(d);
+  if (f.kind == FindingKind::kUneven) d = data::at_even_times(std::move(d));
   if (f.kind == FindingKind::kDelay) return advance_torque(d, f.size);
   if (f.kind == FindingKind::kWrap) return let_time_go_on(d, f);
   if (f.kind == FindingKind::kHeld) return keep_rows_of_source(d, f);
@@ -173,6 +175,7 @@ int order_of(FindingKind kind) {
     case FindingKind::kGap:
       return 4;
     case FindingKind::kJitter:
+    case FindingKind::kUneven:
     case FindingKind::kClockDrift:
     case FindingKind::kDelay:
       return 5;

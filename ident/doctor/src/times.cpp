@@ -5,12 +5,26 @@
 
 #include "checks.hpp"
 #include "fricid/data/sample_times.hpp"
+#include "fricid/data/uneven_times.hpp"
 
 namespace fricid::doctor {
 namespace {
 
 constexpr double kBack = 0.1;           // [s] that a clock which starts again goes back
 constexpr std::size_t kMostListed = 8;  // one by one; more are one finding
+
+/// Uneven stamps at which the samples were taken.
+std::optional<Finding> find_uneven(const data::Dataset& d) {
+  const data::ClockQuality clock = data::quality_of_clock(d.t, d.rate_hz);
+  if (clock.jitter_s <= data::kUnevenness / d.rate_hz || data::taken(d) != data::Taken::kAtStamps)
+    return {};
+  return Finding{.kind = FindingKind::kUneven,
+                 .signal = "t",
+                 .begin_s = d.t[0],
+                 .end_s = d.t[d.length() - 1],
+                 .size = 1e3 * clock.jitter_s,
+                 .unit = "ms rms"};
+}
 
 // Jitter where periods scatter, or where one of them is what the reader refuses: not even, though
 // no sample is lost in it and the clock does not drift.
@@ -131,9 +145,13 @@ void check_clock(const data::Dataset& d, Findings& findings) {
                       .end_s = rising[k],
                       .size = static_cast<double>(count),
                       .unit = "samples"});
-  append(std::move(gaps), findings);
+  std::optional<Finding> uneven = find_uneven(d);
+  if (!uneven) append(std::move(gaps), findings);
   if (repeats.count > 0) findings.push_back(repeats);
-  check_regularity(d, rising, lost, findings);
+  if (uneven)
+    findings.push_back(std::move(*uneven));
+  else
+    check_regularity(d, rising, lost, findings);
 }
 
 }  // namespace fricid::doctor

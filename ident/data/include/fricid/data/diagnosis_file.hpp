@@ -25,6 +25,7 @@ enum class FindingKind {
   kRestart,
   kWrap,
   kJitter,
+  kUneven,
   kClockDrift,
   kMissing,
   kQuantised,
@@ -54,8 +55,9 @@ enum class FindingKind {
   kSegments
 };
 constexpr std::string_view names(FindingKind) {
-  return "rate|gap|duplicate|restart|wrap|jitter|clock_drift|missing|quantised|stuck|same|constant|"
-         "still|saturated|at_limit|spike|jump|repeated|held|velocity|angle_unit|length_unit|"
+  return "rate|gap|duplicate|restart|wrap|jitter|uneven|clock_drift|missing|quantised|stuck|same|"
+         "constant|still|saturated|at_limit|spike|jump|repeated|held|velocity|angle_unit|length_"
+         "unit|"
          "torque_unit|mount|no_gravity|sign|swapped|coupled|delay|delay_unknown|temperature_unit|"
          "temperature_trend|segments";
 }

@@ -13,7 +13,8 @@ namespace fricid::doctor {
 
 /// Examines a log as it was read: times may have gaps, repeat or jitter.
 ///
-/// Of the times: rate, gap, duplicate, jitter, clock_drift, wrap; of a file of several recordings
+/// Of the times: rate, duplicate, wrap; gap, jitter, clock_drift, or uneven where the motion is
+/// smooth by its stamps; of a file of several recordings
 /// restart alone. Of rows that are held: held, then all others of the log without. Of each signal:
 /// missing, stuck, constant, still, quantised, saturated, spike, jump, repeated rows. Between
 /// signals: columns of two joints that are the same, a velocity that is not the derivative of the
@@ -44,6 +45,7 @@ bool can_be_repaired(const Finding& finding);
 ///     gap          rows of missing values where samples are lost
 ///     duplicate    the later of two rows of equal time is dropped
 ///     jitter, clock_drift    times are replaced by uniform ones, but for gaps and duplicates
+///     uneven       samples at even times are interpolated (`at_even_times`)
 ///     spike, repeated        the samples become missing values
 ///     jump         whole turns are removed from the position
 ///     sign, swapped, angle_unit    applied to the signals that the finding names
