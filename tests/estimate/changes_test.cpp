@@ -59,6 +59,18 @@ TEST(Changes, FrictionThatFalls) {
               ContainsRegex("friction changes by a factor of 0\\.(69|7)"));
 }
 
+// Beside a longer log that noise dominates.
+TEST(Changes, FrictionThatFallsInOneOfTheLogs) {
+  const Arm cold = coulomb_arm(5e-3);
+  const data::Dataset warms = changing(cold, with_friction(cold, 0.7)),
+                      noisy = make_log(cold, {.seconds = 72, .torque_noise = 2, .seed = 2});
+  std::vector<signals::Recording> recordings;
+  for (const data::Dataset& log : {warms, noisy})
+    recordings.push_back(signals::make_recording(log, 10));
+  EXPECT_THAT(fmt::format("{}", fmt::join(examine_data(cold.robot, recordings, {}).doubts, "\n")),
+              ContainsRegex("friction changes by a factor of 0\\.(69|7).* of seed_1 to"));
+}
+
 // As any gear warms, and no scale of the torque changes instead.
 TEST(Changes, FrictionThatFallsALittle) {
   const Arm cold = coulomb_arm(5e-3);

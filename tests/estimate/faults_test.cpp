@@ -5,44 +5,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "arm_data.hpp"
+#include "fit_of_logs.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
-#include "fricid/estimate/fit.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 using testing::HasSubstr;
-
-ModelOptions model_of_one_start(const std::string& name) {
-  ModelOptions config;
-  config.name = name;
-  config.starts = 1;
-  return config;
-}
-
-FitReport fit(const dynamics::RobotModel& robot, const std::vector<data::Dataset>& logs,
-              const std::string& law = "simple") {
-  return fit_conventional(prepare(robot, {}, logs, 2), model_of_one_start(law), 1, 2);
-}
-
-std::string text_of(const std::vector<Fault>& faults) {
-  std::string text;
-  for (const Fault& f : faults) text += f.joint + ": " + f.found + "; " + f.remedy + "\n";
-  return text;
-}
-
-/// The robot as its maker publishes it: no armature, the last link a point.
-dynamics::RobotModel as_published(dynamics::RobotModel robot) {
-  robot.pi.segment(robot.armature_begin(), robot.n()).setZero();
-  auto last = robot.pi.segment<10>(10 * (robot.n() - 1));
-  const double m = last[0];
-  const Eigen::Vector3d c = last.segment<3>(1) / m;
-  last.setZero();
-  dynamics::add_payload(robot, {.name = "", .link = robot.n() - 1}, m, c, Eigen::Matrix3d::Zero());
-  return robot;
-}
 
 // Reference: the injected truth. An armature held at the zero of the file would leave most of the
 // torque to friction.
@@ -391,19 +361,6 @@ TEST(Faults, AShortLogTakesTheNominalValues) {
   EXPECT_EQ(bare.prior, "");
 }
 
-Arm lugre_arm() {
-  Arm arm{small_arm(), {}};
-  arm.friction = same_law("lugre", {4, 4.4, 0.05, 8000, 40, 2}, arm.robot.n());
-  return arm;
-}
-
-/// A log of noisy torque.
-data::Dataset noisy_log(const Arm& arm) {
-  LogOptions options;
-  options.torque_noise = 0.3;
-  return make_log(arm, options);
-}
-
 TEST(Faults, ATorqueThatContradictsTheOtherJointsIsNamedWithItsFactor) {
   const Arm arm = coulomb_arm(5e-3);
   std::vector<data::Dataset> logs;
@@ -472,101 +429,6 @@ TEST(Faults, JointsThatReverseWithinTheMemoryOfTheFilterAreIdentified) {
     EXPECT_NEAR(joint.theta[0], 4 * scale, 0.05 * 4 * scale) << j;
     EXPECT_NEAR(joint.theta[1], 2 * scale, 0.1 * 2 * scale) << j;
   }
-}
-
-// The arm slows down and stands for two seconds, held by its motors or by brakes.
-TEST(Faults, TimeInWhichBrakesHoldTheArmIsNamed) {
-  const Arm arm = lugre_arm();
-  data::Dataset log = noisy_log(arm);
-  const int T = log.length(), stop = T / 2, slows = 50, rests = 500;
-  const dynamics::RobotModel& robot = arm.robot;
-  data::Dataset held = log;
-  held.q.conservativeResize(stop + slows + rests, Eigen::NoChange);
-  held.tau.conservativeResize(stop + slows + rests, Eigen::NoChange);
-  held.t =
-      Eigen::VectorXd::LinSpaced(stop + slows + rests, 0, (stop + slows + rests - 1) / log.rate_hz);
-  const Eigen::RowVectorXd step = log.q.row(stop) - log.q.row(stop - 1);
-  for (int k = stop; k < held.length(); ++k)
-    held.q.row(k) =
-        held.q.row(k - 1) + step * std::max(0.0, 1 - static_cast<double>(k - stop) / slows);
-  dynamics::Workspace<double> ws(robot);
-  const auto n = static_cast<std::size_t>(robot.n());
-  const std::vector<double> zero(n, 0.0);
-  for (int k = stop; k < held.length(); ++k) {
-    std::vector<double> gravity(n);
-    dynamics::rnea<double>(robot, ws, {robot.pi.data(), static_cast<std::size_t>(robot.pi.size())},
-                           {held.q.row(k).data(), n}, zero, zero, gravity);
-    for (std::size_t j = 0; j < n; ++j) held.tau(k, static_cast<Eigen::Index>(j)) = gravity[j];
-  }
-  held.name = "held";
-  EXPECT_TRUE(fit(robot, {log, held}).usable()) << text_of(fit(robot, {log, held}).faults);
-
-  held.tau.bottomRows(rests).setZero();
-  const FitReport report = fit(robot, {log, held});
-  EXPECT_FALSE(report.usable());
-  EXPECT_THAT(text_of(report.faults),
-              HasSubstr("the arm stands and the torque is not what holds "));
-  EXPECT_THAT(text_of(report.faults), HasSubstr(" s of held"));
-  EXPECT_THAT(text_of(report.faults),
-              testing::ContainsRegex("train = ..LOG.:[0-9.]*..] in"));  // nothing comes after
-}
-
-/// A log of an arm with Coulomb and viscous friction that goes from one of three poses to the next
-/// and rests there, held by its motors.
-data::Dataset pick_and_place(const dynamics::RobotModel& robot, std::uint64_t seed) {
-  constexpr double kRate = 250, kStroke = 1.2, kPause = 0.6, kRamp = 0.2;  // [Hz], [s], [s], [1]
-  constexpr int kStrokes = 12, kSamples = static_cast<int>(kStrokes * (kStroke + kPause) * kRate);
-  Rng rng(seed, 0);
-  std::array<Eigen::RowVector3d, 3> poses;
-  for (Eigen::RowVector3d& pose : poses)
-    for (double& q : pose) q = 1.6 * rng.uniform() - 0.8;
-  data::Dataset log = make_log({robot, same_law("coulomb_viscous", {4, 2, 0.01}, 3)}, {});
-  log.rate_hz = kRate;
-  log.t = Eigen::VectorXd::LinSpaced(kSamples, 0, (kSamples - 1) / kRate);
-  log.q.resize(kSamples, 3);
-  log.tau.resize(kSamples, 3);
-  dynamics::Workspace<double> ws(robot);
-  Eigen::RowVector3d friction = Eigen::RowVector3d::Zero();
-  for (int k = 0; k < kSamples; ++k) {
-    const int stroke = static_cast<int>(log.t[k] / (kStroke + kPause));
-    // share of the way: speeds up over a fifth of the time, goes on steadily, slows down
-    const double s = std::min(1.0, (log.t[k] - stroke * (kStroke + kPause)) / kStroke),
-                 left = std::min(s, 1 - s), most = 1 / (1 - kRamp),
-                 near = left < kRamp ? left * left / (2 * kRamp) * most : (left - kRamp / 2) * most,
-                 speed = most * std::min(1.0, left / kRamp) / kStroke,
-                 rise = left < kRamp && s < 1 ? most / kRamp / (kStroke * kStroke) : 0;
-    const auto pose = static_cast<std::size_t>(stroke) % 3;
-    const Eigen::RowVector3d way = poses[(pose + 1) % 3] - poses[pose],
-                             q = poses[pose] + way * (s < 0.5 ? near : 1 - near), v = way * speed,
-                             a = way * (s < 0.5 ? rise : -rise);
-    if (s < 1) friction = (4 * way.array().sign() + 2 * v.array()).matrix();
-    Eigen::RowVector3d tau;
-    dynamics::rnea<double>(robot, ws, {robot.pi.data(), static_cast<std::size_t>(robot.pi.size())},
-                           {q.data(), 3}, {v.data(), 3}, {a.data(), 3}, {tau.data(), 3});
-    log.q.row(k) = q;
-    for (int j = 0; j < 3; ++j) log.tau(k, j) = tau[j] + friction[j] + 0.3 * rng.normal();
-  }
-  return log;
-}
-
-// Three poses in turn hardly tell Coulomb friction of a joint from its weight and inertia: the
-// regression may find none, or less.
-TEST(Faults, RestsBetweenAFewPosesAreHeldByTheMotors) {
-  const dynamics::RobotModel robot = small_arm();
-  for (std::uint64_t seed = 1; seed <= 24; ++seed) {
-    const std::string said =
-        text_of(fit(as_published(robot), {pick_and_place(robot, seed)}).faults);
-    EXPECT_EQ(said.find("the arm stands"), std::string::npos) << seed << ": " << said;
-  }
-}
-
-TEST(Faults, TimeInWhichTheDrivesAreOffIsNamed) {
-  const Arm arm = lugre_arm();
-  data::Dataset log = noisy_log(arm);
-  log.tau.middleRows(log.length() / 2, 500).setZero();
-  const FitReport report = fit(arm.robot, {log});
-  EXPECT_FALSE(report.usable());
-  EXPECT_THAT(text_of(report.faults), HasSubstr("the arm moves and every torque is zero"));
 }
 
 /// Logs of the same motion as seed 1 and 2 of an arm and of another.

@@ -100,6 +100,7 @@ struct PiecewiseFit {
 /// normal equations (Schur complement).
 PiecewiseFit fit_pieces(const StackedByJoint& all, std::span<const Piece> pieces,
                         const Freedom& freedom, const Eigen::VectorXd& sigma) {
+  const Piece whole = joined(pieces);
   const Eigen::Index m = freedom[0].cols();
   const auto n = static_cast<std::size_t>(all.n());
   Eigen::VectorXd weight = sigma.cwiseAbs2().cwiseInverse(), squares;
@@ -145,13 +146,15 @@ PiecewiseFit fit_pieces(const StackedByJoint& all, std::span<const Piece> pieces
     }
     for (std::size_t j = 0; j < n; ++j) {
       const auto at = static_cast<Eigen::Index>(j);
-      weight[at] = std::pow(sigma_of(squares[at], all.joints[j]), -2);
+      weight[at] = std::pow(sigma_of(squares[at], whole.joints[j]), -2);
     }
   }
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(m);
   for (const Eigen::VectorXd& theta : fit.theta) mean += theta / static_cast<double>(pieces.size());
   for (Eigen::VectorXd& theta : fit.theta) theta -= mean;
-  const double left = 1 - spent / static_cast<double>(all.rows);
+  double rows = 0;
+  for (const JointRows& joint : whole.joints) rows += joint.count;
+  const double left = 1 - spent / rows;
   fit.variance = left > 0 ? Eigen::ArrayXd(weight.array().inverse() / left)
                           : Eigen::ArrayXd::Constant(all.n(), HUGE_VAL);
   return fit;
@@ -258,12 +261,11 @@ Fault name_load(const dynamics::RobotModel& robot, const PiecewiseFit& fit,
       fmt::format("`fricid payload` finds a load from two logs, without and with it; {}", kParts)};
 }
 
-}  // namespace
-
-Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& all,
-                     const Solution& one, std::span<const signals::Recording> recordings) {
+/// The change among some pieces.
+Changes changes_among(std::span<const Piece> pieces, const dynamics::RobotModel& robot,
+                      const StackedByJoint& all, const Solution& one,
+                      std::span<const signals::Recording> recordings) {
   Changes found;
-  const std::vector<Piece> pieces = cut_in_pieces(all, recordings);
   if (pieces.size() < 2) return found;
   const Piece whole = joined(pieces);
   double best = 0;
@@ -275,7 +277,7 @@ Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& al
     const Eigen::ArrayXd gain = (before / fit.variance).log();
     std::vector<int> joints;
     for (int j = 0; j < all.n(); ++j) {
-      const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+      const JointRows& rows = whole.joints[static_cast<std::size_t>(j)];
       const double torque = rows.yy / std::max(1.0, rows.count);
       if (gain[j] > kChangeGain && before[j] - fit.variance[j] > kWorth * kWorth * torque)
         joints.push_back(j);
@@ -297,6 +299,22 @@ Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& al
                                          pieces, recordings, has_temperature));
       found.faults.back().without_temperature = what == Change::kFriction && has_temperature;
     }
+  }
+  return found;
+}
+
+}  // namespace
+
+Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& all,
+                     const Solution& one, std::span<const signals::Recording> recordings) {
+  const std::vector<Piece> pieces = cut_in_pieces(all, recordings);
+  Changes found = changes_among(pieces, robot, all, one, recordings);
+  // what others do not have may drown among them
+  for (auto begin = pieces.begin(); recordings.size() > 1 && begin != pieces.end();) {
+    const auto end = std::find_if(
+        begin, pieces.end(), [&](const Piece& piece) { return piece.sequence != begin->sequence; });
+    if (found.faults.empty()) found = changes_among({begin, end}, robot, all, one, recordings);
+    begin = end;
   }
   return found;
 }

@@ -30,6 +30,7 @@ struct Changes {
 ///
 /// What leaves a joint twelve times less variance than one fit of all pieces, by a hundredth of its
 /// torque or more, changes, friction by a quarter or more; of several the one that explains most.
+/// Of several recordings all are looked at together, then each alone.
 /// @param all  of the recordings
 /// @param one  its solution on the plain columns
 Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& all,

@@ -21,10 +21,11 @@ constexpr double kZero = 0.03;        // of the root mean square of a joint's to
 // What friction bears at rest, in Coulomb friction: of any torque; where all torques are zero,
 // which motors that are on seldom give.
 constexpr double kBorne = 3, kBorneOff = 1.5;
-constexpr double kSigmas = 6;        // standard deviations of the regression
-constexpr double kErrors = 3;        // standard errors by which Coulomb friction may be larger
-constexpr double kMargin = 0.3;      // [s] about a run, in which a brake closes
-constexpr double kBetween = 2;       // [s] of runs that are one
+constexpr double kSigmas = 6;    // standard deviations of the regression
+constexpr double kErrors = 3;    // standard errors by which Coulomb friction may be larger
+constexpr double kUnlike = 0.5;  // of the friction that the regression expects, root mean square
+constexpr double kMargin = 0.3;  // [s] about a run, in which a brake closes
+constexpr double kBetween = 2;   // [s] of runs that are one
 constexpr double kShortestPart = 1;  // [s] of a log that is worth a line of a scene
 constexpr std::size_t kNamed = 4;
 
@@ -117,6 +118,22 @@ std::vector<Fault> find_undriven(const dynamics::RobotModel& robot,
     least_speed[j] =
         options.min_speed_rad_s * dynamics::travel_scale(robot.joints[static_cast<std::size_t>(j)]);
   }
+  // An arm that slows down or falls by itself has the friction that the regression expects.
+  const auto is_moved_by_others = [&](const signals::Recording& r, const Run& run,
+                                      const RowMatrix& friction_of_log) {
+    const int samples = run.last - run.first + 1;
+    bool slides = false, unlike = false;
+    for (int j = 0; j < n; ++j) {
+      const auto v = r.narrow.v.col(j).segment(run.first, samples).array();
+      if (!(v.abs().maxCoeff() > least_speed[j])) continue;
+      slides = true;
+      if (!std::isfinite(borne[j])) continue;
+      const Eigen::ArrayXd expected = fit.Fc[j] * v.sign() + fit.Fv[j] * v + fit.offset[j];
+      const auto found = friction_of_log.col(j).segment(run.first, samples).array();
+      if ((found - expected).matrix().norm() > kUnlike * expected.matrix().norm()) unlike = true;
+    }
+    return slides && unlike;
+  };
   Times held, moved;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const signals::Recording& r = recordings[i];
@@ -136,11 +153,8 @@ std::vector<Fault> find_undriven(const dynamics::RobotModel& robot,
       const Eigen::ArrayXd torque = squares.colwise().mean().sqrt().transpose();
       if ((torque > most * borne + noise).any()) held.add(r, run);
     }
-    for (const Run& run : runs_of(r, [&](int k) { return is_zero(k) && !stands(k); })) {
-      const auto speeds = r.narrow.v.middleRows(run.first, run.last - run.first + 1).cwiseAbs();
-      if ((speeds.colwise().maxCoeff().transpose().array() > least_speed.array()).any())
-        moved.add(r, run);
-    }
+    for (const Run& run : runs_of(r, [&](int k) { return is_zero(k) && !stands(k); }))
+      if (is_moved_by_others(r, run, friction[i])) moved.add(r, run);
   }
   std::vector<Fault> faults;
   if (!held.empty())
