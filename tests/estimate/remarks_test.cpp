@@ -63,10 +63,13 @@ TEST(Remarks, BreakAwayThatFallsWithinTheLeastSpeed) {
 
 TEST(Remarks, TorqueThatGoesWithThePosition) {
   const Fitted fitted;
-  const std::vector<PositionWave> waves{{.n = 6, .share = 0.35}, {.n = 2, .share = 0.1}};
+  std::vector<PositionWave> waves{{.n = 6, .share = 0.35}, {.n = 2, .share = 0.1}};
   const auto remarks = remarks_on(fitted.joints, fitted.friction, waves);
   ASSERT_THAT(remarks, SizeIs(1));
   EXPECT_THAT(remarks[0].found, HasSubstr("shoulder (35 % by 6 periods per turn)"));
+  waves[0] = {.n = 314.159, .share = 0.35, .slides = true};
+  EXPECT_THAT(remarks_on(fitted.joints, fitted.friction, waves)[0].found,
+              HasSubstr("shoulder (35 % by waves of 20 mm, N = 314.2)"));
   EXPECT_THAT(remarks[0].found, Not(HasSubstr("elbow")));
 }
 

@@ -241,7 +241,7 @@ TEST_F(SceneFile, PayloadJoinsTheLastLink) {
 TEST_F(SceneFile, LinearTorquesAreParsed) {
   const Problem e = load(replaced(kScene, "[friction]\n", R"toml([[robot.torque]]
 joint = "elbow"
-terms = ["1", "q", "sin(q)", "cos( 2 q )", "sin(3*q)"]
+terms = ["1", "q", "sin(q)", "cos( 2 q )", "sin(31.4*q)"]
 prior_sd = [1, 2, 3, 4, 5]
 [[robot.torque]]
 joint = "shoulder"
@@ -254,7 +254,7 @@ terms = "cos(q)"
   EXPECT_EQ(e.robot.pi.size(), 11 * 2 + 6);
   const std::vector<Shape> shapes{Shape::kConstant, Shape::kLinear, Shape::kSin,
                                   Shape::kCos,      Shape::kSin,    Shape::kCos};
-  const std::vector<double> k{1, 1, 1, 2, 3, 1};
+  const std::vector<double> k{1, 1, 1, 2, 31.4, 1};
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     EXPECT_EQ(torques[i].shape, shapes[i]) << i;
     EXPECT_EQ(torques[i].k, k[i]) << i;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -16,7 +15,6 @@
 namespace fricid::workflow {
 namespace {
 
-constexpr double kLater = 0.5;     // [samples] a torque measured at its samples than a held one
 constexpr double kMatters = 1e-3;  // [s] of what is not known, to be said
 constexpr int kSamples = 80'000;   // tell the delay to some hundredths of one
 
@@ -46,7 +44,8 @@ void settle_torque_timing(std::span<data::Dataset> logs, const dynamics::RobotMo
   if (!timing->is_at_samples()) {
     double slowest = 0;
     for (data::Dataset& log : logs) {
-      log.torque_delay_sd = kLater * log.dt() * std::sqrt(timing->likelihood_at_samples(log.dt()));
+      log.torque_delay_sd =
+          data::delay_sd_if_measured(timing->likelihood_at_samples(log.dt()), log.dt());
       slowest = std::max(slowest, log.torque_delay_sd);
     }
     if (slowest > kMatters)

@@ -45,7 +45,7 @@ namespace {
 
 constexpr const char* kTorqueFrom = ", tau from ";  // in a source, before the kind
 
-constexpr double kUnknownTiming = 0.5 * std::numbers::sqrt2 / 2;  // no delay or half a sample
+constexpr double kMeasured = 0.5;  // probability, before the data are looked at
 
 // Rates at which the motion of a robot is logged [Hz]: beyond them the unit of the times is wrong.
 constexpr double kSlowest = 1, kFastest = 1e5;
@@ -367,7 +367,8 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
     d.source += fmt::format(", tau moved back by {} s", torque.delay_s);
   }
   if (torque.timing == "measured") d = held_between_samples(std::move(d));
-  if (torque.timing == "auto" && torque.delay_s == 0) d.torque_delay_sd = kUnknownTiming * d.dt();
+  if (torque.timing == "auto" && torque.delay_s == 0)
+    d.torque_delay_sd = delay_sd_if_measured(kMeasured, d.dt());
   return d;
 }
 

@@ -215,7 +215,8 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   // beyond that, worth a word: in samples, and in seconds by which friction shifts the estimate,
   // at most and by its standard deviation
   constexpr double kSmallest = 0.5, kFriction = 0.002, kShift = 0.001;
-  constexpr double kCertain = 3;    // standard errors
+  // standard errors; ripples, and filters without phase, make a torque seem to lead
+  constexpr double kCertain = 3, kCertainLead = 4;
   constexpr double kBetter = 1;     // standard errors of what held-out stretches gain
   constexpr double kBeyond = 5;     // the same, where the best shift is an end of the search
   constexpr double kEarly = 0.01;   // [s] by which the torque of an elastic gear may lead
@@ -262,7 +263,8 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   finding.size = curves.delay_of(common.value);
   const double beyond = finding.size - std::clamp(finding.size, 0.0, kNone);
   const double least = std::max(kSmallest, (beyond < 0 ? kEarly : kFriction) / d.dt());
-  if (std::abs(beyond) < std::max(least, kCertain * error)) return;
+  const double certain = beyond < 0 ? kCertainLead : kCertain;
+  if (std::abs(beyond) < std::max(least, certain * error)) return;
   finding.unit = fmt::format("samples, {:.3g} ms, standard error {:.2g} ms",
                              1e3 * d.dt() * finding.size, 1e3 * std::hypot(d.dt() * error, kShift));
   findings.push_back(finding);

@@ -1,5 +1,6 @@
 #include "fricid/estimate/remarks.hpp"
 
+#include <numbers>
 #include <string>
 
 #include <fmt/format.h>
@@ -56,8 +57,11 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
   }
   for (std::size_t j = 0; j < waves.size(); ++j)
     if (waves[j].share > kOfPosition)
-      of_position.push_back(fmt::format("{} ({:.0f} % by {:.3g} periods per turn)", joints[j].joint,
-                                        100 * waves[j].share, waves[j].n));
+      of_position.push_back(
+          fmt::format("{} ({:.0f} % by {})", joints[j].joint, 100 * waves[j].share,
+                      waves[j].slides ? fmt::format("waves of {:.3g} mm, N = {:.4g}",
+                                                    2e3 * std::numbers::pi / waves[j].n, waves[j].n)
+                                      : fmt::format("{:.3g} periods per turn", waves[j].n)));
   std::vector<data::FittedRemark> remarks;
   if (!unresolved.empty())
     remarks.push_back(

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -15,7 +16,7 @@ namespace {
 
 using dynamics::LinearTorque;
 
-// 1, q, sin(q), cos(2 q), sin(3*q)
+// 1, q, sin(q), cos(2 q), sin(31.4*q)
 std::optional<LinearTorque> parse_term(std::string term) {
   std::erase_if(term, [](char c) { return c == ' ' || c == '*'; });
   LinearTorque torque;
@@ -29,10 +30,10 @@ std::optional<LinearTorque> parse_term(std::string term) {
   torque.shape = sine ? LinearTorque::Shape::kSin : LinearTorque::Shape::kCos;
   const std::string_view factor = std::string_view(term).substr(4, term.size() - 6);
   if (factor.empty()) return torque;
-  int k = 0;
-  const auto [end, error] = std::from_chars(factor.data(), factor.data() + factor.size(), k);
-  if (error != std::errc() || end != factor.data() + factor.size() || k < 1) return std::nullopt;
-  torque.k = k;
+  const auto [end, error] = std::from_chars(factor.data(), factor.data() + factor.size(), torque.k);
+  if (error != std::errc() || end != factor.data() + factor.size() || !std::isfinite(torque.k) ||
+      torque.k <= 0)
+    return std::nullopt;
   return torque;
 }
 
@@ -56,8 +57,10 @@ std::vector<double> add_torques(const Scene& scene, dynamics::RobotModel& robot)
     for (std::size_t k = 0; k < config.terms.size(); ++k) {
       std::optional<LinearTorque> torque = parse_term(config.terms[k]);
       if (!torque)
-        throw UserError("{}: {}.terms[{}] = \"{}\"; allowed: 1, q, sin(q), cos(q), sin(2 q), ...",
-                        scene.origin.place(key + ".terms"), shown, k + 1, config.terms[k]);
+        throw UserError(
+            "{}: {}.terms[{}] = \"{}\"; allowed: 1, q, sin(q), cos(q), sin(2 q), "
+            "sin(31.4 q), ...",
+            scene.origin.place(key + ".terms"), shown, k + 1, config.terms[k]);
       torque->joint = static_cast<int>(joint - joints.begin());
       torque->name = fmt::format("{} {}", config.joint, config.terms[k]);
       dynamics::add_linear_torque(robot, *torque);

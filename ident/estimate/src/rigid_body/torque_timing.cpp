@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "fricid/data/dataset.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "rigid_body/regression.hpp"
 #include "rigid_body/regression_start.hpp"
@@ -15,7 +16,6 @@ namespace fricid::estimate {
 namespace {
 
 constexpr Eigen::Index kRowsPerUnknown = 10;
-constexpr double kAtSamples = 0.5;  // [samples] delay of a torque that is measured
 
 /// (N) Change per sample of the torque that a fit predicts: measured, its noise would hide a delay.
 Eigen::VectorXd torque_rates(const dynamics::RobotModel& robot, const RigidBodyFit& fit,
@@ -40,14 +40,16 @@ Eigen::VectorXd torque_rates(const dynamics::RobotModel& robot, const RigidBodyF
 }  // namespace
 
 bool TorqueTiming::is_at_samples() const {
-  constexpr double kBetween = kAtSamples / 2, kCertain = 3, kLeastGain = 0.1;
-  return gain > kLeastGain && std::abs(delay - kAtSamples) < kBetween - kCertain * standard_error;
+  constexpr double kBetween = data::kMeasuredLater / 2, kCertain = 3, kLeastGain = 0.1;
+  return gain > kLeastGain &&
+         std::abs(delay - data::kMeasuredLater) < kBetween - kCertain * standard_error;
 }
 
 double TorqueTiming::likelihood_at_samples(double dt) const {
   constexpr double kLag = 1e-3;  // [s]
   const double variance = std::pow(standard_error, 2) + std::pow(kLag / dt, 2);
-  const double log_odds = (std::pow(delay, 2) - std::pow(delay - kAtSamples, 2)) / (2 * variance);
+  const double log_odds =
+      (std::pow(delay, 2) - std::pow(delay - data::kMeasuredLater, 2)) / (2 * variance);
   return 1 / (1 + std::exp(-log_odds));
 }
 

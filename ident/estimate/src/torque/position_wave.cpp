@@ -7,7 +7,7 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kMostPeriods = 30, kStep = 0.25;
+constexpr double kMostPeriods = 400, kStep = 0.25;  // over the travel
 constexpr Eigen::Index kFewestRows = 30;
 
 /// Positions of a joint at its rows, and what the arm leaves of its torque.
@@ -22,6 +22,13 @@ struct Left {
     return X;
   }
 };
+
+/// Turns the waves of n to those of n + step, whose own waves are `by`.
+void turn(Eigen::MatrixX3d& X, const Eigen::MatrixX3d& by) {
+  const Eigen::ArrayXd sine = X.col(1).array();
+  X.col(1).array() = sine * by.col(2).array() + X.col(2).array() * by.col(1).array();
+  X.col(2).array() = X.col(2).array() * by.col(2).array() - sine * by.col(1).array();
+}
 
 Left left_of(const ArmTorqueData& data, const Arm& arm, int j) {
   Left left{{}, -data.residual(arm, j)};
@@ -41,12 +48,14 @@ PositionWave strongest_wave(const ArmTorqueData& training, const ArmTorqueData& 
   const Left fitted = left_of(training, arm, j), judged = left_of(held_out, arm, j);
   if (std::min(fitted.q.size(), judged.q.size()) < kFewestRows) return {};
   const double travel = fitted.q.maxCoeff() - fitted.q.minCoeff();
-  PositionWave best;
+  if (!(travel > 0)) return {};
+  const double once = 2 * std::numbers::pi / travel;
+  PositionWave best{.slides = slides(arm.robot.joints[static_cast<std::size_t>(j)])};
   Eigen::Vector3d of_best;
   double most = 0;
-  for (double n = kStep; n <= kMostPeriods; n += kStep) {
-    if (n * travel < 2 * std::numbers::pi) continue;
-    const Eigen::MatrixX3d X = fitted.wave(n);
+  Eigen::MatrixX3d X = fitted.wave(once);
+  const Eigen::MatrixX3d by = fitted.wave(kStep * once);
+  for (double n = once; n <= kMostPeriods * once; n += kStep * once, turn(X, by)) {
     const Eigen::Vector3d g = X.transpose() * fitted.torque,
                           found = (X.transpose() * X).ldlt().solve(g);
     if (const double explained = found.dot(g); explained > most) {

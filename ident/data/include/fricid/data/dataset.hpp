@@ -1,6 +1,7 @@
 // Data sets as files, and the rules that they keep.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -31,5 +32,13 @@ std::vector<std::string> check_dataset(const Dataset& dataset, const std::string
 /// becomes the mean over [t_k, t_{k+1}) of cubic curves through the measured values (of straight
 /// lines beside a gap and at the ends). The last row goes; `source` says it.
 Dataset held_between_samples(Dataset log);
+
+/// [samples] by which a torque that is measured at its samples lags behind one held from them.
+inline constexpr double kMeasuredLater = 0.5;
+/// Standard deviation of the time of a torque [s], taken as held, that is measured at its samples
+/// with a probability.
+inline double delay_sd_if_measured(double probability, double dt) {
+  return kMeasuredLater * dt * std::sqrt(probability);
+}
 
 }  // namespace fricid::data
