@@ -1,8 +1,12 @@
 #include "commands.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <map>
+#include <utility>
+#include <vector>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
@@ -62,9 +66,15 @@ void print_tables(const workflow::Job& job) {
 
 /// Prints what must not be trusted, and horizons that rank nothing. @return whether there is none
 bool trusted(const evaluate::Evaluation& evaluation) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> doubts;  // and the models of each
   for (const evaluate::Summary& summary : evaluation.summary)
-    for (const std::string& doubt : summary.doubts)
-      say(fmt::format("not to be trusted: {}: {}", summary.label, doubt));
+    for (const std::string& doubt : summary.doubts) {
+      auto known = std::ranges::find(doubts, doubt, &decltype(doubts)::value_type::first);
+      if (known == doubts.end()) known = doubts.insert(known, {doubt, {}});
+      known->second.push_back(summary.label);
+    }
+  for (const auto& [doubt, labels] : doubts)
+    say(fmt::format("not to be trusted: {}: {}", fmt::join(labels, ", "), doubt));
   for (const evaluate::Unexplained& torque : evaluation.unexplained) {
     const evaluate::Warning warning = evaluate::warning_of(torque);
     say(fmt::format("does not belong: {}: {}; {}; remedy: {}", warning.subject, warning.found,

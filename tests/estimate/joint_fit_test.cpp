@@ -120,6 +120,35 @@ TEST(ArmErrors, DoNotShrinkWhereAMotionIsRepeated) {
   EXPECT_GT(stated, 9);
 }
 
+// A friction of nearly nothing is not known to nearly nothing: beside a bristle, 1e-5 N m and
+// a tenth of it are the same to the torque.
+TEST(ArmErrors, OfWhatTheTorqueLeavesOpenAreNotOfItsSize) {
+  const std::vector<std::vector<double>> theta{{6, 3000, 3}, {4.8, 2400, 2.4}, {3, 1500, 1.5}};
+  const Arm truth = arm_with({{{"dahl", 0, {}}}}, theta);
+  const Prepared prepared = prepared_of(truth, logs().prepared.options, {.torque_noise = 0.3});
+  const JointFits fits(prepared, logs().windows, 2);
+  const friction::JointSpec two{{{"dahl", 0, {}}, {"coulomb_viscous", 0, {}}}};
+  Arm fitted = fits.on_torque(fits.start(two), JointFits::Rows::kAll).arm;
+  const auto index = [&](int j, const char* law) {
+    return friction::find_parameter(fitted.friction.model, j, law, "Fc");
+  };
+  for (int j = 0; j < 3; ++j) {
+    const auto own = static_cast<std::size_t>(index(j, "dahl")),
+               other = static_cast<std::size_t>(index(j, "coulomb_viscous"));
+    fitted.friction.theta[own] += fitted.friction.theta[other] - 1e-5;
+    fitted.friction.theta[other] = 1e-5;
+  }
+  const ArmErrors errors = fits.errors_of(fitted, 0, 1);
+  for (int j = 0; j < 3; ++j) {
+    const auto error = [&](const char* law) {
+      return errors.root.row(fitted.robot.pi.size() + index(j, law)).norm();
+    };
+    EXPECT_GT(error("coulomb_viscous"), 5e-3) << j;
+    EXPECT_LT(error("coulomb_viscous"), 1) << j;
+    EXPECT_LT(error("dahl"), 0.05 * parameter(fitted, j, "dahl", "Fc")) << j;
+  }
+}
+
 TEST(ArmErrors, OfSharesAreThoseOfASumOfOne) {
   const Prepared& prepared = logs().prepared;
   const JointFits fits(prepared, logs().windows, 2);

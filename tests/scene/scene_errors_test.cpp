@@ -264,7 +264,7 @@ TEST_F(BadScene, Torques) {
             "per term");
   EXPECT_EQ(torque("joint = \"elbow\""),
             "scene.toml:6: robot.torque[1].terms is missing: shapes: 1, q, sin(q), cos(q), sin(2 "
-            "q), ...");
+            "q), sin(31.4 q), ...");
 }
 
 TEST_F(BadScene, Payload) {

@@ -162,6 +162,26 @@ TEST(MakeRecording, AJointAtRestDoesNotTremble) {
     ASSERT_NEAR(out.wide.q(k, 0), motion(log.t[k]), 6 * noise) << k;
 }
 
+// Without noise, at the edge between two steps of its encoder.
+TEST(MakeRecording, AStepToAndFroIsNoMotion) {
+  constexpr double kStep = 1e-5;
+  const auto log = make_log(
+      3000,
+      [&](double t) {
+        const double q = t < 4 ? 0.1 * std::sin(kTurn * t / 4) : 1e-6 * std::sin(9 * t);
+        return kStep * std::floor(q / kStep);
+      },
+      [](double) { return 0.0; });
+  const Recording out = make_recording(log, kLowPass);
+  EXPECT_NEAR(out.step[0], kStep, 1e-12);
+  const UseMask rests = at_rest(out, kLowPass);
+  for (int k = 1100; k < 2900; ++k) {
+    ASSERT_NEAR(out.wide.v(k, 0), 0, 1e-5) << k;
+    ASSERT_TRUE(rests(k, 0)) << k;
+  }
+  for (int k = 100; k < 900; ++k) ASSERT_FALSE(rests(k, 0)) << k;
+}
+
 // What moves slowly but further than the noise goes on moving.
 TEST(MakeRecording, ASlowJointIsNotAtRest) {
   const double noise = 4e-6, speed = 1e-3;

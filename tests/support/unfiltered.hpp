@@ -19,6 +19,7 @@ inline signals::Recording unfiltered(signals::Dataset log, const RowMatrix& v) {
       log.temperature.size() > 0 ? log.temperature : RowMatrix::Constant(T, n, kRoomTemperature);
   out.use.setConstant(T, n, true);
   out.noise_sd = Eigen::VectorXd::Constant(n, 1e-6);
+  out.step = Eigen::VectorXd::Zero(n);
   out.log = std::move(log);
   return out;
 }

@@ -1,6 +1,7 @@
 // The stages that fit models.
 #include <fmt/format.h>
 #include <algorithm>
+#include <map>
 #include <tuple>
 
 #include "fricid/base/error.hpp"
@@ -91,6 +92,7 @@ Stage fit_stage(const Job& job, const FitRequest& request) {
 
 bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
   const auto shared = std::make_shared<Shared>();
+  std::map<std::vector<std::string>, std::string> told;  // faults, and the first fit that has them
   bool healthy = true;
   for (const FitRequest& request : requests) {
     const std::string id = request.id().name();
@@ -107,9 +109,13 @@ bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
     if (fit.remarks)
       for (const data::FittedRemark& remark : *fit.remarks)
         job.say(fmt::format("{}: {}: {}; {}", id, remark.found, remark.meaning, remark.remedy));
+    std::vector<std::string> faults;
     for (const data::FittedFault& fault : fit.faults)
-      job.say(
-          fmt::format("{}: {}", id, estimate::in_words({fault.joint, fault.found, fault.remedy})));
+      faults.push_back(estimate::in_words({fault.joint, fault.found, fault.remedy}));
+    const auto [first, is_new] = told.try_emplace(faults, id);
+    if (!is_new && faults.size() > 1)
+      faults = {fmt::format("the same {} faults as {}", faults.size(), first->second)};
+    for (const std::string& fault : faults) job.say(fmt::format("{}: {}", id, fault));
     if (!fit.usable && fit.faults.empty()) job.say(fmt::format("{}: {}", id, fit.message));
     healthy = fit.usable && healthy;
   }

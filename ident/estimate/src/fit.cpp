@@ -240,7 +240,8 @@ std::string to_one_rate(const data::Dataset& a, const data::Dataset& b) {
 namespace {
 
 // Rests of a joint tell nothing of its friction where the noise of its encoder (one standard
-// deviation) is worth this share of it: then its torque wanders while nothing is seen to move.
+// deviation) or a step is worth this share of it: then its torque wanders while nothing is seen to
+// move.
 constexpr double kUnseen = 1.0 / 60;
 constexpr double kRestingShare = 0.02;  // of the rows, that matters
 
@@ -255,7 +256,7 @@ void leave_out_rests(Prepared& prepared, int jobs) {
     used += r.use.cast<double>().colwise().sum().transpose();
     r.use = r.use && !signals::at_rest(r, cutoff);
     left += r.use.cast<double>().colwise().sum().transpose();
-    noise = noise.max(signals::resolution(r).array());
+    noise = noise.max(r.noise_sd.cwiseMax(r.step).array());
   }
   if ((left > (1 - kRestingShare) * used).all()) return;
   const friction::RobotFriction one({friction::JointSpec{{{"dahl", 0, {}}}}});

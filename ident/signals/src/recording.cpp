@@ -19,6 +19,7 @@ constexpr double kWidest = 0.4;           // of the sample rate
 constexpr int kFrequencies = 1000;        // of the sum over the band
 constexpr double kRest = 0.3;             // shortest rest [s]
 constexpr double kNoiseRange = 6;         // standard deviations that noise spans
+constexpr double kStepRange = 1.5;        // steps that a position spans which hardly moves
 constexpr double kNormalMedian = 0.6745;  // median of |x|, x ~ N(0, 1)
 
 // Bridges NaN by straight lines between neighbours (held at the ends); marks them in `missing`.
@@ -112,18 +113,14 @@ double noise_share(const ZeroPhaseButterworth& filter) {
   return share;
 }
 
-// Standard deviation of each column: of its noise or of rounding to the least of its steps,
-// whichever is larger. (The median that finds noise sees none in a log in steps that mostly rests.)
-Eigen::VectorXd resolution(const RowMatrix& q, const Eigen::VectorXd& noise_sd) {
-  Eigen::VectorXd out = noise_sd;
-  for (Eigen::Index j = 0; j < q.cols(); ++j) {
-    double least = std::numeric_limits<double>::infinity();
+// Least step of each column; 0 of one that stands.
+Eigen::VectorXd least_steps(const RowMatrix& q) {
+  Eigen::VectorXd steps = Eigen::VectorXd::Zero(q.cols());
+  for (Eigen::Index j = 0; j < q.cols(); ++j)
     for (Eigen::Index k = 1; k < q.rows(); ++k)
       if (const double step = std::abs(q(k, j) - q(k - 1, j)); step > 0)
-        least = std::min(least, step);
-    if (std::isfinite(least)) out[j] = std::max(out[j], least / std::sqrt(12.0));
-  }
-  return out;
+        steps[j] = steps[j] > 0 ? std::min(steps[j], step) : step;
+  return steps;
 }
 
 // Samples [begin, end).
@@ -132,10 +129,11 @@ struct Stretch {
 };
 
 // Stretches of kRest and longer over which a joint stays within what the noise of its encoder spans
-// in the narrow band.
-std::vector<Stretch> rests_of(const Eigen::VectorXd& narrow_q, double noise_sd,
+// in the narrow band, or within a step to and fro, which no filter takes out.
+std::vector<Stretch> rests_of(const Eigen::VectorXd& narrow_q, double noise_sd, double step,
                               const ZeroPhaseButterworth& low_pass) {
-  const double range = kNoiseRange * std::sqrt(noise_share(low_pass)) * noise_sd;
+  const double range =
+      std::max(kNoiseRange * std::sqrt(noise_share(low_pass)) * noise_sd, kStepRange * step);
   const auto shortest = static_cast<Eigen::Index>(std::ceil(kRest * low_pass.rate_hz()));
   std::vector<Stretch> rests;
   for (Eigen::Index begin = 0, end = 1; begin < narrow_q.size(); begin = end) {
@@ -153,7 +151,7 @@ std::vector<Stretch> rests_of(const Eigen::VectorXd& narrow_q, double noise_sd,
 // Makes q, of the joints of r, a straight line where a joint rests.
 void straighten_rests(const Recording& r, const ZeroPhaseButterworth& low_pass, RowMatrix& q) {
   for (Eigen::Index j = 0; j < q.cols(); ++j)
-    for (const auto& [begin, end] : rests_of(r.narrow.q.col(j), r.noise_sd[j], low_pass))
+    for (const auto& [begin, end] : rests_of(r.narrow.q.col(j), r.noise_sd[j], r.step[j], low_pass))
       q.col(j).segment(begin, end - begin) =
           Eigen::VectorXd::LinSpaced(end - begin, r.narrow.q(begin, j), r.narrow.q(end - 1, j));
 }
@@ -242,7 +240,9 @@ void leave_out_run_in(Recording& r) {
       r.use(k, j) = false;
 }
 
-Eigen::VectorXd resolution(const Recording& r) { return resolution(r.log.q, r.noise_sd); }
+Eigen::VectorXd resolution(const Recording& r) {
+  return r.noise_sd.cwiseMax(r.step / std::sqrt(12.0));
+}
 
 UseMask at_rest(const Recording& r, double cutoff_hz) {
   const ZeroPhaseButterworth low_pass(cutoff_hz, 1 / r.dt);
@@ -250,7 +250,7 @@ UseMask at_rest(const Recording& r, double cutoff_hz) {
   const Eigen::VectorXd noise = resolution(r);
   UseMask rests = UseMask::Constant(r.length(), r.n(), false);
   for (Eigen::Index j = 0; j < rests.cols(); ++j)
-    for (const auto& [begin, end] : rests_of(r.narrow.q.col(j), noise[j], low_pass)) {
+    for (const auto& [begin, end] : rests_of(r.narrow.q.col(j), noise[j], r.step[j], low_pass)) {
       const Eigen::Index from = std::max<Eigen::Index>(0, begin - near),
                          to = std::min(rests.rows(), end + near);
       rests.col(j).segment(from, to - from).setConstant(true);
@@ -346,6 +346,7 @@ Recording make_recording(Dataset log, double cutoff_hz) {
   }
 
   out.noise_sd = noise_above_band(log.q, out.wide.q, wide);
+  out.step = least_steps(log.q);
   straighten_rests(out, low_pass, out.wide.q);
 
   out.narrow.v = central_difference(out.narrow.q, dt);

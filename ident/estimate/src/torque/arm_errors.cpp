@@ -53,6 +53,25 @@ struct AboutFit {
   std::vector<ArmTorqueProblem::Rows> rows;
 };
 
+/// Coordinates of friction of which the data tell less than the ridge of a step, beside all others:
+/// a jackknife hardly moves them. Each errs by the inverse root of what the data tell.
+/// @param by_c  (pi, theta) by coordinates
+Eigen::MatrixXd root_of_open(const AboutFit& fit, const Eigen::MatrixXd& by_c) {
+  constexpr double kLeast = 1e-8;  // information
+  const Eigen::MatrixXd covariance =
+      fit.H.ldlt().solve(Eigen::MatrixXd::Identity(fit.H.rows(), fit.H.cols()));
+  std::vector<Eigen::Index> open;
+  std::vector<double> errors;
+  for (Eigen::Index i = 0; i < std::ssize(fit.coordinates.friction()); ++i) {
+    const double information = 1 / covariance(i, i) - kStepRidge;
+    if (!(information < kStepRidge)) continue;
+    open.push_back(i);
+    errors.push_back(1 / std::sqrt(std::max(kLeast, information)));
+  }
+  return by_c(Eigen::all, open) *
+         Eigen::Map<const Eigen::VectorXd>(errors.data(), std::ssize(errors)).asDiagonal();
+}
+
 /// Root of the covariance of (pi, theta), see `ArmErrors`; its first columns are not of the motion.
 /// A fit at the edge of what is physical errs as the data alone would.
 ArmErrors errors_of(const ArmTorqueData& data, const MotionErrors& motion, const Arm& fitted,
@@ -75,11 +94,15 @@ ArmErrors errors_of(const ArmTorqueData& data, const MotionErrors& motion, const
       dilution_root(of_pi.transpose() * noise * of_pi, fit.H,
                     of_pi.transpose() * (noise * fit.point.arm().robot.pi));
 
-  const Eigen::Index before_motion = moves.cols() + of_held.cols() + diluted.cols() + 1;
+  const Eigen::MatrixXd open = root_of_open(fit, by_c);
+
+  const Eigen::Index before_motion =
+      moves.cols() + of_held.cols() + diluted.cols() + open.cols() + 1;
   ArmErrors errors{.root = Eigen::MatrixXd(by_c.rows(), before_motion + of_motion.cols()),
                    .before_motion = before_motion,
                    .draws = {}};
-  errors.root << by_c * moves, by_c * of_held, by_c * diluted, by_c * of_timing, by_c * of_motion;
+  errors.root << by_c * moves, by_c * of_held, by_c * diluted, open, by_c * of_timing,
+      by_c * of_motion;
   // of shares of a sum of one, whatever the data leave of the sum
   const std::vector<double> sums = friction::sums_of_shares(fitted.friction);
   for (const std::vector<std::size_t>& law : friction::shares(fitted.friction.model)) {

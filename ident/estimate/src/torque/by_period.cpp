@@ -24,7 +24,8 @@ signals::Recording part_of(const signals::Recording& r, int begin, int length) {
                           .load = rows(r.load),
                           .temperature = rows(r.temperature),
                           .use = r.use.middleRows(begin, length),
-                          .noise_sd = r.noise_sd};
+                          .noise_sd = r.noise_sd,
+                          .step = r.step};
   signals::leave_out_run_in(part);
   return part;
 }

@@ -47,6 +47,7 @@ struct Recording {
   RowMatrix temperature;     ///< (T, n) missing values bridged; kRoomTemperature without any [K]
   UseMask use;               ///< (T, n) rows that may enter a fit of a joint's torque
   Eigen::VectorXd noise_sd;  ///< (n) noise of log.q, from its part above the wide band [rad]
+  Eigen::VectorXd step;      ///< (n) least step of log.q, 0 of a joint that stands [rad]
 
   int length() const { return static_cast<int>(held_tau.rows()); }
   int n() const { return static_cast<int>(held_tau.cols()); }
@@ -58,8 +59,9 @@ struct Recording {
 /// torque that average belongs to (tau_{k-1} + tau_k) / 2. Friction, which changes within a few
 /// samples where a joint reverses, is known at the samples: `narrow.a` and `filtered_tau` are what
 /// has these means, to fourth order in dt (Numerov). Where a joint moves less than its encoder's
-/// noise for .3 s or longer, `wide` is a straight line: under trembling of .2 mrad/s a bristle
-/// would lose in seconds what it holds at rest. Missing values (NaN) are bridged by straight lines.
+/// noise, or a step and a half, for .3 s or longer, `wide` is a straight line: under trembling of
+/// .2 mrad/s, or a step to and fro each second, a bristle would lose in seconds what it holds at
+/// rest. Missing values (NaN) are bridged by straight lines.
 /// Rows closer than 2 / cutoff_hz to an end or 1 / cutoff_hz to a missing value are marked unused,
 /// and so are those of a joint before its first kWashout of travel.
 /// @throws UserError on a log shorter than 8 / cutoff_hz, a column without or with giant numbers
@@ -69,8 +71,8 @@ Recording make_recording(Dataset log, double cutoff_hz);
 /// to their steps where that is larger.
 Eigen::VectorXd resolution(const Recording& recording);
 
-/// Samples (T, n) at which a joint moves less than its encoder's noise for .3 s or longer, or whose
-/// filtered torque sees such a rest, within 1 / cutoff_hz.
+/// Samples (T, n) at which a joint moves less than its encoder's noise, or a step and a half, for
+/// .3 s or longer, or whose filtered torque sees such a rest, within 1 / cutoff_hz.
 UseMask at_rest(const Recording& recording, double cutoff_hz);
 
 /// The motion that friction would see had the arm moved as `wide` says: `wide` filtered once more,

@@ -29,13 +29,15 @@ struct ArmErrors {
 /// and the residual of block b of m, over sigma: residuals of a second depend on each other, what
 /// the model misses counts like noise, and a block that alone holds what is known of a parameter
 /// shows it. The same second of recordings of one motion is one block: what the model misses there
-/// it misses in all. The ridge of one datum keeps what the data leave open within its own size. A
-/// held armature is no better known than before: it adds H^-1 times the score of its standard
-/// deviation. Encoder noise pulls the rigid body to zero where the motion is hardly above it,
-/// `dilution_root`. The last columns are M = H^-1 J'm with m the error that the motion of a joint
-/// makes (`MotionErrors`). Draws are those of the blocks alone, S w, w ~ N(0, 1), each halved until
-/// the objective exceeds its quadratic by no more than the quadratic part: springs of a bank that
-/// stand for each other are straight lines in no coordinates.
+/// it misses in all. The ridge of one datum keeps what the data leave open within its own size in
+/// the draws; a parameter of friction of which they tell less has the inverse root of that as
+/// an error too, so that a coefficient of nearly nothing is not known to nearly nothing. A held
+/// armature is no better known than before: it adds H^-1 times the score of its standard deviation.
+/// Encoder noise pulls the rigid body to zero where the motion is hardly above it, `dilution_root`.
+/// The last columns are M = H^-1 J'm with m the error that the motion of a joint makes
+/// (`MotionErrors`). Draws are those of the blocks alone, S w, w ~ N(0, 1), each halved until the
+/// objective exceeds its quadratic by no more than the quadratic part: springs of a bank that stand
+/// for each other are straight lines in no coordinates.
 /// @param motion  of the recordings of `data`
 /// @param count   of draws
 /// @return nothing where there are fewer than ten blocks
