@@ -61,6 +61,15 @@ TEST(Remarks, BreakAwayThatFallsWithinTheLeastSpeed) {
   EXPECT_THAT(fitted.remarks(), IsEmpty());
 }
 
+TEST(Remarks, TorqueThatBendsWithTheTorque) {
+  const Fitted fitted;
+  const std::vector<TorqueBend> bends{{.at_largest = 0.042, .share = 0.57},
+                                      {.at_largest = 0.05, .share = 0.3}};
+  const auto remarks = remarks_on(fitted.joints, fitted.friction, {}, bends);
+  ASSERT_THAT(remarks, SizeIs(1));
+  EXPECT_THAT(remarks[0].found, HasSubstr("shoulder (57 % by +4.2 % at the largest torque)"));
+}
+
 TEST(Remarks, TorqueThatGoesWithThePosition) {
   const Fitted fitted;
   std::vector<PositionWave> waves{{.n = 6, .share = 0.35}, {.n = 2, .share = 0.1}};

@@ -202,7 +202,7 @@ data::FitFile fit_file(const FitReport& report) {
     for (std::size_t j = 0; j < report.residual_rms.size(); ++j)
       file.joints.push_back(jointly_fitted(report, j));
   if (std::vector<data::FittedRemark> remarks =
-          remarks_on(file.joints, report.model.arm.friction.model, report.waves);
+          remarks_on(file.joints, report.model.arm.friction.model, report.waves, report.bends);
       !remarks.empty())
     file.remarks = std::move(remarks);
   if (report.torque) file.torque = training_of(*report.torque);

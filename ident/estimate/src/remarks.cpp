@@ -1,5 +1,6 @@
 #include "fricid/estimate/remarks.hpp"
 
+#include <cmath>
 #include <numbers>
 #include <string>
 
@@ -11,18 +12,21 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kUnresolved = 0.25;  // of a stiffness
-constexpr double kMost = 1;           // of a stiffness: beyond, how much is unknown
-constexpr double kWeak = 0.5;         // static friction over that of sliding
-constexpr double kBreaksAway = 1.1;   // the same of a break-away torque
-constexpr double kOfPosition = 0.2;   // share of a residual that is worth a word
+constexpr double kUnresolved = 0.25;    // of a stiffness
+constexpr double kMost = 1;             // of a stiffness: beyond, how much is unknown
+constexpr double kWeak = 0.5;           // static friction over that of sliding
+constexpr double kBreaksAway = 1.1;     // the same of a break-away torque
+constexpr double kExplained = 0.2;      // share of a residual that is worth a word
+constexpr double kBends = 0.4;          // the same of a bend, which load may look like
+constexpr double kWorthBending = 0.02;  // of the largest torque
 
 }  // namespace
 
 std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> joints,
                                            const friction::RobotFriction& friction,
-                                           std::span<const PositionWave> waves) {
-  std::vector<std::string> unresolved, weak, narrow, of_position;
+                                           std::span<const PositionWave> waves,
+                                           std::span<const TorqueBend> bends) {
+  std::vector<std::string> unresolved, weak, narrow, of_position, bent;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const data::FittedJoint& joint = joints[j];
     const auto begin = static_cast<std::size_t>(friction.parameter_begin(static_cast<int>(j)));
@@ -56,12 +60,16 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
     }
   }
   for (std::size_t j = 0; j < waves.size(); ++j)
-    if (waves[j].share > kOfPosition)
+    if (waves[j].share > kExplained)
       of_position.push_back(
           fmt::format("{} ({:.0f} % by {})", joints[j].joint, 100 * waves[j].share,
                       waves[j].slides ? fmt::format("waves of {:.3g} mm, N = {:.4g}",
                                                     2e3 * std::numbers::pi / waves[j].n, waves[j].n)
                                       : fmt::format("{:.3g} periods per turn", waves[j].n)));
+  for (std::size_t j = 0; j < bends.size(); ++j)
+    if (bends[j].share > kBends && std::abs(bends[j].at_largest) > kWorthBending)
+      bent.push_back(fmt::format("{} ({:.0f} % by {:+.2g} % at the largest torque)",
+                                 joints[j].joint, 100 * bends[j].share, 100 * bends[j].at_largest));
   std::vector<data::FittedRemark> remarks;
   if (!unresolved.empty())
     remarks.push_back(
@@ -88,6 +96,12 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
                        "no law of friction has a torque that does not change sign with the speed, "
                        "as of cogging, and open loops go astray by it",
                        "declare it: [[robot.torque]] with terms = [\"sin(N q)\", \"cos(N q)\"]"});
+  if (!bent.empty())
+    remarks.push_back(
+        {"what laws of friction leave of the torque bends with the torque: " + enumeration(bent),
+         "as of a motor whose torque constant falls with the current: bodies and "
+         "friction are off by a good part of that",
+         "correct the logged torque by the curve of the motor, or move more slowly"});
   return remarks;
 }
 

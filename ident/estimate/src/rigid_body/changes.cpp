@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -18,6 +19,38 @@ constexpr double kMuch = 1.25;     // factor of friction, which warms and cools 
 constexpr double kKnown = 0.05;    // largest standard error of a change that is named
 constexpr int kReweighings = 6;    // by the noise of the joints
 constexpr double kNothing = 1e-9;  // eigenvalue over the largest: what the rows do not determine
+
+constexpr Eigen::Index kCurves = 2;  // columns of each joint's friction curve
+constexpr double kSlow = 0.2;        // of the mean speed, within which the second one falls
+
+/// Beside Coulomb and viscous friction, F sqrt(|v|) and F exp(-|v| / slow) of each joint, F being
+/// F[sign v], as plain columns behind the others: a motion whose speed changes from stretch to
+/// stretch would show a Stribeck curve, or viscous friction that is none, as a change.
+StackedByJoint with_curves(const StackedByJoint& all) {
+  StackedByJoint out = all;
+  out.plain = out.with_growth = out.size = all.plain + kCurves * all.n();
+  out.springs.clear();
+  out.joints.clear();
+  for (int j = 0; j < all.n(); ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    const JointRows& rows = all.joints[at];
+    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(rows.X.rows(), out.plain);
+    X.leftCols(all.plain) = rows.X.leftCols(all.plain);
+    if (all.Fc[at] >= 0 && all.Fv[at] >= 0 && X.rows() > 0) {
+      const Eigen::ArrayXd direction = X.col(all.Fc[at]).array(),
+                           speed = X.col(all.Fv[at]).array().abs();
+      const Eigen::Index first = all.plain + kCurves * j;
+      X.col(first) = direction * (speed / speed.mean()).sqrt();
+      X.col(first + 1) = direction * (-speed / (kSlow * speed.mean())).exp();
+    }
+    JointRows curved = normal_equations(X, rows.y);
+    curved.at = rows.at;
+    curved.X = std::move(X);
+    curved.y = rows.y;
+    out.joints.push_back(std::move(curved));
+  }
+  return out;
+}
 
 /// A stretch of one recording, and its rows by joint.
 struct Piece {
@@ -100,7 +133,6 @@ struct PiecewiseFit {
 /// normal equations (Schur complement).
 PiecewiseFit fit_pieces(const StackedByJoint& all, std::span<const Piece> pieces,
                         const Freedom& freedom, const Eigen::VectorXd& sigma) {
-  const Piece whole = joined(pieces);
   const Eigen::Index m = freedom[0].cols();
   const auto n = static_cast<std::size_t>(all.n());
   Eigen::VectorXd weight = sigma.cwiseAbs2().cwiseInverse(), squares;
@@ -146,15 +178,13 @@ PiecewiseFit fit_pieces(const StackedByJoint& all, std::span<const Piece> pieces
     }
     for (std::size_t j = 0; j < n; ++j) {
       const auto at = static_cast<Eigen::Index>(j);
-      weight[at] = std::pow(sigma_of(squares[at], whole.joints[j]), -2);
+      weight[at] = std::pow(sigma_of(squares[at], all.joints[j]), -2);
     }
   }
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(m);
   for (const Eigen::VectorXd& theta : fit.theta) mean += theta / static_cast<double>(pieces.size());
   for (Eigen::VectorXd& theta : fit.theta) theta -= mean;
-  double rows = 0;
-  for (const JointRows& joint : whole.joints) rows += joint.count;
-  const double left = 1 - spent / rows;
+  const double left = 1 - spent / static_cast<double>(all.rows);
   fit.variance = left > 0 ? Eigen::ArrayXd(weight.array().inverse() / left)
                           : Eigen::ArrayXd::Constant(all.n(), HUGE_VAL);
   return fit;
@@ -174,9 +204,12 @@ Freedom freedom_of(Change what, const StackedByJoint& all, const Eigen::VectorXd
     auto column = freedom[at].col(j);
     if (what == Change::kFactor) column = x.head(all.plain);
     if (what == Change::kOffset && all.offset[at] >= 0) column[all.offset[at]] = 1;
-    if (what == Change::kFriction)
+    if (what == Change::kFriction) {
       for (const Eigen::Index k : {all.Fc[at], all.Fv[at]})
         if (k >= 0) column[k] = x[k];
+      const Eigen::Index curve = all.plain - kCurves * (n - j);
+      column.segment(curve, kCurves) = x.segment(curve, kCurves);
+    }
   }
   return freedom;
 }
@@ -261,11 +294,14 @@ Fault name_load(const dynamics::RobotModel& robot, const PiecewiseFit& fit,
       fmt::format("`fricid payload` finds a load from two logs, without and with it; {}", kParts)};
 }
 
-/// The change among some pieces.
-Changes changes_among(std::span<const Piece> pieces, const dynamics::RobotModel& robot,
-                      const StackedByJoint& all, const Solution& one,
-                      std::span<const signals::Recording> recordings) {
+}  // namespace
+
+Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& stacked,
+                     std::span<const signals::Recording> recordings) {
+  const StackedByJoint all = with_curves(stacked);
+  const Solution one = solve(all, all.plain);
   Changes found;
+  const std::vector<Piece> pieces = cut_in_pieces(all, recordings);
   if (pieces.size() < 2) return found;
   const Piece whole = joined(pieces);
   double best = 0;
@@ -277,7 +313,7 @@ Changes changes_among(std::span<const Piece> pieces, const dynamics::RobotModel&
     const Eigen::ArrayXd gain = (before / fit.variance).log();
     std::vector<int> joints;
     for (int j = 0; j < all.n(); ++j) {
-      const JointRows& rows = whole.joints[static_cast<std::size_t>(j)];
+      const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
       const double torque = rows.yy / std::max(1.0, rows.count);
       if (gain[j] > kChangeGain && before[j] - fit.variance[j] > kWorth * kWorth * torque)
         joints.push_back(j);
@@ -299,22 +335,6 @@ Changes changes_among(std::span<const Piece> pieces, const dynamics::RobotModel&
                                          pieces, recordings, has_temperature));
       found.faults.back().without_temperature = what == Change::kFriction && has_temperature;
     }
-  }
-  return found;
-}
-
-}  // namespace
-
-Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& all,
-                     const Solution& one, std::span<const signals::Recording> recordings) {
-  const std::vector<Piece> pieces = cut_in_pieces(all, recordings);
-  Changes found = changes_among(pieces, robot, all, one, recordings);
-  // what others do not have may drown among them
-  for (auto begin = pieces.begin(); recordings.size() > 1 && begin != pieces.end();) {
-    const auto end = std::find_if(
-        begin, pieces.end(), [&](const Piece& piece) { return piece.sequence != begin->sequence; });
-    if (found.faults.empty()) found = changes_among({begin, end}, robot, all, one, recordings);
-    begin = end;
   }
   return found;
 }

@@ -25,15 +25,13 @@ struct Changes {
 ///
 ///     a constant torque of each joint,
 ///     a factor on the torque of each joint,
-///     a factor on its Coulomb and viscous friction, or
+///     a factor on its friction, a curve over the speed, or
 ///     the ten inertial parameters of a load on the last link.
 ///
 /// What leaves a joint twelve times less variance than one fit of all pieces, by a hundredth of its
 /// torque or more, changes, friction by a quarter or more; of several the one that explains most.
-/// Of several recordings all are looked at together, then each alone.
-/// @param all  of the recordings
-/// @param one  its solution on the plain columns
-Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& all,
-                     const Solution& one, std::span<const signals::Recording> recordings);
+/// @param stacked  of the recordings
+Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& stacked,
+                     std::span<const signals::Recording> recordings);
 
 }  // namespace fricid::estimate

@@ -243,7 +243,7 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   if (!faults.empty() || !fit.prior.empty()) return faults;
   const StackedByJoint all = stack_by_joint(robot, recordings, options);
   const Solution plain = solve(all, all.plain);
-  const Changes changes = find_changes(robot, all, plain, recordings);
+  const Changes changes = find_changes(robot, all, recordings);
   if (changes.what == Change::kOffset || changes.what == Change::kFactor) faults = changes.faults;
   // logs that differ in their bodies or friction are named by the parameter that differs
   if (faults.empty()) faults = find_contradicting_logs(all, recordings);

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "fricid/base/error.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/estimate/couplings.hpp"
 #include "fricid/estimate/prior.hpp"
@@ -265,6 +266,10 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   report.errors = fits.errors_of(best->arm, kDraws, static_cast<std::uint64_t>(seed));
   take_base_of(report.errors, best->arm.robot, report.rigid_body);
   report.waves = fits.waves_of(best->arm);
+  // parts of a sum would stand for a torque that bends: the law that explains most tells
+  const auto of_laws = [](const Candidate& c) { return c.rival ? c.torque : kInfinity; };
+  const auto law = std::ranges::min_element(found, {}, of_laws);
+  report.bends = fits.bends_of(law->rival ? law->arm : best->arm);
   report.couplings = find_couplings(
       prepared.recordings,
       friction_target(prepared.robot, prepared.rigid_body.pi, prepared.recordings, jobs));

@@ -453,6 +453,12 @@ std::vector<PositionWave> JointFits::waves_of(const Arm& arm) const {
   return waves;
 }
 
+std::vector<TorqueBend> JointFits::bends_of(const Arm& arm) const {
+  std::vector<TorqueBend> bends;
+  for (int j = 0; j < n(); ++j) bends.push_back(bend_of(training_, held_out_, arm, j));
+  return bends;
+}
+
 std::optional<SpringIndices> single_spring(const friction::RobotFriction& friction, int joint) {
   const auto index = [&](const char* symbol) {
     return friction::find_parameter(friction, joint, friction::MaxwellSlip::kName, symbol);

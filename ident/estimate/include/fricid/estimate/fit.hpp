@@ -23,7 +23,7 @@
 #include "fricid/estimate/torque/arm_torque_fit.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
 #include "fricid/estimate/torque/folds.hpp"
-#include "fricid/estimate/torque/position_wave.hpp"
+#include "fricid/estimate/torque/left_torque.hpp"
 #include "fricid/estimate/windows/multi_step.hpp"
 #include "fricid/signals/recording.hpp"
 
@@ -88,6 +88,7 @@ struct FitReport {
   std::vector<FitWithout> without;            ///< of method joint
   ArmErrors errors;                           ///< of method joint
   std::vector<PositionWave> waves;            ///< (n) left by a fit of method joint
+  std::vector<TorqueBend> bends;              ///< (n) left by the best law of such a fit
 
   bool has_result() const {
     return outcome == Outcome::kConverged || outcome == Outcome::kIterationLimit;

@@ -13,7 +13,7 @@
 #include "fricid/estimate/torque/cable.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
 #include "fricid/estimate/torque/folds.hpp"
-#include "fricid/estimate/torque/position_wave.hpp"
+#include "fricid/estimate/torque/left_torque.hpp"
 #include "fricid/estimate/windows/multi_step.hpp"
 #include "fricid/friction/sum.hpp"
 
@@ -116,6 +116,8 @@ class JointFits {
 
   /// Per joint the `strongest_wave` in the torque that `arm` leaves.
   std::vector<PositionWave> waves_of(const Arm& arm) const;
+  /// Per joint the bend of the torque in what `arm` leaves of it.
+  std::vector<TorqueBend> bends_of(const Arm& arm) const;
 
   /// Whether every recording is long enough to train on windows.
   bool has_room_for_windows() const;

@@ -1,4 +1,4 @@
-#include "fricid/estimate/torque/position_wave.hpp"
+#include "fricid/estimate/torque/left_torque.hpp"
 
 #include <numbers>
 
@@ -10,10 +10,12 @@ namespace {
 constexpr double kMostPeriods = 400, kStep = 0.25;  // over the travel
 constexpr Eigen::Index kFewestRows = 30;
 
-/// Positions of a joint at its rows, and what the arm leaves of its torque.
+/// Positions of a joint at its rows, its torque as the arm predicts it, and what it leaves.
 struct Left {
-  Eigen::ArrayXd q;        // [rad]
-  Eigen::VectorXd torque;  // [N m]
+  Eigen::ArrayXd q;          // [rad]
+  Eigen::ArrayXd direction;  // sign of the speed
+  Eigen::ArrayXd predicted;  // [N m]
+  Eigen::VectorXd torque;    // [N m]
 
   /// 1, sin(n q), cos(n q).
   Eigen::MatrixX3d wave(double n) const {
@@ -31,15 +33,25 @@ void turn(Eigen::MatrixX3d& X, const Eigen::MatrixX3d& by) {
 }
 
 Left left_of(const ArmTorqueData& data, const Arm& arm, int j) {
-  Left left{{}, -data.residual(arm, j)};
+  Left left{{}, {}, {}, -data.residual(arm, j)};
+  left.predicted = data.joint(j).tau - left.torque;
   left.q.resize(left.torque.size());
+  left.direction.resize(left.torque.size());
   Eigen::Index r = 0;
   for (std::size_t s = 0; s < data.recordings().size(); ++s)
-    for (const int k : data.joint(j).row[s]) left.q[r++] = data.recordings()[s].narrow.q(k, j);
+    for (const int k : data.joint(j).row[s]) {
+      left.q[r] = data.recordings()[s].narrow.q(k, j);
+      left.direction[r++] = data.recordings()[s].narrow.v(k, j) < 0 ? -1 : 1;
+    }
   return left;
 }
 
 double variance(const Eigen::VectorXd& x) { return (x.array() - x.mean()).square().mean(); }
+
+/// Share of the variance of `torque` that is gone in `rest`.
+double share_of(const Eigen::VectorXd& rest, const Eigen::VectorXd& torque) {
+  return std::max(0.0, 1 - variance(rest) / variance(torque));
+}
 
 }  // namespace
 
@@ -65,9 +77,32 @@ PositionWave strongest_wave(const ArmTorqueData& training, const ArmTorqueData& 
     }
   }
   if (best.n == 0) return {};
-  const Eigen::VectorXd rest = judged.torque - judged.wave(best.n) * of_best;
-  best.share = std::max(0.0, 1 - variance(rest) / variance(judged.torque));
+  best.share = share_of(judged.torque - judged.wave(best.n) * of_best, judged.torque);
   return best;
+}
+
+TorqueBend bend_of(const ArmTorqueData& training, const ArmTorqueData& held_out, const Arm& arm,
+                   int j) {
+  const Left fitted = left_of(training, arm, j), judged = left_of(held_out, arm, j);
+  if (std::min(fitted.q.size(), judged.q.size()) < kFewestRows) return {};
+  const double largest = fitted.predicted.abs().maxCoeff();
+  if (!(largest > 0)) return {};
+  const auto columns = [&](const Left& left) {
+    const Eigen::ArrayXd tau = left.predicted / largest;
+    Eigen::MatrixXd X(tau.size(), 5);
+    X << Eigen::VectorXd::Ones(tau.size()), tau.matrix(), (left.direction * tau.abs()).matrix(),
+        (left.direction * tau.square()).matrix(), tau.cube().matrix();
+    return X;
+  };
+  const Eigen::MatrixXd X = columns(fitted), of_judged = columns(judged);
+  const auto rest = [&](Eigen::Index count, Eigen::VectorXd& found) -> Eigen::VectorXd {
+    const Eigen::MatrixXd some = X.leftCols(count);
+    found = (some.transpose() * some).ldlt().solve(some.transpose() * fitted.torque);
+    return judged.torque - of_judged.leftCols(count) * found;
+  };
+  Eigen::VectorXd found;
+  const Eigen::VectorXd without = rest(4, found), with = rest(5, found);
+  return {.at_largest = found[4] / largest, .share = share_of(with, without)};
 }
 
 }  // namespace fricid::estimate

@@ -1,11 +1,12 @@
-// Torque that goes with a joint's own position, as of cogging, which no law of friction has.
+// What a fitted arm leaves of the torque of a joint, and what no law of friction has explains of
+// it.
 #pragma once
 
 #include "fricid/estimate/torque/arm_torque_data.hpp"
 
 namespace fricid::estimate {
 
-/// A sin(n q) + B cos(n q) in the torque of a joint.
+/// A sin(n q) + B cos(n q) in the torque of a joint, as of cogging.
 struct PositionWave {
   double n = 0;  ///< periods per turn, of a joint that slides per 2 pi m
   /// Of the variance of what the arm leaves on rows that it is not taken from [1].
@@ -19,5 +20,17 @@ struct PositionWave {
 /// @return share 0 where there is none
 PositionWave strongest_wave(const ArmTorqueData& training, const ArmTorqueData& held_out,
                             const Arm& arm, int j);
+
+/// B (tau / largest)^3 in the torque of a joint, tau being what the arm predicts: as of a torque
+/// constant that falls with the current.
+struct TorqueBend {
+  double at_largest = 0;  ///< B over the largest torque [1]
+  double share = 0;       ///< as of a `PositionWave`
+};
+
+/// The bend, beside a constant, a factor, and friction in the torque and its square, which changes
+/// its sign with the speed; found and judged as the `strongest_wave`, by what it gains over these.
+TorqueBend bend_of(const ArmTorqueData& training, const ArmTorqueData& held_out, const Arm& arm,
+                   int j);
 
 }  // namespace fricid::estimate

@@ -1,0 +1,77 @@
+// Torque that goes with the position of a joint is found, however short its waves are, and a torque
+// that is not proportional to the current.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include <cmath>
+
+#include "fit_of_logs.hpp"
+#include "fricid/estimate/torque/joint_fit.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+TEST(PositionWave, CoggingIsFoundWithItsPeriods) {
+  const Arm arm = lugre_arm();
+  std::vector<data::Dataset> logs;
+  for (const std::uint64_t seed : {1, 2})
+    logs.push_back(
+        make_log(arm, {.seconds = 24, .peak_speed = 0.4, .torque_noise = 0.3, .seed = seed}));
+  for (const double periods : {0., 20., 90.}) {
+    std::vector<data::Dataset> cogging = logs;
+    for (data::Dataset& log : cogging)
+      for (Eigen::Index k = 0; k < log.q.rows(); ++k)
+        log.tau(k, 1) += 1.5 * std::sin(periods * log.q(k, 1) + 0.4);
+    const Prepared prepared = prepare(arm.robot, {}, cogging, 2);
+    const JointFits fits(prepared, {}, 2);
+    const Arm fitted = fits.on_torque(fits.start(friction::JointSpec{{{"lugre", 0, {}}}}),
+                                      JointFits::Rows::kTraining)
+                           .arm;
+    const std::vector<PositionWave> waves = fits.waves_of(fitted);
+    ASSERT_EQ(waves.size(), 3u);
+    EXPECT_LT(waves[0].share, 0.2);
+    EXPECT_FALSE(waves[1].slides);
+    if (periods == 0) {
+      EXPECT_LT(waves[1].share, 0.2);
+    } else {
+      EXPECT_NEAR(waves[1].n, periods, 2);  // a quarter of a period over the travel
+      EXPECT_GT(waves[1].share, 0.3) << periods;
+    }
+  }
+}
+
+// A motor that gives 15 % less than its current says at the largest torque.
+TEST(TorqueBend, AFallingTorqueConstantIsFound) {
+  const Arm arm = lugre_arm();
+  for (const double falls : {0., 0.15}) {
+    std::vector<data::Dataset> logs;
+    for (const std::uint64_t seed : {1, 2})
+      logs.push_back(
+          make_log(arm, {.seconds = 24, .peak_speed = 2.5, .torque_noise = 0.1, .seed = seed}));
+    double largest = 0;
+    for (const data::Dataset& log : logs)
+      largest = std::max(largest, log.tau.col(1).cwiseAbs().maxCoeff());
+    for (data::Dataset& log : logs)
+      log.tau.col(1).array() *= 1 + falls * (log.tau.col(1).array() / largest).square();
+    const Prepared prepared = prepare(arm.robot, {}, logs, 2);
+    const JointFits fits(prepared, {}, 2);
+    const Arm fitted = fits.on_torque(fits.start(friction::JointSpec{{{"lugre", 0, {}}}}),
+                                      JointFits::Rows::kTraining)
+                           .arm;
+    const std::vector<TorqueBend> bends = fits.bends_of(fitted);
+    ASSERT_EQ(bends.size(), 3u);
+    EXPECT_LT(bends[0].share, 0.1);
+    EXPECT_LT(bends[2].share, 0.1);
+    if (falls == 0) {
+      EXPECT_LT(bends[1].share, 0.1);
+    } else {
+      EXPECT_GT(bends[1].share, 0.3);
+      EXPECT_GT(bends[1].at_largest, 0.02);
+      EXPECT_LT(bends[1].at_largest, 0.2);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fricid::estimate
