@@ -28,7 +28,8 @@ struct LinearTorqueSection {
   template <class Archive>
   void visit(Archive& archive) {
     archive("joint", joint, required(text("name of the joint")));
-    archive("terms", terms, required(text("shapes: 1, q, sin(q), cos(q), sin(2 q), sin(31.4 q), ...")));
+    archive("terms", terms,
+            required(text("shapes: 1, q, sin(q), cos(q), sin(2 q), sin(31.4 q), ...")));
     archive(
         "prior_sd", prior_sd,
         number("N m", 0, 1e6, "standard deviation of each coefficient about 0; []: none known"));
