@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "fricid/base/error.hpp"
@@ -28,58 +29,61 @@ Nodes cubic_weights(const Nodes& t, double x) {
   return w;
 }
 
-/// The larger of some errors, whatever a few of them are.
+/// The larger of some errors, whatever a few of them are; 0 of none.
 double upper_tenth(std::vector<double>& errors) {
+  if (errors.empty()) return 0;
   const auto at = errors.begin() + static_cast<std::ptrdiff_t>(9 * errors.size() / 10);
   std::nth_element(errors.begin(), at, errors.end());
   return *at;
 }
 
+/// How far positions are off the cubic through their neighbours [rad].
+struct Roughness {
+  double by_stamps = 0, by_even_times = 0;
+};
+
+/// Of joint j over rows[begin] to rows[end - 1], but for those beside a pause.
+Roughness roughness(const Dataset& d, std::span<const int> rows, int j, std::size_t begin,
+                    std::size_t end) {
+  static const Nodes even = cubic_weights({-2, -1, 1, 2}, 0);
+  std::vector<double> by_stamps, by_even_times;
+  for (std::size_t r = std::max<std::size_t>(2, begin); r < end && r + 2 < rows.size(); ++r) {
+    const std::array<int, kNodes> beside{rows[r - 2], rows[r - 1], rows[r + 1], rows[r + 2]};
+    Nodes t;
+    for (std::size_t i = 0; i < kNodes; ++i) t[i] = d.t[beside[i]];
+    const double own = d.t[rows[r]],
+                 longest = std::max({t[1] - t[0], own - t[1], t[2] - own, t[3] - t[2]});
+    if (longest > kGap / d.rate_hz) continue;  // a sample may be lost there
+    const Nodes stamps = cubic_weights(t, own);
+    double off = -d.q(rows[r], j), off_even = off;
+    for (std::size_t i = 0; i < kNodes; ++i) {
+      off += stamps[i] * d.q(beside[i], j);
+      off_even += even[i] * d.q(beside[i], j);
+    }
+    if (!std::isfinite(off)) continue;
+    by_stamps.push_back(std::abs(off));
+    by_even_times.push_back(std::abs(off_even));
+  }
+  return {upper_tenth(by_stamps), upper_tenth(by_even_times)};
+}
+
 }  // namespace
 
 Taken taken(const Dataset& d) {
-  constexpr int kParts = 10;
+  constexpr std::size_t kParts = 10;
   constexpr double kCertain = 3;  // standard errors
-  constexpr std::array<int, kNodes> kAround{-2, -1, 1, 2};
-  const Nodes even = cubic_weights({-2, -1, 1, 2}, 0);
   const std::vector<int> rows = rising_rows(d.t);
-  std::vector<double> gains;  // per part of the log: by how much the stamps are the better times
-  for (int part = 0; part < kParts; ++part) {
-    const auto count = std::ssize(rows);
-    double gain = 0;
+  // by how much the stamps are the better times in each part of the log, in sum over the joints
+  Eigen::Array<double, kParts, 1> gains = Eigen::Array<double, kParts, 1>::Zero();
+  for (std::size_t part = 0; part < kParts; ++part)
     for (int j = 0; j < d.n(); ++j) {
-      std::vector<double> by_stamps, by_even;
-      for (auto r = std::max<std::ptrdiff_t>(2, count * part / kParts);
-           r < std::min(count - 2, count * (part + 1) / kParts); ++r) {
-        const int k = rows[static_cast<std::size_t>(r)];
-        Nodes t, q;
-        for (std::size_t i = 0; i < kNodes; ++i) {
-          const int at = rows[static_cast<std::size_t>(r + kAround[i])];
-          t[i] = d.t[at];
-          q[i] = d.q(at, j);
-        }
-        const double longest = std::max({t[1] - t[0], d.t[k] - t[1], t[2] - d.t[k], t[3] - t[2]});
-        if (longest > kGap / d.rate_hz) continue;  // a sample may be lost there
-        const Nodes w = cubic_weights(t, d.t[k]);
-        double stamps = -d.q(k, j), evenly = -d.q(k, j);
-        for (std::size_t i = 0; i < kNodes; ++i) {
-          stamps += w[i] * q[i];
-          evenly += even[i] * q[i];
-        }
-        if (!std::isfinite(stamps)) continue;
-        by_stamps.push_back(std::abs(stamps));
-        by_even.push_back(std::abs(evenly));
-      }
-      if (by_stamps.empty()) continue;
-      const double stamps = upper_tenth(by_stamps), evenly = upper_tenth(by_even);
-      if (stamps + evenly > 0) gain += (evenly - stamps) / (evenly + stamps);
+      const Roughness found =
+          roughness(d, rows, j, rows.size() * part / kParts, rows.size() * (part + 1) / kParts);
+      if (const double sum = found.by_even_times + found.by_stamps; sum > 0)
+        gains[static_cast<Eigen::Index>(part)] += (found.by_even_times - found.by_stamps) / sum;
     }
-    gains.push_back(gain);
-  }
-  double mean = 0, squares = 0;
-  for (const double gain : gains) mean += gain / kParts;
-  for (const double gain : gains) squares += (gain - mean) * (gain - mean);
-  const double error = std::sqrt(squares / (kParts * (kParts - 1)));
+  const double mean = gains.mean(),
+               error = std::sqrt((gains - mean).square().sum() / (kParts * (kParts - 1.0)));
   if (std::abs(mean) <= kCertain * error) return Taken::kNotTold;
   return mean > 0 ? Taken::kAtStamps : Taken::kEvenly;
 }
