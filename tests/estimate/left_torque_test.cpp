@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-
 #include <cmath>
 
 #include "fit_of_logs.hpp"
@@ -11,6 +10,16 @@
 
 namespace fricid::estimate {
 namespace {
+
+/// What `look(fits, arm)` finds in the torque that LuGre friction leaves of logs.
+template <class Look>
+auto left_by_lugre(const dynamics::RobotModel& robot, const std::vector<data::Dataset>& logs,
+                   const Look& look) {
+  const Prepared prepared = prepare(robot, {}, logs, 2);
+  const JointFits fits(prepared, {}, 2);
+  const Arm start = fits.start(friction::JointSpec{{{"lugre", 0, {}}}});
+  return look(fits, fits.on_torque(start, JointFits::Rows::kTraining).arm);
+}
 
 TEST(PositionWave, CoggingIsFoundWithItsPeriods) {
   const Arm arm = lugre_arm();
@@ -23,12 +32,9 @@ TEST(PositionWave, CoggingIsFoundWithItsPeriods) {
     for (data::Dataset& log : cogging)
       for (Eigen::Index k = 0; k < log.q.rows(); ++k)
         log.tau(k, 1) += 1.5 * std::sin(periods * log.q(k, 1) + 0.4);
-    const Prepared prepared = prepare(arm.robot, {}, cogging, 2);
-    const JointFits fits(prepared, {}, 2);
-    const Arm fitted = fits.on_torque(fits.start(friction::JointSpec{{{"lugre", 0, {}}}}),
-                                      JointFits::Rows::kTraining)
-                           .arm;
-    const std::vector<PositionWave> waves = fits.waves_of(fitted);
+    const std::vector<PositionWave> waves = left_by_lugre(
+        arm.robot, cogging,
+        [](const JointFits& fits, const Arm& fitted) { return fits.waves_of(fitted); });
     ASSERT_EQ(waves.size(), 3u);
     EXPECT_LT(waves[0].share, 0.2);
     EXPECT_FALSE(waves[1].slides);
@@ -54,12 +60,9 @@ TEST(TorqueBend, AFallingTorqueConstantIsFound) {
       largest = std::max(largest, log.tau.col(1).cwiseAbs().maxCoeff());
     for (data::Dataset& log : logs)
       log.tau.col(1).array() *= 1 + falls * (log.tau.col(1).array() / largest).square();
-    const Prepared prepared = prepare(arm.robot, {}, logs, 2);
-    const JointFits fits(prepared, {}, 2);
-    const Arm fitted = fits.on_torque(fits.start(friction::JointSpec{{{"lugre", 0, {}}}}),
-                                      JointFits::Rows::kTraining)
-                           .arm;
-    const std::vector<TorqueBend> bends = fits.bends_of(fitted);
+    const std::vector<TorqueBend> bends = left_by_lugre(
+        arm.robot, logs,
+        [](const JointFits& fits, const Arm& fitted) { return fits.bends_of(fitted); });
     ASSERT_EQ(bends.size(), 3u);
     EXPECT_LT(bends[0].share, 0.1);
     EXPECT_LT(bends[2].share, 0.1);

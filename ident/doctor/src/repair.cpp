@@ -106,6 +106,8 @@ void let_time_go_on(Dataset& d, const Finding& wrap) {
   for (const int k : wrap.rows) d.t.tail(d.length() - k).array() += wrap.size;
 }
 
+void interpolate(Dataset& d) { d = data::at_even_times(std::move(d)); }
+
 // Torque at t_k taken from t_k + delay.
 void advance_torque(Dataset& d, double delay) {
   const RowMatrix old = d.tau;
@@ -136,7 +138,7 @@ void apply(Dataset& d, const Finding& f) {
   if (f.kind == FindingKind::kGap) return fill_gaps(d);
   if (f.kind == FindingKind::kDuplicate) return drop_duplicates(d);
   if (f.kind == FindingKind::kJitter || f.kind == FindingKind::kClockDrift) return make_uniform(d);
-  if (f.kind == FindingKind::kUneven) d = data::at_even_times(std::move(d));
+  if (f.kind == FindingKind::kUneven) return interpolate(d);
   if (f.kind == FindingKind::kDelay) return advance_torque(d, f.size);
   if (f.kind == FindingKind::kWrap) return let_time_go_on(d, f);
   if (f.kind == FindingKind::kHeld) return keep_rows_of_source(d, f);

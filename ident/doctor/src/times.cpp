@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "checks.hpp"
 #include "fricid/data/sample_times.hpp"
@@ -14,8 +16,7 @@ constexpr double kBack = 0.1;           // [s] that a clock which starts again g
 constexpr std::size_t kMostListed = 8;  // one by one; more are one finding
 
 /// Uneven stamps at which the samples were taken.
-std::optional<Finding> find_uneven(const data::Dataset& d) {
-  const data::ClockQuality clock = data::quality_of_clock(d.t, d.rate_hz);
+std::optional<Finding> find_uneven(const data::Dataset& d, const data::ClockQuality& clock) {
   if (clock.jitter_s <= data::kUnevenness / d.rate_hz || data::taken(d) != data::Taken::kAtStamps)
     return {};
   return Finding{.kind = FindingKind::kUneven,
@@ -28,9 +29,9 @@ std::optional<Finding> find_uneven(const data::Dataset& d) {
 
 // Jitter where periods scatter, or where one of them is what the reader refuses: not even, though
 // no sample is lost in it and the clock does not drift.
-void check_regularity(const data::Dataset& d, const Eigen::VectorXd& rising,
-                      const std::vector<int>& lost, Findings& findings) {
-  const data::ClockQuality clock = data::quality_of_clock(d.t, d.rate_hz);
+void check_regularity(const data::Dataset& d, const data::ClockQuality& clock,
+                      const Eigen::VectorXd& rising, const std::vector<int>& lost,
+                      Findings& findings) {
   const double period = 1 / d.rate_hz, begin = d.t[0], end = d.t[d.length() - 1];
   double farthest = 0;
   for (Eigen::Index k = 1; k < rising.size(); ++k)
@@ -145,13 +146,14 @@ void check_clock(const data::Dataset& d, Findings& findings) {
                       .end_s = rising[k],
                       .size = static_cast<double>(count),
                       .unit = "samples"});
-  std::optional<Finding> uneven = find_uneven(d);
+  const data::ClockQuality clock = data::quality_of_clock(d.t, d.rate_hz);
+  std::optional<Finding> uneven = find_uneven(d, clock);
   if (!uneven) append(std::move(gaps), findings);
   if (repeats.count > 0) findings.push_back(repeats);
   if (uneven)
     findings.push_back(std::move(*uneven));
   else
-    check_regularity(d, rising, lost, findings);
+    check_regularity(d, clock, rising, lost, findings);
 }
 
 }  // namespace fricid::doctor

@@ -27,14 +27,26 @@ constexpr double kSlow = 0.2;        // of the mean speed, within which the seco
 /// F[sign v], as plain columns behind the others: a motion whose speed changes from stretch to
 /// stretch would show a Stribeck curve, or viscous friction that is none, as a change.
 StackedByJoint with_curves(const StackedByJoint& all) {
-  StackedByJoint out = all;
-  out.plain = out.with_growth = out.size = all.plain + kCurves * all.n();
-  out.springs.clear();
-  out.joints.clear();
+  const Eigen::Index size = all.plain + kCurves * all.n();
+  StackedByJoint out{.joints = {},
+                     .coulomb = {},
+                     .block = all.block,
+                     .sequence = all.sequence,
+                     .rows = all.rows,
+                     .base = all.base,
+                     .plain = size,
+                     .with_growth = size,
+                     .size = size,
+                     .springs = {},
+                     .K = all.K,
+                     .Fc = all.Fc,
+                     .Fv = all.Fv,
+                     .offset = all.offset,
+                     .names = {}};
   for (int j = 0; j < all.n(); ++j) {
     const auto at = static_cast<std::size_t>(j);
     const JointRows& rows = all.joints[at];
-    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(rows.X.rows(), out.plain);
+    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(rows.X.rows(), size);
     X.leftCols(all.plain) = rows.X.leftCols(all.plain);
     if (all.Fc[at] >= 0 && all.Fv[at] >= 0 && X.rows() > 0) {
       const Eigen::ArrayXd direction = X.col(all.Fc[at]).array(),
@@ -43,11 +55,7 @@ StackedByJoint with_curves(const StackedByJoint& all) {
       X.col(first) = direction * (speed / speed.mean()).sqrt();
       X.col(first + 1) = direction * (-speed / (kSlow * speed.mean())).exp();
     }
-    JointRows curved = normal_equations(X, rows.y);
-    curved.at = rows.at;
-    curved.X = std::move(X);
-    curved.y = rows.y;
-    out.joints.push_back(std::move(curved));
+    out.joints.push_back(with_rows(rows.at, std::move(X), rows.y));
   }
   return out;
 }
@@ -299,10 +307,10 @@ Fault name_load(const dynamics::RobotModel& robot, const PiecewiseFit& fit,
 Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& stacked,
                      std::span<const signals::Recording> recordings) {
   const StackedByJoint all = with_curves(stacked);
-  const Solution one = solve(all, all.plain);
   Changes found;
   const std::vector<Piece> pieces = cut_in_pieces(all, recordings);
   if (pieces.size() < 2) return found;
+  const Solution one = solve(all, all.plain);
   const Piece whole = joined(pieces);
   double best = 0;
   for (const Change what : {Change::kOffset, Change::kFactor, Change::kFriction, Change::kLoad}) {

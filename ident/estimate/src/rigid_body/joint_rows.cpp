@@ -65,6 +65,14 @@ JointRows normal_equations(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
   return rows;
 }
 
+JointRows with_rows(Columns at, Eigen::MatrixXd X, const Eigen::VectorXd& y) {
+  JointRows rows = normal_equations(X, y);
+  rows.at = std::move(at);
+  rows.X = std::move(X);
+  rows.y = y;
+  return rows;
+}
+
 JointRows normal_equations(const JointRows& joint, const Columns& chosen, Eigen::Index columns) {
   return normal_equations(joint.X.leftCols(columns)(chosen, Eigen::all), joint.y(chosen));
 }
@@ -121,13 +129,9 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
     Eigen::MatrixXd X = Eigen::MatrixXd::Zero(std::ssize(at), all.size);
     X.leftCols(all.plain) = data.rows(at, columns);
     X.rightCols(std::ssize(of_springs)) = data.rows(at, of_springs);
+    all.coulomb.push_back(data.rows(at, p + j));
     const Eigen::VectorXd y = data.tau(at);
-    JointRows rows = normal_equations(X, y);
-    rows.at = std::move(at);
-    rows.X = std::move(X);
-    rows.y = y;
-    all.coulomb.push_back(data.rows(rows.at, p + j));
-    all.joints.push_back(std::move(rows));
+    all.joints.push_back(with_rows(std::move(at), std::move(X), y));
   }
   return all;
 }

@@ -33,6 +33,8 @@ struct JointRows {
   void add(const JointRows& other);
 };
 
+/// Rows and their normal equations.
+JointRows with_rows(Columns at, Eigen::MatrixXd X, const Eigen::VectorXd& y);
 /// Normal equations alone: without rows.
 JointRows normal_equations(const Eigen::MatrixXd& X, const Eigen::VectorXd& y);
 /// The same of some rows of a joint on its first `columns`. @param chosen  among the rows of X

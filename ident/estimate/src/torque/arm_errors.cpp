@@ -55,14 +55,15 @@ struct AboutFit {
 
 /// Coordinates of friction of which the data tell less than the ridge of a step, beside all others:
 /// a jackknife hardly moves them. Each errs by the inverse root of what the data tell.
-/// @param by_c  (pi, theta) by coordinates
-Eigen::MatrixXd root_of_open(const AboutFit& fit, const Eigen::MatrixXd& by_c) {
+/// @param count       coordinates of friction, the first
+/// @param covariance  inverse of the matrix of a step
+/// @param by_c        (pi, theta) by coordinates
+Eigen::MatrixXd root_of_open(Eigen::Index count, const Eigen::MatrixXd& covariance,
+                             const Eigen::MatrixXd& by_c) {
   constexpr double kLeast = 1e-8;  // information
-  const Eigen::MatrixXd covariance =
-      fit.H.ldlt().solve(Eigen::MatrixXd::Identity(fit.H.rows(), fit.H.cols()));
   std::vector<Eigen::Index> open;
   std::vector<double> errors;
-  for (Eigen::Index i = 0; i < std::ssize(fit.coordinates.friction()); ++i) {
+  for (Eigen::Index i = 0; i < count; ++i) {
     const double information = 1 / covariance(i, i) - kStepRidge;
     if (!(information < kStepRidge)) continue;
     open.push_back(i);
@@ -94,7 +95,9 @@ ArmErrors errors_of(const ArmTorqueData& data, const MotionErrors& motion, const
       dilution_root(of_pi.transpose() * noise * of_pi, fit.H,
                     of_pi.transpose() * (noise * fit.point.arm().robot.pi));
 
-  const Eigen::MatrixXd open = root_of_open(fit, by_c);
+  const Eigen::MatrixXd open =
+      root_of_open(std::ssize(fit.coordinates.friction()),
+                   solver.solve(Eigen::MatrixXd::Identity(fit.H.rows(), fit.H.cols())), by_c);
 
   const Eigen::Index before_motion =
       moves.cols() + of_held.cols() + diluted.cols() + open.cols() + 1;

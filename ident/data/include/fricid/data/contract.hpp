@@ -170,9 +170,10 @@ std::string_view warning_of_torque(const Dataset& dataset);
 using Warn = std::function<void(const std::string&)>;
 
 /// Reads a log without checking its times: they may have gaps, repeat or jitter, which the doctor
-/// reports (`fricid/doctor/doctor.hpp`). Slight jitter (`is_slight_jitter`) is evened out, which
-/// `source` and a warning say. t starts at 0; rate_hz is the usual rate. Text may have lines that
-/// start with # or are blank; empty cells, "nan", "null" and "none" are missing values.
+/// reports (`fricid/doctor/doctor.hpp`). Slight jitter (`is_slight_jitter`) is evened out, or
+/// interpolated (`taken`), which `source` and a warning say. t starts at 0; rate_hz is the usual
+/// rate. Text may have lines that start with # or are blank; empty cells, "nan", "null" and "none"
+/// are missing values.
 /// @throws UserError "file:line: ..." for a missing column, a cell that is no number, a row of
 ///         another length, a file that is empty or torn
 Dataset read_log(const std::filesystem::path& path, const Contract& contract,

@@ -56,10 +56,9 @@ enum class FindingKind {
 };
 constexpr std::string_view names(FindingKind) {
   return "rate|gap|duplicate|restart|wrap|jitter|uneven|clock_drift|missing|quantised|stuck|same|"
-         "constant|still|saturated|at_limit|spike|jump|repeated|held|velocity|angle_unit|length_"
-         "unit|"
-         "torque_unit|mount|no_gravity|sign|swapped|coupled|delay|delay_unknown|temperature_unit|"
-         "temperature_trend|segments";
+         "constant|still|saturated|at_limit|spike|jump|repeated|held|velocity|angle_unit|"
+         "length_unit|torque_unit|mount|no_gravity|sign|swapped|coupled|delay|delay_unknown|"
+         "temperature_unit|temperature_trend|segments";
 }
 
 /// One thing found.

@@ -1,5 +1,5 @@
-// What a fitted arm leaves of the torque of a joint, and what no law of friction has explains of
-// it.
+// What a fitted arm leaves of the torque of a joint, and how much of that goes with something that
+// no law of friction has.
 #pragma once
 
 #include "fricid/estimate/torque/arm_torque_data.hpp"
