@@ -1,6 +1,8 @@
 // The exported rigid body, read back by the URDF reader and by MuJoCo.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/deploy/export.hpp"
@@ -36,6 +38,21 @@ TEST(Urdf, ReadsBackWithTheSameParameters) {
     EXPECT_EQ(read.joints[j].velocity, model.arm.robot.joints[j].velocity);
   }
   EXPECT_EQ(read.frames.size(), model.arm.robot.frames.size());
+}
+
+// urdfdom and Pinocchio read no infinite number.
+TEST(Urdf, AJointWithoutEndHasNoLimitsOfItsPosition) {
+  data::ModelFile model = kr6();
+  dynamics::Joint& turns = model.arm.robot.joints[3];
+  turns.continuous = true;
+  turns.lower = -std::numeric_limits<double>::infinity();
+  turns.upper = -turns.lower;
+  const std::string text = export_model(model, "urdf").files[0].text;
+  EXPECT_EQ(text.find("inf\""), std::string::npos) << text;
+  const auto read = dynamics::parse_urdf(text, "read back");
+  EXPECT_TRUE(read.joints[3].continuous);
+  EXPECT_EQ(read.joints[3].velocity, turns.velocity);
+  EXPECT_EQ(read.joints[4].upper, model.arm.robot.joints[4].upper);
 }
 
 TEST(Mjcf, IsTheRobotInMujoco) {
