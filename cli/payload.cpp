@@ -15,7 +15,8 @@ Verdict find_payload(const PayloadOptions& options, const CommonOptions& common)
       workflow::is_run_folder(options.without)
           ? workflow::subject_of_run(options.without)
           : workflow::subject_of_log(options.without, options.contract, options.robot);
-  const workflow::Subject with = workflow::subject_of_log(options.with, options.contract, {});
+  const workflow::Subject with =
+      workflow::subject_of_log(options.with, options.contract, without.robot);
   for (const workflow::Subject* subject : {&without, &with})
     for (const std::string& warning : subject->warnings) print(warning + "\n", stderr);
   const data::PayloadFile payload = workflow::find_payload(without, with.sets, options.frame);

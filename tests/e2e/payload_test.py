@@ -38,9 +38,9 @@ logs = ["loaded/log.csv"]
 
 
 class Payload(ProgramTest):
-    def simulate(self, name, seed, robot=""):
+    def simulate(self, name, seed, robot="", more=""):
         scene = self.write(f"{name}.toml", f'extends = "{TINY}"\nname = "{name}"\nseed = {seed}\n'
-                           f"[robot]\n{robot}[sensors]\nrate_hz = 500\n")
+                           f"[robot]\n{robot}[sensors]\nrate_hz = 500\n{more}")
         done = fricid("simulate", scene, "-o", self.folder / name, "--quiet")
         self.assertEqual(done.returncode, 0, done.stderr)
         return self.folder / name
@@ -103,8 +103,8 @@ class Payload(ProgramTest):
         self.assertRegex(done.stderr, r"show (1\.9|2)\S* \+- \S+ kg less than those without it: swap the two")
         self.assertNotIn("payload_kg", done.stdout)
 
-    def as_csv(self, run, change=lambda torques: torques):
-        """A recording of a run as a log, with its torques changed."""
+    def as_csv(self, run, change=lambda torques: torques, every=1):
+        """A recording of a run as a log, with its torques changed, of every `every`-th row."""
         head, *rows = fricid("info", run / "data/train_0.h5", "--csv").stdout.splitlines()
         columns = [i for i, name in enumerate(head.split(",")) if name.startswith("tau")]
         for k, row in enumerate(rows):
@@ -113,7 +113,7 @@ class Payload(ProgramTest):
                 cells[i] = repr(torque)
             rows[k] = ",".join(cells)
         self.write("contract.toml", LOG_CONTRACT)
-        return self.write(f"{run.name}.csv", "\n".join([head, *rows]) + "\n")
+        return self.write(f"{run.name}.csv", "\n".join([head, *rows[::every]]) + "\n")
 
     def test_what_is_wrong_with_a_log_is_said(self):
         bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, LOAD)
@@ -127,6 +127,19 @@ class Payload(ProgramTest):
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertRegex(done.stderr, r"show 1\.\d+ \+- \S+ times the torque of the arm .* scale of \[torque\]")
         self.assertNotIn("payload_kg", done.stdout)
+
+    def test_the_log_with_the_load_tells_when_its_torque_was_measured(self):
+        bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, LOAD, "[excitation]\nbase_rad_s = 0.3\n")
+        last = []
+
+        def measured(tau):
+            """What a torque that is held between samples is at them: the mean of the two beside."""
+            before, last[:] = list(last) or tau, tau
+            return [(a + b) / 2 for a, b in zip(before, tau, strict=True)]
+
+        done = fricid("payload", bare, self.as_csv(loaded, measured, every=2), "--contract", self.folder / "contract.toml")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("the torque is measured at its samples", done.stderr)
 
     def test_parts_of_logs(self):
         bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, LOAD)

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <ranges>
 
 #include "fricid/base/error.hpp"
@@ -114,7 +115,14 @@ Subject subject_of_run(const fs::path& folder) {
   return subject;
 }
 
-Subject subject_of_log(const fs::path& of_log, const fs::path& contract, const RobotOfLog& robot) {
+namespace {
+
+using RobotOfJoints = std::function<std::optional<dynamics::RobotModel>(
+    const std::vector<std::string>& joints, const std::string& where,
+    const std::function<void(const std::string&)>& say,
+    const std::vector<dynamics::NamedCoupling>& couplings)>;
+
+Subject read_subject(const fs::path& of_log, const fs::path& contract, const RobotOfJoints& robot) {
   Subject subject;
   const data::LogPart part = data::log_part(of_log.string());
   const fs::path log = part.file;
@@ -133,17 +141,30 @@ Subject subject_of_log(const fs::path& of_log, const fs::path& contract, const R
   const auto say = [&](const std::string& line) { subject.warnings.push_back(line); };
   if (contract.empty()) {
     const data::Dataset read = in_part(data::load_dataset(log));
-    subject.robot = robot_of_log(robot, read.joint_names, log.string(), say);
+    subject.robot = robot(read.joint_names, log.string(), say, {});
     subject.sets.push_back(as_of_robot(read, subject.robot, log.string()));
   } else {
     const data::Contract columns = data::load_contract(contract);
-    subject.robot =
-        robot_of_log(robot, columns.joint_names, contract.string(), say, columns.couplings);
+    subject.robot = robot(columns.joint_names, contract.string(), say, columns.couplings);
     const data::Dataset read = in_part(data::read_log(log, columns, say));
     subject.sets.push_back(as_of_robot(read, subject.robot, contract.string()));
     if (subject.robot) settle_torque_timing(subject.sets, *subject.robot, columns.torque, say);
   }
   return subject;
+}
+
+}  // namespace
+
+Subject subject_of_log(const fs::path& log, const fs::path& contract, const RobotOfLog& robot) {
+  return read_subject(
+      log, contract,
+      [&](const std::vector<std::string>& joints, const std::string& where, const auto& say,
+          const auto& couplings) { return robot_of_log(robot, joints, where, say, couplings); });
+}
+
+Subject subject_of_log(const fs::path& log, const fs::path& contract,
+                       const std::optional<dynamics::RobotModel>& robot) {
+  return read_subject(log, contract, [&](auto&&...) { return robot; });
 }
 
 namespace {

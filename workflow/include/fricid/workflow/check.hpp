@@ -41,6 +41,9 @@ struct RobotOfLog {
 /// A data set (HDF5), or a log by its contract; "FILE[FROM:TO]" is a part of it. @throws UserError
 Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::path& contract,
                        const RobotOfLog& robot);
+/// Another log of a robot that is known, if it is.
+Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::path& contract,
+                       const std::optional<dynamics::RobotModel>& robot);
 
 /// The robot of a log with the joints `logged`: other moving joints of its file are taken as fixed,
 /// at zero or at their limit nearest to it. Nothing for an empty path.
