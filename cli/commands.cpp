@@ -174,6 +174,10 @@ Verdict compare(const std::vector<fs::path>& folders, const std::string& against
     runs.push_back({path.string(), data::load<evaluate::Evaluation>(folder.evaluation()), {}});
     if (!workflow::is_run_folder(path)) continue;
     const auto manifest = data::load<workflow::Manifest>(folder.manifest());
+    if (const std::string why = workflow::outdated(folder, manifest, folder.evaluation());
+        !why.empty())
+      throw UserError("{}: {}; `fricid evaluate {}` makes it again", folder.evaluation().string(),
+                      why, path.string());
     runs.back().fit_seconds = workflow::fit_seconds(manifest);
     runs.back().problem = workflow::problem_key(manifest);
     runs.back().fits = workflow::fit_keys(manifest);

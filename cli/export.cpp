@@ -8,10 +8,13 @@
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/config/paths.hpp"
+#include "fricid/data/artefact.hpp"
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/deploy/export.hpp"
 #include "fricid/sim/mjcf.hpp"
+#include "fricid/workflow/manifest.hpp"
+#include "fricid/workflow/run.hpp"
 #include "fricid/workflow/run_folder.hpp"
 #include "terminal.hpp"
 
@@ -20,28 +23,44 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A model file, or those of a run folder without the truth's.
+// The run that a target is, or that a model lies in.
+std::optional<workflow::RunFolder> run_of(const fs::path& target) {
+  if (fs::is_directory(target)) return workflow::RunFolder(target);
+  if (target.parent_path().filename() != "models") return {};
+  return workflow::RunFolder(target.parent_path().parent_path());
+}
+
+// A model file, or those of a run folder without the truth's and without those of former data,
+// which are told.
 std::vector<data::ModelFile> models_of(const fs::path& target) {
-  if (!fs::is_directory(target)) return {data::load_model(target)};
-  const workflow::RunFolder run(target);
+  const std::optional<workflow::RunFolder> run = run_of(target);
+  std::optional<workflow::Manifest> manifest;
+  if (run && workflow::is_run_folder(run->path()))
+    manifest = data::load<workflow::Manifest>(run->manifest());
+  const auto is_outdated = [&](const fs::path& file, std::string_view consequence) {
+    const std::string why = manifest ? workflow::outdated(*run, *manifest, file) : std::string();
+    if (!why.empty()) print(fmt::format("{}: {}{}\n", file.string(), consequence, why), stderr);
+    return !why.empty();
+  };
+  if (!fs::is_directory(target)) {
+    is_outdated(target, "");
+    return {data::load_model(target)};
+  }
   std::vector<data::ModelFile> models;
-  if (fs::is_directory(run.models()))
-    for (const fs::path& file : run.files_in(run.models(), ".json")) {
+  if (fs::is_directory(run->models()))
+    for (const fs::path& file : run->files_in(run->models(), ".json")) {
       data::ModelFile model = data::load_model(file);
-      if (!model.is_oracle) models.push_back(std::move(model));
+      if (!model.is_oracle && !is_outdated(file, "left out: ")) models.push_back(std::move(model));
     }
   if (models.empty())
-    throw UserError("{}: found no models; run `fricid identify` first", run.models().string());
+    throw UserError("{}: found no models; run `fricid identify` first", run->models().string());
   return models;
 }
 
-// The first held-out recording of the run that a target is, or that a model lies in.
-std::optional<data::Dataset> held_out(const fs::path& target) {
-  const bool in_run = target.parent_path().filename() == "models";
-  if (!fs::is_directory(target) && !in_run) return {};
-  const workflow::RunFolder run(fs::is_directory(target) ? target
-                                                         : target.parent_path().parent_path());
-  const fs::path recording = run.recording(workflow::RunFolder::validation(0));
+// The first held-out recording of the run.
+std::optional<data::Dataset> held_out(const std::optional<workflow::RunFolder>& run) {
+  if (!run) return {};
+  const fs::path recording = run->recording(workflow::RunFolder::validation(0));
   if (!fs::exists(recording)) return {};
   return data::load_dataset(recording);
 }
@@ -56,7 +75,7 @@ Verdict export_models(const ExportOptions& options, const CommonOptions& common)
   const bool extends = !options.mjcf.empty();
   if (extends && options.format != "plugin")
     throw UserError("--mjcf: found with {}; allowed: with plugin", options.format);
-  const std::optional<data::Dataset> log = held_out(options.target);
+  const std::optional<data::Dataset> log = held_out(run_of(options.target));
   for (const data::ModelFile& model : models_of(options.target)) {
     std::optional<deploy::Motion> motion;
     if (extends) sim::require_joints(options.mjcf, model.arm.robot);

@@ -3,6 +3,7 @@ import dataclasses
 import json
 import os
 import pathlib
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
@@ -45,8 +46,15 @@ class Run:
 
     @property
     def models(self) -> dict[str, _core.Model]:
-        """The identified models, by name and seed ("lugre_s1")."""
-        return {file.stem: _core.Model.load(file) for file in self._files.models}
+        """The identified models, by name and seed ("lugre_s1"), of the present data: others are left
+        out with a warning."""
+        models = {}
+        for file in self._files.models:
+            if why := self._files.outdated(file):
+                warnings.warn(f"{file}: left out: {why}", stacklevel=2)
+            else:
+                models[file.stem] = _core.Model.load(file)
+        return models
 
     @property
     def logs(self) -> dict[str, _core.Log]:
@@ -60,9 +68,15 @@ class Run:
 
     @property
     def evaluation(self) -> dict[str, Any]:
-        """What `fricid evaluate` found (docs/run_folder.md)."""
-        if not self._files.evaluation.exists():
+        """What `fricid evaluate` found (docs/run_folder.md).
+
+        Raises UserError where the run was not evaluated, or its data or fits are others since.
+        """
+        file = self._files.evaluation
+        if not file.exists():
             raise UserError(f"{self.folder}: was not evaluated; fricid.evaluate does it")
+        if why := self._files.outdated(file):
+            raise UserError(f"{file}: {why}; fricid.evaluate makes it again")
         return _read_json(self._files.evaluation)
 
     @property
@@ -97,6 +111,8 @@ class Run:
         found += [f"{name}: {fit['message']}" for name, fit in self.fits.items()
                   if not fit["usable"] and not fit["faults"]]
         if self._files.evaluation.exists():
+            if why := self._files.outdated(self._files.evaluation):
+                return [*dict.fromkeys(found), f"{self._files.evaluation.name}: {why}"]
             evaluation = self.evaluation
             for model in evaluation["summary"]:
                 found += [f"{model['name']}: {doubt}" for doubt in model["doubts"]]

@@ -13,7 +13,9 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"
 #include "fricid/cli/command_line.hpp"
+#include "fricid/data/artefact.hpp"
 #include "fricid/workflow/job.hpp"
+#include "fricid/workflow/manifest.hpp"
 #include "fricid/workflow/run_folder.hpp"
 #include "job.hpp"
 
@@ -92,6 +94,10 @@ std::string draw(const Source& source, const nb::object& progress) {
   });
 }
 
+std::string outdated(const workflow::RunFolder& run, const fs::path& file) {
+  return workflow::outdated(run, data::load<workflow::Manifest>(run.manifest()), file);
+}
+
 }  // namespace
 
 void bind_run(nb::module_& m) {
@@ -106,6 +112,8 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("fits", [](const RunFolder& run) { return run.files_in(run.fits(), ".json"); })
       .def_prop_ro("recordings",
                    [](const RunFolder& run) { return run.files_in(run.recordings(), ".h5"); })
+      .def("outdated", &outdated, "file"_a,
+           "Why a result of the run is not of its present data and fits; empty: it is.")
       .def_static("diagnosis_beside", &RunFolder::diagnosis_beside, "recording"_a,
                   "What the doctor found in a recording.");
   nb::class_<Source>(m, "Source", "A scene, and the folder of its run.")

@@ -57,6 +57,19 @@ def test_models_table_and_verdict(run):
     assert run.evaluation["format"] == "fricid.evaluation/2"
 
 
+def test_results_of_former_data_are_not_handed_on(run, tmp_path):
+    folder = tmp_path / "run"
+    shutil.copytree(run, folder)
+    fricid.identify(TINY, folder, seed=4, models=["simple"])
+    former = fricid.Run(folder)
+    with pytest.warns(UserWarning, match="lugre_s1.json: left out: made from another data/train_0.h5"):
+        assert list(former.models) == ["simple_s1"]
+    with pytest.raises(fricid.UserError, match="evaluation.json: made from another .*makes it again"):
+        former.table
+    assert not former.trusted
+    assert any("evaluation.json: made from another" in doubt for doubt in former.doubts)
+
+
 def test_a_dict_is_a_scene(run, tmp_path):
     scene = {
         "extends": str(TINY),

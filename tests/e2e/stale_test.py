@@ -62,6 +62,32 @@ class Stale(ProgramTest):
         self.assertIn(fricid("evaluate", run).returncode, (0, 1))
         self.assertEqual(self.names(), {"oracle", "simulator", "simple", "dahl"})
 
+    def test_results_of_former_data_are_not_handed_on(self):
+        self.run_scene(self.tiny())
+        run = self.folder / "run"
+        other = self.tiny(changes={"seed = 3": "seed = 4"})
+        self.assertIn(fricid("identify", other, "-o", run, "--model", "simple").returncode, (0, 1))
+        done = fricid("export", run, "c", "-o", self.folder / "out")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, r"models/lugre_s1\.json: left out: made from another data/train_0\.h5")
+        self.assertEqual({file.name.split("_")[0] for file in (self.folder / "out").iterdir()}, {"simple"})
+        done = fricid("export", run / "models" / "lugre_s1.json", "c", "-o", self.folder / "one")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("made from another data/train_0.h5", done.stderr)
+        self.assert_refused(fricid("compare", run), r"evaluation\.json: made from another .*; `fricid evaluate")
+        self.assert_refused(fricid("render", run, "report"), r"evaluate was done with another .*; `fricid evaluate")
+        self.assertIn(fricid("evaluate", run).returncode, (0, 1))
+        self.assertIn(fricid("compare", run).returncode, (0, 1))
+        self.assertEqual(fricid("render", run, "report").returncode, 0)
+
+    def test_a_model_edited_by_hand_is_left_out(self):
+        self.run_scene(self.tiny())
+        model = self.folder / "run" / "models" / "lugre_s1.json"
+        model.write_text(model.read_text() + "\n")
+        done = fricid("export", self.folder / "run", "c", "-o", self.folder / "out")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, r"left out: changed since the stage identify lugre_s1 wrote it")
+
     def test_recordings_beyond_the_new_number_go(self):
         self.run_scene(self.tiny(changes={"train = 1": "train = 2", SECOND_MODEL: ""}))
         self.assertTrue((self.folder / "run" / "data" / "train_1.h5").exists())

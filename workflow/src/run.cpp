@@ -1,5 +1,6 @@
 #include "fricid/workflow/run.hpp"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -177,6 +178,9 @@ const StageRecord& Run::results_of(const std::string& stage) const {
   const std::string folder = folder_.path().string();
   if (record == nullptr)
     throw UserError("{}: {} was not done; run `fricid run {}` first", folder, stage, folder);
+  if (const auto changed = changed_since(manifest_, *record); !changed.empty())
+    throw UserError("{}: {} was done with another {}; `fricid {} {}` does it again", folder, stage,
+                    fmt::join(changed, ", "), stage == "evaluate" ? "evaluate" : "run", folder);
   if (verified_.contains(stage)) return *record;
   for (const Content& output : record->outputs)
     if (!is_as_written(output))

@@ -1,7 +1,10 @@
 #include "fricid/workflow/manifest.hpp"
 
+#include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <map>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -14,6 +17,13 @@ namespace fricid::workflow {
 namespace {
 
 constexpr std::string_view kIdentify = "identify ";
+constexpr std::string_view kRecordings[] = {"data/train_", "data/validation_"};
+
+/// Whether only a stage writes a file of this name.
+bool is_result(std::string_view name) {
+  return std::ranges::any_of(std::array<std::string_view, 3>{"data/", "models/", "fit/"},
+                             [&](std::string_view folder) { return name.starts_with(folder); });
+}
 
 /// Whether a name of an output leads to a file below the run folder.
 bool is_inside(const std::string& name) {
@@ -75,6 +85,42 @@ std::string stage_of(const FitId& fit) { return std::string(kIdentify) + fit.nam
 std::optional<FitId> fit_of(std::string_view stage) {
   if (!stage.starts_with(kIdentify)) return std::nullopt;
   return FitId::parse(stage.substr(kIdentify.size()));
+}
+
+std::vector<std::string> changed_since(const Manifest& manifest, const StageRecord& record) {
+  std::map<std::string_view, std::string_view> written;
+  for (const StageRecord& stage : manifest.stages)
+    for (const Content& output : stage.outputs) written[output.name] = output.sha256;
+  std::set<std::string> changed;
+  std::set<std::string_view> read;
+  for (const Content& input : record.inputs) {
+    read.insert(input.name);
+    const auto now = written.find(input.name);
+    if (now == written.end() ? is_result(input.name) : now->second != input.sha256)
+      changed.insert(input.name);
+  }
+  for (const std::string_view kind : kRecordings) {
+    const auto is_of_kind = [&](std::string_view name) { return name.starts_with(kind); };
+    if (std::ranges::none_of(read, is_of_kind)) continue;
+    for (const auto& [name, sha256] : written)
+      if (is_of_kind(name) && !read.contains(name)) changed.emplace(name);
+  }
+  return {changed.begin(), changed.end()};
+}
+
+std::string outdated(const RunFolder& run, const Manifest& manifest,
+                     const std::filesystem::path& file) {
+  const std::string name = run.name_of(file);
+  for (const StageRecord& stage : manifest.stages)
+    for (const Content& output : stage.outputs) {
+      if (output.name != name) continue;
+      if (stage.seal != seal_of(stage) || sha256_of_file(file) != output.sha256)
+        return fmt::format("changed since the stage {} wrote it", stage.name);
+      if (const auto changed = changed_since(manifest, stage); !changed.empty())
+        return fmt::format("made from another {}", fmt::join(changed, ", "));
+      return {};
+    }
+  return "no stage of manifest.json made it";
 }
 
 std::string problem_key(const Manifest& manifest) {

@@ -59,7 +59,7 @@ class Run {
   /// Whether a stage was done and its files are unchanged.
   bool intact(std::string_view stage) const;
   bool intact(const StageRecord& record) const;
-  /// Record of a stage whose files are unchanged.
+  /// Record of a stage whose files are unchanged and made from the present files of the run.
   /// @throws UserError when the stage was not done, or naming a file that was changed
   const StageRecord& results_of(const std::string& stage) const;
   /// Names of the inputs that changed since the stage was last done.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -99,6 +100,15 @@ struct Manifest {
 std::string stage_of(const FitId& fit);
 /// The inverse. Empty: a stage that makes no fit.
 std::optional<FitId> fit_of(std::string_view stage);
+
+/// Files of the run that a stage was made from and that other stages have since written otherwise or
+/// no more, and recordings that came beside them.
+std::vector<std::string> changed_since(const Manifest& manifest, const StageRecord& record);
+
+/// Why a file of a run is no result of its present data and fits, in one line; empty: it is.
+/// Whether scene, robot and logs are as they were is for `fits_of` and `Run::stands`.
+std::string outdated(const RunFolder& run, const Manifest& manifest,
+                     const std::filesystem::path& file);
 
 /// Key of what a run is made of: robot, data and [identify], apart from name and seed of the scene.
 /// Empty: its data were not made.
