@@ -135,9 +135,51 @@ TEST_F(RunTest, RefusesResultsThatWereEdited) {
   EXPECT_THROW(run.results_of("copy"), UserError);
 }
 
+TEST_F(RunTest, RefusesResultsThatWereMadeFromOtherFiles) {
+  workflow::Run run = workflow::Run::open(place, false);
+  run.perform(copying(run, "one", {"data/train_0.h5"}));
+  Stage fit{"fit", Inputs(run.folder()), [](const RunFolder&) { return Done{}; }};
+  fit.inputs.outputs_of(run.results_of("copy"));
+  run.perform(fit);
+  EXPECT_NO_THROW(run.results_of("fit"));
+  const auto refused = [&](const std::string& changed) {
+    try {
+      run.results_of("fit");
+      return std::string("not refused");
+    } catch (const UserError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("fit was done with another " + changed));
+      return std::string();
+    }
+  };
+  run.perform(copying(run, "two", {"data/train_0.h5"}));
+  EXPECT_EQ(refused("data/train_0.h5;"), "");
+  run.perform(copying(run, "one", {"data/train_0.h5", "data/train_1.h5"}));
+  EXPECT_EQ(refused("data/train_1.h5;"), "");
+  run.perform(copying(run, "three", {"a.txt"}));
+  EXPECT_EQ(refused("data/train_0.h5;"), "");
+  run.perform(copying(run, "one", {"data/train_0.h5"}));
+  EXPECT_NO_THROW(run.results_of("fit"));
+}
+
 TEST_F(RunTest, AFolderInWhichNothingWasDoneIsRemoved) {
   { const workflow::Run run = workflow::Run::open(place, false); }
   EXPECT_FALSE(fs::exists(place));
+}
+
+TEST_F(RunTest, AFolderInWhichAStageWasCutShortIsThatOfARun) {
+  {
+    workflow::Run run = workflow::Run::open(place, false);
+    run.describe([](Manifest&) {});
+    Stage stage = copying(run, "one");
+    const auto copy = stage.work;
+    stage.work = [copy](const RunFolder& visible) -> Done {
+      copy(visible);
+      throw UserError("the disk is full");
+    };
+    EXPECT_THROW(run.perform(stage), UserError);
+  }
+  workflow::Run again = workflow::Run::open(place, false);
+  EXPECT_TRUE(again.perform(copying(again, "one")));
 }
 
 TEST_F(RunTest, TakesAnEmptyFolder) {

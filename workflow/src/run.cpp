@@ -141,9 +141,12 @@ Run::Run(fs::path path, bool fresh)
 Run::~Run() {
   const bool moved = !lock_;
   if (moved || !empty_ || !manifest_.stages.empty()) return;
-  std::error_code kept;  // a folder with foreign files stays
-  for (const fs::path& file : {folder_.manifest(), folder_.scene(), folder_.lock()})
-    fs::remove(file, kept);
+  const std::set<fs::path> own{folder_.manifest(), folder_.scene(), folder_.lock()};
+  std::error_code kept;
+  // a stage that was cut short may have left files: with the manifest the folder is one of a run
+  for (const auto& entry : fs::directory_iterator(folder_.path(), kept))
+    if (!own.contains(entry.path())) return;
+  for (const fs::path& file : own) fs::remove(file, kept);
   if (new_) fs::remove(folder_.path(), kept);
 }
 

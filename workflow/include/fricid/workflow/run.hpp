@@ -31,7 +31,7 @@ struct Stage {
 };
 
 /// An open run folder. A stage whose inputs and outputs are as recorded is skipped, so an
-/// interrupted run resumes where it stopped. A new folder in which no stage finished is removed
+/// interrupted run resumes where it stopped. A new folder in which no stage left anything is removed
 /// again.
 class Run {
  public:
