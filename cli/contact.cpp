@@ -6,6 +6,8 @@
 
 #include "commands.hpp"
 #include "fricid/base/not_finite.hpp"
+#include "fricid/base/unit_of_joint.hpp"
+#include "fricid/data/contact_file.hpp"
 #include "fricid/data/signal_file.hpp"
 #include "fricid/estimate/contact/contact_log.hpp"
 #include "fricid/workflow/check.hpp"
@@ -54,6 +56,8 @@ std::string words_of(const std::vector<Span>& spans, const Eigen::VectorXd& t) {
 Verdict find_contact(const ContactOptions& options, const CommonOptions& common) {
   require_not_input("-o", options.output, {options.model, options.log});
   const data::ModelFile model = data::load_model(options.model);
+  require_like("-o", options.output, data::ContactSignals::kFormat);
+  say_doubts(model);
   const data::Dataset log = workflow::joints_of(data::load_dataset(options.log), model.arm.robot,
                                                 "model " + model.name, options.log.string());
   const data::ContactSignals found = estimate::observe_log(
@@ -62,8 +66,8 @@ Verdict find_contact(const ContactOptions& options, const CommonOptions& common)
   data::save_signals(found, options.output);
 
   nlohmann::json joints = nlohmann::json::array();
-  std::string text = fmt::format("{:<16}{:>12}{:>14}{:>10}\n", "external torque", "RMS [N m]",
-                                 "largest [N m]", "at [s]");
+  std::string text = fmt::format("{:<16}{:>12}{:>14}{:>6}{:>10}\n", "external torque", "RMS",
+                                 "largest", "", "at [s]");
   for (Eigen::Index j = 0; j < found.tau_ext.cols(); ++j) {
     Eigen::Index at = -1, known = 0;
     double largest = kNan, squares = 0;
@@ -80,7 +84,9 @@ Verdict find_contact(const ContactOptions& options, const CommonOptions& common)
                  at_s = at >= 0 ? found.t[at] : kNan;
     const std::string& name = found.joint_names[static_cast<std::size_t>(j)];
     joints.push_back({{"joint", name}, {"rms_Nm", rms}, {"largest_Nm", largest}, {"at_s", at_s}});
-    text += fmt::format("{:<16}{:>12.3g}{:>14.3g}{:>10.3f}\n", name, rms, largest, at_s);
+    const dynamics::Joint& joint = model.arm.robot.joints[static_cast<std::size_t>(j)];
+    text += fmt::format("{:<16}{:>12.3g}{:>14.3g}{:>6}{:>10.3f}\n", name, rms, largest,
+                        unit_of_joint("N m", slides(joint)), at_s);
   }
   const std::vector<Span> spans = spans_left_out(found.tau_ext);
   if (common.json) {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "commands.hpp"
+#include "fricid/data/estimate_file.hpp"
 #include "fricid/data/signal_file.hpp"
 #include "fricid/estimate/online/online_log.hpp"
 #include "fricid/workflow/check.hpp"
@@ -13,6 +14,8 @@ namespace fricid::cli {
 Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common) {
   require_not_input("-o", options.output, {options.model, options.log});
   const data::ModelFile model = data::load_model(options.model);
+  require_like("-o", options.output, data::EstimateSignals::kFormat);
+  say_doubts(model);
   const data::Dataset log = workflow::joints_of(data::load_dataset(options.log), model.arm.robot,
                                                 "model " + model.name, options.log.string());
   const estimate::OnlineLog estimated = estimate::estimate_log(

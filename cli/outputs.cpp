@@ -1,7 +1,12 @@
 #include "outputs.hpp"
 
+#include <fmt/format.h>
+
 #include "fricid/base/error.hpp"
+#include "fricid/data/artefact.hpp"
+#include "fricid/data/hdf5.hpp"
 #include "fricid/data/log_part.hpp"
+#include "terminal.hpp"
 
 namespace fricid::cli {
 
@@ -15,6 +20,22 @@ void require_not_input(std::string_view option, const fs::path& output,
       if (!file.empty() && fs::weakly_canonical(output) == fs::weakly_canonical(file))
         throw UserError("{} {}: would replace {}; allowed: another name", option, output.string(),
                         file.string());
+}
+
+void require_like(std::string_view option, const fs::path& output, std::string_view format) {
+  const auto kind_of = [](std::string_view of) { return of.substr(0, of.find('/')); };
+  if (output.empty() || !fs::is_regular_file(output) || fs::file_size(output) == 0) return;
+  for (const auto& read : {data::format_of, data::hdf5_format}) try {
+      if (kind_of(read(output)) == kind_of(format)) return;
+    } catch (const UserError&) {  // not such a file
+    }
+  throw UserError("{} {}: would replace a file that is no {}; allowed: another name", option,
+                  output.string(), kind_of(format));
+}
+
+void say_doubts(const data::ModelFile& model) {
+  for (const std::string& doubt : model.doubts)
+    print(fmt::format("model {} is not to be trusted: {}\n", model.name, doubt), stderr);
 }
 
 }  // namespace fricid::cli

@@ -4,6 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "fricid/data/model_file.hpp"
+
 namespace fricid::cli {
 
 /// Inputs are never outputs.
@@ -12,5 +14,14 @@ namespace fricid::cli {
 /// @throws UserError when the output is one of the inputs
 void require_not_input(std::string_view option, const std::filesystem::path& output,
                        const std::vector<std::filesystem::path>& inputs);
+
+/// What is there under the name of an output is only replaced by its like.
+/// @param format  of the output, "fricid.payload/1"
+/// @throws UserError when the file is of another format
+void require_like(std::string_view option, const std::filesystem::path& output,
+                  std::string_view format);
+
+/// Warns of a model that is not to be trusted.
+void say_doubts(const data::ModelFile& model);
 
 }  // namespace fricid::cli

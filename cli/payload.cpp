@@ -2,6 +2,7 @@
 #include "fricid/workflow/payload.hpp"
 #include "commands.hpp"
 #include "fricid/data/artefact.hpp"
+#include "fricid/data/payload_file.hpp"
 #include "fricid/workflow/run.hpp"
 #include "outputs.hpp"
 #include "terminal.hpp"
@@ -11,6 +12,7 @@ namespace fricid::cli {
 Verdict find_payload(const PayloadOptions& options, const CommonOptions& common) {
   require_not_input("-o", options.output,
                     {options.without, options.with, options.contract, options.robot.urdf});
+  require_like("-o", options.output, data::PayloadFile::kFormat);
   const workflow::Subject without =
       workflow::is_run_folder(options.without)
           ? workflow::subject_of_run(options.without)

@@ -169,10 +169,9 @@ std::string preamble(const Parts& parts, const data::ModelFile& model, const std
   for (const Field field : {Field::kQ, Field::kV, Field::kLoad, Field::kTemperature})
     if (parts.reads(field))
       read += fmt::format("{}{}", read.empty() ? "" : ", ", kFieldNames[static_cast<int>(field)]);
-  std::string text =
-      c_comment(fmt::format("Joint friction of model {} ({}), robot {}, written by fricid.",
-                            model.name, model.label, model.arm.robot.name)) +
-      "\n";
+  std::string text = c_comment(fmt::format("Joint friction of model {} ({}), written by fricid.",
+                                           model.name, title_of(model))) +
+                     "\n";
   text += fmt::format(
       "/*\n"
       " * Every control or simulation step of dt seconds:\n"

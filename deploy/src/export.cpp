@@ -78,7 +78,9 @@ Exported export_model(const data::ModelFile& model, std::string_view format,
     throw UserError("{}: {} cannot represent that {}; allowed: {}", model.name, format,
                     motors_in_words(model.arm.robot),
                     list_of([](const Row& r) { return r.couples; }));
-  return row.write(model, held_out);
+  Exported exported = row.write(model, held_out);
+  if (!model.doubts.empty()) exported.losses.insert(exported.losses.begin(), doubt_in_words(model));
+  return exported;
 }
 
 void save(const Exported& exported, const std::filesystem::path& folder) {

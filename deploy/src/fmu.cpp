@@ -28,15 +28,20 @@ constexpr const char* kPlatform = "x86_64-linux";
 
 /// A field of every joint, in the order of value references (fmu_source.cpp).
 struct Variable {
-  const char *name, *unit, *attributes, *meaning;
+  const char *name, *unit, *unit_of_slide, *attributes, *meaning;
 };
 constexpr std::array kVariables{
-    Variable{"q", "rad", "causality=\"input\" start=\"0\"", "position"},
-    Variable{"v", "rad/s", "causality=\"input\" start=\"0\"", "velocity"},
-    Variable{"load", "N.m", "causality=\"input\" start=\"0\"", "motor torque"},
-    Variable{"temperature", "K", "causality=\"input\" start=\"293.15\"", "temperature"},
-    Variable{"tau_f", "N.m", "causality=\"output\" initial=\"calculated\"",
+    Variable{"q", "rad", "m", "causality=\"input\" start=\"0\"", "position"},
+    Variable{"v", "rad/s", "m/s", "causality=\"input\" start=\"0\"", "velocity"},
+    Variable{"load", "N.m", "N", "causality=\"input\" start=\"0\"", "motor torque"},
+    Variable{"temperature", "K", "K", "causality=\"input\" start=\"293.15\"", "temperature"},
+    Variable{"tau_f", "N.m", "N", "causality=\"output\" initial=\"calculated\"",
              "friction torque, above 0 against v above 0"}};
+
+/// Of a joint that slides m, m/s, N.
+const char* unit_of(const Variable& variable, const dynamics::Joint& joint) {
+  return dynamics::slides(joint) ? variable.unit_of_slide : variable.unit;
+}
 
 Xml literal(const char* text) { return Xml(Vouched{text}); }
 
@@ -52,7 +57,7 @@ std::string model_description(const data::ModelFile& model, const std::string& n
           "  <Float64 name={} valueReference=\"{}\" {} variability=\"continuous\" "
           "unit=\"{}\" description={}/>\n",
           xml_attribute(joint.name + "." + variable.name), reference, literal(variable.attributes),
-          literal(variable.unit), xml_attribute(variable.meaning));
+          literal(unit_of(variable, joint)), xml_attribute(variable.meaning));
       ++reference;
     }
   const auto states = static_cast<std::size_t>(model.arm.friction.model.state_size());
@@ -74,6 +79,9 @@ std::string model_description(const data::ModelFile& model, const std::string& n
              "  <Unit name=\"rad\"><BaseUnit rad=\"1\"/></Unit>\n"
              "  <Unit name=\"rad/s\"><BaseUnit rad=\"1\" s=\"-1\"/></Unit>\n"
              "  <Unit name=\"N.m\"><BaseUnit kg=\"1\" m=\"2\" s=\"-2\"/></Unit>\n"
+             "  <Unit name=\"m\"><BaseUnit m=\"1\"/></Unit>\n"
+             "  <Unit name=\"m/s\"><BaseUnit m=\"1\" s=\"-1\"/></Unit>\n"
+             "  <Unit name=\"N\"><BaseUnit kg=\"1\" m=\"1\" s=\"-2\"/></Unit>\n"
              "  <Unit name=\"K\"><BaseUnit K=\"1\"/></Unit>\n"
              "  <Unit name=\"s\"><BaseUnit s=\"1\"/></Unit>\n"
              "</UnitDefinitions>\n"
@@ -83,8 +91,8 @@ std::string model_description(const data::ModelFile& model, const std::string& n
              "variability=\"continuous\" unit=\"s\"/>\n{}</ModelVariables>\n"
              "<ModelStructure>\n{}</ModelStructure>\n</fmiModelDescription>\n",
              xml_attribute(name), literal(token.c_str()),
-             xml_attribute(fmt::format("joint friction of {}, robot {}{}{}", model.label,
-                                       model.arm.robot.name, model.arm.robot.coupled() ? ": " : "",
+             xml_attribute(fmt::format("joint friction of {}{}{}", title_of(model),
+                                       model.arm.robot.coupled() ? ": " : "",
                                        coordinates_in_words(model.arm.robot))),
              literal(name.c_str()), variables, outputs)
       .text();

@@ -378,10 +378,10 @@ Exported write_onnx(const data::ModelFile& model) {
   const std::string name = code_name(model);
   Exported exported{
       .files = {{name + "_friction.onnx",
-                 onnx.model(name, fmt::format("joint friction of {}, robot {}: z_next = step(q, v, "
-                                              "load, temperature, z, dt), tau_f at z_next; dt = 0 "
+                 onnx.model(name, fmt::format("joint friction of {}: z_next = step(q, v, load, "
+                                              "temperature, z, dt), tau_f at z_next; dt = 0 "
                                               "leaves z",
-                                              model.label, model.arm.robot.name))}},
+                                              title_of(model)))}},
       .losses = torques_left_out(model.arm.robot, false)};
   exported.losses.emplace_back("single precision");
   if (model.arm.robot.coupled()) exported.losses.push_back(coordinates_in_words(model.arm.robot));

@@ -79,6 +79,10 @@ Xml origin(const Eigen::Matrix3d& R, const Eigen::Vector3d& p) {
   return Xml::of("<origin xyz=\"{}\" rpy=\"{}\"/>", numbers(p), numbers(roll_pitch_yaw(R)));
 }
 
+Xml comment_of_doubt(const data::ModelFile& model) {
+  return model.doubts.empty() ? Xml() : xml_comment(doubt_in_words(model)) + Xml::of("\n");
+}
+
 Xml urdf_link(const data::ModelFile& model, int i) {
   const dynamics::Body b = body_of(model, i);
   return Xml::of(
@@ -231,8 +235,8 @@ std::string coordinates_in_words(const RobotModel& robot) {
 Exported write_urdf(const data::ModelFile& model) {
   const RobotModel& robot = model.arm.robot;
   const std::string base = base_name(robot);
-  Xml text = Xml::of("<?xml version=\"1.0\"?>\n<robot name={}>\n  <link name={}/>\n",
-                     xml_attribute(robot.name), xml_attribute(base));
+  Xml text = Xml::of("<?xml version=\"1.0\"?>\n{}<robot name={}>\n  <link name={}/>\n",
+                     comment_of_doubt(model), xml_attribute(robot.name), xml_attribute(base));
   for (int i = 0; i < robot.n(); ++i) text += urdf_link(model, i) + urdf_joint(robot, i, base);
   for (const dynamics::Frame& frame : further_frames(robot)) text += urdf_frame(robot, frame, base);
   text += Xml::of("</robot>\n");
@@ -252,12 +256,22 @@ std::string mjcf_text(const data::ModelFile& model, const MjcfExtras& extras) {
   const RobotModel& robot = model.arm.robot;
   const Xml tendons = mjcf_rotors(robot, extras) + extras.tendons;
   return Xml::of(
-             "{}<mujoco model={}>\n<compiler angle=\"radian\" balanceinertia=\"false\"/>\n"
+             "{}{}<mujoco model={}>\n<compiler angle=\"radian\" balanceinertia=\"false\"/>\n"
              "<option gravity=\"{}\"/>\n<worldbody>\n{}</worldbody>\n{}{}</mujoco>\n",
-             extras.head, xml_attribute(robot.name), numbers(robot.gravity),
-             mjcf_bodies(model, extras, -1),
+             comment_of_doubt(model), extras.head, xml_attribute(robot.name),
+             numbers(robot.gravity), mjcf_bodies(model, extras, -1),
              tendons.empty() ? tendons : Xml::of("<tendon>\n{}</tendon>\n", tendons), extras.rest)
       .text();
+}
+
+std::string doubt_in_words(const data::ModelFile& model) {
+  if (model.doubts.empty()) return {};
+  return fmt::format("{} is NOT TO BE TRUSTED: {}", model.name, model.doubts.front());
+}
+
+std::string title_of(const data::ModelFile& model) {
+  return fmt::format("{}, robot {}{}{}", model.label, model.arm.robot.name,
+                     model.doubts.empty() ? "" : "; ", doubt_in_words(model));
 }
 
 std::vector<std::string> torques_left_out(const RobotModel& robot, bool springs_said) {

@@ -30,6 +30,11 @@ Exported write_fmu(const data::ModelFile& model);
 /// NAME_friction.onnx: torque and next state as a function of inputs and state, for a batch.
 Exported write_onnx(const data::ModelFile& model);
 
+/// "NOT TO BE TRUSTED: ...", the first of the doubts of a model; empty: none.
+std::string doubt_in_words(const data::ModelFile& model);
+/// Its label and what it is, for the heads of files: "LuGre, robot kr6", and its doubt.
+std::string title_of(const data::ModelFile& model);
+
 /// "the motor of joint_a6 turns by joint_a6 + joint_a5": motors that turn by more than one joint.
 std::string motors_in_words(const dynamics::RobotModel& robot);
 

@@ -226,21 +226,21 @@ def save_logs(folder: StrPath, train: Sequence[_core.Log],
     logs = [*train, *validation]
     if not logs:
         raise UserError(f"{folder}: no logs; allowed: one or more to train on")
-    names = {tuple(log.joint_names) for log in logs}
-    if len(names) > 1:
-        raise UserError(f"{folder}: logs of different joints; allowed: those of one robot")
+    names = list(logs[0].joint_names)
+    if any(sorted(log.joint_names) != sorted(names) for log in logs):
+        raise UserError(f"{folder}: logs of different joints; allowed: those of one robot, in any order")
     section: dict[str, Any] = {"contract": str(place / "contract.toml")}
     for kind, sets in (("train", train), ("validation", validation)):
         files = [place / f"{kind}_{i}.h5" for i in range(len(sets))]
         for log, file in zip(sets, files):
-            log.save(file)
+            log.of_joints(names).save(file)
         section[kind] = [str(file) for file in files]
     signals = {"position": "q{}", "torque": "tau{}"}
     if all(log.v is not None for log in logs):
         signals["velocity"] = "v{}"
     if all(log.temperature is not None for log in logs):
         signals["temperature"] = "temperature{}"
-    contract: dict[str, Any] = {"joint_names": list(names.pop()), "format": "hdf5"}
+    contract: dict[str, Any] = {"joint_names": names, "format": "hdf5"}
     contract |= {signal: {"columns": [columns]} for signal, columns in signals.items()}
     (place / "contract.toml").write_text(to_toml(contract))
     return section

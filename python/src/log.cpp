@@ -102,6 +102,12 @@ void bind_log(nb::module_& m) {
       .def(
           "save", [](const Dataset& log, const fs::path& path) { data::save_dataset(log, path); },
           "path"_a, "Writes a data set (HDF5).")
+      .def(
+          "of_joints",
+          [](const Dataset& log, const std::vector<std::string>& joint_names) {
+            return data::of_joints(log, joint_names, {}, log.name);
+          },
+          "joint_names"_a, "The log with its joints in this order.")
       .def_ro("name", &Dataset::name, "\"train_0\", \"validation_0\" in a run.")
       .def_ro("source", &Dataset::source, "Where the signals are from.")
       .def_ro("joint_names", &Dataset::joint_names, "In the order of the columns.")

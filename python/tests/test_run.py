@@ -242,6 +242,18 @@ def test_logs_may_be_arrays(run, tmp_path):
     assert [row["name"] for row in mine.table] == ["simple"]
 
 
+def test_logs_may_have_their_joints_in_any_order(run, tmp_path):
+    logs = run.logs
+    train, held_out = logs["train_0"], logs["validation_0"]
+    turned = held_out.of_joints(held_out.joint_names[::-1])
+    assert (turned.q == held_out.q[:, ::-1]).all()
+    fricid.save_logs(tmp_path, [train], [turned])
+    assert (fricid.Log.load(tmp_path / "validation_0.h5").q == held_out.q).all()
+    other = fricid.Log(train.q, train.tau, 250.0, joint_names=[f"j{i}" for i in range(6)])
+    with pytest.raises(fricid.UserError, match="logs of different joints"):
+        fricid.save_logs(tmp_path, [train], [other])
+
+
 def test_check_of_runs_files_and_arrays(run, log, tmp_path):
     whole = fricid.check(run)
     assert whole.whole and whole.report["format"] == "fricid.check/2"

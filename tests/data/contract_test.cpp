@@ -128,6 +128,16 @@ TEST_F(Import, SeparatorsLineEndsAndDecimalCommas) {
   EXPECT_TRUE(same(with(with(kLog, ',', ";"), '.', ","),
                    std::string("decimal_comma = true\n") + kContract));
   EXPECT_TRUE(same(kLog, std::string("separator = \"comma\"\n") + kContract));
+  // cells in quotes, as R and pandas write them: separators are part of them
+  const auto quoted = [&](const std::string& separator, char point) {
+    std::string cells = with(with(kLog, ',', "\"|\""), '\n', "\"\n\"");
+    return with(with("\"" + cells.substr(0, cells.size() - 1), '.', std::string(1, point)), '|',
+                separator);
+  };
+  EXPECT_TRUE(same(quoted(" ", '.')));
+  EXPECT_TRUE(same(quoted(",", ','), std::string("decimal_comma = true\n") + kContract));
+  EXPECT_EQ(log_error(with(kLog, '\n', "\r")),
+            "log.csv: lines end with CR alone; allowed: with LF or CR LF");
 }
 
 TEST_F(Import, ARowOfUnitsIsHeldAgainstTheContract) {

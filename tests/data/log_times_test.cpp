@@ -77,6 +77,10 @@ TEST_F(Import, RowsWrittenTwiceAreNoCoarseTimes) {
   const Dataset d = read_log(write("log.csv", log), contract());
   EXPECT_NEAR(d.rate_hz, 250, 1e-6);
   EXPECT_EQ(d.t[1], 0);
+  // all of them, as where two programs publish one state
+  std::string twice = "t,q1,q2,tau1,tau2\n";
+  for (int k = 0; k < 4000; ++k) twice += fmt::format("{:.3f},{},0,0,1\n", 0.004 * (k / 2), k / 2);
+  EXPECT_NEAR(read_log(write("log.csv", twice), contract()).rate_hz, 250, 1e-6);
 }
 
 // Samples that are taken in time and stamped late by 20 us or so of 4 ms, as in bags of ROS.

@@ -627,6 +627,36 @@ TEST(Doctor, APendulumOfAnotherWeightStandsUpright) {
   EXPECT_NE(mount[0].unit.find("offset_rad of j is -0.2"), std::string::npos) << mount[0].unit;
 }
 
+// What the scene declares is part of what the robot explains.
+TEST(Doctor, ADeclaredSpringIsNoSlope) {
+  Log log = pendulum(0);
+  for (int k = 0; k < log.data.length(); ++k) {
+    const double q = log.data.q(k, 0);
+    log.data.tau(k, 0) += 6 * (q - 0.5) + 2 * std::sin(2 * q);
+  }
+  EXPECT_FALSE(of_kind(diagnose(log.data, &log.robot), "mount").empty());
+  using Shape = dynamics::LinearTorque::Shape;
+  log.robot.linear_torques = {
+      {"1", 0, Shape::kConstant, 1}, {"q", 0, Shape::kLinear, 1}, {"sin(2 q)", 0, Shape::kSin, 2}};
+  log.robot.pi.conservativeResize(log.robot.parameter_count());
+  log.robot.pi.tail(3).setZero();
+  const std::vector<Finding> findings = diagnose(log.data, &log.robot);
+  EXPECT_TRUE(of_kind(findings, "mount").empty()) << text_of(findings, log.data);
+}
+
+// Fits take the speed from the position.
+TEST(Doctor, AVelocityThatIsCoarseOrPartlyLoggedIsNoDamage) {
+  const auto& clean = clean_logs()[0];
+  Dataset coarse = clean.data, sparse = clean.data;
+  coarse.v = (coarse.v.array() / 0.05).round() * 0.05;
+  for (int k = 0; k < sparse.length(); ++k)
+    if (k % 5 != 0) sparse.v.row(k).setConstant(std::numeric_limits<double>::quiet_NaN());
+  for (const Dataset& d : {coarse, sparse}) {
+    const std::vector<Finding> findings = diagnose(d, &clean.robot);
+    EXPECT_EQ(std::ranges::count_if(findings, is_damage), 0) << text_of(findings, d);
+  }
+}
+
 // One log per joint is a usual test.
 TEST(Doctor, AJointThatMovesInAnotherLogIsNotStill) {
   const auto& [log, robot] = clean_logs()[0];

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import unittest
+import zipfile
 
 from fricid_program import ProgramTest, fricid
 
@@ -46,6 +47,35 @@ class Export(ProgramTest):
     def refuse(self, pattern, file, format="c"):
         out = self.folder / "out"
         self.assert_refused(fricid("export", file, format, "-o", out), pattern, out)
+
+    def test_a_model_that_is_not_to_be_trusted_says_so(self):
+        doubtful = self.model(doubts=["joint 1: R2 -2 on its own training torque; look for a wrong sign"])
+        sentence = "simple is NOT TO BE TRUSTED: joint 1: R2 -2"
+        for format, name in FORMATS.items():
+            out = self.folder / format
+            done = fricid("export", doubtful, format, "-o", out)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(sentence, done.stdout + done.stderr)
+            if format == "fmu":
+                text = zipfile.ZipFile(out / name).read("modelDescription.xml")
+            else:
+                text = (out / name).read_bytes()
+            if format != "csv":  # numbers alone
+                self.assertIn(sentence.encode(), text, format)
+
+    def test_units_of_an_fmu_are_those_of_its_joints(self):
+        robot = model()["robot"]
+        robot["joints"][0]["type"] = "prismatic"
+        law = {"law": "coulomb_viscous", "elements": 0, "modifiers": [],
+               "parameters": {"Fc": parameter(5, "N"), "Fv": parameter(2, "N s/m")}}
+        out = self.folder / "out"
+        done = fricid("export", self.model(robot=robot, friction=[[law]]), "fmu", "-o", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        text = zipfile.ZipFile(out / "simple_s1.fmu").read("modelDescription.xml").decode()
+        for variable, unit in {"q": "m", "v": "m/s", "load": "N", "tau_f": "N"}.items():
+            self.assertRegex(text, f'name="joint 1.{variable}" [^>]* unit="{unit}"')
+        for unit in ("m", "m/s", "N"):
+            self.assertIn(f'<Unit name="{unit}">', text)
 
     def test_every_format_is_written_with_the_same_bytes(self):
         for format, name in FORMATS.items():

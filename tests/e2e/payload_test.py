@@ -141,6 +141,19 @@ class Payload(ProgramTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("the torque is measured at its samples", done.stderr)
 
+    def test_a_load_far_heavier_than_the_last_link_is_no_wrong_unit(self):
+        heavy = "payload_kg = 12\npayload_com = [0.05, 0.02, 0.15]\npayload_inertia = [0.1, 0.1, 0.05, 0, 0, 0]\n"
+        bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, heavy)
+        done = fricid("payload", bare, loaded / "data/train_0.h5", "-o", self.folder / "out.json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertAlmostEqual(load(self.folder / "out.json")["mass_kg"], 12, delta=0.2)
+        model = self.folder / "model.json"
+        model.write_text('{"format": "fricid.model/1"}')
+        self.assert_refused(fricid("payload", bare, loaded / "data/train_0.h5", "-o", model),
+                            r"-o .*model\.json: would replace a file that is no fricid\.payload; allowed: another name")
+        again = fricid("payload", bare, loaded / "data/train_0.h5", "-o", self.folder / "out.json")
+        self.assertEqual(again.returncode, 0, again.stderr)
+
     def test_parts_of_logs(self):
         bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, LOAD)
         log = loaded / "data/train_0.h5"

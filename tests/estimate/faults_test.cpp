@@ -179,21 +179,25 @@ TEST(Faults, FrictionAboveEveryTorqueIsNotTrusted) {
   EXPECT_THAT(faults[0].found, HasSubstr("friction of 1e+04 N m, while its torque ranged over"));
 }
 
-TEST(Faults, CoulombFrictionOnItsUpperBoundIsNotTrusted) {
+TEST(Faults, CoulombFrictionOnABoundThatMattersIsNotTrusted) {
   Arm arm = coulomb_arm(5e-3);
   arm.robot.joints[1].effort = 0;  // unknown
-  Prepared prepared = prepare(arm.robot, {}, std::vector{make_log(arm, {})}, 2);
-  FitReport report = fit_conventional(prepared, model_of_one_start("dahl"), 1, 2);
-  prepared.recordings[0].filtered_tau.col(1) *= 1e5;  // so that such friction is none too much
-  report.joints[1].theta[0] = 1e4 * (1 - 1e-4);
-  report.model.arm.friction
-      .theta[static_cast<std::size_t>(report.model.arm.friction.model.parameter_begin(1))] =
-      report.joints[1].theta[0];
-  report.joints[1].at_bound = {"Fc"};
-  const std::vector<Fault> faults = faults_of(prepared, report);
-  ASSERT_EQ(faults.size(), 1u) << text_of(faults);
-  EXPECT_EQ(faults[0].joint, "j2");
-  EXPECT_EQ(faults[0].found, "Fc = 1e+04 N m ended on the upper bound of its law");
+  for (const bool upper : {true, false}) {
+    Prepared prepared = prepare(arm.robot, {}, std::vector{make_log(arm, {})}, 2);
+    FitReport report = fit_conventional(prepared, model_of_one_start("dahl"), 1, 2);
+    friction::Friction& friction = report.model.arm.friction;
+    const auto Fc = static_cast<std::size_t>(friction.model.parameter_begin(1));
+    const friction::ParameterInfo& info = friction.model.parameters()[Fc].info;
+    friction.theta[Fc] = upper ? info.upper * (1 - 1e-4) : info.lower * (1 + 1e-4);
+    // torque beside which such friction is not too much, or not next to nothing
+    const double largest = prepared.recordings[0].filtered_tau.col(1).cwiseAbs().maxCoeff();
+    prepared.recordings[0].filtered_tau.col(1) *= (upper ? 10 : 30) * friction.theta[Fc] / largest;
+    const std::vector<Fault> faults = faults_of(prepared, report);
+    ASSERT_EQ(faults.size(), 1u) << text_of(faults);
+    EXPECT_EQ(faults[0].joint, "j2");
+    EXPECT_EQ(faults[0].found, fmt::format("Fc = {:.3g} N m ended on the {} bound of its law",
+                                           friction.theta[Fc], upper ? "upper" : "lower"));
+  }
 }
 
 // Of a Stribeck curve Fs may hold the friction of a joint that only ever moves slowly. At speeds

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cstdio>
 
 #include "fricid/base/error.hpp"
 #include "fricid/dynamics/physical_inertia.hpp"
@@ -146,6 +147,25 @@ TEST(Payload, AnotherTorqueScaleIsNone) {
                                                  {&bare.recording, 1}, {&scaled, 1}, {});
     EXPECT_EQ(fit.outcome, Outcome::kFailed) << fit.body.m;
     EXPECT_THAT(fit.message, ::testing::HasSubstr(" times the torque of the arm")) << scale;
+  }
+}
+
+// Else a tenth of a radian of the third joint is a quarter of a kilogram.
+TEST(Payload, AnotherZeroOfAJointIsNone) {
+  const Logs bare = simulate(kNone, 1), loaded = simulate(kGripper, 2);
+  for (const auto& [joint, by] : {std::pair{1, 0.02}, {2, 0.1}, {4, -0.05}}) {
+    signals::Recording shifted = loaded.recording;
+    for (signals::Motion* motion : {&shifted.narrow, &shifted.wide})
+      motion->q.col(joint).array() += by;
+    const PayloadFit fit = payload_least_squares(bare.robot, flange(bare.robot),
+                                                 {&bare.recording, 1}, {&shifted, 1}, {});
+    EXPECT_EQ(fit.outcome, Outcome::kFailed) << fit.body.m;
+    int number = 0;
+    double found = 0;
+    std::sscanf(fit.message.c_str(), "the logs with the load show joint_a%d %lf", &number, &found);
+    EXPECT_EQ(number, joint + 1) << fit.message;
+    EXPECT_NEAR(found, by, 0.1 * std::abs(by)) << fit.message;
+    EXPECT_THAT(fit.message, ::testing::HasSubstr("another zero of the joint"));
   }
 }
 

@@ -53,7 +53,9 @@ Stage make_stage(const Job& job, const FitRequest& request, const std::shared_pt
     const estimate::FitReport report =
         estimate::fit_model(*shared->conventional, part.scene.models.front(), request.seed, jobs,
                             {out.checkpoint(id), checkpoint_key});
-    data::save_model(report.model, out.model(id));
+    data::ModelFile model = report.model;
+    model.doubts = report.doubts();
+    data::save_model(model, out.model(id));
     data::save(estimate::fit_file(report), out.fit(id));
     say(report.brief());
     return Done{{out.model(id), out.fit(id)},

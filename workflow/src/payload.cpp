@@ -55,10 +55,15 @@ data::PayloadFile find_payload(const Subject& without, const std::vector<data::D
   const estimate::PayloadFit fit =
       estimate::payload_least_squares(robot, carrier, recordings_of(without.sets, without),
                                       recordings_of(loaded, without), without.identify);
-  Subject with_load{loaded, without.robot, without.identify};
-  std::vector<std::string> doubts;
-  for (const Subject* subject : {&without, &std::as_const(with_load)})
-    std::ranges::copy(check(*subject).faults(*subject), std::back_inserter(doubts));
+  const Subject with_load{loaded, without.robot, without.identify};
+  CheckReport check_of_load = check(with_load);
+  // the robot's file does not have the load: what it makes heavier is no wrong unit
+  for (std::vector<doctor::Finding>& findings : check_of_load.findings)
+    std::erase_if(findings, [](const doctor::Finding& finding) {
+      return finding.kind == doctor::FindingKind::kTorqueUnit;
+    });
+  std::vector<std::string> doubts = check(without).faults(without);
+  std::ranges::copy(check_of_load.faults(with_load), std::back_inserter(doubts));
   return {.without = names_of(without.sets),
           .with = names_of(with),
           .robot = robot.name,

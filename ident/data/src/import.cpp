@@ -99,8 +99,10 @@ Eigen::VectorXd longest_rise(const Eigen::VectorXd& t) {
 
 // Rate of the samples.
 double rate_of(const Eigen::VectorXd& t) {
-  std::vector<double> periods;
-  for (int k = 1; k < t.size(); ++k) periods.push_back(t[k] - t[k - 1]);
+  std::vector<double> periods;  // a row with the time of the one before is no sample of its own
+  for (int k = 1; k < t.size(); ++k)
+    if (t[k] != t[k - 1]) periods.push_back(t[k] - t[k - 1]);
+  if (periods.empty()) return std::numeric_limits<double>::infinity();
   const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
   std::nth_element(periods.begin(), middle, periods.end());
   double period = *middle;

@@ -324,6 +324,7 @@ WrittenModel written(const ModelFile& model) {
                     .is_oracle = model.is_oracle,
                     .free_parameters = model.free_parameters,
                     .budget = model.budget,
+                    .doubts = model.doubts.empty() ? std::nullopt : std::optional(model.doubts),
                     .robot = written(model.arm.robot)};
   write_friction(model.arm.friction, model.arm.robot, file);
   if (const auto& noise = model.noise)
@@ -356,7 +357,10 @@ ModelFile parse_model(std::string_view text, const std::string& where) {
                   .arm = {},
                   .free_parameters = file.free_parameters,
                   .budget = file.budget.value_or(""),
-                  .is_oracle = file.is_oracle};
+                  .is_oracle = file.is_oracle,
+                  .doubts = {}};
+  for (const std::string& doubt : file.doubts.value_or(std::vector<std::string>()))
+    model.doubts.push_back(printable(doubt));
   model.arm.robot = read_robot(file.robot, root / "robot");
   const int n = model.arm.robot.n();
   model.arm.friction = read_friction(file, model.arm.robot, root);

@@ -90,7 +90,8 @@ Explained Judge::explain(const Sight& s, const RowMatrix& nominal, const RowMatr
   const std::vector<int>& rows = s.rows[static_cast<std::size_t>(j)];
   const auto size = static_cast<Eigen::Index>(rows.size());
   const Eigen::Index of_gravity = robot_ ? 1 : 1 + 2 * n_;
-  Eigen::MatrixXd free = Eigen::MatrixXd::Ones(size, of_gravity + further.cols());
+  const RowMatrix declared = declared_torques(s, j);
+  Eigen::MatrixXd free = Eigen::MatrixXd::Ones(size, of_gravity + declared.cols() + further.cols());
   const bool bare = robot_ && robot_->pi[robot_->armature_begin() + j] == 0;
   const Eigen::RowVectorXd acting = motors_on(robot_, n_, j);
   const Eigen::Index of_motors = 3 * (acting.array() != 0).count();
@@ -113,10 +114,24 @@ Explained Judge::explain(const Sight& s, const RowMatrix& nominal, const RowMatr
       free(r, 1 + 2 * i) = std::sin(s.q(k, i));
       free(r, 2 + 2 * i) = std::cos(s.q(k, i));
     }
-    if (further.cols() > 0) free.row(r).tail(further.cols()) = further.row(k);
+    free.row(r).segment(of_gravity, declared.cols()) = declared.row(k);
+    free.row(r).tail(further.cols()) = further.row(k);
     tau[r] = s.tau(k, j);
   }
   return size > 3 * (free.cols() + positive.cols()) ? regress(free, positive, tau) : Explained{};
+}
+
+RowMatrix Judge::declared_torques(const Sight& s, int j) const {
+  std::vector<dynamics::LinearTorque> own;
+  for (const dynamics::LinearTorque& torque :
+       robot_ ? robot_->linear_torques : std::vector<dynamics::LinearTorque>())
+    if (torque.joint == j && torque.shape != dynamics::LinearTorque::Shape::kConstant)
+      own.push_back(torque);
+  RowMatrix phi(s.q.rows(), std::ssize(own));
+  for (std::size_t i = 0; i < own.size(); ++i)
+    for (Eigen::Index k = 0; k < phi.rows(); ++k)
+      phi(k, static_cast<Eigen::Index>(i)) = dynamics::shape_of(own[i], s.q(k, j));
+  return phi;
 }
 
 RowMatrix Judge::torques(const Sight& s, const dynamics::RobotModel& robot) {

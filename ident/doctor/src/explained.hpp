@@ -44,6 +44,8 @@ class Judge {
   Explained explain(const Sight& s, const data::RowMatrix& nominal, const data::RowMatrix& v, int j,
                     const data::RowMatrix& further) const;
   data::RowMatrix torques(const Sight& s, const dynamics::RobotModel& robot);
+  /// (T, ..) What the robot's linear torques of joint j are per unit; constants apart.
+  data::RowMatrix declared_torques(const Sight& s, int j) const;
 
   const dynamics::RobotModel* robot_;
   int n_;

@@ -440,11 +440,6 @@ void check_signals(const data::Dataset& d, Findings& findings) {
       check_jumps(q, findings);
     }
     check_torque(tau, q, still, findings);
-    if (d.v.size() > 0) {
-      const Channel v(d, d.v, "v", j);
-      check_missing(v, findings);
-      check_stuck(v, q, kStuck, findings);
-    }
     if (d.temperature.size() > 0) check_temperature({d, d.temperature, "temperature", j}, findings);
   }
   check_same(d, d.q, "q", findings);

@@ -114,12 +114,8 @@ struct OwnFrameKernels {
     }
     for (size_t k = 0; k < model.linear_torques.size(); ++k) {
       const LinearTorque& torque = model.linear_torques[k];
-      const double angle = q[static_cast<size_t>(torque.joint)];
-      double phi = 1;
-      if (torque.shape == LinearTorque::Shape::kSin) phi = std::sin(torque.k * angle);
-      if (torque.shape == LinearTorque::Shape::kCos) phi = std::cos(torque.k * angle);
-      if (torque.shape == LinearTorque::Shape::kLinear) phi = angle;
-      Y(torque.joint, model.linear_begin() + static_cast<int>(k)) = phi;
+      Y(torque.joint, model.linear_begin() + static_cast<int>(k)) =
+          shape_of(torque, q[static_cast<size_t>(torque.joint)]);
     }
     for (Eigen::Index c = 0; c < Y.cols(); ++c)
       Motors<double>::to_motors(ws, {Y.col(c).data(), static_cast<size_t>(model.n())});

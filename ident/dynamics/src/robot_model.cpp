@@ -1,5 +1,6 @@
 #include "fricid/dynamics/robot_model.hpp"
 
+#include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -17,6 +18,20 @@ Travel travel_of(const Joint& joint) {
     return {joint.lower, joint.upper};
   const double half = slides(joint) ? 1 : std::numbers::pi;
   return {-half, half};
+}
+
+double shape_of(const LinearTorque& torque, double q) {
+  switch (torque.shape) {
+    case LinearTorque::Shape::kConstant:
+      return 1;
+    case LinearTorque::Shape::kSin:
+      return std::sin(torque.k * q);
+    case LinearTorque::Shape::kCos:
+      return std::cos(torque.k * q);
+    case LinearTorque::Shape::kLinear:
+      return q;
+  }
+  return 0;
 }
 
 std::vector<std::string> RobotModel::parameter_names() const {

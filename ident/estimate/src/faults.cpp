@@ -74,18 +74,28 @@ double friction_level(const friction::Friction& friction, int joint, double trav
   return level;
 }
 
-/// A level of a joint that ended on its upper bound, "Fc = 1e+04 N m"; empty: none. Coulomb
-/// friction on its lower bound is no fault: the law then has none, or its static friction stands
-/// for it.
-std::string level_at_upper_bound(const friction::RobotFriction& model, int joint, bool slides,
-                                 const JointFrictionFit& fit) {
-  const auto begin = static_cast<std::size_t>(model.parameter_begin(joint));
-  for (std::size_t i = 0; i < fit.theta.size(); ++i) {
-    const auto& [of, law, owner, symbol, info] = model.parameters()[begin + i];
-    const bool level = info.role == friction::Role::kCoulomb || info.role == friction::Role::kLevel;
-    if (level && fit.theta[i] > (info.lower + info.upper) / 2 &&
-        std::ranges::count(fit.at_bound, symbol) > 0)
-      return fmt::format("{} = {:.3g} {}", symbol, fit.theta[i], unit_of_joint(info.unit, slides));
+/// A torque of a joint's laws that ended on a bound of its range which is not far from the torque
+/// of the joint, "Fc = 1e-06 N m ended on the lower bound of its law"; empty: none. Coulomb
+/// friction on a lower bound that is next to nothing is no fault: the law then has none, or its
+/// static friction stands for it.
+std::string torque_at_bound(const friction::Friction& friction, int joint, bool slides,
+                            double torque_range) {
+  using enum friction::Role;
+  constexpr double kNothing = 0.01;  // of the joint's torque
+  constexpr double kNear = 2e-3;     // of the bound: where a search ends
+  const std::vector<friction::ParameterRef>& parameters = friction.model.parameters();
+  const auto begin = static_cast<std::size_t>(friction.model.parameter_begin(joint)),
+             end = static_cast<std::size_t>(friction.model.parameter_begin(joint + 1));
+  for (std::size_t i = begin; i < end; ++i) {
+    const friction::ParameterInfo& info = parameters[i].info;
+    if (info.role != kCoulomb && info.role != kStatic && info.role != kLevel) continue;
+    const double value = friction.theta[i];
+    const bool upper = value >= info.upper * (1 - kNear),
+               lower = info.role == kCoulomb && value <= info.lower * (1 + kNear) &&
+                       info.lower > kNothing * torque_range;
+    if (upper || lower)
+      return fmt::format("{} = {:.3g} {} ended on the {} bound of its law", parameters[i].symbol,
+                         value, unit_of_joint(info.unit, slides), upper ? "upper" : "lower");
   }
   return {};
 }
@@ -220,10 +230,8 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
     // a law that explains the torque need not have the sign of a straight line through its curve
     const bool bears_regression = is_linear(friction, j) || !(report.r2[i] > kWellExplained);
     const double level = friction_level(report.model.arm.friction, j, seen.travel);
-    const std::string at_upper =
-        i < report.joints.size()
-            ? level_at_upper_bound(friction, j, slides(joint), report.joints[i])
-            : "";
+    std::string at_bound =
+        torque_at_bound(report.model.arm.friction, j, slides(joint), seen.torque_range);
     if (level > seen.torque_range)
       add(fmt::format("friction of {:.3g} {}, while its torque ranged over {:.3g} {}", level,
                       torque, seen.torque_range, torque),
@@ -232,8 +240,8 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
       add(fmt::format("friction of {:.3g} {}, above its effort limit {:.3g} {}", level, torque,
                       joint.effort, torque),
           "look for a wrong torque unit (`fricid check`)");
-    else if (!at_upper.empty())
-      add(fmt::format("{} ended on the upper bound of its law", at_upper), more_data(prepared));
+    else if (!at_bound.empty())
+      add(std::move(at_bound), more_data(prepared));
     else if (!one_speed && bears_regression && prepared.rigid_body.Fc_beside.size() > j &&
              prepared.rigid_body.Fc_beside[j] < -kSignificant * prepared.rigid_body.Fc_se[j])
       add(fmt::format("Coulomb friction came out negative, {:.2g} +- {:.1g} {}",

@@ -324,6 +324,13 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
   return out;
 }
 
+std::vector<std::string> FitReport::doubts() const {
+  std::vector<std::string> lines;
+  for (const Fault& fault : faults) lines.push_back(in_words(fault));
+  if (lines.empty() && !usable()) lines.push_back(message);
+  return lines;
+}
+
 std::string FitReport::brief() const {
   double sum = 0, finite = 0;
   for (const double value : r2)

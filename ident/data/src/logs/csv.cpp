@@ -27,12 +27,20 @@ char find_separator(std::string_view header) {
   return ' ';
 }
 
+// Where the first cell of a line ends: a separator within quotes is part of it.
+std::size_t end_of_cell(std::string_view line, char separator) {
+  const std::size_t begin = line.find_first_not_of(" \t");
+  if (begin == std::string_view::npos || line[begin] != '"') return line.find(separator);
+  const std::size_t close = line.find('"', begin + 1);
+  return line.find(separator, close == std::string_view::npos ? 0 : close);
+}
+
 // Cells of one line; runs of spaces separate once.
 void split(std::string_view line, char separator, std::vector<std::string_view>& cells) {
   cells.clear();
-  if (separator == ' ') line = strip(line);
+  if (separator == ' ') line = trimmed(line);
   while (true) {
-    const std::size_t end = line.find(separator);
+    const std::size_t end = end_of_cell(line, separator);
     cells.push_back(strip(line.substr(0, end)));
     if (end == std::string_view::npos) return;
     line.remove_prefix(end + 1);
@@ -57,6 +65,8 @@ class Lines {
     if (rest_.starts_with("\xEF\xBB\xBF")) rest_.remove_prefix(3);
     if (is_utf16(text)) throw UserError("{}: text in UTF-16; allowed: saved as UTF-8", file);
     if (rest_.find('\0') != std::string_view::npos) throw UserError("{}: not a text file", file);
+    if (rest_.find('\r') != std::string_view::npos && rest_.find('\n') == std::string_view::npos)
+      throw UserError("{}: lines end with CR alone; allowed: with LF or CR LF", file);
   }
   bool next(std::string_view& line) {
     comment_ = before_comment_ = {};

@@ -7,6 +7,7 @@
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/dynamics/physical_inertia.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
@@ -124,6 +125,7 @@ Vector10 ball(double mass) {
 /// one more unknown, of the column that the solution gives that torque.
 struct Excess {
   double share = 0, error = 0;
+  double left = 0;  ///< sum of the logs of what the joints leave
 
   bool is_seen() const {
     constexpr double kSigmas = 5, kLeast = 0.02;  // below: the torque constant of a warm motor
@@ -131,32 +133,120 @@ struct Excess {
   }
 };
 
-Excess excess_of(const Columns& at, Regression data, const Eigen::VectorXd& x, bool robust,
-                 const Eigen::MatrixXd& precision, const Eigen::VectorXd& mean) {
-  Regression wider = std::move(data);
-  const Eigen::VectorXd arm = wider.rows.leftCols(at.p) * x.head(at.p);
-  wider.rows.conservativeResize(Eigen::NoChange, at.size() + 1);
-  for (Eigen::Index r = 0; r < arm.size(); ++r)
-    wider.rows(r, at.size()) = wider.joint[static_cast<std::size_t>(r)] < at.n ? 0 : arm[r];
-  Eigen::MatrixXd wide = Eigen::MatrixXd::Zero(at.size() + 1, at.size() + 1);
-  wide.topLeftCorner(at.size(), at.size()) = precision;
-  wide(at.size(), at.size()) = 1;
-  Eigen::VectorXd about = Eigen::VectorXd::Zero(at.size() + 1);
-  about.head(at.size()) = mean;
+/// A position that the logs with the load show larger than those without it [rad or m].
+struct Shift {
+  int joint = -1;  ///< -1: none
+  double by = 0, error = 0;
+  double left = 0;  ///< as of an Excess
+};
+
+/// The regression, and what decides where the data are silent.
+struct Problem {
+  const Regression& data;
+  const Eigen::MatrixXd& precision;
+  const Eigen::VectorXd& mean;
+  bool robust;
+};
+
+/// Further unknowns of which one is a priori within 1 of zero, and their errors.
+struct Further {
+  Eigen::VectorXd x, error, sigma;
+  double left() const { return sigma.array().max(1e-300).log().sum(); }
+};
+
+/// @param columns  (N x ..) of them
+Further solve_with(const Columns& at, const Problem& problem, const Eigen::MatrixXd& columns) {
+  const Eigen::Index own = at.size(), more = columns.cols(), all = own + more;
+  Eigen::MatrixXd rows(columns.rows(), all), precision = Eigen::MatrixXd::Identity(all, all);
+  rows << problem.data.rows, columns;
+  precision.topLeftCorner(own, own) = problem.precision;
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(all);
+  mean.head(own) = problem.mean;
+  const Regression& data = problem.data;
   const Weighted solved =
-      reweight(wider.rows, wider.tau, wider.joint, 2 * at.n, robust, wide, about);
-  return {solved.x[at.size()],
-          jackknife_root(wider.rows, wider.tau, solved, wider.block, wide).bottomRows<1>().norm()};
+      reweight(rows, data.tau, data.joint, 2 * at.n, problem.robust, precision, mean);
+  const Eigen::MatrixXd root = jackknife_root(rows, data.tau, solved, data.block, precision);
+  return {solved.x.tail(more), root.bottomRows(more).rowwise().norm(), solved.sigma};
+}
+
+Excess excess_of(const Columns& at, const Problem& problem, const Eigen::VectorXd& x) {
+  Eigen::VectorXd arm = problem.data.rows.leftCols(at.p) * x.head(at.p);
+  for (Eigen::Index r = 0; r < arm.size(); ++r)
+    if (problem.data.joint[static_cast<std::size_t>(r)] < at.n) arm[r] = 0;
+  const Further found = solve_with(at, problem, arm);
+  return {found.x[0], found.error[0], found.left()};
+}
+
+/// -d(Y pi)/d(q_j) (N x n) of the rows with the load, zero of those without.
+/// @param second  the regression with the load, whose rows come last
+Eigen::MatrixXd torque_of_shifts(const Columns& at, const dynamics::RobotModel& robot,
+                                 const Eigen::VectorXd& pi, const Regression& second,
+                                 std::span<const signals::Recording> with, Eigen::Index rows) {
+  constexpr double kStep = 1e-5;  // [rad or m]
+  const Eigen::Index first = rows - second.tau.size();
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(rows, at.n);
+  dynamics::Workspace<double> ws(robot);
+  Eigen::MatrixXd Y(at.n, at.p);
+  for (Eigen::Index r = 0, next = 0; r < second.tau.size(); r = next) {
+    const auto row = static_cast<std::size_t>(r);
+    const signals::Motion& motion = with[static_cast<std::size_t>(second.sequence[row])].narrow;
+    const int k = second.sample[row];
+    signals::Motion at_sample{motion.q.row(k), motion.v.row(k), motion.a.row(k)};
+    Eigen::MatrixXd by(at.n, at.n);
+    for (int j = 0; j < at.n; ++j) {
+      Eigen::VectorXd sides[2];
+      for (int side = 0; side < 2; ++side) {
+        at_sample.q(0, j) = motion.q(k, j) + (side == 0 ? kStep : -kStep);
+        regressor_at(robot, ws, at_sample, 0, Y);
+        sides[side] = Y * pi;
+      }
+      at_sample.q(0, j) = motion.q(k, j);
+      by.col(j) = -(sides[0] - sides[1]) / (2 * kStep);
+    }
+    // rows of one sample follow each other
+    for (next = r; next < second.tau.size(); ++next) {
+      const auto same = static_cast<std::size_t>(next);
+      if (second.sample[same] != k || second.sequence[same] != second.sequence[row]) break;
+      out.row(first + next) = by.row(second.joint[same]);
+    }
+  }
+  return out;
+}
+
+/// The shift that is surest, where it explains a share of what a joint leaves.
+Shift shift_of(const Columns& at, const Problem& problem, const Weighted& plain,
+               const Eigen::MatrixXd& columns) {
+  constexpr double kSigmas = 6, kLeast = 2e-3, kGain = 1.1;  // [rad or m]; of a joint's variance
+  const Further found = solve_with(at, problem, columns);
+  const Eigen::ArrayXd ratio = plain.sigma.array() / found.sigma.array();
+  if (!(ratio.isFinite().select(ratio, 1).square().maxCoeff() > kGain)) return {};
+  Shift surest;
+  for (int j = 0; j < at.n; ++j) {
+    const double by = found.x[j], error = found.error[j];
+    if (!(std::abs(by) > std::max(kSigmas * error, kLeast))) continue;
+    if (surest.joint < 0 || std::abs(by) * surest.error > std::abs(surest.by) * error)
+      surest = {j, by, error, found.left()};
+  }
+  return surest;
 }
 
 // Outcome and message of a solution.
-void judge(Eigen::Index equations, const Excess& excess, PayloadFit& fit) {
+void judge(const dynamics::RobotModel& robot, Eigen::Index equations, const Excess& excess,
+           const Shift& shift, PayloadFit& fit) {
   constexpr double kDetermined = 0.5;  // of the size
   constexpr double kSeen = 3;          // standard errors of the mass
   const auto lost = (fit.standard_error.array() > kDetermined * fit.size.array()).count();
   const double lighter = -fit.free[0], error = fit.standard_error[0];
   if (!fit.pi.allFinite() || !fit.standard_error.allFinite()) {
     fit.message = "no finite solution";
+    return;
+  }
+  if (shift.joint >= 0 && (!excess.is_seen() || shift.left < excess.left)) {
+    const dynamics::Joint& joint = robot.joints[static_cast<std::size_t>(shift.joint)];
+    fit.message = fmt::format(
+        "the logs with the load show {} {:.3g} +- {:.1g} {} further than those without it: another "
+        "zero of the joint; record both with one, or mend offset_rad of [position] in the contract",
+        joint.name, shift.by, shift.error, unit_of_joint("rad", slides(joint)));
     return;
   }
   if (excess.is_seen()) {
@@ -244,7 +334,13 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   fit.body = dynamics::body_of(fit.pi);
   fit.body_error = {error[0], error.segment<3>(1), symmetric(error.tail<6>())};
 
-  judge(data.tau.size(), excess_of(at, data, solved.x, options.robust, precision, mean), fit);
+  const Problem problem{data, precision, mean, options.robust};
+  Eigen::VectorXd carrying = solved.x.head(at.p);
+  carrying.segment<kLoad>(kLoad * frame.link) += solved.x.tail<kLoad>();
+  const Eigen::MatrixXd shifts =
+      torque_of_shifts(at, robot, carrying, second, with, data.tau.size());
+  judge(robot, data.tau.size(), excess_of(at, problem, solved.x),
+        shift_of(at, problem, solved, shifts), fit);
   return fit;
 }
 

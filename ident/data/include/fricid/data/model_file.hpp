@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "fricid/system/arm.hpp"
 #include "fricid/system/noise.hpp"
@@ -20,6 +21,7 @@ struct ModelFile {
   int free_parameters = 0;                ///< number of fitted values
   std::string budget = {};  ///< what the fit spent, for tables, e.g. "1000 steps (windows)"
   bool is_oracle = false;
+  std::vector<std::string> doubts = {};  ///< why not to trust it, one sentence each
 };
 
 /// JSON, format "fricid.model/1": robot tree and parameters in full precision (round trip to the

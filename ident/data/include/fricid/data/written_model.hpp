@@ -226,6 +226,7 @@ struct WrittenModel {
   bool is_oracle = false;
   int free_parameters = 0;
   std::optional<std::string> budget;
+  std::optional<std::vector<std::string>> doubts;
   WrittenRobot robot;
   std::vector<std::vector<WrittenLaw>> friction = {};
   std::optional<WrittenRobotLaw> friction_of_robot = {};
@@ -239,6 +240,7 @@ struct WrittenModel {
     archive("is_oracle", is_oracle, flag("the true model"));
     archive("free_parameters", free_parameters, whole(0, 1e9, "number of fitted values"));
     archive("budget", budget, text("training budget; empty: none"));
+    archive("doubts", doubts, text("why the fit is not to be trusted; absent: it may be"));
     archive.section("robot", robot, "kinematic tree with inertia");
     archive.lists("friction", friction, "per joint, the laws whose torques add up");
     archive.section("friction_of_robot", friction_of_robot, "one law that sees all joints");

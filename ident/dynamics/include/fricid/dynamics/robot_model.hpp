@@ -63,6 +63,8 @@ struct LinearTorque {
   Shape shape = Shape::kConstant;
   double k = 1;
 };
+/// phi(q).
+double shape_of(const LinearTorque& torque, double q);
 constexpr std::string_view names(LinearTorque::Shape) { return "1|sin(k q)|cos(k q)|q"; }
 
 /// A motor that turns a further joint too, as in a wrist, a differential or a belt drive:

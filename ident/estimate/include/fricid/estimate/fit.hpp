@@ -94,6 +94,8 @@ struct FitReport {
     return outcome == Outcome::kConverged || outcome == Outcome::kIterationLimit;
   }
   bool usable() const { return has_result() && faults.empty(); }
+  /// Why not to trust it, one sentence each; none: usable().
+  std::vector<std::string> doubts() const;
   std::string brief() const;  ///< one line for the terminal
 };
 

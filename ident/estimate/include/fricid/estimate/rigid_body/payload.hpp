@@ -51,7 +51,9 @@ struct PayloadFit {
 /// the arm neither log shows stays near the nominal values, and phi does not depend on it. `pi` of
 /// the result is the body nearest to phi in the metric of its covariance. A mass clearly below zero
 /// is a failure: the load is in the other log. So is a torque of the arm that one more unknown, c
-/// in (1 + c) Y pi with the load, finds larger or smaller there by 2 % and five standard errors.
+/// in (1 + c) Y pi with the load, finds larger or smaller there by 2 % and five standard errors,
+/// and a joint whose positions n further unknowns, the columns -d(Y pi)/dq_j with the load, find
+/// shifted there by 2 mrad and six standard errors: its zero is another.
 /// @param frame  that carries the load; not of the base
 /// @throws UserError when the frame does not move
 PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynamics::Frame& frame,

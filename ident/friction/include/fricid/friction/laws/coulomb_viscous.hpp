@@ -56,8 +56,8 @@ class CoulombViscous : public Stateless {
 
  private:
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+      {"Fc", "N m", Role::kCoulomb, 1e-6, 1e6, 5, Scale::kLog, "Coulomb friction"},
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear, "viscous coefficient"},
       {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.01, Scale::kLog, "smoothing speed"},
   }};
 };

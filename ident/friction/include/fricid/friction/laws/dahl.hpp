@@ -82,9 +82,9 @@ class Dahl {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-      {"sigma0", "N m/rad", Role::kStiffness, 1, 1e8, 1.5e4, Scale::kLog, "bristle stiffness"},
-      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+      {"Fc", "N m", Role::kCoulomb, 1e-6, 1e6, 5, Scale::kLog, "Coulomb friction"},
+      {"sigma0", "N m/rad", Role::kStiffness, 1e-2, 1e9, 1.5e4, Scale::kLog, "bristle stiffness"},
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear, "viscous coefficient"},
   }};
 };
 

@@ -241,17 +241,17 @@ class Gms {
   static constexpr double kFsTypical = 6;
   static constexpr auto kTables = element_tables(
       std::array<ParameterInfo, kCommon>{{
-          {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-          {"Fs", "N m", Role::kStatic, 1e-4, 1e4, kFsTypical, Scale::kLog, "static friction"},
+          {"Fc", "N m", Role::kCoulomb, 1e-6, 1e6, 5, Scale::kLog, "Coulomb friction"},
+          {"Fs", "N m", Role::kStatic, 1e-6, 1e6, kFsTypical, Scale::kLog, "static friction"},
           {"vs", "rad/s", Role::kStribeckVelocity, 1e-4, 10, 0.05, Scale::kLog,
            "Stribeck velocity"},
           {"C", "N m/s", Role::kAttraction, 1e-2, 1e8, 150, Scale::kLog,
            "attraction to the Stribeck curve"},
-          {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+          {"Fv", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear, "viscous coefficient"},
       }},
       [](int i, int n) {
         return std::array<ParameterInfo, 2>{{
-            {numbered<"k">(i), "N m/rad", Role::kStiffness, 1e-2, 1e8,
+            {numbered<"k">(i), "N m/rad", Role::kStiffness, 1e-4, 1e9,
              kFsTypical / n / typical_length(i, n), Scale::kLog, "stiffness of the element", i + 1},
             {numbered<"alpha">(i), "1", Role::kShare, 1e-6, 1e3, 1.0 / n, Scale::kLog,
              "share of the element, relative to the sum of all", i + 1},

@@ -93,10 +93,10 @@ class LaggedStribeck {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-      {"Fs", "N m", Role::kStatic, 1e-4, 1e4, 5.5, Scale::kLog, "static friction"},
+      {"Fc", "N m", Role::kCoulomb, 1e-6, 1e6, 5, Scale::kLog, "Coulomb friction"},
+      {"Fs", "N m", Role::kStatic, 1e-6, 1e6, 5.5, Scale::kLog, "static friction"},
       {"vs", "rad/s", Role::kStribeckVelocity, 1e-4, 10, 0.06, Scale::kLog, "Stribeck velocity"},
-      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous friction"},
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear, "viscous friction"},
       {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.01, Scale::kLog,
        "speed over which the sign of s is smoothed"},
       {"T", "s", Role::kLag, 1e-5, 1, 5e-3, Scale::kLog, "lag of friction behind speed"},

@@ -103,7 +103,7 @@ class LoadDependent : public Stateless {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction without load"},
+      {"Fc", "N m", Role::kCoulomb, 1e-6, 1e6, 5, Scale::kLog, "Coulomb friction without load"},
       {"mu_m", "1", Role::kLoadCoefficient, 0, 1, 0.05, Scale::kLinear,
        "load coefficient, motoring"},
       {"mu_b", "1", Role::kLoadCoefficient, 0, 1, 0.04, Scale::kLinear,
@@ -112,7 +112,7 @@ class LoadDependent : public Stateless {
        "quadratic load coefficient, motoring"},
       {"nu_b", "1/(N m)", Role::kLoadGrowth, 0, 0.1, 5e-5, Scale::kLinear,
        "quadratic load coefficient, back-driving"},
-      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear, "viscous coefficient"},
       {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.01, Scale::kLog, "smoothing speed"},
       {"l0", "N m", Role::kLoadSmoothing, 1e-4, 100, 0.1, Scale::kLog, "smoothing width of |load|"},
   }};

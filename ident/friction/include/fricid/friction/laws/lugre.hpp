@@ -153,12 +153,12 @@ class BasicLuGre {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-      {"Fs", "N m", Role::kStatic, 1e-4, 1e4, 6, Scale::kLog, "static friction"},
+      {"Fc", "N m", Role::kCoulomb, 1e-6, 1e6, 5, Scale::kLog, "Coulomb friction"},
+      {"Fs", "N m", Role::kStatic, 1e-6, 1e6, 6, Scale::kLog, "static friction"},
       {"vs", "rad/s", Role::kStribeckVelocity, 1e-4, 10, 0.05, Scale::kLog, "Stribeck velocity"},
-      {"sigma0", "N m/rad", Role::kStiffness, 1, 1e8, 1.5e4, Scale::kLog, "bristle stiffness"},
-      {"sigma1", "N m s/rad", Role::kDamping, 0, 1e5, 30, Scale::kLinear, "bristle damping"},
-      {"sigma2", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+      {"sigma0", "N m/rad", Role::kStiffness, 1e-2, 1e9, 1.5e4, Scale::kLog, "bristle stiffness"},
+      {"sigma1", "N m s/rad", Role::kDamping, 0, 1e6, 30, Scale::kLinear, "bristle damping"},
+      {"sigma2", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear, "viscous coefficient"},
   }};
 };
 

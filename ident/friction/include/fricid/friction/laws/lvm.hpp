@@ -284,18 +284,18 @@ class BasicLvm {
   static constexpr auto kTable = [] {
     constexpr double kLengths[3][4] = {{2.5e-3}, {1e-3, 5e-3}, {8e-4, 2e-3, 5e-3, 1.2e-2}};
     std::array<ParameterInfo, kCommon> common{{
-        {"F0", "N m", Role::kMemoryless, 0, 1e4, 0.5, Scale::kLinear,
+        {"F0", "N m", Role::kMemoryless, 0, 1e6, 0.5, Scale::kLinear,
          "Coulomb friction without memory"},
         {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.05, Scale::kLog, "smoothing speed of F0"},
-        {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
-        {"Fc", "N m", Role::kNetworkTorque, 1e-4, 1e4, 5, Scale::kLog,
+        {"Fv", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear, "viscous coefficient"},
+        {"Fc", "N m", Role::kNetworkTorque, 1e-6, 1e6, 5, Scale::kLog,
          "size of the network's torque"},
     }};
     for (std::size_t i = 0; i < kNetInputScales.size(); ++i)
       common[kScales + i] = kNetInputScales[i];
     for (int i = 0; i < kLatents; ++i) {
       common[static_cast<std::size_t>(K(i))] = {
-          numbered<"K">(i),          "N m",       Role::kLevel,           1e-6, 1e4,
+          numbered<"K">(i),          "N m",       Role::kLevel,           1e-8, 1e6,
           kBristleTorque / kLatents, Scale::kLog, "level of the bristle", i + 1};
       common[static_cast<std::size_t>(delta(i))] = {
           numbered<"Delta">(i),      "rad",       Role::kLength,           1e-6, 1,

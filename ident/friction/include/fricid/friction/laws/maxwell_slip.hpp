@@ -100,9 +100,9 @@ class MaxwellSlip {
   static constexpr double kTorqueTypical = 5;
   static constexpr auto kTables = element_tables(std::array<ParameterInfo, 0>{}, [](int i, int n) {
     return std::array<ParameterInfo, 2>{{
-        {numbered<"K">(i), "N m/rad", Role::kStiffness, 1e-2, 1e8,
+        {numbered<"K">(i), "N m/rad", Role::kStiffness, 1e-4, 1e9,
          kTorqueTypical / n / typical_length(i, n), Scale::kLog, "stiffness of the element", i + 1},
-        {numbered<"W">(i), "N m", Role::kLevel, 1e-6, 1e4, kTorqueTypical / n, Scale::kLog,
+        {numbered<"W">(i), "N m", Role::kLevel, 1e-8, 1e6, kTorqueTypical / n, Scale::kLog,
          "torque at which it slips", i + 1},
     }};
   });

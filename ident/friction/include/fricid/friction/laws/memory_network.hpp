@@ -183,7 +183,7 @@ class MemoryNetwork {
     constexpr double kScales[kSpeeds] = {0.02, 0.2, 2};
     constexpr int kWeights = Net(kMostElements).weight_count();
     std::array<ParameterInfo, kCommon> common{{
-        {"Fn", "N m", Role::kNetworkTorque, 1e-4, 1e4, 5, Scale::kFixed,
+        {"Fn", "N m", Role::kNetworkTorque, 1e-6, 1e6, 5, Scale::kFixed,
          "size of the network's torque"},
     }};
     for (int k = 0; k < kSpeeds; ++k)

@@ -113,10 +113,10 @@ class Neural {
 
   static constexpr auto kTable = [] {
     std::array<ParameterInfo, kCommon> common{{
-        {"Fc", "N m", Role::kNetworkTorque, 1e-4, 1e4, 5, Scale::kLog,
+        {"Fc", "N m", Role::kNetworkTorque, 1e-6, 1e6, 5, Scale::kLog,
          "Coulomb friction, size of the network's torque"},
         {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.05, Scale::kLog, "smoothing speed"},
-        {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+        {"Fv", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear, "viscous coefficient"},
     }};
     for (std::size_t i = 0; i < kNetInputScales.size(); ++i)
       common[kScales + i] = kNetInputScales[i];

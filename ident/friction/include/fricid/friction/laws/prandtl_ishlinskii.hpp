@@ -155,13 +155,13 @@ class PrandtlIshlinskii {
   static constexpr double kTorqueTypical = 5;
   static constexpr auto kTables = element_tables(
       std::array<ParameterInfo, kCommon>{{
-          {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, kTorqueTypical, Scale::kLog, "Coulomb friction"},
-          {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear,
+          {"Fc", "N m", Role::kCoulomb, 1e-6, 1e6, kTorqueTypical, Scale::kLog, "Coulomb friction"},
+          {"Fv", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear,
            "growth of the level with speed"},
       }},
       [](int i, int n) {
         return std::array<ParameterInfo, 2>{{
-            {numbered<"k">(i), "N m/rad", Role::kStiffness, 1e-2, 1e8,
+            {numbered<"k">(i), "N m/rad", Role::kStiffness, 1e-4, 1e9,
              kTorqueTypical / n / typical_length(i, n), Scale::kLog, "stiffness of the element",
              i + 1},
             {numbered<"alpha">(i), "1", Role::kShare, 1e-6, 1e3, 1.0 / n, Scale::kLog,

@@ -149,7 +149,7 @@ class Preisach {
     std::array<std::array<ParameterInfo, kCommon + kMaxElements>, kMaxElements + 1> tables{};
     for (int n = 1; n <= kMaxElements; ++n) {
       auto& table = tables[static_cast<std::size_t>(n)];
-      table[kFc] = {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"};
+      table[kFc] = {"Fc", "N m", Role::kCoulomb, 1e-6, 1e6, 5, Scale::kLog, "Coulomb friction"};
       table[kLength] = {
           "L", "rad", Role::kLength, 1e-6,
           1,   4e-3,  Scale::kLog,   "deflection at which the contact yields as a whole"};

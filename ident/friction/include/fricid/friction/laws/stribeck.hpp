@@ -63,10 +63,10 @@ class Stribeck : public Stateless {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fc", "N m", Role::kCoulomb, 1e-4, 1e4, 5, Scale::kLog, "Coulomb friction"},
-      {"Fs", "N m", Role::kStatic, 1e-4, 1e4, 6, Scale::kLog, "static friction"},
+      {"Fc", "N m", Role::kCoulomb, 1e-6, 1e6, 5, Scale::kLog, "Coulomb friction"},
+      {"Fs", "N m", Role::kStatic, 1e-6, 1e6, 6, Scale::kLog, "static friction"},
       {"vs", "rad/s", Role::kStribeckVelocity, 1e-4, 10, 0.05, Scale::kLog, "Stribeck velocity"},
-      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear, "viscous coefficient"},
       {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.01, Scale::kLog, "smoothing speed"},
   }};
 };

@@ -62,7 +62,7 @@ class StribeckPeak : public Stateless {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Ts", "N m", Role::kStatic, 0, 1e4, 1, Scale::kLinear,
+      {"Ts", "N m", Role::kStatic, 0, 1e6, 1, Scale::kLinear,
        "torque at rest that speed takes away"},
       {"vs", "rad/s", Role::kStribeckVelocity, 1e-4, 10, 0.05, Scale::kLog, "Stribeck velocity"},
       {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.01, Scale::kLog, "smoothing speed"},

@@ -42,7 +42,7 @@ class Viscous : public Stateless {
 
  private:
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear, "viscous coefficient"},
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear, "viscous coefficient"},
   }};
 };
 

@@ -61,7 +61,7 @@ class ViscousPower : public Stateless {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"c", "N m (s/rad)^p", Role::kPowerViscous, 0, 1e4, 3, Scale::kLinear, "torque at 1 rad/s"},
+      {"c", "N m (s/rad)^p", Role::kPowerViscous, 0, 1e6, 3, Scale::kLinear, "torque at 1 rad/s"},
       {"p", "1", Role::kExponent, 0.2, 2, 0.8, Scale::kLinear, "exponent"},
       {"v0", "rad/s", Role::kSmoothingSpeed, 1e-5, 1, 0.01, Scale::kLog,
        "speed below which the law is linear"},

@@ -74,7 +74,7 @@ class GearLoad {
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
       {"mu", "1/(N m)", Role::kLoadGrowth, 0, 1, 0.005, Scale::kLinear,
        "relative growth per N m handed on"},
-      {"c", "N m s/rad", Role::kMotorViscous, 0, 1e4, 2, Scale::kLinear,
+      {"c", "N m s/rad", Role::kMotorViscous, 0, 1e6, 2, Scale::kLinear,
        "viscous friction on the motor's side"},
   }};
 };

@@ -57,7 +57,7 @@ class Viscosity {
   }
 
   static constexpr std::array<ParameterInfo, kSize> kParameters{{
-      {"Fv", "N m s/rad", Role::kViscous, 0, 1e4, 2.5, Scale::kLinear,
+      {"Fv", "N m s/rad", Role::kViscous, 0, 1e6, 2.5, Scale::kLinear,
        "temperature-dependent viscous coefficient, at T0"},
       {"beta", "1/K", Role::kTemperatureCoefficient, -0.01, 0.1, 0.02, Scale::kLinear,
        "relative decrease per kelvin"},
