@@ -256,7 +256,7 @@ TEST_F(ModelJson, ParametersOutOfBoundsAreNamed) {
   model.arm.friction.theta[p] = -1;
   save_model(model, path("a.json"));
   EXPECT_EQ(message_of([&] { load_model(path("a.json")); }),
-            "a.json: friction[0][7].parameters.sigma0.value: found -1; allowed: 1 to 1e+08");
+            "a.json: friction[0][7].parameters.sigma0.value: found -1; allowed: 0.01 to 1e+09");
 }
 
 TEST_F(ModelJson, RobotsThatNoBodyCanBeAreRefused) {

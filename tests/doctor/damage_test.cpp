@@ -632,12 +632,12 @@ TEST(Doctor, ADeclaredSpringIsNoSlope) {
   Log log = pendulum(0);
   for (int k = 0; k < log.data.length(); ++k) {
     const double q = log.data.q(k, 0);
-    log.data.tau(k, 0) += 6 * (q - 0.5) + 2 * std::sin(2 * q);
+    log.data.tau(k, 0) += 3 * (q - 0.5) + 5 * std::cos(q);
   }
   EXPECT_FALSE(of_kind(diagnose(log.data, &log.robot), "mount").empty());
   using Shape = dynamics::LinearTorque::Shape;
   log.robot.linear_torques = {
-      {"1", 0, Shape::kConstant, 1}, {"q", 0, Shape::kLinear, 1}, {"sin(2 q)", 0, Shape::kSin, 2}};
+      {"1", 0, Shape::kConstant, 1}, {"q", 0, Shape::kLinear, 1}, {"cos(q)", 0, Shape::kCos, 1}};
   log.robot.pi.conservativeResize(log.robot.parameter_count());
   log.robot.pi.tail(3).setZero();
   const std::vector<Finding> findings = diagnose(log.data, &log.robot);

@@ -207,7 +207,7 @@ TEST(RobotFriction, NamesAParameterOutsideItsBounds) {
   EXPECT_EQ(message_of([&] { check_bounds(friction, joints, "x.toml"); }), "");
   friction.theta[3] = -5;
   EXPECT_EQ(message_of([&] { check_bounds(friction, joints, "x.toml:7"); }),
-            "x.toml:7: joint A1: lugre.sigma0 = -5 N m/rad, allowed 1 .. 100000000");
+            "x.toml:7: joint A1: lugre.sigma0 = -5 N m/rad, allowed 0.01 .. 1000000000");
   friction.theta[3] = std::nan("");
   EXPECT_THAT(message_of([&] { check_bounds(friction, joints, "x.toml:7"); }), HasSubstr("nan"));
   friction.theta.pop_back();

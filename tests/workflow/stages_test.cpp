@@ -136,22 +136,26 @@ class Stages : public TemporaryFolder {
     job.emplace(std::move(other));
   }
 
-  std::vector<Stage> all() const {
-    std::vector<Stage> stages{data_stage(*job)};
-    for (const FitRequest& fit : fits()) stages.push_back(fit_stage(*job, fit));
-    stages.push_back(evaluation_stage(*job, {}));
-    stages.push_back(payload_stage(*job));
-    stages.push_back(compensation_stage(*job));
-    stages.push_back(contact_stage(*job));
-    stages.push_back(plots_stage(*job));
-    stages.push_back(film_stage(*job, job->problem, ""));
-    stages.push_back(report_stage(*job));
-    return stages;
-  }
-
+  /// What the stages declare; one whose results to read are not of the present files declares none.
   Declarations declarations() const {
     Declarations made;
-    for (const Stage& stage : all()) made[stage.name] = stage.inputs.contents();
+    const auto add = [&](const std::string& name, const std::function<Stage()>& make) {
+      try {
+        made[name] = make().inputs.contents();
+      } catch (const UserError&) {
+        made[name].clear();
+      }
+    };
+    add("data", [&] { return data_stage(*job); });
+    for (const FitRequest& fit : fits())
+      add(stage_of(fit.id()), [&] { return fit_stage(*job, fit); });
+    add("evaluate", [&] { return evaluation_stage(*job, {}); });
+    add("payload", [&] { return payload_stage(*job); });
+    add("compensate", [&] { return compensation_stage(*job); });
+    add("contact", [&] { return contact_stage(*job); });
+    add("plots", [&] { return plots_stage(*job); });
+    add("video", [&] { return film_stage(*job, job->problem, ""); });
+    add("report", [&] { return report_stage(*job); });
     return made;
   }
 

@@ -99,13 +99,18 @@ Eigen::VectorXd longest_rise(const Eigen::VectorXd& t) {
 
 // Rate of the samples.
 double rate_of(const Eigen::VectorXd& t) {
-  std::vector<double> periods;  // a row with the time of the one before is no sample of its own
-  for (int k = 1; k < t.size(); ++k)
-    if (t[k] != t[k - 1]) periods.push_back(t[k] - t[k - 1]);
-  if (periods.empty()) return std::numeric_limits<double>::infinity();
-  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  double period = *middle;
+  std::vector<double> periods;
+  for (int k = 1; k < t.size(); ++k) periods.push_back(t[k] - t[k - 1]);
+  const auto usual = [&] {
+    const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+    std::nth_element(periods.begin(), middle, periods.end());
+    return periods.empty() ? 0 : *middle;
+  };
+  double period = usual();
+  if (period == 0) {  // most rows have the time of the one before and are no samples of their own
+    std::erase(periods, 0);
+    period = usual();
+  }
   // Stamps may be rounded, 3, 3, 4, 3, 3, 4 ms at 300 Hz: what is no gap and no repeat counts in
   // the mean.
   constexpr int kPasses = 2;
