@@ -166,9 +166,10 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
 namespace {
 
 workflow::Subject subject_of(const CheckOptions& options) {
-  return workflow::is_run_folder(options.target)
-             ? workflow::subject_of_run(options.target)
-             : workflow::subject_of_log(options.target, options.contract, options.robot);
+  if (!workflow::is_run_folder(options.target))
+    return workflow::subject_of_log(options.target, options.contract, options.robot);
+  require_no_robot(options.robot, options.target);
+  return workflow::subject_of_run(options.target);
 }
 
 void save_next_motion(const workflow::NextMotion& next, const fs::path& file) {

@@ -33,6 +33,13 @@ void require_like(std::string_view option, const fs::path& output, std::string_v
                   output.string(), kind_of(format));
 }
 
+void require_no_robot(const workflow::RobotOfLog& robot, const fs::path& run) {
+  const workflow::RobotOfLog none;
+  if (!robot.urdf.empty() || robot.mount != none.mount || robot.mend_inertia != none.mend_inertia)
+    throw UserError("{}: a run with --robot, --mount or --mend-inertia; allowed: its own robot",
+                    run.string());
+}
+
 void say_doubts(const data::ModelFile& model) {
   for (const std::string& doubt : model.doubts)
     print(fmt::format("model {} is not to be trusted: {}\n", model.name, doubt), stderr);

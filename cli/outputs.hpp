@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fricid/data/model_file.hpp"
+#include "fricid/workflow/check.hpp"
 
 namespace fricid::cli {
 
@@ -20,6 +21,10 @@ void require_not_input(std::string_view option, const std::filesystem::path& out
 /// @throws UserError when the file is of another format
 void require_like(std::string_view option, const std::filesystem::path& output,
                   std::string_view format);
+
+/// A run has its robot in its scene.
+/// @throws UserError when options name another
+void require_no_robot(const workflow::RobotOfLog& robot, const std::filesystem::path& run);
 
 /// Warns of a model that is not to be trusted.
 void say_doubts(const data::ModelFile& model);

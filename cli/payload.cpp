@@ -13,10 +13,11 @@ Verdict find_payload(const PayloadOptions& options, const CommonOptions& common)
   require_not_input("-o", options.output,
                     {options.without, options.with, options.contract, options.robot.urdf});
   require_like("-o", options.output, data::PayloadFile::kFormat);
+  const bool is_run = workflow::is_run_folder(options.without);
+  if (is_run) require_no_robot(options.robot, options.without);
   const workflow::Subject without =
-      workflow::is_run_folder(options.without)
-          ? workflow::subject_of_run(options.without)
-          : workflow::subject_of_log(options.without, options.contract, options.robot);
+      is_run ? workflow::subject_of_run(options.without)
+             : workflow::subject_of_log(options.without, options.contract, options.robot);
   const workflow::Subject with =
       workflow::subject_of_log(options.with, options.contract, without.robot);
   for (const workflow::Subject* subject : {&without, &with})

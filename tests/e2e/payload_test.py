@@ -154,6 +154,11 @@ class Payload(ProgramTest):
         again = fricid("payload", bare, loaded / "data/train_0.h5", "-o", self.folder / "out.json")
         self.assertEqual(again.returncode, 0, again.stderr)
 
+    def test_a_run_has_its_own_robot(self):
+        bare = self.simulate("bare", 3)
+        for command in (("payload", bare, bare / "data/train_0.h5"), ("check", bare)):
+            self.assert_refused(fricid(*command, "--mount", "ceiling"), r"a run with --robot, --mount .*; allowed: its own robot")
+
     def test_parts_of_logs(self):
         bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, LOAD)
         log = loaded / "data/train_0.h5"

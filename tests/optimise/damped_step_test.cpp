@@ -134,6 +134,44 @@ TEST(DampedStep, ShortensAStepAsAWholeWhereItKeepsItsDirection) {
   EXPECT_NEAR(step[0] * wanted[1] - step[1] * wanted[0], 0, 1e-9);
 }
 
+TEST(DampedStep, SolvesForTheOthersWhereOneMeetsItsBound) {
+  const Bowl bowl;
+  Box box = wide(2);
+  box.upper[0] = 0.5;
+  DampingOptions options;
+  options.longest = 100;
+  options.hold_at_bounds = true;
+  for (const bool keeps : {false, true}) {
+    options.keep_direction = keeps;
+    Eigen::VectorXd c = Eigen::Vector2d(-3, 3);
+    double lambda = 1e-14, value = 0;
+    damped_step(
+        bowl.at(c), box, options, [&](const Eigen::VectorXd& x) { return bowl.value(x); }, lambda,
+        c, value);
+    EXPECT_EQ(c[0], 0.5);
+    EXPECT_NEAR(c[1], -1 - 1.0 / 3 * (0.5 - 2), 1e-12);
+  }
+}
+
+TEST(DampedStep, TrustsTheModelByTheShareOfTheGainThatCame) {
+  const Bowl bowl;
+  const Eigen::VectorXd start = Eigen::Vector2d(-3, 3);
+  const Quadratic here = bowl.at(start);
+  const auto lambda_after = [&](double share) {
+    Eigen::VectorXd c = start;
+    double lambda = 1e-3, value = 0;
+    const auto objective = [&](const Eigen::VectorXd& x) {
+      const Eigen::VectorXd s = x - start;
+      return here.value + share * (here.g.dot(s) + 0.5 * s.dot(here.H * s));
+    };
+    damped_step(here, wide(2), {}, objective, lambda, c, value);
+    return lambda;
+  };
+  EXPECT_NEAR(lambda_after(0.1), 3e-3, 1e-15);
+  EXPECT_NEAR(lambda_after(0.5), 1e-3, 1e-15);
+  EXPECT_NEAR(lambda_after(0.9), 2e-4, 1e-15);
+}
+
 // The gradient lies: no step lowers the objective. Everything stays, only lambda has risen.
 TEST(DampedStep, StaysWhereNoStepHelps) {
   const Bowl bowl;

@@ -3,11 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "fricid/base/progress.hpp"
 
 namespace fricid::optimise {
 namespace {
+
+// Shares of the gain that the model expects: of a step below the first the model is trusted less,
+// above the second more.
+constexpr double kPoor = 0.25, kGood = 0.75;
+constexpr double kRaiseOfPoor = 3;  // of lambda
 
 /// Excludes coordinate i from the step.
 void hold(Eigen::Index i, Eigen::MatrixXd& H, Eigen::VectorXd& g) {
@@ -17,23 +23,49 @@ void hold(Eigen::Index i, Eigen::MatrixXd& H, Eigen::VectorXd& g) {
   g[i] = 0;
 }
 
+/// Whether the box keeps coordinate i from where it wants to go, or nothing depends on it.
+bool is_held(const Quadratic& here, const Box& box, const Eigen::VectorXd& c, Eigen::Index i) {
+  return (c[i] <= box.lower[i] && here.g[i] > 0) || (c[i] >= box.upper[i] && here.g[i] < 0) ||
+         here.H(i, i) <= 0;
+}
+
+/// Shortens a step to the longest. @return the share of it that may be gone
+double shorten(const DampingOptions& options, Eigen::VectorXd& step) {
+  if (!options.keep_direction) {
+    step = step.cwiseMax(-options.longest).cwiseMin(options.longest);
+    return 1;
+  }
+  const double longest = step.cwiseAbs().maxCoeff();
+  return longest > options.longest ? options.longest / longest : 1;
+}
+
 Eigen::VectorXd step_from(const Quadratic& here, const Box& box, const DampingOptions& options,
                           double lambda, const Eigen::VectorXd& c) {
-  Eigen::MatrixXd H = here.H;
-  Eigen::VectorXd g = here.g;
-  for (Eigen::Index i = 0; i < c.size(); ++i) {
-    const bool presses = (c[i] <= box.lower[i] && g[i] > 0) || (c[i] >= box.upper[i] && g[i] < 0);
-    if (options.hold_at_bounds && (presses || H(i, i) <= 0))
-      hold(i, H, g);
-    else
-      H(i, i) = H(i, i) * (1 + lambda) + options.ridge;
+  const Eigen::Index n = c.size();
+  std::vector<bool> held(static_cast<std::size_t>(n), false);
+  for (Eigen::Index i = 0; options.hold_at_bounds && i < n; ++i)
+    held[static_cast<std::size_t>(i)] = is_held(here, box, c, i);
+  Eigen::VectorXd to_bound = Eigen::VectorXd::Zero(n);  // steps of what is held
+  while (true) {
+    Eigen::MatrixXd H = here.H;
+    Eigen::VectorXd g = here.g + here.H * to_bound;
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (held[static_cast<std::size_t>(i)])
+        hold(i, H, g);
+      else
+        H(i, i) = H(i, i) * (1 + lambda) + options.ridge;
+    Eigen::VectorXd step = to_bound - solve_arrow(H, g, here.blocks);
+    const double share = shorten(options, step);
+    bool leaves = false;
+    for (Eigen::Index i = 0; options.hold_at_bounds && i < n; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const double to = c[i] + share * step[i];
+      if (held[at] || (to >= box.lower[i] && to <= box.upper[i])) continue;
+      held[at] = leaves = true;
+      to_bound[i] = std::clamp(to, box.lower[i], box.upper[i]) - c[i];
+    }
+    if (!leaves) return box.clamp(c + share * step);
   }
-  const Eigen::VectorXd step = -solve_arrow(H, g, here.blocks);
-  if (!options.keep_direction)
-    return box.clamp(c + step.cwiseMax(-options.longest).cwiseMin(options.longest));
-  const double longest = step.cwiseAbs().maxCoeff();
-  const double share = longest > options.longest ? options.longest / longest : 1;
-  return box.clamp(c + share * step);
 }
 
 }  // namespace
@@ -44,7 +76,13 @@ Step damped_step(const Quadratic& here, const Box& box, const DampingOptions& op
     Eigen::VectorXd trial = step_from(here, box, options, lambda, c);
     const double found = objective(trial);
     if (found < here.value) {
-      lambda = std::max(lambda / options.lessen, options.least);
+      const Eigen::VectorXd s = trial - c;
+      const double expected = here.g.dot(s) + 0.5 * s.dot(here.H * s);
+      const double share = (found - here.value) / expected;  // of the gain that came
+      if (share < kPoor)
+        lambda = std::min(lambda * kRaiseOfPoor, options.most);
+      else if (share > kGood && attempt == 1)
+        lambda = std::max(lambda / options.lessen, options.least);
       c = std::move(trial);
       value = found;
       return {true, attempt};

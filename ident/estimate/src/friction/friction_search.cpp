@@ -163,6 +163,8 @@ optimise::Quadratic linearise(const JointFrictionData& data,
   columns /= data.rows();
   out.H -= data.share_of_mean() * columns * columns.transpose();
   out.g -= data.share_of_mean() * sum / data.rows() * columns;
+  out.H *= 2;  // of the squares, not of half of them
+  out.g *= 2;
   return out;
 }
 

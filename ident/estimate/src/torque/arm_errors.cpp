@@ -146,7 +146,7 @@ ArmErrors arm_errors(const ArmTorqueData& data, const MotionErrors& motion, cons
     Eigen::VectorXd move = moves * w.row(i).transpose();
     const auto is_quadratic = [&] {
       const double rise = problem.value(coordinates.box().clamp(c + move)) - least;
-      return rise - 2 * at.g.dot(move) < 2 * move.dot(at.H * move);
+      return rise - at.g.dot(move) < move.dot(at.H * move);
     };
     for (int half = 0; half < kMostHalvings && !is_quadratic(); ++half) move /= 2;
     point.move_to(coordinates.box().clamp(c + move));

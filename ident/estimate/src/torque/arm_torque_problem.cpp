@@ -25,6 +25,9 @@ constexpr double kOutputPull = 0.5, kInputPull = 0.15;
 // friction by this share of the greater: motion that never rests says little of it. At half of it a
 // UR10, which has a fifth of the friction at rest, errs up to a third more.
 constexpr double kStaticPull = 0.1;
+// Derivatives of a joint are taken anew where they foretold its residual less well than this share
+// of it.
+constexpr double kStale = 0.1;
 constexpr double kBlock = 1;  // of rows that depend on each other [s]
 
 /// d F[f] / d theta_p at the rows that count, for the parameters `wanted` of one joint, by forward
@@ -91,7 +94,9 @@ ArmTorqueProblem::ArmTorqueProblem(const ArmTorqueData& data, const ArmPoint& st
       point_(start),
       jobs_(jobs),
       precision_(prior(start.arm().robot, options)),
-      centre_(options.nominal) {
+      centre_(options.nominal),
+      slopes_(models_.size()),
+      residual_(models_.size()) {
   sigma_.resize(data.n());
   for (int j = 0; j < data.n(); ++j) {
     const Eigen::VectorXd& tau = data.joint(j).tau;
@@ -106,9 +111,11 @@ double ArmTorqueProblem::value(const Eigen::VectorXd& c) {
   point_.move_to(c);
   std::vector<double> sum(models_.size());
   parallel_for(data_.n(), jobs_, [&](int j) {
-    sum[static_cast<std::size_t>(j)] =
-        data_.residual(point_.arm(), j).squaredNorm() / (sigma_[j] * sigma_[j]);
+    const auto i = static_cast<std::size_t>(j);
+    residual_[i] = data_.residual(point_.arm(), j);
+    sum[i] = residual_[i].squaredNorm() / (sigma_[j] * sigma_[j]);
   });
+  valued_at_ = c;
   const Eigen::VectorXd off = point_.arm().robot.pi - centre_;
   double total = off.dot(precision_ * off);
   for (const double s : sum) total += s;
@@ -116,7 +123,7 @@ double ArmTorqueProblem::value(const Eigen::VectorXd& c) {
     const double d = point_.arm().friction.theta[pull.theta] - pull.centre;
     total += pull.weight * d * d;
   }
-  return std::isfinite(total) ? total : kBadValue;
+  return std::isfinite(total) ? total / 2 : kBadValue;
 }
 
 optimise::Quadratic ArmTorqueProblem::linearise(const Eigen::VectorXd& c, double known) {
@@ -127,27 +134,21 @@ optimise::Quadratic ArmTorqueProblem::linearise(const Eigen::VectorXd& c, double
                      of_friction = std::ssize(coordinates.friction()), rest = all - of_friction;
   const Eigen::MatrixXd by_c = jacobian();
   const Eigen::MatrixXd G = by_c.topRightCorner(p, rest);  // dpi / d(the rest)
-  struct Part {
-    optimise::Block block;
-    Eigen::MatrixXd D, B;
-    Eigen::VectorXd g, g_pi;
+  struct Gradient {
+    Eigen::VectorXd friction, pi;
     double square = 0;
   };
-  std::vector<Part> parts(models_.size());
+  std::vector<Gradient> parts(models_.size());
+  const bool is_valued = valued_at_.size() == c.size() && valued_at_ == c;
   parallel_for(data_.n(), jobs_, [&](int j) {
     const auto i = static_cast<std::size_t>(j);
     const ArmTorqueData::Joint& joint = data_.joint(j);
-    Part& part = parts[i];
-    part.block = block_of(models_[i]);
     const double w = 1 / (sigma_[j] * sigma_[j]);
-    // columns by coordinate: of theta_p, times dtheta_p/dc
-    JointFrictionData::Linear at = friction_rows_and_slopes(joint, models_[i], part.block, by_c);
-    const Eigen::VectorXd e = joint.Y * arm.robot.pi + at.f - joint.tau;
-    part.D.noalias() = w * at.J.transpose() * at.J;
-    part.B.noalias() = w * (joint.Y.transpose() * at.J);
-    part.g.noalias() = w * at.J.transpose() * e;
-    part.g_pi.noalias() = w * joint.Y.transpose() * e;
-    part.square = w * e.squaredNorm();
+    if (!is_valued || !slopes_hold(j, c)) take_slopes(j, c, by_c);
+    const Eigen::VectorXd& e = residual_[i];
+    parts[i].friction.noalias() = w * slopes_[i].J.transpose() * e;
+    parts[i].pi.noalias() = w * joint.Y.transpose() * e;
+    parts[i].square = w * e.squaredNorm();
   });
 
   Eigen::MatrixXd R = precision_;
@@ -155,15 +156,16 @@ optimise::Quadratic ArmTorqueProblem::linearise(const Eigen::VectorXd& c, double
   Eigen::VectorXd g_pi = precision_ * d;
   optimise::Quadratic out{d.dot(g_pi), Eigen::VectorXd(all), Eigen::MatrixXd::Zero(all, all), {}};
   for (int j = 0; j < data_.n(); ++j) {
-    const Part& part = parts[static_cast<std::size_t>(j)];
-    const auto [begin, size] = part.block;
+    const Gradient& part = parts[static_cast<std::size_t>(j)];
+    const Slopes& slopes = slopes_[static_cast<std::size_t>(j)];
+    const auto [begin, size] = slopes.block;
     R += data_.joint(j).YY / (sigma_[j] * sigma_[j]);
-    g_pi += part.g_pi;
+    g_pi += part.pi;
     out.value += part.square;
-    out.blocks.push_back(part.block);
-    out.g.segment(begin, size) = part.g;
-    out.H.block(begin, begin, size, size) = part.D;
-    out.H.block(of_friction, begin, rest, size).noalias() = G.transpose() * part.B;
+    out.blocks.push_back(slopes.block);
+    out.g.segment(begin, size) = part.friction;
+    out.H.block(begin, begin, size, size) = slopes.D;
+    out.H.block(of_friction, begin, rest, size).noalias() = G.transpose() * slopes.B;
     out.H.block(begin, of_friction, size, rest) =
         out.H.block(of_friction, begin, rest, size).transpose();
   }
@@ -176,9 +178,34 @@ optimise::Quadratic ArmTorqueProblem::linearise(const Eigen::VectorXd& c, double
     out.g[pull.coordinate] += pull.weight * off * slope;
     out.H(pull.coordinate, pull.coordinate) += pull.weight * slope * slope;
   }
-  // the objective is value + 2 g'dx + dx'H dx; its quadratic is half of that
-  if (!std::isnan(known)) out.value = known;
+  out.value = std::isnan(known) ? out.value / 2 : known;
   return out;
+}
+
+bool ArmTorqueProblem::slopes_hold(int j, const Eigen::VectorXd& c) const {
+  const auto i = static_cast<std::size_t>(j);
+  const Slopes& slopes = slopes_[i];
+  if (slopes.e.size() == 0) return false;
+  const Eigen::VectorXd moved = c.segment(slopes.block.begin, slopes.block.size) - slopes.c,
+                        of_body = data_.joint(j).Y * (point_.arm().robot.pi - slopes.pi);
+  return (residual_[i] - slopes.e - slopes.J * moved - of_body).norm() <=
+         kStale * residual_[i].norm();
+}
+
+void ArmTorqueProblem::take_slopes(int j, const Eigen::VectorXd& c, const Eigen::MatrixXd& by_c) {
+  const auto i = static_cast<std::size_t>(j);
+  const ArmTorqueData::Joint& joint = data_.joint(j);
+  const double w = 1 / (sigma_[j] * sigma_[j]);
+  Slopes& slopes = slopes_[i];
+  slopes.block = block_of(models_[i]);
+  // columns by coordinate: of theta_p, times dtheta_p/dc
+  JointFrictionData::Linear at = friction_rows_and_slopes(joint, models_[i], slopes.block, by_c);
+  slopes.c = c.segment(slopes.block.begin, slopes.block.size);
+  slopes.pi = point_.arm().robot.pi;
+  slopes.e = residual_[i] = joint.Y * slopes.pi + at.f - joint.tau;
+  slopes.D.noalias() = w * at.J.transpose() * at.J;
+  slopes.B.noalias() = w * (joint.Y.transpose() * at.J);
+  slopes.J = std::move(at.J);
 }
 
 std::vector<ArmTorqueProblem::Rows> ArmTorqueProblem::rows_at(const Eigen::VectorXd& c) {

@@ -41,7 +41,10 @@ class ArmTorqueProblem {
                    const ArmTorqueOptions& options, int jobs,
                    BodyCoordinates body = BodyCoordinates::kPhysical);
 
+  /// Half of the squares over sigma^2, and of the pulls.
   double value(const Eigen::VectorXd& c);
+  /// A joint's derivatives are those of an earlier c while they foretell its residual within a
+  /// tenth; the gradient's residual is that at c.
   /// @param known  the value at c, if it is; NaN otherwise
   optimise::Quadratic linearise(const Eigen::VectorXd& c, double known);
 
@@ -80,6 +83,17 @@ class ArmTorqueProblem {
     double centre, weight;
   };
 
+  /// A joint's rows where they were linearised last.
+  struct Slopes {
+    optimise::Block block{};
+    Eigen::VectorXd c, pi, e;  ///< its friction's coordinates, the rigid body, the residual [N m]
+    Eigen::MatrixXd J, D, B;   ///< de/dc; J'J and Y'J over sigma^2
+  };
+
+  /// Whether joint j's slopes foretell its residual where the value was taken last.
+  bool slopes_hold(int j, const Eigen::VectorXd& c) const;
+  /// Linearises joint j's rows anew.
+  void take_slopes(int j, const Eigen::VectorXd& c, const Eigen::MatrixXd& by_c);
   std::span<const double> theta_of(const JointModel& model) const;
   /// J'm (coordinates, n). @param errors  m of a joint's rows [N m]
   Eigen::MatrixXd scores_of(const std::vector<Rows>& rows,
@@ -106,6 +120,9 @@ class ArmTorqueProblem {
   int jobs_;
   Eigen::MatrixXd precision_;
   Eigen::VectorXd centre_, sigma_;
+  std::vector<Slopes> slopes_;
+  std::vector<Eigen::VectorXd> residual_;  // of each joint's rows, where the value was taken last
+  Eigen::VectorXd valued_at_;              // c of that
 };
 
 }  // namespace fricid::estimate

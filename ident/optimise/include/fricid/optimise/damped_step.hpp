@@ -27,10 +27,11 @@ struct DampingOptions {
   double ridge = 0;     ///< mu: penalty on the length of the step
   int attempts = 5;     ///< at most
   double first = 1e-3;  ///< lambda of a new search
-  double lessen = 5;    ///< lambda is divided by it after a step that lowers the objective ...
-  double raise = 10;    ///< ... and multiplied by it after one that does not
+  double lessen = 5;    ///< lambda is divided by it after a step that gains what was expected ...
+  double raise = 10;    ///< ... and multiplied by it after one that gains nothing
   double least = 1e-9, most = 1e6;  ///< bounds of lambda; at `most` no further step is tried
-  /// True: coordinates at a bound that the step would cross, or without effect, are held.
+  /// True: coordinates that the step would take out of the box stay on their bound, and the others
+  /// are solved for again; those without effect are held.
   /// False: they take part and the step is clamped.
   bool hold_at_bounds = false;
 };
@@ -47,8 +48,9 @@ using Objective = std::function<double(const Eigen::VectorXd& c)>;
 ///
 ///     s = -(H + lambda diag H + mu I)^-1 g
 ///
-/// limited to `longest` per coordinate (see keep_direction) and clamped to the box; lambda is
-/// raised until the objective falls below here.value.
+/// limited to `longest` per coordinate (see keep_direction) and kept in the box (see
+/// hold_at_bounds); lambda is raised until the objective falls below here.value, and adapted to the
+/// share of -(g's + s'H s / 2), the gain that the model expects, that came.
 /// @param here    model about c
 /// @param lambda  carried from step to step
 /// @param c       moved, unless no step lowered the objective
