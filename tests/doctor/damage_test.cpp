@@ -632,7 +632,7 @@ TEST(Doctor, ADeclaredSpringIsNoSlope) {
   Log log = pendulum(0);
   for (int k = 0; k < log.data.length(); ++k) {
     const double q = log.data.q(k, 0);
-    log.data.tau(k, 0) += 3 * (q - 0.5) + 5 * std::cos(q);
+    log.data.tau(k, 0) += 6 * std::cos(q);
   }
   EXPECT_FALSE(of_kind(diagnose(log.data, &log.robot), "mount").empty());
   using Shape = dynamics::LinearTorque::Shape;
