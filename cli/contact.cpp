@@ -57,12 +57,12 @@ Verdict find_contact(const ContactOptions& options, const CommonOptions& common)
   require_not_input("-o", options.output, {options.model, options.log});
   const data::ModelFile model = data::load_model(options.model);
   require_like("-o", options.output, data::ContactSignals::kFormat);
-  say_doubts(model);
   const data::Dataset log = workflow::joints_of(data::load_dataset(options.log), model.arm.robot,
                                                 "model " + model.name, options.log.string());
   const data::ContactSignals found = estimate::observe_log(
       model, log,
       {.bandwidth_hz = options.bandwidth_hz, .particles = options.particles, .seed = options.seed});
+  say_doubts(model);
   data::save_signals(found, options.output);
 
   nlohmann::json joints = nlohmann::json::array();

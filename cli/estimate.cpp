@@ -15,11 +15,11 @@ Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common
   require_not_input("-o", options.output, {options.model, options.log});
   const data::ModelFile model = data::load_model(options.model);
   require_like("-o", options.output, data::EstimateSignals::kFormat);
-  say_doubts(model);
   const data::Dataset log = workflow::joints_of(data::load_dataset(options.log), model.arm.robot,
                                                 "model " + model.name, options.log.string());
   const estimate::OnlineLog estimated = estimate::estimate_log(
       model, log, {.particles = options.particles, .step = {8, 4}, .seed = options.seed});
+  say_doubts(model);
   data::save_signals<data::EstimateSignals>(estimated, options.output);
 
   const int T = log.length();

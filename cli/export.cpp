@@ -30,13 +30,21 @@ std::optional<workflow::RunFolder> run_of(const fs::path& target) {
   return workflow::RunFolder(target.parent_path().parent_path());
 }
 
-// A model file, or those of a run folder without the truth's and without those of former data,
-// which are told.
+// The manifest of a run; none where the folder is none of a run, or of an earlier version.
+std::optional<workflow::Manifest> manifest_of(const std::optional<workflow::RunFolder>& run) {
+  if (!run || !workflow::is_run_folder(run->path())) return {};
+  try {
+    return data::load<workflow::Manifest>(run->manifest());
+  } catch (const UserError&) {
+    return {};
+  }
+}
+
+// A model file, or those of a run folder without the truth's. Of models of former data a line is
+// printed, and those of a folder are left out.
 std::vector<data::ModelFile> models_of(const fs::path& target) {
   const std::optional<workflow::RunFolder> run = run_of(target);
-  std::optional<workflow::Manifest> manifest;
-  if (run && workflow::is_run_folder(run->path()))
-    manifest = data::load<workflow::Manifest>(run->manifest());
+  const std::optional<workflow::Manifest> manifest = manifest_of(run);
   const auto is_outdated = [&](const fs::path& file, std::string_view consequence) {
     const std::string why = manifest ? workflow::outdated(*run, *manifest, file) : std::string();
     if (!why.empty()) print(fmt::format("{}: {}{}\n", file.string(), consequence, why), stderr);
@@ -47,11 +55,19 @@ std::vector<data::ModelFile> models_of(const fs::path& target) {
     return {data::load_model(target)};
   }
   std::vector<data::ModelFile> models;
+  bool any_outdated = false;
   if (fs::is_directory(run->models()))
     for (const fs::path& file : run->files_in(run->models(), ".json")) {
       data::ModelFile model = data::load_model(file);
-      if (!model.is_oracle && !is_outdated(file, "left out: ")) models.push_back(std::move(model));
+      if (model.is_oracle) continue;
+      if (is_outdated(file, "left out: "))
+        any_outdated = true;
+      else
+        models.push_back(std::move(model));
     }
+  if (models.empty() && any_outdated)
+    throw UserError("{}: all models are of other data; run `fricid identify` again",
+                    run->models().string());
   if (models.empty())
     throw UserError("{}: found no models; run `fricid identify` first", run->models().string());
   return models;

@@ -38,7 +38,7 @@ Verdict render(const RenderOptions& options, const CommonOptions& common) {
       for (const workflow::Content& output : stage.outputs)
         inputs.push_back(job.run.folder().path() / output.name);
     require_not_input("-o", options.still, inputs);
-    job.run.results_of("evaluate");
+    job.run.results_of("evaluate");  // refuses one of former data
     film::render_still(job.run.folder(), shown, options.at, options.still,
                        {.renderer = options.renderer});
   }

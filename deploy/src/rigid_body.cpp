@@ -97,10 +97,10 @@ Xml urdf_link(const data::ModelFile& model, int i) {
 /// A joint without end has no limits of its position: the format has no number for them.
 Xml urdf_limit(const Joint& joint) {
   if (joint.continuous && joint.effort == 0 && joint.velocity == 0) return {};
-  Xml text = Xml::of("<limit");
+  Xml text = Xml::of("    <limit");
   if (!joint.continuous)
     text += Xml::of(" lower=\"{:.17g}\" upper=\"{:.17g}\"", joint.lower, joint.upper);
-  text += Xml::of(" effort=\"{:.17g}\" velocity=\"{:.17g}\"/>", joint.effort, joint.velocity);
+  text += Xml::of(" effort=\"{:.17g}\" velocity=\"{:.17g}\"/>\n", joint.effort, joint.velocity);
   return text;
 }
 
@@ -114,7 +114,7 @@ Xml urdf_joint(const RobotModel& robot, int i, const std::string& base) {
       joint.parent < 0 ? base : robot.joints[static_cast<std::size_t>(joint.parent)].link;
   return Xml::of(
       "  <joint name={} type={}>\n    <parent link={}/>\n    <child link={}/>\n    {}\n"
-      "    <axis xyz=\"{}\"/>\n    {}\n    <fricid armature=\"{:.17g}\"/>\n  </joint>\n",
+      "    <axis xyz=\"{}\"/>\n{}    <fricid armature=\"{:.17g}\"/>\n  </joint>\n",
       xml_attribute(joint.name), xml_attribute(type), xml_attribute(parent),
       xml_attribute(joint.link), origin(joint.R0, joint.p0), numbers(joint.axis), urdf_limit(joint),
       robot.pi[robot.armature_begin() + i]);

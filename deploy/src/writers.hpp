@@ -30,7 +30,7 @@ Exported write_fmu(const data::ModelFile& model);
 /// NAME_friction.onnx: torque and next state as a function of inputs and state, for a batch.
 Exported write_onnx(const data::ModelFile& model);
 
-/// "NOT TO BE TRUSTED: ...", the first of the doubts of a model; empty: none.
+/// "lugre is NOT TO BE TRUSTED: ...", with the first of its doubts; empty: it has none.
 std::string doubt_in_words(const data::ModelFile& model);
 /// Its label and what it is, for the heads of files: "LuGre, robot kr6", and its doubt.
 std::string title_of(const data::ModelFile& model);

@@ -48,13 +48,7 @@ class Run:
     def models(self) -> dict[str, _core.Model]:
         """The identified models, by name and seed ("lugre_s1"), of the present data: others are left
         out with a warning."""
-        models = {}
-        for file in self._files.models:
-            if why := self._files.outdated(file):
-                warnings.warn(f"{file}: left out: {why}", stacklevel=2)
-            else:
-                models[file.stem] = _core.Model.load(file)
-        return models
+        return {file.stem: _core.Model.load(file) for file in self._present(self._files.models)}
 
     @property
     def logs(self) -> dict[str, _core.Log]:
@@ -63,8 +57,18 @@ class Run:
 
     @property
     def fits(self) -> dict[str, dict[str, Any]]:
-        """The reports of the fits (docs/run_folder.md), by name and seed."""
-        return {file.stem: _read_json(file) for file in self._files.fits}
+        """The reports of the fits (docs/run_folder.md), by name and seed, as `models`."""
+        return {file.stem: _read_json(file) for file in self._present(self._files.fits)}
+
+    def _present(self, results: Iterable[pathlib.Path]) -> list[pathlib.Path]:
+        """Those of the present data; of the others a warning."""
+        present = []
+        for file in results:
+            if why := self._files.outdated(file):
+                warnings.warn(f"{file}: left out: {why}", stacklevel=3)
+            else:
+                present.append(file)
+        return present
 
     @property
     def evaluation(self) -> dict[str, Any]:
@@ -102,13 +106,18 @@ class Run:
             for fault in _read_json(file)["findings"]
             if fault.get("misleads", False)
         ]
+        found += [f"{file.name}: {why}" for file in self._files.models
+                  if (why := self._files.outdated(file))]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            fits = self.fits
         found += [
             f"{name}: {fault['joint'] + ': ' if fault['joint'] else ''}{fault['found']}; "
             f"{fault['remedy']}"
-            for name, fit in self.fits.items()
+            for name, fit in fits.items()
             for fault in fit["faults"]
         ]
-        found += [f"{name}: {fit['message']}" for name, fit in self.fits.items()
+        found += [f"{name}: {fit['message']}" for name, fit in fits.items()
                   if not fit["usable"] and not fit["faults"]]
         if self._files.evaluation.exists():
             if why := self._files.outdated(self._files.evaluation):
@@ -209,6 +218,8 @@ def check(data: Run | _core.Log | StrPath, *, robot: StrPath | None = None,
     if isinstance(data, _core.Log):
         found = _core.check_log(data, urdf, mount, mend_inertia)
     elif _is_run(pathlib.Path(data)):
+        if robot is not None or mount != "floor" or mend_inertia:
+            raise UserError(f"{data}: a run with robot, mount or mend_inertia; allowed: its own robot")
         found = _core.check_run(pathlib.Path(data))
     else:
         columns = pathlib.Path(contract) if contract is not None else ""

@@ -59,7 +59,7 @@ Figure friction_loop(const Run& run, int joint) {
   for (const RunModel& model : models) {
     const auto predicted = run.prediction(model);
     if (!predicted || (of_reference && model.name == reference->name)) continue;
-    Panel panel{.title = model.label,
+    Panel panel{.title = fmt::format("{}, {}", name, model.label),
                 .x_label = fmt::format("v [{}]", run.units(joint).v),
                 .y_label = fmt::format("friction [{}]", run.units(joint).tau)};
     if (run.truth)

@@ -67,7 +67,7 @@ class Export(ProgramTest):
         robot = model()["robot"]
         robot["joints"][0]["type"] = "prismatic"
         law = {"law": "coulomb_viscous", "elements": 0, "modifiers": [],
-               "parameters": {"Fc": parameter(5, "N"), "Fv": parameter(2, "N s/m")}}
+               "parameters": {"Fc": parameter(5, "N"), "Fv": parameter(2, "N s/m"), "v0": parameter(0.01, "m/s")}}
         out = self.folder / "out"
         done = fricid("export", self.model(robot=robot, friction=[[law]]), "fmu", "-o", out)
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -191,7 +191,7 @@ class HeldOut(ProgramTest):
         for command in ("contact", "estimate"):
             said = []
             for name in ("other/validation_0.h5", "turned.h5"):
-                done = fricid(command, model, self.folder / name, "-o", self.folder / "out.h5", "--json")
+                done = fricid(command, model, self.folder / name, "-o", self.folder / f"{command}.h5", "--json")
                 self.assertIn(done.returncode, (0, 1), done.stderr)
                 said.append(json.loads(done.stdout))
             self.assertEqual(*said, command)

@@ -1,4 +1,5 @@
 """A load from a run without it and a log with it."""
+import math
 import pathlib
 import unittest
 
@@ -22,6 +23,11 @@ columns = "q{{}}"
 [torque]
 columns = "tau{{}}"
 """
+PENDULUM = """<robot name="bench"><link name="base"/><link name="l1"><inertial><origin xyz="0 0 -0.1"/><mass value="0.2"/>
+<inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="end"/>
+<joint name="j" type="revolute"><parent link="base"/><child link="l1"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" velocity="9" effort="90"/><fricid armature="0.05"/></joint>
+<joint name="at_end" type="fixed"><parent link="l1"/><child link="end"/><origin xyz="0 0 -0.3"/></joint></robot>"""
 LOGS = """
 [robot]
 urdf = "models/kr6_r700/kr6_r700.urdf"
@@ -141,18 +147,37 @@ class Payload(ProgramTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("the torque is measured at its samples", done.stderr)
 
-    def test_a_load_far_heavier_than_the_last_link_is_no_wrong_unit(self):
-        heavy = "payload_kg = 12\npayload_com = [0.05, 0.02, 0.15]\npayload_inertia = [0.1, 0.1, 0.05, 0, 0, 0]\n"
-        bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, heavy)
-        done = fricid("payload", bare, loaded / "data/train_0.h5", "-o", self.folder / "out.json")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertAlmostEqual(load(self.folder / "out.json")["mass_kg"], 12, delta=0.2)
-        model = self.folder / "model.json"
-        model.write_text('{"format": "fricid.model/1"}')
-        self.assert_refused(fricid("payload", bare, loaded / "data/train_0.h5", "-o", model),
-                            r"-o .*model\.json: would replace a file that is no fricid\.payload; allowed: another name")
-        again = fricid("payload", bare, loaded / "data/train_0.h5", "-o", self.folder / "out.json")
-        self.assertEqual(again.returncode, 0, again.stderr)
+    def pendulum(self, name, load_kg):
+        """A log of a light pendulum that carries a load at its end."""
+        times = [0.004 * k for k in range(5000)]
+        rows = ["t,q1,tau1"]
+        for t in times:
+            q = v = a = 0.0
+            for h in range(1, 6):
+                w, x = 0.5 * h, 0.5 * h * t + h * h
+                q, v, a = q + 0.4 * math.sin(x), v + 0.4 * w * math.cos(x), a - 0.4 * w * w * math.sin(x)
+            inertia, moment = 0.05 + 0.002 + load_kg * 0.09, 9.81 * (0.02 + 0.3 * load_kg)
+            tau = inertia * a + moment * math.sin(q) + 0.3 * math.tanh(v / 0.01) + 0.1 * v
+            rows.append(f"{t:.3f},{q:.9f},{tau:.9f}")
+        return self.write(name, "\n".join(rows) + "\n")
+
+    def test_a_load_far_heavier_than_its_link_is_no_wrong_unit(self):
+        robot = self.write("robot.urdf", PENDULUM)
+        contract = self.write("contract.toml", LOG_CONTRACT.replace(str(JOINTS), '["j"]'))
+        bare, loaded = self.pendulum("bare.csv", 0), self.pendulum("loaded.csv", 12)
+        options = ("--contract", contract, "--robot", robot)
+        self.assertIn("torque_unit", fricid("check", loaded, *options).stdout)
+        done = fricid("payload", bare, loaded, *options, "--frame", "end")
+        self.assertIn("10 parameters", done.stdout)  # one axis does not tell them all
+        self.assertNotIn("torque_unit", done.stderr)
+
+    def test_output_replaces_its_like_alone(self):
+        bare, loaded = self.simulate("bare", 3), self.simulate("loaded", 4, LOAD)
+        model, out = self.write("model.json", '{"format": "fricid.model/1"}'), self.folder / "out.json"
+        command = ("payload", bare, loaded / "data/train_0.h5", "-o")
+        self.assert_refused(fricid(*command, model), r"model\.json: would replace a file that is no fricid\.payload; allowed: another name")
+        for _ in range(2):
+            self.assertEqual(fricid(*command, out).returncode, 0)
 
     def test_a_run_has_its_own_robot(self):
         bare = self.simulate("bare", 3)

@@ -10,6 +10,7 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/progress.hpp"
+#include "fricid/base/text.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/workflow/version.hpp"
 
@@ -17,6 +18,8 @@ namespace fricid::workflow {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kShown = 3;  // of the files that changed
 
 std::string cpu_name() {
   std::ifstream cpuinfo("/proc/cpuinfo");
@@ -144,8 +147,9 @@ Run::~Run() {
   const std::set<fs::path> own{folder_.manifest(), folder_.scene(), folder_.lock()};
   std::error_code kept;
   // a stage that was cut short may have left files: with the manifest the folder is one of a run
-  for (const auto& entry : fs::directory_iterator(folder_.path(), kept))
-    if (!own.contains(entry.path())) return;
+  fs::directory_iterator entry(folder_.path(), kept);
+  for (; !kept && entry != fs::end(entry); entry.increment(kept))
+    if (!own.contains(entry->path())) return;
   for (const fs::path& file : own) fs::remove(file, kept);
   if (new_) fs::remove(folder_.path(), kept);
 }
@@ -183,7 +187,7 @@ const StageRecord& Run::results_of(const std::string& stage) const {
     throw UserError("{}: {} was not done; run `fricid run {}` first", folder, stage, folder);
   if (const auto changed = changed_since(manifest_, *record); !changed.empty())
     throw UserError("{}: {} was done with another {}; `fricid {} {}` does it again", folder, stage,
-                    fmt::join(changed, ", "), stage == "evaluate" ? "evaluate" : "run", folder);
+                    first_of(changed, kShown), stage == "evaluate" ? "evaluate" : "run", folder);
   if (verified_.contains(stage)) return *record;
   for (const Content& output : record->outputs)
     if (!is_as_written(output))

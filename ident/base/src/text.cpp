@@ -1,5 +1,8 @@
 #include "fricid/base/text.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cctype>
 #include <vector>
@@ -48,6 +51,11 @@ std::string nearest(std::string_view word, std::span<const std::string_view> kno
     }
   }
   return std::string(best);
+}
+
+std::string first_of(std::span<const std::string> parts, std::size_t most) {
+  if (parts.size() <= most) return fmt::format("{}", fmt::join(parts, ", "));
+  return fmt::format("{} and {} more", fmt::join(parts.first(most), ", "), parts.size() - most);
 }
 
 std::string enumeration(std::span<const std::string> parts) {

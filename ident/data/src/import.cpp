@@ -97,8 +97,20 @@ Eigen::VectorXd longest_rise(const Eigen::VectorXd& t) {
   return t.segment(begin, count);
 }
 
+/// Whether most rows with the time of the row before are copies of it.
+bool repeats_are_copies(const Dataset& d) {
+  Eigen::Index repeats = 0, copies = 0;
+  for (Eigen::Index k = 1; k < d.t.size(); ++k) {
+    if (d.t[k] != d.t[k - 1]) continue;
+    ++repeats;
+    copies += d.q.row(k) == d.q.row(k - 1) && d.tau.row(k) == d.tau.row(k - 1);
+  }
+  return 2 * copies > repeats;
+}
+
 // Rate of the samples.
-double rate_of(const Eigen::VectorXd& t) {
+double rate_of(const Dataset& d) {
+  const Eigen::VectorXd& t = d.t;
   std::vector<double> periods;
   for (int k = 1; k < t.size(); ++k) periods.push_back(t[k] - t[k - 1]);
   const auto usual = [&] {
@@ -107,7 +119,7 @@ double rate_of(const Eigen::VectorXd& t) {
     return periods.empty() ? 0 : *middle;
   };
   double period = usual();
-  if (period == 0) {  // most rows have the time of the one before and are no samples of their own
+  if (period == 0 && repeats_are_copies(d)) {  // rows that are no samples of their own
     std::erase(periods, 0);
     period = usual();
   }
@@ -363,7 +375,7 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
         n, [](std::size_t) { return 1.0; },
         [&](std::size_t) { return contract.temperature.unit == "C" ? 273.15 : 0.0; });
   const bool was_coarse = even_out_steps(d, file, warn);
-  if (!was_coarse) d.rate_hz = rate_of(d.t);
+  if (!was_coarse) d.rate_hz = rate_of(d);
   require_plausible_rate(d.rate_hz, contract.time, columns.place_of(1));
   if (was_coarse || even_out(d, file, warn)) lines = std::move(table.lines);
   if (torque.delay_s != 0) {

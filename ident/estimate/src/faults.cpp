@@ -74,10 +74,10 @@ double friction_level(const friction::Friction& friction, int joint, double trav
   return level;
 }
 
-/// A torque of a joint's laws that ended on a bound of its range which is not far from the torque
-/// of the joint, "Fc = 1e-06 N m ended on the lower bound of its law"; empty: none. Coulomb
-/// friction on a lower bound that is next to nothing is no fault: the law then has none, or its
-/// static friction stands for it.
+/// A torque of a joint's laws that ended on the upper bound of its range, or Coulomb friction on a
+/// lower one, "Fc = 1e-06 N m ended on the lower bound of its law"; empty: none. A lower bound that
+/// is next to nothing beside the torque of the joint is no fault: the law then has no Coulomb
+/// friction, or its static friction stands for it.
 std::string torque_at_bound(const friction::Friction& friction, int joint, bool slides,
                             double torque_range) {
   using enum friction::Role;

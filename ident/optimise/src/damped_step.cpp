@@ -54,17 +54,18 @@ Eigen::VectorXd step_from(const Quadratic& here, const Box& box, const DampingOp
         hold(i, H, g);
       else
         H(i, i) = H(i, i) * (1 + lambda) + options.ridge;
-    Eigen::VectorXd step = to_bound - solve_arrow(H, g, here.blocks);
-    const double share = shorten(options, step);
+    Eigen::VectorXd free = -solve_arrow(H, g, here.blocks);
+    const double share = shorten(options, free);
+    const Eigen::VectorXd step = to_bound + share * free;
     bool leaves = false;
     for (Eigen::Index i = 0; options.hold_at_bounds && i < n; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      const double to = c[i] + share * step[i];
+      const double to = c[i] + step[i];
       if (held[at] || (to >= box.lower[i] && to <= box.upper[i])) continue;
       held[at] = leaves = true;
       to_bound[i] = std::clamp(to, box.lower[i], box.upper[i]) - c[i];
     }
-    if (!leaves) return box.clamp(c + share * step);
+    if (!leaves) return box.clamp(c + step);
   }
 }
 
@@ -102,9 +103,14 @@ Minimum damped_least_squares(const Linearise& linearise, const Objective& object
     const Quadratic here = linearise(at.c, at.value);
     at.value = here.value;
     if (!std::isfinite(here.value) || !here.H.allFinite()) return at;
+    const double before = lambda;
     const Step step = damped_step(here, box, options.damping, objective, lambda, at.c, at.value);
     at.values += step.values;
     if (!step.lowered || (here.value - at.value) / here.value < options.smallest_gain) {
+      if (options.refresh && options.refresh()) {
+        if (!step.lowered) lambda = before;
+        continue;
+      }
       at.converged = true;
       return at;
     }

@@ -12,14 +12,16 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/base/names.hpp"
+#include "fricid/base/text.hpp"
 
 namespace fricid::workflow {
 namespace {
 
 constexpr std::string_view kIdentify = "identify ";
+constexpr std::size_t kShown = 3;  // of the files that changed
 constexpr std::string_view kRecordings[] = {"data/train_", "data/validation_"};
 
-/// Whether only a stage writes a file of this name.
+/// Whether a file of this name is one that other stages read, and a stage writes.
 bool is_result(std::string_view name) {
   return std::ranges::any_of(std::array<std::string_view, 3>{"data/", "models/", "fit/"},
                              [&](std::string_view folder) { return name.starts_with(folder); });
@@ -117,7 +119,7 @@ std::string outdated(const RunFolder& run, const Manifest& manifest,
       if (stage.seal != seal_of(stage) || sha256_of_file(file) != output.sha256)
         return fmt::format("changed since the stage {} wrote it", stage.name);
       if (const auto changed = changed_since(manifest, stage); !changed.empty())
-        return fmt::format("made from another {}", fmt::join(changed, ", "));
+        return "made from another " + first_of(changed, kShown);
       return {};
     }
   return "no stage of manifest.json made it";

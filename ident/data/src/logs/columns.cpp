@@ -51,18 +51,6 @@ std::string as_utf8(std::string_view text) {
   return utf8;
 }
 
-namespace {
-
-/// Some of the names, as many as a reader takes in.
-std::string first_of(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 60;
-  if (names.size() <= kMost) return fmt::format("{}", fmt::join(names, ", "));
-  return fmt::format("{} and {} more", fmt::join(names.begin(), names.begin() + kMost, ", "),
-                     names.size() - kMost);
-}
-
-}  // namespace
-
 std::size_t find_column(const std::vector<std::string>& names, const std::string& name,
                         const std::string& where) {
   const auto exact = std::find(names.begin(), names.end(), name);
@@ -78,9 +66,10 @@ std::size_t find_column(const std::vector<std::string>& names, const std::string
                     where, in_quotes(name), in_quotes(names[alike[0]]), in_quotes(names[alike[1]]));
   const std::vector<std::string_view> known(names.begin(), names.end());
   const std::string meant = nearest(name, known);
-  throw UserError(
-      "{}: no column {}; {}", where, in_quotes(name),
-      meant.empty() ? "found: " + first_of(names) : fmt::format("nearest: {}", in_quotes(meant)));
+  constexpr std::size_t kShown = 60;
+  throw UserError("{}: no column {}; {}", where, in_quotes(name),
+                  meant.empty() ? "found: " + first_of(names, kShown)
+                                : fmt::format("nearest: {}", in_quotes(meant)));
 }
 
 bool parse_number(std::string_view text, bool decimal_comma, double& value) {

@@ -20,16 +20,21 @@ std::string_view strip(std::string_view text) {
   return text;
 }
 
-// The first of ; tab , that the header contains, else a space.
+// The first of ; tab , that the header contains outside of quotes, else a space.
 char find_separator(std::string_view header) {
-  for (const char c : {';', '\t', ','})
-    if (header.find(c) != std::string_view::npos) return c;
+  for (const char wanted : {';', '\t', ','}) {
+    bool quoted = false;
+    for (const char c : header) {
+      if (c == '"') quoted = !quoted;
+      if (c == wanted && !quoted) return wanted;
+    }
+  }
   return ' ';
 }
 
 // Where the first cell of a line ends: a separator within quotes is part of it.
 std::size_t end_of_cell(std::string_view line, char separator) {
-  const std::size_t begin = line.find_first_not_of(" \t");
+  const std::size_t begin = line.find_first_not_of(separator == '\t' ? " " : " \t");
   if (begin == std::string_view::npos || line[begin] != '"') return line.find(separator);
   const std::size_t close = line.find('"', begin + 1);
   return line.find(separator, close == std::string_view::npos ? 0 : close);

@@ -125,7 +125,7 @@ Vector10 ball(double mass) {
 /// one more unknown, of the column that the solution gives that torque.
 struct Excess {
   double share = 0, error = 0;
-  double left = 0;  ///< sum of the logs of what the joints leave
+  double left = 0;  ///< sum of the logs of the joints' sigmas: less explains more
 
   bool is_seen() const {
     constexpr double kSigmas = 5, kLeast = 0.02;  // below: the torque constant of a warm motor
@@ -137,7 +137,7 @@ struct Excess {
 struct Shift {
   int joint = -1;  ///< -1: none
   double by = 0, error = 0;
-  double left = 0;  ///< as of an Excess
+  double left = 0;  ///< likewise
 };
 
 /// The regression, and what decides where the data are silent.
@@ -148,7 +148,7 @@ struct Problem {
   bool robust;
 };
 
-/// Further unknowns of which one is a priori within 1 of zero, and their errors.
+/// Unknowns beside those of the problem, each N(0, 1) a priori, and their errors.
 struct Further {
   Eigen::VectorXd x, error, sigma;
   double left() const { return sigma.array().max(1e-300).log().sum(); }
@@ -177,8 +177,9 @@ Excess excess_of(const Columns& at, const Problem& problem, const Eigen::VectorX
   return {found.x[0], found.error[0], found.left()};
 }
 
-/// -d(Y pi)/d(q_j) (N x n) of the rows with the load, zero of those without.
+/// -d(Y pi)/d(q_j) (N x n) of the rows with the load, zero of those without, q_j of the joints.
 /// @param second  the regression with the load, whose rows come last
+/// @param rows    N, of both logs
 Eigen::MatrixXd torque_of_shifts(const Columns& at, const dynamics::RobotModel& robot,
                                  const Eigen::VectorXd& pi, const Regression& second,
                                  std::span<const signals::Recording> with, Eigen::Index rows) {
@@ -187,6 +188,7 @@ Eigen::MatrixXd torque_of_shifts(const Columns& at, const dynamics::RobotModel& 
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(rows, at.n);
   dynamics::Workspace<double> ws(robot);
   Eigen::MatrixXd Y(at.n, at.p);
+  const Eigen::MatrixXd motors_of_joints = robot.motors_of_joints();  // motions are those of motors
   for (Eigen::Index r = 0, next = 0; r < second.tau.size(); r = next) {
     const auto row = static_cast<std::size_t>(r);
     const signals::Motion& motion = with[static_cast<std::size_t>(second.sequence[row])].narrow;
@@ -196,11 +198,11 @@ Eigen::MatrixXd torque_of_shifts(const Columns& at, const dynamics::RobotModel& 
     for (int j = 0; j < at.n; ++j) {
       Eigen::VectorXd sides[2];
       for (int side = 0; side < 2; ++side) {
-        at_sample.q(0, j) = motion.q(k, j) + (side == 0 ? kStep : -kStep);
+        at_sample.q.row(0) =
+            motion.q.row(k) + (side == 0 ? kStep : -kStep) * motors_of_joints.col(j).transpose();
         regressor_at(robot, ws, at_sample, 0, Y);
         sides[side] = Y * pi;
       }
-      at_sample.q(0, j) = motion.q(k, j);
       by.col(j) = -(sides[0] - sides[1]) / (2 * kStep);
     }
     // rows of one sample follow each other

@@ -53,6 +53,7 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
   const int passes = sought.empty() ? 1 : 2;
   for (int pass = 0; pass < passes; ++pass) {
     const bool before = pass + 1 < passes;
+    const bool is_rough = before || options.smallest_gain >= kFirstGain;
     if (passes > 1 && !before) find_ripples(data, sought, fit.arm, jobs);
     CoordinateOptions frame = options.coordinates;
     if (before)
@@ -74,7 +75,8 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
                      .most = 1e8,
                      .hold_at_bounds = true},
          .iterations = options.iterations,
-         .smallest_gain = before ? kFirstGain : options.smallest_gain});
+         .smallest_gain = before ? kFirstGain : options.smallest_gain,
+         .refresh = [&] { return !is_rough && problem.forget_slopes(); }});
     point.move_to(found.c);
     fit.arm = point.arm();
     converged = found.converged;

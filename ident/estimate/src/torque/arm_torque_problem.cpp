@@ -144,12 +144,16 @@ optimise::Quadratic ArmTorqueProblem::linearise(const Eigen::VectorXd& c, double
     const auto i = static_cast<std::size_t>(j);
     const ArmTorqueData::Joint& joint = data_.joint(j);
     const double w = 1 / (sigma_[j] * sigma_[j]);
-    if (!is_valued || !slopes_hold(j, c)) take_slopes(j, c, by_c);
+    if (!is_valued || !slopes_hold(j, c))
+      take_slopes(j, c, by_c);
+    else
+      slopes_[i].is_kept = true;
     const Eigen::VectorXd& e = residual_[i];
     parts[i].friction.noalias() = w * slopes_[i].J.transpose() * e;
     parts[i].pi.noalias() = w * joint.Y.transpose() * e;
     parts[i].square = w * e.squaredNorm();
   });
+  valued_at_ = c;
 
   Eigen::MatrixXd R = precision_;
   const Eigen::VectorXd d = arm.robot.pi - centre_;
@@ -206,6 +210,13 @@ void ArmTorqueProblem::take_slopes(int j, const Eigen::VectorXd& c, const Eigen:
   slopes.D.noalias() = w * at.J.transpose() * at.J;
   slopes.B.noalias() = w * (joint.Y.transpose() * at.J);
   slopes.J = std::move(at.J);
+  slopes.is_kept = false;
+}
+
+bool ArmTorqueProblem::forget_slopes() {
+  const bool any = std::ranges::any_of(slopes_, &Slopes::is_kept);
+  if (any) slopes_.assign(slopes_.size(), {});
+  return any;
 }
 
 std::vector<ArmTorqueProblem::Rows> ArmTorqueProblem::rows_at(const Eigen::VectorXd& c) {

@@ -48,6 +48,9 @@ class ArmTorqueProblem {
   /// @param known  the value at c, if it is; NaN otherwise
   optimise::Quadratic linearise(const Eigen::VectorXd& c, double known);
 
+  /// Makes `linearise` take all derivatives anew. @return whether the last took any from earlier
+  bool forget_slopes();
+
   /// Rows of a joint over its sigma.
   struct Rows {
     optimise::Block block;
@@ -88,6 +91,7 @@ class ArmTorqueProblem {
     optimise::Block block{};
     Eigen::VectorXd c, pi, e;  ///< its friction's coordinates, the rigid body, the residual [N m]
     Eigen::MatrixXd J, D, B;   ///< de/dc; J'J and Y'J over sigma^2
+    bool is_kept = false;      ///< `linearise` took them from an earlier point
   };
 
   /// Whether joint j's slopes foretell its residual where the value was taken last.
@@ -121,7 +125,7 @@ class ArmTorqueProblem {
   Eigen::MatrixXd precision_;
   Eigen::VectorXd centre_, sigma_;
   std::vector<Slopes> slopes_;
-  std::vector<Eigen::VectorXd> residual_;  // of each joint's rows, where the value was taken last
+  std::vector<Eigen::VectorXd> residual_;  // of each joint's rows, where they were taken last
   Eigen::VectorXd valued_at_;              // c of that
 };
 

@@ -14,6 +14,9 @@ int edit_distance(std::string_view a, std::string_view b);
 /// case ignored; empty if more than a third of the letters would have to change.
 std::string nearest(std::string_view word, std::span<const std::string_view> known);
 
+/// "a, b, c", or where these are more than `most`, "a, b and 7 more".
+std::string first_of(std::span<const std::string> parts, std::size_t most);
+
 /// "a, b and c".
 std::string enumeration(std::span<const std::string> parts);
 

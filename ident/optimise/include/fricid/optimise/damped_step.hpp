@@ -63,6 +63,8 @@ struct LeastSquaresOptions {
   DampingOptions damping;
   int iterations = 40;
   double smallest_gain = 0;  ///< stop after a step that lowers the objective by a smaller share
+  /// Asked before it stops: drops derivatives of earlier points. @return whether there were any
+  std::function<bool()> refresh{};
 };
 
 /// Model of the objective about c. @param value  objective at c if known, else NaN

@@ -101,8 +101,8 @@ std::string stage_of(const FitId& fit);
 /// The inverse. Empty: a stage that makes no fit.
 std::optional<FitId> fit_of(std::string_view stage);
 
-/// Files of the run that a stage was made from and that other stages have since written otherwise or
-/// no more, and recordings that came beside them.
+/// Data, models and fits that a stage was made from and that other stages have since written
+/// otherwise or no more, and recordings that came beside them. A fit that came beside is none.
 std::vector<std::string> changed_since(const Manifest& manifest, const StageRecord& record);
 
 /// Why a file of a run is no result of its present data and fits, in one line; empty: it is.
