@@ -38,6 +38,8 @@ TEST(Nearest, IsEmptyWhenNothingIsNear) {
 
 TEST(Enumeration, PutsAndBeforeTheLast) {
   using Words = std::vector<std::string>;
+  EXPECT_EQ(first_of(Words{"a", "b", "c"}, 3), "a, b, c");
+  EXPECT_EQ(first_of(Words{"a", "b", "c"}, 1), "a and 2 more");
   EXPECT_EQ(enumeration(Words{}), "");
   EXPECT_EQ(enumeration(Words{"a"}), "a");
   EXPECT_EQ(enumeration(Words{"a", "b"}), "a and b");

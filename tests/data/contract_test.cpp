@@ -136,6 +136,11 @@ TEST_F(Import, SeparatorsLineEndsAndDecimalCommas) {
   };
   EXPECT_TRUE(same(quoted(" ", '.')));
   EXPECT_TRUE(same(quoted(",", ','), std::string("decimal_comma = true\n") + kContract));
+  std::string tabs = "\"id\"\t";  // a cell that is empty before one in quotes
+  for (const char c : quoted("\t", '.'))
+    tabs += c == '\n' ? std::string("\n\t") : std::string(1, c);
+  tabs.pop_back();
+  EXPECT_TRUE(same(tabs));
   EXPECT_EQ(log_error(with(kLog, '\n', "\r")),
             "log.csv: lines end with CR alone; allowed: with LF or CR LF");
 }

@@ -144,6 +144,16 @@ TEST_F(ModelJson, RoundTripToTheLastBit) {
   EXPECT_EQ(this->read("again.json"), this->read("models/all_s3.json"));
 }
 
+TEST_F(ModelJson, KeepsWhyNotToTrustIt) {
+  ModelFile model = make_model();
+  EXPECT_EQ(model_text(model).find("doubts"), std::string::npos);
+  model.doubts = {"joint 1: R2 -2; look for a wrong sign", "two"};
+  save_model(model, path("doubtful.json"));
+  EXPECT_EQ(load_model(path("doubtful.json")).doubts, model.doubts);
+  model.doubts = {"a\x1b[31m"};
+  EXPECT_EQ(parse_model(model_text(model), "m.json").doubts[0], "a\\x1b[31m");
+}
+
 TEST_F(ModelJson, ARobotWithoutFrictionIsAModelToo) {
   ModelFile model = make_model();
   model.arm.friction = {};

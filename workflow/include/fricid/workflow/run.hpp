@@ -31,8 +31,8 @@ struct Stage {
 };
 
 /// An open run folder. A stage whose inputs and outputs are as recorded is skipped, so an
-/// interrupted run resumes where it stopped. A new folder in which no stage left anything is removed
-/// again.
+/// interrupted run resumes where it stopped. A new folder in which no stage left anything is
+/// removed again.
 class Run {
  public:
   /// Opens or creates a folder and locks it. Accepted are a folder of an earlier run (it has a
