@@ -122,7 +122,7 @@ TEST_F(Em, RefusesARecordingShorterThanASecond) {
 
 // What the transition density needs hundreds of iterations for.
 TEST_F(Em, RecoversFrictionInFewIterationsByItsScore) {
-  options.iterations = 5;
+  options.iterations = 6;
   const EmReport report = fit_em(start, recordings, options, "dahl", 2);
   ASSERT_EQ(report.outcome, Outcome::kIterationLimit) << report.message;
   EXPECT_GT(friction_error(start), 0.15);

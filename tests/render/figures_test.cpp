@@ -144,7 +144,7 @@ TEST_F(FiguresOfRun, CoulombAndViscousFrictionIsTheReferenceOfTheOthers) {
                              run.prediction(plain, kTrajectory));
   const Figure shown = figure("friction_joint_a1");
   ASSERT_EQ(shown.panels.size(), 1u);
-  EXPECT_EQ(shown.panels[0].title, "simple");
+  EXPECT_EQ(shown.panels[0].title, "joint_a1, simple");
   EXPECT_EQ(shown.panels[0].series.back().label, "plain");
   EXPECT_NE(shown.caption.find("plain"), std::string::npos) << shown.caption;
 }

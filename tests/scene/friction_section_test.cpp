@@ -124,7 +124,7 @@ TEST_F(FrictionSection, RippleOfTwoOrders) {
 TEST_F(FrictionSection, MissingParameterIsNamedWithUnitAndBounds) {
   EXPECT_EQ(error_of("[[friction.law]]\nlaw = \"dahl\"\nFc = 5\nFv = 1\n"),
             "scene.toml:5: friction.law[1].sigma0 is missing; dahl needs it: bristle stiffness, "
-            "allowed: 1 to 1e+08 N m/rad");
+            "allowed: 0.01 to 1e+09 N m/rad");
   EXPECT_EQ(error_of(std::string(kDahl) + "load = {}\n"),
             "scene.toml:10: friction.law[1].load.mu is missing; load needs it: relative growth per "
             "N m of load, allowed: 0 to 1 1/(N m)");
@@ -132,13 +132,13 @@ TEST_F(FrictionSection, MissingParameterIsNamedWithUnitAndBounds) {
 
 TEST_F(FrictionSection, OutOfBounds) {
   EXPECT_EQ(error_of(replaced(kDahl, "Fc = 5", "Fc = -3")),
-            "scene.toml:7: friction.law[1].Fc = -3 N m (joint shoulder); allowed: 0.0001 to 10000 "
+            "scene.toml:7: friction.law[1].Fc = -3 N m (joint shoulder); allowed: 1e-06 to 1e+06 "
             "N m");
   EXPECT_EQ(error_of(replaced(kDahl, "[1, 2]", "[1, 2e9]")),
             "scene.toml:9: friction.law[1].Fv = 2000000000 N m s/rad (joint elbow); allowed: 0 to "
-            "10000 N m s/rad");
+            "1e+06 N m s/rad");
   EXPECT_EQ(error_of(replaced(kDahl, "Fc = 5", "Fc = nan")),
-            "scene.toml:7: friction.law[1].Fc = nan N m (joint shoulder); allowed: 0.0001 to 10000 "
+            "scene.toml:7: friction.law[1].Fc = nan N m (joint shoulder); allowed: 1e-06 to 1e+06 "
             "N m");
 }
 
