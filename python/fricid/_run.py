@@ -81,7 +81,7 @@ class Run:
             raise UserError(f"{self.folder}: was not evaluated; fricid.evaluate does it")
         if why := self._files.outdated(file):
             raise UserError(f"{file}: {why}; fricid.evaluate makes it again")
-        return _read_json(self._files.evaluation)
+        return _read_json(file)
 
     @property
     def table(self) -> list[dict[str, Any]]:
@@ -108,9 +108,8 @@ class Run:
         ]
         found += [f"{file.name}: {why}" for file in self._files.models
                   if (why := self._files.outdated(file))]
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            fits = self.fits
+        fits = {file.stem: _read_json(file) for file in self._files.fits
+                if not self._files.outdated(file)}
         found += [
             f"{name}: {fault['joint'] + ': ' if fault['joint'] else ''}{fault['found']}; "
             f"{fault['remedy']}"

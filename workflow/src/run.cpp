@@ -1,6 +1,5 @@
 #include "fricid/workflow/run.hpp"
 
-#include <fmt/format.h>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -10,7 +9,6 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/progress.hpp"
-#include "fricid/base/text.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/workflow/version.hpp"
 
@@ -18,8 +16,6 @@ namespace fricid::workflow {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t kShown = 3;  // of the files that changed
 
 std::string cpu_name() {
   std::ifstream cpuinfo("/proc/cpuinfo");
@@ -187,7 +183,7 @@ const StageRecord& Run::results_of(const std::string& stage) const {
     throw UserError("{}: {} was not done; run `fricid run {}` first", folder, stage, folder);
   if (const auto changed = changed_since(manifest_, *record); !changed.empty())
     throw UserError("{}: {} was done with another {}; `fricid {} {}` does it again", folder, stage,
-                    first_of(changed, kShown), stage == "evaluate" ? "evaluate" : "run", folder);
+                    changed, stage == "evaluate" ? "evaluate" : "run", folder);
   if (verified_.contains(stage)) return *record;
   for (const Content& output : record->outputs)
     if (!is_as_written(output))

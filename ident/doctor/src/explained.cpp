@@ -123,8 +123,8 @@ Explained Judge::explain(const Sight& s, const RowMatrix& nominal, const RowMatr
 
 RowMatrix Judge::declared_torques(const Sight& s, int j) const {
   std::vector<dynamics::LinearTorque> own;
-  for (const dynamics::LinearTorque& torque :
-       robot_ ? robot_->linear_torques : std::vector<dynamics::LinearTorque>())
+  if (!robot_) return RowMatrix(s.q.rows(), 0);
+  for (const dynamics::LinearTorque& torque : robot_->linear_torques)
     if (torque.joint == j && torque.shape != dynamics::LinearTorque::Shape::kConstant)
       own.push_back(torque);
   RowMatrix phi(s.q.rows(), std::ssize(own));

@@ -8,6 +8,7 @@
 #include <set>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
@@ -18,7 +19,6 @@ namespace fricid::workflow {
 namespace {
 
 constexpr std::string_view kIdentify = "identify ";
-constexpr std::size_t kShown = 3;  // of the files that changed
 constexpr std::string_view kRecordings[] = {"data/train_", "data/validation_"};
 
 /// Whether a file of this name is one that other stages read, and a stage writes.
@@ -89,10 +89,11 @@ std::optional<FitId> fit_of(std::string_view stage) {
   return FitId::parse(stage.substr(kIdentify.size()));
 }
 
-std::vector<std::string> changed_since(const Manifest& manifest, const StageRecord& record) {
+std::string changed_since(const Manifest& manifest, const StageRecord& record) {
   std::map<std::string_view, std::string_view> written;
   for (const StageRecord& stage : manifest.stages)
     for (const Content& output : stage.outputs) written[output.name] = output.sha256;
+  constexpr std::size_t kShown = 3;
   std::set<std::string> changed;
   std::set<std::string_view> read;
   for (const Content& input : record.inputs) {
@@ -107,7 +108,7 @@ std::vector<std::string> changed_since(const Manifest& manifest, const StageReco
     for (const auto& [name, sha256] : written)
       if (is_of_kind(name) && !read.contains(name)) changed.emplace(name);
   }
-  return {changed.begin(), changed.end()};
+  return first_of(std::vector(changed.begin(), changed.end()), kShown);
 }
 
 std::string outdated(const RunFolder& run, const Manifest& manifest,
@@ -119,7 +120,7 @@ std::string outdated(const RunFolder& run, const Manifest& manifest,
       if (stage.seal != seal_of(stage) || sha256_of_file(file) != output.sha256)
         return fmt::format("changed since the stage {} wrote it", stage.name);
       if (const auto changed = changed_since(manifest, stage); !changed.empty())
-        return "made from another " + first_of(changed, kShown);
+        return "made from another " + changed;
       return {};
     }
   return "no stage of manifest.json made it";

@@ -102,8 +102,9 @@ std::string stage_of(const FitId& fit);
 std::optional<FitId> fit_of(std::string_view stage);
 
 /// Data, models and fits that a stage was made from and that other stages have since written
-/// otherwise or no more, and recordings that came beside them. A fit that came beside is none.
-std::vector<std::string> changed_since(const Manifest& manifest, const StageRecord& record);
+/// otherwise or no more, and recordings that came beside them, in few words: "data/train_0.h5".
+/// Empty: none. A fit that came beside is none.
+std::string changed_since(const Manifest& manifest, const StageRecord& record);
 
 /// Why a file of a run is no result of its present data and fits, in one line; empty: it is.
 /// Whether scene, robot and logs are as they were is for `fits_of` and `Run::stands`.
