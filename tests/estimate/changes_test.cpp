@@ -48,6 +48,35 @@ TEST(Changes, LoadThatIsPickedUp) {
               ContainsRegex("the load on .* changes, as between 12 to 18 s of .* and 18 to 24 s"));
 }
 
+/// A log that begins with a rest of so many samples.
+data::Dataset after_rest(const Arm& arm, const data::Dataset& log, int samples) {
+  const auto n = static_cast<std::size_t>(arm.robot.n());
+  dynamics::Workspace<double> ws(arm.robot);
+  const std::vector<double> zero(n, 0.0);
+  RowMatrix held(1, arm.robot.n());
+  dynamics::rnea<double>(arm.robot, ws,
+                         {arm.robot.pi.data(), static_cast<std::size_t>(arm.robot.pi.size())},
+                         {log.q.row(0).data(), n}, zero, zero, {held.row(0).data(), n});
+  data::Dataset out = log;
+  const int length = samples + log.length();
+  out.t = Eigen::VectorXd::LinSpaced(length, 0, (length - 1) / log.rate_hz);
+  out.q.resize(length, log.n());
+  out.tau.resize(length, log.n());
+  out.q << log.q.row(0).replicate(samples, 1), log.q;
+  out.tau << held.replicate(samples, 1), log.tau;
+  return out;
+}
+
+// Pieces are stretches of the log, whether its joints move there or not.
+TEST(Changes, AreNamedByTheTimeOfALogThatBeginsAtRest) {
+  const Arm arm = coulomb_arm(5e-3);
+  Arm loaded = arm;
+  dynamics::add_payload(loaded.robot, {.name = "", .link = arm.robot.n() - 1}, 2, {0.1, 0, 0.1},
+                        Eigen::Matrix3d::Identity() * 0.01);
+  EXPECT_THAT(doubts_of(arm.robot, after_rest(arm, changing(arm, loaded), 12 * 250)),
+              ContainsRegex("the load on .* changes, as between 24 to 30 s of .* and 30 to 36 s"));
+}
+
 /// The arm with its friction times a factor.
 Arm with_friction(Arm arm, double factor) {
   for (int j = 0; j < arm.robot.n(); ++j)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 #include <fmt/format.h>
@@ -19,46 +20,6 @@ constexpr double kMuch = 1.25;     // factor of friction, which warms and cools 
 constexpr double kKnown = 0.05;    // largest standard error of a change that is named
 constexpr int kReweighings = 6;    // by the noise of the joints
 constexpr double kNothing = 1e-9;  // eigenvalue over the largest: what the rows do not determine
-
-constexpr Eigen::Index kCurves = 2;  // columns of each joint's friction curve
-constexpr double kSlow = 0.2;        // of the mean speed, within which the second one falls
-
-/// Beside Coulomb and viscous friction, F sqrt(|v|) and F exp(-|v| / slow) of each joint, F being
-/// F[sign v], as plain columns behind the others: a motion whose speed changes from stretch to
-/// stretch would show a Stribeck curve, or viscous friction that is none, as a change.
-StackedByJoint with_curves(const StackedByJoint& all) {
-  const Eigen::Index size = all.plain + kCurves * all.n();
-  StackedByJoint out{.joints = {},
-                     .coulomb = {},
-                     .block = all.block,
-                     .sequence = all.sequence,
-                     .rows = all.rows,
-                     .base = all.base,
-                     .plain = size,
-                     .with_growth = size,
-                     .size = size,
-                     .springs = {},
-                     .K = all.K,
-                     .Fc = all.Fc,
-                     .Fv = all.Fv,
-                     .offset = all.offset,
-                     .names = {}};
-  for (int j = 0; j < all.n(); ++j) {
-    const auto at = static_cast<std::size_t>(j);
-    const JointRows& rows = all.joints[at];
-    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(rows.X.rows(), size);
-    X.leftCols(all.plain) = rows.X.leftCols(all.plain);
-    if (all.Fc[at] >= 0 && all.Fv[at] >= 0 && X.rows() > 0) {
-      const Eigen::ArrayXd direction = X.col(all.Fc[at]).array(),
-                           speed = X.col(all.Fv[at]).array().abs();
-      const Eigen::Index first = all.plain + kCurves * j;
-      X.col(first) = direction * (speed / speed.mean()).sqrt();
-      X.col(first + 1) = direction * (-speed / (kSlow * speed.mean())).exp();
-    }
-    out.joints.push_back(with_rows(rows.at, std::move(X), rows.y));
-  }
-  return out;
-}
 
 /// A stretch of one recording, and its rows by joint.
 struct Piece {
@@ -86,19 +47,12 @@ std::vector<Piece> cut_in_pieces(const StackedByJoint& all,
   double seconds = 0;
   for (const signals::Recording& r : recordings) seconds += r.dt * r.length();
   const double length = std::max(kPiece, seconds / kMostPieces);
-  const std::size_t logs = recordings.size();
-  std::vector<int> first(logs), count(logs), begin(logs, all.block.empty() ? 0 : all.block.back()),
-      end(logs, 0);
-  for (std::size_t r = 0; r < all.block.size(); ++r) {
-    const auto s = static_cast<std::size_t>(all.sequence[r]);
-    begin[s] = std::min(begin[s], all.block[r]);
-    end[s] = std::max(end[s], all.block[r] + 1);
-  }
+  std::vector<int> first, count;
   std::vector<Piece> pieces;
-  for (std::size_t s = 0; s < logs; ++s) {
+  for (std::size_t s = 0; s < recordings.size(); ++s) {
     const double of_log = recordings[s].dt * recordings[s].length();
-    first[s] = static_cast<int>(pieces.size());
-    count[s] = std::max(1, static_cast<int>(std::lround(of_log / length)));
+    first.push_back(static_cast<int>(pieces.size()));
+    count.push_back(std::max(1, static_cast<int>(std::lround(of_log / length))));
     for (int i = 0; i < count[s]; ++i)
       pieces.push_back(
           {static_cast<int>(s), of_log * i / count[s], of_log * (i + 1) / count[s], {}});
@@ -106,8 +60,8 @@ std::vector<Piece> cut_in_pieces(const StackedByJoint& all,
   const auto piece_of = [&](Eigen::Index row) {
     const auto r = static_cast<std::size_t>(row);
     const auto s = static_cast<std::size_t>(all.sequence[r]);
-    return static_cast<std::size_t>(first[s] +
-                                    (all.block[r] - begin[s]) * count[s] / (end[s] - begin[s]));
+    return static_cast<std::size_t>(first[s] + static_cast<int>(std::int64_t{all.sample[r]} *
+                                                                count[s] / recordings[s].length()));
   };
   for (const JointRows& joint : all.joints) {
     std::vector<Columns> chosen(pieces.size());
@@ -227,13 +181,14 @@ struct Extremes {
   std::size_t least = 0, most = 0;
 };
 
-/// Of the pieces that know a relative change themselves: one in which a joint stands says nothing
-/// of its friction.
+/// Of the pieces that know a change themselves: one in which a joint stands says nothing of its
+/// friction.
 Extremes extremes_of(Change what, const PiecewiseFit& fit, int j) {
   Extremes out;
   bool any = false;
   for (std::size_t p = 0; p < fit.theta.size(); ++p) {
-    if (what != Change::kOffset && !(fit.H[p](j, j) > 1 / (kKnown * kKnown))) continue;
+    const double least = what == Change::kOffset ? 0 : 1 / (kKnown * kKnown);
+    if (!(fit.H[p](j, j) > least)) continue;
     if (!any || fit.theta[p][j] < fit.theta[out.least][j]) out.least = p;
     if (!any || fit.theta[p][j] > fit.theta[out.most][j]) out.most = p;
     any = true;
@@ -290,15 +245,20 @@ Fault name_change(Change what, const dynamics::Joint& joint, int j, const Piecew
 Fault name_load(const dynamics::RobotModel& robot, const PiecewiseFit& fit,
                 std::span<const Piece> pieces, std::span<const signals::Recording> recordings) {
   double most = -1;
-  std::size_t at = 1;
-  for (std::size_t p = 1; p < pieces.size(); ++p) {
-    const Eigen::VectorXd step = fit.theta[p] - fit.theta[p - 1];
-    if (const double torque = step.dot(fit.H[p] * step); torque > most) most = torque, at = p;
+  std::size_t before = 0, after = 0, last = pieces.size();
+  for (std::size_t p = 0; p < pieces.size(); ++p) {
+    if (!(fit.H[p].trace() > 0)) continue;  // the arm stands
+    if (last < p) {
+      const Eigen::VectorXd step = fit.theta[p] - fit.theta[last];
+      const double torque = std::min(step.dot(fit.H[p] * step), step.dot(fit.H[last] * step));
+      if (torque > most) most = torque, before = last, after = p;
+    }
+    last = p;
   }
   return {
       "",
       fmt::format("the load on {} changes, as between {} and {}", robot.joints.back().link,
-                  span_of(pieces[at - 1], recordings), span_of(pieces[at], recordings)),
+                  span_of(pieces[before], recordings), span_of(pieces[after], recordings)),
       fmt::format("`fricid payload` finds a load from two logs, without and with it; {}", kParts)};
 }
 

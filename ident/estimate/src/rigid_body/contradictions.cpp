@@ -15,6 +15,7 @@
 #include "rigid_body/joint_rows.hpp"
 #include "rigid_body/reweight.hpp"
 #include "rigid_body/undriven.hpp"
+#include "rigid_body/zeros.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -231,6 +232,17 @@ TorqueScales find_torque_scales(StackedByJoint all, const Solution& plain) {
   return scales;
 }
 
+/// What changes within or between logs.
+std::vector<Fault> find_differences(const dynamics::RobotModel& robot, const StackedByJoint& all,
+                                    std::span<const signals::Recording> recordings) {
+  const Changes changes = find_changes(robot, all, recordings);
+  std::vector<Fault> faults;
+  if (changes.what == Change::kOffset || changes.what == Change::kFactor) faults = changes.faults;
+  // logs that differ in their bodies or friction are named by the parameter that differs
+  if (faults.empty()) faults = find_contradicting_logs(all, recordings);
+  return faults.empty() ? changes.faults : faults;
+}
+
 }  // namespace
 
 std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
@@ -243,11 +255,11 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   if (!faults.empty() || !fit.prior.empty()) return faults;
   const StackedByJoint all = stack_by_joint(robot, recordings, options);
   const Solution plain = solve(all, all.plain);
-  const Changes changes = find_changes(robot, all, recordings);
-  if (changes.what == Change::kOffset || changes.what == Change::kFactor) faults = changes.faults;
-  // logs that differ in their bodies or friction are named by the parameter that differs
-  if (faults.empty()) faults = find_contradicting_logs(all, recordings);
-  if (faults.empty()) faults = changes.faults;
+  const OtherZeros zeros = find_other_zeros(robot, all, recordings, options);
+  if (!zeros.faults.empty()) faults = find_differences(robot, zeros.mended, recordings);
+  // another zero is believed where no other difference between the logs is left with it
+  if (!zeros.faults.empty() && faults.empty()) return zeros.faults;
+  faults = find_differences(robot, all, recordings);
   if (!faults.empty()) return faults;
   const TorqueScales scales = find_torque_scales(all, plain);
   const Springs springs = find_springs(all, plain.sigma);

@@ -13,7 +13,8 @@
 namespace fricid::estimate {
 
 /// What explains far more of the torque than the robot as it is given: columns that are those of
-/// coupled motors and were taken for those of joints, or the other way round; else springs of
+/// coupled motors and were taken for those of joints, or the other way round; time in which the
+/// motors do not drive the arm; what differs between logs or changes within them; else springs of
 /// joints (a torque of q, sin q and cos q beside gravity), or factors of the torque of joints.
 /// @param fit  of the torque as it is read; nothing is claimed where it needed a prior
 std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,

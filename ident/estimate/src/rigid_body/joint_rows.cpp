@@ -20,6 +20,7 @@ namespace {
 using dynamics::LinearTorque;
 
 constexpr int kWeighings = 12;  // by the noise of the joints
+constexpr double kSlow = 0.2;   // of the mean speed, within which the second curve falls
 
 /// The robot with a spring at every joint beside gravity; linear where it slides.
 dynamics::RobotModel with_springs(dynamics::RobotModel robot) {
@@ -87,6 +88,7 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
   StackedByJoint all;
   all.block = data.block;
   all.sequence = data.sequence;
+  all.sample = data.sample;
   all.rows = data.rows.rows();
   std::vector<int> columns, of_springs;
   for (const int k : dynamics::base_parameters(sprung).columns)
@@ -95,6 +97,7 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
   all.names = std::move(base.names);
   all.K = std::move(base.K);
   all.base = std::ssize(columns);
+  all.parameters = columns;
   all.Fc = all.Fv = all.offset = Columns(static_cast<std::size_t>(n), -1);
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (columns[i] < robot.linear_begin()) continue;
@@ -134,6 +137,37 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
     all.joints.push_back(with_rows(std::move(at), std::move(X), y));
   }
   return all;
+}
+
+StackedByJoint with_curves(const StackedByJoint& all) {
+  const Eigen::Index size = all.plain + kCurves * all.n();
+  StackedByJoint out;
+  out.block = all.block;
+  out.sequence = all.sequence;
+  out.sample = all.sample;
+  out.rows = all.rows;
+  out.base = all.base;
+  out.plain = out.with_growth = out.size = size;
+  out.parameters = all.parameters;
+  out.K = all.K;
+  out.Fc = all.Fc;
+  out.Fv = all.Fv;
+  out.offset = all.offset;
+  for (int j = 0; j < all.n(); ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    const JointRows& rows = all.joints[at];
+    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(rows.X.rows(), size);
+    X.leftCols(all.plain) = rows.X.leftCols(all.plain);
+    if (all.Fc[at] >= 0 && all.Fv[at] >= 0 && X.rows() > 0) {
+      const Eigen::ArrayXd direction = X.col(all.Fc[at]).array(),
+                           speed = X.col(all.Fv[at]).array().abs();
+      const Eigen::Index first = all.plain + kCurves * j;
+      X.col(first) = direction * (speed / speed.mean()).sqrt();
+      X.col(first + 1) = direction * (-speed / (kSlow * speed.mean())).exp();
+    }
+    out.joints.push_back(with_rows(rows.at, std::move(X), rows.y));
+  }
+  return out;
 }
 
 void set_growth(const Eigen::VectorXd& pi, StackedByJoint& all) {

@@ -44,12 +44,13 @@ JointRows normal_equations(const JointRows& joint, const Columns& chosen, Eigen:
 /// own, so that every regression on some of the columns follows from the normal equations.
 struct StackedByJoint {
   std::vector<JointRows> joints;
-  std::vector<Eigen::VectorXd> coulomb;  ///< of each joint: F[sign v_j]
-  std::vector<int> block, sequence;      ///< of each row; see `Regression`
+  std::vector<Eigen::VectorXd> coulomb;      ///< of each joint: F[sign v_j]
+  std::vector<int> block, sequence, sample;  ///< of each row; see `Regression`
   Eigen::Index rows = 0;
   /// First the base parameters of the robot as it is given, then friction that any row excites,
   /// friction that grows with the load (n), springs.
   Eigen::Index base = 0, plain = 0, with_growth = 0, size = 0;
+  std::vector<int> parameters;     ///< (base) of the robot: columns of Y
   std::vector<Columns> springs;    ///< of each joint
   Eigen::MatrixXd K;               ///< (base, parameters of the robot), see `BaseParameters`
   Columns Fc, Fv, offset;          ///< (n) column of each joint; -1: no row excites it
@@ -62,6 +63,13 @@ struct StackedByJoint {
 StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
                               std::span<const signals::Recording> recordings,
                               const RigidBodyOptions& options);
+
+/// Beside Coulomb and viscous friction, F sqrt(|v|) and F exp(-|v| / slow) of each joint, F being
+/// F[sign v], as plain columns behind the others: a motion whose speed changes from stretch to
+/// stretch would show a Stribeck curve, or viscous friction that is none, as a change.
+StackedByJoint with_curves(const StackedByJoint& all);
+/// Columns of each joint's friction curve.
+inline constexpr Eigen::Index kCurves = 2;
 
 /// Writes friction that grows with the load, F[sign v_j] |Y_j pi|, to its columns.
 void set_growth(const Eigen::VectorXd& pi, StackedByJoint& all);

@@ -15,6 +15,7 @@
 #include "rigid_body/information.hpp"
 #include "rigid_body/regression.hpp"
 #include "rigid_body/reweight.hpp"
+#include "rigid_body/zeros.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -29,7 +30,7 @@ Vector10 widest() { return Vector10{{1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e3
 
 /// Unknowns: arm (p), friction without (5 n), friction with (5 n), load (10). Friction is that of
 /// the regression (3 n), the bend of its viscous curve (n) and its growth with the torque (n).
-struct Columns {
+struct LoadColumns {
   int p, n;
   int friction(bool with) const { return p + (with ? 5 * n : 0); }
   int bend(bool with) const { return friction(with) + 3 * n; }
@@ -39,7 +40,8 @@ struct Columns {
 };
 
 // Both regressions as one; joints of the loaded logs are groups n, n + 1, ...
-Regression joined(const Columns& at, int link, const Regression& without, const Regression& with) {
+Regression joined(const LoadColumns& at, int link, const Regression& without,
+                  const Regression& with) {
   const Eigen::Index first = without.tau.size(), second = with.tau.size();
   Regression all;
   all.rows.setZero(first + second, at.size());
@@ -62,7 +64,7 @@ Regression joined(const Columns& at, int link, const Regression& without, const 
 // Friction that is not in the regression: a viscous curve that is no line, and growth of the
 // Coulomb friction with the torque of the motor.
 // @param tau  (N) that torque
-void set_curves(const Columns& at, const Eigen::VectorXd& tau, Regression& all) {
+void set_curves(const LoadColumns& at, const Eigen::VectorXd& tau, Regression& all) {
   for (Eigen::Index r = 0; r < tau.size(); ++r) {
     const int group = all.joint[static_cast<std::size_t>(r)], j = group % at.n;
     const bool with = group >= at.n;
@@ -74,7 +76,7 @@ void set_curves(const Columns& at, const Eigen::VectorXd& tau, Regression& all) 
 }
 
 // Precision (square, as many as unknowns) that holds what the data leave open.
-Eigen::MatrixXd wide_precision(const Columns& at, const dynamics::Nominal& nominal) {
+Eigen::MatrixXd wide_precision(const LoadColumns& at, const dynamics::Nominal& nominal) {
   Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(at.size(), at.size());
   const Eigen::MatrixXd pull = weak_pull(nominal.robot, nominal.guesses);
   precision.topLeftCorner(at.p, at.p) = pull.transpose() * pull;
@@ -155,7 +157,7 @@ struct Further {
 };
 
 /// @param columns  (N x ..) of them
-Further solve_with(const Columns& at, const Problem& problem, const Eigen::MatrixXd& columns) {
+Further solve_with(const LoadColumns& at, const Problem& problem, const Eigen::MatrixXd& columns) {
   const Eigen::Index own = at.size(), more = columns.cols(), all = own + more;
   Eigen::MatrixXd rows(columns.rows(), all), precision = Eigen::MatrixXd::Identity(all, all);
   rows << problem.data.rows, columns;
@@ -169,7 +171,7 @@ Further solve_with(const Columns& at, const Problem& problem, const Eigen::Matri
   return {solved.x.tail(more), root.bottomRows(more).rowwise().norm(), solved.sigma};
 }
 
-Excess excess_of(const Columns& at, const Problem& problem, const Eigen::VectorXd& x) {
+Excess excess_of(const LoadColumns& at, const Problem& problem, const Eigen::VectorXd& x) {
   Eigen::VectorXd arm = problem.data.rows.leftCols(at.p) * x.head(at.p);
   for (Eigen::Index r = 0; r < arm.size(); ++r)
     if (problem.data.joint[static_cast<std::size_t>(r)] < at.n) arm[r] = 0;
@@ -177,46 +179,20 @@ Excess excess_of(const Columns& at, const Problem& problem, const Eigen::VectorX
   return {found.x[0], found.error[0], found.left()};
 }
 
-/// -d(Y pi)/d(q_j) (N x n) of the rows with the load, zero of those without, q_j of the joints.
+/// Torque of shifts (N x n) in the rows with the load, zero in those without.
 /// @param second  the regression with the load, whose rows come last
 /// @param rows    N, of both logs
-Eigen::MatrixXd torque_of_shifts(const Columns& at, const dynamics::RobotModel& robot,
-                                 const Eigen::VectorXd& pi, const Regression& second,
-                                 std::span<const signals::Recording> with, Eigen::Index rows) {
-  constexpr double kStep = 1e-5;  // [rad or m]
-  const Eigen::Index first = rows - second.tau.size();
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(rows, at.n);
-  dynamics::Workspace<double> ws(robot);
-  Eigen::MatrixXd Y(at.n, at.p);
-  const Eigen::MatrixXd motors_of_joints = robot.motors_of_joints();  // motions are those of motors
-  for (Eigen::Index r = 0, next = 0; r < second.tau.size(); r = next) {
-    const auto row = static_cast<std::size_t>(r);
-    const signals::Motion& motion = with[static_cast<std::size_t>(second.sequence[row])].narrow;
-    const int k = second.sample[row];
-    signals::Motion at_sample{motion.q.row(k), motion.v.row(k), motion.a.row(k)};
-    Eigen::MatrixXd by(at.n, at.n);
-    for (int j = 0; j < at.n; ++j) {
-      Eigen::VectorXd sides[2];
-      for (int side = 0; side < 2; ++side) {
-        at_sample.q.row(0) =
-            motion.q.row(k) + (side == 0 ? kStep : -kStep) * motors_of_joints.col(j).transpose();
-        regressor_at(robot, ws, at_sample, 0, Y);
-        sides[side] = Y * pi;
-      }
-      by.col(j) = -(sides[0] - sides[1]) / (2 * kStep);
-    }
-    // rows of one sample follow each other
-    for (next = r; next < second.tau.size(); ++next) {
-      const auto same = static_cast<std::size_t>(next);
-      if (second.sample[same] != k || second.sequence[same] != second.sequence[row]) break;
-      out.row(first + next) = by.row(second.joint[same]);
-    }
-  }
+Eigen::MatrixXd shifts_of_loaded(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
+                                 const Regression& second, std::span<const signals::Recording> with,
+                                 Eigen::Index rows) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(rows, robot.n());
+  out.bottomRows(second.tau.size()) =
+      torque_of_shifts(robot, pi, second.joint, second.sequence, second.sample, with);
   return out;
 }
 
 /// The shift that is surest, where it explains a share of what a joint leaves.
-Shift shift_of(const Columns& at, const Problem& problem, const Weighted& plain,
+Shift shift_of(const LoadColumns& at, const Problem& problem, const Weighted& plain,
                const Eigen::MatrixXd& columns) {
   constexpr double kSigmas = 6, kLeast = 2e-3, kGain = 1.1;  // [rad or m]; of a joint's variance
   const Further found = solve_with(at, problem, columns);
@@ -288,7 +264,7 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   if (frame.link < 0)
     throw UserError("frame {}: does not move; allowed: one that a joint carries", frame.name);
   const dynamics::Nominal nominal = dynamics::complete(robot);
-  const Columns at{robot.parameter_count(), robot.n()};
+  const LoadColumns at{robot.parameter_count(), robot.n()};
   PayloadFit fit;
   RigidBodyFit counts, loaded;
   const Regression first = stack(robot, without, options, nullptr, counts);
@@ -339,8 +315,7 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   const Problem problem{data, precision, mean, options.robust};
   Eigen::VectorXd carrying = solved.x.head(at.p);
   carrying.segment<kLoad>(kLoad * frame.link) += solved.x.tail<kLoad>();
-  const Eigen::MatrixXd shifts =
-      torque_of_shifts(at, robot, carrying, second, with, data.tau.size());
+  const Eigen::MatrixXd shifts = shifts_of_loaded(robot, carrying, second, with, data.tau.size());
   judge(robot, data.tau.size(), excess_of(at, problem, solved.x),
         shift_of(at, problem, solved, shifts), fit);
   return fit;

@@ -1,0 +1,266 @@
+#include "rigid_body/zeros.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/unit_of_joint.hpp"
+#include "fricid/dynamics/algorithms.hpp"
+#include "rigid_body/reweight.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kLeastGain = 0.1;    // log of the variance of a joint
+constexpr double kLeastShift = 5e-3;  // [rad or m]: what a mastering may err
+constexpr double kCertainShift = 6;   // standard errors
+constexpr int kStepsOfZeros = 3;
+constexpr Eigen::Index kRowsPerOwnUnknown = 5;  // of the log
+
+/// The logs as one regression on what they share, and one of them on what is its own besides.
+struct WithOwn {
+  StackedByJoint all;  ///< normal equations of the shared columns, then those of the log's own
+  std::vector<Columns> rows;  ///< of each joint: of the log, among those of the joint
+  Columns own;                ///< shared columns that the log has once more for itself, then shifts
+};
+
+WithOwn with_own(const StackedByJoint& shared, const std::vector<Eigen::MatrixXd>& shifts,
+                 const Columns& friction, int sequence) {
+  const Eigen::Index n = shared.n(), size = shared.plain;
+  WithOwn out;
+  out.own = friction;
+  for (Eigen::Index j = 0; j < n; ++j) out.own.push_back(size + j);
+  const Eigen::Index more = std::ssize(out.own);
+  out.all.rows = shared.rows;
+  out.all.size = out.all.plain = size + more;
+  for (std::size_t j = 0; j < shared.joints.size(); ++j) {
+    const JointRows& joint = shared.joints[j];
+    Columns chosen;
+    for (std::size_t i = 0; i < joint.at.size(); ++i)
+      if (shared.sequence[static_cast<std::size_t>(joint.at[i])] == sequence)
+        chosen.push_back(static_cast<Eigen::Index>(i));
+    Eigen::MatrixXd X(std::ssize(chosen), size + n);
+    X << joint.X(chosen, Eigen::seqN(0, size)), shifts[j](chosen, Eigen::all);
+    const Eigen::MatrixXd own = X(Eigen::all, out.own);
+    JointRows rows = joint;
+    rows.XX = Eigen::MatrixXd::Zero(size + more, size + more);
+    rows.XX.topLeftCorner(size, size) = joint.XX.topLeftCorner(size, size);
+    rows.XX.topRightCorner(size, more) = X.leftCols(size).transpose() * own;
+    rows.XX.bottomLeftCorner(more, size) = rows.XX.topRightCorner(size, more).transpose();
+    rows.XX.bottomRightCorner(more, more) = own.transpose() * own;
+    rows.Xy.resize(size + more);
+    rows.Xy << joint.Xy.head(size), own.transpose() * joint.y(chosen);
+    out.all.joints.push_back(std::move(rows));
+    out.rows.push_back(std::move(chosen));
+  }
+  return out;
+}
+
+/// Standard errors of the shifts by the jackknife. @param found  the solution with them
+Eigen::VectorXd errors_of(const StackedByJoint& shared, const std::vector<Eigen::MatrixXd>& shifts,
+                          const WithOwn& log, const Solution& found) {
+  const Eigen::Index n = shared.n(), size = shared.plain, all = found.x.size();
+  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(shared.rows, all);
+  Eigen::VectorXd y(shared.rows);
+  Weighted solved;
+  solved.x = found.x;
+  solved.H = Eigen::MatrixXd::Zero(all, all);
+  solved.weight.resize(shared.rows);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    const JointRows& joint = shared.joints[at];
+    const double weight = std::pow(found.sigma[j], -2);
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::ssize(joint.at), all);
+    rows.leftCols(size) = joint.X.leftCols(size);
+    Eigen::MatrixXd own(rows.rows(), size + n);
+    own << joint.X.leftCols(size), shifts[at];
+    rows(log.rows[at], Eigen::lastN(all - size)) = own(log.rows[at], log.own);
+    X(joint.at, Eigen::all) = rows;
+    y(joint.at) = joint.y;
+    solved.weight(joint.at).setConstant(weight);
+    solved.H += weight * log.all.joints[at].XX;
+  }
+  return jackknife_root(X, y, solved, shared.block, Eigen::MatrixXd::Zero(all, all))
+      .bottomRows(n)
+      .rowwise()
+      .norm();
+}
+
+/// Torque of the shifts of all joints in the rows of each (N_j x n).
+std::vector<Eigen::MatrixXd> shifts_of_joints(const dynamics::RobotModel& robot,
+                                              const StackedByJoint& all, const Solution& plain,
+                                              std::span<const signals::Recording> recordings) {
+  Eigen::VectorXd pi = Eigen::VectorXd::Zero(robot.parameter_count());
+  pi(all.parameters) = plain.x.head(all.base);
+  std::vector<int> joint(static_cast<std::size_t>(all.rows));
+  for (int j = 0; j < all.n(); ++j)
+    for (const Eigen::Index r : all.joints[static_cast<std::size_t>(j)].at)
+      joint[static_cast<std::size_t>(r)] = j;
+  const Eigen::MatrixXd of_rows =
+      torque_of_shifts(robot, pi, joint, all.sequence, all.sample, recordings);
+  std::vector<Eigen::MatrixXd> shifts;
+  for (const JointRows& rows : all.joints) shifts.push_back(of_rows(rows.at, Eigen::all));
+  return shifts;
+}
+
+/// Joints that a log surely shows elsewhere than the others do.
+std::set<int> joints_moved_in(const StackedByJoint& shared,
+                              const std::vector<Eigen::MatrixXd>& shifts, int sequence) {
+  Columns friction;
+  for (const Columns* of_kind : {&shared.Fc, &shared.Fv})
+    for (const Eigen::Index k : *of_kind)
+      if (k >= 0) friction.push_back(k);
+  const WithOwn log = with_own(shared, shifts, friction, sequence);
+  Eigen::Index rows = 0;
+  for (const Columns& of_joint : log.rows) rows += std::ssize(of_joint);
+  if (rows < kRowsPerOwnUnknown * std::ssize(log.own)) return {};
+  const Eigen::Index n = shared.n();
+  const Eigen::VectorXd before = solve(log.all, log.all.plain - n).sigma;
+  const Solution found = solve(log.all, log.all.plain);
+  const double gain = 2 * (before.array() / found.sigma.array()).log().maxCoeff();
+  if (!(gain > kLeastGain)) return {};
+  const Eigen::VectorXd error = errors_of(shared, shifts, log, found), x = found.x.tail(n);
+  std::set<int> joints;
+  for (int j = 0; j < shared.n(); ++j)
+    if (std::abs(x[j]) > std::max(kCertainShift * error[j], kLeastShift)) joints.insert(j);
+  return joints;
+}
+
+/// Least squares in what all logs share and the zero of each joint of `moved` in every log but the
+/// first, columns of joint after joint.
+Solution solve_with_zeros(const StackedByJoint& shared, const std::vector<Eigen::MatrixXd>& shifts,
+                          const std::vector<int>& moved, int logs) {
+  StackedByJoint all;
+  all.rows = shared.rows;
+  all.size = all.plain = shared.plain + std::ssize(moved) * (logs - 1);
+  for (std::size_t i = 0; i < shared.joints.size(); ++i) {
+    const JointRows& rows = shared.joints[i];
+    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(std::ssize(rows.at), all.plain);
+    X.leftCols(shared.plain) = rows.X.leftCols(shared.plain);
+    for (std::size_t r = 0; r < rows.at.size(); ++r) {
+      const int s = shared.sequence[static_cast<std::size_t>(rows.at[r])];
+      if (s == 0) continue;
+      for (std::size_t m = 0; m < moved.size(); ++m)
+        X(static_cast<Eigen::Index>(r),
+          shared.plain + static_cast<Eigen::Index>(m) * (logs - 1) + s - 1) =
+            shifts[i](static_cast<Eigen::Index>(r), moved[m]);
+    }
+    all.joints.push_back(normal_equations(X, rows.y));
+  }
+  return solve(all, all.plain);
+}
+
+/// Zeros (logs x moved) of a solution, that of the first log 0 [rad or m].
+Eigen::MatrixXd zeros_of(const Solution& solved, Eigen::Index shared, int logs) {
+  const Eigen::Index moved = (solved.x.size() - shared) / (logs - 1);
+  Eigen::MatrixXd zeros = Eigen::MatrixXd::Zero(logs, moved);
+  zeros.bottomRows(logs - 1) = solved.x.tail(moved * (logs - 1)).reshaped(logs - 1, moved);
+  return zeros;
+}
+
+/// The same over the middle one of the logs; of two in the middle, the lower.
+Eigen::MatrixXd about_middle(Eigen::MatrixXd zeros) {
+  for (auto zero : zeros.colwise()) {
+    std::vector<double> sorted(zero.begin(), zero.end());
+    std::ranges::sort(sorted);
+    zero.array() -= sorted[(sorted.size() - 1) / 2];
+  }
+  return zeros;
+}
+
+Fault name_zeros(const dynamics::Joint& joint, const Eigen::VectorXd& zero,
+                 std::span<const signals::Recording> recordings) {
+  std::vector<std::string> logs;
+  for (std::size_t s = 0; s < recordings.size(); ++s)
+    if (const double by = zero[static_cast<Eigen::Index>(s)]; std::abs(by) > kLeastShift)
+      logs.push_back(fmt::format("{} by {:.3g} {}", recordings[s].log.name, by,
+                                 unit_of_joint("rad", slides(joint))));
+  return {
+      joint.name,
+      fmt::format("its zero is another one in some logs, which show it further than the others "
+                  "do: {}",
+                  fmt::join(logs, ", ")),
+      "log all with one zero, mend offset_rad of [position] in their contract, or fit them apart"};
+}
+
+}  // namespace
+
+Eigen::MatrixXd torque_of_shifts(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
+                                 std::span<const int> joint, std::span<const int> sequence,
+                                 std::span<const int> sample,
+                                 std::span<const signals::Recording> recordings) {
+  const auto n = static_cast<std::size_t>(robot.n());
+  const std::span<const double> parameters(pi.data(), static_cast<std::size_t>(pi.size()));
+  const Eigen::MatrixXd motors_of_joints = robot.motors_of_joints();  // motions are those of motors
+  dynamics::Workspace<double> ws(robot);
+  std::vector<double> one(n);
+  RowMatrix at_sample(robot.n(), robot.n());
+  Eigen::MatrixXd out(std::ssize(joint), robot.n());
+  for (std::size_t r = 0; r < joint.size(); ++r) {
+    if (r == 0 || sample[r] != sample[r - 1] || sequence[r] != sequence[r - 1]) {
+      const signals::Motion& motion = recordings[static_cast<std::size_t>(sequence[r])].narrow;
+      const auto row = [&](const RowMatrix& x) {
+        return std::span<const double>(x.row(sample[r]).data(), n);
+      };
+      at_sample.setZero();
+      for (std::size_t i = 0; i < n; ++i) {
+        std::ranges::fill(one, 0.0);
+        one[i] = -1;
+        dynamics::rnea_pullback<double>(
+            robot, ws, parameters, row(motion.q), row(motion.v), row(motion.a), one,
+            {at_sample.row(static_cast<Eigen::Index>(i)).data(), n}, {}, {}, {});
+      }
+      at_sample = (at_sample * motors_of_joints).eval();
+    }
+    out.row(static_cast<Eigen::Index>(r)) = at_sample.row(joint[r]);
+  }
+  return out;
+}
+
+OtherZeros find_other_zeros(const dynamics::RobotModel& robot, const StackedByJoint& stacked,
+                            std::span<const signals::Recording> recordings,
+                            const RigidBodyOptions& options) {
+  OtherZeros out;
+  if (recordings.size() < 2) return out;
+  const auto logs = static_cast<int>(recordings.size());
+  StackedByJoint shared = with_curves(stacked);
+  std::vector<Eigen::MatrixXd> shifts =
+      shifts_of_joints(robot, shared, solve(shared, shared.plain), recordings);
+  std::set<int> all_moved;
+  for (int s = 0; s < logs; ++s) all_moved.merge(joints_moved_in(shared, shifts, s));
+  if (all_moved.empty()) return out;
+  const std::vector<int> moved(all_moved.begin(), all_moved.end());
+
+  // Gauss-Newton: the torque bends within tenths of a radian
+  Eigen::MatrixXd zeros = Eigen::MatrixXd::Zero(logs, std::ssize(moved));
+  out.mended = stacked;
+  for (int step = 0; step < kStepsOfZeros; ++step) {
+    if (step > 0) shared = with_curves(out.mended);
+    zeros = about_middle(
+        zeros + zeros_of(solve_with_zeros(shared, shifts, moved, logs), shared.plain, logs));
+    std::vector<signals::Recording> mended(recordings.begin(), recordings.end());
+    for (int s = 0; s < logs; ++s)
+      for (std::size_t m = 0; m < moved.size(); ++m)
+        for (signals::Motion* motion : {&mended[static_cast<std::size_t>(s)].narrow,
+                                        &mended[static_cast<std::size_t>(s)].wide})
+          motion->q.rowwise() -= zeros(s, static_cast<Eigen::Index>(m)) *
+                                 robot.motors_of_joints().col(moved[m]).transpose();
+    out.mended = stack_by_joint(robot, mended, options);
+    shifts = shifts_of_joints(robot, out.mended, solve(out.mended, out.mended.plain), mended);
+  }
+  for (std::size_t m = 0; m < moved.size(); ++m) {
+    const Eigen::VectorXd zero = zeros.col(static_cast<Eigen::Index>(m));
+    if (zero.cwiseAbs().maxCoeff() > kLeastShift)
+      out.faults.push_back(
+          name_zeros(robot.joints[static_cast<std::size_t>(moved[m])], zero, recordings));
+  }
+  return out;
+}
+
+}  // namespace fricid::estimate
