@@ -114,12 +114,16 @@ bool misleads(const std::vector<doctor::Finding>& findings,
   });
 }
 
-data::Dataset read_as_of_robot(const fs::path& log, const data::Contract& contract,
-                               const std::optional<dynamics::RobotModel>& robot,
-                               const fs::path& where, const data::Warn& warn) {
-  data::Dataset read =
-      workflow::as_of_robot(data::read_log(log, contract, warn), robot, where.string());
-  if (robot) workflow::settle_torque_timing({&read, 1}, *robot, contract.torque, warn);
+/// The logs as they stand, their torque with the timing that all of them together say.
+std::vector<data::Dataset> read_as_of_robot(std::span<const fs::path> logs,
+                                            const data::Contract& contract,
+                                            const std::optional<dynamics::RobotModel>& robot,
+                                            const fs::path& where, const data::Warn& warn) {
+  std::vector<data::Dataset> read;
+  for (const fs::path& log : logs)
+    read.push_back(
+        workflow::as_of_robot(data::read_log(log, contract, warn), robot, where.string()));
+  if (robot) workflow::settle_torque_timing(read, *robot, contract.torque, warn);
   return read;
 }
 
@@ -135,8 +139,9 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   std::vector<data::Dataset> sets;
   std::vector<data::DiagnosisFile> reports;
   bool sound = true;
-  for (const fs::path& log : options.logs) {
-    const data::Dataset read = read_as_of_robot(log, contract, robot, options.contract, warn);
+  for (const data::Dataset& read :
+       read_as_of_robot(options.logs, contract, robot, options.contract, warn)) {
+    const fs::path& log = options.logs[sets.size()];
     const auto findings = doctor::diagnose(read, pointer(robot));
     sound = sound && !misleads(findings, fixes);
     try {

@@ -124,8 +124,9 @@ class Run:
             evaluation = self.evaluation
             for model in evaluation["summary"]:
                 found += [f"{model['name']}: {doubt}" for doubt in model["doubts"]]
-            found += [f"{torque['recording']}, {torque['joint']}: its torque is unexplained"
-                      for torque in evaluation["unexplained"]]
+            for torque in evaluation["unexplained"]:
+                place = ", ".join(filter(None, (torque["recording"], torque["joint"])))
+                found.append(f"{place}: {torque['difference'] or 'its torque is unexplained'}")
             found += [line for line in evaluation["meaningless"] if line]
         return list(dict.fromkeys(found))
 

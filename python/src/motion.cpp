@@ -90,6 +90,7 @@ Motion simulate(const Model& model, const ArrayLike& tau, double rate_hz, const 
   const Rows first_q(q, "q", n), first_v = v ? Rows(*v, "v", n) : Rows(0, n);
   const Rows first_z = z ? Rows(*z, "z", states) : Rows(0, states);
   const Eigen::Index T = torque.count();
+  if (T == 0) throw UserError("tau has 0 rows; allowed: 1 or more");
   for (const auto& [name, rows] : {std::pair{"q", &first_q}, {"v", &first_v}, {"z", &first_z}})
     if (rows->count() != 1)
       throw UserError("{} has {} rows; allowed: one state", name, rows->count());
@@ -136,7 +137,6 @@ class Filter {
     const auto span = [](const double* data, Eigen::Index size) {
       return std::span(data, static_cast<std::size_t>(size));
     };
-    const nb::gil_scoped_release released;
     return filter_.step(span(torque.row(0), n_), span(y.data(), n_),
                         span(warmth.row(0), warmth.matrix().cols()));
   }

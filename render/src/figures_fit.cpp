@@ -351,8 +351,8 @@ Figure excitation(const Run& run) {
   for (int j = 0; j < set->n(); ++j) {
     const Eigen::VectorXd v = signals::slope(set->q.col(j), set->t);
     Panel panel{.title = set->joint_names[static_cast<std::size_t>(j)],
-                .x_label = "q [rad]",
-                .y_label = "v [rad/s]"};
+                .x_label = fmt::format("q [{}]", run.units(j).q),
+                .y_label = fmt::format("v [{}]", run.units(j).v)};
     panel.series.push_back(curve("", "#0072B2", set->q.col(j), v, 0.8));
     if (model && j < model->arm.robot.n()) {
       const dynamics::Joint& joint = model->arm.robot.joints[static_cast<std::size_t>(j)];

@@ -126,7 +126,7 @@ Figure contact(const Run& run) {
   figure.caption = fmt::format(
       "External torque under pushes of {:g} N by a momentum observer of {:g} Hz with the friction "
       "of each model. Grey: the true torque of the pushes.",
-      run.contact->models.front().forces.front().force_N, run.contact->bandwidth_hz);
+      run.contact->first_force(), run.contact->bandwidth_hz);
   for (int j = 0; j < run.n(); ++j)
     figure.panels.push_back(
         {.title = run.joint(j),

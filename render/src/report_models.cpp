@@ -12,38 +12,85 @@ using html::Cell;
 using html::Row;
 using html::Style;
 
-/// Value of a parameter if the friction has this law at that joint; else NaN.
-double value_of(const friction::Friction& friction, int joint, const std::string& law,
-                const std::string& symbol) {
-  const int i = friction::find_parameter(friction.model, joint, law, symbol);
-  return i < 0 ? kNaN : friction.theta[static_cast<std::size_t>(i)];
+/// A law of a joint, or a modifier of it.
+struct Owner {
+  std::string law, name;
+  int size = 0;  ///< elements of the law, order of the modifier
+
+  bool operator==(const Owner&) const = default;
+  bool is_law() const { return name == law; }
+};
+
+/// Of the laws of all joints, each once.
+std::vector<Owner> owners_of(const friction::RobotFriction& friction) {
+  std::vector<Owner> owners;
+  const auto add = [&](Owner owner) {
+    if (std::ranges::find(owners, owner) == owners.end()) owners.push_back(std::move(owner));
+  };
+  for (const friction::JointSpec& joint : friction.joints())
+    for (const friction::LawSpec& law : joint.laws) {
+      add({law.law, law.law, law.elements});
+      for (const friction::ModifierSpec& modifier : law.modifiers)
+        add({law.law, modifier.name, modifier.order});
+    }
+  return owners;
 }
 
-/// The fit's record of a parameter of that joint's law.
+/// Whether the law of a joint has the owner in that size.
+bool has(const friction::LawSpec& law, const Owner& owner) {
+  if (owner.is_law()) return law.elements == owner.size;
+  return std::ranges::any_of(law.modifiers, [&](const friction::ModifierSpec& modifier) {
+    return modifier.name == owner.name && modifier.order == owner.size;
+  });
+}
+
+/// Index in theta of a parameter at a joint; -1: none.
+/// @param of_any_size  also where the joint has more or fewer elements
+int find_in(const friction::RobotFriction& friction, int joint, const Owner& owner,
+            const std::string& symbol, bool of_any_size) {
+  for (int i = friction.parameter_begin(joint); i < friction.parameter_begin(joint + 1); ++i) {
+    const friction::ParameterRef& parameter = friction.parameters()[static_cast<std::size_t>(i)];
+    const friction::LawSpec& law = friction.joints()[static_cast<std::size_t>(joint)]
+                                       .laws[static_cast<std::size_t>(parameter.law)];
+    if (law.law == owner.law && parameter.owner == owner.name && parameter.symbol == symbol &&
+        (of_any_size || has(law, owner)))
+      return i;
+  }
+  return -1;
+}
+
+/// The fit's record of a parameter of that joint.
 struct Found {
-  double standard_error = kNaN;
+  double value = kNaN, standard_error = kNaN;
   bool at_bound = false;
 };
 
-Found found_in(const FittedModel& fitted, int joint, const std::string& law,
+Found found_in(const FittedModel& fitted, int joint, const Owner& owner,
                const std::string& symbol) {
-  if (!fitted.fit || joint >= std::ssize(fitted.fit->joints)) return {};
-  const friction::RobotFriction& friction = fitted.file->arm.friction.model;
-  const int i = friction::find_parameter(friction, joint, law, symbol);
-  const data::FittedParameter* parameter =
-      i < 0 ? nullptr : data::fitted_parameter(*fitted.fit, friction, i);
+  const friction::Friction& friction = fitted.file->arm.friction;
+  const int i = find_in(friction.model, joint, owner, symbol, false);
+  if (i < 0) return {};
+  Found found{.value = friction.theta[static_cast<std::size_t>(i)]};
+  if (!fitted.fit || joint >= std::ssize(fitted.fit->joints)) return found;
+  if (const auto* parameter = data::fitted_parameter(*fitted.fit, friction.model, i))
+    found.standard_error = parameter->standard_error;
   const auto& at_bound = fitted.fit->joints[static_cast<std::size_t>(joint)].at_bound;
-  return {parameter == nullptr ? kNaN : parameter->standard_error,
-          std::ranges::find(at_bound, symbol) != at_bound.end()};
+  found.at_bound = std::ranges::find(at_bound, symbol) != at_bound.end();
+  return found;
+}
+
+double injected_at(const friction::Friction& truth, int joint, const Owner& owner,
+                   const std::string& symbol) {
+  const int i = find_in(truth.model, joint, owner, symbol, true);
+  return i < 0 ? kNaN : truth.theta[static_cast<std::size_t>(i)];
 }
 
 Html interval(double lower, double upper) {
   return Html::of("{} … {}", html::number(lower), html::number(upper));
 }
 
-/// Parameters of one law as it appears at the joints: rows are symbols, columns joints.
-Html law_table(const Record& record, const FittedModel& fitted, const std::string& law,
-               int elements) {
+/// Parameters of one law or modifier as it appears at the joints: rows are symbols, columns joints.
+Html owner_table(const Record& record, const FittedModel& fitted, const Owner& owner) {
   const Run& run = record.run;
   std::vector<Html> head = html::headings({"parameter"});
   for (int j = 0; j < run.n(); ++j) head.push_back(html::escaped(run.heading(j)));
@@ -52,7 +99,9 @@ Html law_table(const Record& record, const FittedModel& fitted, const std::strin
   int weights = 0;
   bool any_bound = false, any_truth = false, any_error = false;
   std::vector<Row> rows;
-  for (const friction::ParameterInfo& info : friction::parameters_of_law(law, elements)) {
+  for (const friction::ParameterInfo& info :
+       owner.is_law() ? friction::parameters_of_law(owner.law, owner.size)
+                      : friction::parameters_of_modifier(owner.name, owner.size)) {
     const std::string symbol(info.symbol);
     if (friction::is_weight(info.role)) {
       ++weights;
@@ -64,9 +113,9 @@ Html law_table(const Record& record, const FittedModel& fitted, const std::strin
     Row truth{{{Html::of("<span class=\"soft\">truth</span>")}}, Style::kSoft};
     bool has_truth = false;
     for (int j = 0; j < run.n(); ++j) {
-      const Found found = found_in(fitted, j, law, symbol);
-      const double injected = run.truth ? value_of(run.truth->friction, j, law, symbol) : kNaN;
-      Cell cell{html::number(value_of(fitted.file->arm.friction, j, law, symbol), 3)};
+      const Found found = found_in(fitted, j, owner, symbol);
+      const double injected = run.truth ? injected_at(run.truth->friction, j, owner, symbol) : kNaN;
+      Cell cell{html::number(found.value, 3)};
       if (std::isfinite(found.standard_error)) {
         cell.text += Html::of(" ± {}", html::number(found.standard_error, 1));
         any_error = true;
@@ -86,8 +135,10 @@ Html law_table(const Record& record, const FittedModel& fitted, const std::strin
     if (has_truth) rows.push_back(std::move(truth));
     any_truth |= has_truth;
   }
-  Html caption = Html::of("Parameters of <i>{}</i>", html::escaped(law));
-  if (elements > 0) caption += Html::of(", {} elements", elements);
+  if (rows.empty() && weights == 0) return {};
+  Html caption = Html::of("Parameters of <i>{}</i>", html::escaped(owner.name));
+  if (!owner.is_law()) caption += Html::of(" of <i>{}</i>", html::escaped(owner.law));
+  if (owner.is_law() && owner.size > 0) caption += Html::of(", {} elements", owner.size);
   if (any_error) caption += Html::of("; ± standard error");
   if (any_bound) caption += Html::of("; † ended on its bound");
   if (any_truth) caption += Html::of("; truth: as injected");
@@ -100,14 +151,8 @@ Html law_table(const Record& record, const FittedModel& fitted, const std::strin
 
 Html friction_tables(const Record& record, const FittedModel& fitted) {
   const friction::RobotFriction& friction = fitted.file->arm.friction.model;
-  std::vector<std::pair<std::string, int>> laws;
-  for (const friction::JointSpec& joint : friction.joints())
-    for (const friction::LawSpec& law : joint.laws)
-      if (const std::pair entry(law.law, law.elements);
-          std::ranges::find(laws, entry) == laws.end())
-        laws.push_back(entry);
   Html text;
-  for (const auto& [law, elements] : laws) text += law_table(record, fitted, law, elements);
+  for (const Owner& owner : owners_of(friction)) text += owner_table(record, fitted, owner);
   if (friction.has_whole())
     text += Html::of(
         "<p class=\"note\">One <i>{}</i> for the whole robot, {} elements: {} weights and scales, "

@@ -61,6 +61,7 @@ void shorten_paths(std::string& text) {
   std::size_t begin = 0;
   for (std::size_t at = 0; (at = text.find(" d='M", begin)) != std::string::npos;) {
     const std::size_t end = text.find('\'', at + 4);
+    if (end == text.npos) break;
     result.append(text, begin, at - begin);
     result += " d='" + relative_path(text.substr(at + 4, end - at - 4)) + "'";
     begin = end + 1;
@@ -166,7 +167,7 @@ std::string relative_path(const std::string& d) {
       ++at;
       continue;
     }
-    const auto [after_y, bad_y] = std::from_chars(after_x + 1, end, y);
+    const auto [after_y, bad_y] = std::from_chars(std::min(after_x + 1, end), end, y);
     if (bad_y != std::errc()) break;
     at = after_y;
     const long px = std::lround(10 * x), py = std::lround(10 * y);

@@ -41,6 +41,13 @@ TEST_F(Import, AKnownDelayOfTheTorqueIsTakenOut) {
     EXPECT_EQ(missing, 2);
     EXPECT_THAT(d.source, testing::HasSubstr("moved back"));
   }
+  // a clock that begins again leaves the last row without a later one
+  const std::string again =
+      "t,q1,q2,tau1,tau2\n0,0,0,0,1\n0.004,1,0,1,1\n0.008,2,0,2,1\n0,3,0,3,1\n";
+  EXPECT_EQ(
+      read_log(write("log.csv", again), contract(kContract + std::string("delay_s = 0.004\n")))
+          .length(),
+      3);
   EXPECT_THAT(log_error(kLog, std::string(kContract) + "delay_s = 0.5\n"),
               testing::HasSubstr("delay_s = 0.5 of a log of 0.012 s"));
 }

@@ -10,6 +10,7 @@
 #include <map>
 #include <numbers>
 
+#include "doctor/clean_logs.hpp"
 #include "doctor/injected.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/not_finite.hpp"
@@ -28,52 +29,6 @@ namespace {
 
 using data::Dataset;
 using data::RowMatrix;
-
-struct Log {
-  Dataset data;
-  dynamics::RobotModel robot;
-};
-
-/// Two short logs of a scene, with velocity and temperature.
-std::vector<Log> simulate_logs(const std::string& scene, std::uint64_t seed) {
-  scene::Scene e = scene::load_scene(source_dir() / "scenes" / (scene + ".toml"));
-  e.seed = seed;
-  e.plant.step_s = kSimulatorStep;
-  e.excitation.train = e.excitation.repeats = e.excitation.validation = 1;
-  e.excitation.criterion = sim::Criterion::kNone;
-  e.excitation.harmonics = 5;
-  e.excitation.base_rad_s = 0.6;
-  e.sensors.velocity = e.sensors.temperature = true;
-  const scene::Problem problem = scene::resolve(std::move(e));
-  const sim::Simulation s = sim::simulate(problem, 1);
-  return {{s.train[0], problem.robot}, {s.validation[0], problem.robot}};
-}
-
-/// Clean logs, made once.
-const std::vector<Log>& clean_logs() {
-  static const std::vector<Log> logs = [] {
-    const std::vector<std::pair<const char*, std::uint64_t>> scenes{
-        {"kr6_full", 1},    {"kr6_lugre", 2},     {"kr6_gms", 3},   {"kr6_load", 4},
-        {"kr6_thermal", 5}, {"kr6_stickslip", 6}, {"kr6_floor", 7}, {"kr6_strong", 8},
-        {"kr6_full", 9},    {"kr6_gms", 10}};
-    std::vector<std::vector<Log>> pairs(scenes.size());
-    parallel_for(static_cast<int>(scenes.size()), 0, [&](int i) {
-      const auto& [scene, seed] = scenes[static_cast<std::size_t>(i)];
-      pairs[static_cast<std::size_t>(i)] = simulate_logs(scene, seed);
-    });
-    std::vector<Log> all;
-    for (const auto& pair : pairs) all.insert(all.end(), pair.begin(), pair.end());
-    return all;
-  }();
-  return logs;
-}
-
-std::string text_of(const std::vector<Finding>& findings, const Dataset& d) {
-  std::string text;
-  for (const Finding& f : findings)
-    if (is_damage(f)) text += to_text(f, d) + "\n";
-  return text;
-}
 
 struct Damage {
   std::string what;
@@ -269,13 +224,6 @@ const Log& fast_log() {
     return Log{sim::simulate(problem, 2).train[0], problem.robot};
   }();
   return log;
-}
-
-std::vector<Finding> of_kind(const std::vector<Finding>& findings, const std::string& name) {
-  std::vector<Finding> found;
-  for (const Finding& f : findings)
-    if (name_of(f.kind) == name) found.push_back(f);
-  return found;
 }
 
 // Reference: the delay that was put in. Half a sample at 250 Hz is 2 ms.
@@ -726,19 +674,6 @@ TEST(Doctor, TorqueAtTheLimitOfTheDriveIsNoDamage) {
   robot.joints[0].effort = 1.02 * most;
   EXPECT_TRUE(of_kind(diagnose(log, &robot), "at_limit").empty());
   EXPECT_FALSE(of_kind(diagnose(log, &robot), "saturated").empty());
-}
-
-// The torques of two coupled motors beside the positions of their joints.
-TEST(Doctor, TorquesOfCoupledMotorsAreNoTorquesOfJoints) {
-  auto [log, robot] = clean_logs()[0];
-  robot.couplings = {{.joint = 2, .motor = 1, .factor = -1}};
-  EXPECT_TRUE(of_kind(diagnose(log, &robot), "coupled").empty());
-  log.tau = Transmission(robot).torque_to_motors(log.tau);
-  const std::vector<Finding> findings = diagnose(log, &robot);
-  const auto coupled = of_kind(findings, "coupled");
-  ASSERT_EQ(coupled.size(), 1u) << text_of(findings, log);
-  EXPECT_EQ(coupled[0].signal, "tau");
-  EXPECT_NE(coupled[0].unit.find("columns of motors"), std::string::npos) << coupled[0].unit;
 }
 
 TEST(Doctor, AStampThatIsBackAloneIsNoSecondRecording) {

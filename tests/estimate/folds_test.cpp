@@ -162,6 +162,9 @@ TEST(Choose, RolloutsOfALawThatLeavesTheTorqueDoNotCount) {
   EXPECT_EQ(eligible(std::vector{chance, sum, law}), (std::vector{false, true, true}));
   const Candidate fell = candidate({-7, -9, 0}, -6, 1);  // the one that explains the torque
   EXPECT_EQ(choose(std::vector{chance, fell}), 0u);
+  Candidate departed = candidate({-7, -9, -8}, -6, 1);
+  departed.rollouts.whole = {0, -6};  // at full length, once
+  EXPECT_EQ(choose(std::vector{chance, departed}), 1u);
 }
 
 TEST(Choose, TheTorqueDecidesWhereThereIsOneRollout) {

@@ -272,6 +272,21 @@ TEST(JointFits, FrictionHasAValueUnderItsOwnLoad) {
               3 * r.filtered_tau.cwiseAbs().maxCoeff());
 }
 
+// Fits are judged by the joints that move in what is held out; of one that rests in all of it
+// nothing is held out, of one that rests in all logs nothing is known.
+TEST(JointFits, AJointThatRestsDoesNotJudge) {
+  for (const bool everywhere : {false, true}) {
+    Prepared prepared = logs().prepared;
+    for (std::size_t i = 0; i < prepared.recordings.size(); ++i)
+      if (everywhere || i + 1 == prepared.recordings.size())
+        prepared.recordings[i].use.col(1).setConstant(false);
+    const JointFits fits(prepared, logs().windows, 2);
+    const Arm start = fits.start(friction::JointSpec{{{"coulomb_viscous", 0, {}}}});
+    EXPECT_TRUE(std::isfinite(fits.held_out_torque(start)));
+    EXPECT_GT(fits.held_out_torque(start), 0);
+  }
+}
+
 // A narrow prior keeps friction where it is, a wide one leaves it to the data; waves are never in
 // it.
 TEST(JointFits, ArePulledToAPrior) {
@@ -284,10 +299,8 @@ TEST(JointFits, ArePulledToAPrior) {
       const double known = parameter(prior, j, "dahl", "Fc"),
                    truth = parameter(logs().truth, j, "dahl", "Fc");
       EXPECT_NEAR(parameter(fitted, j, "dahl", "Fc"), sd < 1 ? known : truth, 0.1 * truth);
-      if (sd > 1)
-        EXPECT_NEAR(parameter(fitted, j, "ripple", "A1"), 0.04, 0.01);
-      else
-        EXPECT_NE(parameter(fitted, j, "ripple", "A1"), 0);
+      EXPECT_GT(parameter(fitted, j, "ripple", "A1"), 0.03);
+      EXPECT_LT(parameter(fitted, j, "ripple", "A1"), sd > 1 ? 0.05 : 1);
     }
   }
 }

@@ -3,11 +3,13 @@
 
 #include <fmt/ranges.h>
 
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
 
 #include "arm_data.hpp"
+#include "fricid/estimate/rigid_body/held_out.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 
 namespace fricid::estimate {
@@ -82,6 +84,32 @@ TEST(Zeros, AreNotWhatALoadOrAnOffsetChanges) {
     EXPECT_THAT(doubts, Not(IsEmpty()));
     EXPECT_THAT(doubts, Not(HasSubstr("zero")));
   }
+}
+
+// A validation log of the same arm does not differ, one with a load, another day's friction or
+// another zero does.
+TEST(HeldOut, DiffersFromTheTrainingDataByLoadFrictionOrZero) {
+  const std::span<const data::Dataset> training = std::span(clean()).first(2);
+  const auto found_of = [&](const data::Dataset& held_out) {
+    std::string text;
+    const auto found = find_differences_from_training(arm().robot, training, {&held_out, 1}, {}, 1);
+    for (const Fault& fault : found.at(0)) text += in_words(fault) + "\n";
+    return text;
+  };
+  EXPECT_EQ(found_of(clean()[2]), "");
+
+  Arm loaded = arm();
+  dynamics::add_payload(loaded.robot, {.name = "", .link = arm().robot.n() - 1}, 2, {0.1, 0, 0.1},
+                        Eigen::Matrix3d::Identity() * 0.01);
+  EXPECT_THAT(found_of(make_logs(loaded)[2]), testing::ContainsRegex("load|contradict"));
+
+  Arm other_day = arm();
+  for (double& value : other_day.friction.theta) value *= value > 0.1 ? 0.6 : 1;
+  EXPECT_THAT(found_of(make_logs(other_day)[2]), HasSubstr("riction"));
+
+  data::Dataset moved = clean()[2];
+  moved.q.col(1).array() += 0.03;
+  EXPECT_THAT(found_of(moved), ContainsRegex("seed_3 by 0\\.0(2[7-9]|3)"));
 }
 
 }  // namespace

@@ -192,7 +192,7 @@ TEST(Table, SaysWhenAHorizonIsMeaningless) {
 TEST(Table, NamesARecordingThatDoesNotBelong) {
   EXPECT_THAT(to_markdown(report()), ::testing::Not(HasSubstr("do not belong")));
   Evaluation strange = report();
-  strange.unexplained = {{"validation_1", "joint_2", true, 0, 9, 0.3, 20, 0.5}};
+  strange.unexplained = {{"validation_1", "joint_2", "", true, 0, 9, 0.3, 20, 0.5}};
   const std::string text = to_markdown(strange);
   EXPECT_THAT(text, HasSubstr("Recordings that do not belong"));
   EXPECT_THAT(text, HasSubstr("- validation_1, joint_2: 20 N m of its torque are unexplained"));

@@ -134,7 +134,7 @@ TEST(Warnings, OfAnEvaluation) {
   evaluation.summary[0].diverged = 1;
   evaluation.summary[0].rollouts = 4;
   evaluation.meaningless[1] = "headroom 2 below 10";
-  evaluation.unexplained = {{"validation_0", "a2", false, 3, 4.5, 0.3, 20, 0.5}};
+  evaluation.unexplained = {{"validation_0", "a2", "", false, 3, 4.5, 0.3, 20, 0.5}};
   EXPECT_FALSE(evaluation.trusted());
   const std::vector<Warning> warnings = warnings_of(evaluation);
   ASSERT_EQ(warnings.size(), 4U);
@@ -146,6 +146,18 @@ TEST(Warnings, OfAnEvaluation) {
             "training data (R2 0.3 of the whole recording)");
   EXPECT_EQ(warnings[3].subject, "horizon 10 s");
   EXPECT_EQ(warnings[3].found, "headroom 2 below 10");
+}
+
+TEST(Warnings, OfARecordingThatDiffersFromTheTrainingData) {
+  Evaluation evaluation = blank_evaluation("arm", {1}, {"validation_0"});
+  add_model(evaluation, "simple", false, {1e-4});
+  evaluation.unexplained.push_back(
+      {.recording = "validation_0", .joint = "", .difference = "the load on link_6 changes"});
+  EXPECT_FALSE(evaluation.trusted());
+  const std::vector<Warning> warnings = warnings_of(evaluation);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(warnings[0].subject, "validation_0");
+  EXPECT_EQ(warnings[0].found, "the load on link_6 changes");
 }
 
 TEST(Warnings, AnExcitationThatBreaksALimitNamesItsRecording) {

@@ -234,6 +234,18 @@ TEST_F(Report, ShowsParametersWithTruthAndBounds) {
   EXPECT_THAT(page, HasSubstr("truth: as injected"));
 }
 
+TEST_F(Report, ShowsParametersOfModifiers) {
+  data::ModelFile model = data::load_model(run.model(simple));
+  const friction::JointSpec joint{
+      {{.law = "dahl", .elements = 0, .modifiers = {{"asymmetry", 1}}}}};
+  model.arm.friction.model = friction::RobotFriction({joint, joint});
+  model.arm.friction.theta = friction::default_theta(model.arm.friction.model);
+  data::save_model(model, run.model(simple));
+  const std::string page = this->page();
+  EXPECT_THAT(page, HasSubstr("Parameters of <i>dahl</i>"));
+  EXPECT_THAT(page, HasSubstr("Parameters of <i>asymmetry</i> of <i>dahl</i>"));
+}
+
 TEST_F(Report, SaysOfRolloutsAloneThatTheyAre) {
   edit_evaluation([](evaluate::Evaluation& evaluation) {
     add_model(evaluation, "tool", false, {1e-6, 2e-6});

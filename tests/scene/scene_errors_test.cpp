@@ -35,7 +35,7 @@ TEST_F(BadScene, UnknownKeyNamesTheNearest) {
 
 TEST_F(BadScene, WrongRange) {
   EXPECT_EQ(with("[excitation]\nharmonics = 700\n"),
-            "scene.toml:13: excitation.harmonics = 700; allowed: a whole number from 1 to 200");
+            "scene.toml:13: excitation.harmonics = 700; allowed: a whole number from 2 to 200");
   EXPECT_EQ(with("[sensors]\nrate_hz = 0.0\n"),
             "scene.toml:13: sensors.rate_hz = 0; allowed: a number from 1 to 100000 Hz");
   EXPECT_EQ(with_robot("payload_kg = -1"),

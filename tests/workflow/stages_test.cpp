@@ -227,6 +227,30 @@ Names readers_of(const std::string& section) {
   return found == kReaders.end() ? Names{"nobody knows " + section} : found->second;
 }
 
+// A law that the scene has no model of is what [[model]] with its name alone would be.
+TEST_F(Stages, FitsAreMadeByTheNamesOfLaws) {
+  using estimate::Method;
+  const scene::Scene& scene = job->problem.scene;
+  const auto model_of = [&](const char* name) {
+    return requested_fits(scene, {name}, {}).front().model;
+  };
+  EXPECT_EQ(model_of("lvm").method, Method::kJoint);
+  EXPECT_EQ(model_of("dahl").method, Method::kConventional);
+  EXPECT_EQ(model_of("coulomb_viscous").law, "coulomb_viscous");
+  EXPECT_EQ(model_of("lvm_paper").method, Method::kEm);
+  EXPECT_EQ(model_of("lvm_paper").elements, 32);
+  EXPECT_EQ(model_of("lugre").starts, 1);  // of the scene
+  scene::Scene without = scene;
+  without.models.clear();
+  EXPECT_EQ(requested_fits(without, {"simple"}, {}).front().model.law, "coulomb_viscous");
+  try {
+    model_of("lugree");
+    ADD_FAILURE();
+  } catch (const UserError& error) {
+    EXPECT_THAT(error.what(), testing::StartsWith("model lugree: found no law and no model"));
+  }
+}
+
 // Every key of the scene in turn. A fit whose scene changed is no longer counted, so what counts
 // fits follows at once.
 TEST_F(Stages, RunAgainForTheirSectionsOfTheSceneAndNoOthers) {

@@ -15,6 +15,7 @@
 #include "fricid/data/fit_file.hpp"
 #include "fricid/data/log_part.hpp"
 #include "fricid/data/training_part.hpp"
+#include "fricid/estimate/rigid_body/held_out.hpp"
 #include "fricid/evaluate/evaluate.hpp"
 #include "fricid/signals/recording.hpp"
 #include "fricid/sim/simulate.hpp"
@@ -78,7 +79,7 @@ void add_recording(HeldOut& held_out, data::Dataset at_joints,
   trajectory.q = std::move(motion.q);
   trajectory.v = std::move(motion.v);
   trajectory.a = std::move(motion.a);
-  if (is_there(truth_file)) {
+  if (!truth_file.empty() && is_there(truth_file)) {
     if (in_file != trajectory.data.joint_names)
       throw UserError("{}: found a truth of the joints {}; allowed: in the order of the robot, {}",
                       truth_file.string(), fmt::join(in_file, ", "),
@@ -91,8 +92,23 @@ void add_recording(HeldOut& held_out, data::Dataset at_joints,
 }
 
 /// Truth beside a data set of another run: RUN/data/NAME.h5, RUN/truth/NAME.h5.
-fs::path truth_of(const fs::path& dataset) {
+fs::path truth_beside(const fs::path& dataset) {
   return RunFolder(dataset.parent_path().parent_path()).truth(dataset.stem().string());
+}
+
+/// The truth beside a data set where the scene injects the same friction; else no file, and why:
+/// the oracle would be that of another arm.
+fs::path truth_of(const Task& task, const fs::path& dataset) {
+  fs::path file = truth_beside(dataset);
+  if (!is_there(file)) return {};
+  const std::optional<friction::Friction>& injected = task.problem.scene.friction;
+  if (injected &&
+      sim::friction_text(*injected) == sim::friction_text(sim::load_truth(file).friction))
+    return file;
+  task.say(fmt::format(
+      "{}: not used: {}", file.string(),
+      injected ? "its friction is not that of the scene" : "the scene injects no friction"));
+  return {};
 }
 
 /// @throws UserError when no recording is as long as any horizon
@@ -152,8 +168,8 @@ HeldOut load_held_out(const Task& task, const RunFolder& folder,
     refuse_training(own, training, further.file);
     refuse_again(own, held_out.trajectories, further.file);
     own.name = further.name;
-    add_recording(held_out, std::move(own), read.joint_names, further.file, truth_of(further.file),
-                  cutoff);
+    add_recording(held_out, std::move(own), read.joint_names, further.file,
+                  truth_of(task, further.file), cutoff);
   }
   if (held_out.trajectories.empty())
     throw UserError("{}: found no validation data to evaluate on",
@@ -204,6 +220,25 @@ Training training_of(const Task& task, std::vector<data::Dataset> recordings) {
         {std::move(dataset), std::move(recording.wide.q), std::move(recording.wide.v), {}, {}});
   }
   return training;
+}
+
+/// In what held-out recordings differ from the training data, of which alone models are.
+void add_differences(const Task& task, std::span<const evaluate::Trajectory> training,
+                     std::span<const evaluate::Trajectory> held_out,
+                     evaluate::Evaluation& evaluation) {
+  const auto datasets = [](std::span<const evaluate::Trajectory> trajectories) {
+    std::vector<data::Dataset> sets;
+    for (const evaluate::Trajectory& trajectory : trajectories) sets.push_back(trajectory.data);
+    return sets;
+  };
+  const auto found = estimate::find_differences_from_training(
+      task.problem.robot, datasets(training), datasets(held_out), task.problem.scene.identify,
+      task.jobs);
+  for (std::size_t i = 0; i < found.size(); ++i)
+    for (const estimate::Fault& fault : found[i])
+      if (!fault.without_temperature)
+        evaluation.unexplained.push_back(
+            {.recording = held_out[i].data.name, .joint = fault.joint, .difference = fault.found});
 }
 
 /// Parts of the training recordings, with arms that were not fitted to them.
@@ -381,8 +416,9 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
     contest.simulator_halved = simulator_rollouts(
         task, held_out, std::span(starts).first(static_cast<std::size_t>(of_first)), 0.5);
   }
-  Done done{save(evaluate::evaluate(contest, options, task.jobs), contest.trajectories,
-                 contest.robot.joints, out)};
+  evaluate::Evaluation evaluation = evaluate::evaluate(contest, options, task.jobs);
+  add_differences(task, contest.learnt, contest.trajectories, evaluation);
+  Done done{save(evaluation, contest.trajectories, contest.robot.joints, out)};
   done.files.push_back(out.starts());
   return done;
 }
@@ -468,7 +504,7 @@ Stage evaluation_stage(const Job& job, const std::vector<fs::path>& files) {
     const std::string name = fmt::format("--data {}", i);
     stage.inputs.file(name, further_data[i].file);
     stage.inputs.text("name of " + name, further_data[i].name);
-    if (const fs::path truth = truth_of(further_data[i].file); fs::exists(truth))
+    if (const fs::path truth = truth_beside(further_data[i].file); fs::exists(truth))
       stage.inputs.file("truth of " + name, truth);
   }
   stage.inputs.files_below(job.run.folder().external());

@@ -73,14 +73,7 @@ std::vector<FitRequest> requested_fits(const scene::Scene& scene,
   if (names.empty()) models = scene.models;
   for (const std::string& name : names) {
     const auto known = std::ranges::find(scene.models, name, &estimate::ModelOptions::name);
-    estimate::ModelOptions& model = models.emplace_back();
-    if (known != scene.models.end()) {
-      model = *known;
-    } else {
-      model.name = model.label = model.law = name;
-      model.method = friction::is_learned(name) ? estimate::Method::kMultiStep
-                                                : estimate::Method::kConventional;
-    }
+    models.push_back(known != scene.models.end() ? *known : scene::model_of_law(scene, name));
   }
   std::vector<FitRequest> requests;
   for (const estimate::ModelOptions& model : models)

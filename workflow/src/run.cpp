@@ -20,7 +20,9 @@ namespace fs = std::filesystem;
 std::string cpu_name() {
   std::ifstream cpuinfo("/proc/cpuinfo");
   for (std::string line; std::getline(cpuinfo, line);)
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+    if (const std::size_t colon = line.find(": ");
+        line.starts_with("model name") && colon != line.npos)
+      return line.substr(colon + 2);
   return "unknown";
 }
 

@@ -235,7 +235,7 @@ void move_torque_back(Dataset& d, double delay, std::vector<int>& lines) {
     const double wanted = d.t[k] + delay;
     if (wanted < first || wanted > last) continue;
     kept.push_back(k);
-    Eigen::Index i = k;  // the sample at or before `wanted`
+    Eigen::Index i = std::min(k, d.t.size() - 2);  // the sample at or before `wanted`
     while (i > 0 && d.t[i] > wanted) --i;
     while (i + 2 < d.t.size() && d.t[i + 1] <= wanted) ++i;
     const double period = d.t[i + 1] - d.t[i], share = (wanted - d.t[i]) / period;

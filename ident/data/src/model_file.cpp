@@ -121,7 +121,8 @@ struct Place {
   }
   /// Rotations carry full precision: those written by hand or rounded are refused.
   void require_rotation(const Eigen::Matrix3d& R) const {
-    if ((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-9)
+    if ((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-9 ||
+        R.determinant() < 0)
       refuse("another matrix", "a rotation");
   }
 };

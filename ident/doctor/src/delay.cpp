@@ -232,6 +232,7 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
     if (std::abs(curves.delay_of(i) - kNone / 2) <= std::max(kNone / 2, curves.step / 2) &&
         (undelayed < 0 || judged[i] < judged[undelayed]))
       undelayed = i;
+  if (undelayed < 0) return;  // a sample is longer than the search
   const double gain = judged[undelayed] - judged[least_left];
   const double gain_error = jackknife([&](int fold) {
     const Eigen::ArrayXd without = pooled(curves.held_out, fold);

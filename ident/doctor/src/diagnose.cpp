@@ -33,16 +33,15 @@ void join_missing(const data::Dataset& d, Findings& findings) {
   const auto is_missing = [](const Finding& f) { return f.kind == FindingKind::kMissing; };
   const auto first = std::ranges::find_if(findings, is_missing);
   if (first == findings.end()) return;
-  const bool has_v = d.v.size() > 0;
-  const auto alike = std::ranges::count_if(findings, [&](const Finding& f) {
-    return is_missing(f) && f.begin_s == first->begin_s && f.end_s == first->end_s &&
-           f.size == first->size;
-  });
-  if (alike < (has_v ? 3 : 2) * d.n()) return;
+  const auto is_alike = [is_missing, begin = first->begin_s, end = first->end_s,
+                         size = first->size](const Finding& f) {
+    return is_missing(f) && f.begin_s == begin && f.end_s == end && f.size == size;
+  };
+  if (std::ranges::count_if(findings, is_alike) < 2 * d.n()) return;
   Finding all = *first;
   all.joint = -1;
-  all.signal = has_v ? "q, v, tau" : "q, tau";
-  std::erase_if(findings, is_missing);
+  all.signal = "q, tau";
+  std::erase_if(findings, is_alike);
   findings.insert(findings.begin(), std::move(all));
 }
 

@@ -17,6 +17,14 @@ bool velocity_follows(const data::Dataset& d, const Motion& motion, int j) {
 
 }  // namespace
 
+std::vector<int> Hypothesis::joints() const {
+  if (!axes.empty()) return axes;
+  std::vector<int> named;
+  for (const int j : {joint, other})
+    if (j >= 0) named.push_back(j);
+  return named;
+}
+
 Sight Hypothesis::undone(Sight s) const {
   if (coupled) {
     if (moves)
@@ -29,9 +37,11 @@ Sight Hypothesis::undone(Sight s) const {
   } else if (other >= 0) {
     swap(joint, other, s);
   } else {
-    if (moves)
-      for (RowMatrix* x : {&s.q, &s.v, &s.a}) x->col(joint) *= factor;
-    if (forces) s.tau.col(joint) *= factor;
+    for (const int j : joints()) {
+      if (moves)
+        for (RowMatrix* x : {&s.q, &s.v, &s.a}) x->col(j) *= factor;
+      if (forces) s.tau.col(j) *= factor;
+    }
   }
   return s;
 }

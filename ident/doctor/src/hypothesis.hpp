@@ -1,6 +1,8 @@
 // A mistake in the columns of a log, and how it is undone.
 #pragma once
 
+#include <vector>
+
 #include "fricid/system/transmission.hpp"
 #include "sight.hpp"
 
@@ -15,9 +17,12 @@ struct Hypothesis {
   const Transmission* coupled = nullptr;  // of columns of motors read as those of joints,
   bool at_joints = false;                 // or the other way round
   bool reversed = false;                  // concerns all columns, from the last to the first
+  std::vector<int> axes = {};             // several that turn the other way, instead of `joint`
 
   /// Whether the joint turns the other way than taken.
   bool mirrors() const { return kind == FindingKind::kSign && moves && forces; }
+  /// The joints whose columns it concerns.
+  std::vector<int> joints() const;
 
   Sight undone(Sight s) const;
 

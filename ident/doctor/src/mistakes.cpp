@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "explained.hpp"
@@ -23,7 +24,10 @@ constexpr double kWorseOfAll = 1.6;  // log of the factor by which one joint may
 // Any other place of it leaves not much less then; where one leaves less than this share, the place
 // in the file is wrong.
 constexpr double kMirrored = 0.5;
-constexpr int kMistakes = 4;  // found one after the other
+constexpr int kMistakes = 4;       // found one after the other
+constexpr double kOfCoupling = 2;  // mistakes that motors coupled by a factor count as
+constexpr double kFine =
+    0.01;  // share unexplained of all joints beyond which no more is looked for
 // Factors of the nominal torques that are no modelling error: of most joints alike, and of one,
 // whose light link may be anything in a file.
 constexpr double kFarOff = 8, kFarOffAlone = 30;
@@ -56,6 +60,51 @@ std::vector<Hypothesis> hypotheses(const Transmission* motors, int n) {
   return all;
 }
 
+/// Several axes that turn the other way than taken, of few joints all sets of them: each alone may
+/// make the others worse.
+void add_axes(int n, std::vector<Hypothesis>& all) {
+  constexpr int kFew = 7;
+  const auto add = [&](std::vector<int> axes) {
+    all.push_back({FindingKind::kSign, true, true, axes.front(), -1, -1});
+    all.back().axes = std::move(axes);
+  };
+  if (n > kFew) {
+    for (int i = 0; i < n; ++i)
+      for (int j = i + 1; j < n; ++j) add({i, j});
+    return;
+  }
+  for (unsigned set = 1; set < 1U << static_cast<unsigned>(n); ++set) {
+    std::vector<int> axes;
+    for (int j = 0; j < n; ++j)
+      if ((set >> static_cast<unsigned>(j) & 1U) != 0) axes.push_back(j);
+    if (axes.size() > 1) add(std::move(axes));
+  }
+}
+
+/// The arm with motors that its file does not couple.
+struct CoupledArm {
+  dynamics::RobotModel robot;
+  Transmission motors;
+};
+
+/// Motors of neighbouring joints that turn, by the factors that wrists and belts have.
+std::vector<CoupledArm> coupled_arms(const dynamics::RobotModel& robot) {
+  std::vector<CoupledArm> arms;
+  for (int j = 1; j < robot.n(); ++j) {
+    if (slides(robot.joints[static_cast<std::size_t>(j)]) ||
+        slides(robot.joints[static_cast<std::size_t>(j) - 1]))
+      continue;
+    for (const double factor : {1.0, 0.5, 0.25, 2.0})
+      for (const double sign : {1.0, -1.0}) {
+        dynamics::RobotModel coupled = robot;
+        coupled.couplings = {{.joint = j, .motor = j - 1, .factor = sign * factor}};
+        Transmission motors(coupled);
+        arms.push_back({std::move(coupled), std::move(motors)});
+      }
+  }
+  return arms;
+}
+
 /// Time in which a joint slides [s].
 double seconds_of(const data::Dataset& d, const Motion& motion, const Sight& sight, int j) {
   const auto rows = static_cast<double>(sight.rows[static_cast<std::size_t>(j)].size());
@@ -72,6 +121,9 @@ struct Account {
     double sum = 0;
     for (const Explained& e : explained) sum += e.unexplained;
     return sum / static_cast<double>(explained.size());
+  }
+  double worst() const {
+    return std::ranges::max(explained, {}, &Explained::unexplained).unexplained;
   }
   /// Log of what is left unexplained, a mistake counting as much as it must gain.
   double cost() const {
@@ -127,18 +179,68 @@ bool is_absurd(const Hypothesis& h, const std::vector<Explained>& after) {
   return far && !mostly_far_off(others);
 }
 
+/// A coupling of motors that the robot's file does not have, and what it gains.
+struct FoundCoupling {
+  Hypothesis hypothesis;
+  double gained = 0;
+};
+
+/// The coupling that explains most, by more than `most` beyond what it needs: of motors whose
+/// columns the log has, of both or of the torque, or of joints.
+template <class Needs>
+std::optional<FoundCoupling> find_coupling(std::span<const CoupledArm> arms, const Account& account,
+                                           const Needs& needs, double most) {
+  std::optional<FoundCoupling> found;
+  for (const CoupledArm& arm : arms) {
+    Judge judge(&arm.robot, arm.robot.n());
+    const dynamics::Coupling& coupling = arm.robot.couplings.front();
+    for (const auto& [moves, forces] : {std::pair{true, true}, {false, true}, {false, false}}) {
+      const Hypothesis h{FindingKind::kCoupled, moves,           forces,     coupling.joint,
+                         coupling.motor,        coupling.factor, &arm.motors};
+      const double gained = gain(account.explained, judge.explain(h.undone(account.sight)));
+      if (gained - needs(h) <= most) continue;
+      most = gained - needs(h);
+      found = {h, gained};
+    }
+  }
+  return found;
+}
+
+Finding describe_coupling(const data::Dataset& d, const Motion& motion,
+                          const dynamics::RobotModel& robot, const FoundCoupling& coupling) {
+  const Hypothesis& h = coupling.hypothesis;
+  const auto name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
+  Finding found = describe(d, motion, h, std::exp(coupling.gained), "");
+  found.unit = fmt::format(
+      "times less unexplained as columns of motors with [[coupling]] joint = \"{}\", motor = "
+      "\"{}\", factor = {:.3g}",
+      name(h.joint), name(h.other), h.factor);
+  return found;
+}
+
 Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
                     const Sight& sight) {
   Judge judge(robot, d.n());
   const std::optional<Transmission> motors =
       robot ? std::optional<Transmission>(*robot) : std::nullopt;
-  const std::vector<Hypothesis> all = hypotheses(motors ? &*motors : nullptr, d.n());
+  std::vector<Hypothesis> all = hypotheses(motors ? &*motors : nullptr, d.n());
   Account account{sight, judge.explain(sight), {}};
+  std::vector<CoupledArm> arms;
+  if (motors && account.worst() > kFine) {
+    add_axes(d.n(), all);
+    if (!motors->coupled()) arms = coupled_arms(*robot);
+  }
   const auto needs = [&](const Hypothesis& h) {
     double seconds = d.length() * d.dt();
-    for (const int j : {h.joint, h.other})
-      if (j >= 0) seconds = std::min(seconds, seconds_of(d, motion, sight, j));
-    return kBelief * (h.reversed ? d.n() : 1) + kChance / seconds;
+    for (const int j : h.joints()) seconds = std::min(seconds, seconds_of(d, motion, sight, j));
+    const double mistakes = h.reversed ? d.n() : std::max(1.0, static_cast<double>(h.axes.size()));
+    return kBelief * (h.coupled ? kOfCoupling : mistakes) + kChance / seconds;
+  };
+  const auto may_be_centres = [&](const Hypothesis& h, const std::vector<Explained>& after) {
+    return std::ranges::any_of(h.joints(), [&](int j) {
+      return judge.unexplained_with_centre(account.sight, j) <
+             kMirrored * after[static_cast<std::size_t>(j)].unexplained;
+    });
   };
   for (int mistake = 0; mistake < kMistakes; ++mistake) {
     double best = 0, most = 0;
@@ -149,14 +251,17 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
       const double gained = gain(account.explained, after, h.reversed ? kWorseOfAll : kWorse),
                    beyond = gained - needs(h);
       if (beyond <= most || is_absurd(h, after)) continue;
-      if (robot && h.mirrors() &&
-          judge.unexplained_with_centre(account.sight, h.joint) <
-              kMirrored * after[static_cast<std::size_t>(h.joint)].unexplained)
-        continue;
+      if (robot && h.mirrors() && may_be_centres(h, after)) continue;
       best = gained;
       most = beyond;
       believed = &h;
       then = after;
+    }
+    if (const auto coupled = find_coupling(arms, account, needs, most)) {
+      // joints that coupled motors turn: friction alone is of another arm, and the fit says so
+      if (coupled->hypothesis.forces)
+        account.mistakes.push_back(describe_coupling(d, motion, *robot, *coupled));
+      break;
     }
     if (!believed) break;
     account.sight = believed->undone(std::move(account.sight));
@@ -170,6 +275,12 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
       for (int j = 0; j < d.n() - 1 - j; ++j) {
         found.joint = j;
         found.other = d.n() - 1 - j;
+        account.mistakes.push_back(found);
+      }
+    } else if (!believed->axes.empty()) {
+      found.unit = fmt::format("times less unexplained with {} axes turned", believed->axes.size());
+      for (const int j : believed->axes) {
+        found.joint = j;
         account.mistakes.push_back(found);
       }
     } else {

@@ -61,6 +61,7 @@ struct Channel {
   double operator[](Eigen::Index k) const { return x(k, joint); }
   int length() const { return static_cast<int>(x.rows()); }
   double range() const { return high - low; }
+  bool is_empty() const { return high < low; }  // without a finite value
 
   Finding finding(FindingKind kind, int first, int last, double size, const char* unit) const {
     return {.kind = kind,
@@ -431,6 +432,9 @@ void check_signals(const data::Dataset& d, Findings& findings) {
   for (int j = 0; j < d.n(); ++j) {
     const Channel q(d, d.q, "q", j), tau(d, d.tau, "tau", j);
     for (const Channel& c : {q, tau}) check_missing(c, findings);
+    const Channel temperature(d, d.temperature, "temperature", j);
+    if (!temperature.is_empty()) check_temperature(temperature, findings);
+    if (q.is_empty() || tau.is_empty()) continue;
     const bool coarse = check_quantisation(q, kCoarsePosition, "rad", findings);
     const bool still = check_still(q, findings);
     if (!still) check_stuck(q, q, coarse ? 4 * kStuck : kStuck, findings);
@@ -440,7 +444,6 @@ void check_signals(const data::Dataset& d, Findings& findings) {
       check_jumps(q, findings);
     }
     check_torque(tau, q, still, findings);
-    if (d.temperature.size() > 0) check_temperature({d, d.temperature, "temperature", j}, findings);
   }
   check_same(d, d.q, "q", findings);
   check_same(d, d.tau, "tau", findings);

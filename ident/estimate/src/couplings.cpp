@@ -23,8 +23,8 @@ constexpr int kJump = 5;             // samples over which a torque jumps as a m
 constexpr double kSure = 4;          // standard errors of that jump
 // Factors of the other joint's speed that are tried; the best is varied. Where it goes beyond the
 // outermost, the friction is that of one motor, of which a little of another speed mimics the lag.
-constexpr std::array kFactors{1.0, 0.5, 2.0};
-constexpr double kLargest = 4;
+constexpr std::array kFactors{1.0, 0.5, 0.25, 2.0};
+constexpr double kLargest = 5;
 constexpr double kFirstStep = 1.3, kLastStep = 1.005;
 constexpr double kOne = 0.03;  // from 1, within which a factor is taken for 1
 

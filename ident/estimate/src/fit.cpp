@@ -450,7 +450,7 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& config,
     // Residual and explained variance of the whole torque.
     for (int j = 0; j < n; ++j)
       score_joint(
-          prepared.recordings, j, prepared.options.min_speed_rad_s,
+          prepared.recordings, j, report.rigid_body.least_speed[static_cast<std::size_t>(j)],
           [&](std::size_t s, int k) { return target[s](k, j) - friction_torque[s](k, j); }, report);
   }
 

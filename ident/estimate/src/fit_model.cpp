@@ -159,7 +159,7 @@ void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitRepor
   });
   for (int j = 0; j < prepared.robot.n(); ++j)
     score_joint(
-        prepared.recordings, j, prepared.options.min_speed_rad_s,
+        prepared.recordings, j, prepared.rigid_body.least_speed[static_cast<std::size_t>(j)],
         [&](std::size_t s, int k) {
           return prepared.recordings[s].filtered_tau(k, j) - predicted[s](k, j);
         },
@@ -262,7 +262,7 @@ FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, 
     options.seed = static_cast<std::uint64_t>(seed);
     if (whole) {
       options.ridge = kEmRidge;
-      options.rigid_body_speed = prepared.options.min_speed_rad_s;
+      options.rigid_body_speed = prepared.rigid_body.least_speed;
     }
     report.em = fit_em(arm, prepared.recordings, options, report.model.label, jobs, checkpoint);
     take(*report.em, fmt::format("{} iterations (EM)", report.em->iterations.size()));

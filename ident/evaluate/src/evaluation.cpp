@@ -157,6 +157,7 @@ void Evaluation::check(const std::string& place) const {
   for (const Unexplained& torque : unexplained) {
     require_label(torque.recording, "recording of unexplained", place);
     require_label(torque.joint, "joint of unexplained", place);
+    require_label(torque.difference, "difference of unexplained", place);
   }
 }
 

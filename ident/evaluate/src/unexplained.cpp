@@ -92,6 +92,7 @@ Known known_of(std::span<const Trajectory> training, const Judge& judge, Eigen::
 }  // namespace
 
 std::string Unexplained::in_words() const {
+  if (!difference.empty()) return difference;
   const std::string size = fmt::format(
       "{:.3g} N m of its torque are unexplained, {:.0f} times the residual on the "
       "training data (R2 {:.2g} of the whole recording)",
@@ -139,6 +140,7 @@ std::optional<Unexplained> look_at(const Trajectory& recording, std::size_t i, E
       static_cast<double>(end - begin) > kThroughout * static_cast<double>(d.length());
   return Unexplained{.recording = d.name,
                      .joint = d.joint_names[joint],
+                     .difference = {},
                      .throughout = throughout,
                      .begin_s = d.t[begin],
                      .end_s = d.t[end - 1],

@@ -149,7 +149,8 @@ void warn_of_learning(const data::FitFile& fit, const std::string& name, Warning
 }  // namespace
 
 Warning warning_of(const Unexplained& torque) {
-  return {torque.recording + ", " + torque.joint, torque.in_words(),
+  return {torque.joint.empty() ? torque.recording : torque.recording + ", " + torque.joint,
+          torque.in_words(),
           "the recording is not of the arm as it was trained: another load, a stop or a collision, "
           "closed brakes, a motion of another kind; it cannot rank models",
           "check that recording, and leave it or that time out; or train on such motion too"};

@@ -1,6 +1,7 @@
 #include "models.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <span>
 
 #include "fricid/base/error.hpp"
@@ -14,6 +15,7 @@ namespace {
 using estimate::Method;
 
 constexpr std::string_view kInjected = "injected";  // as model.law: the laws of [friction]
+constexpr std::string_view kSimple = "simple";      // as name: coulomb_viscous
 
 void check_modifiers(const Scene& scene, const std::vector<std::string>& given,
                      const std::string& key, const std::string& shown) {
@@ -87,12 +89,20 @@ void take_injected_laws(const Scene& scene, estimate::ModelOptions& model, const
   model.law.clear();
 }
 
+/// What `law` may say.
+std::vector<std::string_view> known_laws() {
+  std::vector<std::string_view> laws{friction::kLvm, kInjected};
+  for (const friction::LawInfo& row : friction::law_table()) laws.push_back(row.name);
+  for (const friction::LawInfo& row : friction::robot_law_table()) laws.push_back(row.name);
+  return laws;
+}
+
 // The law of a model and the method that suits it.
 void complete_law(const Scene& scene, estimate::ModelOptions& model,
                   std::span<const std::string_view> laws, const std::string& key,
                   const std::string& shown) {
   const std::string said = model.law.empty() ? "name" : "law";
-  if (model.law.empty()) model.law = model.name == "simple" ? "coulomb_viscous" : model.name;
+  if (model.law.empty()) model.law = model.name == kSimple ? "coulomb_viscous" : model.name;
   if (std::ranges::find(laws, model.law) == laws.end())
     throw UserError("{}: {}.{} = \"{}\"; allowed: {}", scene.origin.place(key + "." + said), shown,
                     said, model.law, fmt::join(laws, ", "));
@@ -152,10 +162,24 @@ void check_robot_law_keys(const Scene& scene, const estimate::ModelOptions& mode
 
 }  // namespace
 
+estimate::ModelOptions model_of_law(Scene scene, const std::string& name) {
+  std::vector<std::string_view> known{kSimple};
+  std::ranges::copy(known_laws(), std::back_inserter(known));
+  if (std::ranges::find(known, name) == known.end()) {
+    for (const estimate::ModelOptions& model : scene.models) known.push_back(model.name);
+    throw UserError("model {}: found no law and no model of the scene; allowed: {}", name,
+                    fmt::join(known, ", "));
+  }
+  estimate::ModelOptions model;
+  model.name = name;
+  model.take_defaults_of_law();
+  scene.models = {model};
+  complete_models(scene);
+  return scene.models.front();
+}
+
 void complete_models(Scene& scene) {
-  std::vector<std::string_view> laws{friction::kLvm, kInjected};
-  for (const friction::LawInfo& row : friction::law_table()) laws.push_back(row.name);
-  for (const friction::LawInfo& row : friction::robot_law_table()) laws.push_back(row.name);
+  const std::vector<std::string_view> laws = known_laws();
   for (std::size_t i = 0; i < scene.models.size(); ++i) {
     estimate::ModelOptions& model = scene.models[i];
     const std::string key = fmt::format("model[{}]", i), shown = fmt::format("model[{}]", i + 1);

@@ -61,7 +61,7 @@ std::optional<ContactFilm> read_contact_film(const workflow::RunFolder& folder,
   ContactFilm film;
   film.scene = problem.scene.name;
   film.joint_names = loop->joint_names;
-  film.force_N = file->models.front().forces.front().force_N;
+  film.force_N = file->first_force();
   const auto counted = [&](const RowMatrix& values) -> RowMatrix {
     const auto warm_up = (loop->t.array() < evaluate::kContactWarmUp).count();
     return values.bottomRows(values.rows() - warm_up);

@@ -8,15 +8,16 @@
 namespace fricid::estimate {
 
 TransitionLoss::TransitionLoss(const Arm& arm, std::span<const signals::Recording> recordings,
-                               StepOptions step, double rigid_body_speed)
+                               StepOptions step, std::span<const double> rigid_body_speed)
     : recordings_(recordings),
       stepper_(arm, step),
       n_(arm.robot.n()),
       nz_(arm.friction.model.state_size()),
       dt_(recordings.front().dt),
       coupling_(position_per_velocity(dt_, step.substeps)),
-      rigid_body_speed_(rigid_body_speed),
+      rigid_body_speed_(Eigen::RowVectorXd::Zero(n_)),
       slow_(static_cast<std::size_t>(lanes())) {
+  std::ranges::copy(rigid_body_speed, rigid_body_speed_.begin());
   const auto nx = static_cast<std::size_t>(2 * n_ + nz_);
   history_.resize(nx * static_cast<std::size_t>(stepper_.leaps() + 1));
   residual_.resize(nx);
@@ -51,7 +52,7 @@ double TransitionLoss::loss(std::span<const Transition> transitions, std::span<c
       residual_[i].set(k, x(at.t + 1, static_cast<Eigen::Index>(i)));
     }
     slow_[static_cast<std::size_t>(k)] =
-        x.row(at.t).segment(n_, n_).cwiseAbs().minCoeff() < rigid_body_speed_;
+        (x.row(at.t).segment(n_, n_).array().abs() < rigid_body_speed_.array()).any();
     for (std::size_t j = 0; j < n; ++j) {
       tau_[j].set(k, r.held_tau(at.t, static_cast<Eigen::Index>(j)));
       temperature_[j].set(k, r.temperature(at.t, static_cast<Eigen::Index>(j)));

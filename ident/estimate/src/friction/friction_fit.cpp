@@ -174,6 +174,8 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
   }
 
   if (best.value < kBadValue) {
+    // ripples start where their search found them
+    if (!ripples.empty()) coordinates.to_theta(best.x, start);
     if (!options.grows) leave_out_unseen_growth(data, friction, coordinates, start, options, best);
     bound_static_friction(data, friction, coordinates, options, best);
     level_unseen_static_friction(data, friction, coordinates, best);

@@ -232,9 +232,10 @@ TorqueScales find_torque_scales(StackedByJoint all, const Solution& plain) {
   return scales;
 }
 
-/// What changes within or between logs.
-std::vector<Fault> find_differences(const dynamics::RobotModel& robot, const StackedByJoint& all,
-                                    std::span<const signals::Recording> recordings) {
+/// What changes within or between logs, but for zeros.
+std::vector<Fault> find_changes_and_contradictions(const dynamics::RobotModel& robot,
+                                                   const StackedByJoint& all,
+                                                   std::span<const signals::Recording> recordings) {
   const Changes changes = find_changes(robot, all, recordings);
   std::vector<Fault> faults;
   if (changes.what == Change::kOffset || changes.what == Change::kFactor) faults = changes.faults;
@@ -243,7 +244,25 @@ std::vector<Fault> find_differences(const dynamics::RobotModel& robot, const Sta
   return faults.empty() ? changes.faults : faults;
 }
 
+/// @param all  of the recordings
+std::vector<Fault> find_differences(const dynamics::RobotModel& robot, const StackedByJoint& all,
+                                    std::span<const signals::Recording> recordings,
+                                    const RigidBodyOptions& options) {
+  const OtherZeros zeros = find_other_zeros(robot, all, recordings, options);
+  // another zero is believed where no other difference between the logs is left with it
+  if (!zeros.faults.empty() &&
+      find_changes_and_contradictions(robot, zeros.mended, recordings).empty())
+    return zeros.faults;
+  return find_changes_and_contradictions(robot, all, recordings);
+}
+
 }  // namespace
+
+std::vector<Fault> find_differences(const dynamics::RobotModel& robot,
+                                    std::span<const signals::Recording> recordings,
+                                    const RigidBodyOptions& options) {
+  return find_differences(robot, stack_by_joint(robot, recordings, options), recordings, options);
+}
 
 std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
                                        std::span<const signals::Recording> recordings,
@@ -254,13 +273,9 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   faults = find_undriven(robot, recordings, options, fit);
   if (!faults.empty() || !fit.prior.empty()) return faults;
   const StackedByJoint all = stack_by_joint(robot, recordings, options);
-  const Solution plain = solve(all, all.plain);
-  const OtherZeros zeros = find_other_zeros(robot, all, recordings, options);
-  if (!zeros.faults.empty()) faults = find_differences(robot, zeros.mended, recordings);
-  // another zero is believed where no other difference between the logs is left with it
-  if (!zeros.faults.empty() && faults.empty()) return zeros.faults;
-  faults = find_differences(robot, all, recordings);
+  faults = find_differences(robot, all, recordings, options);
   if (!faults.empty()) return faults;
+  const Solution plain = solve(all, all.plain);
   const TorqueScales scales = find_torque_scales(all, plain);
   const Springs springs = find_springs(all, plain.sigma);
   const auto name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };

@@ -21,4 +21,10 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
                                        std::span<const signals::Recording> recordings,
                                        const RigidBodyOptions& options, const RigidBodyFit& fit);
 
+/// Of these what differs between recordings or changes within them: zeros of joints, constant
+/// torques and factors of the torque, bodies, friction, a load.
+std::vector<Fault> find_differences(const dynamics::RobotModel& robot,
+                                    std::span<const signals::Recording> recordings,
+                                    const RigidBodyOptions& options);
+
 }  // namespace fricid::estimate

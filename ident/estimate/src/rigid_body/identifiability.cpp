@@ -158,16 +158,6 @@ void group_parameters(const dynamics::RobotModel& robot, Identifiability& report
   }
 }
 
-// The smallest step of a signal between two samples that differ.
-double resolution_of(const signals::Dataset& d, int j) {
-  double least = std::numeric_limits<double>::infinity();
-  for (int k = 1; k < d.length(); ++k) {
-    const double step = std::abs(d.q(k, j) - d.q(k - 1, j));
-    if (step > 0 && step < least) least = step;
-  }
-  return std::isfinite(least) ? least : 0;
-}
-
 // A travel below this share of that in which friction climbs is the sensor's noise.
 constexpr double kNoise = 0.03;
 
@@ -196,11 +186,16 @@ void count_turns(const signals::Recording& s, int j, const IdentifiabilityOption
   }
 }
 
-Coverage cover(std::span<const signals::Recording> recordings, int j,
-               const IdentifiabilityOptions& options) {
-  constexpr double kMoving = 1e-3;  // [rad/s]
+/// @param joint    j of the robot
+/// @param options  of joints that turn
+Coverage cover(std::span<const signals::Recording> recordings, const dynamics::Joint& joint, int j,
+               IdentifiabilityOptions options) {
+  options.stribeck_speed *= dynamics::travel_scale(joint);
+  options.presliding *= dynamics::travel_scale(joint);
+  const double moving = 1e-3 * dynamics::travel_scale(joint);  // [rad/s or m/s]
   const double infinity = std::numeric_limits<double>::infinity();
-  Coverage c{.load_low = infinity,
+  Coverage c{.slides = slides(joint),
+             .load_low = infinity,
              .load_high = -infinity,
              .temperature_low = infinity,
              .temperature_high = -infinity,
@@ -210,7 +205,7 @@ Coverage cover(std::span<const signals::Recording> recordings, int j,
     for (int k = 0; k < s.length(); ++k) {
       const double speed = std::abs(s.narrow.v(k, j));
       c.fastest = std::max(c.fastest, speed);
-      if (speed > kMoving && speed < options.stribeck_speed) c.slow_s += s.dt;
+      if (speed > moving && speed < options.stribeck_speed) c.slow_s += s.dt;
     }
     c.load_low = std::min(c.load_low, s.filtered_tau.col(j).minCoeff());
     c.load_high = std::max(c.load_high, s.filtered_tau.col(j).maxCoeff());
@@ -218,7 +213,7 @@ Coverage cover(std::span<const signals::Recording> recordings, int j,
       c.temperature_low = std::min(c.temperature_low, s.temperature.col(j).minCoeff());
       c.temperature_high = std::max(c.temperature_high, s.temperature.col(j).maxCoeff());
     }
-    c.resolution = std::min(c.resolution, resolution_of(s.log, j));
+    if (s.step[j] > 0) c.resolution = std::min(c.resolution, s.step[j]);
     count_turns(s, j, options, c, climbs);
   }
   if (!climbs.empty()) {
@@ -244,8 +239,8 @@ constexpr Demand kManyTurns{"4 reversals or more",
                             [](const Coverage& c) { return c.reversals + c.presliding >= 4; }};
 constexpr Demand kClimbs{"3 samples or more in presliding after a reversal",
                          [](const Coverage& c) { return c.samples_per_climb >= 3; }};
-constexpr Demand kFine{"positions in steps of 0.1 mrad or less",
-                       [](const Coverage& c) { return c.resolution <= 1e-4; }};
+constexpr Demand kFine{"positions in steps of 0.1 mrad (0.01 mm) or less",
+                       [](const Coverage& c) { return c.resolution <= (c.slides ? 1e-5 : 1e-4); }};
 constexpr Demand kLoads{"torques of both signs, or over a wide range", [](const Coverage& c) {
                           const double largest =
                               std::max(std::abs(c.load_low), std::abs(c.load_high));
@@ -356,8 +351,8 @@ Identifiability examine_data(const dynamics::RobotModel& robot,
   double seconds = 0;
   for (const signals::Recording& s : recordings) seconds += s.dt * s.length();
   for (int j = 0; j < robot.n(); ++j) {
-    report.joints.push_back(cover(recordings, j, options));
-    report.joints.back().slides = slides(robot.joints[static_cast<std::size_t>(j)]);
+    report.joints.push_back(
+        cover(recordings, robot.joints[static_cast<std::size_t>(j)], j, options));
   }
   judge_families(robot, seconds, report);
   return report;

@@ -95,8 +95,9 @@ std::string to_text(const Identifiability& report, const dynamics::RobotModel& r
   for (const std::string& doubt : report.doubts) text += fmt::format("doubt: {}\n", doubt);
   for (const JointInertia& found : report.without_inertia)
     text += fmt::format(
-        "inertia: {}: {:.2g} +- {:.1g} kg m^2 by its torque: a fit holds its armature\n",
-        robot.joints[static_cast<std::size_t>(found.joint)].name, found.value, found.error);
+        "inertia: {}: {:.2g} +- {:.1g} {} by its torque: a fit holds its armature\n",
+        robot.joints[static_cast<std::size_t>(found.joint)].name, found.value, found.error,
+        slides(robot.joints[static_cast<std::size_t>(found.joint)]) ? "kg" : "kg m^2");
   for (std::size_t j = 0; j < report.joints.size(); ++j) {
     const Coverage& c = report.joints[j];
     text += fmt::format(

@@ -34,6 +34,7 @@ void find_ripples(const ArmTorqueData& data, const std::vector<std::size_t>& ter
     std::vector<std::size_t> own;
     for (const std::size_t term : terms)
       if (term >= joint.begin && term < joint.begin + joint.size) own.push_back(term - joint.begin);
+    if (own.empty()) return;
     const JointFrictionData left(data.recordings(), target, j, data.cutoff_hz());
     seed_ripples(left, joint.one, own,
                  std::span(arm.friction.theta).subspan(joint.begin, joint.size));

@@ -48,14 +48,17 @@ constexpr double kTie = 1.03, kTieOfFew = 1.06;  // the latter of laws, where ro
 // Rollouts that few samples of the torque agree with are good by chance.
 constexpr double kMostTorque = 4;  // of the least held-out torque error
 
-std::ptrdiff_t fallen(const RolloutErrors& errors) {
-  const double least = std::log(kFallenSquare);
-  const auto falls = [least](double error) { return error >= least; };
-  return std::ranges::count_if(errors.seconds, falls) + std::ranges::count_if(errors.whole, falls);
-}
-
 bool few_rollouts(const Candidate& candidate) {
   return std::ssize(candidate.rollouts.seconds) < kFewRollouts;
+}
+
+/// Rollouts that fell. Where there are few, one of full length may have fallen by chance: an arm
+/// that no gravity brings back departs with time.
+std::ptrdiff_t fallen(const Candidate& candidate) {
+  const auto falls = [least = std::log(kFallenSquare)](double error) { return error >= least; };
+  const std::ptrdiff_t seconds = std::ranges::count_if(candidate.rollouts.seconds, falls),
+                       whole = std::ranges::count_if(candidate.rollouts.whole, falls);
+  return seconds + std::max<std::ptrdiff_t>(0, whole - (few_rollouts(candidate) ? 1 : 0));
 }
 
 /// Whether a candidate explains the held-out torque as others do.
@@ -82,8 +85,8 @@ std::size_t best_of(std::span<const Candidate> candidates) {
     if (better(best)) best = i;
     if (explaining[i] && better(explained)) explained = i;
   }
-  const bool all = explained == candidates.size() ||
-                   fallen(candidates[explained].rollouts) > fallen(candidates[best].rollouts);
+  const bool all =
+      explained == candidates.size() || fallen(candidates[explained]) > fallen(candidates[best]);
   return all ? best : explained;
 }
 
@@ -98,8 +101,8 @@ std::vector<bool> eligible(std::span<const Candidate> candidates) {
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const Candidate& candidate = candidates[i];
     const Difference worse = between(candidate.rollouts, best.rollouts);
-    all.push_back(fallen(candidate.rollouts) <= fallen(best.rollouts) &&
-                  std::isfinite(candidate.held_out) && (explaining[i] || !explaining[first]) &&
+    all.push_back(fallen(candidate) <= fallen(best) && std::isfinite(candidate.held_out) &&
+                  (explaining[i] || !explaining[first]) &&
                   worse.mean <= (few_rollouts(candidate) ? std::max(worse.error, std::log(kChance))
                                                          : worse.error));
   }

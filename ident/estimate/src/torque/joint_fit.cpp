@@ -116,7 +116,9 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
   has_temperature_ = temperatures.sd > kWarms;
   for (int j = 0; j < n(); ++j)
     slides_both_ways_.push_back(
-        share_of_rarer_direction(recordings_, j, prepared.options.min_speed_rad_s) >= kBothWays);
+        share_of_rarer_direction(recordings_, j,
+                                 prepared.rigid_body.least_speed[static_cast<std::size_t>(j)]) >=
+        kBothWays);
   take_load_of(start(friction::JointSpec{{{"coulomb_viscous", 0, {}}}}));
 }
 
@@ -277,13 +279,17 @@ Arm JointFits::start(const std::vector<friction::LvmParts>& parts) const {
 
 double JointFits::held_out_torque(const Arm& arm) const {
   double sum = 0;
+  int moving = 0;
   for (int j = 0; j < n(); ++j) {
+    const Eigen::Index rows = held_out_.joint(j).tau.size();
+    if (rows == 0) continue;                         // the joint rests in all that is held out
     const Eigen::VectorXd& tau = all_.joint(j).tau;  // of a short stretch it may hardly vary
     const double size = (tau.array() - tau.mean()).square().mean();
-    sum += held_out_.residual(arm, j).squaredNorm() /
-           static_cast<double>(held_out_.joint(j).tau.size()) / std::max(size, 1e-300) / n();
+    sum += held_out_.residual(arm, j).squaredNorm() / static_cast<double>(rows) /
+           std::max(size, 1e-300);
+    ++moving;
   }
-  return sum;
+  return moving > 0 ? sum / moving : 0;
 }
 
 double JointFits::residual_rms(const Arm& arm, int j) const {

@@ -19,10 +19,11 @@ namespace fricid::doctor {
 /// missing, stuck, constant, still, quantised, saturated, spike, jump, repeated rows. Between
 /// signals: columns of two joints that are the same, a velocity that is not the derivative of the
 /// position. Against dynamics, by linear regression of the torque on the motion under every
-/// hypothesis (a mount, a sign, a swap, degrees, a delay): mount, sign, swapped, angle_unit,
-/// torque_unit, delay. With `robot` the regressors are its nominal torques, its limits are checked,
-/// and torque that stays at the effort of its joint is at_limit instead of saturated; without it a
-/// wrong sign shows only as negative inertia or negative friction.
+/// hypothesis (a mount, a sign, a swap, degrees, a delay): mount, no_gravity, sign, swapped,
+/// coupled, angle_unit, length_unit, torque_unit, delay, delay_unknown. With `robot` the regressors
+/// are its nominal torques, its limits are checked, and torque that stays at the effort of its
+/// joint is at_limit instead of saturated; without it a wrong sign shows only as negative inertia
+/// or negative friction.
 /// @return notes and damage, times first
 /// @pre d.t, d.q, d.tau have equal lengths of at least 2; d.rate_hz is the usual rate
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot = nullptr);

@@ -99,10 +99,11 @@ struct FitReport {
   std::string brief() const;  ///< one line for the terminal
 };
 
-/// Reasons not to trust a fit: a joint with R2 below one half on its training torque (rigid body
-/// included), friction larger than the range of the torque or than the effort limit, Coulomb
-/// friction on a bound, friction coupled to another joint's speed, a joint that did not move, an
-/// ill-conditioned regression.
+/// Reasons not to trust a fit. Of a joint: R2 below one half on its training torque (rigid body
+/// included), no finite torque, no motion or one speed alone, negative friction or a torque of the
+/// wrong sign, friction larger than the range of the torque or than the effort limit or on a bound,
+/// friction coupled to another joint's speed, inertia far beyond that of the robot's file. Of all:
+/// an ill-conditioned regression, a prior that the torque contradicts, and `find_contradictions`.
 std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report);
 
 /// Fits one friction law of the table, joint by joint, to the torque residual of the rigid body

@@ -107,6 +107,12 @@ struct ContactFile {
   std::vector<std::string> joint_names;
   std::vector<ContactScore> models;
 
+  /// Force of the first pushes [N]; 0 without any.
+  double first_force() const {
+    return models.empty() || models.front().forces.empty() ? 0
+                                                           : models.front().forces.front().force_N;
+  }
+
   template <class Archive>
   void visit(Archive& archive) {
     archive("hours", hours, number("h", 0, 1e6, "simulated without contact"));

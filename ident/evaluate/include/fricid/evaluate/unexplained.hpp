@@ -12,24 +12,31 @@
 
 namespace fricid::evaluate {
 
-/// Torque of one joint of a held-out recording that no trusted model explains as it explains the
-/// training data: another load, a stop or a collision, closed brakes. Values of the model that
-/// comes nearest.
+/// A held-out recording that is not of the arm as it was trained. Either a regression of it and the
+/// training data says in what they differ (`difference`; no values), or no trusted model explains
+/// the torque of a joint as it explains the training data: another load, a stop or a collision,
+/// closed brakes. Values of the model that comes nearest.
 struct Unexplained {
-  std::string recording, joint;
+  std::string recording;
+  std::string joint;              ///< empty: the whole robot
+  std::string difference;         ///< "the load on link_6 changes, as between ..."; empty: values
   bool throughout = false;        ///< else from `begin_s` to `end_s`, or at times in between
   double begin_s = 0, end_s = 0;  ///< of the recording's time
   double r2 = 0;                  ///< over the whole recording
   double residual = 0;            ///< RMS [N m] over the windows in question, or all
   double training_residual = 0;   ///< RMS [N m] over the training data
 
-  /// "from 9.5 to 12 s 310 N m are unexplained, 40 times the residual of the training data"
+  /// The difference, or "from 9.5 to 12 s 310 N m are unexplained, 40 times the residual of the
+  /// training data".
   std::string in_words() const;
 
   template <class Archive>
   void visit(Archive& archive) {
     archive("recording", recording, text("name of the held-out recording"));
-    archive("joint", joint, text("name of the joint"));
+    archive("joint", joint, text("name of the joint; empty: the whole robot"));
+    archive("difference", difference,
+            text("in what it differs from the training data, by a regression of both; empty: no "
+                 "model explains its torque, and the values say where"));
     archive("throughout", throughout, flag("all of the recording; else a part of it"));
     archive("begin_s", begin_s, any_number("s", "where the part begins"));
     archive("end_s", end_s, any_number("s", "where it ends"));

@@ -94,6 +94,10 @@ Scene load_scene(const std::filesystem::path& path);
 /// "<scene>".
 Scene load_scene_text(const std::string& text);
 
+/// The model that [[model]] with this name and no other key would be in a scene.
+/// @throws UserError when it is no law, naming the models of the scene and the laws
+estimate::ModelOptions model_of_law(Scene scene, const std::string& name);
+
 /// The scene as a file; loading it gives the same scene.
 std::string to_toml(const Scene& scene);
 

@@ -75,7 +75,8 @@ struct ExcitationOptions {
 
   template <class Archive>
   void visit(Archive& archive) {
-    archive("harmonics", harmonics, number("", 1, 200, "terms of the Fourier series"));
+    archive("harmonics", harmonics,
+            number("", 2, 200, "terms of the Fourier series; one alone does not begin at rest"));
     archive("base_rad_s", base_rad_s,
             number("rad/s", 1e-3, 100, "base frequency w; the period is 2 pi / w"));
     archive("spectrum", spectrum,

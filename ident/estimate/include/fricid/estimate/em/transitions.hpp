@@ -31,10 +31,10 @@ struct Transition {
 /// workspace: make one per thread.
 class TransitionLoss {
  public:
-  /// @param rigid_body_speed  transitions with a joint slower than this have no gradient with
-  ///                          respect to pi [rad/s]
+  /// @param rigid_body_speed  (n) transitions with a joint slower than this have no gradient with
+  ///                          respect to pi [rad/s]; empty: all have
   TransitionLoss(const Arm& arm, std::span<const signals::Recording> recordings, StepOptions step,
-                 double rigid_body_speed = 0);
+                 std::span<const double> rigid_body_speed = {});
 
   static constexpr int lanes() { return PackD::kLanes; }
 
@@ -61,7 +61,8 @@ class TransitionLoss {
 
   int n_, nz_;
   int count_ = 0;
-  double dt_, coupling_, rigid_body_speed_;
+  double dt_, coupling_;
+  Eigen::RowVectorXd rigid_body_speed_;
   std::vector<bool> slow_;  // lanes with a joint slower than that
   std::vector<PackD> history_, residual_, bar_, tau_, temperature_, pi_, theta_, pi_bar_,
       theta_bar_;

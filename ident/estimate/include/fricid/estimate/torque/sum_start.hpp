@@ -27,9 +27,10 @@ Arm start_sum(const Arm& arm, std::vector<friction::JointSpec> joints, const Sum
 /// Parameters that a fit holds, or keeps inside narrower bounds: speeds that smooth a corner and
 /// reference temperatures (constants of the host, not of the joint), the corners of load parts (a
 /// fourth to four times of 0.03 rad/s and 0.3 N m), Stribeck velocities
-/// (.02 to .5 rad/s, sliding a tenth in m/s), the attraction of a bank (5 to 300 Fc per second: the
-/// torque does not determine it beyond), and what a sum has twice (linear viscous
-/// friction outside the law that holds it and Coulomb friction of load parts, see `start_sum`).
+/// (.005 to .5 rad/s, to 1 of a law beside a bank; sliding a tenth in m/s), the attraction of a
+/// bank (5 to 300 Fc per second: the torque does not determine it beyond), and what a sum has twice
+/// (linear viscous friction outside the law that holds it and Coulomb friction of load parts, see
+/// `start_sum`).
 std::vector<Limit> sum_limits(const Arm& arm);
 /// Indices in theta of Stribeck velocities on the least that `sum_limits` leaves them.
 std::vector<std::size_t> slowest_stribeck_velocities(const Arm& arm);

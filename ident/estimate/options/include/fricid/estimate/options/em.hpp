@@ -58,9 +58,9 @@ struct EmOptions {
 
   // Not keys of a scene.
   double ridge = 0;  ///< of Adam: pull to the start, nat per transition, see `fit_em`
-  /// Transitions with a slower joint do not move the rigid body of an M-step on transitions
-  /// [rad/s].
-  double rigid_body_speed = 0;
+  /// (n) transitions with a slower joint do not move the rigid body of an M-step on transitions
+  /// [rad/s]; empty: 0.
+  std::vector<double> rigid_body_speed;
   double most_nis = 2;      ///< the noise of z falls no further where NIS per channel is above it
   StepOptions step{8, 4};   ///< of filter and M-step
   StepOptions judge{8, 1};  ///< of the held-out rollouts

@@ -108,7 +108,6 @@ struct ModelOptions {
     archive.tables_unless_text("law", laws, "a law of the sum");
   }
 
- private:
   /// Sets the law's own defaults of the keys below `law`.
   void take_defaults_of_law() {
     if ((law.empty() ? name : law) != "lvm_paper") return;
