@@ -73,6 +73,15 @@ TEST(MomentumObserver, IsALowPassOfTheExternalTorque) {
   }
 }
 
+// What is faster than half the sample rate is no low-pass.
+TEST(MomentumObserver, IsNoFasterThanHalfTheRate) {
+  const Arm arm{hanging_kr6(), kr6_friction("gms")};
+  const data::ModelFile model{.name = "model", .label = "model", .arm = arm};
+  const data::Dataset log = pushed(arm, kPush, 700);
+  EXPECT_NO_THROW(observe_log(model, log, {.bandwidth_hz = log.rate_hz / 2}));
+  EXPECT_THROW(observe_log(model, log, {.bandwidth_hz = 0.6 * log.rate_hz}), UserError);
+}
+
 // Behind missing samples it begins anew; until it has settled nothing is known.
 TEST(MomentumObserver, LeavesOutGapsAndSettlesBehindThem) {
   const Arm arm{hanging_kr6(), kr6_friction("gms")};

@@ -61,6 +61,14 @@ TEST(Remarks, BreakAwayThatFallsWithinTheLeastSpeed) {
   EXPECT_THAT(fitted.remarks(), IsEmpty());
 }
 
+TEST(Remarks, StaticFrictionThatIsAGuess) {
+  Fitted fitted;
+  fitted.joints[0].guessed = {"Fs"};
+  const auto remarks = fitted.remarks();
+  ASSERT_THAT(remarks, SizeIs(1));
+  EXPECT_THAT(remarks[0].found, HasSubstr("static friction is not seen: Fs of shoulder ("));
+}
+
 TEST(Remarks, TorqueThatBendsWithTheTorque) {
   const Fitted fitted;
   const std::vector<TorqueBend> bends{{.at_largest = 0.042, .share = 0.57},

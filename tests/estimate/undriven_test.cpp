@@ -47,6 +47,17 @@ TEST(Undriven, TimeInWhichBrakesHoldTheArmIsNamed) {
   EXPECT_THAT(text_of(report.faults), HasSubstr(" s of held"));
   EXPECT_THAT(text_of(report.faults),
               testing::ContainsRegex("train = ..LOG.:[0-9.]*..] in"));  // nothing comes after
+
+  // the log goes on and stands once more; it was cut from a file at its tenth second
+  const data::Dataset once = held;
+  const int length = once.length();
+  held.q.resize(2 * length, once.n());
+  held.tau.resize(2 * length, once.n());
+  held.q << once.q, once.q;
+  held.tau << once.tau, once.tau;
+  held.t = Eigen::VectorXd::LinSpaced(2 * length, 10, 10 + (2 * length - 1) / log.rate_hz);
+  EXPECT_THAT(text_of(fit(robot, {log, held}).faults),
+              testing::ContainsRegex("train = ..LOG.10:[0-9.]*.., .LOG.[0-9.]*:[0-9.]*..] in"));
 }
 
 /// A log of an arm with Coulomb and viscous friction that goes from one of three poses to the next

@@ -70,6 +70,7 @@ data::FittedJoint joint_of(const FitReport& report, std::size_t j) {
                           .r2 = report.r2[j],
                           .start_rms = fit.start_rms,
                           .at_bound = fit.at_bound,
+                          .guessed = fit.guessed,
                           .evaluations = fit.evaluations,
                           .parameters = {},
                           .correlation = fit.correlation};
@@ -113,6 +114,7 @@ data::FittedJoint jointly_fitted(const FitReport& report, std::size_t j) {
                           .r2 = report.r2[j],
                           .start_rms = {},
                           .at_bound = {},
+                          .guessed = {},
                           .evaluations = 0,
                           .parameters = {},
                           .correlation = Eigen::MatrixXd::Constant(size, size, kNan)};

@@ -166,10 +166,11 @@ void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitRepor
         report);
 }
 
-LatentNoise assumed_noise(const Arm& arm, std::span<const signals::Recording> recordings) {
+LatentNoise assumed_noise(const Arm& arm, std::span<const signals::Recording> recordings,
+                          std::span<const double> residual_rms) {
   EmOptions options;
   options.z_noise_first = options.z_noise_last;
-  return initial_noise(arm, recordings, options);
+  return initial_noise(arm, recordings, options, residual_rms);
 }
 
 std::vector<double> torque_rms(std::span<const signals::Recording> recordings) {
@@ -209,7 +210,7 @@ FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, 
   report.method = method;
   if (!report.has_result()) return report;
   if (method == Method::kConventional) {
-    report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
+    report.model.noise = assumed_noise(report.model.arm, prepared.recordings, report.residual_rms);
     return report;
   }
 
@@ -245,7 +246,6 @@ FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, 
   };
   if (method == Method::kTorque) {
     train_on_torque();
-    report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   } else if (method == Method::kMultiStep) {
     if (whole) train_on_torque();
     MultiStepOptions options = config.train;
@@ -255,7 +255,6 @@ FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, 
         train_multi_step(arm, periods.recordings, options, report.model.label, jobs);
     take(*report.multi_step,
          fmt::format("{} steps (windows)", report.multi_step->history.loss.size()));
-    report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   } else {
     EmOptions options = config.em;
     options.torque_scale = torque_rms(prepared.recordings);
@@ -266,11 +265,13 @@ FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, 
     }
     report.em = fit_em(arm, prepared.recordings, options, report.model.label, jobs, checkpoint);
     take(*report.em, fmt::format("{} iterations (EM)", report.em->iterations.size()));
-    report.model.noise = report.em->noise;
   }
   report.model.free_parameters = static_cast<int>(report.rigid_body.base.size()) +
                                  friction::free_parameter_count(report.model.arm.friction);
   score_torque(prepared, cutoff, jobs, report);
+  report.model.noise =
+      report.em ? report.em->noise
+                : assumed_noise(report.model.arm, prepared.recordings, report.residual_rms);
   report.faults = faults_of(prepared, report);
   return report;
 }

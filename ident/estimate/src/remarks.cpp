@@ -26,7 +26,7 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
                                            const friction::RobotFriction& friction,
                                            std::span<const PositionWave> waves,
                                            std::span<const TorqueBend> bends) {
-  std::vector<std::string> unresolved, weak, narrow, of_position, bent;
+  std::vector<std::string> unresolved, weak, narrow, guessed, of_position, bent;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const data::FittedJoint& joint = joints[j];
     const auto begin = static_cast<std::size_t>(friction.parameter_begin(static_cast<int>(j)));
@@ -40,6 +40,9 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
                 ? fmt::format("{} of {} by more than itself", parameter.symbol, joint.joint)
                 : fmt::format("{} of {} by {:.0f} %", parameter.symbol, joint.joint,
                               100 * *parameter.motion_error / parameter.value));
+      if (std::ranges::count(joint.guessed, parameter.symbol) > 0)
+        guessed.push_back(
+            fmt::format("{} of {} ({:.3g})", parameter.symbol, joint.joint, parameter.value));
       const int sliding = coulomb_beside(friction, begin + i);
       if (role != friction::Role::kStatic || sliding < 0) continue;
       const double Fc = joint.parameters[static_cast<std::size_t>(sliding) - begin].value;
@@ -90,6 +93,12 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
                        "friction falls within less speed than that; the true break-away torque is "
                        "larger",
                        "log slow reversals at a higher rate and raise identify.cutoff_hz"});
+  if (!guessed.empty())
+    remarks.push_back(
+        {"static friction is not seen: " + enumeration(guessed) + ", twice that of sliding",
+         "what would explain the torque best is larger than any torque; break-away, and how the "
+         "joint starts and reverses in open loop, are a guess",
+         "record rests and slow reversals, or take dahl or the lvm"});
   if (!of_position.empty())
     remarks.push_back({"what is left of the torque goes with the joint's own position: " +
                            enumeration(of_position),

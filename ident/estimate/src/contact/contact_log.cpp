@@ -73,6 +73,9 @@ data::ContactSignals observe_log(const data::ModelFile& model, const data::Datas
     throw UserError("{}: {} joints, model {} has {}", at_joints.name, at_joints.n(), model.name, n);
   const Transmission motors(model.arm.robot);
   data::Dataset log = motors.to_motors(at_joints);
+  if (options.bandwidth_hz > log.rate_hz / 2)
+    throw UserError("{}: an observer of {:g} Hz; allowed: up to half the rate of the log, {:g} Hz",
+                    log.name, options.bandwidth_hz, log.rate_hz / 2);
   if (log.temperature.size() == 0) log.temperature.setConstant(T, n, kRoomTemperature);
   hold_missing(log.temperature, kRoomTemperature);
   RowMatrix held_tau = log.tau, held_q = log.q;

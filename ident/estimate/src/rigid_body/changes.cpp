@@ -210,6 +210,7 @@ std::string span_of(const Piece& piece, std::span<const signals::Recording> reco
 
 constexpr const char* kParts =
     "train on what lies between changes: train = [\"LOG[:a]\"] in [data]";
+constexpr const char* kApart = "fit logs that differ apart";
 
 /// The pieces in which joint j differs most.
 Fault name_change(Change what, const dynamics::Joint& joint, int j, const PiecewiseFit& fit,
@@ -218,6 +219,7 @@ Fault name_change(Change what, const dynamics::Joint& joint, int j, const Piecew
   const auto [least, most] = extremes_of(what, fit, j);
   const auto [before, after] = std::minmax(least, most);
   const auto at = [&](std::size_t piece) { return span_of(pieces[piece], recordings); };
+  const char* parts = pieces[before].sequence == pieces[after].sequence ? kParts : kApart;
   const double factor = (1 + fit.theta[after][j]) / (1 + fit.theta[before][j]);
   switch (what) {
     case Change::kOffset:
@@ -225,19 +227,19 @@ Fault name_change(Change what, const dynamics::Joint& joint, int j, const Piecew
               fmt::format("a constant torque comes and goes: {:.3g} {} from {} against {}",
                           fit.theta[after][j] - fit.theta[before][j], slides(joint) ? "N" : "N m",
                           at(after), at(before)),
-              fmt::format("an offset of its torque that jumps or drifts; {}", kParts)};
+              fmt::format("an offset of its torque that jumps or drifts; {}", parts)};
     case Change::kFactor:
       return {joint.name,
               fmt::format("its torque changes its scale: by a factor of {:.3g} from {} to {}",
                           factor, at(before), at(after)),
-              fmt::format("its torque constant or the scale of its column is not one; {}", kParts)};
+              fmt::format("its torque constant or the scale of its column is not one; {}", parts)};
     default:
       return {joint.name,
               fmt::format("its friction changes by a factor of {:.3g} from {} to {}", factor,
                           at(before), at(after)),
               has_temperature ? "fit friction that depends on the temperature: the lvm, or "
                                 "modifiers = [\"temperature\"]"
-                              : fmt::format("log the temperature of the gears, or {}", kParts)};
+                              : fmt::format("log the temperature of the gears, or {}", parts)};
   }
 }
 
@@ -255,11 +257,11 @@ Fault name_load(const dynamics::RobotModel& robot, const PiecewiseFit& fit,
     }
     last = p;
   }
-  return {
-      "",
-      fmt::format("the load on {} changes, as between {} and {}", robot.joints.back().link,
-                  span_of(pieces[before], recordings), span_of(pieces[after], recordings)),
-      fmt::format("`fricid payload` finds a load from two logs, without and with it; {}", kParts)};
+  return {"",
+          fmt::format("the load on {} changes, as between {} and {}", robot.joints.back().link,
+                      span_of(pieces[before], recordings), span_of(pieces[after], recordings)),
+          fmt::format("`fricid payload` finds a load from two logs, without and with it; {}",
+                      pieces[before].sequence == pieces[after].sequence ? kParts : kApart)};
 }
 
 }  // namespace

@@ -61,44 +61,52 @@ Eigen::VectorXd rms_of(std::span<const signals::Recording> recordings) {
 class Times {
  public:
   void add(const signals::Recording& r, const Run& run) {
-    if (!runs_.empty() && log_ == &r && (run.first - runs_.back().last) * r.dt < kBetween) {
-      runs_.back().last = run.last;
-      words_.pop_back();
-    } else {
-      runs_.push_back(run);
-    }
-    log_ = &r;
-    if (runs_.size() == 1) {
-      before_ = std::max(0.0, runs_[0].first * r.dt - kMargin);
-      after_ = runs_[0].last * r.dt + kMargin;
-      length_ = r.length() * r.dt;
-    }
-    words_.push_back(fmt::format("{:.4g} to {:.4g} s of {}", r.log.t[runs_.back().first],
-                                 r.log.t[runs_.back().last], r.log.name));
+    const bool goes_on = !spans_.empty() && spans_.back().log == &r &&
+                         (run.first - spans_.back().run.last) * r.dt < kBetween;
+    if (goes_on)
+      spans_.back().run.last = run.last;
+    else
+      spans_.push_back({&r, run});
   }
-  bool empty() const { return words_.empty(); }
+  bool empty() const { return spans_.empty(); }
   std::string words() const {
-    const std::size_t named = std::min(kNamed, words_.size());
+    std::vector<std::string> named;
+    for (std::size_t i = 0; i < std::min(kNamed, spans_.size()); ++i)
+      named.push_back(fmt::format("{:.4g} to {:.4g} s of {}", spans_[i].begin(), spans_[i].end(),
+                                  spans_[i].log->log.name));
     return fmt::format(
-        "{}{}",
-        fmt::join(words_.begin(), words_.begin() + static_cast<std::ptrdiff_t>(named), ", "),
-        words_.size() > named ? fmt::format(" and {} times more", words_.size() - named) : "");
+        "{}{}", fmt::join(named, ", "),
+        spans_.size() > kNamed ? fmt::format(" and {} times more", spans_.size() - kNamed) : "");
   }
-  /// The first of them cut out, and what of the log is left before and behind.
+  /// What is left of the first log without them, in its own time.
   std::string remedy() const {
+    const signals::Recording& log = *spans_.front().log;
+    const double first = log.log.t[0], last = log.log.t[log.length() - 1];
     std::vector<std::string> parts;
-    if (before_ >= kShortestPart) parts.push_back(fmt::format("\"LOG[:{:.4g}]\"", before_));
-    if (length_ - after_ >= kShortestPart) parts.push_back(fmt::format("\"LOG[{:.4g}:]\"", after_));
+    double from = first;
+    const auto add_part = [&](double to) {
+      if (to - from < kShortestPart) return;
+      parts.push_back(
+          fmt::format("\"LOG[{}:{:.4g}]\"", from > 0 ? fmt::format("{:.4g}", from) : "", to));
+    };
+    for (const Span& span : spans_) {
+      if (span.log != &log) break;
+      add_part(std::max(first, span.begin() - kMargin));
+      from = span.end() + kMargin;
+    }
+    add_part(last);
     if (parts.empty()) return "leave that log out";
     return fmt::format("leave that time out: train = [{}] in [data]", fmt::join(parts, ", "));
   }
 
  private:
-  std::vector<Run> runs_;
-  double before_ = 0, after_ = 0;  // [s] from the start of the log
-  double length_ = 0;              // [s] of that log
-  std::vector<std::string> words_;
-  const signals::Recording* log_ = nullptr;
+  struct Span {
+    const signals::Recording* log;
+    Run run;
+    double begin() const { return log->log.t[run.first]; }
+    double end() const { return log->log.t[run.last]; }
+  };
+  std::vector<Span> spans_;
 };
 
 }  // namespace

@@ -273,8 +273,8 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, 
   report.couplings = find_couplings(
       prepared.recordings,
       friction_target(prepared.robot, prepared.rigid_body.pi, prepared.recordings, jobs));
-  report.model.noise = assumed_noise(report.model.arm, prepared.recordings);
   score_torque(prepared, prepared.options.cutoff_hz, jobs, report);
+  report.model.noise = assumed_noise(report.model.arm, prepared.recordings, report.residual_rms);
   report.faults = faults_of(prepared, report);
   report.seconds = seconds_since(begin);
   return report;

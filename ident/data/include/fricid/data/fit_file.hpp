@@ -59,7 +59,7 @@ struct FittedJoint {
   std::string message;
   double offset = 0, rms = 0, explained = 0, residual_rms = 0, r2 = 0;
   std::vector<double> start_rms;
-  std::vector<std::string> at_bound;
+  std::vector<std::string> at_bound, guessed;
   int evaluations = 0;
   std::vector<FittedParameter> parameters;
   Eigen::MatrixXd correlation;  ///< of `parameters`, in the coordinates of the search; or empty
@@ -77,6 +77,9 @@ struct FittedJoint {
     archive("r2", r2, at_most_one("1", "share of the motor torque's variance explained"));
     archive("start_rms_Nm", start_rms, torque("residual at the end of each start of the search"));
     archive("at_bound", at_bound, text("symbols of parameters that ended on a bound"));
+    archive("guessed", guessed,
+            text("symbols of static friction that the motion does not show, taken as twice that of "
+                 "sliding"));
     archive("evaluations", evaluations, number("", 0, 1e9, "of the objective"));
     archive.sections("parameters", parameters, "friction parameters");
     archive("correlation", correlation,

@@ -242,6 +242,9 @@ struct JointFrictionFit {
   double explained = 0;               ///< 1 - residual / target mean square
   std::vector<double> start_rms;      ///< (starts) where each start ended [N m]
   std::vector<std::string> at_bound;  ///< symbols that ended on a bound
+  /// Symbol of static friction that the motion does not show, which is taken as twice that of
+  /// sliding; or none.
+  std::vector<std::string> guessed = {};
   int evaluations = 0;
 };
 
