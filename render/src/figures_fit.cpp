@@ -182,11 +182,14 @@ Figure filter_health(const Run& run) {
 }
 
 Figure parameters(const Run& run) {
+  constexpr double kShown = 1e3;
   Figure figure{.name = "parameters"};
   figure.caption =
       "Friction parameters that several laws share, or of which the truth is known, joint by "
       "joint; bars: two standard errors. Grey rings: as injected, where the truth has the same "
-      "law. Parameters of different laws differ in meaning, even under the same name.";
+      "law. Parameters of different laws differ in meaning, even under the same name. Values below "
+      "a "
+      "thousandth of the largest, of parts that a joint has not, lie below the axis.";
   std::vector<std::pair<double, std::string>> joints;
   for (int j = 0; j < run.n(); ++j) joints.emplace_back(j, run.joint(j));
 
@@ -261,6 +264,8 @@ Figure parameters(const Run& run) {
         most = std::max(most, value);
       }
     panel.log_y = least > 0 && most > 100 * least;
+    // a part that a law has not is on the lower end of its range, which is that of any machine
+    if (panel.log_y && most > kShown * least) panel.y_range = {most / kShown, 2 * most};
     figure.panels.push_back(std::move(panel));
   }
   return figure;

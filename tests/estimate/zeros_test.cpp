@@ -65,6 +65,18 @@ TEST(Zeros, AnotherOneIsFoundWithItsSize) {
   }
 }
 
+// A log in which the arm hardly moves says nothing of zeros.
+TEST(Zeros, OfALogThatDoesNotKnowThemAreNotNamed) {
+  std::vector<data::Dataset> logs = clean();
+  logs[1].q.col(1).array() += 0.05;
+  LogOptions first_alone{.seconds = 24, .torque_noise = 0.1, .seed = 9};
+  first_alone.moving = 0;
+  logs.push_back(make_log(arm(), first_alone));
+  const std::string doubts = doubts_of(arm().robot, logs);
+  EXPECT_THAT(doubts, HasSubstr("seed_2 by 0.0"));
+  EXPECT_THAT(doubts, Not(HasSubstr("seed_9")));
+}
+
 // About a vertical first axis nothing changes with its position.
 TEST(Zeros, OfAVerticalAxisSaysNothing) {
   std::vector<data::Dataset> logs = clean();

@@ -132,39 +132,52 @@ std::set<int> joints_moved_in(const StackedByJoint& shared,
   return joints;
 }
 
-/// Least squares in what all logs share and the zero of each joint of `moved` in every log but the
-/// first, columns of joint after joint.
-Solution solve_with_zeros(const StackedByJoint& shared, const std::vector<Eigen::MatrixXd>& shifts,
-                          const std::vector<int>& moved, int logs) {
+/// Logs (rows) that know the zeros of joints (columns): a shift of kLeastShift is more than the
+/// noise of all rows. In one in which a joint and all that it carries stand, it may be anything.
+Eigen::MatrixXd information_on_zeros(const StackedByJoint& all,
+                                     const std::vector<Eigen::MatrixXd>& shifts,
+                                     const Eigen::VectorXd& sigma, int logs) {
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(logs, all.n());
+  for (std::size_t i = 0; i < shifts.size(); ++i) {
+    const double weight = std::pow(kLeastShift / sigma[static_cast<Eigen::Index>(i)], 2);
+    const Columns& at = all.joints[i].at;
+    for (std::size_t r = 0; r < at.size(); ++r)
+      information.row(all.sequence[static_cast<std::size_t>(at[r])]) +=
+          weight * shifts[i].row(static_cast<Eigen::Index>(r)).cwiseAbs2();
+  }
+  return information;
+}
+
+/// Zeros (logs x moved) [rad or m] by least squares in what all logs share and the zero of each
+/// moved joint in each log that knows it, but for the log that knows it best, in which it is 0.
+/// @param sigma  of the joints' residuals in a fit without zeros
+Eigen::MatrixXd fit_zeros(const StackedByJoint& shared, const std::vector<Eigen::MatrixXd>& shifts,
+                          const Eigen::VectorXd& sigma, const std::vector<int>& moved, int logs) {
+  const Eigen::MatrixXd information = information_on_zeros(shared, shifts, sigma, logs);
   StackedByJoint all;
   all.rows = shared.rows;
-  all.size = all.plain = shared.plain + std::ssize(moved) * (logs - 1);
+  all.size = all.plain = shared.plain + std::ssize(moved) * logs;
   for (std::size_t i = 0; i < shared.joints.size(); ++i) {
     const JointRows& rows = shared.joints[i];
     Eigen::MatrixXd X = Eigen::MatrixXd::Zero(std::ssize(rows.at), all.plain);
     X.leftCols(shared.plain) = rows.X.leftCols(shared.plain);
-    for (std::size_t r = 0; r < rows.at.size(); ++r) {
-      const int s = shared.sequence[static_cast<std::size_t>(rows.at[r])];
-      if (s == 0) continue;
-      for (std::size_t m = 0; m < moved.size(); ++m)
-        X(static_cast<Eigen::Index>(r),
-          shared.plain + static_cast<Eigen::Index>(m) * (logs - 1) + s - 1) =
-            shifts[i](static_cast<Eigen::Index>(r), moved[m]);
+    for (std::size_t m = 0; m < moved.size(); ++m) {
+      int reference = 0;
+      information.col(moved[m]).maxCoeff(&reference);
+      const Eigen::Index first = shared.plain + static_cast<Eigen::Index>(m) * logs;
+      for (std::size_t r = 0; r < rows.at.size(); ++r) {
+        const int s = shared.sequence[static_cast<std::size_t>(rows.at[r])];
+        if (s == reference || !(information(s, moved[m]) > 1)) continue;
+        const auto row = static_cast<Eigen::Index>(r);
+        X(row, first + s) = shifts[i](row, moved[m]);
+      }
     }
     all.joints.push_back(normal_equations(X, rows.y));
   }
-  return solve(all, all.plain);
+  return solve(all, all.plain).x.tail(std::ssize(moved) * logs).reshaped(logs, std::ssize(moved));
 }
 
-/// Zeros (logs x moved) of a solution, that of the first log 0 [rad or m].
-Eigen::MatrixXd zeros_of(const Solution& solved, Eigen::Index shared, int logs) {
-  const Eigen::Index moved = (solved.x.size() - shared) / (logs - 1);
-  Eigen::MatrixXd zeros = Eigen::MatrixXd::Zero(logs, moved);
-  zeros.bottomRows(logs - 1) = solved.x.tail(moved * (logs - 1)).reshaped(logs - 1, moved);
-  return zeros;
-}
-
-/// The same over the middle one of the logs; of two in the middle, the lower.
+/// Zeros over that of the middle one of the logs; of two in the middle, the lower.
 Eigen::MatrixXd about_middle(Eigen::MatrixXd zeros) {
   for (auto zero : zeros.colwise()) {
     std::vector<double> sorted(zero.begin(), zero.end());
@@ -230,8 +243,8 @@ OtherZeros find_other_zeros(const dynamics::RobotModel& robot, const StackedByJo
   if (recordings.size() < 2) return out;
   const auto logs = static_cast<int>(recordings.size());
   StackedByJoint shared = with_curves(stacked);
-  std::vector<Eigen::MatrixXd> shifts =
-      shifts_of_joints(robot, shared, solve(shared, shared.plain), recordings);
+  Solution plain = solve(shared, shared.plain);
+  std::vector<Eigen::MatrixXd> shifts = shifts_of_joints(robot, shared, plain, recordings);
   std::set<int> all_moved;
   for (int s = 0; s < logs; ++s) all_moved.merge(joints_moved_in(shared, shifts, s));
   if (all_moved.empty()) return out;
@@ -242,8 +255,7 @@ OtherZeros find_other_zeros(const dynamics::RobotModel& robot, const StackedByJo
   out.mended = stacked;
   for (int step = 0; step < kStepsOfZeros; ++step) {
     if (step > 0) shared = with_curves(out.mended);
-    zeros = about_middle(
-        zeros + zeros_of(solve_with_zeros(shared, shifts, moved, logs), shared.plain, logs));
+    zeros = about_middle(zeros + fit_zeros(shared, shifts, plain.sigma, moved, logs));
     std::vector<signals::Recording> mended(recordings.begin(), recordings.end());
     for (int s = 0; s < logs; ++s)
       for (std::size_t m = 0; m < moved.size(); ++m)
@@ -252,7 +264,8 @@ OtherZeros find_other_zeros(const dynamics::RobotModel& robot, const StackedByJo
           motion->q.rowwise() -= zeros(s, static_cast<Eigen::Index>(m)) *
                                  robot.motors_of_joints().col(moved[m]).transpose();
     out.mended = stack_by_joint(robot, mended, options);
-    shifts = shifts_of_joints(robot, out.mended, solve(out.mended, out.mended.plain), mended);
+    plain = solve(out.mended, out.mended.plain);
+    shifts = shifts_of_joints(robot, out.mended, plain, mended);
   }
   for (std::size_t m = 0; m < moved.size(); ++m) {
     const Eigen::VectorXd zero = zeros.col(static_cast<Eigen::Index>(m));
