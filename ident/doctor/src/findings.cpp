@@ -47,7 +47,7 @@ constexpr std::array kKinds{
              "log it, or name its column in [torque] of the contract", false, true},
     KindInfo{FindingKind::kStill, kDamage,
              "of this joint neither friction nor inertia can be identified",
-             "move it, or weld it in the URDF: type=\"fixed\"", false},
+             "move it, hold it ([robot] hold), or weld it in the URDF: type=\"fixed\"", false},
     KindInfo{
         FindingKind::kSaturated, kDamage,
         "what lies beyond the limit is lost; large torques look small",

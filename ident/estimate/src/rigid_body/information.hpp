@@ -5,7 +5,8 @@
 
 namespace fricid::estimate {
 
-/// Covariance of an information matrix; its condition number (root of that of H) if asked for.
+/// Covariance of an information matrix; its condition number (root of that of H) if asked for. Of
+/// what H has no information on the variance is about 1e12, whatever its unit.
 Eigen::MatrixXd invert(const Eigen::MatrixXd& H, double* condition);
 
 /// W with W' W = inverse of a covariance.

@@ -88,7 +88,8 @@ Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& 
     const Eigen::VectorXd score = Xb.transpose() * pull.segment(begin, rows);
     root.col(*first) =
         scale.asDiagonal() * factor.solve(Eigen::VectorXd(scale.asDiagonal() * -score));
-    if (!root.col(*first).allFinite()) root.col(*first) = -(invert(without, nullptr) * score);
+    if (factor.rcond() < 1e-13 || !root.col(*first).allFinite())
+      root.col(*first) = -(invert(without, nullptr) * score);
     first = last;
   }
   const auto count = static_cast<double>(std::max<Eigen::Index>(1, blocks));

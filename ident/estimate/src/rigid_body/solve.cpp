@@ -17,6 +17,7 @@
 namespace fricid::estimate {
 namespace {
 
+constexpr double kBlind = 10;  // times the jackknife's error, which is the larger one elsewhere
 constexpr double kWorstCondition = 1e4;  // above it the base parameters are called ill conditioned
 constexpr double kPossible = 10;         // times what the URDF gives the links: a size of errors
 constexpr int kPoses = 20;               // per recording, of the inertia of a joint
@@ -225,6 +226,11 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   fit.base = to_base * solved.x.head(head);
   fit.base_se = (to_base * errors_root.topRows(head)).rowwise().norm();
 
+  // no block of time moves what no block knows: the jackknife then has no error of it
+  if (!with_prior)
+    for (Eigen::Index k = 0; k < head; ++k)
+      if (const double alone = std::sqrt(inverse(k, k)); !(alone < kBlind * fit.base_se[k]))
+        fit.base_se[k] = alone;
   const Eigen::VectorXd sizes = sizes_that_matter(shares);
   fit.base_size = sizes_of_base(robot, base, fit.base, sizes);
   fit.friction_size = sizes.segment(p, 3 * n);
