@@ -118,6 +118,11 @@ class Run:
         ]
         found += [f"{name}: {fit['message']}" for name, fit in fits.items()
                   if not fit["usable"] and not fit["faults"]]
+        if self._files.payload.exists():
+            payload = _read_json(self._files.payload)
+            found += [f"payload: {doubt}" for doubt in payload["doubts"]]
+            if payload["outcome"] != "converged":
+                found.append(f"payload: {payload['message']}")
         if self._files.evaluation.exists():
             if why := self._files.outdated(self._files.evaluation):
                 return [*dict.fromkeys(found), f"{self._files.evaluation.name}: {why}"]
@@ -126,7 +131,7 @@ class Run:
                 found += [f"{model['name']}: {doubt}" for doubt in model["doubts"]]
             for torque in evaluation["unexplained"]:
                 place = ", ".join(filter(None, (torque["recording"], torque["joint"])))
-                found.append(f"{place}: {torque['difference'] or 'its torque is unexplained'}")
+                found.append(f"{place}: {torque.get('difference') or 'its torque is unexplained'}")
             found += [line for line in evaluation["meaningless"] if line]
         return list(dict.fromkeys(found))
 

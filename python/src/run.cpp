@@ -107,6 +107,7 @@ void bind_run(nb::module_& m) {
       .def(nb::init<fs::path>(), "path"_a)
       .def_prop_ro("manifest", &RunFolder::manifest)
       .def_prop_ro("evaluation", &RunFolder::evaluation)
+      .def_prop_ro("payload", &RunFolder::payload)
       .def_prop_ro("models",
                    [](const RunFolder& run) { return run.files_in(run.models(), ".json"); })
       .def_prop_ro("fits", [](const RunFolder& run) { return run.files_in(run.fits(), ".json"); })
