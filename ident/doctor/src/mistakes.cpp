@@ -218,6 +218,29 @@ Finding describe_coupling(const data::Dataset& d, const Motion& motion,
   return found;
 }
 
+/// A hypothesis that is believed, as one finding or one for each axis or pair of columns.
+void add_findings(Finding found, const Hypothesis& h, int n, Findings& findings) {
+  if (h.reversed) {
+    found.unit = "times less unexplained with all joints in reversed order";
+    for (int j = 0; j < n - 1 - j; ++j) {
+      found.joint = j;
+      found.other = n - 1 - j;
+      findings.push_back(found);
+    }
+    return;
+  }
+  found.unit = !h.axes.empty()
+                   ? fmt::format("times less unexplained with {} axes turned", h.axes.size())
+               : !h.coupled  ? "times less unexplained if undone"
+               : h.at_joints ? "times less unexplained as columns of joints"
+                             : "times less unexplained as columns of motors";
+  if (h.axes.empty()) findings.push_back(found);
+  for (const int j : h.axes) {
+    found.joint = j;
+    findings.push_back(found);
+  }
+}
+
 Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
                     const Sight& sight) {
   Judge judge(robot, d.n());
@@ -233,8 +256,11 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
   const auto needs = [&](const Hypothesis& h) {
     double seconds = d.length() * d.dt();
     for (const int j : h.joints()) seconds = std::min(seconds, seconds_of(d, motion, sight, j));
-    const double mistakes = h.reversed ? d.n() : std::max(1.0, static_cast<double>(h.axes.size()));
-    return kBelief * (h.coupled ? kOfCoupling : mistakes) + kChance / seconds;
+    const bool chosen = h.coupled && h.joint >= 0;  // of many that no file has
+    const double mistakes = h.reversed ? d.n()
+                            : chosen   ? kOfCoupling
+                                       : std::max(1.0, static_cast<double>(h.axes.size()));
+    return kBelief * mistakes + kChance / seconds;
   };
   const auto may_be_centres = [&](const Hypothesis& h, const std::vector<Explained>& after) {
     return std::ranges::any_of(h.joints(), [&](int j) {
@@ -266,26 +292,8 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
     if (!believed) break;
     account.sight = believed->undone(std::move(account.sight));
     account.explained = then;
-    Finding found = describe(d, motion, *believed, std::exp(best),
-                             !believed->coupled    ? "times less unexplained if undone"
-                             : believed->at_joints ? "times less unexplained as columns of joints"
-                                                   : "times less unexplained as columns of motors");
-    if (believed->reversed) {
-      found.unit = "times less unexplained with all joints in reversed order";
-      for (int j = 0; j < d.n() - 1 - j; ++j) {
-        found.joint = j;
-        found.other = d.n() - 1 - j;
-        account.mistakes.push_back(found);
-      }
-    } else if (!believed->axes.empty()) {
-      found.unit = fmt::format("times less unexplained with {} axes turned", believed->axes.size());
-      for (const int j : believed->axes) {
-        found.joint = j;
-        account.mistakes.push_back(found);
-      }
-    } else {
-      account.mistakes.push_back(std::move(found));
-    }
+    add_findings(describe(d, motion, *believed, std::exp(best), ""), *believed, d.n(),
+                 account.mistakes);
   }
   return account;
 }
