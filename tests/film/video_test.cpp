@@ -79,6 +79,7 @@ TEST_F(RenderVideo, OfLogsWithoutAnMjcfThereIsNone) {
 
 TEST_F(RenderVideo, AStillIsFinal) {
   render_still(run, problem(), 1.0, folder / "still.png", options);
+  EXPECT_THROW(render_still(run, problem(), 1e3, folder / "late.png", options), UserError);
   EXPECT_EQ(load_png(folder / "still.png").width, 1280);
 }
 

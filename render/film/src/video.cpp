@@ -187,12 +187,15 @@ std::vector<fs::path> render_video(const RunFolder& visible, const RunFolder& ou
 void render_still(const RunFolder& folder, const scene::Problem& problem, std::optional<double> at,
                   const fs::path& picture, const DrawingOptions& options) {
   const RunFilm film = read_film(folder, problem);
+  const double end = film.t[film.t.size() - 1], time = at.value_or(end / 2);
+  if (!(time >= 0 && time <= end))
+    throw UserError("a still at {:g} s; allowed: 0 to {:.4g} s, the film of the run", time, end);
   const auto context = make_gl_context(options.renderer);
   const sim::MujocoArm arm = sim::make_arm(problem);
   ArmPainter painter(arm, problem.scene.robot.payload_frame, kFilmWidth, kFilmHeight,
                      PaintQuality::final(), context->functions());
   Comparison comparison(film, problem, painter);
-  save_png(comparison.still(film.row(at.value_or(film.t[film.t.size() - 1] / 2))), picture);
+  save_png(comparison.still(film.row(time)), picture);
 }
 
 }  // namespace fricid::film

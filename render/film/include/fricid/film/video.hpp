@@ -40,6 +40,7 @@ std::vector<std::filesystem::path> render_video(const workflow::RunFolder& visib
 /// One picture, final quality: the arm and its ghosts at a time of the first held-out trajectory,
 /// without text.
 /// @param at  [s]; absent: the middle
+/// @throws UserError when the film has no such time
 void render_still(const workflow::RunFolder& folder, const scene::Problem& problem,
                   std::optional<double> at, const std::filesystem::path& picture,
                   const DrawingOptions& options);
