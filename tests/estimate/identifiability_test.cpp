@@ -70,7 +70,7 @@ TEST(Identifiability, AJointThatStandsLeavesTheOthersKnown) {
     }
     log.tau(k, 0) = tau[0];
   }
-  const Identifiability report = examine(arm.robot, {noisy(log, 0.02, 0, 3)});
+  const Identifiability report = examine(arm.robot, {noisy(log, 0.02, 1e-5, 3)});
   for (const char* name : {"j2", "j3"})
     for (const char* kind : {" Coulomb friction", " viscous friction"})
       EXPECT_EQ(find(report, std::string(name) + kind).verdict, Verdict::kIdentified)
