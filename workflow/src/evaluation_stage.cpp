@@ -79,7 +79,7 @@ void add_recording(HeldOut& held_out, data::Dataset at_joints,
   trajectory.q = std::move(motion.q);
   trajectory.v = std::move(motion.v);
   trajectory.a = std::move(motion.a);
-  if (!truth_file.empty() && is_there(truth_file)) {
+  if (is_there(truth_file)) {
     if (in_file != trajectory.data.joint_names)
       throw UserError("{}: found a truth of the joints {}; allowed: in the order of the robot, {}",
                       truth_file.string(), fmt::join(in_file, ", "),

@@ -207,6 +207,18 @@ FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::
   return target;
 }
 
+std::vector<signals::Recording> recordings_of(const dynamics::RobotModel& robot,
+                                              std::span<const data::Dataset> logs, double cutoff_hz,
+                                              int jobs) {
+  const Transmission motors(robot);
+  std::vector<signals::Recording> recordings(logs.size());
+  parallel_for(static_cast<int>(logs.size()), jobs, [&](int i) {
+    const auto s = static_cast<std::size_t>(i);
+    recordings[s] = signals::make_recording(motors.to_motors(logs[s]), cutoff_hz);
+  });
+  return recordings;
+}
+
 RegressionStart start_of_regression(const dynamics::RobotModel& robot, RigidBodyOptions options) {
   dynamics::Nominal nominal = dynamics::complete(robot);
   options.guesses = std::move(nominal.guesses);
@@ -293,16 +305,10 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
                       to_one_rate(d, train.front()));
   }
   Prepared out;
-  const Transmission motors(robot);
   const data::TrainingPart part = data::training_part(train);
-  out.recordings.resize(part.recordings.size());
   if (!part.is_all())
     out.fitted_to = {part.seconds, part.of_seconds, static_cast<int>(part.recordings.size())};
-  parallel_for(static_cast<int>(part.recordings.size()), jobs, [&](int i) {
-    const auto s = static_cast<std::size_t>(i);
-    out.recordings[s] =
-        signals::make_recording(motors.to_motors(part.recordings[s]), options.cutoff_hz);
-  });
+  out.recordings = recordings_of(robot, part.recordings, options.cutoff_hz, jobs);
   RegressionStart start = start_of_regression(robot, options);
   out.robot = std::move(start.robot);
   out.options = std::move(start.options);

@@ -42,17 +42,17 @@ void level_unseen_static_friction(const JointFrictionData& data,
 /// Static friction above all torque that friction had to explain is a spike about v = 0 that stands
 /// for something else, and no law to simulate with: then it is twice that of sliding, if that
 /// explains about as much.
-/// @return whether it is
-bool bound_static_friction(const JointFrictionData& data, const friction::RobotFriction& friction,
-                           const SearchCoordinates& coordinates, FrictionFitOptions options,
-                           SearchMinimum& best) {
+/// @return index of it in theta; -1: it is not
+int bound_static_friction(const JointFrictionData& data, const friction::RobotFriction& friction,
+                          const SearchCoordinates& coordinates, FrictionFitOptions options,
+                          SearchMinimum& best) {
   const int Fc = friction::find_parameter(friction, 0, friction::Role::kCoulomb),
             Fs = friction::find_parameter(friction, 0, friction::Role::kStatic);
-  if (Fc < 0 || Fs < 0 || coordinates.is_held(static_cast<std::size_t>(Fs))) return false;
+  if (Fc < 0 || Fs < 0 || coordinates.is_held(static_cast<std::size_t>(Fs))) return -1;
   std::vector<double> theta(best.x.size());
   coordinates.to_theta(best.x, theta);
   const auto at = [&](int i) -> double& { return theta[static_cast<std::size_t>(i)]; };
-  if (at(Fs) < data.largest_target()) return false;
+  if (at(Fs) < data.largest_target()) return -1;
   for (std::size_t i = 0; i < theta.size(); ++i)
     if (coordinates.is_held(i)) options.held.push_back(i);
   options.held.push_back(static_cast<std::size_t>(Fs));
@@ -63,11 +63,11 @@ bool bound_static_friction(const JointFrictionData& data, const friction::RobotF
     found = search(data, friction, bounded, bounded.to_scaled(theta), options);
     bounded.to_theta(found.x, theta);
   }
-  if (!(found.value < (1 + kAboutAsMuch) * best.value)) return false;
+  if (!(found.value < (1 + kAboutAsMuch) * best.value)) return -1;
   best.x = coordinates.to_scaled(theta);
   best.value = found.value;
   best.converged = found.converged;
-  return true;
+  return Fs;
 }
 
 /// Growth with the load that the motion hardly shows may be anything, where a joint's torque is
@@ -179,11 +179,8 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
     // ripples start where their search found them
     if (!ripples.empty()) coordinates.to_theta(best.x, start);
     if (!options.grows) leave_out_unseen_growth(data, friction, coordinates, start, options, best);
-    if (bound_static_friction(data, friction, coordinates, options, best))
-      fit.guessed.push_back(friction
-                                .parameters()[static_cast<std::size_t>(
-                                    friction::find_parameter(friction, 0, friction::Role::kStatic))]
-                                .symbol);
+    if (const int Fs = bound_static_friction(data, friction, coordinates, options, best); Fs >= 0)
+      fit.guessed.push_back(friction.parameters()[static_cast<std::size_t>(Fs)].symbol);
     level_unseen_static_friction(data, friction, coordinates, best);
   }
   coordinates.to_theta(best.x, fit.theta);

@@ -212,6 +212,10 @@ constexpr const char* kParts =
     "train on what lies between changes: train = [\"LOG[:a]\"] in [data]";
 constexpr const char* kApart = "fit logs that differ apart";
 
+const char* remedy_of(const Piece& one, const Piece& other) {
+  return one.sequence == other.sequence ? kParts : kApart;
+}
+
 /// The pieces in which joint j differs most.
 Fault name_change(Change what, const dynamics::Joint& joint, int j, const PiecewiseFit& fit,
                   std::span<const Piece> pieces, std::span<const signals::Recording> recordings,
@@ -219,7 +223,7 @@ Fault name_change(Change what, const dynamics::Joint& joint, int j, const Piecew
   const auto [least, most] = extremes_of(what, fit, j);
   const auto [before, after] = std::minmax(least, most);
   const auto at = [&](std::size_t piece) { return span_of(pieces[piece], recordings); };
-  const char* parts = pieces[before].sequence == pieces[after].sequence ? kParts : kApart;
+  const char* parts = remedy_of(pieces[before], pieces[after]);
   const double factor = (1 + fit.theta[after][j]) / (1 + fit.theta[before][j]);
   switch (what) {
     case Change::kOffset:
@@ -261,7 +265,7 @@ Fault name_load(const dynamics::RobotModel& robot, const PiecewiseFit& fit,
           fmt::format("the load on {} changes, as between {} and {}", robot.joints.back().link,
                       span_of(pieces[before], recordings), span_of(pieces[after], recordings)),
           fmt::format("`fricid payload` finds a load from two logs, without and with it; {}",
-                      pieces[before].sequence == pieces[after].sequence ? kParts : kApart)};
+                      remedy_of(pieces[before], pieces[after]))};
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 #include "fricid/estimate/rigid_body/held_out.hpp"
 
 #include "fricid/base/parallel.hpp"
-#include "fricid/data/training_part.hpp"
-#include "fricid/system/transmission.hpp"
 #include "rigid_body/contradictions.hpp"
 #include "rigid_body/regression_start.hpp"
 
@@ -13,24 +11,19 @@ std::vector<std::vector<Fault>> find_differences_from_training(
     std::span<const data::Dataset> held_out, const RigidBodyOptions& options, int jobs) {
   std::vector<std::vector<Fault>> found(held_out.size());
   if (training.empty() || held_out.empty()) return found;
-  const Transmission motors(robot);
-  const auto recorded = [&](const data::Dataset& d) {
-    return signals::make_recording(motors.to_motors(d), options.cutoff_hz);
-  };
-  const data::TrainingPart part = data::training_part(training);
-  std::vector<signals::Recording> recordings(part.recordings.size());
-  parallel_for(static_cast<int>(recordings.size()), jobs, [&](int i) {
-    recordings[static_cast<std::size_t>(i)] =
-        recorded(part.recordings[static_cast<std::size_t>(i)]);
-  });
+  const std::vector<signals::Recording> learnt =
+                                            recordings_of(robot, training, options.cutoff_hz, jobs),
+                                        others =
+                                            recordings_of(robot, held_out, options.cutoff_hz, jobs);
   const RegressionStart start = start_of_regression(robot, options);
-  const RigidBodyFit fit = rigid_body_least_squares(start.robot, recordings, start.options);
+  const RigidBodyFit fit = rigid_body_least_squares(start.robot, learnt, start.options);
   if (fit.outcome != Outcome::kConverged || !fit.prior.empty()) return found;
-  if (!find_contradictions(start.robot, recordings, start.options, fit).empty()) return found;
+  if (!find_contradictions(start.robot, learnt, start.options, fit).empty()) return found;
   parallel_for(static_cast<int>(held_out.size()), jobs, [&](int i) {
-    std::vector<signals::Recording> together = recordings;
-    together.push_back(recorded(held_out[static_cast<std::size_t>(i)]));
-    found[static_cast<std::size_t>(i)] = find_differences(start.robot, together, start.options);
+    const auto at = static_cast<std::size_t>(i);
+    std::vector<signals::Recording> together = learnt;
+    together.push_back(others[at]);
+    found[at] = find_differences(start.robot, together, start.options);
   });
   return found;
 }

@@ -11,7 +11,8 @@ namespace fricid::estimate {
 namespace {
 
 constexpr int kReweightings = 12;
-constexpr double kHuber = 2.5;  // residuals beyond this many sigma weigh less
+constexpr double kSingular = 1e-13;  // reciprocal condition
+constexpr double kHuber = 2.5;       // residuals beyond this many sigma weigh less
 
 }  // namespace
 
@@ -88,7 +89,7 @@ Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& 
     const Eigen::VectorXd score = Xb.transpose() * pull.segment(begin, rows);
     root.col(*first) =
         scale.asDiagonal() * factor.solve(Eigen::VectorXd(scale.asDiagonal() * -score));
-    if (factor.rcond() < 1e-13 || !root.col(*first).allFinite())
+    if (factor.rcond() < kSingular || !root.col(*first).allFinite())
       root.col(*first) = -(invert(without, nullptr) * score);
     first = last;
   }

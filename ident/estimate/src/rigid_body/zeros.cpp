@@ -253,6 +253,7 @@ OtherZeros find_other_zeros(const dynamics::RobotModel& robot, const StackedByJo
   // Gauss-Newton: the torque bends within tenths of a radian
   Eigen::MatrixXd zeros = Eigen::MatrixXd::Zero(logs, std::ssize(moved));
   out.mended = stacked;
+  const Eigen::MatrixXd motors_of_joints = robot.motors_of_joints();
   for (int step = 0; step < kStepsOfZeros; ++step) {
     if (step > 0) shared = with_curves(out.mended);
     zeros = about_middle(zeros + fit_zeros(shared, shifts, plain.sigma, moved, logs));
@@ -261,8 +262,8 @@ OtherZeros find_other_zeros(const dynamics::RobotModel& robot, const StackedByJo
       for (std::size_t m = 0; m < moved.size(); ++m)
         for (signals::Motion* motion : {&mended[static_cast<std::size_t>(s)].narrow,
                                         &mended[static_cast<std::size_t>(s)].wide})
-          motion->q.rowwise() -= zeros(s, static_cast<Eigen::Index>(m)) *
-                                 robot.motors_of_joints().col(moved[m]).transpose();
+          motion->q.rowwise() -=
+              zeros(s, static_cast<Eigen::Index>(m)) * motors_of_joints.col(moved[m]).transpose();
     out.mended = stack_by_joint(robot, mended, options);
     plain = solve(out.mended, out.mended.plain);
     shifts = shifts_of_joints(robot, out.mended, plain, mended);

@@ -12,8 +12,8 @@
 namespace fricid::estimate {
 
 /// What each held-out recording differs in from the training data, by the regressions that compare
-/// training recordings with each other: zeros of joints, bodies, friction, torque constants. The
-/// training data are what a fit takes of them.
+/// training recordings with each other: zeros of joints, bodies, friction, torque constants.
+/// @param training  what a fit takes of the training data, `data::training_part`
 /// @return of each held-out recording; nothing where the training data need a prior or differ among
 ///         themselves
 std::vector<std::vector<Fault>> find_differences_from_training(
