@@ -27,15 +27,14 @@ std::array<Picture, 3> pictures_of(const Figure& figure) {
   const auto [width, height] = size_of(figure);
   constexpr double kSvgPerCm = 38, kPngPerCm = 80;
   return {
-      {{".pdf",
-        Script::of("pdfcairo size {:.2f}cm,{:.2f}cm font 'DejaVu Sans,7' rounded", width, height),
+      {{".pdf", Script::of("pdfcairo size {:.2f}cm,{:.2f}cm font 'DejaVu Sans,7'", width, height),
         "%%EOF"},
        {".svg",
-        Script::of("svg size {:.0f},{:.0f} font 'DejaVu Sans,9' linewidth 0.9 rounded",
-                   width * kSvgPerCm, height * kSvgPerCm),
+        Script::of("svg size {:.0f},{:.0f} font 'DejaVu Sans,9' linewidth 0.9", width * kSvgPerCm,
+                   height * kSvgPerCm),
         "</svg>"},
        {".png",
-        Script::of("pngcairo size {:.0f},{:.0f} font 'DejaVu Sans,15' linewidth 2 rounded",
+        Script::of("pngcairo size {:.0f},{:.0f} font 'DejaVu Sans,15' linewidth 2",
                    width * kPngPerCm, height * kPngPerCm),
         std::string_view("IEND\xae\x42\x60\x82")}}};
 }

@@ -334,7 +334,7 @@ std::string script_of(const Figure& figure) {
   const Layout layout = layout_of(figure);
   Script text = gnuplot::comment(figure.caption);
   text += gnuplot::comment(
-      fmt::format("gnuplot -e \"set terminal pdfcairo size {:.2f}cm,{:.2f}cm rounded; set output "
+      fmt::format("gnuplot -e \"set terminal pdfcairo size {:.2f}cm,{:.2f}cm; set output "
                   "'{}.pdf'\" {}.gp",
                   layout.width, layout.height, figure.name, figure.name));
   text += style();

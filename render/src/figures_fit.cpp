@@ -182,18 +182,19 @@ Figure filter_health(const Run& run) {
 }
 
 Figure parameters(const Run& run) {
-  constexpr double kShown = 1e3;
+  constexpr double kOnLowerEnd = 1.001;  // of the range: a part that the joint has not
   Figure figure{.name = "parameters"};
   figure.caption =
       "Friction parameters that several laws share, or of which the truth is known, joint by "
       "joint; bars: two standard errors. Grey rings: as injected, where the truth has the same "
-      "law. Parameters of different laws differ in meaning, even under the same name. Values below "
-      "a "
-      "thousandth of the largest, of parts that a joint has not, lie below the axis.";
+      "law. Parameters of different laws differ in meaning, even under the same name. Values on "
+      "the lower "
+      "end of their range, of parts that a joint has not, may lie below the axis.";
   std::vector<std::pair<double, std::string>> joints;
   for (int j = 0; j < run.n(); ++j) joints.emplace_back(j, run.joint(j));
 
   std::map<std::string, std::vector<Series>> by_symbol;
+  std::map<std::string, double> least_of;                              // above the lower end
   std::map<std::string, std::set<std::string, std::greater<>>> units;  // those that turn first
   std::vector<std::string> order;
   const std::vector<RunModel> models = run.fitted();
@@ -221,6 +222,10 @@ Figure parameters(const Run& run) {
           parameter.joint +
           0.7 * ((static_cast<double>(m) + 0.5) / static_cast<double>(models.size()) - 0.5));
       series.y.push_back(value);
+      if (value > kOnLowerEnd * parameter.info.lower) {
+        const auto least = least_of.try_emplace(parameter.symbol, value).first;
+        least->second = std::min(least->second, value);
+      }
       series.low.push_back(value - half);
       series.high.push_back(value + half);
     }
@@ -264,8 +269,9 @@ Figure parameters(const Run& run) {
         most = std::max(most, value);
       }
     panel.log_y = least > 0 && most > 100 * least;
-    // a part that a law has not is on the lower end of its range, which is that of any machine
-    if (panel.log_y && most > kShown * least) panel.y_range = {most / kShown, 2 * most};
+    if (const auto above = least_of.find(symbol);
+        panel.log_y && above != least_of.end() && above->second > least)
+      panel.y_range = {above->second / 2, 2 * most};
     figure.panels.push_back(std::move(panel));
   }
   return figure;
