@@ -7,7 +7,11 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <iostream>
+#include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "commands.hpp"
@@ -30,15 +34,6 @@ enum ExitCode {
   kStopped = 130
 };
 
-/// Options that every command takes.
-void add_common(CLI::App& command, CommonOptions& common, const std::string& example) {
-  command.add_option("--jobs", common.jobs, "threads; 0: all cores")->check(CLI::Range(0, 4096));
-  command.add_flag("--quiet", common.quiet, "no progress on stderr");
-  command.add_flag("--json", common.json, "result on stdout as JSON");
-  command.add_flag("--fresh", common.fresh, "repeat all stages, up to date or not");
-  command.footer("Example:\n  " + example);
-}
-
 /// How the robot of a log stands, and how its file is read.
 void add_robot_of_log(CLI::App& command, workflow::RobotOfLog& robot) {
   command.add_flag("--mend-inertia", robot.mend_inertia,
@@ -55,6 +50,7 @@ void add_robot_of_log(CLI::App& command, workflow::RobotOfLog& robot) {
 
 /// The text as one printable line.
 void print_error(std::string_view message) {
+  std::fflush(stdout);
   std::fprintf(stderr, "fricid: %s\n", printable(message).c_str());
 }
 
@@ -97,6 +93,252 @@ int exit_code_once_printed(int code) {
 
 int exit_code_of(Verdict verdict) { return verdict == Verdict::kDone ? kDone : kVerdictNo; }
 
+std::string is_seed(const std::string& text) { return whole_number_up_to(limits::kSeed, text); }
+
+/// What a command line asks for.
+struct Call {
+  CommonOptions common;
+  std::function<Verdict()> command;
+
+  /// Completes a command: the options that every command takes, and what it does.
+  void finish(CLI::App& app, const std::string& example,
+              std::function<Verdict(const CommonOptions&)> does) {
+    app.add_option("--jobs", common.jobs, "threads; 0: all cores")->check(CLI::Range(0, 4096));
+    app.add_flag("--quiet", common.quiet, "no progress on stderr");
+    app.add_flag("--json", common.json, "result on stdout as JSON");
+    app.add_flag("--fresh", common.fresh, "repeat all stages, up to date or not");
+    app.footer("Example:\n  " + example);
+    app.callback(
+        [this, does = std::move(does)] { command = [this, does] { return does(common); }; });
+  }
+};
+
+void add_run(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<RunOptions>();
+  CLI::App* command =
+      app.add_subcommand("run", "run everything: data, identification, evaluation, plots, report");
+  command->add_option("SCENE", options->target, "scene file (TOML)")->required();
+  command->add_option("-o,--output", options->output, "run folder; default run/NAME");
+  command->add_option("--seed", options->seed, "seed of the data; default: scene")->check(is_seed);
+  command->add_flag("--no-video", options->no_video, "make no videos");
+  call.finish(*command, "fricid run scenes/kr6_demo.toml -o run/kr6_demo",
+              [options](const CommonOptions& common) { return run(*options, common); });
+}
+
+void add_simulate(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<RunOptions>();
+  CLI::App* command =
+      app.add_subcommand("simulate", "ground truth only: data sets and truth files");
+  command->add_option("SCENE", options->target, "scene file (TOML)")->required();
+  command->add_option("-o,--output", options->output, "run folder; default run/NAME");
+  command->add_option("--seed", options->seed, "seed of the data; default: scene")->check(is_seed);
+  call.finish(*command, "fricid simulate scenes/kr6_lugre.toml",
+              [options](const CommonOptions& common) { return simulate(*options, common); });
+}
+
+void add_identify(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<RunOptions>();
+  CLI::App* command = app.add_subcommand("identify", "fit models to the training data");
+  command->add_option("SCENE|DIR", options->target, "scene file or run folder")->required();
+  command->add_option("-o,--output", options->output, "run folder; default run/NAME");
+  command->add_option("--model", options->models, "only these models (repeatable)")
+      ->allow_extra_args(false);
+  command->add_option("--seeds", options->seeds, "of the fits, e.g. 1-5 or 1,3")
+      ->each([](const std::string& text) { parse_seeds(text); });
+  call.finish(*command, "fricid identify run/kr6_demo --model lugre --seeds 1-5",
+              [options](const CommonOptions& common) { return identify(*options, common); });
+}
+
+void add_evaluate(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<RunOptions>();
+  CLI::App* command = app.add_subcommand(
+      "evaluate", "open loops against held-out data, models in DIR/external included");
+  command->add_option("DIR", options->target, "run folder")->required();
+  command->add_option("--data", options->data, "further data sets (HDF5) to evaluate on");
+  call.finish(*command, "fricid evaluate run/kr6_demo --data other/validation_0.h5",
+              [options](const CommonOptions& common) { return evaluate(*options, common); });
+}
+
+void add_render(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<RenderOptions>();
+  CLI::App* command =
+      app.add_subcommand("render", "draw the plots, videos, report or a still of a run folder");
+  command->add_option("DIR", options->target, "run folder")->required();
+  command->add_option("WHAT", options->what, "plots, video, report, still; default: not still")
+      ->check(CLI::IsMember({"plots", "video", "report", "still"}));
+  command->add_option("--quality", options->quality, "of the video; default: scene")
+      ->check(CLI::IsMember(all_names<film::Quality>()));
+  command->add_option("--layout", options->layout, "of the video; default: scene")
+      ->check(CLI::IsMember(all_names<film::Layout>()));
+  command->add_option("--renderer", options->renderer, "default: the first that works")
+      ->check(CLI::IsMember({"egl", "osmesa"}));
+  command->add_option("-o,--output", options->still, "file of the still; default still.png");
+  command->add_option("--at", options->at, "time of the still [s]; default: middle");
+  call.finish(*command, "fricid render run/kr6_demo video --quality final",
+              [options](const CommonOptions& common) { return render(*options, common); });
+}
+
+void add_compare(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<CompareOptions>();
+  CLI::App* command = app.add_subcommand(
+      "compare", "join the evaluations of many runs, with intervals over the runs");
+  command->add_option("DIR", options->folders, "run folders")->required();
+  command->add_option("--against", options->against,
+                      "model whose errors the others are divided by");
+  command->add_option("-o,--output", options->output, "file for the table; default stdout");
+  call.finish(*command, "fricid compare run/kr6_gms_1 run/kr6_gms_2",
+              [options](const CommonOptions& common) { return compare(*options, common); });
+}
+
+void add_view(CLI::App& app, Call& call, const std::function<void(const ViewOptions&)>& view) {
+  const auto options = std::make_shared<ViewOptions>();
+  CLI::App* command =
+      app.add_subcommand("view", "replay a run, or move the live arm with adjustable friction");
+  command->add_option("DIR|SCENE|MODEL", options->target, "what to show")->required();
+  command->add_option("--screenshot", options->screenshot,
+                      "write this PNG and exit; needs no display");
+  command->add_option("--at", options->at, "time of the screenshot [s]");
+  command->add_option("--script", options->script,
+                      "run the commands of this file, then exit (docs/rendering.md)");
+  command->add_option("--renderer", options->renderer, "of the screenshot")
+      ->check(CLI::IsMember({"egl", "osmesa"}));
+  call.finish(*command, "fricid view run/kr6_demo", [options, view](const CommonOptions&) {
+    if (!view) throw UserError("this build has no viewer; docs/rendering.md says how to get it");
+    view(*options);
+    return Verdict::kDone;
+  });
+}
+
+void add_import(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<ImportOptions>();
+  CLI::App* command =
+      app.add_subcommand("import", "convert real logs to data sets (docs/your_own_log.md)");
+  command->add_option("LOG", options->logs, "log files")->required();
+  command->add_option("--contract", options->contract, "meaning of the columns (TOML)")->required();
+  command->add_option("-o,--output", options->output, "folder for the data sets; default .");
+  command->add_option("--robot", options->robot.urdf,
+                      "URDF: joints are then checked against its dynamics too");
+  add_robot_of_log(*command, options->robot);
+  command
+      ->add_option("--fix", options->fixes,
+                   "findings to repair, by name: gap,delay,... (docs/your_own_log.md)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  call.finish(*command, "fricid import log.csv --contract contract.toml -o data",
+              [options](const CommonOptions& common) { return import_logs(*options, common); });
+}
+
+void add_check(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<CheckOptions>();
+  CLI::App* command =
+      app.add_subcommand("check", "check data: faults, and which parameters they identify");
+  command
+      ->add_option("DIR|LOG", options->target,
+                   "run folder, data set (HDF5), or log; \"LOG[FROM:TO]\", in seconds, for a part")
+      ->required();
+  command->add_option("--contract", options->contract, "of a log (TOML)");
+  command->add_option("--robot", options->robot.urdf, "URDF of the robot of a log");
+  add_robot_of_log(*command, options->robot);
+  command->add_option("--design", options->design,
+                      "write a trajectory (TOML, and CSV beside it) to identify more parameters");
+  command->add_flag("--verbose", options->verbose,
+                    "every parameter, joint and note, beside the verdict");
+  call.finish(*command, "fricid check log.csv --contract contract.toml",
+              [options](const CommonOptions& common) { return check(*options, common); });
+}
+
+void add_payload(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<PayloadOptions>();
+  CLI::App* command = app.add_subcommand(
+      "payload",
+      "identify a load: its mass, centre of mass and inertia, from logs without and with it");
+  command
+      ->add_option("WITHOUT", options->without,
+                   "run folder, data set (HDF5), or log without the load; \"LOG[FROM:TO]\", in "
+                   "seconds, for a part")
+      ->required();
+  command
+      ->add_option("WITH", options->with, "data set (HDF5), or log with the load, or a part of it")
+      ->required();
+  command->add_option("--contract", options->contract, "of both logs (TOML)");
+  command->add_option("--robot", options->robot.urdf, "URDF of the robot without the load");
+  add_robot_of_log(*command, options->robot);
+  command->add_option("--frame", options->frame, "that carries the load; default flange or tool0");
+  command->add_option("-o,--output", options->output, "JSON file; default none");
+  call.finish(*command,
+              "fricid payload without.csv with.csv --contract contract.toml --robot arm.urdf",
+              [options](const CommonOptions& common) { return find_payload(*options, common); });
+}
+
+void add_estimate(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<EstimateOptions>();
+  CLI::App* command = app.add_subcommand(
+      "estimate", "estimate states and friction along a log with the online filter");
+  command->add_option("MODEL", options->model, "identified model (JSON)")->required();
+  command->add_option("LOG", options->log, "data set (HDF5)")->required();
+  command->add_option("-o,--output", options->output, "HDF5 file; default estimate.h5");
+  command->add_option("--particles", options->particles, "of the filter")
+      ->check(CLI::Range(1, 1'000'000));
+  command->add_option("--seed", options->seed, "of the filter")->check(is_seed);
+  call.finish(*command,
+              "fricid estimate run/kr6_demo/models/lugre_s1.json "
+              "run/kr6_demo/data/validation_0.h5 -o estimate.h5",
+              [options](const CommonOptions& common) { return estimate_log(*options, common); });
+}
+
+void add_contact(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<ContactOptions>();
+  CLI::App* command = app.add_subcommand(
+      "contact", "find the external torque along a log with a momentum observer");
+  command->add_option("MODEL", options->model, "identified model (JSON)")->required();
+  command->add_option("LOG", options->log, "data set (HDF5)")->required();
+  command->add_option("-o,--output", options->output, "HDF5 file; default contact.h5");
+  command->add_option("--bandwidth", options->bandwidth_hz, "of the observer [Hz]; default 10")
+      ->check(CLI::Range(0.1, 1000.0));
+  command
+      ->add_option("--particles", options->particles,
+                   "that filter the states of friction; default 0: they follow the motion")
+      ->check(CLI::Range(0, 1'000'000));
+  command->add_option("--seed", options->seed, "of the particles")->check(is_seed);
+  call.finish(*command,
+              "fricid contact run/kr6_demo/models/lvm_s1.json "
+              "run/kr6_demo/data/validation_0.h5 -o contact.h5",
+              [options](const CommonOptions& common) { return find_contact(*options, common); });
+}
+
+void add_export(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<ExportOptions>();
+  CLI::App* command =
+      app.add_subcommand("export", "models for simulators and controllers (docs/use_it.md)");
+  command->add_option("RUN|MODEL", options->target, "run folder or model (JSON)")->required();
+  command->add_option("FORMAT", options->format, deploy::format_list())->required();
+  command->add_option("-o,--output", options->output, "folder for the files")->required();
+  command->add_option("--mjcf", options->mjcf,
+                      "plugin: MJCF that includes the extension, to be checked");
+  call.finish(*command, "fricid export run/kr6_demo/models/lugre_s1.json c -o controller",
+              [options](const CommonOptions& common) { return export_models(*options, common); });
+}
+
+void add_info(CLI::App& app, Call& call) {
+  const auto options = std::make_shared<InfoOptions>();
+  CLI::App* command = app.add_subcommand("info", "show the content of any fricid file");
+  command->add_option("FILE", options->file, "data set, truth, rollout, model or scene")
+      ->required();
+  command->add_flag("--csv", options->csv, "write its signals as CSV");
+  call.finish(*command, "fricid info run/kr6_demo/data/train_0.h5",
+              [options](const CommonOptions& common) { return info(*options, common); });
+}
+
+void add_template(CLI::App& app, Call& call) {
+  const auto topic = std::make_shared<std::string>();
+  CLI::App* command = app.add_subcommand("template", "print a commented file with every key");
+  command->add_option("KIND", *topic, "robot, scene or contract")
+      ->required()
+      ->check(CLI::IsMember({"robot", "scene", "contract"}));
+  call.finish(*command, "fricid template scene > my_scene.toml",
+              [topic](const CommonOptions&) { return print_template(*topic); });
+}
+
 int exit_code_of_command_line(int argc, char** argv,
                               const std::function<void(const ViewOptions&)>& view) {
   CLI::App app{"fricid: ground truth, identification and pictures for friction in robot joints"};
@@ -104,242 +346,31 @@ int exit_code_of_command_line(int argc, char** argv,
   app.set_help_all_flag("--help-all", "help of every command");
   bool version = false;
   app.add_flag("--version", version, "versions, SIMD path, renderers found");
-
-  CommonOptions common;
-  RunOptions run_options;
-  RenderOptions render_options;
-  ViewOptions view_options;
-  ImportOptions import_options;
-  EstimateOptions estimate_options;
-  CheckOptions check_options;
-  PayloadOptions payload_options;
-  ContactOptions contact_options;
-  ExportOptions export_options;
-  std::string file, topic, against;
-  std::vector<std::filesystem::path> folders;
-  std::filesystem::path output;
-  bool csv = false;
-  std::function<Verdict()> command;
-
-  auto* run_command =
-      app.add_subcommand("run", "run everything: data, identification, evaluation, plots, report");
-  run_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
-  run_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
-  const auto is_seed = [](const std::string& text) {
-    return whole_number_up_to(limits::kSeed, text);
-  };
-  run_command->add_option("--seed", run_options.seed, "seed of the data; default: scene")
-      ->check(is_seed);
-  run_command->add_flag("--no-video", run_options.no_video, "make no videos");
-  add_common(*run_command, common, "fricid run scenes/kr6_demo.toml -o run/kr6_demo");
-  run_command->callback([&] { command = [&] { return run(run_options, common); }; });
-
-  auto* simulate_command =
-      app.add_subcommand("simulate", "ground truth only: data sets and truth files");
-  simulate_command->add_option("SCENE", run_options.target, "scene file (TOML)")->required();
-  simulate_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
-  simulate_command->add_option("--seed", run_options.seed, "seed of the data; default: scene")
-      ->check(is_seed);
-  add_common(*simulate_command, common, "fricid simulate scenes/kr6_lugre.toml");
-  simulate_command->callback([&] { command = [&] { return simulate(run_options, common); }; });
-
-  auto* identify_command = app.add_subcommand("identify", "fit models to the training data");
-  identify_command->add_option("SCENE|DIR", run_options.target, "scene file or run folder")
-      ->required();
-  identify_command->add_option("-o,--output", run_options.output, "run folder; default run/NAME");
-  identify_command->add_option("--model", run_options.models, "only these models (repeatable)")
-      ->allow_extra_args(false);
-  identify_command->add_option("--seeds", run_options.seeds, "of the fits, e.g. 1-5 or 1,3")
-      ->each([](const std::string& text) { parse_seeds(text); });
-  add_common(*identify_command, common, "fricid identify run/kr6_demo --model lugre --seeds 1-5");
-  identify_command->callback([&] { command = [&] { return identify(run_options, common); }; });
-
-  auto* evaluate_command = app.add_subcommand(
-      "evaluate", "open loops against held-out data, models in DIR/external included");
-  evaluate_command->add_option("DIR", run_options.target, "run folder")->required();
-  evaluate_command->add_option("--data", run_options.data,
-                               "further data sets (HDF5) to evaluate on");
-  add_common(*evaluate_command, common,
-             "fricid evaluate run/kr6_demo --data other/validation_0.h5");
-  evaluate_command->callback([&] { command = [&] { return evaluate(run_options, common); }; });
-
-  auto* render_command =
-      app.add_subcommand("render", "draw the plots, videos, report or a still of a run folder");
-  render_command->add_option("DIR", render_options.target, "run folder")->required();
-  render_command
-      ->add_option("WHAT", render_options.what, "plots, video, report, still; default: not still")
-      ->check(CLI::IsMember({"plots", "video", "report", "still"}));
-  render_command->add_option("--quality", render_options.quality, "of the video; default: scene")
-      ->check(CLI::IsMember(all_names<film::Quality>()));
-  render_command->add_option("--layout", render_options.layout, "of the video; default: scene")
-      ->check(CLI::IsMember(all_names<film::Layout>()));
-  render_command->add_option("--renderer", render_options.renderer, "default: the first that works")
-      ->check(CLI::IsMember({"egl", "osmesa"}));
-  render_command->add_option("-o,--output", render_options.still,
-                             "file of the still; default still.png");
-  render_command->add_option("--at", render_options.at, "time of the still [s]; default: middle");
-  add_common(*render_command, common, "fricid render run/kr6_demo video --quality final");
-  render_command->callback([&] { command = [&] { return render(render_options, common); }; });
-
-  auto* compare_command = app.add_subcommand(
-      "compare", "join the evaluations of many runs, with intervals over the runs");
-  compare_command->add_option("DIR", folders, "run folders")->required();
-  compare_command->add_option("--against", against, "model whose errors the others are divided by");
-  compare_command->add_option("-o,--output", output, "file for the table; default stdout");
-  add_common(*compare_command, common, "fricid compare run/kr6_gms_1 run/kr6_gms_2");
-  compare_command->callback(
-      [&] { command = [&] { return compare(folders, against, output, common); }; });
-
-  auto* view_command =
-      app.add_subcommand("view", "replay a run, or move the live arm with adjustable friction");
-  view_command->add_option("DIR|SCENE|MODEL", view_options.target, "what to show")->required();
-  view_command->add_option("--screenshot", view_options.screenshot,
-                           "write this PNG and exit; needs no display");
-  view_command->add_option("--at", view_options.at, "time of the screenshot [s]");
-  view_command->add_option("--script", view_options.script,
-                           "run the commands of this file, then exit (docs/rendering.md)");
-  view_command->add_option("--renderer", view_options.renderer, "of the screenshot")
-      ->check(CLI::IsMember({"egl", "osmesa"}));
-  add_common(*view_command, common, "fricid view run/kr6_demo");
-  view_command->callback([&] {
-    command = [&] {
-      if (!view) throw UserError("this build has no viewer; docs/rendering.md says how to get it");
-      view(view_options);
-      return Verdict::kDone;
-    };
-  });
-
-  auto* import_command =
-      app.add_subcommand("import", "convert real logs to data sets (docs/your_own_log.md)");
-  import_command->add_option("LOG", import_options.logs, "log files")->required();
-  import_command->add_option("--contract", import_options.contract, "meaning of the columns (TOML)")
-      ->required();
-  import_command->add_option("-o,--output", import_options.output,
-                             "folder for the data sets; default .");
-  import_command->add_option("--robot", import_options.robot.urdf,
-                             "URDF: joints are then checked against its dynamics too");
-  add_robot_of_log(*import_command, import_options.robot);
-  import_command
-      ->add_option("--fix", import_options.fixes,
-                   "findings to repair, by name: gap,delay,... (docs/your_own_log.md)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  add_common(*import_command, common, "fricid import log.csv --contract contract.toml -o data");
-  import_command->callback([&] { command = [&] { return import_logs(import_options, common); }; });
-
-  auto* check_command =
-      app.add_subcommand("check", "check data: faults, and which parameters they identify");
-  check_command
-      ->add_option("DIR|LOG", check_options.target,
-                   "run folder, data set (HDF5), or log; \"LOG[FROM:TO]\", in seconds, for a part")
-      ->required();
-  check_command->add_option("--contract", check_options.contract, "of a log (TOML)");
-  check_command->add_option("--robot", check_options.robot.urdf, "URDF of the robot of a log");
-  add_robot_of_log(*check_command, check_options.robot);
-  check_command->add_option(
-      "--design", check_options.design,
-      "write a trajectory (TOML, and CSV beside it) to identify more parameters");
-  check_command->add_flag("--verbose", check_options.verbose,
-                          "every parameter, joint and note, beside the verdict");
-  add_common(*check_command, common, "fricid check log.csv --contract contract.toml");
-  check_command->callback([&] { command = [&] { return check(check_options, common); }; });
-
-  auto* payload_command = app.add_subcommand(
-      "payload",
-      "identify a load: its mass, centre of mass and inertia, from logs without and with it");
-  payload_command
-      ->add_option("WITHOUT", payload_options.without,
-                   "run folder, data set (HDF5), or log without the load; \"LOG[FROM:TO]\", in "
-                   "seconds, for a part")
-      ->required();
-  payload_command
-      ->add_option("WITH", payload_options.with,
-                   "data set (HDF5), or log with the load, or a part of it")
-      ->required();
-  payload_command->add_option("--contract", payload_options.contract, "of both logs (TOML)");
-  payload_command->add_option("--robot", payload_options.robot.urdf,
-                              "URDF of the robot without the load");
-  add_robot_of_log(*payload_command, payload_options.robot);
-  payload_command->add_option("--frame", payload_options.frame,
-                              "that carries the load; default flange or tool0");
-  payload_command->add_option("-o,--output", payload_options.output, "JSON file; default none");
-  add_common(*payload_command, common,
-             "fricid payload without.csv with.csv --contract contract.toml --robot arm.urdf");
-  payload_command->callback(
-      [&] { command = [&] { return find_payload(payload_options, common); }; });
-
-  auto* estimate_command = app.add_subcommand(
-      "estimate", "estimate states and friction along a log with the online filter");
-  estimate_command->add_option("MODEL", estimate_options.model, "identified model (JSON)")
-      ->required();
-  estimate_command->add_option("LOG", estimate_options.log, "data set (HDF5)")->required();
-  estimate_command->add_option("-o,--output", estimate_options.output,
-                               "HDF5 file; default estimate.h5");
-  estimate_command->add_option("--particles", estimate_options.particles, "of the filter")
-      ->check(CLI::Range(1, 1'000'000));
-  estimate_command->add_option("--seed", estimate_options.seed, "of the filter")->check(is_seed);
-  add_common(*estimate_command, common,
-             "fricid estimate run/kr6_demo/models/lugre_s1.json "
-             "run/kr6_demo/data/validation_0.h5 -o estimate.h5");
-  estimate_command->callback(
-      [&] { command = [&] { return estimate_log(estimate_options, common); }; });
-
-  auto* contact_command = app.add_subcommand(
-      "contact", "find the external torque along a log with a momentum observer");
-  contact_command->add_option("MODEL", contact_options.model, "identified model (JSON)")
-      ->required();
-  contact_command->add_option("LOG", contact_options.log, "data set (HDF5)")->required();
-  contact_command->add_option("-o,--output", contact_options.output,
-                              "HDF5 file; default contact.h5");
-  contact_command
-      ->add_option("--bandwidth", contact_options.bandwidth_hz, "of the observer [Hz]; default 10")
-      ->check(CLI::Range(0.1, 1000.0));
-  contact_command
-      ->add_option("--particles", contact_options.particles,
-                   "that filter the states of friction; default 0: they follow the motion")
-      ->check(CLI::Range(0, 1'000'000));
-  contact_command->add_option("--seed", contact_options.seed, "of the particles")->check(is_seed);
-  add_common(*contact_command, common,
-             "fricid contact run/kr6_demo/models/lvm_s1.json "
-             "run/kr6_demo/data/validation_0.h5 -o contact.h5");
-  contact_command->callback(
-      [&] { command = [&] { return find_contact(contact_options, common); }; });
-
-  auto* export_command =
-      app.add_subcommand("export", "models for simulators and controllers (docs/use_it.md)");
-  export_command->add_option("RUN|MODEL", export_options.target, "run folder or model (JSON)")
-      ->required();
-  export_command->add_option("FORMAT", export_options.format, deploy::format_list())->required();
-  export_command->add_option("-o,--output", export_options.output, "folder for the files")
-      ->required();
-  export_command->add_option("--mjcf", export_options.mjcf,
-                             "plugin: MJCF that includes the extension, to be checked");
-  add_common(*export_command, common,
-             "fricid export run/kr6_demo/models/lugre_s1.json c -o controller");
-  export_command->callback(
-      [&] { command = [&] { return export_models(export_options, common); }; });
-
-  auto* info_command = app.add_subcommand("info", "show the content of any fricid file");
-  info_command->add_option("FILE", file, "data set, truth, rollout, model or scene")->required();
-  info_command->add_flag("--csv", csv, "write its signals as CSV");
-  add_common(*info_command, common, "fricid info run/kr6_demo/data/train_0.h5");
-  info_command->callback([&] { command = [&] { return info(file, csv, common); }; });
-
-  auto* template_command = app.add_subcommand("template", "print a commented file with every key");
-  template_command->add_option("KIND", topic, "robot, scene or contract")
-      ->required()
-      ->check(CLI::IsMember({"robot", "scene", "contract"}));
-  add_common(*template_command, common, "fricid template scene > my_scene.toml");
-  template_command->callback([&] { command = [&] { return print_template(topic); }; });
+  Call call;
+  add_run(app, call);
+  add_simulate(app, call);
+  add_identify(app, call);
+  add_evaluate(app, call);
+  add_render(app, call);
+  add_compare(app, call);
+  add_view(app, call, view);
+  add_import(app, call);
+  add_check(app, call);
+  add_payload(app, call);
+  add_estimate(app, call);
+  add_contact(app, call);
+  add_export(app, call);
+  add_info(app, call);
+  add_template(app, call);
 
   refuse_empty_texts(app);
   install_stop_handler();
   try {
     app.parse(argc, argv);
-    Progress::set_quiet(common.quiet);
+    Progress::set_quiet(call.common.quiet);
     if (version) return print_version(), kDone;
-    if (!command) return std::fputs(app.help().c_str(), stdout), kUserMistake;
-    return exit_code_of(command());
+    if (!call.command) return std::fputs(app.help().c_str(), stdout), kUserMistake;
+    return exit_code_of(call.command());
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
     print_error(error.what());

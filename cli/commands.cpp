@@ -158,37 +158,47 @@ Verdict simulate(const RunOptions& options, const CommonOptions& common) {
   return Verdict::kDone;
 }
 
-Verdict compare(const std::vector<fs::path>& folders, const std::string& against,
-                const fs::path& output, const CommonOptions& common) {
+namespace {
+
+/// @throws UserError where its evaluation is missing or outdated
+evaluate::ComparedRun compared_run(const fs::path& path) {
+  const workflow::RunFolder folder(path);
+  if (!fs::exists(folder.evaluation()))
+    throw UserError("{}: found no evaluation; run `fricid evaluate` first",
+                    folder.evaluation().string());
+  evaluate::ComparedRun run{
+      path.string(), data::load<evaluate::Evaluation>(folder.evaluation()), {}};
+  if (!workflow::is_run_folder(path)) return run;
+  const auto manifest = data::load<workflow::Manifest>(folder.manifest());
+  if (const std::string why = workflow::outdated(folder, manifest, folder.evaluation());
+      !why.empty())
+    throw UserError("{}: {}; `fricid evaluate {}` makes it again", folder.evaluation().string(),
+                    why, path.string());
+  run.fit_seconds = workflow::fit_seconds(manifest);
+  run.problem = workflow::problem_key(manifest);
+  run.fits = workflow::fit_keys(manifest);
+  return run;
+}
+
+}  // namespace
+
+Verdict compare(const CompareOptions& options, const CommonOptions& common) {
   std::vector<evaluate::ComparedRun> runs;
   std::map<fs::path, fs::path> seen;
-  for (const fs::path& path : folders) {
+  for (const fs::path& path : options.folders) {
     const auto [other, first] = seen.try_emplace(fs::weakly_canonical(path / ""), path);
     if (!first)
       throw UserError("{}: the folder of {}; allowed: each run once", path.string(),
                       other->second.string());
-    const workflow::RunFolder folder(path);
-    if (!fs::exists(folder.evaluation()))
-      throw UserError("{}: found no evaluation; run `fricid evaluate` first",
-                      folder.evaluation().string());
-    runs.push_back({path.string(), data::load<evaluate::Evaluation>(folder.evaluation()), {}});
-    if (!workflow::is_run_folder(path)) continue;
-    const auto manifest = data::load<workflow::Manifest>(folder.manifest());
-    if (const std::string why = workflow::outdated(folder, manifest, folder.evaluation());
-        !why.empty())
-      throw UserError("{}: {}; `fricid evaluate {}` makes it again", folder.evaluation().string(),
-                      why, path.string());
-    runs.back().fit_seconds = workflow::fit_seconds(manifest);
-    runs.back().problem = workflow::problem_key(manifest);
-    runs.back().fits = workflow::fit_keys(manifest);
+    runs.push_back(compared_run(path));
   }
-  const evaluate::Comparison comparison = evaluate::compare_runs(runs, against);
+  const evaluate::Comparison comparison = evaluate::compare_runs(runs, options.against);
   const std::string text =
       common.json ? data::to_json(comparison) : evaluate::to_markdown(comparison);
-  if (output.empty())
+  if (options.output.empty())
     print(common.json ? visible_json(text) : text);
   else
-    write_file_atomically(output, text);
+    write_file_atomically(options.output, text);
   return Verdict::kDone;
 }
 

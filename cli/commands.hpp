@@ -81,6 +81,17 @@ struct ExportOptions {
   std::filesystem::path mjcf;    ///< to be extended by the plugin; empty: the robot of the model
 };
 
+struct CompareOptions {
+  std::vector<std::filesystem::path> folders;  ///< of runs
+  std::string against;           ///< model whose errors the others are divided by; empty: none
+  std::filesystem::path output;  ///< of the table; empty: stdout
+};
+
+struct InfoOptions {
+  std::filesystem::path file;
+  bool csv = false;  ///< write its signals as CSV
+};
+
 /// Verdict of a command that finished. kNo: a fit failed its own checks, or a horizon of the
 /// evaluation cannot rank models; for logs without truth the latter is not checked.
 enum class Verdict { kDone, kNo };
@@ -93,12 +104,11 @@ Verdict render(const RenderOptions& options, const CommonOptions& common);
 Verdict import_logs(const ImportOptions& options, const CommonOptions& common);
 Verdict check(const CheckOptions& options, const CommonOptions& common);
 Verdict find_payload(const PayloadOptions& options, const CommonOptions& common);
-Verdict compare(const std::vector<std::filesystem::path>& folders, const std::string& against,
-                const std::filesystem::path& output, const CommonOptions& common);
+Verdict compare(const CompareOptions& options, const CommonOptions& common);
 Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common);
 Verdict find_contact(const ContactOptions& options, const CommonOptions& common);
 Verdict export_models(const ExportOptions& options, const CommonOptions& common);
-Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& common);
+Verdict info(const InfoOptions& options, const CommonOptions& common);
 Verdict print_template(const std::string& topic);
 void print_version();
 

@@ -59,7 +59,8 @@ void print_model(const std::filesystem::path& path) {
 
 }  // namespace
 
-Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& common) {
+Verdict info(const InfoOptions& options, const CommonOptions& common) {
+  const std::filesystem::path& file = options.file;
   if (file.extension() == ".toml") {
     print(scene::to_toml(scene::load_problem(file).scene));
   } else if (file.extension() == ".json") {
@@ -70,7 +71,7 @@ Verdict info(const std::filesystem::path& file, bool csv, const CommonOptions& c
     else
       print_json(content);
   } else {
-    print_hdf5(file, csv, common.json);
+    print_hdf5(file, options.csv, common.json);
   }
   return Verdict::kDone;
 }

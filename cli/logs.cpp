@@ -15,8 +15,8 @@
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/workflow/check.hpp"
+#include "fricid/workflow/import.hpp"
 #include "fricid/workflow/run.hpp"
-#include "fricid/workflow/torque_timing.hpp"
 #include "outputs.hpp"
 #include "terminal.hpp"
 
@@ -25,25 +25,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const dynamics::RobotModel* pointer(const std::optional<dynamics::RobotModel>& robot) {
-  return robot ? &*robot : nullptr;
-}
-
-bool is_repaired(const doctor::Finding& finding, const std::vector<doctor::FindingKind>& fixed) {
-  return std::ranges::count(fixed, finding.kind) > 0 && doctor::can_be_repaired(finding);
-}
-
-/// @param fixed  kinds that were repaired, which are marked so and get no remedy
 void print_findings(const std::vector<doctor::Finding>& findings, const data::Dataset& d,
-                    const std::vector<doctor::FindingKind>& fixed, std::FILE* stream) {
-  for (const doctor::Finding& finding : findings) {
-    const std::string text = doctor::to_text(finding, d);
-    if (is_repaired(finding, fixed))
-      print(fmt::format("{}: repaired{}\n", d.name,
+                    std::FILE* stream) {
+  for (const doctor::Finding& finding : findings)
+    print(fmt::format("{}: {}\n", d.name, doctor::to_text(finding, d)), stream);
+}
+
+/// What was repaired is marked so and gets no remedy.
+void print_findings(const workflow::ImportedLog& log, std::FILE* stream) {
+  for (const doctor::Finding& finding : log.findings) {
+    const std::string text = doctor::to_text(finding, log.read);
+    if (log.is_repaired(finding))
+      print(fmt::format("{}: repaired{}\n", log.read.name,
                         text.substr(text.find(':'), text.find(';') - text.find(':'))),
             stream);
     else
-      print(fmt::format("{}: {}\n", d.name, text), stream);
+      print(fmt::format("{}: {}\n", log.read.name, text), stream);
   }
 }
 
@@ -51,18 +48,6 @@ void print_findings(const std::vector<doctor::Finding>& findings, const data::Da
 std::vector<doctor::Finding> told(std::vector<doctor::Finding> findings, bool all) {
   if (!all) std::erase_if(findings, [](const doctor::Finding& f) { return !doctor::is_told(f); });
   return findings;
-}
-
-/// @return warnings @throws UserError with the place in the file on data that cannot be used
-std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
-                               const data::Contract& contract, bool as_it_was) {
-  try {
-    return data::check_dataset(d, log.string());
-  } catch (const UserError&) {
-    if (!as_it_was) throw;
-    data::import_log(log, contract);  // throws with the place in the file
-    throw;
-  }
 }
 
 std::string path_of(const fs::path& log) { return fs::weakly_canonical(log).string(); }
@@ -106,66 +91,33 @@ bool damaged(const std::vector<doctor::Finding>& findings) {
   return std::any_of(findings.begin(), findings.end(), doctor::is_damage);
 }
 
-/// Whether a fit to the repaired log would be wrong.
-bool misleads(const std::vector<doctor::Finding>& findings,
-              const std::vector<doctor::FindingKind>& fixed) {
-  return std::any_of(findings.begin(), findings.end(), [&](const doctor::Finding& f) {
-    return doctor::misleads(f) && !is_repaired(f, fixed);
-  });
-}
-
-/// The logs as they stand, their torque with the timing that all of them together say.
-std::vector<data::Dataset> read_as_of_robot(std::span<const fs::path> logs,
-                                            const data::Contract& contract,
-                                            const std::optional<dynamics::RobotModel>& robot,
-                                            const fs::path& where, const data::Warn& warn) {
-  std::vector<data::Dataset> read;
-  for (const fs::path& log : logs)
-    read.push_back(
-        workflow::as_of_robot(data::read_log(log, contract, warn), robot, where.string()));
-  if (robot) workflow::settle_torque_timing(read, *robot, contract.torque, warn);
-  return read;
-}
-
 }  // namespace
 
 Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
   const std::vector<doctor::FindingKind> fixes = doctor::fixes_of(options.fixes);
   const data::Contract contract = data::load_contract(options.contract);
   const auto warn = [](const std::string& warning) { print(warning + "\n", stderr); };
-  const auto robot = workflow::robot_of_log(options.robot, contract.joint_names,
-                                            options.contract.string(), warn, contract.couplings);
   const std::vector<fs::path> paths = outputs_of(options);
-  std::vector<data::Dataset> sets;
-  std::vector<data::DiagnosisFile> reports;
-  bool sound = true;
-  for (const data::Dataset& read :
-       read_as_of_robot(options.logs, contract, robot, options.contract, warn)) {
-    const fs::path& log = options.logs[sets.size()];
-    const auto findings = doctor::diagnose(read, pointer(robot));
-    sound = sound && !misleads(findings, fixes);
-    try {
-      sets.push_back(doctor::repair(read, findings, fixes));
-    } catch (const UserError& error) {
-      throw UserError("{}: {}", log.string(), error.what());
-    }
-    reports.push_back(doctor::diagnosis_file(findings, sets.back()));
-    reports.back().log = path_of(log);
-    const std::vector<std::string> warnings = judge(sets.back(), log, contract, fixes.empty());
-    print_findings(findings, read, fixes, stderr);
-    std::ranges::for_each(warnings, warn);
+  const std::vector<workflow::ImportedLog> logs =
+      workflow::import_logs(options.logs, contract, options.contract, options.robot, fixes, warn);
+  for (const workflow::ImportedLog& log : logs) {
+    print_findings(log, stderr);
+    std::ranges::for_each(log.warnings, warn);
   }
   const std::string_view warning = data::warning_of_kind(contract.torque.kind);
   print(fmt::format("{}: torque.kind = \"{}\": {}\n", printable(options.contract.string()),
                     contract.torque.kind,
                     warning.empty() ? "taken as motor torque times gear ratio" : warning),
         stderr);
-  for (std::size_t i = 0; i < sets.size(); ++i) {
-    data::save(reports[i], workflow::RunFolder::diagnosis_beside(paths[i]));
-    data::save_dataset(sets[i], paths[i]);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    data::DiagnosisFile diagnosis = logs[i].diagnosis;
+    diagnosis.log = path_of(options.logs[i]);
+    data::save(diagnosis, workflow::RunFolder::diagnosis_beside(paths[i]));
+    data::save_dataset(logs[i].repaired, paths[i]);
     print(printable(paths[i].string()) + "\n");
   }
-  return sound ? Verdict::kDone : Verdict::kNo;
+  return std::ranges::any_of(logs, &workflow::ImportedLog::misleads) ? Verdict::kNo
+                                                                     : Verdict::kDone;
 }
 
 namespace {
@@ -183,9 +135,10 @@ void save_next_motion(const workflow::NextMotion& next, const fs::path& file) {
   write_file_atomically(table, next.csv);
   print(fmt::format(
             "{} and {}: {:.3g} s of motion that, with what is there, raise the information on the "
-            "base parameters: log det {:.4g} at random, {:.4g} as designed\n",
-            printable(file.string()), printable(table.string()), next.period_s, next.log_det_start,
-            next.log_det),
+            "base parameters: log det {:.4g} without it, {:.4g} with a random motion, {:.4g} as "
+            "designed\n",
+            printable(file.string()), printable(table.string()), next.period_s, next.log_det_before,
+            next.log_det_start, next.log_det),
         stderr);
 }
 
@@ -228,7 +181,7 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
     if (!damaged(report.findings[i]))
       print(fmt::format("{}: {:.4g} s at {:.4g} Hz: no damage found\n", d.name,
                         d.t[d.length() - 1] - d.t[0], d.rate_hz));
-    print_findings(told(report.findings[i], options.verbose), d, {}, stdout);
+    print_findings(told(report.findings[i], options.verbose), d, stdout);
   }
   if (!subject.robot) {
     print("parameters: not examined: --robot names no URDF\n", stderr);

@@ -25,6 +25,7 @@ std::string visible_lines(std::string_view text) {
 }
 
 void print(std::string_view text, std::FILE* stream) {
+  if (stream != stdout) std::fflush(stdout);  // where both go to one file, in their order
   const std::string lines = visible_lines(text);
   std::fwrite(lines.data(), 1, lines.size(), stream);
 }

@@ -4,7 +4,10 @@ scripts/benchmark.sh --config out=DIR ran. Geometric means over seeds."""
 import json
 import math
 import sys
+import tomllib
 from pathlib import Path
+
+SCENES = Path(__file__).resolve().parent.parent / "scenes"
 
 STUDENT_90 = {2: 6.314, 3: 2.920, 4: 2.353, 5: 2.132}  # quantile of 95 % by number of seeds
 
@@ -47,14 +50,17 @@ class Truth:
         self.name = name
         self.cells = [json.loads(file.read_text()) for file in files]
         self.horizons = self.cells[0]["horizons_s"]
+        self.friction = tomllib.loads((SCENES / f"{name}.toml").read_text())["friction"]["law"]
         self.models = {s["name"]: [next(x for x in cell["summary"] if x["name"] == s["name"]) for cell in self.cells]
                        for s in self.cells[0]["summary"]}
 
     def errors(self, model, h):
         return [s["q_mse_geometric_mean"][h] for s in self.models[model]]
 
-    def best_conventional(self, h):
-        names = [m for m, s in self.models.items() if s[0]["is_conventional"]]
+    def best_conventional(self, h, family=True):
+        """@param family  laws that the truth's friction has, too"""
+        own = [] if family else [law["law"] for law in self.friction]
+        names = [m for m, s in self.models.items() if s[0]["is_conventional"] and m not in own]
         return min(names, key=lambda m: geometric(self.errors(m, h)))
 
     def of(self, model, key):
@@ -63,8 +69,8 @@ class Truth:
 
 def open_loop(truths, h):
     row([f"truth, {truths[0].horizons[h]:.3g} s", "oracle", "best conventional", "gms (windows)", "known law", "lvm",
-         "lvm / known law", "conventional / lvm"])
-    row(["---"] + ["--:"] * 7)
+         "lvm / known law", "conventional / lvm", "of other laws than the truth's / lvm"])
+    row(["---"] + ["--:"] * 8)
     for truth in truths:
         best = truth.best_conventional(h)
         lvm, known = geometric(truth.errors("lvm", h)), geometric(truth.errors("known_law", h))
@@ -72,29 +78,33 @@ def open_loop(truths, h):
         low, high = interval(truth.errors("lvm", h))
         ratio = [a / b for a, b in zip(truth.errors("lvm", h), truth.errors("known_law", h))]
         of_ratio = interval(ratio)
+        other = truth.best_conventional(h, family=False)
         row([truth.name, number(geometric(truth.errors("simulator", h))), f"{number(conventional)} ({best})",
              number(geometric(truth.errors("gms_windows", h))), number(known),
              f"{number(lvm)} ({number(low)} … {number(high)})",
-             f"{lvm / known:.2f} ({of_ratio[0]:.2f} … {of_ratio[1]:.2f})", number(conventional / lvm)])
+             f"{lvm / known:.2f} ({of_ratio[0]:.2f} … {of_ratio[1]:.2f})", number(conventional / lvm),
+             f"{number(geometric(truth.errors(other, h)) / lvm)} ({other})"])
     print()
 
 
 def shares(truths):
     horizons = truths[0].horizons
     row(["truth"] + [f"bands {h:.3g} s [%]" for h in horizons] +
-        ["headroom closed, 10 s", "known law", "friction in rollouts [%]", "known law", "reversals / oracle", "diverged"])
-    row(["---"] + ["--:"] * (len(horizons) + 6))
+        [f"headroom closed, {h:.3g} s: {m}" for h in horizons[2:] for m in ("lvm", "known law")] + ["friction in rollouts [%]", "known law", "reversals / oracle", "diverged"])
+    row(["---"] + ["--:"] * (3 * len(horizons)))
     bands = []
     for truth in truths:
         own = [100 * mean([b[h] for b in truth.of("lvm", "band_coverage")]) for h in range(len(horizons))]
         bands.append(own)
         rollout = {m: 100 * mean(truth.of(m, "friction_rollout")) for m in ("lvm", "known_law")}
-        closed = {m: mean([c[2] for c in truth.of(m, "headroom_closed")]) for m in ("lvm", "known_law")}
+        closed = [mean([c[h] for c in truth.of(m, "headroom_closed")]) for h in range(2, len(horizons))
+                  for m in ("lvm", "known_law")]
         reversal = mean([a / b for a, b in zip(truth.of("lvm", "friction_reversal"), truth.of("oracle", "friction_reversal"))])
         row([truth.name] + [f"{b:.0f}" for b in own] +
-            [f"{closed['lvm']:.2f}", f"{closed['known_law']:.2f}", f"{rollout['lvm']:.2f}", f"{rollout['known_law']:.2f}",
+            [f"{c:.2f}" for c in closed] +
+            [f"{rollout['lvm']:.2f}", f"{rollout['known_law']:.2f}",
              f"{reversal:.2f}", str(sum(truth.of("lvm", "diverged")))])
-    row(["mean"] + [f"{mean([b[h] for b in bands]):.0f}" for h in range(len(horizons))] + [""] * 6)
+    row(["mean"] + [f"{mean([b[h] for b in bands]):.0f}" for h in range(len(horizons))] + [""] * (2 * len(horizons)))
     print()
 
 

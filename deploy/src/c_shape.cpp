@@ -113,14 +113,12 @@ Parts parts_of(const data::ModelFile& model, std::string prefix) {
   const RobotFriction& robot = model.arm.friction.model;
   Parts parts{.prefix = std::move(prefix),
               .friction = {robot, traced_theta(model.arm.friction)},
-              .joint_names = {},
+              .joint_names = model.arm.robot.joint_names(),
               .slides = {},
               .shapes = {},
               .shape_of = {}};
-  for (const dynamics::Joint& joint : model.arm.robot.joints) {
-    parts.joint_names.push_back(joint.name);
+  for (const dynamics::Joint& joint : model.arm.robot.joints)
     parts.slides.push_back(dynamics::slides(joint));
-  }
   parts.shape_of.assign(parts.joint_names.size(), -1);
   std::vector<JointSpec> known;
   for (std::size_t j = 0; j < robot.joints().size(); ++j) {

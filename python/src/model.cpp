@@ -204,12 +204,6 @@ class Friction {
   std::vector<PackD> theta_;  // in every lane
 };
 
-std::vector<std::string> joint_names(const Model& model) {
-  std::vector<std::string> names;
-  for (const dynamics::Joint& joint : model.file->arm.robot.joints) names.push_back(joint.name);
-  return names;
-}
-
 /// @return the files, and what the format leaves out
 std::pair<std::vector<fs::path>, std::vector<std::string>> export_model(const Model& model,
                                                                         const std::string& format,
@@ -277,7 +271,9 @@ nb::class_<Model> bind_model(nb::module_& m) {
       .def_prop_ro(
           "free_parameters", [](const Model& self) { return self.file->free_parameters; },
           "Number of fitted values.")
-      .def_prop_ro("joint_names", &joint_names, "In the order of all arrays.")
+      .def_prop_ro(
+          "joint_names", [](const Model& model) { return model.file->arm.robot.joint_names(); },
+          "In the order of all arrays.")
       .def_prop_ro(
           "friction", [](const Model& self) { return Friction(self.file); },
           "The friction of all joints.")

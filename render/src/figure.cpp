@@ -3,12 +3,14 @@
 #include <array>
 #include <cstring>
 #include <string_view>
+#include <system_error>
 
 #include "figure_script.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/base/progress.hpp"
 #include "gnuplot.hpp"
+#include "letters.hpp"
 #include "program.hpp"
 
 namespace fricid::render {
@@ -21,6 +23,7 @@ struct Picture {
   std::string_view extension;
   gnuplot::Script terminal;
   std::string_view ending;  ///< how a whole file ends, blank space aside
+  bool keeps_text = false;  ///< which is drawn by the fonts of who looks at it
 };
 
 std::array<Picture, 3> pictures_of(const Figure& figure) {
@@ -32,7 +35,7 @@ std::array<Picture, 3> pictures_of(const Figure& figure) {
        {".svg",
         Script::of("svg size {:.0f},{:.0f} font 'DejaVu Sans,9' linewidth 0.9", width * kSvgPerCm,
                    height * kSvgPerCm),
-        "</svg>"},
+        "</svg>", true},
        {".png",
         Script::of("pngcairo size {:.0f},{:.0f} font 'DejaVu Sans,15' linewidth 2",
                    width * kPngPerCm, height * kPngPerCm),
@@ -53,12 +56,15 @@ void check_whole(const fs::path& part, std::string_view ending, const fs::path& 
     throw UserError("{}: gnuplot could not write all of it; is the disk full", file.string());
 }
 
-void draw(const Figure& figure, const fs::path& script, const std::array<fs::path, 3>& files) {
+/// @param shown  the script of pictures whose text is drawn here
+void draw(const Figure& figure, const fs::path& script, const fs::path& shown,
+          const std::array<fs::path, 3>& files) {
   const auto pictures = pictures_of(figure);
   Script commands;
   for (std::size_t i = 0; i < pictures.size(); ++i)
-    commands += Script::of("set terminal {}; set output {}; load {}; unset output; ",
-                           pictures[i].terminal, gnuplot::file(files[i]), gnuplot::file(script));
+    commands +=
+        Script::of("set terminal {}; set output {}; load {}; unset output; ", pictures[i].terminal,
+                   gnuplot::file(files[i]), gnuplot::file(pictures[i].keeps_text ? script : shown));
   const ProgramResult result =
       run_program({"gnuplot", "--default-settings", "-e", commands.text()});
   throw_if_stopped();
@@ -76,6 +82,15 @@ void draw(const Figure& figure, const fs::path& script, const std::array<fs::pat
                 fs::path(script).replace_extension(pictures[i].extension));
 }
 
+/// A file that is gone at the end of a block; empty: none.
+struct Removed {
+  fs::path file;
+  ~Removed() {
+    std::error_code ignored;
+    if (!file.empty()) fs::remove(file, ignored);
+  }
+};
+
 }  // namespace
 
 std::vector<fs::path> write_figure(const Figure& figure, const fs::path& folder) {
@@ -84,11 +99,15 @@ std::vector<fs::path> write_figure(const Figure& figure, const fs::path& folder)
   };
   const fs::path script = path(".gp");
   std::vector<fs::path> pictures{path(".pdf"), path(".svg"), path(".png")};
-  write_file_atomically(script, script_of(figure));
+  const std::string text = script_of(figure), shown = with_known_letters(text);
+  write_file_atomically(script, text);
+  const fs::path drawn = shown == text ? script : path(".drawn.gp");
+  const Removed at_the_end{drawn == script ? fs::path() : drawn};
+  if (drawn != script) write_file_atomically(drawn, shown);
   write_file_atomically(pictures[0], [&](const fs::path& pdf) {
     write_file_atomically(pictures[1], [&](const fs::path& svg) {
       write_file_atomically(pictures[2], [&](const fs::path& png) {
-        draw(figure, script, {pdf, svg, png});
+        draw(figure, script, drawn, {pdf, svg, png});
       });
     });
   });

@@ -61,15 +61,24 @@ Script style_of(const Series& series) {
       return Script::of("with filledcurves fs transparent solid 0.22 noborder lc rgb {}", colour);
     case Mark::kTiles:
       return Script::of("with boxxyerror fs solid 1 noborder lc palette");
+    case Mark::kStrokes:
+      return Script::of("with vectors nohead {}", line);
   }
   return {};
 }
 
 Script columns_of(Mark mark) {
-  return mark == Mark::kBars    ? Script::of("1:2:3:4")
-         : mark == Mark::kBand  ? Script::of("1:2:3")
-         : mark == Mark::kTiles ? Script::of("1:2:(0.5):(0.5):3")
-                                : Script::of("1:2");
+  switch (mark) {
+    case Mark::kBars:
+    case Mark::kStrokes:
+      return Script::of("1:2:3:4");
+    case Mark::kBand:
+      return Script::of("1:2:3");
+    case Mark::kTiles:
+      return Script::of("1:2:(0.5):(0.5):3");
+    default:
+      return Script::of("1:2");
+  }
 }
 
 /// Labels in order of first appearance, with the style they have there.
@@ -197,9 +206,8 @@ Script series_data(const Series& series, const Axis& x_axis, const Axis& y_axis)
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     std::vector<double> row{series.x[i]};
     if (series.mark != Mark::kBand) row.push_back(series.y[i]);
-    if (series.mark == Mark::kBand || series.mark == Mark::kBars || series.mark == Mark::kTiles)
-      row.push_back(series.low[i]);
-    if (series.mark == Mark::kBand || series.mark == Mark::kBars) row.push_back(series.high[i]);
+    if (!series.low.empty()) row.push_back(series.low[i]);
+    if (!series.high.empty()) row.push_back(series.high[i]);
     const bool drawn =
         std::all_of(row.begin(), row.end(), [](double v) { return std::isfinite(v); });
     if (drawn)

@@ -279,12 +279,15 @@ Figure parameters(const Run& run) {
 
 /// A plus or a minus in the middle of a tile, as strokes of a line.
 void add_sign(double x, double y, double value, Series& strokes) {
-  constexpr double kArm = 0.16, kBreak = std::numeric_limits<double>::quiet_NaN();
-  strokes.x.insert(strokes.x.end(), {x - kArm, x + kArm, kBreak});
-  strokes.y.insert(strokes.y.end(), {y, y, kBreak});
-  if (value < 0) return;
-  strokes.x.insert(strokes.x.end(), {x, x, kBreak});
-  strokes.y.insert(strokes.y.end(), {y - kArm, y + kArm, kBreak});
+  constexpr double kArm = 0.16;
+  const auto add = [&](double dx, double dy) {
+    strokes.x.push_back(x - dx / 2);
+    strokes.y.push_back(y - dy / 2);
+    strokes.low.push_back(dx);
+    strokes.high.push_back(dy);
+  };
+  add(2 * kArm, 0);
+  if (value > 0) add(0, 2 * kArm);
 }
 
 /// Parameters of a correlation matrix that are known, at most `kMostTiles`: those that are related
@@ -318,7 +321,8 @@ Figure correlation(const Run& run, const RunModel& model) {
     const data::FittedJoint& joint = fit->joints[j];
     if (joint.correlation.size() == 0) continue;
     Panel panel{.title = run.joint(static_cast<int>(j))};
-    Series tiles{.mark = Mark::kTiles}, signs{.width = 0.7}, bold{.width = 1.6};
+    Series tiles{.mark = Mark::kTiles}, signs{.width = 0.7, .mark = Mark::kStrokes},
+        bold{.width = 1.6, .mark = Mark::kStrokes};
     const std::vector<Eigen::Index> known = most_related(joint.correlation);
     some_left_out |= joint.correlation.diagonal().array().isFinite().count() > std::ssize(known);
     for (std::size_t a = 0; a < known.size(); ++a) {

@@ -178,7 +178,8 @@ Html joint_table(const Record& record) {
                      rows, html::escaped("Every joint over all fits"));
 }
 
-/// Marks the least finite number of a column among fitted models.
+/// Marks the least finite number of a column among rows.
+/// @param values  of the rows that may be marked, empty of the others
 void mark_best(std::vector<Row>& rows, const std::vector<std::vector<double>>& values,
                std::size_t column, std::size_t cell) {
   std::size_t best = rows.size();
@@ -196,7 +197,8 @@ Html score_table(const Record& record) {
   std::vector<Html> head = html::headings({"model"});
   for (const double h : horizons) head.push_back(horizon(h));
   if (truth) head.push_back(html::escaped("friction"));
-  for (const char* name : {"diverged", "parameters", "fit"}) head.push_back(html::escaped(name));
+  for (const char* name : {"trusted", "diverged", "parameters", "fit"})
+    head.push_back(html::escaped(name));
   const bool budgets = std::ranges::any_of(
       evaluation.summary, [](const Summary& summary) { return !summary.budget.empty(); });
   if (budgets) head.push_back(html::escaped("budget"));
@@ -210,6 +212,11 @@ Html score_table(const Record& record) {
     const std::vector<double>& mse = summary.q_mse_geometric_mean;
     for (const double value : mse) row.cells.push_back({html::number(value)});
     if (truth) row.cells.push_back({html::percent(summary.friction)});
+    const bool trusted = summary.doubts.empty();
+    row.cells.push_back({html::escaped(model->is_oracle ? ""
+                                       : trusted        ? "yes"
+                                                        : "no"),
+                         trusted ? Style::kPlain : Style::kBad});
     row.cells.push_back({Html::of("{}/{}", summary.diverged, summary.rollouts),
                          summary.diverged > 0 ? Style::kBad : Style::kPlain});
     row.cells.push_back({model->is_oracle ? Html() : Html::of("{}", summary.parameters)});
@@ -218,7 +225,7 @@ Html score_table(const Record& record) {
                                                 summary, workflow::fit_seconds(record.manifest)))});
     if (budgets) row.cells.push_back({html::escaped(summary.budget)});
     (model->is_oracle ? oracles : rows).push_back(row);
-    if (!model->is_oracle) values.push_back(mse);
+    if (!model->is_oracle) values.push_back(trusted ? mse : std::vector<double>());
   }
   for (std::size_t h = 0; h < horizons.size(); ++h) mark_best(rows, values, h, h + 1);
 
@@ -256,7 +263,7 @@ Html score_table(const Record& record) {
       head, all,
       Html::of("<b>Table 1.</b> Mean squared error of q [rad²] in open loop, from the start of a "
                "rollout to the horizon: geometric mean over trajectories, start times and seeds. "
-               "Bold: the best fitted model.{}",
+               "Bold: the best fitted model that passed its own checks.{}",
                more));
 }
 

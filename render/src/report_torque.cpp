@@ -26,7 +26,7 @@ Html comparison(const Record& record, const std::vector<TorqueSummary>& torques)
   for (const TorqueSummary& torque : torques)
     if (torque.is_static_law)
       names.push_back(label(torque));
-    else
+    else if (torque.trusted)
       others.push_back(Html::of("{} at {}", label(torque), evaluate::joints_below(torque, least)));
   if (others.empty()) return {};
   return Html::of("<p>Closer than every law without a state ({}), of {} joints: {}.</p>\n",
@@ -41,19 +41,25 @@ std::vector<Html> joints_head(const Run& run) {
 
 Html percent_table(const Record& record, const std::vector<TorqueSummary>& torques) {
   std::vector<Row> rows;
-  const Values least = evaluate::least_percent(torques);
+  const Values least = evaluate::least_percent(evaluate::trusted(torques));
   for (const TorqueSummary& torque : torques) {
     Row row{{{dotted(model_of(record, torque))}}};
-    for (std::size_t j = 0; j < least.size(); ++j)
-      row.cells.push_back({html::number(torque.percent[j]),
-                           torque.percent[j] == least[j] ? Style::kBest : Style::kPlain});
+    for (std::size_t j = 0; j < torque.percent.size(); ++j) {
+      const bool best = torque.trusted && torque.percent[j] == least[j];
+      row.cells.push_back({html::number(torque.percent[j]), best ? Style::kBest : Style::kPlain});
+    }
+    row.cells.push_back({html::escaped(torque.trusted ? "yes" : "no"),
+                         torque.trusted ? Style::kPlain : Style::kBad});
     rows.push_back(std::move(row));
   }
+  std::vector<Html> head = joints_head(record.run);
+  head.push_back(html::escaped("trusted"));
   return html::table(
-      joints_head(record.run), rows,
+      head, rows,
       Html::of("Error of the motor torque along the measured motion [% of its RMS], mean over "
                "the held-out recordings. Friction is in open loop: driven by the measured "
-               "motion, the measured torque never corrects it. Bold: the best model."));
+               "motion, the measured torque never corrects it. Bold: the best "
+               "model that passed its own checks."));
 }
 
 Html regime_table(const Record& record, const std::vector<TorqueSummary>& torques) {

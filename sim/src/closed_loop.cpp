@@ -162,7 +162,7 @@ data::LoopSignals simulate_loop(const scene::Problem& problem, const MujocoArm& 
   if (task.forward) forward.emplace(*task.forward, robot, dt);
 
   data::LoopSignals out;
-  for (const dynamics::Joint& joint : robot.joints) out.joint_names.push_back(joint.name);
+  out.joint_names = robot.joint_names();
   out.t = t.tail(length);
   out.q_desired = motion.q.rightCols(length).transpose();
   out.v_desired = motion.v.rightCols(length).transpose();

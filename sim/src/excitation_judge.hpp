@@ -55,8 +55,6 @@ class ExcitationJudge {
   Eigen::MatrixXd Y_, Y_base_;
 };
 
-/// log det of an information matrix; -infinity where it is not positive definite.
-double log_det(const Eigen::MatrixXd& H);
 /// Condition number of the weighted regressor, from its information.
 double condition(const Eigen::MatrixXd& H);
 

@@ -61,7 +61,7 @@ data::Dataset measure(const Trace& trace, const SensorOptions& config,
   const int T = trace.length(), n = robot.n();
   const double dt = 1 / config.rate_hz;
   data::Dataset dataset;
-  for (const dynamics::Joint& joint : robot.joints) dataset.joint_names.push_back(joint.name);
+  dataset.joint_names = robot.joint_names();
   dataset.rate_hz = config.rate_hz;
   dataset.t = trace.t;
   dataset.q.resize(T, n);

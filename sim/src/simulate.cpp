@@ -240,8 +240,7 @@ Simulation simulate(const scene::Problem& problem, int jobs) {
     truth.name = task.name;
     truth.rate_hz = problem.scene.sensors.rate_hz;
     truth.friction = *problem.scene.friction;
-    for (const dynamics::Joint& joint : problem.robot.joints)
-      truth.joint_names.push_back(joint.name);
+    truth.joint_names = problem.robot.joint_names();
     truth.trace = follow(problem, arm, *task.series, task.number * task.series->period());
     check_finite(problem, truth.trace, task.name);
     check_chatter(problem, truth.trace, *task.series, task.name);

@@ -122,7 +122,9 @@ TEST_F(DatasetFile, NotADataset) {
   write("empty.h5", "");
   EXPECT_EQ(error("empty.h5"), "empty.h5: an empty file");
   write("text.h5", "t,q1,tau1\n0,1,2\n");
-  EXPECT_EQ(error("text.h5"), "text.h5: not an HDF5 file, or torn");
+  EXPECT_EQ(error("text.h5"),
+            "text.h5: not an HDF5 file, or torn; `fricid import` makes one of a log in a format of "
+            "docs/your_own_log.md");
   write_hdf5(path("truth.h5"), "fricid.truth/1", [](H5Writer&) {});
   EXPECT_EQ(error("truth.h5"), "truth.h5: format = \"fricid.truth/1\"; allowed: fricid.dataset/1");
   write_hdf5(path("newer.h5"), "fricid.dataset/2", [](H5Writer&) {});
@@ -211,7 +213,8 @@ TEST(CheckDataset, Times) {
   d.t[10] += 0.0001;
   EXPECT_EQ(error_of(d),
             "log.h5: sample 10: jitter in time: 0.0041 s after the sample before; allowed: 0.004 s "
-            "within 1 %");
+            "within 1 %; where samples were taken evenly and stamped late, `fricid import --fix "
+            "jitter`");
   d.t[10] = kNan;
   EXPECT_EQ(error_of(d), "log.h5: sample 10: t = nan; allowed: a finite time");
   d = make_dataset();

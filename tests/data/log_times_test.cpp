@@ -68,6 +68,20 @@ TEST_F(Import, TimesInStepsCoarserThanTheSamplesAreMadeEven) {
     }
 }
 
+// Stamps of whole seconds, or of ten: a row with a new stamp was taken within a sample of it.
+TEST_F(Import, AFewCoarseTimesTellTheRateOrAreRefused) {
+  const auto log_of = [](double step, double begin, int rows) {
+    std::string log = "t,q1,q2,tau1,tau2\n";
+    for (int k = 0; k < rows; ++k)
+      log += fmt::format("{:.0f},{},0,{},1\n", step * std::floor((begin + 0.004 * k) / step), k, k);
+    return log;
+  };
+  EXPECT_NEAR(import(log_of(1, 0.3, 1100)).rate_hz, 250, 0.5);
+  EXPECT_NEAR(import(log_of(10, 3, 5000)).rate_hz, 250, 0.1);
+  EXPECT_THAT(log_error(log_of(10, 3, 3000)),
+              testing::HasSubstr("most rows have the time of the one before"));
+}
+
 // A row that is written twice has one time and is no sample of its own.
 TEST_F(Import, RowsWrittenTwiceAreNoCoarseTimes) {
   std::string log = "t,q1,q2,tau1,tau2\n";

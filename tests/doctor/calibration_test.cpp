@@ -111,6 +111,15 @@ TEST(DoctorCalibration, NarrowLimitsAreNoDegreesWhereTheTorqueContradicts) {
   EXPECT_EQ(judged.said, "");
 }
 
+// A torque that leads by more than is searched.
+TEST(DoctorCalibration, ATorqueThatLeadsByFarIsSaid) {
+  const CleanLog clean = simulate_log(0);
+  data::Dataset d = decimated(clean.data, kEvery);
+  delay_torque(d, -0.05 * d.rate_hz);
+  EXPECT_TRUE(judge(d, clean.robot, {"delay_unknown"}).found)
+      << judge(d, clean.robot, {"delay_unknown"}).said;
+}
+
 // Five seconds of slow motion, in which friction that lags leaves the shift of the torque open.
 TEST(DoctorCalibration, AShortSlowLogHasADelayBeyondTheSearchOnlyWhereOneWasPutIn) {
   const CleanLog slow = simulate_log(4);

@@ -358,7 +358,7 @@ RobotModel as_in_a_file(RobotModel robot, int i) {
 void delay_torque(Dataset& d, double samples) {
   const RowMatrix old = d.tau;
   for (int k = 0; k < d.length(); ++k) {
-    const double at = std::max(0.0, k - samples);
+    const double at = std::clamp(k - samples, 0.0, static_cast<double>(d.length() - 1));
     const int i = std::min(static_cast<int>(at), d.length() - 2);
     d.tau.row(k) = (1 - (at - i)) * old.row(i) + (at - i) * old.row(i + 1);
   }

@@ -220,6 +220,10 @@ TEST(UrdfError, Welds) {
             "r.urdf:8: joint finger_two: <mimic> follows finger_one, which moves; each joint must "
             "be free: fix both at a position by [robot] fix = {finger_one = POSITION}, or remove "
             "<mimic>");
+  EXPECT_EQ(
+      message_of({.at = {{"finger_two", 0.02}}}),
+      "r.urdf:8: joint finger_two: is fixed, but its <mimic> follows finger_one, which moves; "
+      "allowed: both fixed by [robot] fix, or no <mimic>");
   EXPECT_EQ(message_of({.at = {{"finger", 0.1}}, .where = "s.toml:4: robot.fix"}),
             "s.toml:4: robot.fix: finger is not a moving joint of r.urdf; allowed: finger_one, "
             "finger_two, turn");

@@ -7,6 +7,7 @@
 
 #include "fit_of_logs.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
+#include "fricid/estimate/predict_torque.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 
 namespace fricid::estimate {
@@ -118,6 +119,36 @@ TEST(Faults, AJointThatRestsIsNamedWithTheWayToHoldItOut) {
   const std::string text = text_of(report.faults);
   EXPECT_THAT(text, HasSubstr("j3: moves by 0 rad in all training data"));
   EXPECT_THAT(text, HasSubstr("exclude it: [robot] hold = [\"j3\"]"));
+}
+
+// A joint that a controller shakes at 20 Hz while it should stand.
+TEST(Faults, MeasuredMotionThatChattersIsNamed) {
+  const Arm arm = coulomb_arm(5e-3);
+  for (const double amplitude : {0.0, 1e-3}) {
+    data::Dataset log = make_log(arm, {});
+    const int stands = log.length() / 2;
+    for (int k = stands; k < log.length(); ++k)
+      log.q(k, 2) = log.q(stands, 2) + amplitude * std::sin(2 * std::numbers::pi * 20 * log.t[k]);
+    const std::string text = text_of(fit(arm.robot, {log}).faults);
+    EXPECT_EQ(text.find("j3: its measured motion chatters in 6 of 12 s: up to 40 reversals") !=
+                  std::string::npos,
+              amplitude > 0)
+        << text;
+  }
+}
+
+TEST(Faults, InertiaBelowTheStatedArmatureIsNamed) {
+  const Arm arm = coulomb_arm(5e-3);
+  const std::vector<data::Dataset> logs{make_log(arm, {})};
+  ASSERT_TRUE(fit(arm.robot, logs).usable());
+  dynamics::RobotModel robot = arm.robot;
+  robot.pi[robot.armature_begin() + 2] = 1;
+  const std::string text = text_of(fit(robot, logs).faults);
+  EXPECT_THAT(text,
+              testing::ContainsRegex(
+                  "j3: inertia of 0\\.1[0-9]* kg m.2, less than half of the armature alone that "
+                  "is stated for it, 1"));
+  EXPECT_THAT(text, HasSubstr("correct the armature"));
 }
 
 TEST(Faults, FrictionThatOutgrowsItsOwnLoadIsNamed) {

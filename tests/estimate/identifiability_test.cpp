@@ -231,6 +231,25 @@ TEST(Identifiability, FamiliesFollowFromTheRolesOfTheLaws) {
   EXPECT_EQ(words["temperature"], words["viscosity"]);
 }
 
+// Motion without slow stretches: a rule has no use for laws with a memory, held-out torque has.
+TEST(Identifiability, AMemoryThatHeldOutTorqueShowsCanBeFitted) {
+  const auto dahl = [](const Arm& arm) {
+    LogOptions fast;
+    fast.peak_speed = 8;
+    const data::Dataset log = noisy(make_log(arm, fast), 0.1, 4e-6, 1);
+    for (const FamilyVerdict& f : examine(arm.robot, {log}).families)
+      if (f.family.find("dahl") != std::string::npos) return f;
+    return FamilyVerdict{};
+  };
+  Arm bristles = coulomb_arm();
+  bristles.friction = same_law("dahl", {4, 100, 2}, bristles.robot.n());
+  const FamilyVerdict seen = dahl(bristles), unseen = dahl(coulomb_arm());
+  EXPECT_THAT(seen.words, HasSubstr("half a second below the Stribeck speed lacking"));
+  EXPECT_TRUE(seen.supported) << seen.words;
+  EXPECT_THAT(seen.words, HasSubstr("held-out torque shows a memory"));
+  EXPECT_FALSE(unseen.supported) << unseen.words;
+}
+
 // Claim: what the check calls not identifiable, a fit to the same data reports without a
 // confidence, but for one under a prior, which says what the data do not.
 TEST(Identifiability, AFitHasNoConfidenceInWhatTheCheckRefuses) {

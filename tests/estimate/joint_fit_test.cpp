@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fricid/estimate/predict_torque.hpp"
 #include "fricid/estimate/torque/sum_fit.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
 #include "joint_logs.hpp"

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "arm_data.hpp"
+#include "fricid/estimate/prepared.hpp"
 #include "fricid/estimate/torque/joint_fit.hpp"
 
 namespace fricid::estimate {

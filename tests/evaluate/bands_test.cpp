@@ -130,6 +130,20 @@ TEST(BandScoreOf, CountsWhatIsThereAndKnowsNoHorizonBeyond) {
   EXPECT_TRUE(std::isnan(evaluate::score(band, truth, 4).coverage));
 }
 
+// What was measured may lie beyond a band by its noise; a truth has none.
+TEST(BandScoreOf, LeavesRoomForTheNoiseOfWhatWasMeasured) {
+  const Band narrow{RowMatrix::Zero(4000, 1), RowMatrix::Zero(4000, 1)};
+  Trajectory measured;
+  measured.data.q.resize(4000, 1);
+  Rng rng(1, 2);
+  for (double& q : measured.data.q.reshaped()) q = 1e-5 * rng.normal();
+  EXPECT_EQ(evaluate::score(narrow, measured, 3999).coverage, 0);
+  measured.q_sd = Eigen::VectorXd::Constant(1, 1e-5);
+  EXPECT_NEAR(evaluate::score(narrow, measured, 3999).coverage, 0.9, 0.015);
+  measured.truth = evaluate::Reference{measured.data.q, {}, {}, {}};
+  EXPECT_EQ(evaluate::score(narrow, measured, 3999).coverage, 0);
+}
+
 // Closed form: the band of a linear wheel is 1.645 standard deviations of q wide to either side.
 TEST(OpenLoopBands, AreAsWideAsTheClosedFormOfAWheel) {
   const data::ModelFile model = model_file("wheel", flywheel(kInertia, kFv));

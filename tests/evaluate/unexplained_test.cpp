@@ -80,6 +80,22 @@ TEST(Unexplained, ACollisionIsNamedWithItsTimes) {
   EXPECT_THAT(found[0].in_words(), HasSubstr("from 7 to 7.99 s 30 N m of its torque are unexpl"));
 }
 
+// A second judge, whose worst window of the training data is as bad as the push, hides nothing.
+TEST(Unexplained, APushIsNamedByTheBestModelAlone) {
+  Case pushed;
+  const std::vector<TorquePrediction> rough{predicted(pushed.training[0], 1, 5)};
+  for (int k = 700; k < 740; ++k) pushed.held_out[0].data.tau(k, 1) += 1.5;
+  std::vector<TorquePrediction> rough_held_out{predicted(pushed.held_out[0], 1, 6)};
+  pushed.find();
+  rough_held_out[0].r2 = {r2(pushed.held_out[0], rough_held_out[0], 0),
+                          r2(pushed.held_out[0], rough_held_out[0], 1)};
+  const Judge judges[] = {{rough_held_out, rough}, {pushed.on_held_out, pushed.on_training}};
+  const auto found = find_unexplained(pushed.held_out, pushed.training, judges);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].joint, "a2");
+  EXPECT_NEAR(found[0].begin_s, 7, 0.02);
+}
+
 TEST(Unexplained, AnotherLoadIsNamedThroughout) {
   const std::vector<Unexplained> found = Case().with(0, 20, 4);
   ASSERT_EQ(found.size(), 1U);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "../../render/src/letters.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/render/palette.hpp"
@@ -258,6 +259,13 @@ TEST(Script, BarsHaveTheirEnds) {
       {.series = {
            {.x = {1, 2}, .y = {3, 4}, .mark = Mark::kBars, .low = {2, NAN}, .high = {5, NAN}}}}};
   EXPECT_THAT(script_of(figure), HasSubstr("$d0_0 << EOD\n1 3 2 5 \n\nEOD"));
+}
+
+// No font has the last character of all: Pango would draw its number.
+TEST(Letters, ThatNoFontHasAreBoxes) {
+  EXPECT_EQ(with_known_letters("q₁ [rad²], Gelenk \u00fc \u0416 µ"),
+            "q₁ [rad²], Gelenk \u00fc \u0416 µ");
+  EXPECT_EQ(with_known_letters("a\U0010fffdb"), "a\u25a1b");
 }
 
 TEST(LookOfLaw, SameLawSameHueOtherShade) {

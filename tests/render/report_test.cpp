@@ -50,6 +50,22 @@ TEST_F(Report, ClaimsNoHeadroomWhereTheTruthIsNoBetter) {
   EXPECT_THAT(page, Not(HasSubstr("headroom.")));
 }
 
+// The table marks no model as best that failed its own checks.
+TEST_F(Report, NothingIsBestThatIsNotTrusted) {
+  const auto table_1 = [&] {
+    const std::string page = this->page();
+    const std::size_t begin = page.find("<table", page.find("<b>Table 1.</b>"));
+    return page.substr(begin, page.find("</table>", begin) - begin);
+  };
+  EXPECT_THAT(table_1(), HasSubstr("class=\"best\""));
+  EXPECT_THAT(table_1(), HasSubstr("yes</td>"));
+  edit_evaluation([](evaluate::Evaluation& evaluation) {
+    evaluation.summary[2].doubts = {"R2 of joint_a1 is 0.1"};
+  });
+  EXPECT_THAT(table_1(), Not(HasSubstr("class=\"best\"")));
+  EXPECT_THAT(table_1(), HasSubstr("no</td>"));
+}
+
 TEST_F(Report, SaysWhatFrictionATorqueBeyondTheGearShows) {
   const auto says = HasSubstr("what is identified is the friction beyond the sensor");
   EXPECT_THAT(page(), Not(says));

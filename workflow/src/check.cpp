@@ -28,12 +28,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::vector<std::string> names_of(const dynamics::RobotModel& robot) {
-  std::vector<std::string> names;
-  for (const dynamics::Joint& joint : robot.joints) names.push_back(joint.name);
-  return names;
-}
-
 template <class Names>
 [[noreturn]] void refuse_joint(const std::string& joint, const Names& allowed,
                                const std::string& where) {
@@ -62,7 +56,7 @@ std::optional<dynamics::RobotModel> robot_of_log(
       dynamics::load_urdf(urdf, scene::mount_rotation(section), welds, of_log.mend_inertia);
   if (!fixed.empty() && say)
     say(fmt::format("{}: not logged, taken as fixed: {}", where, fmt::join(fixed, ", ")));
-  robot.couplings = dynamics::couplings_of(couplings, names_of(robot), "coupling",
+  robot.couplings = dynamics::couplings_of(couplings, robot.joint_names(), "coupling",
                                            [](std::string_view) { return "contract"; });
   dynamics::require_inertia(robot, urdf.string());
   return robot;
@@ -72,7 +66,7 @@ data::Dataset as_of_robot(const data::Dataset& log,
                           const std::optional<dynamics::RobotModel>& robot,
                           const std::string& where) {
   if (!robot) return log;
-  const std::vector<std::string> joints = names_of(*robot);
+  const std::vector<std::string> joints = robot->joint_names();
   for (const std::string& joint : log.joint_names)
     if (std::ranges::count(joints, joint) == 0) refuse_joint(joint, joints, where);
   return data::of_joints(log, joints, {}, where);
@@ -81,7 +75,7 @@ data::Dataset as_of_robot(const data::Dataset& log,
 data::Dataset joints_of(const data::Dataset& log, const dynamics::RobotModel& robot,
                         const std::string& whose, const std::string& where,
                         const std::map<std::string, double>& welds) {
-  const std::vector<std::string> joints = names_of(robot);
+  const std::vector<std::string> joints = robot.joint_names();
   const auto logged = [&](const std::string& joint) {
     return std::ranges::count(log.joint_names, joint) > 0;
   };
@@ -238,12 +232,13 @@ NextMotion design_next(const Subject& subject, int jobs) {
   one.validation = 0;
   const dynamics::RobotModel& robot = *subject.robot;
   const sim::MujocoArm arm(subject.mjcf, robot, 1e-3);
-  const sim::Excitation next = sim::design_excitation(
-      one, arm, robot, 1, jobs,
-      estimate::base_information(robot, recordings_of(subject.sets, subject)));
+  const Eigen::MatrixXd known =
+      estimate::base_information(robot, recordings_of(subject.sets, subject));
+  const sim::Excitation next = sim::design_excitation(one, arm, robot, 1, jobs, known);
   return {.toml = sim::trajectory_toml(next.train[0], robot),
           .csv = sim::trajectory_csv(next.train[0], robot, subject.sets[0].rate_hz),
           .period_s = next.train[0].period(),
+          .log_det_before = sim::log_det(known),
           .log_det_start = next.reports[0].log_det_start,
           .log_det = next.reports[0].log_det};
 }

@@ -41,7 +41,7 @@ Done simulate(const scene::Problem& part, const RunFolder& out, int jobs) {
 
 Done import(const scene::Problem& part, const RunFolder& out,
             const std::function<void(const std::string&)>& say) {
-  const std::vector<data::Dataset> sets = import_logs(part, logs_of_data(part), say);
+  const std::vector<data::Dataset> sets = logs_of_scene(part, logs_of_data(part), say);
   Done done;
   const auto findings = doctor::diagnose(sets, &part.robot);
   for (std::size_t i = 0; i < sets.size(); ++i) {

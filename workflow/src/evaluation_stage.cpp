@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <functional>
-#include <map>
-#include <set>
 #include <span>
 
 #include "fitted_model.hpp"
@@ -13,16 +11,15 @@
 #include "fricid/data/artefact.hpp"
 #include "fricid/data/contract.hpp"
 #include "fricid/data/fit_file.hpp"
-#include "fricid/data/log_part.hpp"
 #include "fricid/data/training_part.hpp"
 #include "fricid/estimate/rigid_body/held_out.hpp"
 #include "fricid/evaluate/evaluate.hpp"
 #include "fricid/signals/recording.hpp"
 #include "fricid/sim/simulate.hpp"
-#include "fricid/workflow/check.hpp"
 #include "fricid/workflow/job.hpp"
 #include "fricid/workflow/recordings.hpp"
 #include "fricid/workflow/section.hpp"
+#include "held_out.hpp"
 
 namespace fricid::workflow {
 namespace {
@@ -32,12 +29,6 @@ using enum Section;
 
 constexpr Section kEvaluated[] = {kName, kRobot, kFriction, kPlant, kIdentify, kEvaluate};
 
-/// A data set of `--data`, and the name of the recording in tables and files.
-struct FurtherData {
-  fs::path file;
-  std::string name;
-};
-
 /// Input of the stage's work: the declared part of the scene, and the fits to evaluate.
 struct Task {
   scene::Problem problem;
@@ -46,139 +37,6 @@ struct Task {
   int jobs;
   std::function<void(const std::string&)> say;
 };
-
-/// Held-out recordings with their truth, if known.
-struct HeldOut {
-  std::vector<evaluate::Trajectory> trajectories;
-  std::vector<sim::Truth> truths;  ///< one per trajectory, or empty
-};
-
-/// @throws UserError when the truth is not that of the recording
-sim::Truth load_truth_of(const data::Dataset& data, const fs::path& data_file,
-                         const fs::path& truth_file) {
-  sim::Truth truth = sim::load_truth(truth_file);
-  if (truth.joint_names != data.joint_names)
-    throw UserError("{}: found joints {}; allowed: those of {}, {}", truth_file.string(),
-                    fmt::join(truth.joint_names, ", "), data_file.string(),
-                    fmt::join(data.joint_names, ", "));
-  if (truth.trace.t.size() != data.t.size() || truth.rate_hz != data.rate_hz)
-    throw UserError("{}: found {} samples at {:g} Hz; allowed: as {}, {} at {:g} Hz",
-                    truth_file.string(), truth.trace.t.size(), truth.rate_hz, data_file.string(),
-                    data.t.size(), data.rate_hz);
-  return truth;
-}
-
-/// @param at_joints  the recording with the joints of the robot
-/// @param in_file    its joints as they stand in the file
-void add_recording(HeldOut& held_out, data::Dataset at_joints,
-                   const std::vector<std::string>& in_file, const fs::path& data_file,
-                   const fs::path& truth_file, double cutoff_hz) {
-  evaluate::Trajectory trajectory;
-  trajectory.data = std::move(at_joints);
-  signals::Motion motion = signals::make_recording(trajectory.data, cutoff_hz).narrow;
-  trajectory.q = std::move(motion.q);
-  trajectory.v = std::move(motion.v);
-  trajectory.a = std::move(motion.a);
-  if (is_there(truth_file)) {
-    if (in_file != trajectory.data.joint_names)
-      throw UserError("{}: found a truth of the joints {}; allowed: in the order of the robot, {}",
-                      truth_file.string(), fmt::join(in_file, ", "),
-                      fmt::join(trajectory.data.joint_names, ", "));
-    held_out.truths.push_back(load_truth_of(trajectory.data, data_file, truth_file));
-    const sim::Trace& trace = held_out.truths.back().trace;
-    trajectory.truth = evaluate::Reference{trace.q, trace.v, trace.tau_f, trace.z};
-  }
-  held_out.trajectories.push_back(std::move(trajectory));
-}
-
-/// Truth beside a data set of another run: RUN/data/NAME.h5, RUN/truth/NAME.h5.
-fs::path truth_beside(const fs::path& dataset) {
-  return RunFolder(dataset.parent_path().parent_path()).truth(dataset.stem().string());
-}
-
-/// The truth beside a data set where the scene injects the same friction; else no file, and why:
-/// the oracle would be that of another arm.
-fs::path truth_of(const Task& task, const fs::path& dataset) {
-  fs::path file = truth_beside(dataset);
-  if (!is_there(file)) return {};
-  const std::optional<friction::Friction>& injected = task.problem.scene.friction;
-  if (injected &&
-      sim::friction_text(*injected) == sim::friction_text(sim::load_truth(file).friction))
-    return file;
-  task.say(fmt::format(
-      "{}: not used: {}", file.string(),
-      injected ? "its friction is not that of the scene" : "the scene injects no friction"));
-  return {};
-}
-
-/// @throws UserError when no recording is as long as any horizon
-void require_horizons(const Task& task, const HeldOut& held_out) {
-  double longest = 0;
-  for (const evaluate::Trajectory& trajectory : held_out.trajectories)
-    longest = std::max(longest, trajectory.data.dt() * (trajectory.data.length() - 1));
-  const scene::Scene& scene = task.problem.scene;
-  const double shortest = std::ranges::min(scene.evaluate.horizons_s);
-  if (shortest > longest * (1 + 1e-9))
-    throw UserError(
-        "{}: evaluate.horizons_s = {:g} s and more; allowed: one of at most {:.4g} s, the longest "
-        "recording to evaluate on, or 0, all of it",
-        scene.origin.place("evaluate.horizons_s"), shortest, longest);
-}
-
-/// @throws UserError when the models were fitted to samples of a recording
-void refuse_training(const data::Dataset& recording, std::span<const data::Dataset> training,
-                     const fs::path& file) {
-  for (const data::Dataset& learnt : training)
-    if (const int shared = data::samples_in_common(recording, learnt); shared > 0)
-      throw UserError(
-          "--data {}: {:.3g} s of it are in {}, which is trained on; allowed: other recordings",
-          file.string(), shared * recording.dt(), learnt.name);
-}
-
-/// @throws UserError when all of a recording is in one that is held out already
-void refuse_again(const data::Dataset& recording, std::span<const evaluate::Trajectory> held_out,
-                  const fs::path& file) {
-  for (const evaluate::Trajectory& known : held_out)
-    if (data::samples_in_common(recording, known.data) == recording.length())
-      throw UserError("--data {}: all of it is in {}; allowed: each recording once", file.string(),
-                      known.data.name);
-}
-
-/// @param training  recordings that the models were fitted to
-HeldOut load_held_out(const Task& task, const RunFolder& folder,
-                      std::span<const data::Dataset> training) {
-  HeldOut held_out;
-  const double cutoff = task.problem.scene.identify.cutoff_hz;
-  for (int i = 0; is_there(folder.recording(RunFolder::validation(i))); ++i) {
-    const std::string name = RunFolder::validation(i);
-    data::Dataset own = data::load_dataset(folder.recording(name));
-    const std::vector<std::string> joints = own.joint_names;
-    add_recording(held_out, std::move(own), joints, folder.recording(name), folder.truth(name),
-                  cutoff);
-  }
-  const dynamics::RobotModel& robot = task.problem.robot;
-  const std::map<std::string, double>& fix = task.problem.scene.robot.fix;
-  for (const FurtherData& further : task.further_data) {
-    const data::Dataset read = data::load_dataset(further.file);
-    if (fix.empty() && read.n() != robot.n())
-      throw UserError("{}: {} joints; allowed: {}, those of the robot of the run, {}; found {}",
-                      further.file.string(), read.n(), robot.n(),
-                      fmt::join(task.problem.scene.joints, " "), fmt::join(read.joint_names, " "));
-    data::Dataset own = joints_of(read, robot, "the robot of the run", further.file.string(), fix);
-    refuse_training(own, training, further.file);
-    refuse_again(own, held_out.trajectories, further.file);
-    own.name = further.name;
-    add_recording(held_out, std::move(own), read.joint_names, further.file,
-                  truth_of(task, further.file), cutoff);
-  }
-  if (held_out.trajectories.empty())
-    throw UserError("{}: found no validation data to evaluate on",
-                    (folder.path() / "data").string());
-  if (!held_out.truths.empty() && held_out.truths.size() != held_out.trajectories.size())
-    throw UserError("--data: found recordings with and without truth; evaluate them separately");
-  require_horizons(task, held_out);
-  return held_out;
-}
 
 /// The truth rolled out by the simulator at its own step times `share`, one rollout per planned
 /// start.
@@ -306,24 +164,6 @@ std::vector<std::string> faults_of(const data::FitFile& fit) {
   return lines;
 }
 
-/// Folders of external/, sorted by name. @throws UserError on anything else, and on a name that is
-/// taken or not allowed
-std::vector<fs::path> external_folders(const RunFolder& run, const std::vector<FitRequest>& fits) {
-  std::vector<fs::path> folders;
-  if (!fs::exists(run.external())) return folders;
-  for (const auto& entry : fs::directory_iterator(run.external())) {
-    const std::string name = entry.path().filename().string(), shown = entry.path().string();
-    if (name.starts_with('.')) continue;
-    if (!entry.is_directory()) throw UserError("{}: a file; allowed: one folder per model", shown);
-    require_name(Named::kModel, name, shown);
-    if (std::ranges::any_of(fits, [&](const FitRequest& fit) { return fit.model.name == name; }))
-      throw UserError("{}: a model of this run has this name", shown);
-    folders.push_back(entry.path());
-  }
-  std::ranges::sort(folders);
-  return folders;
-}
-
 /// Whether a fit is conventional: a law without networks, fitted by a conventional method.
 bool is_conventional(const FitRequest& fit, const data::ModelFile& model) {
   if (fit.model.method != estimate::Method::kConventional || model.arm.friction.model.has_whole())
@@ -372,7 +212,8 @@ std::vector<fs::path> save(const evaluate::Evaluation& evaluation,
 Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   std::vector<data::Dataset> training =
       load_recordings(visible, RunFolder::training, task.problem.scene.joints);
-  const HeldOut held_out = load_held_out(task, visible, training);
+  const HeldOut held_out =
+      load_held_out(task.problem, task.further_data, visible, training, task.say);
   for (const auto& [file, name] : task.further_data)
     if (name != file.stem()) task.say(fmt::format("--data {}: called {}", file.string(), name));
   const evaluate::EvaluateOptions& options = task.problem.scene.evaluate;
@@ -421,66 +262,6 @@ Done work(const Task& task, const RunFolder& visible, const RunFolder& out) {
   Done done{save(evaluation, contest.trajectories, contest.robot.joints, out)};
   done.files.push_back(out.starts());
   return done;
-}
-
-/// Models of which results are written, as they stand in names of files.
-std::set<std::string> labels_of(const RunFolder& run, const std::vector<FitRequest>& fits) {
-  std::set<std::string> labels;
-  const auto add = [&](const FitId& id) { labels.insert({id.model, id.name()}); };
-  for (const FitRequest& fit : fits) add(fit.id());
-  for (const char* truth : {"oracle", "simulator"}) add({truth, 1});
-  for (const fs::path& folder : external_folders(run, fits)) add({folder.filename(), 1});
-  return labels;
-}
-
-/// The folder that a data set is from: that of its run, or the one it lies in.
-std::string origin_of(const fs::path& file) {
-  const fs::path folder = fs::weakly_canonical(file).parent_path();
-  return (folder.filename() == "data" ? folder.parent_path() : folder).filename().string();
-}
-
-bool may_name_a_recording(const std::string& name) {
-  try {
-    require_name(Named::kTrajectory, name, "");
-    return true;
-  } catch (const UserError&) {
-    return false;
-  }
-}
-
-/// Data sets with names that no recording of the run has: that of the file, else with the folder
-/// before it, else numbered; such that no two files of results have one name.
-std::vector<FurtherData> named_apart(const Job& job, const std::vector<FitRequest>& fits,
-                                     const std::vector<fs::path>& files) {
-  const RunFolder& run = job.run.folder();
-  const std::set<std::string> labels = labels_of(run, fits);
-  std::set<std::string> taken;  // names of results
-  const auto results = [&](const std::string& recording) {
-    std::vector<std::string> names;
-    for (const std::string& label : labels) names.push_back(label + "_" + recording);
-    return names;
-  };
-  const auto take = [&](const std::string& recording) {
-    for (const std::string& name : results(recording)) taken.insert(name);
-  };
-  const auto is_free = [&](const std::string& recording) {
-    return may_name_a_recording(recording) && !is_there(run.recording(recording)) &&
-           std::ranges::none_of(results(recording),
-                                [&](const std::string& name) { return taken.contains(name); });
-  };
-  for (int i = 0; is_there(run.recording(RunFolder::validation(i))); ++i)
-    take(RunFolder::validation(i));
-  std::vector<FurtherData> data;
-  for (const fs::path& file : files) {
-    const std::string stem = file.stem().string();
-    std::string longer = fmt::format("{}_{}", origin_of(file), stem);
-    if (!may_name_a_recording(longer + "_1000")) longer = "further";
-    std::string name = is_free(stem) ? stem : longer;
-    for (int i = 2; !is_free(name); ++i) name = fmt::format("{}_{}", longer, i);
-    take(name);
-    data.push_back({file, name});
-  }
-  return data;
 }
 
 }  // namespace

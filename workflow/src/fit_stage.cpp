@@ -18,7 +18,6 @@ using enum Section;
 
 // Fits use the URDF only; a change of the MJCF reaches them through the simulated data.
 constexpr Section kFitted[] = {kRobot, kIdentify, kModels};
-constexpr std::string_view kStage = "identify ", kTraining = "data/train_";
 
 /// What the fits of one job share.
 struct Shared {
@@ -33,7 +32,7 @@ Stage make_stage(const Job& job, const FitRequest& request, const std::shared_pt
   const scene::Problem problem = with_scene(job.problem, std::move(scene));
   Stage stage{stage_of(request.id()), Inputs(job.run.folder()), {}};
   declare(stage.inputs, problem, kFitted);
-  stage.inputs.outputs_of(job.run.results_of("data"), kTraining);
+  stage.inputs.outputs_of(job.run.results_of("data"), kTrainingData);
   if (const std::string& prior = request.model.prior; std::filesystem::exists(prior))
     stage.inputs.file("prior", prior);
   else if (!prior.empty())
@@ -123,10 +122,9 @@ Fits fits_of(const Job& job) {
   std::vector<std::tuple<std::ptrdiff_t, std::string, int>> counted;
   Fits fits;
   for (const StageRecord& record : job.run.manifest().stages) {
-    if (!record.name.starts_with(kStage)) continue;
-    const std::string name = record.name.substr(kStage.size());
-    const std::optional<FitId> id = FitId::parse(name);
+    const std::optional<FitId> id = fit_of(record.name);
     if (!id) continue;
+    const std::string name = id->name();
     const auto place = std::ranges::find(models, id->model, &estimate::ModelOptions::name);
     const bool of_scene = place != models.end() && std::ranges::count(place->seeds, id->seed) > 0;
     if (!of_scene && std::ranges::count(by_name, name) == 0) {

@@ -15,8 +15,7 @@ data::ModelFile load_fitted(const RunFolder& folder, const FitId& id,
     throw UserError("{}: found the model {}, seed {}{}; allowed: {}, seed {}", file,
                     printable(model.name), model.seed, model.is_oracle ? ", an oracle" : "",
                     id.model, id.seed);
-  std::vector<std::string> found;
-  for (const dynamics::Joint& joint : model.arm.robot.joints) found.push_back(joint.name);
+  const std::vector<std::string> found = model.arm.robot.joint_names();
   if (found != joints)
     throw UserError("{}: found the joints {}; allowed: those of the robot, {}", file,
                     fmt::join(found, ", "), fmt::join(joints, ", "));

@@ -29,8 +29,8 @@ std::vector<SceneLog> logs_of_data(const scene::Problem& problem) {
   return logs;
 }
 
-std::vector<data::Dataset> import_logs(const scene::Problem& part, std::span<const SceneLog> logs,
-                                       const std::function<void(const std::string&)>& say) {
+std::vector<data::Dataset> logs_of_scene(const scene::Problem& part, std::span<const SceneLog> logs,
+                                         const std::function<void(const std::string&)>& say) {
   std::optional<data::Contract> contract;
   if (!part.contract_path.empty()) contract = data::load_contract(part.contract_path);
   std::map<fs::path, std::vector<std::size_t>> parts_of;

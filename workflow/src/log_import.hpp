@@ -25,8 +25,8 @@ std::vector<SceneLog> logs_of_data(const scene::Problem& problem);
 /// Imports logs of the scene by its contract, or reads data sets where it has none; cut and with
 /// the joints of its robot. A file of which several logs are parts is read once.
 /// @param say  takes warnings
-std::vector<data::Dataset> import_logs(const scene::Problem& part, std::span<const SceneLog> logs,
-                                       const std::function<void(const std::string&)>& say);
+std::vector<data::Dataset> logs_of_scene(const scene::Problem& part, std::span<const SceneLog> logs,
+                                         const std::function<void(const std::string&)>& say);
 
 /// Declares the contract of the scene, if it has one.
 void declare_contract(Inputs& inputs, const scene::Problem& problem);

@@ -19,7 +19,7 @@ constexpr Section kImported[] = {kName, kRobot, kIdentify, kPayload};
 std::vector<data::Dataset> loaded_recordings(const scene::Problem& part, int jobs,
                                              const std::function<void(const std::string&)>& say) {
   if (!part.scene.simulates())
-    return import_logs(part, named(part.scene.payload.logs, RunFolder::loaded), say);
+    return logs_of_scene(part, named(part.scene.payload.logs, RunFolder::loaded), say);
   std::vector<data::Dataset> sets = sim::simulate(scene::with_load(part), jobs).train;
   for (std::size_t i = 0; i < sets.size(); ++i)
     sets[i].name = RunFolder::loaded(static_cast<int>(i));
@@ -56,7 +56,7 @@ Stage payload_stage(const Job& job) {
     declare_logs(stage.inputs, job.problem,
                  named(job.problem.scene.payload.logs, RunFolder::loaded));
   }
-  stage.inputs.outputs_of(job.run.results_of("data"), "data/train_");
+  stage.inputs.outputs_of(job.run.results_of("data"), kTrainingData);
   stage.work = [part = part_of(job.problem, sections), out = job.run.folder(), jobs = job.jobs,
                 say = job.say](const RunFolder& visible) {
     return work(part, visible, out, jobs, say);

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "file_format.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
 #include "fricid/base/json.hpp"
@@ -331,29 +331,12 @@ std::string text_of(const Json& object) {
   return object.dump(1, ' ', false, nlohmann::detail::error_handler_t::replace) + "\n";
 }
 
-namespace {
-
-/// "fricid.model/2" -> "fricid.model" and 2; 0 without a version.
-std::pair<std::string_view, int> name_and_version(std::string_view format) {
-  const std::size_t slash = std::min(format.rfind('/'), format.size());
-  int version = 0;
-  if (slash < format.size())
-    std::from_chars(format.data() + slash + 1, format.data() + format.size(), version);
-  return {format.substr(0, slash), version};
-}
-
-}  // namespace
-
 JsonPointer read_object(std::string_view text, const std::string& where, std::string_view format) {
   JsonPointer object = owned(parsed(text, where));
-  if (const auto found = object->find("format"); found != object->end() && found->is_string()) {
-    const auto [name, version] = name_and_version(found->get_ref<const std::string&>());
-    const auto [own, known] = name_and_version(format);
-    if (name == own && version > known)
-      throw UserError("{}: format {}/{} is newer than {}, which this program reads", where, own,
-                      version, format);
-  }
-  if (const auto found = object->find("format"); found == object->end() || *found != format)
+  const auto found = object->find("format");
+  if (found != object->end() && found->is_string())
+    refuse_newer(where, found->get_ref<const std::string&>(), format);
+  if (found == object->end() || *found != format)
     throw UserError("{}: found {}; allowed: \"format\": \"{}\"", where,
                     found == object->end() ? "no format" : shown(*found), format);
   return object;

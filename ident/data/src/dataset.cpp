@@ -69,8 +69,11 @@ void check_times(const Eigen::VectorXd& t, double rate_hz,
                       t[k - 1]);
     if (!is_one_period(dt, rate_hz))
       throw UserError(
-          "{}: {} in time: {:.6g} s after the sample before; allowed: {:.6g} s within {:g} %",
-          place(k), dt > kGap * period ? "gap" : "jitter", dt, period, 100 * kUnevenness);
+          "{}: {} in time: {:.6g} s after the sample before; allowed: {:.6g} s within {:g} %{}",
+          place(k), dt > kGap * period ? "gap" : "jitter", dt, period, 100 * kUnevenness,
+          dt > kGap * period ? ""
+                             : "; where samples were taken evenly and stamped late, `fricid import "
+                               "--fix jitter`");
   }
 }
 

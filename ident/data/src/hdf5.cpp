@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <fstream>
 #include <optional>
 #include <utility>
 
+#include "file_format.hpp"
 #include "fricid/base/csv.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/files.hpp"
@@ -44,7 +44,10 @@ Id open_file(const fs::path& path) {
   if (!bytes.starts_with(kHdf5Signature)) {
     if (bytes.size() < kHeader ||
         bytes.compare(kHeader, kHdf5Signature.size(), kHdf5Signature) != 0)
-      throw UserError("{}: not an HDF5 file, or torn", name);
+      throw UserError(
+          "{}: not an HDF5 file, or torn; `fricid import` makes one of a log in a format of "
+          "docs/your_own_log.md",
+          name);
     const std::string format = bytes.substr(0, std::min(bytes.find('\n'), kHeader));
     if (bytes.compare(0, kHeader, make_header(format, std::string_view(bytes).substr(kHeader))) !=
         0)
@@ -52,17 +55,12 @@ Id open_file(const fs::path& path) {
   }
   try_to_read(name);
   Id file = open_to_read(name);
-  if (!file.ok()) throw UserError("{}: not an HDF5 file, or torn", name);
+  if (!file.ok())
+    throw UserError(
+        "{}: not an HDF5 file, or torn; `fricid import` makes one of a log in a format of "
+        "docs/your_own_log.md",
+        name);
   return file;
-}
-
-// "fricid.dataset/1" -> {"fricid.dataset", 1}
-std::pair<std::string, int> split_format(const std::string& format) {
-  const std::size_t slash = format.rfind('/');
-  int version = 0;
-  if (slash != std::string::npos)
-    std::from_chars(format.data() + slash + 1, format.data() + format.size(), version);
-  return {format.substr(0, slash), version};
 }
 
 }  // namespace
@@ -136,7 +134,6 @@ void write_hdf5(const fs::path& path, const std::string& format,
 
 H5Reader::H5Reader(const fs::path& path, const std::string& format) : path_(path.string()) {
   const Session session;
-  const auto [wanted, newest] = split_format(format);
   Id file = open_file(path);
   if (format.empty()) {  // any file, also one of another program
     file_ = file.release();
@@ -144,15 +141,13 @@ H5Reader::H5Reader(const fs::path& path, const std::string& format) : path_(path
   }
   std::vector<std::string> texts;
   const bool has_format = read_texts(file, "format", path_, texts) && texts.size() == 1;
-  const auto [kind, version] = split_format(has_format ? texts[0] : "");
-  if (kind == wanted && version >= 1 && version <= newest) {
+  if (!has_format) throw UserError("{}: attribute format is missing; allowed: {}", path_, format);
+  const FileFormat found(texts[0]), known(format);
+  if (found.name == known.name && found.version >= 1 && found.version <= known.version) {
     file_ = file.release();
     return;
   }
-  if (!has_format) throw UserError("{}: attribute format is missing; allowed: {}", path_, format);
-  if (kind == wanted && version > newest)
-    throw UserError("{}: format {} is newer than {}, which this program reads", path_, texts[0],
-                    format);
+  refuse_newer(path_, texts[0], format);
   throw UserError("{}: format = \"{}\"; allowed: {}", path_, texts[0], format);
 }
 

@@ -56,6 +56,11 @@ double per_second(std::string_view unit) {
 
 void require_plausible_rate(double rate_hz, const TimeColumn& time, const std::string& where) {
   if (rate_hz > kSlowest && rate_hz <= kFastest) return;
+  if (!std::isfinite(rate_hz))
+    throw UserError(
+        "{}: most rows have the time of the one before, and too few have a new one to tell the "
+        "rate; allowed: a time with more digits",
+        where);
   constexpr double kUsual = 1e4;  // [Hz]
   std::string remedy;
   for (const char* unit : {"s", "ms", "us", "ns"})

@@ -39,6 +39,23 @@ double length_of_line(const Eigen::VectorXd& t) {
   return row.dot(t) / row.squaredNorm();
 }
 
+// Period of rows whose stamps are coarser than they: a row with a new stamp was taken within one
+// period of it, so that a line through those rows is off by no more than that over all of them.
+// 0 where they span fewer than `kEnough` rows, which leaves more than a per cent open.
+double period_between_steps(const Eigen::VectorXd& t) {
+  constexpr Eigen::Index kEnough = 100;
+  std::vector<double> rows, stamps;
+  for (Eigen::Index k = 1; k < t.size(); ++k)
+    if (t[k] > t[k - 1]) {
+      rows.push_back(static_cast<double>(k));
+      stamps.push_back(t[k]);
+    }
+  if (rows.size() < 2 || rows.back() - rows.front() < kEnough) return 0;
+  Eigen::ArrayXd row = Eigen::ArrayXd::Map(rows.data(), std::ssize(rows));
+  row -= row.mean();
+  return (row * Eigen::ArrayXd::Map(stamps.data(), std::ssize(stamps))).sum() / row.square().sum();
+}
+
 // Mean period of rows [first, first + count): from the usual stamp of their first half to that of
 // their second, so that no single stamp counts, and none is wrong by what all are late.
 double usual_period(const Eigen::VectorXd& s, Eigen::Index first, Eigen::Index count,
@@ -138,10 +155,11 @@ std::optional<CoarseClock> coarse_clock(const Dataset& d) {
     const double steps = (d.t[k] - d.t[k - 1]) / clock.step_s;
     if (!(std::abs(steps - std::round(steps)) < kWhole)) return {};
   }
-  const double length = length_of_line(d.t);
-  if (!(length > 0)) return {};
-  clock.rate_hz = static_cast<double>(T - 1) / length;
+  const double period = period_between_steps(d.t);
+  if (!(period > 0)) return {};
+  clock.rate_hz = 1 / period;
   if (clock.step_s * clock.rate_hz < kCoarser) return {};
+  const double length = period * static_cast<double>(T - 1);
   const Eigen::ArrayXd off = d.t.array() - d.t.mean() - length * rows_about_middle(T).array();
   clock.fits_even = off.abs().maxCoeff() <= (1 + kWhole) * clock.step_s;
   if (!clock.fits_even && static_cast<double>(equal) < kRepeats * static_cast<double>(T)) return {};

@@ -222,6 +222,8 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   constexpr double kEarly = 0.01;   // [s] by which the torque of an elastic gear may lead
   constexpr double kClear = 0.035;  // log of the factor of the residuals' variance
   constexpr double kChance = 2.5;   // [s^2] over the square of those of sliding: gains of friction
+  // the same of a torque that leads: that of one joint after the other seems to, from break-away on
+  constexpr double kChanceOfLead = 30;
   constexpr double kOfSize = 3;  // [1/s] gain by a delay of a second: ripples gain a little by any
   const DelayCurves curves = delay_curves(d, robot, motion, sight);
   if (curves.joints() == 0) return;
@@ -253,8 +255,10 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
     return;
   if (!best) {
     if (gain < kBeyond * gain_error || is_of_one_joint(curves)) return;
+    const bool leads = left[0] < left[left.size() - 1];
+    if (leads && gain < kChanceOfLead / (curves.seconds * curves.seconds)) return;
     finding.kind = FindingKind::kDelayUnknown;
-    finding.size = 1e3 * (left[0] < left[left.size() - 1] ? kEarliest : kLatest);
+    finding.size = 1e3 * (leads ? kEarliest : kLatest);
     finding.unit = "ms, the end of the search";
     findings.push_back(finding);
     return;

@@ -55,7 +55,7 @@ void Hypothesis::swap(int one, int two, Sight& s) const {
 }
 
 Finding describe(const data::Dataset& d, const Motion& motion, const Hypothesis& h, double size,
-                 const char* unit) {
+                 const std::string& unit) {
   std::string signal = h.moves ? "q" : "";
   if (h.moves && d.v.size() > 0 && (h.joint < 0 || velocity_follows(d, motion, h.joint)))
     signal += " v";

@@ -32,6 +32,6 @@ struct Hypothesis {
 
 /// The finding that says so, over the whole log.
 Finding describe(const data::Dataset& d, const Motion& motion, const Hypothesis& h, double size,
-                 const char* unit);
+                 const std::string& unit);
 
 }  // namespace fricid::doctor

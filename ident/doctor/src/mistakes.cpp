@@ -218,6 +218,15 @@ Finding describe_coupling(const data::Dataset& d, const Motion& motion,
   return found;
 }
 
+/// What a torque of such a scale may be in, in words.
+std::string unit_of(double scale, const dynamics::Joint& joint) {
+  constexpr double kAbout = 2;
+  if (scale > 1e3 / kAbout && scale < 1e3 * kAbout) return slides(joint) ? ": in mN" : ": in N mm";
+  if (scale > 1e-3 / kAbout && scale < 1e-3 * kAbout)
+    return slides(joint) ? ": in kN" : ": in kN m";
+  return {};
+}
+
 /// A hypothesis that is believed, as one finding or one for each axis or pair of columns.
 void add_findings(Finding found, const Hypothesis& h, int n, Findings& findings) {
   if (h.reversed) {
@@ -340,7 +349,10 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
     };
     if (far_off(e, most ? kFarOff : kFarOffAlone) && !may_be_centre(*robot, e, j) &&
         (most || !centre_explains()))
-      findings.push_back(describe(d, motion, unit, e.scale, "times the nominal torque"));
+      findings.push_back(
+          describe(d, motion, unit, e.scale,
+                   fmt::format("times the nominal torque{}",
+                               unit_of(e.scale, robot->joints[static_cast<std::size_t>(j)]))));
     else if (const double times = beyond_effort(*robot, sight, j); times > 0)
       findings.push_back(describe(d, motion, unit, times, "times the effort limit"));
   }

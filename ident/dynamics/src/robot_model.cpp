@@ -34,6 +34,12 @@ double shape_of(const LinearTorque& torque, double q) {
   return 0;
 }
 
+std::vector<std::string> RobotModel::joint_names() const {
+  std::vector<std::string> names;
+  for (const Joint& joint : joints) names.push_back(joint.name);
+  return names;
+}
+
 std::vector<std::string> RobotModel::parameter_names() const {
   std::vector<std::string> names;
   for (const Joint& joint : joints)

@@ -112,6 +112,13 @@ Document read_document(const std::string& text, const std::string& source) {
     throw UserError("{}:{}: not well-formed XML ({})", source, xml.ErrorLineNum(), xml.ErrorName());
   const tinyxml2::XMLElement* robot = xml.FirstChildElement("robot");
   if (!robot) throw UserError("{}: no <robot> element", source);
+  for (auto* e = robot->FirstChildElement(); e; e = e->NextSiblingElement())
+    if (std::string_view(e->Name()).starts_with("xacro:"))
+      throw UserError(
+          "{}:{}: <{}> is a macro that was not expanded; allowed: a URDF, as `xacro FILE > "
+          "robot.urdf` "
+          "writes it",
+          source, e->GetLineNum(), e->Name());
 
   Document document{.source = source, .link_lines = {}, .joints = {}};
   check_name(Named::kRobot, *robot, source);
@@ -319,6 +326,16 @@ class Builder {
         welds_[name] = joint->mimic->multiplier * leader->second + joint->mimic->offset;
         found = true;
       }
+    }
+    for (const auto& [name, position] : welds_) {
+      const urdf::Joint& joint = *tree.joints_.at(name);
+      if (!joint.mimic || welds_.contains(joint.mimic->joint_name)) continue;
+      const auto leader = tree.joints_.find(joint.mimic->joint_name);
+      if (leader != tree.joints_.end() && moves(*leader->second))
+        throw UserError(
+            "{}: is fixed, but its <mimic> follows {}, which moves; allowed: both fixed by [robot] "
+            "fix, or no <mimic>",
+            document_.at_joint(name), joint.mimic->joint_name);
     }
   }
 

@@ -7,21 +7,23 @@
 #include "fricid/base/not_finite.hpp"
 #include "fricid/base/unit_of_joint.hpp"
 #include "fricid/dynamics/nominal.hpp"
-#include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/fit_report.hpp"
 #include "rigid_body/joint_inertia.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
 namespace {
 
-constexpr double kPoor = 0.5;            // R2 of a joint's training torque
-constexpr double kSignificant = 4;       // standard errors
-constexpr double kWellExplained = 0.99;  // R2
-constexpr double kContradicts = 2.5;     // residual under a prior, times that of the data alone
-constexpr double kStill = 5e-3;          // [rad or m] of travel within which friction settles
-constexpr double kMostOfFile = 5;        // times the robot's file; usual armatures hold within 4
-constexpr double kSlow = 0.2;            // [rad/s] up to which friction may fall with the speed
-constexpr double kConstant = 1e-9;       // range of a torque, over its size, that is rounding
+constexpr double kPoor = 0.5;             // R2 of a joint's training torque
+constexpr double kSignificant = 4;        // standard errors
+constexpr double kWellExplained = 0.99;   // R2
+constexpr double kContradicts = 2.5;      // residual under a prior, times that of the data alone
+constexpr double kStill = 5e-3;           // [rad or m] of travel within which friction settles
+constexpr double kChatters = 0.05;        // of the seconds of the recordings
+constexpr double kLeastOfArmature = 0.5;  // inertia over the armature that is stated
+constexpr double kMostOfFile = 5;         // times the robot's file; usual armatures hold within 4
+constexpr double kSlow = 0.2;             // [rad/s] up to which friction may fall with the speed
+constexpr double kConstant = 1e-9;        // range of a torque, over its size, that is rounding
 
 /// Motion and torque of one joint in the training data.
 struct Seen {
@@ -41,6 +43,36 @@ Seen look_at(std::span<const signals::Recording> sequences, int j) {
     most = std::max(most, s.filtered_tau.col(j).maxCoeff());
   }
   return {high - low, speed, most - least, std::max(std::abs(least), std::abs(most))};
+}
+
+/// Seconds of the recordings in which a joint turns to and fro faster than any motion that was
+/// meant: 30 times or more, each time through speeds that its encoder sees.
+struct Chatter {
+  int seconds = 0, of = 0;
+  int reversals = 0;  // in the worst of them
+};
+
+Chatter chatter_of(const Prepared& prepared, int j) {
+  constexpr int kMost = 30;
+  const double visible =
+      smoothing_speed(prepared.robot, prepared.recordings, prepared.options.cutoff_hz, j);
+  Chatter found;
+  for (const signals::Recording& r : prepared.recordings) {
+    const int second = std::max(1, static_cast<int>(std::lround(1 / r.dt)));
+    for (int begin = 0; begin + second <= r.length(); begin += second) {
+      int reversals = 0;
+      double direction = 0;
+      for (const double v : r.wide.v.col(j).segment(begin, second)) {
+        if (std::abs(v) < visible) continue;
+        reversals += v * direction < 0;
+        direction = v;
+      }
+      ++found.of;
+      found.seconds += reversals >= kMost;
+      found.reversals = std::max(found.reversals, reversals);
+    }
+  }
+  return found;
 }
 
 /// Greatest friction at low speed that the laws of a joint have there [N m]: of each law the sum of
@@ -193,6 +225,12 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           fmt::format("move it, or exclude it: [robot] hold = [\"{}\"]", joint.name));
       continue;
     }
+    if (const Chatter chatter = chatter_of(prepared, j); chatter.seconds > kChatters * chatter.of)
+      add(fmt::format("its measured motion chatters in {} of {} s: up to {} reversals in a second",
+                      chatter.seconds, chatter.of, chatter.reversals),
+          "friction is not that of a motion that reverses between its samples: mend the "
+          "controller, "
+          "or leave that time out");
     if (one_speed)
       add(fmt::format("slides at one speed, {:.2g} to {:.2g} {}: Coulomb and viscous friction "
                       "cannot be told apart",
@@ -227,6 +265,14 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           (guessed ? fmt::format("state its armature, robot.armature = {{{} = ...}}; ", joint.name)
                    : "") +
               more_data(prepared));
+    const double armature = prepared.robot.pi[prepared.robot.armature_begin() + j];
+    if (!guessed && inertia[j] < kLeastOfArmature * armature)
+      add(fmt::format("inertia of {:.3g} {}, less than half of the armature alone that is stated "
+                      "for it, {:.3g}",
+                      inertia[j], unit_of_joint("kg m^2", slides(joint)), armature),
+          "correct the armature in the robot's file, or look for a delay (`fricid check`); "
+          "friction "
+          "that no law describes, as of a spring that relaxes, looks like less inertia too");
     // a law that explains the torque need not have the sign of a straight line through its curve
     const bool bears_regression = is_linear(friction, j) || !(report.r2[i] > kWellExplained);
     const double level = friction_level(report.model.arm.friction, j, seen.travel);

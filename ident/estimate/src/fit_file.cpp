@@ -1,4 +1,4 @@
-#include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/fit_report.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -203,10 +203,14 @@ data::FitFile fit_file(const FitReport& report) {
   if (report.method == Method::kJoint)
     for (std::size_t j = 0; j < report.residual_rms.size(); ++j)
       file.joints.push_back(jointly_fitted(report, j));
-  if (std::vector<data::FittedRemark> remarks =
-          remarks_on(file.joints, report.model.arm.friction.model, report.waves, report.bends);
-      !remarks.empty())
-    file.remarks = std::move(remarks);
+  std::vector<data::FittedRemark> remarks =
+      remarks_on(file.joints, report.model.arm.friction.model, report.waves, report.bends);
+  if (report.disturbances)
+    remarks.push_back({report.disturbances->found,
+                       "a push, a collision or a cable that catches is no friction, and pulls what "
+                       "is fitted",
+                       report.disturbances->remedy});
+  if (!remarks.empty()) file.remarks = std::move(remarks);
   if (report.torque) file.torque = training_of(*report.torque);
   if (report.multi_step) file.multi_step = training_of(*report.multi_step);
   if (report.em) file.em = em_of(*report.em);

@@ -3,10 +3,12 @@
 
 #include <fmt/format.h>
 
+#include "disturbances.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/estimate/fit.hpp"
 #include "fricid/estimate/memory.hpp"
+#include "fricid/estimate/predict_torque.hpp"
 #include "fricid/estimate/torque/by_period.hpp"
 #include "rigid_body/regression.hpp"
 #include "support.hpp"
@@ -157,13 +159,16 @@ void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitRepor
     const auto s = static_cast<std::size_t>(i);
     predicted[s] = predict_torque(report.model.arm, prepared.recordings[s], cutoff_hz);
   });
+  FrictionTorques residual(count);
+  for (std::size_t s = 0; s < count; ++s)
+    residual[s] = prepared.recordings[s].filtered_tau - predicted[s];
+  const std::vector<double>& least_speed = prepared.rigid_body.least_speed;
   for (int j = 0; j < prepared.robot.n(); ++j)
     score_joint(
-        prepared.recordings, j, prepared.rigid_body.least_speed[static_cast<std::size_t>(j)],
-        [&](std::size_t s, int k) {
-          return prepared.recordings[s].filtered_tau(k, j) - predicted[s](k, j);
-        },
-        report);
+        prepared.recordings, j, least_speed[static_cast<std::size_t>(j)],
+        [&](std::size_t s, int k) { return residual[s](k, j); }, report);
+  report.disturbances =
+      find_disturbances(prepared.robot, prepared.recordings, least_speed, residual);
 }
 
 LatentNoise assumed_noise(const Arm& arm, std::span<const signals::Recording> recordings,
@@ -171,20 +176,6 @@ LatentNoise assumed_noise(const Arm& arm, std::span<const signals::Recording> re
   EmOptions options;
   options.z_noise_first = options.z_noise_last;
   return initial_noise(arm, recordings, options, residual_rms);
-}
-
-std::vector<double> torque_rms(std::span<const signals::Recording> recordings) {
-  const int n = recordings.front().n();
-  std::vector<double> rms(static_cast<std::size_t>(n));
-  for (int j = 0; j < n; ++j) {
-    double sum = 0, rows = 0;
-    for (const signals::Recording& r : recordings) {
-      sum += r.held_tau.col(j).squaredNorm();
-      rows += static_cast<double>(r.held_tau.rows());
-    }
-    rms[static_cast<std::size_t>(j)] = std::sqrt(sum / rows);
-  }
-  return rms;
 }
 
 FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, int seed, int jobs,

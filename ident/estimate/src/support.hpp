@@ -37,6 +37,11 @@ Temperatures temperatures_of(std::span<const signals::Recording> recordings);
 /// @throws UserError on a name that is no law
 friction::JointSpec joint_spec_of(const ModelOptions& options);
 
+/// Where the search for a law begins: the linear friction of the regression, a hundredth of the
+/// largest torque at least.
+friction::FrictionGuess guess_of(const RigidBodyFit& rigid, const JointFrictionData& data,
+                                 int joint);
+
 /// Whether the friction of a joint is Coulomb and viscous and no more but a smoothed step.
 inline bool is_linear(const friction::RobotFriction& friction, int joint) {
   using enum friction::Role;

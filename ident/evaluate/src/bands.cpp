@@ -13,6 +13,7 @@ namespace fricid::evaluate {
 namespace {
 
 constexpr double kLow = 0.05, kHigh = 0.95;
+constexpr double kNormal90 = 1.645;  // standard deviations
 
 /// The p quantile of sorted values.
 double quantile(const std::vector<double>& sorted, double p) {
@@ -70,8 +71,10 @@ BandScore score(const Band& band, const Trajectory& trajectory, int steps) {
     for (Eigen::Index j = 0; j < band.low.cols(); ++j) {
       const double wanted = trajectory.scored_q()(k, j);
       if (std::isnan(wanted)) continue;
-      inside += band.low(k, j) <= wanted && wanted <= band.high(k, j);
-      squares += std::pow((band.high(k, j) - band.low(k, j)) / 2, 2);
+      const double half = (band.high(k, j) - band.low(k, j)) / 2;
+      const double wider = std::hypot(half, kNormal90 * trajectory.scored_q_sd(j)) - half;
+      inside += band.low(k, j) - wider <= wanted && wanted <= band.high(k, j) + wider;
+      squares += half * half;
       count += 1;
     }
   return {inside / count, std::sqrt(squares / count)};

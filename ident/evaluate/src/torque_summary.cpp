@@ -50,6 +50,7 @@ std::vector<TorqueSummary> torque_summaries(const Evaluation& evaluation) {
     own.percent = mean(&TorquePrediction::percent_of_rms);
     if (own.percent.empty()) continue;
     own.model = summary.name;
+    own.trusted = summary.doubts.empty();
     own.is_static_law = is_static_law(evaluation, summary.name);
     const Values all = regime(&RegimeError::all);
     own.reversal = percent_of(regime(&RegimeError::reversal), all, own.percent);
@@ -70,6 +71,12 @@ std::vector<double> least_percent(const std::vector<TorqueSummary>& models) {
     for (std::size_t j = 0; j < least.size(); ++j) least[j] = std::min(least[j], model.percent[j]);
   }
   return least;
+}
+
+std::vector<TorqueSummary> trusted(const std::vector<TorqueSummary>& models) {
+  std::vector<TorqueSummary> found;
+  std::ranges::copy_if(models, std::back_inserter(found), &TorqueSummary::trusted);
+  return found;
 }
 
 std::vector<TorqueSummary> static_laws(const std::vector<TorqueSummary>& models) {

@@ -14,6 +14,7 @@ constexpr double kWindow_s = 0.5;
 constexpr int kFewestSamples = 10;    // of a window
 constexpr double kBeyondWorst = 4.5;  // times the worst window of the training data
 constexpr double kShare = 0.5;        // of the deviation of the training torque
+constexpr double kPushed = 0.4;       // the same for the best judge alone
 constexpr double kPoor = 0.5;         // R2
 constexpr double kSeveral = 4;        // times the residual of the training data
 constexpr double kThroughout = 0.8;   // of a recording
@@ -103,8 +104,9 @@ std::string Unexplained::in_words() const {
 namespace {
 
 /// What the judges leave of joint j of a recording; nothing where one of them explains it.
+/// @param deviates  the training torque [N m]
 std::optional<Unexplained> look_at(const Trajectory& recording, std::size_t i, Eigen::Index j,
-                                   double enough, std::span<const Judge> judges,
+                                   double deviates, std::span<const Judge> judges,
                                    std::span<const Known> known) {
   const data::Dataset& d = recording.data;
   const auto joint = static_cast<std::size_t>(j);
@@ -119,8 +121,13 @@ std::optional<Unexplained> look_at(const Trajectory& recording, std::size_t i, E
     if (prediction.r2[joint] > judges[best].held_out[i].r2[joint]) best = m;
     const std::vector<double> in_windows = windows(d, prediction, j);
     for (std::size_t w = 0; w < strange.size(); ++w)
-      strange[w] = strange[w] && in_windows[w] > std::max(kBeyondWorst * known[m].worst, enough);
+      strange[w] =
+          strange[w] && in_windows[w] > std::max(kBeyondWorst * known[m].worst, kShare * deviates);
   }
+  const std::vector<double> of_best = windows(d, judges[best].held_out[i], j);
+  for (std::size_t w = 0; w < strange.size(); ++w)
+    strange[w] =
+        strange[w] || of_best[w] > std::max(kBeyondWorst * known[best].worst, kPushed * deviates);
   const auto first = std::ranges::find(strange, true);
   if (first == strange.end() && !poor) return std::nullopt;
 
@@ -158,16 +165,16 @@ std::vector<Unexplained> find_unexplained(std::span<const Trajectory> held_out,
   if (judges.empty() || training.empty() || held_out.empty()) return found;
   const int n = held_out.front().data.n();
   std::vector<std::vector<Known>> known(static_cast<std::size_t>(n));  // [joint][judge]
-  std::vector<double> enough;
+  std::vector<double> deviates;
   for (int j = 0; j < n; ++j) {
     for (const Judge& judge : judges)
       known[static_cast<std::size_t>(j)].push_back(known_of(training, judge, j));
-    enough.push_back(kShare * deviation(training, j));
+    deviates.push_back(deviation(training, j));
   }
   for (std::size_t i = 0; i < held_out.size(); ++i)
     for (int j = 0; j < n; ++j) {
       const auto at = static_cast<std::size_t>(j);
-      if (auto torque = look_at(held_out[i], i, j, enough[at], judges, known[at]))
+      if (auto torque = look_at(held_out[i], i, j, deviates[at], judges, known[at]))
         found.push_back(*std::move(torque));
     }
   return found;

@@ -11,7 +11,6 @@
 #include "fricid/data/log_part.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "friction_by_effort.hpp"
-#include "joint_names.hpp"
 #include "models.hpp"
 #include "robot_parts.hpp"
 #include "welds.hpp"
@@ -190,7 +189,7 @@ Problem resolve(Scene scene) {
         origin.place("robot.fix"));
   dynamics::RobotModel robot = dynamics::load_urdf(urdf, mount_rotation(scene.robot),
                                                    welds_of(scene), scene.robot.mend_inertia);
-  scene.joints = joint_names(robot);
+  scene.joints = robot.joint_names();
   add_payload(scene, robot);
   add_couplings(scene, robot);
   add_armatures(scene, robot);

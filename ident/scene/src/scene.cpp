@@ -3,7 +3,6 @@
 #include "fricid/base/error.hpp"
 #include "fricid/config/toml_file.hpp"
 #include "fricid/dynamics/robot_model.hpp"
-#include "joint_names.hpp"
 #include "scene_archive.hpp"
 #include "welds.hpp"
 
@@ -35,9 +34,10 @@ Scene read_scene(const config::TomlFile& file) {
   if (!file.table.contains("robot"))
     throw UserError("{}: robot.urdf is missing: the engine's robot", file.path);
   config::TomlReader(file.table, "", file.path, {}).section("robot", scene.robot, "");
-  scene.joints = joint_names(dynamics::load_urdf(scene.origin.find(scene.robot.urdf, "robot.urdf"),
-                                                 Eigen::Matrix3d::Identity(), welds_of(scene),
-                                                 scene.robot.mend_inertia));
+  scene.joints =
+      dynamics::load_urdf(scene.origin.find(scene.robot.urdf, "robot.urdf"),
+                          Eigen::Matrix3d::Identity(), welds_of(scene), scene.robot.mend_inertia)
+          .joint_names();
   SceneReader reader(file.table, "", file.path, scene.joints);
   scene.visit(reader);
   reader.refuse_unknown();

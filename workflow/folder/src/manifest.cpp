@@ -19,7 +19,7 @@ namespace fricid::workflow {
 namespace {
 
 constexpr std::string_view kIdentify = "identify ";
-constexpr std::string_view kRecordings[] = {"data/train_", "data/validation_"};
+constexpr std::string_view kRecordings[] = {kTrainingData, kValidationData};
 
 /// Whether a file of this name is one that other stages read, and a stage writes.
 bool is_result(std::string_view name) {

@@ -301,6 +301,8 @@ LogTable parse_csv(std::string_view text, const std::string& file,
                         parse_number(cells[picked[i]], !style.decimal_comma, value)
                             ? fmt::format(", and with decimal_comma = {} in the contract it is one",
                                           !style.decimal_comma)
+                        : cells[picked[i]].find(':') != std::string_view::npos
+                            ? ", as seconds since any moment; no date"
                             : "; nan, null, none or nothing where it is missing");
       table.columns[i].push_back(value);
     }

@@ -6,17 +6,18 @@
 #include <cmath>
 #include <limits>
 
+#include "blocks.hpp"
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/friction/tangent.hpp"
 #include "fricid/optimise/damped_step.hpp"
 #include "fricid/optimise/nelder_mead.hpp"
+#include "rigid_body/information.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr double kFirstStep = 0.4;    // of the simplex, in scaled coordinates
 constexpr double kDifference = 1e-5;  // of the Jacobian, in scaled coordinates
-constexpr double kBlock = 1;          // [s] beyond which residuals count as independent
 constexpr double kLargestStep = 1.5;  // of one iteration in any scaled coordinate
 constexpr double kSmallestGain =
     1e-7;                         // relative decrease of the objective that counts as converged
@@ -40,10 +41,11 @@ struct UsedRows {
   Eigen::MatrixXd J;
 };
 
-// Of friction whose sensitivities are known.
-UsedRows known_rows(const JointFrictionData& data, const friction::RobotFriction& friction,
-                    const SearchCoordinates& coordinates, std::span<const double> x,
-                    std::span<const std::size_t> wanted) {
+// By sensitivities that are carried forward with the state.
+// @pre friction::Tangent::is_known(friction)
+UsedRows rows_by_tangent(const JointFrictionData& data, const friction::RobotFriction& friction,
+                         const SearchCoordinates& coordinates, std::span<const double> x,
+                         std::span<const std::size_t> wanted) {
   std::vector<double> theta(x.size());
   coordinates.to_theta(x, theta);
   UsedRows out{data.used_rows(), {}, {}};
@@ -58,41 +60,11 @@ UsedRows known_rows(const JointFrictionData& data, const friction::RobotFriction
   return out;
 }
 
-// for_each_row of friction whose sensitivities are known.
-template <class F>
-void for_each_known_row(const JointFrictionData& data, const friction::RobotFriction& friction,
-                        const SearchCoordinates& coordinates, std::span<const double> x,
-                        std::span<const std::size_t> wanted, F&& f) {
-  const UsedRows rows = known_rows(data, friction, coordinates, x, wanted);
-  Eigen::VectorXd columns(std::ssize(wanted));
-  const Eigen::VectorXd none = Eigen::VectorXd::Zero(columns.size());
-  Eigen::Index r = 0;
-  for (int s = 0; s < data.sequences(); ++s) {
-    const std::vector<int>& used = rows.row[static_cast<std::size_t>(s)];
-    auto next = used.begin();
-    for (int k = 0; k < data.length(s); ++k) {
-      if (next == used.end() || *next != k) {
-        f(s, k, none, 0.0);
-        continue;
-      }
-      columns = rows.J.row(r);
-      f(s, k, columns, rows.e[r]);
-      ++next;
-      ++r;
-    }
-  }
-}
-
-// Calls f(sequence, row, row of the Jacobian, residual) for every row of the residuals at x; the
-// Jacobian's columns are the coordinates `wanted`. Unused rows are zero.
-template <class F>
-void for_each_row(const JointFrictionData& data, const friction::RobotFriction& friction,
-                  const SearchCoordinates& coordinates, std::span<const double> x,
-                  std::span<const std::size_t> wanted, F&& f) {
-  if (friction::Tangent::is_known(friction))
-    return for_each_known_row(data, friction, coordinates, x, wanted, f);
+// By differences: lane 0 of every pass holds x itself, the others one shifted coordinate each.
+UsedRows rows_by_differences(const JointFrictionData& data, const friction::RobotFriction& friction,
+                             const SearchCoordinates& coordinates, std::span<const double> x,
+                             std::span<const std::size_t> wanted) {
   const auto p = static_cast<Eigen::Index>(wanted.size());
-  // Lane 0 of every pass holds x itself, the others one shifted coordinate each.
   constexpr Eigen::Index kColumns = PackD::kLanes - 1;
   const Eigen::Index passes = std::max<Eigen::Index>(1, (p + kColumns - 1) / kColumns);
   std::vector<double> step(wanted.size()), shifted(x.begin(), x.end()), theta(x.size());
@@ -113,22 +85,34 @@ void for_each_row(const JointFrictionData& data, const friction::RobotFriction& 
       if (moves) shifted[i] = x[i];
     }
 
+  UsedRows out{data.used_rows(), Eigen::VectorXd(data.rows()), Eigen::MatrixXd(data.rows(), p)};
   std::vector<std::vector<PackD>> e(static_cast<std::size_t>(passes));
   std::vector<PackD> work;
-  Eigen::VectorXd columns(p);
+  Eigen::Index r = 0;
   for (int s = 0; s < data.sequences(); ++s) {
     for (std::size_t pass = 0; pass < e.size(); ++pass)
       data.residual(friction, lanes[pass], s, e[pass], work);
-    for (std::size_t k = 0; k < e[0].size(); ++k) {
-      const double base = e[0][k][0];
+    for (const int sample : out.row[static_cast<std::size_t>(s)]) {
+      const auto k = static_cast<std::size_t>(sample);
+      out.e[r] = e[0][k][0];
       for (Eigen::Index i = 0; i < p; ++i) {
         const auto pass = static_cast<std::size_t>(i / kColumns);
         const int lane = static_cast<int>(i % kColumns) + 1;
-        columns[i] = (e[pass][k][lane] - base) / step[static_cast<std::size_t>(i)];
+        out.J(r, i) = (e[pass][k][lane] - out.e[r]) / step[static_cast<std::size_t>(i)];
       }
-      f(s, static_cast<int>(k), columns, base);
+      ++r;
     }
   }
+  return out;
+}
+
+// The columns of J are the coordinates `wanted`.
+UsedRows used_rows(const JointFrictionData& data, const friction::RobotFriction& friction,
+                   const SearchCoordinates& coordinates, std::span<const double> x,
+                   std::span<const std::size_t> wanted) {
+  return friction::Tangent::is_known(friction)
+             ? rows_by_tangent(data, friction, coordinates, x, wanted)
+             : rows_by_differences(data, friction, coordinates, x, wanted);
 }
 
 // J'J and J'e of the residuals beside the best constant at x, over the number of rows, of the free
@@ -138,25 +122,11 @@ optimise::Quadratic linearise(const JointFrictionData& data,
                               const SearchCoordinates& coordinates, std::span<const double> x,
                               double value) {
   const auto p = static_cast<Eigen::Index>(coordinates.free().size());
-  optimise::Quadratic out{value, Eigen::VectorXd::Zero(p), Eigen::MatrixXd::Zero(p, p)};
-  Eigen::VectorXd columns = Eigen::VectorXd::Zero(p);
-  double sum = 0;
-  if (friction::Tangent::is_known(friction)) {
-    const UsedRows rows = known_rows(data, friction, coordinates, x, coordinates.free());
-    out.H.selfadjointView<Eigen::Lower>().rankUpdate(rows.J.transpose());
-    out.g = rows.J.transpose() * rows.e;
-    columns = rows.J.colwise().sum();
-    sum = rows.e.sum();
-  } else {
-    for_each_row(data, friction, coordinates, x, coordinates.free(),
-                 [&](int, int, const Eigen::VectorXd& column, double residual) {
-                   if (residual == 0) return;
-                   out.H.selfadjointView<Eigen::Lower>().rankUpdate(column);
-                   out.g += residual * column;
-                   columns += column;
-                   sum += residual;
-                 });
-  }
+  const UsedRows rows = used_rows(data, friction, coordinates, x, coordinates.free());
+  optimise::Quadratic out{value, rows.J.transpose() * rows.e, Eigen::MatrixXd::Zero(p, p)};
+  out.H.selfadjointView<Eigen::Lower>().rankUpdate(rows.J.transpose());
+  Eigen::VectorXd columns = rows.J.colwise().sum();
+  const double sum = rows.e.sum();
   out.H.triangularView<Eigen::StrictlyUpper>() = out.H.transpose();
   out.H /= data.rows();
   out.g /= data.rows();
@@ -177,19 +147,16 @@ Eigen::MatrixXd sandwich(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
   constexpr double kPart = 1e-3;  // squared share in a unit direction
   const Eigen::Index p = H.rows();
   if (p == 0) return H;
-  Eigen::VectorXd unit(p);
-  for (Eigen::Index i = 0; i < p; ++i) unit[i] = H(i, i) > 0 ? 1 / std::sqrt(H(i, i)) : 0;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(
-      Eigen::MatrixXd(unit.asDiagonal() * H * unit.asDiagonal()));
-  Eigen::VectorXd inverse = directions.eigenvalues(), unknown = Eigen::VectorXd::Zero(p);
+  ScaledEigen directions = scaled_eigen(H, H.diagonal());
+  directions.scale = (H.diagonal().array() > 0).select(directions.scale, 0).eval();
+  Eigen::VectorXd inverse = directions.values, unknown = Eigen::VectorXd::Zero(p);
   for (Eigen::Index d = 0; d < p; ++d) {
     const bool known = inverse[d] > kUnknown;
-    if (!known) unknown += directions.eigenvectors().col(d).cwiseAbs2();
+    if (!known) unknown += directions.V.col(d).cwiseAbs2();
     inverse[d] = known ? 1 / inverse[d] : 0;
   }
-  const Eigen::MatrixXd half = directions.eigenvectors() * inverse.asDiagonal() *
-                               directions.eigenvectors().transpose() * unit.asDiagonal();
-  Eigen::MatrixXd covariance = unit.asDiagonal() * half * B * half.transpose() * unit.asDiagonal();
+  const Eigen::MatrixXd of_H = directions.with_values(inverse);
+  Eigen::MatrixXd covariance = of_H * B * of_H;
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   for (Eigen::Index i = 0; i < p; ++i)
     if (unknown[i] > kPart) {
@@ -197,18 +164,6 @@ Eigen::MatrixXd sandwich(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
       covariance.col(i).setConstant(kNone);
     }
   return covariance;
-}
-
-// One value per used row, 0 at the others and everywhere where there are none.
-PerSample at_used_rows(const JointFrictionData& data, const Eigen::VectorXd& values) {
-  PerSample out;
-  Eigen::Index r = 0;
-  for (const std::vector<int>& used : data.used_rows()) {
-    out.emplace_back(static_cast<std::size_t>(data.length(static_cast<int>(out.size()))), 0.0);
-    if (values.size() == 0) continue;
-    for (const int k : used) out.back()[static_cast<std::size_t>(k)] = values[r++];
-  }
-  return out;
 }
 
 }  // namespace
@@ -250,37 +205,16 @@ double SearchCoordinates::slope(std::size_t i, double theta) const {
 SearchErrors search_errors(const JointFrictionData& data, const friction::RobotFriction& friction,
                            const SearchCoordinates& coordinates, std::span<const double> x,
                            std::span<const std::size_t> free, const Eigen::VectorXd& motion_error) {
-  struct Block {
-    Eigen::VectorXd score, columns;
-    Eigen::MatrixXd H;
-    double residuals = 0, rows = 0;
-  };
   const auto p = static_cast<Eigen::Index>(free.size());
-  const int length = std::max(1, static_cast<int>(std::lround(kBlock / data.dt())));
-  const PerSample motion = at_used_rows(data, motion_error);
-  std::vector<Block> blocks;
-  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(p, p);
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(p), of_motion = mean;
-  double mean_residual = 0, mean_of_motion = 0;
-  for_each_row(data, friction, coordinates, x, free,
-               [&](int s, int k, const Eigen::VectorXd& column, double residual) {
-                 if (k % length == 0)
-                   blocks.push_back({Eigen::VectorXd::Zero(p), Eigen::VectorXd::Zero(p),
-                                     Eigen::MatrixXd::Zero(p, p)});
-                 if (residual == 0) return;
-                 Block& block = blocks.back();
-                 block.score += residual * column;
-                 block.columns += column;
-                 block.residuals += residual;
-                 block.rows += 1;
-                 block.H += column * column.transpose();
-                 mean += column / data.rows();
-                 mean_residual += residual / data.rows();
-                 const double m = motion[static_cast<std::size_t>(s)][static_cast<std::size_t>(k)];
-                 of_motion += m * column;
-                 mean_of_motion += m / data.rows();
-               });
-  for (const Block& block : blocks) H += block.H;
+  const UsedRows rows = used_rows(data, friction, coordinates, x, free);
+  const Eigen::MatrixXd& J = rows.J;
+  Eigen::MatrixXd H = J.transpose() * J;
+  Eigen::VectorXd mean = J.colwise().sum() / data.rows(), of_motion = Eigen::VectorXd::Zero(p);
+  double mean_residual = rows.e.sum() / data.rows(), mean_of_motion = 0;
+  if (motion_error.size() > 0) {
+    of_motion = J.transpose() * motion_error;
+    mean_of_motion = motion_error.sum() / data.rows();
+  }
   of_motion -= data.rows() * data.share_of_mean() * mean_of_motion * mean;
   // the constant beside the law is whatever fits best: rows count as what they are beside it
   H -= data.rows() * data.share_of_mean() * mean * mean.transpose();
@@ -296,15 +230,22 @@ SearchErrors search_errors(const JointFrictionData& data, const friction::RobotF
   known.diagonal() *= 1 + kUnknown;
   known.diagonal().array() += std::numeric_limits<double>::min();
   const Eigen::LDLT<Eigen::MatrixXd> inverse = known.ldlt();
-  for (const Block& block : blocks) {
-    Eigen::VectorXd score = block.score - mean_residual * block.columns - block.residuals * mean +
-                            block.rows * mean_residual * mean;
+  const std::vector<RowBlock> blocks = blocks_of(rows.row, data.dt());
+  Eigen::MatrixXd scores(p, std::ssize(blocks));
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const auto [begin, size] = blocks[b];
+    const auto Jb = J.middleRows(begin, size);
+    const auto eb = rows.e.segment(begin, size);
+    Eigen::VectorXd score = Jb.transpose() * eb - mean_residual * Jb.colwise().sum().transpose() -
+                            (eb.sum() - static_cast<double>(size) * mean_residual) * mean;
     const Eigen::MatrixXd others =
-        Eigen::MatrixXd::Identity(p, p) - inverse.solve(block.H).transpose();
+        Eigen::MatrixXd::Identity(p, p) - inverse.solve(Jb.transpose() * Jb).transpose();
     const Eigen::VectorXd left_out = others.partialPivLu().solve(score);
     if (left_out.allFinite()) score = left_out;
-    B += score * score.transpose();
+    scores.col(static_cast<Eigen::Index>(b)) = score;
   }
+  const Eigen::MatrixXd root = jackknife(scores);
+  B += root * root.transpose();
   const Eigen::MatrixXd of_motion_alone = sandwich(H, of_motion * of_motion.transpose());
   return {sandwich(H, B + of_motion * of_motion.transpose()),
           of_motion_alone.diagonal().cwiseSqrt()};

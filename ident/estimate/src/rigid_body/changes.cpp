@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "fricid/base/eigen_instances.hpp"
+#include "rigid_body/information.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -16,10 +16,9 @@ constexpr double kPiece = 6;         // length of a piece [s]
 constexpr int kMostPieces = 60;      // of all logs
 constexpr double kChangeGain = 2.5;  // log of the variance of a joint
 constexpr double kWorth = 0.01;      // of the joint's torque, root mean square
-constexpr double kMuch = 1.25;     // factor of friction, which warms and cools a little in any log
-constexpr double kKnown = 0.05;    // largest standard error of a change that is named
-constexpr int kReweighings = 6;    // by the noise of the joints
-constexpr double kNothing = 1e-9;  // eigenvalue over the largest: what the rows do not determine
+constexpr double kMuch = 1.25;   // factor of friction, which warms and cools a little in any log
+constexpr double kKnown = 0.05;  // largest standard error of a change that is named
+constexpr int kReweighings = 6;  // by the noise of the joints
 
 /// A stretch of one recording, and its rows by joint.
 struct Piece {
@@ -27,19 +26,6 @@ struct Piece {
   double begin_s = 0, end_s = 0;
   std::vector<JointRows> joints;
 };
-
-/// Inverse where the rows determine anything, zero elsewhere.
-/// @param size  of the columns, square
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& H, const Eigen::VectorXd& size) {
-  const Eigen::VectorXd scale = size.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
-      Eigen::MatrixXd(scale.asDiagonal() * H * scale.asDiagonal()));
-  Eigen::VectorXd values = eigen.eigenvalues();
-  const double least = kNothing * values.maxCoeff();
-  for (double& value : values) value = value > least ? 1 / value : 0;
-  return scale.asDiagonal() * eigen.eigenvectors() * values.asDiagonal() *
-         eigen.eigenvectors().transpose() * scale.asDiagonal();
-}
 
 /// Every recording in pieces of equal length.
 std::vector<Piece> cut_in_pieces(const StackedByJoint& all,

@@ -10,6 +10,7 @@
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "fricid/friction/robot_friction.hpp"
+#include "friction/memory_seen.hpp"
 #include "rigid_body/contradictions.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/regression.hpp"
@@ -140,7 +141,11 @@ void look_at_fit(const dynamics::RobotModel& robot, std::span<const signals::Rec
   report.without_inertia = fit.without_inertia;
   for (const Fault& fault : find_contradictions(robot, recordings, options, fit))
     report.doubts.push_back(in_words(fault));
-  report.couplings = find_couplings(recordings, friction_target(robot, fit.pi, recordings, 1));
+  const FrictionTorques target = friction_target(robot, fit.pi, recordings, 1);
+  report.couplings = find_couplings(recordings, target);
+  for (int j = 0; j < robot.n(); ++j)
+    report.joints[static_cast<std::size_t>(j)].memory =
+        fit.Fc.size() == robot.n() && shows_memory(recordings, target, fit, j, options.cutoff_hz);
 }
 
 void group_parameters(const dynamics::RobotModel& robot, Identifiability& report) {
@@ -228,6 +233,7 @@ Coverage cover(std::span<const signals::Recording> recordings, const dynamics::J
 struct Demand {
   const char* words;
   bool (*met)(const Coverage&);
+  bool of_memory = false;  // so that a law with a memory can be fitted: needless where one was seen
 };
 
 constexpr Demand kSpeeds{"speeds up to 0.2 rad/s (0.02 m/s) or more",
@@ -235,12 +241,14 @@ constexpr Demand kSpeeds{"speeds up to 0.2 rad/s (0.02 m/s) or more",
 constexpr Demand kTurns{"2 reversals or more", [](const Coverage& c) { return c.reversals >= 2; }};
 constexpr Demand kSlow{"half a second below the Stribeck speed",
                        [](const Coverage& c) { return c.slow_s >= 0.5; }};
-constexpr Demand kManyTurns{"4 reversals or more",
-                            [](const Coverage& c) { return c.reversals + c.presliding >= 4; }};
+constexpr Demand kSlowOrMemory{kSlow.words, kSlow.met, true};
+constexpr Demand kManyTurns{
+    "4 reversals or more", [](const Coverage& c) { return c.reversals + c.presliding >= 4; }, true};
 constexpr Demand kClimbs{"3 samples or more in presliding after a reversal",
-                         [](const Coverage& c) { return c.samples_per_climb >= 3; }};
+                         [](const Coverage& c) { return c.samples_per_climb >= 3; }, true};
 constexpr Demand kFine{"positions in steps of 0.1 mrad (0.01 mm) or less",
-                       [](const Coverage& c) { return c.resolution <= (c.slides ? 1e-5 : 1e-4); }};
+                       [](const Coverage& c) { return c.resolution <= (c.slides ? 1e-5 : 1e-4); },
+                       true};
 constexpr Demand kLoads{"torques of both signs, or over a wide range", [](const Coverage& c) {
                           const double largest =
                               std::max(std::abs(c.load_low), std::abs(c.load_high));
@@ -270,7 +278,8 @@ Demands demands_of_law(const std::vector<friction::ParameterInfo>& parameters) {
   const bool remembers = learns || any(kStiffness, kLength);
   Demands demands{{&kSpeeds}, learns};
   if (remembers)
-    demands.of_joints.insert(demands.of_joints.end(), {&kSlow, &kManyTurns, &kClimbs, &kFine});
+    demands.of_joints.insert(demands.of_joints.end(),
+                             {&kSlowOrMemory, &kManyTurns, &kClimbs, &kFine});
   else
     demands.of_joints.push_back(&kTurns);
   if (!remembers && any(kStribeckVelocity)) demands.of_joints.push_back(&kSlow);
@@ -318,15 +327,21 @@ void judge_families(const dynamics::RobotModel& robot, double seconds, Identifia
     for (const Demand* demand : demands.of_joints) {
       std::string joints;
       for (std::size_t j = 0; j < report.joints.size(); ++j)
-        if (!demand->met(report.joints[j])) joints += " " + robot.joints[j].name;
+        if (const Coverage& of_joint = report.joints[j]; !demand->met(of_joint)) {
+          joints += " " + robot.joints[j].name;
+          verdict.supported = verdict.supported && demand->of_memory && of_joint.memory;
+        }
       if (joints.empty()) continue;
       verdict.words += fmt::format("{}{} lacking on{}", verdict.words.empty() ? "" : "; ",
                                    demand->words, joints);
     }
-    if (demands.learns && seconds < kLearning)
+    if (demands.learns && seconds < kLearning) {
       verdict.words += fmt::format("{}{:.0f} s of data, {:.0f} s or more needed",
                                    verdict.words.empty() ? "" : "; ", seconds, kLearning);
-    verdict.supported = verdict.words.empty();
+      verdict.supported = false;
+    }
+    if (verdict.supported && !verdict.words.empty())
+      verdict.words += "; held-out torque shows a memory all the same: its parameters are weak";
     report.families.push_back(verdict);
   }
 }
@@ -347,13 +362,13 @@ Identifiability examine_data(const dynamics::RobotModel& robot,
   alone.prior.use = alone.prior_where_needed = false;
   judge_parameters(start.robot, recordings, alone, report);
   group_parameters(start.robot, report);
-  look_at_fit(start.robot, recordings, start.options, report);
   double seconds = 0;
   for (const signals::Recording& s : recordings) seconds += s.dt * s.length();
   for (int j = 0; j < robot.n(); ++j) {
     report.joints.push_back(
         cover(recordings, robot.joints[static_cast<std::size_t>(j)], j, options));
   }
+  look_at_fit(start.robot, recordings, start.options, report);
   judge_families(robot, seconds, report);
   return report;
 }

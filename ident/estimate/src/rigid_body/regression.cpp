@@ -4,13 +4,14 @@
 #include <array>
 #include <cmath>
 
+#include "blocks.hpp"
+#include "fricid/base/parallel.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 
 namespace fricid::estimate {
 namespace {
 
 constexpr double kStandstill = 0.1;  // share of the least speed that counts as standing
-constexpr double kBlock = 1;         // [s]
 constexpr int kLeastBlocks = 10, kMostBlocks = 60;  // of all sequences, about
 constexpr std::array kSharesOfMemory{1.0, 0.6, 0.4, 0.25};
 constexpr double kLeastLeft = 0.25;                       // of the fast rows
@@ -180,6 +181,16 @@ std::vector<int> excited_friction(const dynamics::RobotModel& robot, const Regre
   for (int k = robot.parameter_count(); k < static_cast<int>(data.rows.cols()); ++k)
     if (data.rows.col(k).squaredNorm() > 0) columns.push_back(k);
   return columns;
+}
+
+FrictionTorques friction_target(const dynamics::RobotModel& robot, const Eigen::VectorXd& pi,
+                                std::span<const signals::Recording> sequences, int jobs) {
+  FrictionTorques target(sequences.size());
+  parallel_for(static_cast<int>(sequences.size()), jobs, [&](int i) {
+    const auto s = static_cast<std::size_t>(i);
+    target[s] = sequences[s].filtered_tau - rigid_body_torque(robot, pi, sequences[s]);
+  });
+  return target;
 }
 
 }  // namespace fricid::estimate

@@ -6,6 +6,7 @@
 
 #include "fricid/data/dataset.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
+#include "fricid/signals/recording.hpp"
 
 namespace fricid::estimate {
 

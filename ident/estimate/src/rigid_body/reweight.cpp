@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "blocks.hpp"
 #include "fricid/base/eigen_instances.hpp"
 #include "rigid_body/information.hpp"
 #include "support.hpp"
@@ -93,12 +94,10 @@ Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& 
       root.col(*first) = -(invert(without, nullptr) * score);
     first = last;
   }
-  const auto count = static_cast<double>(std::max<Eigen::Index>(1, blocks));
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> prior(prior_information);
   Eigen::MatrixXd out(X.cols(), blocks + X.cols());
-  out << root * std::sqrt((count - 1) / count),
-      invert(solved.H, nullptr) * prior.eigenvectors() *
-          prior.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  out << jackknife(root), invert(solved.H, nullptr) * prior.eigenvectors() *
+                              prior.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
   return out;
 }
 

@@ -10,6 +10,7 @@
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/not_finite.hpp"
+#include "log_times.hpp"
 #include "rigid_body/regression.hpp"
 
 namespace fricid::estimate {
@@ -24,15 +25,6 @@ constexpr double kBorne = 3, kBorneOff = 1.5;
 constexpr double kSigmas = 6;    // standard deviations of the regression
 constexpr double kErrors = 3;    // standard errors by which Coulomb friction may be larger
 constexpr double kUnlike = 0.5;  // of the friction that the regression expects, root mean square
-constexpr double kMargin = 0.3;  // [s] about a run, in which a brake closes
-constexpr double kBetween = 2;   // [s] of runs that are one
-constexpr double kShortestPart = 1;  // [s] of a log that is worth a line of a scene
-constexpr std::size_t kNamed = 4;
-
-/// First and last sample.
-struct Run {
-  int first = 0, last = 0;
-};
 
 /// Runs of samples in which a condition holds for long enough.
 std::vector<Run> runs_of(const signals::Recording& r, const std::function<bool(int)>& holds) {
@@ -56,58 +48,6 @@ Eigen::VectorXd rms_of(std::span<const signals::Recording> recordings) {
   }
   return (squares / rows).cwiseSqrt();
 }
-
-/// Where and when, "1.2 to 3.4 s of train": runs with little between them are one.
-class Times {
- public:
-  void add(const signals::Recording& r, const Run& run) {
-    const bool goes_on = !spans_.empty() && spans_.back().log == &r &&
-                         (run.first - spans_.back().run.last) * r.dt < kBetween;
-    if (goes_on)
-      spans_.back().run.last = run.last;
-    else
-      spans_.push_back({&r, run});
-  }
-  bool empty() const { return spans_.empty(); }
-  std::string words() const {
-    std::vector<std::string> named;
-    for (std::size_t i = 0; i < std::min(kNamed, spans_.size()); ++i)
-      named.push_back(fmt::format("{:.4g} to {:.4g} s of {}", spans_[i].begin(), spans_[i].end(),
-                                  spans_[i].log->log.name));
-    return fmt::format(
-        "{}{}", fmt::join(named, ", "),
-        spans_.size() > kNamed ? fmt::format(" and {} times more", spans_.size() - kNamed) : "");
-  }
-  /// What is left of the first log without them, in its own time.
-  std::string remedy() const {
-    const signals::Recording& log = *spans_.front().log;
-    const double first = log.log.t[0], last = log.log.t[log.length() - 1];
-    std::vector<std::string> parts;
-    double from = first;
-    const auto add_part = [&](double to) {
-      if (to - from < kShortestPart) return;
-      parts.push_back(
-          fmt::format("\"LOG[{}:{:.4g}]\"", from > 0 ? fmt::format("{:.4g}", from) : "", to));
-    };
-    for (const Span& span : spans_) {
-      if (span.log != &log) break;
-      add_part(std::max(first, span.begin() - kMargin));
-      from = span.end() + kMargin;
-    }
-    add_part(last);
-    if (parts.empty()) return "leave that log out";
-    return fmt::format("leave that time out: train = [{}] in [data]", fmt::join(parts, ", "));
-  }
-
- private:
-  struct Span {
-    const signals::Recording* log;
-    Run run;
-    double begin() const { return log->log.t[run.first]; }
-    double end() const { return log->log.t[run.last]; }
-  };
-  std::vector<Span> spans_;
-};
 
 }  // namespace
 
@@ -142,7 +82,7 @@ std::vector<Fault> find_undriven(const dynamics::RobotModel& robot,
     }
     return slides && unlike;
   };
-  Times held, moved;
+  LogTimes held, moved;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const signals::Recording& r = recordings[i];
     const auto is_zero = [&](int k) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "blocks.hpp"
 #include "fricid/base/rng.hpp"
 #include "rigid_body/dilution.hpp"
 #include "rigid_body/inertia_prior.hpp"
@@ -37,12 +38,7 @@ struct AboutFit {
     return point;
   }
   /// Root of the covariance of the jackknife (coordinates x blocks).
-  Eigen::MatrixXd jackknife() const {
-    Eigen::MatrixXd moves = problem.deletions(rows, H);
-    const auto blocks = static_cast<double>(moves.cols());
-    moves.colwise() -= moves.rowwise().mean().eval();
-    return moves * std::sqrt((blocks - 1) / blocks);
-  }
+  Eigen::MatrixXd jackknife() const { return estimate::jackknife(problem.deletions(rows, H)); }
 
   ArmCoordinates coordinates;
   ArmPoint point;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "blocks.hpp"
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/estimate/torque/folds.hpp"
@@ -28,7 +29,6 @@ constexpr double kStaticPull = 0.1;
 // Derivatives of a joint are taken anew where they foretold its residual less well than this share
 // of it.
 constexpr double kStale = 0.1;
-constexpr double kBlock = 1;  // of rows that depend on each other [s]
 
 /// d F[f] / d theta_p at the rows that count, for the parameters `wanted` of one joint, by forward
 /// differences, one parameter per lane. @param slope  dtheta_p/dc: size of a change
@@ -315,9 +315,11 @@ Eigen::MatrixXd ArmTorqueProblem::deletions(const std::vector<Rows>& all_rows,
     of_block[i].resize(static_cast<std::size_t>(first.back()));
     const std::vector<std::vector<int>>& samples = data_.joint(static_cast<int>(i)).row;
     Eigen::Index r = 0;
-    for (std::size_t s = 0; s < samples.size(); ++s)
+    for (std::size_t s = 0; s < samples.size(); ++s) {
+      const int length = block_length(data_.recordings()[s].dt);
       for (const int k : samples[s])
-        of_block[i][static_cast<std::size_t>(first[s] + k / block_length(s))].push_back(r++);
+        of_block[i][static_cast<std::size_t>(first[s] + k / length)].push_back(r++);
+    }
   }
   Eigen::MatrixXd out(H.rows(), first.back());
   parallel_for(first.back(), jobs_, [&](int b) {
@@ -378,10 +380,6 @@ JointFrictionData::Linear ArmTorqueProblem::friction_rows_and_slopes(
   return at;
 }
 
-int ArmTorqueProblem::block_length(std::size_t recording) const {
-  return std::max(1, static_cast<int>(std::lround(kBlock / data_.recordings()[recording].dt)));
-}
-
 std::vector<int> ArmTorqueProblem::first_blocks() const {
   std::vector<int> first(data_.recordings().size() + 1);
   for (const std::vector<int>& motion : by_motion(data_.recordings())) {
@@ -389,7 +387,7 @@ std::vector<int> ArmTorqueProblem::first_blocks() const {
     for (const int recording : motion) {
       const auto s = static_cast<std::size_t>(recording);
       first[s] = first.back();
-      const int length = block_length(s);
+      const int length = block_length(data_.recordings()[s].dt);
       most = std::max(most, (data_.recordings()[s].length() + length - 1) / length);
     }
     first.back() += most;

@@ -109,7 +109,6 @@ class ArmTorqueProblem {
                                                      const JointModel& model,
                                                      const optimise::Block& block,
                                                      const Eigen::MatrixXd& by_c) const;
-  int block_length(std::size_t recording) const;
   /// First block of each recording, and behind them the number of blocks.
   std::vector<int> first_blocks() const;
   /// Small weights of networks, or those of the prior, and static friction equal to Coulomb

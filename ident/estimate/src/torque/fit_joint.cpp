@@ -133,14 +133,101 @@ std::vector<Candidate> of_sum(ConventionalFits& conventional, JointFits& fits, c
   return found;
 }
 
+/// Where the search for the friction of a model begins: fitted roughly, from the prior where there
+/// is one that the data do not contradict.
+Arm start_of(JointFits& fits, const ModelOptions& options, const dynamics::RobotModel& robot,
+             bool sum) {
+  const Arm own = sum ? fits.start(fits.all_parts()) : fits.start(joint_spec_of(options));
+  if (!options.prior.empty()) {
+    fits.take_prior(ArmPrior{load_prior(options.prior, robot), options.prior_sd});
+    if (!sum && !fits.is_like_prior(own))
+      throw UserError("{}: other laws than those of model {}; allowed as a prior: the same ones",
+                      options.prior, options.name);
+  }
+  const Arm start = roughly_fitted(fits, fits.prior() ? fits.prior()->arm : own);
+  if (sum) return start;
+  return with_soft_springs(fits, fits.prior() ? without_wrong_prior(fits, start, own) : start);
+}
+
+/// The laws of a scene.
+Candidate of_laws(JointFits& fits, const Arm& start) {
+  const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
+  return fits.judged("torque", fits.under_own_load(fit.arm, JointFits::Rows::kAll).arm,
+                     fit.seconds);
+}
+
+/// Adds what windows make of the candidates that are near the best.
+void add_windows(const JointFits& fits, std::string_view label, std::vector<Candidate>& found) {
+  const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
+  for (std::size_t i = 0, fitted = found.size(); i < fitted; ++i)
+    if (found[i].held_out <= near) found.push_back(fits.on_windows(found[i], label));
+}
+
+/// Adds candidates with networks where they promise something. @return the candidate to take
+std::size_t add_networks(const JointFits& fits, std::string_view label, std::size_t taken,
+                         const std::vector<friction::LvmParts>& parts,
+                         std::vector<Candidate>& found, std::vector<PartEvidence>& evidence) {
+  const std::optional<Candidate> with =
+      fit_networks(fits, found[taken].arm, found[0].arm, parts, evidence);
+  if (with) {
+    found.push_back(*with);
+    found.push_back(fits.on_windows(*with, label));
+    const std::size_t best = found.size() - 2 + choose(std::span(found).last(2));
+    if (kNetworksGain * found[best].held_out < found[taken].held_out) taken = best;
+  }
+  for (PartEvidence& part : evidence)
+    if (part.part == friction::SumPart::kNetwork)
+      part.on = friction::find_parameter(found[taken].arm.friction.model, part.joint,
+                                         friction::Role::kNetworkTorque) >= 0;
+  return taken;
+}
+
+/// How the candidate was found, and what it is not.
+std::string message_of(const JointFits& fits, const Candidate& taken, std::size_t candidates,
+                       bool sum) {
+  std::string message = fmt::format("{} of {} candidates, held-out error {:.2e} rad2", taken.name,
+                                    candidates, taken.held_out);
+  if (const double period = fits.periods().longest_s; period > 0)
+    message += fmt::format(
+        "; of motion that repeats (after {:.3g} s at most) the end of each period is held out",
+        period);
+  if (sum && fits.is_short())
+    message += fmt::format(
+        "; less than {:.0f} s are held out: no cable and no Stribeck torque beside the memory were "
+        "looked for, and parts may be on or off by chance",
+        kFewSeconds);
+  return message;
+}
+
+/// The arm as each fold gives it, by the recordings that it leaves out.
+std::vector<FitWithout> cross_fits(const JointFits& fits, const Arm& fitted) {
+  std::vector<FitWithout> without;
+  const std::vector<Arm> folds = fits.cross_fit(fitted);
+  for (std::size_t f = 0; f < folds.size(); ++f)
+    for (std::size_t i = 0; i < fits.periods().recordings.size(); ++i)
+      if (const auto stretch = fits.folds()[f].left_out_of(static_cast<int>(i))) {
+        const Origin from = fits.periods().origins[i];
+        without.push_back({fits.periods().recordings[i].log.name,
+                           {from.recording, from.begin + stretch->begin, from.begin + stretch->end},
+                           folds[f]});
+      }
+  return without;
+}
+
+/// The law that explains most of the torque, whose parts do not stand for a torque that bends; the
+/// arm that was taken where there is none.
+const Arm& strongest_law(const std::vector<Candidate>& found, const Candidate& taken) {
+  const auto of_laws = [](const Candidate& c) { return c.rival ? c.torque : kInfinity; };
+  const auto law = std::ranges::min_element(found, {}, of_laws);
+  return law->rival ? law->arm : taken.arm;
+}
+
 }  // namespace
 
 Arm load_prior(const std::string& file, const dynamics::RobotModel& robot) {
   const data::ModelFile model = data::load_model(file);
   const auto joints_of = [](const dynamics::RobotModel& of) {
-    std::vector<std::string> names;
-    for (const dynamics::Joint& joint : of.joints) names.push_back(joint.name);
-    return fmt::format("{}", fmt::join(names, ", "));
+    return fmt::format("{}", fmt::join(of.joint_names(), ", "));
   };
   const std::string found = joints_of(model.arm.robot), own = joints_of(robot);
   if (found != own)
@@ -166,110 +253,56 @@ Arm load_prior(const std::string& file, const dynamics::RobotModel& robot) {
   return arm;
 }
 
-FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& config, int seed,
+FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& options, int seed,
                     int jobs) {
   const Prepared& prepared = conventional.prepared();
   const auto begin = std::chrono::steady_clock::now();
-  FitReport report;
+  FitReport report = empty_report(prepared, options, seed);
   report.method = Method::kJoint;
-  report.fitted_to = prepared.fitted_to;
-  report.model.name = config.name;
-  report.model.label = config.label.empty() ? config.name : config.label;
-  report.model.seed = seed;
-  report.residual_rms.resize(static_cast<std::size_t>(prepared.robot.n()));
-  for (std::vector<double>* of_joints : {&report.r2, &report.sliding_r2, &report.resting_rms})
-    of_joints->resize(report.residual_rms.size());
-
-  MultiStepOptions windows = config.train;
+  const std::string& label = report.model.label;
+  MultiStepOptions windows = options.train;
   windows.seed = static_cast<std::uint64_t>(seed);
-  const bool sum = config.laws.empty() && config.law == friction::kLvm;
+  const bool sum = options.laws.empty() && options.law == friction::kLvm;
   JointFits fits(prepared, windows, jobs);
-  Arm start = sum ? fits.start(fits.all_parts()) : fits.start(joint_spec_of(config));
-  if (!config.prior.empty()) {
-    const Arm prior = load_prior(config.prior, prepared.robot);
-    fits.take_prior(ArmPrior{prior, config.prior_sd});
-    if (!sum && !fits.is_like_prior(start))
-      throw UserError("{}: other laws than those of model {}; allowed as a prior: the same ones",
-                      config.prior, config.name);
-  }
-  const Arm own_start = start;
-  start = roughly_fitted(fits, fits.prior() ? fits.prior()->arm : own_start);
-  if (!sum && fits.prior()) start = without_wrong_prior(fits, start, own_start);
-  if (!sum) start = with_soft_springs(fits, start);
-  Progress progress(fmt::format("fit {}", report.model.label),
+  const Arm start = start_of(fits, options, prepared.robot, sum);
+
+  Progress progress(fmt::format("fit {}", label),
                     sum ? 3 + 2 * static_cast<int>(std::size(kRivals)) : 1);
   std::vector<Candidate>& found = report.candidates;
   std::vector<friction::LvmParts> parts;
   if (sum) {
     found = of_sum(conventional, fits, start, seed, parts, report.parts, progress);
   } else {
-    const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
-    found.push_back(fits.judged("torque", fits.under_own_load(fit.arm, JointFits::Rows::kAll).arm,
-                                fit.seconds));
+    found.push_back(of_laws(fits, start));
     progress.advance(1);
   }
   const bool room = fits.has_room_for_windows();
-  if (room) {
-    const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
-    for (std::size_t i = 0, fitted = found.size(); i < fitted; ++i)
-      if (found[i].held_out <= near) found.push_back(fits.on_windows(found[i], report.model.label));
-  }
+  if (room) add_windows(fits, label, found);
   std::size_t taken = choose(found);
-  if (!parts.empty() && room && !fits.is_short()) {
-    if (std::optional<Candidate> with =
-            fit_networks(fits, found[taken].arm, found[0].arm, parts, report.parts)) {
-      found.push_back(*with);
-      found.push_back(fits.on_windows(*with, report.model.label));
-      const std::size_t best = found.size() - 2 + choose(std::span(found).last(2));
-      if (kNetworksGain * found[best].held_out < found[taken].held_out) taken = best;
-    }
-    for (PartEvidence& part : report.parts)
-      if (part.part == friction::SumPart::kNetwork)
-        part.on = friction::find_parameter(found[taken].arm.friction.model, part.joint,
-                                           friction::Role::kNetworkTorque) >= 0;
+  if (sum && room && !fits.is_short()) {
+    taken = add_networks(fits, label, taken, parts, found, report.parts);
     progress.advance(1);
   }
-  const auto best = found.begin() + static_cast<std::ptrdiff_t>(taken);
-  best->taken = true;
-  report.model.arm = best->arm;
-  report.rigid_body = prepared.rigid_body_of(best->arm.friction.model);
+  Candidate& best = found[taken];
+  best.taken = true;
+  report.model.arm = best.arm;
+  report.rigid_body = prepared.rigid_body_of(best.arm.friction.model);
   report.model.budget = fmt::format("{} candidates", found.size());
   report.model.free_parameters =
-      best->parameters + static_cast<int>(prepared.rigid_body.base.size());
-  const bool finite = std::isfinite(best->held_out) && best->arm.robot.pi.allFinite();
-  report.outcome = finite ? Outcome::kConverged : Outcome::kFailed;
-  report.message = fmt::format("{} of {} candidates, held-out error {:.2e} rad2", best->name,
-                               found.size(), best->held_out);
-  if (const double period = fits.periods().longest_s; period > 0)
-    report.message += fmt::format(
-        "; of motion that repeats (after {:.3g} s at most) the end of each period is held out",
-        period);
-  if (sum && fits.is_short())
-    report.message += fmt::format(
-        "; less than {:.0f} s are held out: no cable and no Stribeck torque beside the memory were "
-        "looked for, and parts may be on "
-        "or off by chance",
-        kFewSeconds);
-  if (!config.prior.empty() && !fits.is_like_prior(found.front().arm))
+      best.parameters + static_cast<int>(prepared.rigid_body.base.size());
+  report.message = message_of(fits, best, found.size(), sum);
+  if (!options.prior.empty() && !fits.is_like_prior(found.front().arm))
     report.prior_left_out = "the prior is left out: held-out torque contradicts it";
-  if (!finite) return report;
-  const std::vector<Arm> folds = fits.cross_fit(best->arm);
-  for (std::size_t f = 0; f < folds.size(); ++f)
-    for (std::size_t i = 0; i < fits.periods().recordings.size(); ++i)
-      if (const auto stretch = fits.folds()[f].left_out_of(static_cast<int>(i))) {
-        const Origin from = fits.periods().origins[i];
-        report.without.push_back(
-            {fits.periods().recordings[i].log.name,
-             {from.recording, from.begin + stretch->begin, from.begin + stretch->end},
-             folds[f]});
-      }
-  report.errors = fits.errors_of(best->arm, kDraws, static_cast<std::uint64_t>(seed));
-  take_base_of(report.errors, best->arm.robot, report.rigid_body);
-  report.waves = fits.waves_of(best->arm);
-  // parts of a sum would stand for a torque that bends: the law that explains most tells
-  const auto of_laws = [](const Candidate& c) { return c.rival ? c.torque : kInfinity; };
-  const auto law = std::ranges::min_element(found, {}, of_laws);
-  report.bends = fits.bends_of(law->rival ? law->arm : best->arm);
+  if (!std::isfinite(best.held_out) || !best.arm.robot.pi.allFinite()) {
+    report.outcome = Outcome::kFailed;
+    return report;
+  }
+  report.outcome = Outcome::kConverged;
+  report.without = cross_fits(fits, best.arm);
+  report.errors = fits.errors_of(best.arm, kDraws, static_cast<std::uint64_t>(seed));
+  take_base_of(report.errors, best.arm.robot, report.rigid_body);
+  report.waves = fits.waves_of(best.arm);
+  report.bends = fits.bends_of(strongest_law(found, best));
   report.couplings = find_couplings(
       prepared.recordings,
       friction_target(prepared.robot, prepared.rigid_body.pi, prepared.recordings, jobs));

@@ -1,9 +1,12 @@
-// Method joint, and what the methods share at their end.
+// Method joint, and what the methods share at their beginning and end.
 #pragma once
 
 #include "fricid/estimate/fit.hpp"
 
 namespace fricid::estimate {
+
+/// A report before the fit, with an entry per joint in the lists of scores.
+FitReport empty_report(const Prepared& prepared, const ModelOptions& options, int seed);
 
 /// Fits by method joint, see `fit_model`.
 FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& options, int seed,

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <iterator>
 
+#include "blocks.hpp"
 #include "fricid/base/lowest_point.hpp"
 #include "fricid/base/parallel.hpp"
-#include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/predict_torque.hpp"
+#include "fricid/estimate/prepared.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
 #include "fricid/friction/laws/maxwell_slip.hpp"
 #include "fricid/friction/laws/stribeck_peak.hpp"
@@ -19,7 +21,6 @@ namespace {
 constexpr double kWarms = 0.5;           // [K] sd of a temperature that says something
 constexpr double kBothWays = 0.05;       // share of the sliding in the rarer direction, at least
 constexpr double kLeastFriction = 0.01;  // share of the torque: a start has some
-constexpr double kBlock = 1;             // [s] beyond which residuals count as independent
 
 constexpr double kWorseByChance = 2;                       // with a prior, on few seconds
 constexpr double kMostLoadGain = 0.9, kCutLoadGain = 0.5;  // d friction / d load
@@ -419,16 +420,10 @@ PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,
                                 friction::SumPart part) const {
   const Eigen::ArrayXd a = held_out_.residual(with, j).array().square(),
                        b = held_out_.residual(without, j).array().square();
-  const ArmTorqueData::Joint& joint = held_out_.joint(j);
-  const int length =
-      std::max(1, static_cast<int>(std::lround(kBlock / prepared_.recordings.front().dt)));
   std::vector<double> blocks;  // sum of b - a
-  Eigen::Index r = 0;
-  for (const std::vector<int>& rows : joint.row)
-    for (std::size_t i = 0; i < rows.size(); ++i, ++r) {
-      if (i == 0 || rows[i] / length != rows[i - 1] / length) blocks.push_back(0);
-      blocks.back() += b[r] - a[r];
-    }
+  for (const auto& [begin, size] :
+       blocks_of(held_out_.joint(j).row, prepared_.recordings.front().dt))
+    blocks.push_back((b - a).segment(begin, size).sum());
   double mean = 0, square = 0;
   const auto count = static_cast<double>(std::max<std::size_t>(2, blocks.size()));
   for (const double x : blocks) mean += x / count;

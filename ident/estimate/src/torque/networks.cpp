@@ -106,7 +106,8 @@ class Trials {
     for (std::size_t j = 0; j < best.size(); ++j) {
       double most = 0;
       for (const Candidate& candidate : found_) {
-        const PartEvidence better = fits_.compare(candidate.arm, first, static_cast<int>(j), {});
+        const PartEvidence better =
+            fits_.compare(candidate.arm, first, static_cast<int>(j), SumPart::kNetwork);
         if (!better.on || better.gain <= most) continue;
         most = better.gain;
         best[j] = &candidate.arm;

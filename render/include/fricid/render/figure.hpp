@@ -11,8 +11,8 @@ namespace fricid::render {
 
 /// How a series is drawn. kBars: points with a bar from low to high; kBand: the area between low
 /// and high; kTiles: a unit square around each point, its colour by `low` from -1 (blue) over 0
-/// (white) to 1 (vermilion).
-enum class Mark { kLine, kLinePoints, kPoints, kBars, kBand, kTiles };
+/// (white) to 1 (vermilion); kStrokes: straight lines by (low, high).
+enum class Mark { kLine, kLinePoints, kPoints, kBars, kBand, kTiles, kStrokes };
 
 /// One curve. Points that are not finite break the line.
 struct Series {
@@ -23,7 +23,7 @@ struct Series {
   int dash = 1;        ///< 1 solid, 2 dashed, 3 dotted, 4 dash-dot
   Mark mark = Mark::kLine;
   int marker = 7;                     ///< gnuplot point type
-  std::vector<double> low{}, high{};  ///< of kBars and kBand; kTiles: `low` is the value
+  std::vector<double> low{}, high{};  ///< as the mark reads them
 };
 
 /// Closed interval of an axis; NaN: from the data.

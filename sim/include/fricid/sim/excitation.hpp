@@ -33,6 +33,9 @@ Excitation design_excitation(const ExcitationOptions& config, const MujocoArm& a
                              const dynamics::RobotModel& robot, std::uint64_t seed, int jobs,
                              const Eigen::MatrixXd& known = {});
 
+/// log det of an information matrix; -infinity where it is not positive definite.
+double log_det(const Eigen::MatrixXd& H);
+
 /// Margins of a trajectory on a grid of `samples` times over one period.
 TrajectoryReport examine(const Fourier& series, const ExcitationOptions& config,
                          const MujocoArm& arm, const dynamics::RobotModel& robot, int samples);

@@ -92,7 +92,9 @@ CheckReport check(const Subject& subject);
 struct NextMotion {
   std::string toml, csv;
   double period_s = 0;
-  double log_det_start = 0, log_det = 0;  ///< of the information, best random start and as designed
+  /// log det of the information on the base parameters: of the data alone, with the best random
+  /// motion, and as designed; -infinity where it says nothing of one
+  double log_det_before = 0, log_det_start = 0, log_det = 0;
 };
 /// The motion that, with the data of the subject, tells most about the base parameters.
 /// @pre subject.robot @throws UserError

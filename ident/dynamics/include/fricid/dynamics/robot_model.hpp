@@ -104,6 +104,7 @@ struct RobotModel {
   int armature_begin() const { return 10 * n(); }
   int linear_begin() const { return 11 * n(); }
   bool coupled() const { return !couplings.empty(); }
+  std::vector<std::string> joint_names() const;
   /// A and its inverse (n x n).
   Eigen::MatrixXd joints_of_motors() const;
   Eigen::MatrixXd motors_of_joints() const;

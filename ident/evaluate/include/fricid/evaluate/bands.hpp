@@ -33,7 +33,9 @@ Band reflected(const Band& band, const RowMatrix& centre);
 
 /// A band over the samples from the first one to a horizon. NaN beyond its length.
 struct BandScore {
-  double coverage = 0;    ///< share of samples and joints inside
+  /// Share of samples and joints inside; a measured position may lie beyond by its noise, added in
+  /// quadrature
+  double coverage = 0;
   double half_width = 0;  ///< root mean square over samples and joints [rad]
 };
 BandScore score(const Band& band, const Trajectory& trajectory, int steps);

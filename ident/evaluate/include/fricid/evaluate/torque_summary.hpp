@@ -11,6 +11,7 @@ namespace fricid::evaluate {
 /// Means over the recordings and seeds of one model.
 struct TorqueSummary {
   std::string model;
+  bool trusted = true;          ///< no fit of it has doubts
   bool is_static_law = false;   ///< a conventional model whose friction has no state
   std::vector<double> percent;  ///< (n) error [% of the torque's RMS]
   /// The same by regime and one step ahead, mean over joints [%]; NaN where no joint has one.
@@ -26,6 +27,9 @@ std::vector<TorqueSummary> torque_summaries(const Evaluation& evaluation);
 
 /// The least error of each joint among some models (n) [%]; empty without models.
 std::vector<double> least_percent(const std::vector<TorqueSummary>& models);
+
+/// Those of them that passed their own checks.
+std::vector<TorqueSummary> trusted(const std::vector<TorqueSummary>& models);
 
 /// Those of them that are static laws.
 std::vector<TorqueSummary> static_laws(const std::vector<TorqueSummary>& models);

@@ -28,8 +28,11 @@ struct Trajectory {
   RowMatrix v;  ///< (T, n) its derivative [rad/s]
   RowMatrix a;  ///< (T, n) its second derivative [rad/s^2]; empty: no torque is predicted
   std::optional<Reference> truth;
+  Eigen::VectorXd q_sd{};  ///< (n) noise of data.q, standard deviation [rad]; empty: none
 
   const RowMatrix& scored_q() const { return truth ? truth->q : data.q; }
+  /// Of the noise of `scored_q` of joint j [rad].
+  double scored_q_sd(Eigen::Index j) const { return truth || q_sd.size() == 0 ? 0 : q_sd[j]; }
   const RowMatrix& scored_v() const { return truth ? truth->v : v; }
   const RowMatrix& start_q() const { return truth ? truth->q : q; }
   const RowMatrix& start_v() const { return truth ? truth->v : v; }

@@ -53,9 +53,10 @@ struct Judge {
 };
 
 /// Windows of half a second that every judge leaves unexplained by more than 4.5 times its worst
-/// window of the training data, and by more than half the deviation of the training torque; and
-/// recordings with R2 below one half whose residual is four times that of the training data, for
-/// every judge.
+/// window of the training data, and by more than half the deviation of the training torque; those
+/// that the judge with the best R2 leaves by so many times its worst window and two fifths of the
+/// deviation, as of a push; and recordings with R2 below one half whose residual is four times that
+/// of the training data, for every judge.
 /// @return sorted by recording and joint; nothing without judges or training data
 std::vector<Unexplained> find_unexplained(std::span<const Trajectory> held_out,
                                           std::span<const Trajectory> training,

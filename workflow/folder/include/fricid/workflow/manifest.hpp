@@ -96,6 +96,9 @@ struct Manifest {
   }
 };
 
+/// How the names of recordings in a run folder begin.
+constexpr std::string_view kTrainingData = "data/train_", kValidationData = "data/validation_";
+
 /// Name of the stage that makes a fit: "identify lugre_s1".
 std::string stage_of(const FitId& fit);
 /// The inverse. Empty: a stage that makes no fit.

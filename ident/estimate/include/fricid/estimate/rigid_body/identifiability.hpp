@@ -56,9 +56,11 @@ struct Coverage {
   double temperature_low = 0;    ///< [K]
   double temperature_high = 0;   //
   double resolution = 0;         ///< smallest step of the logged position [rad]
+  bool memory = false;           ///< whether held-out torque shows that friction has one
 };
 
-/// Whether a family of friction laws can be fitted; `words` say why not, or are empty.
+/// Whether a family of friction laws can be fitted; `words` say why not, or what is weak, or are
+/// empty.
 struct FamilyVerdict {
   std::string family;
   bool supported = false;

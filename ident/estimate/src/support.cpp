@@ -1,0 +1,46 @@
+#include "support.hpp"
+
+#include <fmt/format.h>
+
+#include "fricid/base/error.hpp"
+
+namespace fricid::estimate {
+
+Temperatures temperatures_of(std::span<const signals::Recording> recordings) {
+  double sum = 0, square = 0, count = 0;
+  for (const signals::Recording& r : recordings) {
+    sum += r.temperature.sum();
+    square += r.temperature.squaredNorm();
+    count += static_cast<double>(r.temperature.size());
+  }
+  const double mean = sum / count;
+  return {mean, std::sqrt(std::max(0.0, square / count - mean * mean))};
+}
+
+friction::JointSpec joint_spec_of(const ModelOptions& config) {
+  const auto law_of = [&](std::string_view name, int elements,
+                          const std::vector<std::string>& modifiers) -> friction::LawSpec {
+    for (const friction::LawInfo& law : friction::law_table())
+      if (law.name == name)
+        return {std::string(name), law.has_elements ? elements : 0, modifiers_of(modifiers)};
+    std::string known = "simple";
+    for (const friction::LawInfo& law : friction::law_table())
+      known += fmt::format(", {}", law.name);
+    throw UserError("model {}: unknown law \"{}\"; known: {}", config.name, name, known);
+  };
+  friction::JointSpec joint;
+  for (const LawOptions& law : config.laws)
+    joint.laws.push_back(law_of(law.law, law.elements, law.modifiers));
+  if (!joint.laws.empty()) return joint;
+  const std::string_view given = config.law.empty() ? config.name : config.law;
+  joint.laws.push_back(
+      law_of(given == "simple" ? "coulomb_viscous" : given, config.elements, config.modifiers));
+  return joint;
+}
+
+friction::FrictionGuess guess_of(const RigidBodyFit& rigid, const JointFrictionData& data,
+                                 int joint) {
+  return {std::max(rigid.Fc[joint], 0.01 * data.largest_target()), std::max(rigid.Fv[joint], 0.0)};
+}
+
+}  // namespace fricid::estimate

@@ -1,0 +1,13 @@
+// Letters that plots can show.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace fricid::render {
+
+/// UTF-8 with □ in the place of letters of which this machine has no font (fc-list). In a plot
+/// Pango would draw their numbers instead, as large as the plot.
+std::string with_known_letters(std::string_view text);
+
+}  // namespace fricid::render

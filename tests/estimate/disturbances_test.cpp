@@ -1,0 +1,58 @@
+// A push is named with its time; friction that a law lacks, which comes back at every reversal, is
+// not.
+#include <gmock/gmock.h>
+
+#include "fit_of_logs.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+using testing::HasSubstr;
+
+/// The log while something pushes two joints for .3 s from a time on.
+data::Dataset pushed(data::Dataset log, double at_s, double torque) {
+  for (int k = 0; k < log.length(); ++k)
+    if (log.t[k] >= at_s && log.t[k] < at_s + 0.3) {
+      log.tau(k, 1) -= torque;
+      log.tau(k, 2) -= torque / 2;
+    }
+  return log;
+}
+
+TEST(Disturbances, APushIsNamedWithItsTime) {
+  const Arm arm = lugre_arm();
+  data::Dataset log = pushed(noisy_log(arm), 5, 8);
+  log.name = "log";
+  const FitReport report = fit(arm.robot, {log}, "lugre");
+  EXPECT_TRUE(report.usable()) << text_of(report.faults);
+  ASSERT_TRUE(report.disturbances);
+  EXPECT_THAT(report.disturbances->found, HasSubstr("times as much as ever else"));
+  EXPECT_THAT(report.disturbances->found,
+              testing::ContainsRegex("(4.[89]|5)[0-9]* to 5.[34][0-9]* s of log"));
+  EXPECT_THAT(report.disturbances->found, testing::ContainsRegex("j2 by [0-9.]* N m"));
+  EXPECT_THAT(report.disturbances->remedy,
+              testing::ContainsRegex("train = ..LOG.:4.[0-9]*.., .LOG.5.[0-9]*:"));
+  const data::FitFile file = fit_file(report);
+  ASSERT_TRUE(file.remarks);
+  EXPECT_EQ(file.remarks->back().found, report.disturbances->found);
+}
+
+TEST(Disturbances, ReversalsThatALawLacksAreNone) {
+  const Arm arm = lugre_arm();
+  for (const char* law : {"simple", "stribeck", "lugre"})
+    EXPECT_FALSE(fit(arm.robot, {noisy_log(arm)}, law).disturbances) << law;
+}
+
+// Of a joint that reverses a few times, one unlike the others says nothing.
+TEST(Disturbances, AFewReversalsTellNone) {
+  const Arm arm = lugre_arm();
+  data::Dataset log = pushed(noisy_log(arm), 0.6, 8);
+  const int short_log = 400;
+  for (RowMatrix data::Dataset::*signal : {&data::Dataset::q, &data::Dataset::tau})
+    (log.*signal).conservativeResize(short_log, Eigen::NoChange);
+  log.t.conservativeResize(short_log);
+  EXPECT_FALSE(fit(arm.robot, {log}, "lugre").disturbances);
+}
+
+}  // namespace
+}  // namespace fricid::estimate

@@ -1,0 +1,68 @@
+#include "fricid/workflow/import.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "fricid/base/error.hpp"
+#include "fricid/doctor/doctor.hpp"
+#include "fricid/workflow/torque_timing.hpp"
+
+namespace fricid::workflow {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// @return warnings @throws UserError with the place in the file on data that cannot be used
+std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
+                               const data::Contract& contract, bool as_it_was) {
+  try {
+    return data::check_dataset(d, log.string());
+  } catch (const UserError&) {
+    if (as_it_was) data::import_log(log, contract);  // throws with the place in the file
+    throw;
+  }
+}
+
+}  // namespace
+
+bool ImportedLog::is_repaired(const doctor::Finding& finding) const {
+  return std::ranges::count(fixed, finding.kind) > 0 && doctor::can_be_repaired(finding);
+}
+
+bool ImportedLog::misleads() const {
+  return std::ranges::any_of(findings, [&](const doctor::Finding& finding) {
+    return doctor::misleads(finding) && !is_repaired(finding);
+  });
+}
+
+std::vector<ImportedLog> import_logs(std::span<const fs::path> logs, const data::Contract& contract,
+                                     const fs::path& contract_file, const RobotOfLog& robot_of,
+                                     std::span<const doctor::FindingKind> fixes,
+                                     const std::function<void(const std::string&)>& say) {
+  const std::optional<dynamics::RobotModel> robot =
+      robot_of_log(robot_of, contract.joint_names, contract_file.string(), say, contract.couplings);
+  std::vector<data::Dataset> read;
+  for (const fs::path& log : logs)
+    read.push_back(as_of_robot(data::read_log(log, contract, say), robot, contract_file.string()));
+  if (robot) settle_torque_timing(read, *robot, contract.torque, say);
+
+  std::vector<ImportedLog> imported;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    ImportedLog& log = imported.emplace_back();
+    log.read = std::move(read[i]);
+    log.fixed.assign(fixes.begin(), fixes.end());
+    log.findings = doctor::diagnose(log.read, robot ? &*robot : nullptr);
+    try {
+      log.repaired = doctor::repair(log.read, log.findings, log.fixed);
+    } catch (const UserError& error) {
+      throw UserError("{}: {}", logs[i].string(), error.what());
+    }
+    log.diagnosis = doctor::diagnosis_file(log.findings, log.repaired);
+    log.warnings = judge(log.repaired, logs[i], contract, fixes.empty());
+  }
+  return imported;
+}
+
+}  // namespace fricid::workflow
