@@ -82,6 +82,17 @@ void draw(const Figure& figure, const fs::path& script, const fs::path& shown,
                 fs::path(script).replace_extension(pictures[i].extension));
 }
 
+/// With names of joints that leave room for the curves.
+Figure with_short_names(Figure figure) {
+  constexpr std::size_t kTitle = 32, kTic = 20;  // letters
+  for (Panel& panel : figure.panels) {
+    panel.title = shortened(panel.title, kTitle);
+    for (auto* tics : {&panel.x_tics, &panel.y_tics})
+      for (auto& [place, name] : *tics) name = shortened(name, kTic);
+  }
+  return figure;
+}
+
 /// A file that is gone at the end of a block; empty: none.
 struct Removed {
   fs::path file;
@@ -93,7 +104,8 @@ struct Removed {
 
 }  // namespace
 
-std::vector<fs::path> write_figure(const Figure& figure, const fs::path& folder) {
+std::vector<fs::path> write_figure(const Figure& wanted, const fs::path& folder) {
+  const Figure figure = with_short_names(wanted);
   const auto path = [&](std::string_view extension) {
     return folder / (figure.name + std::string(extension));
   };

@@ -268,6 +268,12 @@ TEST(Letters, ThatNoFontHasAreBoxes) {
   EXPECT_EQ(with_known_letters("a\U0010fffdb"), "a\u25a1b");
 }
 
+TEST(Letters, LongNamesKeepBothEnds) {
+  EXPECT_EQ(shortened("left arm/axis 1 (base)", 22), "left arm/axis 1 (base)");
+  EXPECT_EQ(shortened("left arm/axis 1 (base)", 9), "left\u2026ase)");
+  EXPECT_EQ(shortened("Gelenk_\u00c43", 8), "Gele\u2026_\u00c43");
+}
+
 TEST(LookOfLaw, SameLawSameHueOtherShade) {
   EXPECT_EQ(look_of_law("lugre").colour, "#009E73");
   EXPECT_EQ(look_of_law("lugre", 1).colour, "#66C5AB");  // 40 % towards white

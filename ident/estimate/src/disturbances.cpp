@@ -55,7 +55,7 @@ std::vector<Mean> events_of(std::vector<Mean> means) {
   while (events.size() <= kFew && !means.empty()) {
     const auto most = std::ranges::max_element(means, {}, &Mean::size);
     Mean event = *most;
-    const auto end_of = [&](auto at, auto end) {
+    const auto end_of = [&](auto at, const auto& end) {
       for (int quiet = 0; at != end && at->recording == event.recording; ++at) {
         quiet = at->size > kEnds * event.size ? 0 : quiet + 1;
         if (quiet == 0) {

@@ -13,7 +13,7 @@ namespace fricid::evaluate {
 namespace {
 
 /// Value that a share of the sorted values does not exceed.
-double quantile(const std::vector<double>& sorted, double share) {
+double least_not_exceeded(const std::vector<double>& sorted, double share) {
   if (sorted.empty()) return kNan;
   const auto i = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
   return sorted[std::clamp<std::size_t>(i, 1, sorted.size()) - 1];
@@ -107,8 +107,8 @@ PushScore score_pushes(double force_N, std::vector<double> delays) {
   PushScore score{.force_N = force_N, .pushes = static_cast<int>(delays.size())};
   score.missed =
       static_cast<int>(std::ranges::count_if(delays, [](double d) { return !std::isfinite(d); }));
-  score.delay_median_s = quantile(delays, 0.5);
-  score.delay_90_s = quantile(delays, 0.9);
+  score.delay_median_s = least_not_exceeded(delays, 0.5);
+  score.delay_90_s = least_not_exceeded(delays, 0.9);
   return score;
 }
 

@@ -12,7 +12,7 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr std::size_t kLanes = kLaneCount<PackD>;
+constexpr std::size_t kPackLanes = kLaneCount<PackD>;
 
 using signals::DecimatedLowPass;
 using Sums = DecimatedLowPass::Sums<PackD>;
@@ -22,7 +22,7 @@ using Sums = DecimatedLowPass::Sums<PackD>;
 /// Keeps every sample.
 class JointFrictionData::AllColumns {
  public:
-  static constexpr std::size_t kWidth = 2 * kLanes;  // columns that are filtered side by side
+  static constexpr std::size_t kWidth = 2 * kPackLanes;  // columns that are filtered side by side
 
   /// Of `count` columns, a multiple of kWidth.
   AllColumns(const JointFrictionData& data, std::size_t count) : data_(data) {
@@ -37,7 +37,7 @@ class JointFrictionData::AllColumns {
       const PackD* column = now.data();
       for (std::vector<Columns>& block : block_[sequence])
         for (PackD& half : block[sample - data_.series_[sequence].begin()].x)
-          for (int i = 0; i < static_cast<int>(kLanes); ++i) half.set(i, (*column++)[lane]);
+          for (int i = 0; i < static_cast<int>(kPackLanes); ++i) half.set(i, (*column++)[lane]);
     }
   }
   void filter(std::size_t sequence) {
@@ -46,7 +46,7 @@ class JointFrictionData::AllColumns {
   }
   double at(std::size_t sequence, std::size_t sample, std::size_t i) const {
     const Columns& at = block_[sequence][i / kWidth][sample - data_.series_[sequence].begin()];
-    return at.x[i % kWidth / kLanes][static_cast<int>(i % kLanes)];
+    return at.x[i % kWidth / kPackLanes][static_cast<int>(i % kPackLanes)];
   }
 
  private:
@@ -61,7 +61,7 @@ class JointFrictionData::AllColumns {
 /// all lanes at once.
 class JointFrictionData::DecimatedColumns {
  public:
-  static constexpr std::size_t kWidth = kLanes;
+  static constexpr std::size_t kWidth = kPackLanes;
 
   DecimatedColumns(const JointFrictionData& data, std::size_t count)
       : data_(data), count_(count), now_(at(data.decimated_.every()) * count) {
@@ -71,8 +71,8 @@ class JointFrictionData::DecimatedColumns {
       of.first_block = begin / every();
       of.blocks = begin == end ? 0 : at((end - 1) / every() - of.first_block + 1);
       // written before they are read
-      of.sums = std::make_unique_for_overwrite<Sums[]>(of.blocks * count / kLanes);
-      of.ends.resize(2 * count / kLanes);
+      of.sums = std::make_unique_for_overwrite<Sums[]>(of.blocks * count / kPackLanes);
+      of.ends.resize(2 * count / kPackLanes);
     }
   }
 
@@ -101,8 +101,8 @@ class JointFrictionData::DecimatedColumns {
   void filter(std::size_t sequence) {
     Kept& of = kept_[sequence];
     const auto [begin, end] = data_.series_[sequence].range;
-    of.y.resize(of.blocks * count_ / kLanes);
-    for (std::size_t pack = 0; pack < count_ / kLanes; ++pack)
+    of.y.resize(of.blocks * count_ / kPackLanes);
+    for (std::size_t pack = 0; pack < count_ / kPackLanes; ++pack)
       data_.decimated_.apply<PackD>({begin, end, of.ends[2 * pack], of.ends[2 * pack + 1],
                                      std::span(of.sums.get() + pack * of.blocks, of.blocks)},
                                     std::span(of.y).subspan(pack * of.blocks, of.blocks));
@@ -110,7 +110,7 @@ class JointFrictionData::DecimatedColumns {
   double at(std::size_t sequence, std::size_t sample, std::size_t i) const {
     const Kept& of = kept_[sequence];
     const std::size_t block = sample / at(every()) - at(of.first_block);
-    return of.y[i / kLanes * of.blocks + block][static_cast<int>(i % kLanes)];
+    return of.y[i / kPackLanes * of.blocks + block][static_cast<int>(i % kPackLanes)];
   }
 
  private:
@@ -136,16 +136,16 @@ class JointFrictionData::DecimatedColumns {
   }
   void keep_end(std::size_t which, const LaneSample& of, std::span<const PackD> now) {
     for (std::size_t i = 0; i < count_; ++i)
-      kept_[of.sequence].ends[i / kLanes * 2 + which].set(static_cast<int>(i % kLanes),
-                                                          now[i][of.lane]);
+      kept_[of.sequence].ends[i / kPackLanes * 2 + which].set(static_cast<int>(i % kPackLanes),
+                                                              now[i][of.lane]);
   }
   /// Sums up the samples since the last block.
   void end_block() {
     if (filled_ == 0) return;
-    std::array<std::array<PackD, kLanes>, DecimatedLowPass::kSums> sums;
-    for (std::size_t pack = 0; pack < count_ / kLanes; ++pack) {
-      for (std::size_t i = 0; i < kLanes; ++i) {
-        const std::size_t column = pack * kLanes + i;
+    std::array<std::array<PackD, kPackLanes>, DecimatedLowPass::kSums> sums;
+    for (std::size_t pack = 0; pack < count_ / kPackLanes; ++pack) {
+      for (std::size_t i = 0; i < kPackLanes; ++i) {
+        const std::size_t column = pack * kPackLanes + i;
         std::array<PackD, DecimatedLowPass::kWeighted> sum;
         sum.fill(PackD(0));
         for (int phase = 0; phase < filled_; ++phase) {
@@ -157,7 +157,7 @@ class JointFrictionData::DecimatedColumns {
         sums.back()[i] = now_[column];
       }
       for (auto& of_columns : sums) transpose(of_columns);
-      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      for (std::size_t lane = 0; lane < kPackLanes; ++lane) {
         if (!in_block_[lane].counts) continue;
         Kept& of = kept_[in_block_[lane].sequence];
         Sums& to = of.sums[pack * of.blocks + at(in_block_[lane].block - of.first_block)];
@@ -173,7 +173,7 @@ class JointFrictionData::DecimatedColumns {
   std::vector<PackD> now_;  // columns at the steps of a block
   int filled_ = 0;          // of these steps
   int step_ = 0;
-  std::array<LaneBlock, kLanes> in_block_;
+  std::array<LaneBlock, kPackLanes> in_block_;
   std::vector<Kept> kept_;
 };
 
