@@ -48,6 +48,7 @@ class Truth:
 
     def __init__(self, name, files):
         self.name = name
+        self.files = files
         self.cells = [json.loads(file.read_text()) for file in files]
         self.horizons = self.cells[0]["horizons_s"]
         self.friction = tomllib.loads((SCENES / f"{name}.toml").read_text())["friction"]["law"]
@@ -126,6 +127,24 @@ def intervals(truths):
     print()
 
 
+def wrong_parts(truths):
+    """Parts of the lvm that are on though the truth, a law without modifiers, lacks them, and what they cost: the known
+    law has the parts of the truth alone."""
+    modifiers = {"load", "power_flow", "asymmetry", "ripple", "temperature", "backlash"}
+    parts = modifiers | {"gear_load", "second_ripple", "third_ripple", "network"}
+    row(["truth without modifiers", "parts on that it lacks", "lvm / known law, 10 s", "full length"])
+    row(["---"] + ["--:"] * 3)
+    for truth in truths:
+        if any(modifiers & law.keys() for law in truth.friction):
+            continue
+        fits = [json.loads((file.parent / "fit/lvm_s1.json").read_text()) for file in truth.files]
+        sums = [fit for fit in fits if any(c["taken"] and c["name"].startswith("sum") for c in fit["candidates"])]
+        found = [part["on"] for fit in sums for part in fit["parts"] if part["part"] in parts]
+        ratio = [geometric(truth.errors("lvm", h)) / geometric(truth.errors("known_law", h)) for h in (2, 3)]
+        row([truth.name, f"{sum(found)} of {len(found)} in {len(sums)} sums"] + [f"{r:.2f}" for r in ratio])
+    print()
+
+
 def main():
     folder = Path(sys.argv[1])
     cells = {}
@@ -138,6 +157,7 @@ def main():
         open_loop(truths, h)
     shares(truths)
     intervals(truths)
+    wrong_parts(truths)
 
 
 if __name__ == "__main__":

@@ -306,6 +306,18 @@ TEST(JointFits, ArePulledToAPrior) {
   }
 }
 
+// A joint whose torque hardly varies: growth with the load would be its Coulomb friction.
+TEST(JointFits, LoadIsLookedForWhereTheTorqueVaries) {
+  Prepared prepared = logs().prepared;
+  for (signals::Recording& r : prepared.recordings)
+    r.filtered_tau.col(1) = (40 + 0.1 * r.filtered_tau.col(1).array().sin()).matrix();
+  const JointFits fits(prepared, logs().windows, 2);
+  for (int j = 0; j < 3; ++j) {
+    EXPECT_EQ(fits.can_show(friction::SumPart::kPowerFlow, j), j != 1) << j;
+    EXPECT_EQ(fits.all_parts()[static_cast<std::size_t>(j)].load, j != 1) << j;
+  }
+}
+
 // Fits to the training rows do not know the torque that judges them.
 TEST(JointFits, TrainingRowsAreNotTheHeldOutOnes) {
   Prepared other = logs().prepared;

@@ -249,11 +249,8 @@ constexpr Demand kClimbs{"3 samples or more in presliding after a reversal",
 constexpr Demand kFine{"positions in steps of 0.1 mrad (0.01 mm) or less",
                        [](const Coverage& c) { return c.resolution <= (c.slides ? 1e-5 : 1e-4); },
                        true};
-constexpr Demand kLoads{"torques of both signs, or over a wide range", [](const Coverage& c) {
-                          const double largest =
-                              std::max(std::abs(c.load_low), std::abs(c.load_high));
-                          return c.load_high - c.load_low >= 0.5 * largest;
-                        }};
+constexpr Demand kLoads{"torques of both signs, or over a wide range",
+                        [](const Coverage& c) { return varies_enough(c.load_low, c.load_high); }};
 constexpr Demand kWarming{"5 K of warming or more", [](const Coverage& c) {
                             return c.temperature_high - c.temperature_low >= 5;
                           }};
@@ -347,6 +344,10 @@ void judge_families(const dynamics::RobotModel& robot, double seconds, Identifia
 }
 
 }  // namespace
+
+bool varies_enough(double low, double high) {
+  return high - low >= 0.5 * std::max(std::abs(low), std::abs(high));
+}
 
 Verdict judge(double standard_error, double size) {
   if (!(standard_error < kWeak * size)) return Verdict::kNot;

@@ -156,11 +156,24 @@ Candidate of_laws(JointFits& fits, const Arm& start) {
                      fit.seconds);
 }
 
-/// Adds what windows make of the candidates that are near the best.
+/// Whether two candidates are of the same laws.
+bool are_of_one_law(const Candidate& a, const Candidate& b) {
+  return std::ranges::equal(a.arm.friction.model.parameters(), b.arm.friction.model.parameters(),
+                            friction::is_same);
+}
+
+/// Adds what windows make of the candidates that are near the best; of a law that was fitted in two
+/// ways, of the better one.
 void add_windows(const JointFits& fits, std::string_view label, std::vector<Candidate>& found) {
-  const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
-  for (std::size_t i = 0, fitted = found.size(); i < fitted; ++i)
-    if (found[i].held_out <= near) found.push_back(fits.on_windows(found[i], label));
+  const std::vector<Candidate> fitted = found;
+  const double near = kNear * std::ranges::min_element(fitted, {}, &Candidate::held_out)->held_out;
+  for (const Candidate& candidate : fitted) {
+    const bool has_better_twin = std::ranges::any_of(fitted, [&](const Candidate& other) {
+      return other.held_out < candidate.held_out && are_of_one_law(candidate, other);
+    });
+    if (candidate.held_out <= near && !has_better_twin)
+      found.push_back(fits.on_windows(candidate, label));
+  }
 }
 
 /// Adds candidates with networks where they promise something. @return the candidate to take

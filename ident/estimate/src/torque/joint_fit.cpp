@@ -7,9 +7,11 @@
 
 #include "blocks.hpp"
 #include "fricid/base/lowest_point.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/estimate/predict_torque.hpp"
 #include "fricid/estimate/prepared.hpp"
+#include "fricid/estimate/rigid_body/identifiability.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
 #include "fricid/friction/laws/maxwell_slip.hpp"
 #include "fricid/friction/laws/stribeck_peak.hpp"
@@ -115,11 +117,18 @@ JointFits::JointFits(const Prepared& prepared, const MultiStepOptions& windows, 
   const Temperatures temperatures = temperatures_of(prepared.recordings);
   temperature_ = temperatures.mean;
   has_temperature_ = temperatures.sd > kWarms;
-  for (int j = 0; j < n(); ++j)
+  for (int j = 0; j < n(); ++j) {
     slides_both_ways_.push_back(
         share_of_rarer_direction(recordings_, j,
                                  prepared.rigid_body.least_speed[static_cast<std::size_t>(j)]) >=
         kBothWays);
+    double low = kInfinity, high = -kInfinity;
+    for (const signals::Recording& r : recordings_) {
+      low = std::min(low, r.filtered_tau.col(j).minCoeff());
+      high = std::max(high, r.filtered_tau.col(j).maxCoeff());
+    }
+    load_varies_.push_back(varies_enough(low, high));
+  }
   take_load_of(start(friction::JointSpec{{{"coulomb_viscous", 0, {}}}}));
 }
 
@@ -238,15 +247,29 @@ std::vector<friction::LvmParts> JointFits::all_parts() const {
   friction::LvmParts all;
   all.temperature = has_temperature_;
   std::vector<friction::LvmParts> parts(static_cast<std::size_t>(n()), all);
-  for (int j = 0; j < n(); ++j)
-    parts[static_cast<std::size_t>(j)].asymmetry = can_show(friction::SumPart::kAsymmetry, j);
+  for (int j = 0; j < n(); ++j) {
+    friction::LvmParts& of_joint = parts[static_cast<std::size_t>(j)];
+    of_joint.asymmetry = can_show(friction::SumPart::kAsymmetry, j);
+    of_joint.load = of_joint.power_flow = can_show(friction::SumPart::kLoad, j);
+  }
   return parts;
 }
 
 bool JointFits::can_show(friction::SumPart part, int joint) const {
-  if (part == friction::SumPart::kTemperature) return has_temperature_;
-  return part != friction::SumPart::kAsymmetry ||
-         slides_both_ways_[static_cast<std::size_t>(joint)];
+  using enum friction::SumPart;
+  const auto j = static_cast<std::size_t>(joint);
+  switch (part) {
+    case kTemperature:
+      return has_temperature_;
+    case kAsymmetry:
+      return slides_both_ways_[j];
+    case kLoad:
+    case kPowerFlow:
+    case kGearLoad:
+      return load_varies_[j];
+    default:
+      return true;
+  }
 }
 
 int JointFits::n() const { return prepared_.robot.n(); }

@@ -59,6 +59,11 @@ struct Coverage {
   bool memory = false;           ///< whether held-out torque shows that friction has one
 };
 
+/// Whether the torque of a joint has both signs or a wide range, half of its largest: without that
+/// friction that grows with the load looks like Coulomb friction.
+/// @param low, high  of the torque [N m]
+bool varies_enough(double low, double high);
+
 /// Whether a family of friction laws can be fitted; `words` say why not, or what is weak, or are
 /// empty.
 struct FamilyVerdict {

@@ -125,8 +125,9 @@ class JointFits {
   bool is_short() const;
   /// All parts of the laws in every joint that its motion can show.
   std::vector<friction::LvmParts> all_parts() const;
-  /// Whether the data tell a part from the others: temperature where it varies, direction where the
-  /// joint slides in both, the rarer one in a twentieth of its sliding at least.
+  /// Whether the data tell a part from the others, as `fricid check` judges: temperature where it
+  /// varies, direction where the joint slides in both, the rarer one in a twentieth of its sliding
+  /// at least, load where its torque varies enough (`varies_enough`).
   bool can_show(friction::SumPart part, int joint) const;
   int n() const;
   int jobs() const { return jobs_; }
@@ -157,7 +158,7 @@ class JointFits {
   std::optional<ArmPrior> prior_;
   double temperature_ = 0;
   bool has_temperature_ = false;
-  std::vector<bool> slides_both_ways_;
+  std::vector<bool> slides_both_ways_, load_varies_;  // per joint
 };
 
 /// Where stiffness and cap of a spring are in theta.
