@@ -34,13 +34,13 @@ void print_findings(const std::vector<doctor::Finding>& findings, const data::Da
 /// What was repaired is marked so and gets no remedy.
 void print_findings(const workflow::ImportedLog& log, std::FILE* stream) {
   for (const doctor::Finding& finding : log.findings) {
-    const std::string text = doctor::to_text(finding, log.read);
+    const std::string text = doctor::to_text(finding, log.data);
     if (log.is_repaired(finding))
-      print(fmt::format("{}: repaired{}\n", log.read.name,
+      print(fmt::format("{}: repaired{}\n", log.data.name,
                         text.substr(text.find(':'), text.find(';') - text.find(':'))),
             stream);
     else
-      print(fmt::format("{}: {}\n", log.read.name, text), stream);
+      print(fmt::format("{}: {}\n", log.data.name, text), stream);
   }
 }
 
@@ -113,7 +113,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
     data::DiagnosisFile diagnosis = logs[i].diagnosis;
     diagnosis.log = path_of(options.logs[i]);
     data::save(diagnosis, workflow::RunFolder::diagnosis_beside(paths[i]));
-    data::save_dataset(logs[i].repaired, paths[i]);
+    data::save_dataset(logs[i].data, paths[i]);
     print(printable(paths[i].string()) + "\n");
   }
   return std::ranges::any_of(logs, &workflow::ImportedLog::misleads) ? Verdict::kNo

@@ -51,16 +51,16 @@ std::vector<ImportedLog> import_logs(std::span<const fs::path> logs, const data:
   std::vector<ImportedLog> imported;
   for (std::size_t i = 0; i < read.size(); ++i) {
     ImportedLog& log = imported.emplace_back();
-    log.read = std::move(read[i]);
+    log.data = std::move(read[i]);
     log.fixed.assign(fixes.begin(), fixes.end());
-    log.findings = doctor::diagnose(log.read, robot ? &*robot : nullptr);
+    log.findings = doctor::diagnose(log.data, robot ? &*robot : nullptr);
     try {
-      log.repaired = doctor::repair(log.read, log.findings, log.fixed);
+      log.data = doctor::repair(std::move(log.data), log.findings, log.fixed);
     } catch (const UserError& error) {
       throw UserError("{}: {}", logs[i].string(), error.what());
     }
-    log.diagnosis = doctor::diagnosis_file(log.findings, log.repaired);
-    log.warnings = judge(log.repaired, logs[i], contract, fixes.empty());
+    log.diagnosis = doctor::diagnosis_file(log.findings, log.data);
+    log.warnings = judge(log.data, logs[i], contract, fixes.empty());
   }
   return imported;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "checks.hpp"
 #include "fricid/base/error.hpp"
@@ -208,8 +209,7 @@ bool can_be_repaired(const Finding& f) {
   return turns != 0 && std::abs(f.size - kTurn * turns) < kMotion;
 }
 
-Dataset repair(const Dataset& d, std::span<const Finding> findings,
-               std::span<const FindingKind> kinds) {
+Dataset repair(Dataset d, std::span<const Finding> findings, std::span<const FindingKind> kinds) {
   const auto restart = std::ranges::find(findings, FindingKind::kRestart, &Finding::kind);
   if (restart != findings.end())
     throw UserError("the clock goes {:.4g} {}: two recordings in one file; {}", restart->size,
@@ -231,7 +231,7 @@ Dataset repair(const Dataset& d, std::span<const Finding> findings,
                       name_of(f->kind), name_of(f->kind));
   std::ranges::stable_sort(chosen, {}, [](const Finding* f) { return order_of(f->kind); });
 
-  Dataset repaired = d;
+  Dataset repaired = std::move(d);
   std::optional<FindingKind> last;  // findings of one kind that are mended by one sweep
   for (const Finding* f : chosen) {
     const bool sweeps = f->kind == FindingKind::kGap || f->kind == FindingKind::kVelocity;

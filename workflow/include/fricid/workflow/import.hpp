@@ -17,9 +17,8 @@ namespace fricid::workflow {
 
 /// A log and what the doctor says of it.
 struct ImportedLog {
-  data::Dataset read;                      ///< as it stands
-  data::Dataset repaired;                  ///< what is asked for mended
-  std::vector<doctor::Finding> findings;   ///< of `read`
+  data::Dataset data;                      ///< what is asked for mended
+  std::vector<doctor::Finding> findings;   ///< of the log as it stands
   std::vector<doctor::FindingKind> fixed;  ///< kinds that were asked to be mended
   std::vector<std::string> warnings;       ///< of `data::check_dataset`
   data::DiagnosisFile diagnosis;           ///< with what was mended

@@ -55,7 +55,7 @@ bool can_be_repaired(const Finding& finding);
 /// @throws UserError for a kind of which nothing that can be repaired was found (but for jitter,
 ///         which the reader may have evened out), and for a restart
 /// @pre the kinds can be repaired
-data::Dataset repair(const data::Dataset& d, std::span<const Finding> findings,
+data::Dataset repair(data::Dataset d, std::span<const Finding> findings,
                      std::span<const FindingKind> kinds);
 
 }  // namespace fricid::doctor
