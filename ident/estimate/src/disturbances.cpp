@@ -9,7 +9,9 @@
 #include <fmt/ranges.h>
 
 #include "fricid/base/text.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "log_times.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -75,28 +77,6 @@ std::vector<Mean> events_of(std::vector<Mean> means) {
   return events;
 }
 
-int reversals_of(std::span<const signals::Recording> recordings, int j, double least_speed) {
-  int reversals = 0;
-  for (const signals::Recording& r : recordings) {
-    double direction = 0;
-    for (const double v : r.narrow.v.col(j)) {
-      if (std::abs(v) < least_speed) continue;
-      reversals += v * direction < 0;
-      direction = v;
-    }
-  }
-  return reversals;
-}
-
-double rms_of(std::span<const signals::Recording> recordings, int j) {
-  double squares = 0, rows = 0;
-  for (const signals::Recording& r : recordings) {
-    squares += r.filtered_tau.col(j).squaredNorm();
-    rows += static_cast<double>(r.length());
-  }
-  return std::sqrt(squares / std::max(1.0, rows));
-}
-
 }  // namespace
 
 std::optional<Disturbances> find_disturbances(const dynamics::RobotModel& robot,
@@ -106,16 +86,20 @@ std::optional<Disturbances> find_disturbances(const dynamics::RobotModel& robot,
   std::vector<std::string> joints;
   std::vector<Mean> all;
   double beyond = 0;
+  const Eigen::VectorXd rms = filtered_torque_rms(recordings);
   for (int j = 0; j < robot.n(); ++j) {
     const auto i = static_cast<std::size_t>(j);
-    if (reversals_of(recordings, j, least_speed[i]) < kFewestReversals) continue;
+    int reversals = 0;
+    for (const signals::Recording& r : recordings)
+      reversals += reversals_in(r.narrow.v.col(j), least_speed[i]);
+    if (reversals < kFewestReversals) continue;
     const std::vector<Mean> events = events_of(means_of(recordings, residual, j));
-    const double worth = kWorth * rms_of(recordings, j);
+    const double worth = kWorth * rms[j];
     for (std::size_t e = std::min(kFew, std::max<std::size_t>(events.size(), 1) - 1); e > 0; --e) {
       const double times = events[e - 1].size / std::max(events[e].size, 1e-300);
       if (times < kBeyond || events[e - 1].size < worth) continue;
       joints.push_back(fmt::format("{} by {:.2g} {}", robot.joints[i].name, events[0].size,
-                                   dynamics::slides(robot.joints[i]) ? "N" : "N m"));
+                                   unit_of_joint("N m", slides(robot.joints[i]))));
       beyond = std::max(beyond, events[0].size / std::max(events[e].size, 1e-300));
       all.insert(all.end(), events.begin(), events.begin() + static_cast<std::ptrdiff_t>(e));
       break;

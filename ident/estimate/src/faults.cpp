@@ -60,13 +60,7 @@ Chatter chatter_of(const Prepared& prepared, int j) {
   for (const signals::Recording& r : prepared.recordings) {
     const int second = std::max(1, static_cast<int>(std::lround(1 / r.dt)));
     for (int begin = 0; begin + second <= r.length(); begin += second) {
-      int reversals = 0;
-      double direction = 0;
-      for (const double v : r.wide.v.col(j).segment(begin, second)) {
-        if (std::abs(v) < visible) continue;
-        reversals += v * direction < 0;
-        direction = v;
-      }
+      const int reversals = reversals_in(r.wide.v.col(j).segment(begin, second), visible);
       ++found.of;
       found.seconds += reversals >= kMost;
       found.reversals = std::max(found.reversals, reversals);

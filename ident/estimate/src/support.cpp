@@ -17,6 +17,28 @@ Temperatures temperatures_of(std::span<const signals::Recording> recordings) {
   return {mean, std::sqrt(std::max(0.0, square / count - mean * mean))};
 }
 
+Eigen::VectorXd filtered_torque_rms(std::span<const signals::Recording> recordings) {
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(recordings.front().n());
+  double rows = 0;
+  for (const signals::Recording& r : recordings) {
+    squares += r.filtered_tau.colwise().squaredNorm().transpose();
+    rows += static_cast<double>(r.filtered_tau.rows());
+  }
+  return (squares / rows).cwiseSqrt();
+}
+
+int reversals_in(const Eigen::Ref<const Eigen::VectorXd, 0, Eigen::InnerStride<>>& v,
+                 double least) {
+  int reversals = 0;
+  double direction = 0;
+  for (const double speed : v) {
+    if (std::abs(speed) < least) continue;
+    reversals += speed * direction < 0;
+    direction = speed;
+  }
+  return reversals;
+}
+
 friction::JointSpec joint_spec_of(const ModelOptions& config) {
   const auto law_of = [&](std::string_view name, int elements,
                           const std::vector<std::string>& modifiers) -> friction::LawSpec {

@@ -33,6 +33,12 @@ struct Temperatures {
 };
 Temperatures temperatures_of(std::span<const signals::Recording> recordings);
 
+/// Root mean square of the filtered torque per joint (n) [N m].
+Eigen::VectorXd filtered_torque_rms(std::span<const signals::Recording> recordings);
+
+/// How often a velocity changes its direction, speeds below `least` being neither.
+int reversals_in(const Eigen::Ref<const Eigen::VectorXd, 0, Eigen::InnerStride<>>& v, double least);
+
 /// The friction of one joint that a scene asks for: a sum, a law of the table or its short name.
 /// @throws UserError on a name that is no law
 friction::JointSpec joint_spec_of(const ModelOptions& options);

@@ -12,6 +12,7 @@
 #include "fricid/base/not_finite.hpp"
 #include "log_times.hpp"
 #include "rigid_body/regression.hpp"
+#include "support.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -39,23 +40,13 @@ std::vector<Run> runs_of(const signals::Recording& r, const std::function<bool(i
   return runs;
 }
 
-Eigen::VectorXd rms_of(std::span<const signals::Recording> recordings) {
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(recordings.front().n());
-  double rows = 0;
-  for (const signals::Recording& r : recordings) {
-    squares += r.filtered_tau.colwise().squaredNorm().transpose();
-    rows += static_cast<double>(r.filtered_tau.rows());
-  }
-  return (squares / rows).cwiseSqrt();
-}
-
 }  // namespace
 
 std::vector<Fault> find_undriven(const dynamics::RobotModel& robot,
                                  std::span<const signals::Recording> recordings,
                                  const RigidBodyOptions& options, const RigidBodyFit& fit) {
   const int n = robot.n();
-  const Eigen::VectorXd rms = rms_of(recordings);
+  const Eigen::VectorXd rms = filtered_torque_rms(recordings);
   const FrictionTorques friction = friction_target(robot, fit.pi, recordings, 1);
   Eigen::VectorXd least_speed(n);
   Eigen::ArrayXd borne(n), noise(n);  // of joints whose friction is known

@@ -7,7 +7,8 @@ namespace fricid::estimate {
 
 /// Times in which torques are off by far more than ever else.
 struct Disturbances {
-  std::string found;   ///< "shoulder, elbow by up to 9.7 N m, 33 times as much as ever else: ..."
+  /// "torques are off by up to 33 times as much as ever else, 6.9 to 7.4 s of train_0 (...)"
+  std::string found;
   std::string remedy;  ///< the log without them
 };
 

@@ -72,7 +72,8 @@ struct FitReport {
 /// Reasons not to trust a fit. Of a joint: R2 below one half on its training torque (rigid body
 /// included), no finite torque, no motion or one speed alone, negative friction or a torque of the
 /// wrong sign, friction larger than the range of the torque or than the effort limit or on a bound,
-/// friction coupled to another joint's speed, inertia far beyond that of the robot's file. Of all:
+/// friction coupled to another joint's speed, motion that chatters, inertia far beyond that of the
+/// robot's file or below its stated armature. Of all:
 /// an ill-conditioned regression, a prior that the torque contradicts, and `find_contradictions`.
 std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report);
 
