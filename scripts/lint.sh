@@ -19,7 +19,7 @@ mujoco=$(sed -n 's/^MUJOCO_ROOT:PATH=//p' build/release/CMakeCache.txt)
 configure() { # configure NAME SOURCES OPTION...: build/lint/NAME and its compile commands for clang, without what g++ alone knows
   cmake -S "$2" -B "build/lint/$1" -G Ninja -DFRICID_BUILD_TESTS=OFF -DFRICID_UNITY_BUILD=OFF -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DMUJOCO_ROOT="$mujoco" "${@:3}" >/dev/null
   cmake --build "build/lint/$1" --target fricid_version >/dev/null
-  sed -i -E 's/ -m(move|store)-max=[0-9]+//g' "build/lint/$1/compile_commands.json"
+  sed -i -E 's/ -m(move|store)-max=[0-9]+//g; s/ --param=ggc-[^ ]+//g' "build/lint/$1/compile_commands.json"
 }
 configure units .
 # The Python module is a project of its own; its units are read alone.
