@@ -23,6 +23,7 @@ constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in 
 constexpr double kTrainingGain = 0.2;
 constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
 constexpr double kTie = 1.1;           // held-out torques, between which rollouts decide
+constexpr double kFarBehind = 10;      // the same: parts that explain this much are not left out
 
 /// What was picked from many, a wave by its order or a cable by its length, has to gain more than
 /// by chance.
@@ -39,19 +40,40 @@ double gap_of(const Arm& arm, int j) {
 /// The sum on the training rows, part by part as the held-out torque wants.
 class SumChoice {
  public:
-  /// Begins with all parts of the laws from what `from` has of them; without one, with none.
-  SumChoice(JointFits& fits, const Arm* from) : fits_(&fits) {
-    parts_ = fits.all_parts();
-    if (!from)
-      std::ranges::fill(
-          parts_,
-          friction::LvmParts{.load = false, .power_flow = false, .asymmetry = false, .ripples = 0});
-    fits_->take_viscous_of(parts_);
-    const Arm start = fits_->start(parts_);
-    fits_->take_springs_of(start);
-    fitted_ =
-        from ? fit(with_stribeck_curves(*from, carried_over(*from, start)), true) : fit(start);
-    if (!from) add_parts();
+  /// Begins with all parts of the laws from what `from` has of them.
+  SumChoice(JointFits& fits, const Arm& from) : fits_(&fits) {
+    const Arm start = start_with(fits.all_parts());
+    fitted_ = fit(with_stribeck_curves(from, carried_over(from, start)), true);
+  }
+  /// Begins with the memory that alone explains more.
+  explicit SumChoice(JointFits& fits) : fits_(&fits) {
+    const auto n = static_cast<std::size_t>(fits.n());
+    friction::LvmParts alone{.load = false, .power_flow = false, .asymmetry = false, .ripples = 0};
+    fitted_ = fit(start_with(Parts(n, alone)));
+    alone.memory = friction::Memory::kBristle;
+    const Parts bank = std::exchange(parts_, Parts(n, alone));
+    if (const Arm bristle = fit(fits_->start(parts_));
+        fits_->held_out_torque(bristle) < fits_->held_out_torque(fitted_))
+      fitted_ = bristle;
+    else
+      parts_ = bank;
+  }
+
+  /// Parts of the laws, until none is added. One may show only when another is there.
+  void add_parts() {
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      bool any = false;
+      for (const SumPart part : {SumPart::kTemperature, SumPart::kRipple, SumPart::kLoad,
+                                 SumPart::kPowerFlow, SumPart::kAsymmetry})
+        any = try_part(part) || any;
+      if (!any) return;
+    }
+  }
+
+  /// Whether `other` explains more, whatever memory this has.
+  bool is_behind(const SumChoice& other) const {
+    const double bar = kTie * fits_->held_out_torque(other.fitted_);
+    return bar < fits_->held_out_torque(fitted_) && bar < fits_->held_out_torque(with_bristles());
   }
 
   /// What else may be in a joint, and what says nothing.
@@ -82,17 +104,6 @@ class SumChoice {
  private:
   using Parts = std::vector<friction::LvmParts>;
 
-  /// Parts of the laws, until none is added. One may show only when another is there.
-  void add_parts() {
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
-      bool any = false;
-      for (const SumPart part : {SumPart::kTemperature, SumPart::kRipple, SumPart::kLoad,
-                                 SumPart::kPowerFlow, SumPart::kAsymmetry})
-        any = try_part(part) || any;
-      if (!any) return;
-    }
-  }
-
   /// What the gear hands on as load, where there is one, instead of the motor's torque. The gears
   /// of an arm are of one kind: where one shows it and they gain together, the others need no
   /// proof.
@@ -119,10 +130,8 @@ class SumChoice {
 
   /// A bristle instead of the bank.
   void try_bristles() {
-    const Arm bristle =
-        fit(with_stribeck_curves(fitted_, from_fitted(switched(SumPart::kBristle))));
-    bristles_ = bristle;
-    take(SumPart::kBristle, bristle, [](const PartEvidence& part) { return part.on; });
+    bristles_ = with_bristles();
+    take(SumPart::kBristle, bristles_, [](const PartEvidence& part) { return part.on; });
   }
 
   /// A gap before the memory.
@@ -265,6 +274,17 @@ class SumChoice {
     set(parts, part, true);
     return parts == before;
   }
+  /// @return the start of a fit with these parts, which are now those of the choice
+  Arm start_with(Parts parts) {
+    parts_ = std::move(parts);
+    fits_->take_viscous_of(parts_);
+    Arm start = fits_->start(parts_);
+    fits_->take_springs_of(start);
+    return start;
+  }
+  Arm with_bristles() const {
+    return fit(with_stribeck_curves(fitted_, from_fitted(switched(SumPart::kBristle))));
+  }
   Arm fit(const Arm& start, bool find_ripples = false, double smallest_gain = kPartsGain) const {
     return fits_->on_torque(start, JointFits::Rows::kTraining, find_ripples, smallest_gain).arm;
   }
@@ -341,29 +361,38 @@ class SumChoice {
   Arm fitted_, bristles_;  // the latter with a bristle in every joint
 };
 
+/// The better of two choices: one begins with all parts of the laws, the other adds parts.
+SumChoice better_choice(JointFits& fits, const Arm& from) {
+  SumChoice all(fits, from), added(fits);
+  const bool is_short = fits.is_short();
+  const bool needs_parts =
+      fits.held_out_torque(added.fitted()) > kFarBehind * fits.held_out_torque(all.fitted());
+  if (is_short || !needs_parts) added.add_parts();
+  if (!is_short && all.is_behind(added)) {
+    added.complete();
+    return added;
+  }
+  const auto judged = [&](const SumChoice& sum) {
+    return fits.judged("", sum.fitted(JointFits::Rows::kTraining), 0);
+  };
+  all.complete();
+  const Candidate many = judged(all);
+  fits.take_springs_of(added.fitted());
+  if (!is_short && kTie * fits.held_out_torque(added.fitted()) > many.torque) return all;
+  added.complete();
+  const Candidate few = judged(added);
+  const bool tie = std::max(few.torque, many.torque) < kTie * std::min(few.torque, many.torque);
+  const bool is_better = tie ? few.held_out < many.held_out : few.torque < many.torque;
+  return is_better ? added : all;
+}
+
 }  // namespace
 
 Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmParts>& parts,
                   std::vector<PartEvidence>& evidence) {
   const auto begin = std::chrono::steady_clock::now();
-  const auto judged = [&](const SumChoice& sum) {
-    return fits.judged("", sum.fitted(JointFits::Rows::kTraining), 0);
-  };
-  SumChoice taken(fits, &from);
-  taken.complete();
-  const Candidate all = judged(taken);
-  SumChoice added(fits, nullptr);
-  bool better = false;
-  if (fits.is_short() || kTie * fits.held_out_torque(added.fitted()) < all.torque) {
-    added.complete();
-    const Candidate few = judged(added);
-    const bool tie = std::max(few.torque, all.torque) < kTie * std::min(few.torque, all.torque);
-    better = tie ? few.held_out < all.held_out : few.torque < all.torque;
-  }
-  if (better)
-    taken = std::move(added);
-  else
-    fits.take_springs_of(taken.fitted());
+  const SumChoice taken = better_choice(fits, from);
+  fits.take_springs_of(taken.fitted());
   if (const std::optional<ArmPrior>& prior = fits.prior()) {
     const auto like = [&](JointFits::Rows rows) {
       fits.take_viscous_of(fits.all_parts());
