@@ -44,9 +44,9 @@ std::string words_of(const std::vector<Span>& spans, const Eigen::VectorXd& t) {
       shown.push_back(fmt::format("{:.3f} to {:.3f} s", t[span.begin], t[span.end - 1]));
   }
   return fmt::format(
-      "left out: {} of {} samples, where some are missing and until the observer has settled "
+      "left out: {} of {} samples, until the observer has settled at the begin of the log and "
       "behind "
-      "them: {}{}\n",
+      "missing samples: {}{}\n",
       samples, t.size(), fmt::join(shown, ", "),
       spans.size() > kShown ? fmt::format(" and {} more", spans.size() - kShown) : "");
 }

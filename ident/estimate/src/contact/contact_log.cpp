@@ -1,15 +1,21 @@
 #include "fricid/estimate/contact/contact_log.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "fricid/base/error.hpp"
 #include "fricid/base/not_finite.hpp"
 #include "fricid/base/progress.hpp"
+#include "fricid/dynamics/algorithms.hpp"
 #include "fricid/estimate/contact/momentum_observer.hpp"
 #include "fricid/estimate/online/online_log.hpp"
+#include "fricid/signals/overview.hpp"
+#include "fricid/system/initial_state.hpp"
 #include "fricid/system/transmission.hpp"
 #include "missing.hpp"
 
@@ -19,15 +25,49 @@ namespace {
 constexpr double kTimeConstants = 5;  // within which the low-pass settles
 constexpr double kSlid = 1e-3;        // [rad or m] in a gap, beyond which friction has changed
 constexpr double kSettling = 5e-3;    // [rad or m] of travel within which friction settles
+constexpr double kBegin = 0.1;        // [s] over which a log begins
 constexpr double kRest = 0.5;         // [s] within so little travel: the arm stands
+constexpr double kPlay = 2.5;         // standard deviations of the noise of an encoder
 
-/// Which joints know their torque again after a gap.
+/// Where a log begins.
+struct Begin {
+  Eigen::RowVectorXd v;   ///< (n) [rad/s]; 0 of a joint that stands
+  std::vector<double> z;  ///< of friction
+};
+
+/// Friction at the first sample: a joint that moves has been sliding, one that stands is held by
+/// what its torque is beside gravity, since nothing touches it yet.
+Begin begin_of(const Arm& arm, ConstRowMatrix q, ConstRowMatrix tau, ConstRowMatrix temperature,
+               double dt) {
+  const Eigen::Index n = q.cols();
+  const Eigen::Index last = std::min(q.rows() - 1, std::lround(kBegin / dt));
+  Begin out{Eigen::RowVectorXd::Zero(n), {}};
+  std::vector<friction::Input<double>> in;
+  std::vector<double> at(q.row(0).begin(), q.row(0).end()), zero(at.size()), tau_f(at.size());
+  dynamics::Workspace<double> ws(arm.robot);
+  dynamics::rnea<double>(arm.robot, ws,
+                         {arm.robot.pi.data(), static_cast<std::size_t>(arm.robot.pi.size())}, at,
+                         zero, zero, tau_f);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const double moved = q(last, j) - q(0, j), load = tau.col(j).head(last + 1).mean();
+    if (std::abs(moved) > kSlid) out.v[j] = moved / (static_cast<double>(last) * dt);
+    in.push_back({q(0, j), out.v[j], load, temperature(0, j)});
+    tau_f[static_cast<std::size_t>(j)] = load - tau_f[static_cast<std::size_t>(j)];
+  }
+  out.z = state_at_torque(arm.friction, in, tau_f);
+  return out;
+}
+
+/// Which joints know their torque.
 class Settling {
  public:
-  Settling(Eigen::Index n, double dt, double bandwidth_hz)
+  /// At the first sample, a joint that moves not yet.
+  Settling(const Eigen::RowVectorXd& q, const Begin& begin, double dt, double bandwidth_hz)
       : samples_(2 + std::ceil(kTimeConstants / (2 * std::numbers::pi * bandwidth_hz * dt))),
-        begin_(Eigen::RowVectorXd::Zero(n)),
-        travel_(Eigen::RowVectorXd::Zero(n)) {}
+        begin_(q),
+        travel_(
+            (begin.v.array() == 0).select(0.0, Eigen::RowVectorXd::Constant(q.size(), kSettling))) {
+  }
 
   /// The observer begins anew at q, `before` the last known positions.
   void begin(const Eigen::RowVectorXd& before, const Eigen::RowVectorXd& q) {
@@ -43,8 +83,30 @@ class Settling {
   bool settled(Eigen::Index j) const { return since_ >= samples_ && travel_[j] == 0; }
 
  private:
-  double samples_, since_ = std::numeric_limits<double>::infinity();
+  double samples_, since_ = 0;
   Eigen::RowVectorXd begin_, travel_;  // still to come from there
+};
+
+/// Positions without the noise of their encoders: they follow as through a play as wide as that.
+class Followed {
+ public:
+  explicit Followed(ConstRowMatrix q) : play_(q.cols()), at_(q.cols()) {
+    for (Eigen::Index j = 0; j < q.cols(); ++j) {
+      play_[j] = std::fmax(0, kPlay * signals::noise_of_differences(q.col(j)));
+      at_[static_cast<std::size_t>(j)] = q(0, j);
+    }
+  }
+  std::span<const double> step(const Eigen::RowVectorXd& q) {
+    for (Eigen::Index j = 0; j < q.size(); ++j) {
+      double& at = at_[static_cast<std::size_t>(j)];
+      at = std::clamp(at, q[j] - play_[j], q[j] + play_[j]);
+    }
+    return at_;
+  }
+
+ private:
+  Eigen::RowVectorXd play_;
+  std::vector<double> at_;
 };
 
 /// Whether the arm stands: no joint has left where it was for some time.
@@ -89,7 +151,8 @@ data::ContactSignals observe_log(const data::ModelFile& model, const data::Datas
   out.t = log.t;
   out.tau_ext.setConstant(T, n, kNan);
   out.tau_f.setConstant(T, n, kNan);
-  MomentumObserver observer(model.arm, log.dt(), options.bandwidth_hz);
+  const Begin begin = begin_of(model.arm, held_q, held_tau, log.temperature, log.dt());
+  MomentumObserver observer(model.arm, log.dt(), options.bandwidth_hz, begin.z);
   std::optional<OnlineEstimator> filter;
   if (options.particles > 0)
     filter.emplace(begin_online(
@@ -102,7 +165,8 @@ data::ContactSignals observe_log(const data::ModelFile& model, const data::Datas
   const auto is_whole = [&](int k) {
     return log.q.row(k).allFinite() && (k == 0 || log.tau.row(k - 1).allFinite());
   };
-  Settling settling(n, log.dt(), options.bandwidth_hz);
+  Settling settling(held_q.row(0), begin, log.dt(), options.bandwidth_hz);
+  Followed followed(held_q);
   Rest rest(log.dt());
   int last_whole = -1;
   for (int k = 0; k < T; ++k) {
@@ -110,19 +174,21 @@ data::ContactSignals observe_log(const data::ModelFile& model, const data::Datas
     const auto tau = row(held_tau, std::max(0, k - 1)), q = row(log.q, k),
                temperature = row(log.temperature, k);
     if (is_whole(k)) {
-      if (last_whole != k - 1) {
+      if (last_whole >= 0 && last_whole != k - 1) {
         observer.restart();
         settling.begin(held_q.row(std::max(0, last_whole)), log.q.row(k));
       }
       last_whole = k;
       settling.step(log.q.row(k));
+      const std::span<const double> seen = followed.step(log.q.row(k));
       std::span<const double> r;
       // at rest the filter would take a push for friction, which holds the arm in both cases
-      if (const bool stands = rest.step(log.q.row(k)); filter && !stands) {
+      if (const bool rests = rest.step(log.q.row(k)); filter && !rests) {
         const Eigen::VectorXd& tau_f = filter->estimate().tau_f;  // at the sample before
-        r = observer.step_with(tau, q, temperature, {tau_f.data(), static_cast<std::size_t>(n)});
+        r = observer.step_with(tau, q, temperature, {tau_f.data(), static_cast<std::size_t>(n)},
+                               seen);
       } else {
-        r = observer.step(tau, q, temperature);
+        r = observer.step(tau, q, temperature, seen);
       }
       for (int j = 0; j < n; ++j) {
         if (!settling.settled(j)) continue;

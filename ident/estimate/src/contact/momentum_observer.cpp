@@ -21,20 +21,22 @@ dynamics::RobotModel without_weight(dynamics::RobotModel robot) {
 
 }  // namespace
 
-MomentumObserver::MomentumObserver(Arm arm, double dt, double bandwidth_hz)
+MomentumObserver::MomentumObserver(Arm arm, double dt, double bandwidth_hz,
+                                   std::span<const double> z0)
     : arm_(std::move(arm)),
       weightless_(without_weight(arm_.robot)),
       ws_(arm_.robot),
       weightless_ws_(weightless_),
-      follower_(std::in_place, arm_.friction, dt),
+      follower_(std::in_place, arm_.friction, dt, z0),
       dt_(dt),
       share_(-std::expm1(-2 * std::numbers::pi * bandwidth_hz * dt)) {
   if (arm_.friction.model.joint_count() != arm_.robot.n())
     throw UserError("momentum observer: friction of {} joints, robot of {}",
                     arm_.friction.model.joint_count(), arm_.robot.n());
   const auto n = static_cast<std::size_t>(arm_.robot.n());
-  for (std::vector<double>* x : {&r_, &q_, &v_, &p_, &tau_, &tau_f_, &v_now_, &p_now_, &middle_,
-                                 &mean_v_, &mean_tau_, &gravity_, &gradient_, &zero_})
+  for (std::vector<double>* x :
+       {&r_, &q_, &v_, &p_, &tau_, &tau_f_, &v_now_, &p_now_, &middle_, &mean_v_, &mean_tau_,
+        &seen_, &seen_before_, &seen_v_, &gravity_, &gradient_, &zero_})
     x->assign(n, 0.0);
   M_.assign(n * n, 0.0);
 }
@@ -74,7 +76,8 @@ bool MomentumObserver::measure(std::span<const double> tau, std::span<const doub
 
 // The low-pass, with the friction tau_f_ between the two samples.
 std::span<const double> MomentumObserver::advance(std::span<const double> tau,
-                                                  std::span<const double> q) {
+                                                  std::span<const double> q,
+                                                  std::span<const double> seen) {
   if (samples_ > 1) {
     dynamics::rnea<double>(arm_.robot, ws_, parameters(arm_.robot), q_, zero_, zero_, gravity_);
     kinetic_gradient(q_, mean_v_);
@@ -85,6 +88,8 @@ std::span<const double> MomentumObserver::advance(std::span<const double> tau,
   }
   std::ranges::copy(q, q_.begin());
   std::ranges::copy(tau, tau_.begin());
+  std::swap(seen_before_, seen_);
+  std::ranges::copy(seen, seen_.begin());
   std::swap(v_, v_now_);
   std::swap(p_, p_now_);
   ++samples_;
@@ -98,21 +103,32 @@ void MomentumObserver::restart() {
   follower_.emplace(arm_.friction, dt_, z);
 }
 
+// The friction torque at the last sample.
+std::span<const double> MomentumObserver::follow(std::span<const double> temperature,
+                                                 std::span<const double> seen) {
+  for (std::size_t j = 0; j < seen.size(); ++j)
+    seen_v_[j] = (seen[j] - seen_before_[j]) / (2 * dt_);
+  return follower_->follow(seen_, seen_v_, mean_tau_, temperature);
+}
+
 std::span<const double> MomentumObserver::step(std::span<const double> tau,
                                                std::span<const double> q,
-                                               std::span<const double> temperature) {
-  if (measure(tau, q))
-    std::ranges::copy(follower_->follow(q_, mean_v_, mean_tau_, temperature), tau_f_.begin());
-  return advance(tau, q);
+                                               std::span<const double> temperature,
+                                               std::span<const double> seen) {
+  if (seen.empty()) seen = q;
+  if (measure(tau, q)) std::ranges::copy(follow(temperature, seen), tau_f_.begin());
+  return advance(tau, q, seen);
 }
 
 std::span<const double> MomentumObserver::step_with(std::span<const double> tau,
                                                     std::span<const double> q,
                                                     std::span<const double> temperature,
-                                                    std::span<const double> tau_f) {
-  if (measure(tau, q)) follower_->follow(q_, mean_v_, mean_tau_, temperature);
+                                                    std::span<const double> tau_f,
+                                                    std::span<const double> seen) {
+  if (seen.empty()) seen = q;
+  if (measure(tau, q)) follow(temperature, seen);
   std::ranges::copy(tau_f, tau_f_.begin());
-  return advance(tau, q);
+  return advance(tau, q, seen);
 }
 
 }  // namespace fricid::estimate

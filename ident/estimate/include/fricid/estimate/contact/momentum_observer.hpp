@@ -28,8 +28,9 @@ namespace fricid::estimate {
 /// allocate.
 class MomentumObserver {
  public:
+  /// @param z0  state of the friction at the first sample; empty: zero
   /// @throws UserError when robot and friction differ in their number of joints
-  MomentumObserver(Arm arm, double dt, double bandwidth_hz);
+  MomentumObserver(Arm arm, double dt, double bandwidth_hz, std::span<const double> z0 = {});
   MomentumObserver(const MomentumObserver&) = delete;
   MomentumObserver& operator=(const MomentumObserver&) = delete;
 
@@ -38,14 +39,19 @@ class MomentumObserver {
   /// @param tau          torque held since the last sample (n) [N m]
   /// @param q            positions now (n) [rad]
   /// @param temperature  (n) [K]
+  /// @param seen         (n) positions that drive friction [rad]: in the noise of an encoder a
+  /// joint
+  ///                     at rest would lose what it holds; empty: q
   std::span<const double> step(std::span<const double> tau, std::span<const double> q,
-                               std::span<const double> temperature);
+                               std::span<const double> temperature,
+                               std::span<const double> seen = {});
 
   /// The same with the friction torque at the last sample (n) [N m] from elsewhere; the state of
   /// the friction follows the motion on.
   std::span<const double> step_with(std::span<const double> tau, std::span<const double> q,
                                     std::span<const double> temperature,
-                                    std::span<const double> tau_f);
+                                    std::span<const double> tau_f,
+                                    std::span<const double> seen = {});
 
   /// The next sample is a first one, since samples are missing before it: r begins at zero, the
   /// state of the friction where it was. Allocates.
@@ -56,7 +62,9 @@ class MomentumObserver {
 
  private:
   bool measure(std::span<const double> tau, std::span<const double> q);
-  std::span<const double> advance(std::span<const double> tau, std::span<const double> q);
+  std::span<const double> advance(std::span<const double> tau, std::span<const double> q,
+                                  std::span<const double> seen);
+  std::span<const double> follow(std::span<const double> temperature, std::span<const double> seen);
   void momentum(std::span<const double> q, std::span<const double> v, std::span<double> p);
   void kinetic_gradient(std::span<const double> q, std::span<const double> v);
 
@@ -66,7 +74,9 @@ class MomentumObserver {
   std::optional<FrictionFollower> follower_;
   double dt_, share_;
   int samples_ = 0;
-  std::vector<double> r_, q_, v_, p_, tau_, tau_f_;  ///< of the last sample
+  std::vector<double> r_, q_, v_, p_, tau_, tau_f_, seen_;  ///< of the last sample
+  std::vector<double> seen_before_;                         ///< of the one before
+  std::vector<double> seen_v_;
   std::vector<double> v_now_, p_now_, middle_, mean_v_, mean_tau_, gravity_, gradient_, zero_, M_;
 };
 
