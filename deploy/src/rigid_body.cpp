@@ -213,13 +213,19 @@ std::string motors_in_words(const RobotModel& robot) {
   for (int k = 0; k < robot.n(); ++k) {
     if (turns_alone(robot, k)) continue;
     const std::string& own = robot.joints[static_cast<std::size_t>(k)].name;
-    words += fmt::format("{}the motor of {} turns by {}", words.empty() ? "" : ", ", own, own);
+    words += fmt::format("{}the motor of {} turns by", words.empty() ? "" : ", ", own);
+    bool first = true;
+    const auto add = [&](int j) {
+      if (C(k, j) == 0) return;
+      const char* sign = C(k, j) < 0 ? " -" : first ? "" : " +";
+      const std::string factor =
+          std::abs(C(k, j)) == 1 ? "" : fmt::format("{:.6g} ", std::abs(C(k, j)));
+      words += fmt::format("{} {}{}", sign, factor, robot.joints[static_cast<std::size_t>(j)].name);
+      first = false;
+    };
+    add(k);
     for (int j = 0; j < robot.n(); ++j)
-      if (j != k && C(k, j) != 0)
-        words +=
-            fmt::format(" {} {}{}", C(k, j) > 0 ? "+" : "-",
-                        std::abs(C(k, j)) == 1 ? "" : fmt::format("{:.6g} ", std::abs(C(k, j))),
-                        robot.joints[static_cast<std::size_t>(j)].name);
+      if (j != k) add(j);
   }
   return words;
 }

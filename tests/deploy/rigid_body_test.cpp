@@ -93,6 +93,16 @@ TEST(CoupledMotors, AreTendonsInMujocoAndWordsElsewhere) {
     EXPECT_NE(one.files.front().text.find(coordinates), std::string::npos);
 }
 
+// Two motors that carry two joints together: m5 = (q5 + q6)/2, m6 = (q6 - q5)/2.
+TEST(CoupledMotors, OfADifferentialTurnByTheirShareOfEachJoint) {
+  data::ModelFile model = kr6();
+  model.arm.robot.couplings = {{4, 5, -1}, {5, 4, 1}};
+  const std::string found = export_model(model, "csv").losses.back();
+  EXPECT_EQ(found,
+            "velocity and friction are those of the motors: the motor of joint_a5 turns by 0.5 "
+            "joint_a5 + 0.5 joint_a6, the motor of joint_a6 turns by 0.5 joint_a6 - 0.5 joint_a5");
+}
+
 TEST(RigidBody, InertiaThatNoBodyHasIsRefused) {
   data::ModelFile model = kr6();
   model.arm.robot.pi[0] = -1;
