@@ -151,6 +151,19 @@ TEST(Faults, InertiaBelowTheStatedArmatureIsNamed) {
   EXPECT_THAT(text, HasSubstr("correct the armature"));
 }
 
+// Beyond the gear there is no rotor.
+TEST(Faults, TorqueBeyondTheGearHasNoArmature) {
+  const Arm arm = coulomb_arm(5e-3);
+  dynamics::RobotModel robot = arm.robot;
+  robot.pi[robot.armature_begin() + 2] = 1;
+  for (const char* kind : {"motor_torque", "link_torque"}) {
+    data::Dataset log = make_log(arm, {});
+    log.source = fmt::format("import a.csv, tau from {}", kind);
+    EXPECT_EQ(text_of(fit(robot, {log}).faults).find("armature") == std::string::npos,
+              std::string_view(kind) == "link_torque");
+  }
+}
+
 TEST(Faults, FrictionThatOutgrowsItsOwnLoadIsNamed) {
   const Arm arm = coulomb_arm(5e-3);
   const std::vector<data::Dataset> logs{make_log(arm, {})};

@@ -396,6 +396,10 @@ Dataset read(const std::filesystem::path& path, const Contract& given, std::vect
   return d;
 }
 
+bool is_of_kind(const Dataset& dataset, const char* kind) {
+  return dataset.source.find(kTorqueFrom + std::string(kind)) != std::string::npos;
+}
+
 }  // namespace
 
 std::string_view warning_of_kind(std::string_view kind) {
@@ -410,10 +414,11 @@ std::string_view warning_of_kind(std::string_view kind) {
 
 std::string_view warning_of_torque(const Dataset& dataset) {
   for (const char* kind : {"gear_torque_less_friction", "link_torque"})
-    if (dataset.source.find(kTorqueFrom + std::string(kind)) != std::string::npos)
-      return warning_of_kind(kind);
+    if (is_of_kind(dataset, kind)) return warning_of_kind(kind);
   return "";
 }
+
+bool is_link_torque(const Dataset& dataset) { return is_of_kind(dataset, "link_torque"); }
 
 Dataset read_log(const std::filesystem::path& path, const Contract& contract, const Warn& warn) {
   std::vector<int> lines;

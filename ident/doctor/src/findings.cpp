@@ -33,9 +33,10 @@ constexpr std::array kKinds{
              true},
     KindInfo{FindingKind::kMissing, kDamage, "these samples take no part in a fit", "log them",
              false},
-    KindInfo{FindingKind::kQuantised, kDamage,
-             "friction before sliding is hidden between the steps, acceleration is noise",
-             "log more digits (KUKA RSI: raise Precision of the ETHERNET object)", false},
+    KindInfo{
+        FindingKind::kQuantised, kDamage,
+        "friction before sliding is hidden between the steps; of a position acceleration is noise",
+        "log more digits (KUKA RSI: raise Precision of the ETHERNET object)", false},
     KindInfo{FindingKind::kStuck, kDamage, "the signal is no measurement there",
              "log this channel again; where the drives were off, leave that time out", false, true},
     KindInfo{FindingKind::kSame, kDamage, "one column under two headers: one joint was not logged",
@@ -78,9 +79,11 @@ constexpr std::array kKinds{
              false, true},
     KindInfo{FindingKind::kTorqueUnit, kDamage, "all masses and friction are scaled",
              "correct kind, gear_ratio or scale of [torque] in the contract", false, true},
-    KindInfo{FindingKind::kMount, kDamage,
-             "gravity points another way: signs and masses seem wrong",
-             "mount of [robot] in the scene; --mount of import and check", false, true},
+    KindInfo{
+        FindingKind::kMount, kDamage, "gravity points another way: signs and masses seem wrong",
+        "measure the mount, which is found by the masses of the robot's file: mount of [robot] "
+        "in the scene, or of floor, ceiling and wall --mount of import and check",
+        false, true},
     KindInfo{FindingKind::kNoGravity, kDamage,
              "a fit finds masses that balance themselves, and no model holds in open loop",
              "log the whole torque of the motors, or add what the driver takes off for gravity to "

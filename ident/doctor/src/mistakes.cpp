@@ -8,12 +8,14 @@
 #include <utility>
 
 #include "explained.hpp"
+#include "fricid/base/not_finite.hpp"
 #include "hypothesis.hpp"
 #include "mount.hpp"
 
 namespace fricid::doctor {
 namespace {
 
+constexpr double kBothWays = 0.05;  // share of the sliding in the rarer direction
 // What a hypothesis gains by chance in the few seconds in which a joint slides: of one joint, and
 // of each under another gravity [s].
 constexpr double kChance = 4, kChanceOfMount = 2;
@@ -109,6 +111,15 @@ std::vector<CoupledArm> coupled_arms(const dynamics::RobotModel& robot) {
 double seconds_of(const data::Dataset& d, const Motion& motion, const Sight& sight, int j) {
   const auto rows = static_cast<double>(sight.rows[static_cast<std::size_t>(j)].size());
   return std::max(1.0, rows) / motion.length() * d.length() * d.dt();
+}
+
+/// Whether a joint slides in both directions: in one alone its friction is a constant torque, with
+/// which many a mistake explains a slow log.
+bool slides_both_ways(const Motion& motion, const Sight& sight, int j) {
+  const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
+  const auto back = std::ranges::count_if(rows, [&](int k) { return motion.v(k, j) < 0; });
+  return static_cast<double>(std::min(back, std::ssize(rows) - back)) >=
+         kBothWays * static_cast<double>(rows.size());
 }
 
 /// The mistakes believed in, one after the other, under one direction of gravity.
@@ -264,6 +275,10 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
   }
   const auto needs = [&](const Hypothesis& h) {
     double seconds = d.length() * d.dt();
+    if (!h.reversed && !std::ranges::all_of(h.joints(), [&](int j) {
+          return slides_both_ways(motion, account.sight, j);
+        }))
+      return kInfinity;
     for (const int j : h.joints()) seconds = std::min(seconds, seconds_of(d, motion, sight, j));
     const bool chosen = h.coupled && h.joint >= 0;  // of many that no file has
     const double mistakes = h.reversed ? d.n()

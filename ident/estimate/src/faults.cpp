@@ -6,6 +6,7 @@
 
 #include "fricid/base/not_finite.hpp"
 #include "fricid/base/unit_of_joint.hpp"
+#include "fricid/data/contract.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/estimate/fit_report.hpp"
 #include "rigid_body/joint_inertia.hpp"
@@ -203,6 +204,8 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
   const Eigen::VectorXd& prior_alone = prepared.rigid_body.sigma_alone;
   const Eigen::VectorXd usual = joint_inertia(prepared.robot, prepared.recordings),
                         inertia = joint_inertia(report.model.arm.robot, prepared.recordings);
+  const bool beyond_gear = std::ranges::any_of(
+      prepared.recordings, [](const auto& r) { return data::is_link_torque(r.log); });
   for (std::size_t i = 0; i < report.r2.size(); ++i) {
     const int j = static_cast<int>(i);
     const dynamics::Joint& joint = prepared.robot.joints[i];
@@ -260,7 +263,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
                    : "") +
               more_data(prepared));
     const double armature = prepared.robot.pi[prepared.robot.armature_begin() + j];
-    if (!guessed && inertia[j] < kLeastOfArmature * armature)
+    if (!guessed && !beyond_gear && inertia[j] < kLeastOfArmature * armature)
       add(fmt::format("inertia of {:.3g} {}, less than half of the armature alone that is stated "
                       "for it, {:.3g}",
                       inertia[j], unit_of_joint("kg m^2", slides(joint)), armature),
@@ -268,7 +271,8 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           "friction "
           "that no law describes, as of a spring that relaxes, looks like less inertia too");
     // a law that explains the torque need not have the sign of a straight line through its curve
-    const bool bears_regression = is_linear(friction, j) || !(report.r2[i] > kWellExplained);
+    const bool bears_regression =
+        !beyond_gear && (is_linear(friction, j) || !(report.r2[i] > kWellExplained));
     const double level = friction_level(report.model.arm.friction, j, seen.travel);
     std::string at_bound =
         torque_at_bound(report.model.arm.friction, j, slides(joint), seen.torque_range);

@@ -68,7 +68,7 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
           fmt::format("{} ({:.0f} % by {})", joints[j].joint, 100 * waves[j].share,
                       waves[j].slides ? fmt::format("waves of {:.3g} mm, N = {:.4g}",
                                                     2e3 * std::numbers::pi / waves[j].n, waves[j].n)
-                                      : fmt::format("{:.3g} periods per turn", waves[j].n)));
+                                      : fmt::format("{:.4g} periods per turn", waves[j].n)));
   for (std::size_t j = 0; j < bends.size(); ++j)
     if (bends[j].share > kBends && std::abs(bends[j].at_largest) > kWorthBending)
       bent.push_back(fmt::format("{} ({:.0f} % by {:+.2g} % at the largest torque)",

@@ -166,6 +166,9 @@ std::string_view warning_of_kind(std::string_view kind);
 /// The same for a data set, whose source names the kind.
 std::string_view warning_of_torque(const Dataset& dataset);
 
+/// Whether its torque was measured beyond the gear, where its rotor and its friction are not.
+bool is_link_torque(const Dataset& dataset);
+
 /// Takes warnings, one line each.
 using Warn = std::function<void(const std::string&)>;
 
