@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "arm_data.hpp"
+#include "fricid/estimate/time_blocks.hpp"
 #include "fricid/estimate/torque/by_period.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
 #include "fricid/signals/recording.hpp"
@@ -85,6 +86,22 @@ TEST(ByPeriod, CutsAMotionThatRepeats) {
       ASSERT_TRUE(out);
       EXPECT_EQ(out->begin, k * length / 5);
       EXPECT_EQ(out->end, (k + 1) * length / 5);
+    }
+}
+
+// Periods of a recording, its last cut off, and recordings that repeat it.
+TEST(TimeBlocks, OfOneStretchOfAMotionAreOnePassage) {
+  std::vector<signals::Recording> recordings = recordings_of({75, 30, 30, 30});
+  recordings[0].period = 30;
+  for (std::size_t i = 0; i < 3; ++i) recordings[i].motion_number = 0;
+  recordings[3].motion_number = 1;
+  const TimeBlocks time(recordings, 1);  // ten samples
+  int last = -1;
+  for (std::size_t s = 0; s < recordings.size(); ++s)
+    for (int k = 0; k < recordings[s].length(); ++k) {
+      EXPECT_GE(time.of(s, k), last);
+      last = time.of(s, k);
+      EXPECT_EQ(time.passage_of(s, k), (s == 3 ? 3 : 0) + k % 30 / 10) << s << " " << k;
     }
 }
 

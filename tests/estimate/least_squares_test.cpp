@@ -9,6 +9,7 @@
 #include "fricid/base/parallel.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
 #include "fricid/dynamics/physical_inertia.hpp"
+#include "fricid/signals/periods.hpp"
 #include "recovery.hpp"
 
 namespace fricid::estimate {
@@ -206,6 +207,24 @@ TEST(RigidBodyLeastSquares, StandardErrorsHoldWhereResidualsAreCorrelated) {
   EXPECT_LE(found.ninety, 0.97);
   EXPECT_GE(found.three, 0.97);
   RecordProperty("covered", std::to_string(found.ninety));
+}
+
+// A motion that is recorded twice, with the same disturbance in it, says no more than once.
+TEST(RigidBodyLeastSquares, StandardErrorsCountPassagesOfAMotionAsOne) {
+  const Arm arm = coulomb_arm();
+  data::Dataset log = clean_logs(arm, {}, 1)[0];
+  Rng rng(1, 7);
+  for (Eigen::Index j = 0; j < log.tau.cols(); ++j)
+    for (Eigen::Index k = 0; k < log.tau.rows(); ++k)
+      log.tau(k, j) += 0.3 * std::sin(0.1 * static_cast<double>(k + 40 * j)) + 0.1 * rng.normal();
+  const auto errors_of = [&](const std::vector<data::Dataset>& logs) {
+    std::vector<signals::Recording> recordings = filtered(logs);
+    signals::mark_repeats(recordings, 1);
+    return rigid_body_least_squares(arm.robot, recordings, {}).base_se;
+  };
+  const Eigen::VectorXd once = errors_of({log}), twice = errors_of({log, log});
+  for (Eigen::Index i = 0; i < once.size(); ++i)
+    EXPECT_NEAR(twice[i] / once[i], 1, 0.05) << "base parameter " << i;
 }
 
 // Reference: the sampling distribution, where encoder noise makes accelerations of about half those

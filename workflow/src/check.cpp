@@ -14,6 +14,7 @@
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/dynamics/rest_positions.hpp"
 #include "fricid/scene/problem.hpp"
+#include "fricid/signals/periods.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 #include "fricid/system/transmission.hpp"
@@ -200,6 +201,7 @@ std::vector<signals::Recording> recordings_of(const std::vector<data::Dataset>& 
   }
   for (const data::Dataset& d : data::training_part(sets).recordings)
     recordings.push_back(signals::make_recording(motors.to_motors(d), subject.identify.cutoff_hz));
+  signals::mark_repeats(recordings, 1);
   return recordings;
 }
 

@@ -9,7 +9,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/data/training_part.hpp"
 #include "fricid/estimate/rigid_body/torque_timing.hpp"
-#include "fricid/signals/recording.hpp"
+#include "fricid/signals/periods.hpp"
 #include "fricid/system/transmission.hpp"
 
 namespace fricid::workflow {
@@ -30,6 +30,7 @@ std::optional<estimate::TorqueTiming> timing_of(std::span<const data::Dataset> s
   } catch (const UserError&) {
     return {};
   }
+  signals::mark_repeats(recordings, 1);
   return estimate::torque_timing(robot, recordings, options);
 }
 

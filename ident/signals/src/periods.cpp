@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/parallel.hpp"
 #include "fricid/base/upper_median.hpp"
 
 namespace fricid::signals {
@@ -106,6 +107,39 @@ bool is_same_motion(ConstRowMatrix a, ConstRowMatrix b) {
   Scaled of_both = scaled(both, 1);
   std::erase_if(of_both.moving, [&](Eigen::Index k) { return k >= rows; });
   return of_both.x.cols() > 0 && distance(of_both, of_both.x, rows) < kSame;
+}
+
+std::vector<std::vector<int>> by_motion(std::span<const Recording> recordings) {
+  std::vector<std::vector<int>> motions;
+  for (int i = 0; i < std::ssize(recordings); ++i) {
+    const auto q_of = [&](int of) -> const RowMatrix& {
+      return recordings[static_cast<std::size_t>(of)].narrow.q;
+    };
+    const auto same = [&](const std::vector<int>& motion) {
+      return is_same_motion(q_of(motion.front()), q_of(i));
+    };
+    const auto found = std::ranges::find_if(motions, same);
+    if (found == motions.end())
+      motions.push_back({i});
+    else
+      found->push_back(i);
+  }
+  return motions;
+}
+
+void number_motions(std::span<Recording> recordings) {
+  const std::vector<std::vector<int>> motions = by_motion(recordings);
+  for (int m = 0; m < std::ssize(motions); ++m)
+    for (const int i : motions[static_cast<std::size_t>(m)])
+      recordings[static_cast<std::size_t>(i)].motion_number = m;
+}
+
+void mark_repeats(std::span<Recording> recordings, int jobs) {
+  parallel_for(static_cast<int>(recordings.size()), jobs, [&](int i) {
+    Recording& r = recordings[static_cast<std::size_t>(i)];
+    r.period = period_of(r.narrow.q, r.dt);
+  });
+  number_motions(recordings);
 }
 
 }  // namespace fricid::signals

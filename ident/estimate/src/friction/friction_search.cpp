@@ -230,10 +230,12 @@ SearchErrors search_errors(const JointFrictionData& data, const friction::RobotF
   known.diagonal() *= 1 + kUnknown;
   known.diagonal().array() += std::numeric_limits<double>::min();
   const Eigen::LDLT<Eigen::MatrixXd> inverse = known.ldlt();
-  const std::vector<RowBlock> blocks = blocks_of(rows.row, data.dt());
+  const std::vector<RowBlock> blocks = blocks_of(rows.row, data.blocks());
+  std::vector<int> passage;
   Eigen::MatrixXd scores(p, std::ssize(blocks));
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const auto [begin, size] = blocks[b];
+    const auto [begin, size, block] = blocks[b];
+    passage.push_back(data.blocks().passages()[static_cast<std::size_t>(block)]);
     const auto Jb = J.middleRows(begin, size);
     const auto eb = rows.e.segment(begin, size);
     Eigen::VectorXd score = Jb.transpose() * eb - mean_residual * Jb.colwise().sum().transpose() -
@@ -244,7 +246,7 @@ SearchErrors search_errors(const JointFrictionData& data, const friction::RobotF
     if (left_out.allFinite()) score = left_out;
     scores.col(static_cast<Eigen::Index>(b)) = score;
   }
-  const Eigen::MatrixXd root = jackknife(scores);
+  const Eigen::MatrixXd root = jackknife(std::move(scores), passage);
   B += root * root.transpose();
   const Eigen::MatrixXd of_motion_alone = sandwich(H, of_motion * of_motion.transpose());
   return {sandwich(H, B + of_motion * of_motion.transpose()),

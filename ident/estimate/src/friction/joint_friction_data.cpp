@@ -49,6 +49,7 @@ JointFrictionData::JointFrictionData(std::span<const signals::Recording> sequenc
     : prior_(prior),
       dt_(sequences.front().dt),
       cutoff_hz_(cutoff_hz),
+      blocks_(sequences, kBlock),
       steps_(how.steps),
       low_pass_(cutoff_hz, 1 / sequences.front().dt),
       decimated_(low_pass_, signals::decimation(sequences.front().dt, cutoff_hz)) {

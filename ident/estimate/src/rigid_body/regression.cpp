@@ -42,6 +42,18 @@ double least_speed(std::span<const signals::Recording> sequences, int j, double 
   return std::min(min_speed, kShareOfSpeed * *fast);
 }
 
+/// Seconds of the recordings, of passages of one motion those of the first.
+double seconds_of_motion(std::span<const signals::Recording> recordings) {
+  double seconds = 0;
+  std::vector<int> seen;
+  for (const signals::Recording& r : recordings) {
+    if (r.motion_number >= 0 && std::ranges::count(seen, r.motion_number) > 0) continue;
+    seen.push_back(r.motion_number);
+    seconds += (r.period > 0 ? r.period : r.length()) * r.dt;
+  }
+  return seconds;
+}
+
 bool is_fast(const signals::Recording& s, int j, int k, double min_speed) {
   return s.use(k, j) && std::abs(s.narrow.v(k, j)) > min_speed;
 }
@@ -130,10 +142,9 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
   dynamics::Workspace<double> ws(robot);
   Eigen::MatrixXd Y(n, p);
   std::vector<std::vector<double>> speeds(static_cast<std::size_t>(n));
-  double seconds = 0;
-  for (const signals::Recording& s : sequences) seconds += s.length() * s.dt;
-  const double block = std::max(std::min(kBlock, seconds / kLeastBlocks), seconds / kMostBlocks);
-  int begin_block = 0;  // of the sequence
+  const double seconds = seconds_of_motion(sequences);
+  const TimeBlocks blocks(
+      sequences, std::max(std::min(kBlock, seconds / kLeastBlocks), seconds / kMostBlocks));
   for (std::size_t i = 0; i < sequences.size(); ++i) {
     const signals::Recording& s = sequences[i];
     const int every = signals::decimation(s.dt, options.cutoff_hz);
@@ -154,11 +165,11 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
         out.joint.push_back(j);
         out.sequence.push_back(static_cast<int>(i));
         out.sample.push_back(k);
-        out.block.push_back(begin_block + static_cast<int>(k * s.dt / block));
+        out.blocks.of_row.push_back(blocks.of(i, k));
       }
     }
-    begin_block += 1 + static_cast<int>(s.length() * s.dt / block);
   }
+  out.blocks.passage = blocks.passages();
   fit.speeds.clear();
   for (std::vector<double>& of_joint : speeds) fit.speeds.push_back(signals::speed_range(of_joint));
   return out;

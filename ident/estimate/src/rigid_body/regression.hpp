@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "blocks.hpp"
 #include "fricid/dynamics/workspace.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
 
@@ -18,9 +19,7 @@ struct Regression {
   std::vector<int> sample;    ///< (N) of the sequence
   /// (N) error of tau from what is not known of its timing, `Dataset::torque_delay_sd` [N m]
   Eigen::VectorXd late;
-  /// (N) block of time, ascending, beyond which residuals count as independent: a second, in a
-  /// short log less
-  std::vector<int> block;
+  Blocks blocks;  ///< of a second, in a short log less
 };
 
 /// Stacks the rows that `options` let in, decimated; counts them in `fit`.

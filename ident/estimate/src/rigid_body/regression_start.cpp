@@ -5,6 +5,7 @@
 
 #include "fricid/base/parallel.hpp"
 #include "fricid/dynamics/nominal.hpp"
+#include "fricid/signals/periods.hpp"
 #include "fricid/system/transmission.hpp"
 
 namespace fricid::estimate {
@@ -40,6 +41,7 @@ std::vector<signals::Recording> recordings_of(const dynamics::RobotModel& robot,
     const auto s = static_cast<std::size_t>(i);
     recordings[s] = signals::make_recording(motors.to_motors(logs[s]), cutoff_hz);
   });
+  signals::mark_repeats(recordings, jobs);
   return recordings;
 }
 

@@ -73,12 +73,13 @@ Weighted reweight(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
 }
 
 Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
-                               const Weighted& solved, const std::vector<int>& block,
+                               const Weighted& solved, const Blocks& blocks,
                                const Eigen::MatrixXd& prior_information) {
-  const Eigen::Index blocks = block.empty() ? 0 : block.back() + 1;
+  const std::vector<int>& block = blocks.of_row;
+  const Eigen::Index count = block.empty() ? 0 : block.back() + 1;
   const Eigen::VectorXd pull = solved.weight.cwiseProduct(tau - X * solved.x);
   const Eigen::VectorXd scale = solved.H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(X.cols(), blocks);
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(X.cols(), count);
   for (auto first = block.begin(); first != block.end();) {
     const auto last = std::upper_bound(first, block.end(), *first);
     const Eigen::Index begin = first - block.begin(), rows = last - first;
@@ -95,9 +96,10 @@ Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& 
     first = last;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> prior(prior_information);
-  Eigen::MatrixXd out(X.cols(), blocks + X.cols());
-  out << jackknife(root), invert(solved.H, nullptr) * prior.eigenvectors() *
-                              prior.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd of_passages = jackknife(std::move(root), blocks.passage);
+  Eigen::MatrixXd out(X.cols(), of_passages.cols() + X.cols());
+  out << of_passages, invert(solved.H, nullptr) * prior.eigenvectors() *
+                          prior.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
   return out;
 }
 

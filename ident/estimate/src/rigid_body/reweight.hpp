@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "blocks.hpp"
+
 namespace fricid::estimate {
 
 struct Weighted {
@@ -33,10 +35,9 @@ Weighted reweight(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
 /// and, with P the prior information, the columns of H^-1 P^(1/2) follow. It holds where residuals
 /// are correlated within a block, as what friction's memory leaves of a rigid model, and where a
 /// few blocks hold all that is known of an unknown; H^-1 does not.
-/// @param block  (N) block of each row, ascending from 0
 /// Source: MacKinnon, Nielsen & Webb, J. Econometrics 232 (2023), CV3.
 Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
-                               const Weighted& solved, const std::vector<int>& block,
+                               const Weighted& solved, const Blocks& blocks,
                                const Eigen::MatrixXd& prior_information);
 
 /// What an error of tau that rows have in common makes of the solution: H^-1 X' W error.

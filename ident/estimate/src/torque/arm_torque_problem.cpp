@@ -5,10 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "blocks.hpp"
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/parallel.hpp"
-#include "fricid/estimate/torque/folds.hpp"
+#include "fricid/estimate/time_blocks.hpp"
 #include "fricid/friction/tangent.hpp"
 #include "friction/friction_search.hpp"
 #include "rigid_body/dilution.hpp"
@@ -309,24 +308,23 @@ Eigen::MatrixXd ArmTorqueProblem::noise_information() const {
 
 Eigen::MatrixXd ArmTorqueProblem::deletions(const std::vector<Rows>& all_rows,
                                             const Eigen::MatrixXd& H) const {
-  const std::vector<int> first = first_blocks();
-  std::vector<std::vector<std::vector<Eigen::Index>>> of_block(models_.size());
+  const TimeBlocks time(data_.recordings(), kBlock);
+  const int passages = 1 + std::ranges::max(time.passages());
+  std::vector<std::vector<std::vector<Eigen::Index>>> of_passage(models_.size());
   for (std::size_t i = 0; i < models_.size(); ++i) {
-    of_block[i].resize(static_cast<std::size_t>(first.back()));
+    of_passage[i].resize(static_cast<std::size_t>(passages));
     const std::vector<std::vector<int>>& samples = data_.joint(static_cast<int>(i)).row;
     Eigen::Index r = 0;
-    for (std::size_t s = 0; s < samples.size(); ++s) {
-      const int length = block_length(data_.recordings()[s].dt);
+    for (std::size_t s = 0; s < samples.size(); ++s)
       for (const int k : samples[s])
-        of_block[i][static_cast<std::size_t>(first[s] + k / length)].push_back(r++);
-    }
+        of_passage[i][static_cast<std::size_t>(time.passage_of(s, k))].push_back(r++);
   }
-  Eigen::MatrixXd out(H.rows(), first.back());
-  parallel_for(first.back(), jobs_, [&](int b) {
+  Eigen::MatrixXd out(H.rows(), passages);
+  parallel_for(passages, jobs_, [&](int b) {
     Eigen::MatrixXd left = H;
     Eigen::VectorXd score = Eigen::VectorXd::Zero(H.rows());
     for (std::size_t i = 0; i < models_.size(); ++i) {
-      const std::vector<Eigen::Index>& rows = of_block[i][static_cast<std::size_t>(b)];
+      const std::vector<Eigen::Index>& rows = of_passage[i][static_cast<std::size_t>(b)];
       const Eigen::MatrixXd J = all_rows[i].J(rows, Eigen::all),
                             Y = all_rows[i].Y(rows, Eigen::all);
       const Eigen::VectorXd e = all_rows[i].e(rows);
@@ -378,21 +376,6 @@ JointFrictionData::Linear ArmTorqueProblem::friction_rows_and_slopes(
   joint.centre(at.f);
   joint.centre(at.J);
   return at;
-}
-
-std::vector<int> ArmTorqueProblem::first_blocks() const {
-  std::vector<int> first(data_.recordings().size() + 1);
-  for (const std::vector<int>& motion : by_motion(data_.recordings())) {
-    int most = 0;
-    for (const int recording : motion) {
-      const auto s = static_cast<std::size_t>(recording);
-      first[s] = first.back();
-      const int length = block_length(data_.recordings()[s].dt);
-      most = std::max(most, (data_.recordings()[s].length() + length - 1) / length);
-    }
-    first.back() += most;
-  }
-  return first;
 }
 
 void ArmTorqueProblem::add_pulls(const std::optional<FrictionPrior>& prior, bool pull_static) {

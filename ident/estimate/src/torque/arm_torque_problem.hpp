@@ -73,9 +73,8 @@ class ArmTorqueProblem {
   /// regressor of the rows (`motion_of_noise`).
   Eigen::MatrixXd noise_information() const;
 
-  /// Step that leaving a block of rows out makes, (H - B'B)^-1 B'e with B, e its rows of the
-  /// Jacobian and of the residual over sigma (coordinates, blocks). A block is a second of all
-  /// recordings of one motion.
+  /// Step that leaving a passage of rows out makes (`TimeBlocks`, of a second), (H - B'B)^-1 B'e
+  /// with B, e its rows of the Jacobian and of the residual over sigma (coordinates, passages).
   Eigen::MatrixXd deletions(const std::vector<Rows>& all_rows, const Eigen::MatrixXd& H) const;
 
  private:
@@ -109,8 +108,6 @@ class ArmTorqueProblem {
                                                      const JointModel& model,
                                                      const optimise::Block& block,
                                                      const Eigen::MatrixXd& by_c) const;
-  /// First block of each recording, and behind them the number of blocks.
-  std::vector<int> first_blocks() const;
   /// Small weights of networks, or those of the prior, and static friction equal to Coulomb
   /// friction are what the data have to move; with a prior the other parameters too.
   void add_pulls(const std::optional<FrictionPrior>& prior, bool pull_static);

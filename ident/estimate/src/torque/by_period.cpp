@@ -44,6 +44,8 @@ ByPeriod by_period(std::span<const signals::Recording> recordings) {
       out.origins.push_back({static_cast<int>(i), begin});
     }
   }
+  for (signals::Recording& r : out.recordings) r.period = 0;
+  signals::number_motions(out.recordings);
   return out;
 }
 

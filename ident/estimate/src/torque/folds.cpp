@@ -22,26 +22,8 @@ void add_stretches(const signals::Recording& recording, int index, int begin, in
 
 }  // namespace
 
-std::vector<std::vector<int>> by_motion(std::span<const signals::Recording> recordings) {
-  std::vector<std::vector<int>> motions;
-  for (int i = 0; i < std::ssize(recordings); ++i) {
-    const auto q_of = [&](int of) -> const RowMatrix& {
-      return recordings[static_cast<std::size_t>(of)].narrow.q;
-    };
-    const auto same = [&](const std::vector<int>& motion) {
-      return signals::is_same_motion(q_of(motion.front()), q_of(i));
-    };
-    const auto found = std::ranges::find_if(motions, same);
-    if (found == motions.end())
-      motions.push_back({i});
-    else
-      found->push_back(i);
-  }
-  return motions;
-}
-
 std::vector<Fold> folds_of(std::span<const signals::Recording> recordings) {
-  const std::vector<std::vector<int>> motions = by_motion(recordings);
+  const std::vector<std::vector<int>> motions = signals::by_motion(recordings);
   const auto count = std::ssize(motions);
   std::vector<Fold> folds(
       static_cast<std::size_t>(count == 1 ? kFifths : std::min(count, kMostFolds)));

@@ -1,7 +1,11 @@
 // Motion that repeats: a model fitted to it has seen what comes again.
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "fricid/signals/matrix.hpp"
+#include "fricid/signals/recording.hpp"
 
 namespace fricid::signals {
 
@@ -22,5 +26,15 @@ int period_of(ConstRowMatrix q, double dt, const PeriodRange& range = {});
 
 /// Whether two recordings are of one motion: as long within 2 %, and the same median below 0.05.
 bool is_same_motion(ConstRowMatrix a, ConstRowMatrix b);
+
+/// Indices of recordings of one motion together (`is_same_motion`), in the order of their first.
+std::vector<std::vector<int>> by_motion(std::span<const Recording> recordings);
+
+/// Sets `motion_number` of recordings.
+void number_motions(std::span<Recording> recordings);
+
+/// Sets `motion_number` and `period` of recordings. What a model leaves of the torque comes again
+/// with the motion, so that passages of one motion count as one where errors are judged.
+void mark_repeats(std::span<Recording> recordings, int jobs);
 
 }  // namespace fricid::signals

@@ -48,6 +48,8 @@ struct Recording {
   UseMask use;               ///< (T, n) rows that may enter a fit of a joint's torque
   Eigen::VectorXd noise_sd;  ///< (n) noise of log.q, from its part above the wide band [rad]
   Eigen::VectorXd step;      ///< (n) least step of log.q, 0 of a joint that stands [rad]
+  int motion_number = -1;    ///< recordings of one motion share it, see `mark_repeats`
+  int period = 0;            ///< samples after which the motion repeats; 0: it does not
 
   int length() const { return static_cast<int>(held_tau.rows()); }
   int n() const { return static_cast<int>(held_tau.cols()); }

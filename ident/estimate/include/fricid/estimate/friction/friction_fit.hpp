@@ -11,6 +11,7 @@
 #include "fricid/base/pack.hpp"
 #include "fricid/estimate/friction/motion_pieces.hpp"
 #include "fricid/estimate/report.hpp"
+#include "fricid/estimate/time_blocks.hpp"
 #include "fricid/friction/robot_friction.hpp"
 #include "fricid/signals/decimated_low_pass.hpp"
 #include "fricid/signals/recording.hpp"
@@ -125,6 +126,7 @@ class JointFrictionData {
   double share_of_mean() const { return 1 / (1 + prior_.weight); }
 
   double dt() const { return dt_; }
+  const TimeBlocks& blocks() const { return blocks_; }  ///< of a second
   int sequences() const { return static_cast<int>(series_.size()); }
   int length(int sequence) const {
     return static_cast<int>(series_[static_cast<std::size_t>(sequence)].at.size());
@@ -205,6 +207,7 @@ class JointFrictionData {
   double step_s() const { return dt_ / steps_; }
 
   double dt_, cutoff_hz_;
+  TimeBlocks blocks_;
   int steps_;
   signals::ZeroPhaseButterworth low_pass_;
   signals::DecimatedLowPass decimated_;

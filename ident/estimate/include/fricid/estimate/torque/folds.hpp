@@ -23,12 +23,8 @@ struct Fold {
 };
 inline constexpr double kLongestStretch = 10;  // [s]
 
-/// Indices of recordings of one motion together (`signals::is_same_motion`), in the order of their
-/// first.
-std::vector<std::vector<int>> by_motion(std::span<const signals::Recording> recordings);
-
 /// At most four folds, each of which leaves out all recordings of some motions
-/// (`by_motion`), every recording once; of a single motion five fifths.
+/// (`signals::by_motion`), every recording once; of a single motion five fifths.
 std::vector<Fold> folds_of(std::span<const signals::Recording> recordings);
 
 /// The recordings without the rows that a fold leaves out: no fit uses them, while motion still
