@@ -72,7 +72,7 @@ TEST(FrictionUnderLoad, BodiesAreRightBesideIt) {
     EXPECT_NEAR(fit.growth[j], kGrowth, 0.01) << j;
   }
   const Misses with = worst(fit, fit, truth), without = worst(prepared.rigid_body, fit, truth);
-  EXPECT_LT(with.size, 0.05);
+  EXPECT_LT(with.size, 0.03);
   EXPECT_LT(with.errors, 5);
   EXPECT_GT(without.size, 0.08);  // 1 / (1 - g)
   EXPECT_LT(without.errors, 3);   // which its standard errors contain

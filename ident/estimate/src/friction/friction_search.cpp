@@ -230,23 +230,23 @@ SearchErrors search_errors(const JointFrictionData& data, const friction::RobotF
   known.diagonal() *= 1 + kUnknown;
   known.diagonal().array() += std::numeric_limits<double>::min();
   const Eigen::LDLT<Eigen::MatrixXd> inverse = known.ldlt();
-  const std::vector<RowBlock> blocks = blocks_of(rows.row, data.blocks());
   std::vector<int> passage;
-  Eigen::MatrixXd scores(p, std::ssize(blocks));
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const auto [begin, size, block] = blocks[b];
-    passage.push_back(data.blocks().passages()[static_cast<std::size_t>(block)]);
-    const auto Jb = J.middleRows(begin, size);
-    const auto eb = rows.e.segment(begin, size);
+  for (std::size_t i = 0; i < rows.row.size(); ++i)
+    for (const int k : rows.row[i]) passage.push_back(data.blocks().passage_of(i, k));
+  const std::vector<std::vector<Eigen::Index>> passages = rows_by_passage(passage);
+  Eigen::MatrixXd scores(p, std::ssize(passages));
+  for (std::size_t b = 0; b < passages.size(); ++b) {
+    const Eigen::MatrixXd Jb = J(passages[b], Eigen::all);
+    const Eigen::VectorXd eb = rows.e(passages[b]);
     Eigen::VectorXd score = Jb.transpose() * eb - mean_residual * Jb.colwise().sum().transpose() -
-                            (eb.sum() - static_cast<double>(size) * mean_residual) * mean;
+                            (eb.sum() - static_cast<double>(eb.size()) * mean_residual) * mean;
     const Eigen::MatrixXd others =
         Eigen::MatrixXd::Identity(p, p) - inverse.solve(Jb.transpose() * Jb).transpose();
     const Eigen::VectorXd left_out = others.partialPivLu().solve(score);
     if (left_out.allFinite()) score = left_out;
     scores.col(static_cast<Eigen::Index>(b)) = score;
   }
-  const Eigen::MatrixXd root = jackknife(std::move(scores), passage);
+  const Eigen::MatrixXd root = jackknife(std::move(scores));
   B += root * root.transpose();
   const Eigen::MatrixXd of_motion_alone = sandwich(H, of_motion * of_motion.transpose());
   return {sandwich(H, B + of_motion * of_motion.transpose()),

@@ -178,7 +178,7 @@ Eigen::VectorXd errors_of(const StackedByJoint& all, const Eigen::VectorXd& pi,
     y(rows.at) = rows.y + s[j] * (rows.X.leftCols(all.base) * pi);
     solved.weight(rows.at).setConstant(std::pow(sigma[j], -2));
   }
-  const Eigen::MatrixXd root = jackknife_root(X, y, solved, all.blocks, prior).bottomRows(n);
+  const Eigen::MatrixXd root = jackknife_root(X, y, solved, all.passage, prior).bottomRows(n);
   const int middle = middle_of(s);
   Eigen::VectorXd errors(n);
   for (int j = 0; j < n; ++j)

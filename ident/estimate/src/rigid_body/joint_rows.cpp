@@ -86,7 +86,7 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
   RigidBodyFit counts;
   const Regression data = stack(sprung, recordings, options, nullptr, counts);
   StackedByJoint all;
-  all.blocks = data.blocks;
+  all.passage = data.passage;
   all.sequence = data.sequence;
   all.sample = data.sample;
   all.rows = data.rows.rows();
@@ -142,7 +142,7 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
 StackedByJoint with_curves(const StackedByJoint& all) {
   const Eigen::Index size = all.plain + kCurves * all.n();
   StackedByJoint out;
-  out.blocks = all.blocks;
+  out.passage = all.passage;
   out.sequence = all.sequence;
   out.sample = all.sample;
   out.rows = all.rows;

@@ -7,7 +7,6 @@
 
 #include <Eigen/Core>
 
-#include "blocks.hpp"
 #include "fricid/dynamics/robot_model.hpp"
 #include "fricid/estimate/options/rigid_body.hpp"
 #include "fricid/signals/recording.hpp"
@@ -45,9 +44,8 @@ JointRows normal_equations(const JointRows& joint, const Columns& chosen, Eigen:
 /// own, so that every regression on some of the columns follows from the normal equations.
 struct StackedByJoint {
   std::vector<JointRows> joints;
-  std::vector<Eigen::VectorXd> coulomb;  ///< of each joint: F[sign v_j]
-  std::vector<int> sequence, sample;     ///< of each row; see `Regression`
-  Blocks blocks;                         ///< likewise
+  std::vector<Eigen::VectorXd> coulomb;        ///< of each joint: F[sign v_j]
+  std::vector<int> passage, sequence, sample;  ///< of each row; see `Regression`
   Eigen::Index rows = 0;
   /// First the base parameters of the robot as it is given, then friction that any row excites,
   /// friction that grows with the load (n), springs.

@@ -56,11 +56,9 @@ Regression joined(const LoadColumns& at, int link, const Regression& without,
   all.late << without.late, with.late;
   all.joint = without.joint;
   for (const int j : with.joint) all.joint.push_back(at.n + j);
-  all.blocks = without.blocks;
-  const auto before = static_cast<int>(without.blocks.passage.size());
-  for (const int b : with.blocks.of_row) all.blocks.of_row.push_back(before + b);
-  const int passages = before > 0 ? 1 + std::ranges::max(without.blocks.passage) : 0;
-  for (const int i : with.blocks.passage) all.blocks.passage.push_back(passages + i);
+  all.passage = without.passage;
+  const int before = without.passage.empty() ? 0 : 1 + std::ranges::max(without.passage);
+  for (const int i : with.passage) all.passage.push_back(before + i);
   return all;
 }
 
@@ -170,7 +168,7 @@ Further solve_with(const LoadColumns& at, const Problem& problem, const Eigen::M
   const Regression& data = problem.data;
   const Weighted solved =
       reweight(rows, data.tau, data.joint, 2 * at.n, problem.robust, precision, mean);
-  const Eigen::MatrixXd root = jackknife_root(rows, data.tau, solved, data.blocks, precision);
+  const Eigen::MatrixXd root = jackknife_root(rows, data.tau, solved, data.passage, precision);
   return {solved.x.tail(more), root.bottomRows(more).rowwise().norm(), solved.sigma};
 }
 
@@ -299,7 +297,7 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
   const Eigen::MatrixXd covariance = T * inverse.bottomRightCorner<kLoad, kLoad>() * T.transpose();
   fit.free = T * solved.x.tail<kLoad>();
   const Eigen::MatrixXd of_blocks =
-      jackknife_root(data.rows, data.tau, solved, data.blocks, precision);
+      jackknife_root(data.rows, data.tau, solved, data.passage, precision);
   Eigen::MatrixXd errors(kLoad, of_blocks.cols() + 1);
   errors << of_blocks.bottomRows<kLoad>(),
       moved_by(data.late, data.rows, solved, inverse).tail<kLoad>();

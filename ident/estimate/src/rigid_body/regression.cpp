@@ -165,11 +165,10 @@ Regression stack(const dynamics::RobotModel& robot, std::span<const signals::Rec
         out.joint.push_back(j);
         out.sequence.push_back(static_cast<int>(i));
         out.sample.push_back(k);
-        out.blocks.of_row.push_back(blocks.of(i, k));
+        out.passage.push_back(blocks.passage_of(i, k));
       }
     }
   }
-  out.blocks.passage = blocks.passages();
   fit.speeds.clear();
   for (std::vector<double>& of_joint : speeds) fit.speeds.push_back(signals::speed_range(of_joint));
   return out;

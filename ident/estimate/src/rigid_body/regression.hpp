@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "blocks.hpp"
 #include "fricid/dynamics/workspace.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
 
@@ -19,7 +18,7 @@ struct Regression {
   std::vector<int> sample;    ///< (N) of the sequence
   /// (N) error of tau from what is not known of its timing, `Dataset::torque_delay_sd` [N m]
   Eigen::VectorXd late;
-  Blocks blocks;  ///< of a second, in a short log less
+  std::vector<int> passage;  ///< (N) as of `TimeBlocks` of a second, in a short log less
 };
 
 /// Stacks the rows that `options` let in, decimated; counts them in `fit`.

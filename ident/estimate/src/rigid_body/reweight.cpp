@@ -73,33 +73,28 @@ Weighted reweight(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
 }
 
 Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
-                               const Weighted& solved, const Blocks& blocks,
+                               const Weighted& solved, std::span<const int> passage,
                                const Eigen::MatrixXd& prior_information) {
-  const std::vector<int>& block = blocks.of_row;
-  const Eigen::Index count = block.empty() ? 0 : block.back() + 1;
+  const std::vector<std::vector<Eigen::Index>> passages = rows_by_passage(passage);
   const Eigen::VectorXd pull = solved.weight.cwiseProduct(tau - X * solved.x);
   const Eigen::VectorXd scale = solved.H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(X.cols(), count);
-  for (auto first = block.begin(); first != block.end();) {
-    const auto last = std::upper_bound(first, block.end(), *first);
-    const Eigen::Index begin = first - block.begin(), rows = last - first;
-    const auto Xb = X.middleRows(begin, rows);
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(X.cols(), std::ssize(passages));
+  for (Eigen::Index b = 0; b < root.cols(); ++b) {
+    const std::vector<Eigen::Index>& rows = passages[static_cast<std::size_t>(b)];
+    const Eigen::MatrixXd Xb = X(rows, Eigen::all);
     const Eigen::MatrixXd without =
-        solved.H - Xb.transpose() * solved.weight.segment(begin, rows).asDiagonal() * Xb;
+        solved.H - Xb.transpose() * solved.weight(rows).asDiagonal() * Xb;
     const Eigen::LDLT<Eigen::MatrixXd> factor(
         Eigen::MatrixXd(scale.asDiagonal() * without * scale.asDiagonal()));
-    const Eigen::VectorXd score = Xb.transpose() * pull.segment(begin, rows);
-    root.col(*first) =
-        scale.asDiagonal() * factor.solve(Eigen::VectorXd(scale.asDiagonal() * -score));
-    if (factor.rcond() < kSingular || !root.col(*first).allFinite())
-      root.col(*first) = -(invert(without, nullptr) * score);
-    first = last;
+    const Eigen::VectorXd score = Xb.transpose() * pull(rows);
+    root.col(b) = scale.asDiagonal() * factor.solve(Eigen::VectorXd(scale.asDiagonal() * -score));
+    if (factor.rcond() < kSingular || !root.col(b).allFinite())
+      root.col(b) = -(invert(without, nullptr) * score);
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> prior(prior_information);
-  const Eigen::MatrixXd of_passages = jackknife(std::move(root), blocks.passage);
-  Eigen::MatrixXd out(X.cols(), of_passages.cols() + X.cols());
-  out << of_passages, invert(solved.H, nullptr) * prior.eigenvectors() *
-                          prior.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  Eigen::MatrixXd out(X.cols(), root.cols() + X.cols());
+  out << jackknife(root), invert(solved.H, nullptr) * prior.eigenvectors() *
+                              prior.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
   return out;
 }
 

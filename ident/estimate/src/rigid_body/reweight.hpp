@@ -2,9 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
-
-#include "blocks.hpp"
 
 namespace fricid::estimate {
 
@@ -27,17 +26,18 @@ Weighted reweight(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
                   const Eigen::MatrixXd& prior_information, const Eigen::VectorXd& prior_mean,
                   const Eigen::VectorXd& first_sigma = {});
 
-/// Root D (unknowns x ..) of the covariance D D' of the solution by the jackknife over blocks, the
-/// weights as they are: column b is sqrt((B - 1) / B) times the change of x without block b,
+/// Root D (unknowns x ..) of the covariance D D' of the solution by the jackknife over passages,
+/// the weights as they are: column b is sqrt((B - 1) / B) times the change of x without passage b,
 ///
 ///     -(H - X_b' W_b X_b)^-1 X_b' W_b e_b,
 ///
 /// and, with P the prior information, the columns of H^-1 P^(1/2) follow. It holds where residuals
-/// are correlated within a block, as what friction's memory leaves of a rigid model, and where a
-/// few blocks hold all that is known of an unknown; H^-1 does not.
+/// are correlated within a passage, as what friction's memory leaves of a rigid model, and where a
+/// few passages hold all that is known of an unknown; H^-1 does not.
+/// @param passage  (N) of each row, as of `TimeBlocks`
 /// Source: MacKinnon, Nielsen & Webb, J. Econometrics 232 (2023), CV3.
 Eigen::MatrixXd jackknife_root(const Eigen::MatrixXd& X, const Eigen::VectorXd& tau,
-                               const Weighted& solved, const Blocks& blocks,
+                               const Weighted& solved, std::span<const int> passage,
                                const Eigen::MatrixXd& prior_information);
 
 /// What an error of tau that rows have in common makes of the solution: H^-1 X' W error.

@@ -200,7 +200,7 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   const Eigen::MatrixXd of_noise = noise_information(noise, columns, solved.weight);
   const Eigen::MatrixXd diluted = dilution_root(of_noise, solved.H, of_noise * solved.x);
   const Eigen::MatrixXd of_blocks =
-      jackknife_root(X, data.tau, solved, data.blocks, prior_information);
+      jackknife_root(X, data.tau, solved, data.passage, prior_information);
   const Eigen::MatrixXd inverse = invert(solved.H, nullptr);
   Eigen::MatrixXd of_held = Eigen::MatrixXd::Zero(X.cols(), std::ssize(options.held_armatures));
   if (with_prior) of_held = inverse.leftCols(p) * held_scores(robot, options);

@@ -74,7 +74,7 @@ std::optional<TorqueTiming> torque_timing(const dynamics::RobotModel& robot,
   X << data.rows(Eigen::all, columns), -torque_rates(start.robot, fit, recordings, data);
   const Weighted without = solved(X.leftCols(size)), with = solved(X);
   const Eigen::MatrixXd root =
-      jackknife_root(X, data.tau, with, data.blocks, Eigen::MatrixXd::Zero(size + 1, size + 1));
+      jackknife_root(X, data.tau, with, data.passage, Eigen::MatrixXd::Zero(size + 1, size + 1));
   const double delay = with.x[size], error = root.row(size).norm();
   if (!std::isfinite(delay) || !std::isfinite(error)) return {};
   // of a joint that rests there is no residual

@@ -86,7 +86,7 @@ Eigen::VectorXd errors_of(const StackedByJoint& shared, const std::vector<Eigen:
     solved.weight(joint.at).setConstant(weight);
     solved.H += weight * log.all.joints[at].XX;
   }
-  return jackknife_root(X, y, solved, shared.blocks, Eigen::MatrixXd::Zero(all, all))
+  return jackknife_root(X, y, solved, shared.passage, Eigen::MatrixXd::Zero(all, all))
       .bottomRows(n)
       .rowwise()
       .norm();

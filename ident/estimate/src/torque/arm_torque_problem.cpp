@@ -309,7 +309,7 @@ Eigen::MatrixXd ArmTorqueProblem::noise_information() const {
 Eigen::MatrixXd ArmTorqueProblem::deletions(const std::vector<Rows>& all_rows,
                                             const Eigen::MatrixXd& H) const {
   const TimeBlocks time(data_.recordings(), kBlock);
-  const int passages = 1 + std::ranges::max(time.passages());
+  const int passages = time.passages();
   std::vector<std::vector<std::vector<Eigen::Index>>> of_passage(models_.size());
   for (std::size_t i = 0; i < models_.size(); ++i) {
     of_passage[i].resize(static_cast<std::size_t>(passages));

@@ -444,7 +444,7 @@ PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,
   const Eigen::ArrayXd a = held_out_.residual(with, j).array().square(),
                        b = held_out_.residual(without, j).array().square();
   std::vector<double> blocks;  // sum of b - a
-  for (const auto& [begin, size, block] :
+  for (const auto& [begin, size] :
        blocks_of(held_out_.joint(j).row, TimeBlocks(recordings_, kBlock)))
     blocks.push_back((b - a).segment(begin, size).sum());
   double mean = 0, square = 0;

@@ -20,24 +20,24 @@ class TimeBlocks {
  public:
   /// @param seconds  of a block  @param recordings  `signals::mark_repeats`
   TimeBlocks(std::span<const signals::Recording> recordings, double seconds) {
-    std::vector<int> first_passage;  // of motions
-    int passages = 0;
+    struct Range {
+      int first = 0, count = 0;
+    };
+    std::vector<Range> of_motions;
     for (const signals::Recording& r : recordings) {
       const int length = std::max(1, static_cast<int>(std::lround(seconds / r.dt)));
-      const int period = r.period > 0 ? r.period : r.length();
+      const int period = std::max(1, r.period > 0 ? r.period : r.length());
       const int of_period = (period + length - 1) / length;
       const auto motion = static_cast<std::size_t>(std::max(0, r.motion_number));
-      if (motion >= first_passage.size()) first_passage.resize(motion + 1, -1);
-      int first = r.motion_number < 0 ? -1 : first_passage[motion];
-      if (first < 0) {
-        first = passages;
-        passages += of_period;
-        if (r.motion_number >= 0) first_passage[motion] = first;
-      }
+      if (motion >= of_motions.size()) of_motions.resize(motion + 1);
+      Range own{passages_, of_period};
+      Range& passages = r.motion_number < 0 ? own : of_motions[motion];
+      if (passages.count == 0) passages = own;
+      if (passages.first == passages_) passages_ += of_period;
       at_.push_back({static_cast<int>(passage_.size()), length, period, of_period});
       const int periods = (r.length() + period - 1) / period;
-      for (int i = 0; i < periods * of_period; ++i)
-        passage_.push_back(std::min(first + i % of_period, passages - 1));
+      for (int i = 0; i < periods * of_period; ++i)  // one that lasts longer ends with the first
+        passage_.push_back(passages.first + std::min(i % of_period, passages.count - 1));
     }
   }
 
@@ -49,15 +49,15 @@ class TimeBlocks {
   int passage_of(std::size_t recording, int sample) const {
     return passage_[static_cast<std::size_t>(of(recording, sample))];
   }
-  /// (blocks) passage of each.
-  const std::vector<int>& passages() const { return passage_; }
+  int passages() const { return passages_; }
 
  private:
   struct At {
     int first, length, period, of_period;
   };
   std::vector<At> at_;
-  std::vector<int> passage_;
+  std::vector<int> passage_;  // of each block
+  int passages_ = 0;
 };
 
 }  // namespace fricid::estimate
