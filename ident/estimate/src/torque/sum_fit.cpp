@@ -45,11 +45,12 @@ class SumChoice {
     const Arm start = start_with(fits.all_parts());
     fitted_ = fit(with_stribeck_curves(from, carried_over(from, start)), true);
   }
-  /// Begins with the memory that alone explains more.
+  /// Begins with a memory alone: on a long log the one that explains more, else a bank.
   explicit SumChoice(JointFits& fits) : fits_(&fits) {
     const auto n = static_cast<std::size_t>(fits.n());
     friction::LvmParts alone{.load = false, .power_flow = false, .asymmetry = false, .ripples = 0};
     fitted_ = fit(start_with(Parts(n, alone)));
+    if (fits.is_short()) return;
     alone.memory = friction::Memory::kBristle;
     const Parts bank = std::exchange(parts_, Parts(n, alone));
     if (const Arm bristle = fit(fits_->start(parts_));
