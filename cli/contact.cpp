@@ -45,8 +45,7 @@ std::string words_of(const std::vector<Span>& spans, const Eigen::VectorXd& t) {
   }
   return fmt::format(
       "left out: {} of {} samples, until the observer has settled at the begin of the log and "
-      "behind "
-      "missing samples: {}{}\n",
+      "behind missing samples: {}{}\n",
       samples, t.size(), fmt::join(shown, ", "),
       spans.size() > kShown ? fmt::format(" and {} more", spans.size() - kShown) : "");
 }

@@ -11,6 +11,7 @@
 #include "fricid/estimate/time_blocks.hpp"
 #include "fricid/estimate/torque/by_period.hpp"
 #include "fricid/estimate/torque/candidate.hpp"
+#include "fricid/signals/periods.hpp"
 #include "fricid/signals/recording.hpp"
 
 namespace fricid::estimate {
@@ -55,9 +56,10 @@ TEST(Folds, LeaveOutEverySampleOnce) {
 // make_log's reference repeats after 12 s: three periods and what is left over.
 TEST(ByPeriod, CutsAMotionThatRepeats) {
   const Arm arm = coulomb_arm(5e-3);
-  const std::vector<signals::Recording> whole{
+  std::vector<signals::Recording> whole{
       signals::make_recording(make_log(arm, {.seconds = 40}), 10),
       signals::make_recording(make_log(arm, {.seconds = 12, .seed = 2}), 10)};
+  signals::mark_repeats(whole, 1);
   const ByPeriod cut = by_period(whole);
   EXPECT_NEAR(cut.longest_s, 12, 0.01);
   ASSERT_EQ(cut.recordings.size(), 4u);

@@ -110,6 +110,28 @@ TEST(MomentumObserver, LeavesOutGapsAndSettlesBehindThem) {
   }
 }
 
+// A log that lacks its first samples begins behind them.
+TEST(MomentumObserver, BeginsWhereALogIsWhole) {
+  const Arm arm{hanging_kr6(), kr6_friction("gms")};
+  const data::Dataset whole = pushed(arm, kPush, 700);
+  constexpr int kMissing = 5;
+  data::Dataset log = whole;
+  log.q.topRows(kMissing).col(1).setConstant(kNan);
+  data::Dataset rest = whole;
+  for (RowMatrix data::Dataset::*signal : {&data::Dataset::q, &data::Dataset::tau})
+    rest.*signal = RowMatrix((whole.*signal).bottomRows(whole.length() - kMissing));
+  rest.t = whole.t.tail(whole.length() - kMissing).eval();
+  const RowMatrix found = observe(arm, log).tau_ext, expected = observe(arm, rest).tau_ext;
+  EXPECT_TRUE(found.topRows(kMissing).array().isNaN().all());
+  for (int k = 0; k < expected.rows(); ++k)
+    for (int j = 0; j < 6; ++j) {
+      ASSERT_EQ(std::isnan(found(kMissing + k, j)), std::isnan(expected(k, j))) << k << " " << j;
+      if (!std::isnan(expected(k, j))) {
+        ASSERT_NEAR(found(kMissing + k, j), expected(k, j), 1e-2) << k << " " << j;
+      }
+    }
+}
+
 // What friction holds as a log begins is in no log: in an arm at rest it is what the torque is
 // beside gravity, and in the steps of an encoder nothing of it is lost.
 TEST(MomentumObserver, FeelsNothingWhereAnArmStands) {

@@ -13,11 +13,10 @@
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/dynamics/rest_positions.hpp"
+#include "fricid/estimate/prepared.hpp"
 #include "fricid/scene/problem.hpp"
-#include "fricid/signals/periods.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
-#include "fricid/system/transmission.hpp"
 #include "fricid/workflow/recordings.hpp"
 #include "fricid/workflow/run.hpp"
 #include "fricid/workflow/run_folder.hpp"
@@ -190,8 +189,6 @@ std::vector<std::string> CheckReport::faults(const Subject& subject) const {
 
 std::vector<signals::Recording> recordings_of(const std::vector<data::Dataset>& sets,
                                               const Subject& subject) {
-  std::vector<signals::Recording> recordings;
-  const Transmission motors(*subject.robot);
   for (const data::Dataset& d : sets) {
     data::check_dataset(d, d.name);
     if (d.joint_names != subject.sets.front().joint_names)
@@ -199,10 +196,8 @@ std::vector<signals::Recording> recordings_of(const std::vector<data::Dataset>& 
                       fmt::join(d.joint_names, " "), subject.sets.front().name,
                       fmt::join(subject.sets.front().joint_names, " "));
   }
-  for (const data::Dataset& d : data::training_part(sets).recordings)
-    recordings.push_back(signals::make_recording(motors.to_motors(d), subject.identify.cutoff_hz));
-  signals::mark_repeats(recordings, 1);
-  return recordings;
+  return estimate::recordings_of(*subject.robot, data::training_part(sets).recordings,
+                                 subject.identify.cutoff_hz, 1);
 }
 
 CheckReport check(const Subject& subject) {

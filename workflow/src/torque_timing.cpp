@@ -8,9 +8,8 @@
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/training_part.hpp"
+#include "fricid/estimate/prepared.hpp"
 #include "fricid/estimate/rigid_body/torque_timing.hpp"
-#include "fricid/signals/periods.hpp"
-#include "fricid/system/transmission.hpp"
 
 namespace fricid::workflow {
 namespace {
@@ -22,15 +21,13 @@ constexpr int kSamples = 80'000;   // tell the delay to some hundredths of one
 std::optional<estimate::TorqueTiming> timing_of(std::span<const data::Dataset> sets,
                                                 const dynamics::RobotModel& robot) {
   const estimate::RigidBodyOptions options;
-  const Transmission motors(robot);
   std::vector<signals::Recording> recordings;
   try {
-    for (const data::Dataset& set : data::training_part(sets, kSamples).recordings)
-      recordings.push_back(signals::make_recording(motors.to_motors(set), options.cutoff_hz));
+    recordings = estimate::recordings_of(robot, data::training_part(sets, kSamples).recordings,
+                                         options.cutoff_hz, 1);
   } catch (const UserError&) {
     return {};
   }
-  signals::mark_repeats(recordings, 1);
   return estimate::torque_timing(robot, recordings, options);
 }
 

@@ -11,6 +11,8 @@
 #include "fricid/base/parallel.hpp"
 #include "fricid/data/training_part.hpp"
 #include "fricid/signals/filter.hpp"
+#include "fricid/signals/periods.hpp"
+#include "fricid/system/transmission.hpp"
 #include "rigid_body/contradictions.hpp"
 #include "rigid_body/regression.hpp"
 #include "rigid_body/regression_start.hpp"
@@ -82,6 +84,19 @@ void leave_out_rests(Prepared& prepared, int jobs) {
 }
 
 }  // namespace
+
+std::vector<signals::Recording> recordings_of(const dynamics::RobotModel& robot,
+                                              std::span<const data::Dataset> logs, double cutoff_hz,
+                                              int jobs) {
+  const Transmission motors(robot);
+  std::vector<signals::Recording> recordings(logs.size());
+  parallel_for(static_cast<int>(logs.size()), jobs, [&](int i) {
+    const auto s = static_cast<std::size_t>(i);
+    recordings[s] = signals::make_recording(motors.to_motors(logs[s]), cutoff_hz);
+  });
+  signals::mark_repeats(recordings, jobs);
+  return recordings;
+}
 
 Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& options,
                  std::span<const data::Dataset> train, int jobs) {

@@ -109,29 +109,15 @@ bool is_same_motion(ConstRowMatrix a, ConstRowMatrix b) {
   return of_both.x.cols() > 0 && distance(of_both, of_both.x, rows) < kSame;
 }
 
-std::vector<std::vector<int>> by_motion(std::span<const Recording> recordings) {
-  std::vector<std::vector<int>> motions;
-  for (int i = 0; i < std::ssize(recordings); ++i) {
-    const auto q_of = [&](int of) -> const RowMatrix& {
-      return recordings[static_cast<std::size_t>(of)].narrow.q;
-    };
-    const auto same = [&](const std::vector<int>& motion) {
-      return is_same_motion(q_of(motion.front()), q_of(i));
-    };
-    const auto found = std::ranges::find_if(motions, same);
-    if (found == motions.end())
-      motions.push_back({i});
-    else
-      found->push_back(i);
-  }
-  return motions;
-}
-
 void number_motions(std::span<Recording> recordings) {
-  const std::vector<std::vector<int>> motions = by_motion(recordings);
-  for (int m = 0; m < std::ssize(motions); ++m)
-    for (const int i : motions[static_cast<std::size_t>(m)])
-      recordings[static_cast<std::size_t>(i)].motion_number = m;
+  std::vector<const Recording*> firsts;
+  for (Recording& r : recordings) {
+    const auto found = std::ranges::find_if(firsts, [&](const Recording* first) {
+      return is_same_motion(first->narrow.q, r.narrow.q);
+    });
+    r.motion_number = static_cast<int>(found - firsts.begin());
+    if (found == firsts.end()) firsts.push_back(&r);
+  }
 }
 
 void mark_repeats(std::span<Recording> recordings, int jobs) {

@@ -11,7 +11,6 @@
 #include "fricid/base/error.hpp"
 #include "fricid/base/not_finite.hpp"
 #include "fricid/base/progress.hpp"
-#include "fricid/dynamics/algorithms.hpp"
 #include "fricid/estimate/contact/momentum_observer.hpp"
 #include "fricid/estimate/online/online_log.hpp"
 #include "fricid/signals/overview.hpp"
@@ -29,45 +28,21 @@ constexpr double kBegin = 0.1;        // [s] over which a log begins
 constexpr double kRest = 0.5;         // [s] within so little travel: the arm stands
 constexpr double kPlay = 2.5;         // standard deviations of the noise of an encoder
 
-/// Where a log begins.
-struct Begin {
-  Eigen::RowVectorXd v;   ///< (n) [rad/s]; 0 of a joint that stands
-  std::vector<double> z;  ///< of friction
-};
-
-/// Friction at the first sample: a joint that moves has been sliding, one that stands is held by
-/// what its torque is beside gravity, since nothing touches it yet.
-Begin begin_of(const Arm& arm, ConstRowMatrix q, ConstRowMatrix tau, ConstRowMatrix temperature,
-               double dt) {
-  const Eigen::Index n = q.cols();
+/// Velocities (n) with which a log begins [rad/s]; 0 of joints that stand.
+Eigen::RowVectorXd first_velocities(ConstRowMatrix q, double dt) {
   const Eigen::Index last = std::min(q.rows() - 1, std::lround(kBegin / dt));
-  Begin out{Eigen::RowVectorXd::Zero(n), {}};
-  std::vector<friction::Input<double>> in;
-  std::vector<double> at(q.row(0).begin(), q.row(0).end()), zero(at.size()), tau_f(at.size());
-  dynamics::Workspace<double> ws(arm.robot);
-  dynamics::rnea<double>(arm.robot, ws,
-                         {arm.robot.pi.data(), static_cast<std::size_t>(arm.robot.pi.size())}, at,
-                         zero, zero, tau_f);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const double moved = q(last, j) - q(0, j), load = tau.col(j).head(last + 1).mean();
-    if (std::abs(moved) > kSlid) out.v[j] = moved / (static_cast<double>(last) * dt);
-    in.push_back({q(0, j), out.v[j], load, temperature(0, j)});
-    tau_f[static_cast<std::size_t>(j)] = load - tau_f[static_cast<std::size_t>(j)];
-  }
-  out.z = state_at_torque(arm.friction, in, tau_f);
-  return out;
+  const Eigen::RowVectorXd moved = q.row(last) - q.row(0);
+  return (moved.array().abs() > kSlid).select(moved / (static_cast<double>(last) * dt), 0.0);
 }
 
 /// Which joints know their torque.
 class Settling {
  public:
   /// At the first sample, a joint that moves not yet.
-  Settling(const Eigen::RowVectorXd& q, const Begin& begin, double dt, double bandwidth_hz)
+  Settling(const Eigen::RowVectorXd& q, const Eigen::RowVectorXd& v, double dt, double bandwidth_hz)
       : samples_(2 + std::ceil(kTimeConstants / (2 * std::numbers::pi * bandwidth_hz * dt))),
         begin_(q),
-        travel_(
-            (begin.v.array() == 0).select(0.0, Eigen::RowVectorXd::Constant(q.size(), kSettling))) {
-  }
+        travel_((v.array() == 0).select(0.0, Eigen::RowVectorXd::Constant(q.size(), kSettling))) {}
 
   /// The observer begins anew at q, `before` the last known positions.
   void begin(const Eigen::RowVectorXd& before, const Eigen::RowVectorXd& q) {
@@ -90,11 +65,11 @@ class Settling {
 /// Positions without the noise of their encoders: they follow as through a play as wide as that.
 class Followed {
  public:
-  explicit Followed(ConstRowMatrix q) : play_(q.cols()), at_(q.cols()) {
-    for (Eigen::Index j = 0; j < q.cols(); ++j) {
+  /// @param q  (T, n) of the whole log, missing values NaN  @param first  positions
+  Followed(ConstRowMatrix q, const Eigen::RowVectorXd& first)
+      : play_(q.cols()), at_(first.begin(), first.end()) {
+    for (Eigen::Index j = 0; j < q.cols(); ++j)
       play_[j] = std::fmax(0, kPlay * signals::noise_of_differences(q.col(j)));
-      at_[static_cast<std::size_t>(j)] = q(0, j);
-    }
   }
   std::span<const double> step(const Eigen::RowVectorXd& q) {
     for (Eigen::Index j = 0; j < q.size(); ++j) {
@@ -151,8 +126,20 @@ data::ContactSignals observe_log(const data::ModelFile& model, const data::Datas
   out.t = log.t;
   out.tau_ext.setConstant(T, n, kNan);
   out.tau_f.setConstant(T, n, kNan);
-  const Begin begin = begin_of(model.arm, held_q, held_tau, log.temperature, log.dt());
-  MomentumObserver observer(model.arm, log.dt(), options.bandwidth_hz, begin.z);
+  // the torque of a sample moves the arm to the next
+  const auto is_whole = [&](int k) {
+    return log.q.row(k).allFinite() && (k == 0 || log.tau.row(k - 1).allFinite());
+  };
+  int first = 0;
+  while (first < T && !is_whole(first)) ++first;
+  if (first == T) return out;
+  const auto from_first = [&](const RowMatrix& x) { return x.bottomRows(T - first); };
+  const Eigen::RowVectorXd v = first_velocities(from_first(held_q), log.dt());
+  // as if at these velocities: differences of positions are no accelerations
+  const std::vector<double> z =
+      initial_friction_state(model.arm, log.dt(), from_first(held_q), v.replicate(T - first, 1),
+                             from_first(held_tau), from_first(log.temperature));
+  MomentumObserver observer(model.arm, log.dt(), options.bandwidth_hz, z);
   std::optional<OnlineEstimator> filter;
   if (options.particles > 0)
     filter.emplace(begin_online(
@@ -161,22 +148,18 @@ data::ContactSignals observe_log(const data::ModelFile& model, const data::Datas
   const auto row = [n](const RowMatrix& x, int k) {
     return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
   };
-  // the torque of a sample moves the arm to the next
-  const auto is_whole = [&](int k) {
-    return log.q.row(k).allFinite() && (k == 0 || log.tau.row(k - 1).allFinite());
-  };
-  Settling settling(held_q.row(0), begin, log.dt(), options.bandwidth_hz);
-  Followed followed(held_q);
+  Settling settling(log.q.row(first), v, log.dt(), options.bandwidth_hz);
+  Followed followed(log.q, log.q.row(first));
   Rest rest(log.dt());
-  int last_whole = -1;
+  int last_whole = first - 1;
   for (int k = 0; k < T; ++k) {
     if (k % 1000 == 0) throw_if_stopped();
     const auto tau = row(held_tau, std::max(0, k - 1)), q = row(log.q, k),
                temperature = row(log.temperature, k);
     if (is_whole(k)) {
-      if (last_whole >= 0 && last_whole != k - 1) {
+      if (last_whole != k - 1) {
         observer.restart();
-        settling.begin(held_q.row(std::max(0, last_whole)), log.q.row(k));
+        settling.begin(log.q.row(last_whole), log.q.row(k));
       }
       last_whole = k;
       settling.step(log.q.row(k));

@@ -46,7 +46,7 @@ bool shows_memory(std::span<const signals::Recording> recordings, const Friction
   std::vector<std::vector<int>> row = all.used_rows();
   for (std::size_t s = 0; s < row.size(); ++s)
     std::erase_if(row[s], [&](int k) { return k < ranges[s].end; });
-  const std::vector<RowBlock> blocks = blocks_of(row, TimeBlocks(recordings, kBlock));
+  const std::vector<RowBlock> blocks = blocks_of(row, all.blocks());
   if (fitted.rows() == 0 || blocks.size() < kFewestBlocks) return false;
 
   const auto squares = [&](const char* law) {

@@ -1,6 +1,7 @@
 #include "fricid/estimate/rigid_body/held_out.hpp"
 
 #include "fricid/base/parallel.hpp"
+#include "fricid/estimate/prepared.hpp"
 #include "rigid_body/contradictions.hpp"
 #include "rigid_body/regression_start.hpp"
 

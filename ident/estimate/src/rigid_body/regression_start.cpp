@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "fricid/base/parallel.hpp"
 #include "fricid/dynamics/nominal.hpp"
-#include "fricid/signals/periods.hpp"
-#include "fricid/system/transmission.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -31,19 +28,6 @@ dynamics::RobotModel with_offsets(dynamics::RobotModel robot) {
 }
 
 }  // namespace
-
-std::vector<signals::Recording> recordings_of(const dynamics::RobotModel& robot,
-                                              std::span<const data::Dataset> logs, double cutoff_hz,
-                                              int jobs) {
-  const Transmission motors(robot);
-  std::vector<signals::Recording> recordings(logs.size());
-  parallel_for(static_cast<int>(logs.size()), jobs, [&](int i) {
-    const auto s = static_cast<std::size_t>(i);
-    recordings[s] = signals::make_recording(motors.to_motors(logs[s]), cutoff_hz);
-  });
-  signals::mark_repeats(recordings, jobs);
-  return recordings;
-}
 
 RegressionStart start_of_regression(const dynamics::RobotModel& robot, RigidBodyOptions options) {
   dynamics::Nominal nominal = dynamics::complete(robot);

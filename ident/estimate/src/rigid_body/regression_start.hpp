@@ -1,12 +1,7 @@
 // What a regression begins with, in a fit and before it.
 #pragma once
 
-#include <span>
-#include <vector>
-
-#include "fricid/data/dataset.hpp"
 #include "fricid/estimate/rigid_body/least_squares.hpp"
-#include "fricid/signals/recording.hpp"
 
 namespace fricid::estimate {
 
@@ -19,10 +14,5 @@ struct RegressionStart {
 /// Guesses what the robot's file leaves out (`dynamics::complete`), and makes the constant torque
 /// of every joint a parameter of the robot: below a vertical sliding joint masses are one too.
 RegressionStart start_of_regression(const dynamics::RobotModel& robot, RigidBodyOptions options);
-
-/// Recordings of the motors' motion, one per log.
-std::vector<signals::Recording> recordings_of(const dynamics::RobotModel& robot,
-                                              std::span<const data::Dataset> logs, double cutoff_hz,
-                                              int jobs);
 
 }  // namespace fricid::estimate

@@ -36,11 +36,10 @@ ByPeriod by_period(std::span<const signals::Recording> recordings) {
   ByPeriod out;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const signals::Recording& r = recordings[i];
-    const int period = signals::period_of(r.narrow.q, r.dt);
-    out.longest_s = std::max(out.longest_s, period * r.dt);
-    const int length = period > 0 ? period : r.length();
+    out.longest_s = std::max(out.longest_s, r.period * r.dt);
+    const int length = r.period > 0 ? r.period : r.length();
     for (int begin = 0; begin + length <= r.length(); begin += length) {
-      out.recordings.push_back(period > 0 ? part_of(r, begin, length) : r);
+      out.recordings.push_back(r.period > 0 ? part_of(r, begin, length) : r);
       out.origins.push_back({static_cast<int>(i), begin});
     }
   }

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fricid/signals/periods.hpp"
-
 namespace fricid::estimate {
 namespace {
 
@@ -20,10 +18,27 @@ void add_stretches(const signals::Recording& recording, int index, int begin, in
     out.push_back({index, begin + i * length / parts, begin + (i + 1) * length / parts});
 }
 
+/// Indices of recordings of one motion together, in the order of their first.
+std::vector<std::vector<int>> by_motion(std::span<const signals::Recording> recordings) {
+  std::vector<std::vector<int>> motions;
+  for (int i = 0; i < std::ssize(recordings); ++i) {
+    const int number = recordings[static_cast<std::size_t>(i)].motion_number;
+    const auto found = std::ranges::find_if(motions, [&](const std::vector<int>& motion) {
+      return number >= 0 &&
+             recordings[static_cast<std::size_t>(motion.front())].motion_number == number;
+    });
+    if (found == motions.end())
+      motions.push_back({i});
+    else
+      found->push_back(i);
+  }
+  return motions;
+}
+
 }  // namespace
 
 std::vector<Fold> folds_of(std::span<const signals::Recording> recordings) {
-  const std::vector<std::vector<int>> motions = signals::by_motion(recordings);
+  const std::vector<std::vector<int>> motions = by_motion(recordings);
   const auto count = std::ssize(motions);
   std::vector<Fold> folds(
       static_cast<std::size_t>(count == 1 ? kFifths : std::min(count, kMostFolds)));

@@ -444,8 +444,8 @@ PartEvidence JointFits::compare(const Arm& with, const Arm& without, int j,
   const Eigen::ArrayXd a = held_out_.residual(with, j).array().square(),
                        b = held_out_.residual(without, j).array().square();
   std::vector<double> blocks;  // sum of b - a
-  for (const auto& [begin, size] :
-       blocks_of(held_out_.joint(j).row, TimeBlocks(recordings_, kBlock)))
+  const ArmTorqueData::Joint& joint = held_out_.joint(j);
+  for (const auto& [begin, size] : blocks_of(joint.row, joint.friction.blocks()))
     blocks.push_back((b - a).segment(begin, size).sum());
   double mean = 0, square = 0;
   const auto count = static_cast<double>(std::max<std::size_t>(2, blocks.size()));

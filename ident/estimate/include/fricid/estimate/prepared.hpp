@@ -34,6 +34,11 @@ struct Prepared {
   }
 };
 
+/// Recordings of the motors' motion, one per log, with what repeats marked.
+std::vector<signals::Recording> recordings_of(const dynamics::RobotModel& robot,
+                                              std::span<const data::Dataset> logs, double cutoff_hz,
+                                              int jobs);
+
 /// Filters the training data (long ones in part, see `data::training_part`) and identifies the
 /// rigid body with linear friction.
 /// @throws UserError when the data do not fit the robot or the filter

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include "fricid/signals/matrix.hpp"
 #include "fricid/signals/recording.hpp"
@@ -27,10 +26,7 @@ int period_of(ConstRowMatrix q, double dt, const PeriodRange& range = {});
 /// Whether two recordings are of one motion: as long within 2 %, and the same median below 0.05.
 bool is_same_motion(ConstRowMatrix a, ConstRowMatrix b);
 
-/// Indices of recordings of one motion together (`is_same_motion`), in the order of their first.
-std::vector<std::vector<int>> by_motion(std::span<const Recording> recordings);
-
-/// Sets `motion_number` of recordings.
+/// Sets `motion_number` of recordings (`is_same_motion`), from 0 in the order of their first.
 void number_motions(std::span<Recording> recordings);
 
 /// Sets `motion_number` and `period` of recordings. What a model leaves of the torque comes again

@@ -39,9 +39,8 @@ class MomentumObserver {
   /// @param tau          torque held since the last sample (n) [N m]
   /// @param q            positions now (n) [rad]
   /// @param temperature  (n) [K]
-  /// @param seen         (n) positions that drive friction [rad]: in the noise of an encoder a
-  /// joint
-  ///                     at rest would lose what it holds; empty: q
+  /// @param seen         (n) positions that drive friction [rad]; empty: q. In the noise of an
+  ///                     encoder a joint at rest would lose what it holds.
   std::span<const double> step(std::span<const double> tau, std::span<const double> q,
                                std::span<const double> temperature,
                                std::span<const double> seen = {});

@@ -19,7 +19,7 @@ struct ByPeriod {
   double longest_s = 0;         ///< longest period; 0: no motion repeats
 };
 
-/// Each recording whose motion repeats (`signals::period_of`) as recordings of one period each,
+/// Each recording whose motion repeats (`signals::mark_repeats`) as recordings of one period each,
 /// what is left over at its end left out. The end of a recording is held out from training; of one
 /// of several periods it is motion that training has seen, and laws that fit that path alone,
 /// ripples of the angle above all, would be as good there as the right one. Cut, the same phase is

@@ -24,7 +24,7 @@ struct Fold {
 inline constexpr double kLongestStretch = 10;  // [s]
 
 /// At most four folds, each of which leaves out all recordings of some motions
-/// (`signals::by_motion`), every recording once; of a single motion five fifths.
+/// (`signals::number_motions`), every recording once; of a single motion five fifths.
 std::vector<Fold> folds_of(std::span<const signals::Recording> recordings);
 
 /// The recordings without the rows that a fold leaves out: no fit uses them, while motion still
