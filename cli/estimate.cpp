@@ -10,6 +10,11 @@
 #include "terminal.hpp"
 
 namespace fricid::cli {
+namespace {
+
+constexpr double kMostLost = 0.01;  // of the samples, beyond which a filter is not to be trusted
+
+}  // namespace
 
 Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common) {
   require_not_input("-o", options.output, {options.model, options.log});
@@ -31,10 +36,12 @@ Verdict estimate_log(const EstimateOptions& options, const CommonOptions& common
                                    {"output", options.output.string()}};
     print_json(result);
   } else {
-    print(fmt::format("{}: {} samples, log-likelihood {:.6g}, reinitialised {} times\n",
-                      options.output.string(), T, log_likelihood, estimated.lost));
+    print(
+        fmt::format("{}: {} samples, log-likelihood {:.6g}, lost and brought back to the measured "
+                    "motion {} times\n",
+                    options.output.string(), T, log_likelihood, estimated.lost));
   }
-  return estimated.lost == 0 ? Verdict::kDone : Verdict::kNo;
+  return estimated.lost <= kMostLost * T ? Verdict::kDone : Verdict::kNo;
 }
 
 }  // namespace fricid::cli

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""What the online filter says along the first held-out recording of a run, against the truth: scripts/online.py RUN
-MODEL... prints, per model, the share of samples whose friction and speed lie within their 90 % bands (mean and least
-joint) and the error of the friction torque. The estimates stay in RUN/estimates, which `fricid render RUN plots` draws."""
+"""What the online filter says along the first held-out recording of runs, against the truth: scripts/online.py
+RUN[,RUN...] MODEL... prints, per model, the share of samples whose friction and speed lie within their 90 % bands (mean,
+and of the least joint) and the error of the friction torque, means over the runs. The estimates stay in RUN/estimates,
+which `fricid render RUN plots` draws."""
 import argparse
 import csv
 import math
@@ -38,30 +39,32 @@ def judged(estimate, truth, joint):
     return within["tau_f"], within["v"], math.sqrt(error / sum(true[i] ** 2 for _, i in rows))
 
 
+def estimated(fricid, run, model, recording):
+    """Rows of `judged`, one per joint."""
+    truth = signals(fricid, run / "truth" / f"{recording}.h5")
+    file = run / "estimates" / f"{model}_s1_{recording}.h5"
+    file.parent.mkdir(exist_ok=True)
+    done = subprocess.run([fricid, "estimate", run / "models" / f"{model}_s1.json", run / "data" / f"{recording}.h5",
+                           "-o", file, "--quiet"], capture_output=True, text=True)
+    if done.returncode == 2:
+        raise SystemExit(done.stderr)
+    estimate = signals(fricid, file)
+    return [judged(estimate, truth, j + 1) for j in range(sum(name.startswith("tau_f") for name in truth))]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("run", type=Path)
+    parser.add_argument("runs", type=lambda text: [Path(run) for run in text.split(",")], metavar="RUN[,RUN...]")
     parser.add_argument("models", nargs="+", metavar="MODEL")
     options = parser.parse_args()
     fricid = os.environ.get("FRICID", ROOT / "build/release/cli/fricid")
-    recording = "validation_0"
-    truth = signals(fricid, options.run / "truth" / f"{recording}.h5")
-    joints = sum(name.startswith("tau_f") for name in truth)
     print("| model | friction within its band % | least joint | speed within its band % | friction error % |")
     print("|---|--:|--:|--:|--:|")
     for model in options.models:
-        file = options.run / "estimates" / f"{model}_s1_{recording}.h5"
-        file.parent.mkdir(exist_ok=True)
-        done = subprocess.run([fricid, "estimate", options.run / "models" / f"{model}_s1.json",
-                               options.run / "data" / f"{recording}.h5", "-o", file, "--quiet"],
-                              capture_output=True, text=True)
-        if done.returncode != 0:
-            raise SystemExit(done.stderr)
-        estimate = signals(fricid, file)
-        rows = [judged(estimate, truth, j + 1) for j in range(joints)]
-        friction, speed, error = (sum(values) / joints for values in zip(*rows))
+        rows = [row for run in options.runs for row in estimated(fricid, run, model, "validation_0")]
+        friction, speed, error = (sum(values) / len(rows) for values in zip(*rows))
         print(f"| {model} | {100 * friction:.0f} | {100 * min(row[0] for row in rows):.0f} "
-              f"| {100 * speed:.0f} | {100 * error:.1f} |", flush=True)
+              f"| {100 * speed:.0f} | {100 * error:.2g} |", flush=True)
 
 
 if __name__ == "__main__":

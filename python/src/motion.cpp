@@ -160,8 +160,8 @@ class Filter {
     estimate::OnlineOptions options;
     options.particles = particles;
     options.seed = seed;
-    return estimate::begin_online(*model.file, q.matrix().row(0).transpose(), rate_hz, options,
-                                  "filter");
+    return estimate::begin_online(*model.file, {.q = q.matrix().row(0).transpose()}, rate_hz,
+                                  options, "filter");
   }
   int n_;
   estimate::OnlineEstimator filter_;
@@ -218,7 +218,7 @@ void bind_motion(nb::module_& m, nb::class_<Model>& model) {
       .def_ro("log_likelihood", &OnlineEstimate::log_likelihood, "Of all samples so far [nat].")
       .def_ro("ess", &OnlineEstimate::ess, "Effective number of particles.")
       .def_ro("lost", &OnlineEstimate::lost,
-              "No particle explained the sample: the filter was reinitialised.");
+              "No particle explained the sample: the filter shifted all to the measured motion.");
 
   nb::class_<Filter>(m, "Filter", "The online filter of a model: one sample in, states out.")
       .def("update", &Filter::update, nb::rv_policy::copy, "q"_a, "tau"_a,

@@ -14,6 +14,10 @@ SOURCE = pathlib.Path(os.environ["FRICID_SOURCE_DIR"])
 TINY = SOURCE / "tests" / "e2e" / "tiny.toml"
 
 
+# Plots take most of the seconds of a small run: without a gnuplot in the path there are none.
+NO_PLOTS = {"PATH": ""}
+
+
 def fricid(*arguments, environment={}, **options):
     """Runs the program; returns the finished process with text output."""
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True,

@@ -124,7 +124,7 @@ class Learning(ProgramTest):
         out = self.folder / "estimate.h5"
         done = fricid("estimate", model, log, "-o", out, "--particles", 50)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("reinitialised 0 times", done.stdout)
+        self.assertIn("brought back to the measured motion 0 times", done.stdout)
         listed = fricid("info", out)
         self.assertEqual(listed.returncode, 0, listed.stderr)
         for name in ("tau_f", "tau_f_sd", "log_likelihood"):

@@ -3,7 +3,7 @@ import math
 import pathlib
 import unittest
 
-from fricid_program import ProgramTest, fricid, load
+from fricid_program import NO_PLOTS, ProgramTest, fricid, load
 
 TINY = pathlib.Path(__file__).with_name("tiny.toml")
 LOAD = "payload_kg = 2\npayload_com = [0.01, -0.02, 0.09]\npayload_inertia = [0.02, 0.02, 0.01, 0, 0, 0]\n"
@@ -69,14 +69,14 @@ class Payload(ProgramTest):
     def test_a_scene_finds_the_load_that_it_simulates(self):
         scene = self.write("run.toml", f'extends = "{TINY}"\n[[model]]\nname = "simple"\n' + SECTION)
         folder = self.folder / "run"
-        done = fricid("run", scene, "-o", folder, "--no-video")
+        done = fricid("run", scene, "-o", folder, "--no-video", environment=NO_PLOTS)
         self.assertEqual(done.returncode, 0, done.stderr)
         found = load(folder / "payload.json")
         self.assertEqual(found["with"], ["loaded_0"])
         self.assertAlmostEqual(found["mass_kg"], 2, delta=0.04)
         self.assertIn(f"payload_kg = {found['mass_kg']:.5g}", done.stdout)
         self.assertIn('id="payload"', (folder / "report.html").read_text())
-        again = fricid("run", scene, "-o", folder, "--no-video")
+        again = fricid("run", scene, "-o", folder, "--no-video", environment=NO_PLOTS)
         self.assertIn("payload: up to date", again.stderr)
 
     def test_a_scene_finds_the_load_of_its_logs(self):
@@ -86,7 +86,7 @@ class Payload(ProgramTest):
         self.write("contract.toml", LOG_CONTRACT)
         scene = self.write("logs.toml", LOGS)
         folder = self.folder / "run"
-        done = fricid("run", scene, "-o", folder, "--no-video")
+        done = fricid("run", scene, "-o", folder, "--no-video", environment=NO_PLOTS)
         self.assertIn(done.returncode, (0, 1), done.stderr)
         found = load(folder / "payload.json")
         self.assertAlmostEqual(found["mass_kg"], 2, delta=0.04)

@@ -6,7 +6,7 @@ import math
 import re
 import unittest
 
-from fricid_program import SOURCE, ProgramTest, fricid, load
+from fricid_program import NO_PLOTS, SOURCE, ProgramTest, fricid, load
 
 JOINTS = [f"joint_a{j}" for j in range(1, 7)]
 COULOMB = [10, 11, 6, 2.8, 2.5, 1.6]
@@ -115,7 +115,7 @@ class PoorRobot(ProgramTest):
         self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
         self.assertRegex(checked.stdout, "rigid body: .*; inertia mended of link_3\n")
         mending = self.write("mending.toml", scene.read_text().replace("[robot]", "[robot]\nmend_inertia = true"))
-        done = fricid("run", mending, "-o", self.out)
+        done = fricid("run", mending, "-o", self.out, environment=NO_PLOTS)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.fit()["rigid_body"]["mended_links"], ["link_3"])
         self.assertIn("no body has the inertia of link_3", (self.out / "report.html").read_text())
@@ -155,7 +155,7 @@ class PoorRobot(ProgramTest):
             return rows
         self.log("train.csv", "train", scrambled)
         self.log("validation.csv", "validation")
-        done = fricid("run", self.scene(self.urdf), "-o", self.out)
+        done = fricid("run", self.scene(self.urdf), "-o", self.out, environment=NO_PLOTS)
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertRegex(done.stderr, r"NOT TO BE TRUSTED.*\nsimple_s1: joint_a2: R2 -?[\d.e+]+ on its own training torque; look for")
         fit = self.fit()
@@ -175,7 +175,7 @@ class PoorRobot(ProgramTest):
             return rows
         self.log("train.csv", "train")
         self.log("validation.csv", "validation", scrambled)
-        done = fricid("run", self.scene(self.urdf), "-o", self.out)
+        done = fricid("run", self.scene(self.urdf), "-o", self.out, environment=NO_PLOTS)
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertTrue(self.fit()["usable"])
         self.assertRegex((self.out / "report.html").read_text(),
@@ -231,7 +231,7 @@ class PoorRobot(ProgramTest):
                                 r"data\.train has .*, whose samples are in .*train\.csv.* too; allowed: each sample once",
                                 self.out)
         parts = self.scene(self.urdf, train='["train.csv[:4.2]"]', validation='["train.csv[4.2:]"]')
-        done = fricid("run", parts, "-o", self.out)
+        done = fricid("run", parts, "-o", self.out, environment=NO_PLOTS)
         self.assertIn(done.returncode, (0, 1), done.stderr)
         length = len(self.logs["train"])
         rows = [len(fricid("info", self.out / "data" / f"{name}_0.h5", "--csv").stdout.splitlines()) - 1
@@ -250,7 +250,7 @@ class PoorRobot(ProgramTest):
         self.assertRegex(done.stderr, r"joint_a4: moves by .* in all training data; move it, or .*hold = ")
         scene = self.scene(self.urdf).read_text()
         held = self.write("held.toml", scene.replace("[robot]", '[robot]\nhold = ["joint_a4"]'))
-        done = fricid("run", held, "-o", self.folder / "held")
+        done = fricid("run", held, "-o", self.folder / "held", environment=NO_PLOTS)
         self.assertEqual(done.returncode, 0, done.stderr)
         fit = load(self.folder / "held" / "fit" / "simple_s1.json")
         self.assertEqual([joint["joint"] for joint in fit["joints"]],

@@ -3,7 +3,7 @@ import math
 import os
 import unittest
 
-from fricid_program import SOURCE, ProgramTest, fricid, load
+from fricid_program import NO_PLOTS, SOURCE, ProgramTest, fricid, load
 
 LOGS = os.environ.get("FRICID_REALLOGS")
 
@@ -123,7 +123,7 @@ class KinovaGen3(ProgramTest):
         text = f'{head}[[model]]\nname = "simple"\n{models[models.index("[evaluate]"):]}'
         (self.folder / "kinova_gen3_contract.toml").write_text((SOURCE / "scenes/kinova_gen3_contract.toml").read_text())
         out = self.folder / "run"
-        done = fricid("run", self.write("kinova_gen3.toml", text), "-o", out, "--no-video")
+        done = fricid("run", self.write("kinova_gen3.toml", text), "-o", out, "--no-video", environment=NO_PLOTS)
         self.assertLessEqual(done.returncode, 1, done.stderr)  # 1: of a motion of one joint the others are doubted
         evaluation = load(out / "evaluation.json")
         self.assertEqual(evaluation["summary"][0]["diverged"], 0)

@@ -2,7 +2,7 @@
 import math
 import unittest
 
-from fricid_program import SOURCE, ProgramTest, fricid, load
+from fricid_program import NO_PLOTS, SOURCE, ProgramTest, fricid, load
 
 SCENE = """
 name = "{robot}"
@@ -49,7 +49,7 @@ class Robots(ProgramTest):
         urdf = SOURCE / "models" / "test" / f"{robot}.urdf"
         scene = self.write("scene.toml", SCENE.format(robot=robot, urdf=urdf, mount=mount))
         out = self.folder / "run"
-        done = fricid("run", scene, "-o", out)
+        done = fricid("run", scene, "-o", out, environment=NO_PLOTS)
         self.assertIn(done.returncode, (0, 1), done.stderr)
         for name in ("data/train_0.h5", "truth/train_0.h5", "models/lvm_s1.json", "fit/lugre_s1.json",
                      "rollouts/lvm_s1_validation_0.h5", "table.md", "report.html"):
@@ -94,7 +94,7 @@ class Robots(ProgramTest):
         self.assertNotEqual(turned, urdf)
         scene = SCENE.format(robot="round", urdf=self.write("round.urdf", turned), mount="ceiling")
         out = self.folder / "run"
-        done = fricid("run", self.write("scene.toml", scene), "-o", out)
+        done = fricid("run", self.write("scene.toml", scene), "-o", out, environment=NO_PLOTS)
         self.assertIn(done.returncode, (0, 1), done.stderr)
         joint = load(out / "models/lvm_s1.json")["robot"]["joints"][0]
         self.assertEqual((joint["continuous"], joint["lower"], joint["upper"]), (True, None, None))

@@ -1,4 +1,5 @@
 """The whole job: files, determinism, interruption, crash, full disk."""
+import os
 import random
 import resource
 import signal
@@ -6,13 +7,13 @@ import subprocess
 import time
 import unittest
 
-from fricid_program import PROGRAM, TINY, ProgramTest, fricid, load, tiny_run
+from fricid_program import NO_PLOTS, PROGRAM, TINY, ProgramTest, fricid, load, tiny_run
 
 
 class WholeJob(ProgramTest):
     def job(self, name, *options):
         folder = self.folder / name
-        done = fricid("run", TINY, "-o", folder, *options)
+        done = fricid("run", TINY, "-o", folder, *options, environment=NO_PLOTS)
         self.assertEqual(done.returncode, 0, done.stderr)
         return folder
 
@@ -45,7 +46,7 @@ class WholeJob(ProgramTest):
         demo = TINY.parents[2] / "scenes" / "kr6_demo.toml"
         scene.write_text(f'extends = "{demo}"\n[evaluate]\ndraws = 0\n'
                          '[[model]]\nname = "gms"\nelements = 4\n[[model]]\nname = "lvm"\n')
-        done = fricid("run", scene, "-o", self.folder / "demo", "--no-video")
+        done = fricid("run", scene, "-o", self.folder / "demo", "--no-video", environment=NO_PLOTS)
         self.assertEqual(done.returncode, 0, done.stderr)
         q = {m["name"]: m["q_mse_geometric_mean"] for m in load(self.folder / "demo" / "evaluation.json")["summary"]}
         for horizon in (-2, -1):
@@ -59,7 +60,7 @@ class WholeJob(ProgramTest):
     def test_scene_as_run_gives_the_same_bytes(self):
         one, _ = tiny_run()
         again = self.folder / "again"
-        done = fricid("run", one / "scene.toml", "-o", again)
+        done = fricid("run", one / "scene.toml", "-o", again, environment=NO_PLOTS)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assert_same_results(one, again)
 
@@ -74,14 +75,14 @@ class WholeJob(ProgramTest):
         folder = self.folder / "run"
         why = r"(?m)^cannot rank models at 0\.1 s: the best conventional model's MSE .* is needed$"
         for command in (["run", scene, "-o", folder], ["evaluate", folder]):
-            done = fricid(*command)
+            done = fricid(*command, environment=NO_PLOTS)
             self.assertEqual(done.returncode, 1, done.stderr)
             self.assertRegex(done.stderr, why)
 
     def test_says_which_speeds_replace_one_that_is_too_fast(self):
         scene = self.tiny(changes={"[render]": "[identify]\nmin_speed_rad_s = 20\n[render]"})
         folder = self.folder / "run"
-        done = fricid("run", scene, "-o", folder)
+        done = fricid("run", scene, "-o", folder, environment=NO_PLOTS)
         self.assertRegex(done.stderr, r"(?m)^simple_s1: min_speed_rad_s = 20 is too fast for the motion: rows enter from "
                                       r"[0-9.]+ rad/s of joint_a1, .* of joint_a6$")
         self.assertIn("min_speed_rad_s = 20 is too fast", (folder / "report.html").read_text())
@@ -104,7 +105,7 @@ class WholeJob(ProgramTest):
 class Interrupted(ProgramTest):
     def start(self, folder, **options):
         return subprocess.Popen([PROGRAM, "run", str(TINY), "-o", str(folder)], stdout=subprocess.DEVNULL,
-                                stderr=subprocess.DEVNULL, **options)
+                                stderr=subprocess.DEVNULL, env=os.environ | NO_PLOTS, **options)
 
     def test_killed_at_random_times_and_resumed(self):
         reference, seconds = tiny_run()
@@ -115,7 +116,7 @@ class Interrupted(ProgramTest):
             time.sleep(rng.uniform(0, 0.6 * seconds))
             job.send_signal(signal.SIGKILL)
             job.wait()
-        self.assertEqual(fricid("run", TINY, "-o", folder).returncode, 0)
+        self.assertEqual(fricid("run", TINY, "-o", folder, environment=NO_PLOTS).returncode, 0)
         self.assert_same_results(reference, folder)
 
     def test_ctrl_c_keeps_what_is_finished(self):
@@ -125,7 +126,7 @@ class Interrupted(ProgramTest):
         time.sleep(0.4 * seconds)
         job.send_signal(signal.SIGINT)
         self.assertIn(job.wait(timeout=20), (130, 0))
-        self.assertEqual(fricid("run", TINY, "-o", folder).returncode, 0)
+        self.assertEqual(fricid("run", TINY, "-o", folder, environment=NO_PLOTS).returncode, 0)
         self.assert_same_results(reference, folder)
 
     def test_full_disk_leaves_no_torn_file(self):

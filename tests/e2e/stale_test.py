@@ -2,15 +2,15 @@
 import shutil
 import unittest
 
-from fricid_program import SOURCE, TINY, ProgramTest, fricid, load
+from fricid_program import NO_PLOTS, SOURCE, TINY, ProgramTest, fricid, load
 
 KR6 = SOURCE / "models" / "kr6_r700"
 SECOND_MODEL = '[[model]]\nname = "lugre"\nstarts = 1\n'
 
 
 class Stale(ProgramTest):
-    def run_scene(self, scene, *options):
-        done = fricid("run", scene, "-o", self.folder / "run", *options)
+    def run_scene(self, scene, environment=NO_PLOTS):
+        done = fricid("run", scene, "-o", self.folder / "run", environment=environment)
         self.assertIn(done.returncode, (0, 1), done.stderr)
         return done.stderr
 
@@ -27,16 +27,16 @@ class Stale(ProgramTest):
 
     def test_a_second_run_does_nothing(self):
         scene = self.own_robot()
-        self.run_scene(scene)
-        again = self.run_scene(scene)
+        self.run_scene(scene, {})
+        again = self.run_scene(scene, {})
         for stage in ("data", "identify simple_s1", "evaluate", "plots", "report"):
             self.assertIn(f"{stage}: up to date", again)
 
     def test_a_model_that_left_the_scene_leaves_the_table(self):
         with_both = self.tiny()
-        self.run_scene(with_both)
+        self.run_scene(with_both, {})
         self.assertIn("lugre", self.names())
-        said = self.run_scene(self.tiny(changes={SECOND_MODEL: ""}))
+        said = self.run_scene(self.tiny(changes={SECOND_MODEL: ""}), {})
         self.assertIn("lugre_s1: left out", said)
         self.assertNotIn("lugre", self.names())
         for kind in ("rollouts", "bands", "plots"):

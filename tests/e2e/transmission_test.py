@@ -3,7 +3,7 @@ import csv
 import io
 import unittest
 
-from fricid_program import SOURCE, ProgramTest, fricid, load
+from fricid_program import NO_PLOTS, SOURCE, ProgramTest, fricid, load
 
 COULOMB = [10, 11, 6, 2.8, 2.5, 1.6]
 VISCOUS = [6, 6.5, 2.6, 1.4, 1.2, 0.5]
@@ -89,7 +89,7 @@ class Transmission(ProgramTest):
 
     def test_a_coupled_wrist_is_found_at_its_motors_and_named_where_nobody_says_so(self):
         truth = self.folder / "truth"
-        done = fricid("run", self.write("truth.toml", TRUTH), "-o", truth)
+        done = fricid("run", self.write("truth.toml", TRUTH), "-o", truth, environment=NO_PLOTS)
         self.assertEqual(done.returncode, 0, done.stderr)
         fit, found = self.parameters(truth)
         for j, motor in enumerate(found):
@@ -105,12 +105,12 @@ class Transmission(ProgramTest):
         # as logs of joints: the same with the coupling, a fault that names it without
         self.write("contract.toml", CONTRACT)
         coupled = self.folder / "coupled"
-        done = fricid("run", self.write("coupled.toml", LOGS + COUPLING), "-o", coupled)
+        done = fricid("run", self.write("coupled.toml", LOGS + COUPLING), "-o", coupled, environment=NO_PLOTS)
         self.assertEqual(done.returncode, 0, done.stderr)
         _, again = self.parameters(coupled)
         for one, other in zip(found, again):
             self.assertAlmostEqual(one["Fc"]["value"], other["Fc"]["value"], places=6)
-        done = fricid("run", self.write("plain.toml", LOGS), "-o", self.folder / "plain")
+        done = fricid("run", self.write("plain.toml", LOGS), "-o", self.folder / "plain", environment=NO_PLOTS)
         self.assertEqual(done.returncode, 1, done.stderr)
         for joint, other in (("joint_a5", "joint_a6"), ("joint_a6", "joint_a5")):
             self.assertRegex(

@@ -92,6 +92,18 @@ TEST(Changes, FrictionThatFalls) {
               ContainsRegex("friction changes by a factor of 0\\.(69|7)"));
 }
 
+// For five seconds that are in no piece of six.
+TEST(Changes, BrakeThatDragsForSeconds) {
+  const Arm arm = coulomb_arm(5e-3);
+  const data::Dataset log = make_log(arm, kLong);
+  data::Dataset dragging = log;
+  for (int k = 14 * 250; k < 19 * 250; ++k)
+    dragging.tau(k, 1) += 3.5 * std::copysign(1.0, log.q(k + 1, 1) - log.q(k - 1, 1));
+  EXPECT_THAT(doubts_of(arm.robot, dragging),
+              ContainsRegex(arm.robot.joints[1].name + ": its friction changes by a factor of "
+                                                       "(0\\.[3-6]|[12]\\.).*a brake that drags"));
+}
+
 // Strokes to and fro at one speed after the other, of a wheel whose friction falls,
 // rises and falls with the speed.
 TEST(Changes, StrokesAtRisingSpeedsAreNone) {

@@ -319,19 +319,6 @@ TEST_F(Em, GoesOnFromItsCheckpoint) {
     EXPECT_EQ(resumed.iterations[i].held_out, straight.iterations[i].held_out);
 }
 
-// The velocity errs in proportion to the torque, and by no less than a hundredth of the friction.
-TEST_F(Em, NoiseOfVelocityIsThatOfATorqueThatIsKnownToErr) {
-  options.torque_noise = 0.01;
-  const LatentNoise least = initial_noise(start, recordings, options);
-  const auto n = static_cast<std::size_t>(least.v.size());
-  const LatentNoise exact = initial_noise(start, recordings, options, std::vector<double>(n, 0.0)),
-                    one = initial_noise(start, recordings, options, std::vector<double>(n, 1.0)),
-                    two = initial_noise(start, recordings, options, std::vector<double>(n, 2.0));
-  EXPECT_NEAR((exact.v.array() / least.v.array() - 1).abs().maxCoeff(), 0, 1e-12);
-  EXPECT_GT((one.v.array() / least.v.array()).minCoeff(), 1);
-  EXPECT_NEAR((two.v.array() / one.v.array() - 4).abs().maxCoeff(), 0, 1e-12);
-}
-
 TEST_F(Em, NoiseOfVelocityStaysAboveItsFloor) {
   options.iterations = 2;
   options.torque_floor = 1;

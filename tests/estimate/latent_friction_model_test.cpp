@@ -51,11 +51,11 @@ TEST(LatentNoise, MovesPositionAndVelocityAsATorqueDoes) {
     };
     const std::vector<double> more = after(1e-3), less = after(-1e-3);
     const double c = position_per_velocity(fricid::test::kSamplePeriod, step.substeps);
-    LatentNoise noise{fricid::test::kSamplePeriod,
-                      Eigen::VectorXd::Constant(6, 1e-12),
-                      Eigen::VectorXd::Constant(6, 1e-2),
-                      {},
-                      {}};
+    LatentNoise noise{.dt = fricid::test::kSamplePeriod,
+                      .q = Eigen::VectorXd::Constant(6, 1e-12),
+                      .v = Eigen::VectorXd::Constant(6, 1e-2),
+                      .z = {},
+                      .R = {}};
     const Eigen::MatrixXd Q = noise.Q(step.substeps);
     for (std::size_t j = 0; j < 6; ++j) {
       const auto i = static_cast<Eigen::Index>(j);

@@ -171,7 +171,8 @@ TEST(MomentumObserver, WithParticlesFeelsAPushAtRest) {
                           .q = Eigen::VectorXd::Constant(6, 1e-12),
                           .v = Eigen::VectorXd::Constant(6, 1e-8),
                           .z = Eigen::VectorXd::Constant(6, 1e-12),
-                          .R = Eigen::VectorXd::Constant(6, 1.6e-11)};
+                          .R = Eigen::VectorXd::Constant(6, 1.6e-11),
+                          .friction = Eigen::VectorXd::Constant(6, 1e-4)};
   const data::ModelFile model{.name = "model", .label = "model", .arm = arm, .noise = noise};
   const RowMatrix found =
       observe_log(model, log, {.bandwidth_hz = kBandwidth, .particles = 50}).tau_ext;

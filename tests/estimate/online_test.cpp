@@ -5,8 +5,11 @@
 
 #include <Eigen/LU>
 
+#include "fit_of_logs.hpp"
 #include "fricid/base/rng.hpp"
+#include "fricid/estimate/online/online_log.hpp"
 #include "fricid/estimate/online/online_state.hpp"
+#include "fricid/system/driven_friction.hpp"
 #include "kr6_truth.hpp"
 #include "malloc_counter.hpp"
 
@@ -69,7 +72,7 @@ TEST_F(Online, FollowsStatesAndFriction) {
   EXPECT_TRUE(std::isfinite(estimator.estimate().log_likelihood));
 }
 
-// The noise of v says by how much the law errs; the spread of its particles does not.
+// What the law leaves says by how much it errs; the spread of its particles does not.
 TEST_F(Online, BandsHoldTheFrictionOfALawThatErrs) {
   Arm weak = arm;  // by a tenth
   for (std::size_t p = 0; p < weak.friction.theta.size(); ++p) {
@@ -78,6 +81,7 @@ TEST_F(Online, BandsHoldTheFrictionOfALawThatErrs) {
   }
   const Eigen::ArrayXd error = 0.1 * truth.tau_f.array().square().colwise().mean().sqrt();
   noise.v.array() *= (error / (2 * kTorqueNoise)).square();
+  noise.friction = error.square();
   OnlineEstimator estimator(weak, noise, start, {});
   Eigen::ArrayXd held = Eigen::ArrayXd::Zero(6), variance = held, square = held;
   for (int t = 0; t + 1 < kSamples; ++t) {
@@ -89,6 +93,24 @@ TEST_F(Online, BandsHoldTheFrictionOfALawThatErrs) {
   }
   EXPECT_GT(held.minCoeff(), 0.8) << held.transpose();
   EXPECT_LT((variance / square).maxCoeff(), 4) << (variance / square).transpose();
+}
+
+// Friction states that are wrong by twice their size push the arm far from where it goes.
+TEST_F(Online, ComesBackToTheMeasuredMotionWhereItIsLost) {
+  start.mean.tail(noise.z.size()).setConstant(-5e-3);
+  OnlineEstimator estimator(arm, noise, start, {});
+  int lost = 0, last = 0;
+  double off = 0;
+  for (int t = 0; t + 1 < kSamples; ++t) {
+    const OnlineEstimate& now = step(estimator, t);
+    lost += now.lost;
+    if (now.lost) last = t;
+    if (t >= kSamples / 2)
+      off = std::max(off, (now.v - truth.v.row(t + 1).transpose()).cwiseAbs().maxCoeff());
+  }
+  EXPECT_GT(lost, 0);
+  EXPECT_LT(last, kSamples / 4);
+  EXPECT_LT(off, 0.02);
 }
 
 TEST_F(Online, BridgesMissingSamplesAndSaysSoByItsBand) {
@@ -125,6 +147,41 @@ TEST_F(Online, GoesOnFromASavedStateToTheLastBit) {
   EXPECT_EQ(estimator.estimate().tau_f, other.estimate().tau_f);
   EXPECT_EQ(estimator.estimate().q_sd, other.estimate().q_sd);
   EXPECT_EQ(estimator.estimate().log_likelihood, other.estimate().log_likelihood);
+}
+
+// A log of the arm that was fitted, by another motion.
+TEST(Estimates, BandsOfAFitHoldTheMotionAndTheFriction) {
+  const Arm truth = lugre_arm();
+  LogOptions options{.torque_noise = 0.05, .encoder_noise = 5e-6, .seed = 1};
+  std::vector<data::Dataset> logs{make_log(truth, options)};
+  options.seed = 2;
+  logs.push_back(make_log(truth, options));
+  const Prepared prepared = prepare(truth.robot, {}, logs, 2);
+  ConventionalFits conventional(prepared);
+  for (const std::string law : {"coulomb_viscous", "lugre"}) {
+    ModelOptions config = model_of_one_start(law);
+    config.law = law;
+    const FitReport fitted = fit_model(conventional, config, 1, 2);
+    options.seed = 3;
+    const OnlineLog found = estimate_log(fitted.model, make_log(truth, options), {});
+    const data::Dataset exact = make_log(truth, {.seed = 3});
+    const double dt = exact.dt();
+    const Eigen::Index T = exact.q.rows(), n = exact.q.cols(), begin = 100;
+    RowMatrix v = RowMatrix::Zero(T, n);
+    v.middleRows(1, T - 2) = (exact.q.bottomRows(T - 2) - exact.q.topRows(T - 2)) / (2 * dt);
+    const RowMatrix tau_f =
+        drive_friction(truth.friction, dt, exact.q, v, exact.tau, RowMatrix()).tau_f;
+    const auto held = [&](const RowMatrix& mean, const RowMatrix& sd, const RowMatrix& true_one) {
+      const auto z = ((mean - true_one).array() / sd.array()).middleRows(begin, T - 2 * begin);
+      return (z.abs() < 1.645).cast<double>().mean();
+    };
+    for (const double share : {held(found.q, found.q_sd, exact.q), held(found.v, found.v_sd, v),
+                               held(found.tau_f, found.tau_f_sd, tau_f)}) {
+      EXPECT_GT(share, 0.85) << law;
+      EXPECT_LT(share, 0.999) << law;
+    }
+    EXPECT_LT(found.lost, 10) << law;
+  }
 }
 
 TEST_F(Online, ResetBeginsAgain) {

@@ -307,11 +307,13 @@ LatentNoise read_noise(const WrittenNoise& file, int n, int nz, const Place& pla
   require_size("variance_v", file.variance_v, {n});
   require_size("variance_z", file.variance_z, {nz});
   require_size("variance_observation", file.variance_observation, {n, 2 * n});
+  if (file.variance_friction) require_size("variance_friction", *file.variance_friction, {n});
   return {.dt = file.sample_s,
           .q = file.variance_q,
           .v = file.variance_v,
           .z = file.variance_z,
-          .R = file.variance_observation};
+          .R = file.variance_observation,
+          .friction = file.variance_friction.value_or(Eigen::VectorXd())};
 }
 
 }  // namespace
@@ -329,7 +331,10 @@ WrittenModel written(const ModelFile& model) {
                     .robot = written(model.arm.robot)};
   write_friction(model.arm.friction, model.arm.robot, file);
   if (const auto& noise = model.noise)
-    file.noise = {noise->dt, noise->q, noise->v, noise->z, noise->R};
+    file.noise = {
+        noise->dt, noise->q,
+        noise->v,  noise->z,
+        noise->R,  noise->friction.size() ? std::optional(noise->friction) : std::nullopt};
   return file;
 }
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "assumed_noise.hpp"
 #include "disturbances.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/parallel.hpp"
@@ -171,13 +172,6 @@ void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitRepor
       find_disturbances(prepared.robot, prepared.recordings, least_speed, residual);
 }
 
-LatentNoise assumed_noise(const Arm& arm, std::span<const signals::Recording> recordings,
-                          std::span<const double> residual_rms) {
-  EmOptions options;
-  options.z_noise_first = options.z_noise_last;
-  return initial_noise(arm, recordings, options, residual_rms);
-}
-
 FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, int seed, int jobs,
                     const optimise::Checkpoint& checkpoint) {
   const Prepared& prepared = conventional.prepared();
@@ -201,7 +195,7 @@ FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, 
   report.method = method;
   if (!report.has_result()) return report;
   if (method == Method::kConventional) {
-    report.model.noise = assumed_noise(report.model.arm, prepared.recordings, report.residual_rms);
+    report.model.noise = assumed_noise(report.model.arm, prepared, report.residual_rms);
     return report;
   }
 
@@ -260,9 +254,12 @@ FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, 
   report.model.free_parameters = static_cast<int>(report.rigid_body.base.size()) +
                                  friction::free_parameter_count(report.model.arm.friction);
   score_torque(prepared, cutoff, jobs, report);
-  report.model.noise =
-      report.em ? report.em->noise
-                : assumed_noise(report.model.arm, prepared.recordings, report.residual_rms);
+  report.model.noise = assumed_noise(report.model.arm, prepared, report.residual_rms);
+  if (report.em) {
+    const Eigen::VectorXd friction = report.model.noise->friction;
+    report.model.noise = report.em->noise;
+    report.model.noise->friction = friction;
+  }
   report.faults = faults_of(prepared, report);
   return report;
 }

@@ -19,7 +19,8 @@ constexpr double kLeapTolerance = 0.2;  // share of the gradient that a leap may
 /// stiffer spring are those of its chatter.
 std::vector<double> resolved_stiffness(const Arm& arm, const signals::Recording& recording,
                                        double dt) {
-  const Eigen::ArrayXd k = std::pow(kResolved / dt, 2) / mobility(arm.robot, recording, 0).array();
+  const Eigen::ArrayXd k =
+      std::pow(kResolved / dt, 2) / mobility(arm.robot, recording, 0).diagonal().array();
   return {k.begin(), k.end()};
 }
 
@@ -45,14 +46,14 @@ std::vector<Window> draw_windows(std::span<const signals::Recording> recordings,
   return windows;
 }
 
-Eigen::VectorXd mobility(const dynamics::RobotModel& robot, const signals::Recording& recording,
+Eigen::MatrixXd mobility(const dynamics::RobotModel& robot, const signals::Recording& recording,
                          int row) {
   const auto n = static_cast<std::size_t>(robot.n());
   dynamics::Workspace<double> ws(robot);
   Eigen::MatrixXd M(robot.n(), robot.n());
   dynamics::crba<double>(robot, ws, view(robot.pi), {recording.wide.q.row(row).data(), n},
                          {M.data(), n * n});
-  return M.inverse().diagonal();
+  return M.inverse();
 }
 
 StepOptions longest_leap(const MultiStepOptions& options,

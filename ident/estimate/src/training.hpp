@@ -17,9 +17,9 @@ namespace fricid::estimate {
 std::vector<Window> draw_windows(std::span<const signals::Recording> recordings, const Split& split,
                                  int steps, int count, double from_rest, Rng& rng);
 
-/// (n) diagonal of M^-1 at a row of a recording [1/(kg m^2)]: how easily each joint moves while the
-/// others are free.
-Eigen::VectorXd mobility(const dynamics::RobotModel& robot, const signals::Recording& recording,
+/// (n, n) M^-1 at a row of a recording [1/(kg m^2)]; its diagonal: how easily each joint moves
+/// while the others are free.
+Eigen::MatrixXd mobility(const dynamics::RobotModel& robot, const signals::Recording& recording,
                          int row);
 
 /// The steps of training with the longest leap whose gradient is within 20 % of that at the steps

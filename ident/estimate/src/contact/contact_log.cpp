@@ -12,9 +12,9 @@
 #include "fricid/base/not_finite.hpp"
 #include "fricid/base/progress.hpp"
 #include "fricid/estimate/contact/momentum_observer.hpp"
+#include "fricid/estimate/online/log_start.hpp"
 #include "fricid/estimate/online/online_log.hpp"
 #include "fricid/signals/overview.hpp"
-#include "fricid/system/initial_state.hpp"
 #include "fricid/system/transmission.hpp"
 #include "missing.hpp"
 
@@ -24,16 +24,8 @@ namespace {
 constexpr double kTimeConstants = 5;  // within which the low-pass settles
 constexpr double kSlid = 1e-3;        // [rad or m] in a gap, beyond which friction has changed
 constexpr double kSettling = 5e-3;    // [rad or m] of travel within which friction settles
-constexpr double kBegin = 0.1;        // [s] over which a log begins
 constexpr double kRest = 0.5;         // [s] within so little travel: the arm stands
 constexpr double kPlay = 2.5;         // standard deviations of the noise of an encoder
-
-/// Velocities (n) with which a log begins [rad/s]; 0 of joints that stand.
-Eigen::RowVectorXd first_velocities(ConstRowMatrix q, double dt) {
-  const Eigen::Index last = std::min(q.rows() - 1, std::lround(kBegin / dt));
-  const Eigen::RowVectorXd moved = q.row(last) - q.row(0);
-  return (moved.array().abs() > kSlid).select(moved / (static_cast<double>(last) * dt), 0.0);
-}
 
 /// Which joints know their torque.
 class Settling {
@@ -134,21 +126,18 @@ data::ContactSignals observe_log(const data::ModelFile& model, const data::Datas
   while (first < T && !is_whole(first)) ++first;
   if (first == T) return out;
   const auto from_first = [&](const RowMatrix& x) { return x.bottomRows(T - first); };
-  const Eigen::RowVectorXd v = first_velocities(from_first(held_q), log.dt());
-  // as if at these velocities: differences of positions are no accelerations
-  const std::vector<double> z =
-      initial_friction_state(model.arm, log.dt(), from_first(held_q), v.replicate(T - first, 1),
-                             from_first(held_tau), from_first(log.temperature));
-  MomentumObserver observer(model.arm, log.dt(), options.bandwidth_hz, z);
+  const LogStart start = log_start(model.arm, log.dt(), from_first(held_q), from_first(held_tau),
+                                   from_first(log.temperature));
+  MomentumObserver observer(model.arm, log.dt(), options.bandwidth_hz, start.z);
   std::optional<OnlineEstimator> filter;
   if (options.particles > 0)
     filter.emplace(begin_online(
-        model, held_q.row(0), log.rate_hz,
+        model, start, log.rate_hz,
         {.particles = options.particles, .step = {8, 4}, .seed = options.seed}, log.name));
   const auto row = [n](const RowMatrix& x, int k) {
     return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(n));
   };
-  Settling settling(log.q.row(first), v, log.dt(), options.bandwidth_hz);
+  Settling settling(log.q.row(first), start.v, log.dt(), options.bandwidth_hz);
   Followed followed(log.q, log.q.row(first));
   Rest rest(log.dt());
   int last_whole = first - 1;

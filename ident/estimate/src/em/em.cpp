@@ -27,7 +27,6 @@ constexpr double kPositionNoise = 2;     // sd of w on q, share of the encoder n
 constexpr double kVelocityStart = 0.02;  // sd of the first velocity [rad/s]
 constexpr double kFallingShare = 0.7;    // of the iterations, in which the noise of z falls
 constexpr double kSmallestR = 1e-14;     // [rad^2]
-constexpr double kLeastError = 0.01;     // of the friction torque
 constexpr double kShortest = 1;          // recording [s]
 
 /// Size of the friction torque per joint, what one N m does to v in a sample, size of the latents.
@@ -53,7 +52,7 @@ Sizes sizes_of(const Arm& arm, std::span<const signals::Recording> recordings, i
     sizes.friction += driven.tau_f.cwiseAbs2().colwise().sum().transpose();
     rows += r.length();
     for (int k = 0; k < r.length(); k += 100, poses += 1)
-      sizes.mobility += r.dt * mobility(arm.robot, r, k);
+      sizes.mobility += r.dt * mobility(arm.robot, r, k).diagonal();
   }
   sizes.friction = (sizes.friction / rows).cwiseSqrt();
   // networks of the whole robot start without torque, but have its scale
@@ -170,15 +169,8 @@ void require_length_for_em(std::span<const signals::Recording> recordings) {
 }
 
 LatentNoise initial_noise(const Arm& arm, std::span<const signals::Recording> recordings,
-                          const EmOptions& options, std::span<const double> torque_sd) {
-  const Sizes sizes = sizes_of(arm, recordings, 1);
-  LatentNoise noise = noise_of(sizes, recordings, options);
-  for (std::size_t j = 0; j < torque_sd.size(); ++j) {
-    const auto at = static_cast<Eigen::Index>(j);
-    const double sd = std::fmax(torque_sd[j], kLeastError * sizes.friction[at]);
-    noise.v[at] = std::pow(sd * sizes.mobility[at], 2);
-  }
-  return noise;
+                          const EmOptions& options) {
+  return noise_of(sizes_of(arm, recordings, 1), recordings, options);
 }
 
 smc::Gaussian initial_state(const signals::Recording& recording, const Eigen::VectorXd& z,

@@ -1,13 +1,10 @@
 #include "fricid/estimate/online/online.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/error.hpp"
-#include "fricid/dynamics/algorithms.hpp"
 #include "fricid/estimate/em/latent_friction_model.hpp"
 #include "fricid/estimate/online/online_state.hpp"
 #include "fricid/smc/guides.hpp"
@@ -15,6 +12,14 @@
 #include "support.hpp"
 
 namespace fricid::estimate {
+
+namespace {
+
+/// Mean square of the errors of the best foretold sample, in its standard deviations, beyond which
+/// a filter is lost.
+constexpr double kLost = 100;
+
+}  // namespace
 
 smc::Gaussian online_start(const Eigen::VectorXd& q, const Eigen::VectorXd& v,
                            const Eigen::VectorXd& z, const LatentNoise& noise, double v_sd,
@@ -44,10 +49,9 @@ struct OnlineEstimator::Filter {
   std::vector<PackD> tau_f;
   Eigen::VectorXd sum, squares;  // weighted, of [q, v, z, tau_f] about the reference
   Eigen::VectorXd reference;
-  Eigen::VectorXd disturbance;  // sd of v by the noise of a sample [rad/s]
-  dynamics::Workspace<double> ws;
-  Eigen::MatrixXd M, inverse;
-  Eigen::LLT<Eigen::MatrixXd> factor;
+  Eigen::VectorXd last_y;  // (n) [rad], NaN where missing
+  std::vector<double> placed;
+  Eigen::VectorXd law_sd;  // of the friction torque about the law [N m]
 
   static signals::Recording ring(const Arm& arm, double dt) {
     const int n = arm.robot.n();
@@ -67,11 +71,10 @@ struct OnlineEstimator::Filter {
         model(arm, held, noise, start, options.step),
         guide(model, y, std::numeric_limits<int>::max()),
         filter(model, guide, {.particles = options.particles, .seed = options.seed}),
-        disturbance(noise.v.cwiseSqrt()),
-        ws(arm.robot),
-        M(arm.robot.n(), arm.robot.n()),
-        inverse(M),
-        factor(M.rows()) {
+        last_y(start.mean.head(arm.robot.n())),
+        placed(static_cast<std::size_t>(model.state_size())),
+        law_sd(noise.friction.size() > 0 ? noise.friction.cwiseSqrt().eval()
+                                         : Eigen::VectorXd::Zero(arm.robot.n())) {
     const Eigen::Index n = arm.robot.n(), nz = arm.friction.model.state_size();
     tau_f.resize(static_cast<std::size_t>(n));
     for (auto* part : {&out.q, &out.v, &out.tau_f, &out.q_sd, &out.v_sd, &out.tau_f_sd})
@@ -85,11 +88,33 @@ struct OnlineEstimator::Filter {
 
   void begin() {
     t = 0;
+    last_y = model.initial().mean.head(last_y.size());
     filter.start();
     out.log_likelihood = guide.log_start();
     out.lost = false;
     out.ess = filter.particles();
     summarise();
+  }
+
+  bool is_lost(double log_weight) const {
+    return log_weight < guide.largest_log_weight() - 0.5 * kLost * guide.present();
+  }
+
+  /// Shifts the particles to the positions measured last and the velocity between them and those
+  /// before; the friction states go on from where they were, driven by that motion.
+  void follow() {
+    summarise();
+    const Eigen::Index n = last_y.size();
+    for (int i = 0; i < filter.particles(); ++i) {
+      const PackD* state = filter.x().block(i / PackD::kLanes);
+      for (std::size_t c = 0; c < placed.size(); ++c) placed[c] = state[c][i % PackD::kLanes];
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const double now = y(0, j), v = (now - last_y[j]) / held.dt;
+        if (std::isfinite(now)) placed[static_cast<std::size_t>(j)] += now - out.q[j];
+        if (std::isfinite(v)) placed[static_cast<std::size_t>(n + j)] += v - out.v[j];
+      }
+      filter.place(i, placed);
+    }
   }
 
   /// Means and standard deviations over the weighted particles.
@@ -131,20 +156,8 @@ struct OnlineEstimator::Filter {
     out.q_sd = squares.head(joints);
     out.v_sd = squares.segment(joints, joints);
     out.z_sd = squares.segment(2 * joints, nz);
-    add_disturbance();
-  }
-
-  /// The friction torque differs from the law's by the disturbance that the noise of v stands for:
-  /// sd_v / (dt (M^-1)_jj).
-  void add_disturbance() {
-    dynamics::crba<double>(arm.robot, ws, view(arm.robot.pi), view(out.q),
-                           {M.data(), static_cast<std::size_t>(M.size())});
-    factor.compute(M);
-    inverse.setIdentity();
-    factor.solveInPlace(inverse);
-    out.tau_f_sd = (squares.tail(disturbance.size()).array().square() +
-                    (disturbance.array() / (held.dt * inverse.diagonal().array())).square())
-                       .sqrt();
+    for (Eigen::Index j = 0; j < joints; ++j)
+      out.tau_f_sd[j] = std::hypot(squares[2 * joints + nz + j], law_sd[j]);
   }
 };
 
@@ -167,16 +180,18 @@ const OnlineEstimate& OnlineEstimator::step(std::span<const double> tau, std::sp
   if (!temperature.empty())
     std::copy(temperature.begin(), temperature.end(), f.held.temperature.data());
   const auto weighed = f.filter.weigh(f.t);
-  f.out.lost = !weighed.has_value();
-  if (f.out.lost) {
-    f.filter.start();
-    f.out.log_likelihood = -std::numeric_limits<double>::infinity();
-    f.out.ess = f.filter.particles();
-  } else {
+  if (weighed) {
     f.out.log_likelihood += weighed->log_sum;
     f.out.ess = weighed->ess;
     f.filter.move(f.t);
+  } else {
+    f.out.log_likelihood = -std::numeric_limits<double>::infinity();
+    f.out.ess = 0;
+    f.filter.start();
   }
+  f.out.lost = !weighed || f.is_lost(weighed->log_sum);
+  if (f.out.lost) f.follow();
+  f.last_y = f.y.row(0).head(f.last_y.size());
   ++f.t;
   f.summarise();
   return f.out;

@@ -22,6 +22,11 @@ LatentNoise noise_of(const data::ModelFile& model, Eigen::Index joints, double r
   if (!model.noise)
     throw UserError("model {}: noise is missing; allowed: a model written by fricid identify",
                     model.name);
+  if (model.noise->friction.size() == 0)
+    throw UserError(
+        "model {}: noise.variance_friction is missing; allowed: a model written by this version's "
+        "fricid identify",
+        model.name);
   if (model.arm.robot.n() != joints)
     throw UserError("{}: {} joints, model {} has {}", where, joints, model.name,
                     model.arm.robot.n());
@@ -60,13 +65,15 @@ void to_joints(const Transmission& motors, OnlineLog& out) {
 
 }  // namespace
 
-OnlineEstimator begin_online(const data::ModelFile& model, const Eigen::VectorXd& q, double rate_hz,
+OnlineEstimator begin_online(const data::ModelFile& model, const LogStart& start, double rate_hz,
                              const OnlineOptions& options, std::string_view where) {
-  const LatentNoise noise = noise_of(model, q.size(), rate_hz, where);
-  const auto n = q.size(), nz = Eigen::Index{model.arm.friction.model.state_size()};
+  const Eigen::Index n = start.q.size(), nz = model.arm.friction.model.state_size();
+  const LatentNoise noise = noise_of(model, n, rate_hz, where);
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(n), z = Eigen::VectorXd::Zero(nz);
+  if (start.v.size() > 0) v = start.v;
+  if (!start.z.empty()) z = Eigen::Map<const Eigen::VectorXd>(start.z.data(), nz);
   return {model.arm, noise,
-          online_start(q, Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(nz), noise, kStartSpeed,
-                       kStartPasses * noise.z.cwiseSqrt()),
+          online_start(start.q, v, z, noise, kStartSpeed, kStartPasses * noise.z.cwiseSqrt()),
           options};
 }
 
@@ -82,7 +89,8 @@ OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& at_joi
   hold_missing(tau, 0);
   hold_missing(q, 0);
   hold_missing(temperature, kRoomTemperature);
-  OnlineEstimator estimator = begin_online(model, q.row(0), log.rate_hz, options, log.name);
+  OnlineEstimator estimator = begin_online(
+      model, log_start(model.arm, log.dt(), q, tau, temperature), log.rate_hz, options, log.name);
 
   OnlineLog out;
   out.joint_names = log.joint_names;

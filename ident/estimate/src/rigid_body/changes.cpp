@@ -16,7 +16,9 @@ constexpr double kPiece = 6;         // length of a piece [s]
 constexpr int kMostPieces = 60;      // of all logs
 constexpr double kChangeGain = 2.5;  // log of the variance of a joint
 constexpr double kWorth = 0.01;      // of the joint's torque, root mean square
-constexpr double kMuch = 1.25;   // factor of friction, which warms and cools a little in any log
+constexpr double kMuch = 1.25;  // factor of friction, which warms and cools a little in any log
+// Friction that changes for seconds: of shorter pieces, by more, and explained less well by them.
+constexpr double kShortPiece = 3, kShortGain = 0.5, kVeryMuch = 1.5;
 constexpr double kKnown = 0.05;  // largest standard error of a change that is named
 constexpr int kReweighings = 6;  // by the noise of the joints
 
@@ -27,12 +29,12 @@ struct Piece {
   std::vector<JointRows> joints;
 };
 
-/// Every recording in pieces of equal length.
+/// Every recording in pieces of equal length, some `piece_s` long.
 std::vector<Piece> cut_in_pieces(const StackedByJoint& all,
-                                 std::span<const signals::Recording> recordings) {
+                                 std::span<const signals::Recording> recordings, double piece_s) {
   double seconds = 0;
   for (const signals::Recording& r : recordings) seconds += r.dt * r.length();
-  const double length = std::max(kPiece, seconds / kMostPieces);
+  const double length = std::max(piece_s, seconds / kMostPieces);
   std::vector<int> first, count;
   std::vector<Piece> pieces;
   for (std::size_t s = 0; s < recordings.size(); ++s) {
@@ -162,6 +164,25 @@ Freedom freedom_of(Change what, const StackedByJoint& all, const Eigen::VectorXd
   return freedom;
 }
 
+/// A change of pieces, and what it explains.
+struct Compared {
+  PiecewiseFit fit;
+  Eigen::ArrayXd before;  ///< (n) variance without it
+  Eigen::ArrayXd gain;    ///< (n) log of the factor by which that falls
+};
+
+Compared compare(Change what, const StackedByJoint& all, std::span<const Piece> pieces) {
+  const Solution one = solve(all, all.plain);
+  const Piece whole = joined(pieces);
+  const Freedom freedom = freedom_of(what, all, one.x);
+  // a joint's factor that is wrong throughout does not change
+  Compared out{.fit = fit_pieces(all, pieces, freedom, one.sigma),
+               .before = fit_pieces(all, {&whole, 1}, freedom, one.sigma).variance,
+               .gain = {}};
+  out.gain = (out.before / out.fit.variance).log();
+  return out;
+}
+
 /// The pieces in which theta of joint j is least and most.
 struct Extremes {
   std::size_t least = 0, most = 0;
@@ -227,9 +248,12 @@ Fault name_change(Change what, const dynamics::Joint& joint, int j, const Piecew
       return {joint.name,
               fmt::format("its friction changes by a factor of {:.3g} from {} to {}", factor,
                           at(before), at(after)),
-              has_temperature ? "fit friction that depends on the temperature: the lvm, or "
-                                "modifiers = [\"temperature\"]"
-                              : fmt::format("log the temperature of the gears, or {}", parts)};
+              has_temperature
+                  ? "fit friction that depends on the temperature: the lvm, or "
+                    "modifiers = [\"temperature\"]"
+                  : fmt::format("look for a brake that drags or gears that warm (log their "
+                                "temperature), or {}",
+                                parts)};
   }
 }
 
@@ -260,17 +284,11 @@ Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& st
                      std::span<const signals::Recording> recordings) {
   const StackedByJoint all = with_curves(stacked);
   Changes found;
-  const std::vector<Piece> pieces = cut_in_pieces(all, recordings);
+  const std::vector<Piece> pieces = cut_in_pieces(all, recordings, kPiece);
   if (pieces.size() < 2) return found;
-  const Solution one = solve(all, all.plain);
-  const Piece whole = joined(pieces);
   double best = 0;
   for (const Change what : {Change::kOffset, Change::kFactor, Change::kFriction, Change::kLoad}) {
-    const Freedom freedom = freedom_of(what, all, one.x);
-    // a joint's factor that is wrong throughout does not change
-    const Eigen::ArrayXd before = fit_pieces(all, {&whole, 1}, freedom, one.sigma).variance;
-    const PiecewiseFit fit = fit_pieces(all, pieces, freedom, one.sigma);
-    const Eigen::ArrayXd gain = (before / fit.variance).log();
+    const auto [fit, before, gain] = compare(what, all, pieces);
     std::vector<int> joints;
     for (int j = 0; j < all.n(); ++j) {
       const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
@@ -297,6 +315,21 @@ Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& st
     }
   }
   return found;
+}
+
+std::vector<Fault> find_changing_friction(const dynamics::RobotModel& robot,
+                                          const StackedByJoint& stacked,
+                                          std::span<const signals::Recording> recordings) {
+  const StackedByJoint all = with_curves(stacked);
+  const std::vector<Piece> pieces = cut_in_pieces(all, recordings, kShortPiece);
+  if (pieces.size() < 2) return {};
+  const auto [fit, before, gain] = compare(Change::kFriction, all, pieces);
+  std::vector<Fault> faults;
+  for (int j = 0; j < all.n(); ++j)
+    if (gain[j] > kShortGain && range_of(fit, j) > kVeryMuch)
+      faults.push_back(name_change(Change::kFriction, robot.joints[static_cast<std::size_t>(j)], j,
+                                   fit, pieces, recordings, false));
+  return faults;
 }
 
 }  // namespace fricid::estimate

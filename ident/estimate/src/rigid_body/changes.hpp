@@ -34,4 +34,11 @@ struct Changes {
 Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& stacked,
                      std::span<const signals::Recording> recordings);
 
+/// Friction that is half as large again in some pieces of three seconds as in others, as under a
+/// brake that drags: where that leaves a joint two fifths less variance. Bodies that are described
+/// wrongly look so too: for logs in which nothing else was found.
+std::vector<Fault> find_changing_friction(const dynamics::RobotModel& robot,
+                                          const StackedByJoint& stacked,
+                                          std::span<const signals::Recording> recordings);
+
 }  // namespace fricid::estimate

@@ -293,7 +293,7 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
                        "contract, {:.3g} times what it is, makes them agree",
                        1 / scales.value[j])});
   }
-  return faults;
+  return faults.empty() ? find_changing_friction(robot, all, recordings) : faults;
 }
 
 }  // namespace fricid::estimate

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "assumed_noise.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/not_finite.hpp"
 #include "fricid/base/progress.hpp"
@@ -320,7 +321,7 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& options,
       prepared.recordings,
       friction_target(prepared.robot, prepared.rigid_body.pi, prepared.recordings, jobs));
   score_torque(prepared, prepared.options.cutoff_hz, jobs, report);
-  report.model.noise = assumed_noise(report.model.arm, prepared.recordings, report.residual_rms);
+  report.model.noise = assumed_noise(report.model.arm, prepared, report.residual_rms);
   report.faults = faults_of(prepared, report);
   report.seconds = seconds_since(begin);
   return report;

@@ -15,10 +15,4 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& options,
 /// Residual and explained variance of the training torque under the final arm.
 void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitReport& report);
 
-/// Noise of a model whose method estimates none: that with which EM would begin, its latent states
-/// as quiet as EM would make them, its torque off by what the fit left of the training torque.
-/// @param residual_rms  (n) of the motor torque [N m]
-LatentNoise assumed_noise(const Arm& arm, std::span<const signals::Recording> recordings,
-                          std::span<const double> residual_rms);
-
 }  // namespace fricid::estimate

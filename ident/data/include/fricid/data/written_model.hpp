@@ -201,6 +201,7 @@ struct WrittenRobotLaw {
 struct WrittenNoise {
   double sample_s = 0;
   Eigen::VectorXd variance_q, variance_v, variance_z, variance_observation;
+  std::optional<Eigen::VectorXd> variance_friction;
 
   template <class Archive>
   void visit(Archive& archive) {
@@ -214,6 +215,8 @@ struct WrittenNoise {
     archive("variance_z", variance_z, variance("", "of the transition, per friction state"));
     archive("variance_observation", variance_observation,
             variance("rad^2", "of q per joint, then of v if it is measured"));
+    archive("variance_friction", variance_friction,
+            not_negative("N^2 m^2", "per joint, of what the law leaves of the friction torque"));
   }
 };
 

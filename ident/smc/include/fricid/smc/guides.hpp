@@ -107,6 +107,7 @@ class ObservationDensity {
   }
 
   int present() const { return static_cast<int>(channel_.size()); }
+  double largest_log_density() const { return constant_; }  ///< of all x
 
   /// y - C x over the present channels, valid until the next call.
   const S* residual(const S* x) {
@@ -253,6 +254,10 @@ class AdaptedGuide {
 
   int steps() const { return steps_; }
   double log_start() const { return log_start_; }
+  /// Of the observation last prepared for: its channels that are there, and the log weight of a
+  /// particle that foretells it exactly.
+  int present() const { return density_.present(); }
+  double largest_log_weight() const { return density_.largest_log_density(); }
   void start(const S* e, S* x) const { start_.draw(e, x); }
 
   void prepare(int t) {

@@ -24,6 +24,8 @@ struct LatentNoise {
   Eigen::VectorXd z;  ///< (n_z) [z^2]
   Eigen::VectorXd R;  ///< (n) of the encoders [rad^2], or (2 n) if velocity is observed too, of
                       ///< which the last n in [rad^2/s^2]
+  /// (n) of what the law leaves of the friction torque [(N m)^2]; empty: not known
+  Eigen::VectorXd friction = {};
 
   /// Covariance of [w_q, w_v, w_z] for samples of `substeps` steps, (2 n + n_z) square.
   Eigen::MatrixXd Q(int substeps) const;

@@ -54,10 +54,8 @@ struct EmReport {
 /// Noise to start with: R from the noise of the logs above the band of the motion, Q from shares of
 /// the friction torque (of the torque of the training data where a law of the whole robot gives it)
 /// and of the latent states.
-/// @param torque_sd  (n) by how much the torque of the friction errs [N m], in the place of a share
-///                   of it; below a hundredth of it a hundredth counts; empty: not known
 LatentNoise initial_noise(const Arm& arm, std::span<const signals::Recording> recordings,
-                          const EmOptions& options, std::span<const double> torque_sd = {});
+                          const EmOptions& options);
 
 /// Where a filter over a recording begins: filtered motion, washed-out friction state z, each with
 /// the uncertainty that goes with it.

@@ -23,13 +23,14 @@ struct OnlineOptions {
 ///     mean - 1.645 sd .. mean + 1.645 sd
 ///
 /// is a 90 % band of a normal distribution. tau_f is the law's; tau_f_sd is that of the friction
-/// torque of the joint, which differs from it by the disturbance that the noise of v stands for.
+/// torque of the joint, which differs from it by what the law leaves, see LatentNoise::friction.
 struct OnlineEstimate {
   Eigen::VectorXd q, v, z, tau_f;              ///< (n), (n), (n_z), (n)
   Eigen::VectorXd q_sd, v_sd, z_sd, tau_f_sd;  ///< likewise
   double log_likelihood = 0;                   ///< of all samples so far [nat]
   double ess = 0;                              ///< effective sample size of the last weights
-  bool lost = false;  ///< the filter had to begin anew: no particle explained the sample
+  bool lost = false;  ///< no particle was within ten standard deviations of the sample: all were
+                      ///< shifted to the measured motion
 };
 
 /// Where a filter over a motion begins: at rest or moving at (q, v), friction state z.

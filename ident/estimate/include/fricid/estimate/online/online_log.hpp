@@ -6,6 +6,7 @@
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/estimate_file.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/estimate/online/log_start.hpp"
 #include "fricid/estimate/online/online.hpp"
 
 namespace fricid::estimate {
@@ -15,13 +16,13 @@ struct OnlineLog : data::EstimateSignals {
   int lost = 0;  ///< samples that no particle explained
 };
 
-/// The filter of a model from rest at positions q (n) [rad]; latent states begin unknown.
+/// The filter of a model from where a log begins; velocities and latent states are not known well.
 /// @param where  starts the message
 /// @throws UserError when the model carries no noise, or joints or rate differ
-OnlineEstimator begin_online(const data::ModelFile& model, const Eigen::VectorXd& q, double rate_hz,
+OnlineEstimator begin_online(const data::ModelFile& model, const LogStart& start, double rate_hz,
                              const OnlineOptions& options, std::string_view where);
 
-/// Runs the filter over a log, from rest at its first position; latent states begin unknown.
+/// Runs the filter over a log, from `log_start`.
 /// Missing torques are held.
 /// @throws UserError when the model carries no noise, or joints or rate differ; Stopped on Ctrl-C
 OnlineLog estimate_log(const data::ModelFile& model, const data::Dataset& log,
