@@ -122,9 +122,11 @@ Motion simulate(const Model& model, const ArrayLike& tau, double rate_hz, const 
 /// The online filter of a model.
 class Filter {
  public:
-  Filter(const Model& model, const ArrayLike& q, double rate_hz, int particles, std::uint64_t seed)
+  Filter(const Model& model, const ArrayLike& q, double rate_hz, int particles, std::uint64_t seed,
+         const OptionalArray& tau)
       : n_(model.file->arm.robot.n()),
-        filter_(begin(model, Rows(q, "q", n_), rate_hz, particles, seed)) {}
+        filter_(begin(model, Rows(q, "q", n_), rate_hz, particles, seed,
+                      tau ? Rows(*tau, "tau", n_) : Rows(0, 0))) {}
 
   const estimate::OnlineEstimate& update(const ArrayLike& q, const ArrayLike& tau,
                                          const OptionalArray& temperature) {
@@ -146,8 +148,12 @@ class Filter {
 
  private:
   static estimate::OnlineEstimator begin(const Model& model, const Rows& q, double rate_hz,
-                                         int particles, std::uint64_t seed) {
-    if (q.count() != 1) throw UserError("q has {} rows; allowed: one position", q.count());
+                                         int particles, std::uint64_t seed, const Rows& tau) {
+    const bool stands = tau.matrix().size() == 0;
+    if (stands && q.count() != 1)
+      throw UserError("q has {} rows; allowed: one position, or more with tau", q.count());
+    if (!stands && tau.count() != q.count())
+      throw UserError("tau has {} rows; allowed: {}, as q has", tau.count(), q.count());
     if (particles < 1 || particles > 1'000'000)
       throw UserError("particles = {}; allowed: 1 to 1000000", particles);
     require_within(limits::kSeed, seed, "seed");
@@ -160,8 +166,10 @@ class Filter {
     estimate::OnlineOptions options;
     options.particles = particles;
     options.seed = seed;
-    return estimate::begin_online(*model.file, {.q = q.matrix().row(0).transpose()}, rate_hz,
-                                  options, "filter");
+    const estimate::LogStart start =
+        stands ? estimate::LogStart{.q = q.matrix().row(0).transpose()}
+               : estimate::log_start(model.file->arm, 1 / rate_hz, q.matrix(), tau.matrix(), {});
+    return estimate::begin_online(*model.file, start, rate_hz, options, "filter");
   }
   int n_;
   estimate::OnlineEstimator filter_;
@@ -242,10 +250,15 @@ void bind_motion(nb::module_& m, nb::class_<Model>& model) {
       .def(
           "filter",
           [](const Model& self, const ArrayLike& q, double rate_hz, int particles,
-             std::uint64_t seed) { return new Filter(self, q, rate_hz, particles, seed); },
+             std::uint64_t seed, const OptionalArray& tau) {
+            return new Filter(self, q, rate_hz, particles, seed, tau);
+          },
           "q"_a, "rate_hz"_a, "particles"_a = estimate::OnlineOptions{}.particles,
-          "seed"_a = estimate::OnlineOptions{}.seed,
-          "The online filter, from rest at q (n) [rad]; needs a model with noise.");
+          "seed"_a = estimate::OnlineOptions{}.seed, nb::kw_only(), "tau"_a = nb::none(),
+          "The online filter, from rest at q (n) [rad]; needs a model with noise. With tau [N m], "
+          "q "
+          "and tau are the first .1 s of a log, (T, n) each: it begins at the first sample with "
+          "the velocity and the friction that these say.");
 }
 
 }  // namespace fricid::python

@@ -224,7 +224,7 @@ def test_filter_is_that_of_the_program(model, log, run, tmp_path):
     assert done.returncode in (0, 1), done.stderr
     table = np.genfromtxt(program("info", out, "--csv").stdout.splitlines(), delimiter=",", names=True)
 
-    filter = model.filter(part.q[0], part.rate_hz, particles=50)
+    filter = model.filter(part.q, part.rate_hz, particles=50, tau=part.tau)
     for k in range(1, len(part)):
         now = filter.update(part.q[k], part.tau[k - 1])
         assert now.tau_f[0] == table["tau_f1"][k]
@@ -244,6 +244,10 @@ def test_filter_refuses_what_it_cannot_use(model, without_noise, log):
         model.filter(log.q[0], 100.0)
     with pytest.raises(fricid.UserError, match="particles = 0; allowed"):
         model.filter(log.q[0], 250.0, particles=0)
+    with pytest.raises(fricid.UserError, match="q has 2 rows; allowed: one position, or more with tau"):
+        model.filter(log.q[:2], 250.0)
+    with pytest.raises(fricid.UserError, match="tau has 1 rows; allowed: 2"):
+        model.filter(log.q[:2], 250.0, tau=log.tau[:1])
     filter = model.filter(log.q[0], 250.0, particles=20)
     with pytest.raises(fricid.UserError, match=r"q has the shape \(5\); allowed: \(6\)"):
         filter.update(np.zeros(5), np.zeros(6))
