@@ -168,7 +168,8 @@ class Filter {
     options.seed = seed;
     const estimate::LogStart start =
         stands ? estimate::LogStart{.q = q.matrix().row(0).transpose()}
-               : estimate::log_start(model.file->arm, 1 / rate_hz, q.matrix(), tau.matrix(), {});
+               : estimate::log_start(model.file->arm, 1 / rate_hz, q.matrix(), tau.matrix(),
+                                     RowMatrix());
     return estimate::begin_online(*model.file, start, rate_hz, options, "filter");
   }
   int n_;
