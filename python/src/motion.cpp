@@ -256,10 +256,9 @@ void bind_motion(nb::module_& m, nb::class_<Model>& model) {
           },
           "q"_a, "rate_hz"_a, "particles"_a = estimate::OnlineOptions{}.particles,
           "seed"_a = estimate::OnlineOptions{}.seed, nb::kw_only(), "tau"_a = nb::none(),
-          "The online filter, from rest at q (n) [rad]; needs a model with noise. With tau [N m], "
-          "q "
-          "and tau are the first .1 s of a log, (T, n) each: it begins at the first sample with "
-          "the velocity and the friction that these say.");
+          "The online filter, from rest at q (n) [rad]; needs a model with noise. With tau, q and "
+          "tau are the first .1 s of a log, (T, n) each [rad], [N m]: it begins at the first "
+          "sample with the velocity and the friction that these say.");
 }
 
 }  // namespace fricid::python

@@ -149,6 +149,20 @@ TEST_F(Online, GoesOnFromASavedStateToTheLastBit) {
   EXPECT_EQ(estimator.estimate().log_likelihood, other.estimate().log_likelihood);
 }
 
+// Nor do the positions measured last get lost, from which a lost filter takes its velocity.
+TEST_F(Online, GoesOnFromASavedStateWhereItIsLost) {
+  start.mean.tail(noise.z.size()).setConstant(-5e-3);
+  OnlineEstimator estimator(arm, noise, start, {}), other(arm, noise, start, {});
+  OnlineEstimator::State state;
+  int t = 0;
+  do estimator.save(state);
+  while (!step(estimator, t++).lost);
+  for (int k = 0; k < 100; ++k) step(other, k);
+  other.restore(state);
+  step(other, t - 1);
+  EXPECT_EQ(estimator.estimate().v, other.estimate().v);
+}
+
 // A log of the arm that was fitted, by another motion.
 TEST(Estimates, BandsOfAFitHoldTheMotionAndTheFriction) {
   const Arm truth = lugre_arm();

@@ -53,6 +53,11 @@ double remembered(double variance_v, double R, double dt) {
 
 }  // namespace
 
+Eigen::VectorXd friction_left(std::span<const double> residual_rms) {
+  return Eigen::Map<const Eigen::VectorXd>(residual_rms.data(), std::ssize(residual_rms))
+      .cwiseAbs2();
+}
+
 LatentNoise assumed_noise(const Arm& arm, const Prepared& prepared,
                           std::span<const double> residual_rms) {
   EmOptions options;
@@ -60,8 +65,7 @@ LatentNoise assumed_noise(const Arm& arm, const Prepared& prepared,
   options.torque_noise = kLeastError;
   LatentNoise noise = initial_noise(arm, prepared.recordings, options);
   noise.q = kPositionNoise * kPositionNoise * noise.R;
-  noise.friction =
-      Eigen::Map<const Eigen::VectorXd>(residual_rms.data(), std::ssize(residual_rms)).cwiseAbs2();
+  noise.friction = friction_left(residual_rms);
 
   const Eigen::MatrixXd moved = velocity_per_torque(arm, prepared.recordings);
   const Eigen::VectorXd white = moved * white_noise(prepared.recordings),

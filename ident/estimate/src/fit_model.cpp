@@ -254,11 +254,11 @@ FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, 
   report.model.free_parameters = static_cast<int>(report.rigid_body.base.size()) +
                                  friction::free_parameter_count(report.model.arm.friction);
   score_torque(prepared, cutoff, jobs, report);
-  report.model.noise = assumed_noise(report.model.arm, prepared, report.residual_rms);
   if (report.em) {
-    const Eigen::VectorXd friction = report.model.noise->friction;
     report.model.noise = report.em->noise;
-    report.model.noise->friction = friction;
+    report.model.noise->friction = friction_left(report.residual_rms);
+  } else {
+    report.model.noise = assumed_noise(report.model.arm, prepared, report.residual_rms);
   }
   report.faults = faults_of(prepared, report);
   return report;

@@ -168,7 +168,7 @@ data::ContactSignals observe_log(const data::ModelFile& model, const data::Datas
         out.tau_f(k, j) = observer.friction()[static_cast<std::size_t>(j)];
       }
     }
-    if (filter && k > 0) filter->step(tau, q, temperature);
+    if (filter && k > first) filter->step(tau, q, temperature);
   }
   if (motors.coupled()) {
     out.tau_ext = motors.torque_to_joints(out.tau_ext);

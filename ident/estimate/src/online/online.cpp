@@ -200,12 +200,14 @@ const OnlineEstimate& OnlineEstimator::step(std::span<const double> tau, std::sp
 void OnlineEstimator::save(State& state) const {
   filter_->filter.save(state.particles);
   state.estimate = filter_->out;
+  state.last_y = filter_->last_y;
   state.t = filter_->t;
 }
 
 void OnlineEstimator::restore(const State& state) {
   filter_->filter.restore(state.particles);
   filter_->out = state.estimate;
+  filter_->last_y = state.last_y;
   filter_->t = state.t;
 }
 

@@ -171,9 +171,9 @@ struct Compared {
   Eigen::ArrayXd gain;    ///< (n) log of the factor by which that falls
 };
 
-Compared compare(Change what, const StackedByJoint& all, std::span<const Piece> pieces) {
-  const Solution one = solve(all, all.plain);
-  const Piece whole = joined(pieces);
+/// @param one  fit of all pieces without changes
+Compared compare(Change what, const StackedByJoint& all, std::span<const Piece> pieces,
+                 const Piece& whole, const Solution& one) {
   const Freedom freedom = freedom_of(what, all, one.x);
   // a joint's factor that is wrong throughout does not change
   Compared out{.fit = fit_pieces(all, pieces, freedom, one.sigma),
@@ -286,9 +286,11 @@ Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& st
   Changes found;
   const std::vector<Piece> pieces = cut_in_pieces(all, recordings, kPiece);
   if (pieces.size() < 2) return found;
+  const Solution one = solve(all, all.plain);
+  const Piece whole = joined(pieces);
   double best = 0;
   for (const Change what : {Change::kOffset, Change::kFactor, Change::kFriction, Change::kLoad}) {
-    const auto [fit, before, gain] = compare(what, all, pieces);
+    const auto [fit, before, gain] = compare(what, all, pieces, whole, one);
     std::vector<int> joints;
     for (int j = 0; j < all.n(); ++j) {
       const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
@@ -323,7 +325,8 @@ std::vector<Fault> find_changing_friction(const dynamics::RobotModel& robot,
   const StackedByJoint all = with_curves(stacked);
   const std::vector<Piece> pieces = cut_in_pieces(all, recordings, kShortPiece);
   if (pieces.size() < 2) return {};
-  const auto [fit, before, gain] = compare(Change::kFriction, all, pieces);
+  const auto [fit, before, gain] =
+      compare(Change::kFriction, all, pieces, joined(pieces), solve(all, all.plain));
   std::vector<Fault> faults;
   for (int j = 0; j < all.n(); ++j)
     if (gain[j] > kShortGain && range_of(fit, j) > kVeryMuch)

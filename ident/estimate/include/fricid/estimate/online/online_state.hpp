@@ -10,6 +10,7 @@ namespace fricid::estimate {
 struct OnlineEstimator::State {
   smc::FilterState<PackD> particles;
   OnlineEstimate estimate;
+  Eigen::VectorXd last_y;
   int t = 0;
 };
 
