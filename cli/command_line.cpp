@@ -21,6 +21,7 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/deploy/export.hpp"
 #include "fricid/film/options.hpp"
+#include "fricid/scene/robot.hpp"
 #include "seeds.hpp"
 
 namespace fricid::cli {
@@ -39,13 +40,16 @@ void add_robot_of_log(CLI::App& command, workflow::RobotOfLog& robot) {
   command.add_flag("--mend-inertia", robot.mend_inertia,
                    "take the nearest inertia that a body can have where that of a link is none");
   command
-      .add_option_function<std::string>(
-          "--mount",
-          [&mount = robot.mount](const std::string& name) {
-            mount = value_named<scene::Mount>(name).value_or(scene::Mount::kFloor);
-          },
-          "of the robot: floor, ceiling or wall; default floor")
-      ->check(CLI::IsMember({"floor", "ceiling", "wall"}));
+      .add_option("--mount", robot.mount,
+                  "of the robot: floor, ceiling, wall, or roll,pitch,yaw in rad; default floor")
+      ->check([](const std::string& words) -> std::string {
+        try {
+          scene::mount_rotation(words);
+          return {};
+        } catch (const UserError& error) {
+          return error.what();
+        }
+      });
 }
 
 /// The text as one printable line.

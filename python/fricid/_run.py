@@ -216,8 +216,9 @@ def check(data: Run | _core.Log | StrPath, *, robot: StrPath | None = None,
     """Faults of data, and with a robot which parameters they identify.
 
     data: a run, a Log, a data set (HDF5), or a log file with its contract. robot: URDF;
-    mount: floor, ceiling or wall, the orientation of its base; mend_inertia: take the nearest
-    inertia that a body can have where that of a link is none (a run has both of its scene).
+    mount: of its base, floor, ceiling, wall, or roll, pitch and yaw in rad, "0.3,-0.45,0";
+    mend_inertia: take the nearest inertia that a body can have where that of a link is none (a
+    run has both of its scene).
     """
     urdf = pathlib.Path(robot) if robot is not None else ""
     if isinstance(data, _core.Log):

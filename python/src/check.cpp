@@ -7,8 +7,6 @@
 
 #include <tuple>
 
-#include "fricid/base/enum_names.hpp"
-#include "fricid/base/error.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/workflow/check.hpp"
 #include "job.hpp"
@@ -33,14 +31,6 @@ Report report_of(const workflow::Subject& subject) {
   return {report.whole(), data::to_json(workflow::check_file(report, subject)), words};
 }
 
-/// @throws UserError for a mount that has no name, or that needs angles of a scene
-workflow::RobotOfLog robot_at(const fs::path& urdf, const std::string& mount, bool mend_inertia) {
-  const auto found = value_named<scene::Mount>(mount);
-  if (!found || *found == scene::Mount::kRpy)
-    throw UserError("mount {}: allowed: floor, ceiling, wall", mount);
-  return {urdf, *found, mend_inertia};
-}
-
 }  // namespace
 
 void bind_check(nb::module_& m) {
@@ -56,8 +46,7 @@ void bind_check(nb::module_& m) {
       [](const fs::path& log, const fs::path& contract, const fs::path& robot,
          const std::string& mount, bool mend_inertia) {
         return job(nb::none(), [&] {
-          return report_of(
-              workflow::subject_of_log(log, contract, robot_at(robot, mount, mend_inertia)));
+          return report_of(workflow::subject_of_log(log, contract, {robot, mount, mend_inertia}));
         });
       },
       "log"_a, "contract"_a, "robot"_a, "mount"_a, "mend_inertia"_a);
@@ -68,7 +57,7 @@ void bind_check(nb::module_& m) {
         return job(nb::none(), [&] {
           workflow::Subject subject;
           subject.robot = workflow::robot_of_log(
-              robot_at(robot, mount, mend_inertia), log.joint_names, log.name,
+              workflow::RobotOfLog{robot, mount, mend_inertia}, log.joint_names, log.name,
               [&](const std::string& line) { subject.warnings.push_back(line); });
           subject.sets.push_back(workflow::as_of_robot(log, subject.robot, log.name));
           return report_of(subject);

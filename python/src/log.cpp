@@ -19,11 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using data::Dataset;
 
-void warn(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings)
-    if (PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0) throw nb::python_error();
-}
-
 /// @throws UserError when a signal has another shape than q
 RowMatrix of_shape(const std::optional<ArrayLike>& array, const char* name, const RowMatrix& q) {
   if (!array) return {};
@@ -61,6 +56,11 @@ std::optional<View> optional_view(nb::handle log, const RowMatrix& signal) {
 const Dataset& of(nb::handle log) { return nb::cast<const Dataset&>(log); }
 
 }  // namespace
+
+void warn(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings)
+    if (PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0) throw nb::python_error();
+}
 
 std::vector<std::string> default_names(int n) {
   std::vector<std::string> names;

@@ -66,11 +66,27 @@ data::Dataset for_model(const data::Dataset& log, const data::ModelFile& file) {
   return unnamed ? log : workflow::joints_of(log, robot, "model " + file.name, log.name);
 }
 
+/// Says which samples an open loop takes as straight lines between others.
+void warn_of_missing(const data::Dataset& log, int begin, int steps) {
+  const auto missing = [&](const RowMatrix& signal, int first, int count) {
+    int rows = 0;
+    for (int k = first; k < first + count; ++k) rows += !signal.row(k).allFinite();
+    return rows;
+  };
+  const int torques = missing(log.tau, begin, steps), positions = missing(log.q, begin, 1);
+  if (torques + positions == 0) return;
+  warn({fmt::format("{}: {}{}{} missing; the open loop takes values between those beside", log.name,
+                    positions > 0 ? "its first position" : "",
+                    positions > 0 && torques > 0 ? " and " : "",
+                    torques > 0 ? fmt::format("{} of {} torques", torques, steps) : "")});
+}
+
 Motion rollout(const Model& model, const data::Dataset& given, double start_s,
                std::optional<double> seconds, double cutoff_hz, const nb::object& progress) {
   const data::Dataset log = for_model(given, *model.file);
   const int begin = samples_in(start_s, log, "start_s");
   const int steps = seconds ? samples_in(*seconds, log, "seconds") : log.length() - 1 - begin;
+  warn_of_missing(log, begin, steps);
   return job(progress, [&] {
     return Motion(
         evaluate::roll_out_log(*model.file, log, cutoff_hz, begin, steps, rollout_options()),

@@ -39,6 +39,7 @@ def test_a_csv_by_its_contract(log, tmp_path):
     ({"q": np.full((10, 2), np.inf)}, "log: "),
     ({"q": np.zeros((1, 2)), "tau": np.zeros((1, 2))}, "log: "),
     ({"joint_names": ["a"]}, "joint_names: 1 names; allowed: 2"),
+    ({"joint_names": ["a", "a"]}, 'joint_names has "a" twice; allowed: every joint once'),
 ])
 def test_bad_arrays_are_refused_in_one_line(change, sentence):
     arguments = {"q": np.zeros((10, 2)), "tau": np.ones((10, 2)), "rate_hz": 100.0} | change

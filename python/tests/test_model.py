@@ -2,6 +2,7 @@
 import json
 import pathlib
 import threading
+import warnings
 
 import numpy as np
 import pytest
@@ -178,6 +179,17 @@ def test_rollout_follows_the_log(model, log):
     for bad in ({"start_s": -1.0}, {"start_s": 100.0}, {"seconds": 100.0}, {"start_s": 6.0, "seconds": 5.0}):
         with pytest.raises(fricid.UserError, match="allowed"):
             model.rollout(log, **bad)
+
+
+def test_rollout_says_what_it_fills(model, log):
+    tau = log.tau.copy()
+    tau[300:310, 2] = np.nan
+    holed = fricid.Log(log.q, tau, log.rate_hz, joint_names=log.joint_names, name="holed")
+    with pytest.warns(UserWarning, match="holed: 10 of 250 torques missing"):
+        model.rollout(holed, start_s=1.0, seconds=1.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        model.rollout(holed, start_s=2.0, seconds=1.0)
 
 
 def test_rollout_takes_joints_by_name(model, log):

@@ -265,7 +265,8 @@ def test_check_of_runs_files_and_arrays(run, log, tmp_path):
     standing, hanging = (fricid.check(log, robot=robot, mount=mount) for mount in ("floor", "ceiling"))
     assert hanging.whole  # as the tiny arm does
     assert not standing.whole and "damage: mount" in standing.text
-    with pytest.raises(fricid.UserError, match="mount floating: allowed: floor, ceiling, wall"):
+    assert fricid.check(log, robot=robot, mount="3.1416,0,0").whole
+    with pytest.raises(fricid.UserError, match="mount floating: allowed: floor, ceiling, wall, or roll"):
         fricid.check(log, robot=robot, mount="floating")
 
     swapped = np.array(log.q)

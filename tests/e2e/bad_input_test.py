@@ -34,6 +34,11 @@ class BadScene(ProgramTest):
     def test_missing_scene(self):
         self.assert_refused(fricid("run", self.folder / "none.toml"), r"none\.toml")
 
+    def test_a_scene_of_the_share_folder_is_found_from_anywhere(self):
+        done = fricid("info", "scenes/kr6_demo.toml", cwd=self.folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assert_refused(fricid("info", "scenes/none.toml", cwd=self.folder), r"scenes/none\.toml: cannot be read")
+
     def test_folder_instead_of_scene(self):
         self.assert_refused(fricid("run", self.folder), str(self.folder))
 

@@ -93,6 +93,8 @@ TEST_F(BadScene, PriorsThatAreNotThereOrDoNotApply) {
               testing::StartsWith("scene.toml:14: model[0].prior: "));
   EXPECT_EQ(with("[[model]]\nname = \"gms\"\nprior = \"scene.toml\"\n"),
             "scene.toml:14: model[1].prior of a model of method conventional; allowed: joint");
+  EXPECT_EQ(with("[[model]]\nname = \"gms\"\nnetworks = false\n"),
+            "scene.toml:14: model[1].networks of a model that is no lvm; allowed: law = \"lvm\"");
 }
 
 TEST_F(BadScene, LatentsThatAModelCannotHave) {

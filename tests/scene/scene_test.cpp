@@ -219,6 +219,10 @@ TEST_F(SceneFile, MountTurnsGravity) {
   tilted.mount_rpy = {0.1, 0.2, 0.3};
   const Eigen::Matrix3d R = mount_rotation(tilted);
   EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-15);
+  EXPECT_EQ(mount_rotation("0.1,0.2,0.3"), R);
+  EXPECT_EQ(mount_rotation("wall") * Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitZ());
+  for (const char* words : {"rpy", "", "0.1,0.2", "0.1,0.2,0.3,0", "0.1,0.2,x", "0.1,0.2,inf", "1"})
+    EXPECT_THROW(mount_rotation(words), UserError) << words;
   // Yaw last: the base x axis leaves the horizontal by the pitch alone.
   EXPECT_NEAR(R(2, 0), -std::sin(0.2), 1e-15);
 }

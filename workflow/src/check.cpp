@@ -15,6 +15,7 @@
 #include "fricid/dynamics/rest_positions.hpp"
 #include "fricid/estimate/prepared.hpp"
 #include "fricid/scene/problem.hpp"
+#include "fricid/scene/robot.hpp"
 #include "fricid/sim/excitation.hpp"
 #include "fricid/sim/mujoco_arm.hpp"
 #include "fricid/workflow/recordings.hpp"
@@ -42,6 +43,7 @@ std::optional<dynamics::RobotModel> robot_of_log(
     const std::function<void(const std::string&)>& say,
     const std::vector<dynamics::NamedCoupling>& couplings) {
   const fs::path& urdf = of_log.urdf;
+  const Eigen::Matrix3d mount = scene::mount_rotation(of_log.mount);
   if (urdf.empty()) return {};
   dynamics::Welds welds{dynamics::rest_positions(urdf)};
   for (const std::string& joint : logged)
@@ -50,10 +52,7 @@ std::optional<dynamics::RobotModel> robot_of_log(
   std::vector<std::string> fixed;
   for (const auto& [joint, position] : welds.at)
     fixed.push_back(fmt::format("{} at {:.4g}", joint, position));
-  scene::RobotSection section;
-  section.mount = of_log.mount;
-  dynamics::RobotModel robot =
-      dynamics::load_urdf(urdf, scene::mount_rotation(section), welds, of_log.mend_inertia);
+  dynamics::RobotModel robot = dynamics::load_urdf(urdf, mount, welds, of_log.mend_inertia);
   if (!fixed.empty() && say)
     say(fmt::format("{}: not logged, taken as fixed: {}", where, fmt::join(fixed, ", ")));
   robot.couplings = dynamics::couplings_of(couplings, robot.joint_names(), "coupling",

@@ -53,4 +53,11 @@ fs::path find_file(const std::string& name, const fs::path& folder) {
                   share_dir().string());
 }
 
+fs::path named_or_shared(const fs::path& file) {
+  std::error_code error;
+  if (file.is_absolute() || file.empty() || fs::exists(file, error)) return file;
+  const fs::path shared = share_dir() / file;
+  return fs::exists(shared, error) ? shared : file;
+}
+
 }  // namespace fricid::config

@@ -29,13 +29,6 @@ void fill(std::vector<double>& values, int n, double value) {
   if (values.empty()) values.assign(static_cast<std::size_t>(n), value);
 }
 
-void refuse_twins(const Names& joints, const std::string& where) {
-  for (auto joint = joints.begin(); joint != joints.end(); ++joint)
-    if (std::find(joints.begin(), joint, *joint) != joint)
-      throw UserError("{}: joint_names has {} twice; allowed: every joint once", where,
-                      in_quotes(*joint));
-}
-
 // A motor that turns against its joint has a sign, not a negative ratio.
 void refuse_negative_ratio(const TomlFile& file) {
   constexpr std::string_view kKey = "gear_ratio";

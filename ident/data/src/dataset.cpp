@@ -1,5 +1,6 @@
 #include "fricid/data/dataset.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -9,6 +10,7 @@
 #include "fricid/data/log_part.hpp"
 #include "fricid/data/sample_times.hpp"
 #include "fricid/data/signal_file.hpp"
+#include "logs/columns.hpp"
 
 namespace fricid::data {
 namespace {
@@ -77,11 +79,19 @@ void check_times(const Eigen::VectorXd& t, double rate_hz,
   }
 }
 
+void refuse_twins(const std::vector<std::string>& joints, const std::string& where) {
+  for (auto joint = joints.begin(); joint != joints.end(); ++joint)
+    if (std::find(joints.begin(), joint, *joint) != joint)
+      throw UserError("{}: joint_names has {} twice; allowed: every joint once", where,
+                      in_quotes(*joint));
+}
+
 std::vector<std::string> check_dataset(const Dataset& d, const std::string& where) {
   if (d.length() < 2) throw UserError("{}: {} samples; allowed: at least 2", where, d.length());
   if (d.n() < 1) throw UserError("{}: no joints", where);
   if (d.joint_names.size() != static_cast<std::size_t>(d.n()))
     throw UserError("{}: {} joint names for {} joints", where, d.joint_names.size(), d.n());
+  refuse_twins(d.joint_names, where);
   if (!(d.rate_hz > 0) || !std::isfinite(d.rate_hz))
     throw UserError("{}: rate_hz = {}; allowed: a positive number", where, d.rate_hz);
   if (!(d.torque_delay_sd >= 0) || !std::isfinite(d.torque_delay_sd))

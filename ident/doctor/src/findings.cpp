@@ -82,7 +82,7 @@ constexpr std::array kKinds{
     KindInfo{
         FindingKind::kMount, kDamage, "gravity points another way: signs and masses seem wrong",
         "measure the mount, which is found by the masses of the robot's file: mount of [robot] "
-        "in the scene, or of floor, ceiling and wall --mount of import and check",
+        "in the scene, --mount of import and check",
         false, true},
     KindInfo{FindingKind::kNoGravity, kDamage,
              "a fit finds masses that balance themselves, and no model holds in open loop",

@@ -9,6 +9,7 @@
 
 #include "explained.hpp"
 #include "fricid/base/not_finite.hpp"
+#include "fricid/dynamics/mount.hpp"
 #include "hypothesis.hpp"
 #include "mount.hpp"
 
@@ -342,12 +343,13 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
     mount = describe(d, motion, {kind, false, true}, std::exp(gained / d.n()), "");
     mount->joint = -1;
     const Eigen::Vector3d up = -turned.gravity.normalized();
-    mount->unit =
-        weightless ? "times less of each joint unexplained where no gravity is in the torque"
-                   : fmt::format(
-                         "times less of each joint unexplained where ({:.2g} {:.2g} {:.2g}) of "
-                         "the base is up: {}{}",
-                         up[0], up[1], up[2], mount_of(up), zero_instead(*robot, turned.gravity));
+    mount->unit = weightless
+                      ? "times less of each joint unexplained where no gravity is in the torque"
+                      : fmt::format(
+                            "times less of each joint unexplained where ({:.2g} {:.2g} {:.2g}) of "
+                            "the base is up: {}{}",
+                            up[0], up[1], up[2], dynamics::mount_in_words(turned.gravity),
+                            zero_instead(*robot, turned.gravity));
   }
   if (mount) findings.push_back(*mount);
   sight = std::move(best.sight);

@@ -82,11 +82,6 @@ std::vector<OtherMount> other_mounts(const dynamics::RobotModel& robot, const Si
   return mounts;
 }
 
-std::string mount_of(const Eigen::Vector3d& up) {
-  return fmt::format("mount = \"rpy\", mount_rpy = [{:.2f}, {:.2f}, 0]", std::atan2(up[1], up[2]),
-                     -std::asin(std::clamp(up[0], -1.0, 1.0)));
-}
-
 std::string zero_instead(const dynamics::RobotModel& robot, const Eigen::Vector3d& gravity) {
   const std::optional<Eigen::Vector3d> axis = common_axis(robot);
   if (!axis) return "";

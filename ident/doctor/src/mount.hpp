@@ -20,9 +20,6 @@ struct OtherMount {
 /// without gravity where that explains more still: drivers take it off.
 std::vector<OtherMount> other_mounts(const dynamics::RobotModel& robot, const Sight& sight);
 
-/// Angles of `mount_rpy` that have this direction of the base up.
-std::string mount_of(const Eigen::Vector3d& up);
-
 /// Gravity turned about the axis of all joints is the same as a wrong zero of the first.
 std::string zero_instead(const dynamics::RobotModel& robot, const Eigen::Vector3d& gravity);
 

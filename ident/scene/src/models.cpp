@@ -203,6 +203,9 @@ void complete_models(Scene& scene) {
     if (!model.prior.empty() && model.method != Method::kJoint)
       throw UserError("{}: {}.prior of a model of method {}; allowed: joint",
                       scene.origin.place(key + ".prior"), shown, name_of(*model.method));
+    if (!model.networks && (!model.laws.empty() || model.law != friction::kLvm))
+      throw UserError("{}: {}.networks of a model that is no lvm; allowed: law = \"{}\"",
+                      scene.origin.place(key + ".networks"), shown, friction::kLvm);
     std::sort(model.seeds.begin(), model.seeds.end());
     model.seeds.erase(std::unique(model.seeds.begin(), model.seeds.end()), model.seeds.end());
   }

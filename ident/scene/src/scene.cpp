@@ -1,6 +1,7 @@
 #include "fricid/scene/scene.hpp"
 
 #include "fricid/base/error.hpp"
+#include "fricid/config/paths.hpp"
 #include "fricid/config/toml_file.hpp"
 #include "fricid/dynamics/robot_model.hpp"
 #include "scene_archive.hpp"
@@ -48,7 +49,9 @@ Scene read_scene(const config::TomlFile& file) {
 
 }  // namespace
 
-Scene load_scene(const fs::path& path) { return read_scene(config::load_toml(path)); }
+Scene load_scene(const fs::path& path) {
+  return read_scene(config::load_toml(config::named_or_shared(path)));
+}
 
 Scene load_scene_text(const std::string& text) {
   return read_scene(config::load_toml_text(text, "<scene>"));

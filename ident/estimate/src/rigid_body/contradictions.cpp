@@ -3,17 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "fricid/dynamics/mount.hpp"
 #include "fricid/system/transmission.hpp"
 #include "rigid_body/changes.hpp"
 #include "rigid_body/contradicting_logs.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/joint_rows.hpp"
 #include "rigid_body/reweight.hpp"
+#include "rigid_body/tilt.hpp"
 #include "rigid_body/undriven.hpp"
 #include "rigid_body/zeros.hpp"
 
@@ -102,6 +105,13 @@ Fault spring_at(const dynamics::Joint& joint) {
           fmt::format("a spring, counterbalance or cable that the robot's file lacks: "
                       "[[robot.torque]] joint = \"{}\", terms = [{}]",
                       joint.name, slides ? "\"q\"" : "\"q\", \"sin(q)\", \"cos(q)\"")};
+}
+
+Fault fault_of(const Tilt& tilt) {
+  return {"",
+          fmt::format("gravity points {:.3g} +- {:.1g} rad from where the mount puts it",
+                      tilt.angle, tilt.standard_error),
+          fmt::format("in [robot] {}, or level the base", dynamics::mount_in_words(tilt.gravity))};
 }
 
 /// Log of the share of the torque's variance that a regression leaves, in sum over the joints.
@@ -279,7 +289,10 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   const TorqueScales scales = find_torque_scales(all, plain);
   const Springs springs = find_springs(all, plain.sigma);
   const auto name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
-  if (springs.gain > scales.gain) {
+  const std::optional<Tilt> tilt = find_tilt(robot, all, recordings, options);
+  if (tilt && tilt->gain > std::max(springs.gain, scales.gain)) {
+    faults.push_back(fault_of(*tilt));
+  } else if (springs.gain > scales.gain) {
     for (const int j : springs.joints)
       faults.push_back(spring_at(robot.joints[static_cast<std::size_t>(j)]));
   } else if (scales.gain > kGain) {

@@ -293,7 +293,7 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& options,
   const bool room = fits.has_room_for_windows();
   if (room) add_windows(fits, label, found);
   std::size_t taken = choose(found);
-  if (sum && room && !fits.is_short()) {
+  if (sum && options.networks && room && !fits.is_short()) {
     taken = add_networks(fits, label, taken, parts, found, report.parts);
     progress.advance(1);
   }

@@ -15,7 +15,6 @@
 #include "fricid/dynamics/robot_model.hpp"
 #include "fricid/estimate/options/rigid_body.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
-#include "fricid/scene/robot.hpp"
 #include "fricid/signals/recording.hpp"
 #include "fricid/sim/options.hpp"
 
@@ -34,9 +33,9 @@ struct Subject {
 Subject subject_of_run(const std::filesystem::path& folder);
 /// The robot of a log.
 struct RobotOfLog {
-  std::filesystem::path urdf;  ///< empty: none
-  scene::Mount mount = scene::Mount::kFloor;
-  bool mend_inertia = false;  ///< see `dynamics::load_urdf`
+  std::filesystem::path urdf;   ///< empty: none
+  std::string mount = "floor";  ///< see `scene::mount_rotation`
+  bool mend_inertia = false;    ///< see `dynamics::load_urdf`
 };
 /// A data set (HDF5), or a log by its contract; "FILE[FROM:TO]" is a part of it. @throws UserError
 Subject subject_of_log(const std::filesystem::path& log, const std::filesystem::path& contract,

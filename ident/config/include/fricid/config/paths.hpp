@@ -19,4 +19,8 @@ std::filesystem::path mujoco_plugin();
 /// @throws UserError if the variable is not set or the file is not found
 std::filesystem::path find_file(const std::string& name, const std::filesystem::path& folder);
 
+/// The file as it is named; where there is none and the name is relative, that of the share folder
+/// if there is one.
+std::filesystem::path named_or_shared(const std::filesystem::path& file);
+
 }  // namespace fricid::config

@@ -21,9 +21,12 @@ void save_dataset(const Dataset& dataset, const std::filesystem::path& path);
 ///         or when the data break a rule of `check_dataset`
 Dataset load_dataset(const std::filesystem::path& path);
 
-/// Rules of every data set: at least two samples, equal lengths, finite rising t without a gap or
-/// jitter above 1 % of the period, values finite or NaN (missing), at least one value per joint.
-/// Warns about |q| > 4 pi (degrees?) and positions logged in steps above 0.1 mrad.
+/// @throws UserError naming `where` and a joint that is named twice
+void refuse_twins(const std::vector<std::string>& joints, const std::string& where);
+
+/// Rules of every data set: every joint once, at least two samples, equal lengths, finite rising t
+/// without a gap or jitter above 1 % of the period, values finite or NaN (missing), at least one
+/// value per joint. Warns about |q| > 4 pi (degrees?) and positions logged in steps above 0.1 mrad.
 /// @throws UserError naming `where`, the sample and what was found
 /// @return warnings, one line each
 std::vector<std::string> check_dataset(const Dataset& dataset, const std::string& where);

@@ -99,5 +99,8 @@ struct RobotSection {
 
 /// Rotation that takes vectors of the base to the world (z up).
 Eigen::Matrix3d mount_rotation(const RobotSection& robot);
+/// The same of "floor", "ceiling", "wall" or roll, pitch and yaw [rad], "0.3,-0.45,0".
+/// @throws UserError
+Eigen::Matrix3d mount_rotation(const std::string& words);
 
 }  // namespace fricid::scene

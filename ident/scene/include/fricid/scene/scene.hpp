@@ -87,6 +87,7 @@ struct Scene {
 /// Reads a scene, following `extends = "file"` or an array of files of which the last wins
 /// (relative to the file that says it; tables merge, values and arrays replace). Reads the joints
 /// of its URDF too: friction and per-joint values are by joint.
+/// @param path  where it is none, it is looked for in the share folder
 /// @throws UserError "file:line: ..." on anything wrong
 Scene load_scene(const std::filesystem::path& path);
 

@@ -53,6 +53,7 @@ struct ModelOptions {
   std::vector<std::string> modifiers;
   std::string prior;      ///< model file of an arm of the same type
   double prior_sd = 0.2;  ///< of friction about it, relative
+  bool networks = true;   ///< of the lvm
   int starts = 4;
   std::vector<int> seeds{1};
   TorqueOptions torque;
@@ -99,6 +100,10 @@ struct ModelOptions {
     archive("prior_sd", prior_sd,
             number("1", 1e-3, 10,
                    "relative standard deviation of each friction parameter about the prior's"));
+    archive(
+        "networks", networks,
+        flag("of the lvm: whether networks may stand for what its laws leave; false to see what "
+             "they gain"));
     archive("starts", starts, number("", 1, 1000, "starts of the optimiser"));
     archive("seeds", seeds, number("", 0, 1e9, "one fit per seed"));
     archive.section("torque", torque,

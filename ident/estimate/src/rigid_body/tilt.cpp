@@ -1,0 +1,136 @@
+#include "rigid_body/tilt.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "fricid/base/eigen_instances.hpp"
+#include "fricid/dynamics/algorithms.hpp"
+#include "rigid_body/reweight.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+constexpr double kLeastGain = 0.1;    // log of the variance of a joint
+constexpr double kLeastTilt = 0.02;   // [rad]
+constexpr double kCertainTilt = 6;    // standard errors
+constexpr int kStepsOfTilt = 4;       // of Gauss-Newton
+constexpr double kLargestStep = 0.5;  // [rad]
+
+using Directions = Eigen::Matrix<double, 3, 2>;
+
+/// G [N m / (m/s^2)] in the rows of each joint (N_j x 3): the torque of gravity (1, 0, 0) and so
+/// on on bodies pi.
+std::vector<Eigen::MatrixXd> torque_by_gravity(const dynamics::RobotModel& robot,
+                                               const StackedByJoint& all, const Eigen::VectorXd& x,
+                                               std::span<const signals::Recording> recordings) {
+  const auto n = static_cast<std::size_t>(robot.n());
+  Eigen::VectorXd pi = Eigen::VectorXd::Zero(robot.parameter_count());
+  pi(all.parameters) = x.head(all.base);
+  pi.tail(robot.parameter_count() - robot.armature_begin()).setZero();
+  std::vector<dynamics::RobotModel> under(3, robot);
+  for (int k = 0; k < 3; ++k) under[static_cast<std::size_t>(k)].gravity = Eigen::Vector3d::Unit(k);
+  dynamics::Workspace<double> ws(robot);
+  const std::vector<double> still(n, 0.0);
+  RowMatrix of_sample(3, robot.n());
+  std::vector<Eigen::MatrixXd> out;
+  for (int j = 0; j < all.n(); ++j) {
+    const Columns& at = all.joints[static_cast<std::size_t>(j)].at;
+    out.emplace_back(std::ssize(at), 3);
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      const auto r = static_cast<std::size_t>(at[i]);
+      const RowMatrix& q = recordings[static_cast<std::size_t>(all.sequence[r])].narrow.q;
+      for (int k = 0; k < 3; ++k)
+        dynamics::rnea<double>(under[static_cast<std::size_t>(k)], ws,
+                               {pi.data(), static_cast<std::size_t>(pi.size())},
+                               {q.row(all.sample[r]).data(), n}, still, still,
+                               {of_sample.row(k).data(), n});
+      out.back().row(static_cast<Eigen::Index>(i)) = of_sample.col(j).transpose();
+    }
+  }
+  return out;
+}
+
+/// The regression with the two directions of another gravity as its last columns.
+StackedByJoint with_directions(const StackedByJoint& all, const std::vector<Eigen::MatrixXd>& G,
+                               const Directions& directions) {
+  StackedByJoint out;
+  out.rows = all.rows;
+  out.size = out.plain = all.plain + 2;
+  for (std::size_t j = 0; j < all.joints.size(); ++j) {
+    const JointRows& rows = all.joints[j];
+    Eigen::MatrixXd X(rows.X.rows(), out.size);
+    X << rows.X.leftCols(all.plain), G[j] * directions;
+    out.joints.push_back(with_rows(rows.at, std::move(X), rows.y));
+  }
+  return out;
+}
+
+/// Standard error [rad] of a turn towards delta, by the jackknife.
+double error_of(const StackedByJoint& all, std::span<const int> passage, const Solution& found,
+                const Eigen::Vector2d& towards) {
+  Eigen::MatrixXd X(all.rows, all.size);
+  Eigen::VectorXd y(all.rows);
+  Weighted solved;
+  solved.x = found.x;
+  solved.H = Eigen::MatrixXd::Zero(all.size, all.size);
+  solved.weight.resize(all.rows);
+  for (int j = 0; j < all.n(); ++j) {
+    const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+    const double weight = std::pow(found.sigma[j], -2);
+    X(rows.at, Eigen::all) = rows.X;
+    y(rows.at) = rows.y;
+    solved.weight(rows.at).setConstant(weight);
+    solved.H += weight * rows.XX;
+  }
+  const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(all.size, all.size);
+  return (towards.transpose() * jackknife_root(X, y, solved, passage, none).bottomRows(2)).norm();
+}
+
+}  // namespace
+
+std::optional<Tilt> find_tilt(const dynamics::RobotModel& robot, const StackedByJoint& stacked,
+                              std::span<const signals::Recording> recordings,
+                              const RigidBodyOptions& options) {
+  if (robot.gravity.isZero()) return std::nullopt;
+  dynamics::RobotModel turned = robot;
+  StackedByJoint all = with_curves(stacked);
+  Solution plain = solve(all, all.plain);
+  const Eigen::VectorXd before = plain.sigma;
+  Tilt tilt;
+  for (int step = 0; step < kStepsOfTilt; ++step) {
+    if (step > 0) {
+      all = with_curves(stack_by_joint(turned, recordings, options));
+      plain = solve(all, all.plain);
+    }
+    const Eigen::Vector3d across = turned.gravity.unitOrthogonal(),
+                          other = turned.gravity.normalized().cross(across);
+    Directions directions;
+    directions << across.cross(turned.gravity), other.cross(turned.gravity);
+    const StackedByJoint with =
+        with_directions(all, torque_by_gravity(turned, all, plain.x, recordings), directions);
+    const Solution found = solve(with, with.plain);
+    const Eigen::Vector2d delta = found.x.tail(2);
+    const double angle = delta.norm();
+    if (!(angle > 0) || !std::isfinite(angle)) return std::nullopt;
+    if (step == 0) {
+      const double gain = 2 * (before.array() / found.sigma.array()).log().maxCoeff();
+      const double error = error_of(with, all.passage, found, delta / angle);
+      if (!(gain > kLeastGain && angle > kCertainTilt * error)) return std::nullopt;
+    }
+    tilt.gain = gain_of(before, found.sigma);
+    const Eigen::Vector3d axis = (delta[0] * across + delta[1] * other) / angle;
+    tilt.standard_error = error_of(with, all.passage, found, delta / angle);
+    turned.gravity = Eigen::AngleAxisd(std::min(angle, kLargestStep), axis) * turned.gravity;
+  }
+  tilt.gravity = turned.gravity;
+  tilt.angle =
+      std::atan2(robot.gravity.cross(turned.gravity).norm(), robot.gravity.dot(turned.gravity));
+  if (!(tilt.angle > std::max(kLeastTilt, kCertainTilt * tilt.standard_error))) return std::nullopt;
+  return tilt;
+}
+
+}  // namespace fricid::estimate
